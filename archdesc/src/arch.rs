@@ -1,0 +1,262 @@
+//! [`Arch`]: one SGRT system, the SRP array and the units round it, every name resolved and every
+//! default filled in. It is what a machine file means; nothing downstream sees XML.
+
+use crate::entity;
+use crate::entity::EntityMap;
+use crate::isa::{Class, Ty};
+use crate::system::SystemSpec;
+
+entity! {
+    /// A functional unit of the array.
+    Fu = "fu";
+    /// A register file.
+    RegFile = "rf";
+    /// A link from one functional unit's output to another's inputs.
+    Link = "link";
+    /// A resource that several functional units share.
+    Resource = "res";
+}
+
+/// A machine: the array with its units, files and links, and the system round it.
+///
+/// Always holds: names are unique in their kind; every entity mentioned exists; latencies and
+/// intervals are at least 1; each class that the compiler needs ([`Class::ALL`]) is run by at
+/// least one unit, and those that control code needs by at least one VLIW slot.
+/// Made only by [`parse`](crate::parse) and the generators of standard arrays.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Arch {
+    /// The machine's name.
+    pub name: String,
+    /// Rows and columns of the array.
+    pub rows: u32,
+    /// Columns of the array.
+    pub cols: u32,
+    /// Functional units, row by row.
+    pub fus: EntityMap<Fu, FuSpec>,
+    /// Register files.
+    pub files: EntityMap<RegFile, FileSpec>,
+    /// Links between functional units.
+    pub links: EntityMap<Link, LinkSpec>,
+    /// Shared resources.
+    pub resources: EntityMap<Resource, ResourceSpec>,
+    /// Depth of the configuration memory: the largest II times the unrolling of a kernel.
+    pub contexts: u32,
+    /// SRP cycles to change between VLIW and array mode, each way.
+    pub mode_switch: u32,
+    /// How many registers of the array a kernel's entry can set per cycle.
+    pub preload_width: u32,
+    /// Cycles after a branch's own before its target issues.
+    pub branch_delay: u32,
+    /// How exact the special functions are.
+    pub precision: Precision,
+    /// The units round the array.
+    pub system: SystemSpec,
+}
+
+/// One functional unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FuSpec {
+    /// Its name, `fu_<row>_<column>` unless the file names it.
+    pub name: String,
+    /// Row, from 0 at the top.
+    pub row: u32,
+    /// Column, from 0 at the left.
+    pub col: u32,
+    /// Widest value its output register holds, in bits: 32 or 128. Narrower values fit as well.
+    pub width: u32,
+    /// Whether predicates have an output register of their own; where not, they travel through
+    /// the data output as 0 or 1.
+    pub pred_out: bool,
+    /// Constants (immediates) that one context word can carry.
+    pub constants: u32,
+    /// The VLIW issue slot that this unit is, if it is one.
+    pub slot: Option<u32>,
+    /// The operations it runs, sorted by class.
+    pub ops: Vec<FuOp>,
+}
+
+impl FuSpec {
+    /// How this unit runs operations of `class`, or `None` where it does not.
+    pub fn op(&self, class: Class) -> Option<&FuOp> {
+        self.ops.iter().find(|o| o.class == class)
+    }
+}
+
+/// How one unit runs one class of operations.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FuOp {
+    /// The class.
+    pub class: Class,
+    /// Cycles from issue until the result can be read (≥ 1).
+    pub latency: u32,
+    /// Cycles from issue until this unit can issue any operation again (≥ 1; 1 is fully pipelined).
+    pub interval: u32,
+    /// Shared resources taken for `interval` cycles from issue.
+    pub uses: Vec<Resource>,
+}
+
+/// A register file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FileSpec {
+    /// Its name.
+    pub name: String,
+    /// Width of a register in bits: 1, 32 or 128.
+    pub width: u32,
+    /// Number of registers.
+    pub size: u32,
+    /// What kind of file it is.
+    pub kind: FileKind,
+    /// Registers that can be read in one cycle, by all readers together.
+    pub read_ports: u32,
+    /// Registers that can be written in one cycle, by all writers together.
+    pub write_ports: u32,
+    /// Units whose operand multiplexers can take a register of this file.
+    pub readers: Vec<Fu>,
+    /// Units whose results can be written into it.
+    pub writers: Vec<Fu>,
+    /// Whether a value that arrives at a writer's inputs over a link can be written into the file
+    /// without passing through the unit.
+    pub from_links: bool,
+}
+
+impl FileSpec {
+    /// Whether a value of this type fits in one of its registers.
+    pub fn holds(&self, ty: Ty) -> bool {
+        ty.bits() <= self.width
+    }
+}
+
+/// Kinds of register files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FileKind {
+    /// Shared by the VLIW slots and the array: live-in and live-out values pass through it.
+    Central,
+    /// Local to the array, addressed relative to a base that advances with every iteration.
+    Rotating,
+    /// Local to the array, plain addressing.
+    Static,
+}
+
+/// A directed link: in cycle `t` unit `to` sees what the output of `from` was in `t - delay`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinkSpec {
+    /// The unit whose output it carries.
+    pub from: Fu,
+    /// The unit whose operand multiplexers (and local files, see [`FileSpec::from_links`]) it feeds.
+    pub to: Fu,
+    /// Registers along it.
+    pub delay: u32,
+    /// Widest value it carries, in bits: 1 for a link of the predicate network alone.
+    pub width: u32,
+}
+
+/// A resource that several units share, such as a memory port.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResourceSpec {
+    /// Its name.
+    pub name: String,
+    /// How many uses fit in one cycle.
+    pub count: u32,
+}
+
+/// How exact the special functions are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Precision {
+    /// Reciprocal.
+    pub rcp: Approx,
+    /// Reciprocal square root.
+    pub rsqrt: Approx,
+    /// Square root.
+    pub sqrt: Approx,
+    /// Power of two.
+    pub exp2: Approx,
+    /// Binary logarithm.
+    pub log2: Approx,
+    /// Sine and cosine.
+    pub sincos: Approx,
+}
+
+impl Precision {
+    /// Everything [`Approx::Exact`].
+    pub const EXACT: Precision = Precision {
+        rcp: Approx::Exact,
+        rsqrt: Approx::Exact,
+        sqrt: Approx::Exact,
+        exp2: Approx::Exact,
+        log2: Approx::Exact,
+        sincos: Approx::Exact,
+    };
+}
+
+/// The precision of one special function.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Approx {
+    /// Correctly rounded reciprocal and roots; the transcendental functions evaluated in binary64
+    /// by a fixed polynomial and rounded once.
+    Exact,
+    /// A first approximation good to `bits` bits, improved by `steps` Newton–Raphson steps where
+    /// the function has them (reciprocal and roots).
+    Table {
+        /// Correct bits of the first approximation, 4 to 23.
+        bits: u32,
+        /// Newton–Raphson steps after it, 0 to 3.
+        steps: u32,
+    },
+}
+
+impl Arch {
+    /// The unit of VLIW slot `slot`.
+    pub fn slot(&self, slot: u32) -> Option<Fu> {
+        self.fus
+            .iter()
+            .find(|(_, f)| f.slot == Some(slot))
+            .map(|(fu, _)| fu)
+    }
+
+    /// The units that are VLIW slots, in slot order.
+    pub fn slots(&self) -> Vec<Fu> {
+        let mut slots: Vec<_> = self
+            .fus
+            .iter()
+            .filter_map(|(fu, f)| f.slot.map(|s| (s, fu)))
+            .collect();
+        slots.sort();
+        slots.into_iter().map(|(_, fu)| fu).collect()
+    }
+
+    /// The central register file that VLIW code keeps values of type `ty` in: the narrowest one
+    /// that holds them, the first of equals.
+    pub fn central(&self, ty: Ty) -> Option<RegFile> {
+        self.files
+            .iter()
+            .filter(|(_, f)| f.kind == FileKind::Central && f.holds(ty))
+            .min_by_key(|(file, f)| (f.width, *file))
+            .map(|(file, _)| file)
+    }
+
+    /// Peak floating-point operations per cycle of one core: each unit's busiest class, where a
+    /// fused multiply-add counts 2 a lane and a unit that issues every n-th cycle counts 1/n.
+    pub fn peak_flops_per_cycle(&self) -> f64 {
+        self.fus
+            .values()
+            .map(|fu| {
+                fu.ops
+                    .iter()
+                    .map(|o| f64::from(flops(o.class)) / f64::from(o.interval))
+                    .fold(0.0, f64::max)
+            })
+            .sum()
+    }
+}
+
+/// Floating-point operations that one instruction of a class stands for.
+fn flops(class: Class) -> u32 {
+    match class {
+        Class::Fadd | Class::Fmul | Class::Fdiv | Class::Sfu => 1,
+        Class::Fma => 2,
+        Class::Vfadd | Class::Vfmul => 4,
+        Class::Vdot => 7,
+        Class::Vfma => 8,
+        _ => 0,
+    }
+}

@@ -1,0 +1,22 @@
+//! What an SRP can do, and what one SGRT system is made of.
+//!
+//! This is the ground floor: every other crate stands on it, and it imports none of them.
+//!
+//! * [`isa`]: the one opcode table.
+//! * [`ops`]: what each opcode computes, written once.
+//! * [`arch`] and [`system`]: a machine as data. `parse` makes it from the XML file an architecture
+//!   designer edits; whatever the file leaves out is filled in there, so nothing downstream knows
+//!   of defaults.
+//! * [`resource`]: the machine as a router sees it, derived from [`Arch`].
+
+pub mod arch;
+pub mod entity;
+pub mod isa;
+pub mod ops;
+pub mod resource;
+pub mod system;
+
+pub use arch::Arch;
+pub use isa::{Class, Opcode, Ty};
+pub use resource::ResourceGraph;
+pub use system::SystemSpec;

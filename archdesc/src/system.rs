@@ -1,0 +1,140 @@
+//! [`SystemSpec`]: the units round the array. Sizes are bytes, clocks MHz, latencies cycles of the
+//! unit's own clock unless the name says otherwise.
+
+use crate::arch::Approx;
+
+/// The units round the SRP array.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SystemSpec {
+    /// SGRT cores: each one SRP and one T&I unit.
+    pub cores: u32,
+    /// Clock of the SRP, MHz.
+    pub srp_mhz: u32,
+    /// Clock of the T&I unit, MHz.
+    pub tni_mhz: u32,
+    /// SRAM of one core.
+    pub sram_bytes: u32,
+    /// Data cache of one core's cached loads and stores.
+    pub data_cache: CacheSpec,
+    /// Texture cache of one core.
+    pub texture_cache: CacheSpec,
+    /// Ray and hit buffers between SRP and T&I unit.
+    pub buffers: BufferSpec,
+    /// The T&I unit.
+    pub tni: TniSpec,
+    /// The bus between the cores and the memory.
+    pub bus: BusSpec,
+    /// System memory.
+    pub dram: DramSpec,
+}
+
+/// One set-associative cache, least recently used line replaced.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CacheSpec {
+    /// Capacity.
+    pub bytes: u32,
+    /// Ways per set.
+    pub ways: u32,
+    /// Line size.
+    pub line: u32,
+    /// Cycles of a hit (≥ 1).
+    pub latency: u32,
+    /// Banks that can each be asked once a cycle.
+    pub banks: u32,
+    /// Misses that may be outstanding.
+    pub misses: u32,
+}
+
+impl CacheSpec {
+    /// Number of sets.
+    pub fn sets(&self) -> u32 {
+        self.bytes / (self.ways * self.line)
+    }
+}
+
+/// Ray and hit buffers (SGRT section 3.2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BufferSpec {
+    /// Rays of one buffer, which is the size of a packet.
+    pub rays: u32,
+    /// Ray buffers.
+    pub ray_buffers: u32,
+    /// Hit buffers.
+    pub hit_buffers: u32,
+    /// Bytes of a ray.
+    pub ray_bytes: u32,
+    /// Bytes of a hit.
+    pub hit_bytes: u32,
+}
+
+/// The traversal and intersection unit (SGRT section 3.3).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TniSpec {
+    /// Traversal units.
+    pub trvs: u32,
+    /// Intersection units.
+    pub ists: u32,
+    /// One deep traversal pipeline or three parallel sub-pipelines.
+    pub pipeline: Pipeline,
+    /// Rays resident in one traversal unit, each with a stack.
+    pub stacks: u32,
+    /// Entries of one stack.
+    pub stack_depth: u32,
+    /// Cycles through node fetch and classification (TRV_PRE), without the cache.
+    pub pre_latency: u32,
+    /// Cycles through the ray–box test (TRV_AABB).
+    pub aabb_latency: u32,
+    /// Cycles through the stack operation (TRV_POST).
+    pub post_latency: u32,
+    /// Cycles through the ray–triangle test.
+    pub ist_latency: u32,
+    /// Entries of the FIFOs between sub-pipelines and units.
+    pub fifo: u32,
+    /// Rows of a ray accumulation unit: distinct lines waited for.
+    pub rau_rows: u32,
+    /// Level-1 cache of one traversal unit.
+    pub trv_l1: CacheSpec,
+    /// Level-2 cache shared by the traversal units.
+    pub trv_l2: CacheSpec,
+    /// Level-1 cache of one intersection unit.
+    pub ist_l1: CacheSpec,
+    /// Bytes of a node in memory.
+    pub node_bytes: u32,
+    /// Bytes of a triangle record in memory.
+    pub triangle_bytes: u32,
+    /// Precision of the reciprocal in the ray–triangle test.
+    pub rcp: Approx,
+}
+
+/// Forms of the traversal unit (SGRT Figure 4).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pipeline {
+    /// One deep pipeline; rays bypass the stages they do not need.
+    Single,
+    /// TRV_PRE, TRV_AABB and TRV_POST side by side with a crossbar.
+    Parallel,
+}
+
+/// The bus between cores and memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BusSpec {
+    /// Bytes moved per bus cycle.
+    pub width: u32,
+    /// Bus clock, MHz.
+    pub mhz: u32,
+    /// Cycles from request to memory, and again from memory back.
+    pub latency: u32,
+}
+
+/// System memory: every access takes the same time, and each channel moves its peak rate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DramSpec {
+    /// Memory clock, MHz; data moves on both edges.
+    pub mhz: u32,
+    /// Channels.
+    pub channels: u32,
+    /// Bits of one channel.
+    pub bits: u32,
+    /// Nanoseconds from request at the controller to the first data.
+    pub latency_ns: u32,
+}

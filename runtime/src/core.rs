@@ -1,0 +1,114 @@
+//! The border between one simulated SRP and everything round it.
+//!
+//! An engine (the table interpreter or a generated simulator) implements [`Core`]; the system
+//! implements [`Bus`]. The array and the VLIW engine are statically scheduled, so an engine's time
+//! varies for two reasons only, and both are the bus's word: a cached access that misses freezes
+//! the whole core ([`Bus::stalled`]), and a port that is not ready holds the VLIW engine where it is.
+
+/// A 128-bit value: four words, lane 0 first. Narrower values use lane 0.
+pub type Lanes = [u32; 4];
+
+/// What an SRP asks of the world. Every call happens in the current cycle of the core.
+pub trait Bus {
+    /// The core's SRAM, little endian. Engines check bounds themselves and trap.
+    fn sram(&mut self) -> &mut [u8];
+
+    /// Reads 1, 2, 4 or 16 bytes of system memory through the data cache, zero-extended. The value
+    /// is there at once; a miss shows as [`stalled`](Self::stalled) afterwards. `None` where the
+    /// address is not mapped or not aligned to its size.
+    fn cached_load(&mut self, address: u32, bytes: u32) -> Option<Lanes>;
+
+    /// Writes 1, 2, 4 or 16 bytes of system memory through the data cache. `None` as above.
+    fn cached_store(&mut self, address: u32, bytes: u32, value: Lanes) -> Option<()>;
+
+    /// Whether the core must stand still after the cycle that made the last access.
+    fn stalled(&self) -> bool;
+
+    /// Takes a word from an input port, or `None` where the core has to wait for it.
+    fn port_in(&mut self, port: u32) -> Option<u32>;
+
+    /// Offers a word to an output port; `false` where the core has to wait.
+    fn port_out(&mut self, port: u32, value: u32) -> bool;
+}
+
+/// What a core did in a run of cycles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Activity {
+    /// Issued VLIW bundles.
+    Vliw,
+    /// Ran a kernel, by its number in the scheduled program, on the array.
+    Array(u32),
+    /// Changed between the VLIW engine and the array, or set registers for a kernel.
+    Switch,
+    /// Waited for a port.
+    Wait(u32),
+    /// Returned from `main` with this value. Takes no cycle, and stays.
+    Halted(i32),
+}
+
+/// A stretch of cycles of one kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Run {
+    /// Length in SRP cycles: at least 1, unless halted.
+    pub cycles: u64,
+    /// What happened in all of them.
+    pub activity: Activity,
+}
+
+/// Why a simulation cannot go on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Trap {
+    /// What is wrong.
+    pub kind: TrapKind,
+    /// Source position, `file:line:column`, where known.
+    pub at: Option<String>,
+}
+
+/// Kinds of traps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TrapKind {
+    /// An access outside its memory, or not aligned to its size.
+    Access {
+        /// The address, in bytes.
+        address: u32,
+        /// The size, in bytes.
+        bytes: u32,
+    },
+    /// An integer division by zero.
+    DivisionByZero,
+    /// The stack has run into the data below it.
+    StackOverflow,
+    /// A call through a pointer that is no function.
+    BadCall(u32),
+    /// Code that must not be reached.
+    Unreachable,
+}
+
+impl std::fmt::Display for Trap {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if let Some(at) = &self.at {
+            write!(f, "{at}: ")?;
+        }
+        match self.kind {
+            TrapKind::Access { address, bytes } => {
+                write!(
+                    f,
+                    "access of {bytes} bytes at {address:#010x} is outside memory or unaligned"
+                )
+            }
+            TrapKind::DivisionByZero => f.write_str("integer division by zero"),
+            TrapKind::StackOverflow => f.write_str("stack overflow"),
+            TrapKind::BadCall(target) => write!(f, "call of {target:#x}, which is no function"),
+            TrapKind::Unreachable => f.write_str("unreachable code was reached"),
+        }
+    }
+}
+
+impl std::error::Error for Trap {}
+
+/// One simulated SRP, ready to run from its entry.
+pub trait Core {
+    /// Runs at most `budget` (≥ 1) cycles, as long as they are of one kind. Stops after a cycle in
+    /// which the bus stalled. The same program gives the same cycles however they are cut.
+    fn run(&mut self, bus: &mut dyn Bus, budget: u64) -> Result<Run, Trap>;
+}

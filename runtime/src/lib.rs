@@ -1,0 +1,3 @@
+//! What a simulator stands on.
+pub mod core;
+pub mod ports;
