@@ -8,8 +8,11 @@
 //!   designer edits; whatever the file leaves out is filled in there, so nothing downstream knows
 //!   of defaults.
 //! * [`resource`]: the machine as a router sees it, derived from [`Arch`].
+//! * [`diagnostic`]: messages about a user's text, with positions; the C front end reports through
+//!   it too.
 
 pub mod arch;
+pub mod diagnostic;
 pub mod entity;
 pub mod isa;
 pub mod ops;
@@ -17,6 +20,7 @@ pub mod resource;
 pub mod system;
 
 pub use arch::Arch;
+pub use diagnostic::Diagnostic;
 pub use isa::{Class, Opcode, Ty};
 pub use resource::ResourceGraph;
 pub use system::SystemSpec;
