@@ -1,1 +1,3 @@
-//! scheduler
+//! Where and when every operation runs; and a checker that does not trust it.
+
+pub mod abi;

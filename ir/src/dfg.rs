@@ -1,0 +1,184 @@
+//! [`Dfg`]: one loop body as a dataflow graph, the form that the modulo scheduler places.
+
+use crate::program::{Bits, Pos};
+use petgraph::graph::DiGraph;
+use srp_archdesc::entity;
+use srp_archdesc::entity::{Entity, EntityMap};
+use srp_archdesc::isa::{Effect, Opcode, Ty};
+
+entity! {
+    /// An operation of a loop body.
+    Node = "n";
+}
+
+/// A loop body. The loop runs `trip ≥ 1` times, a number known when it is entered; there is no
+/// control flow inside.
+///
+/// Always holds: operands fit the opcode table; edges of distance 0 form no cycle; an operand at
+/// distance `d` has `d` initial values, the value before iteration 0 first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Dfg {
+    /// The kernel's name.
+    pub name: String,
+    /// The loop statement.
+    pub pos: Pos,
+    /// Values that come from outside and do not change, by number. The launch brings them.
+    pub live_ins: Vec<LiveIn>,
+    /// The live-in word that holds the trip count.
+    pub trip: u32,
+    /// The operations, in source order.
+    pub nodes: EntityMap<Node, NodeData>,
+    /// Order between memory accesses that no value carries.
+    pub order: Vec<Order>,
+    /// Values of the last iteration that the control code uses afterwards; the launch returns them
+    /// in this order.
+    pub live_outs: Vec<Node>,
+}
+
+/// A value that comes from outside the loop.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LiveIn {
+    /// Its storage.
+    pub ty: Ty,
+    /// Where it is first used in the loop, for messages.
+    pub pos: Pos,
+}
+
+/// One operation of a loop body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NodeData {
+    /// What it does.
+    pub op: Opcode,
+    /// Its operands, as the opcode table has them.
+    pub operands: Vec<Operand>,
+    /// The immediate, 0 where the opcode has none.
+    pub imm: i32,
+    /// Where it comes from.
+    pub pos: Pos,
+}
+
+/// An operand of a node.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Operand {
+    /// A constant.
+    Const(Bits),
+    /// A live-in value.
+    LiveIn(u32),
+    /// What `node` computed `init.len()` iterations ago.
+    Node {
+        /// The producer.
+        node: Node,
+        /// Values standing in for the iterations before the first: `init[k]` for the value of
+        /// iteration `-1 - k`. Its length is the distance.
+        init: Vec<Initial>,
+    },
+}
+
+impl Operand {
+    /// The producer and the distance, if it is a node.
+    pub fn producer(&self) -> Option<(Node, u32)> {
+        match self {
+            Operand::Node { node, init } => Some((*node, init.len() as u32)),
+            Operand::Const(_) | Operand::LiveIn(_) => None,
+        }
+    }
+}
+
+/// A value from before the first iteration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Initial {
+    /// A constant.
+    Const(Bits),
+    /// A live-in value.
+    LiveIn(u32),
+}
+
+/// `to` of iteration `i + distance` must come after `from` of iteration `i`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Order {
+    /// The earlier access.
+    pub from: Node,
+    /// The later access.
+    pub to: Node,
+    /// Iterations between them.
+    pub distance: u32,
+}
+
+/// An edge of the dependence graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Dep {
+    /// What kind.
+    pub kind: DepKind,
+    /// Iterations between producer and consumer.
+    pub distance: u32,
+}
+
+/// Kinds of dependence.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DepKind {
+    /// The value of the source is this operand of the target.
+    Operand(u32),
+    /// A memory order.
+    Order,
+}
+
+impl Dfg {
+    /// All dependences: operands in node order, then memory order.
+    pub fn deps(&self) -> impl Iterator<Item = (Node, Node, Dep)> + '_ {
+        let operands = self.nodes.iter().flat_map(|(to, data)| {
+            data.operands
+                .iter()
+                .enumerate()
+                .filter_map(move |(i, operand)| {
+                    let (from, distance) = operand.producer()?;
+                    Some((
+                        from,
+                        to,
+                        Dep {
+                            kind: DepKind::Operand(i as u32),
+                            distance,
+                        },
+                    ))
+                })
+        });
+        let order = self.order.iter().map(|o| {
+            (
+                o.from,
+                o.to,
+                Dep {
+                    kind: DepKind::Order,
+                    distance: o.distance,
+                },
+            )
+        });
+        operands.chain(order)
+    }
+
+    /// The dependence graph; node indices are those of [`Node`].
+    pub fn graph(&self) -> DiGraph<Node, Dep> {
+        let mut graph = DiGraph::with_capacity(self.nodes.len(), 2 * self.nodes.len());
+        let index: Vec<_> = self.nodes.keys().map(|n| graph.add_node(n)).collect();
+        for (from, to, dep) in self.deps() {
+            graph.add_edge(index[from.index()], index[to.index()], dep);
+        }
+        graph
+    }
+
+    /// Cycles that must pass from the issue of `from` to the issue of `to`, given the latency of
+    /// `from`: the latency along an operand; along a memory order 1 after a store (it writes at the
+    /// end of its cycle) and 0 after a load (it reads at the start of its cycle).
+    pub fn delay(&self, from: Node, dep: Dep, latency: u32) -> u32 {
+        match dep.kind {
+            DepKind::Operand(_) => latency,
+            DepKind::Order => match self.nodes[from].op.info().effect {
+                Effect::Load => 0,
+                Effect::Pure | Effect::Store | Effect::Io => 1,
+            },
+        }
+    }
+
+    /// The storage of a node's result.
+    pub fn ty(&self, node: Node) -> Option<Ty> {
+        self.nodes[node].op.result()
+    }
+}

@@ -1,0 +1,62 @@
+//! Which central register holds what where two pieces of scheduled code meet.
+//!
+//! Values pass between functions, and between control code and kernels, in the central register of
+//! their type: the first word in word register 0, the second in 1, and so on, each type counted by
+//! itself. The last registers of the word file are reserved.
+
+use srp_archdesc::arch::{Arch, RegFile};
+use srp_archdesc::isa::Ty;
+use srp_ir::dre::scheduled::Reg;
+
+/// Word registers at the end of the file that never hold a value: the stack pointer and the link
+/// register.
+pub const RESERVED_WORDS: u32 = 2;
+
+/// The central file for values of type `ty`.
+pub fn file(arch: &Arch, ty: Ty) -> RegFile {
+    arch.central(ty)
+        .expect("a checked machine has a central file for every type")
+}
+
+/// Registers of the central file of `ty` that can hold values.
+pub fn allocatable(arch: &Arch, ty: Ty) -> u32 {
+    let size = arch.files[file(arch, ty)].size;
+    if ty == Ty::Word {
+        size.saturating_sub(RESERVED_WORDS)
+    } else {
+        size
+    }
+}
+
+/// The stack pointer.
+pub fn stack_pointer(arch: &Arch) -> Reg {
+    let file = file(arch, Ty::Word);
+    Reg {
+        file,
+        index: arch.files[file].size - 1,
+    }
+}
+
+/// The link register.
+pub fn link(arch: &Arch) -> Reg {
+    let file = file(arch, Ty::Word);
+    Reg {
+        file,
+        index: arch.files[file].size - 2,
+    }
+}
+
+/// Where values of these types pass; `None` for those that find no register.
+pub fn passing(arch: &Arch, types: impl IntoIterator<Item = Ty>) -> Vec<Option<Reg>> {
+    let mut next = [0u32; Ty::ALL.len()];
+    let place = |ty: Ty| {
+        let index = &mut next[ty as usize];
+        let reg = (*index < allocatable(arch, ty)).then(|| Reg {
+            file: file(arch, ty),
+            index: *index,
+        });
+        *index += 1;
+        reg
+    };
+    types.into_iter().map(place).collect()
+}
