@@ -1,0 +1,118 @@
+/* The scene as it lies in system memory, and the rays and hits that pass between the SRP and the
+ * T&I unit. runtime/src/scene_image.rs writes this layout and tests it against this file;
+ * runtime/src/tni reads rays and writes hits.
+ *
+ * Addresses in system memory are 32-bit words here, never pointers, so that every structure has
+ * the same size for the SRP and for a host compiler. SRP_AT turns an address into a pointer: on
+ * the SRP it is the address itself, behind the data cache; on the host, srp_host_memory points to
+ * the bytes that stand at SRP_MEMORY_BASE.
+ *
+ *     SRP_GLOBAL const srp_scene *scene = SRP_SCENE;
+ *     SRP_GLOBAL const srp_triangle *t = SRP_AT(const srp_triangle, scene->triangles) + id;
+ *
+ * Every float4 is aligned to 16 bytes. Lane 3 of some of them is a word of its own: read an
+ * integer there with srp_bits.
+ */
+#ifndef SRP_SCENE_H
+#define SRP_SCENE_H
+
+#include "srp.h"
+
+#define SRP_MEMORY_BASE 0x80000000u
+
+#ifdef __SRP__
+#define SRP_AT(type, address) ((SRP_GLOBAL type *)(address))
+#else
+extern unsigned char *srp_host_memory;
+#define SRP_AT(type, address) ((type *)(srp_host_memory + ((address) - SRP_MEMORY_BASE)))
+#endif
+
+/* The scene header stands at the base of system memory. */
+#define SRP_SCENE SRP_AT(const srp_scene, SRP_MEMORY_BASE)
+
+/* 224 bytes. */
+typedef struct {
+    float4 eye;        /*   0: position of the camera; w 1 */
+    float4 corner;     /*  16: direction through the centre of pixel (0, 0), not normalised; w 0 */
+    float4 right;      /*  32: what to add to it from one pixel to the next on its right; w 0 */
+    float4 down;       /*  48: what to add to it from one row to the next below; w 0 */
+    float4 background; /*  64: rgb where a ray leaves the scene */
+    float4 ambient;    /*  80: rgb, multiplied by the diffuse colour of what is hit */
+    float4 light;      /*  96: position of the point light; w 1 */
+    float4 colour;     /* 112: its rgb, the same at every distance */
+    int width;         /* 128: of the frame, pixels */
+    int height;        /* 132 */
+    int tile_width;    /* 136: of a tile, pixels; tile_width * tile_height == SRP_RAYS */
+    int tile_height;   /* 140 */
+    int tiles_x;       /* 144: tiles in a row; tile n has the column n % tiles_x, row n / tiles_x */
+    int tiles_y;       /* 148 */
+    int stride;        /* 152: of the frame buffer, pixels: tiles_x * tile_width */
+    unsigned framebuffer; /* 156: address of tiles_y * tile_height rows of stride pixels, one word
+                             each: red in the low byte, then green, blue, and 255. Tiles at the
+                             right and lower edge are whole, so nothing has to be masked. */
+    unsigned triangles;      /* 160: address of srp_triangle[triangle_count], by primitive id */
+    unsigned triangle_count; /* 164 */
+    unsigned materials;      /* 168: address of srp_material[material_count] */
+    unsigned material_count; /* 172 */
+    unsigned texcoords;      /* 176: address of srp_texcoords[triangle_count], by primitive id */
+    unsigned light_count;    /* 180: 0 or 1 */
+    float widening; /* 184: what to multiply a reciprocal direction by for srp_ray.far; covers the
+                       error of this machine's srp_rcp */
+    float far;      /* 188: tmax of a ray without end: beyond everything in the scene */
+    float offset;   /* 192: how far to move a secondary origin off the surface along the geometric
+                       normal, as a fraction of the largest absolute coordinate of the vertices
+                       hit: P + n * (offset * max) */
+    int reserved[7]; /* 196: 0 */
+} srp_scene;
+
+/* 96 bytes: what shading needs of a triangle. With hit weights u, v and w = 1 - u - v the point is
+ * w * v0 + u * v1 + v * v2, which is a better origin of secondary rays than origin + t * direction. */
+typedef struct {
+    float4 n0; /*  0: unit shading normal at vertex 0; lane 3: index of the material, an integer */
+    float4 n1; /* 16: at vertex 1; lane 3: 0 */
+    float4 n2; /* 32: at vertex 2; lane 3: 0 */
+    float4 v0; /* 48: vertex 0; lane 3: x of the geometric unit normal (v1 - v0) x (v2 - v0) */
+    float4 v1; /* 64: vertex 1; lane 3: y of it */
+    float4 v2; /* 80: vertex 2; lane 3: z of it; a triangle of no area has the normal 0 0 0 */
+} srp_triangle;
+
+/* 32 bytes: texture coordinates at the vertices, 0 where the file gives none. */
+typedef struct {
+    float u0, v0, u1, v1, u2, v2, spare0, spare1;
+} srp_texcoords;
+
+/* 64 bytes: a material as MTL means it. */
+typedef struct {
+    float4 kd;    /*  0: diffuse rgb; w: dissolve d, 1 is opaque */
+    float4 ks;    /* 16: specular rgb; w: exponent Ns */
+    float4 ke;    /* 32: emitted rgb; w: index of refraction Ni */
+    int illum;    /* 48: illumination model */
+    int spare[3]; /* 52: 0 */
+} srp_material;
+
+/* 64 bytes, in SRAM: a ray as the T&I unit takes it from a ray buffer.
+ * A ray with a NaN in it, an infinite origin or direction, a direction of length 0, or
+ * tmax < tmin hits nothing. A negative tmin counts as 0. */
+typedef struct {
+    float4 origin;     /*  0: lane 3: tmin; hits have t > tmin */
+    float4 direction;  /* 16: of any length; lane 3: tmax; hits have t <= tmax */
+    float4 reciprocal; /* 32: srp_rcp of each lane of the direction; lane 3: any word of the kernels' */
+    float4 far;        /* 48: reciprocal * scene->widening; lane 3: flags, SRP_RAY_* */
+} srp_ray;
+
+#define SRP_RAY_SHADOW 1 /* any hit will do; sorted into the shadow runs */
+
+/* 24 bytes, in SRAM: a hit as the T&I unit writes it to a hit buffer, in four runs: shadow hits,
+ * shadow misses, other hits, other misses, each in the order of the rays. */
+typedef struct {
+    float t;       /* distance in lengths of the direction; tmax where nothing was hit */
+    float u;       /* weight of vertex 1; u, v >= 0 and u + v <= 1 */
+    float v;       /* weight of vertex 2 */
+    int primitive; /* index of the triangle, SRP_NO_HIT where nothing was hit */
+    int ray;       /* index of the ray in its buffer */
+    int flags;     /* of the ray */
+} srp_hit;
+
+#define SRP_NO_HIT (-1)
+
+#endif
