@@ -1,0 +1,311 @@
+/* The operations of the SRP in C, for any compiler but its own: same results bit for bit (any NaN
+ * stands for any other) as archdesc/src/ops/semantics.rs with exact special functions. Included by
+ * srp.h, which says how to compile. Needs binary32 and binary64 arithmetic without excess
+ * precision, and GNU vector extensions; of libm only sqrt and sqrtf, which IEEE 754 fixes.
+ */
+#ifndef SRP_HOST_H
+#define SRP_HOST_H
+
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef float float4 __attribute__((vector_size(16)));
+typedef int int4 __attribute__((vector_size(16)));
+
+#define SRP_HOST static inline __attribute__((unused))
+
+/* Bits and conversions. */
+
+SRP_HOST unsigned srp_bits(float x) { unsigned b; memcpy(&b, &x, 4); return b; }
+SRP_HOST float srp_float(unsigned b) { float x; memcpy(&x, &b, 4); return x; }
+SRP_HOST uint64_t srp_host_bits64(double x) { uint64_t b; memcpy(&b, &x, 8); return b; }
+SRP_HOST double srp_host_double(uint64_t b) { double x; memcpy(&x, &b, 8); return x; }
+SRP_HOST float srp_host_nan(void) { return srp_float(0x7fc00000u); }
+SRP_HOST float srp_itof(int x) { return (float)x; }
+SRP_HOST float srp_utof(unsigned x) { return (float)x; }
+
+SRP_HOST int srp_ftoi(float x)
+{
+	if (x != x) return 0;
+	if (x >= 2147483648.0f) return 2147483647;
+	if (x < -2147483648.0f) return -2147483647 - 1;
+	return (int)x;
+}
+
+SRP_HOST unsigned srp_ftou(float x)
+{
+	if (!(x > 0.0f)) return 0;
+	if (x >= 4294967296.0f) return 0xffffffffu;
+	return (unsigned)x;
+}
+
+/* Integers. */
+
+SRP_HOST int srp_min(int a, int b) { return a < b ? a : b; }
+SRP_HOST int srp_max(int a, int b) { return a > b ? a : b; }
+SRP_HOST unsigned srp_minu(unsigned a, unsigned b) { return a < b ? a : b; }
+SRP_HOST unsigned srp_maxu(unsigned a, unsigned b) { return a > b ? a : b; }
+SRP_HOST int srp_mulhi(int a, int b) { return (int)(((int64_t)a * b) >> 32); }
+SRP_HOST unsigned srp_mulhiu(unsigned a, unsigned b) { return (unsigned)(((uint64_t)a * b) >> 32); }
+SRP_HOST int srp_selecti(int c, int a, int b) { return c ? a : b; }
+
+/* Floats. */
+
+SRP_HOST float srp_select(int c, float a, float b) { return c ? a : b; }
+SRP_HOST float srp_fabs(float x) { return srp_float(srp_bits(x) & 0x7fffffffu); }
+
+/* A NaN gives the other operand; -0 is less than +0. */
+SRP_HOST float srp_fmin(float a, float b)
+{
+	if (a != a) return b;
+	if (b != b) return a;
+	if (a == b) return srp_float(srp_bits(a) | srp_bits(b));
+	return a < b ? a : b;
+}
+
+SRP_HOST float srp_fmax(float a, float b)
+{
+	if (a != a) return b;
+	if (b != b) return a;
+	if (a == b) return srp_float(srp_bits(a) & srp_bits(b));
+	return a > b ? a : b;
+}
+
+SRP_HOST float srp_floor(float x)
+{
+	float t;
+	if (!(srp_fabs(x) < 8388608.0f)) return x;
+	t = (float)(int)x;
+	if (t > x) t -= 1.0f;
+	return srp_float(srp_bits(t) | (srp_bits(x) & 0x80000000u));
+}
+
+/* a*b+c rounded once: the sum in binary64, rounded to odd where it is inexact, so that the second
+ * rounding cannot go wrong (Boldo and Melquiond 2008). */
+SRP_HOST float srp_fma(float a, float b, float c)
+{
+	double p = (double)a * b, z = c, s = p + z;
+	uint64_t bits = srp_host_bits64(s);
+	if ((bits & 0x0fffffff) == 0) {
+		double back = s - p, lost = (p - (s - back)) + (z - back);
+		if (lost < 0.0 || lost > 0.0)
+			s = srp_host_double((lost > 0.0) == (s > 0.0) ? bits + 1 : bits - 1);
+	}
+	return (float)s;
+}
+
+SRP_HOST float srp_rcp(float x) { return 1.0f / x; }
+SRP_HOST float srp_rsqrt(float x) { return (float)(1.0 / __builtin_sqrt((double)x)); }
+SRP_HOST float srp_sqrt(float x) { return __builtin_sqrtf(x); }
+
+/* 2^x = 2^n * e^(r ln 2), n the nearest integer. */
+SRP_HOST float srp_exp2(float x)
+{
+	double r, p;
+	int n;
+	if (x != x) return x;
+	if (x >= 128.0f) return srp_float(0x7f800000u);
+	if (x <= -150.0f) return 0.0f;
+	n = (int)((double)x + 256.5) - 256;
+	r = ((double)x - n) * 0.6931471805599453;
+	p = 1.0 / 479001600.0;
+	p = p * r + 1.0 / 39916800.0;
+	p = p * r + 1.0 / 3628800.0;
+	p = p * r + 1.0 / 362880.0;
+	p = p * r + 1.0 / 40320.0;
+	p = p * r + 1.0 / 5040.0;
+	p = p * r + 1.0 / 720.0;
+	p = p * r + 1.0 / 120.0;
+	p = p * r + 1.0 / 24.0;
+	p = p * r + 1.0 / 6.0;
+	p = p * r + 1.0 / 2.0;
+	p = p * r + 1.0;
+	p = p * r + 1.0;
+	return (float)(p * srp_host_double((uint64_t)(n + 1023) << 52));
+}
+
+/* log2(2^n m) = n + (2/ln 2) artanh((m-1)/(m+1)), m within a factor of sqrt 2 of 1. */
+SRP_HOST float srp_log2(float x)
+{
+	uint64_t bits, up;
+	double m, s, z, p;
+	int n;
+	if (x != x || x < 0.0f) return srp_host_nan();
+	if (x == 0.0f) return -srp_float(0x7f800000u);
+	if (x > 3.4028234663852886e38f) return x;
+	bits = srp_host_bits64((double)x);
+	up = (bits & 0x000fffffffffffffu) >= 0x6a09e00000000u;
+	n = (int)(bits >> 52) + (int)up - 1023;
+	m = srp_host_double((bits & 0x000fffffffffffffu) | ((1023 - up) << 52));
+	s = (m - 1.0) / (m + 1.0);
+	z = s * s;
+	p = 1.0 / 19.0;
+	p = p * z + 1.0 / 17.0;
+	p = p * z + 1.0 / 15.0;
+	p = p * z + 1.0 / 13.0;
+	p = p * z + 1.0 / 11.0;
+	p = p * z + 1.0 / 9.0;
+	p = p * z + 1.0 / 7.0;
+	p = p * z + 1.0 / 5.0;
+	p = p * z + 1.0 / 3.0;
+	p = p * z + 1.0;
+	return (float)(n + s * p * 2.8853900817779268);
+}
+
+/* The angle less the nearest multiple of pi/2, for finite |x|; the multiple modulo 4 in *quadrant.
+ * Fixed point against the bits of 2/pi (Payne and Hanek 1983). */
+SRP_HOST double srp_host_reduce(float x, unsigned *quadrant)
+{
+	static const uint32_t two_over_pi[9] = {
+		0, 0xa2f9836e, 0x4e441529, 0xfc2757d1, 0xf534ddc0,
+		0xdb629599, 0x3c439041, 0xfe5163ab, 0xdebbc561,
+	};
+	uint32_t bits = srp_bits(x), mantissa, product[4];
+	uint64_t carry = 0, low;
+	int64_t high;
+	int start, k;
+	double turn;
+	*quadrant = 0;
+	if ((bits & 0x7fffffffu) < 0x3f490fdbu) return x;
+	mantissa = (bits & 0x007fffffu) | 0x00800000u;
+	start = (int)(bits >> 23 & 255) - 120;
+	for (k = 3; k >= 0; k--) {
+		int bit = start + 32 * k, at = bit / 32, shift = bit % 32;
+		uint64_t pair = (uint64_t)two_over_pi[at] << 32;
+		if (shift) pair |= two_over_pi[at + 1];
+		carry += (uint64_t)mantissa * (uint32_t)(pair << shift >> 32);
+		product[k] = (uint32_t)carry;
+		carry >>= 32;
+	}
+	*quadrant = ((product[0] >> 29) + 1) >> 1;
+	high = (int64_t)(((uint64_t)product[0] << 34) | ((uint64_t)product[1] << 2) | (product[2] >> 30));
+	low = ((uint64_t)product[2] << 34) | ((uint64_t)product[3] << 2);
+	turn = (double)high * 0x1p-64 + (double)low * 0x1p-128;
+	turn *= 1.5707963267948966;
+	if (bits >> 31) {
+		*quadrant = 0u - *quadrant;
+		turn = -turn;
+	}
+	return turn;
+}
+
+/* sin(x + quadrant * pi/2) by Taylor's series on [-pi/4, pi/4]. */
+SRP_HOST float srp_host_sine(float x, unsigned quadrant)
+{
+	unsigned reduced;
+	double r, z, p;
+	if (x - x != 0.0f) return srp_host_nan();
+	r = srp_host_reduce(x, &reduced);
+	quadrant += reduced;
+	z = r * r;
+	if (quadrant & 1) {
+		p = 1.0 / 20922789888000.0;
+		p = p * z - 1.0 / 87178291200.0;
+		p = p * z + 1.0 / 479001600.0;
+		p = p * z - 1.0 / 3628800.0;
+		p = p * z + 1.0 / 40320.0;
+		p = p * z - 1.0 / 720.0;
+		p = p * z + 1.0 / 24.0;
+		p = p * z - 1.0 / 2.0;
+		p = p * z + 1.0;
+	} else {
+		p = -1.0 / 1307674368000.0;
+		p = p * z + 1.0 / 6227020800.0;
+		p = p * z - 1.0 / 39916800.0;
+		p = p * z + 1.0 / 362880.0;
+		p = p * z - 1.0 / 5040.0;
+		p = p * z + 1.0 / 120.0;
+		p = p * z - 1.0 / 6.0;
+		p = p * z + 1.0;
+		p = r * p;
+	}
+	return (float)(quadrant & 2 ? -p : p);
+}
+
+SRP_HOST float srp_sin(float x) { return srp_host_sine(x, 0); }
+SRP_HOST float srp_cos(float x) { return srp_host_sine(x, 1); }
+
+/* Vectors. */
+
+SRP_HOST float4 srp_float4(float x, float y, float z, float w) { float4 v = {x, y, z, w}; return v; }
+SRP_HOST int4 srp_int4(int x, int y, int z, int w) { int4 v = {x, y, z, w}; return v; }
+SRP_HOST float4 srp_splat(float x) { return srp_float4(x, x, x, x); }
+SRP_HOST int4 srp_splati(int x) { return srp_int4(x, x, x, x); }
+SRP_HOST int4 srp_bits4(float4 v) { return (int4)v; }
+SRP_HOST float4 srp_asfloat4(int4 v) { return (float4)v; }
+#define srp_swizzle(v, x, y, z, w) srp_host_swizzle(v, (x) | (y) << 2 | (z) << 4 | (w) << 6)
+#define srp_swizzlei(v, x, y, z, w) ((int4)srp_swizzle((float4)(v), x, y, z, w))
+
+SRP_HOST float4 srp_host_swizzle(float4 v, int lanes)
+{
+	return srp_float4(v[lanes & 3], v[lanes >> 2 & 3], v[lanes >> 4 & 3], v[lanes >> 6 & 3]);
+}
+
+SRP_HOST int4 srp_blendi(int4 mask, int4 a, int4 b) { return (mask & a) | (~mask & b); }
+SRP_HOST float4 srp_blend(int4 mask, float4 a, float4 b)
+{
+	return (float4)srp_blendi(mask, (int4)a, (int4)b);
+}
+SRP_HOST float4 srp_select4(int c, float4 a, float4 b) { return c ? a : b; }
+SRP_HOST int4 srp_selecti4(int c, int4 a, int4 b) { return c ? a : b; }
+
+/* f of each lane. */
+#define SRP_HOST_LANES1(f, a) {f(a[0]), f(a[1]), f(a[2]), f(a[3])}
+#define SRP_HOST_LANES2(f, a, b) {f(a[0], b[0]), f(a[1], b[1]), f(a[2], b[2]), f(a[3], b[3])}
+
+SRP_HOST float4 srp_fmin4(float4 a, float4 b) { float4 v = SRP_HOST_LANES2(srp_fmin, a, b); return v; }
+SRP_HOST float4 srp_fmax4(float4 a, float4 b) { float4 v = SRP_HOST_LANES2(srp_fmax, a, b); return v; }
+SRP_HOST float4 srp_fabs4(float4 a) { float4 v = SRP_HOST_LANES1(srp_fabs, a); return v; }
+SRP_HOST float4 srp_floor4(float4 a) { float4 v = SRP_HOST_LANES1(srp_floor, a); return v; }
+SRP_HOST float4 srp_itof4(int4 a) { float4 v = SRP_HOST_LANES1(srp_itof, a); return v; }
+SRP_HOST int4 srp_ftoi4(float4 a) { int4 v = SRP_HOST_LANES1(srp_ftoi, a); return v; }
+SRP_HOST int4 srp_min4(int4 a, int4 b) { int4 v = SRP_HOST_LANES2(srp_min, a, b); return v; }
+SRP_HOST int4 srp_max4(int4 a, int4 b) { int4 v = SRP_HOST_LANES2(srp_max, a, b); return v; }
+
+SRP_HOST float4 srp_fma4(float4 a, float4 b, float4 c)
+{
+	return srp_float4(srp_fma(a[0], b[0], c[0]), srp_fma(a[1], b[1], c[1]),
+	                  srp_fma(a[2], b[2], c[2]), srp_fma(a[3], b[3], c[3]));
+}
+
+SRP_HOST int srp_host_shr(int a, int b) { return (int)((unsigned)a >> (b & 31)); }
+SRP_HOST int srp_host_ltu(int a, int b) { return -((unsigned)a < (unsigned)b); }
+SRP_HOST int4 srp_shr4(int4 a, int4 b) { int4 v = SRP_HOST_LANES2(srp_host_shr, a, b); return v; }
+SRP_HOST int4 srp_ltu4(int4 a, int4 b) { int4 v = SRP_HOST_LANES2(srp_host_ltu, a, b); return v; }
+
+SRP_HOST float srp_dot3(float4 a, float4 b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+SRP_HOST float srp_dot4(float4 a, float4 b) { return srp_dot3(a, b) + a[3] * b[3]; }
+
+/* Ports. A program that brings the outside with it defines SRP_HOST_PORTS and these two; without,
+ * only what a program needs to print and to end is there. */
+#ifdef SRP_HOST_PORTS
+int srp_host_in(int port);
+void srp_host_out(int port, int value);
+#else
+SRP_HOST int srp_host_in(int port)
+{
+	if (port == SRP_PORT_TILE) return -1;
+	if (port == SRP_PORT_CORE) return 0;
+	fprintf(stderr, "srp_in: nothing is behind port %d on the host\n", port);
+	exit(1);
+}
+
+SRP_HOST void srp_host_out(int port, int value)
+{
+	if (port == SRP_PORT_PUTCHAR) {
+		putchar(value);
+	} else if (port == SRP_PORT_EXIT) {
+		exit(value);
+	} else {
+		fprintf(stderr, "srp_out: nothing is behind port %d on the host\n", port);
+		exit(1);
+	}
+}
+#endif
+
+SRP_HOST int srp_in(int port) { return srp_host_in(port); }
+SRP_HOST void srp_out(int port, int value) { srp_host_out(port, value); }
+
+#endif
