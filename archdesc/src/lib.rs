@@ -4,6 +4,7 @@
 //!
 //! * [`isa`]: the one opcode table.
 //! * [`ops`]: what each opcode computes, written once.
+//! * [`ports`]: the numbers by which programs talk to the units round an SRP.
 //! * [`arch`] and [`system`]: a machine as data. `parse` makes it from the XML file an architecture
 //!   designer edits; whatever the file leaves out is filled in there, so nothing downstream knows
 //!   of defaults.
@@ -16,6 +17,7 @@ pub mod diagnostic;
 pub mod entity;
 pub mod isa;
 pub mod ops;
+pub mod ports;
 pub mod resource;
 pub mod system;
 
