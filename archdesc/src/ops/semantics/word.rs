@@ -360,8 +360,8 @@ pub(super) fn odd_sum(a: u32, b: u32, c: u32) -> f64 {
     let back = sum - product;
     let lost = (product - (sum - back)) + (addend - back);
     let even = sum.to_bits() & 1 == 0;
-    // Neither comparison holds where the sum is ∞ or NaN.
-    if even && (lost < 0.0 || lost > 0.0) {
+    // Where the sum is ∞ or NaN, what is lost is NaN.
+    if even && lost.abs() > 0.0 {
         let outward = (lost > 0.0) == (sum > 0.0);
         f64::from_bits(if outward {
             sum.to_bits() + 1
