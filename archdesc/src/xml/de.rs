@@ -161,7 +161,10 @@ impl<'de> Deserializer<'de> for Node<'de> {
         visitor: V,
     ) -> Result<V::Value, Error> {
         if name == SPANNED {
-            return visitor.visit_map(Position { node: self, next: 0 });
+            return visitor.visit_map(Position {
+                node: self,
+                next: 0,
+            });
         }
         match self.part {
             Part::Element(element) => visitor.visit_map(Fields::of(element, fields, self.found)),
@@ -195,7 +198,8 @@ impl<'de> MapAccess<'de> for Position<'de> {
             return Ok(None);
         };
         self.next += 1;
-        seed.deserialize(BorrowedStrDeserializer::new(field)).map(Some)
+        seed.deserialize(BorrowedStrDeserializer::new(field))
+            .map(Some)
     }
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Error> {

@@ -47,7 +47,9 @@ impl Findings {
     /// Notes that the part `name` of the element at `element` could not be read in full, so that
     /// rules about what the file lacks would blame it twice.
     pub(super) fn suspect(&self, element: Span, name: &str) {
-        self.suspects.borrow_mut().insert((element, name.to_owned()));
+        self.suspects
+            .borrow_mut()
+            .insert((element, name.to_owned()));
     }
 
     /// Whether the part `name` of the element at `element` could not be read in full.
@@ -59,7 +61,9 @@ impl Findings {
     /// Whether a part with one of these names could not be read in full, in any element.
     pub(super) fn suspects_any(&self, names: &[&str]) -> bool {
         let suspects = self.suspects.borrow();
-        suspects.iter().any(|(_, name)| names.contains(&name.as_str()))
+        suspects
+            .iter()
+            .any(|(_, name)| names.contains(&name.as_str()))
     }
 
     /// How many mistakes were found so far.

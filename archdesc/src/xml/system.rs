@@ -1,14 +1,15 @@
 //! The units round the array. What the file leaves out is the paper's.
 
+use std::collections::BTreeMap;
+
 use super::de::Spanned;
 use super::findings::Findings;
 use super::limits::{self, Limit};
 use super::raw::{self, Text};
+use super::units::unique;
 use super::values;
 use crate::arch::{Approx, Precision};
-use crate::system::{
-    BufferSpec, BusSpec, CacheSpec, DramSpec, Pipeline, SystemSpec, TniSpec,
-};
+use crate::system::{BufferSpec, BusSpec, CacheSpec, DramSpec, Pipeline, SystemSpec, TniSpec};
 
 /// The system of the SGRT paper: its section 4.1, and where it is silent the assumptions that
 /// `FORMAT.md` lists.
@@ -76,16 +77,9 @@ pub(super) fn system(found: &Findings, raw: &Option<Spanned<raw::System>>) -> Sy
     };
     let default = DEFAULT;
     let number = |text, limit, default| values::number(found, text, limit, default);
-    let sram_bytes = match &raw.sram {
-        Some(sram) => number(&sram.size, limits::SRAM_SIZE, default.sram_bytes),
-        None => default.sram_bytes,
-    };
-    let sram = raw.sram.as_ref().and_then(|sram| sram.size.as_ref());
-    if let Some(text) = sram
-        && sram_bytes % 16 != 0
-    {
-        not_a_multiple(found, text, 16, "128-bit accesses");
-    }
+    let no_sram = raw::Sram::default();
+    let sram = raw.sram.as_ref().map_or(&no_sram, |sram| &sram.value);
+    let sram_bytes = multiple(found, &sram.size, limits::SRAM_SIZE, 16, default.sram_bytes);
     let system = SystemSpec {
         cores: number(&raw.cores, limits::CORES, default.cores),
         srp_mhz: number(&raw.srp_mhz, limits::SRP_MHZ, default.srp_mhz),
@@ -107,10 +101,18 @@ pub(super) fn system(found: &Findings, raw: &Option<Spanned<raw::System>>) -> Sy
     system
 }
 
-fn not_a_multiple(found: &Findings, text: &Text, of: u32, why: &str) {
-    let message = format!("the size is not a multiple of {of} bytes");
-    let label = format!("{why} need it to be");
-    found.push(found.error("A0601", text.span, message, label));
+/// A number of bytes that must be a multiple of `of`.
+fn multiple(found: &Findings, text: &Option<Text>, limit: Limit, of: u32, default: u32) -> u32 {
+    let n = values::number(found, text, limit, default);
+    match text {
+        Some(text) if !n.is_multiple_of(of) => {
+            let message = format!("`{}` is not a multiple of {of} bytes", limit.name);
+            let label = format!("{} bytes too many", n % of);
+            found.push(found.error("A0601", text.span, message, label));
+            default
+        }
+        _ => n,
+    }
 }
 
 /// A number that must be a power of two.
@@ -154,7 +156,7 @@ fn cache_spec(
         return default;
     }
     let set = cache.ways * cache.line;
-    let complaint = if cache.bytes % set != 0 {
+    let complaint = if !cache.bytes.is_multiple_of(set) {
         Some(format!(
             "{} bytes are not a whole number of sets of {set}",
             cache.bytes
@@ -176,11 +178,10 @@ fn cache_spec(
     if let Some(complaint) = complaint {
         let message = format!("`{element}` cannot be built: {complaint}");
         let label = "sets = size / (ways × line)";
-        found.push(
-            found
-                .error("A0603", raw.span, message, label)
-                .help(format!("a set is {} ways × {} bytes", cache.ways, cache.line)),
-        );
+        found.push(found.error("A0603", raw.span, message, label).help(format!(
+            "a set is {} ways × {} bytes",
+            cache.ways, cache.line
+        )));
         return default;
     }
     cache
@@ -195,15 +196,7 @@ fn buffers(
         return default;
     };
     let number = |text, limit, default| values::number(found, text, limit, default);
-    let words = |text: &Option<Text>, limit, default| {
-        let n = values::number(found, text, limit, default);
-        if let Some(text) = text
-            && n % 4 != 0
-        {
-            not_a_multiple(found, text, 4, "words");
-        }
-        n
-    };
+    let words = |text, limit, default| multiple(found, text, limit, 4, default);
     BufferSpec {
         rays: number(&raw.rays, limits::RAYS, default.rays),
         ray_buffers: number(&raw.ray_buffers, limits::RAY_BUFFERS, default.ray_buffers),
@@ -244,15 +237,7 @@ fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, default: TniSpec) -> T
         return default;
     };
     let number = |text, limit, default| values::number(found, text, limit, default);
-    let words = |text: &Option<Text>, limit, default| {
-        let n = values::number(found, text, limit, default);
-        if let Some(text) = text
-            && n % 4 != 0
-        {
-            not_a_multiple(found, text, 4, "words");
-        }
-        n
-    };
+    let words = |text, limit, default| multiple(found, text, limit, 4, default);
     TniSpec {
         trvs: number(&raw.trvs, limits::TRVS, default.trvs),
         ists: number(&raw.ists, limits::ISTS, default.ists),
@@ -261,8 +246,16 @@ fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, default: TniSpec) -> T
         stacks: number(&raw.stacks, limits::STACKS, default.stacks),
         stack_depth: number(&raw.stack_depth, limits::STACK_DEPTH, default.stack_depth),
         pre_latency: number(&raw.pre_latency, limits::PRE_LATENCY, default.pre_latency),
-        aabb_latency: number(&raw.aabb_latency, limits::AABB_LATENCY, default.aabb_latency),
-        post_latency: number(&raw.post_latency, limits::POST_LATENCY, default.post_latency),
+        aabb_latency: number(
+            &raw.aabb_latency,
+            limits::AABB_LATENCY,
+            default.aabb_latency,
+        ),
+        post_latency: number(
+            &raw.post_latency,
+            limits::POST_LATENCY,
+            default.post_latency,
+        ),
         ist_latency: number(&raw.ist_latency, limits::IST_LATENCY, default.ist_latency),
         fifo: number(&raw.fifo, limits::FIFO, default.fifo),
         rau_rows: number(&raw.rau_rows, limits::RAU_ROWS, default.rau_rows),
@@ -303,19 +296,41 @@ fn dram(found: &Findings, raw: &Option<Spanned<raw::Dram>>, default: DramSpec) -
     }
 }
 
-/// The special functions by their names in the file; whether Newton–Raphson improves them.
-pub(super) const FUNCTIONS: [(&str, bool, fn(&mut Precision) -> &mut Approx); 6] = [
-    ("rcp", true, |p| &mut p.rcp),
-    ("rsqrt", true, |p| &mut p.rsqrt),
-    ("sqrt", true, |p| &mut p.sqrt),
-    ("exp2", false, |p| &mut p.exp2),
-    ("log2", false, |p| &mut p.log2),
-    ("sincos", false, |p| &mut p.sincos),
+/// A special function.
+pub(super) struct Function {
+    /// Its name in the file.
+    pub(super) name: &'static str,
+    /// Whether it has Newton–Raphson steps.
+    newton: bool,
+    /// Its precision.
+    pub(super) field: fn(&mut Precision) -> &mut Approx,
+}
+
+const fn function(
+    name: &'static str,
+    newton: bool,
+    field: fn(&mut Precision) -> &mut Approx,
+) -> Function {
+    Function {
+        name,
+        newton,
+        field,
+    }
+}
+
+/// All special functions.
+pub(super) const FUNCTIONS: [Function; 6] = [
+    function("rcp", true, |p| &mut p.rcp),
+    function("rsqrt", true, |p| &mut p.rsqrt),
+    function("sqrt", true, |p| &mut p.sqrt),
+    function("exp2", false, |p| &mut p.exp2),
+    function("log2", false, |p| &mut p.log2),
+    function("sincos", false, |p| &mut p.sincos),
 ];
 
 /// The precision of the special functions; exact where the file says nothing.
 pub(super) fn precision(found: &Findings, raw: &[Spanned<raw::Special>]) -> Precision {
-    specials(found, raw, &FUNCTIONS.map(|(name, ..)| name))
+    specials(found, raw, &FUNCTIONS.map(|f| f.name))
 }
 
 /// The precision of the reciprocal in the T&I unit, which has no other special function.
@@ -325,7 +340,7 @@ fn tni_rcp(found: &Findings, raw: &[Spanned<raw::Special>]) -> Approx {
 
 fn specials(found: &Findings, raw: &[Spanned<raw::Special>], allowed: &[&str]) -> Precision {
     let mut precision = Precision::EXACT;
-    let mut seen = std::collections::BTreeMap::new();
+    let mut seen = BTreeMap::new();
     for special in raw {
         let approx = |newton| approx(found, special, newton);
         let Some(text) = &special.function else {
@@ -335,15 +350,15 @@ fn specials(found: &Findings, raw: &[Spanned<raw::Special>], allowed: &[&str]) -
         };
         let function = FUNCTIONS
             .iter()
-            .find(|(name, ..)| *name == text.value && allowed.contains(name));
+            .find(|f| f.name == text.value && allowed.contains(&f.name));
         match function {
             None => {
                 values::unknown(found, "A0412", text, "function", allowed.iter().copied());
                 approx(true);
             }
-            Some((name, newton, field)) => {
-                if super::units::unique(found, &mut seen, name, text.span, "function") {
-                    *field(&mut precision) = approx(*newton);
+            Some(function) => {
+                if unique(found, &mut seen, function.name, text.span, "function") {
+                    *(function.field)(&mut precision) = approx(function.newton);
                 }
             }
         }
@@ -377,4 +392,3 @@ fn approx(found: &Findings, special: &Spanned<raw::Special>, newton: bool) -> Ap
     let bits = values::number(found, &special.bits, limit, limit.max);
     Approx::Table { bits, steps }
 }
-

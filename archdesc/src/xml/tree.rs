@@ -240,18 +240,29 @@ impl<'x> Builder<'x, '_> {
     fn finish(self) -> Option<Element<'x>> {
         for element in &self.open {
             let message = format!("`<{}>` is never closed", element.name);
-            self.found
-                .push(self.found.error("A0102", element.span, message, "opened here"));
+            self.found.push(
+                self.found
+                    .error("A0102", element.span, message, "opened here"),
+            );
         }
         if self.open.is_empty() && self.root.is_none() {
             let end = Span::point(position(self.xml.len() as u64));
             let diagnostic = self
                 .found
-                .error("A0108", end, "the file has no element", "the text ends here")
+                .error(
+                    "A0108",
+                    end,
+                    "the file has no element",
+                    "the text ends here",
+                )
                 .help("a machine file is one `<machine name=\"…\">` element");
             self.found.push(diagnostic);
         }
-        if self.open.is_empty() { self.root } else { None }
+        if self.open.is_empty() {
+            self.root
+        } else {
+            None
+        }
     }
 
     fn malformed(&self, error: &Error, at: u32) {
@@ -260,7 +271,10 @@ impl<'x> Builder<'x, '_> {
         let tag = rest.find('>').map_or(line, |end| (end + 1).min(line));
         let span = Span::new(at, at + position(tag as u64));
         let diagnostic = match (error, self.open.last()) {
-            (Error::IllFormed(IllFormedError::MismatchedEndTag { expected, found }), Some(open)) => {
+            (
+                Error::IllFormed(IllFormedError::MismatchedEndTag { expected, found }),
+                Some(open),
+            ) => {
                 let message = format!("`<{expected}>` is closed by `</{found}>`");
                 let label = format!("expected `</{expected}>`");
                 self.found
@@ -269,7 +283,8 @@ impl<'x> Builder<'x, '_> {
             }
             (Error::IllFormed(IllFormedError::UnmatchedEndTag(name)), _) => {
                 let message = format!("`</{name}>` closes nothing");
-                self.found.error("A0102", span, message, "no such element is open")
+                self.found
+                    .error("A0102", span, message, "no such element is open")
             }
             (Error::Syntax(error), _) => self.found.error("A0101", span, error.to_string(), ""),
             (Error::IllFormed(error), _) => self.found.error("A0101", span, error.to_string(), ""),
