@@ -63,11 +63,11 @@ pub fn rcp(x: u32, bits: u32, steps: u32) -> u32 {
     (result as f32).to_bits() | (x & SIGN)
 }
 
-/// 1/√m for 1 ≤ m < 4, from a table of 2^bits entries, half of them for m ≥ 2. A Newton step is
+/// 1/√m for 1 ≤ m < 4, from a table of 2·2^bits entries, half of them for m ≥ 2. A Newton step is
 /// e = fma(−(m·y), y, 1), y = fma(y/2, e, y).
 fn table_rsqrt(m: f32, bits: u32, steps: u32) -> f32 {
     let half = if m < 2.0 { 1.0 } else { 2.0 };
-    let center = half * interval(f64::from(m) / half, bits - 1);
+    let center = half * interval(f64::from(m) / half, bits);
     let mut y = entry(1.0 / center.sqrt(), bits) as f32;
     for _ in 0..steps {
         let error = fma((-(m * y)).to_bits(), y.to_bits(), ONE);
