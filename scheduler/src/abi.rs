@@ -49,6 +49,17 @@ pub fn link(arch: &Arch) -> Reg {
     }
 }
 
+/// The registers that never hold a value; none on an array without a central file.
+pub fn reserved(arch: &Arch) -> Vec<Reg> {
+    let Some(file) = arch.central(Ty::Word) else {
+        return Vec::new();
+    };
+    let size = arch.files[file].size;
+    (size.saturating_sub(RESERVED_WORDS)..size)
+        .map(|index| Reg { file, index })
+        .collect()
+}
+
 /// Where values of these types pass; `None` for those that find no register.
 pub fn passing(arch: &Arch, types: impl IntoIterator<Item = Ty>) -> Vec<Option<Reg>> {
     let mut next = BTreeMap::new();

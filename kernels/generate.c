@@ -1,0 +1,22 @@
+/* Ray generation: no branches, whatever the ray. */
+#include "rgs.h"
+
+void generate_primary(srp_ray *rays, float4 eye, float4 corner, float4 right, float4 down,
+                      float widening, float far, int mask, int shift, int n)
+{
+    eye[3] = 0.0f; /* tmin */
+#pragma srp kernel
+    for (int i = 0; i < n; i++) {
+        float4 across = right * srp_itof(i & mask);
+        float4 direction = corner + across + down * srp_itof(i >> shift);
+        float4 reciprocal = srp_float4(srp_rcp(direction[0]), srp_rcp(direction[1]),
+                                       srp_rcp(direction[2]), srp_float((unsigned)i));
+        float4 widened = reciprocal * widening;
+        widened[3] = srp_float(0u); /* any ray but a shadow ray */
+        direction[3] = far;
+        rays[i].origin = eye;
+        rays[i].direction = direction;
+        rays[i].reciprocal = reciprocal;
+        rays[i].far = widened;
+    }
+}

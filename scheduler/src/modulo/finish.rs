@@ -1,0 +1,320 @@
+//! From a placement to a [`ModuloSchedule`]: registers allocated, times counted from zero, every
+//! operand's source spelled out.
+
+use super::place::{Placement, constants_of};
+use super::problem::{Goal, Problem, Tag};
+use super::registers::{Stay, allocate};
+use super::table::{Item, Via};
+use crate::abi;
+use srp_archdesc::arch::Fu;
+use srp_archdesc::entity::EntityMap;
+use srp_archdesc::isa::Ty;
+use srp_archdesc::resource::{Place, PlaceKind};
+use srp_ir::dfg::{Initial, Node, Operand};
+use srp_ir::dre::scheduled::{
+    ModuloSchedule, Placed, PlacedOp, PlacedTransfer, Preload, Reg, RegAt, Source,
+};
+use std::collections::BTreeMap;
+
+/// The schedule of a placement, or the place whose registers do not suffice.
+pub(super) fn finish(
+    problem: &Problem<'_>,
+    placement: &Placement,
+    live_ins: &[Reg],
+) -> Result<ModuloSchedule, Place> {
+    let start = first_cycle(problem, placement);
+    let constants = constant_registers(placement);
+    let mut fixed: Vec<Reg> = live_ins.to_vec();
+    fixed.extend(constants.iter().map(|(&(place, _), &index)| {
+        let file = problem
+            .graph
+            .as_file(place)
+            .expect("invariants are kept in files");
+        Reg { file, index }
+    }));
+    fixed.extend(abi::reserved(problem.arch));
+    let stays = allocate(problem, placement, start, &fixed)?;
+    let finish = Finish {
+        problem,
+        placement,
+        live_ins,
+        start,
+        constants,
+        stays,
+    };
+    Ok(finish.schedule())
+}
+
+/// The first cycle in which anything issues.
+fn first_cycle(problem: &Problem<'_>, placement: &Placement) -> i32 {
+    problem
+        .nodes()
+        .map(|n| placement.at[n].1)
+        .min()
+        .unwrap_or(0)
+}
+
+/// Registers of static files for the loop invariants, from 0 up in each file.
+fn constant_registers(placement: &Placement) -> BTreeMap<(Place, Initial), u32> {
+    let mut next: BTreeMap<Place, u32> = BTreeMap::new();
+    let number = |&(place, value): &(Place, Initial)| {
+        let index = next.entry(place).or_insert(0);
+        *index += 1;
+        ((place, value), *index - 1)
+    };
+    placement.constants.iter().map(number).collect()
+}
+
+struct Finish<'a, 'p> {
+    problem: &'a Problem<'p>,
+    placement: &'a Placement,
+    live_ins: &'a [Reg],
+    start: i32,
+    constants: BTreeMap<(Place, Initial), u32>,
+    stays: Vec<Stay>,
+}
+
+impl Finish<'_, '_> {
+    fn schedule(&self) -> ModuloSchedule {
+        let mut ops: EntityMap<Placed, PlacedOp> =
+            self.problem.nodes().map(|n| self.node(n)).collect();
+        for node in self.problem.nodes() {
+            for item in self.placement.table.items(node) {
+                if let Item::Move(fu, time, read, tag) = item {
+                    ops.push(self.mov(node, fu, time, read, tag));
+                }
+            }
+        }
+        let transfers = self.transfers();
+        let landing = |op: &PlacedOp| {
+            let timing = if op.is_move {
+                let ty = self.ty(op.node);
+                self.problem
+                    .move_timing(op.fu, ty)
+                    .expect("moves were routed over movers")
+            } else {
+                self.problem.timing(op.node, op.fu)
+            };
+            op.time + timing.latency
+        };
+        let arrives = |t: &PlacedTransfer| t.time + self.problem.arch.links[t.link].delay + 1;
+        let length = ops
+            .values()
+            .map(landing)
+            .chain(transfers.iter().map(arrives))
+            .max();
+        ModuloSchedule {
+            dfg: self.problem.dfg.clone(),
+            ii: self.placement.table.ii,
+            length: length.unwrap_or(1),
+            transfers,
+            preloads: self.preloads(),
+            live_in_regs: self.live_ins.to_vec(),
+            live_out_regs: self.live_outs(),
+            ops,
+        }
+    }
+
+    fn ty(&self, node: Node) -> Ty {
+        self.problem.dfg.ty(node).expect("only values are routed")
+    }
+
+    fn cycle(&self, time: i32) -> u32 {
+        u32::try_from(time - self.start).expect("nothing issues before the first cycle")
+    }
+
+    fn node(&self, node: Node) -> PlacedOp {
+        let (fu, time) = self.placement.at[node];
+        let lands = time + self.problem.timing(node, fu).latency as i32;
+        PlacedOp {
+            node,
+            is_move: false,
+            fu,
+            time: self.cycle(time),
+            operands: self.operands(node, fu),
+            writes: self.writes(node, fu, lands),
+        }
+    }
+
+    /// Registers that a result of `node` landing on a unit in a cycle is written into.
+    fn writes(&self, node: Node, fu: Fu, lands: i32) -> Vec<RegAt> {
+        let here = |s: &&Stay| s.node == node && s.first == lands && s.via == Via::Result(fu);
+        self.stays.iter().filter(here).map(|s| s.reg).collect()
+    }
+
+    fn operands(&self, node: Node, fu: Fu) -> Vec<Source> {
+        let mut kept = constants_of(self.problem, node, fu).into_iter().peekable();
+        let data = &self.problem.dfg.nodes[node];
+        let source = |(i, operand): (usize, &Operand)| match *operand {
+            Operand::Const(bits) => match kept.peek() {
+                Some(&(place, Initial::Const(b))) if b == bits && bits.ty() != Ty::Pred => {
+                    kept.next();
+                    self.constant(place, Initial::Const(b))
+                }
+                _ => Source::Const(bits),
+            },
+            Operand::LiveIn(k) => match kept.peek() {
+                Some(&(place, value)) if value == Initial::LiveIn(k) => {
+                    kept.next();
+                    self.constant(place, value)
+                }
+                _ => {
+                    let Reg { file, index } = self.live_ins[k as usize];
+                    Source::Reg {
+                        reg: RegAt {
+                            file,
+                            index,
+                            ring: 1,
+                        },
+                        distance: 0,
+                    }
+                }
+            },
+            Operand::Node { .. } => self.routed(node, i as u32, fu),
+        };
+        data.operands.iter().enumerate().map(source).collect()
+    }
+
+    fn constant(&self, place: Place, value: Initial) -> Source {
+        let file = self
+            .problem
+            .graph
+            .as_file(place)
+            .expect("invariants are kept in files");
+        let index = self.constants[&(place, value)];
+        Source::Reg {
+            reg: RegAt {
+                file,
+                index,
+                ring: 1,
+            },
+            distance: 0,
+        }
+    }
+
+    /// The source of an operand that another node computes.
+    fn routed(&self, node: Node, operand: u32, fu: Fu) -> Source {
+        let goal = Goal::Operand(node, operand);
+        let e = self.problem.edges_of[node]
+            .iter()
+            .copied()
+            .find(|&e| self.problem.edges[e].goal == goal)
+            .expect("every operand from a node is an edge");
+        let edge = &self.problem.edges[e];
+        let route = &self.placement.routes[e];
+        let (_, time) = self.placement.at[node];
+        let arrival = time + (self.placement.table.ii * edge.distance) as i32;
+        self.source(edge.from, fu, route.read, route.tag, arrival, edge.distance)
+    }
+
+    /// What a unit reads over one of its paths in a cycle.
+    fn source(&self, value: Node, fu: Fu, read: u32, tag: Tag, time: i32, distance: u32) -> Source {
+        let path = &self.problem.graph.reads[fu][read as usize];
+        match self.problem.graph.places[path.from].kind {
+            PlaceKind::Out(_) | PlaceKind::PredOut(_) => Source::Out(path.link),
+            PlaceKind::File(_) => {
+                let here = |s: &&Stay| {
+                    s.node == value
+                        && s.place == path.from
+                        && s.tag == tag
+                        && (s.first..=s.last).contains(&time)
+                };
+                let stay = self
+                    .stays
+                    .iter()
+                    .find(here)
+                    .expect("a register that is read is held");
+                Source::Reg {
+                    reg: stay.reg,
+                    distance,
+                }
+            }
+        }
+    }
+
+    fn mov(&self, node: Node, fu: Fu, time: i32, read: u32, tag: Tag) -> PlacedOp {
+        let ty = self.ty(node);
+        let timing = self
+            .problem
+            .move_timing(fu, ty)
+            .expect("moves were routed over movers");
+        PlacedOp {
+            node,
+            is_move: true,
+            fu,
+            time: self.cycle(time),
+            operands: vec![self.source(node, fu, read, tag, time, 0)],
+            writes: self.writes(node, fu, time + timing.latency as i32),
+        }
+    }
+
+    fn transfers(&self) -> Vec<PlacedTransfer> {
+        let transfer = |s: &Stay| match s.via {
+            Via::Result(_) => None,
+            Via::Link(link) => {
+                let delay = self.problem.arch.links[link].delay as i32;
+                let time = self.cycle(s.first - delay - 1);
+                Some(PlacedTransfer {
+                    node: s.node,
+                    link,
+                    time,
+                    to: s.reg,
+                })
+            }
+        };
+        self.stays.iter().filter_map(transfer).collect()
+    }
+
+    /// Invariants and initial values, by file and register.
+    fn preloads(&self) -> Vec<Preload> {
+        let ty_of = |value: Initial| match value {
+            Initial::Const(bits) => bits.ty(),
+            Initial::LiveIn(i) => self.problem.dfg.live_ins[i as usize].ty,
+        };
+        let mut preloads: Vec<Preload> = Vec::new();
+        for (&(place, value), &index) in &self.constants {
+            let file = self
+                .problem
+                .graph
+                .as_file(place)
+                .expect("invariants are kept in files");
+            preloads.push(Preload {
+                file,
+                index,
+                value,
+                ty: ty_of(value),
+            });
+        }
+        for stay in &self.stays {
+            let rotating = self.problem.graph.rotates(self.problem.arch, stay.place);
+            let size = self.problem.arch.files[stay.file].size;
+            for (k, &value) in stay.initials.iter().enumerate() {
+                let index = stay.reg.physical(-1 - k as i64, rotating, size);
+                preloads.push(Preload {
+                    file: stay.file,
+                    index,
+                    value,
+                    ty: ty_of(value),
+                });
+            }
+        }
+        preloads.sort_by_key(|p| (p.file, p.index));
+        preloads
+    }
+
+    fn live_outs(&self) -> Vec<Reg> {
+        let place = |(i, &node): (usize, &Node)| {
+            let tag = Tag::LiveOut(i as u16);
+            let stay = self.stays.iter().find(|s| s.node == node && s.tag == tag);
+            let RegAt { file, index, .. } = stay.expect("live-outs were routed").reg;
+            Reg { file, index }
+        };
+        self.problem
+            .dfg
+            .live_outs
+            .iter()
+            .enumerate()
+            .map(place)
+            .collect()
+    }
+}

@@ -1,0 +1,293 @@
+//! [`Table`]: the modulo reservation table. Who takes what in which of the II slots, and whether
+//! something more fits.
+//!
+//! A value takes *items*: a place in a cycle, a unit's issue slot for a move, a file's port. Two
+//! routes of the same value share items, so each is counted, and the resource is taken while the
+//! count is not zero.
+
+use super::problem::{Problem, Tag};
+use rustc_hash::FxHashMap;
+use srp_archdesc::arch::{Fu, FuOp, Link, Resource};
+use srp_archdesc::entity::{Entity, EntityMap};
+use srp_archdesc::resource::Place;
+use srp_ir::dfg::Node;
+
+/// Something that the route of a value takes. Times are those of iteration 0.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
+pub(super) enum Item {
+    /// The value stands in an output in a cycle.
+    Out(Place, i32),
+    /// The value stands in a register of a file in a cycle.
+    Held(Place, i32, Tag),
+    /// The value is written into a file and stands there from a cycle on.
+    Written(Place, i32, Tag, Via),
+    /// A register of a file is read by a unit in a cycle.
+    Read(Place, i32, Tag, Fu),
+    /// A unit issues a move of the value in a cycle, which it takes from its read path `.2`.
+    Move(Fu, i32, u32, Tag),
+    /// A register of a file is taken in every cycle.
+    Kept(Place, Tag),
+}
+
+/// How a value gets into a file.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
+pub(super) enum Via {
+    /// As the result of a unit.
+    Result(Fu),
+    /// Over a link, past the unit.
+    Link(Link),
+}
+
+/// Who holds an issue slot.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Issuer {
+    /// A node of the loop.
+    Node(Node),
+    /// A move of a node's value.
+    Move(Node),
+}
+
+/// The modulo reservation table of one attempt.
+pub(super) struct Table {
+    /// Initiation interval.
+    pub(super) ii: u32,
+    /// Items of each value, counted.
+    items: EntityMap<Node, FxHashMap<Item, u32>>,
+    /// Who holds each unit's issue slot.
+    issue: EntityMap<Fu, Vec<Option<Issuer>>>,
+    /// Which value, of which cycle, stands in each output.
+    outs: EntityMap<Place, Vec<Option<(Node, i32)>>>,
+    /// Registers held of each file.
+    held: EntityMap<Place, Vec<u32>>,
+    reads: EntityMap<Place, Vec<u32>>,
+    writes: EntityMap<Place, Vec<u32>>,
+    shared: EntityMap<Resource, Vec<u32>>,
+    limits: Limits,
+}
+
+/// Capacities by place and resource.
+struct Limits {
+    registers: EntityMap<Place, u32>,
+    reads: EntityMap<Place, u32>,
+    writes: EntityMap<Place, u32>,
+    shared: EntityMap<Resource, u32>,
+}
+
+impl Table {
+    pub(super) fn new(problem: &Problem<'_>, ii: u32) -> Table {
+        let (arch, graph) = (problem.arch, &problem.graph);
+        let slots = ii as usize;
+        let per_file = |limit: fn(&srp_archdesc::arch::FileSpec) -> u32| {
+            (graph.places.keys())
+                .map(|p| graph.as_file(p).map_or(0, |rf| limit(&arch.files[rf])))
+                .collect()
+        };
+        Table {
+            ii,
+            items: EntityMap::filled(problem.dfg.nodes.len(), FxHashMap::default()),
+            issue: EntityMap::filled(arch.fus.len(), vec![None; slots]),
+            outs: EntityMap::filled(graph.places.len(), vec![None; slots]),
+            held: EntityMap::filled(graph.places.len(), vec![0; slots]),
+            reads: EntityMap::filled(graph.places.len(), vec![0; slots]),
+            writes: EntityMap::filled(graph.places.len(), vec![0; slots]),
+            shared: EntityMap::filled(arch.resources.len(), vec![0; slots]),
+            limits: Limits {
+                registers: per_file(|f| f.size),
+                reads: per_file(|f| f.read_ports),
+                writes: per_file(|f| f.write_ports),
+                shared: arch.resources.values().map(|r| r.count).collect(),
+            },
+        }
+    }
+
+    /// The slot of a cycle.
+    pub(super) fn slot(&self, time: i32) -> usize {
+        time.rem_euclid(self.ii as i32) as usize
+    }
+
+    /// Takes `count` registers of a file in every cycle, for values that do not belong to a node.
+    /// False, and nothing taken, where they do not fit.
+    pub(super) fn keep(&mut self, place: Place, count: u32) -> bool {
+        let fits = self.held[place]
+            .iter()
+            .all(|&h| h + count <= self.limits.registers[place]);
+        if fits {
+            self.held[place].iter_mut().for_each(|h| *h += count);
+        }
+        fits
+    }
+
+    /// Gives registers taken by [`keep`](Self::keep) back.
+    pub(super) fn unkeep(&mut self, place: Place, count: u32) {
+        self.held[place].iter_mut().for_each(|h| *h -= count);
+    }
+
+    /// Whether the value of `node` has this item already.
+    pub(super) fn has(&self, node: Node, item: Item) -> bool {
+        self.items[node].contains_key(&item)
+    }
+
+    /// Whether the value of `node` has this item already or could take it.
+    pub(super) fn fits(&self, node: Node, item: Item, timing: Option<&FuOp>) -> bool {
+        if self.has(node, item) {
+            return true;
+        }
+        match item {
+            Item::Out(place, time) => self.outs[place][self.slot(time)].is_none(),
+            Item::Held(place, time, _) => {
+                self.held[place][self.slot(time)] < self.limits.registers[place]
+            }
+            Item::Written(place, time, ..) => {
+                self.writes[place][self.slot(time)] < self.limits.writes[place]
+            }
+            Item::Read(place, time, ..) => {
+                self.reads[place][self.slot(time)] < self.limits.reads[place]
+            }
+            Item::Move(fu, time, ..) => timing.is_some_and(|t| self.issues(fu, time, t)),
+            Item::Kept(place, _) => self.held[place]
+                .iter()
+                .all(|&h| h < self.limits.registers[place]),
+        }
+    }
+
+    /// Whether a unit can issue an operation with this timing in this cycle.
+    pub(super) fn issues(&self, fu: Fu, time: i32, timing: &FuOp) -> bool {
+        timing.interval <= self.ii
+            && (0..timing.interval as i32).all(|k| {
+                let slot = self.slot(time + k);
+                self.issue[fu][slot].is_none()
+                    && timing
+                        .uses
+                        .iter()
+                        .all(|&r| self.shared[r][slot] < self.limits.shared[r])
+            })
+    }
+
+    /// Takes a unit's issue slot and the shared resources of an operation.
+    pub(super) fn take_issue(&mut self, fu: Fu, time: i32, timing: &FuOp, issuer: Issuer) {
+        for k in 0..timing.interval as i32 {
+            let slot = self.slot(time + k);
+            self.issue[fu][slot] = Some(issuer);
+            timing.uses.iter().for_each(|&r| self.shared[r][slot] += 1);
+        }
+    }
+
+    /// Gives an issue slot back.
+    pub(super) fn release_issue(&mut self, fu: Fu, time: i32, timing: &FuOp) {
+        for k in 0..timing.interval as i32 {
+            let slot = self.slot(time + k);
+            self.issue[fu][slot] = None;
+            timing.uses.iter().for_each(|&r| self.shared[r][slot] -= 1);
+        }
+    }
+
+    /// Who holds a unit's issue slot in a cycle.
+    pub(super) fn issuer(&self, fu: Fu, time: i32) -> Option<Issuer> {
+        self.issue[fu][self.slot(time)]
+    }
+
+    /// Whose value stands in an output in a cycle (of any iteration).
+    pub(super) fn standing(&self, place: Place, time: i32) -> Option<Node> {
+        self.outs[place][self.slot(time)].map(|(node, _)| node)
+    }
+
+    /// Takes an item for the value of `node`; the timing is that of the unit for a move.
+    pub(super) fn take(&mut self, node: Node, item: Item, timing: Option<&FuOp>) {
+        let count = self.items[node].entry(item).or_insert(0);
+        *count += 1;
+        if *count > 1 {
+            return;
+        }
+        match item {
+            Item::Out(place, time) => {
+                let slot = self.slot(time);
+                self.outs[place][slot] = Some((node, time));
+            }
+            Item::Move(fu, time, ..) => {
+                let timing = timing.expect("a move comes with its timing");
+                self.take_issue(fu, time, timing, Issuer::Move(node));
+            }
+            _ => self.count(item, 1),
+        }
+    }
+
+    /// Gives an item back.
+    pub(super) fn release(&mut self, node: Node, item: Item, timing: Option<&FuOp>) {
+        let count = self.items[node]
+            .get_mut(&item)
+            .expect("only taken items are released");
+        *count -= 1;
+        if *count > 0 {
+            return;
+        }
+        self.items[node].remove(&item);
+        match item {
+            Item::Out(place, time) => {
+                let slot = self.slot(time);
+                self.outs[place][slot] = None;
+            }
+            Item::Move(fu, time, ..) => {
+                let timing = timing.expect("a move comes with its timing");
+                self.release_issue(fu, time, timing);
+            }
+            _ => self.count(item, u32::MAX),
+        }
+    }
+
+    /// Adds `by` (modulo 2^32, so that all ones subtracts one) to what a counted item takes.
+    fn count(&mut self, item: Item, by: u32) {
+        let add = |counts: &mut Vec<u32>, slot: usize| counts[slot] = counts[slot].wrapping_add(by);
+        match item {
+            Item::Held(place, time, _) => {
+                let slot = self.slot(time);
+                add(&mut self.held[place], slot);
+            }
+            Item::Written(place, time, ..) => {
+                let slot = self.slot(time);
+                add(&mut self.writes[place], slot);
+            }
+            Item::Read(place, time, ..) => {
+                let slot = self.slot(time);
+                add(&mut self.reads[place], slot);
+            }
+            Item::Kept(place, _) => {
+                (0..self.ii as usize).for_each(|slot| add(&mut self.held[place], slot));
+            }
+            Item::Out(..) | Item::Move(..) => {}
+        }
+    }
+
+    /// Takes a read port of each of these files in a cycle; false, and nothing taken, where they
+    /// have none left.
+    pub(super) fn take_reads(&mut self, places: &[Place], time: i32) -> bool {
+        let slot = self.slot(time);
+        for (i, &place) in places.iter().enumerate() {
+            if self.reads[place][slot] >= self.limits.reads[place] {
+                self.release_reads(&places[..i], time);
+                return false;
+            }
+            self.reads[place][slot] += 1;
+        }
+        true
+    }
+
+    /// Gives these read ports back.
+    pub(super) fn release_reads(&mut self, places: &[Place], time: i32) {
+        let slot = self.slot(time);
+        places
+            .iter()
+            .for_each(|&place| self.reads[place][slot] -= 1);
+    }
+
+    /// All items of a node's value, sorted.
+    pub(super) fn items(&self, node: Node) -> Vec<Item> {
+        let mut items: Vec<_> = self.items[node].keys().copied().collect();
+        items.sort_unstable();
+        items
+    }
+
+    /// All values.
+    pub(super) fn nodes(&self) -> impl Iterator<Item = Node> + use<> {
+        (0..self.items.len()).map(Node::new)
+    }
+}
