@@ -1,0 +1,267 @@
+//! The command line.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// Compiler, scheduler and simulator generator for the SRP, the programmable half of the SGRT
+/// ray-tracing GPU.
+///
+/// Kernels in C and a machine in XML become a schedule for the machine's VLIW engine and
+/// reconfigurable array, and a cycle-accurate simulator of both beside the traversal and
+/// intersection unit.
+#[derive(Parser)]
+#[command(name = "srp", version, propagate_version = true, after_help = "\
+Examples:
+  srp render                                   the default scene, kernels and machine to out.png
+  srp render church.obj --size 640x480 --camera 0,2,9/0,0,-1/60 -o church.png
+  srp run program.c --engine interp            compile, schedule and simulate main()
+  srp report kernels.c --html report.html      initiation intervals, and what sets them
+  srp compile kernels.c --emit ir,dfg -o build
+  srp machine check my-machine.xml
+
+Exit status: 0 done, 1 the input is at fault or a check failed, 2 the command line is.")]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// What to do.
+#[derive(Subcommand)]
+pub(crate) enum Command {
+    /// Render a scene: the kernels run on the simulated SRPs beside their T&I units.
+    Render(Render),
+    /// Compile C to any of its forms on the way to a simulator.
+    Compile(Compile),
+    /// Compile, schedule and simulate a C program; its status is the command's.
+    Run(Run),
+    /// Report the initiation interval of every loop, and what sets it.
+    Report(Report),
+    /// Check a machine file, show what it describes, or write it out in full.
+    Machine(Machine),
+    /// Print a completion script for a shell.
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+}
+
+/// The machine that everything is for.
+#[derive(Args)]
+pub(crate) struct MachineFile {
+    /// Machine file, or one of the machines that come along: sgrt, tiny, wide
+    #[arg(long, value_name = "FILE.xml", default_value = "sgrt")]
+    pub(crate) machine: PathBuf,
+}
+
+/// How C is compiled.
+#[derive(Args)]
+pub(crate) struct Source {
+    /// Folder to look for included files in, after that of the including file
+    #[arg(short = 'I', value_name = "DIR")]
+    pub(crate) include: Vec<PathBuf>,
+    /// Define a macro
+    #[arg(short = 'D', value_name = "NAME[=VALUE]")]
+    pub(crate) define: Vec<String>,
+    /// Put only loops with `#pragma srp kernel` on the array
+    #[arg(long)]
+    pub(crate) no_auto_kernel: bool,
+}
+
+/// What simulates the SRP.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Engine {
+    /// A simulator generated for the program and compiled by rustc
+    Csim,
+    /// The interpreter of the same tables
+    Interp,
+}
+
+/// What runs a program.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum RunEngine {
+    /// A simulator generated for the program and compiled by rustc
+    Csim,
+    /// The interpreter of the same tables
+    Interp,
+    /// The meaning of the intermediate form: no machine, no cycles
+    Ir,
+}
+
+/// How the bounding volume hierarchy is built.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum BvhBuilder {
+    /// Full-sweep surface area heuristic
+    Sweep,
+    /// The same, then improved by reinsertion
+    #[value(name = "sweep+reinsertion")]
+    SweepReinsertion,
+    /// Parallel locally-ordered clustering
+    Ploc,
+}
+
+/// `srp render`
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  srp render
+  srp render sibenik.obj --cameras cameras.json:sibenik/0 --size 320x240 -o sibenik.png
+  srp render scene.obj --camera 0,1,5/0,0,-1/60 --machine wide --report frame.json")]
+pub(crate) struct Render {
+    /// Scene to render; the default scene where none is given
+    pub(crate) scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) machine: MachineFile,
+    /// Position, direction and angle of view (degrees, of the shorter side of the image)
+    #[arg(long, value_name = "X,Y,Z/DX,DY,DZ/FOV", conflicts_with = "cameras", allow_hyphen_values = true)]
+    pub(crate) camera: Option<String>,
+    /// View N of the scene NAME in a file of cameras
+    #[arg(long, value_name = "FILE.json:NAME/N")]
+    pub(crate) cameras: Option<String>,
+    /// Width and height of the image in pixels
+    #[arg(long, value_name = "WxH", default_value = "320x240", value_parser = parse_size)]
+    pub(crate) size: (u32, u32),
+    /// What simulates the SRP; without rustc, csim gives way to interp
+    #[arg(long, value_enum, default_value_t = Engine::Csim)]
+    pub(crate) engine: Engine,
+    /// Folder with the kernels in C, instead of those that come along
+    #[arg(long, value_name = "DIR")]
+    pub(crate) kernels: Option<PathBuf>,
+    /// How the bounding volume hierarchy is built
+    #[arg(long, value_enum, default_value_t = BvhBuilder::Sweep)]
+    pub(crate) bvh: BvhBuilder,
+    /// The image
+    #[arg(short, long, value_name = "FILE.png", default_value = "out.png")]
+    pub(crate) output: PathBuf,
+    /// Write the whole account as JSON too
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) report: Option<PathBuf>,
+    /// Print the account as JSON instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Forms of a program.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Form {
+    /// The syntax tree
+    Ast,
+    /// The intermediate form, after the passes
+    Ir,
+    /// The dataflow graph of each kernel, for Graphviz
+    Dfg,
+    /// The program divided between VLIW engine and array, XML
+    Dre,
+    /// The scheduled program, XML
+    Schedule,
+    /// The generated simulator
+    Rust,
+}
+
+/// `srp compile`
+#[derive(Args)]
+#[command(after_help = "\
+The files may be C, or one file of a later form (.ir, .dre.xml, .sched.xml), from which compilation goes on.
+
+Examples:
+  srp compile shade.c -I kernels --emit ast,ir,dfg,dre,schedule,rust -o build
+  srp compile build/shade.dre.xml --machine wide --emit schedule -o build")]
+pub(crate) struct Compile {
+    /// C files, or one file of a later form
+    #[arg(required = true)]
+    pub(crate) files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) machine: MachineFile,
+    #[command(flatten)]
+    pub(crate) source: Source,
+    /// Forms to write
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "schedule")]
+    pub(crate) emit: Vec<Form>,
+    /// Folder to write them into
+    #[arg(short, long, value_name = "DIR", default_value = ".")]
+    pub(crate) output: PathBuf,
+}
+
+/// `srp run`
+#[derive(Args)]
+#[command(after_help = "\
+The program's output goes to standard output, cycles to standard error.
+
+Examples:
+  srp run program.c
+  srp run program.c --engine ir")]
+pub(crate) struct Run {
+    /// C files, or one file of a later form
+    #[arg(required = true)]
+    pub(crate) files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) machine: MachineFile,
+    #[command(flatten)]
+    pub(crate) source: Source,
+    /// What runs it; without rustc, csim gives way to interp
+    #[arg(long, value_enum, default_value_t = RunEngine::Csim)]
+    pub(crate) engine: RunEngine,
+    /// Stop after so many cycles (steps of --engine ir)
+    #[arg(long, value_name = "N", default_value_t = 20_000_000_000)]
+    pub(crate) limit: u64,
+}
+
+/// `srp report`
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  srp report shade.c -I kernels
+  srp report shade.c -I kernels --machine wide --html report.html --json")]
+pub(crate) struct Report {
+    /// C files, or one file of a later form; the kernels that come along where none is given
+    pub(crate) files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) machine: MachineFile,
+    #[command(flatten)]
+    pub(crate) source: Source,
+    /// Print JSON instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Write a self-contained page too
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) html: Option<PathBuf>,
+}
+
+/// `srp machine`
+#[derive(Args)]
+pub(crate) struct Machine {
+    /// What to do with it
+    #[command(subcommand)]
+    pub(crate) action: MachineAction,
+}
+
+/// What to do with a machine file.
+#[derive(Subcommand)]
+pub(crate) enum MachineAction {
+    /// Say everything that is wrong with it.
+    Check {
+        /// The file
+        file: PathBuf,
+    },
+    /// Show the array, the units and the peak rate.
+    Show {
+        /// The file, or one of the machines that come along: sgrt, tiny, wide
+        #[arg(default_value = "sgrt")]
+        file: PathBuf,
+    },
+    /// Write it with every unit, link, file and default spelled out.
+    Expand {
+        /// The file, or one of the machines that come along: sgrt, tiny, wide
+        #[arg(default_value = "sgrt")]
+        file: PathBuf,
+    },
+}
+
+/// Largest side of an image.
+const MAX_SIDE: u32 = 16_384;
+
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let side = |s: &str| s.parse().ok().filter(|n| (1..=MAX_SIDE).contains(n));
+    text.split_once(['x', 'X'])
+        .and_then(|(w, h)| Some((side(w)?, side(h)?)))
+        .ok_or_else(|| format!("a size is WIDTHxHEIGHT, each from 1 to {MAX_SIDE}"))
+}

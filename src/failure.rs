@@ -1,0 +1,27 @@
+//! Why a command fails.
+
+use crate::files::FileError;
+
+/// A failure that is the input's, said once on standard error; the exit status is 1.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// One sentence.
+    Message(String),
+    /// Diagnostics, rendered already.
+    Reported(String),
+    /// The user asked for an end.
+    Interrupted,
+}
+
+impl Failure {
+    /// A failure of one sentence.
+    pub(crate) fn message(text: impl std::fmt::Display) -> Failure {
+        Failure::Message(text.to_string())
+    }
+}
+
+impl From<FileError> for Failure {
+    fn from(error: FileError) -> Failure {
+        Failure::message(error)
+    }
+}

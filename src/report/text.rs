@@ -1,0 +1,80 @@
+//! The report as text.
+
+use super::{LoopReport, NotPipelined, Report};
+use std::fmt::Write;
+
+/// The whole report.
+pub(crate) fn text(report: &Report) -> String {
+    let mut out = String::new();
+    summary(&mut out, report);
+    for l in &report.loops {
+        details(&mut out, l);
+    }
+    for n in &report.not_pipelined {
+        out.push('\n');
+        out.push_str(&not_pipelined(n));
+    }
+    out
+}
+
+/// One line a loop.
+fn summary(out: &mut String, report: &Report) {
+    let width = report.loops.iter().map(|l| l.kernel.len()).max().unwrap_or(0).max(6);
+    line(out, format_args!("machine {}", report.machine));
+    line(
+        out,
+        format_args!(
+            "{:width$}  {:>4} {:>5} {:>4} {:>6} {:>6} {:>6} {:>10}",
+            "kernel", "ops", "moves", "II", "ResMII", "RecMII", "stages", "cycles/ray"
+        ),
+    );
+    for l in &report.loops {
+        line(
+            out,
+            format_args!(
+                "{:width$}  {:>4} {:>5} {:>4} {:>6} {:>6} {:>6} {:>10.2}",
+                l.kernel, l.operations, l.moves, l.ii, l.res_mii, l.rec_mii, l.stages, l.cycles_per_ray
+            ),
+        );
+    }
+}
+
+fn details(out: &mut String, l: &LoopReport) {
+    line(out, format_args!("\n{}: {} at II = {}", l.at, l.kernel, l.ii));
+    line(out, format_args!("  ResMII {}: {}", l.res_mii, l.res_mii_why));
+    if l.recurrence.is_empty() {
+        line(out, format_args!("  RecMII 1: no recurrence"));
+    } else {
+        line(out, format_args!("  RecMII {}: the recurrence", l.rec_mii));
+        for step in &l.recurrence {
+            line(out, format_args!("    {:8} {} cycles  {}", step.op, step.latency, step.at));
+        }
+    }
+    if let Some(why) = &l.why_not_lower {
+        line(out, format_args!("  not lower: {why}"));
+    }
+    line(
+        out,
+        format_args!(
+            "  {} stages, {} cycles an iteration, {} contexts, {} registers set at entry",
+            l.stages, l.length, l.contexts, l.preloads
+        ),
+    );
+    let busy = |load: &super::UnitLoad| {
+        let percent = 100 * (load.operations + load.moves) / l.ii;
+        format!("{} {percent}%", load.unit)
+    };
+    let loads: Vec<String> = l.utilisation.iter().map(busy).collect();
+    for row in loads.chunks(8) {
+        line(out, format_args!("  {}", row.join("  ")));
+    }
+}
+
+/// Why a loop is not on the array.
+pub(crate) fn not_pipelined(n: &NotPipelined) -> String {
+    format!("{}: {} is not on the array: {}\n  {}\n", n.at, n.kernel, n.reason, n.reason_at)
+}
+
+fn line(out: &mut String, text: std::fmt::Arguments<'_>) {
+    writeln!(out, "{text}").expect("writing to a string cannot fail");
+}
