@@ -6,10 +6,15 @@
 #ifndef SRP_HOST_H
 #define SRP_HOST_H
 
+#include <float.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#if FLT_EVAL_METHOD < 0 || FLT_EVAL_METHOD == 1 || FLT_EVAL_METHOD == 2
+#error "this compiler keeps excess precision in float expressions"
+#endif
 
 typedef float float4 __attribute__((vector_size(16)));
 typedef int int4 __attribute__((vector_size(16)));
@@ -87,12 +92,10 @@ SRP_HOST float srp_floor(float x)
 SRP_HOST float srp_fma(float a, float b, float c)
 {
 	double p = (double)a * b, z = c, s = p + z;
+	double back = s - p, lost = (p - (s - back)) + (z - back);
 	uint64_t bits = srp_host_bits64(s);
-	if ((bits & 0x0fffffff) == 0) {
-		double back = s - p, lost = (p - (s - back)) + (z - back);
-		if (lost < 0.0 || lost > 0.0)
-			s = srp_host_double((lost > 0.0) == (s > 0.0) ? bits + 1 : bits - 1);
-	}
+	if ((bits & 1) == 0 && (lost < 0.0 || lost > 0.0))
+		s = srp_host_double((lost > 0.0) == (s > 0.0) ? bits + 1 : bits - 1);
 	return (float)s;
 }
 
@@ -129,16 +132,19 @@ SRP_HOST float srp_exp2(float x)
 /* log2(2^n m) = n + (2/ln 2) artanh((m-1)/(m+1)), m within a factor of sqrt 2 of 1. */
 SRP_HOST float srp_log2(float x)
 {
-	uint64_t bits, up;
 	double m, s, z, p;
+	uint64_t bits;
 	int n;
 	if (x != x || x < 0.0f) return srp_host_nan();
 	if (x == 0.0f) return -srp_float(0x7f800000u);
 	if (x > 3.4028234663852886e38f) return x;
 	bits = srp_host_bits64((double)x);
-	up = (bits & 0x000fffffffffffffu) >= 0x6a09e00000000u;
-	n = (int)(bits >> 52) + (int)up - 1023;
-	m = srp_host_double((bits & 0x000fffffffffffffu) | ((1023 - up) << 52));
+	n = (int)(bits >> 52) - 1023;
+	m = srp_host_double((bits & 0x000fffffffffffffu) | 0x3ff0000000000000u);
+	if (m >= 1.4142135623730951) {
+		m *= 0.5;
+		n++;
+	}
 	s = (m - 1.0) / (m + 1.0);
 	z = s * s;
 	p = 1.0 / 19.0;
@@ -173,8 +179,7 @@ SRP_HOST double srp_host_reduce(float x, unsigned *quadrant)
 	start = (int)(bits >> 23 & 255) - 120;
 	for (k = 3; k >= 0; k--) {
 		int bit = start + 32 * k, at = bit / 32, shift = bit % 32;
-		uint64_t pair = (uint64_t)two_over_pi[at] << 32;
-		if (shift) pair |= two_over_pi[at + 1];
+		uint64_t pair = (uint64_t)two_over_pi[at] << 32 | two_over_pi[at + 1];
 		carry += (uint64_t)mantissa * (uint32_t)(pair << shift >> 32);
 		product[k] = (uint32_t)carry;
 		carry >>= 32;

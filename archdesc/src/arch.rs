@@ -3,7 +3,7 @@
 
 use crate::entity;
 use crate::entity::EntityMap;
-use crate::isa::{Class, Ty};
+use crate::isa::{Class, Opcode, Ty};
 use crate::system::SystemSpec;
 
 entity! {
@@ -79,6 +79,16 @@ impl FuSpec {
     /// How this unit runs operations of `class`, or `None` where it does not.
     pub fn op(&self, class: Class) -> Option<&FuOp> {
         self.ops.iter().find(|o| o.class == class)
+    }
+
+    /// How this unit runs `op`, or `None` where it does not: it lacks the class, or it is narrower
+    /// than an operand or the result.
+    pub fn runs(&self, op: Opcode) -> Option<&FuOp> {
+        let fits = |ty: Ty| ty.bits() <= self.width;
+        let info = op.info();
+        let mut operands = info.operands.iter().map(|kind| kind.ty());
+        self.op(info.class)
+            .filter(|_| operands.all(fits) && op.result().is_none_or(fits))
     }
 }
 

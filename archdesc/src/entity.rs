@@ -113,6 +113,11 @@ impl<K: Entity, V> EntityMap<K, V> {
         self.items.iter()
     }
 
+    /// All values, in order, by value.
+    pub fn into_values(self) -> std::vec::IntoIter<V> {
+        self.items.into_iter()
+    }
+
     /// All values, in order, mutably.
     pub fn values_mut(&mut self) -> std::slice::IterMut<'_, V> {
         self.items.iter_mut()

@@ -4,10 +4,13 @@
 //!
 //! * [`isa`]: the one opcode table.
 //! * [`ops`]: what each opcode computes, written once.
-//! * [`arch`] and [`system`]: a machine as data. `parse` makes it from the XML file an architecture
+//! * [`ports`]: the numbers by which programs talk to the units round an SRP.
+//! * [`arch`] and [`system`]: a machine as data. [`parse`] makes it from the XML file an architecture
 //!   designer edits; whatever the file leaves out is filled in there, so nothing downstream knows
 //!   of defaults.
 //! * [`resource`]: the machine as a router sees it, derived from [`Arch`].
+//! * [`machines`]: the machine files that the toolchain ships.
+//! * [`show`](fn@show): a machine as text to read.
 //! * [`diagnostic`]: messages about a user's text, with positions; the C front end reports through
 //!   it too.
 
@@ -15,12 +18,19 @@ pub mod arch;
 pub mod diagnostic;
 pub mod entity;
 pub mod isa;
+pub mod machines;
+pub mod nearest;
 pub mod ops;
+pub mod ports;
 pub mod resource;
+pub mod show;
 pub mod system;
+pub mod xml;
 
 pub use arch::Arch;
 pub use diagnostic::Diagnostic;
 pub use isa::{Class, Opcode, Ty};
 pub use resource::ResourceGraph;
+pub use show::show;
 pub use system::SystemSpec;
+pub use xml::parse;

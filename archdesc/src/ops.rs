@@ -1,1 +1,401 @@
-//! What each opcode computes.
+//! What each opcode computes, written once.
+//!
+//! [`semantics`] has one plain function per opcode, named as in the opcode table. Everything that
+//! gives a program meaning calls them: the constant folder and the interpreters through [`eval`],
+//! generated simulators by their text ([`SOURCE`], [`call`]). Memory and ports are not computation;
+//! [`loaded`] is what a load makes of the bytes it reads.
+
+use crate::arch::{Approx, Precision};
+use crate::isa::{Class, Opcode};
+
+pub use semantics::lanes::V4;
+
+/// One function per opcode. Depends on nothing but `std`, so that it can be part of a generated
+/// program as it stands.
+pub mod semantics {
+    pub mod elementary;
+    pub mod lanes;
+    pub mod word;
+}
+
+/// The text of [`semantics`], as the content of a module: the modules `word`, `lanes` and
+/// `elementary`, and all their public items by name. `V4` is there the same type as here, word by
+/// word.
+pub const SOURCE: &str = concat!(
+    "pub mod word {\n",
+    include_str!("ops/semantics/word.rs"),
+    "}\n\npub mod lanes {\n",
+    include_str!("ops/semantics/lanes.rs"),
+    "}\n\npub mod elementary {\n",
+    include_str!("ops/semantics/elementary.rs"),
+    "}\n\npub use elementary::*;\npub use lanes::*;\npub use word::*;\n",
+);
+
+/// A value of any type: a word in lane 0, a predicate as 0 or 1 in lane 0, a vector in all lanes.
+pub type Value = V4;
+
+/// Why an operation has no result.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Fault {
+    /// An integer division by zero under a true guard.
+    DivisionByZero,
+}
+
+impl std::fmt::Display for Fault {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Fault::DivisionByZero => f.write_str("integer division by zero"),
+        }
+    }
+}
+
+impl std::error::Error for Fault {}
+
+/// What a function of [`semantics`] takes after the opcode's operands.
+#[derive(Clone, Copy, Debug)]
+pub enum Extra {
+    /// Nothing.
+    Nothing,
+    /// The immediate, as a `u32`.
+    Immediate,
+    /// Table bits and Newton steps, two `u32`; 0 bits for the exact function.
+    Steps(fn(&Precision) -> Approx),
+    /// Table bits, a `u32`; 0 for the exact function.
+    Bits(fn(&Precision) -> Approx),
+}
+
+/// How to call the function of an opcode.
+#[derive(Clone, Copy, Debug)]
+pub struct Call {
+    /// Its name in [`semantics`], and in the module made of [`SOURCE`].
+    pub function: &'static str,
+    /// What it takes after the operands.
+    pub extra: Extra,
+    /// Whether it gives an `Option`, `None` meaning [`Fault::DivisionByZero`].
+    pub fallible: bool,
+}
+
+impl Call {
+    /// The arguments after the operands, each as Rust text.
+    pub fn extra_arguments(&self, imm: i32, precision: &Precision) -> Vec<String> {
+        match self.extra {
+            Extra::Nothing => vec![],
+            Extra::Immediate => vec![(imm as u32).to_string()],
+            Extra::Steps(of) => {
+                let (bits, steps) = table(of(precision));
+                vec![bits.to_string(), steps.to_string()]
+            }
+            Extra::Bits(of) => vec![table(of(precision)).0.to_string()],
+        }
+    }
+}
+
+/// Table bits and Newton steps, 0 bits for [`Approx::Exact`].
+fn table(approx: Approx) -> (u32, u32) {
+    match approx {
+        Approx::Exact => (0, 0),
+        Approx::Table { bits, steps } => (bits, steps),
+    }
+}
+
+/// A type that functions of [`semantics`] take.
+trait Operand {
+    fn of(value: Value) -> Self;
+}
+
+impl Operand for bool {
+    fn of(value: Value) -> bool {
+        value.as_pred()
+    }
+}
+
+impl Operand for u32 {
+    fn of(value: Value) -> u32 {
+        value.as_word()
+    }
+}
+
+impl Operand for V4 {
+    fn of(value: Value) -> V4 {
+        value
+    }
+}
+
+/// A type that functions of [`semantics`] give.
+trait Outcome {
+    fn value(self) -> Result<Value, Fault>;
+}
+
+impl Outcome for bool {
+    fn value(self) -> Result<Value, Fault> {
+        Ok(V4::pred(self))
+    }
+}
+
+impl Outcome for u32 {
+    fn value(self) -> Result<Value, Fault> {
+        Ok(V4::word(self))
+    }
+}
+
+impl Outcome for V4 {
+    fn value(self) -> Result<Value, Fault> {
+        Ok(self)
+    }
+}
+
+impl Outcome for Option<u32> {
+    fn value(self) -> Result<Value, Fault> {
+        self.map(V4::word).ok_or(Fault::DivisionByZero)
+    }
+}
+
+/// Every opcode that computes: the module of its function, the function, its operands, and what
+/// it takes after them.
+macro_rules! operations {
+    ($($module:ident {
+        $($op:ident $function:ident ($($operand:literal)* $(; $extra:ident $($unit:ident)?)?);)*
+    })*) => {
+        /// What `op` computes from its operands, its immediate (ignored where it has none), and
+        /// the machine's precision. `Ok(None)` for loads, stores and ports.
+        ///
+        /// # Panics
+        ///
+        /// If there are fewer operands than the opcode has.
+        pub fn eval(
+            op: Opcode,
+            args: &[Value],
+            imm: i32,
+            precision: &Precision,
+        ) -> Result<Option<Value>, Fault> {
+            let result = match op {
+                $($(Opcode::$op => operations!(
+                    @apply (args imm precision) $module $function ($($operand)*)
+                    $($extra $($unit)?)?
+                ).value(),)*)*
+                _ => return Ok(None),
+            };
+            result.map(Some)
+        }
+
+        /// How to call the function of `op`; `None` for loads, stores and ports.
+        pub fn call(op: Opcode) -> Option<Call> {
+            let (function, extra) = match op {
+                $($(Opcode::$op => (
+                    stringify!($function),
+                    operations!(@extra $($extra $($unit)?)?),
+                ),)*)*
+                _ => return None,
+            };
+            Some(Call {
+                function,
+                extra,
+                fallible: op.class() == Class::Idiv,
+            })
+        }
+    };
+    (@apply ($args:ident $imm:ident $precision:ident) $module:ident $function:ident
+        ($($operand:literal)*)) => {
+        semantics::$module::$function($(Operand::of($args[$operand])),*)
+    };
+    (@apply ($args:ident $imm:ident $precision:ident) $module:ident $function:ident
+        ($($operand:literal)*) immediate) => {
+        semantics::$module::$function($(Operand::of($args[$operand]),)* $imm as u32)
+    };
+    (@apply ($args:ident $imm:ident $precision:ident) $module:ident $function:ident
+        ($($operand:literal)*) steps $unit:ident) => {{
+        let (bits, steps) = table($precision.$unit);
+        semantics::$module::$function($(Operand::of($args[$operand]),)* bits, steps)
+    }};
+    (@apply ($args:ident $imm:ident $precision:ident) $module:ident $function:ident
+        ($($operand:literal)*) bits $unit:ident) => {
+        semantics::$module::$function(
+            $(Operand::of($args[$operand]),)*
+            table($precision.$unit).0,
+        )
+    };
+    (@extra) => { Extra::Nothing };
+    (@extra immediate) => { Extra::Immediate };
+    (@extra steps $unit:ident) => { Extra::Steps(|precision| precision.$unit) };
+    (@extra bits $unit:ident) => { Extra::Bits(|precision| precision.$unit) };
+}
+
+operations! {
+    word {
+        Mov mov (0);
+        Pmov pmov (0);
+        Sel sel (0 1 2);
+        Psel psel (0 1 2);
+        Add add (0 1);
+        Sub sub (0 1);
+        And and (0 1);
+        Or or (0 1);
+        Xor xor (0 1);
+        Shl shl (0 1);
+        Shr shr (0 1);
+        Sar sar (0 1);
+        Min min (0 1);
+        Max max (0 1);
+        Minu minu (0 1);
+        Maxu maxu (0 1);
+        Eq eq (0 1);
+        Ne ne (0 1);
+        Lt lt (0 1);
+        Le le (0 1);
+        Ltu ltu (0 1);
+        Leu leu (0 1);
+        Mul mul (0 1);
+        Mulhs mulhs (0 1);
+        Mulhu mulhu (0 1);
+        Div div (0 1 2);
+        Divu divu (0 1 2);
+        Rem rem (0 1 2);
+        Remu remu (0 1 2);
+        Pand pand (0 1);
+        Por por (0 1);
+        Pxor pxor (0 1);
+        Pnot pnot (0);
+        Ptoi ptoi (0);
+        Fadd fadd (0 1);
+        Fsub fsub (0 1);
+        Fmin fmin (0 1);
+        Fmax fmax (0 1);
+        Fneg fneg (0);
+        Fabs fabs (0);
+        Ffloor ffloor (0);
+        Feq feq (0 1);
+        Fne fne (0 1);
+        Flt flt (0 1);
+        Fle fle (0 1);
+        Fmul fmul (0 1);
+        Fma fma (0 1 2);
+        Fdiv fdiv (0 1);
+        Itof itof (0);
+        Utof utof (0);
+        Ftoi ftoi (0);
+        Ftou ftou (0);
+    }
+    lanes {
+        Vmov vmov (0);
+        Vsel vsel (0 1 2);
+        Vsplat vsplat (0);
+        Vext vext (0; immediate);
+        Vins vins (0 1; immediate);
+        Swz swz (0; immediate);
+        Vblend vblend (0 1 2);
+        Vadd vadd (0 1);
+        Vsub vsub (0 1);
+        Vand vand (0 1);
+        Vor vor (0 1);
+        Vxor vxor (0 1);
+        Vshl vshl (0 1);
+        Vshr vshr (0 1);
+        Vsar vsar (0 1);
+        Vmin vmin (0 1);
+        Vmax vmax (0 1);
+        Veq veq (0 1);
+        Vlt vlt (0 1);
+        Vltu vltu (0 1);
+        Vmul vmul (0 1);
+        Vfadd vfadd (0 1);
+        Vfsub vfsub (0 1);
+        Vfmin vfmin (0 1);
+        Vfmax vfmax (0 1);
+        Vfneg vfneg (0);
+        Vfabs vfabs (0);
+        Vffloor vffloor (0);
+        Vfeq vfeq (0 1);
+        Vfne vfne (0 1);
+        Vflt vflt (0 1);
+        Vfle vfle (0 1);
+        Vitof vitof (0);
+        Vftoi vftoi (0);
+        Vfmul vfmul (0 1);
+        Vfma vfma (0 1 2);
+        Dot3 dot3 (0 1);
+        Dot4 dot4 (0 1);
+    }
+    elementary {
+        Rcp rcp (0; steps rcp);
+        Rsqrt rsqrt (0; steps rsqrt);
+        Sqrt sqrt (0; steps sqrt);
+        Exp2 exp2 (0; bits exp2);
+        Log2 log2 (0; bits log2);
+        Sin sin (0; bits sincos);
+        Cos cos (0; bits sincos);
+    }
+}
+
+/// What the load `op` gives, from the bytes it has read, zero-extended.
+pub fn loaded(op: Opcode, bytes: Value) -> Value {
+    match op {
+        Opcode::Lb | Opcode::Glb => V4::word(semantics::word::extend_byte(bytes.as_word())),
+        Opcode::Lh | Opcode::Glh => V4::word(semantics::word::extend_half(bytes.as_word())),
+        _ => bytes,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::isa::Ty;
+
+    #[test]
+    fn every_pure_opcode_computes_a_value_of_its_type() {
+        let mut names = std::collections::BTreeSet::new();
+        for &op in Opcode::ALL {
+            let args = vec![V4::word(1); op.info().operands.len()];
+            let value = eval(op, &args, 0, &Precision::EXACT).expect("no operand is zero");
+            let Some(call) = call(op) else {
+                assert!(!op.is_pure(), "{op} is not covered");
+                assert_eq!(value, None, "{op}");
+                continue;
+            };
+            assert!(op.is_pure() && value.is_some(), "{op}");
+            assert_eq!(call.function, op.name());
+            assert!(names.insert(call.function), "{op} is another's");
+            assert_eq!(matches!(call.extra, Extra::Immediate), op.info().immediate);
+        }
+    }
+
+    /// The signature in the text must be the one that the table's operands call for.
+    #[test]
+    fn text_and_table_agree_on_signatures() {
+        let rust = |ty| match ty {
+            Ty::Pred => "bool",
+            Ty::Word => "u32",
+            Ty::Vec => "V4",
+        };
+        for &op in Opcode::ALL {
+            let Some(call) = call(op) else { continue };
+            let head = format!("pub fn {}(", call.function);
+            let at = SOURCE.find(&head).expect("a function of the opcode's name");
+            let signature = SOURCE[at + head.len()..].split('{').next().unwrap_or("");
+            let types: Vec<&str> = signature
+                .split([',', ')', '>'])
+                .filter_map(|part| part.split(": ").nth(1))
+                .collect();
+            let operands = op.info().operands.iter().map(|k| rust(k.ty()));
+            let extra = call.extra_arguments(0, &Precision::EXACT).len();
+            let expected: Vec<&str> = operands.chain(std::iter::repeat_n("u32", extra)).collect();
+            assert_eq!(types, expected, "{op}");
+            let result = op.result().map_or("", rust);
+            let result = if call.fallible {
+                format!("-> Option<{result}>")
+            } else {
+                format!("-> {result}")
+            };
+            assert!(signature.contains(&result), "{op}: {signature}");
+        }
+    }
+
+    #[test]
+    fn signed_loads_extend_the_sign() {
+        for (op, byte, half) in [(Opcode::Lb, 0xffff_ff80, 0x80), (Opcode::Glbu, 0x80, 0x80)] {
+            assert_eq!(loaded(op, V4::word(half)).as_word(), byte);
+        }
+        assert_eq!(loaded(Opcode::Glh, V4::word(0x8001)).as_word(), 0xffff_8001);
+        let lanes = V4([1, 2, 3, 0x80]);
+        assert_eq!(loaded(Opcode::Lv, lanes), lanes);
+    }
+}

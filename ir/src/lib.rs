@@ -4,11 +4,20 @@
 //! * [`dfg`]: one loop body as a dataflow graph, what the modulo scheduler places.
 //! * [`dre`]: the program divided between VLIW engine and array, unscheduled and scheduled.
 //! * [`layout`]: where globals live.
+//! * [`text`]: the listing of a program, written and read back.
+//! * [`verify()`]: what holds of every program.
+//! * [`interp`]: what a program means.
+//! * [`pass`]: what makes it better.
 
 pub mod dfg;
 pub mod dre;
+pub mod interp;
 pub mod layout;
+pub mod pass;
 pub mod program;
+pub mod text;
+pub mod verify;
 
 pub use dfg::Dfg;
 pub use program::Program;
+pub use verify::verify;

@@ -89,6 +89,13 @@ impl Bits {
     }
 }
 
+/// As operations take it.
+impl From<Bits> for srp_archdesc::ops::Value {
+    fn from(bits: Bits) -> Self {
+        Self(bits.lanes())
+    }
+}
+
 /// `true`, `0x2a`, `0x1:0x2:0x3:0x4` (lane 0 first).
 impl fmt::Display for Bits {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -152,7 +159,7 @@ pub enum Symbol {
 
 /// A function. The parameters of its first block are its parameters.
 ///
-/// Always holds, and [`verify`](crate::verify) checks it: every block but the entry is reached by
+/// Always holds, and [`verify`](crate::verify()) checks it: every block but the entry is reached by
 /// jumps that bring exactly its parameters; definitions dominate uses; operands have the types that
 /// the opcode table asks for.
 #[derive(Clone, Debug, PartialEq)]

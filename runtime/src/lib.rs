@@ -1,3 +1,3 @@
 //! What a simulator stands on.
 pub mod core;
-pub mod ports;
+pub use srp_archdesc::ports;

@@ -1,12 +1,13 @@
 //! Which central register holds what where two pieces of scheduled code meet.
 //!
-//! Values pass between functions, and between control code and kernels, in the central register of
-//! their type: the first word in word register 0, the second in 1, and so on, each type counted by
+//! Values pass between functions, and between control code and kernels, in the central file of
+//! their type: the first word in word register 0, the second in 1, and so on, each file counted by
 //! itself. The last registers of the word file are reserved.
 
 use srp_archdesc::arch::{Arch, RegFile};
 use srp_archdesc::isa::Ty;
 use srp_ir::dre::scheduled::Reg;
+use std::collections::BTreeMap;
 
 /// Word registers at the end of the file that never hold a value: the stack pointer and the link
 /// register.
@@ -18,10 +19,12 @@ pub fn file(arch: &Arch, ty: Ty) -> RegFile {
         .expect("a checked machine has a central file for every type")
 }
 
-/// Registers of the central file of `ty` that can hold values.
+/// Registers of the central file of `ty` that can hold values: the first ones.
 pub fn allocatable(arch: &Arch, ty: Ty) -> u32 {
-    let size = arch.files[file(arch, ty)].size;
-    if ty == Ty::Word {
+    let file_of_type = file(arch, ty);
+    let size = arch.files[file_of_type].size;
+    // A machine may keep several types in one file.
+    if file_of_type == file(arch, Ty::Word) {
         size.saturating_sub(RESERVED_WORDS)
     } else {
         size
@@ -59,11 +62,12 @@ pub fn reserved(arch: &Arch) -> Vec<Reg> {
 
 /// Where values of these types pass; `None` for those that find no register.
 pub fn passing(arch: &Arch, types: impl IntoIterator<Item = Ty>) -> Vec<Option<Reg>> {
-    let mut next = [0u32; Ty::ALL.len()];
+    let mut next = BTreeMap::new();
     let place = |ty: Ty| {
-        let index = &mut next[ty as usize];
-        let reg = (*index < allocatable(arch, ty)).then(|| Reg {
-            file: file(arch, ty),
+        let file = file(arch, ty);
+        let index = next.entry(file).or_insert(0);
+        let reg = (*index < allocatable(arch, ty)).then_some(Reg {
+            file,
             index: *index,
         });
         *index += 1;

@@ -144,6 +144,8 @@ pub enum Control {
     Halt(Reg),
     /// Must not be reached.
     Unreachable,
+    /// Traps: the stack has run into the data below it.
+    StackOverflow,
 }
 
 /// A modulo schedule: the kernel's configuration for the array.

@@ -1,0 +1,316 @@
+//! The special functions: reciprocal, roots, exponential, logarithm, sine and cosine.
+//!
+//! Each takes its precision in `bits`. **0 bits** means exact: reciprocal and roots correctly
+//! rounded, the others evaluated in binary64 by fixed series, of `+ − · /` alone, and rounded once,
+//! which leaves an error below 0.501 units in the last place. **4 to 23 bits** is what small
+//! hardware does: a table addressed by the top bits of the operand, each entry the value in the
+//! middle of its interval; the first interval has its value at its beginning, so that 1/1, √1, 2⁰,
+//! log2 1, sin 0 are exact. Tables are monotone. Reciprocal and roots are good to a relative error
+//! of 2^−bits and can be improved by `steps` Newton–Raphson steps on the mantissa, in binary32 with
+//! fused multiply-add; exp2 to a relative error of 2^−bits; log2, sine and cosine to an absolute
+//! one; all this before the result is rounded to binary32.
+
+use super::word::{canonical, fma};
+
+const ONE: u32 = 0x3f80_0000;
+const SIGN: u32 = 0x8000_0000;
+
+/// 2ⁿ for −1022 ≤ n ≤ 1023.
+fn power_of_two(n: i32) -> f64 {
+    f64::from_bits(((n + 1023) as u64) << 52)
+}
+
+/// `x` > 0, normal, as (m, n) with x = m·2ⁿ and 1 ≤ m < 2.
+fn normalized(x: f64) -> (f64, i32) {
+    let fraction = x.to_bits() & ((1 << 52) - 1);
+    let exponent = (x.to_bits() >> 52) as i32 - 1023;
+    (f64::from_bits(fraction | (1023 << 52)), exponent)
+}
+
+/// The middle of the interval of length 2^−index that holds `x`, 0 ≤ x < 2. The intervals from 0
+/// and from 1 are met at their beginning.
+fn interval(x: f64, index: u32) -> f64 {
+    let unit = power_of_two(index as i32);
+    let number = f64::from((x * unit) as u32);
+    if number == 0.0 || number == unit {
+        number / unit
+    } else {
+        (number + 0.5) / unit
+    }
+}
+
+/// A table entry: `x`, 0 ≤ x ≤ 2, rounded to the fraction bits that a table of this precision has.
+fn entry(x: f64, bits: u32) -> f64 {
+    let unit = power_of_two((bits + 3).min(24) as i32);
+    f64::from((x * unit + 0.5) as u32) / unit
+}
+
+/// 1/x. 1/±0 = ±∞, 1/±∞ = ±0; denormal operands and results are kept. A Newton step is
+/// e = fma(−m, y, 1), y = fma(y, e, y).
+pub fn rcp(x: u32, bits: u32, steps: u32) -> u32 {
+    let value = f32::from_bits(x);
+    if bits == 0 || value == 0.0 || !value.is_finite() {
+        return canonical(1.0 / value);
+    }
+    let (mantissa, exponent) = normalized(f64::from(value.abs()));
+    let m = (mantissa as f32).to_bits();
+    let mut y = (entry(1.0 / interval(mantissa, bits), bits) as f32).to_bits();
+    for _ in 0..steps {
+        let error = fma(m ^ SIGN, y, ONE);
+        y = fma(y, error, y);
+    }
+    let result = f64::from(f32::from_bits(y)) * power_of_two(-exponent);
+    (result as f32).to_bits() | (x & SIGN)
+}
+
+/// 1/√m for 1 ≤ m < 4, from a table of 2·2^bits entries, half of them for m ≥ 2. A Newton step is
+/// e = fma(−(m·y), y, 1), y = fma(y/2, e, y).
+fn table_rsqrt(m: f32, bits: u32, steps: u32) -> f32 {
+    let half = if m < 2.0 { 1.0 } else { 2.0 };
+    let center = half * interval(f64::from(m) / half, bits);
+    let mut y = entry(1.0 / center.sqrt(), bits) as f32;
+    for _ in 0..steps {
+        let error = fma((-(m * y)).to_bits(), y.to_bits(), ONE);
+        y = f32::from_bits(fma((0.5 * y).to_bits(), error, y.to_bits()));
+    }
+    y
+}
+
+/// `x` > 0, finite, as (m, n) with x = m·4ⁿ and 1 ≤ m < 4.
+fn normalized_by_four(x: f32) -> (f32, i32) {
+    let (m, n) = normalized(f64::from(x));
+    ((m * power_of_two(n & 1)) as f32, n >> 1)
+}
+
+/// 1/√x. 1/√±0 = ±∞, 1/√+∞ = 0, NaN for negative operands.
+pub fn rsqrt(x: u32, bits: u32, steps: u32) -> u32 {
+    let value = f32::from_bits(x);
+    if bits == 0 || value <= 0.0 || !value.is_finite() {
+        return canonical((1.0 / f64::from(value).sqrt()) as f32);
+    }
+    let (m, n) = normalized_by_four(value);
+    let result = f64::from(table_rsqrt(m, bits, steps)) * power_of_two(-n);
+    (result as f32).to_bits()
+}
+
+/// √x; the approximate one is m·(1/√m). √±0 = ±0, √+∞ = +∞, NaN for negative operands.
+pub fn sqrt(x: u32, bits: u32, steps: u32) -> u32 {
+    let value = f32::from_bits(x);
+    if bits == 0 || value <= 0.0 || !value.is_finite() {
+        return canonical(value.sqrt());
+    }
+    let (m, n) = normalized_by_four(value);
+    let root = m * table_rsqrt(m, bits, steps);
+    ((f64::from(root) * power_of_two(n)) as f32).to_bits()
+}
+
+/// The polynomial with these coefficients, the last the constant one.
+#[inline(always)]
+fn polynomial<const N: usize>(x: f64, coefficients: [f64; N]) -> f64 {
+    let mut sum = coefficients[0];
+    for &c in &coefficients[1..] {
+        sum = sum * x + c;
+    }
+    sum
+}
+
+/// 2^x for −150 < x < 128: 2ⁿ·e^(r ln 2), n the nearest integer.
+fn power(x: f64) -> f64 {
+    const TAYLOR: [f64; 13] = [
+        1.0 / 479001600.0,
+        1.0 / 39916800.0,
+        1.0 / 3628800.0,
+        1.0 / 362880.0,
+        1.0 / 40320.0,
+        1.0 / 5040.0,
+        1.0 / 720.0,
+        1.0 / 120.0,
+        1.0 / 24.0,
+        1.0 / 6.0,
+        1.0 / 2.0,
+        1.0,
+        1.0,
+    ];
+    let n = (x + 256.5) as i32 - 256;
+    let r = (x - f64::from(n)) * std::f64::consts::LN_2;
+    polynomial(r, TAYLOR) * power_of_two(n)
+}
+
+/// 2^x. +∞ from 128 on, denormal below −126, 0 from −150 down.
+pub fn exp2(x: u32, bits: u32) -> u32 {
+    let value = f32::from_bits(x);
+    if value.is_nan() {
+        return canonical(value);
+    } else if value >= 128.0 {
+        return f32::INFINITY.to_bits();
+    } else if value <= -150.0 {
+        return 0;
+    }
+    let value = f64::from(value);
+    let result = if bits == 0 {
+        power(value)
+    } else {
+        // Toward −∞: the cast truncates, and its operand is positive.
+        let n = (value + 150.0) as i32 - 150;
+        let fraction = interval(value - f64::from(n), bits);
+        entry(power(fraction), bits) * power_of_two(n)
+    };
+    (result as f32).to_bits()
+}
+
+/// log2 x for normal x > 0: with x = 2ⁿ·m and m within a factor of √2 of 1,
+/// n + (2 / ln 2)·artanh((m − 1)/(m + 1)).
+fn logarithm(x: f64) -> f64 {
+    const ARTANH: [f64; 10] = [
+        1.0 / 19.0,
+        1.0 / 17.0,
+        1.0 / 15.0,
+        1.0 / 13.0,
+        1.0 / 11.0,
+        1.0 / 9.0,
+        1.0 / 7.0,
+        1.0 / 5.0,
+        1.0 / 3.0,
+        1.0,
+    ];
+    const TWO_LOG2_E: f64 = 2.0 * std::f64::consts::LOG2_E;
+    let (mut m, mut n) = normalized(x);
+    if m >= std::f64::consts::SQRT_2 {
+        (m, n) = (m * 0.5, n + 1);
+    }
+    let s = (m - 1.0) / (m + 1.0);
+    f64::from(n) + s * polynomial(s * s, ARTANH) * TWO_LOG2_E
+}
+
+/// log2 x. −∞ for ±0, +∞ for +∞, NaN for negative operands.
+pub fn log2(x: u32, bits: u32) -> u32 {
+    let value = f32::from_bits(x);
+    if value.is_nan() || value < 0.0 {
+        return canonical(f32::NAN);
+    } else if value == 0.0 {
+        return f32::NEG_INFINITY.to_bits();
+    } else if value == f32::INFINITY {
+        return x;
+    }
+    let result = if bits == 0 {
+        logarithm(f64::from(value))
+    } else {
+        let (m, n) = normalized(f64::from(value));
+        f64::from(n) + entry(logarithm(interval(m, bits + 1)), bits)
+    };
+    (result as f32).to_bits()
+}
+
+/// The angle less the nearest multiple of π/2, and that multiple modulo 4; for finite `x`. Fixed
+/// point against the bits of 2/π (Payne and Hanek, *Radian reduction for trigonometric functions*,
+/// 1983): what remains is right to 2⁻¹⁰⁰ however large `x` is.
+fn reduce(x: f32) -> (f64, u32) {
+    /// 32 zeros and then the fraction bits of 2/π.
+    const TWO_OVER_PI: [u32; 9] = [
+        0,
+        0xa2f9_836e,
+        0x4e44_1529,
+        0xfc27_57d1,
+        0xf534_ddc0,
+        0xdb62_9599,
+        0x3c43_9041,
+        0xfe51_63ab,
+        0xdebb_c561,
+    ];
+    let magnitude = x.abs();
+    if magnitude < std::f32::consts::FRAC_PI_4 {
+        return (f64::from(x), 0);
+    }
+    let mantissa = u128::from((magnitude.to_bits() & 0x007f_ffff) | 0x0080_0000);
+    // x = mantissa · 2^(exponent − 150): bits of 2/π above this one only add multiples of 4.
+    let exponent = (magnitude.to_bits() >> 23) as usize;
+    let start = exponent - 120;
+    let mut window: u128 = 0;
+    for k in 0..4 {
+        let (at, shift) = (start / 32 + k, start % 32);
+        let pair = (u64::from(TWO_OVER_PI[at]) << 32) | u64::from(TWO_OVER_PI[at + 1]);
+        window = (window << 32) | u128::from((pair << shift >> 32) as u32);
+    }
+    // Two bits of quarter turns, and 126 of their fraction.
+    let turns = mantissa.wrapping_mul(window);
+    let quadrant = (((turns >> 125) as u32) + 1) >> 1;
+    let fraction = turns << 2;
+    let high = (fraction >> 64) as i64 as f64 * power_of_two(-64);
+    let low = fraction as u64 as f64 * power_of_two(-128);
+    let rest = (high + low) * std::f64::consts::FRAC_PI_2;
+    if x < 0.0 {
+        (-rest, quadrant.wrapping_neg())
+    } else {
+        (rest, quadrant)
+    }
+}
+
+/// sin r for |r| ≤ π/4, by Taylor's series.
+fn sine(r: f64) -> f64 {
+    const TAYLOR: [f64; 8] = [
+        -1.0 / 1307674368000.0,
+        1.0 / 6227020800.0,
+        -1.0 / 39916800.0,
+        1.0 / 362880.0,
+        -1.0 / 5040.0,
+        1.0 / 120.0,
+        -1.0 / 6.0,
+        1.0,
+    ];
+    r * polynomial(r * r, TAYLOR)
+}
+
+/// cos r for |r| ≤ π/4, by Taylor's series.
+fn cosine(r: f64) -> f64 {
+    const TAYLOR: [f64; 9] = [
+        1.0 / 20922789888000.0,
+        -1.0 / 87178291200.0,
+        1.0 / 479001600.0,
+        -1.0 / 3628800.0,
+        1.0 / 40320.0,
+        -1.0 / 720.0,
+        1.0 / 24.0,
+        -1.0 / 2.0,
+        1.0,
+    ];
+    polynomial(r * r, TAYLOR)
+}
+
+/// The sine table: sin(t·π/2) for 0 ≤ t ≤ 1.
+fn table_sine(t: f64, bits: u32) -> f64 {
+    let t = interval(t, bits + 1);
+    let value = if t <= 0.5 {
+        sine(t * std::f64::consts::FRAC_PI_2)
+    } else {
+        cosine((1.0 - t) * std::f64::consts::FRAC_PI_2)
+    };
+    entry(value, bits)
+}
+
+/// sin(x + quadrant·π/2).
+fn shifted_sine(x: f32, quadrant: u32, bits: u32) -> u32 {
+    if !x.is_finite() {
+        return canonical(f32::NAN);
+    }
+    let (r, reduced) = reduce(x);
+    let quadrant = quadrant.wrapping_add(reduced);
+    let t = r.abs() * std::f64::consts::FRAC_2_PI;
+    let value = match (bits, quadrant & 1) {
+        (0, 0) => sine(r),
+        (0, _) => cosine(r),
+        (_, 0) => table_sine(t, bits).copysign(r),
+        (_, _) => table_sine(1.0 - t, bits),
+    };
+    let value = if quadrant & 2 == 0 { value } else { -value };
+    (value as f32).to_bits()
+}
+
+/// sin x. sin ±0 = ±0, NaN for ±∞.
+pub fn sin(x: u32, bits: u32) -> u32 {
+    shifted_sine(f32::from_bits(x), 0, bits)
+}
+
+/// cos x. NaN for ±∞.
+pub fn cos(x: u32, bits: u32) -> u32 {
+    shifted_sine(f32::from_bits(x), 1, bits)
+}

@@ -1,0 +1,277 @@
+//! A machine as text to read.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use crate::arch::{Approx, Arch, FileKind, FuOp, FuSpec, Precision};
+use crate::isa::Class;
+use crate::system::{CacheSpec, Pipeline};
+
+/// The machine at a glance: the array as a grid of units, what each kind of unit runs, register
+/// files, peak rates, memories and the T&I unit. Several lines, each with its line break.
+pub fn show(arch: &Arch) -> String {
+    let mut out = String::new();
+    show_machine(&mut out, arch).expect("writing to a string does not fail");
+    out
+}
+
+/// What two units of one kind have in common.
+type UnitKind<'a> = (u32, bool, u32, &'a [FuOp]);
+
+fn unit_kind(unit: &FuSpec) -> UnitKind<'_> {
+    (unit.width, unit.pred_out, unit.constants, &unit.ops)
+}
+
+fn show_machine(out: &mut String, arch: &Arch) -> std::fmt::Result {
+    let mut kinds: Vec<UnitKind<'_>> = Vec::new();
+    for unit in arch.fus.values() {
+        if !kinds.contains(&unit_kind(unit)) {
+            kinds.push(unit_kind(unit));
+        }
+    }
+    let flops = arch.peak_flops_per_cycle();
+    let ghz = f64::from(arch.system.srp_mhz) / 1000.0;
+    let cores = f64::from(arch.system.cores);
+    writeln!(
+        out,
+        "machine {}: {} × SRP of {}×{} units at {} MHz",
+        arch.name, arch.system.cores, arch.rows, arch.cols, arch.system.srp_mhz
+    )?;
+    writeln!(
+        out,
+        "peak {} GFLOPS per core, {} in all ({flops} floating-point operations per cycle)",
+        flops * ghz,
+        flops * ghz * cores
+    )?;
+    writeln!(out)?;
+    show_grid(out, arch, &kinds)?;
+    writeln!(out)?;
+    show_kinds(out, arch, &kinds)?;
+    writeln!(out)?;
+    show_classes(out, arch)?;
+    writeln!(out)?;
+    show_files(out, arch)?;
+    writeln!(out)?;
+    show_engine(out, arch)?;
+    writeln!(out)?;
+    show_system(out, arch)
+}
+
+/// A letter for each kind of unit: `A` to `Z`, then `A1` and so on.
+fn letter(kind: usize) -> String {
+    let letter = char::from(b'A' + (kind % 26) as u8);
+    match kind / 26 {
+        0 => letter.to_string(),
+        n => format!("{letter}{n}"),
+    }
+}
+
+fn show_grid(out: &mut String, arch: &Arch, kinds: &[UnitKind<'_>]) -> std::fmt::Result {
+    let cell = |unit: &FuSpec| {
+        let kind = kinds.iter().position(|kind| *kind == unit_kind(unit));
+        let kind = letter(kind.unwrap_or(0));
+        match unit.slot {
+            Some(slot) => format!("{kind}:{slot}"),
+            None => kind,
+        }
+    };
+    let cells: Vec<String> = arch.fus.values().map(cell).collect();
+    let width = cells.iter().map(String::len).max().unwrap_or(1);
+    let rule = format!(
+        "  +{}",
+        format!("{:-<1$}+", "", width + 2).repeat(arch.cols as usize)
+    );
+    writeln!(
+        out,
+        "array (unit kind:VLIW slot), {} links",
+        arch.links.len()
+    )?;
+    for row in cells.chunks(arch.cols as usize) {
+        writeln!(out, "{rule}")?;
+        let row: Vec<String> = row.iter().map(|c| format!(" {c:<width$} ")).collect();
+        writeln!(out, "  |{}|", row.join("|"))?;
+    }
+    writeln!(out, "{rule}")
+}
+
+fn show_kinds(out: &mut String, arch: &Arch, kinds: &[UnitKind<'_>]) -> std::fmt::Result {
+    for (n, kind) in kinds.iter().enumerate() {
+        let (width, pred_out, constants, ops) = *kind;
+        let count = arch.fus.values().filter(|u| unit_kind(u) == *kind).count();
+        let predicates = if pred_out { "own" } else { "no" };
+        writeln!(
+            out,
+            "{}: {count} of {width} bits, {predicates} predicate output, {constants} constant(s)",
+            letter(n)
+        )?;
+        let classes: Vec<&str> = ops.iter().map(|op| op.class.name()).collect();
+        writeln!(out, "   {}", classes.join(" "))?;
+    }
+    Ok(())
+}
+
+/// Latency, interval and units of each class; classes that run differently on some units have
+/// several lines.
+fn show_classes(out: &mut String, arch: &Arch) -> std::fmt::Result {
+    writeln!(out, "class   latency  interval  units  slots  shares")?;
+    for &class in Class::ALL {
+        let mut ways: BTreeMap<(u32, u32, Vec<_>), (u32, u32)> = BTreeMap::new();
+        for unit in arch.fus.values() {
+            if let Some(op) = unit.op(class) {
+                let way = ways.entry((op.latency, op.interval, op.uses.clone()));
+                let (units, slots) = way.or_default();
+                *units += 1;
+                *slots += u32::from(unit.slot.is_some());
+            }
+        }
+        for ((latency, interval, uses), (units, slots)) in ways {
+            let uses: Vec<String> = uses
+                .iter()
+                .map(|&r| format!("{} ({})", arch.resources[r].name, arch.resources[r].count))
+                .collect();
+            let line = format!(
+                "{:<8}{latency:>7}{interval:>10}{units:>7}{slots:>7}  {}",
+                class.name(),
+                uses.join(", ")
+            );
+            writeln!(out, "{}", line.trim_end())?;
+        }
+    }
+    Ok(())
+}
+
+fn show_files(out: &mut String, arch: &Arch) -> std::fmt::Result {
+    let mut local: BTreeMap<(&str, u32, u32), usize> = BTreeMap::new();
+    for file in arch.files.values() {
+        match file.kind {
+            FileKind::Central => writeln!(
+                out,
+                "central file {}: {} × {} bits, {} read and {} write ports",
+                file.name, file.size, file.width, file.read_ports, file.write_ports
+            )?,
+            FileKind::Rotating => {
+                *local
+                    .entry(("rotating", file.size, file.width))
+                    .or_default() += 1
+            }
+            FileKind::Static => *local.entry(("static", file.size, file.width)).or_default() += 1,
+        }
+    }
+    for ((kind, size, width), count) in local {
+        writeln!(out, "{count} {kind} files: {size} × {width} bits")?;
+    }
+    Ok(())
+}
+
+fn show_engine(out: &mut String, arch: &Arch) -> std::fmt::Result {
+    writeln!(
+        out,
+        "{} VLIW slots, branch delay {}; mode switch {} cycles, {} registers set per cycle; {} contexts",
+        arch.slots().len(),
+        arch.branch_delay,
+        arch.mode_switch,
+        arch.preload_width,
+        arch.contexts
+    )?;
+    let Precision {
+        rcp,
+        rsqrt,
+        sqrt,
+        exp2,
+        log2,
+        sincos,
+    } = arch.precision;
+    let functions = [
+        ("rcp", rcp),
+        ("rsqrt", rsqrt),
+        ("sqrt", sqrt),
+        ("exp2", exp2),
+        ("log2", log2),
+        ("sincos", sincos),
+    ];
+    let functions: Vec<String> = functions
+        .iter()
+        .map(|(name, approx)| format!("{name} {}", precision(*approx)))
+        .collect();
+    writeln!(out, "special functions: {}", functions.join(", "))
+}
+
+fn precision(approx: Approx) -> String {
+    match approx {
+        Approx::Exact => "exact".to_owned(),
+        Approx::Table { bits, steps } => format!("{bits} bits + {steps} steps"),
+    }
+}
+
+fn bytes(n: u32) -> String {
+    match n {
+        n if n % 1024 == 0 => format!("{} KiB", n / 1024),
+        n => format!("{n} bytes"),
+    }
+}
+
+fn cache(name: &str, c: &CacheSpec) -> String {
+    format!(
+        "{name}: {}, {} ways, lines of {} bytes, latency {}, {} bank(s), {} misses",
+        bytes(c.bytes),
+        c.ways,
+        c.line,
+        c.latency,
+        c.banks,
+        c.misses
+    )
+}
+
+fn show_system(out: &mut String, arch: &Arch) -> std::fmt::Result {
+    let s = &arch.system;
+    writeln!(out, "SRAM: {}", bytes(s.sram_bytes))?;
+    writeln!(out, "{}", cache("data cache", &s.data_cache))?;
+    writeln!(out, "{}", cache("texture cache", &s.texture_cache))?;
+    let b = &s.buffers;
+    writeln!(
+        out,
+        "buffers of {} rays: {} of rays ({} bytes each), {} of hits ({} bytes each)",
+        b.rays, b.ray_buffers, b.ray_bytes, b.hit_buffers, b.hit_bytes
+    )?;
+    let t = &s.tni;
+    let pipeline = match t.pipeline {
+        Pipeline::Single => "single pipeline",
+        Pipeline::Parallel => "parallel pipelines",
+    };
+    writeln!(
+        out,
+        "T&I unit: {} TRV ({pipeline}) and {} IST at {} MHz; {} stacks of {} per TRV",
+        t.trvs, t.ists, s.tni_mhz, t.stacks, t.stack_depth
+    )?;
+    writeln!(
+        out,
+        "  latencies: pre {}, aabb {}, post {}, ist {}; FIFOs of {}, RAU of {} rows",
+        t.pre_latency, t.aabb_latency, t.post_latency, t.ist_latency, t.fifo, t.rau_rows
+    )?;
+    writeln!(
+        out,
+        "  nodes of {} bytes, triangles of {} bytes, reciprocal {}",
+        t.node_bytes,
+        t.triangle_bytes,
+        precision(t.rcp)
+    )?;
+    for (name, spec) in [
+        ("TRV L1", &t.trv_l1),
+        ("TRV L2", &t.trv_l2),
+        ("IST L1", &t.ist_l1),
+    ] {
+        writeln!(out, "  {}", cache(name, spec))?;
+    }
+    writeln!(
+        out,
+        "bus: {} bytes at {} MHz, latency {}",
+        s.bus.width, s.bus.mhz, s.bus.latency
+    )?;
+    let d = &s.dram;
+    let peak = f64::from(d.mhz) * 2.0 * f64::from(d.channels) * f64::from(d.bits) / 8.0 / 1000.0;
+    writeln!(
+        out,
+        "DRAM: {} channel(s) of {} bits at {} MHz, peak {peak} GB/s, latency {} ns",
+        d.channels, d.bits, d.mhz, d.latency_ns
+    )
+}

@@ -1,0 +1,102 @@
+//! The named limits of a machine. They keep every derived size (places, links, tables of a
+//! simulator) far from what a host cannot hold, and catch slips such as bytes for kilobytes.
+
+/// The values an attribute may take, both ends included.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Limit {
+    /// The attribute.
+    pub(super) name: &'static str,
+    pub(super) min: u32,
+    pub(super) max: u32,
+    /// Whether it is a size in bytes, for which `K` and `M` may be written.
+    pub(super) bytes: bool,
+}
+
+const fn count(name: &'static str, min: u32, max: u32) -> Limit {
+    Limit {
+        name,
+        min,
+        max,
+        bytes: false,
+    }
+}
+
+const fn bytes(name: &'static str, min: u32, max: u32) -> Limit {
+    Limit {
+        name,
+        min,
+        max,
+        bytes: true,
+    }
+}
+
+pub(super) const ROWS: Limit = count("rows", 1, 64);
+pub(super) const COLS: Limit = count("cols", 1, 64);
+pub(super) const ROW: Limit = count("row", 0, 63);
+pub(super) const COL: Limit = count("col", 0, 63);
+pub(super) const CONTEXTS: Limit = count("contexts", 1, 4096);
+pub(super) const LINK_DELAY: Limit = count("link-delay", 0, 8);
+pub(super) const DELAY: Limit = count("delay", 0, 8);
+pub(super) const SLOTS: Limit = count("slots", 0, 64);
+pub(super) const SLOT: Limit = count("slot", 0, 63);
+pub(super) const BRANCH_DELAY: Limit = count("branch-delay", 0, 8);
+pub(super) const MODE_SWITCH: Limit = count("mode-switch", 0, 1024);
+pub(super) const PRELOAD_WIDTH: Limit = count("preload-width", 1, 64);
+pub(super) const LATENCY: Limit = count("latency", 1, 64);
+pub(super) const INTERVAL: Limit = count("interval", 1, 64);
+pub(super) const CONSTANTS: Limit = count("constants", 0, 4);
+pub(super) const RESOURCE_COUNT: Limit = count("count", 1, 256);
+pub(super) const FILE_SIZE: Limit = count("size", 1, 1024);
+pub(super) const READ_PORTS: Limit = count("read-ports", 1, 256);
+pub(super) const WRITE_PORTS: Limit = count("write-ports", 1, 256);
+pub(super) const APPROX_BITS: Limit = count("bits", 4, 23);
+pub(super) const APPROX_STEPS: Limit = count("steps", 0, 3);
+
+/// Links of one array, generated and written.
+pub(super) const MAX_LINKS: usize = 65_536;
+
+/// Resources of one machine.
+pub(super) const MAX_RESOURCES: usize = 64;
+
+/// Register files that a unit has for itself.
+pub(super) const MAX_LOCAL_FILES: usize = 8;
+
+/// Readers and writers of all register files together.
+pub(super) const MAX_FILE_USERS: usize = 262_144;
+
+/// Characters of a name.
+pub(super) const MAX_NAME: usize = 64;
+
+pub(super) const CORES: Limit = count("cores", 1, 64);
+pub(super) const SRP_MHZ: Limit = count("srp-mhz", 1, 10_000);
+pub(super) const TNI_MHZ: Limit = count("tni-mhz", 1, 10_000);
+pub(super) const MHZ: Limit = count("mhz", 1, 10_000);
+pub(super) const SRAM_SIZE: Limit = bytes("size", 4 << 10, 64 << 20);
+pub(super) const CACHE_SIZE: Limit = bytes("size", 64, 64 << 20);
+pub(super) const WAYS: Limit = count("ways", 1, 32);
+pub(super) const LINE: Limit = bytes("line", 16, 512);
+pub(super) const CACHE_LATENCY: Limit = count("latency", 1, 256);
+pub(super) const BANKS: Limit = count("banks", 1, 64);
+pub(super) const MISSES: Limit = count("misses", 1, 256);
+pub(super) const RAYS: Limit = count("rays", 1, 4096);
+pub(super) const RAY_BUFFERS: Limit = count("ray-buffers", 1, 64);
+pub(super) const HIT_BUFFERS: Limit = count("hit-buffers", 1, 64);
+pub(super) const RAY_BYTES: Limit = bytes("ray-bytes", 16, 256);
+pub(super) const HIT_BYTES: Limit = bytes("hit-bytes", 16, 256);
+pub(super) const TRVS: Limit = count("trvs", 1, 64);
+pub(super) const ISTS: Limit = count("ists", 1, 64);
+pub(super) const STACKS: Limit = count("stacks", 1, 1024);
+pub(super) const STACK_DEPTH: Limit = count("stack-depth", 1, 1024);
+pub(super) const PRE_LATENCY: Limit = count("pre-latency", 1, 256);
+pub(super) const AABB_LATENCY: Limit = count("aabb-latency", 1, 256);
+pub(super) const POST_LATENCY: Limit = count("post-latency", 1, 256);
+pub(super) const IST_LATENCY: Limit = count("ist-latency", 1, 256);
+pub(super) const FIFO: Limit = count("fifo", 1, 1024);
+pub(super) const RAU_ROWS: Limit = count("rau-rows", 1, 1024);
+pub(super) const NODE_BYTES: Limit = bytes("node-bytes", 32, 256);
+pub(super) const TRIANGLE_BYTES: Limit = bytes("triangle-bytes", 48, 256);
+pub(super) const BUS_WIDTH: Limit = bytes("width", 1, 256);
+pub(super) const BUS_LATENCY: Limit = count("latency", 0, 1024);
+pub(super) const CHANNELS: Limit = count("channels", 1, 64);
+pub(super) const DRAM_BITS: Limit = count("bits", 8, 1024);
+pub(super) const LATENCY_NS: Limit = count("latency-ns", 0, 100_000);

@@ -1,0 +1,111 @@
+//! The machine file. XML lives here and nowhere else in this crate; `FORMAT.md` is its reference.
+//!
+//! [`parse`] goes through four forms, and each step reports all it finds and goes on: the text
+//! becomes a tree with positions (`tree`), serde makes the tree into the file's own structs (`de`,
+//! `raw`), these become an [`Arch`] with every name resolved and every default filled in (`units`,
+//! `array`, `links`, `system`), and `rules` are checked on the whole.
+//!
+//! Codes of messages: `A01xx` not XML, `A02xx` not an element or attribute of a machine file,
+//! `A03xx` not a value, `A04xx` names, cells and links, `A05xx` rules of the machine, `A06xx` the
+//! system round the array.
+
+mod array;
+mod de;
+mod findings;
+mod limits;
+mod links;
+mod raw;
+mod rules;
+mod system;
+mod tree;
+mod units;
+mod values;
+mod write;
+
+pub use write::write;
+
+use crate::arch::Arch;
+use crate::diagnostic::{Diagnostic, Span};
+use crate::nearest::nearest;
+use findings::Findings;
+
+/// The machine that `xml` describes; `name` is the file's, for messages.
+///
+/// # Errors
+///
+/// Everything that is wrong with the file, in the order of the file; at least one message.
+pub fn parse(name: &str, xml: &str) -> Result<Arch, Vec<Diagnostic>> {
+    let found = Findings::new(name);
+    match read(xml, &found) {
+        Some(arch) if found.is_empty() => Ok(arch),
+        _ => Err(found.into_sorted()),
+    }
+}
+
+/// The machine as far as it can be read. It is one only if nothing was found.
+fn read(xml: &str, found: &Findings) -> Option<Arch> {
+    let root = tree::parse(xml, found)?;
+    if root.name != "machine" {
+        wrong_root(found, root.name, root.span);
+        return None;
+    }
+    let machine: raw::Machine = de::from_tree(&root, found)?;
+    resolve(&machine, root.span, found)
+}
+
+fn wrong_root(found: &Findings, name: &str, span: Span) {
+    let message = format!("a machine file is a `<machine>`, not a `<{name}>`");
+    let help = match nearest(name, ["machine"]) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => "is this another kind of file?".to_owned(),
+    };
+    found.push(
+        found
+            .error("A0108", span, message, "not a machine")
+            .help(help),
+    );
+}
+
+fn resolve(machine: &raw::Machine, at: Span, found: &Findings) -> Option<Arch> {
+    let name = values::required_identifier(found, &machine.name, "machine", at);
+    let resources = units::resources(found, &machine.resource);
+    let cx = units::op_context(found, &machine.op, &resources);
+    let precision = system::precision(found, &machine.special);
+    let system = system::system(found, &machine.system);
+    let Some(array) = &machine.array else {
+        if !found.suspects(at, "array") {
+            let message = "`machine` needs the element `array`";
+            found.push(found.error("A0206", at, message, "has no `<array>`"));
+        }
+        return None;
+    };
+    let no_vliw = raw::Vliw::default();
+    let vliw = machine.vliw.as_ref().map_or(&no_vliw, |v| &v.value);
+    let units = array::units(&cx, machine, array, &vliw.slots);
+    let links = links::links(found, array, array.span, &units);
+    let (files, file_spans) = array::files(found, array, &units);
+    let number = |text, limit, default| values::number(found, text, limit, default);
+    let arch = Arch {
+        name: name.unwrap_or_default(),
+        rows: units.rows,
+        cols: units.cols,
+        fus: units.fus.clone(),
+        files,
+        links,
+        resources: resources.clone(),
+        contexts: number(&array.contexts, limits::CONTEXTS, 128),
+        mode_switch: number(&vliw.mode_switch, limits::MODE_SWITCH, 2),
+        preload_width: number(&vliw.preload_width, limits::PRELOAD_WIDTH, 4),
+        branch_delay: number(&vliw.branch_delay, limits::BRANCH_DELAY, 1),
+        precision,
+        system,
+    };
+    let places = rules::Places {
+        array: array.span,
+        vliw: machine.vliw.as_ref().map_or(array.span, |v| v.span),
+        units: &units,
+        files: &file_spans,
+    };
+    rules::check(found, &arch, &places);
+    Some(arch)
+}

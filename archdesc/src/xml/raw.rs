@@ -1,0 +1,214 @@
+//! The machine file as it is written: every attribute a text with its position, nothing resolved.
+//!
+//! `FORMAT.md` explains each of them; the names there are the ones here with hyphens.
+
+use serde::Deserialize;
+
+use super::de::Spanned;
+
+/// An attribute's value.
+pub(super) type Text = Spanned<String>;
+
+/// Declares the structs of the raw form: any attribute or element may be missing.
+macro_rules! raw {
+    ($($(#[$doc:meta])* $name:ident { $($field:ident: $ty:ty,)* })*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Debug, Default, Deserialize)]
+        #[serde(default, rename_all = "kebab-case")]
+        pub(super) struct $name { $(pub(super) $field: $ty,)* }
+    )*};
+}
+
+raw! {
+    /// `<machine>`
+    Machine {
+        name: Option<Text>,
+        op: Vec<Spanned<Op>>,
+        resource: Vec<Spanned<Resource>>,
+        fu_type: Vec<Spanned<FuType>>,
+        array: Option<Spanned<Array>>,
+        vliw: Option<Spanned<Vliw>>,
+        special: Vec<Spanned<Special>>,
+        system: Option<Spanned<System>>,
+    }
+
+    /// `<op>`, in a machine, a `<fu-type>` or an `<fu>`
+    Op {
+        class: Option<Text>,
+        latency: Option<Text>,
+        interval: Option<Text>,
+        uses: Option<Text>,
+    }
+
+    /// `<resource>`
+    Resource {
+        name: Option<Text>,
+        count: Option<Text>,
+    }
+
+    /// `<fu-type>`
+    FuType {
+        name: Option<Text>,
+        width: Option<Text>,
+        pred_out: Option<Text>,
+        constants: Option<Text>,
+        classes: Option<Text>,
+        op: Vec<Spanned<Op>>,
+        file: Vec<Spanned<LocalFile>>,
+    }
+
+    /// `<file>` in a `<fu-type>` or an `<fu>`
+    LocalFile {
+        name: Option<Text>,
+        kind: Option<Text>,
+        width: Option<Text>,
+        size: Option<Text>,
+        read_ports: Option<Text>,
+        write_ports: Option<Text>,
+        from_links: Option<Text>,
+    }
+
+    /// `<array>`
+    Array {
+        rows: Option<Text>,
+        cols: Option<Text>,
+        topology: Option<Text>,
+        link_delay: Option<Text>,
+        link_width: Option<Text>,
+        contexts: Option<Text>,
+        row: Vec<Spanned<Row>>,
+        fu: Vec<Spanned<Fu>>,
+        file: Vec<Spanned<File>>,
+        link: Vec<Spanned<Link>>,
+    }
+
+    /// `<row>`
+    Row {
+        units: Option<Text>,
+    }
+
+    /// `<fu>`
+    Fu {
+        row: Option<Text>,
+        col: Option<Text>,
+        name: Option<Text>,
+        r#type: Option<Text>,
+        slot: Option<Text>,
+        width: Option<Text>,
+        pred_out: Option<Text>,
+        constants: Option<Text>,
+        classes: Option<Text>,
+        op: Vec<Spanned<Op>>,
+        file: Vec<Spanned<LocalFile>>,
+    }
+
+    /// `<file>` in the `<array>`
+    File {
+        name: Option<Text>,
+        kind: Option<Text>,
+        width: Option<Text>,
+        size: Option<Text>,
+        read_ports: Option<Text>,
+        write_ports: Option<Text>,
+        readers: Option<Text>,
+        writers: Option<Text>,
+        from_links: Option<Text>,
+    }
+
+    /// `<link>`
+    Link {
+        from: Option<Text>,
+        to: Option<Text>,
+        delay: Option<Text>,
+        width: Option<Text>,
+    }
+
+    /// `<vliw>`
+    Vliw {
+        slots: Option<Text>,
+        branch_delay: Option<Text>,
+        mode_switch: Option<Text>,
+        preload_width: Option<Text>,
+    }
+
+    /// `<special>`, in a machine or in `<tni>`
+    Special {
+        function: Option<Text>,
+        bits: Option<Text>,
+        steps: Option<Text>,
+    }
+
+    /// `<system>`
+    System {
+        cores: Option<Text>,
+        srp_mhz: Option<Text>,
+        tni_mhz: Option<Text>,
+        sram: Option<Spanned<Sram>>,
+        data_cache: Option<Spanned<Cache>>,
+        texture_cache: Option<Spanned<Cache>>,
+        buffers: Option<Spanned<Buffers>>,
+        tni: Option<Spanned<Tni>>,
+        bus: Option<Spanned<Bus>>,
+        dram: Option<Spanned<Dram>>,
+    }
+
+    /// `<sram>`
+    Sram {
+        size: Option<Text>,
+    }
+
+    /// `<data-cache>`, `<texture-cache>`, `<trv-l1>`, `<trv-l2>`, `<ist-l1>`
+    Cache {
+        size: Option<Text>,
+        ways: Option<Text>,
+        line: Option<Text>,
+        latency: Option<Text>,
+        banks: Option<Text>,
+        misses: Option<Text>,
+    }
+
+    /// `<buffers>`
+    Buffers {
+        rays: Option<Text>,
+        ray_buffers: Option<Text>,
+        hit_buffers: Option<Text>,
+        ray_bytes: Option<Text>,
+        hit_bytes: Option<Text>,
+    }
+
+    /// `<tni>`
+    Tni {
+        trvs: Option<Text>,
+        ists: Option<Text>,
+        pipeline: Option<Text>,
+        stacks: Option<Text>,
+        stack_depth: Option<Text>,
+        pre_latency: Option<Text>,
+        aabb_latency: Option<Text>,
+        post_latency: Option<Text>,
+        ist_latency: Option<Text>,
+        fifo: Option<Text>,
+        rau_rows: Option<Text>,
+        node_bytes: Option<Text>,
+        triangle_bytes: Option<Text>,
+        trv_l1: Option<Spanned<Cache>>,
+        trv_l2: Option<Spanned<Cache>>,
+        ist_l1: Option<Spanned<Cache>>,
+        special: Vec<Spanned<Special>>,
+    }
+
+    /// `<bus>`
+    Bus {
+        width: Option<Text>,
+        mhz: Option<Text>,
+        latency: Option<Text>,
+    }
+
+    /// `<dram>`
+    Dram {
+        mhz: Option<Text>,
+        channels: Option<Text>,
+        bits: Option<Text>,
+        latency_ns: Option<Text>,
+    }
+}

@@ -1,0 +1,234 @@
+//! Rules about a machine as a whole: what the invariants of [`Arch`] ask for beyond values and
+//! names.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::array::{Origin, Units};
+use super::findings::Findings;
+use crate::arch::{Arch, Fu, RegFile};
+use crate::diagnostic::Span;
+use crate::entity::EntityMap;
+use crate::isa::{Class, Kind, Opcode, Ty};
+
+/// Where the parts of the machine stand in the file.
+pub(super) struct Places<'p> {
+    /// The `<array>`.
+    pub(super) array: Span,
+    /// The `<vliw>`, or the array where there is none.
+    pub(super) vliw: Span,
+    /// What each unit was made from.
+    pub(super) units: &'p Units,
+    /// Each register file.
+    pub(super) files: &'p EntityMap<RegFile, Span>,
+}
+
+/// Reports every rule that the machine breaks, leaving out those about things that the file
+/// misspells elsewhere.
+pub(super) fn check(found: &Findings, arch: &Arch, places: &Places<'_>) {
+    widths(found, arch, places);
+    names(found, arch, places);
+    if found.suspects_any(&["array", "vliw", "slots", "slot", "row", "units", "fu"]) {
+        return;
+    }
+    slots(found, arch, places);
+    if !found.suspects_any(&["fu-type", "type", "op", "class", "classes", "width"]) {
+        classes(found, arch, places);
+    }
+    if !found.suspects_any(&["file", "kind", "readers", "writers"]) {
+        central_files(found, arch, places);
+    }
+}
+
+/// A unit does not run classes all of whose operations are wider than itself.
+fn widths(found: &Findings, arch: &Arch, places: &Places<'_>) {
+    let mut reported = BTreeSet::new();
+    for (fu, unit) in arch.fus.iter().filter(|(_, unit)| unit.width < 128) {
+        for op in unit.ops.iter().filter(|op| is_wide(op.class)) {
+            let origin = &places.units.origins[fu];
+            let span = origin.mentions.get(&op.class).copied();
+            let span = span.unwrap_or(origin.span);
+            if reported.insert(span) {
+                let message = format!(
+                    "a unit of {} bits cannot run class `{}`",
+                    unit.width, op.class
+                );
+                found.push(
+                    found
+                        .error("A0501", span, message, "its operations take vectors")
+                        .also(origin.span, "this unit")
+                        .help("give the unit `width=\"128\"`, or take the class from it"),
+                );
+            }
+        }
+    }
+}
+
+/// Whether all operations of a class take or give vectors.
+fn is_wide(class: Class) -> bool {
+    let wide = |kind: &Kind| kind.ty() == Ty::Vec;
+    let mut ops = operations(class).peekable();
+    ops.peek().is_some()
+        && ops.all(|op| op.info().operands.iter().any(wide) || op.result() == Some(Ty::Vec))
+}
+
+fn operations(class: Class) -> impl Iterator<Item = Opcode> {
+    let all = Opcode::ALL.iter().copied();
+    all.filter(move |op| op.class() == class)
+}
+
+/// Names of places, which generated code derives from those of units and files, are unique.
+fn names(found: &Findings, arch: &Arch, places: &Places<'_>) {
+    let mut outputs: BTreeMap<String, Fu> = BTreeMap::new();
+    for (fu, unit) in arch.fus.iter() {
+        outputs.insert(format!("{}_out", unit.name), fu);
+        outputs.insert(format!("{}_p", unit.name), fu);
+    }
+    for (file, spec) in arch.files.iter() {
+        if let Some(&fu) = outputs.get(&spec.name) {
+            let message = format!(
+                "`{}` is the name of an output of unit `{}`",
+                spec.name, arch.fus[fu].name
+            );
+            let label = "a file needs another name";
+            found.push(found.error("A0405", places.files[file], message, label));
+        }
+    }
+}
+
+/// Slots are numbered from 0 without gaps or repetitions, and there is one.
+fn slots(found: &Findings, arch: &Arch, places: &Places<'_>) {
+    let mut slots: BTreeMap<u32, Fu> = BTreeMap::new();
+    for (fu, unit) in arch.fus.iter() {
+        let Some(slot) = unit.slot else { continue };
+        if let Some(&first) = slots.get(&slot) {
+            let message = format!("two units are VLIW slot {slot}");
+            found.push(
+                found
+                    .error(
+                        "A0502",
+                        places.units.origins[fu].span,
+                        message,
+                        "the second",
+                    )
+                    .also(places.units.origins[first].span, "the first"),
+            );
+        } else {
+            slots.insert(slot, fu);
+        }
+    }
+    if slots.is_empty() {
+        let message = "no unit is a VLIW slot, so nothing can run control code";
+        found.push(
+            found
+                .error("A0502", places.vliw, message, "no slots")
+                .help("give `<vliw slots=\"…\">` a number, or units a `slot`"),
+        );
+    }
+    if let Some((gap, (_, &fu))) = (0..).zip(&slots).find(|&(n, (&slot, _))| n != slot) {
+        let message = format!("there is no VLIW slot {gap}");
+        let label = format!("this unit is slot {}", arch.fus[fu].slot.unwrap_or(gap));
+        found.push(found.error("A0502", places.units.origins[fu].span, message, label));
+    }
+}
+
+/// Any C code may become control code, so between them the VLIW slots run every operation.
+fn classes(found: &Findings, arch: &Arch, places: &Places<'_>) {
+    let slots = arch.slots();
+    if slots.is_empty() {
+        return;
+    }
+    for &class in Class::ALL {
+        let runs = |fu: &Fu| arch.fus[*fu].op(class).is_some();
+        let narrow =
+            operations(class).find(|&op| !slots.iter().any(|&fu| arch.fus[fu].runs(op).is_some()));
+        let wide = narrow.is_some_and(|op| {
+            let kinds = op.info().operands.iter().chain(&op.info().result);
+            kinds.map(|kind| kind.ty()).any(|ty| ty == Ty::Vec)
+        });
+        let (code, message) = if !arch.fus.keys().any(|fu| runs(&fu)) {
+            ("A0503", format!("no unit runs class `{class}`"))
+        } else if !slots.iter().any(runs) {
+            let message = format!("no VLIW slot runs class `{class}`, which control code may need");
+            ("A0504", message)
+        } else if let Some(op) = narrow {
+            let message =
+                format!("no VLIW slot of 128 bits runs class `{class}`, so nothing runs `{op}`");
+            ("A0504", message)
+        } else {
+            continue;
+        };
+        let help = match taker(arch, &places.units.origins, &slots, class, wide) {
+            Some(taker) => format!("add `{class}` to {taker}"),
+            None => "make a slot 128 bits wide and add the class to it".to_owned(),
+        };
+        let label = format!("has no unit for `{class}`");
+        found.push(found.error(code, places.array, message, label).help(help));
+    }
+}
+
+/// Which slot's unit could best take a class: one that is wide enough and runs the class nearest
+/// to it in the table, where related classes stand together.
+fn taker(
+    arch: &Arch,
+    origins: &EntityMap<Fu, Origin>,
+    slots: &[Fu],
+    class: Class,
+    wide: bool,
+) -> Option<String> {
+    let distance = |fu: Fu| {
+        let classes = arch.fus[fu].ops.iter().map(|op| op.class as usize);
+        classes.map(|c| c.abs_diff(class as usize)).min()
+    };
+    let fu = slots
+        .iter()
+        .copied()
+        .filter(|&fu| !wide || arch.fus[fu].width == 128)
+        .filter(|&fu| arch.fus[fu].op(class).is_none())
+        .min_by_key(|&fu| distance(fu).unwrap_or(usize::MAX))?;
+    let name = &arch.fus[fu].name;
+    Some(match &origins[fu].fu_type {
+        Some(fu_type) => format!("the classes of fu-type `{fu_type}`, which VLIW slot `{name}` is"),
+        None => format!("the classes of VLIW slot `{name}`"),
+    })
+}
+
+/// For each type of values there is a central file of its width that every slot reads and writes.
+fn central_files(found: &Findings, arch: &Arch, places: &Places<'_>) {
+    for ty in Ty::ALL {
+        let file = arch
+            .central(ty)
+            .filter(|&file| arch.files[file].width == ty.bits());
+        let Some(file) = file else {
+            let width = ty.bits();
+            let message = format!("there is no central register file of {width} bits");
+            let help = format!(
+                "add `<file name=\"…\" kind=\"central\" width=\"{width}\" size=\"…\"/>` to the array"
+            );
+            found.push(
+                found
+                    .error("A0505", places.array, message, "VLIW code needs one")
+                    .help(help),
+            );
+            continue;
+        };
+        let spec = &arch.files[file];
+        let users = [
+            (&spec.readers, "read", "readers"),
+            (&spec.writers, "write", "writers"),
+        ];
+        for (users, verb, attribute) in users {
+            let users: BTreeSet<Fu> = users.iter().copied().collect();
+            if let Some(fu) = arch.slots().into_iter().find(|fu| !users.contains(fu)) {
+                let message = format!(
+                    "VLIW slot `{}` cannot {verb} central file `{}`",
+                    arch.fus[fu].name, spec.name
+                );
+                found.push(
+                    found
+                        .error("A0506", places.files[file], message, "every slot must")
+                        .help(format!("leave `{attribute}` out, or name `slots` in it")),
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,394 @@
+//! The units round the array. What the file leaves out is the paper's.
+
+use std::collections::BTreeMap;
+
+use super::de::Spanned;
+use super::findings::Findings;
+use super::limits::{self, Limit};
+use super::raw::{self, Text};
+use super::units::unique;
+use super::values;
+use crate::arch::{Approx, Precision};
+use crate::system::{BufferSpec, BusSpec, CacheSpec, DramSpec, Pipeline, SystemSpec, TniSpec};
+
+/// The system of the SGRT paper: its section 4.1, and where it is silent the assumptions that
+/// `FORMAT.md` lists.
+const DEFAULT: SystemSpec = SystemSpec {
+    cores: 4,
+    srp_mhz: 1000,
+    tni_mhz: 500,
+    sram_bytes: 240 << 10,
+    data_cache: cache(4, 2, 1, 1, 4),
+    texture_cache: cache(32, 4, 1, 1, 8),
+    buffers: BufferSpec {
+        rays: 64,
+        ray_buffers: 3,
+        hit_buffers: 2,
+        ray_bytes: 64,
+        hit_bytes: 24,
+    },
+    tni: TniSpec {
+        trvs: 4,
+        ists: 1,
+        pipeline: Pipeline::Parallel,
+        stacks: 16,
+        stack_depth: 64,
+        pre_latency: 6,
+        aabb_latency: 24,
+        post_latency: 5,
+        ist_latency: 37,
+        fifo: 16,
+        rau_rows: 16,
+        trv_l1: cache(16, 2, 1, 1, 8),
+        trv_l2: cache(128, 2, 20, 8, 16),
+        ist_l1: cache(128, 4, 1, 1, 8),
+        node_bytes: 32,
+        triangle_bytes: 48,
+        rcp: Approx::Exact,
+    },
+    bus: BusSpec {
+        width: 16,
+        mhz: 1000,
+        latency: 4,
+    },
+    dram: DramSpec {
+        mhz: 800,
+        channels: 2,
+        bits: 32,
+        latency_ns: 340,
+    },
+};
+
+const fn cache(kib: u32, ways: u32, latency: u32, banks: u32, misses: u32) -> CacheSpec {
+    CacheSpec {
+        bytes: kib << 10,
+        ways,
+        line: 64,
+        latency,
+        banks,
+        misses,
+    }
+}
+
+/// The system that the file describes.
+pub(super) fn system(found: &Findings, raw: &Option<Spanned<raw::System>>) -> SystemSpec {
+    let Some(raw) = raw else {
+        return DEFAULT;
+    };
+    let default = DEFAULT;
+    let number = |text, limit, default| values::number(found, text, limit, default);
+    let no_sram = raw::Sram::default();
+    let sram = raw.sram.as_ref().map_or(&no_sram, |sram| &sram.value);
+    let sram_bytes = multiple(found, &sram.size, limits::SRAM_SIZE, 16, default.sram_bytes);
+    let system = SystemSpec {
+        cores: number(&raw.cores, limits::CORES, default.cores),
+        srp_mhz: number(&raw.srp_mhz, limits::SRP_MHZ, default.srp_mhz),
+        tni_mhz: number(&raw.tni_mhz, limits::TNI_MHZ, default.tni_mhz),
+        sram_bytes,
+        data_cache: cache_spec(found, "data-cache", &raw.data_cache, default.data_cache),
+        texture_cache: cache_spec(
+            found,
+            "texture-cache",
+            &raw.texture_cache,
+            default.texture_cache,
+        ),
+        buffers: buffers(found, &raw.buffers, default.buffers),
+        tni: tni(found, &raw.tni, default.tni),
+        bus: bus(found, &raw.bus, default.bus),
+        dram: dram(found, &raw.dram, default.dram),
+    };
+    buffers_fit(found, raw, &system);
+    system
+}
+
+/// A number of bytes that must be a multiple of `of`.
+fn multiple(found: &Findings, text: &Option<Text>, limit: Limit, of: u32, default: u32) -> u32 {
+    let n = values::number(found, text, limit, default);
+    match text {
+        Some(text) if !n.is_multiple_of(of) => {
+            let message = format!("`{}` is not a multiple of {of} bytes", limit.name);
+            let label = format!("{} bytes too many", n % of);
+            found.push(found.error("A0601", text.span, message, label));
+            default
+        }
+        _ => n,
+    }
+}
+
+/// A number that must be a power of two.
+fn power(found: &Findings, text: &Option<Text>, limit: Limit, default: u32) -> u32 {
+    let n = values::number(found, text, limit, default);
+    if let Some(text) = text
+        && !n.is_power_of_two()
+    {
+        let message = format!("`{}` is not a power of two", limit.name);
+        let below = 1 << n.ilog2();
+        found.push(
+            found
+                .error("A0602", text.span, message, "not a power of two")
+                .help(format!("the nearest are {below} and {}", below * 2)),
+        );
+        return default;
+    }
+    n
+}
+
+fn cache_spec(
+    found: &Findings,
+    element: &str,
+    raw: &Option<Spanned<raw::Cache>>,
+    default: CacheSpec,
+) -> CacheSpec {
+    let Some(raw) = raw else {
+        return default;
+    };
+    let number = |text, limit, default| values::number(found, text, limit, default);
+    let before = found.len();
+    let cache = CacheSpec {
+        bytes: number(&raw.size, limits::CACHE_SIZE, default.bytes),
+        ways: number(&raw.ways, limits::WAYS, default.ways),
+        line: power(found, &raw.line, limits::LINE, default.line),
+        latency: number(&raw.latency, limits::CACHE_LATENCY, default.latency),
+        banks: power(found, &raw.banks, limits::BANKS, default.banks),
+        misses: number(&raw.misses, limits::MISSES, default.misses),
+    };
+    if found.len() > before {
+        return default;
+    }
+    let set = cache.ways * cache.line;
+    let complaint = if !cache.bytes.is_multiple_of(set) {
+        Some(format!(
+            "{} bytes are not a whole number of sets of {set}",
+            cache.bytes
+        ))
+    } else if !cache.sets().is_power_of_two() {
+        Some(format!(
+            "it would have {} sets, which is not a power of two",
+            cache.sets()
+        ))
+    } else if cache.banks > cache.sets() {
+        Some(format!(
+            "it has {} sets, fewer than its {} banks",
+            cache.sets(),
+            cache.banks
+        ))
+    } else {
+        None
+    };
+    if let Some(complaint) = complaint {
+        let message = format!("`{element}` cannot be built: {complaint}");
+        let label = "sets = size / (ways × line)";
+        found.push(found.error("A0603", raw.span, message, label).help(format!(
+            "a set is {} ways × {} bytes",
+            cache.ways, cache.line
+        )));
+        return default;
+    }
+    cache
+}
+
+fn buffers(
+    found: &Findings,
+    raw: &Option<Spanned<raw::Buffers>>,
+    default: BufferSpec,
+) -> BufferSpec {
+    let Some(raw) = raw else {
+        return default;
+    };
+    let number = |text, limit, default| values::number(found, text, limit, default);
+    let words = |text, limit, default| multiple(found, text, limit, 4, default);
+    BufferSpec {
+        rays: number(&raw.rays, limits::RAYS, default.rays),
+        ray_buffers: number(&raw.ray_buffers, limits::RAY_BUFFERS, default.ray_buffers),
+        hit_buffers: number(&raw.hit_buffers, limits::HIT_BUFFERS, default.hit_buffers),
+        ray_bytes: words(&raw.ray_bytes, limits::RAY_BYTES, default.ray_bytes),
+        hit_bytes: words(&raw.hit_bytes, limits::HIT_BYTES, default.hit_bytes),
+    }
+}
+
+/// Ray and hit buffers lie in the SRAM.
+fn buffers_fit(found: &Findings, raw: &Spanned<raw::System>, system: &SystemSpec) {
+    let b = &system.buffers;
+    let packet = u64::from(b.ray_buffers) * u64::from(b.ray_bytes)
+        + u64::from(b.hit_buffers) * u64::from(b.hit_bytes);
+    let bytes = u64::from(b.rays) * packet;
+    if bytes > u64::from(system.sram_bytes) {
+        let buffers = raw.buffers.as_ref().map(|b| b.span);
+        let sram = raw.sram.as_ref().map(|s| s.span);
+        let message = format!(
+            "ray and hit buffers of {bytes} bytes do not fit in the SRAM of {}",
+            system.sram_bytes
+        );
+        let span = buffers.or(sram).unwrap_or(raw.span);
+        found.push(
+            found
+                .error("A0604", span, message, "too large together")
+                .help("have fewer or smaller buffers, or a larger `<sram size=\"…\"/>`"),
+        );
+    }
+}
+
+fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, default: TniSpec) -> TniSpec {
+    const PIPELINES: [(&str, Pipeline); 2] = [
+        ("single", Pipeline::Single),
+        ("parallel", Pipeline::Parallel),
+    ];
+    let Some(raw) = raw else {
+        return default;
+    };
+    let number = |text, limit, default| values::number(found, text, limit, default);
+    let words = |text, limit, default| multiple(found, text, limit, 4, default);
+    TniSpec {
+        trvs: number(&raw.trvs, limits::TRVS, default.trvs),
+        ists: number(&raw.ists, limits::ISTS, default.ists),
+        pipeline: values::word(found, &raw.pipeline, "pipeline", &PIPELINES)
+            .unwrap_or(default.pipeline),
+        stacks: number(&raw.stacks, limits::STACKS, default.stacks),
+        stack_depth: number(&raw.stack_depth, limits::STACK_DEPTH, default.stack_depth),
+        pre_latency: number(&raw.pre_latency, limits::PRE_LATENCY, default.pre_latency),
+        aabb_latency: number(
+            &raw.aabb_latency,
+            limits::AABB_LATENCY,
+            default.aabb_latency,
+        ),
+        post_latency: number(
+            &raw.post_latency,
+            limits::POST_LATENCY,
+            default.post_latency,
+        ),
+        ist_latency: number(&raw.ist_latency, limits::IST_LATENCY, default.ist_latency),
+        fifo: number(&raw.fifo, limits::FIFO, default.fifo),
+        rau_rows: number(&raw.rau_rows, limits::RAU_ROWS, default.rau_rows),
+        trv_l1: cache_spec(found, "trv-l1", &raw.trv_l1, default.trv_l1),
+        trv_l2: cache_spec(found, "trv-l2", &raw.trv_l2, default.trv_l2),
+        ist_l1: cache_spec(found, "ist-l1", &raw.ist_l1, default.ist_l1),
+        node_bytes: words(&raw.node_bytes, limits::NODE_BYTES, default.node_bytes),
+        triangle_bytes: words(
+            &raw.triangle_bytes,
+            limits::TRIANGLE_BYTES,
+            default.triangle_bytes,
+        ),
+        rcp: tni_rcp(found, &raw.special),
+    }
+}
+
+fn bus(found: &Findings, raw: &Option<Spanned<raw::Bus>>, default: BusSpec) -> BusSpec {
+    let Some(raw) = raw else {
+        return default;
+    };
+    BusSpec {
+        width: power(found, &raw.width, limits::BUS_WIDTH, default.width),
+        mhz: values::number(found, &raw.mhz, limits::MHZ, default.mhz),
+        latency: values::number(found, &raw.latency, limits::BUS_LATENCY, default.latency),
+    }
+}
+
+fn dram(found: &Findings, raw: &Option<Spanned<raw::Dram>>, default: DramSpec) -> DramSpec {
+    let Some(raw) = raw else {
+        return default;
+    };
+    let number = |text, limit, default| values::number(found, text, limit, default);
+    DramSpec {
+        mhz: number(&raw.mhz, limits::MHZ, default.mhz),
+        channels: power(found, &raw.channels, limits::CHANNELS, default.channels),
+        bits: power(found, &raw.bits, limits::DRAM_BITS, default.bits),
+        latency_ns: number(&raw.latency_ns, limits::LATENCY_NS, default.latency_ns),
+    }
+}
+
+/// A special function.
+pub(super) struct Function {
+    /// Its name in the file.
+    pub(super) name: &'static str,
+    /// Whether it has Newton–Raphson steps.
+    newton: bool,
+    /// Its precision.
+    pub(super) field: fn(&mut Precision) -> &mut Approx,
+}
+
+const fn function(
+    name: &'static str,
+    newton: bool,
+    field: fn(&mut Precision) -> &mut Approx,
+) -> Function {
+    Function {
+        name,
+        newton,
+        field,
+    }
+}
+
+/// All special functions.
+pub(super) const FUNCTIONS: [Function; 6] = [
+    function("rcp", true, |p| &mut p.rcp),
+    function("rsqrt", true, |p| &mut p.rsqrt),
+    function("sqrt", true, |p| &mut p.sqrt),
+    function("exp2", false, |p| &mut p.exp2),
+    function("log2", false, |p| &mut p.log2),
+    function("sincos", false, |p| &mut p.sincos),
+];
+
+/// The precision of the special functions; exact where the file says nothing.
+pub(super) fn precision(found: &Findings, raw: &[Spanned<raw::Special>]) -> Precision {
+    specials(found, raw, &FUNCTIONS.map(|f| f.name))
+}
+
+/// The precision of the reciprocal in the T&I unit, which has no other special function.
+fn tni_rcp(found: &Findings, raw: &[Spanned<raw::Special>]) -> Approx {
+    specials(found, raw, &["rcp"]).rcp
+}
+
+fn specials(found: &Findings, raw: &[Spanned<raw::Special>], allowed: &[&str]) -> Precision {
+    let mut precision = Precision::EXACT;
+    let mut seen = BTreeMap::new();
+    for special in raw {
+        let approx = |newton| approx(found, special, newton);
+        let Some(text) = &special.function else {
+            values::missing(found, "function", "special", special.span);
+            approx(true);
+            continue;
+        };
+        let function = FUNCTIONS
+            .iter()
+            .find(|f| f.name == text.value && allowed.contains(&f.name));
+        match function {
+            None => {
+                values::unknown(found, "A0412", text, "function", allowed.iter().copied());
+                approx(true);
+            }
+            Some(function) => {
+                if unique(found, &mut seen, function.name, text.span, "function") {
+                    *(function.field)(&mut precision) = approx(function.newton);
+                }
+            }
+        }
+    }
+    precision
+}
+
+fn approx(found: &Findings, special: &Spanned<raw::Special>, newton: bool) -> Approx {
+    let exact = match &special.bits {
+        Some(bits) => bits.value == "exact",
+        None => true,
+    };
+    let steps = values::number(found, &special.steps, limits::APPROX_STEPS, 0);
+    let complaint = match &special.steps {
+        Some(text) if exact => Some((text, "an exact function takes no steps", "without `bits`")),
+        Some(text) if !newton && steps > 0 => Some((
+            text,
+            "only reciprocal and roots have Newton–Raphson steps",
+            "must be 0 here",
+        )),
+        _ => None,
+    };
+    if let Some((text, message, label)) = complaint {
+        found.push(found.error("A0305", text.span, message, label));
+        return Approx::Exact;
+    }
+    if exact {
+        return Approx::Exact;
+    }
+    let limit = limits::APPROX_BITS;
+    let bits = values::number(found, &special.bits, limit, limit.max);
+    Approx::Table { bits, steps }
+}

@@ -1,0 +1,218 @@
+//! The expanded form: a machine written out with every unit, link and file, nothing left to a
+//! default.
+
+use std::fmt::Write;
+
+use super::links::{TOPOLOGIES, Topology};
+use super::system::FUNCTIONS;
+use crate::arch::{Approx, Arch, FileKind, FileSpec, Fu, FuSpec};
+use crate::system::{CacheSpec, Pipeline, SystemSpec};
+
+/// The machine file that spells out `arch`. [`parse`](super::parse) gives the same machine back.
+pub fn write(arch: &Arch) -> String {
+    let mut out = String::new();
+    write_machine(&mut out, arch).expect("writing to a string does not fail");
+    out
+}
+
+fn write_machine(out: &mut String, arch: &Arch) -> std::fmt::Result {
+    writeln!(out, "<machine name=\"{}\">", arch.name)?;
+    for resource in arch.resources.values() {
+        let (name, count) = (&resource.name, resource.count);
+        writeln!(out, "  <resource name=\"{name}\" count=\"{count}\"/>")?;
+    }
+    let mut precision = arch.precision;
+    for function in FUNCTIONS {
+        let approx = *(function.field)(&mut precision);
+        write_special(out, "  ", function.name, approx)?;
+    }
+    let none = TOPOLOGIES.iter().find(|(_, t)| *t == Topology::None);
+    let none = none.map_or("", |(name, _)| name);
+    writeln!(
+        out,
+        "  <array rows=\"{}\" cols=\"{}\" topology=\"{none}\" contexts=\"{}\">",
+        arch.rows, arch.cols, arch.contexts
+    )?;
+    for unit in arch.fus.values() {
+        write_unit(out, arch, unit)?;
+    }
+    for file in arch.files.values() {
+        write_file(out, arch, file)?;
+    }
+    for link in arch.links.values() {
+        writeln!(
+            out,
+            "    <link from=\"{}\" to=\"{}\" delay=\"{}\" width=\"{}\"/>",
+            arch.fus[link.from].name, arch.fus[link.to].name, link.delay, link.width
+        )?;
+    }
+    writeln!(out, "  </array>")?;
+    writeln!(
+        out,
+        "  <vliw slots=\"0\" branch-delay=\"{}\" mode-switch=\"{}\" preload-width=\"{}\"/>",
+        arch.branch_delay, arch.mode_switch, arch.preload_width
+    )?;
+    write_system(out, &arch.system)?;
+    writeln!(out, "</machine>")
+}
+
+fn write_special(out: &mut String, indent: &str, name: &str, approx: Approx) -> std::fmt::Result {
+    write!(out, "{indent}<special function=\"{name}\"")?;
+    match approx {
+        Approx::Exact => writeln!(out, " bits=\"exact\"/>"),
+        Approx::Table { bits, steps } => writeln!(out, " bits=\"{bits}\" steps=\"{steps}\"/>"),
+    }
+}
+
+fn write_unit(out: &mut String, arch: &Arch, unit: &FuSpec) -> std::fmt::Result {
+    write!(
+        out,
+        "    <fu name=\"{}\" row=\"{}\" col=\"{}\" width=\"{}\" pred-out=\"{}\" constants=\"{}\"",
+        unit.name, unit.row, unit.col, unit.width, unit.pred_out, unit.constants
+    )?;
+    if let Some(slot) = unit.slot {
+        write!(out, " slot=\"{slot}\"")?;
+    }
+    if unit.ops.is_empty() {
+        return writeln!(out, "/>");
+    }
+    writeln!(out, ">")?;
+    for op in &unit.ops {
+        let uses: Vec<&str> = op
+            .uses
+            .iter()
+            .map(|&r| arch.resources[r].name.as_str())
+            .collect();
+        writeln!(
+            out,
+            "      <op class=\"{}\" latency=\"{}\" interval=\"{}\" uses=\"{}\"/>",
+            op.class,
+            op.latency,
+            op.interval,
+            uses.join(" ")
+        )?;
+    }
+    writeln!(out, "    </fu>")
+}
+
+fn write_file(out: &mut String, arch: &Arch, file: &FileSpec) -> std::fmt::Result {
+    let kind = match file.kind {
+        FileKind::Central => "central",
+        FileKind::Rotating => "rotating",
+        FileKind::Static => "static",
+    };
+    let units = |list: &[Fu]| {
+        let names: Vec<&str> = list.iter().map(|&fu| arch.fus[fu].name.as_str()).collect();
+        names.join(" ")
+    };
+    writeln!(
+        out,
+        "    <file name=\"{}\" kind=\"{kind}\" width=\"{}\" size=\"{}\" read-ports=\"{}\" \
+         write-ports=\"{}\" readers=\"{}\" writers=\"{}\" from-links=\"{}\"/>",
+        file.name,
+        file.width,
+        file.size,
+        file.read_ports,
+        file.write_ports,
+        units(&file.readers),
+        units(&file.writers),
+        file.from_links
+    )
+}
+
+fn write_cache(
+    out: &mut String,
+    indent: &str,
+    element: &str,
+    cache: &CacheSpec,
+) -> std::fmt::Result {
+    let CacheSpec {
+        bytes,
+        ways,
+        line,
+        latency,
+        banks,
+        misses,
+    } = cache;
+    writeln!(
+        out,
+        "{indent}<{element} size=\"{bytes}\" ways=\"{ways}\" line=\"{line}\" \
+         latency=\"{latency}\" banks=\"{banks}\" misses=\"{misses}\"/>"
+    )
+}
+
+fn write_system(out: &mut String, system: &SystemSpec) -> std::fmt::Result {
+    let SystemSpec {
+        cores,
+        srp_mhz,
+        tni_mhz,
+        sram_bytes,
+        data_cache,
+        texture_cache,
+        buffers,
+        tni: _,
+        bus,
+        dram,
+    } = system;
+    writeln!(
+        out,
+        "  <system cores=\"{cores}\" srp-mhz=\"{srp_mhz}\" tni-mhz=\"{tni_mhz}\">"
+    )?;
+    writeln!(out, "    <sram size=\"{sram_bytes}\"/>")?;
+    write_cache(out, "    ", "data-cache", data_cache)?;
+    write_cache(out, "    ", "texture-cache", texture_cache)?;
+    writeln!(
+        out,
+        "    <buffers rays=\"{}\" ray-buffers=\"{}\" hit-buffers=\"{}\" ray-bytes=\"{}\" \
+         hit-bytes=\"{}\"/>",
+        buffers.rays,
+        buffers.ray_buffers,
+        buffers.hit_buffers,
+        buffers.ray_bytes,
+        buffers.hit_bytes
+    )?;
+    write_tni(out, system)?;
+    let (width, mhz, latency) = (bus.width, bus.mhz, bus.latency);
+    writeln!(
+        out,
+        "    <bus width=\"{width}\" mhz=\"{mhz}\" latency=\"{latency}\"/>"
+    )?;
+    writeln!(
+        out,
+        "    <dram mhz=\"{}\" channels=\"{}\" bits=\"{}\" latency-ns=\"{}\"/>",
+        dram.mhz, dram.channels, dram.bits, dram.latency_ns
+    )?;
+    writeln!(out, "  </system>")
+}
+
+fn write_tni(out: &mut String, system: &SystemSpec) -> std::fmt::Result {
+    let tni = &system.tni;
+    let pipeline = match tni.pipeline {
+        Pipeline::Single => "single",
+        Pipeline::Parallel => "parallel",
+    };
+    writeln!(
+        out,
+        "    <tni trvs=\"{}\" ists=\"{}\" pipeline=\"{pipeline}\" stacks=\"{}\" \
+         stack-depth=\"{}\"\n         pre-latency=\"{}\" aabb-latency=\"{}\" \
+         post-latency=\"{}\" ist-latency=\"{}\"\n         fifo=\"{}\" rau-rows=\"{}\" \
+         node-bytes=\"{}\" triangle-bytes=\"{}\">",
+        tni.trvs,
+        tni.ists,
+        tni.stacks,
+        tni.stack_depth,
+        tni.pre_latency,
+        tni.aabb_latency,
+        tni.post_latency,
+        tni.ist_latency,
+        tni.fifo,
+        tni.rau_rows,
+        tni.node_bytes,
+        tni.triangle_bytes
+    )?;
+    write_cache(out, "      ", "trv-l1", &tni.trv_l1)?;
+    write_cache(out, "      ", "trv-l2", &tni.trv_l2)?;
+    write_cache(out, "      ", "ist-l1", &tni.ist_l1)?;
+    write_special(out, "      ", "rcp", tni.rcp)?;
+    writeln!(out, "    </tni>")
+}

@@ -1,0 +1,9 @@
+//! What the opcodes compute, against definitions that share nothing with `ops`: big integers,
+//! `rustc_apfloat`, double-double series, and the C twin in `kernels/srp_host.h`.
+
+mod double_double;
+mod elementary;
+mod host;
+mod ieee;
+mod integer;
+mod values;

@@ -1,0 +1,547 @@
+//! Random programs: structured control flow, bounded loops, every opcode, memory and ports, none of
+//! which traps or depends on where the stack is.
+
+use rand_pcg::Pcg32;
+use rand_pcg::rand_core::Rng;
+use srp_archdesc::entity::Entity;
+use srp_archdesc::isa::{Class, Effect, Kind, Opcode, Space, Ty};
+use srp_ir::interp::{self, FlatWorld, Options, Outcome, Trap};
+use srp_ir::layout::Layout;
+use srp_ir::program::*;
+
+/// Bytes of each global, of each array slot, and of the window of system memory that is used.
+const WINDOW: u32 = 64;
+/// Bytes of system memory.
+const MEMORY: usize = WINDOW as usize;
+/// Bytes of SRAM.
+const SRAM: u32 = 64 << 10;
+/// The port that programs write values to.
+const TRACE: i32 = 20;
+/// The port that programs read from; it has this many words.
+const SOURCE: i32 = 21;
+
+/// A program with a `main` of two words and a result of each type, made from a seed.
+pub(crate) fn program(seed: u64) -> Program {
+    let mut program = Program::default();
+    program.files.push("random.c".to_owned());
+    let mut rng = Pcg32::new(seed, 54);
+    for name in ["table", "state"] {
+        let init = (0..WINDOW).map(|_| rng.next_u32() as u8).collect();
+        program.globals.push(GlobalData {
+            name: name.to_owned(),
+            size: WINDOW,
+            align: 16,
+            init,
+            relocs: Vec::new(),
+            pos: Pos::nowhere(),
+        });
+    }
+    let count = 1 + rng.next_u32() % 3;
+    for number in 0..=count {
+        let name = match number == count {
+            true => "main".to_owned(),
+            false => format!("part{number}"),
+        };
+        let func = Maker::new(&program, &mut rng, &name).make();
+        program.funcs.push(func);
+    }
+    program.main = Some(Func::new(count as usize));
+    program
+}
+
+/// Runs `main` of a random program in a world of its own. Step limits are generous: a program that
+/// reaches them is a mistake of the generator.
+pub(crate) fn run(program: &Program) -> (Result<Outcome, Trap>, FlatWorld) {
+    let layout = Layout::of(program, SRAM).expect("random programs are small");
+    let mut world = FlatWorld::new(&layout, SRAM);
+    world.memory = (0..MEMORY).map(|i| (i * 37) as u8).collect();
+    world.inputs.insert(
+        SOURCE as u32,
+        (1..100_000)
+            .map(|i: u32| i.wrapping_mul(0x9e37_79b9))
+            .collect(),
+    );
+    let mut options = Options::new(&layout);
+    options.steps = 4_000_000;
+    let args = [Bits::Word(7), Bits::Word(0xffff_fff5)];
+    let main = program.main.expect("random programs have a main");
+    let outcome = interp::run(program, main, &args, &mut world, &options);
+    // The stack is nobody's business.
+    world.sram.truncate(layout.image.len());
+    (outcome, world)
+}
+
+struct Maker<'a> {
+    program: &'a Program,
+    rng: &'a mut Pcg32,
+    func: Function,
+    /// The block being filled.
+    block: Block,
+    /// Values that may be used here.
+    scope: Vec<Value>,
+    line: u32,
+    /// Statements still to be made.
+    budget: u32,
+    loops: u32,
+    array: Slot,
+}
+
+impl<'a> Maker<'a> {
+    fn new(program: &'a Program, rng: &'a mut Pcg32, name: &str) -> Self {
+        let results = match name {
+            "main" => vec![Ty::Word, Ty::Pred, Ty::Vec],
+            _ => vec![Ty::Word],
+        };
+        let line = 100 * program.funcs.len() as u32 + 1;
+        let pos = Pos {
+            file: SourceFile::new(0),
+            line,
+            column: 1,
+        };
+        let mut func = Function::new(name, &[Ty::Word, Ty::Word], results, pos);
+        let array = func.slots.push(SlotData {
+            name: "array".to_owned(),
+            size: WINDOW,
+            align: 16,
+        });
+        let block = func.entry();
+        Maker {
+            program,
+            rng,
+            scope: func.blocks[block].params.clone(),
+            func,
+            block,
+            line,
+            budget: 40,
+            loops: 0,
+            array,
+        }
+    }
+
+    fn make(mut self) -> Function {
+        self.scope
+            .push(self.func.values.keys().next().expect("two parameters"));
+        for (slot, size, count) in [("word", 4, 2), ("vec", 16, 2)] {
+            for number in 0..count {
+                self.func.slots.push(SlotData {
+                    name: format!("{slot}{number}"),
+                    size,
+                    align: size,
+                });
+            }
+        }
+        // Every byte of every slot is written before it is read.
+        for slot in self.func.slots.keys() {
+            let size = self.func.slots[slot].size;
+            let guard = self.constant(Bits::Pred(true));
+            for at in (0..size).step_by(4) {
+                let value = self.any(Ty::Word);
+                let address = self.slot_address(slot, at as i32);
+                self.op(Opcode::Sw, &[guard, address, value], 0);
+            }
+        }
+        self.statements(0);
+        let tys = self.func.results.clone();
+        let results = tys.into_iter().map(|ty| self.any(ty)).collect();
+        self.end(Terminator::Return(results));
+        self.func
+    }
+
+    fn below(&mut self, limit: u32) -> u32 {
+        self.rng.next_u32() % limit
+    }
+
+    fn pos(&mut self) -> Pos {
+        self.line += 1;
+        Pos {
+            file: SourceFile::new(0),
+            line: self.line,
+            column: 1 + self.line % 7,
+        }
+    }
+
+    fn op(&mut self, op: Opcode, args: &[Value], imm: i32) -> Option<Value> {
+        let pos = self.pos();
+        let result = self.func.append_op(self.block, op, args, imm, pos);
+        self.scope.extend(result);
+        result
+    }
+
+    fn value_of(&mut self, op: Opcode, args: &[Value]) -> Value {
+        self.op(op, args, 0).expect("an opcode with a result")
+    }
+
+    fn constant(&mut self, bits: Bits) -> Value {
+        let pos = self.pos();
+        let value = self.func.append_const(self.block, bits, pos);
+        self.scope.push(value);
+        value
+    }
+
+    fn word(&mut self, word: u32) -> Value {
+        self.constant(Bits::Word(word))
+    }
+
+    fn end(&mut self, end: Terminator) {
+        let pos = self.pos();
+        self.func.blocks[self.block].end = end;
+        self.func.blocks[self.block].end_pos = pos;
+    }
+
+    /// A value of a type: mostly one in scope, lately made ones more often, else a constant.
+    fn any(&mut self, ty: Ty) -> Value {
+        let fits: Vec<Value> = self
+            .scope
+            .iter()
+            .copied()
+            .filter(|&v| self.func.values[v] == ty)
+            .collect();
+        if !fits.is_empty() && self.below(8) != 0 {
+            let back = self
+                .below(fits.len() as u32)
+                .min(self.below(fits.len() as u32));
+            return fits[fits.len() - 1 - back as usize];
+        }
+        let word = |maker: &mut Self| match maker.below(4) {
+            0 => maker.rng.next_u32(),
+            1 => (maker.below(64) as f32 - 32.0).to_bits(),
+            2 => 1 << maker.below(32),
+            _ => maker.below(5).wrapping_sub(1),
+        };
+        let lanes = [word(self), word(self), word(self), word(self)];
+        self.constant(match ty {
+            Ty::Pred => Bits::Pred(lanes[0] & 1 != 0),
+            _ => Bits::of_lanes(ty, lanes),
+        })
+    }
+
+    fn slot_address(&mut self, slot: Slot, offset: i32) -> Value {
+        let pos = self.pos();
+        let kind = InstKind::SlotAddr(slot, offset);
+        let inst = self.func.append(self.block, kind, &[Ty::Word], pos);
+        // Not in scope: what a program computes must not depend on where its stack is.
+        self.func.insts[inst].results[0]
+    }
+
+    fn statements(&mut self, depth: u32) {
+        for _ in 0..1 + self.below(6) {
+            if self.budget == 0 {
+                return;
+            }
+            self.budget -= 1;
+            match self.below(16) {
+                0 | 1 if depth < 4 => self.branch(depth),
+                2 if depth < 4 => self.short_circuit(depth),
+                3 | 4 if self.loops < 3 => self.looped(depth),
+                5 => self.call(),
+                6 => self.port(),
+                7..=10 => self.memory(),
+                _ => self.compute(),
+            }
+        }
+    }
+
+    fn compute(&mut self) {
+        for _ in 0..1 + self.below(4) {
+            let op = Opcode::ALL[self.below(Opcode::ALL.len() as u32) as usize];
+            if !op.is_pure() {
+                continue;
+            }
+            let kinds = op.info().operands.iter();
+            let mut args: Vec<Value> = kinds.map(|k: &Kind| self.any(k.ty())).collect();
+            if op.class() == Class::Idiv {
+                if self.below(2) == 0 {
+                    let zero = self.word(0);
+                    args[0] = self.value_of(Opcode::Ne, &[args[2], zero]);
+                } else {
+                    let bit = 1 << self.below(5);
+                    args[2] = self.word(bit);
+                }
+            }
+            let imm = match op {
+                Opcode::Vext | Opcode::Vins => self.below(4),
+                Opcode::Swz => self.below(256),
+                _ => 0,
+            };
+            self.op(op, &args, imm as i32);
+        }
+    }
+
+    /// An access at a place of its own in its window, computed or constant.
+    fn memory(&mut self) {
+        let accesses = |op: &&Opcode| op.access_bytes().is_some();
+        let ops: Vec<Opcode> = Opcode::ALL.iter().filter(accesses).copied().collect();
+        let op = ops[self.below(ops.len() as u32) as usize];
+        let bytes = op.access_bytes().expect("an access");
+        let mut at = bytes * self.below(WINDOW / bytes);
+        let base = match (op.space(), self.below(3)) {
+            (Some(Space::Cached), _) => self.word(interp::SYSTEM_BASE),
+            (_, 0) => {
+                let slot = Slot::new(self.below(self.func.slots.len() as u32) as usize);
+                let size = self.func.slots[slot].size;
+                if size < bytes {
+                    return;
+                }
+                at %= size;
+                let part = self.below(at + 1);
+                at -= part;
+                self.slot_address(slot, part as i32)
+            }
+            (_, 1) => self.slot_address(self.array, 0),
+            _ => {
+                let pos = self.pos();
+                let global = Global::new(self.below(2) as usize);
+                let kind = InstKind::SymbolAddr(Symbol::Global(global), 0);
+                let inst = self.func.append(self.block, kind, &[Ty::Word], pos);
+                self.func.insts[inst].results[0]
+            }
+        };
+        let mut address = base;
+        if self.below(3) == 0 && !self.is_slot_part(base) {
+            let index = self.any(Ty::Word);
+            let mask = self.word(WINDOW - bytes);
+            let index = self.value_of(Opcode::And, &[index, mask]);
+            // Not in scope, as slot addresses are not.
+            address = self.value_of(Opcode::Add, &[base, index]);
+            self.scope.pop();
+            at = 0;
+        }
+        let guard = match self.below(3) {
+            0 => self.any(Ty::Pred),
+            _ => self.constant(Bits::Pred(true)),
+        };
+        let mut args = vec![guard, address];
+        if op.info().effect == Effect::Store {
+            let ty = op.info().operands[2].ty();
+            args.push(self.any(ty));
+        }
+        self.op(op, &args, at as i32);
+    }
+
+    /// Whether a value is the address of a slot smaller than the window, or of a place inside one.
+    fn is_slot_part(&self, base: Value) -> bool {
+        self.func.insts.values().any(|inst| match inst.kind {
+            InstKind::SlotAddr(slot, offset) => {
+                let small = self.func.slots[slot].size < WINDOW;
+                inst.results.contains(&base) && (small || offset != 0)
+            }
+            _ => false,
+        })
+    }
+
+    fn port(&mut self) {
+        if self.below(3) == 0 {
+            self.op(Opcode::In, &[], SOURCE);
+        } else {
+            let value = self.any(Ty::Word);
+            self.op(Opcode::Out, &[value], TRACE);
+        }
+    }
+
+    fn call(&mut self) {
+        let count = self.program.funcs.len() as u32;
+        if count == 0 || self.loops > 1 {
+            return;
+        }
+        let func = Func::new(self.below(count) as usize);
+        let args = vec![self.any(Ty::Word), self.any(Ty::Word)];
+        let pos = self.pos();
+        let callee = match self.below(4) {
+            0 => {
+                let kind = InstKind::SymbolAddr(Symbol::Func(func), 0);
+                let inst = self.func.append(self.block, kind, &[Ty::Word], pos);
+                Callee::Indirect(self.func.insts[inst].results[0], vec![Ty::Word])
+            }
+            _ => Callee::Func(func),
+        };
+        let kind = InstKind::Call { callee, args };
+        let inst = self.func.append(self.block, kind, &[Ty::Word], pos);
+        self.scope.push(self.func.insts[inst].results[0]);
+    }
+
+    /// Values for the parameters of a join, from what is in scope.
+    fn picks(&mut self, tys: &[Ty]) -> Vec<Value> {
+        tys.iter().map(|&ty| self.any(ty)).collect()
+    }
+
+    fn some_tys(&mut self) -> Vec<Ty> {
+        let count = self.below(3);
+        (0..count)
+            .map(|_| Ty::ALL[self.below(3) as usize])
+            .collect()
+    }
+
+    /// Opens a block with parameters and goes on there.
+    fn open(&mut self, block: Block, tys: &[Ty]) {
+        for &ty in tys {
+            let param = self.func.add_param(block, ty);
+            self.scope.push(param);
+        }
+        self.block = block;
+    }
+
+    fn branch(&mut self, depth: u32) {
+        let (then, other, join) = (
+            self.func.add_block(),
+            self.func.add_block(),
+            self.func.add_block(),
+        );
+        let tys = self.some_tys();
+        let cond = self.any(Ty::Pred);
+        let mark = self.scope.len();
+        let skip = self.below(3) == 0;
+        let direct = self.picks(&tys);
+        self.end(Terminator::Branch {
+            cond,
+            then: Target {
+                block: then,
+                args: vec![],
+            },
+            other: match skip {
+                true => Target {
+                    block: join,
+                    args: direct,
+                },
+                false => Target {
+                    block: other,
+                    args: vec![],
+                },
+            },
+        });
+        let arms = if skip { vec![then] } else { vec![then, other] };
+        for arm in arms {
+            self.block = arm;
+            self.scope.truncate(mark);
+            self.statements(depth + 1);
+            let args = self.picks(&tys);
+            self.end(Terminator::Jump(Target { block: join, args }));
+        }
+        self.scope.truncate(mark);
+        if skip {
+            self.func.layout.retain(|&b| b != other);
+        }
+        self.open(join, &tys);
+    }
+
+    /// `if (a && b) … else …`, both tests going to the same block.
+    fn short_circuit(&mut self, depth: u32) {
+        let blocks: Vec<Block> = (0..4).map(|_| self.func.add_block()).collect();
+        let [second, then, other, join] = blocks[..] else {
+            unreachable!("four blocks were made")
+        };
+        let plain = |block| Target {
+            block,
+            args: vec![],
+        };
+        let tys = self.some_tys();
+        let mark = self.scope.len();
+        let cond = self.any(Ty::Pred);
+        self.end(Terminator::Branch {
+            cond,
+            then: plain(second),
+            other: plain(other),
+        });
+        self.block = second;
+        self.compute();
+        let cond = self.any(Ty::Pred);
+        self.end(Terminator::Branch {
+            cond,
+            then: plain(then),
+            other: plain(other),
+        });
+        for arm in [then, other] {
+            self.block = arm;
+            // What the second test computed is not there on the other way.
+            self.scope.truncate(mark);
+            self.statements(depth + 1);
+            let args = self.picks(&tys);
+            self.end(Terminator::Jump(Target { block: join, args }));
+        }
+        self.scope.truncate(mark);
+        self.open(join, &tys);
+    }
+
+    /// A loop of 1 to 4 iterations with its test at the bottom, a `continue`, and now and then a
+    /// `break`.
+    fn looped(&mut self, depth: u32) {
+        self.loops += 1;
+        let blocks: Vec<Block> = (0..4).map(|_| self.func.add_block()).collect();
+        let [header, rest, latch, exit] = blocks[..] else {
+            unreachable!("four blocks were made")
+        };
+        let carried = self.some_tys();
+        let mut tys = vec![Ty::Word];
+        tys.extend(&carried);
+        let trip = 1 + self.below(4);
+        let mark_pos = self.pos();
+        if self.below(2) == 0 {
+            self.func.blocks[header].kernel = Some(KernelMark {
+                name: format!("{}_{}", self.func.name, header.index()),
+                pos: mark_pos,
+                required: self.below(2) == 0,
+            });
+        }
+        let zero = self.word(0);
+        let mut args = vec![zero];
+        args.extend(self.picks(&carried));
+        self.end(Terminator::Jump(Target {
+            block: header,
+            args,
+        }));
+        let mark = self.scope.len();
+        self.open(header, &tys);
+        let counter = self.scope[mark];
+        self.statements(depth + 1);
+        let inside = self.scope.len();
+        let cond = self.any(Ty::Pred);
+        let early = self.picks(&carried);
+        let skip = match self.below(4) {
+            0 => Target {
+                block: exit,
+                args: early,
+            },
+            _ => Target {
+                block: latch,
+                args: early,
+            },
+        };
+        self.end(Terminator::Branch {
+            cond,
+            then: Target {
+                block: rest,
+                args: vec![],
+            },
+            other: skip,
+        });
+        self.block = rest;
+        self.statements(depth + 1);
+        let late = self.picks(&carried);
+        self.end(Terminator::Jump(Target {
+            block: latch,
+            args: late,
+        }));
+        self.scope.truncate(inside);
+        self.open(latch, &carried);
+        let one = self.word(1);
+        let next = self.value_of(Opcode::Add, &[counter, one]);
+        let limit = self.word(trip);
+        let again = self.value_of(Opcode::Lt, &[next, limit]);
+        let values = self.picks(&carried);
+        let mut args = vec![next];
+        args.extend(&values);
+        self.end(Terminator::Branch {
+            cond: again,
+            then: Target {
+                block: header,
+                args,
+            },
+            other: Target {
+                block: exit,
+                args: values,
+            },
+        });
+        self.scope.truncate(mark);
+        self.open(exit, &carried);
+        self.loops -= 1;
+    }
+}

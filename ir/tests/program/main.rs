@@ -1,0 +1,6 @@
+//! Tests of the program: its listing, its rules, its meaning, and the passes over it.
+
+mod generate;
+mod interp;
+mod text;
+mod verify;
