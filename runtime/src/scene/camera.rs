@@ -5,6 +5,8 @@ use std::fmt;
 use glam::{DVec3, Vec3};
 use serde::Deserialize;
 
+use super::angle::turn;
+
 /// A pinhole camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
@@ -105,7 +107,8 @@ impl Camera {
         let forward = self.forward.as_dvec3().normalize();
         let right = forward.cross(self.up.as_dvec3()).normalize();
         let down = forward.cross(right);
-        let half = (f64::from(self.fov).to_radians() / 2.0).tan();
+        let (cos, sin) = turn(f64::from(self.fov) / 720.0);
+        let half = sin / cos;
         let step = 2.0 * half / f64::from(width.min(height));
         let at = |pixel: f64, size: u32| (pixel + 0.5 - f64::from(size) / 2.0) * step;
         RayFan {
