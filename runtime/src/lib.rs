@@ -4,6 +4,9 @@
 //! An engine is whatever implements [`core::Core`]; the compiler crates are unknown here. Nothing
 //! in this crate opens a file or looks at a clock.
 
+pub mod bvh;
 pub mod core;
+pub mod memory;
 pub mod scene;
+pub mod tni;
 pub use srp_archdesc::ports;

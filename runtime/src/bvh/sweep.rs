@@ -166,8 +166,7 @@ impl<'a> Sweep<'a> {
             for middle in begin + 1..end {
                 let i = self.order[axis][middle - 1];
                 bounds = bounds.union(&self.boxes[i as usize].aabb());
-                let sum =
-                    half_area(&bounds) * (middle - begin) as f64 + self.right_cost[middle];
+                let sum = half_area(&bounds) * (middle - begin) as f64 + self.right_cost[middle];
                 let candidate = Best {
                     // Boxes of no area are met by no line: their cost is 0, as of their parts.
                     cost: self.traversal_cost + if area > 0.0 { sum / area } else { 0.0 },
@@ -223,8 +222,7 @@ struct Best {
 
 impl Best {
     fn beats(&self, other: &Best) -> bool {
-        self.cost < other.cost
-            || (self.cost == other.cost && self.unevenness < other.unevenness)
+        self.cost < other.cost || (self.cost == other.cost && self.unevenness < other.unevenness)
     }
 }
 

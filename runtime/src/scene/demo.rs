@@ -184,7 +184,10 @@ mod tests {
             let geometric = triangle.geometric_normal();
             for normal in triangle.normals {
                 assert!((normal.length() - 1.0).abs() < 1e-5, "triangle {i}");
-                assert!(normal.dot(geometric) > 0.5, "triangle {i}: {normal} {geometric}");
+                assert!(
+                    normal.dot(geometric) > 0.5,
+                    "triangle {i}: {normal} {geometric}"
+                );
             }
         }
     }

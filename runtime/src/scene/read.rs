@@ -259,8 +259,7 @@ fn resolve(
                     } else {
                         "in none of the material libraries; its faces are grey"
                     };
-                    findings
-                        .push(Diagnostic::warning("R0117", file, message).at(*span, label));
+                    findings.push(Diagnostic::warning("R0117", file, message).at(*span, label));
                 }
             }
         }

@@ -13,7 +13,7 @@
 //! mesh no aimed ray has been found that slips through.
 
 use srp_archdesc::arch::Approx;
-use srp_archdesc::ops;
+use srp_archdesc::ops::semantics;
 
 use crate::bvh::TriangleRecord;
 
@@ -131,9 +131,16 @@ impl Prepared {
     /// The ray made ready, or `None` where it can hit nothing: a NaN in it, an infinite origin or
     /// direction, a direction of length 0, `tmax < tmin`.
     pub fn of(ray: &Ray) -> Option<Prepared> {
-        let finite = ray.origin.iter().chain(&ray.direction).all(|x| x.is_finite());
+        let finite = ray
+            .origin
+            .iter()
+            .chain(&ray.direction)
+            .all(|x| x.is_finite());
         let nan = ray.reciprocal.iter().chain(&ray.far).any(|x| x.is_nan());
-        let reach = ray.direction.iter().fold(0.0, |r: f32, d| larger(r, d.abs()));
+        let reach = ray
+            .direction
+            .iter()
+            .fold(0.0, |r: f32, d| larger(r, d.abs()));
         // A comparison with a NaN is false, so this refuses them too.
         let reaches = ray.tmin <= ray.tmax && ray.tmax >= 0.0;
         if !finite || nan || reach == 0.0 || !reaches {
@@ -214,8 +221,9 @@ impl Prepared {
         let above = -(pk + (nu * pu + nv * pv));
         let (inverse, t) = match rcp {
             Approx::Exact => (1.0 / along, above / along),
-            Approx::Table { .. } => {
-                let inverse = ops::rcp(along, rcp);
+            Approx::Table { bits, steps } => {
+                let inverse =
+                    f32::from_bits(semantics::elementary::rcp(along.to_bits(), bits, steps));
                 (inverse, above * inverse)
             }
         };
@@ -230,9 +238,8 @@ impl Prepared {
         let grazing = larger(1.0, inverse.abs() * self.reach);
         // Never more than the triangle's own size, or a ray along its plane would hit anywhere.
         let epsilon = smaller(triangle.slack * size * grazing, 1.0);
-        let inside = weight_u >= -epsilon
-            && weight_v >= -epsilon
-            && weight_u + weight_v <= 1.0 + epsilon;
+        let inside =
+            weight_u >= -epsilon && weight_v >= -epsilon && weight_u + weight_v <= 1.0 + epsilon;
         inside.then(|| {
             let (weight_u, weight_v) = clamp_weights(weight_u, weight_v);
             (t, weight_u, weight_v)
@@ -293,8 +300,7 @@ impl Hit {
     /// Takes `other` where it is nearer; of equally near ones that with the smaller primitive, so
     /// that the order of traversal decides nothing. Says whether it did.
     pub fn take_nearer(&mut self, other: Hit) -> bool {
-        let nearer =
-            other.t < self.t || (other.t == self.t && other.primitive < self.primitive);
+        let nearer = other.t < self.t || (other.t == self.t && other.primitive < self.primitive);
         if nearer {
             *self = other;
         }

@@ -1,0 +1,2 @@
+//! T&I.
+pub mod arithmetic;
