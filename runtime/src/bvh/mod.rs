@@ -17,7 +17,9 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
 use crate::scene::Triangle;
 
-pub use layout::{Layout, NodeRef, PairRecord, TreeImage, TriangleRecord, lay_out};
+pub use layout::{
+    Layout, NODE_BYTES, NodeRef, PairRecord, TRIANGLE_BYTES, TreeImage, TriangleRecord, lay_out,
+};
 pub use sweep::sweep;
 
 /// Deepest level of a node, the root being level 0. The T&I unit keeps one trail bit a level.

@@ -2,7 +2,6 @@
 //! hierarchies" (2007): triangles sorted once along each axis, every split of every node weighed,
 //! the sorted lists divided stably.
 
-use glam::Vec3A;
 use obvhs::Boundable;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -229,6 +228,7 @@ impl Best {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3A;
 
     fn point_boxes(centres: impl Iterator<Item = f32>) -> Vec<Box3> {
         centres

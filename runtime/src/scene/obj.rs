@@ -169,7 +169,7 @@ impl Reader<'_> {
             let w = if values.len() == 4 { values[3] } else { 1.0 };
             position = [values[0] / w, values[1] / w, values[2] / w];
             if let Some(word) = (0..3)
-                .find(|&k| !(position[k].abs() <= MAX_COORDINATE))
+                .find(|&k| position[k].is_nan() || position[k].abs() > MAX_COORDINATE)
                 .map(|k| line.words[k])
             {
                 self.error(
