@@ -1,5 +1,174 @@
 //! Where and when every operation runs; and a checker that does not trust it.
+//!
+//! [`schedule`] takes the program divided between the two engines and gives it units, cycles,
+//! routes and registers: [`modulo`] for the loops on the array, [`vliw`] for everything else. The
+//! result is data, a [`ScheduledDre`]; [`check`] goes over every one that leaves this crate, and
+//! shares no code with what made it.
 
 pub mod abi;
+pub mod check;
 pub mod modulo;
 pub mod vliw;
+
+use check::Violation;
+use srp_archdesc::arch::Arch;
+use srp_archdesc::entity::{Entity, EntityMap};
+use srp_ir::dfg::Dfg;
+use srp_ir::dre::Dre;
+use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledDre};
+use srp_ir::layout::{Layout, TooLarge};
+use srp_ir::program::Kernel;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// How to schedule.
+#[derive(Clone, Copy)]
+pub struct Options<'a> {
+    /// How hard to try for each loop.
+    pub modulo: modulo::Options,
+    /// Threads to use; the result does not depend on it.
+    pub threads: usize,
+    /// Called with the number of loops done whenever one is.
+    pub progress: &'a (dyn Fn(usize) + Sync),
+}
+
+impl Default for Options<'_> {
+    fn default() -> Self {
+        Options {
+            modulo: modulo::Options::default(),
+            threads: 1,
+            progress: &|_| {},
+        }
+    }
+}
+
+/// A scheduled program, and how its loops stand to their bounds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Schedule {
+    /// The program.
+    pub program: ScheduledDre,
+    /// For each kernel, what bounds its II and what kept it from the bound.
+    pub loops: EntityMap<Kernel, LoopFacts>,
+}
+
+/// What is known of a loop besides its schedule.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoopFacts {
+    /// Lower bounds of the II.
+    pub bounds: modulo::Bounds,
+    /// Why the II below was not reached, in words; `None` where the II is the bound.
+    pub obstacle: Option<String>,
+}
+
+/// Why a program has no schedule on a machine.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ScheduleError {
+    /// Its globals do not fit in the SRAM.
+    TooLarge(TooLarge),
+    /// A loop cannot run on the array. Without it among the kernels, the program may still run.
+    Kernel(Kernel, modulo::Unschedulable),
+    /// The control code cannot run on the VLIW engine.
+    Control(vliw::VliwError),
+    /// The schedule breaks the machine's rules: a mistake of this crate.
+    Wrong(Vec<Violation>),
+}
+
+impl std::fmt::Display for ScheduleError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            ScheduleError::TooLarge(e) => e.fmt(f),
+            ScheduleError::Kernel(kernel, e) => {
+                write!(
+                    f,
+                    "kernel {} cannot run on the array: {}",
+                    kernel.index(),
+                    e.why
+                )
+            }
+            ScheduleError::Control(e) => e.fmt(f),
+            ScheduleError::Wrong(violations) => {
+                write!(
+                    f,
+                    "the schedule is wrong, which is a mistake of the scheduler:"
+                )?;
+                violations.iter().try_for_each(|v| write!(f, "\n  {v}"))
+            }
+        }
+    }
+}
+
+impl std::error::Error for ScheduleError {}
+
+/// Schedules a program for a machine.
+pub fn schedule(dre: &Dre, arch: &Arch, options: &Options<'_>) -> Result<Schedule, ScheduleError> {
+    let layout =
+        Layout::of(&dre.control, arch.system.sram_bytes).map_err(ScheduleError::TooLarge)?;
+    let mut loops = EntityMap::new();
+    let mut kernels: EntityMap<Kernel, ModuloSchedule> = EntityMap::new();
+    for (index, result) in schedule_loops(&dre.kernels, arch, options)
+        .into_iter()
+        .enumerate()
+    {
+        let kernel = Kernel::new(index);
+        let scheduled = result.map_err(|e| ScheduleError::Kernel(kernel, e))?;
+        let modulo::Scheduled {
+            schedule,
+            bounds,
+            obstacle,
+        } = scheduled;
+        kernels.push(schedule);
+        loops.push(LoopFacts { bounds, obstacle });
+    }
+    let code = vliw::emit(&dre.control, &kernels, arch, &layout).map_err(ScheduleError::Control)?;
+    let program = ScheduledDre {
+        machine: arch.name.clone(),
+        files: dre.control.files.clone(),
+        symbols: layout.symbols(&dre.control),
+        image: layout.image,
+        bundles: code.bundles,
+        functions: code.functions,
+        start: code.start,
+        kernels,
+    };
+    check::check(&program, arch).map_err(ScheduleError::Wrong)?;
+    Ok(Schedule { program, loops })
+}
+
+type LoopResult = Result<modulo::Scheduled, modulo::Unschedulable>;
+
+/// Schedules all loops, on as many threads as asked for, in their order.
+fn schedule_loops(
+    kernels: &EntityMap<Kernel, Dfg>,
+    arch: &Arch,
+    options: &Options<'_>,
+) -> Vec<LoopResult> {
+    let results: Vec<Mutex<Option<LoopResult>>> =
+        kernels.values().map(|_| Mutex::new(None)).collect();
+    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let work = || {
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(dfg) = kernels.get(Kernel::new(index)) else {
+                return;
+            };
+            let result = modulo::schedule(dfg, arch, &options.modulo);
+            *results[index]
+                .lock()
+                .expect("no thread panics with the lock held") = Some(result);
+            (options.progress)(done.fetch_add(1, Ordering::Relaxed) + 1);
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 1..options.threads.clamp(1, kernels.len().max(1)) {
+            scope.spawn(work);
+        }
+        work();
+    });
+    let taken = |slot: Mutex<Option<LoopResult>>| {
+        let result = slot
+            .into_inner()
+            .expect("no thread panics with the lock held");
+        result.expect("every loop is taken by a thread")
+    };
+    results.into_iter().map(taken).collect()
+}

@@ -88,7 +88,7 @@ impl<'a> Target<'a> {
         self.regs[number as usize]
     }
 
-    /// The most constants that `op` can have as operands; `None` where no slot runs it on the
+    /// The most constants of words and vectors that `op` can have as operands; `None` where no slot runs it on the
     /// files that control code keeps its operands in.
     pub(super) fn max_constants(&self, op: Opcode) -> Option<u32> {
         self.constants[op as usize]
@@ -124,8 +124,8 @@ impl<'a> Target<'a> {
         let constants: BTreeSet<_> = srcs
             .iter()
             .filter_map(|src| match src {
-                Src::Const(bits) => Some(bits),
-                Src::Reg(_) => None,
+                Src::Const(bits) if bits.ty() != Ty::Pred => Some(bits),
+                Src::Const(_) | Src::Reg(_) => None,
             })
             .collect();
         let reads = srcs.iter().all(|src| match src {

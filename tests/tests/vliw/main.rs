@@ -58,6 +58,10 @@ fn random_programs_mean_the_same_on_the_vliw_engine() {
             let sram = arch.system.sram_bytes;
             let layout = Layout::of(&program, sram).expect("small");
             let dre = schedule(&program, &arch, &layout);
+            if let Err(violations) = srp_scheduler::check::check(&dre, &arch) {
+                let list: Vec<String> = violations.iter().map(ToString::to_string).collect();
+                panic!("seed {seed} on {}:\n{}", arch.name, list.join("\n"));
+            }
             let mut expected = world(&layout, sram);
             let mut options = Options::new(&layout);
             options.precision = arch.precision;

@@ -8,13 +8,15 @@ use srp_archdesc::isa::{Opcode, Ty};
 use srp_ir::program::{Bits, InstKind, Pos, Value};
 
 /// The operands, by index, that have to be in registers because no slot's context has room for all
-/// constants; `None` where no slot runs the operation. The first constants stay.
+/// constants; `None` where no slot runs the operation. The first constants stay, and predicates,
+/// which take no room.
 pub(in crate::vliw) fn excess(target: &Target<'_>, op: Opcode, args: &[Arg]) -> Option<Vec<usize>> {
     let room = target.max_constants(op)? as usize;
     let mut kept: Vec<Arg> = Vec::new();
     let mut moved = Vec::new();
     for (i, &arg) in args.iter().enumerate() {
-        if matches!(arg, Arg::Reg(_)) || kept.contains(&arg) {
+        let free = matches!(arg, Arg::Reg(_) | Arg::Const(Bits::Pred(_)));
+        if free || kept.contains(&arg) {
             continue;
         }
         if kept.len() < room {
