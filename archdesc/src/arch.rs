@@ -67,7 +67,8 @@ pub struct FuSpec {
     /// Whether predicates have an output register of their own; where not, they travel through
     /// the data output as 0 or 1.
     pub pred_out: bool,
-    /// Constants (immediates) that one context word can carry.
+    /// Constants of words and vectors that one context word can carry. Those of predicates are part
+    /// of the operation.
     pub constants: u32,
     /// The VLIW issue slot that this unit is, if it is one.
     pub slot: Option<u32>,

@@ -290,8 +290,8 @@ opcodes! {
     // Floats, binary32, round to nearest even, denormals kept, results that are NaN canonical.
     Fadd "fadd" (F F) -> F: Fadd comm;
     Fsub "fsub" (F F) -> F: Fadd;
-    Fmin "fmin" (F F) -> F: Fadd;
-    Fmax "fmax" (F F) -> F: Fadd;
+    Fmin "fmin" (F F) -> F: Fadd comm;
+    Fmax "fmax" (F F) -> F: Fadd comm;
     Fneg "fneg" (F) -> F: Fadd;
     Fabs "fabs" (F) -> F: Fadd;
     Ffloor "ffloor" (F) -> F: Fadd;
@@ -340,8 +340,8 @@ opcodes! {
 
     Vfadd "vfadd" (F4 F4) -> F4: Vfadd comm;
     Vfsub "vfsub" (F4 F4) -> F4: Vfadd;
-    Vfmin "vfmin" (F4 F4) -> F4: Vfadd;
-    Vfmax "vfmax" (F4 F4) -> F4: Vfadd;
+    Vfmin "vfmin" (F4 F4) -> F4: Vfadd comm;
+    Vfmax "vfmax" (F4 F4) -> F4: Vfadd comm;
     Vfneg "vfneg" (F4) -> F4: Vfadd;
     Vfabs "vfabs" (F4) -> F4: Vfadd;
     Vffloor "vffloor" (F4) -> F4: Vfadd;

@@ -3,6 +3,7 @@
 //! * [`program`]: SSA with block parameters, what the front end makes and the passes change.
 //! * [`dfg`]: one loop body as a dataflow graph, what the modulo scheduler places.
 //! * [`dre`]: the program divided between VLIW engine and array, unscheduled and scheduled.
+//! * [`split`]: makes a `Dre` of a `Program`.
 //! * [`layout`]: where globals live.
 //! * [`text`]: the listing of a program, written and read back.
 //! * [`verify()`]: what holds of every program.
@@ -15,6 +16,7 @@ pub mod interp;
 pub mod layout;
 pub mod pass;
 pub mod program;
+pub mod split;
 pub mod text;
 pub mod verify;
 

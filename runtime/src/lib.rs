@@ -1,3 +1,12 @@
-//! What a simulator stands on.
+//! What a simulator stands on: the scene, the memory, the T&I unit, and the clock that runs them
+//! together with the simulated cores.
+//!
+//! An engine is whatever implements [`core::Core`]; the compiler crates are unknown here. Nothing
+//! in this crate opens a file or looks at a clock.
+
+pub mod bvh;
 pub mod core;
+pub mod memory;
+pub mod scene;
+pub mod tni;
 pub use srp_archdesc::ports;

@@ -34,7 +34,11 @@ pub struct Options<'a> {
 
 impl Default for Options<'_> {
     fn default() -> Self {
-        Options { modulo: modulo::Options::default(), threads: 1, progress: &|_| {} }
+        Options {
+            modulo: modulo::Options::default(),
+            threads: 1,
+            progress: &|_| {},
+        }
     }
 }
 
@@ -74,11 +78,19 @@ impl std::fmt::Display for ScheduleError {
         match self {
             ScheduleError::TooLarge(e) => e.fmt(f),
             ScheduleError::Kernel(kernel, e) => {
-                write!(f, "kernel {} cannot run on the array: {}", kernel.index(), e.why)
+                write!(
+                    f,
+                    "kernel {} cannot run on the array: {}",
+                    kernel.index(),
+                    e.why
+                )
             }
             ScheduleError::Control(e) => e.fmt(f),
             ScheduleError::Wrong(violations) => {
-                write!(f, "the schedule is wrong, which is a mistake of the scheduler:")?;
+                write!(
+                    f,
+                    "the schedule is wrong, which is a mistake of the scheduler:"
+                )?;
                 violations.iter().try_for_each(|v| write!(f, "\n  {v}"))
             }
         }
@@ -93,15 +105,21 @@ pub fn schedule(dre: &Dre, arch: &Arch, options: &Options<'_>) -> Result<Schedul
         Layout::of(&dre.control, arch.system.sram_bytes).map_err(ScheduleError::TooLarge)?;
     let mut loops = EntityMap::new();
     let mut kernels: EntityMap<Kernel, ModuloSchedule> = EntityMap::new();
-    for (index, result) in schedule_loops(&dre.kernels, arch, options).into_iter().enumerate() {
+    for (index, result) in schedule_loops(&dre.kernels, arch, options)
+        .into_iter()
+        .enumerate()
+    {
         let kernel = Kernel::new(index);
         let scheduled = result.map_err(|e| ScheduleError::Kernel(kernel, e))?;
-        let modulo::Scheduled { schedule, bounds, obstacle } = scheduled;
+        let modulo::Scheduled {
+            schedule,
+            bounds,
+            obstacle,
+        } = scheduled;
         kernels.push(schedule);
         loops.push(LoopFacts { bounds, obstacle });
     }
-    let code =
-        vliw::emit(&dre.control, &kernels, arch, &layout).map_err(ScheduleError::Control)?;
+    let code = vliw::emit(&dre.control, &kernels, arch, &layout).map_err(ScheduleError::Control)?;
     let program = ScheduledDre {
         machine: arch.name.clone(),
         files: dre.control.files.clone(),
@@ -124,14 +142,19 @@ fn schedule_loops(
     arch: &Arch,
     options: &Options<'_>,
 ) -> Vec<LoopResult> {
-    let results: Vec<Mutex<Option<LoopResult>>> = kernels.values().map(|_| Mutex::new(None)).collect();
+    let results: Vec<Mutex<Option<LoopResult>>> =
+        kernels.values().map(|_| Mutex::new(None)).collect();
     let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let work = || {
         loop {
             let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(dfg) = kernels.get(Kernel::new(index)) else { return };
+            let Some(dfg) = kernels.get(Kernel::new(index)) else {
+                return;
+            };
             let result = modulo::schedule(dfg, arch, &options.modulo);
-            *results[index].lock().expect("no thread panics with the lock held") = Some(result);
+            *results[index]
+                .lock()
+                .expect("no thread panics with the lock held") = Some(result);
             (options.progress)(done.fetch_add(1, Ordering::Relaxed) + 1);
         }
     };
@@ -142,7 +165,9 @@ fn schedule_loops(
         work();
     });
     let taken = |slot: Mutex<Option<LoopResult>>| {
-        let result = slot.into_inner().expect("no thread panics with the lock held");
+        let result = slot
+            .into_inner()
+            .expect("no thread panics with the lock held");
         result.expect("every loop is taken by a thread")
     };
     results.into_iter().map(taken).collect()

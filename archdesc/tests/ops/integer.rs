@@ -183,6 +183,33 @@ fn lanes_are_independent_copies_of_the_scalar_operation() {
 }
 
 #[test]
+fn operands_of_commutative_opcodes_may_change_places() {
+    let values = [floats(), INTEGERS.to_vec()].concat();
+    for &op in Opcode::ALL.iter().filter(|op| op.is_pure()) {
+        let operands = op.info().operands;
+        if operands.len() < 2 || operands[0] != operands[1] {
+            continue;
+        }
+        let mut differs = false;
+        for (&a, &b) in values
+            .iter()
+            .flat_map(|a| values.iter().map(move |b| (a, b)))
+        {
+            let run = |x, y| {
+                eval(
+                    op,
+                    &[V4([x; 4]), V4([y; 4]), V4::word(9)],
+                    0,
+                    &Precision::EXACT,
+                )
+            };
+            differs |= run(a, b) != run(b, a);
+        }
+        assert_eq!(!differs, op.info().commutative, "{op}");
+    }
+}
+
+#[test]
 fn lane_traffic() {
     let (a, b) = (V4([10, 11, 12, 13]), V4([20, 21, 22, 23]));
     let run = |op, args: &[V4], imm| {

@@ -5,7 +5,10 @@ use crate::dfg::Dfg;
 use crate::program::{Kernel, Program};
 use srp_archdesc::entity::EntityMap;
 
+mod run;
 pub mod scheduled;
+
+pub use run::run;
 
 /// A program split in two: control code for the VLIW engine, loops for the array.
 ///

@@ -163,8 +163,8 @@ fn augment(
                     unit = over;
                 }
             }
-            for other in 0..groups.len() {
-                if flow[other][fu] > 0 && other != start && !came_over.contains_key(&other) {
+            for (other, flow) in flow.iter().enumerate() {
+                if flow[fu] > 0 && other != start && !came_over.contains_key(&other) {
                     came_over.insert(other, fu);
                     queue.push(other);
                 }

@@ -90,7 +90,7 @@ pub(super) fn order(problem: &Problem<'_>, freedom: &Freedom, attempt: u32) -> V
     let scarcity = |n: Node| problem.units[n].len();
     let jitter = |n: Node| noise(u64::from(attempt / 2), n.index() as u64, 1) % 3;
     let mut rest: Vec<Node> = problem.nodes().collect();
-    if attempt % 2 == 0 {
+    if attempt.is_multiple_of(2) {
         rest.sort_by_key(|&n| {
             (
                 recurrence[n],

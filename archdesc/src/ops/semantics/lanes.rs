@@ -278,8 +278,12 @@ pub fn vfmul(a: V4, b: V4) -> V4 {
 /// `a·b + c` of each lane, rounded once.
 #[inline(always)]
 pub fn vfma(a: V4, b: V4, c: V4) -> V4 {
-    let lane = |k: usize| word::product_sum(a.0[k], b.0[k], c.0[k]);
-    let sums = [lane(0), lane(1), lane(2), lane(3)];
+    let of = |k: usize| (a.0[k], b.0[k], c.0[k]);
+    let lanes = [of(0), of(1), of(2), of(3)];
+    if word::FUSED {
+        return V4(lanes.map(|(x, y, z)| word::fma(x, y, z)));
+    }
+    let sums = lanes.map(|(x, y, z)| word::product_sum(x, y, z));
     let [x, y, z, w] = sums.map(word::may_round_twice);
     if x | y | z | w {
         return vfma_lane_by_lane(a, b, c);

@@ -320,9 +320,16 @@ pub fn fmul(a: u32, b: u32) -> u32 {
     canonical(float(a) * float(b))
 }
 
+/// Whether the host that this is compiled for multiplies and adds in one instruction. Elsewhere
+/// [`fma`] gets the same result from binary64.
+pub(super) const FUSED: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
+
 /// `a·b + c`, rounded once.
 #[inline(always)]
 pub fn fma(a: u32, b: u32, c: u32) -> u32 {
+    if FUSED {
+        return canonical(float(a).mul_add(float(b), float(c)));
+    }
     let sum = product_sum(a, b, c);
     canonical(if may_round_twice(sum) {
         odd_sum(a, b, c) as f32

@@ -5,14 +5,27 @@ use petgraph::graph::DiGraph;
 use srp_archdesc::entity;
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::{Effect, Opcode, Ty};
+use std::collections::BTreeSet;
+
+mod dot;
+mod recurrence;
+mod run;
+mod verify;
+
+pub use dot::dot;
+pub use run::run;
+pub use verify::Violation;
 
 entity! {
     /// An operation of a loop body.
     Node = "n";
 }
 
-/// A loop body. The loop runs `trip ≥ 1` times, a number known when it is entered; there is no
-/// control flow inside.
+/// How many iterations of a loop can be under way at once, at most.
+pub const MAX_OVERLAP: u32 = 1 << 16;
+
+/// A loop body. The loop runs a number of times that is known when it is entered, at least once;
+/// there is no control flow inside.
 ///
 /// Always holds: operands fit the opcode table; edges of distance 0 form no cycle; an operand at
 /// distance `d` has `d` initial values, the value before iteration 0 first.
@@ -24,11 +37,12 @@ pub struct Dfg {
     pub pos: Pos,
     /// Values that come from outside and do not change, by number. The launch brings them.
     pub live_ins: Vec<LiveIn>,
-    /// The live-in word that holds the trip count.
+    /// The live-in word that holds the trip count; 0 stands for 2³².
     pub trip: u32,
     /// The operations, in source order.
     pub nodes: EntityMap<Node, NodeData>,
-    /// Order between memory accesses that no value carries.
+    /// Order between memory accesses that no value carries. Accesses that meet only after
+    /// [`MAX_OVERLAP`] iterations or more are not listed.
     pub order: Vec<Order>,
     /// Values of the last iteration that the control code uses afterwards; the launch returns them
     /// in this order.
@@ -55,6 +69,13 @@ pub struct NodeData {
     pub imm: i32,
     /// Where it comes from.
     pub pos: Pos,
+}
+
+impl NodeData {
+    /// The nodes that it takes its operands from, with the distances.
+    pub fn producers(&self) -> impl Iterator<Item = (Node, u32)> + '_ {
+        self.operands.iter().filter_map(Operand::producer)
+    }
 }
 
 /// An operand of a node.
@@ -175,6 +196,46 @@ impl Dfg {
                 Effect::Pure | Effect::Store | Effect::Io => 1,
             },
         }
+    }
+
+    /// Checks that what is said to hold does; all that does not, if anything.
+    pub fn verify(&self) -> Result<(), Vec<Violation>> {
+        verify::verify(self)
+    }
+
+    /// The smallest initiation interval that the recurrences allow, at least 1, and a cycle that
+    /// sets it: nodes each of which the next depends on, and the first on the last. No nodes where
+    /// nothing depends on an earlier iteration. `latency` is that of each node's operation.
+    ///
+    /// Exact: the maximum over all cycles of [`delay`](Self::delay) over distance, rounded up.
+    pub fn rec_mii(&self, latency: impl Fn(Node) -> u32) -> (u32, Vec<Node>) {
+        recurrence::rec_mii(self, latency)
+    }
+
+    /// The nodes in an order in which each comes after those it depends on in its own iteration:
+    /// their own order wherever that is one. Nodes in a circle are left out.
+    pub fn topological(&self) -> Vec<Node> {
+        let mut waits_for = EntityMap::filled(self.nodes.len(), 0u32);
+        let mut leads_to = EntityMap::filled(self.nodes.len(), Vec::new());
+        for (from, to, dep) in self.deps() {
+            if dep.distance == 0 {
+                waits_for[to] += 1;
+                leads_to[from].push(to);
+            }
+        }
+        let free = self.nodes.keys().filter(|n| waits_for[*n] == 0);
+        let mut free: BTreeSet<Node> = free.collect();
+        let mut order = Vec::with_capacity(self.nodes.len());
+        while let Some(node) = free.pop_first() {
+            order.push(node);
+            for &to in &leads_to[node] {
+                waits_for[to] -= 1;
+                if waits_for[to] == 0 {
+                    free.insert(to);
+                }
+            }
+        }
+        order
     }
 
     /// The storage of a node's result.

@@ -1,0 +1,273 @@
+//! Which memory accesses of a loop must stay in order.
+//!
+//! Addresses are sums of objects, unknown values and a multiple of the iteration number. Where two
+//! accesses differ by a known number of bytes in each iteration, the iterations that they are apart
+//! when they meet follow exactly, wrap-around included. Accesses to different objects never meet.
+//! All else may: such a pair is ordered in every iteration, and a [`Remark`] says so.
+
+use super::Remark;
+use super::body::Body;
+use super::induction::Inductions;
+use super::linear::{Affine, first_in_window};
+use super::objects::{Objects, objects_of};
+use super::shape::Loop;
+use crate::dfg::{MAX_OVERLAP, Node, Order};
+use crate::program::{Bits, InstKind, Pos, Value};
+use srp_archdesc::isa::{Effect, Opcode, Space};
+use std::collections::BTreeSet;
+
+/// How deep a guard is taken apart.
+const MAX_GUARD_DEPTH: u32 = 16;
+
+/// A memory access of the loop.
+struct Access {
+    node: Node,
+    is_store: bool,
+    space: Space,
+    bytes: u32,
+    /// The address, offset included.
+    address: Option<Affine>,
+    objects: Objects,
+    /// What is known to hold when the access is made.
+    guard: BTreeSet<(Fact, bool)>,
+    pos: Pos,
+}
+
+/// Something that is true or false in an iteration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Fact {
+    Value(Value),
+    Compare(Opcode, Value, Value),
+}
+
+/// How many iterations apart two accesses can meet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Meeting {
+    /// The least number of iterations by which the second can be behind when it meets the first.
+    forward: Option<u64>,
+    /// The least number, from 1, by which the first can be behind.
+    backward: Option<u64>,
+    /// Whether this is what happens, rather than what cannot be excluded.
+    exact: bool,
+}
+
+const ANYTHING: Meeting = Meeting {
+    forward: Some(0),
+    backward: Some(1),
+    exact: false,
+};
+
+/// The memory order of a loop, and what could not be told. `trip` is the number of iterations,
+/// where it is known.
+pub(super) fn order(
+    lp: &Loop<'_>,
+    body: &Body<'_>,
+    trip: Option<u32>,
+    kernel: &str,
+) -> (Vec<Order>, Vec<Remark>) {
+    let inductions = Inductions::of(lp, true);
+    let accesses = accesses(lp, body, &inductions);
+    let mut orders = Vec::new();
+    let mut remarks = Vec::new();
+    for (i, first) in accesses.iter().enumerate() {
+        for second in &accesses[i + 1..] {
+            if !(first.is_store || second.is_store) || first.space != second.space {
+                continue;
+            }
+            let meeting = meet(first, second);
+            let limit = u64::from(trip.unwrap_or(MAX_OVERLAP).min(MAX_OVERLAP));
+            let possible = |d: &u64| *d < limit;
+            let edge = |from: Node, to: Node, distance: u64| Order {
+                from,
+                to,
+                distance: u32::try_from(distance).expect("below the limit"),
+            };
+            let (a, b) = (first.node, second.node);
+            let forward = meeting.forward.filter(possible);
+            let backward = meeting.backward.filter(possible);
+            orders.extend(forward.map(|d| edge(a, b, d)));
+            orders.extend(backward.map(|d| edge(b, a, d)));
+            if !meeting.exact && (forward.is_some() || backward.is_some()) {
+                remarks.push(remark(kernel, first, second));
+            }
+        }
+    }
+    remarks.sort();
+    remarks.dedup();
+    (super::reduce::without_implied(&body.nodes, orders), remarks)
+}
+
+fn remark(kernel: &str, first: &Access, second: &Access) -> Remark {
+    let text = if first.objects.is_known() && second.objects.is_known() {
+        "these two accesses may touch the same element, so they stay in order from iteration to \
+         iteration"
+    } else {
+        "these two accesses may alias, so they stay in order from iteration to iteration"
+    };
+    Remark {
+        kernel: kernel.to_owned(),
+        first: first.pos,
+        second: second.pos,
+        text: text.to_owned(),
+    }
+}
+
+fn accesses(lp: &Loop<'_>, body: &Body<'_>, inductions: &Inductions<'_>) -> Vec<Access> {
+    let mut accesses = Vec::new();
+    let mut stores = body.stores.iter();
+    for &inst in &lp.func.blocks[lp.block].insts {
+        let data = &lp.func.insts[inst];
+        let InstKind::Op { op, args, imm } = &data.kind else {
+            continue;
+        };
+        let (Some(space), Some(bytes)) = (op.space(), op.access_bytes()) else {
+            continue;
+        };
+        let node = match data.results.first() {
+            Some(result) => body.node_of.get(result),
+            None => stores.next(),
+        };
+        let (Some(&node), [guard, address, ..]) = (node, &args[..]) else {
+            continue;
+        };
+        if lp.constant(*guard) == Some(Bits::Pred(false)) {
+            continue;
+        }
+        let offset = *imm as u32;
+        let affine = inductions.affine(*address).map(|a| Affine {
+            base: a.base.plus_constant(offset),
+            stride: a.stride,
+        });
+        let mut facts = BTreeSet::new();
+        collect_facts(lp, *guard, true, 0, &mut facts);
+        accesses.push(Access {
+            node,
+            is_store: op.info().effect == Effect::Store,
+            space,
+            bytes,
+            address: affine,
+            objects: objects_of(lp, *address),
+            guard: facts,
+            pos: data.pos,
+        });
+    }
+    accesses
+}
+
+/// Adds what `value == sense` says.
+fn collect_facts(
+    lp: &Loop<'_>,
+    value: Value,
+    sense: bool,
+    depth: u32,
+    facts: &mut BTreeSet<(Fact, bool)>,
+) {
+    let mut both = |a: Value, b: Value| {
+        collect_facts(lp, a, sense, depth + 1, facts);
+        collect_facts(lp, b, sense, depth + 1, facts);
+    };
+    let sorted = |a: &Value, b: &Value| (*a.min(b), *a.max(b));
+    let fact = match lp.op(value) {
+        _ if lp.constant(value).is_some() => return,
+        _ if depth >= MAX_GUARD_DEPTH => (Fact::Value(value), sense),
+        Some((Opcode::Pand, [a, b])) if sense => return both(*a, *b),
+        Some((Opcode::Por, [a, b])) if !sense => return both(*a, *b),
+        Some((Opcode::Pnot, [a])) => return collect_facts(lp, *a, !sense, depth + 1, facts),
+        Some((Opcode::Pmov, [a])) => return collect_facts(lp, *a, sense, depth + 1, facts),
+        Some((op @ (Opcode::Eq | Opcode::Feq), [a, b])) => {
+            let (a, b) = sorted(a, b);
+            (Fact::Compare(op, a, b), sense)
+        }
+        Some((Opcode::Ne, [a, b])) => {
+            let (a, b) = sorted(a, b);
+            (Fact::Compare(Opcode::Eq, a, b), !sense)
+        }
+        Some((Opcode::Fne, [a, b])) => {
+            let (a, b) = sorted(a, b);
+            (Fact::Compare(Opcode::Feq, a, b), !sense)
+        }
+        Some((op @ (Opcode::Lt | Opcode::Ltu), [a, b])) => (Fact::Compare(op, *a, *b), sense),
+        Some((Opcode::Le, [a, b])) => (Fact::Compare(Opcode::Lt, *b, *a), !sense),
+        Some((Opcode::Leu, [a, b])) => (Fact::Compare(Opcode::Ltu, *b, *a), !sense),
+        _ => (Fact::Value(value), sense),
+    };
+    facts.insert(fact);
+}
+
+/// Whether two accesses are never both made in one iteration.
+fn exclusive(a: &Access, b: &Access) -> bool {
+    a.guard
+        .iter()
+        .any(|(fact, sense)| b.guard.contains(&(*fact, !sense)))
+}
+
+/// How two accesses can meet, `first` before `second` in the loop.
+fn meet(first: &Access, second: &Access) -> Meeting {
+    const NEVER: Meeting = Meeting {
+        forward: None,
+        backward: None,
+        exact: true,
+    };
+    if first.objects.apart_from(&second.objects) {
+        return NEVER;
+    }
+    let from = u32::from(exclusive(first, second));
+    let later = |meeting: Meeting| Meeting {
+        forward: meeting.forward.map(|d| d.max(u64::from(from))),
+        ..meeting
+    };
+    let (Some(a), Some(b)) = (&first.address, &second.address) else {
+        return later(ANYTHING);
+    };
+    let Some(apart) = a.base.minus(&b.base).as_constant() else {
+        return later(ANYTHING);
+    };
+    // In the same iteration they meet if `apart + i · (stride of a − stride of b)` is in a window
+    // around 0, where one's first byte is not behind the other's last.
+    let window = (
+        1u32.wrapping_sub(first.bytes),
+        first.bytes + second.bytes - 1,
+    );
+    let low = window.0.wrapping_sub(apart);
+    let Some(slower) = a.stride.minus(&b.stride).as_constant() else {
+        return later(ANYTHING);
+    };
+    if slower != 0 {
+        return apart_strides(a, b, slower, low, window.1, from);
+    }
+    let Some(stride) = a.stride.as_constant() else {
+        // The same unknown stride: the same iteration is certain, others are not.
+        let together = first_in_window(0, low, window.1, 0).filter(|_| from == 0);
+        return Meeting {
+            forward: together.or(Some(1)),
+            ..ANYTHING
+        };
+    };
+    // `second` is `d` iterations behind: `apart − d · stride` is in the window.
+    Meeting {
+        forward: first_in_window(stride.wrapping_neg(), low, window.1, from),
+        backward: first_in_window(stride, low, window.1, 1),
+        exact: true,
+    }
+}
+
+/// Two accesses that move at different speeds.
+fn apart_strides(a: &Affine, b: &Affine, slower: u32, low: u32, width: u32, from: u32) -> Meeting {
+    let strides = (a.stride.as_constant(), b.stride.as_constant());
+    if let (Some(sa), Some(sb)) = strides {
+        // All differences are multiples of the largest power of two in both strides.
+        let grid = 1u32 << sa.trailing_zeros().min(sb.trailing_zeros()).min(31);
+        if first_in_window(grid, low, width, 0).is_none() {
+            return Meeting {
+                forward: None,
+                backward: None,
+                exact: true,
+            };
+        }
+    }
+    let together = first_in_window(slower, low, width, 0).filter(|_| from == 0);
+    Meeting {
+        forward: Some(if together.is_some() { 0 } else { 1 }),
+        ..ANYTHING
+    }
+}

@@ -1,0 +1,249 @@
+//! Divides a [`Program`] between the two engines: [`split`].
+//!
+//! Every loop marked as a kernel that is one block and whose number of iterations can be computed
+//! before it starts becomes a [`Dfg`]; a block that computes that number and launches the kernel
+//! takes its place in the control code. A loop that cannot stays where it is, and a
+//! [`NotPipelined`] says why.
+//!
+//! What the loop leaves behind is what its values were in the last iteration. Operations that
+//! nothing depends on (the exit test, usually) do not become nodes.
+
+mod body;
+mod induction;
+mod linear;
+mod memory;
+mod objects;
+mod reduce;
+mod shape;
+mod trip;
+mod words;
+
+use crate::dfg::{Dfg, Node};
+use crate::dre::Dre;
+use crate::pass::compact;
+use crate::program::{
+    Block, Func, Function, InstKind, Kernel, KernelMark, Pos, Program, Terminator, Value,
+};
+use body::{After, Body};
+use induction::Inductions;
+use shape::Loop;
+use srp_archdesc::entity::{Entity, EntityMap};
+use std::collections::{BTreeMap, BTreeSet};
+use words::{Word, Words};
+
+/// What [`split`] returns.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Split {
+    /// The divided program.
+    pub dre: Dre,
+    /// Marked loops that stay in the control code, in program order.
+    pub not_pipelined: Vec<NotPipelined>,
+    /// What could not be told of the memory accesses of the kernels, in program order.
+    pub remarks: Vec<Remark>,
+}
+
+/// A loop that was to run on the array and cannot.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NotPipelined {
+    /// The kernel's name.
+    pub name: String,
+    /// The loop statement.
+    pub pos: Pos,
+    /// What is in the way.
+    pub reason: String,
+    /// Where that is.
+    pub at: Pos,
+    /// It was asked for by a pragma.
+    pub required: bool,
+}
+
+/// Two memory accesses that are kept in order because nothing shows that they need not be.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Remark {
+    /// The kernel's name.
+    pub kernel: String,
+    /// The one access.
+    pub first: Pos,
+    /// The other.
+    pub second: Pos,
+    /// What is not known, and what it costs.
+    pub text: String,
+}
+
+/// Why a loop cannot be pipelined.
+struct Refusal {
+    pos: Pos,
+    reason: String,
+}
+
+/// Divides a verified program. Functions of the control code are numbered anew, without gaps.
+pub fn split(program: &Program) -> Split {
+    let mut result = Split {
+        dre: Dre {
+            control: program.clone(),
+            kernels: EntityMap::new(),
+        },
+        not_pipelined: Vec::new(),
+        remarks: Vec::new(),
+    };
+    let mut names = BTreeSet::new();
+    for func in program.funcs.keys() {
+        for &block in &program.funcs[func].layout {
+            if let Some(mark) = &program.funcs[func].blocks[block].kernel {
+                let name = unused_name(&mark.name, &mut names);
+                let mark = KernelMark {
+                    name,
+                    ..mark.clone()
+                };
+                split_loop(&mut result, func, block, &mark);
+            }
+        }
+        compact(&mut result.dre.control.funcs[func]);
+    }
+    result
+}
+
+/// `name`, with a number behind it where it is taken (a loop that was inlined twice).
+fn unused_name(name: &str, taken: &mut BTreeSet<String>) -> String {
+    let numbered = (2..).map(|i| format!("{name}_{i}"));
+    let mut candidates = std::iter::once(name.to_owned()).chain(numbered);
+    let free = candidates.find(|c| !taken.contains(c));
+    let free = free.expect("numbers do not run out");
+    taken.insert(free.clone());
+    free
+}
+
+fn split_loop(result: &mut Split, func: Func, block: Block, mark: &KernelMark) {
+    let program = &mut result.dre.control;
+    program.funcs[func].blocks[block].kernel = None;
+    let kernel = result.dre.kernels.keys().len();
+    let taken = take_loop(program, func, block, mark, Kernel::new(kernel));
+    match taken {
+        Ok((dfg, remarks)) => {
+            result.remarks.extend(remarks);
+            result.dre.kernels.push(dfg);
+        }
+        Err(Refusal { pos, reason }) => result.not_pipelined.push(NotPipelined {
+            name: mark.name.clone(),
+            pos: mark.pos,
+            reason,
+            at: pos,
+            required: mark.required,
+        }),
+    }
+}
+
+/// Takes the loop out of the control code.
+fn take_loop(
+    program: &mut Program,
+    func: Func,
+    block: Block,
+    mark: &KernelMark,
+    kernel: Kernel,
+) -> Result<(Dfg, Vec<Remark>), Refusal> {
+    let mut new = program.funcs[func].clone();
+    let lp = Loop::of(program, &program.funcs[func], block)?;
+    let mut body = Body::of(&lp, mark.pos)?;
+    if body.nodes.is_empty() {
+        return Err(Refusal {
+            pos: mark.pos,
+            reason: "it computes nothing that is used".to_owned(),
+        });
+    }
+    let mut words = Words::new(&lp, &mut new, mark.pos);
+    let trip = trip::trip_count(&lp, &Inductions::of(&lp, false), &mut words)?;
+    let known_trip = match trip {
+        Word::Const(trip) if trip > 0 => Some(trip),
+        _ => None,
+    };
+    let trip = words.value(trip);
+    let trip = body.trip_live_in(trip);
+    let (order, remarks) = memory::order(&lp, &body, known_trip, &mark.name);
+    let launch = finish(&lp, &body, kernel, &mut words);
+    let insts = std::mem::take(&mut words.insts);
+    replace_block(&lp, &body, &mut new, insts, &launch.renamed);
+    let dfg = Dfg {
+        name: mark.name.clone(),
+        pos: mark.pos,
+        live_ins: std::mem::take(&mut body.live_ins),
+        trip,
+        nodes: std::mem::take(&mut body.nodes),
+        order,
+        live_outs: launch.live_outs,
+    };
+    drop(body);
+    drop(lp);
+    program.funcs[func] = new;
+    Ok((dfg, remarks))
+}
+
+/// What a launch returns, and where.
+struct LaunchResults {
+    live_outs: Vec<Node>,
+    /// Parameters whose uses after the loop mean something else now.
+    renamed: BTreeMap<Value, Value>,
+}
+
+/// Appends the launch.
+fn finish(lp: &Loop<'_>, body: &Body<'_>, kernel: Kernel, words: &mut Words<'_>) -> LaunchResults {
+    let mut results = LaunchResults {
+        live_outs: Vec::new(),
+        renamed: BTreeMap::new(),
+    };
+    let mut values = Vec::new();
+    for (&value, &after) in &body.after {
+        let is_param = lp.param_index(value).is_some();
+        match after {
+            After::Outer(outer) if is_param => {
+                let outer = words.outer(outer);
+                results.renamed.insert(value, outer);
+            }
+            // Kept where it is.
+            After::Outer(_) => {}
+            After::Node(node) => {
+                // A parameter now stands for its first value; an operation is gone, and the
+                // launch defines its value.
+                let result = if is_param {
+                    let fresh = words.fresh(lp.ty(value));
+                    results.renamed.insert(value, fresh);
+                    fresh
+                } else {
+                    value
+                };
+                results.live_outs.push(node);
+                values.push(result);
+            }
+        }
+    }
+    let args = body.sources.clone();
+    words.append(InstKind::Launch { kernel, args }, values);
+    results
+}
+
+/// Puts the instructions in the loop's place and renames parameters after it.
+fn replace_block(
+    lp: &Loop<'_>,
+    body: &Body<'_>,
+    func: &mut Function,
+    insts: Vec<crate::program::Inst>,
+    renamed: &BTreeMap<Value, Value>,
+) {
+    let rename = |v: &mut Value| {
+        if let Some(&new) = renamed.get(v) {
+            *v = new;
+        }
+    };
+    for &block in lp.func.layout.iter().filter(|b| **b != lp.block) {
+        for inst in func.blocks[block].insts.clone() {
+            func.insts[inst].kind.for_each_use_mut(rename);
+        }
+        func.blocks[block].end.for_each_use_mut(rename);
+    }
+    let mut exit = lp.exit.clone();
+    exit.args.iter_mut().for_each(rename);
+    let mut all = body.kept_insts();
+    all.extend(insts);
+    let data = &mut func.blocks[lp.block];
+    data.insts = all;
+    data.end = Terminator::Jump(exit);
+}

@@ -1,0 +1,307 @@
+//! Which loops the array can run, as far as their shape goes: one block that jumps back to itself.
+
+use super::Refusal;
+use crate::program::{
+    Bits, Block, Callee, Function, InstKind, Pos, Program, Target, Terminator, Value,
+};
+use srp_archdesc::entity::EntityMap;
+use srp_archdesc::isa::{Effect, Opcode, Ty};
+use std::collections::BTreeSet;
+
+/// Where a value is defined.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Def {
+    /// Parameter of a block, by position.
+    Param(Block, usize),
+    /// Result of an instruction.
+    Inst(Block, crate::program::Inst),
+}
+
+/// A value from outside the loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Outer {
+    /// A constant.
+    Const(Bits),
+    /// A value of the control code.
+    Value(Value),
+}
+
+/// A loop of one block.
+pub(super) struct Loop<'a> {
+    pub(super) func: &'a Function,
+    /// Header, body and latch.
+    pub(super) block: Block,
+    pub(super) defs: EntityMap<Value, Option<Def>>,
+    /// For each parameter, its value in the next iteration.
+    pub(super) next: Vec<Value>,
+    /// For each parameter, its value in the first iteration. Where the loop is entered with
+    /// different values, the parameter stands for whichever it was.
+    pub(super) initial: Vec<Outer>,
+    /// Where the loop goes when it ends.
+    pub(super) exit: Target,
+    /// The loop goes on while this is `sense`.
+    pub(super) cond: Value,
+    pub(super) sense: bool,
+    /// Values of the loop that are used after it.
+    pub(super) used_after: BTreeSet<Value>,
+}
+
+impl<'a> Loop<'a> {
+    /// The loop with this header.
+    pub(super) fn of(
+        program: &'a Program,
+        func: &'a Function,
+        block: Block,
+    ) -> Result<Loop<'a>, Refusal> {
+        let data = &func.blocks[block];
+        let refuse = |pos: Pos, reason: &str| Refusal {
+            pos,
+            reason: reason.to_owned(),
+        };
+        let (cond, sense, back, exit) = match &data.end {
+            Terminator::Branch { cond, then, other } => {
+                match (then.block == block, other.block == block) {
+                    (true, false) => (*cond, true, then, other),
+                    (false, true) => (*cond, false, other, then),
+                    (true, true) => return Err(refuse(data.end_pos, "the loop never ends")),
+                    (false, false) => return Err(why_not_one_block(program, func, block)),
+                }
+            }
+            Terminator::Jump(t) if t.block == block => {
+                return Err(refuse(data.end_pos, "the loop never ends"));
+            }
+            _ => return Err(why_not_one_block(program, func, block)),
+        };
+        check_insts(program, func, block)?;
+        let defs = definitions(func);
+        let mut l = Loop {
+            func,
+            block,
+            defs,
+            next: back.args.clone(),
+            initial: Vec::new(),
+            exit: exit.clone(),
+            cond,
+            sense,
+            used_after: BTreeSet::new(),
+        };
+        l.initial = (0..data.params.len()).map(|i| l.initial_of(i)).collect();
+        l.used_after = l.values_used_after();
+        Ok(l)
+    }
+
+    pub(super) fn params(&self) -> &'a [Value] {
+        &self.func.blocks[self.block].params
+    }
+
+    /// The position of `value` among the loop's parameters, if it is one.
+    pub(super) fn param_index(&self, value: Value) -> Option<usize> {
+        match self.defs[value] {
+            Some(Def::Param(block, i)) if block == self.block => Some(i),
+            _ => None,
+        }
+    }
+
+    /// Whether `value` is defined in the loop.
+    pub(super) fn is_inside(&self, value: Value) -> bool {
+        match self.defs[value] {
+            Some(Def::Param(block, _) | Def::Inst(block, _)) => block == self.block,
+            None => false,
+        }
+    }
+
+    /// The instruction that defines `value`, in the loop or before it.
+    pub(super) fn inst(&self, value: Value) -> Option<&'a crate::program::InstData> {
+        match self.defs[value] {
+            Some(Def::Inst(_, inst)) => Some(&self.func.insts[inst]),
+            _ => None,
+        }
+    }
+
+    /// The operation that computes `value`, with its operands.
+    pub(super) fn op(&self, value: Value) -> Option<(Opcode, &'a [Value])> {
+        match &self.inst(value)?.kind {
+            InstKind::Op { op, args, .. } => Some((*op, args)),
+            _ => None,
+        }
+    }
+
+    /// The constant that `value` is, if it is one.
+    pub(super) fn constant(&self, value: Value) -> Option<Bits> {
+        match self.inst(value)?.kind {
+            InstKind::Const(bits) => Some(bits),
+            _ => None,
+        }
+    }
+
+    pub(super) fn outer(&self, value: Value) -> Outer {
+        self.constant(value)
+            .map_or(Outer::Value(value), Outer::Const)
+    }
+
+    /// Whether the parameters of `block` are those of the function.
+    pub(super) fn is_entry(&self, block: Block) -> bool {
+        self.func.layout.first() == Some(&block)
+    }
+
+    pub(super) fn ty(&self, value: Value) -> Ty {
+        self.func.values[value]
+    }
+
+    /// The jumps to `block` with the blocks they are in.
+    pub(super) fn jumps_to(&self, block: Block) -> impl Iterator<Item = (Block, &'a Target)> {
+        self.func.layout.iter().flat_map(move |&from| {
+            let targets = self.func.blocks[from].end.targets();
+            targets
+                .filter(move |t| t.block == block)
+                .map(move |t| (from, t))
+        })
+    }
+
+    fn initial_of(&self, i: usize) -> Outer {
+        let entries = self
+            .jumps_to(self.block)
+            .filter(|(from, _)| *from != self.block);
+        let mut brought = entries.map(|(_, target)| self.outer(target.args[i]));
+        let param = Outer::Value(self.params()[i]);
+        if self.is_entry(self.block) {
+            return param;
+        }
+        let Some(first) = brought.next() else {
+            return param;
+        };
+        let inside = matches!(first, Outer::Value(v) if self.is_inside(v));
+        if !inside && brought.all(|other| other == first) {
+            first
+        } else {
+            param
+        }
+    }
+
+    fn values_used_after(&self) -> BTreeSet<Value> {
+        let mut used = BTreeSet::new();
+        let mut note = |v: Value| {
+            if self.is_inside(v) {
+                used.insert(v);
+            }
+        };
+        self.exit.args.iter().copied().for_each(&mut note);
+        for &block in self.func.layout.iter().filter(|b| **b != self.block) {
+            let data = &self.func.blocks[block];
+            for &inst in &data.insts {
+                self.func.insts[inst].kind.for_each_use(&mut note);
+            }
+            data.end.for_each_use(&mut note);
+        }
+        used
+    }
+}
+
+fn definitions(func: &Function) -> EntityMap<Value, Option<Def>> {
+    let mut defs = EntityMap::filled(func.values.len(), None);
+    for &block in &func.layout {
+        let data = &func.blocks[block];
+        for (i, &param) in data.params.iter().enumerate() {
+            defs[param] = Some(Def::Param(block, i));
+        }
+        for &inst in &data.insts {
+            for &result in &func.insts[inst].results {
+                defs[result] = Some(Def::Inst(block, inst));
+            }
+        }
+    }
+    defs
+}
+
+/// Refuses calls and ports.
+fn check_insts(program: &Program, func: &Function, block: Block) -> Result<(), Refusal> {
+    for &inst in &func.blocks[block].insts {
+        let data = &func.insts[inst];
+        let reason = match &data.kind {
+            InstKind::Call {
+                callee: Callee::Func(callee),
+                ..
+            } => {
+                let name = &program.funcs[*callee].name;
+                format!("the call to `{name}` is not inlined")
+            }
+            InstKind::Call { .. } => "a call through a pointer cannot be inlined".to_owned(),
+            InstKind::Launch { .. } => "the loop launches another kernel".to_owned(),
+            InstKind::Op { op, .. } if op.info().effect == Effect::Io => {
+                format!("`{op}` talks to a port, which only the VLIW engine can do")
+            }
+            _ => continue,
+        };
+        return Err(Refusal {
+            pos: data.pos,
+            reason,
+        });
+    }
+    Ok(())
+}
+
+/// Blocks that `from` leads to, without passing through `barrier`.
+fn reached(func: &Function, from: Block, barrier: Block) -> BTreeSet<Block> {
+    let mut seen = BTreeSet::new();
+    let mut open = vec![from];
+    while let Some(block) = open.pop() {
+        for target in func.blocks[block].end.targets() {
+            if seen.insert(target.block) && target.block != barrier {
+                open.push(target.block);
+            }
+        }
+    }
+    seen
+}
+
+/// What keeps the loop with this header from being one block.
+fn why_not_one_block(program: &Program, func: &Function, header: Block) -> Refusal {
+    let forward = reached(func, header, header);
+    let leads_back = |b: &Block| *b == header || reached(func, *b, header).contains(&header);
+    let body: Vec<Block> = func
+        .layout
+        .iter()
+        .copied()
+        .filter(|b| forward.contains(b) && leads_back(b))
+        .collect();
+    let pos = func.blocks[header].end_pos;
+    if body.is_empty() {
+        let reason = "no path leads back to the start of the loop".to_owned();
+        return Refusal { pos, reason };
+    }
+    for &block in &body {
+        if let Err(refusal) = check_insts(program, func, block) {
+            return refusal;
+        }
+    }
+    let inner = body
+        .iter()
+        .copied()
+        .filter(|b| *b != header)
+        .find(|b| reached(func, *b, header).contains(b));
+    if let Some(inner) = inner {
+        return Refusal {
+            pos: func.blocks[inner].end_pos,
+            reason: "there is another loop inside it".to_owned(),
+        };
+    }
+    let leaves = |b: &Block| {
+        let mut targets = func.blocks[*b].end.targets();
+        targets.any(|t| !body.contains(&t.block))
+    };
+    let exits: Vec<Block> = body.iter().copied().filter(leaves).collect();
+    if let [_, second, ..] = exits[..] {
+        return Refusal {
+            pos: func.blocks[second].end_pos,
+            reason: "it is left in more than one place".to_owned(),
+        };
+    }
+    let branch = body
+        .iter()
+        .find(|b| matches!(func.blocks[**b].end, Terminator::Branch { .. }) && !exits.contains(b));
+    let at = branch.or(exits.first()).or(body.first());
+    Refusal {
+        pos: at.map_or(pos, |b| func.blocks[*b].end_pos),
+        reason: "its body has branches that could not be turned into predicates".to_owned(),
+    }
+}

@@ -1,0 +1,188 @@
+//! The bounding volume hierarchy: who builds it, what it costs, and how it lies in memory.
+//!
+//! Every builder gives an `obvhs` [`Bvh2`], so that its validation, reinsertion and collapse serve
+//! them all. The paper's builder is the full-sweep surface-area heuristic of Wald (2007), which
+//! `obvhs` does not have: [`sweep`].
+
+mod layout;
+mod sweep;
+
+use glam::Vec3A;
+use obvhs::Boundable;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::leaf_collapser::collapse;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+
+use crate::scene::Triangle;
+
+pub use layout::{
+    Layout, NODE_BYTES, NodeRef, PairRecord, TRIANGLE_BYTES, TreeImage, TriangleRecord, lay_out,
+};
+pub use sweep::sweep;
+
+/// Deepest level of a node, the root being level 0. The T&I unit keeps one trail bit a level.
+pub const MAX_DEPTH: usize = 96;
+
+/// Most triangles of a leaf.
+pub const MAX_LEAF: u32 = 255;
+
+/// Who builds the tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Builder {
+    /// Full-sweep SAH (Wald 2007), as in the paper.
+    #[default]
+    Sweep,
+    /// The same, then improved by reinsertion of subtrees (Meister and Bittner 2018).
+    SweepReinsertion,
+    /// Parallel locally-ordered clustering (Meister and Bittner 2018), then reinsertion.
+    Ploc,
+}
+
+impl Builder {
+    /// All of them.
+    pub const ALL: [Builder; 3] = [Builder::Sweep, Builder::SweepReinsertion, Builder::Ploc];
+
+    /// Its name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Builder::Sweep => "sweep",
+            Builder::SweepReinsertion => "sweep+reinsertion",
+            Builder::Ploc => "ploc",
+        }
+    }
+
+    /// The builder with this [`name`](Self::name).
+    pub fn parse(name: &str) -> Option<Builder> {
+        Builder::ALL.into_iter().find(|b| b.name() == name)
+    }
+}
+
+/// How to build.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Who builds.
+    pub builder: Builder,
+    /// Most triangles of a leaf, 1 to [`MAX_LEAF`].
+    pub max_leaf: u32,
+    /// Cost of visiting an inner node, in ray–triangle tests.
+    pub traversal_cost: f32,
+}
+
+impl Default for Options {
+    /// The sweep with leaves of at most 4 triangles. A visit costs about as much as a test in the
+    /// T&I unit's fixed pipelines.
+    fn default() -> Options {
+        Options {
+            builder: Builder::Sweep,
+            max_leaf: 4,
+            traversal_cost: 1.0,
+        }
+    }
+}
+
+/// A tree over the triangles of a scene.
+#[derive(Clone)]
+pub struct Bvh {
+    /// The tree. No nodes where there are no triangles; otherwise node 0 is the root, and
+    /// siblings are neighbours. Boxes are the exact bounds of what is below.
+    pub tree: Bvh2,
+    /// Whether the tree of another builder was deeper than [`MAX_DEPTH`], so that the sweep's,
+    /// which never is, was taken instead.
+    pub fell_back: bool,
+}
+
+impl Bvh {
+    /// Levels below the root.
+    pub fn depth(&self) -> usize {
+        depth(&self.tree)
+    }
+
+    /// Cost of the tree by the surface-area heuristic: expected visits of inner nodes times
+    /// `traversal_cost` plus expected ray–triangle tests, for a random line that meets the root.
+    pub fn sah_cost(&self, traversal_cost: f32) -> f64 {
+        let area = |i: usize| half_area(self.tree.nodes[i].aabb());
+        let Some(root) = (!self.tree.nodes.is_empty()).then(|| area(0)) else {
+            return 0.0;
+        };
+        if root <= 0.0 {
+            return 0.0;
+        }
+        let cost = |i: usize| match self.tree.nodes[i].prim_count {
+            0 => f64::from(traversal_cost) * area(i),
+            n => f64::from(n) * area(i),
+        };
+        (0..self.tree.nodes.len()).map(cost).sum::<f64>() / root
+    }
+}
+
+/// Builds the tree of a scene. Deterministic; any triangles do, none included, as long as their
+/// coordinates are finite.
+pub fn build(triangles: &[Triangle], options: &Options) -> Bvh {
+    let boxes: Vec<Box3> = triangles.iter().map(Box3::of).collect();
+    let max_leaf = options.max_leaf.clamp(1, MAX_LEAF);
+    let swept = || sweep(&boxes, max_leaf, options.traversal_cost);
+    let mut tree = match options.builder {
+        Builder::Sweep => swept(),
+        // Reinsertion works best on single triangles, joined to leaves afterwards.
+        Builder::SweepReinsertion => sweep(&boxes, 1, options.traversal_cost),
+        Builder::Ploc => PlocBuilder::with_capacity(boxes.len()).build(
+            PlocSearchDistance::Medium,
+            &boxes,
+            (0..boxes.len() as u32).collect(),
+            SortPrecision::U64,
+            3,
+        ),
+    };
+    if options.builder != Builder::Sweep && boxes.len() > 1 {
+        ReinsertionOptimizer::default().run(&mut tree, 0.2, None);
+        collapse(&mut tree, max_leaf, options.traversal_cost);
+    }
+    let fell_back = depth(&tree) > MAX_DEPTH;
+    if fell_back {
+        tree = swept();
+    }
+    Bvh { tree, fell_back }
+}
+
+/// The box round one triangle.
+#[derive(Clone, Copy, Debug)]
+pub struct Box3(Aabb);
+
+impl Box3 {
+    /// The exact bounds of a triangle.
+    pub fn of(triangle: &Triangle) -> Box3 {
+        let [a, b, c] = triangle.positions.map(Vec3A::from);
+        Box3(Aabb::new(a.min(b).min(c), a.max(b).max(c)))
+    }
+}
+
+impl Boundable for Box3 {
+    fn aabb(&self) -> Aabb {
+        self.0
+    }
+}
+
+/// Half the surface of a box, in binary64: binary32 would overflow.
+fn half_area(b: &Aabb) -> f64 {
+    let d = (b.max.as_dvec3() - b.min.as_dvec3()).max(glam::DVec3::ZERO);
+    d.x * d.y + d.y * d.z + d.z * d.x
+}
+
+/// Levels below the root, without recursion: a tree of another builder may be a chain.
+fn depth(tree: &Bvh2) -> usize {
+    let mut deepest = 0;
+    let mut open = vec![(0usize, 0usize)];
+    while let Some((node, level)) = open.pop() {
+        deepest = deepest.max(level);
+        if let Some(n) = tree.nodes.get(node)
+            && !n.is_leaf()
+        {
+            let first = n.first_index as usize;
+            open.push((first, level + 1));
+            open.push((first + 1, level + 1));
+        }
+    }
+    deepest
+}

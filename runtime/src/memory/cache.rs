@@ -1,0 +1,276 @@
+//! A set-associative cache, least recently used line replaced: tags and misses only.
+//!
+//! The cache knows lines by number (address divided by the line size). It never waits by itself:
+//! [`Cache::access`] says what happens, and whoever owns it sends the request of a miss on its way
+//! and calls [`Cache::fill`] when the line arrives.
+
+use serde::Serialize;
+use srp_archdesc::system::CacheSpec;
+
+/// What an access found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    /// The line is there.
+    Hit,
+    /// The line is not there and must be requested; it counts as outstanding from now on.
+    Miss,
+    /// The line has been requested and has not come yet.
+    Pending,
+    /// The line is not there, and as many misses as the cache allows are outstanding: try again.
+    Full,
+}
+
+/// What happened to a cache.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct CacheCounters {
+    /// Accesses that found their line.
+    pub hits: u64,
+    /// Accesses that requested a line.
+    pub misses: u64,
+    /// Accesses that joined an outstanding miss.
+    pub joined: u64,
+    /// Dirty lines written back.
+    pub writebacks: u64,
+}
+
+impl CacheCounters {
+    /// Hits among all accesses, from 0 to 1; 1 where there were none. Joining a miss is no hit.
+    pub fn hit_rate(&self) -> f64 {
+        match self.hits + self.misses + self.joined {
+            0 => 1.0,
+            all => self.hits as f64 / all as f64,
+        }
+    }
+
+    /// Adds what happened to another cache.
+    pub fn add(&mut self, other: &CacheCounters) {
+        self.hits += other.hits;
+        self.misses += other.misses;
+        self.joined += other.joined;
+        self.writebacks += other.writebacks;
+    }
+}
+
+/// Tag of an empty way.
+const EMPTY: u32 = u32::MAX;
+
+/// A cache's tags, and its misses on the way.
+#[derive(Clone, Debug)]
+pub struct Cache {
+    sets: u32,
+    ways: usize,
+    max_misses: usize,
+    /// Line numbers, `ways` to a set, most recently used first.
+    lines: Vec<u32>,
+    dirty: Vec<bool>,
+    outstanding: Vec<u32>,
+    /// What happened so far.
+    pub counters: CacheCounters,
+}
+
+impl Cache {
+    /// An empty cache.
+    pub fn new(spec: &CacheSpec) -> Cache {
+        let lines = (spec.sets() * spec.ways) as usize;
+        Cache {
+            sets: spec.sets(),
+            ways: spec.ways as usize,
+            max_misses: spec.misses as usize,
+            lines: vec![EMPTY; lines],
+            dirty: vec![false; lines],
+            outstanding: Vec::with_capacity(spec.misses as usize),
+            counters: CacheCounters::default(),
+        }
+    }
+
+    /// Looks for `line`, and makes it the most recently used of its set.
+    #[inline]
+    pub fn access(&mut self, line: u32) -> Access {
+        if self.touch(line) {
+            self.counters.hits += 1;
+            Access::Hit
+        } else if self.outstanding.contains(&line) {
+            self.counters.joined += 1;
+            Access::Pending
+        } else if self.outstanding.len() == self.max_misses {
+            Access::Full
+        } else {
+            self.counters.misses += 1;
+            self.outstanding.push(line);
+            Access::Miss
+        }
+    }
+
+    /// Marks a line that is there as written to.
+    pub fn mark_dirty(&mut self, line: u32) {
+        let set = self.set(line);
+        if let Some(way) = self.lines[set.clone()].iter().position(|&l| l == line) {
+            self.dirty[set.start + way] = true;
+        }
+    }
+
+    /// A requested line arrives. Returns the line that has to be written back in its place.
+    pub fn fill(&mut self, line: u32) -> Option<u32> {
+        self.outstanding.retain(|&l| l != line);
+        let set = self.set(line);
+        let last = set.end - 1;
+        let evicted = self.lines[last];
+        let written = self.dirty[last];
+        self.lines[set.clone()].rotate_right(1);
+        self.dirty[set.clone()].rotate_right(1);
+        self.lines[set.start] = line;
+        self.dirty[set.start] = false;
+        let back = (evicted != EMPTY && written).then_some(evicted);
+        self.counters.writebacks += u64::from(back.is_some());
+        back
+    }
+
+    /// Writes everything back: the dirty lines, which are clean afterwards, in the order of sets.
+    pub fn flush(&mut self) -> Vec<u32> {
+        let mut written = Vec::new();
+        for (line, dirty) in self.lines.iter().zip(&mut self.dirty) {
+            if std::mem::take(dirty) {
+                written.push(*line);
+            }
+        }
+        self.counters.writebacks += written.len() as u64;
+        written
+    }
+
+    /// How many misses are on the way.
+    pub fn outstanding(&self) -> usize {
+        self.outstanding.len()
+    }
+
+    #[inline]
+    fn set(&self, line: u32) -> std::ops::Range<usize> {
+        let start = (line % self.sets) as usize * self.ways;
+        start..start + self.ways
+    }
+
+    #[inline]
+    fn touch(&mut self, line: u32) -> bool {
+        let set = self.set(line);
+        if self.lines[set.start] == line {
+            return true;
+        }
+        let Some(way) = self.lines[set.clone()].iter().position(|&l| l == line) else {
+            return false;
+        };
+        self.lines[set.start..=set.start + way].rotate_right(1);
+        self.dirty[set.start..=set.start + way].rotate_right(1);
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    /// The same cache, written as the definition has it: lines with the time of their last use.
+    struct Reference {
+        ways: usize,
+        sets: u32,
+        used: BTreeMap<u32, (u64, bool)>,
+        now: u64,
+    }
+
+    impl Reference {
+        fn access(&mut self, line: u32, write: bool) -> (bool, Option<u32>) {
+            self.now += 1;
+            if let Some(entry) = self.used.get_mut(&line) {
+                *entry = (self.now, entry.1 || write);
+                return (true, None);
+            }
+            let same: Vec<u32> = self
+                .used
+                .keys()
+                .copied()
+                .filter(|l| l % self.sets == line % self.sets)
+                .collect();
+            let mut back = None;
+            if same.len() == self.ways {
+                let oldest = same
+                    .into_iter()
+                    .min_by_key(|l| self.used[l].0)
+                    .expect("ways ≥ 1");
+                let (_, dirty) = self.used.remove(&oldest).expect("just seen");
+                back = dirty.then_some(oldest);
+            }
+            self.used.insert(line, (self.now, write));
+            (false, back)
+        }
+    }
+
+    #[test]
+    fn agrees_with_the_definition() {
+        let mut state = 1u32;
+        let mut random = move |below: u32| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) % below
+        };
+        for (ways, sets) in [(1, 1), (1, 8), (2, 4), (4, 2), (3, 5), (8, 1)] {
+            let spec = CacheSpec {
+                bytes: ways * sets * 64,
+                ways,
+                line: 64,
+                latency: 1,
+                banks: 1,
+                misses: 4,
+            };
+            let mut cache = Cache::new(&spec);
+            let mut reference = Reference {
+                ways: ways as usize,
+                sets,
+                used: BTreeMap::new(),
+                now: 0,
+            };
+            for _ in 0..20_000 {
+                let line = random(ways * sets * 3);
+                let write = random(4) == 0;
+                let (hit, back) = reference.access(line, write);
+                match cache.access(line) {
+                    Access::Hit => assert!(hit),
+                    Access::Miss => {
+                        assert!(!hit);
+                        assert_eq!(cache.fill(line), back);
+                    }
+                    other => panic!("{other:?} with nothing outstanding"),
+                }
+                if write {
+                    cache.mark_dirty(line);
+                }
+            }
+            let mut dirty: Vec<u32> = cache.flush();
+            dirty.sort_unstable();
+            let expected: Vec<u32> = reference
+                .used
+                .iter()
+                .filter(|(_, e)| e.1)
+                .map(|(&l, _)| l)
+                .collect();
+            assert_eq!(dirty, expected);
+        }
+    }
+
+    #[test]
+    fn misses_join_and_are_bounded() {
+        let spec = CacheSpec {
+            bytes: 256,
+            ways: 2,
+            line: 64,
+            latency: 1,
+            banks: 1,
+            misses: 2,
+        };
+        let mut cache = Cache::new(&spec);
+        assert_eq!(cache.access(1), Access::Miss);
+        assert_eq!(cache.access(1), Access::Pending);
+        assert_eq!(cache.access(2), Access::Miss);
+        assert_eq!(cache.access(3), Access::Full);
+        cache.fill(1);
+        assert_eq!(cache.access(1), Access::Hit);
+        assert_eq!(cache.access(3), Access::Miss);
+    }
+}

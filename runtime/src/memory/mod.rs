@@ -1,0 +1,53 @@
+//! The memory below the cores: what it holds, and how long it takes.
+//!
+//! The two are apart. What memory holds is one flat array of bytes ([`SystemMemory`]), always up
+//! to date; caches ([`cache`]), bus and DRAM ([`path`], [`dram`]) only say when an access is over.
+
+pub mod cache;
+pub mod dram;
+pub mod path;
+
+/// First address of system memory. Below it there is none, so that an address of the SRAM, which
+/// starts at 0, is never one of system memory.
+pub const BASE: u32 = 0x8000_0000;
+
+/// Most bytes of system memory.
+pub const MAX_BYTES: usize = 1 << 30;
+
+/// What system memory holds: bytes from [`BASE`] on, little endian.
+#[derive(Clone, Debug)]
+pub struct SystemMemory {
+    bytes: Vec<u8>,
+}
+
+impl SystemMemory {
+    /// Memory that holds `bytes`, at most [`MAX_BYTES`] of them.
+    pub fn new(bytes: Vec<u8>) -> SystemMemory {
+        assert!(bytes.len() <= MAX_BYTES, "system memory is bounded");
+        SystemMemory { bytes }
+    }
+
+    /// Its size in bytes.
+    pub fn len(&self) -> usize {
+        self.bytes.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.bytes.is_empty()
+    }
+
+    /// The bytes from `address` on, `size` of them; `None` where they are not all mapped.
+    #[inline]
+    pub fn get(&self, address: u32, size: u32) -> Option<&[u8]> {
+        let start = address.checked_sub(BASE)? as usize;
+        self.bytes.get(start..start + size as usize)
+    }
+
+    /// The same to write to.
+    #[inline]
+    pub fn get_mut(&mut self, address: u32, size: u32) -> Option<&mut [u8]> {
+        let start = address.checked_sub(BASE)? as usize;
+        self.bytes.get_mut(start..start + size as usize)
+    }
+}

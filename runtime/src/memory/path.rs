@@ -1,0 +1,257 @@
+//! The way from the cores to the memory and back: bus and DRAM with their own clocks.
+//!
+//! Time here is counted in picoseconds since the start of the frame, the one measure that all
+//! clocks share. The bus has one channel for requests (and the data of writes) and one for
+//! answers; each moves one thing at a time, first come first served.
+
+use std::collections::VecDeque;
+
+use srp_archdesc::system::{BusSpec, SystemSpec};
+
+use super::dram::{Dram, DramCounters, FixedLatency, Request};
+
+/// A clock: cycle `n` starts at [`Clock::start`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Clock {
+    mhz: u64,
+}
+
+impl Clock {
+    /// A clock of `mhz` MHz, at least 1.
+    pub fn new(mhz: u32) -> Clock {
+        Clock {
+            mhz: u64::from(mhz.max(1)),
+        }
+    }
+
+    /// When cycle `n` starts, in ps.
+    #[inline]
+    pub fn start(&self, n: u64) -> u64 {
+        n * 1_000_000 / self.mhz
+    }
+
+    /// The first cycle that starts at `ps` or later.
+    #[inline]
+    pub fn cycle_from(&self, ps: u64) -> u64 {
+        (ps * self.mhz).div_ceil(1_000_000)
+    }
+}
+
+/// Bus and memory.
+pub struct MemoryPath {
+    bus: BusSpec,
+    bus_clock: Clock,
+    dram_clock: Clock,
+    dram: Box<dyn Dram>,
+    /// Bus cycle from which the request channel is free, and the answer channel.
+    request_free: u64,
+    answer_free: u64,
+    /// On the way to the memory: when they arrive there, in ps.
+    to_dram: VecDeque<(u64, Request)>,
+    /// On the way back: when they arrive, in ps.
+    answers: VecDeque<(u64, Request)>,
+    done: Vec<(u64, Request)>,
+    in_flight: u32,
+    /// Bus cycles in which the request channel moved something.
+    pub request_cycles: u64,
+    /// Bus cycles in which the answer channel moved something.
+    pub answer_cycles: u64,
+}
+
+impl MemoryPath {
+    /// An idle path with the memory that the machine names.
+    pub fn new(spec: &SystemSpec) -> MemoryPath {
+        MemoryPath::with_dram(spec, Box::new(FixedLatency::new(&spec.dram)))
+    }
+
+    /// The same with another device, which runs at the machine's memory clock.
+    pub fn with_dram(spec: &SystemSpec, dram: Box<dyn Dram>) -> MemoryPath {
+        MemoryPath {
+            bus: spec.bus,
+            bus_clock: Clock::new(spec.bus.mhz),
+            dram_clock: Clock::new(spec.dram.mhz),
+            dram,
+            request_free: 0,
+            answer_free: 0,
+            to_dram: VecDeque::new(),
+            answers: VecDeque::new(),
+            done: Vec::new(),
+            in_flight: 0,
+            request_cycles: 0,
+            answer_cycles: 0,
+        }
+    }
+
+    /// Sends a request at `now`. Requests must be sent in the order of their times. Every request
+    /// is answered, writes too.
+    pub fn request(&mut self, now: u64, request: Request) {
+        // A request takes one beat; the data of a write follow it.
+        let beats = if request.is_write {
+            1 + self.beats(request.bytes)
+        } else {
+            1
+        };
+        let start = self.bus_clock.cycle_from(now).max(self.request_free);
+        self.request_free = start + beats;
+        self.request_cycles += beats;
+        let arrival = start + beats - 1 + u64::from(self.bus.latency);
+        self.to_dram
+            .push_back((self.bus_clock.start(arrival), request));
+        self.in_flight += 1;
+    }
+
+    /// The next request that is answered by `now`.
+    #[inline]
+    pub fn answer(&mut self, now: u64) -> Option<Request> {
+        if self.in_flight == 0 {
+            return None;
+        }
+        self.advance(now);
+        let (_, request) = self.answers.pop_front_if(|(at, _)| *at <= now)?;
+        self.in_flight -= 1;
+        Some(request)
+    }
+
+    /// A time before which [`answer`](Self::answer) has nothing to give; `None` where nothing is
+    /// on the way.
+    pub fn next_event(&self) -> Option<u64> {
+        let arriving = self.to_dram.front().map(|(at, _)| *at);
+        let in_dram = self.dram.next_event().map(|c| self.dram_clock.start(c));
+        let answered = self.answers.front().map(|(at, _)| *at);
+        [arriving, in_dram, answered].into_iter().flatten().min()
+    }
+
+    /// How many requests are on the way.
+    pub fn in_flight(&self) -> u32 {
+        self.in_flight
+    }
+
+    /// What the memory did.
+    pub fn counters(&self) -> DramCounters {
+        self.dram.counters()
+    }
+
+    fn beats(&self, bytes: u32) -> u64 {
+        u64::from(bytes.div_ceil(self.bus.width.max(1)))
+    }
+
+    fn advance(&mut self, now: u64) {
+        while let Some(&(at, request)) = self.to_dram.front()
+            && at <= now
+        {
+            let cycle = self.dram_clock.cycle_from(at);
+            self.advance_dram(cycle);
+            if !self.dram.offer(cycle, request) {
+                // Offered again in the device's next cycle.
+                self.to_dram[0].0 = self.dram_clock.start(cycle + 1).max(at + 1);
+                continue;
+            }
+            self.to_dram.pop_front();
+        }
+        // The cycle that is over by now, if one is.
+        if let Some(cycle) = self.dram_clock.cycle_from(now + 1).checked_sub(1) {
+            self.advance_dram(cycle);
+        }
+    }
+
+    fn advance_dram(&mut self, cycle: u64) {
+        if self.dram.next_event().is_none_or(|event| event > cycle) {
+            return;
+        }
+        self.dram.advance(cycle, &mut self.done);
+        for (over, request) in self.done.drain(..) {
+            let beats = if request.is_write {
+                1
+            } else {
+                u64::from(request.bytes.div_ceil(self.bus.width.max(1)))
+            };
+            let ready = self.bus_clock.cycle_from(self.dram_clock.start(over));
+            let start = ready.max(self.answer_free);
+            self.answer_free = start + beats;
+            self.answer_cycles += beats;
+            let arrival = start + beats - 1 + u64::from(self.bus.latency);
+            self.answers
+                .push_back((self.bus_clock.start(arrival), request));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use srp_archdesc::system::DramSpec;
+
+    const BUS: BusSpec = BusSpec {
+        width: 16,
+        mhz: 1000,
+        latency: 4,
+    };
+    const DRAM: DramSpec = DramSpec {
+        mhz: 800,
+        channels: 1,
+        bits: 32,
+        latency_ns: 100,
+    };
+
+    fn path() -> MemoryPath {
+        MemoryPath {
+            bus: BUS,
+            bus_clock: Clock::new(BUS.mhz),
+            dram_clock: Clock::new(DRAM.mhz),
+            dram: Box::new(FixedLatency::new(&DRAM)),
+            request_free: 0,
+            answer_free: 0,
+            to_dram: VecDeque::new(),
+            answers: VecDeque::new(),
+            done: Vec::new(),
+            in_flight: 0,
+            request_cycles: 0,
+            answer_cycles: 0,
+        }
+    }
+
+    fn read(source: u32) -> Request {
+        Request {
+            address: 64 * source,
+            bytes: 64,
+            is_write: false,
+            source,
+        }
+    }
+
+    /// When each of the requests is answered, in ps.
+    fn times(path: &mut MemoryPath) -> Vec<(u64, u32)> {
+        let mut times = Vec::new();
+        for now in (0..2_000_000).step_by(250) {
+            while let Some(request) = path.answer(now) {
+                times.push((now, request.source));
+            }
+        }
+        times
+    }
+
+    #[test]
+    fn a_read_crosses_the_bus_twice() {
+        let mut path = path();
+        path.request(0, read(0));
+        // 4 ns there (3.2 memory cycles, so from cycle 4 on), 88 memory cycles of 1.25 ns, then
+        // 4 beats of which the last starts 3 ns later, and 4 ns back.
+        let over = (4 + 88) * 1250;
+        assert_eq!(times(&mut path), [(over + 3000 + 4000, 0)]);
+        assert_eq!(path.in_flight(), 0);
+    }
+
+    #[test]
+    fn requests_queue_for_the_memory() {
+        let mut path = path();
+        for i in 0..3 {
+            path.request(0, read(i));
+        }
+        let times = times(&mut path);
+        let order: Vec<u32> = times.iter().map(|t| t.1).collect();
+        assert_eq!(order, [0, 1, 2]);
+        // One channel moves a line in 8 memory cycles: 10 ns.
+        assert_eq!(times[1].0 - times[0].0, 10_000);
+        assert_eq!(times[2].0 - times[1].0, 10_000);
+    }
+}

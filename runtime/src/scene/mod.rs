@@ -1,0 +1,136 @@
+//! [`Scene`]: what is rendered, as triangles, materials, light and camera.
+//!
+//! A scene comes from an OBJ file ([`read`]) or from code ([`demo`]). Nothing here opens files:
+//! the caller hands in a loader.
+
+mod angle;
+pub mod camera;
+pub mod demo;
+mod light;
+mod lines;
+mod mtl;
+mod obj;
+mod read;
+
+use glam::{Vec2, Vec3};
+
+pub use camera::Camera;
+pub use light::default_light;
+pub use read::{Loaded, Messages, read};
+
+/// Largest absolute coordinate of a vertex. Beyond it, products of coordinates could overflow
+/// binary32 in the T&I unit.
+pub const MAX_COORDINATE: f32 = 1e18;
+
+/// Most triangles of a scene: what fits in system memory beside everything else.
+pub const MAX_TRIANGLES: usize = 4 << 20;
+
+/// What is rendered.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// Its name, for reports.
+    pub name: String,
+    /// The triangles; their index is the primitive id of a hit. All coordinates are finite and at
+    /// most [`MAX_COORDINATE`]; triangles may have no area.
+    pub triangles: Vec<Triangle>,
+    /// The materials; never empty.
+    pub materials: Vec<Material>,
+    /// Point lights: none or one.
+    pub lights: Vec<Light>,
+    /// Light that reaches every surface, rgb.
+    pub ambient: [f32; 3],
+    /// Colour where a ray leaves the scene, rgb.
+    pub background: [f32; 3],
+    /// The viewpoint.
+    pub camera: Camera,
+}
+
+/// One triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Triangle {
+    /// Its vertices.
+    pub positions: [Vec3; 3],
+    /// Shading normals at the vertices: of length 1, or 0 where the triangle has no area and the
+    /// file gives none.
+    pub normals: [Vec3; 3],
+    /// Texture coordinates at the vertices; 0 where the file gives none.
+    pub uvs: [Vec2; 3],
+    /// Index of its material.
+    pub material: u32,
+}
+
+impl Triangle {
+    /// The unit normal of its plane, on the side from which the vertices run counter-clockwise;
+    /// 0 where it has no area. Computed in binary64, so that neither tiny nor huge ones vanish.
+    pub fn geometric_normal(&self) -> Vec3 {
+        let [a, b, c] = self.positions.map(|p| p.as_dvec3());
+        (b - a).cross(c - a).normalize_or_zero().as_vec3()
+    }
+}
+
+/// A material as MTL means it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Its name.
+    pub name: String,
+    /// Diffuse colour, `Kd`.
+    pub diffuse: [f32; 3],
+    /// Specular colour, `Ks`.
+    pub specular: [f32; 3],
+    /// Emitted colour, `Ke`.
+    pub emission: [f32; 3],
+    /// Specular exponent, `Ns`.
+    pub exponent: f32,
+    /// Dissolve, `d`: 1 is opaque.
+    pub dissolve: f32,
+    /// Index of refraction, `Ni`.
+    pub refraction_index: f32,
+    /// Illumination model, `illum`.
+    pub illumination: u8,
+    /// Name of the diffuse texture, `map_Kd`, as the file writes it.
+    pub diffuse_texture: Option<String>,
+    /// Name of the specular texture, `map_Ks`.
+    pub specular_texture: Option<String>,
+    /// Name of the dissolve texture, `map_d`.
+    pub dissolve_texture: Option<String>,
+}
+
+impl Material {
+    /// An opaque, diffuse material.
+    pub fn diffuse(name: impl Into<String>, colour: [f32; 3]) -> Material {
+        Material {
+            name: name.into(),
+            diffuse: colour,
+            specular: [0.0; 3],
+            emission: [0.0; 3],
+            exponent: 1.0,
+            dissolve: 1.0,
+            refraction_index: 1.0,
+            illumination: 1,
+            diffuse_texture: None,
+            specular_texture: None,
+            dissolve_texture: None,
+        }
+    }
+
+    /// Whether it sends out light.
+    pub fn emits(&self) -> bool {
+        self.emission.iter().any(|&c| c > 0.0)
+    }
+}
+
+/// A point light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    /// Where it is.
+    pub position: Vec3,
+    /// Its rgb, the same at every distance.
+    pub colour: [f32; 3],
+}
+
+/// The corners of the box round all vertices, lowest first; `None` where there are none.
+pub fn bounds(triangles: &[Triangle]) -> Option<(Vec3, Vec3)> {
+    let mut points = triangles.iter().flat_map(|t| t.positions);
+    let first = points.next()?;
+    Some(points.fold((first, first), |(lo, hi), p| (lo.min(p), hi.max(p))))
+}

@@ -1,0 +1,208 @@
+//! The line-level check of an MTL file.
+//!
+//! `tobj` panics on a colour of fewer than three numbers, takes texture options for a part of the
+//! file name, and has no line numbers. It gets a plain rewriting with complete colours and bare
+//! texture names.
+
+use std::fmt::Write as _;
+
+use srp_archdesc::diagnostic::Diagnostic;
+
+use super::lines::{Findings, Line, join_continued, lines, number};
+
+/// Checks `text` line by line; mistakes go to `findings`. Returns the rewriting for `tobj`.
+pub(super) fn check(file: &str, text: &str, findings: &mut Findings) -> String {
+    let joined = join_continued(text);
+    let mut reader = Reader {
+        file,
+        findings,
+        plain: String::with_capacity(text.len()),
+        names: Vec::new(),
+    };
+    for line in lines(&joined) {
+        reader.line(&line);
+    }
+    reader.plain
+}
+
+struct Reader<'a> {
+    file: &'a str,
+    findings: &'a mut Findings,
+    plain: String,
+    names: Vec<String>,
+}
+
+impl Reader<'_> {
+    fn line(&mut self, line: &Line<'_>) {
+        let key = line.key.text;
+        if key == "newmtl" {
+            return self.new_material(line);
+        }
+        if self.names.is_empty() {
+            self.error(line, "R0202", format!("`{key}` before the first `newmtl`"));
+            return;
+        }
+        match key {
+            "Ka" | "Kd" | "Ks" | "Ke" => self.colour(line),
+            "Ns" | "Ni" => {
+                if let Some(value) = self.scalar(line, f32::MIN, f32::MAX) {
+                    self.plain(format_args!("{key} {value:?}"));
+                }
+            }
+            "d" | "Tr" => self.dissolve(line),
+            "illum" => self.illumination(line),
+            "map_Kd" | "map_Ks" | "map_d" => self.texture(line),
+            // What is read by nobody yet is not judged.
+            _ => {}
+        }
+    }
+
+    fn error(&mut self, line: &Line<'_>, code: &'static str, message: String) {
+        self.findings
+            .push(Diagnostic::error(code, self.file, message).at(line.span(), ""));
+    }
+
+    fn plain(&mut self, line: std::fmt::Arguments<'_>) {
+        writeln!(self.plain, "{line}").expect("writing to a String does not fail");
+    }
+
+    fn new_material(&mut self, line: &Line<'_>) {
+        let name = line.rest.text;
+        if name.is_empty() {
+            return self.error(line, "R0201", "`newmtl` without a name".to_owned());
+        }
+        if self.names.iter().any(|n| n == name) {
+            self.findings.push(
+                Diagnostic::warning(
+                    "R0203",
+                    self.file,
+                    format!("material `{name}` is defined twice"),
+                )
+                .at(line.rest.span(), "the later definition counts"),
+            );
+        }
+        self.names.push(name.to_owned());
+        self.plain(format_args!("newmtl {name}"));
+    }
+
+    fn numbers(&mut self, line: &Line<'_>) -> Option<Vec<f32>> {
+        let mut values = Vec::new();
+        for word in &line.words {
+            match number(word.text) {
+                Ok(value) => values.push(value),
+                Err(why) => {
+                    self.findings.push(
+                        Diagnostic::error(
+                            "R0205",
+                            self.file,
+                            format!("bad number in `{}`", line.key.text),
+                        )
+                        .at(word.span(), why),
+                    );
+                    return None;
+                }
+            }
+        }
+        Some(values)
+    }
+
+    /// One number stands for three equal ones.
+    fn colour(&mut self, line: &Line<'_>) {
+        let key = line.key.text;
+        if let Some(kind) = line.words.first().map(|w| w.text)
+            && (kind == "spectral" || kind == "xyz")
+        {
+            self.findings.push(
+                Diagnostic::warning("R0206", self.file, format!("`{key} {kind}` is ignored"))
+                    .at(line.span(), "only rgb colours are supported"),
+            );
+            return;
+        }
+        let Some(values) = self.numbers(line) else {
+            return;
+        };
+        let [r, g, b] = match values[..] {
+            [r] => [r; 3],
+            [r, g, b] => [r, g, b],
+            _ => {
+                let message = format!("`{key}` with {} numbers instead of 1 or 3", values.len());
+                return self.error(line, "R0204", message);
+            }
+        };
+        if [r, g, b].iter().any(|&c| c < 0.0) {
+            return self.error(line, "R0207", format!("negative colour in `{key}`"));
+        }
+        self.plain(format_args!("{key} {r:?} {g:?} {b:?}"));
+    }
+
+    fn scalar(&mut self, line: &Line<'_>, least: f32, most: f32) -> Option<f32> {
+        let key = line.key.text;
+        let values = self.numbers(line)?;
+        let [value] = values[..] else {
+            let message = format!("`{key}` with {} numbers instead of 1", values.len());
+            self.error(line, "R0204", message);
+            return None;
+        };
+        if !(least..=most).contains(&value) {
+            let message = format!("`{key}` is not between {least} and {most}");
+            self.error(line, "R0208", message);
+            return None;
+        }
+        Some(value)
+    }
+
+    /// `d` counts; `Tr`, which exporters write with either meaning, is not used.
+    fn dissolve(&mut self, line: &Line<'_>) {
+        let without_option = Line {
+            key: line.key,
+            words: line
+                .words
+                .iter()
+                .copied()
+                .filter(|w| w.text != "-halo")
+                .collect(),
+            rest: line.rest,
+        };
+        let value = self.scalar(&without_option, 0.0, 1.0);
+        if let Some(d) = value.filter(|_| line.key.text == "d") {
+            self.plain(format_args!("d {d:?}"));
+        }
+    }
+
+    fn illumination(&mut self, line: &Line<'_>) {
+        match line.words[..] {
+            [word] if word.text.parse::<u8>().is_ok_and(|i| i <= 10) => {
+                self.plain(format_args!("illum {}", word.text));
+            }
+            _ => {
+                let message = "`illum` is not an integer between 0 and 10".to_owned();
+                self.error(line, "R0209", message);
+            }
+        }
+    }
+
+    /// Drops the options; the name is what follows them, blanks included.
+    fn texture(&mut self, line: &Line<'_>) {
+        let mut words = line.words.iter().peekable();
+        while let Some(option) = words.next_if(|w| w.text.starts_with('-')) {
+            let numeric = matches!(option.text, "-o" | "-s" | "-t");
+            let least = if option.text == "-mm" { 2 } else { 1 };
+            let mut taken = 0;
+            while let Some(word) = words.peek() {
+                let number = word.text.parse::<f32>().is_ok();
+                if taken < least || (numeric && number && taken < 3) {
+                    words.next();
+                    taken += 1;
+                } else {
+                    break;
+                }
+            }
+        }
+        let Some(first) = words.peek() else {
+            let message = format!("`{}` without a file name", line.key.text);
+            return self.error(line, "R0210", message);
+        };
+        let name = &line.rest.text[first.start - line.rest.start..];
+        self.plain(format_args!("{} {name}", line.key.text));
+    }
+}

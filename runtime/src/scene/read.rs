@@ -1,0 +1,320 @@
+//! From an OBJ file and its material libraries to a [`Scene`].
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::Path;
+
+use glam::{Vec2, Vec3};
+use srp_archdesc::diagnostic::{Diagnostic, Severity, Source, render};
+
+use super::lines::Findings;
+use super::obj::{self, Checked};
+use super::{Camera, Material, Scene, Triangle, bounds, default_light, mtl};
+
+/// Light that reaches every surface where a file does not say.
+const AMBIENT: [f32; 3] = [0.18; 3];
+
+/// What is behind the scene where a file does not say.
+const BACKGROUND: [f32; 3] = [0.55, 0.7, 0.9];
+
+/// A scene, and what is doubtful about it.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The scene.
+    pub scene: Scene,
+    /// Warnings.
+    pub warnings: Messages,
+}
+
+/// Messages about the files of a scene, with the texts they are about.
+#[derive(Clone, Debug, Default)]
+pub struct Messages {
+    /// The messages, in the order of the files and of their lines.
+    pub diagnostics: Vec<Diagnostic>,
+    /// The files that they are about.
+    pub sources: Vec<Source>,
+}
+
+impl Messages {
+    /// All messages as a terminal shows them, an empty line after each, and the number of errors
+    /// at the end.
+    pub fn render(&self, colour: bool) -> String {
+        let mut text = String::new();
+        for diagnostic in &self.diagnostics {
+            let source = self.sources.iter().find(|s| s.name == diagnostic.file);
+            let source = source.map_or("", |s| s.text.as_str());
+            text.push_str(&render(diagnostic, source, colour));
+            text.push_str("\n\n");
+        }
+        match self.errors() {
+            0 => {}
+            1 => text.push_str("1 error\n"),
+            n => text.push_str(&format!("{n} errors\n")),
+        }
+        text
+    }
+
+    /// How many of them are errors.
+    pub fn errors(&self) -> usize {
+        let is_error = |d: &&Diagnostic| d.severity == Severity::Error;
+        self.diagnostics.iter().filter(is_error).count()
+    }
+
+    fn add(&mut self, findings: Findings, name: &str, text: String) {
+        let messages = findings.finish(name);
+        if !messages.is_empty() {
+            self.sources.push(Source::new(name, text));
+            self.diagnostics.extend(messages);
+        }
+    }
+}
+
+impl std::fmt::Display for Messages {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.render(false))
+    }
+}
+
+impl std::error::Error for Messages {}
+
+/// Reads the scene in the OBJ file at `path`. `load` gives the bytes of a file; material libraries
+/// are asked for beside the OBJ file. Text that is not UTF-8 is taken where it does not matter.
+///
+/// A missing material library or material is a warning; its faces are grey. The camera looks at
+/// the whole scene from its upper right front, unless `camera` is given; the light follows
+/// [`default_light`].
+pub fn read(
+    path: &Path,
+    camera: Option<Camera>,
+    load: &mut dyn FnMut(&Path) -> io::Result<Vec<u8>>,
+) -> Result<Loaded, Messages> {
+    let name = path.display().to_string();
+    let mut messages = Messages::default();
+    let text = match load(path) {
+        Ok(bytes) => into_text(bytes),
+        Err(why) => {
+            let message = format!("cannot read the scene: {why}");
+            messages
+                .diagnostics
+                .push(Diagnostic::error("R0100", &name, message));
+            return Err(messages);
+        }
+    };
+    let mut findings = Findings::new();
+    let checked = obj::check(&name, &text, &mut findings);
+    let mut of_libraries = Messages::default();
+    let found = libraries(path, &checked, &mut findings, &mut of_libraries, load);
+    let (materials, indices) = resolve(&checked, &found, &name, &mut findings);
+    messages.add(findings, &name, text);
+    messages.diagnostics.extend(of_libraries.diagnostics);
+    messages.sources.extend(of_libraries.sources);
+    if messages.errors() > 0 {
+        return Err(messages);
+    }
+    let triangles = triangles(&checked, &indices).map_err(|why| {
+        let message = format!("the scene cannot be read: {why}");
+        Messages {
+            diagnostics: vec![Diagnostic::error("R0115", &name, message)],
+            sources: Vec::new(),
+        }
+    })?;
+    let stem = path.file_stem().unwrap_or_default();
+    let camera = camera.unwrap_or_else(|| overview(&triangles));
+    let lights = default_light(&triangles, &materials, &camera);
+    Ok(Loaded {
+        scene: Scene {
+            name: stem.to_string_lossy().into_owned(),
+            lights: lights.into_iter().collect(),
+            triangles,
+            materials,
+            ambient: AMBIENT,
+            background: BACKGROUND,
+            camera,
+        },
+        warnings: messages,
+    })
+}
+
+fn into_text(bytes: Vec<u8>) -> String {
+    String::from_utf8(bytes).unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned())
+}
+
+/// The materials of the libraries by name; `complete` where all libraries were found.
+struct Found {
+    materials: BTreeMap<String, Material>,
+    complete: bool,
+}
+
+fn libraries(
+    path: &Path,
+    checked: &Checked,
+    findings: &mut Findings,
+    messages: &mut Messages,
+    load: &mut dyn FnMut(&Path) -> io::Result<Vec<u8>>,
+) -> Found {
+    let mut found = Found {
+        materials: BTreeMap::new(),
+        complete: true,
+    };
+    let beside = |name: &str| path.parent().unwrap_or(Path::new("")).join(name);
+    let mut seen: Vec<&str> = Vec::new();
+    for (given, span) in &checked.libraries {
+        // A name may contain blanks; a line may also name several files.
+        let names: Vec<&str> = match load(&beside(given)) {
+            Ok(_) => vec![given.as_str()],
+            Err(_) => given.split_whitespace().collect(),
+        };
+        for name in names {
+            if seen.contains(&name) {
+                continue;
+            }
+            seen.push(name);
+            let at = beside(name);
+            match load(&at) {
+                Ok(bytes) => library(
+                    &at.display().to_string(),
+                    into_text(bytes),
+                    &mut found,
+                    messages,
+                ),
+                Err(why) => {
+                    found.complete = false;
+                    let message = format!("cannot read the material library `{name}`: {why}");
+                    findings.push(
+                        Diagnostic::warning("R0116", &path.display().to_string(), message)
+                            .at(*span, "its materials are grey"),
+                    );
+                }
+            }
+        }
+    }
+    found
+}
+
+fn library(name: &str, text: String, found: &mut Found, messages: &mut Messages) {
+    let mut findings = Findings::new();
+    let plain = mtl::check(name, &text, &mut findings);
+    if findings.errors == 0 {
+        match tobj::load_mtl_buf(&mut plain.as_bytes()) {
+            Ok((materials, _)) => {
+                for material in materials {
+                    found
+                        .materials
+                        .insert(material.name.clone(), convert(material));
+                }
+            }
+            Err(why) => findings.push(Diagnostic::error(
+                "R0211",
+                name,
+                format!("the material library cannot be read: {why}"),
+            )),
+        }
+    }
+    messages.add(findings, name, text);
+}
+
+fn convert(m: tobj::Material) -> Material {
+    Material {
+        diffuse: m.diffuse.unwrap_or([0.8; 3]),
+        specular: m.specular.unwrap_or([0.0; 3]),
+        emission: m.emissive.unwrap_or([0.0; 3]),
+        exponent: m.shininess.unwrap_or(1.0),
+        dissolve: m.dissolve.unwrap_or(1.0),
+        refraction_index: m.optical_density.unwrap_or(1.0),
+        illumination: m.illumination_model.unwrap_or(1),
+        diffuse_texture: m.diffuse_texture,
+        specular_texture: m.specular_texture,
+        dissolve_texture: m.dissolve_texture,
+        name: m.name,
+    }
+}
+
+/// The material of faces that name none, or one that is not found.
+fn grey() -> Material {
+    Material::diffuse("(none)", [0.7; 3])
+}
+
+/// The materials of the scene, and for each name that is used the index of its material. The
+/// first material is the grey one.
+fn resolve(
+    checked: &Checked,
+    found: &Found,
+    file: &str,
+    findings: &mut Findings,
+) -> (Vec<Material>, Vec<u32>) {
+    let mut materials = vec![grey()];
+    let mut indices = Vec::with_capacity(checked.used.len());
+    for (name, span) in &checked.used {
+        match found.materials.get(name) {
+            Some(material) => {
+                indices.push(materials.len() as u32);
+                materials.push(material.clone());
+            }
+            None => {
+                indices.push(0);
+                if found.complete {
+                    let message = format!("unknown material `{name}`");
+                    let label = if found.materials.is_empty() {
+                        "no material library is given; its faces are grey"
+                    } else {
+                        "in none of the material libraries; its faces are grey"
+                    };
+                    findings.push(Diagnostic::warning("R0117", file, message).at(*span, label));
+                }
+            }
+        }
+    }
+    (materials, indices)
+}
+
+fn triangles(checked: &Checked, indices: &[u32]) -> Result<Vec<Triangle>, tobj::LoadError> {
+    let options = tobj::LoadOptions {
+        triangulate: true,
+        ..Default::default()
+    };
+    let (models, _) = tobj::load_obj_buf(&mut checked.plain.as_bytes(), &options, |_| {
+        tobj::load_mtl_buf(&mut io::empty())
+    })?;
+    let mut gives = checked.gives.iter();
+    let mut triangles = Vec::with_capacity(checked.gives.len());
+    for mesh in models.iter().map(|m| &m.mesh) {
+        let vec3 = |from: &[f32], i: u32| Vec3::from_slice(&from[3 * i as usize..]);
+        for (n, corners) in mesh.indices.chunks_exact(3).enumerate() {
+            let gives = gives.next().ok_or(tobj::LoadError::GenericFailure)?;
+            let mut triangle = Triangle {
+                positions: [0, 1, 2].map(|k| vec3(&mesh.positions, corners[k])),
+                normals: [Vec3::ZERO; 3],
+                uvs: [Vec2::ZERO; 3],
+                material: gives.material.map_or(0, |m| indices[m as usize]),
+            };
+            let geometric = triangle.geometric_normal();
+            triangle.normals = [geometric; 3];
+            if gives.normals {
+                triangle.normals = [0, 1, 2].map(|k| {
+                    let given = vec3(&mesh.normals, mesh.normal_indices[3 * n + k]).as_dvec3();
+                    given.normalize_or(geometric.as_dvec3()).as_vec3()
+                });
+            }
+            if gives.texcoords {
+                triangle.uvs = [0, 1, 2].map(|k| {
+                    let i = mesh.texcoord_indices[3 * n + k] as usize;
+                    Vec2::from_slice(&mesh.texcoords[2 * i..])
+                });
+            }
+            triangles.push(triangle);
+        }
+    }
+    if gives.next().is_some() {
+        return Err(tobj::LoadError::GenericFailure);
+    }
+    Ok(triangles)
+}
+
+/// A camera outside the scene that sees all of it.
+fn overview(triangles: &[Triangle]) -> Camera {
+    let (lo, hi) = bounds(triangles).unwrap_or((Vec3::ZERO, Vec3::ONE));
+    let centre = 0.5 * lo + 0.5 * hi;
+    let radius = (0.5 * hi - 0.5 * lo).length().max(f32::MIN_POSITIVE);
+    let from = Vec3::new(0.5, 0.45, 0.75).normalize();
+    Camera::looking_at(centre + from * (2.6 * radius), centre, 45.0)
+}

@@ -1,0 +1,133 @@
+//! What a T&I unit did, summed up for reports.
+
+use serde::Serialize;
+
+use super::{PipeCounters, RauCounters, StackCounters, Tni};
+use crate::memory::cache::CacheCounters;
+
+/// What is counted for the unit as a whole.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct UnitCounters {
+    /// Cycles in which the unit had rays.
+    pub active_cycles: u64,
+    /// Rays taken.
+    pub rays: u64,
+    /// Rays that hit something.
+    pub hits: u64,
+    /// Rays that cannot hit anything: a NaN in them, no length, `tmax < tmin`.
+    pub void_rays: u64,
+    /// Cycles from dispatch to result, summed over the rays.
+    pub resident_cycles: u64,
+    /// Cycles in which a ray was there and no traversal unit had room for it.
+    pub dispatch_waits: u64,
+}
+
+/// What a T&I unit did. Parts of which there are several are summed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct TniCounters {
+    /// The unit as a whole.
+    pub unit: UnitCounters,
+    /// Traversal units.
+    pub trvs: u64,
+    /// Intersection units.
+    pub ists: u64,
+    /// Visits of inner nodes.
+    pub inner_visits: u64,
+    /// Visits of leaves.
+    pub leaf_visits: u64,
+    /// Ray–box tests.
+    pub box_tests: u64,
+    /// Ray–triangle tests.
+    pub triangle_tests: u64,
+    /// Of these, tests that found a hit nearer than all before.
+    pub accepted: u64,
+    /// TRV_PRE.
+    pub pre: PipeCounters,
+    /// TRV_AABB.
+    pub aabb: PipeCounters,
+    /// TRV_POST.
+    pub post: PipeCounters,
+    /// The triangle test.
+    pub ist: PipeCounters,
+    /// Stacks.
+    pub stacks: StackCounters,
+    /// Ray accumulation units of the traversal units.
+    pub trv_rau: RauCounters,
+    /// Ray accumulation units of the intersection units.
+    pub ist_rau: RauCounters,
+    /// Level-1 caches of the traversal units.
+    pub trv_l1: CacheCounters,
+    /// Level-2 cache.
+    pub trv_l2: CacheCounters,
+    /// Level-1 caches of the intersection units.
+    pub ist_l1: CacheCounters,
+    /// Bytes read from system memory.
+    pub bytes_read: u64,
+}
+
+impl TniCounters {
+    pub(super) fn of(tni: &Tni) -> TniCounters {
+        let mut sum = TniCounters {
+            unit: tni.counters,
+            trvs: tni.trvs.len() as u64,
+            ists: tni.ists.len() as u64,
+            trv_l2: tni.level2.cache.counters,
+            ..TniCounters::default()
+        };
+        for trv in &tni.trvs {
+            sum.inner_visits += trv.inner_visits;
+            sum.leaf_visits += trv.leaf_visits;
+            sum.pre.add(&trv.pre.counters);
+            sum.aabb.add(&trv.aabb.counters);
+            sum.post.add(&trv.post.counters);
+            sum.stacks.add(&trv.stacks);
+            sum.trv_rau.add(&trv.fetch.counters);
+            sum.trv_l1.add(&trv.fetch.cache.counters);
+        }
+        for ist in &tni.ists {
+            sum.triangle_tests += ist.tests;
+            sum.accepted += ist.accepted;
+            sum.ist.add(&ist.pipe.counters);
+            sum.ist_rau.add(&ist.fetch.counters);
+            sum.ist_l1.add(&ist.fetch.cache.counters);
+        }
+        sum.box_tests = 2 * sum.aabb.passes;
+        sum.bytes_read = sum.trv_l2.misses * u64::from(tni.spec.trv_l2.line)
+            + sum.ist_l1.misses * u64::from(tni.spec.ist_l1.line);
+        sum
+    }
+
+    /// Visits of nodes, inner ones and leaves.
+    pub fn node_visits(&self) -> u64 {
+        self.inner_visits + self.leaf_visits
+    }
+
+    /// Adds what another unit did.
+    pub fn add(&mut self, other: &TniCounters) {
+        let (unit, of) = (&mut self.unit, &other.unit);
+        unit.active_cycles += of.active_cycles;
+        unit.rays += of.rays;
+        unit.hits += of.hits;
+        unit.void_rays += of.void_rays;
+        unit.resident_cycles += of.resident_cycles;
+        unit.dispatch_waits += of.dispatch_waits;
+        self.trvs += other.trvs;
+        self.ists += other.ists;
+        self.inner_visits += other.inner_visits;
+        self.leaf_visits += other.leaf_visits;
+        self.box_tests += other.box_tests;
+        self.triangle_tests += other.triangle_tests;
+        self.accepted += other.accepted;
+        self.pre.add(&other.pre);
+        self.aabb.add(&other.aabb);
+        self.post.add(&other.post);
+        self.ist.add(&other.ist);
+        self.stacks.add(&other.stacks);
+        self.trv_rau.add(&other.trv_rau);
+        self.ist_rau.add(&other.ist_rau);
+        self.trv_l1.add(&other.trv_l1);
+        self.trv_l2.add(&other.trv_l2);
+        self.ist_l1.add(&other.ist_l1);
+        self.bytes_read += other.bytes_read;
+    }
+}

@@ -1,0 +1,136 @@
+//! The intersection unit: one triangle a cycle, looping over the triangles of a leaf
+//! (SGRT section 3.3).
+
+use std::collections::VecDeque;
+
+use srp_archdesc::system::TniSpec;
+
+use super::arithmetic::Hit;
+use super::fetch::Fetch;
+use super::pipe::Pipe;
+use super::ray_state::RayState;
+use super::trv::Trv;
+use super::{Context, Slot};
+
+/// An intersection unit.
+#[derive(Clone, Debug)]
+pub(super) struct Ist {
+    pub(super) fetch: Fetch,
+    pub(super) pipe: Pipe,
+    /// Entries that traversal units may use of the input buffer. Rays that come round again have
+    /// places of their own.
+    pub(super) capacity: usize,
+    pub(super) tests: u64,
+    pub(super) accepted: u64,
+}
+
+impl Ist {
+    pub(super) fn new(spec: &TniSpec, resident: usize) -> Ist {
+        Ist {
+            fetch: Fetch::new(spec.rau_rows, &spec.ist_l1, resident),
+            pipe: Pipe::new(spec.ist_latency + spec.ist_l1.latency, resident),
+            capacity: spec.fifo.max(1) as usize,
+            tests: 0,
+            accepted: 0,
+        }
+    }
+
+    /// Whether no ray is in it.
+    pub(super) fn is_empty(&self) -> bool {
+        self.fetch.is_empty() && self.pipe.is_empty()
+    }
+
+    /// One cycle: a ray leaves the pipeline, then another enters it.
+    pub(super) fn tick(
+        &mut self,
+        now: u64,
+        rays: &mut [RayState],
+        context: &Context<'_>,
+        trvs: &mut [Trv],
+        lines: &mut Vec<u32>,
+    ) {
+        if self.is_empty() {
+            return;
+        }
+        self.leave(now, rays, context, trvs);
+        self.enter(now, rays, context, lines);
+        self.pipe.count();
+    }
+
+    fn leave(&mut self, now: u64, rays: &mut [RayState], context: &Context<'_>, trvs: &mut [Trv]) {
+        let Some(slot) = self.pipe.leave(now) else {
+            return;
+        };
+        let ray = &mut rays[slot as usize];
+        if ray.triangles > 0 {
+            self.fetch.input.push_back(slot);
+            return;
+        }
+        let trv = &mut trvs[slot as usize / context.spec.stacks as usize];
+        if trv.can_return(context.spec.pipeline) {
+            trv.come_back(slot, ray, context.spec.pipeline);
+        } else {
+            self.pipe.recirculate(now, slot);
+        }
+    }
+
+    fn enter(
+        &mut self,
+        now: u64,
+        rays: &mut [RayState],
+        context: &Context<'_>,
+        lines: &mut Vec<u32>,
+    ) {
+        if !self.pipe.is_free(now) {
+            return;
+        }
+        let line = context.spec.ist_l1.line;
+        let need = |slot: Slot| rays[slot as usize].needs();
+        let request = |number: u32| lines.push(number * line);
+        let Some(slot) = self.fetch.tick(need, request) else {
+            return;
+        };
+        let ray = &mut rays[slot as usize];
+        if !ray.got_line() {
+            self.fetch.input.push_front(slot);
+            return;
+        }
+        self.test(ray, context);
+        self.pipe.issue(now, slot, 1);
+    }
+
+    /// Tests the ray's triangle, and goes on to the next of its leaf.
+    fn test(&mut self, ray: &mut RayState, context: &Context<'_>) {
+        self.tests += 1;
+        let triangle = context.triangle(ray.triangle);
+        if let Some((t, u, v)) = ray.ray.intersect(&triangle, context.spec.rcp) {
+            let hit = Hit {
+                t,
+                u,
+                v,
+                primitive: triangle.primitive,
+            };
+            if ray.hit.take_nearer(hit) {
+                self.accepted += 1;
+                ray.limit = t * context.widening;
+            }
+        }
+        ray.triangle += 1;
+        ray.triangles -= 1;
+        if ray.is_settled() {
+            ray.triangles = 0;
+        }
+        if ray.triangles > 0 {
+            context.begin_triangle(ray);
+        }
+    }
+}
+
+/// The input buffer of the least busy unit, and its size: where a leaf goes.
+pub(super) fn input(ists: &mut [Ist]) -> (&mut VecDeque<Slot>, usize) {
+    let ist = ists
+        .iter_mut()
+        .min_by_key(|ist| ist.fetch.input.len())
+        .expect("a T&I unit has an intersection unit");
+    (&mut ist.fetch.input, ist.capacity)
+}

@@ -1,0 +1,489 @@
+//! The traversal and intersection unit, cycle by cycle (SGRT section 3.3, Figures 3 and 4).
+//!
+//! Rays come in submissions: a ray buffer and a hit buffer in the core's SRAM, and a count. The
+//! ray dispatch unit takes one ray a cycle, in order, to a traversal unit ([`trv`]) that has a
+//! stack for it; rays wander between traversal and intersection units ([`ist`]); one finished ray a
+//! cycle goes back. When the last ray of a submission is back, its hits stand in the hit buffer in
+//! four runs: shadow hits, shadow misses, other hits, other misses, each in the order of the rays.
+//!
+//! What a ray hits is decided by [`arithmetic`] alone. Time is counted in cycles of the unit's own
+//! clock; the memory below the caches is the owner's business: [`Tni::take_requests`] and
+//! [`Tni::fill`].
+
+pub mod arithmetic;
+mod counters;
+mod fetch;
+mod ist;
+mod level2;
+mod pipe;
+mod ray_state;
+pub mod standalone;
+mod trv;
+mod walk;
+
+use std::collections::VecDeque;
+
+use srp_archdesc::system::TniSpec;
+
+use self::arithmetic::{Hit, Prepared, Ray};
+use self::ist::Ist;
+use self::level2::Level2;
+use self::ray_state::{Phase, RayState};
+use self::trv::{Exits, Trv};
+use crate::bvh::{NodeRef, PairRecord, TriangleRecord};
+use crate::memory::SystemMemory;
+
+pub use counters::{TniCounters, UnitCounters};
+pub use fetch::RauCounters;
+pub use pipe::PipeCounters;
+pub use walk::StackCounters;
+
+/// Bytes of a ray that the unit reads.
+pub const RAY_BYTES: u32 = 64;
+
+/// Bytes of a hit that the unit writes.
+pub const HIT_BYTES: u32 = 24;
+
+/// Number of a resident ray: traversal unit times stacks, plus stack.
+type Slot = u16;
+
+/// Where the tree of the scene lies in system memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tree {
+    /// The root; `None` for a scene without triangles.
+    pub root: Option<NodeRef>,
+    /// Address of node 0.
+    pub nodes: u32,
+    /// Address of triangle record 0.
+    pub triangles: u32,
+}
+
+/// Which cache of the unit talks to the memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Client {
+    /// The level-2 cache of the traversal units.
+    TrvL2,
+    /// The level-1 cache of this intersection unit.
+    IstL1(u32),
+}
+
+/// Why a submission cannot be made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SubmitError {
+    /// As many as there are ray buffers are in the unit: later.
+    Busy,
+    /// The ray or hit buffer is not inside the SRAM, or not aligned to 4 bytes.
+    OutOfBounds {
+        /// The buffer's address.
+        address: u32,
+        /// Its size.
+        bytes: u32,
+    },
+}
+
+/// Hits of a submission, by run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Runs {
+    /// Rays with the any-hit flag that hit something.
+    pub shadow_hits: u32,
+    /// Rays with the any-hit flag that did not.
+    pub shadow_misses: u32,
+    /// Other rays that hit something.
+    pub other_hits: u32,
+    /// Other rays that did not.
+    pub other_misses: u32,
+}
+
+/// A finished ray as it is written to the hit buffer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HitRecord {
+    /// What was hit.
+    pub hit: Hit,
+    /// Index of the ray in its buffer.
+    pub ray: u32,
+    /// Flags of the ray.
+    pub flags: u32,
+}
+
+impl HitRecord {
+    /// The 6 words of the record (`srp_hit` in `kernels/scene.h`).
+    pub fn words(&self) -> [u32; 6] {
+        let Hit { t, u, v, primitive } = self.hit;
+        let [t, u, v] = [t, u, v].map(f32::to_bits);
+        [t, u, v, primitive, self.ray, self.flags]
+    }
+
+    /// The record of 6 words.
+    pub fn from_words(words: [u32; 6]) -> HitRecord {
+        let [t, u, v] = [words[0], words[1], words[2]].map(f32::from_bits);
+        HitRecord {
+            hit: Hit {
+                t,
+                u,
+                v,
+                primitive: words[3],
+            },
+            ray: words[4],
+            flags: words[5],
+        }
+    }
+
+    /// The run it belongs to, from 0.
+    fn run(&self) -> usize {
+        let shadow = self.flags & arithmetic::ANY_HIT != 0;
+        2 * usize::from(!shadow) + usize::from(!self.hit.is_hit())
+    }
+}
+
+/// A submission in the unit.
+#[derive(Clone, Debug)]
+struct Submission {
+    rays: u32,
+    hits: u32,
+    count: u32,
+    dispatched: u32,
+    records: Vec<HitRecord>,
+}
+
+/// What all parts of the unit look at.
+struct Context<'a> {
+    spec: &'a TniSpec,
+    tree: &'a Tree,
+    memory: &'a SystemMemory,
+    widening: f32,
+}
+
+impl Context<'_> {
+    /// Prepares a ray for the visit of the node of its walk.
+    fn begin_visit(&self, ray: &mut RayState) {
+        ray.phase = Phase::Visit;
+        if ray.walk.node.is_leaf() {
+            ray.need_nothing();
+        } else {
+            let address = self.tree.nodes + ray.walk.node.index * self.spec.node_bytes;
+            ray.need(address, self.pair_bytes(), self.spec.trv_l1.line);
+        }
+    }
+
+    /// Prepares a ray for the triangles of the leaf that it visits.
+    fn begin_leaf(&self, ray: &mut RayState) {
+        ray.triangle = ray.walk.node.index;
+        ray.triangles = ray.walk.node.count;
+        self.begin_triangle(ray);
+    }
+
+    fn begin_triangle(&self, ray: &mut RayState) {
+        let address = self.tree.triangles + ray.triangle * self.spec.triangle_bytes;
+        ray.need(address, crate::bvh::TRIANGLE_BYTES, self.spec.ist_l1.line);
+    }
+
+    fn pair_bytes(&self) -> u32 {
+        self.spec.node_bytes + crate::bvh::NODE_BYTES
+    }
+
+    fn pair(&self, index: u32) -> PairRecord {
+        let address = self.tree.nodes + index * self.spec.node_bytes;
+        let bytes = self.memory.get(address, self.pair_bytes());
+        let bytes = bytes.expect("a tree refers to its own nodes, and nothing writes to them");
+        PairRecord::read(bytes, self.spec.node_bytes as usize)
+    }
+
+    fn triangle(&self, index: u32) -> TriangleRecord {
+        let address = self.tree.triangles + index * self.spec.triangle_bytes;
+        let bytes = self.memory.get(address, crate::bvh::TRIANGLE_BYTES);
+        let bytes = bytes.expect("a tree refers to its own triangles, and nothing writes to them");
+        TriangleRecord::read(bytes)
+    }
+}
+
+/// The unit.
+#[derive(Clone, Debug)]
+pub struct Tni {
+    spec: TniSpec,
+    tree: Tree,
+    /// What distances of hits are multiplied by before boxes are compared with them.
+    widening: f32,
+    max_submissions: usize,
+    trvs: Vec<Trv>,
+    ists: Vec<Ist>,
+    level2: Level2,
+    rays: Vec<RayState>,
+    results: VecDeque<Slot>,
+    submissions: VecDeque<Submission>,
+    /// Submissions that were finished and taken before the first of `submissions`.
+    taken: u64,
+    next_trv: usize,
+    requests: VecDeque<(Client, u32)>,
+    lines: Vec<u32>,
+    counters: UnitCounters,
+}
+
+impl Tni {
+    /// An idle unit over a tree. `widening` is that of the reciprocals in the rays
+    /// ([`arithmetic::widening`]); at most `max_submissions` are taken at once.
+    pub fn new(spec: &TniSpec, tree: Tree, widening: f32, max_submissions: u32) -> Tni {
+        let resident = spec.trvs * spec.stacks;
+        assert!(
+            (1..=u32::from(Slot::MAX)).contains(&resident) && spec.ists > 0,
+            "a T&I unit has units, and numbers its rays with 16 bits"
+        );
+        let trv = |i: u32| {
+            let first = i * spec.stacks;
+            Trv::new(spec, first as Slot..(first + spec.stacks) as Slot)
+        };
+        Tni {
+            spec: *spec,
+            tree,
+            widening,
+            max_submissions: max_submissions.max(1) as usize,
+            trvs: (0..spec.trvs).map(trv).collect(),
+            ists: vec![Ist::new(spec, resident as usize); spec.ists as usize],
+            level2: Level2::new(&spec.trv_l2),
+            rays: vec![RayState::new(spec.stack_depth); resident as usize],
+            results: VecDeque::with_capacity(resident as usize),
+            submissions: VecDeque::new(),
+            taken: 0,
+            next_trv: 0,
+            requests: VecDeque::new(),
+            lines: Vec::new(),
+            counters: UnitCounters::default(),
+        }
+    }
+
+    /// Takes a submission: `count` rays at `rays` in the SRAM, whose hits go to `hits`. The SRAM
+    /// has `sram_bytes`.
+    pub fn submit(
+        &mut self,
+        rays: u32,
+        hits: u32,
+        count: u32,
+        sram_bytes: usize,
+    ) -> Result<(), SubmitError> {
+        if self.submissions.len() == self.max_submissions {
+            return Err(SubmitError::Busy);
+        }
+        for (address, size) in [(rays, RAY_BYTES), (hits, HIT_BYTES)] {
+            let bytes = u64::from(size) * u64::from(count);
+            if u64::from(address) + bytes > sram_bytes as u64 || !address.is_multiple_of(4) {
+                let bytes = bytes.try_into().unwrap_or(u32::MAX);
+                return Err(SubmitError::OutOfBounds { address, bytes });
+            }
+        }
+        self.submissions.push_back(Submission {
+            rays,
+            hits,
+            count,
+            dispatched: 0,
+            records: Vec::with_capacity(count as usize),
+        });
+        Ok(())
+    }
+
+    /// Takes the oldest submission out of the unit, where it is complete.
+    pub fn take_finished(&mut self) -> Option<Runs> {
+        let done = |s: &mut Submission| s.records.len() == s.count as usize;
+        let submission = self.submissions.pop_front_if(done)?;
+        self.taken += 1;
+        let mut counts = [0; 4];
+        for record in &submission.records {
+            counts[record.run()] += 1;
+        }
+        let [shadow_hits, shadow_misses, other_hits, other_misses] = counts;
+        Some(Runs {
+            shadow_hits,
+            shadow_misses,
+            other_hits,
+            other_misses,
+        })
+    }
+
+    /// Submissions in the unit, finished ones included.
+    pub fn submissions(&self) -> usize {
+        self.submissions.len()
+    }
+
+    /// Whether a cycle would do nothing but count.
+    pub fn is_idle(&self) -> bool {
+        let done = |s: &Submission| s.records.len() == s.count as usize;
+        self.submissions.iter().all(done)
+    }
+
+    /// The next line to be read from memory: who reads it, its address and its size in bytes.
+    pub fn take_request(&mut self) -> Option<(Client, u32, u32)> {
+        let (client, address) = self.requests.pop_front()?;
+        let line = match client {
+            Client::TrvL2 => self.spec.trv_l2.line,
+            Client::IstL1(_) => self.spec.ist_l1.line,
+        };
+        Some((client, address, line))
+    }
+
+    /// A line that was asked for arrives before cycle `now`.
+    pub fn fill(&mut self, now: u64, client: Client, address: u32) {
+        match client {
+            Client::TrvL2 => self.level2.fill(now, address),
+            Client::IstL1(i) => self.ists[i as usize]
+                .fetch
+                .fill(address / self.spec.ist_l1.line),
+        }
+    }
+
+    /// One cycle. Cycles are numbered from anywhere, ascending; those in which the unit
+    /// [is idle](Self::is_idle) may be left out.
+    pub fn tick(&mut self, now: u64, memory: &SystemMemory, sram: &mut [u8]) {
+        self.counters.active_cycles += 1;
+        self.give_back(now, sram);
+        while let Some((trv, address)) = self.level2.answer(now) {
+            let line = address / self.spec.trv_l1.line;
+            self.trvs[trv as usize].fetch.fill(line);
+        }
+        let context = Context {
+            spec: &self.spec,
+            tree: &self.tree,
+            memory,
+            widening: self.widening,
+        };
+        for (i, ist) in self.ists.iter_mut().enumerate() {
+            ist.tick(
+                now,
+                &mut self.rays,
+                &context,
+                &mut self.trvs,
+                &mut self.lines,
+            );
+            let client = Client::IstL1(i as u32);
+            self.requests
+                .extend(self.lines.drain(..).map(|address| (client, address)));
+        }
+        for (i, trv) in self.trvs.iter_mut().enumerate() {
+            let (ist, ist_capacity) = ist::input(&mut self.ists);
+            let mut exits = Exits {
+                ist,
+                ist_capacity,
+                results: &mut self.results,
+                lines: &mut self.lines,
+            };
+            trv.tick(now, &mut self.rays, &context, &mut exits);
+            for address in self.lines.drain(..) {
+                self.level2.request(i as u32, address);
+            }
+        }
+        let requests = &mut self.requests;
+        self.level2
+            .tick(now, |address| requests.push_back((Client::TrvL2, address)));
+        self.dispatch(now, sram, memory);
+    }
+
+    /// Ray dispatch: the next ray of the oldest submission that has one, to the next traversal
+    /// unit in turn that has room.
+    fn dispatch(&mut self, now: u64, sram: &[u8], memory: &SystemMemory) {
+        let waiting = |s: &Submission| s.dispatched < s.count;
+        let Some(order) = self.submissions.iter().position(waiting) else {
+            return;
+        };
+        let count = self.trvs.len();
+        let Some(turn) = (0..count).find(|i| self.trvs[(self.next_trv + i) % count].has_room())
+        else {
+            self.counters.dispatch_waits += 1;
+            return;
+        };
+        let trv = (self.next_trv + turn) % count;
+        self.next_trv = (trv + 1) % count;
+        let slot = self.trvs[trv]
+            .free
+            .pop()
+            .expect("a unit with room has a free slot");
+        let submission = &mut self.submissions[order];
+        let at = (submission.rays + submission.dispatched * RAY_BYTES) as usize;
+        let source = read_ray(&sram[at..at + RAY_BYTES as usize]);
+        let ray = &mut self.rays[slot as usize];
+        ray.flags = source.flags;
+        ray.hit = Hit::none(source.tmax);
+        ray.limit = source.tmax * self.widening;
+        ray.triangles = 0;
+        ray.visits = 0;
+        ray.submission = self.taken + order as u64;
+        ray.index = submission.dispatched;
+        ray.since = now;
+        submission.dispatched += 1;
+        self.counters.rays += 1;
+        match (Prepared::of(&source), self.tree.root) {
+            (Some(prepared), Some(root)) => {
+                ray.ray = prepared;
+                ray.walk.start(root);
+                let context = Context {
+                    spec: &self.spec,
+                    tree: &self.tree,
+                    memory,
+                    widening: self.widening,
+                };
+                context.begin_visit(ray);
+                self.trvs[trv].fetch.input.push_back(slot);
+            }
+            (prepared, _) => {
+                self.counters.void_rays += u64::from(prepared.is_none());
+                self.results.push_back(slot);
+            }
+        }
+    }
+
+    /// One finished ray a cycle goes back to the SRP.
+    fn give_back(&mut self, now: u64, sram: &mut [u8]) {
+        let Some(slot) = self.results.pop_front() else {
+            return;
+        };
+        let ray = &self.rays[slot as usize];
+        self.counters.hits += u64::from(ray.hit.is_hit());
+        self.counters.resident_cycles += now - ray.since;
+        let order = (ray.submission - self.taken) as usize;
+        let submission = &mut self.submissions[order];
+        submission.records.push(HitRecord {
+            hit: ray.hit,
+            ray: ray.index,
+            flags: ray.flags,
+        });
+        if submission.records.len() == submission.count as usize {
+            submission.records.sort_by_key(|r| (r.run(), r.ray));
+            let mut at = submission.hits as usize;
+            for record in &submission.records {
+                for word in record.words() {
+                    sram[at..at + 4].copy_from_slice(&word.to_le_bytes());
+                    at += 4;
+                }
+            }
+        }
+        let trv = slot as usize / self.spec.stacks as usize;
+        self.trvs[trv].free.push(slot);
+    }
+
+    /// What the unit did so far.
+    pub fn counters(&self) -> TniCounters {
+        TniCounters::of(self)
+    }
+
+    /// What it waits for, in words, for the report of a deadlock.
+    pub fn describe_state(&self) -> String {
+        let resident: usize = self
+            .trvs
+            .iter()
+            .map(|t| self.spec.stacks as usize - t.free.len())
+            .sum();
+        let waiting: u32 = self.trvs.iter().map(|t| t.fetch.waiting()).sum();
+        let in_ist: u32 = self.ists.iter().map(|i| i.fetch.waiting()).sum();
+        let finished = |s: &&Submission| s.records.len() == s.count as usize;
+        format!(
+            "{} submissions ({} complete), {resident} rays resident, {waiting} of them waiting \
+             for nodes and {in_ist} for triangles",
+            self.submissions.len(),
+            self.submissions.iter().filter(finished).count(),
+        )
+    }
+}
+
+fn read_ray(bytes: &[u8]) -> Ray {
+    let mut words = [0; 16];
+    for (word, bytes) in words.iter_mut().zip(bytes.chunks_exact(4)) {
+        *word = u32::from_le_bytes(bytes.try_into().expect("chunks of 4 bytes"));
+    }
+    Ray::from_words(words)
+}

@@ -1,0 +1,107 @@
+//! A ray that is resident in the unit: everything that travels with it.
+
+use super::arithmetic::{ANY_HIT, Hit, Prepared};
+use super::fetch::Need;
+use super::walk::{Next, Walk};
+use crate::bvh::NodeRef;
+
+/// What a ray is in the unit for at the moment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Phase {
+    /// It visits the node of its walk.
+    Visit,
+    /// It comes back from the intersection unit and takes the next node off its stack.
+    Pop,
+}
+
+/// A resident ray.
+#[derive(Clone, Debug)]
+pub(super) struct RayState {
+    pub(super) ray: Prepared,
+    pub(super) flags: u32,
+    pub(super) hit: Hit,
+    /// Boxes that are entered beyond this distance hold nothing nearer.
+    pub(super) limit: f32,
+    pub(super) walk: Walk,
+    pub(super) phase: Phase,
+    /// What TRV_AABB found: the children and where the ray enters them.
+    pub(super) children: [NodeRef; 2],
+    pub(super) enter: [Option<f32>; 2],
+    /// What TRV_POST decided.
+    pub(super) next: Next,
+    /// Lines still to be read: the next, and the last.
+    pub(super) line: u32,
+    pub(super) last_line: u32,
+    /// Triangle to be tested, and how many of the leaf there are from it on.
+    pub(super) triangle: u32,
+    pub(super) triangles: u32,
+    /// Position of its submission in the order of all, and its own in it.
+    pub(super) submission: u64,
+    pub(super) index: u32,
+    /// Cycle in which it was dispatched.
+    pub(super) since: u64,
+    /// Nodes visited.
+    pub(super) visits: u32,
+}
+
+impl RayState {
+    pub(super) fn new(stack_depth: u32) -> RayState {
+        RayState {
+            ray: Prepared::default(),
+            flags: 0,
+            hit: Hit::none(0.0),
+            limit: 0.0,
+            walk: Walk::new(stack_depth),
+            phase: Phase::Visit,
+            children: [NodeRef::default(); 2],
+            enter: [None; 2],
+            next: Next::Finished,
+            line: 1,
+            last_line: 0,
+            triangle: 0,
+            triangles: 0,
+            submission: 0,
+            index: 0,
+            since: 0,
+            visits: 0,
+        }
+    }
+
+    /// Whether any hit will do.
+    pub(super) fn any_hit(&self) -> bool {
+        self.flags & ANY_HIT != 0
+    }
+
+    /// Whether it has all that it needs to know.
+    pub(super) fn is_settled(&self) -> bool {
+        self.any_hit() && self.hit.is_hit()
+    }
+
+    /// Needs the lines that hold `bytes` bytes from `address` on.
+    pub(super) fn need(&mut self, address: u32, bytes: u32, line: u32) {
+        self.line = address / line;
+        self.last_line = (address + bytes - 1) / line;
+    }
+
+    /// Needs nothing.
+    pub(super) fn need_nothing(&mut self) {
+        (self.line, self.last_line) = (1, 0);
+    }
+
+    /// The next line it needs.
+    pub(super) fn needs(&self) -> Need {
+        if self.line <= self.last_line {
+            Need::Line(self.line)
+        } else {
+            Need::Nothing
+        }
+    }
+
+    /// Has got a line; says whether that was all.
+    pub(super) fn got_line(&mut self) -> bool {
+        if self.line <= self.last_line {
+            self.line += 1;
+        }
+        self.line > self.last_line
+    }
+}

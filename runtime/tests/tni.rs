@@ -1,0 +1,345 @@
+//! The T&I unit's hits against brute force in binary64.
+
+mod support;
+
+use glam::Vec3;
+use srp_archdesc::arch::Approx;
+use srp_archdesc::system::{Pipeline, SystemSpec};
+use srp_runtime::bvh::Builder;
+use srp_runtime::scene::Triangle;
+use srp_runtime::tni::arithmetic::{ANY_HIT, Ray};
+use srp_runtime::tni::standalone::{Answer, drive};
+use support::{Random, check, image, nearest, shared_scene, soup, triangle};
+
+fn machine() -> SystemSpec {
+    let file = srp_archdesc::machines::SGRT;
+    let arch = srp_archdesc::parse(file.name, file.xml).expect("the shipped machine is valid");
+    arch.system
+}
+
+fn rays(random: &mut Random, count: usize, lo: Vec3, hi: Vec3) -> Vec<Ray> {
+    (0..count)
+        .map(|i| {
+            let origin = random.point(lo, hi).to_array();
+            let direction = match i % 7 {
+                // Along an axis: zeros in the direction.
+                0 => [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, -0.0, 1.0]][i / 7 % 3],
+                1 => (3.0 * random.direction()).to_array(),
+                _ => random.direction().to_array(),
+            };
+            let flags = if i % 3 == 0 { ANY_HIT } else { 0 };
+            let tmax = if i % 5 == 0 {
+                0.5 * random.unit()
+            } else {
+                1e30
+            };
+            Ray::new(origin, direction, 0.0, tmax, flags)
+        })
+        .collect()
+}
+
+fn assert_true(rays: &[Ray], answer: &Answer, triangles: &[Triangle]) {
+    assert_eq!(rays.len(), answer.hits.len());
+    let wrong: Vec<String> = rays
+        .iter()
+        .zip(&answer.hits)
+        .filter_map(|(ray, hit)| check(ray, hit, nearest(ray, triangles.iter())).err())
+        .collect();
+    assert!(wrong.is_empty(), "{} wrong: {}", wrong.len(), wrong[0]);
+}
+
+#[test]
+fn random_rays_hit_what_brute_force_hits() {
+    let spec = machine();
+    let mut random = Random::new(1);
+    let triangles = soup(&mut random, 1500);
+    let rays = rays(&mut random, 4000, Vec3::splat(-0.5), Vec3::splat(1.5));
+    for builder in Builder::ALL {
+        let answer = drive(&spec, &image(&triangles, builder), &rays);
+        assert_true(&rays, &answer, &triangles);
+        assert_eq!(answer.counters.unit.rays, rays.len() as u64);
+        assert_eq!(answer.runs.len(), rays.len().div_ceil(64));
+        assert_eq!(answer.counters.stacks.restarts, 0);
+    }
+}
+
+/// Machines that differ in everything that may not change a hit.
+fn variants() -> Vec<(&'static str, SystemSpec)> {
+    let with = |change: &dyn Fn(&mut SystemSpec)| {
+        let mut spec = machine();
+        change(&mut spec);
+        spec
+    };
+    vec![
+        ("single", with(&|s| s.tni.pipeline = Pipeline::Single)),
+        ("one entry of stack", with(&|s| s.tni.stack_depth = 1)),
+        ("three entries", with(&|s| s.tni.stack_depth = 3)),
+        (
+            "everything full",
+            with(&|s| {
+                s.tni.fifo = 1;
+                s.tni.rau_rows = 1;
+                s.tni.trv_l1.misses = 1;
+                s.tni.trv_l2.misses = 1;
+                s.tni.ist_l1.misses = 1;
+            }),
+        ),
+        (
+            "single and full",
+            with(&|s| {
+                s.tni.pipeline = Pipeline::Single;
+                s.tni.fifo = 2;
+                s.tni.rau_rows = 2;
+                s.tni.stack_depth = 2;
+            }),
+        ),
+        (
+            "many units",
+            with(&|s| {
+                s.tni.trvs = 7;
+                s.tni.ists = 3;
+                s.tni.stacks = 5;
+            }),
+        ),
+        (
+            "small caches",
+            with(&|s| {
+                s.tni.trv_l1.bytes = 256;
+                s.tni.trv_l2.bytes = 1024;
+                s.tni.ist_l1.bytes = 512;
+            }),
+        ),
+        (
+            "fast memory, odd clocks",
+            with(&|s| {
+                s.tni_mhz = 333;
+                s.dram.latency_ns = 1;
+                s.bus.latency = 0;
+            }),
+        ),
+    ]
+}
+
+#[test]
+fn no_part_of_the_machine_changes_a_hit() {
+    let mut random = Random::new(2);
+    let triangles = soup(&mut random, 800);
+    let tree = image(&triangles, Builder::Sweep);
+    let rays: Vec<Ray> = rays(&mut random, 1500, Vec3::splat(-0.5), Vec3::splat(1.5))
+        .into_iter()
+        // Of a shadow ray, which hit is found first depends on the order of traversal.
+        .map(|ray| Ray { flags: 0, ..ray })
+        .collect();
+    let expected = drive(&machine(), &tree, &rays);
+    assert_true(&rays, &expected, &triangles);
+    for (name, spec) in variants() {
+        let answer = drive(&spec, &tree, &rays);
+        assert!(answer.hits == expected.hits, "{name}");
+        let stacks = answer.counters.stacks;
+        let short = spec.tni.stack_depth < 4;
+        assert_eq!(stacks.overflows > 0, short, "{name}");
+        assert_eq!(stacks.restarts > 0, short, "{name}");
+        let again = drive(&spec, &tree, &rays);
+        assert_eq!(again.counters, answer.counters, "{name}");
+        assert_eq!(again.cycles, answer.cycles, "{name}");
+    }
+}
+
+#[test]
+fn passes_and_visits_add_up() {
+    let mut random = Random::new(3);
+    let triangles = soup(&mut random, 500);
+    let tree = image(&triangles, Builder::Sweep);
+    let rays = rays(&mut random, 1000, Vec3::splat(-0.5), Vec3::splat(1.5));
+    let parallel = drive(&machine(), &tree, &rays).counters;
+    assert_eq!(parallel.pre.passes, parallel.node_visits());
+    assert_eq!(parallel.aabb.passes, parallel.inner_visits);
+    assert_eq!(parallel.post.passes, parallel.node_visits());
+    assert_eq!(
+        parallel.pre.bypasses + parallel.aabb.bypasses + parallel.post.bypasses,
+        0
+    );
+    assert_eq!(parallel.ist.passes, parallel.triangle_tests);
+    assert_eq!(parallel.box_tests, 2 * parallel.inner_visits);
+
+    let mut spec = machine();
+    spec.tni.pipeline = Pipeline::Single;
+    let single = drive(&spec, &tree, &rays).counters;
+    // A leaf passes through the rest of the pipeline, and again from its start on the way back.
+    assert_eq!(single.post.bypasses, single.leaf_visits);
+    assert_eq!(single.aabb.bypasses, 2 * single.leaf_visits);
+    assert_eq!(single.pre.bypasses, single.leaf_visits);
+}
+
+#[test]
+fn deep_trees_and_degenerate_ones() {
+    let flat = |x: f32, size: f32| {
+        let at = |y: f32, z: f32| Vec3::new(x, y, z);
+        triangle([at(-size, -size), at(size, -size), at(0.0, size)])
+    };
+    let scenes: Vec<(&str, Vec<Triangle>)> = vec![
+        ("none", vec![]),
+        ("one", vec![flat(0.5, 1.0)]),
+        ("two", vec![flat(0.5, 1.0), flat(0.25, 0.5)]),
+        (
+            "no area",
+            vec![triangle([Vec3::ZERO, Vec3::ONE, 2.0 * Vec3::ONE]); 20],
+        ),
+        ("identical", vec![flat(0.5, 1.0); 1000]),
+        // Centres at 2^-i: one triangle is split off a level, 70 levels deep.
+        ("deep", (0..120).map(|i| flat(2f32.powi(-i), 1.0)).collect()),
+    ];
+    let mut random = Random::new(4);
+    let mut rays = rays(&mut random, 600, Vec3::splat(-1.0), Vec3::splat(1.0));
+    rays.push(Ray::new([-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], 0.0, 10.0, 0));
+    for (name, triangles) in &scenes {
+        for builder in Builder::ALL {
+            for depth in [1, 4, 64] {
+                let mut spec = machine();
+                spec.tni.stack_depth = depth;
+                let answer = drive(&spec, &image(triangles, builder), &rays);
+                for (ray, hit) in rays.iter().zip(&answer.hits) {
+                    let truth = nearest(ray, triangles.iter());
+                    if let Err(wrong) = check(ray, hit, truth) {
+                        panic!("{name}, {}: {wrong}", builder.name());
+                    }
+                }
+                if *name == "identical" {
+                    // Of equally near triangles the first counts, whatever the order.
+                    let last = answer.hits.last().expect("rays were traced");
+                    assert_eq!(last.hit.primitive, 0);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn void_rays_hit_nothing_and_do_not_stop_the_others() {
+    let triangles = vec![triangle([
+        Vec3::new(-9.0, -9.0, 1.0),
+        Vec3::new(9.0, -9.0, 1.0),
+        Vec3::new(0.0, 9.0, 1.0),
+    ])];
+    let good = Ray::new([0.0; 3], [0.0, 0.0, 1.0], 0.0, 10.0, 0);
+    let mut rays = vec![good; 10];
+    rays[1].origin[0] = f32::NAN;
+    rays[3].direction = [0.0; 3];
+    rays[4].tmax = -1.0;
+    rays[6].far[2] = f32::NAN;
+    rays[8].flags = ANY_HIT;
+    let answer = drive(&machine(), &image(&triangles, Builder::Sweep), &rays);
+    let hits: Vec<bool> = answer.hits.iter().map(|r| r.hit.is_hit()).collect();
+    let expected = [
+        true, false, true, false, false, true, false, true, true, true,
+    ];
+    assert_eq!(hits, expected);
+    assert_eq!(answer.counters.unit.void_rays, 4);
+    let runs = answer.runs[0];
+    assert_eq!(
+        [
+            runs.shadow_hits,
+            runs.shadow_misses,
+            runs.other_hits,
+            runs.other_misses
+        ],
+        [1, 0, 5, 4]
+    );
+}
+
+#[test]
+fn aimed_rays_do_not_leak_through_a_closed_mesh() {
+    // A fan of slivers round a point, seen from all sides: every ray through an edge or a vertex
+    // of its inside must hit.
+    let mut random = Random::new(5);
+    for offset in [0.0, 1e3, 1e5] {
+        let grid = |i: usize, j: usize| {
+            let bump = ((i * 7 + j * 13) % 5) as f32 * 0.11;
+            Vec3::new(offset + i as f32, offset + bump, j as f32 - offset)
+        };
+        let mut triangles = Vec::new();
+        for i in 0..16 {
+            for j in 0..16 {
+                let [a, b] = [grid(i, j), grid(i, j + 1)];
+                let [c, d] = [grid(i + 1, j + 1), grid(i + 1, j)];
+                triangles.extend([triangle([a, b, c]), triangle([a, c, d])]);
+            }
+        }
+        let tree = image(&triangles, Builder::Sweep);
+        let rays: Vec<Ray> = (0..20_000)
+            .map(|_| {
+                let (i, j) = (2 + random.below(12), 2 + random.below(12));
+                let along = [grid(i, j), grid(i + 1, j + 1), grid(i, j + 1)];
+                let to = match random.below(3) {
+                    0 => along[0],
+                    1 => along[0].lerp(along[1], random.unit()),
+                    _ => along[0].lerp(along[2], random.unit()),
+                };
+                let side = Vec3::new(
+                    random.unit() - 0.5,
+                    0.2 + random.unit(),
+                    random.unit() - 0.5,
+                );
+                let from = to + 2.0 * side;
+                Ray::new(from.to_array(), (to - from).to_array(), 0.0, 1e30, 0)
+            })
+            .collect();
+        let answer = drive(&machine(), &tree, &rays);
+        let leaks = answer.hits.iter().filter(|r| !r.hit.is_hit()).count();
+        assert_eq!(leaks, 0, "offset {offset}");
+    }
+}
+
+#[test]
+fn an_approximate_reciprocal_changes_distances_but_loses_nothing() {
+    let mut random = Random::new(6);
+    let triangles = soup(&mut random, 300);
+    let tree = image(&triangles, Builder::Sweep);
+    let rays: Vec<Ray> = rays(&mut random, 1000, Vec3::splat(-0.5), Vec3::splat(1.5))
+        .into_iter()
+        .map(|ray| Ray {
+            flags: 0,
+            tmax: 1e30,
+            ..ray
+        })
+        .collect();
+    let mut spec = machine();
+    spec.tni.rcp = Approx::Table { bits: 12, steps: 0 };
+    let answer = drive(&spec, &tree, &rays);
+    for (ray, record) in rays.iter().zip(&answer.hits) {
+        let truth = nearest(ray, triangles.iter());
+        assert_eq!(record.hit.is_hit(), truth.is_some(), "{ray:?}");
+        if let Some(truth) = truth {
+            assert!((f64::from(record.hit.t) / truth - 1.0).abs() < 1e-3);
+        }
+    }
+}
+
+#[test]
+fn sibenik_hits_equal_brute_force() {
+    let Some(scene) = shared_scene("sibenik/sibenik.obj") else {
+        return;
+    };
+    let mut random = Random::new(7);
+    let (lo, hi) = srp_runtime::scene::bounds(&scene.triangles).expect("a scene has triangles");
+    let rays: Vec<Ray> = (0..100_000)
+        .map(|i| {
+            let origin = random.point(lo, hi).to_array();
+            let flags = if i % 4 == 0 { ANY_HIT } else { 0 };
+            Ray::new(origin, random.direction().to_array(), 0.0, 1e30, flags)
+        })
+        .collect();
+    let answer = drive(&machine(), &image(&scene.triangles, Builder::Sweep), &rays);
+    let truth = support::NearestTree::new(&scene.triangles);
+    for ray in &rays[..200] {
+        assert_eq!(truth.nearest(ray), nearest(ray, scene.triangles.iter()));
+    }
+    let mut wrong = Vec::new();
+    for (ray, record) in rays.iter().zip(&answer.hits) {
+        if let Err(message) = check(ray, record, truth.nearest(ray)) {
+            wrong.push(message);
+        }
+    }
+    assert!(wrong.is_empty(), "{} wrong: {}", wrong.len(), wrong[0]);
+    println!("{} cycles, {:#?}", answer.cycles, answer.counters);
+}

@@ -1,0 +1,112 @@
+//! Kernels: first what can be seen without running, then a run with tokens for values.
+
+mod form;
+mod table;
+mod tokens;
+
+use super::{Place, Rule, Violation};
+use srp_archdesc::ResourceGraph;
+use srp_archdesc::arch::{Arch, FuOp};
+use srp_archdesc::entity::Entity;
+use srp_archdesc::isa::{Opcode, Ty};
+use srp_ir::dre::scheduled::{ModuloSchedule, Placed, PlacedOp, ScheduledDre};
+use srp_ir::program::Kernel;
+
+/// All rules that the kernels of `dre` break on `arch`, by kernel.
+pub fn check_kernels(dre: &ScheduledDre, arch: &Arch) -> Vec<Violation> {
+    let graph = ResourceGraph::of(arch);
+    let mut violations = Vec::new();
+    for (kernel, schedule) in dre.kernels.iter() {
+        let mut checker = Checker {
+            arch,
+            graph: &graph,
+            kernel,
+            schedule,
+            violations: Vec::new(),
+        };
+        checker.check();
+        checker.violations.sort();
+        checker.violations.dedup();
+        violations.append(&mut checker.violations);
+    }
+    violations
+}
+
+struct Checker<'a> {
+    arch: &'a Arch,
+    graph: &'a ResourceGraph,
+    kernel: Kernel,
+    schedule: &'a ModuloSchedule,
+    violations: Vec<Violation>,
+}
+
+impl Checker<'_> {
+    fn check(&mut self) {
+        // Each part relies on what the ones before it found right.
+        let parts = [Self::form, Self::ways, Self::tables, Self::run];
+        for part in parts {
+            part(self);
+            if !self.violations.is_empty() {
+                return;
+            }
+        }
+    }
+
+    fn report(&mut self, rule: Rule, message: String) {
+        self.violations.push(Violation {
+            at: Place::Kernel(self.kernel),
+            rule,
+            message,
+        });
+    }
+
+    fn report_op(&mut self, op: Placed, rule: Rule, message: String) {
+        self.violations.push(Violation {
+            at: Place::Op(self.kernel, op),
+            rule,
+            message,
+        });
+    }
+
+    /// What a placed operation does: its node's opcode, or a move.
+    fn opcode(&self, op: &PlacedOp) -> Opcode {
+        let node = self.schedule.dfg.nodes[op.node].op;
+        match node.result() {
+            Some(ty) if op.is_move => Opcode::mov(ty),
+            _ => node,
+        }
+    }
+
+    /// How the unit of a placed operation runs it.
+    fn how(&self, op: &PlacedOp) -> &FuOp {
+        let how = self.arch.fus[op.fu].op(self.opcode(op).class());
+        how.expect("units were checked to run their operations")
+    }
+
+    /// The type of a node's result.
+    fn ty(&self, op: &PlacedOp) -> Option<Ty> {
+        self.schedule.dfg.ty(op.node)
+    }
+
+    fn name(&self, op: Placed) -> String {
+        let placed = &self.schedule.ops[op];
+        let what = if placed.is_move { "a move of " } else { "" };
+        let opcode = self.schedule.dfg.nodes[placed.node].op.name();
+        format!("{what}{} `{opcode}`", placed.node)
+    }
+}
+
+/// Greatest number of operations that a run with tokens follows; longer schedules are refused.
+const MAX_STEPS: u64 = 50_000_000;
+
+/// Longest schedule of one iteration that is looked at, in cycles.
+const MAX_LENGTH: u32 = 1 << 20;
+
+/// The operations with their numbers.
+fn numbered(schedule: &ModuloSchedule) -> impl Iterator<Item = (Placed, &PlacedOp)> {
+    schedule
+        .ops
+        .values()
+        .enumerate()
+        .map(|(i, op)| (Placed::new(i), op))
+}

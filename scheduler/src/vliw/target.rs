@@ -1,0 +1,185 @@
+//! The VLIW engine as code selection, allocation and list scheduling see it: which slots run what,
+//! and all central registers under one numbering.
+
+use super::VliwError;
+use crate::abi;
+use srp_archdesc::arch::{Arch, FileKind, Fu, FuOp, RegFile};
+use srp_archdesc::isa::{Class, Opcode, Ty};
+use srp_ir::dre::scheduled::{Reg, Src};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The machine, with what every step asks of it worked out.
+pub(super) struct Target<'a> {
+    pub(super) arch: &'a Arch,
+    /// The slots in order.
+    pub(super) slots: Vec<Fu>,
+    /// The central file of each type, by `Ty as usize`.
+    files: [RegFile; 3],
+    /// The central registers: the physical ones of the register numbering.
+    regs: Vec<Reg>,
+    /// The number of the first register of each central file.
+    base: BTreeMap<RegFile, u32>,
+    /// Registers that an allocator may hand out, by number, for each file.
+    pub(super) allocatable: BTreeMap<RegFile, Vec<u32>>,
+    /// The most constants an operation can have, by opcode; `None` where no slot runs it.
+    constants: Vec<Option<u32>>,
+}
+
+impl<'a> Target<'a> {
+    /// The VLIW engine of `arch`.
+    pub(super) fn of(arch: &'a Arch) -> Result<Target<'a>, VliwError> {
+        for ty in Ty::ALL {
+            if arch.central(ty).is_none() {
+                return Err(VliwError::NoCentralFile(ty));
+            }
+        }
+        let files = Ty::ALL.map(|ty| abi::file(arch, ty));
+        let mut regs = Vec::new();
+        let mut base = BTreeMap::new();
+        let mut allocatable = BTreeMap::new();
+        for (file, spec) in arch.files.iter() {
+            if spec.kind != FileKind::Central {
+                continue;
+            }
+            let first = regs.len() as u32;
+            base.insert(file, first);
+            regs.extend((0..spec.size).map(|index| Reg { file, index }));
+            let ty = Ty::ALL.into_iter().find(|&ty| abi::file(arch, ty) == file);
+            let count = ty.map_or(0, |ty| abi::allocatable(arch, ty));
+            allocatable.insert(file, (first..first + count).collect());
+        }
+        if arch.files[files[Ty::Word as usize]].size < abi::RESERVED_WORDS {
+            return Err(VliwError::FewRegisters);
+        }
+        let mut target = Target {
+            arch,
+            slots: arch.slots(),
+            files,
+            regs,
+            base,
+            allocatable,
+            constants: Vec::new(),
+        };
+        if target.branch_slots().next().is_none() {
+            return Err(VliwError::NoBranchUnit);
+        }
+        target.constants = Opcode::ALL.iter().map(|&op| target.room(op)).collect();
+        Ok(target)
+    }
+
+    /// The central file of `ty`.
+    pub(super) fn file(&self, ty: Ty) -> RegFile {
+        self.files[ty as usize]
+    }
+
+    /// How many physical registers there are.
+    pub(super) fn physical(&self) -> u32 {
+        self.regs.len() as u32
+    }
+
+    /// The number of a central register.
+    pub(super) fn number(&self, reg: Reg) -> Option<u32> {
+        let base = self.base.get(&reg.file)?;
+        (reg.index < self.arch.files[reg.file].size).then_some(base + reg.index)
+    }
+
+    /// The central register with this number.
+    pub(super) fn reg(&self, number: u32) -> Reg {
+        self.regs[number as usize]
+    }
+
+    /// The most constants of words and vectors that `op` can have as operands; `None` where no slot runs it on the
+    /// files that control code keeps its operands in.
+    pub(super) fn max_constants(&self, op: Opcode) -> Option<u32> {
+        self.constants[op as usize]
+    }
+
+    fn room(&self, op: Opcode) -> Option<u32> {
+        let info = op.info();
+        let fits = |fu: Fu| {
+            let spec = &self.arch.fus[fu];
+            spec.op(info.class).is_some()
+                && info.operands.iter().all(|kind| {
+                    let file = self.file(kind.ty());
+                    self.arch.files[file].readers.contains(&fu)
+                })
+                && op
+                    .result()
+                    .is_none_or(|ty| self.writes(fu, ty, self.file(ty)))
+        };
+        let slots = self.slots.iter().filter(|&&fu| fits(fu));
+        slots.map(|&fu| self.arch.fus[fu].constants).max()
+    }
+
+    fn writes(&self, fu: Fu, ty: Ty, file: RegFile) -> bool {
+        let spec = &self.arch.fus[fu];
+        let produces = ty.bits() <= spec.width || (ty == Ty::Pred && spec.pred_out);
+        produces && self.arch.files[file].writers.contains(&fu)
+    }
+
+    /// How `fu` runs this operation with these operands, if it can at all.
+    pub(super) fn runs(&self, fu: Fu, op: Opcode, srcs: &[Src], dst: Option<Reg>) -> Option<&FuOp> {
+        let spec = &self.arch.fus[fu];
+        let how = spec.op(op.class())?;
+        let constants: BTreeSet<_> = srcs
+            .iter()
+            .filter_map(|src| match src {
+                Src::Const(bits) if bits.ty() != Ty::Pred => Some(bits),
+                Src::Const(_) | Src::Reg(_) => None,
+            })
+            .collect();
+        let reads = srcs.iter().all(|src| match src {
+            Src::Const(_) => true,
+            Src::Reg(reg) => self.arch.files[reg.file].readers.contains(&fu),
+        });
+        let ports = reads_by_file(srcs)
+            .into_iter()
+            .all(|(file, regs)| regs.len() as u32 <= self.arch.files[file].read_ports);
+        let writes = dst.is_none_or(|dst| {
+            let ty = op.result().expect("only a result has a destination");
+            self.writes(fu, ty, dst.file) && self.arch.files[dst.file].write_ports > 0
+        });
+        let shared = how
+            .uses
+            .iter()
+            .all(|&r| self.arch.resources[r].count >= uses(how, r));
+        let fits = constants.len() as u32 <= spec.constants;
+        (fits && reads && ports && writes && shared).then_some(how)
+    }
+
+    /// The slots that have a branch unit, free again when the target of a branch issues.
+    pub(super) fn branch_slots(&self) -> impl Iterator<Item = (Fu, &FuOp)> {
+        self.slots
+            .iter()
+            .filter_map(|&fu| Some((fu, self.arch.fus[fu].op(Class::Branch)?)))
+            .filter(|(_, how)| how.interval <= self.arch.branch_delay + 1)
+    }
+
+    /// The stack pointer's number.
+    pub(super) fn sp(&self) -> u32 {
+        self.number(abi::stack_pointer(self.arch))
+            .expect("the stack pointer is a central register")
+    }
+
+    /// The link register's number.
+    pub(super) fn link(&self) -> u32 {
+        self.number(abi::link(self.arch))
+            .expect("the link register is a central register")
+    }
+}
+
+/// How often an operation uses a shared resource in a cycle.
+pub(super) fn uses(how: &FuOp, resource: srp_archdesc::arch::Resource) -> u32 {
+    how.uses.iter().filter(|&&r| r == resource).count() as u32
+}
+
+/// The distinct registers read, by file.
+pub(super) fn reads_by_file(srcs: &[Src]) -> BTreeMap<RegFile, BTreeSet<u32>> {
+    let mut reads: BTreeMap<RegFile, BTreeSet<u32>> = BTreeMap::new();
+    for src in srcs {
+        if let Src::Reg(reg) = src {
+            reads.entry(reg.file).or_default().insert(reg.index);
+        }
+    }
+    reads
+}

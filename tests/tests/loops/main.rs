@@ -1,0 +1,111 @@
+//! Random loops on random machines: scheduled, checked, simulated, and compared with what the
+//! loop means.
+
+mod body;
+mod machine;
+
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::SeedableRng;
+use srp_archdesc::arch::Arch;
+use srp_csimgen::{Interpreter, link};
+use srp_ir::dre::{self, Dre};
+use srp_ir::interp::{FlatWorld, Options};
+use srp_ir::layout::Layout;
+use srp_runtime::solo::{self, Solo};
+use srp_scheduler::{ScheduleError, schedule};
+use std::time::{Duration, Instant};
+
+/// What a trial came to.
+enum Trial {
+    Equal,
+    /// The machine is too small for the loop.
+    NoSchedule,
+}
+
+/// One loop on one machine, all the way.
+fn trial(seed: u64) -> Trial {
+    let mut random = Pcg64::seed_from_u64(seed);
+    let xml = machine::random(&mut random);
+    let arch = srp_archdesc::parse("random.xml", &xml)
+        .unwrap_or_else(|errors| panic!("seed {seed}: {errors:#?}\n{xml}"));
+    let dre = body::random(&mut random);
+    for dfg in dre.kernels.values() {
+        dfg.verify()
+            .unwrap_or_else(|v| panic!("seed {seed}: {v:?}"));
+    }
+    let scheduled = match schedule(&dre, &arch, &srp_scheduler::Options::default()) {
+        Ok(scheduled) => scheduled,
+        Err(ScheduleError::Kernel(..)) => return Trial::NoSchedule,
+        Err(error) => panic!("seed {seed}: {error}"),
+    };
+    let bound = scheduled.loops.values().map(|l| l.bounds.min_ii());
+    for (schedule, bound) in scheduled.program.kernels.values().zip(bound) {
+        assert!(
+            schedule.ii >= bound,
+            "seed {seed}: II {} below its bound {bound}",
+            schedule.ii
+        );
+    }
+    let meant = meaning(&dre, &arch, seed);
+    let spec = link(&scheduled.program, &arch).unwrap_or_else(|e| panic!("seed {seed}: {e}"));
+    let mut bus = Solo::new(&scheduled.program.image, arch.system.sram_bytes);
+    bus.memory = body::system_memory();
+    solo::run(&mut Interpreter::new(&spec), &mut bus, 10_000_000)
+        .unwrap_or_else(|e| panic!("seed {seed}: {e}"));
+    let globals = scheduled.program.image.len();
+    assert_eq!(
+        meant.sram[..globals],
+        bus.sram[..globals],
+        "seed {seed}: SRAM differs"
+    );
+    assert_eq!(
+        meant.memory, bus.memory,
+        "seed {seed}: system memory differs"
+    );
+    Trial::Equal
+}
+
+/// The memories after the program as it is meant.
+fn meaning(dre: &Dre, arch: &Arch, seed: u64) -> FlatWorld {
+    let layout = Layout::of(&dre.control, arch.system.sram_bytes).expect("the globals are small");
+    let mut world = FlatWorld::new(&layout, arch.system.sram_bytes);
+    world.memory = body::system_memory();
+    let options = Options {
+        precision: arch.precision,
+        ..Options::new(&layout)
+    };
+    let main = dre.control.main.expect("the program has a main function");
+    dre::run(dre, main, &[], &mut world, &options)
+        .unwrap_or_else(|trap| panic!("seed {seed}: {}", trap.show(&dre.control)));
+    world
+}
+
+#[test]
+fn random_loops_mean_the_same_on_random_machines() {
+    let time = std::env::var("SRP_LOOPS_SECONDS")
+        .ok()
+        .and_then(|s| s.parse().ok())
+        .unwrap_or(2);
+    let first: u64 = std::env::var("SRP_LOOPS_SEED")
+        .ok()
+        .and_then(|s| s.parse().ok())
+        .unwrap_or(0);
+    let end = Instant::now() + Duration::from_secs(time);
+    let (mut equal, mut unscheduled) = (0, 0);
+    // At least a few, however slow the host is.
+    for seed in first.. {
+        if Instant::now() > end && equal >= 10 {
+            break;
+        }
+        match trial(seed) {
+            Trial::Equal => equal += 1,
+            Trial::NoSchedule => unscheduled += 1,
+        }
+    }
+    println!("{equal} loops equal, {unscheduled} without a schedule");
+    assert!(
+        unscheduled <= equal / 4,
+        "{unscheduled} of {} loops found no schedule",
+        equal + unscheduled
+    );
+}
