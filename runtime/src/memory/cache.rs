@@ -101,15 +101,12 @@ impl Cache {
         }
     }
 
-    /// Writes to `line` where it is there: a hit that makes it dirty. Says whether it was.
-    pub fn write(&mut self, line: u32) -> bool {
-        let there = self.touch(line);
-        if there {
-            let set = self.set(line);
-            self.dirty[set.start] = true;
-            self.counters.hits += 1;
+    /// Marks a line that is there as written to.
+    pub fn mark_dirty(&mut self, line: u32) {
+        let set = self.set(line);
+        if let Some(way) = self.lines[set.clone()].iter().position(|&l| l == line) {
+            self.dirty[set.start + way] = true;
         }
-        there
     }
 
     /// A requested line arrives. Returns the line that has to be written back in its place.
@@ -242,7 +239,7 @@ mod tests {
                     other => panic!("{other:?} with nothing outstanding"),
                 }
                 if write {
-                    assert!(cache.write(line));
+                    cache.mark_dirty(line);
                 }
             }
             let mut dirty: Vec<u32> = cache.flush();
