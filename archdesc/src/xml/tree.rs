@@ -292,8 +292,8 @@ impl<'x> Builder<'x, '_> {
     fn malformed(&self, error: &Error, at: u32) {
         let rest = &self.xml[self.xml.floor_char_boundary(at as usize)..];
         let line = rest.find('\n').unwrap_or(rest.len());
-        let tag = rest.find('>').map_or(line, |end| (end + 1).min(line));
-        let span = Span::new(at, at + position(tag as u64));
+        let length = rest.find('>').map_or(line, |end| (end + 1).min(line));
+        let span = Span::new(at, at + position(length as u64));
         let diagnostic = match (error, self.open.last()) {
             (
                 Error::IllFormed(IllFormedError::MismatchedEndTag { expected, found }),
