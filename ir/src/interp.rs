@@ -3,7 +3,7 @@
 //! The interpreter has no stack of its own but the program's: calls push frames on a vector, and
 //! the storage of stack slots lies in SRAM below [`Layout::stack_top`], so that an address of a
 //! variable is an address as any other. What every opcode computes is
-//! [`ops::eval`](srp_archdesc::ops::eval); memory and ports are a [`World`]; kernels of the
+//! [`ops::eval`]; memory and ports are a [`World`]; kernels of the
 //! [`Dre`](crate::dre::Dre) are run by whoever knows them, through [`Kernels`].
 
 use crate::layout::Layout;

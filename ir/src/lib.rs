@@ -4,6 +4,7 @@
 //! * [`dfg`]: one loop body as a dataflow graph, what the modulo scheduler places.
 //! * [`dre`]: the program divided between VLIW engine and array, unscheduled and scheduled.
 //! * [`split`]: makes a `Dre` of a `Program`.
+//! * [`flow`]: predecessors, dominators, loops.
 //! * [`layout`]: where globals live.
 //! * [`text`]: the listing of a program, written and read back.
 //! * [`verify()`]: what holds of every program.
@@ -12,6 +13,7 @@
 
 pub mod dfg;
 pub mod dre;
+pub mod flow;
 pub mod interp;
 pub mod layout;
 pub mod pass;

@@ -393,6 +393,19 @@ impl InstKind {
     }
 }
 
+impl BlockData {
+    /// An empty block that is not terminated yet.
+    pub fn unreachable() -> BlockData {
+        BlockData {
+            params: Vec::new(),
+            insts: Vec::new(),
+            end: Terminator::Unreachable,
+            end_pos: Pos::nowhere(),
+            kernel: None,
+        }
+    }
+}
+
 impl Pos {
     /// No position.
     pub fn nowhere() -> Pos {
@@ -458,13 +471,7 @@ impl Function {
 
     /// Appends an empty, unterminated (hence [`Terminator::Unreachable`]) block to the layout.
     pub fn add_block(&mut self) -> Block {
-        let block = self.blocks.push(BlockData {
-            params: Vec::new(),
-            insts: Vec::new(),
-            end: Terminator::Unreachable,
-            end_pos: Pos::nowhere(),
-            kernel: None,
-        });
+        let block = self.blocks.push(BlockData::unreachable());
         self.layout.push(block);
         block
     }

@@ -7,6 +7,9 @@
 pub mod bvh;
 pub mod core;
 pub mod memory;
+pub mod picture;
 pub mod scene;
+pub mod scene_image;
+pub mod system;
 pub mod tni;
 pub use srp_archdesc::ports;

@@ -49,6 +49,71 @@ pub(crate) fn program(seed: u64) -> Program {
     program
 }
 
+/// A program whose `main` computes on two words by operations that have many identities, on few
+/// values and constants that matter to them, and writes each result to the trace port.
+pub(crate) fn expressions(seed: u64) -> Program {
+    let mut program = Program::default();
+    program.files.push("random.c".to_owned());
+    let mut rng = Pcg32::new(seed, 55);
+    let mut maker = Maker::new(&program, &mut rng, "main");
+    maker.func.results.clear();
+    let ops: Vec<Opcode> = Opcode::ALL
+        .iter()
+        .copied()
+        .filter(|op| has_identities(*op))
+        .collect();
+    let flag = maker.scope[0];
+    let zero = maker.word(0);
+    maker.value_of(Opcode::Lt, &[flag, zero]);
+    maker.value_of(Opcode::Vsplat, &[flag]);
+    for _ in 0..40 {
+        let op = ops[maker.below(ops.len() as u32) as usize];
+        let kinds = op.info().operands.iter();
+        let args: Vec<Value> = kinds.map(|k| maker.simple(k.ty())).collect();
+        let value = maker.operation(op, args);
+        let ty = maker.func.values[value];
+        let word = match ty {
+            Ty::Pred => {
+                maker
+                    .func
+                    .append_op(maker.block, Opcode::Ptoi, &[value], 0, Pos::nowhere())
+            }
+            Ty::Word => Some(value),
+            Ty::Vec => maker
+                .func
+                .append_op(maker.block, Opcode::Vext, &[value], 2, Pos::nowhere()),
+        };
+        let word = word.expect("an opcode with a result");
+        maker
+            .func
+            .append_op(maker.block, Opcode::Out, &[word], TRACE, Pos::nowhere());
+        // Few values, so that they meet often.
+        while maker.scope.len() > 14 {
+            let at = maker.below(14);
+            maker.scope.remove(at as usize);
+        }
+    }
+    maker.end(Terminator::Return(vec![]));
+    let func = maker.func;
+    program.main = Some(program.funcs.push(func));
+    program
+}
+
+fn has_identities(op: Opcode) -> bool {
+    let lanes = [
+        Opcode::Vext,
+        Opcode::Vins,
+        Opcode::Swz,
+        Opcode::Vsplat,
+        Opcode::Vblend,
+    ];
+    let class = matches!(
+        op.class(),
+        Class::Alu | Class::Imul | Class::Idiv | Class::Pred | Class::Valu
+    );
+    op.is_pure() && (class || lanes.contains(&op))
+}
+
 /// Runs `main` of a random program in a world of its own. Step limits are generous: a program that
 /// reaches them is a mistake of the generator.
 pub(crate) fn run(program: &Program) -> (Result<Outcome, Trap>, FlatWorld) {
@@ -248,23 +313,48 @@ impl<'a> Maker<'a> {
                 continue;
             }
             let kinds = op.info().operands.iter();
-            let mut args: Vec<Value> = kinds.map(|k: &Kind| self.any(k.ty())).collect();
-            if op.class() == Class::Idiv {
-                if self.below(2) == 0 {
-                    let zero = self.word(0);
-                    args[0] = self.value_of(Opcode::Ne, &[args[2], zero]);
-                } else {
-                    let bit = 1 << self.below(5);
-                    args[2] = self.word(bit);
-                }
-            }
-            let imm = match op {
-                Opcode::Vext | Opcode::Vins => self.below(4),
-                Opcode::Swz => self.below(256),
-                _ => 0,
-            };
-            self.op(op, &args, imm as i32);
+            let args: Vec<Value> = kinds.map(|k: &Kind| self.any(k.ty())).collect();
+            self.operation(op, args);
         }
+    }
+
+    /// A value, or a constant that identities are about, of which there are but few.
+    fn simple(&mut self, ty: Ty) -> Value {
+        if self.below(2) == 0 {
+            return self.any(ty);
+        }
+        let words = [0, 1, 2, 8, 16, 24, 31, 32, 0xff, 0x8000_0000, u32::MAX];
+        let word = words[self.below(words.len() as u32) as usize];
+        let lanes = if self.below(2) == 0 {
+            [0; 4]
+        } else {
+            [u32::MAX; 4]
+        };
+        self.constant(match ty {
+            Ty::Pred => Bits::Pred(word & 1 != 0),
+            Ty::Word => Bits::Word(word),
+            Ty::Vec => Bits::Vec(lanes),
+        })
+    }
+
+    /// A pure operation, with a divisor that is not 0.
+    fn operation(&mut self, op: Opcode, mut args: Vec<Value>) -> Value {
+        if op.class() == Class::Idiv {
+            if self.below(2) == 0 {
+                let zero = self.word(0);
+                args[0] = self.value_of(Opcode::Ne, &[args[2], zero]);
+            } else {
+                let bit = 1 << self.below(32);
+                args[2] = self.word(bit);
+            }
+        }
+        let imm = match op {
+            Opcode::Vext | Opcode::Vins => self.below(4),
+            Opcode::Swz => self.below(256),
+            _ => 0,
+        };
+        self.op(op, &args, imm as i32)
+            .expect("pure opcodes have a result")
     }
 
     /// An access at a place of its own in its window, computed or constant.

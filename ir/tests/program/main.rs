@@ -2,5 +2,6 @@
 
 mod generate;
 mod interp;
+mod passes;
 mod text;
 mod verify;

@@ -101,12 +101,15 @@ impl Cache {
         }
     }
 
-    /// Marks a line that is there as written to.
-    pub fn mark_dirty(&mut self, line: u32) {
-        let set = self.set(line);
-        if let Some(way) = self.lines[set.clone()].iter().position(|&l| l == line) {
-            self.dirty[set.start + way] = true;
+    /// Writes to `line` where it is there: a hit that makes it dirty. Says whether it was.
+    pub fn write(&mut self, line: u32) -> bool {
+        let there = self.touch(line);
+        if there {
+            let set = self.set(line);
+            self.dirty[set.start] = true;
+            self.counters.hits += 1;
         }
+        there
     }
 
     /// A requested line arrives. Returns the line that has to be written back in its place.
@@ -239,7 +242,7 @@ mod tests {
                     other => panic!("{other:?} with nothing outstanding"),
                 }
                 if write {
-                    cache.mark_dirty(line);
+                    assert!(cache.write(line));
                 }
             }
             let mut dirty: Vec<u32> = cache.flush();

@@ -18,13 +18,25 @@ pub const MAX_BYTES: usize = 1 << 30;
 #[derive(Clone, Debug)]
 pub struct SystemMemory {
     bytes: Vec<u8>,
+    /// First address that cores may write to.
+    writable_from: u32,
 }
 
 impl SystemMemory {
     /// Memory that holds `bytes`, at most [`MAX_BYTES`] of them.
     pub fn new(bytes: Vec<u8>) -> SystemMemory {
         assert!(bytes.len() <= MAX_BYTES, "system memory is bounded");
-        SystemMemory { bytes }
+        SystemMemory {
+            bytes,
+            writable_from: BASE,
+        }
+    }
+
+    /// The same memory, of which cores may write only what is at `address` or above: a program
+    /// gone astray must not change the tree under the T&I unit.
+    pub fn writable_from(mut self, address: u32) -> SystemMemory {
+        self.writable_from = address;
+        self
     }
 
     /// Its size in bytes.
@@ -44,9 +56,12 @@ impl SystemMemory {
         self.bytes.get(start..start + size as usize)
     }
 
-    /// The same to write to.
+    /// The same to write to; `None` also where that is not allowed.
     #[inline]
     pub fn get_mut(&mut self, address: u32, size: u32) -> Option<&mut [u8]> {
+        if address < self.writable_from {
+            return None;
+        }
         let start = address.checked_sub(BASE)? as usize;
         self.bytes.get_mut(start..start + size as usize)
     }

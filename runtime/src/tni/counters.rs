@@ -12,6 +12,8 @@ pub struct UnitCounters {
     pub active_cycles: u64,
     /// Rays taken.
     pub rays: u64,
+    /// Rays given back.
+    pub results: u64,
     /// Rays that hit something.
     pub hits: u64,
     /// Rays that cannot hit anything: a NaN in them, no length, `tmax < tmin`.
@@ -107,6 +109,7 @@ impl TniCounters {
         let (unit, of) = (&mut self.unit, &other.unit);
         unit.active_cycles += of.active_cycles;
         unit.rays += of.rays;
+        unit.results += of.results;
         unit.hits += of.hits;
         unit.void_rays += of.void_rays;
         unit.resident_cycles += of.resident_cycles;

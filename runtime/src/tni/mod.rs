@@ -434,6 +434,7 @@ impl Tni {
         };
         let ray = &self.rays[slot as usize];
         self.counters.hits += u64::from(ray.hit.is_hit());
+        self.counters.results += 1;
         self.counters.resident_cycles += now - ray.since;
         let order = (ray.submission - self.taken) as usize;
         let submission = &mut self.submissions[order];
@@ -459,6 +460,11 @@ impl Tni {
     /// What the unit did so far.
     pub fn counters(&self) -> TniCounters {
         TniCounters::of(self)
+    }
+
+    /// Rays that have come and results that have gone so far: grows as long as the unit works.
+    pub fn results(&self) -> u64 {
+        self.counters.rays + self.counters.results
     }
 
     /// What it waits for, in words, for the report of a deadlock.

@@ -1,0 +1,195 @@
+//! Common subexpressions, by value numbering over the dominator tree.
+
+use super::rename::Renames;
+use crate::flow::{Cfg, Dominators};
+use crate::program::*;
+use rustc_hash::FxHashMap;
+use srp_archdesc::isa::{Effect, Opcode, Space};
+
+/// Loads of one block that are remembered at a time.
+const MAX_LOADS: usize = 128;
+
+/// Uses the first of equal pure instructions wherever it dominates the second, and the first of
+/// equal loads, or the value stored there, within a block with no store to the place in between.
+/// Ports, calls and launches may write any memory.
+pub fn gvn(func: &mut Function) -> bool {
+    let dominators = Dominators::of(&Cfg::of(func));
+    let mut numbering = Numbering {
+        known: FxHashMap::default(),
+        renames: Renames::default(),
+        loads: Loads::default(),
+    };
+    // A walk over the tree; leaving a block forgets what it made known.
+    let mut stack = vec![(func.entry(), 0, numbering.block(func, func.entry()))];
+    while let Some((block, next, made)) = stack.last_mut() {
+        match dominators.children(*block).get(*next) {
+            Some(&child) => {
+                *next += 1;
+                let made = numbering.block(func, child);
+                stack.push((child, 0, made));
+            }
+            None => {
+                for key in std::mem::take(made) {
+                    numbering.known.remove(&key);
+                }
+                stack.pop();
+            }
+        }
+    }
+    let changed = !numbering.renames.is_empty();
+    numbering.renames.apply(func);
+    changed
+}
+
+/// What two instructions have in common that compute the same.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+enum Key {
+    Const(Bits),
+    Op(Opcode, Vec<Value>, i32),
+    Symbol(Symbol, i32),
+    Slot(Slot, i32),
+}
+
+struct Numbering {
+    known: FxHashMap<Key, Value>,
+    renames: Renames,
+    loads: Loads,
+}
+
+impl Numbering {
+    /// Numbers the values of a block; what is known from here on below it.
+    fn block(&mut self, func: &mut Function, block: Block) -> Vec<Key> {
+        let mut made = Vec::new();
+        self.loads.known.clear();
+        for i in 0..func.blocks[block].insts.len() {
+            let inst = &mut func.insts[func.blocks[block].insts[i]];
+            inst.kind.for_each_use_mut(|v| *v = self.renames.find(*v));
+            let result = inst.results.first().copied();
+            let Some(key) = key_of(&inst.kind) else {
+                let is_true = |guard| self.known.get(&Key::Const(Bits::Pred(true))) == Some(&guard);
+                if let Some(same) = self.loads.see(&inst.kind, result, is_true)
+                    && let Some(result) = result
+                {
+                    self.renames.replace(result, same);
+                }
+                continue;
+            };
+            let result = result.expect("pure instructions have a result");
+            match self.known.get(&key) {
+                Some(&same) => self.renames.replace(result, same),
+                None => {
+                    self.known.insert(key.clone(), result);
+                    made.push(key);
+                }
+            }
+        }
+        made
+    }
+}
+
+/// What makes a pure instruction the same as another.
+fn key_of(kind: &InstKind) -> Option<Key> {
+    Some(match kind {
+        InstKind::Const(bits) => Key::Const(*bits),
+        InstKind::SymbolAddr(symbol, offset) => Key::Symbol(*symbol, *offset),
+        InstKind::SlotAddr(slot, offset) => Key::Slot(*slot, *offset),
+        InstKind::Op { op, args, imm } if op.is_pure() => {
+            let mut args = args.clone();
+            if op.info().commutative {
+                args[..2].sort();
+            }
+            Key::Op(*op, args, *imm)
+        }
+        InstKind::Op { .. } | InstKind::Call { .. } | InstKind::Launch { .. } => return None,
+    })
+}
+
+/// What is known of memory within a block.
+#[derive(Default)]
+struct Loads {
+    known: Vec<Known>,
+}
+
+/// The load `op` of `base + imm` under `guard` would give `value`.
+struct Known {
+    op: Opcode,
+    guard: Value,
+    base: Value,
+    imm: i32,
+    value: Value,
+}
+
+impl Loads {
+    /// Notes what an instruction does to memory; the value that it would load, if that is known.
+    fn see(
+        &mut self,
+        kind: &InstKind,
+        result: Option<Value>,
+        is_true: impl Fn(Value) -> bool,
+    ) -> Option<Value> {
+        let (op, args, imm) = match kind {
+            InstKind::Op { op, args, imm } => (*op, args, *imm),
+            _ => {
+                self.known.clear();
+                return None;
+            }
+        };
+        match (op.info().effect, op.space()) {
+            (Effect::Load, _) => {
+                let same =
+                    |k: &&Known| (k.op, k.guard, k.base, k.imm) == (op, args[0], args[1], imm);
+                if let Some(known) = self.known.iter().find(same) {
+                    return Some(known.value);
+                }
+                self.note(op, args, imm, result?);
+            }
+            (Effect::Store, Some(space)) => {
+                self.known
+                    .retain(|k| !may_overlap(k, space, op, args[1], imm));
+                // The load of a whole word or vector gives back what was stored.
+                if let Some(load) = load_back(op)
+                    && is_true(args[0])
+                {
+                    self.note(load, args, imm, args[2]);
+                }
+            }
+            _ => self.known.clear(),
+        }
+        None
+    }
+
+    fn note(&mut self, op: Opcode, args: &[Value], imm: i32, value: Value) {
+        if self.known.len() >= MAX_LOADS {
+            self.known.clear();
+        }
+        self.known.push(Known {
+            op,
+            guard: args[0],
+            base: args[1],
+            imm,
+            value,
+        });
+    }
+}
+
+/// Whether a store may change what is known: not in the other memory, and not beside it from the
+/// same base address.
+fn may_overlap(known: &Known, space: Space, op: Opcode, base: Value, imm: i32) -> bool {
+    if known.op.space() != Some(space) {
+        return false;
+    }
+    let bytes = |op: Opcode| op.access_bytes().map_or(0, i64::from);
+    let (start, end) = (i64::from(imm), i64::from(imm) + bytes(op));
+    let (known_start, known_end) = (i64::from(known.imm), i64::from(known.imm) + bytes(known.op));
+    base != known.base || (start < known_end && known_start < end)
+}
+
+fn load_back(store: Opcode) -> Option<Opcode> {
+    match store {
+        Opcode::Sw => Some(Opcode::Lw),
+        Opcode::Sv => Some(Opcode::Lv),
+        Opcode::Gsw => Some(Opcode::Glw),
+        Opcode::Gsv => Some(Opcode::Glv),
+        _ => None,
+    }
+}

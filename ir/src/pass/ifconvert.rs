@@ -1,0 +1,199 @@
+//! If-conversion: the body of a kernel loop without branches.
+//!
+//! Everything in the body runs in every iteration. Where ways through the body meet again, values
+//! are selected by the predicates of the ways; loads, stores and divisions, which must not happen on
+//! a way not taken, get the predicate into their guard.
+
+use super::Remark;
+use super::rename::Renames;
+use crate::flow::{Cfg, Dominators, LoopData, Loops};
+use crate::program::*;
+use srp_archdesc::entity::EntityMap;
+use srp_archdesc::isa::{Effect, Opcode, Ty};
+
+mod predicates;
+
+use predicates::Ways;
+
+/// Makes each marked loop one block that jumps back to itself or out. Where that cannot be, the
+/// loop stays as it is, and a remark says why: a loop inside it, a way out that is not its test at
+/// the end, a call, a port.
+pub fn ifconvert(func: &mut Function) -> Vec<Remark> {
+    let mut remarks = Vec::new();
+    if func.layout.iter().all(|&b| func.blocks[b].kernel.is_none()) {
+        return remarks;
+    }
+    let cfg = Cfg::of(func);
+    let dominators = Dominators::of(&cfg);
+    let loops = Loops::of(&cfg, &dominators);
+    let mut renames = Renames::default();
+    for (id, data) in loops.loops.iter() {
+        let Some(mark) = &func.blocks[data.header].kernel else {
+            continue;
+        };
+        let inner = loops.loops.values().find(|l| l.parent == Some(id));
+        match obstacle(func, data, inner) {
+            Some((pos, why)) => remarks.push(Remark {
+                pos,
+                pass: "ifconvert",
+                message: format!("kernel {} stays on the VLIW engine: {why}", mark.name),
+            }),
+            None if data.blocks.len() > 1 => {
+                flatten(func, &cfg, &dominators, data, &mut renames);
+            }
+            None => {}
+        }
+    }
+    renames.apply(func);
+    remarks
+}
+
+/// Why a loop cannot be made one block, and where.
+fn obstacle(
+    func: &Function,
+    data: &LoopData,
+    inner: Option<&LoopData>,
+) -> Option<(Pos, &'static str)> {
+    if let Some(inner) = inner {
+        let header = &func.blocks[inner.header];
+        let latch = inner.latches.first().copied().unwrap_or(inner.header);
+        let pos = match &header.kernel {
+            Some(mark) => mark.pos,
+            None => func.blocks[latch].end_pos,
+        };
+        return Some((
+            pos,
+            "there is a loop inside it; unroll that one, or mark it instead",
+        ));
+    }
+    for &block in &data.blocks {
+        for &inst in &func.blocks[block].insts {
+            let InstData { kind, pos, .. } = &func.insts[inst];
+            match kind {
+                InstKind::Call { .. } | InstKind::Launch { .. } => {
+                    return Some((*pos, "it calls a function that is not inlined"));
+                }
+                InstKind::Op { op, .. } if op.info().effect == Effect::Io => {
+                    return Some((*pos, "it uses a port, which the array cannot"));
+                }
+                _ => {}
+            }
+        }
+    }
+    let [latch] = data.latches[..] else {
+        let pos = func.blocks[data.header].end_pos;
+        return Some((pos, "its iterations end in several places"));
+    };
+    for &block in &data.blocks {
+        let outside = |t: &&Target| !data.blocks.contains(&t.block);
+        let end = &func.blocks[block];
+        if block != latch && end.end.targets().any(|t| outside(&t)) {
+            let why = "an iteration can leave it in the middle (break, return, or a test at the \
+                       top); compute a condition instead and go on with what follows under it";
+            return Some((end.end_pos, why));
+        }
+        if block == latch && !end.end.targets().any(|t| outside(&t)) {
+            return Some((end.end_pos, "it has no end"));
+        }
+    }
+    None
+}
+
+/// Puts all blocks of a loop into its header.
+fn flatten(
+    func: &mut Function,
+    cfg: &Cfg,
+    dominators: &Dominators,
+    data: &LoopData,
+    renames: &mut Renames,
+) {
+    let mut ways = Ways::of(func, cfg, dominators, data);
+    let mut insts = Vec::new();
+    for &block in &data.blocks {
+        if block != data.header {
+            merge_params(func, &mut ways, block, &mut insts, renames);
+        }
+        let guard = ways.from(func, data.header, block, &mut insts);
+        for inst in std::mem::take(&mut func.blocks[block].insts) {
+            if let Some(guard) = guard {
+                add_guard(func, inst, guard, &mut insts);
+            }
+            insts.push(inst);
+        }
+    }
+    let latch = data.latches[0];
+    let end = std::mem::replace(&mut func.blocks[latch].end, Terminator::Unreachable);
+    let end_pos = func.blocks[latch].end_pos;
+    let header = &mut func.blocks[data.header];
+    header.insts = insts;
+    header.end = end;
+    header.end_pos = end_pos;
+    let mut gone = EntityMap::<Block, bool>::filled(func.blocks.len(), false);
+    data.blocks[1..]
+        .iter()
+        .for_each(|&block| gone[block] = true);
+    func.layout.retain(|&block| !gone[block]);
+}
+
+/// Selects the values of a block's parameters by the ways into it.
+fn merge_params(
+    func: &mut Function,
+    ways: &mut Ways,
+    block: Block,
+    insts: &mut Vec<Inst>,
+    renames: &mut Renames,
+) {
+    let edges = ways.edges_into(block).to_vec();
+    // The way whose predicate takes most to compute is the one that is left over.
+    let ways_into = |i: &usize| ways.edges_into(edges[*i].from).len();
+    let rest = (0..edges.len()).max_by_key(ways_into).unwrap_or(0);
+    let mut taken = vec![None; edges.len()];
+    for (place, param) in func.blocks[block].params.clone().into_iter().enumerate() {
+        let ty = func.values[param];
+        let mut value = renames.find(edges[rest].args[place]);
+        for (i, edge) in edges.iter().enumerate() {
+            let other = renames.find(edge.args[place]);
+            if i == rest || other == value {
+                continue;
+            }
+            let taken = *taken[i].get_or_insert_with(|| ways.taken(func, block, edge, insts));
+            value = match taken {
+                Some(taken) => {
+                    let args = vec![taken, other, value];
+                    push_op(func, insts, Opcode::select(ty), args, edge.pos)
+                }
+                None => other,
+            };
+        }
+        renames.replace(param, value);
+    }
+}
+
+/// Lets an instruction that has a guard do something only under `guard`.
+fn add_guard(func: &mut Function, inst: Inst, guard: Value, insts: &mut Vec<Inst>) {
+    let InstKind::Op { op, args, .. } = &func.insts[inst].kind else {
+        return;
+    };
+    if !op.is_guarded() {
+        return;
+    }
+    let own = args[0];
+    let pos = func.insts[inst].pos;
+    let both = push_op(func, insts, Opcode::Pand, vec![guard, own], pos);
+    if let InstKind::Op { args, .. } = &mut func.insts[inst].kind {
+        args[0] = both;
+    }
+}
+
+fn push_op(
+    func: &mut Function,
+    insts: &mut Vec<Inst>,
+    op: Opcode,
+    args: Vec<Value>,
+    pos: Pos,
+) -> Value {
+    let ty: Option<Ty> = op.result();
+    let inst = func.make_inst(InstKind::Op { op, args, imm: 0 }, ty.as_slice(), pos);
+    insts.push(inst);
+    func.insts[inst].results[0]
+}

@@ -1,0 +1,116 @@
+//! Loop-invariant code motion.
+
+use super::preheader::{find, with_preheaders};
+use crate::flow::{Cfg, Dominators, Loop, LoopData, Loops};
+use crate::program::*;
+use srp_archdesc::entity::EntityMap;
+use srp_archdesc::isa::{Class, Effect, Space};
+
+/// Moves what gives the same value in every iteration to before the loop.
+///
+/// Pure instructions always; divisions, which may trap, and loads only from loops without ports,
+/// calls and launches and from blocks that every iteration passes before it leaves; loads, besides,
+/// only if the loop does not store to their memory.
+pub fn licm(func: &mut Function) -> bool {
+    let (cfg, dominators, loops) = with_preheaders(func);
+    let mut home = EntityMap::<Value, Option<Block>>::filled(func.values.len(), None);
+    for &block in &cfg.order {
+        let data = &func.blocks[block];
+        let results = data.insts.iter().flat_map(|&i| &func.insts[i].results);
+        for &value in data.params.iter().chain(results) {
+            home[value] = Some(block);
+        }
+    }
+    let mut changed = false;
+    // Inner loops first: what leaves one may leave the next.
+    for id in loops.loops.keys().rev() {
+        changed |= hoist(func, &cfg, &dominators, &loops, id, &mut home);
+    }
+    changed
+}
+
+/// What a loop does that forbids moving others.
+struct Effects {
+    stores_sram: bool,
+    stores_cached: bool,
+    opaque: bool,
+}
+
+fn effects(func: &Function, data: &LoopData) -> Effects {
+    let mut effects = Effects {
+        stores_sram: false,
+        stores_cached: false,
+        opaque: false,
+    };
+    let insts = data.blocks.iter().flat_map(|&b| &func.blocks[b].insts);
+    for &inst in insts {
+        match &func.insts[inst].kind {
+            InstKind::Call { .. } | InstKind::Launch { .. } => effects.opaque = true,
+            InstKind::Op { op, .. } => match (op.info().effect, op.space()) {
+                (Effect::Io, _) => effects.opaque = true,
+                (Effect::Store, Some(Space::Sram)) => effects.stores_sram = true,
+                (Effect::Store, _) => effects.stores_cached = true,
+                (Effect::Pure | Effect::Load, _) => {}
+            },
+            InstKind::Const(_) | InstKind::SymbolAddr(..) | InstKind::SlotAddr(..) => {}
+        }
+    }
+    effects
+}
+
+/// Moves what is invariant in one loop to its preheader.
+fn hoist(
+    func: &mut Function,
+    cfg: &Cfg,
+    dominators: &Dominators,
+    loops: &Loops,
+    id: Loop,
+    home: &mut EntityMap<Value, Option<Block>>,
+) -> bool {
+    let data = &loops.loops[id];
+    let before = find(func, cfg, data).expect("every loop was given a preheader");
+    let effects = effects(func, data);
+    let leaves = |&block: &Block| {
+        let mut targets = func.blocks[block].end.targets();
+        targets.any(|t| !loops.contains(id, t.block))
+    };
+    let exits: Vec<Block> = data.blocks.iter().copied().filter(leaves).collect();
+    let mut changed = false;
+    for &block in &data.blocks {
+        let passed = block == data.header
+            || !exits.is_empty() && exits.iter().all(|&exit| dominators.dominates(block, exit));
+        let (moved, kept) = std::mem::take(&mut func.blocks[block].insts)
+            .into_iter()
+            .partition(|&inst| {
+                let inst = &func.insts[inst];
+                let mut invariant = may_move(&inst.kind, &effects, passed);
+                inst.kind.for_each_use(|value| {
+                    invariant &= home[value].is_some_and(|home| !loops.contains(id, home));
+                });
+                if invariant {
+                    inst.results
+                        .iter()
+                        .for_each(|&result| home[result] = Some(before));
+                }
+                invariant
+            });
+        let moved: Vec<Inst> = moved;
+        changed |= !moved.is_empty();
+        func.blocks[block].insts = kept;
+        func.blocks[before].insts.extend(moved);
+    }
+    changed
+}
+
+fn may_move(kind: &InstKind, effects: &Effects, passed: bool) -> bool {
+    let InstKind::Op { op, .. } = kind else {
+        return kind.is_pure();
+    };
+    let trapping = passed && !effects.opaque;
+    match (op.info().effect, op.space()) {
+        (Effect::Pure, _) => op.class() != Class::Idiv || trapping,
+        (Effect::Load, Some(Space::Sram)) => trapping && !effects.stores_sram,
+        (Effect::Load, _) => trapping && !effects.stores_cached,
+        (Effect::Store | Effect::Io, _) => false,
+    }
+}

@@ -1,0 +1,431 @@
+//! The scene as it lies in system memory: what `kernels/scene.h` declares, byte by byte.
+//!
+//! From [`BASE`] on: the header, materials, nodes and triangles of the T&I unit, shading records,
+//! texture coordinates, and the frame buffer, which is all that cores may write. Each part starts
+//! at a multiple of 64 bytes. The structures are written by field name from the tables below, and
+//! a test holds the tables against the C header.
+
+use std::fmt;
+
+use glam::Vec3;
+use srp_archdesc::Arch;
+
+use crate::bvh::{self, Bvh, Layout};
+use crate::memory::{BASE, MAX_BYTES, SystemMemory};
+use crate::scene::{Camera, MAX_COORDINATE, Material, Scene, Triangle};
+use crate::tni::{Tree, arithmetic};
+
+/// Distance of a ray without end: beyond everything in a scene, and finite.
+pub const FAR: f32 = 1e30;
+
+/// How far secondary origins move off a surface, as a fraction of the largest coordinate of its
+/// vertices: 32 units of the last place, four times what computing the point from its weights can
+/// be off.
+pub const OFFSET: f32 = 32.0 / (1 << 24) as f32;
+
+/// Largest width and height of a frame, in pixels.
+pub const MAX_SIDE: u32 = 16384;
+
+/// A field of a structure: name and byte offset.
+type Fields = [(&'static str, u32)];
+
+/// `srp_scene`.
+const SCENE: &Fields = &[
+    ("eye", 0),
+    ("corner", 16),
+    ("right", 32),
+    ("down", 48),
+    ("background", 64),
+    ("ambient", 80),
+    ("light", 96),
+    ("colour", 112),
+    ("width", 128),
+    ("height", 132),
+    ("tile_width", 136),
+    ("tile_height", 140),
+    ("tiles_x", 144),
+    ("tiles_y", 148),
+    ("stride", 152),
+    ("framebuffer", 156),
+    ("triangles", 160),
+    ("triangle_count", 164),
+    ("materials", 168),
+    ("material_count", 172),
+    ("texcoords", 176),
+    ("light_count", 180),
+    ("widening", 184),
+    ("far", 188),
+    ("offset", 192),
+    ("reserved", 196),
+];
+const SCENE_BYTES: u32 = 224;
+
+/// `srp_triangle`.
+const TRIANGLE: &Fields = &[
+    ("n0", 0),
+    ("n1", 16),
+    ("n2", 32),
+    ("v0", 48),
+    ("v1", 64),
+    ("v2", 80),
+];
+const TRIANGLE_BYTES: u32 = 96;
+
+/// `srp_texcoords`.
+const TEXCOORDS: &Fields = &[
+    ("u0", 0),
+    ("v0", 4),
+    ("u1", 8),
+    ("v1", 12),
+    ("u2", 16),
+    ("v2", 20),
+    ("spare0", 24),
+    ("spare1", 28),
+];
+const TEXCOORDS_BYTES: u32 = 32;
+
+/// `srp_material`.
+const MATERIAL: &Fields = &[
+    ("kd", 0),
+    ("ks", 16),
+    ("ke", 32),
+    ("illum", 48),
+    ("spare", 52),
+];
+const MATERIAL_BYTES: u32 = 64;
+
+/// Where the picture arises.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FrameBuffer {
+    /// Address of its first pixel; everything from here on may be written by cores.
+    pub address: u32,
+    /// Pixels of the picture in a row.
+    pub width: u32,
+    /// Rows of the picture.
+    pub height: u32,
+    /// Pixels of the buffer in a row: whole tiles.
+    pub stride: u32,
+    /// Rows of the buffer.
+    pub rows: u32,
+}
+
+/// System memory at the start of a frame.
+#[derive(Clone, Debug)]
+pub struct SceneImage {
+    /// What it holds.
+    pub memory: SystemMemory,
+    /// The tree for the T&I unit.
+    pub tree: Tree,
+    /// Where the picture arises.
+    pub frame: FrameBuffer,
+    /// Number of tiles.
+    pub tiles: u32,
+    /// What reciprocals are widened by ([`arithmetic::widening`]).
+    pub widening: f32,
+}
+
+/// Why there is no image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ImageError {
+    /// The frame has no pixels, or more than [`MAX_SIDE`] on a side.
+    Size {
+        /// Pixels in a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
+    /// Scene and frame need more than [`MAX_BYTES`].
+    TooLarge {
+        /// Bytes needed.
+        bytes: u64,
+    },
+}
+
+impl fmt::Display for ImageError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ImageError::Size { width, height } => write!(
+                f,
+                "a picture of {width}x{height} pixels: each side must be 1 to {MAX_SIDE}"
+            ),
+            ImageError::TooLarge { bytes } => write!(
+                f,
+                "scene and picture need {bytes} bytes of system memory, which has {MAX_BYTES}"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for ImageError {}
+
+/// Width and height of a tile that holds one packet of `rays` rays: 8 pixels wide where that
+/// divides the packet.
+pub fn tile_size(rays: u32) -> (u32, u32) {
+    let rays = rays.max(1);
+    if rays.is_multiple_of(8) {
+        (8, rays / 8)
+    } else {
+        (rays, 1)
+    }
+}
+
+/// Lays out system memory for a frame of `width`×`height` pixels. `bvh` is built over the scene's
+/// triangles.
+pub fn build(
+    scene: &Scene,
+    bvh: &Bvh,
+    camera: &Camera,
+    arch: &Arch,
+    (width, height): (u32, u32),
+) -> Result<SceneImage, ImageError> {
+    let side = 1..=MAX_SIDE;
+    if !side.contains(&width) || !side.contains(&height) {
+        return Err(ImageError::Size { width, height });
+    }
+    let tni = &arch.system.tni;
+    let layout = Layout {
+        node_bytes: tni.node_bytes,
+        triangle_bytes: tni.triangle_bytes,
+    };
+    let tree = bvh::lay_out(bvh, &scene.triangles, layout);
+    let (tile_width, tile_height) = tile_size(arch.system.buffers.rays);
+    let (tiles_x, tiles_y) = (width.div_ceil(tile_width), height.div_ceil(tile_height));
+    let (stride, rows) = (tiles_x * tile_width, tiles_y * tile_height);
+
+    let count = scene.triangles.len() as u64;
+    let mut end = u64::from(BASE);
+    let mut part = |bytes: u64| {
+        let start = end;
+        end = (end + bytes).next_multiple_of(64);
+        start
+    };
+    let header = part(u64::from(SCENE_BYTES));
+    let materials = part(scene.materials.len() as u64 * u64::from(MATERIAL_BYTES));
+    let nodes = part(tree.nodes.len() as u64);
+    let records = part(tree.triangles.len() as u64);
+    let triangles = part(count * u64::from(TRIANGLE_BYTES));
+    let texcoords = part(count * u64::from(TEXCOORDS_BYTES));
+    let framebuffer = part(u64::from(stride) * u64::from(rows) * 4);
+    let bytes = end - u64::from(BASE);
+    if bytes > MAX_BYTES as u64 {
+        return Err(ImageError::TooLarge { bytes });
+    }
+
+    let mut image = Bytes(vec![0; bytes as usize]);
+    image.put(nodes, &tree.nodes);
+    image.put(records, &tree.triangles);
+    for (i, material) in scene.materials.iter().enumerate() {
+        image.material(materials + i as u64 * u64::from(MATERIAL_BYTES), material);
+    }
+    for (i, triangle) in scene.triangles.iter().enumerate() {
+        let i = i as u64;
+        image.triangle(triangles + i * u64::from(TRIANGLE_BYTES), triangle);
+        image.texcoords(texcoords + i * u64::from(TEXCOORDS_BYTES), triangle);
+    }
+    let widening = arithmetic::widening(arch.precision.rcp);
+    let fan = camera.ray_fan(width, height);
+    let mut at = Structure {
+        image: &mut image,
+        address: header,
+        fields: SCENE,
+    };
+    at.vector("eye", camera.position, 1.0f32.to_bits());
+    at.vector("corner", fan.corner, 0);
+    at.vector("right", fan.right, 0);
+    at.vector("down", fan.down, 0);
+    at.vector("background", Vec3::from(scene.background), 0);
+    at.vector("ambient", Vec3::from(scene.ambient), 0);
+    let light = scene.lights.first();
+    let (position, colour) = light.map_or((Vec3::ZERO, [0.0; 3]), |l| (l.position, l.colour));
+    at.vector("light", position, 1.0f32.to_bits());
+    at.vector("colour", Vec3::from(colour), 0);
+    for (name, word) in [
+        ("width", width),
+        ("height", height),
+        ("tile_width", tile_width),
+        ("tile_height", tile_height),
+        ("tiles_x", tiles_x),
+        ("tiles_y", tiles_y),
+        ("stride", stride),
+        ("framebuffer", framebuffer as u32),
+        ("triangles", triangles as u32),
+        ("triangle_count", count as u32),
+        ("materials", materials as u32),
+        ("material_count", scene.materials.len() as u32),
+        ("texcoords", texcoords as u32),
+        ("light_count", u32::from(light.is_some())),
+        ("widening", widening.to_bits()),
+        ("far", FAR.to_bits()),
+        ("offset", OFFSET.to_bits()),
+    ] {
+        at.word(name, word);
+    }
+    Ok(SceneImage {
+        memory: SystemMemory::new(image.0).writable_from(framebuffer as u32),
+        tree: Tree {
+            root: tree.root,
+            nodes: nodes as u32,
+            triangles: records as u32,
+        },
+        frame: FrameBuffer {
+            address: framebuffer as u32,
+            width,
+            height,
+            stride,
+            rows,
+        },
+        tiles: tiles_x * tiles_y,
+        widening,
+    })
+}
+
+// Every hit a ray can have is nearer than FAR for a direction of length 1.
+const _: () = assert!(FAR > 4.0 * MAX_COORDINATE);
+
+/// Memory in the making; addresses are those of the finished memory.
+struct Bytes(Vec<u8>);
+
+impl Bytes {
+    fn put(&mut self, address: u64, bytes: &[u8]) {
+        let start = (address - u64::from(BASE)) as usize;
+        self.0[start..start + bytes.len()].copy_from_slice(bytes);
+    }
+
+    fn material(&mut self, address: u64, m: &Material) {
+        let mut at = Structure {
+            image: self,
+            address,
+            fields: MATERIAL,
+        };
+        at.vector("kd", Vec3::from(m.diffuse), m.dissolve.to_bits());
+        at.vector("ks", Vec3::from(m.specular), m.exponent.to_bits());
+        at.vector("ke", Vec3::from(m.emission), m.refraction_index.to_bits());
+        at.word("illum", u32::from(m.illumination));
+    }
+
+    fn triangle(&mut self, address: u64, t: &Triangle) {
+        let mut at = Structure {
+            image: self,
+            address,
+            fields: TRIANGLE,
+        };
+        let normal = t.geometric_normal();
+        at.vector("n0", t.normals[0], t.material);
+        at.vector("n1", t.normals[1], 0);
+        at.vector("n2", t.normals[2], 0);
+        at.vector("v0", t.positions[0], normal.x.to_bits());
+        at.vector("v1", t.positions[1], normal.y.to_bits());
+        at.vector("v2", t.positions[2], normal.z.to_bits());
+    }
+
+    fn texcoords(&mut self, address: u64, t: &Triangle) {
+        let mut at = Structure {
+            image: self,
+            address,
+            fields: TEXCOORDS,
+        };
+        let names = [("u0", "v0"), ("u1", "v1"), ("u2", "v2")];
+        for ((u, v), uv) in names.into_iter().zip(t.uvs) {
+            at.word(u, uv.x.to_bits());
+            at.word(v, uv.y.to_bits());
+        }
+    }
+}
+
+/// A structure in memory, written field by field.
+struct Structure<'a> {
+    image: &'a mut Bytes,
+    address: u64,
+    fields: &'a Fields,
+}
+
+impl Structure<'_> {
+    fn word(&mut self, name: &str, word: u32) {
+        self.put(name, &word.to_le_bytes());
+    }
+
+    /// A `float4`, its last lane as bits.
+    fn vector(&mut self, name: &str, v: Vec3, lane_3: u32) {
+        let mut bytes = [0; 16];
+        let words = v.to_array().map(f32::to_bits).into_iter().chain([lane_3]);
+        for (bytes, word) in bytes.chunks_exact_mut(4).zip(words) {
+            bytes.copy_from_slice(&word.to_le_bytes());
+        }
+        self.put(name, &bytes);
+    }
+
+    fn put(&mut self, name: &str, bytes: &[u8]) {
+        let field = self.fields.iter().find(|(n, _)| *n == name);
+        let (_, offset) = field.expect("only fields of the tables are written");
+        self.image.put(self.address + u64::from(*offset), bytes);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Fields and size of a structure of the C header, by the rules of C: a `float4` takes and is
+    /// aligned to 16 bytes, anything else to 4.
+    fn of_header(name: &str) -> (Vec<(String, u32)>, u32) {
+        let header = include_str!("../../kernels/scene.h");
+        let end = header
+            .find(&format!("}} {name};"))
+            .expect("the structure is declared");
+        let start = header[..end]
+            .rfind("typedef struct {")
+            .expect("it is a typedef");
+        let mut body = header[start + "typedef struct {".len()..end].to_owned();
+        while let Some(comment) = body.find("/*") {
+            let close = body[comment..].find("*/").expect("comments end") + 2;
+            body.replace_range(comment..comment + close, "");
+        }
+        let mut fields = Vec::new();
+        let mut offset = 0u32;
+        for declaration in body.split(';').map(str::trim).filter(|d| !d.is_empty()) {
+            let (ty, names) = declaration.split_once(' ').expect("type and names");
+            let size = if ty == "float4" { 16 } else { 4 };
+            for name in names.split(',').map(str::trim) {
+                let (name, count) = match name.split_once('[') {
+                    Some((name, count)) => {
+                        (name, count.trim_end_matches(']').parse().expect("a number"))
+                    }
+                    None => (name, 1),
+                };
+                offset = offset.next_multiple_of(size);
+                fields.push((name.to_owned(), offset));
+                offset += size * count;
+            }
+        }
+        (fields, offset)
+    }
+
+    #[test]
+    fn the_c_header_declares_what_is_written() {
+        for (name, fields, bytes) in [
+            ("srp_scene", SCENE, SCENE_BYTES),
+            ("srp_triangle", TRIANGLE, TRIANGLE_BYTES),
+            ("srp_texcoords", TEXCOORDS, TEXCOORDS_BYTES),
+            ("srp_material", MATERIAL, MATERIAL_BYTES),
+        ] {
+            let expected: Vec<_> = fields.iter().map(|(n, o)| ((*n).to_owned(), *o)).collect();
+            assert_eq!(of_header(name), (expected, bytes), "{name}");
+        }
+        let (ray, bytes) = of_header("srp_ray");
+        assert_eq!(ray.len(), 4);
+        assert_eq!(bytes, crate::tni::RAY_BYTES);
+        let (hit, bytes) = of_header("srp_hit");
+        let names: Vec<&str> = hit.iter().map(|(n, _)| n.as_str()).collect();
+        assert_eq!(names, ["t", "u", "v", "primitive", "ray", "flags"]);
+        assert_eq!(bytes, crate::tni::HIT_BYTES);
+    }
+
+    #[test]
+    fn tiles_hold_a_packet() {
+        for rays in 1..200 {
+            let (width, height) = tile_size(rays);
+            assert_eq!(width * height, rays);
+        }
+        assert_eq!(tile_size(64), (8, 8));
+    }
+}

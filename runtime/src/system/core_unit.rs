@@ -1,0 +1,240 @@
+//! One SGRT core: an SRP engine, its SRAM and data cache, its T&I unit, and the account of its
+//! cycles.
+
+use srp_archdesc::ports;
+use srp_archdesc::system::SystemSpec;
+
+use super::data_cache::DataCache;
+use super::report::Account;
+use super::{SystemError, TileQueue};
+use crate::core::{Activity, Bus, Core, Lanes};
+use crate::memory::SystemMemory;
+use crate::tni::{Runs, SubmitError, Tni, Tree};
+
+/// Cycles that an engine may run ahead while the array is busy: nothing from outside reaches it.
+const AHEAD: u64 = 1 << 16;
+
+/// What a core does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum State {
+    /// It runs, and goes on in cycle [`CoreUnit::ready`].
+    Running,
+    /// It waits for the port, and asks again in every cycle.
+    Waiting(u32),
+    /// It waits for its data cache since this cycle.
+    Stalled(u64),
+    /// It has ended.
+    Halted,
+}
+
+/// The ports of one core.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Ports {
+    rays: u32,
+    hits: u32,
+    runs: Runs,
+    /// What the program has printed.
+    pub(super) output: Vec<u8>,
+    /// Its exit status.
+    pub(super) exit: Option<i32>,
+    /// A submission that cannot be made.
+    fault: Option<SubmitError>,
+}
+
+/// One SGRT core.
+pub(super) struct CoreUnit {
+    number: u32,
+    engine: Box<dyn Core>,
+    sram: Vec<u8>,
+    pub(super) data: DataCache,
+    pub(super) tni: Tni,
+    pub(super) ports: Ports,
+    pub(super) state: State,
+    /// The cycle from which the engine can go on.
+    pub(super) ready: u64,
+    pub(super) account: Account,
+    in_array: bool,
+}
+
+impl CoreUnit {
+    pub(super) fn new(
+        number: u32,
+        engine: Box<dyn Core>,
+        spec: &SystemSpec,
+        tree: Tree,
+        widening: f32,
+    ) -> CoreUnit {
+        CoreUnit {
+            number,
+            engine,
+            sram: vec![0; spec.sram_bytes as usize],
+            data: DataCache::new(&spec.data_cache),
+            tni: Tni::new(&spec.tni, tree, widening, spec.buffers.ray_buffers),
+            ports: Ports::default(),
+            state: State::Running,
+            ready: 0,
+            account: Account::default(),
+            in_array: false,
+        }
+    }
+
+    /// One cycle of the T&I unit.
+    pub(super) fn tick_tni(&mut self, now: u64, memory: &SystemMemory) {
+        if !self.tni.is_idle() {
+            self.tni.tick(now, memory, &mut self.sram);
+        }
+    }
+
+    /// SRP cycle `now`: goes on, if it is time. Says whether the core is at work.
+    pub(super) fn step(
+        &mut self,
+        now: u64,
+        memory: &mut SystemMemory,
+        tiles: &mut TileQueue,
+    ) -> Result<bool, SystemError> {
+        if self.state == State::Halted {
+            return Ok(false);
+        }
+        if now < self.ready {
+            return Ok(true);
+        }
+        if self.data.waits() {
+            if !matches!(self.state, State::Stalled(_)) {
+                self.state = State::Stalled(now);
+            }
+            return Ok(false);
+        }
+        if let State::Stalled(since) = self.state {
+            self.account.memory_stall += now - since;
+        }
+        let budget = if self.in_array { AHEAD } else { 1 };
+        let mut bus = CoreBus {
+            number: self.number,
+            sram: &mut self.sram,
+            data: &mut self.data,
+            tni: &mut self.tni,
+            ports: &mut self.ports,
+            memory,
+            tiles,
+        };
+        let run = self
+            .engine
+            .run(&mut bus, budget)
+            .map_err(|trap| SystemError::Trap {
+                core: self.number,
+                trap,
+            })?;
+        if let Some(fault) = self.ports.fault {
+            return Err(SystemError::submission(self.number, fault));
+        }
+        self.ready = now + run.cycles;
+        self.in_array = matches!(run.activity, Activity::Array(_));
+        self.account.add(run);
+        self.state = match run.activity {
+            Activity::Wait(port) => State::Waiting(port),
+            Activity::Halted(status) => {
+                self.ports.exit.get_or_insert(status);
+                State::Halted
+            }
+            _ => State::Running,
+        };
+        if self.ports.exit.is_some() && self.state != State::Halted {
+            self.state = State::Halted;
+        }
+        if self.state == State::Halted {
+            self.data.flush();
+        }
+        Ok(!matches!(self.state, State::Waiting(_)))
+    }
+}
+
+/// What an engine sees of its core.
+struct CoreBus<'a> {
+    number: u32,
+    sram: &'a mut Vec<u8>,
+    data: &'a mut DataCache,
+    tni: &'a mut Tni,
+    ports: &'a mut Ports,
+    memory: &'a mut SystemMemory,
+    tiles: &'a mut TileQueue,
+}
+
+/// Whether an access of this size may be made at this address.
+fn is_aligned(address: u32, bytes: u32) -> bool {
+    matches!(bytes, 1 | 2 | 4 | 16) && address.is_multiple_of(bytes)
+}
+
+impl Bus for CoreBus<'_> {
+    fn sram(&mut self) -> &mut [u8] {
+        self.sram
+    }
+
+    fn cached_load(&mut self, address: u32, bytes: u32) -> Option<Lanes> {
+        if !is_aligned(address, bytes) {
+            return None;
+        }
+        let source = self.memory.get(address, bytes)?;
+        let mut padded = [0; 16];
+        padded[..bytes as usize].copy_from_slice(source);
+        let word = |i: usize| {
+            let bytes = padded[4 * i..4 * i + 4].try_into();
+            u32::from_le_bytes(bytes.expect("a word has 4 bytes"))
+        };
+        self.data.load(address);
+        Some([word(0), word(1), word(2), word(3)])
+    }
+
+    fn cached_store(&mut self, address: u32, bytes: u32, value: Lanes) -> Option<()> {
+        if !is_aligned(address, bytes) {
+            return None;
+        }
+        let target = self.memory.get_mut(address, bytes)?;
+        for (byte, value) in target
+            .iter_mut()
+            .zip(value.iter().flat_map(|w| w.to_le_bytes()))
+        {
+            *byte = value;
+        }
+        self.data.store(address, bytes);
+        Some(())
+    }
+
+    fn stalled(&self) -> bool {
+        self.data.waits()
+    }
+
+    fn port_in(&mut self, port: u32) -> Option<u32> {
+        match port {
+            ports::TILE => Some(self.tiles.take()),
+            ports::TNI_DONE => {
+                self.ports.runs = self.tni.take_finished()?;
+                Some(self.ports.runs.shadow_hits)
+            }
+            ports::TNI_SHADOW_MISSES => Some(self.ports.runs.shadow_misses),
+            ports::TNI_OTHER_HITS => Some(self.ports.runs.other_hits),
+            ports::TNI_OTHER_MISSES => Some(self.ports.runs.other_misses),
+            ports::CORE => Some(self.number),
+            _ => None,
+        }
+    }
+
+    fn port_out(&mut self, port: u32, value: u32) -> bool {
+        match port {
+            ports::TNI_RAYS => self.ports.rays = value,
+            ports::TNI_HITS => self.ports.hits = value,
+            ports::TNI_START => {
+                let Ports { rays, hits, .. } = *self.ports;
+                match self.tni.submit(rays, hits, value, self.sram.len()) {
+                    Ok(()) => {}
+                    Err(SubmitError::Busy) => return false,
+                    // The system stops after this run.
+                    Err(fault) => self.ports.fault = Some(fault),
+                }
+            }
+            ports::PUTCHAR => self.ports.output.push(value as u8),
+            ports::EXIT => self.ports.exit = Some(value as i32),
+            _ => return false,
+        }
+        true
+    }
+}

@@ -1,0 +1,426 @@
+//! A frame: cores, T&I units, bus and memory under one clock.
+//!
+//! The system ticks and decides nothing: which rays are traced and what becomes of their hits is
+//! the business of the C code on the cores. At any instant the memory comes first, then the T&I
+//! units whose cycle begins, then the cores, each in the order of their numbers; so the same input
+//! gives the same cycles on any host.
+
+mod core_unit;
+mod data_cache;
+mod report;
+
+use std::fmt;
+
+use srp_archdesc::{Arch, SystemSpec, ports};
+
+use self::core_unit::{CoreUnit, State};
+use crate::bvh::{NODE_BYTES, TRIANGLE_BYTES};
+use crate::core::{Core, Trap};
+use crate::memory::SystemMemory;
+use crate::memory::dram::Request;
+use crate::memory::path::{Clock, MemoryPath};
+use crate::picture::Picture;
+use crate::scene_image::SceneImage;
+use crate::tni::{Client, HIT_BYTES, RAY_BYTES, SubmitError};
+
+pub use report::{Account, CoreReport, KernelCycles, PortCycles, Report};
+
+/// Cycles without progress after which a frame is given up.
+pub const MAX_SILENCE: u64 = 4_000_000;
+
+/// Cycles after which cores that all wait are given up, where nothing is on the way to them.
+const MAX_STILLNESS: u64 = 64;
+
+/// SRP cycles between two looks at the outside.
+const REPORT_INTERVAL: u64 = 1 << 16;
+
+/// How a frame is run.
+pub struct Options<'a> {
+    /// Most SRP cycles of a frame.
+    pub max_cycles: u64,
+    /// Names of the kernels, by their number in the scheduled program.
+    pub kernel_names: Vec<String>,
+    /// Told from time to time how far the frame is.
+    pub progress: &'a mut dyn FnMut(Progress),
+    /// Asked from time to time whether to stop.
+    pub cancelled: &'a dyn Fn() -> bool,
+}
+
+/// How far a frame is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// SRP cycles so far.
+    pub cycles: u64,
+    /// Tiles handed out.
+    pub tiles: u32,
+    /// Tiles of the frame.
+    pub of: u32,
+}
+
+/// Why a frame was not finished.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum SystemError {
+    /// There are no cores.
+    NoCores,
+    /// The machine cannot be simulated.
+    Machine(String),
+    /// A core's program did something that cannot be done.
+    Trap {
+        /// The core.
+        core: u32,
+        /// What it did.
+        trap: Trap,
+    },
+    /// A core handed the T&I unit buffers that are not in its SRAM.
+    Submission {
+        /// The core.
+        core: u32,
+        /// Address of the buffer.
+        address: u32,
+        /// Its size in bytes.
+        bytes: u32,
+    },
+    /// Nobody moves any more.
+    Deadlock {
+        /// The SRP cycle.
+        cycle: u64,
+        /// Who waits for what, one line each.
+        waits: String,
+    },
+    /// More than [`Options::max_cycles`].
+    TooLong {
+        /// The limit.
+        cycles: u64,
+    },
+    /// [`Options::cancelled`] said so.
+    Cancelled,
+}
+
+impl SystemError {
+    fn submission(core: u32, fault: SubmitError) -> SystemError {
+        let (address, bytes) = match fault {
+            SubmitError::OutOfBounds { address, bytes } => (address, bytes),
+            SubmitError::Busy => (0, 0),
+        };
+        SystemError::Submission {
+            core,
+            address,
+            bytes,
+        }
+    }
+}
+
+impl fmt::Display for SystemError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            SystemError::NoCores => f.write_str("the system has no cores"),
+            SystemError::Machine(why) => write!(f, "this machine cannot be simulated: {why}"),
+            SystemError::Trap { core, trap } => write!(f, "core {core} trapped: {trap}"),
+            SystemError::Submission {
+                core,
+                address,
+                bytes,
+            } => write!(
+                f,
+                "core {core} handed its T&I unit a buffer of {bytes} bytes at {address:#x}, which \
+                 is outside the SRAM or not aligned to 4 bytes"
+            ),
+            SystemError::Deadlock { cycle, waits } => {
+                write!(f, "nobody moves any more in cycle {cycle}:\n{waits}")
+            }
+            SystemError::TooLong { cycles } => {
+                write!(f, "the frame takes more than {cycles} cycles")
+            }
+            SystemError::Cancelled => f.write_str("stopped"),
+        }
+    }
+}
+
+impl std::error::Error for SystemError {}
+
+/// Tiles of a frame, handed out in order.
+#[derive(Clone, Copy, Debug)]
+struct TileQueue {
+    next: u32,
+    count: u32,
+}
+
+impl TileQueue {
+    /// The next tile, or −1.
+    fn take(&mut self) -> u32 {
+        if self.next == self.count {
+            return u32::MAX;
+        }
+        self.next += 1;
+        self.next - 1
+    }
+}
+
+/// Runs a frame: one SGRT core of the machine for each engine, over the scene in `image`.
+/// The picture is what the cores have written to the frame buffer.
+pub fn render(
+    image: SceneImage,
+    engines: Vec<Box<dyn Core>>,
+    arch: &Arch,
+    options: Options<'_>,
+) -> Result<(Picture, Report), SystemError> {
+    if engines.is_empty() {
+        return Err(SystemError::NoCores);
+    }
+    check(&arch.system).map_err(SystemError::Machine)?;
+    let mut system = System::new(image, engines, arch);
+    let result = system.run(options.max_cycles, options.progress, options.cancelled);
+    let cycles = result?;
+    let picture = Picture::of(&system.memory, &system.frame);
+    let report = Report::of(&system, cycles, arch, &options.kernel_names);
+    Ok((picture, report))
+}
+
+/// Whether the units of a machine fit each other; what does not, where not.
+pub fn check(spec: &SystemSpec) -> Result<(), String> {
+    let tni = &spec.tni;
+    let rays = u64::from(tni.trvs) * u64::from(tni.stacks);
+    let at_least = |what: &str, is: u32, least: u32| match is >= least {
+        true => Ok(()),
+        false => Err(format!("{what} is {is}, and must be at least {least}")),
+    };
+    let exactly = |what: &str, is: u32, must: u32| match is == must {
+        true => Ok(()),
+        false => Err(format!("{what} is {is}, and must be {must}")),
+    };
+    at_least("the number of traversal units", tni.trvs, 1)?;
+    at_least("the number of intersection units", tni.ists, 1)?;
+    at_least("the number of stacks", tni.stacks, 1)?;
+    at_least("the size of a node", tni.node_bytes, NODE_BYTES)?;
+    at_least("the size of a triangle", tni.triangle_bytes, TRIANGLE_BYTES)?;
+    exactly("the size of a ray", spec.buffers.ray_bytes, RAY_BYTES)?;
+    exactly("the size of a hit", spec.buffers.hit_bytes, HIT_BYTES)?;
+    if rays >= u64::from(u16::MAX) {
+        return Err(format!(
+            "{rays} rays in a T&I unit, which numbers them with 16 bits"
+        ));
+    }
+    if !tni.node_bytes.is_multiple_of(4) || !tni.triangle_bytes.is_multiple_of(4) {
+        return Err("nodes and triangles do not consist of whole words".to_owned());
+    }
+    if !tni.trv_l2.line.is_multiple_of(tni.trv_l1.line) {
+        return Err("a line of the level-2 cache is not made of lines of level 1".to_owned());
+    }
+    for (name, cache) in [
+        ("data", &spec.data_cache),
+        ("TRV L1", &tni.trv_l1),
+        ("TRV L2", &tni.trv_l2),
+        ("IST L1", &tni.ist_l1),
+    ] {
+        let whole = cache.ways > 0 && cache.line > 0 && cache.sets() > 0 && cache.misses > 0;
+        if !whole {
+            return Err(format!("the {name} cache has no sets, or allows no miss"));
+        }
+    }
+    Ok(())
+}
+
+/// Who a request belongs to: this many numbers a core, of which the data cache has 0, the level-2
+/// cache 1, and the intersection units those after.
+const CLIENTS: u32 = 1 << 16;
+
+struct System {
+    cores: Vec<CoreUnit>,
+    memory: SystemMemory,
+    frame: crate::scene_image::FrameBuffer,
+    path: MemoryPath,
+    tiles: TileQueue,
+    srp: Clock,
+    tni: Clock,
+}
+
+impl System {
+    fn new(image: SceneImage, engines: Vec<Box<dyn Core>>, arch: &Arch) -> System {
+        let spec = &arch.system;
+        let core = |(i, engine)| CoreUnit::new(i as u32, engine, spec, image.tree, image.widening);
+        System {
+            cores: engines.into_iter().enumerate().map(core).collect(),
+            path: MemoryPath::new(spec),
+            tiles: TileQueue {
+                next: 0,
+                count: image.tiles,
+            },
+            srp: Clock::new(spec.srp_mhz),
+            tni: Clock::new(spec.tni_mhz),
+            frame: image.frame,
+            memory: image.memory,
+        }
+    }
+
+    /// Runs until all cores have halted and everything is written. Returns the SRP cycles.
+    fn run(
+        &mut self,
+        max_cycles: u64,
+        progress: &mut dyn FnMut(Progress),
+        cancelled: &dyn Fn() -> bool,
+    ) -> Result<u64, SystemError> {
+        let (mut srp, mut tni) = (0, 0);
+        let (mut last_progress, mut last_results, mut look_up) = (0, 0, 0);
+        while !self.is_over() {
+            let (srp_time, tni_time) = (self.srp.start(srp), self.tni.start(tni));
+            let time = srp_time.min(tni_time);
+            self.take_answers(time, tni);
+            if tni_time == time {
+                for core in &mut self.cores {
+                    core.tick_tni(tni, &self.memory);
+                }
+                tni += 1;
+            }
+            if srp_time == time {
+                let mut moved = false;
+                for core in &mut self.cores {
+                    moved |= core.step(srp, &mut self.memory, &mut self.tiles)?;
+                }
+                let results = self.cores.iter().map(|c| c.tni.results()).sum();
+                if moved || results != last_results || self.path.in_flight() > 0 {
+                    (last_progress, last_results) = (srp, results);
+                }
+                self.check_silence(srp, srp - last_progress)?;
+                srp += 1;
+                if srp >= look_up {
+                    look_up = srp + REPORT_INTERVAL;
+                    progress(Progress {
+                        cycles: srp,
+                        tiles: self.tiles.next,
+                        of: self.tiles.count,
+                    });
+                    if cancelled() {
+                        return Err(SystemError::Cancelled);
+                    }
+                    if srp > max_cycles {
+                        return Err(SystemError::TooLong { cycles: max_cycles });
+                    }
+                }
+            }
+            self.send_requests(time);
+            (srp, tni) = self.skip(srp, tni);
+        }
+        let ends = self.cores.iter().map(|c| c.ready);
+        Ok(ends.fold(srp, u64::max))
+    }
+
+    fn is_over(&self) -> bool {
+        self.cores
+            .iter()
+            .all(|c| c.state == State::Halted && c.tni.is_idle())
+            && self.path.in_flight() == 0
+    }
+
+    fn take_answers(&mut self, time: u64, tni_cycle: u64) {
+        while let Some(answer) = self.path.answer(time) {
+            if answer.is_write {
+                continue;
+            }
+            let core = &mut self.cores[(answer.source / CLIENTS) as usize];
+            match answer.source % CLIENTS {
+                0 => core.data.fill(answer.address),
+                1 => core.tni.fill(tni_cycle, Client::TrvL2, answer.address),
+                i => core
+                    .tni
+                    .fill(tni_cycle, Client::IstL1(i - 2), answer.address),
+            }
+        }
+    }
+
+    fn send_requests(&mut self, time: u64) {
+        for (i, core) in self.cores.iter_mut().enumerate() {
+            let source = i as u32 * CLIENTS;
+            // A miss of a core that has run ahead is sent when its time has come.
+            if self.srp.start(core.ready) <= time + self.srp.start(1) {
+                while let Some(request) = core.data.take_request(source) {
+                    self.path.request(time, request);
+                }
+            }
+            while let Some((client, address, bytes)) = core.tni.take_request() {
+                let client = match client {
+                    Client::TrvL2 => 1,
+                    Client::IstL1(i) => i + 2,
+                };
+                let request = Request {
+                    address,
+                    bytes,
+                    is_write: false,
+                    source: source + client,
+                };
+                self.path.request(time, request);
+            }
+        }
+    }
+
+    /// Leaves out cycles in which nothing can happen: no T&I unit has rays, and every core is
+    /// ahead, halted, or waits for the memory.
+    fn skip(&self, srp: u64, tni: u64) -> (u64, u64) {
+        let mut until = u64::MAX;
+        for core in &self.cores {
+            match core.state {
+                _ if !core.tni.is_idle() => return (srp, tni),
+                State::Waiting(_) => return (srp, tni),
+                State::Halted => {}
+                State::Running if core.ready > srp => {
+                    until = until.min(self.srp.start(core.ready - 1))
+                }
+                State::Stalled(_) if core.data.waits() => {}
+                State::Running | State::Stalled(_) => return (srp, tni),
+            }
+        }
+        until = until.min(self.path.next_event().unwrap_or(u64::MAX));
+        if until == u64::MAX {
+            return (srp, tni);
+        }
+        let srp = srp.max(self.srp.cycle_from(until));
+        (srp, tni.max(self.tni.cycle_from(until)))
+    }
+
+    fn check_silence(&self, cycle: u64, silence: u64) -> Result<(), SystemError> {
+        let idle = || self.cores.iter().all(|c| c.tni.is_idle());
+        if silence > MAX_SILENCE || (silence > MAX_STILLNESS && idle()) {
+            return Err(SystemError::Deadlock {
+                cycle,
+                waits: self.waits(),
+            });
+        }
+        Ok(())
+    }
+
+    fn waits(&self) -> String {
+        let mut text = String::new();
+        for (i, core) in self.cores.iter().enumerate() {
+            let what = match core.state {
+                State::Running => "runs".to_owned(),
+                State::Halted => "has ended".to_owned(),
+                State::Stalled(since) => format!("waits for its data cache since cycle {since}"),
+                State::Waiting(port) => format!("waits for port {port} ({})", port_name(port)),
+            };
+            text.push_str(&format!(
+                "  core {i} {what}; its T&I unit: {}\n",
+                core.tni.describe_state()
+            ));
+        }
+        let in_flight = self.path.in_flight();
+        text.push_str(&format!("  {in_flight} memory requests are on the way"));
+        text
+    }
+}
+
+/// What a port is, in words.
+fn port_name(port: u32) -> &'static str {
+    match port {
+        ports::TILE => "next tile",
+        ports::TNI_RAYS => "ray buffer",
+        ports::TNI_HITS => "hit buffer",
+        ports::TNI_START => "room for a submission",
+        ports::TNI_DONE => "a finished submission",
+        ports::TNI_SHADOW_MISSES => "shadow misses",
+        ports::TNI_OTHER_HITS => "other hits",
+        ports::TNI_OTHER_MISSES => "other misses",
+        ports::CORE => "core number",
+        ports::PUTCHAR => "output",
+        ports::EXIT => "exit",
+        _ => "which does not exist",
+    }
+}

@@ -1,0 +1,382 @@
+//! Where the time of a frame went.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use serde::Serialize;
+use srp_archdesc::Arch;
+
+use super::{System, port_name};
+use crate::core::{Activity, Run};
+use crate::memory::cache::CacheCounters;
+use crate::memory::dram::DramCounters;
+use crate::tni::{PipeCounters, TniCounters};
+
+/// The cycles of one core by what it did in them.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Account {
+    /// Issued VLIW bundles.
+    pub vliw: u64,
+    /// Ran a kernel on the array, by its number.
+    pub array: BTreeMap<u32, u64>,
+    /// Changed between VLIW engine and array.
+    pub switch: u64,
+    /// Stood still because of its data cache.
+    pub memory_stall: u64,
+    /// Waited for a port.
+    pub wait: BTreeMap<u32, u64>,
+}
+
+impl Account {
+    pub(super) fn add(&mut self, run: Run) {
+        match run.activity {
+            Activity::Vliw => self.vliw += run.cycles,
+            Activity::Array(kernel) => *self.array.entry(kernel).or_default() += run.cycles,
+            Activity::Switch => self.switch += run.cycles,
+            Activity::Wait(port) => *self.wait.entry(port).or_default() += run.cycles,
+            Activity::Halted(_) => {}
+        }
+    }
+
+    /// All of them.
+    pub fn total(&self) -> u64 {
+        self.vliw
+            + self.array.values().sum::<u64>()
+            + self.switch
+            + self.memory_stall
+            + self.wait.values().sum::<u64>()
+    }
+}
+
+/// Cycles of one kernel.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct KernelCycles {
+    /// Its name.
+    pub kernel: String,
+    /// SRP cycles.
+    pub cycles: u64,
+}
+
+/// Cycles of waiting for one port.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct PortCycles {
+    /// What is waited for.
+    pub port: String,
+    /// SRP cycles.
+    pub cycles: u64,
+}
+
+/// One core. `vliw`, `array`, `switch`, `memory_stall`, `wait` and `idle` sum to the cycles of the
+/// frame.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CoreReport {
+    /// SRP cycles in which VLIW bundles were issued.
+    pub vliw: u64,
+    /// SRP cycles on the array.
+    pub array: Vec<KernelCycles>,
+    /// SRP cycles of changes between VLIW engine and array.
+    pub switch: u64,
+    /// SRP cycles in which the core stood still because of its data cache.
+    pub memory_stall: u64,
+    /// SRP cycles of waiting for ports.
+    pub wait: Vec<PortCycles>,
+    /// SRP cycles after its program had ended.
+    pub idle: u64,
+    /// The data cache.
+    pub data_cache: CacheCounters,
+    /// The T&I unit.
+    pub tni: TniCounters,
+    /// What the program returned.
+    pub exit_status: i32,
+    /// What the program printed.
+    pub output: String,
+}
+
+/// Where the time of a frame went.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// Pixels in a row of the picture.
+    pub width: u32,
+    /// Rows of the picture.
+    pub height: u32,
+    /// SRP cycles of the frame.
+    pub cycles: u64,
+    /// Clock of the SRP, MHz.
+    pub srp_mhz: u32,
+    /// Clock of the T&I unit, MHz.
+    pub tni_mhz: u32,
+    /// Simulated time of the frame.
+    pub milliseconds: f64,
+    /// Rays traced.
+    pub rays: u64,
+    /// Million rays per second of simulated time.
+    pub mrays_per_second: f64,
+    /// The cores.
+    pub cores: Vec<CoreReport>,
+    /// System memory.
+    pub dram: DramCounters,
+    /// Gigabytes a second that moved between system memory and the cores.
+    pub gigabytes_per_second: f64,
+}
+
+impl Report {
+    pub(super) fn of(system: &System, cycles: u64, arch: &Arch, names: &[String]) -> Report {
+        let name = |kernel: &u32| match names.get(*kernel as usize) {
+            Some(name) => name.clone(),
+            None => format!("kernel {kernel}"),
+        };
+        let core = |core: &super::CoreUnit| CoreReport {
+            vliw: core.account.vliw,
+            array: (core.account.array.iter())
+                .map(|(kernel, &cycles)| KernelCycles {
+                    kernel: name(kernel),
+                    cycles,
+                })
+                .collect(),
+            switch: core.account.switch,
+            memory_stall: core.account.memory_stall,
+            wait: (core.account.wait.iter())
+                .map(|(&port, &cycles)| PortCycles {
+                    port: port_name(port).to_owned(),
+                    cycles,
+                })
+                .collect(),
+            idle: cycles - core.account.total(),
+            data_cache: core.data.cache.counters,
+            tni: core.tni.counters(),
+            exit_status: core.ports.exit.unwrap_or(0),
+            output: String::from_utf8_lossy(&core.ports.output).into_owned(),
+        };
+        let cores: Vec<CoreReport> = system.cores.iter().map(core).collect();
+        let seconds = cycles as f64 / (f64::from(arch.system.srp_mhz) * 1e6);
+        let rays = cores.iter().map(|c| c.tni.unit.rays).sum();
+        let dram = system.path.counters();
+        let per_second = |n: u64| if cycles == 0 { 0.0 } else { n as f64 / seconds };
+        Report {
+            width: system.frame.width,
+            height: system.frame.height,
+            cycles,
+            srp_mhz: arch.system.srp_mhz,
+            tni_mhz: arch.system.tni_mhz,
+            milliseconds: seconds * 1e3,
+            rays,
+            mrays_per_second: per_second(rays) / 1e6,
+            cores,
+            dram,
+            gigabytes_per_second: per_second(dram.bytes_read + dram.bytes_written) / 1e9,
+        }
+    }
+
+    /// The T&I units together.
+    pub fn tni(&self) -> TniCounters {
+        let mut sum = TniCounters::default();
+        for core in &self.cores {
+            sum.add(&core.tni);
+        }
+        sum
+    }
+
+    /// The report as text, for people.
+    pub fn text(&self) -> String {
+        let mut text = String::new();
+        let out = &mut text;
+        line(
+            out,
+            format_args!(
+                "{}x{} pixels in {} cycles at {} MHz: {:.3} ms, {} rays, {:.1} Mrays/s",
+                self.width,
+                self.height,
+                thousands(self.cycles),
+                self.srp_mhz,
+                self.milliseconds,
+                thousands(self.rays),
+                self.mrays_per_second
+            ),
+        );
+        self.text_of_cores(out);
+        self.text_of_tni(out);
+        self.text_of_memory(out);
+        text
+    }
+
+    /// One row for each thing that cores did, one column for each core.
+    fn text_of_cores(&self, out: &mut String) {
+        let mut rows: Vec<(String, Vec<u64>)> = Vec::new();
+        let mut row = |name: &str, of: &dyn Fn(&CoreReport) -> u64| {
+            let cells: Vec<u64> = self.cores.iter().map(of).collect();
+            if cells.iter().any(|&c| c > 0) {
+                rows.push((name.to_owned(), cells));
+            }
+        };
+        row("VLIW", &|c| c.vliw);
+        for kernel in names(self.cores.iter().flat_map(|c| &c.array).map(|k| &k.kernel)) {
+            row(&format!("array: {kernel}"), &|c| {
+                let of_kernel = c.array.iter().filter(|k| k.kernel == kernel);
+                of_kernel.map(|k| k.cycles).sum()
+            });
+        }
+        row("mode switch", &|c| c.switch);
+        row("memory stall", &|c| c.memory_stall);
+        for port in names(self.cores.iter().flat_map(|c| &c.wait).map(|w| &w.port)) {
+            row(&format!("wait: {port}"), &|c| {
+                let of_port = c.wait.iter().filter(|w| w.port == port);
+                of_port.map(|w| w.cycles).sum()
+            });
+        }
+        row("idle", &|c| c.idle);
+        let width = rows.iter().map(|r| r.0.len()).max().unwrap_or(0).max(10);
+        let mut head = format!("\n{:width$} {:>7}", "SRP cycles", "share");
+        for i in 0..self.cores.len() {
+            let _ = write!(head, " {:>14}", format!("core {i}"));
+        }
+        line(out, format_args!("{head}"));
+        let all = self.cycles * self.cores.len() as u64;
+        for (name, cells) in rows {
+            let share = percent(cells.iter().sum(), all);
+            let mut text = format!("{name:width$} {share:>7}");
+            for cell in cells {
+                let _ = write!(text, " {:>14}", thousands(cell));
+            }
+            line(out, format_args!("{text}"));
+        }
+    }
+
+    fn text_of_tni(&self, out: &mut String) {
+        let tni = self.tni();
+        let per_ray = |n: u64| n as f64 / tni.unit.rays.max(1) as f64;
+        let tni_cycles =
+            (self.cycles as f64 * f64::from(self.tni_mhz) / f64::from(self.srp_mhz)).max(1.0);
+        let units = self.cores.len() as f64;
+        line(
+            out,
+            format_args!(
+                "\nT&I: {} rays, {} hits; a ray: {:.2} inner nodes, {:.2} leaves, {:.2} triangle \
+                 tests, {:.1} cycles resident",
+                thousands(tni.unit.rays),
+                thousands(tni.unit.hits),
+                per_ray(tni.inner_visits),
+                per_ray(tni.leaf_visits),
+                per_ray(tni.triangle_tests),
+                per_ray(tni.unit.resident_cycles),
+            ),
+        );
+        let head = ["unit", "passes", "busy", "issuing", "bypassed", "repeated"];
+        line(
+            out,
+            format_args!(
+                "{:10} {:>14} {:>7} {:>7} {:>10} {:>10}",
+                head[0], head[1], head[2], head[3], head[4], head[5]
+            ),
+        );
+        let mut row = |name: &str, pipe: &PipeCounters, count: u64| {
+            let cycles = tni_cycles * units * (count as f64 / units);
+            line(
+                out,
+                format_args!(
+                    "{name:10} {:>14} {:>7} {:>7} {:>10} {:>10}",
+                    thousands(pipe.passes),
+                    share(pipe.busy_cycles as f64 / cycles),
+                    share(pipe.issue_cycles as f64 / cycles),
+                    thousands(pipe.bypasses),
+                    thousands(pipe.recirculated),
+                ),
+            );
+        };
+        row("TRV_PRE", &tni.pre, tni.trvs);
+        row("TRV_AABB", &tni.aabb, tni.trvs);
+        row("TRV_POST", &tni.post, tni.trvs);
+        row("IST", &tni.ist, tni.ists);
+        let stacks = &tni.stacks;
+        line(
+            out,
+            format_args!(
+                "stacks: {} pushes, {} pops, {} culled, {} overflows, {} restarts",
+                thousands(stacks.pushes),
+                thousands(stacks.pops),
+                thousands(stacks.culled),
+                thousands(stacks.overflows),
+                thousands(stacks.restarts),
+            ),
+        );
+    }
+
+    fn text_of_memory(&self, out: &mut String) {
+        let tni = self.tni();
+        let mut data = CacheCounters::default();
+        for core in &self.cores {
+            data.add(&core.data_cache);
+        }
+        line(
+            out,
+            format_args!(
+                "\n{:10} {:>14} {:>12} {:>7}",
+                "cache", "accesses", "misses", "hits"
+            ),
+        );
+        for (name, cache) in [
+            ("TRV L1", &tni.trv_l1),
+            ("TRV L2", &tni.trv_l2),
+            ("IST L1", &tni.ist_l1),
+            ("SRP data", &data),
+        ] {
+            line(
+                out,
+                format_args!(
+                    "{name:10} {:>14} {:>12} {:>7}",
+                    thousands(cache.hits + cache.misses + cache.joined),
+                    thousands(cache.misses),
+                    share(cache.hit_rate()),
+                ),
+            );
+        }
+        line(
+            out,
+            format_args!(
+                "memory: {} bytes read, {} written, {:.2} GB/s",
+                thousands(self.dram.bytes_read),
+                thousands(self.dram.bytes_written),
+                self.gigabytes_per_second
+            ),
+        );
+    }
+}
+
+fn line(out: &mut String, text: std::fmt::Arguments<'_>) {
+    writeln!(out, "{text}").expect("writing to a String does not fail");
+}
+
+/// The different names, in order of first appearance.
+fn names<'a>(all: impl Iterator<Item = &'a String>) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for name in all {
+        if !names.contains(name) {
+            names.push(name.clone());
+        }
+    }
+    names
+}
+
+fn percent(part: u64, all: u64) -> String {
+    share(if all == 0 {
+        0.0
+    } else {
+        part as f64 / all as f64
+    })
+}
+
+fn share(part: f64) -> String {
+    format!("{:.1} %", 100.0 * part)
+}
+
+/// A number with its digits in groups of three.
+fn thousands(n: u64) -> String {
+    let digits = n.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(' ');
+        }
+        text.push(digit);
+    }
+    text
+}
