@@ -192,9 +192,14 @@ impl<'a> Linker<'a> {
         }
     }
 
-    /// The register `reg` names in iteration `i`, in a place that holds values of type `ty`. In a
-    /// rotating file `i` is relative to the iteration begun last.
-    fn register(&self, reg: RegAt, i: i64, ty: Ty, site: &Site) -> Result<Cell, LinkError> {
+    /// The register `reg` names in an iteration, in a file that holds values of type `ty`.
+    fn register(
+        &self,
+        reg: RegAt,
+        when: Iteration,
+        ty: Ty,
+        site: &Site,
+    ) -> Result<Cell, LinkError> {
         let file = self.file(reg.file, ty, site)?;
         let spec = &self.arch.files[file];
         let rotating = spec.kind == FileKind::Rotating;
@@ -210,6 +215,7 @@ impl<'a> Linker<'a> {
                 format!("{name}[{last}] is beyond its {} registers", spec.size),
             ));
         }
+        let i = if rotating { 0 } else { when.block } - when.back;
         let index = reg.physical(i, rotating, spec.size);
         Ok(self.place_cell(self.graph.file[file], index))
     }
@@ -221,7 +227,7 @@ impl<'a> Linker<'a> {
             index: reg.index,
             ring: 1,
         };
-        self.register(at, 0, ty, site)
+        self.register(at, Iteration::default(), ty, site)
     }
 
     fn file(&self, file: RegFile, ty: Ty, site: &Site) -> Result<RegFile, LinkError> {
@@ -267,17 +273,10 @@ impl<'a> Linker<'a> {
         let Some(spec) = self.arch.fus.get(fu) else {
             return Err(site.error(self, format!("there is no unit {fu}")));
         };
-        let Some(run) = spec.op(op.class()) else {
+        let Some(run) = spec.runs(op) else {
             let message = format!("unit {} does not run `{op}` ({})", spec.name, op.class());
             return Err(site.error(self, message));
         };
-        if op
-            .result()
-            .is_some_and(|ty| ty != Ty::Pred && ty.bits() > spec.width)
-        {
-            let message = format!("the output of {} is too narrow for `{op}`", spec.name);
-            return Err(site.error(self, message));
-        }
         Ok(run.latency.max(1))
     }
 
@@ -289,6 +288,14 @@ impl<'a> Linker<'a> {
         }
         Ok(Operand::Const(bits))
     }
+}
+
+/// An iteration, as seen from a context: the one that began `back` iterations before the last one
+/// that has begun, whose number is `block` modulo the unrolling.
+#[derive(Clone, Copy, Default)]
+struct Iteration {
+    block: i64,
+    back: i64,
 }
 
 /// Where in the schedule something is, for messages.
