@@ -6,7 +6,11 @@
 //! needs; a rotating file is addressed relative to the iteration begun last.
 
 use super::order::sequence;
+<<<<<<< HEAD
 use super::{LinkError, Linker, Site};
+=======
+use super::{Iteration, LinkError, Linker, Site};
+>>>>>>> csimgen
 use crate::spec::{Action, Cell, KernelSpec, Landing, MAX_STAGES, Operand, Preset, Role, Step};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Effect, Opcode, Ty};
@@ -131,7 +135,11 @@ fn preloads(
             Initial::LiveIn(n) => Operand::Cell(live_in(linker, schedule, n, ty, site)?),
         };
         presets.push(Preset {
+<<<<<<< HEAD
             cell: linker.register(at, 0, ty, site)?,
+=======
+            cell: linker.register(at, Iteration::default(), ty, site)?,
+>>>>>>> csimgen
             value,
             ty,
         });
@@ -140,7 +148,11 @@ fn preloads(
 }
 
 /// One kernel's contexts in the making. Results are added with their latency, so that the oldest
+<<<<<<< HEAD
 /// can be put first.
+=======
+/// can be put last.
+>>>>>>> csimgen
 struct Array<'a> {
     kernel: u32,
     schedule: &'a ModuloSchedule,
@@ -243,10 +255,20 @@ impl Array<'_> {
         let at = linker.position(site.pos);
         let mut issues = Vec::new();
         for block in 0..self.unroll {
+<<<<<<< HEAD
             let i = i64::from(block) - i64::from(op.time / self.schedule.ii);
             let mut operands = Vec::new();
             for (source, kind) in op.operands.iter().zip(info.operands) {
                 operands.push(self.source(linker, op, source, kind.ty(), i, site)?);
+=======
+            let when = Iteration {
+                block: i64::from(block),
+                back: i64::from(op.time / self.schedule.ii),
+            };
+            let mut operands = Vec::new();
+            for (source, kind) in op.operands.iter().zip(info.operands) {
+                operands.push(self.source(linker, op, source, kind.ty(), when, site)?);
+>>>>>>> csimgen
             }
             issues.push(Action::Op {
                 op: opcode,
@@ -265,14 +287,22 @@ impl Array<'_> {
         self.add_flow(linker, &flow, issues, site)
     }
 
+<<<<<<< HEAD
     /// Where an operand of iteration `i` is read.
+=======
+    /// Where an operand of iteration `when` is read.
+>>>>>>> csimgen
     fn source(
         &self,
         linker: &Linker,
         op: &PlacedOp,
         source: &Source,
         ty: Ty,
+<<<<<<< HEAD
         i: i64,
+=======
+        when: Iteration,
+>>>>>>> csimgen
         site: &Site,
     ) -> Result<Operand, LinkError> {
         let place_of = |fu| match ty {
@@ -298,7 +328,12 @@ impl Array<'_> {
             }
             Source::Reg { reg, distance } => {
                 linker.reads(op.fu, reg.file, site)?;
+<<<<<<< HEAD
                 linker.register(*reg, i - i64::from(*distance), ty, site)?
+=======
+                let back = when.back + i64::from(*distance);
+                linker.register(*reg, Iteration { back, ..when }, ty, site)?
+>>>>>>> csimgen
             }
         };
         let store = &linker.stores[cell.store as usize];
@@ -395,11 +430,22 @@ impl Array<'_> {
         });
         for (block, action) in (0..self.unroll).zip(actions) {
             let at = |t: u32| (block * ii + t % ii) as usize;
+<<<<<<< HEAD
             let i = i64::from(block) - i64::from(landing / ii);
             let mut dests = Vec::new();
             for dest in &flow.dests {
                 dests.push(match (dest, flow.ty) {
                     (Dest::Reg(reg), Some(ty)) => linker.register(*reg, i, ty, site)?,
+=======
+            let when = Iteration {
+                block: i64::from(block),
+                back: i64::from(landing / ii),
+            };
+            let mut dests = Vec::new();
+            for dest in &flow.dests {
+                dests.push(match (dest, flow.ty) {
+                    (Dest::Reg(reg), Some(ty)) => linker.register(*reg, when, ty, site)?,
+>>>>>>> csimgen
                     (Dest::Reg(_), None) => {
                         return Err(site.error(linker, "there is no result to write"));
                     }
@@ -445,7 +491,11 @@ impl Array<'_> {
         let mut spare: BTreeMap<Ty, Vec<u32>> = BTreeMap::new();
         let mut contexts = Vec::new();
         for mut steps in std::mem::take(&mut self.contexts) {
+<<<<<<< HEAD
             steps.sort_by_key(|(latency, _)| std::cmp::Reverse(*latency));
+=======
+            steps.sort_by_key(|(latency, _)| *latency);
+>>>>>>> csimgen
             let mut steps: Vec<Step> = steps.into_iter().map(|(_, step)| step).collect();
             steps.extend(past.iter().cloned());
             let mut taken: BTreeMap<Ty, usize> = BTreeMap::new();

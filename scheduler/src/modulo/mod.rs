@@ -68,6 +68,11 @@ pub struct Unschedulable {
     pub why: String,
 }
 
+/// The lower bounds of a loop's II on a machine.
+pub fn bounds(dfg: &Dfg, arch: &Arch) -> Bounds {
+    Bounds::of(&Problem::new(dfg, arch))
+}
+
 /// Schedules a loop.
 pub fn schedule(dfg: &Dfg, arch: &Arch, options: &Options) -> Result<Scheduled, Unschedulable> {
     let problem = Problem::new(dfg, arch);

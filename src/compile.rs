@@ -1,0 +1,128 @@
+//! `srp compile`
+
+use crate::cli::{Compile, Form};
+use crate::failure::Failure;
+use crate::pipeline::{self, Compiled, FrontEnd, Input};
+use crate::{files, machine, report};
+use srp_archdesc::arch::Arch;
+use srp_archdesc::diagnostic::Source;
+use srp_csimgen::{emit, link};
+use srp_frontend::message::Messages;
+use srp_frontend::source::SourceMap;
+use srp_ir::dre::{self, Dre};
+use std::path::{Path, PathBuf};
+
+/// Runs `srp compile`.
+pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
+    let arch = machine::read(&args.machine.machine)?;
+    let front_end = FrontEnd::new(&args.source, &arch);
+    let mut input = pipeline::read(&args.files, &arch)?;
+    files::make_folder(&args.output)?;
+    let out = Output { folder: &args.output, name: stem(&args.files[0]) };
+    let wants = |form| args.emit.contains(&form);
+
+    if let Input::C(sources) = &input {
+        // Everything that is wrong is said by the compilation, once.
+        let program = front_end.compile(sources)?;
+        if wants(Form::Ast) {
+            write_trees(&out, sources, &front_end)?;
+        }
+        input = Input::Ir(Box::new(pipeline::optimise(program, &arch)));
+    } else if wants(Form::Ast) {
+        return Err(Failure::message("only C has a syntax tree: give C files for --emit ast"));
+    }
+    if wants(Form::Ir) {
+        match &input {
+            Input::Ir(program) => out.write("ir", &srp_ir::text::write(program))?,
+            _ => return Err(Failure::message("the files are compiled further than --emit ir")),
+        }
+    }
+    if ![Form::Dfg, Form::Dre, Form::Schedule, Form::Rust].into_iter().any(wants) {
+        return Ok(());
+    }
+    let compiled = pipeline::compile(input, &front_end)?;
+    say_not_pipelined(&compiled, &arch);
+    if wants(Form::Dfg) || wants(Form::Dre) {
+        match &compiled.dre {
+            Some(dre) => write_divided(&out, dre, wants(Form::Dfg), wants(Form::Dre))?,
+            None => return Err(Failure::message("the file is scheduled already: no --emit dfg, dre")),
+        }
+    }
+    write_scheduled(&out, &compiled, &arch, wants(Form::Schedule), wants(Form::Rust))
+}
+
+/// Says which loops a pragma has asked for in vain.
+pub(crate) fn say_not_pipelined(compiled: &Compiled, arch: &Arch) {
+    for n in report::report(compiled, arch).not_pipelined.iter().filter(|n| n.required) {
+        eprint!("warning: {}", report::not_pipelined(n));
+    }
+}
+
+/// Where forms are written.
+struct Output<'a> {
+    folder: &'a Path,
+    name: String,
+}
+
+impl Output<'_> {
+    fn write(&self, ending: &str, text: &str) -> Result<(), Failure> {
+        let path = self.folder.join(format!("{}.{ending}", self.name));
+        files::write(&path, text.as_bytes())?;
+        eprintln!("{}", path.display());
+        Ok(())
+    }
+}
+
+/// The name of a file without its endings.
+fn stem(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    name.split('.').next().filter(|s| !s.is_empty()).unwrap_or("program").to_owned()
+}
+
+fn write_trees(
+    out: &Output<'_>,
+    sources: &[Source],
+    front_end: &FrontEnd<'_>,
+) -> Result<(), Failure> {
+    for source in sources {
+        let (mut map, mut messages) = (SourceMap::new(), Messages::new());
+        let unit = front_end
+            .with(|options| srp_frontend::parse(source, options, &mut map, &mut messages));
+        let name = stem(&PathBuf::from(&source.name));
+        Output { folder: out.folder, name }.write("ast", &srp_frontend::ast::show(&unit, &map))?;
+    }
+    Ok(())
+}
+
+fn write_divided(out: &Output<'_>, dre: &Dre, dfg: bool, whole: bool) -> Result<(), Failure> {
+    if dfg {
+        for kernel in dre.kernels.values() {
+            let dot = srp_ir::dfg::dot(kernel, &dre.control.files);
+            out.write(&format!("{}.dot", kernel.name), &dot)?;
+        }
+    }
+    if whole {
+        out.write("dre.xml", &dre::write(dre))?;
+    }
+    Ok(())
+}
+
+fn write_scheduled(
+    out: &Output<'_>,
+    compiled: &Compiled,
+    arch: &Arch,
+    schedule: bool,
+    rust: bool,
+) -> Result<(), Failure> {
+    let program = &compiled.schedule.program;
+    if schedule {
+        out.write("sched.xml", &dre::write_scheduled(program, arch))?;
+    }
+    if rust {
+        let spec = link(program, arch).map_err(Failure::message)?;
+        for (path, text) in &emit(&spec).files {
+            out.write(&path.replace('/', "."), text)?;
+        }
+    }
+    Ok(())
+}

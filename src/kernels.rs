@@ -1,0 +1,30 @@
+//! The kernels that come along, and their headers, as text.
+
+use srp_archdesc::diagnostic::Source;
+
+/// The headers, which any source can include.
+const HEADERS: [(&str, &str); 4] = [
+    ("srp.h", include_str!("../kernels/srp.h")),
+    ("srp_host.h", include_str!("../kernels/srp_host.h")),
+    ("scene.h", include_str!("../kernels/scene.h")),
+    ("rgs.h", include_str!("../kernels/rgs.h")),
+];
+
+/// The sources of the frame: ray generation, shading, output, and the job queue.
+const SOURCES: [(&str, &str); 4] = [
+    ("kernels/frame.c", include_str!("../kernels/frame.c")),
+    ("kernels/generate.c", include_str!("../kernels/generate.c")),
+    ("kernels/resolve.c", include_str!("../kernels/resolve.c")),
+    ("kernels/shade.c", include_str!("../kernels/shade.c")),
+];
+
+/// A header that comes along.
+pub(crate) fn header(name: &str) -> Option<Source> {
+    let (name, text) = HEADERS.iter().find(|(header, _)| *header == name)?;
+    Some(Source::new(format!("kernels/{name}"), *text))
+}
+
+/// The kernels that come along.
+pub(crate) fn sources() -> Vec<Source> {
+    SOURCES.iter().map(|(name, text)| Source::new(*name, *text)).collect()
+}

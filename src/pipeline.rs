@@ -1,0 +1,249 @@
+//! From files to a scheduled program: every stage in its order.
+
+use crate::failure::Failure;
+use crate::talk::{self, Progress};
+use crate::{cli, files, kernels};
+use srp_archdesc::arch::Arch;
+use srp_archdesc::diagnostic::{Diagnostic, Severity, Source, render};
+use srp_archdesc::entity::EntityMap;
+use srp_frontend::{Include, Options};
+use srp_ir::dre::scheduled::ScheduledDre;
+use srp_ir::dre::{self, Dre};
+use srp_ir::pass;
+use srp_ir::program::{Block, Func, Program};
+use srp_ir::split::{NotPipelined, split};
+use srp_scheduler::{LoopFacts, Schedule, ScheduleError};
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// What a command is given, by how far it is compiled already.
+pub(crate) enum Input {
+    /// C sources.
+    C(Vec<Source>),
+    /// A program in the intermediate form.
+    Ir(Box<Program>),
+    /// A divided program.
+    Dre(Box<Dre>),
+    /// A scheduled program.
+    Scheduled(Box<ScheduledDre>),
+}
+
+/// A program, divided; and what stayed in the control code.
+pub(crate) struct Divided {
+    pub(crate) dre: Dre,
+    pub(crate) not_pipelined: Vec<NotPipelined>,
+}
+
+/// A scheduled program.
+pub(crate) struct Compiled {
+    pub(crate) dre: Option<Dre>,
+    pub(crate) schedule: Schedule,
+    pub(crate) not_pipelined: Vec<NotPipelined>,
+}
+
+/// Reads C files, or one file of a later form.
+pub(crate) fn read(paths: &[PathBuf], arch: &Arch) -> Result<Input, Failure> {
+    let name = |p: &Path| p.display().to_string();
+    let form = |p: &Path| match name(p) {
+        n if n.ends_with(".ir") => Some("ir"),
+        n if n.ends_with(".dre.xml") => Some("dre"),
+        n if n.ends_with(".sched.xml") => Some("sched"),
+        _ => None,
+    };
+    let Some(path) = paths.iter().find(|p| form(p).is_some()) else {
+        let sources: Result<Vec<_>, _> = paths.iter().map(|p| files::read_source(p)).collect();
+        return Ok(Input::C(sources?));
+    };
+    if paths.len() > 1 {
+        let message = format!("{} is compiled further than C: give it alone", path.display());
+        return Err(Failure::Message(message));
+    }
+    let text = files::read_text(path)?;
+    let at = |line: u32, column: u32, why: &dyn std::fmt::Display| {
+        Failure::Message(format!("{}:{line}:{column}: {why}", path.display()))
+    };
+    Ok(match form(path) {
+        Some("ir") => {
+            let program =
+                srp_ir::text::read(&text).map_err(|e| at(e.line, e.column, &e.message))?;
+            if let Err(violations) = srp_ir::verify(&program) {
+                let lines: Vec<String> = violations.iter().map(|v| v.to_string()).collect();
+                return Err(Failure::Message(format!("{}: {}", path.display(), lines.join("\n"))));
+            }
+            Input::Ir(Box::new(program))
+        }
+        Some("dre") => {
+            let dre = dre::read(&text).map_err(|e| at(e.line, e.column, &e.message))?;
+            Input::Dre(Box::new(dre))
+        }
+        _ => {
+            let program =
+                dre::read_scheduled(&text, arch).map_err(|e| at(e.line, e.column, &e.message))?;
+            Input::Scheduled(Box::new(program))
+        }
+    })
+}
+
+/// The front end's view of a command line: macros of the machine and of the user, and where
+/// included files are found.
+pub(crate) struct FrontEnd<'a> {
+    source: &'a cli::Source,
+    arch: &'a Arch,
+    /// Every text that has been read, by name, for messages.
+    texts: RefCell<BTreeMap<String, String>>,
+}
+
+impl<'a> FrontEnd<'a> {
+    pub(crate) fn new(source: &'a cli::Source, arch: &'a Arch) -> FrontEnd<'a> {
+        FrontEnd { source, arch, texts: RefCell::default() }
+    }
+
+    /// Runs `f` with the front end's options.
+    pub(crate) fn with<R>(&self, f: impl FnOnce(&Options<'_>) -> R) -> R {
+        let resolve = |include: &Include<'_>| self.resolve(include);
+        let buffers = &self.arch.system.buffers;
+        let mut defines = vec![
+            ("SRP_RAYS".to_owned(), buffers.rays.to_string()),
+            ("SRP_RAY_BUFFERS".to_owned(), buffers.ray_buffers.to_string()),
+            ("SRP_HIT_BUFFERS".to_owned(), buffers.hit_buffers.to_string()),
+        ];
+        defines.extend(self.source.define.iter().map(|d| {
+            let (name, value) = d.split_once('=').unwrap_or((d, "1"));
+            (name.to_owned(), value.to_owned())
+        }));
+        f(&Options { defines, resolve: &resolve, auto_kernel: !self.source.no_auto_kernel })
+    }
+
+    /// An included file: beside the file that asks, in the folders of the command line, or one of
+    /// those that come along.
+    fn resolve(&self, include: &Include<'_>) -> Option<Source> {
+        let beside = Path::new(include.from).parent().map(Path::to_owned);
+        let folders = beside.into_iter().filter(|_| !include.system);
+        let folders = folders.chain(self.source.include.iter().cloned());
+        let found = folders
+            .map(|folder| folder.join(include.name))
+            .find_map(|path| files::read_source(&path).ok())
+            .or_else(|| kernels::header(include.name))?;
+        self.texts.borrow_mut().insert(found.name.clone(), found.text.clone());
+        Some(found)
+    }
+
+    /// Compiles to the intermediate form, before the passes. Warnings go to standard error.
+    pub(crate) fn compile(&self, sources: &[Source]) -> Result<Program, Failure> {
+        for source in sources {
+            self.texts.borrow_mut().insert(source.name.clone(), source.text.clone());
+        }
+        match self.with(|options| srp_frontend::compile(sources, options)) {
+            Ok((program, warnings)) => {
+                eprint!("{}", self.render(&warnings));
+                Ok(program)
+            }
+            Err(diagnostics) => Err(Failure::Reported(self.render(&diagnostics))),
+        }
+    }
+
+    /// Diagnostics as text, and how many errors they are.
+    pub(crate) fn render(&self, diagnostics: &[Diagnostic]) -> String {
+        let texts = self.texts.borrow();
+        let mut out = String::new();
+        for diagnostic in diagnostics {
+            let text = texts.get(&diagnostic.file).map_or("", String::as_str);
+            out.push_str(&render(diagnostic, text, talk::colour()));
+            out.push_str("\n\n");
+        }
+        let errors = diagnostics.iter().filter(|d| d.severity == Severity::Error).count();
+        match errors {
+            0 => {}
+            1 => out.push_str("1 error\n"),
+            n => out.push_str(&format!("{n} errors\n")),
+        }
+        out
+    }
+}
+
+/// The program after the passes.
+pub(crate) fn optimise(mut program: Program, arch: &Arch) -> Program {
+    let options = pass::Options { precision: arch.precision, ..pass::Options::default() };
+    // What stands in a loop's way is said again, with the loop's name, when it is divided.
+    let _remarks = pass::optimise(&mut program, &options);
+    debug_assert_eq!(srp_ir::verify(&program), Ok(()));
+    program
+}
+
+/// Divides a program and schedules it. Loops that the array cannot run go back to the control code.
+pub(crate) fn schedule(mut program: Program, arch: &Arch) -> Result<Compiled, Failure> {
+    let mut unschedulable = Vec::new();
+    loop {
+        let divided = split(&program);
+        let mut not_pipelined = divided.not_pipelined;
+        match schedule_dre(&divided.dre, arch) {
+            Ok(schedule) => {
+                not_pipelined.extend(unschedulable);
+                return Ok(Compiled { dre: Some(divided.dre), schedule, not_pipelined });
+            }
+            Err(ScheduleError::Kernel(kernel, why)) => {
+                let dfg = &divided.dre.kernels[kernel];
+                let Some((func, block)) = marked(&program, &dfg.name) else {
+                    return Err(Failure::Message(format!("{}: {}", dfg.name, why.why)));
+                };
+                let mark = program.funcs[func].blocks[block].kernel.take();
+                unschedulable.push(NotPipelined {
+                    name: dfg.name.clone(),
+                    pos: dfg.pos,
+                    reason: why.why,
+                    at: why.node.map_or(dfg.pos, |n| dfg.nodes[n].pos),
+                    required: mark.is_some_and(|m| m.required),
+                });
+            }
+            Err(error) => return Err(Failure::message(error)),
+        }
+    }
+}
+
+/// The loop with this kernel name.
+fn marked(program: &Program, name: &str) -> Option<(Func, Block)> {
+    program.funcs.iter().find_map(|(func, data)| {
+        let is = |&&block: &&Block| {
+            data.blocks[block].kernel.as_ref().is_some_and(|mark| mark.name == name)
+        };
+        data.layout.iter().find(is).map(|&block| (func, block))
+    })
+}
+
+fn schedule_dre(dre: &Dre, arch: &Arch) -> Result<Schedule, ScheduleError> {
+    let progress = Progress::steps("scheduling", dre.kernels.len() as u64);
+    let options = srp_scheduler::Options {
+        threads: std::thread::available_parallelism().map_or(1, usize::from),
+        progress: &|done| progress.at(done as u64),
+        ..srp_scheduler::Options::default()
+    };
+    srp_scheduler::schedule(dre, arch, &options)
+}
+
+/// Takes an input all the way to a schedule.
+pub(crate) fn compile(input: Input, front_end: &FrontEnd<'_>) -> Result<Compiled, Failure> {
+    let arch = front_end.arch;
+    match input {
+        Input::C(sources) => {
+            let program = front_end.compile(&sources)?;
+            schedule(optimise(program, arch), arch)
+        }
+        Input::Ir(program) => schedule(*program, arch),
+        Input::Dre(dre) => {
+            let schedule = schedule_dre(&dre, arch).map_err(Failure::message)?;
+            Ok(Compiled { dre: Some(*dre), schedule, not_pipelined: Vec::new() })
+        }
+        Input::Scheduled(program) => {
+            srp_scheduler::check::check(&program, arch)
+                .map_err(|v| Failure::message(ScheduleError::Wrong(v)))?;
+            let facts = |schedule: &srp_ir::dre::scheduled::ModuloSchedule| LoopFacts {
+                bounds: srp_scheduler::modulo::bounds(&schedule.dfg, arch),
+                obstacle: None,
+            };
+            let loops: EntityMap<_, _> = program.kernels.values().map(facts).collect();
+            let schedule = Schedule { program: *program, loops };
+            Ok(Compiled { dre: None, schedule, not_pipelined: Vec::new() })
+        }
+    }
+}

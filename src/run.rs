@@ -1,0 +1,82 @@
+//! `srp run`
+
+use crate::cli::{Engine, Run, RunEngine};
+use crate::failure::Failure;
+use crate::pipeline::{self, FrontEnd, Input};
+use crate::{compile, engine, machine};
+use srp_archdesc::arch::Arch;
+use srp_ir::dre::{self, Dre};
+use srp_ir::interp::{self, FlatWorld};
+use srp_ir::layout::Layout;
+use srp_runtime::solo::{self, Solo};
+use std::io::Write;
+
+/// Runs `srp run`; the program's exit status.
+pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
+    let arch = machine::read(&args.machine.machine)?;
+    let front_end = FrontEnd::new(&args.source, &arch);
+    let input = pipeline::read(&args.files, &arch)?;
+    let simulator = match args.engine {
+        RunEngine::Csim => Engine::Csim,
+        RunEngine::Interp => Engine::Interp,
+        RunEngine::Ir => return interpret(input, &front_end, &arch, args.limit),
+    };
+    let compiled = pipeline::compile(input, &front_end)?;
+    compile::say_not_pipelined(&compiled, &arch);
+    let program = &compiled.schedule.program;
+    let mut cores = engine::cores(program, &arch, simulator, 1)?;
+    let mut bus = Solo::new(&program.image, arch.system.sram_bytes);
+    let core = cores.first_mut().expect("one core was asked for");
+    let finish = solo::run(core.as_mut(), &mut bus, args.limit);
+    print(&bus.output);
+    let finish = finish.map_err(Failure::message)?;
+    eprintln!("{} cycles: {} VLIW, {} switching", finish.cycles(), finish.vliw, finish.switch);
+    for (kernel, cycles) in &finish.kernels {
+        let name = program.kernels.values().nth(*kernel as usize).map(|k| k.dfg.name.as_str());
+        eprintln!("  {cycles} in {}", name.unwrap_or("a kernel"));
+    }
+    Ok(finish.status)
+}
+
+/// Runs the meaning of the intermediate form.
+fn interpret(
+    input: Input,
+    front_end: &FrontEnd<'_>,
+    arch: &Arch,
+    limit: u64,
+) -> Result<i32, Failure> {
+    let dre = match input {
+        Input::C(sources) => {
+            let control = front_end.compile(&sources)?;
+            Dre { control, kernels: Default::default() }
+        }
+        Input::Ir(program) => Dre { control: *program, kernels: Default::default() },
+        Input::Dre(dre) => *dre,
+        Input::Scheduled(_) => {
+            return Err(Failure::message("a scheduled program has no --engine ir"));
+        }
+    };
+    let layout =
+        Layout::of(&dre.control, arch.system.sram_bytes).map_err(Failure::message)?;
+    let main = dre.control.main.ok_or_else(|| Failure::message("the program has no `main`"))?;
+    let mut world = FlatWorld::new(&layout, arch.system.sram_bytes);
+    let options = interp::Options {
+        precision: arch.precision,
+        steps: limit,
+        ..interp::Options::new(&layout)
+    };
+    let zeros = dre.control.funcs[main].blocks[dre.control.funcs[main].entry()].params.iter();
+    let zero = |&v: &_| srp_ir::program::Bits::zero(dre.control.funcs[main].values[v]);
+    let args: Vec<_> = zeros.map(zero).collect();
+    let outcome = dre::run(&dre, main, &args, &mut world, &options);
+    print(&world.output);
+    let outcome = outcome.map_err(|trap| Failure::Message(trap.show(&dre.control)))?;
+    eprintln!("{} steps", outcome.profile.steps);
+    Ok(outcome.status())
+}
+
+/// What the program has printed; a reader that has gone away is no error.
+fn print(bytes: &[u8]) {
+    let mut out = std::io::stdout().lock();
+    let _ = out.write_all(bytes).and_then(|()| out.flush());
+}
