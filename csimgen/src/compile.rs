@@ -11,15 +11,9 @@ use std::process::Command;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::{fs, io};
 
-<<<<<<< HEAD
-/// What rustc is called with, beside the names of files. Simulators are many small functions:
-/// higher levels of optimisation take several times as long and gain nothing but vectors, which
-/// the one pass brings.
-=======
 /// What rustc is called with, beside the names of files and [`features`]. Simulators are many small
 /// functions: higher levels of optimisation take several times as long and gain nothing but
 /// vectors, which the one pass brings.
->>>>>>> csimgen
 const FLAGS: &[&str] = &[
     "--edition=2024",
     "--crate-type=cdylib",
@@ -32,8 +26,6 @@ const FLAGS: &[&str] = &[
     "-Cpasses=slp-vectorizer",
 ];
 
-<<<<<<< HEAD
-=======
 /// What the host has beyond the least of its kind that is worth using: fused multiply-add, which
 /// takes a dozen instructions otherwise. Results are the same with it and without.
 fn features() -> &'static [&'static str] {
@@ -44,7 +36,6 @@ fn features() -> &'static [&'static str] {
     &[]
 }
 
->>>>>>> csimgen
 /// Where things are.
 #[derive(Clone, Debug)]
 pub struct CompileOptions {
@@ -197,10 +188,7 @@ fn build(source: &SimSource, rustc: &Path, folder: &Path) -> Result<(), CompileE
     }
     let output = Command::new(rustc)
         .args(FLAGS)
-<<<<<<< HEAD
-=======
         .args(features())
->>>>>>> csimgen
         .args(["lib.rs", "-o", &library_name()])
         .current_dir(folder)
         .output()
@@ -218,11 +206,7 @@ fn build(source: &SimSource, rustc: &Path, folder: &Path) -> Result<(), CompileE
 fn key(source: &SimSource, version: &str) -> String {
     let mut hash = Fnv::new();
     hash.text(version);
-<<<<<<< HEAD
-    for flag in FLAGS {
-=======
     for flag in FLAGS.iter().chain(features()) {
->>>>>>> csimgen
         hash.text(flag);
     }
     for (name, text) in &source.files {

@@ -6,11 +6,7 @@
 //! needs; a rotating file is addressed relative to the iteration begun last.
 
 use super::order::sequence;
-<<<<<<< HEAD
-use super::{LinkError, Linker, Site};
-=======
 use super::{Iteration, LinkError, Linker, Site};
->>>>>>> csimgen
 use crate::spec::{Action, Cell, KernelSpec, Landing, MAX_STAGES, Operand, Preset, Role, Step};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Effect, Opcode, Ty};
@@ -135,11 +131,7 @@ fn preloads(
             Initial::LiveIn(n) => Operand::Cell(live_in(linker, schedule, n, ty, site)?),
         };
         presets.push(Preset {
-<<<<<<< HEAD
-            cell: linker.register(at, 0, ty, site)?,
-=======
             cell: linker.register(at, Iteration::default(), ty, site)?,
->>>>>>> csimgen
             value,
             ty,
         });
@@ -148,11 +140,7 @@ fn preloads(
 }
 
 /// One kernel's contexts in the making. Results are added with their latency, so that the oldest
-<<<<<<< HEAD
-/// can be put first.
-=======
 /// can be put last.
->>>>>>> csimgen
 struct Array<'a> {
     kernel: u32,
     schedule: &'a ModuloSchedule,
@@ -255,12 +243,6 @@ impl Array<'_> {
         let at = linker.position(site.pos);
         let mut issues = Vec::new();
         for block in 0..self.unroll {
-<<<<<<< HEAD
-            let i = i64::from(block) - i64::from(op.time / self.schedule.ii);
-            let mut operands = Vec::new();
-            for (source, kind) in op.operands.iter().zip(info.operands) {
-                operands.push(self.source(linker, op, source, kind.ty(), i, site)?);
-=======
             let when = Iteration {
                 block: i64::from(block),
                 back: i64::from(op.time / self.schedule.ii),
@@ -268,7 +250,6 @@ impl Array<'_> {
             let mut operands = Vec::new();
             for (source, kind) in op.operands.iter().zip(info.operands) {
                 operands.push(self.source(linker, op, source, kind.ty(), when, site)?);
->>>>>>> csimgen
             }
             issues.push(Action::Op {
                 op: opcode,
@@ -287,22 +268,14 @@ impl Array<'_> {
         self.add_flow(linker, &flow, issues, site)
     }
 
-<<<<<<< HEAD
-    /// Where an operand of iteration `i` is read.
-=======
     /// Where an operand of iteration `when` is read.
->>>>>>> csimgen
     fn source(
         &self,
         linker: &Linker,
         op: &PlacedOp,
         source: &Source,
         ty: Ty,
-<<<<<<< HEAD
-        i: i64,
-=======
         when: Iteration,
->>>>>>> csimgen
         site: &Site,
     ) -> Result<Operand, LinkError> {
         let place_of = |fu| match ty {
@@ -328,12 +301,8 @@ impl Array<'_> {
             }
             Source::Reg { reg, distance } => {
                 linker.reads(op.fu, reg.file, site)?;
-<<<<<<< HEAD
-                linker.register(*reg, i - i64::from(*distance), ty, site)?
-=======
                 let back = when.back + i64::from(*distance);
                 linker.register(*reg, Iteration { back, ..when }, ty, site)?
->>>>>>> csimgen
             }
         };
         let store = &linker.stores[cell.store as usize];
@@ -430,13 +399,6 @@ impl Array<'_> {
         });
         for (block, action) in (0..self.unroll).zip(actions) {
             let at = |t: u32| (block * ii + t % ii) as usize;
-<<<<<<< HEAD
-            let i = i64::from(block) - i64::from(landing / ii);
-            let mut dests = Vec::new();
-            for dest in &flow.dests {
-                dests.push(match (dest, flow.ty) {
-                    (Dest::Reg(reg), Some(ty)) => linker.register(*reg, i, ty, site)?,
-=======
             let when = Iteration {
                 block: i64::from(block),
                 back: i64::from(landing / ii),
@@ -445,7 +407,6 @@ impl Array<'_> {
             for dest in &flow.dests {
                 dests.push(match (dest, flow.ty) {
                     (Dest::Reg(reg), Some(ty)) => linker.register(*reg, when, ty, site)?,
->>>>>>> csimgen
                     (Dest::Reg(_), None) => {
                         return Err(site.error(linker, "there is no result to write"));
                     }
@@ -491,11 +452,7 @@ impl Array<'_> {
         let mut spare: BTreeMap<Ty, Vec<u32>> = BTreeMap::new();
         let mut contexts = Vec::new();
         for mut steps in std::mem::take(&mut self.contexts) {
-<<<<<<< HEAD
-            steps.sort_by_key(|(latency, _)| std::cmp::Reverse(*latency));
-=======
             steps.sort_by_key(|(latency, _)| *latency);
->>>>>>> csimgen
             let mut steps: Vec<Step> = steps.into_iter().map(|(_, step)| step).collect();
             steps.extend(past.iter().cloned());
             let mut taken: BTreeMap<Ty, usize> = BTreeMap::new();

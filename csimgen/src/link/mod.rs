@@ -192,11 +192,6 @@ impl<'a> Linker<'a> {
         }
     }
 
-<<<<<<< HEAD
-    /// The register `reg` names in iteration `i`, in a place that holds values of type `ty`. In a
-    /// rotating file `i` is relative to the iteration begun last.
-    fn register(&self, reg: RegAt, i: i64, ty: Ty, site: &Site) -> Result<Cell, LinkError> {
-=======
     /// The register `reg` names in an iteration, in a file that holds values of type `ty`.
     fn register(
         &self,
@@ -205,7 +200,6 @@ impl<'a> Linker<'a> {
         ty: Ty,
         site: &Site,
     ) -> Result<Cell, LinkError> {
->>>>>>> csimgen
         let file = self.file(reg.file, ty, site)?;
         let spec = &self.arch.files[file];
         let rotating = spec.kind == FileKind::Rotating;
@@ -221,10 +215,7 @@ impl<'a> Linker<'a> {
                 format!("{name}[{last}] is beyond its {} registers", spec.size),
             ));
         }
-<<<<<<< HEAD
-=======
         let i = if rotating { 0 } else { when.block } - when.back;
->>>>>>> csimgen
         let index = reg.physical(i, rotating, spec.size);
         Ok(self.place_cell(self.graph.file[file], index))
     }
@@ -236,11 +227,7 @@ impl<'a> Linker<'a> {
             index: reg.index,
             ring: 1,
         };
-<<<<<<< HEAD
-        self.register(at, 0, ty, site)
-=======
         self.register(at, Iteration::default(), ty, site)
->>>>>>> csimgen
     }
 
     fn file(&self, file: RegFile, ty: Ty, site: &Site) -> Result<RegFile, LinkError> {
@@ -286,24 +273,10 @@ impl<'a> Linker<'a> {
         let Some(spec) = self.arch.fus.get(fu) else {
             return Err(site.error(self, format!("there is no unit {fu}")));
         };
-<<<<<<< HEAD
-        let Some(run) = spec.op(op.class()) else {
-            let message = format!("unit {} does not run `{op}` ({})", spec.name, op.class());
-            return Err(site.error(self, message));
-        };
-        if op
-            .result()
-            .is_some_and(|ty| ty != Ty::Pred && ty.bits() > spec.width)
-        {
-            let message = format!("the output of {} is too narrow for `{op}`", spec.name);
-            return Err(site.error(self, message));
-        }
-=======
         let Some(run) = spec.runs(op) else {
             let message = format!("unit {} does not run `{op}` ({})", spec.name, op.class());
             return Err(site.error(self, message));
         };
->>>>>>> csimgen
         Ok(run.latency.max(1))
     }
 
@@ -317,8 +290,6 @@ impl<'a> Linker<'a> {
     }
 }
 
-<<<<<<< HEAD
-=======
 /// An iteration, as seen from a context: the one that began `back` iterations before the last one
 /// that has begun, whose number is `block` modulo the unrolling.
 #[derive(Clone, Copy, Default)]
@@ -327,7 +298,6 @@ struct Iteration {
     back: i64,
 }
 
->>>>>>> csimgen
 /// Where in the schedule something is, for messages.
 struct Site {
     scope: String,

@@ -7,12 +7,7 @@
 use crate::spec::{Cell, Landing, Step};
 use srp_archdesc::isa::Effect;
 
-<<<<<<< HEAD
-/// Orders `steps`. Of two that write the same cell the one given first comes first, so results are
-/// to be given oldest first. Loads come before stores, both otherwise in the order given.
-=======
 /// Orders `steps`. Of two that write the same cell the one given first comes first. Loads come before stores, both otherwise in the order given.
->>>>>>> csimgen
 ///
 /// `split` sends the result of a step elsewhere and gives the step that brings it to its place, if
 /// that is a step of this cycle.
@@ -169,11 +164,7 @@ mod tests {
     }
 
     #[test]
-<<<<<<< HEAD
-    fn the_younger_write_wins() {
-=======
     fn the_write_given_last_stays() {
->>>>>>> csimgen
         let steps = vec![op(Opcode::Mov, &[1], &[0]), op(Opcode::Mov, &[2], &[0])];
         let mut state = [0, 1, 2];
         run(&sequence(steps, |_| unreachable!()), &mut state);

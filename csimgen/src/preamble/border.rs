@@ -208,19 +208,13 @@ impl<'a, B: Bus + ?Sized> Border<'a, B> {
 
     /// Takes a word from an input port.
     pub fn port_in(&mut self, port: u32) -> Result<u32, Stop> {
-<<<<<<< HEAD
-=======
         self.accessed = true;
->>>>>>> csimgen
         self.bus.port_in(port).ok_or(Stop::Wait(port))
     }
 
     /// Gives a word to an output port.
     pub fn port_out(&mut self, port: u32, value: u32) -> Result<(), Stop> {
-<<<<<<< HEAD
-=======
         self.accessed = true;
->>>>>>> csimgen
         if self.bus.port_out(port, value) {
             Ok(())
         } else {

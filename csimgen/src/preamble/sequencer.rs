@@ -5,11 +5,8 @@
 //! Rules, beside those of time in the scheduled program:
 //! * While the core is stalled or waits for a port, time stands still for all of it: results in
 //!   flight do not move.
-<<<<<<< HEAD
-=======
 //! * Of results that land in one register at once, which no proper schedule has, the one issued
 //!   first stays.
->>>>>>> csimgen
 //! * A bundle that talks to a port is the first of its run, so that the bus knows the time.
 //! * A launch is a bundle like others; from the next cycle on the mode switch takes
 //!   `enter_cycles`, in which results still in flight go on to land. What has not landed then does
@@ -371,19 +368,11 @@ impl Flight {
         self.count += 1;
     }
 
-<<<<<<< HEAD
-    /// The end of a cycle: what lands then is written, the oldest first.
-    #[inline(always)]
-    fn tick<B: ?Sized>(&mut self, path: &mut impl Datapath<B>) {
-        if self.count > 0 {
-            for (register, value) in self.cycles[self.first].drain(..) {
-=======
     /// The end of a cycle: what lands then is written, the oldest last.
     #[inline(always)]
     fn tick<B: ?Sized>(&mut self, path: &mut impl Datapath<B>) {
         if self.count > 0 {
             for (register, value) in self.cycles[self.first].drain(..).rev() {
->>>>>>> csimgen
                 self.count -= 1;
                 match value {
                     Landing::Word(value) => path.write(register, value),
