@@ -149,7 +149,7 @@ pub(super) fn units(
             .map(|row| row_types(found, &types, row))
             .collect(),
         written: written.cells,
-        slots: values::number(found, slots, limits::SLOTS, cols).min(cols),
+        slots: first_slots(found, slots, cols, sized),
         array: array.span,
     };
     let mut units = Units {
@@ -191,6 +191,24 @@ fn no_unit(found: &Findings, array: Span, row: u32, col: u32) {
             .error("A0409", array, message, "the layout leaves it empty")
             .help(help),
     );
+}
+
+/// How many cells of the first row are VLIW slots.
+fn first_slots(found: &Findings, text: &Option<Text>, cols: u32, sized: bool) -> u32 {
+    let slots = values::number(found, text, limits::SLOTS, cols);
+    if let Some(text) = text
+        && sized
+        && slots > cols
+    {
+        let message = format!("{slots} VLIW slots do not fit in a row of {cols} units");
+        let label = "more than the columns";
+        found.push(
+            found
+                .error("A0502", text.span, message, label)
+                .help("give units of other rows a `slot`"),
+        );
+    }
+    slots.min(cols)
 }
 
 /// The unit in one cell; `None` where the layout leaves it empty.
