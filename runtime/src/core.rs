@@ -5,6 +5,10 @@
 //! varies for two reasons only, and both are the bus's word: a cached access that misses freezes
 //! the whole core ([`Bus::stalled`]), and a port that is not ready holds the VLIW engine where it is.
 
+/// The text of this file, which depends on nothing but `std`: it is part of every generated
+/// simulator.
+pub const SOURCE: &str = include_str!("core.rs");
+
 /// A 128-bit value: four words, lane 0 first. Narrower values use lane 0.
 pub type Lanes = [u32; 4];
 

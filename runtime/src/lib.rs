@@ -10,6 +10,7 @@ pub mod memory;
 pub mod picture;
 pub mod scene;
 pub mod scene_image;
+pub mod solo;
 pub mod system;
 pub mod tni;
 pub use srp_archdesc::ports;

@@ -1,0 +1,173 @@
+//! A core by itself: SRAM, system memory that answers at once, ports to standard output. Enough to
+//! run a C program, and to try an engine.
+
+use crate::core::{Activity, Bus, Core, Lanes, Run, Trap};
+use crate::ports;
+use std::collections::{BTreeMap, VecDeque};
+
+/// Where system memory begins.
+pub const SYSTEM_BASE: u32 = 0x8000_0000;
+
+/// What there is round a core that is by itself. No access ever stalls.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Solo {
+    /// SRAM, from address 0.
+    pub sram: Vec<u8>,
+    /// System memory, from [`SYSTEM_BASE`].
+    pub memory: Vec<u8>,
+    /// Words that wait at input ports.
+    pub inputs: BTreeMap<u32, VecDeque<u32>>,
+    /// Words given to output ports other than those of the standard output and the exit status.
+    pub outputs: BTreeMap<u32, Vec<u32>>,
+    /// What was written to the standard output.
+    pub output: Vec<u8>,
+    /// The status given to the exit port, which ends the program.
+    pub exit: Option<i32>,
+}
+
+impl Solo {
+    /// An SRAM of `sram_bytes` bytes that begins with `image` and is zero otherwise, core number 0,
+    /// no tiles, and no system memory.
+    pub fn new(image: &[u8], sram_bytes: u32) -> Solo {
+        let mut sram = image.to_vec();
+        sram.resize(sram.len().max(sram_bytes as usize), 0);
+        Solo {
+            sram,
+            ..Solo::default()
+        }
+    }
+
+    fn mapped(&mut self, address: u32, bytes: u32) -> Option<&mut [u8]> {
+        if !address.is_multiple_of(bytes) {
+            return None;
+        }
+        let start = address.checked_sub(SYSTEM_BASE)? as usize;
+        self.memory.get_mut(start..start + bytes as usize)
+    }
+}
+
+impl Bus for Solo {
+    fn sram(&mut self) -> &mut [u8] {
+        &mut self.sram
+    }
+
+    fn cached_load(&mut self, address: u32, bytes: u32) -> Option<Lanes> {
+        let mut lanes = Lanes::default();
+        for (i, &byte) in self.mapped(address, bytes)?.iter().enumerate() {
+            lanes[i / 4] |= u32::from(byte) << (8 * (i % 4));
+        }
+        Some(lanes)
+    }
+
+    fn cached_store(&mut self, address: u32, bytes: u32, value: Lanes) -> Option<()> {
+        for (i, byte) in self.mapped(address, bytes)?.iter_mut().enumerate() {
+            *byte = (value[i / 4] >> (8 * (i % 4))) as u8;
+        }
+        Some(())
+    }
+
+    /// True when the program has ended, so that an engine goes no further.
+    fn stalled(&self) -> bool {
+        self.exit.is_some()
+    }
+
+    fn port_in(&mut self, port: u32) -> Option<u32> {
+        match (self.inputs.get_mut(&port), port) {
+            (Some(queue), _) => queue.pop_front(),
+            (None, ports::CORE) => Some(0),
+            (None, ports::TILE) => Some(u32::MAX),
+            (None, _) => None,
+        }
+    }
+
+    fn port_out(&mut self, port: u32, value: u32) -> bool {
+        match port {
+            ports::PUTCHAR => self.output.push(value as u8),
+            ports::EXIT => self.exit = Some(value as i32),
+            _ => self.outputs.entry(port).or_default().push(value),
+        }
+        true
+    }
+}
+
+/// How a program ended, and the cycles it took.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Finish {
+    /// Its exit status.
+    pub status: i32,
+    /// Cycles of VLIW code.
+    pub vliw: u64,
+    /// Cycles of mode switches.
+    pub switch: u64,
+    /// Cycles of each kernel, by its number.
+    pub kernels: BTreeMap<u32, u64>,
+}
+
+impl Finish {
+    /// All cycles.
+    pub fn cycles(&self) -> u64 {
+        self.vliw + self.switch + self.kernels.values().sum::<u64>()
+    }
+}
+
+/// Why a program did not end.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum SoloError {
+    /// It trapped.
+    Trap(Trap),
+    /// It waits for a port that nobody will ever serve.
+    Deadlock {
+        /// The port.
+        port: u32,
+    },
+    /// It has not ended within the cycles it was given.
+    Endless {
+        /// How many they were.
+        limit: u64,
+    },
+}
+
+impl std::fmt::Display for SoloError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            SoloError::Trap(trap) => trap.fmt(f),
+            SoloError::Deadlock { port } => {
+                write!(
+                    f,
+                    "the program waits for port {port}, where nothing is connected"
+                )
+            }
+            SoloError::Endless { limit } => {
+                write!(f, "the program has not ended after {limit} cycles")
+            }
+        }
+    }
+}
+
+impl std::error::Error for SoloError {}
+
+/// Runs a program to its end, for at most `limit` cycles.
+///
+/// # Errors
+///
+/// If it traps, waits for ever, or does not end in time.
+pub fn run(core: &mut dyn Core, solo: &mut Solo, limit: u64) -> Result<Finish, SoloError> {
+    let mut finish = Finish::default();
+    loop {
+        let left = limit - finish.cycles();
+        if left == 0 {
+            return Err(SoloError::Endless { limit });
+        }
+        let Run { cycles, activity } = core.run(solo, left).map_err(SoloError::Trap)?;
+        match activity {
+            Activity::Vliw => finish.vliw += cycles,
+            Activity::Switch => finish.switch += cycles,
+            Activity::Array(kernel) => *finish.kernels.entry(kernel).or_default() += cycles,
+            Activity::Wait(port) => return Err(SoloError::Deadlock { port }),
+            Activity::Halted(status) => return Ok(Finish { status, ..finish }),
+        }
+        if let Some(status) = solo.exit {
+            return Ok(Finish { status, ..finish });
+        }
+    }
+}
