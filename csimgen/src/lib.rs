@@ -1,1 +1,27 @@
-//! csimgen
+//! From a scheduled program and its machine to a simulator that is exact to the cycle.
+//!
+//! [`link()`] resolves everything into tables, [`SimSpec`]. Two engines run them:
+//!
+//! * [`Interpreter`] goes through the tables. It needs nothing, starts at once, and is what the
+//!   other is compared with.
+//! * [`emit()`] writes them as Rust, [`compile()`] has rustc make a library of that, and
+//!   [`Simulator`] loads it. It is an order of magnitude faster, and worth its compile time from
+//!   some ten million cycles on; the library is kept for the next time.
+//!
+//! Both implement [`Core`](srp_runtime::core::Core). They share the machinery in [`preamble`]: what
+//! a cycle is made of is in tables or code, when which cycle happens is written once.
+
+pub mod compile;
+pub mod emit;
+pub mod interp;
+pub mod link;
+pub mod load;
+pub mod preamble;
+pub mod spec;
+
+pub use compile::{CompileError, CompileOptions, compile};
+pub use emit::{SimSource, emit};
+pub use interp::Interpreter;
+pub use link::{LinkError, link};
+pub use load::{LoadError, Simulator};
+pub use spec::SimSpec;

@@ -1,0 +1,188 @@
+//! The structure of a machine's registers.
+
+use super::{comment, kernel_module, line};
+use crate::spec::{Role, SimSpec, Store};
+use srp_archdesc::isa::Ty;
+
+/// `state.rs`.
+pub(super) fn emit(spec: &SimSpec) -> String {
+    let mut text = String::new();
+    let out = &mut text;
+    line(
+        out,
+        format_args!(
+            "//! The registers of machine `{}`, by the machine's own names.\n",
+            comment(&spec.machine)
+        ),
+    );
+    line(
+        out,
+        format_args!("use super::abi::HostBus;\nuse super::border::{{Border, Fault, Stop}};"),
+    );
+    line(
+        out,
+        format_args!(
+            "use super::ops::V4;\nuse super::registers::Rotating;\nuse super::sequencer::Issue;\n"
+        ),
+    );
+    line(
+        out,
+        format_args!("/// What a bundle or a context sees of the world."),
+    );
+    line(
+        out,
+        format_args!("pub(crate) type Bus<'a> = Border<'a, HostBus>;"),
+    );
+    line(out, format_args!("/// A bundle."));
+    line(
+        out,
+        format_args!(
+            "pub(crate) type Bundle = fn(&mut Srp, &mut Issue, &mut Bus<'_>) -> Result<(), Stop>;"
+        ),
+    );
+    line(out, format_args!("/// One cycle of a kernel."));
+    line(
+        out,
+        format_args!(
+            "pub(crate) type Context = fn(&mut Srp, &mut Bus<'_>, u64) -> Result<(), Fault>;\n"
+        ),
+    );
+    let files = || spec.stores.iter().filter(|s| s.role == Role::File);
+    line(
+        out,
+        format_args!("// The first register of each plain file, among all registers."),
+    );
+    for store in files() {
+        line(
+            out,
+            format_args!(
+                "pub(crate) const {}: u32 = {};",
+                constant(store),
+                store.base
+            ),
+        );
+    }
+    line(
+        out,
+        format_args!("\n/// All registers, and what is in flight in kernels."),
+    );
+    line(out, format_args!("#[repr(C)]\npub(crate) struct Srp {{"));
+    for store in machine(spec) {
+        line(
+            out,
+            format_args!("    pub(crate) {}: {},", store.name, field_type(store)),
+        );
+    }
+    for number in 0..spec.kernels.len() {
+        let module = kernel_module(spec, number);
+        line(
+            out,
+            format_args!("    pub(crate) {module}: super::{module}::Flight,"),
+        );
+    }
+    line(out, format_args!("}}\n\nimpl Srp {{"));
+    line(out, format_args!("    /// All of it zero."));
+    line(
+        out,
+        format_args!("    pub(crate) fn new() -> Srp {{\n        Srp {{"),
+    );
+    for store in machine(spec) {
+        line(
+            out,
+            format_args!("            {}: {},", store.name, zero(store)),
+        );
+    }
+    for number in 0..spec.kernels.len() {
+        let module = kernel_module(spec, number);
+        line(
+            out,
+            format_args!("            {module}: super::{module}::Flight::new(),"),
+        );
+    }
+    line(out, format_args!("        }}\n    }}\n"));
+    writer(out, "write_word", "u32", files());
+    writer(
+        out,
+        "write_lanes",
+        "V4",
+        files().filter(|s| s.ty == Ty::Vec),
+    );
+    line(out, format_args!("}}"));
+    text
+}
+
+/// A function that writes a register by its number.
+fn writer<'a>(out: &mut String, name: &str, ty: &str, stores: impl Iterator<Item = &'a Store>) {
+    line(
+        out,
+        format_args!("    pub(crate) fn {name}(&mut self, register: u32, value: {ty}) {{"),
+    );
+    line(out, format_args!("        match register {{"));
+    for store in stores {
+        let (first, end) = (store.base, store.base + store.size);
+        let place = format!("self.{}[(register - {first}) as usize]", store.name);
+        let statement = match (store.ty, ty) {
+            (Ty::Pred, _) => format!("{place} = value != 0"),
+            (Ty::Word, _) | (Ty::Vec, "V4") => format!("{place} = value"),
+            (Ty::Vec, _) => format!("{place}.0[0] = value"),
+        };
+        line(
+            out,
+            format_args!("            {first}..{end} => {statement},"),
+        );
+    }
+    line(
+        out,
+        format_args!("            _ => unreachable!(\"VLIW code writes plain files only\"),"),
+    );
+    line(out, format_args!("        }}\n    }}"));
+}
+
+/// The stores that are not a kernel's.
+fn machine(spec: &SimSpec) -> impl Iterator<Item = &Store> {
+    spec.stores
+        .iter()
+        .filter(|s| !matches!(s.role, Role::Flight(_)))
+}
+
+/// The constant with the number of a file's first register.
+pub(super) fn constant(store: &Store) -> String {
+    store.name.to_ascii_uppercase()
+}
+
+fn cell_type(ty: Ty) -> &'static str {
+    match ty {
+        Ty::Pred => "bool",
+        Ty::Word => "u32",
+        Ty::Vec => "V4",
+    }
+}
+
+/// The type of a store's field.
+pub(super) fn field_type(store: &Store) -> String {
+    let cell = cell_type(store.ty);
+    match store.role {
+        Role::Rotating => format!("Rotating<{cell}, {}>", store.size),
+        _ if is_single(store) => cell.to_owned(),
+        _ => format!("[{cell}; {}]", store.size),
+    }
+}
+
+/// Whether a store's field is its only cell.
+pub(super) fn is_single(store: &Store) -> bool {
+    store.size == 1 && matches!(store.role, Role::Output | Role::Flight(_))
+}
+
+/// The initial value of a store's field.
+pub(super) fn zero(store: &Store) -> String {
+    let cell = match store.ty {
+        Ty::Pred => "false",
+        Ty::Word => "0",
+        Ty::Vec => "V4([0; 4])",
+    };
+    match store.role {
+        Role::Rotating => "Rotating::default()".to_owned(),
+        _ if is_single(store) => cell.to_owned(),
+        _ => format!("[{cell}; {}]", store.size),
+    }
+}

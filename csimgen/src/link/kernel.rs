@@ -1,0 +1,527 @@
+//! Modulo schedules.
+//!
+//! Every cycle of a kernel is one context: `ii` of them, times the unrolling that rings of
+//! registers ask for. Iteration `i` runs its cycle `t` in context `(t + ii·i) mod contexts`, so
+//! within a context the iteration of a step is known modulo the unrolling, which is all that a ring
+//! needs; a rotating file is addressed relative to the iteration begun last.
+
+use super::order::sequence;
+use super::{Iteration, LinkError, Linker, Site};
+use crate::spec::{Action, Cell, KernelSpec, Landing, MAX_STAGES, Operand, Preset, Role, Step};
+use srp_archdesc::entity::Entity;
+use srp_archdesc::isa::{Effect, Opcode, Ty};
+use srp_archdesc::resource::Place;
+use srp_ir::dfg::Initial;
+use srp_ir::dre::scheduled::{ModuloSchedule, PlacedOp, PlacedTransfer, RegAt, Source};
+use srp_ir::program::Kernel;
+use std::collections::BTreeMap;
+
+/// The kernel with this number.
+pub(super) fn kernel(linker: &mut Linker, kernel: Kernel) -> Result<KernelSpec, LinkError> {
+    let schedule = &linker.program.kernels[kernel];
+    let site = Site {
+        scope: format!("kernel `{}`", schedule.dfg.name),
+        pos: schedule.dfg.pos,
+    };
+    let unroll = unrolling(linker, schedule, &site)?;
+    let trip = live_in(linker, schedule, schedule.dfg.trip, Ty::Word, &site)?;
+    let preloads = preloads(linker, schedule, &site)?;
+    let mut array = Array {
+        kernel: kernel.index() as u32,
+        schedule,
+        unroll,
+        contexts: vec![Vec::new(); (schedule.ii * unroll) as usize],
+        delayed: BTreeMap::new(),
+    };
+    array.add_all(linker)?;
+    let contexts = array.finish(linker);
+    let setting = (preloads.len() as u32).div_ceil(linker.arch.preload_width.max(1));
+    Ok(KernelSpec {
+        name: schedule.dfg.name.clone(),
+        at: linker.position(schedule.dfg.pos),
+        ii: schedule.ii,
+        length: schedule.length,
+        enter_cycles: linker.arch.mode_switch + setting,
+        leave_cycles: linker.arch.mode_switch,
+        trip,
+        preloads,
+        contexts,
+    })
+}
+
+/// How often the contexts are repeated so that each ring is back at its first register.
+fn unrolling(linker: &Linker, schedule: &ModuloSchedule, site: &Site) -> Result<u32, LinkError> {
+    if schedule.ii == 0 || schedule.length == 0 {
+        return Err(site.error(linker, "initiation interval and length must not be 0"));
+    }
+    let ring_is_zero = |reg: &RegAt| reg.ring == 0;
+    let sources = schedule.ops.values().flat_map(|op| &op.operands);
+    let read = sources.filter_map(|source| match source {
+        Source::Reg { reg, .. } => Some(reg),
+        Source::Const(_) | Source::Out(_) => None,
+    });
+    let written = schedule.ops.values().flat_map(|op| &op.writes);
+    let transferred = schedule.transfers.iter().map(|t| &t.to);
+    let mut rings: Vec<_> = read.chain(written).chain(transferred).collect();
+    if rings.iter().any(|reg| ring_is_zero(reg)) {
+        return Err(site.error(linker, "a ring has no register"));
+    }
+    rings.sort_by_key(|reg| reg.ring);
+    rings.dedup_by_key(|reg| reg.ring);
+    let depth = linker.arch.contexts;
+    let mut contexts = u64::from(schedule.ii);
+    let mut unroll = 1u64;
+    for reg in rings {
+        unroll = lcm(unroll, u64::from(reg.ring));
+        contexts = u64::from(schedule.ii).saturating_mul(unroll);
+        if contexts > u64::from(depth) {
+            break;
+        }
+    }
+    if contexts > u64::from(depth) {
+        let message =
+            format!("{contexts} contexts or more do not fit in the {depth} of the machine");
+        return Err(site.error(linker, message));
+    }
+    let stages = schedule.length.div_ceil(schedule.ii);
+    if stages > MAX_STAGES {
+        let message = format!("{stages} stages overlap; simulators have {MAX_STAGES} predicates");
+        return Err(site.error(linker, message));
+    }
+    Ok(unroll as u32)
+}
+
+fn lcm(a: u64, b: u64) -> u64 {
+    let (mut x, mut y) = (a, b);
+    while y != 0 {
+        (x, y) = (y, x % y);
+    }
+    (a / x).saturating_mul(b)
+}
+
+/// The central register of live-in `number`.
+fn live_in(
+    linker: &Linker,
+    schedule: &ModuloSchedule,
+    number: u32,
+    ty: Ty,
+    site: &Site,
+) -> Result<Cell, LinkError> {
+    let Some(reg) = schedule.live_in_regs.get(number as usize) else {
+        return Err(site.error(linker, format!("there is no live-in {number}")));
+    };
+    linker.plain(*reg, ty, site)
+}
+
+fn preloads(
+    linker: &Linker,
+    schedule: &ModuloSchedule,
+    site: &Site,
+) -> Result<Vec<Preset>, LinkError> {
+    let mut presets = Vec::new();
+    for preload in &schedule.preloads {
+        let ty = preload.ty;
+        let at = RegAt {
+            file: preload.file,
+            index: preload.index,
+            ring: 1,
+        };
+        let value = match preload.value {
+            Initial::Const(bits) => linker.constant(bits, ty, site)?,
+            Initial::LiveIn(n) => Operand::Cell(live_in(linker, schedule, n, ty, site)?),
+        };
+        presets.push(Preset {
+            cell: linker.register(at, Iteration::default(), ty, site)?,
+            value,
+            ty,
+        });
+    }
+    Ok(presets)
+}
+
+/// One kernel's contexts in the making. Results are added with their latency, so that the oldest
+/// can be put last.
+struct Array<'a> {
+    kernel: u32,
+    schedule: &'a ModuloSchedule,
+    unroll: u32,
+    contexts: Vec<Vec<(u32, Step)>>,
+    /// Outputs that are read over links with registers, the longest delay of each, and the store
+    /// that holds what they were.
+    delayed: BTreeMap<Place, (u32, u32)>,
+}
+
+impl Array<'_> {
+    fn add_all(&mut self, linker: &mut Linker) -> Result<(), LinkError> {
+        let schedule = self.schedule;
+        self.find_delayed(linker)?;
+        for (placed, op) in schedule.ops.iter() {
+            let Some(node) = schedule.dfg.nodes.get(op.node) else {
+                let scope = format!("kernel `{}`, {placed}", schedule.dfg.name);
+                let message = format!("there is no node {}", op.node);
+                return Err(linker.error(&scope, schedule.dfg.pos, message));
+            };
+            let site = Site {
+                scope: format!("kernel `{}`, {placed}", schedule.dfg.name),
+                pos: node.pos,
+            };
+            self.add_op(linker, placed.index(), op, &site)?;
+        }
+        for (number, transfer) in schedule.transfers.iter().enumerate() {
+            let pos = schedule.dfg.nodes.get(transfer.node).map(|n| n.pos);
+            let site = Site {
+                scope: format!("kernel `{}`, transfer {number}", schedule.dfg.name),
+                pos: pos.unwrap_or(schedule.dfg.pos),
+            };
+            self.add_transfer(linker, number, transfer, &site)?;
+        }
+        Ok(())
+    }
+
+    /// Makes a store for what each output was, where a link with registers is read.
+    fn find_delayed(&mut self, linker: &mut Linker) -> Result<(), LinkError> {
+        let mut longest: BTreeMap<Place, u32> = BTreeMap::new();
+        for op in self.schedule.ops.values() {
+            for source in &op.operands {
+                let Source::Out(Some(link)) = source else {
+                    continue;
+                };
+                let Some(spec) = linker.arch.links.get(*link) else {
+                    continue;
+                };
+                for place in linker.graph.outputs(spec.from) {
+                    if spec.delay > 0 {
+                        let entry = longest.entry(place).or_default();
+                        *entry = spec.delay.max(*entry);
+                    }
+                }
+            }
+        }
+        for (place, delay) in longest {
+            let name = format!("{}_past", linker.stores[place.index()].name);
+            let ty = linker.stores[place.index()].ty;
+            let store = linker.add_store(name, ty, delay, Role::Flight(self.kernel));
+            self.delayed.insert(place, (delay, store));
+        }
+        Ok(())
+    }
+
+    fn add_op(
+        &mut self,
+        linker: &mut Linker,
+        number: usize,
+        op: &PlacedOp,
+        site: &Site,
+    ) -> Result<(), LinkError> {
+        let node = &self.schedule.dfg.nodes[op.node];
+        let (opcode, imm) = match (op.is_move, node.op.result()) {
+            (false, _) => (node.op, node.imm),
+            (true, Some(ty)) => (Opcode::mov(ty), 0),
+            (true, None) => {
+                return Err(site.error(linker, format!("`{}` has no value to move", node.op)));
+            }
+        };
+        let info = opcode.info();
+        if info.effect == Effect::Io {
+            return Err(site.error(linker, "the array has no ports"));
+        }
+        if op.operands.len() != info.operands.len() {
+            let message = format!("`{opcode}` takes {} operands", info.operands.len());
+            return Err(site.error(linker, message));
+        }
+        let latency = match opcode.result() {
+            Some(_) => linker.latency(op.fu, opcode, site)?,
+            // A store is over with its cycle.
+            None => linker.latency(op.fu, opcode, site).map(|_| 1)?,
+        };
+        let result = linker.graph.result_place(op.fu, opcode);
+        let mut dests: Vec<Dest> = result.into_iter().map(Dest::Place).collect();
+        for write in &op.writes {
+            linker.writes(op.fu, write.file, site)?;
+            dests.push(Dest::Reg(*write));
+        }
+        let at = linker.position(site.pos);
+        let mut issues = Vec::new();
+        for block in 0..self.unroll {
+            let when = Iteration {
+                block: i64::from(block),
+                back: i64::from(op.time / self.schedule.ii),
+            };
+            let mut operands = Vec::new();
+            for (source, kind) in op.operands.iter().zip(info.operands) {
+                operands.push(self.source(linker, op, source, kind.ty(), when, site)?);
+            }
+            issues.push(Action::Op {
+                op: opcode,
+                operands,
+                imm,
+            });
+        }
+        let flow = Flow {
+            name: format!("op{number}"),
+            time: op.time,
+            latency,
+            ty: opcode.result(),
+            dests,
+            at,
+        };
+        self.add_flow(linker, &flow, issues, site)
+    }
+
+    /// Where an operand of iteration `when` is read.
+    fn source(
+        &self,
+        linker: &Linker,
+        op: &PlacedOp,
+        source: &Source,
+        ty: Ty,
+        when: Iteration,
+        site: &Site,
+    ) -> Result<Operand, LinkError> {
+        let place_of = |fu| match ty {
+            Ty::Pred => linker.graph.pred_out[fu],
+            Ty::Word | Ty::Vec => linker.graph.out[fu],
+        };
+        let cell = match source {
+            Source::Const(bits) => return linker.constant(*bits, ty, site),
+            Source::Out(None) => linker.place_cell(place_of(op.fu), 0),
+            Source::Out(Some(link)) => {
+                let (from, to) = self.ends(linker, *link, ty, site)?;
+                if to != op.fu {
+                    let unit = &linker.arch.fus[op.fu].name;
+                    return Err(site.error(linker, format!("{link} does not lead to {unit}")));
+                }
+                match linker.arch.links[*link].delay {
+                    0 => linker.place_cell(place_of(from), 0),
+                    delay => Cell {
+                        store: self.delayed[&place_of(from)].1,
+                        index: delay - 1,
+                    },
+                }
+            }
+            Source::Reg { reg, distance } => {
+                linker.reads(op.fu, reg.file, site)?;
+                let back = when.back + i64::from(*distance);
+                linker.register(*reg, Iteration { back, ..when }, ty, site)?
+            }
+        };
+        let store = &linker.stores[cell.store as usize];
+        if store.ty < ty {
+            let message = format!("{} is too narrow for a {}", store.name, super::name(ty));
+            return Err(site.error(linker, message));
+        }
+        Ok(Operand::Cell(cell))
+    }
+
+    /// The units that a link joins; it carries values of type `ty`.
+    fn ends(
+        &self,
+        linker: &Linker,
+        link: srp_archdesc::arch::Link,
+        ty: Ty,
+        site: &Site,
+    ) -> Result<(srp_archdesc::arch::Fu, srp_archdesc::arch::Fu), LinkError> {
+        let Some(spec) = linker.arch.links.get(link) else {
+            return Err(site.error(linker, format!("there is no {link}")));
+        };
+        if ty.bits() > spec.width {
+            let message = format!("{link} is too narrow for a {}", super::name(ty));
+            return Err(site.error(linker, message));
+        }
+        Ok((spec.from, spec.to))
+    }
+
+    fn add_transfer(
+        &mut self,
+        linker: &mut Linker,
+        number: usize,
+        transfer: &PlacedTransfer,
+        site: &Site,
+    ) -> Result<(), LinkError> {
+        let node = self.schedule.dfg.nodes.get(transfer.node);
+        let Some(ty) = node.and_then(|n| n.op.result()) else {
+            let message = format!("{} has no value to transfer", transfer.node);
+            return Err(site.error(linker, message));
+        };
+        let (from, to) = self.ends(linker, transfer.link, ty, site)?;
+        linker.writes(to, transfer.to.file, site)?;
+        if linker
+            .arch
+            .files
+            .get(transfer.to.file)
+            .is_some_and(|f| !f.from_links)
+        {
+            let file = &linker.arch.files[transfer.to.file].name;
+            return Err(site.error(linker, format!("{file} cannot be written from links")));
+        }
+        let place = match ty {
+            Ty::Pred => linker.graph.pred_out[from],
+            Ty::Word | Ty::Vec => linker.graph.out[from],
+        };
+        let value = Action::Copy(linker.place_cell(place, 0));
+        let flow = Flow {
+            name: format!("transfer{number}"),
+            time: transfer.time,
+            latency: linker.arch.links[transfer.link].delay + 1,
+            ty: Some(ty),
+            dests: vec![Dest::Reg(transfer.to)],
+            at: linker.position(site.pos),
+        };
+        self.add_flow(linker, &flow, vec![value; self.unroll as usize], site)
+    }
+
+    /// Adds the steps of a value: its making, `actions` for each repetition of the contexts, and
+    /// its landing.
+    ///
+    /// A value with a latency over 1 is made into a flight cell and lands from there. If the next
+    /// iteration's value is made before it lands, the cells form a chain along which values move
+    /// each time one is made.
+    fn add_flow(
+        &mut self,
+        linker: &mut Linker,
+        flow: &Flow,
+        actions: Vec<Action>,
+        site: &Site,
+    ) -> Result<(), LinkError> {
+        let ii = self.schedule.ii;
+        let end = u64::from(flow.time) + u64::from(flow.latency);
+        if end > u64::from(self.schedule.length) {
+            let length = self.schedule.length;
+            let message = format!("its result stands in cycle {end}, after the length of {length}");
+            return Err(site.error(linker, message));
+        }
+        let landing = flow.time + flow.latency - 1;
+        let chain = (flow.latency > 1 && !flow.dests.is_empty()).then(|| {
+            let depth = (flow.latency - 2) / ii + 1;
+            let ty = flow.ty.unwrap_or(Ty::Word);
+            let store = linker.add_store(flow.name.clone(), ty, depth, Role::Flight(self.kernel));
+            (store, depth)
+        });
+        for (block, action) in (0..self.unroll).zip(actions) {
+            let at = |t: u32| (block * ii + t % ii) as usize;
+            let when = Iteration {
+                block: i64::from(block),
+                back: i64::from(landing / ii),
+            };
+            let mut dests = Vec::new();
+            for dest in &flow.dests {
+                dests.push(match (dest, flow.ty) {
+                    (Dest::Reg(reg), Some(ty)) => linker.register(*reg, when, ty, site)?,
+                    (Dest::Reg(_), None) => {
+                        return Err(site.error(linker, "there is no result to write"));
+                    }
+                    (Dest::Place(place), _) => linker.place_cell(*place, 0),
+                });
+            }
+            let step = |stage: Option<u32>, action, dests| Step {
+                stage,
+                action,
+                ty: flow.ty,
+                dests,
+                landing: Landing::InPlace,
+                at: flow.at,
+            };
+            let (made, lands) = (Some(flow.time / ii), Some(landing / ii));
+            let Some((store, depth)) = chain else {
+                self.contexts[at(flow.time)].push((1, step(made, action, dests)));
+                continue;
+            };
+            let cell = |index| Cell { store, index };
+            self.contexts[at(flow.time)].push((1, step(made, action, vec![cell(0)])));
+            for index in 1..depth {
+                let moved = step(None, Action::Copy(cell(index - 1)), vec![cell(index)]);
+                self.contexts[at(flow.time)].push((1, moved));
+            }
+            let landed = step(lands, Action::Copy(cell(depth - 1)), dests);
+            self.contexts[at(landing)].push((flow.latency, landed));
+        }
+        Ok(())
+    }
+
+    /// The contexts, each in order.
+    fn finish(mut self, linker: &mut Linker) -> Vec<Vec<Step>> {
+        let past: Vec<Step> = self
+            .delayed
+            .iter()
+            .flat_map(past_steps)
+            .map(|(place, mut step)| {
+                step.ty = Some(linker.stores[place.index()].ty);
+                step
+            })
+            .collect();
+        let mut spare: BTreeMap<Ty, Vec<u32>> = BTreeMap::new();
+        let mut contexts = Vec::new();
+        for mut steps in std::mem::take(&mut self.contexts) {
+            steps.sort_by_key(|(latency, _)| *latency);
+            let mut steps: Vec<Step> = steps.into_iter().map(|(_, step)| step).collect();
+            steps.extend(past.iter().cloned());
+            let mut taken: BTreeMap<Ty, usize> = BTreeMap::new();
+            contexts.push(sequence(steps, |step| {
+                let ty = step.ty.expect("a step that writes has a result");
+                let number = taken.entry(ty).or_default();
+                let stores = spare.entry(ty).or_default();
+                if stores.len() == *number {
+                    let name = format!("spare_{ty}{number}");
+                    stores.push(linker.add_store(name, ty, 1, Role::Flight(self.kernel)));
+                }
+                let cell = Cell {
+                    store: stores[*number],
+                    index: 0,
+                };
+                *number += 1;
+                let half = Step {
+                    action: Action::Copy(cell),
+                    dests: std::mem::replace(&mut step.dests, vec![cell]),
+                    ..step.clone()
+                };
+                Some(half)
+            }));
+        }
+        contexts
+    }
+}
+
+/// The steps that move what an output was one place on, in every cycle.
+fn past_steps((place, (delay, store)): (&Place, &(u32, u32))) -> Vec<(Place, Step)> {
+    (0..*delay)
+        .map(|index| {
+            let from = match index {
+                0 => Cell {
+                    store: place.index() as u32,
+                    index: 0,
+                },
+                _ => Cell {
+                    store: *store,
+                    index: index - 1,
+                },
+            };
+            let step = Step {
+                stage: None,
+                action: Action::Copy(from),
+                ty: None,
+                dests: vec![Cell {
+                    store: *store,
+                    index,
+                }],
+                landing: Landing::InPlace,
+                at: 0,
+            };
+            (*place, step)
+        })
+        .collect()
+}
+
+/// A value on its way from where it is made to where it stands.
+struct Flow {
+    name: String,
+    time: u32,
+    latency: u32,
+    ty: Option<Ty>,
+    dests: Vec<Dest>,
+    at: u32,
+}
+
+enum Dest {
+    Place(Place),
+    Reg(RegAt),
+}

@@ -1,0 +1,205 @@
+//! Loading a compiled simulator. The one place where this crate leaves what the compiler can
+//! check: functions of a library are called through pointers, as [`abi`](crate::preamble::abi) has
+//! them.
+
+#![allow(
+    unsafe_code,
+    reason = "a library's functions can be reached in no other way"
+)]
+
+use crate::preamble::abi::{HostBus, Outcome, VERSION};
+use crate::spec::SimSpec;
+use libloading::Library;
+use srp_runtime::core::{Bus, Core, Lanes, Run, Trap};
+use std::ffi::c_void;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A compiled simulator, loaded.
+#[derive(Clone, Debug)]
+pub struct Simulator {
+    functions: Arc<Functions>,
+    positions: Arc<[String]>,
+}
+
+/// What the library exports, and the library, without which the pointers mean nothing.
+#[derive(Debug)]
+struct Functions {
+    new: extern "C" fn() -> *mut c_void,
+    run: unsafe extern "C" fn(*mut c_void, &mut HostBus, u64, &mut Outcome),
+    free: unsafe extern "C" fn(*mut c_void),
+    _library: Library,
+}
+
+/// Why a library cannot be used.
+#[derive(Debug)]
+pub enum LoadError {
+    /// It cannot be loaded, or lacks a function.
+    Library {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: libloading::Error,
+    },
+    /// It was made for another version of this crate.
+    Version {
+        /// The file.
+        path: PathBuf,
+        /// Its version of the interface.
+        found: u32,
+    },
+}
+
+impl std::fmt::Display for LoadError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            LoadError::Library { path, source } => {
+                write!(f, "cannot load the simulator {}: {source}", path.display())
+            }
+            LoadError::Version { path, found } => write!(
+                f,
+                "the simulator {} has version {found} of the interface, not {VERSION}",
+                path.display()
+            ),
+        }
+    }
+}
+
+impl std::error::Error for LoadError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            LoadError::Library { source, .. } => Some(source),
+            LoadError::Version { .. } => None,
+        }
+    }
+}
+
+impl Simulator {
+    /// Loads the library at `path`, which [`compile`](crate::compile()) has made of the source of
+    /// `spec`.
+    ///
+    /// # Errors
+    ///
+    /// If the file is no library with a simulator, or one of another version of the interface.
+    pub fn load(path: &Path, spec: &SimSpec) -> Result<Simulator, LoadError> {
+        let failed = |source| LoadError::Library {
+            path: path.to_owned(),
+            source,
+        };
+        // SAFETY: a simulator's library has no code that runs when it is loaded. The types are
+        // those that `emit` gives the functions of these names; the version is asked first.
+        let functions = unsafe {
+            let library = Library::new(path).map_err(failed)?;
+            let version = library
+                .get::<extern "C" fn() -> u32>(b"srp_abi_version\0")
+                .map_err(failed)?;
+            let found = version();
+            if found != VERSION {
+                let path = path.to_owned();
+                return Err(LoadError::Version { path, found });
+            }
+            Functions {
+                new: *library.get(b"srp_new\0").map_err(failed)?,
+                run: *library.get(b"srp_run\0").map_err(failed)?,
+                free: *library.get(b"srp_free\0").map_err(failed)?,
+                _library: library,
+            }
+        };
+        Ok(Simulator {
+            functions: Arc::new(functions),
+            positions: spec.positions.clone().into(),
+        })
+    }
+
+    /// A core at the start of its program, all registers zero.
+    pub fn core(&self) -> GeneratedCore {
+        GeneratedCore {
+            core: (self.functions.new)(),
+            simulator: self.clone(),
+        }
+    }
+}
+
+/// A simulated SRP that runs generated code.
+#[derive(Debug)]
+pub struct GeneratedCore {
+    core: *mut c_void,
+    simulator: Simulator,
+}
+
+// SAFETY: the core is a heap object of the library that nothing else points to, made of plain data.
+unsafe impl Send for GeneratedCore {}
+
+impl Drop for GeneratedCore {
+    fn drop(&mut self) {
+        // SAFETY: it is from `srp_new` and this is its end.
+        unsafe { (self.simulator.functions.free)(self.core) }
+    }
+}
+
+impl Core for GeneratedCore {
+    fn run(&mut self, bus: &mut dyn Bus, budget: u64) -> Result<Run, Trap> {
+        let mut bus: &mut dyn Bus = bus;
+        let sram = bus.sram();
+        let (sram, sram_bytes) = (sram.as_mut_ptr(), sram.len());
+        let mut host = HostBus {
+            sram,
+            sram_bytes,
+            stalled: 0,
+            host: (&raw mut bus).cast(),
+            cached_load,
+            cached_store,
+            port_in,
+            port_out,
+        };
+        let mut outcome = Outcome::default();
+        // SAFETY: `core` is from `srp_new` of the same library; `host` keeps the promise of
+        // `HostBus`, as the bus is borrowed here until the call returns.
+        unsafe { (self.simulator.functions.run)(self.core, &mut host, budget, &mut outcome) };
+        match outcome.read() {
+            Some(Ok(run)) => Ok(run),
+            Some(Err((kind, at))) => Err(crate::interp::trap(kind, at, &self.simulator.positions)),
+            None => unreachable!("the library has the same list of outcomes"),
+        }
+    }
+}
+
+/// Calls `f` with the bus behind `host` and brings what the library knows of it up to date.
+fn with_bus<T>(host: &mut HostBus, f: impl FnOnce(&mut dyn Bus) -> T) -> T {
+    // SAFETY: `run` has put a pointer to its `&mut dyn Bus` there, which lives until its call of
+    // the library returns, and nobody else uses it meanwhile.
+    let bus = unsafe { &mut *host.host.cast::<&mut dyn Bus>() };
+    let result = f(*bus);
+    host.stalled = u32::from(bus.stalled());
+    let sram = bus.sram();
+    (host.sram, host.sram_bytes) = (sram.as_mut_ptr(), sram.len());
+    result
+}
+
+extern "C" fn cached_load(host: &mut HostBus, address: u32, bytes: u32, value: &mut Lanes) -> u32 {
+    match with_bus(host, |bus| bus.cached_load(address, bytes)) {
+        Some(lanes) => {
+            *value = lanes;
+            1
+        }
+        None => 0,
+    }
+}
+
+extern "C" fn cached_store(host: &mut HostBus, address: u32, bytes: u32, value: &Lanes) -> u32 {
+    u32::from(with_bus(host, |bus| bus.cached_store(address, bytes, *value)).is_some())
+}
+
+extern "C" fn port_in(host: &mut HostBus, port: u32, value: &mut u32) -> u32 {
+    match with_bus(host, |bus| bus.port_in(port)) {
+        Some(word) => {
+            *value = word;
+            1
+        }
+        None => 0,
+    }
+}
+
+extern "C" fn port_out(host: &mut HostBus, port: u32, value: u32) -> u32 {
+    u32::from(with_bus(host, |bus| bus.port_out(port, value)))
+}

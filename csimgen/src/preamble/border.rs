@@ -1,0 +1,232 @@
+//! The bus as an engine sees it in a cycle: accesses are checked here, the same way for all
+//! engines.
+
+use super::core_border::{Bus, TrapKind};
+use super::ops::V4;
+
+/// What has gone wrong in a cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fault {
+    /// What.
+    pub kind: TrapKind,
+    /// Where: a number in the program's list of positions.
+    pub at: u32,
+}
+
+/// Why a bundle has not been issued.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// It cannot be.
+    Fault(Fault),
+    /// A port is not ready.
+    Wait(u32),
+    /// It talks to a port, and cycles have passed that the bus does not know of yet.
+    Behind,
+}
+
+impl Fault {
+    /// The fault of code that must not be reached.
+    pub fn unreachable(at: u32) -> Fault {
+        Fault {
+            kind: TrapKind::Unreachable,
+            at,
+        }
+    }
+
+    /// The fault of a stack that has run into the data below it.
+    pub fn stack_overflow(at: u32) -> Fault {
+        Fault {
+            kind: TrapKind::StackOverflow,
+            at,
+        }
+    }
+}
+
+/// The result of a division, which is a fault where there is none.
+#[inline(always)]
+pub fn divided<T>(result: Option<T>, at: u32) -> Result<T, Fault> {
+    result.ok_or(Fault {
+        kind: TrapKind::DivisionByZero,
+        at,
+    })
+}
+
+impl From<Fault> for Stop {
+    fn from(fault: Fault) -> Stop {
+        Stop::Fault(fault)
+    }
+}
+
+/// The bus, with what an engine has to know about its accesses.
+#[derive(Debug)]
+pub struct Border<'a, B: ?Sized> {
+    bus: &'a mut B,
+    first_address: u32,
+    accessed: bool,
+}
+
+impl<'a, B: Bus + ?Sized> Border<'a, B> {
+    /// The border to `bus`; SRAM accesses below `first_address` are faults.
+    pub fn new(bus: &'a mut B, first_address: u32) -> Border<'a, B> {
+        Border {
+            bus,
+            first_address,
+            accessed: false,
+        }
+    }
+
+    /// Whether an access of the cycle that ends here has stalled the core.
+    #[inline(always)]
+    pub fn cycle_stalled(&mut self) -> bool {
+        std::mem::take(&mut self.accessed) && self.bus.stalled()
+    }
+
+    /// `N` bytes of SRAM, or zeros where the guard is false.
+    #[inline(always)]
+    fn sram<const N: usize>(&mut self, address: u32, at: u32) -> Result<&mut [u8; N], Fault> {
+        let first_address = self.first_address;
+        let start = address as usize;
+        let mapped = address >= first_address && address.is_multiple_of(N as u32);
+        let bytes = self.bus.sram().get_mut(start..start.wrapping_add(N));
+        match bytes.and_then(|bytes| <&mut [u8; N]>::try_from(bytes).ok()) {
+            Some(bytes) if mapped => Ok(bytes),
+            _ => Err(access(address, N as u32, at)),
+        }
+    }
+
+    /// Loads 1, 2 or 4 bytes of SRAM, zero-extended; zero where the guard is false.
+    #[inline(always)]
+    pub fn load<const N: usize>(
+        &mut self,
+        guard: bool,
+        address: u32,
+        offset: u32,
+        at: u32,
+    ) -> Result<u32, Fault> {
+        if !guard {
+            return Ok(0);
+        }
+        let bytes = self.sram::<N>(address.wrapping_add(offset), at)?;
+        let mut word = [0; 4];
+        word[..N].copy_from_slice(bytes);
+        Ok(u32::from_le_bytes(word))
+    }
+
+    /// Loads a vector from SRAM; zero where the guard is false.
+    #[inline(always)]
+    pub fn load_vec(
+        &mut self,
+        guard: bool,
+        address: u32,
+        offset: u32,
+        at: u32,
+    ) -> Result<V4, Fault> {
+        if !guard {
+            return Ok(V4::default());
+        }
+        let bytes = self.sram::<16>(address.wrapping_add(offset), at)?;
+        let (words, _) = bytes.as_chunks::<4>();
+        Ok(V4(std::array::from_fn(|i| u32::from_le_bytes(words[i]))))
+    }
+
+    /// Stores the low 1, 2 or 4 bytes of a word into SRAM, if the guard is true.
+    #[inline(always)]
+    pub fn store<const N: usize>(
+        &mut self,
+        guard: bool,
+        address: u32,
+        value: u32,
+        offset: u32,
+        at: u32,
+    ) -> Result<(), Fault> {
+        if guard {
+            let bytes = self.sram::<N>(address.wrapping_add(offset), at)?;
+            bytes.copy_from_slice(&value.to_le_bytes()[..N]);
+        }
+        Ok(())
+    }
+
+    /// Stores a vector into SRAM, if the guard is true.
+    #[inline(always)]
+    pub fn store_vec(
+        &mut self,
+        guard: bool,
+        address: u32,
+        value: V4,
+        offset: u32,
+        at: u32,
+    ) -> Result<(), Fault> {
+        if guard {
+            let bytes = self.sram::<16>(address.wrapping_add(offset), at)?;
+            for (bytes, word) in bytes.as_chunks_mut::<4>().0.iter_mut().zip(value.0) {
+                *bytes = word.to_le_bytes();
+            }
+        }
+        Ok(())
+    }
+
+    /// Loads `N` bytes of system memory, zero-extended; zero where the guard is false.
+    #[inline(always)]
+    pub fn cached_load<const N: usize>(
+        &mut self,
+        guard: bool,
+        address: u32,
+        offset: u32,
+        at: u32,
+    ) -> Result<V4, Fault> {
+        if !guard {
+            return Ok(V4::default());
+        }
+        let address = address.wrapping_add(offset);
+        self.accessed = true;
+        match self.bus.cached_load(address, N as u32) {
+            Some(lanes) => Ok(V4(lanes)),
+            None => Err(access(address, N as u32, at)),
+        }
+    }
+
+    /// Stores the low `N` bytes of a value into system memory, if the guard is true.
+    #[inline(always)]
+    pub fn cached_store<const N: usize>(
+        &mut self,
+        guard: bool,
+        address: u32,
+        value: V4,
+        offset: u32,
+        at: u32,
+    ) -> Result<(), Fault> {
+        if !guard {
+            return Ok(());
+        }
+        let address = address.wrapping_add(offset);
+        self.accessed = true;
+        match self.bus.cached_store(address, N as u32, value.0) {
+            Some(()) => Ok(()),
+            None => Err(access(address, N as u32, at)),
+        }
+    }
+
+    /// Takes a word from an input port.
+    pub fn port_in(&mut self, port: u32) -> Result<u32, Stop> {
+        self.accessed = true;
+        self.bus.port_in(port).ok_or(Stop::Wait(port))
+    }
+
+    /// Gives a word to an output port.
+    pub fn port_out(&mut self, port: u32, value: u32) -> Result<(), Stop> {
+        self.accessed = true;
+        if self.bus.port_out(port, value) {
+            Ok(())
+        } else {
+            Err(Stop::Wait(port))
+        }
+    }
+}
+
+#[cold]
+fn access(address: u32, bytes: u32, at: u32) -> Fault {
+    Fault {
+        kind: TrapKind::Access { address, bytes },
+        at,
+    }
+}

@@ -1,0 +1,388 @@
+//! What happens next in an SRP: which bundle issues, when results of VLIW code land, and how the
+//! mode changes between the VLIW engine and the array. What a bundle or a context *does* is the
+//! [`Datapath`]'s business, which the interpreter has in tables and a generated simulator in code.
+//!
+//! Rules, beside those of time in the scheduled program:
+//! * While the core is stalled or waits for a port, time stands still for all of it: results in
+//!   flight do not move.
+//! * Of results that land in one register at once, which no proper schedule has, the one issued
+//!   first stays.
+//! * A bundle that talks to a port is the first of its run, so that the bus knows the time.
+//! * A launch is a bundle like others; from the next cycle on the mode switch takes
+//!   `enter_cycles`, in which results still in flight go on to land. What has not landed then does
+//!   so after the kernel, in the cycles of the switch back. Trip count and preloads are read at
+//!   the end of the switch. A kernel with trip count 0 takes no array cycle.
+
+use super::border::{Border, Fault, Stop};
+use super::core_border::{Activity, Bus, Run, TrapKind};
+use super::ops::V4;
+
+/// The two engines' work, cycle by cycle.
+pub trait Datapath<B: ?Sized> {
+    /// Issues a bundle; on `Err` it has had no effect, or the simulation is over.
+    fn bundle(
+        &mut self,
+        number: u32,
+        issue: &mut Issue,
+        bus: &mut Border<'_, B>,
+    ) -> Result<(), Stop>;
+
+    /// Writes a word, or a predicate as 0 or 1, into a register, by its number among all cells of
+    /// state.
+    fn write(&mut self, register: u32, value: u32);
+
+    /// Writes a vector into a register.
+    fn write_vec(&mut self, register: u32, value: V4);
+
+    /// The times of a kernel.
+    fn kernel(&self, kernel: u32) -> KernelTimes;
+
+    /// Sets the registers of a kernel and gives its trip count.
+    fn enter(&mut self, kernel: u32) -> u32;
+
+    /// One cycle of a kernel; bit `s` of `stages` says whether stage `s` has an iteration.
+    fn context(
+        &mut self,
+        kernel: u32,
+        context: u32,
+        stages: u64,
+        bus: &mut Border<'_, B>,
+    ) -> Result<(), Fault>;
+
+    /// Advances the rotating files: an iteration begins.
+    fn rotate(&mut self, kernel: u32);
+}
+
+/// The entry of the function at `address`: `functions` are the entries, their addresses begin at
+/// `base` and are 4 apart.
+pub fn callee(functions: &[u32], base: u32, address: u32, at: u32) -> Result<u32, Fault> {
+    let offset = address.wrapping_sub(base);
+    match functions.get(offset as usize / 4) {
+        Some(&entry) if offset.is_multiple_of(4) => Ok(entry),
+        _ => Err(Fault {
+            kind: TrapKind::BadCall(address),
+            at,
+        }),
+    }
+}
+
+/// The times of a kernel, in cycles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct KernelTimes {
+    /// Initiation interval.
+    pub ii: u32,
+    /// Number of contexts: a multiple of `ii`.
+    pub contexts: u32,
+    /// From the start of an iteration until all its results have landed.
+    pub length: u32,
+    /// Mode switch to the array, setting of registers included.
+    pub enter_cycles: u32,
+    /// Mode switch back.
+    pub leave_cycles: u32,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Mode {
+    Vliw,
+    Enter { kernel: u32, left: u64 },
+    Array(Array),
+    Leave { left: u64 },
+    Halted(i32),
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Array {
+    kernel: u32,
+    times: KernelTimes,
+    /// Cycles to go.
+    left: u64,
+    /// Iterations yet to begin.
+    to_begin: u32,
+    /// Bit `s`: whether stage `s` has an iteration.
+    stages: u64,
+    /// Cycles since the last iteration began.
+    slot: u32,
+    context: u32,
+}
+
+/// The state of the program's course.
+#[derive(Clone, Debug)]
+pub struct Sequencer {
+    pc: u32,
+    mode: Mode,
+    issue: Issue,
+}
+
+impl Sequencer {
+    /// A core about to issue bundle `start`.
+    pub fn new(start: u32, branch_delay: u32, max_latency: u32) -> Sequencer {
+        Sequencer {
+            pc: start,
+            mode: Mode::Vliw,
+            issue: Issue {
+                in_flight: Flight::new(max_latency),
+                targets: vec![None; branch_delay as usize + 1],
+                first_target: 0,
+                next_mode: None,
+                behind: false,
+            },
+        }
+    }
+
+    /// Runs at most `budget` cycles of one kind; see [`Core::run`](super::core_border::Core::run).
+    pub fn run<B: Bus + ?Sized>(
+        &mut self,
+        path: &mut impl Datapath<B>,
+        bus: &mut Border<'_, B>,
+        budget: u64,
+    ) -> Result<Run, Fault> {
+        let budget = budget.max(1);
+        loop {
+            self.mode = match self.mode {
+                Mode::Halted(status) => return Ok(run(0, Activity::Halted(status))),
+                Mode::Vliw => return self.run_vliw(path, bus, budget),
+                Mode::Array(array) if array.left > 0 => {
+                    return self.run_array(array, path, bus, budget);
+                }
+                Mode::Enter { kernel, left: 0 } => self.start(path, kernel),
+                Mode::Array(array) => Mode::Leave {
+                    left: u64::from(array.times.leave_cycles),
+                },
+                Mode::Leave { left: 0 } => Mode::Vliw,
+                Mode::Enter { kernel, left } => {
+                    let cycles = self.switch(path, left.min(budget));
+                    let left = left - cycles;
+                    self.mode = Mode::Enter { kernel, left };
+                    return Ok(run(cycles, Activity::Switch));
+                }
+                Mode::Leave { left } => {
+                    let cycles = self.switch(path, left.min(budget));
+                    let left = left - cycles;
+                    self.mode = Mode::Leave { left };
+                    return Ok(run(cycles, Activity::Switch));
+                }
+            };
+        }
+    }
+
+    fn run_vliw<B: Bus + ?Sized>(
+        &mut self,
+        path: &mut impl Datapath<B>,
+        bus: &mut Border<'_, B>,
+        budget: u64,
+    ) -> Result<Run, Fault> {
+        let mut cycles = 0;
+        self.issue.behind = false;
+        while cycles < budget {
+            match path.bundle(self.pc, &mut self.issue, bus) {
+                Ok(()) => {}
+                Err(Stop::Fault(fault)) => return Err(fault),
+                Err(Stop::Wait(port)) => return Ok(run(1, Activity::Wait(port))),
+                Err(Stop::Behind) => break,
+            }
+            self.issue.in_flight.tick(path);
+            self.pc = self.issue.next(self.pc);
+            self.issue.behind = true;
+            cycles += 1;
+            let stalled = bus.cycle_stalled();
+            if let Some(next) = self.issue.next_mode.take() {
+                self.mode = match next {
+                    NextMode::Halt(status) => Mode::Halted(status),
+                    NextMode::Launch(kernel) => Mode::Enter {
+                        kernel,
+                        left: u64::from(path.kernel(kernel).enter_cycles),
+                    },
+                };
+                break;
+            }
+            if stalled {
+                break;
+            }
+        }
+        Ok(run(cycles, Activity::Vliw))
+    }
+
+    fn switch<B: ?Sized>(&mut self, path: &mut impl Datapath<B>, cycles: u64) -> u64 {
+        for _ in 0..cycles {
+            if self.issue.in_flight.count == 0 {
+                break;
+            }
+            self.issue.in_flight.tick(path);
+        }
+        cycles
+    }
+
+    fn start<B: ?Sized>(&mut self, path: &mut impl Datapath<B>, kernel: u32) -> Mode {
+        let times = path.kernel(kernel);
+        let trip = path.enter(kernel);
+        let left = match trip {
+            0 => 0,
+            _ => u64::from(times.ii) * u64::from(trip - 1) + u64::from(times.length),
+        };
+        Mode::Array(Array {
+            kernel,
+            times,
+            left,
+            to_begin: trip,
+            stages: 0,
+            slot: 0,
+            context: 0,
+        })
+    }
+
+    fn run_array<B: Bus + ?Sized>(
+        &mut self,
+        mut array: Array,
+        path: &mut impl Datapath<B>,
+        bus: &mut Border<'_, B>,
+        budget: u64,
+    ) -> Result<Run, Fault> {
+        let mut cycles = 0;
+        let limit = budget.min(array.left);
+        while cycles < limit {
+            if array.slot == 0 {
+                array.stages = array.stages << 1 | u64::from(array.to_begin > 0);
+                array.to_begin = array.to_begin.saturating_sub(1);
+            }
+            path.context(array.kernel, array.context, array.stages, bus)?;
+            cycles += 1;
+            array.context += 1;
+            array.slot += 1;
+            if array.slot == array.times.ii {
+                array.slot = 0;
+                path.rotate(array.kernel);
+                if array.context == array.times.contexts {
+                    array.context = 0;
+                }
+            }
+            if bus.cycle_stalled() {
+                break;
+            }
+        }
+        array.left -= cycles;
+        self.mode = Mode::Array(array);
+        Ok(run(cycles, Activity::Array(array.kernel)))
+    }
+}
+
+fn run(cycles: u64, activity: Activity) -> Run {
+    Run { cycles, activity }
+}
+
+#[derive(Clone, Copy, Debug)]
+enum NextMode {
+    Launch(u32),
+    Halt(i32),
+}
+
+/// What a bundle leaves behind for later cycles.
+#[derive(Clone, Debug)]
+pub struct Issue {
+    in_flight: Flight,
+    /// Targets of the branches under way, a ring: the first applies at the end of this cycle.
+    targets: Vec<Option<u32>>,
+    first_target: usize,
+    next_mode: Option<NextMode>,
+    behind: bool,
+}
+
+impl Issue {
+    /// Stops a bundle that talks to a port where cycles have passed in this run.
+    pub fn meet_bus(&self) -> Result<(), Stop> {
+        if self.behind {
+            Err(Stop::Behind)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Sends a word, or a predicate as 0 or 1, on its way: it lands at the end of the `latency`-th
+    /// cycle, this one being the first.
+    pub fn land(&mut self, latency: u32, register: u32, value: u32) {
+        self.in_flight.add(latency, register, Landing::Word(value));
+    }
+
+    /// Sends a vector on its way.
+    pub fn land_vec(&mut self, latency: u32, register: u32, value: V4) {
+        self.in_flight.add(latency, register, Landing::Vec(value));
+    }
+
+    /// Makes `target` issue after the branch delay.
+    pub fn jump(&mut self, target: u32) {
+        // The ring is as long as the delay and one, so the last place is just before the first.
+        let last = self.first_target + self.targets.len() - 1;
+        let last = last % self.targets.len();
+        self.targets[last] = Some(target);
+    }
+
+    /// Makes the array run a kernel from the next cycle on.
+    pub fn launch(&mut self, kernel: u32) {
+        self.next_mode = Some(NextMode::Launch(kernel));
+    }
+
+    /// Ends the program.
+    pub fn halt(&mut self, status: u32) {
+        self.next_mode = Some(NextMode::Halt(status as i32));
+    }
+
+    /// The bundle after `pc`.
+    fn next(&mut self, pc: u32) -> u32 {
+        let target = self.targets[self.first_target].take();
+        self.first_target += 1;
+        if self.first_target == self.targets.len() {
+            self.first_target = 0;
+        }
+        target.unwrap_or(pc.wrapping_add(1))
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Landing {
+    Word(u32),
+    Vec(V4),
+}
+
+/// Results of VLIW code that have not landed, by the cycle in which they do.
+#[derive(Clone, Debug)]
+struct Flight {
+    cycles: Vec<Vec<(u32, Landing)>>,
+    first: usize,
+    count: usize,
+}
+
+impl Flight {
+    fn new(max_latency: u32) -> Flight {
+        Flight {
+            cycles: vec![Vec::new(); max_latency as usize],
+            first: 0,
+            count: 0,
+        }
+    }
+
+    fn add(&mut self, latency: u32, register: u32, value: Landing) {
+        let mut cycle = self.first + latency as usize - 1;
+        if cycle >= self.cycles.len() {
+            cycle -= self.cycles.len();
+        }
+        self.cycles[cycle].push((register, value));
+        self.count += 1;
+    }
+
+    /// The end of a cycle: what lands then is written, the oldest last.
+    #[inline(always)]
+    fn tick<B: ?Sized>(&mut self, path: &mut impl Datapath<B>) {
+        if self.count > 0 {
+            for (register, value) in self.cycles[self.first].drain(..).rev() {
+                self.count -= 1;
+                match value {
+                    Landing::Word(value) => path.write(register, value),
+                    Landing::Vec(value) => path.write_vec(register, value),
+                }
+            }
+        }
+        self.first += 1;
+        if self.first == self.cycles.len() {
+            self.first = 0;
+        }
+    }
+}

@@ -1,0 +1,287 @@
+//! Scheduled programs written by hand.
+
+use srp_archdesc::Arch;
+use srp_archdesc::arch::{Fu, Link, RegFile};
+use srp_archdesc::entity::{Entity, EntityMap};
+use srp_archdesc::isa::{Opcode, Ty};
+use srp_ir::dfg::{Dfg, Initial, LiveIn, Node, NodeData};
+use srp_ir::dre::scheduled::*;
+use srp_ir::program::{Bits, Kernel, Pos, SourceFile};
+
+/// The machine that the cases are written for.
+pub(crate) fn tiny() -> Arch {
+    srp_archdesc::parse("tiny.xml", srp_archdesc::machines::TINY.xml).expect("it is shipped")
+}
+
+/// Line `line` of the cases' imaginary source.
+pub(crate) fn pos(line: u32) -> Pos {
+    Pos {
+        file: SourceFile::new(0),
+        line,
+        column: 1,
+    }
+}
+
+/// The file called `name` in the machine.
+pub(crate) fn file(name: &str) -> RegFile {
+    let arch = tiny();
+    let found = arch.files.iter().find(|(_, f)| f.name == name);
+    found.expect("a file of the machine").0
+}
+
+pub(crate) fn reg(name: &str, index: u32) -> Reg {
+    Reg {
+        file: file(name),
+        index,
+    }
+}
+
+/// Word register `index`.
+pub(crate) fn w(index: u32) -> Reg {
+    reg("word", index)
+}
+
+/// Vector register `index`.
+pub(crate) fn v(index: u32) -> Reg {
+    reg("vec", index)
+}
+
+/// Predicate register `index`.
+pub(crate) fn p(index: u32) -> Reg {
+    reg("pred", index)
+}
+
+/// A word operand.
+pub(crate) fn k(word: u32) -> Src {
+    Src::Const(Bits::Word(word))
+}
+
+/// The guard that is always true.
+pub(crate) fn yes() -> Src {
+    Src::Const(Bits::Pred(true))
+}
+
+/// An operation in slot `slot`, at line `line`.
+pub(crate) fn op(slot: usize, op: Opcode, srcs: &[Src], dst: Option<Reg>, line: u32) -> SlotOp {
+    SlotOp {
+        fu: Fu::new(slot),
+        op,
+        srcs: srcs.to_vec(),
+        imm: 0,
+        dst,
+        pos: pos(line),
+    }
+}
+
+/// With an immediate.
+pub(crate) fn with_imm(mut op: SlotOp, imm: i32) -> SlotOp {
+    op.imm = imm;
+    op
+}
+
+/// A bundle without control transfer.
+pub(crate) fn ops(ops: &[SlotOp]) -> BundleData {
+    BundleData {
+        ops: ops.to_vec(),
+        control: None,
+    }
+}
+
+/// A bundle with control transfer, at line `line`.
+pub(crate) fn then(ops: &[SlotOp], control: Control, line: u32) -> BundleData {
+    BundleData {
+        ops: ops.to_vec(),
+        control: Some((control, pos(line))),
+    }
+}
+
+/// Bundle `index` of the case.
+pub(crate) fn b(index: usize) -> Bundle {
+    Bundle::new(index)
+}
+
+/// Stores `value` at `address` from slot 0.
+pub(crate) fn put(address: u32, value: Reg) -> BundleData {
+    ops(&[op(
+        0,
+        Opcode::Sw,
+        &[yes(), k(address), Src::Reg(value)],
+        None,
+        0,
+    )])
+}
+
+/// A case's program: its bundles begin at 0 and its kernels too.
+#[derive(Clone, Default)]
+pub(crate) struct Code {
+    pub(crate) bundles: Vec<BundleData>,
+    pub(crate) kernels: Vec<ModuloSchedule>,
+    /// Entries of functions, in bundles of the case.
+    pub(crate) functions: Vec<usize>,
+}
+
+/// One operation of a kernel: what, where, when, from where, and further places of its result.
+pub(crate) struct KernelOp {
+    pub(crate) op: Opcode,
+    pub(crate) fu: usize,
+    pub(crate) time: u32,
+    pub(crate) operands: Vec<Source>,
+    pub(crate) writes: Vec<RegAt>,
+    pub(crate) imm: i32,
+}
+
+pub(crate) fn kop(
+    op: Opcode,
+    fu: usize,
+    time: u32,
+    operands: &[Source],
+    writes: &[RegAt],
+) -> KernelOp {
+    KernelOp {
+        op,
+        fu,
+        time,
+        operands: operands.to_vec(),
+        writes: writes.to_vec(),
+        imm: 0,
+    }
+}
+
+/// A word constant of a context.
+pub(crate) fn c(word: u32) -> Source {
+    Source::Const(Bits::Word(word))
+}
+
+/// A predicate constant of a context.
+pub(crate) fn cp(value: bool) -> Source {
+    Source::Const(Bits::Pred(value))
+}
+
+/// What another unit's output is, over link `link`.
+pub(crate) fn over(link: usize) -> Source {
+    Source::Out(Some(Link::new(link)))
+}
+
+pub(crate) fn at(name: &str, index: u32, ring: u32) -> RegAt {
+    RegAt {
+        file: file(name),
+        index,
+        ring,
+    }
+}
+
+/// A register, `distance` iterations back.
+pub(crate) fn from(reg: RegAt, distance: u32) -> Source {
+    Source::Reg { reg, distance }
+}
+
+/// A kernel whose trip count is in word register 0 and whose further live-ins are the words behind.
+pub(crate) fn kernel(
+    name: &str,
+    ii: u32,
+    length: u32,
+    live_ins: u32,
+    ops: Vec<KernelOp>,
+) -> ModuloSchedule {
+    let live_in = |_| LiveIn {
+        ty: Ty::Word,
+        pos: pos(1),
+    };
+    let nodes = ops.iter().zip(100..).map(|(op, line)| NodeData {
+        op: op.op,
+        operands: Vec::new(),
+        imm: op.imm,
+        pos: pos(line),
+    });
+    let placed = ops.iter().enumerate().map(|(i, op)| PlacedOp {
+        node: Node::new(i),
+        is_move: false,
+        fu: Fu::new(op.fu),
+        time: op.time,
+        operands: op.operands.clone(),
+        writes: op.writes.clone(),
+    });
+    ModuloSchedule {
+        dfg: Dfg {
+            name: name.to_owned(),
+            pos: pos(99),
+            live_ins: (0..=live_ins).map(live_in).collect(),
+            trip: 0,
+            nodes: nodes.collect(),
+            order: Vec::new(),
+            live_outs: Vec::new(),
+        },
+        ii,
+        length,
+        ops: placed.collect(),
+        transfers: Vec::new(),
+        preloads: Vec::new(),
+        live_in_regs: (0..=live_ins).map(w).collect(),
+        live_out_regs: Vec::new(),
+    }
+}
+
+/// Sets a register of a kernel at its entry.
+pub(crate) fn preload(kernel: &mut ModuloSchedule, name: &str, index: u32, value: Initial, ty: Ty) {
+    kernel.preloads.push(Preload {
+        file: file(name),
+        index,
+        value,
+        ty,
+    });
+}
+
+/// Cycles from the start of a program of [`combine`] to the first bundle of the case.
+pub(crate) const DISPATCH: u64 = 4;
+
+/// One program of all cases. It takes the number of its first bundle from port 8; the result says
+/// which number is whose.
+pub(crate) fn combine<'a>(cases: impl IntoIterator<Item = &'a Code>) -> (ScheduledDre, Vec<u32>) {
+    let mut program = ScheduledDre {
+        machine: "tiny".to_owned(),
+        files: EntityMap::from_iter(["case.c".to_owned()]),
+        image: Vec::new(),
+        symbols: Vec::new(),
+        bundles: EntityMap::new(),
+        functions: Vec::new(),
+        start: Bundle::new(0),
+        kernels: EntityMap::new(),
+    };
+    let port = with_imm(op(0, Opcode::In, &[], Some(w(31)), 1), 8);
+    program.bundles.push(ops(&[port]));
+    program.bundles.push(ops(&[]));
+    program.bundles.push(then(&[], Control::Return(w(31)), 1));
+    program.bundles.push(ops(&[]));
+    let mut starts = Vec::new();
+    for case in cases {
+        let (bundle, kernel) = (program.bundles.len(), program.kernels.len());
+        starts.push(bundle as u32);
+        for data in &case.bundles {
+            let mut data = data.clone();
+            if let Some((control, _)) = &mut data.control {
+                relocate(control, bundle, kernel);
+            }
+            program.bundles.push(data);
+        }
+        for schedule in &case.kernels {
+            program.kernels.push(schedule.clone());
+        }
+        for &entry in &case.functions {
+            program.functions.push(FunctionEntry {
+                name: format!("f{}", program.functions.len()),
+                bundle: Bundle::new(bundle + entry),
+            });
+        }
+    }
+    (program, starts)
+}
+
+fn relocate(control: &mut Control, bundle: usize, kernel: usize) {
+    match control {
+        Control::Jump(target) | Control::Branch { target, .. } | Control::Call { target, .. } => {
+            *target = Bundle::new(target.index() + bundle);
+        }
+        Control::Launch(launched) => *launched = Kernel::new(launched.index() + kernel),
+        _ => {}
+    }
+}
