@@ -17,7 +17,6 @@ use serde::forward_to_deserialize_any;
 
 use super::findings::Findings;
 use super::tree::{Attribute, Element};
-use super::values::quoted;
 use crate::diagnostic::Span;
 use crate::nearest::nearest;
 
@@ -70,13 +69,19 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Spanned<T> {
 pub(super) fn from_tree<'de, T: Deserialize<'de>>(
     root: &'de Element<'de>,
     found: &'de Findings,
-) -> T {
+) -> Option<T> {
     let node = Node {
         part: Part::Element(root),
         parent: root.span,
         found,
     };
-    T::deserialize(node).expect("every field has a default, and every leaf is a string")
+    match T::deserialize(node) {
+        Ok(value) => Some(value),
+        Err(error) => {
+            found.push(found.error("A0200", root.span, error.to_string(), "in this element"));
+            None
+        }
+    }
 }
 
 /// A part of the tree, as a deserializer.
@@ -129,7 +134,6 @@ impl<'de> Node<'de> {
         let diagnostic = self.found.error("A0204", span, message, label);
         self.found.push(diagnostic.help(help));
         self.found.suspect(self.parent, name);
-        self.found.void(self.span());
     }
 }
 
@@ -343,7 +347,7 @@ fn unknown(element: &Element<'_>, node: Node<'_>, known: &[&'static str]) {
         Part::Element(child) => ("A0201", "element", child.span),
         Part::Attribute(attribute) => ("A0202", "attribute", attribute.name_span),
     };
-    let message = format!("`{}` has no {what} {}", element.name, quoted(node.name()));
+    let message = format!("`{}` has no {what} `{}`", element.name, node.name());
     let diagnostic = found.error(code, span, message, format!("unknown {what}"));
     found.push(match nearest(node.name(), known.iter().copied()) {
         Some(near) => {

@@ -2,19 +2,18 @@
 //! mistake, with a value that causes no further ones.
 
 use std::cell::RefCell;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
-use crate::diagnostic::{Diagnostic, Severity, Span};
+use crate::diagnostic::{Diagnostic, Span};
 
 /// More mistakes than this are not gathered: the rest of the file is hardly a machine.
-const MAX_FINDINGS: usize = 50;
+const MAX_FINDINGS: usize = 100;
 
 /// The mistakes found so far.
 pub(super) struct Findings {
     file: String,
     found: RefCell<Vec<Diagnostic>>,
-    /// Parts that could not be read in full: name, and the elements that they are parts of.
-    suspects: RefCell<BTreeMap<String, BTreeSet<Span>>>,
+    suspects: RefCell<BTreeSet<(Span, String)>>,
 }
 
 impl Findings {
@@ -48,30 +47,23 @@ impl Findings {
     /// Notes that the part `name` of the element at `element` could not be read in full, so that
     /// rules about what the file lacks would blame it twice.
     pub(super) fn suspect(&self, element: Span, name: &str) {
-        let mut suspects = self.suspects.borrow_mut();
-        suspects.entry(name.to_owned()).or_default().insert(element);
+        self.suspects
+            .borrow_mut()
+            .insert((element, name.to_owned()));
     }
 
     /// Whether the part `name` of the element at `element` could not be read in full.
     pub(super) fn suspects(&self, element: Span, name: &str) -> bool {
-        let suspects = self.suspects.borrow();
-        suspects.get(name).is_some_and(|s| s.contains(&element))
+        let key = (element, name.to_owned());
+        self.suspects.borrow().contains(&key)
     }
 
     /// Whether a part with one of these names could not be read in full, in any element.
     pub(super) fn suspects_any(&self, names: &[&str]) -> bool {
         let suspects = self.suspects.borrow();
-        names.iter().any(|&name| suspects.contains_key(name))
-    }
-
-    /// Notes that the value at `span` was reported and is to be taken as not given.
-    pub(super) fn void(&self, span: Span) {
-        self.suspect(span, "");
-    }
-
-    /// Whether the value at `span` is to be taken as not given.
-    pub(super) fn is_void(&self, span: Span) -> bool {
-        self.suspects(span, "")
+        suspects
+            .iter()
+            .any(|(_, name)| names.contains(&name.as_str()))
     }
 
     /// How many mistakes were found so far.
@@ -95,14 +87,10 @@ impl Findings {
         found.sort_by_key(|d| d.primary.as_ref().map(|label| label.span));
         if found.len() > MAX_FINDINGS {
             found.truncate(MAX_FINDINGS);
-            found.push(Diagnostic {
-                severity: Severity::Note,
-                ..Diagnostic::error(
-                    "A0109",
-                    &self.file,
-                    format!("there are more mistakes; the first {MAX_FINDINGS} found are shown"),
-                )
-            });
+            found.push(
+                Diagnostic::error("A0109", &self.file, "too many mistakes")
+                    .note(format!("only {MAX_FINDINGS} are shown")),
+            );
         }
         found
     }

@@ -251,10 +251,7 @@ pub(super) fn body(cx: &OpContext<'_>, base: Option<&Body>, parts: &BodyParts<'_
         constants: 1,
         ..Body::default()
     });
-    if parts.width.is_some() {
-        // Nothing is too wide for a unit whose width cannot be read.
-        body.width = values::width(found, parts.width, "width", &[32, 128]).unwrap_or(128);
-    }
+    body.width = values::width(found, parts.width, "width", &[32, 128], body.width);
     body.pred_out = values::flag(found, parts.pred_out, "pred-out", body.pred_out);
     body.constants = values::number(found, parts.constants, limits::CONSTANTS, body.constants);
     if let Some(text) = parts.classes {
@@ -309,7 +306,10 @@ fn local_files(found: &Findings, raw: &[Spanned<raw::LocalFile>]) -> Vec<LocalFi
         let local = LocalFile {
             span: file.span,
             kind,
-            width: values::width(found, &file.width, "width", &[1, 32, 128]),
+            width: file
+                .width
+                .as_ref()
+                .map(|_| values::width(found, &file.width, "width", &[1, 32, 128], 32)),
             size,
             read_ports: number(&file.read_ports, limits::READ_PORTS, 2),
             write_ports: number(&file.write_ports, limits::WRITE_PORTS, 1),
