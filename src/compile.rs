@@ -89,7 +89,7 @@ fn write_trees(
         let unit = front_end
             .with(|options| srp_frontend::parse(source, options, &mut map, &mut messages));
         let name = stem(&PathBuf::from(&source.name));
-        Output { folder: out.folder, name }.write("ast", &srp_frontend::ast::show(&unit, &map))?;
+        Output { folder: out.folder, name }.write("ast", &srp_frontend::ast::show::show(&unit, &map))?;
     }
     Ok(())
 }

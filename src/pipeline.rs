@@ -164,7 +164,7 @@ impl<'a> FrontEnd<'a> {
 
 /// The program after the passes.
 pub(crate) fn optimise(mut program: Program, arch: &Arch) -> Program {
-    let options = pass::Options { precision: arch.precision, ..pass::Options::default() };
+    let options = pass::Options { precision: arch.precision };
     // What stands in a loop's way is said again, with the loop's name, when it is divided.
     let _remarks = pass::optimise(&mut program, &options);
     debug_assert_eq!(srp_ir::verify(&program), Ok(()));

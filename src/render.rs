@@ -118,7 +118,7 @@ fn read_scene(path: Option<&Path>, camera: Option<Camera>) -> Result<Scene, Fail
         return Ok(scene);
     };
     let spinner = Progress::spinner("reading the scene");
-    let loaded = scene::read::read(path, camera, &mut |path| std::fs::read(path));
+    let loaded = scene::read(path, camera, &mut |path| std::fs::read(path));
     drop(spinner);
     match loaded {
         Ok(loaded) => {
