@@ -16,6 +16,7 @@ typedef struct {
 
 static srp_ray rays[SRP_RAY_BUFFERS][SRP_RAYS];
 static srp_hit hits[SRP_HIT_BUFFERS][SRP_RAYS];
+static float4 views[SRP_RAY_BUFFERS][SRP_RAYS]; /* of each buffer of primary rays */
 static float4 base[SRP_RAY_BUFFERS][SRP_RAYS]; /* of each tile, light that needs no shadow ray */
 static float4 out[SRP_RAY_BUFFERS][SRP_RAYS];  /* of each tile, what its pixels get */
 static float4 lit[SRP_RAY_BUFFERS][SRP_RAYS];  /* of each ray buffer, light that shadow rays bring */
@@ -71,7 +72,7 @@ static void begin_tile(int tile)
     float4 right = scene->right, down = scene->down;
     float4 corner = scene->corner + right * srp_itof(tile % tiles_x * scene->tile_width) +
                     down * srp_itof(tile / tiles_x * scene->tile_height);
-    generate_primary(rays[j.rays], scene->eye, corner, right, down, scene->widening, scene->far,
+    generate_primary(rays[j.rays], views[j.rays], scene->eye, corner, right, down, scene->widening, scene->far,
                      mask, shift, SRP_RAYS);
     submit(j, SRP_RAYS);
 }
@@ -110,13 +111,13 @@ static void finish_job(void)
     job shadow = j;
     if (other_hits) {
         shadow.rays = take(&free_rays);
-        shade_hit(h, rays[j.rays], base[j.pixels], rays[shadow.rays], lit[shadow.rays],
+        shade_hit(h, views[j.rays], base[j.pixels], rays[shadow.rays], lit[shadow.rays],
                   scene->triangles, scene->materials, scene->ambient, scene->light, scene->colour,
                   scene->widening, scene->offset, other_hits);
     }
     h += other_hits;
     if (other_misses)
-        shade_miss(h, rays[j.rays], out[j.pixels], scene->background, other_misses);
+        shade_miss(h, views[j.rays], out[j.pixels], scene->background, other_misses);
 
     give_back(&free_rays, j.rays);
     if (other_hits) {

@@ -1,7 +1,7 @@
 /* Ray generation: no branches, whatever the ray. */
 #include "rgs.h"
 
-void generate_primary(srp_ray *rays, float4 eye, float4 corner, float4 right, float4 down,
+void generate_primary(srp_ray *rays, float4 *views, float4 eye, float4 corner, float4 right, float4 down,
                       float widening, float far, int mask, int shift, int n)
 {
     eye[3] = 0.0f; /* tmin */
@@ -10,7 +10,10 @@ void generate_primary(srp_ray *rays, float4 eye, float4 corner, float4 right, fl
         float4 across = right * srp_itof(i & mask);
         float4 direction = corner + across + down * srp_itof(i >> shift);
         float4 reciprocal = srp_float4(srp_rcp(direction[0]), srp_rcp(direction[1]),
-                                       srp_rcp(direction[2]), srp_float((unsigned)i));
+                                       srp_rcp(direction[2]), 0.0f);
+        float4 view = direction;
+        view[3] = srp_float((unsigned)i);
+        views[i] = view;
         float4 widened = reciprocal * widening;
         widened[3] = srp_float(0u); /* any ray but a shadow ray */
         direction[3] = far;

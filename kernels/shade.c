@@ -13,18 +13,17 @@ static inline float power(float x, float n)
     return srp_exp2(n * srp_log2(srp_fmax(x, 1.0e-30f)));
 }
 
-void shade_hit(const srp_hit *hits, const srp_ray *rays, float4 *base, srp_ray *shadow_rays,
+void shade_hit(const srp_hit *hits, const float4 *views, float4 *base, srp_ray *shadow_rays,
                float4 *lit, unsigned triangles, unsigned materials, float4 ambient, float4 light,
                float4 colour, float widening, float offset, int n)
 {
 #pragma srp kernel
     for (int i = 0; i < n; i++) {
         float u = hits[i].u, v = hits[i].v;
-        int ray = hits[i].ray;
         SRP_GLOBAL const srp_triangle *t =
             SRP_AT(const srp_triangle, triangles) + hits[i].primitive;
-        float4 direction = rays[ray].direction;
-        int pixel = (int)srp_bits(rays[ray].reciprocal[3]);
+        float4 direction = views[hits[i].ray];
+        unsigned pixel = srp_bits(direction[3]);
         float4 n0 = t->n0, v0 = t->v0, v1 = t->v1, v2 = t->v2;
         SRP_GLOBAL const srp_material *m = SRP_AT(const srp_material, materials) + srp_bits(n0[3]);
         float4 kd = m->kd, ks = m->ks, ke = m->ke;
@@ -60,7 +59,7 @@ void shade_hit(const srp_hit *hits, const srp_ray *rays, float4 *base, srp_ray *
                                    srp_fmax4(srp_fabs4(v0), srp_fabs4(v1)), srp_fabs4(v2))));
         float4 way = light - start;
         float4 reciprocal = srp_float4(srp_rcp(way[0]), srp_rcp(way[1]), srp_rcp(way[2]),
-                                       srp_float((unsigned)pixel));
+                                       srp_float(pixel));
         float4 widened = reciprocal * widening;
         widened[3] = srp_float(SRP_RAY_SHADOW);
         start[3] = 0.0f;
@@ -73,11 +72,11 @@ void shade_hit(const srp_hit *hits, const srp_ray *rays, float4 *base, srp_ray *
     }
 }
 
-void shade_miss(const srp_hit *hits, const srp_ray *rays, float4 *out, float4 background, int n)
+void shade_miss(const srp_hit *hits, const float4 *views, float4 *out, float4 background, int n)
 {
 #pragma srp kernel
     for (int i = 0; i < n; i++)
-        out[srp_bits(rays[hits[i].ray].reciprocal[3])] = background;
+        out[srp_bits(views[hits[i].ray][3])] = background;
 }
 
 void shade_lit(const srp_hit *hits, const srp_ray *rays, const float4 *base, const float4 *lit,
