@@ -1,0 +1,525 @@
+//! The syntax tree of one source file, apart from how it was parsed.
+//!
+//! Expressions and statements live in arenas, so that neither a deep tree nor a long chain needs
+//! a deep stack to be dropped. [`Unit::show`](show) prints the tree.
+
+pub mod build;
+pub mod show;
+
+use crate::source::Name;
+use crate::token::{FloatConst, IntConst};
+use srp_archdesc::diagnostic::Span;
+use srp_archdesc::entity;
+use srp_archdesc::entity::EntityMap;
+use std::rc::Rc;
+
+entity! {
+    /// An expression of a unit.
+    ExprId = "e";
+    /// A statement of a unit.
+    StmtId = "s";
+}
+
+/// One source file with what it includes.
+#[derive(Clone, Debug, Default)]
+pub struct Unit {
+    /// Declarations and function definitions, in order.
+    pub items: Vec<Item>,
+    /// Expressions.
+    pub exprs: EntityMap<ExprId, Expr>,
+    /// Statements.
+    pub stmts: EntityMap<StmtId, Stmt>,
+}
+
+/// What stands at file level.
+#[derive(Clone, Debug)]
+pub enum Item {
+    /// A function definition.
+    Function(FunctionDefinition),
+    /// A declaration.
+    Declaration(Declaration),
+    /// `_Static_assert(condition, text)`.
+    StaticAssert(StaticAssert),
+}
+
+/// A function definition.
+#[derive(Clone, Debug)]
+pub struct FunctionDefinition {
+    /// Result type and storage.
+    pub specs: Specs,
+    /// Name and parameters.
+    pub declarator: Declarator,
+    /// The statements.
+    pub body: StmtId,
+}
+
+/// A declaration.
+#[derive(Clone, Debug)]
+pub struct Declaration {
+    /// What all declarators share.
+    pub specs: Specs,
+    /// The names declared; empty where only a tag is.
+    pub declarators: Vec<InitDeclarator>,
+    /// All of it.
+    pub span: Span,
+}
+
+/// `_Static_assert(condition, text)`.
+#[derive(Clone, Debug)]
+pub struct StaticAssert {
+    /// What must hold.
+    pub condition: ExprId,
+    /// What to say where it does not.
+    pub text: Option<Rc<[u8]>>,
+    /// All of it.
+    pub span: Span,
+}
+
+/// A declarator with its initialiser.
+#[derive(Clone, Debug)]
+pub struct InitDeclarator {
+    /// The name and what is derived.
+    pub declarator: Declarator,
+    /// Attributes after it.
+    pub attributes: Vec<Attribute>,
+    /// The initial value.
+    pub init: Option<Initialiser>,
+}
+
+/// Specifiers and qualifiers, in the order they are written.
+#[derive(Clone, Debug, Default)]
+pub struct Specs {
+    /// Each with its place.
+    pub list: Vec<(Spec, Span)>,
+    /// All of them.
+    pub span: Span,
+}
+
+/// One specifier or qualifier.
+#[derive(Clone, Debug)]
+pub enum Spec {
+    /// A storage class.
+    Storage(Storage),
+    /// `inline`.
+    Inline,
+    /// `_Noreturn`.
+    Noreturn,
+    /// A qualifier.
+    Qualifier(Qualifier),
+    /// A keyword that is part of a type's name.
+    Keyword(TypeKeyword),
+    /// The name of a `typedef`.
+    Named(Name),
+    /// `struct` or `union`.
+    Record(RecordSpec),
+    /// `enum`.
+    Enum(EnumSpec),
+    /// `__attribute__((…))`.
+    Attributes(Vec<Attribute>),
+}
+
+/// Storage classes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)] // each is its keyword
+pub enum Storage {
+    Typedef,
+    Extern,
+    Static,
+    Auto,
+    Register,
+}
+
+/// Type qualifiers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)] // each is its keyword
+pub enum Qualifier {
+    Const,
+    Volatile,
+    Restrict,
+    Global,
+}
+
+/// Keywords that name types, alone or together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)] // each is its keyword
+pub enum TypeKeyword {
+    Void,
+    Char,
+    Short,
+    Int,
+    Long,
+    Signed,
+    Unsigned,
+    Float,
+    Double,
+    Bool,
+}
+
+/// `struct` or `union`.
+#[derive(Clone, Debug)]
+pub struct RecordSpec {
+    /// Whether it is a union.
+    pub union: bool,
+    /// Its tag.
+    pub tag: Option<(Name, Span)>,
+    /// Its members, where it is defined here.
+    pub members: Option<Vec<Member>>,
+    /// Attributes after the keyword.
+    pub attributes: Vec<Attribute>,
+}
+
+/// One declaration of members.
+#[derive(Clone, Debug)]
+pub struct Member {
+    /// What all its declarators share.
+    pub specs: Specs,
+    /// The members; empty for an anonymous struct or union.
+    pub declarators: Vec<MemberDeclarator>,
+    /// All of it.
+    pub span: Span,
+}
+
+/// One member.
+#[derive(Clone, Debug)]
+pub struct MemberDeclarator {
+    /// Name and type; the name is missing in an unnamed bit-field.
+    pub declarator: Declarator,
+    /// The width of a bit-field.
+    pub width: Option<ExprId>,
+    /// Attributes after it.
+    pub attributes: Vec<Attribute>,
+}
+
+/// `enum`.
+#[derive(Clone, Debug)]
+pub struct EnumSpec {
+    /// Its tag.
+    pub tag: Option<(Name, Span)>,
+    /// Its constants, where it is defined here.
+    pub constants: Option<Vec<Enumerator>>,
+}
+
+/// A constant of an `enum`.
+#[derive(Clone, Debug)]
+pub struct Enumerator {
+    /// Its name.
+    pub name: Name,
+    /// Where the name is.
+    pub span: Span,
+    /// Its value, where it is not the next.
+    pub value: Option<ExprId>,
+}
+
+/// An attribute.
+#[derive(Clone, Debug)]
+pub struct Attribute {
+    /// Its name without the optional double underscores round it.
+    pub name: Name,
+    /// Its arguments.
+    pub args: Vec<ExprId>,
+    /// Where it is.
+    pub span: Span,
+}
+
+/// A name and what is derived from the specifiers' type for it.
+#[derive(Clone, Debug)]
+pub struct Declarator {
+    /// The name, where there is one.
+    pub name: Option<(Name, Span)>,
+    /// From the name outwards: `*f[3]` is an array, then a pointer.
+    pub derived: Vec<(Derived, Span)>,
+    /// All of it; a point where it is empty.
+    pub span: Span,
+}
+
+/// A step from a type to one derived from it.
+#[derive(Clone, Debug)]
+pub enum Derived {
+    /// A pointer with these qualifiers of its own.
+    Pointer(Vec<(Qualifier, Span)>),
+    /// An array of this length.
+    Array(Option<ExprId>),
+    /// A function.
+    Function(Params),
+}
+
+/// Parameters of a function.
+#[derive(Clone, Debug)]
+pub struct Params {
+    /// The parameters; `(void)` is one of type `void`.
+    pub list: Vec<Param>,
+    /// It ends in `...`.
+    pub variadic: bool,
+}
+
+/// One parameter.
+#[derive(Clone, Debug)]
+pub struct Param {
+    /// Its specifiers.
+    pub specs: Specs,
+    /// Its declarator, perhaps without a name.
+    pub declarator: Declarator,
+    /// All of it.
+    pub span: Span,
+}
+
+/// The name of a type, as in a cast.
+#[derive(Clone, Debug)]
+pub struct TypeName {
+    /// Its specifiers.
+    pub specs: Specs,
+    /// Its declarator, without a name.
+    pub declarator: Declarator,
+    /// All of it.
+    pub span: Span,
+}
+
+/// An initialiser.
+#[derive(Clone, Debug)]
+pub struct Initialiser {
+    /// What it is.
+    pub kind: InitialiserKind,
+    /// Where it is.
+    pub span: Span,
+}
+
+/// What an initialiser is.
+#[derive(Clone, Debug)]
+pub enum InitialiserKind {
+    /// A value.
+    Expr(ExprId),
+    /// `{ … }`.
+    List(Vec<(Vec<Designator>, Initialiser)>),
+}
+
+/// A step to a part of the object being initialised.
+#[derive(Clone, Debug)]
+pub enum Designator {
+    /// `[index]`.
+    Index(ExprId),
+    /// `.member`.
+    Member(Name, Span),
+}
+
+/// An expression.
+#[derive(Clone, Debug)]
+pub struct Expr {
+    /// What it is.
+    pub kind: ExprKind,
+    /// Where it is.
+    pub span: Span,
+    /// How deep a visit from here recurses.
+    pub depth: u32,
+}
+
+/// What an expression is.
+#[derive(Clone, Debug)]
+pub enum ExprKind {
+    /// An integer constant.
+    Int(IntConst),
+    /// A floating constant.
+    Float(FloatConst),
+    /// A character constant.
+    Char(i32),
+    /// A string literal without its zero.
+    Str(Rc<[u8]>),
+    /// A name.
+    Name(Name),
+    /// A call.
+    Call(ExprId, Vec<ExprId>),
+    /// `a[b]`.
+    Index(ExprId, ExprId),
+    /// `a.b`, or `a->b` where the flag is set.
+    Member(ExprId, Name, Span, bool),
+    /// A prefix operator.
+    Prefix(Prefix, ExprId),
+    /// `a++` (1) or `a--` (−1).
+    Postfix(ExprId, i32),
+    /// `(type)a`.
+    Cast(Box<TypeName>, ExprId),
+    /// `sizeof a`.
+    SizeofExpr(ExprId),
+    /// `sizeof(type)`.
+    SizeofType(Box<TypeName>),
+    /// `_Alignof(type)`.
+    AlignofType(Box<TypeName>),
+    /// `(type){ … }`.
+    Compound(Box<TypeName>, Box<Initialiser>),
+    /// An infix operator.
+    Infix(Infix, ExprId, ExprId),
+    /// `a = b`, or `a op= b`.
+    Assign(Option<Infix>, ExprId, ExprId),
+    /// `a ? b : c`.
+    Conditional(ExprId, ExprId, ExprId),
+    /// Something that has been complained about.
+    Error,
+}
+
+/// Prefix operators.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)] // each is its operator, see `text`
+pub enum Prefix {
+    Increment,
+    Decrement,
+    AddressOf,
+    Deref,
+    Plus,
+    Minus,
+    BitNot,
+    Not,
+}
+
+/// Infix operators.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)] // each is its operator, see `text`
+pub enum Infix {
+    Mul,
+    Div,
+    Rem,
+    Add,
+    Sub,
+    Shl,
+    Shr,
+    Lt,
+    Gt,
+    Le,
+    Ge,
+    Eq,
+    Ne,
+    And,
+    Xor,
+    Or,
+    LogicalAnd,
+    LogicalOr,
+    Comma,
+}
+
+/// A statement.
+#[derive(Clone, Debug)]
+pub struct Stmt {
+    /// What it is.
+    pub kind: StmtKind,
+    /// Where it is.
+    pub span: Span,
+    /// How deep a visit from here recurses.
+    pub depth: u32,
+}
+
+/// What a statement is.
+#[derive(Clone, Debug)]
+pub enum StmtKind {
+    /// `;`.
+    Empty,
+    /// A declaration among statements.
+    Declaration(Box<Declaration>),
+    /// `_Static_assert` among statements.
+    StaticAssert(StaticAssert),
+    /// An expression.
+    Expr(ExprId),
+    /// `{ … }`.
+    Block(Vec<StmtId>),
+    /// `if`.
+    If(ExprId, StmtId, Option<StmtId>),
+    /// `while`.
+    While(ExprId, StmtId),
+    /// `do … while`.
+    DoWhile(StmtId, ExprId),
+    /// `for`: initial statement, condition, step, body.
+    For(StmtId, Option<ExprId>, Option<ExprId>, StmtId),
+    /// `switch`.
+    Switch(ExprId, StmtId),
+    /// A statement with labels before it.
+    Labelled(Vec<Label>, StmtId),
+    /// A statement with pragmas before it.
+    Pragmas(Vec<(Pragma, Span)>, StmtId),
+    /// `goto`.
+    Goto(Name, Span),
+    /// `break`.
+    Break,
+    /// `continue`.
+    Continue,
+    /// `return`.
+    Return(Option<ExprId>),
+    /// Something that has been complained about.
+    Error,
+}
+
+/// A label.
+#[derive(Clone, Debug)]
+pub enum Label {
+    /// `case value:`.
+    Case(ExprId, Span),
+    /// `default:`.
+    Default(Span),
+    /// `name:`.
+    Named(Name, Span),
+}
+
+/// A pragma before a loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pragma {
+    /// The loop is to run on the array.
+    Kernel,
+    /// The body is to be repeated this many times.
+    Unroll(u32),
+}
+
+impl Prefix {
+    /// How it is written.
+    pub fn text(self) -> &'static str {
+        match self {
+            Prefix::Increment => "++",
+            Prefix::Decrement => "--",
+            Prefix::AddressOf => "&",
+            Prefix::Deref => "*",
+            Prefix::Plus => "+",
+            Prefix::Minus => "-",
+            Prefix::BitNot => "~",
+            Prefix::Not => "!",
+        }
+    }
+}
+
+impl Infix {
+    /// How it is written.
+    pub fn text(self) -> &'static str {
+        match self {
+            Infix::Mul => "*",
+            Infix::Div => "/",
+            Infix::Rem => "%",
+            Infix::Add => "+",
+            Infix::Sub => "-",
+            Infix::Shl => "<<",
+            Infix::Shr => ">>",
+            Infix::Lt => "<",
+            Infix::Gt => ">",
+            Infix::Le => "<=",
+            Infix::Ge => ">=",
+            Infix::Eq => "==",
+            Infix::Ne => "!=",
+            Infix::And => "&",
+            Infix::Xor => "^",
+            Infix::Or => "|",
+            Infix::LogicalAnd => "&&",
+            Infix::LogicalOr => "||",
+            Infix::Comma => ",",
+        }
+    }
+
+    /// How tightly it binds; operators of one level group from the left.
+    pub fn level(self) -> u32 {
+        match self {
+            Infix::Comma => 0,
+            Infix::LogicalOr => 1,
+            Infix::LogicalAnd => 2,
+            Infix::Or => 3,
+            Infix::Xor => 4,
+            Infix::And => 5,
+            Infix::Eq | Infix::Ne => 6,
+            Infix::Lt | Infix::Gt | Infix::Le | Infix::Ge => 7,
+            Infix::Shl | Infix::Shr => 8,
+            Infix::Add | Infix::Sub => 9,
+            Infix::Mul | Infix::Div | Infix::Rem => 10,
+        }
+    }
+}

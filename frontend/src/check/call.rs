@@ -1,0 +1,304 @@
+//! Calls: of functions, of pointers, and of operations (`__srp_…`), whose types come from the
+//! opcode table.
+
+use super::{Checker, Operand};
+use crate::ast;
+use crate::ctype::{QualType, Type, TypeId};
+use crate::message::{CALL, NOT_CONSTANT};
+use crate::typed::*;
+use srp_archdesc::diagnostic::Span;
+use srp_archdesc::isa::{Class, Kind, Opcode};
+
+/// What an operation's name stands for.
+enum Operation {
+    /// An opcode; vectors, and words that are never looked into, hold floats where true.
+    Opcode(Opcode, bool),
+    /// A vector of four scalars: of floats where true.
+    Build(bool),
+    /// The same bits: from a vector where the first is true, to floats where the second is.
+    Bits(bool, bool),
+}
+
+/// The operation of this name, without `__srp_`.
+///
+/// An opcode's own name means floats in vectors that are never looked into; with `i` at the end
+/// it means integers. Words that are never looked into are integers beside scalars, with `f` at
+/// the end floats.
+fn operation(name: &str) -> Option<Operation> {
+    match name {
+        "float4" => return Some(Operation::Build(true)),
+        "int4" => return Some(Operation::Build(false)),
+        "bits" => return Some(Operation::Bits(false, false)),
+        "float" => return Some(Operation::Bits(false, true)),
+        "bits4" => return Some(Operation::Bits(true, false)),
+        "asfloat4" => return Some(Operation::Bits(true, true)),
+        _ => {}
+    }
+    let usable = |op: &Opcode| !op.is_guarded();
+    let has = |op: Opcode, kind: Kind| {
+        let info = op.info();
+        info.operands.contains(&kind) || info.result == Some(kind)
+    };
+    if let Some(op) = Opcode::parse(name).filter(usable) {
+        return Some(Operation::Opcode(op, has(op, Kind::V)));
+    }
+    let (base, float) = match name.strip_suffix('i') {
+        Some(base) => (base, false),
+        None => (name.strip_suffix('f')?, true),
+    };
+    let op = Opcode::parse(base).filter(usable)?;
+    let vector = has(op, Kind::V);
+    let fits = if float {
+        !vector && has(op, Kind::W)
+    } else {
+        vector
+    };
+    fits.then_some(Operation::Opcode(op, float))
+}
+
+/// Whether an opcode's integer result is unsigned to C.
+fn unsigned_result(op: Opcode) -> bool {
+    use Opcode::*;
+    matches!(op, Minu | Maxu | Mulhu | Ftou | Shr)
+}
+
+impl Checker<'_> {
+    pub(super) fn call(&mut self, callee: ast::ExprId, args: &[ast::ExprId], span: Span) -> ExprId {
+        if let ast::ExprKind::Name(name) = &self.unit.exprs[callee].kind {
+            let known = self.lookup(name).is_some();
+            if let (false, Some(operation)) = (known, name.strip_prefix("__srp_")) {
+                return self.operation_call(name, operation, args, span);
+            }
+            if !known {
+                let at = self.unit.exprs[callee].span;
+                let text = format!("the function `{name}` is not declared");
+                let help = "a function is declared before its first call, with its parameters";
+                self.error_help(CALL, at, text, help);
+                for &arg in args {
+                    self.value(arg);
+                }
+                return self.error_value(span);
+            }
+        }
+        let (callee, ty) = match self.operand(callee) {
+            Operand::Function(function, _) => {
+                (Callee::Function(function), self.functions[function].ty)
+            }
+            other => {
+                let pointer = self.read(other);
+                let ty = self.ty(pointer);
+                let target = self.types.pointee(ty).map_or(ty, |to| to.ty);
+                (Callee::Pointer(pointer), target)
+            }
+        };
+        let values: Vec<_> = args.iter().map(|&arg| self.value(arg)).collect();
+        let signature = match self.types.get(ty) {
+            Type::Function(signature) => signature.clone(),
+            other => {
+                if *other != Type::Error {
+                    let text = format!("{} cannot be called", self.show(ty));
+                    self.error(CALL, span, text, "");
+                }
+                return self.error_value(span);
+            }
+        };
+        if values.len() != signature.params.len() {
+            let text = format!(
+                "the function takes {}, not {}",
+                arguments(signature.params.len()),
+                values.len()
+            );
+            let message = self.sources.error(CALL, span, text, "");
+            self.messages.push(message);
+            return self.error_value(span);
+        }
+        let params = values.iter().zip(&signature.params).enumerate();
+        let converted: Vec<_> = params
+            .map(|(i, (&value, &param))| {
+                self.assign_to(value, param, &format!("argument {}", i + 1))
+            })
+            .collect();
+        self.make(ExprKind::Call(callee, converted), signature.result, span)
+    }
+
+    fn operation_call(
+        &mut self,
+        name: &str,
+        operation_name: &str,
+        args: &[ast::ExprId],
+        span: Span,
+    ) -> ExprId {
+        let values: Vec<_> = args.iter().map(|&arg| self.value(arg)).collect();
+        let known = self.types.known;
+        match operation(operation_name) {
+            Some(Operation::Opcode(op, float)) => self.opcode_call(name, op, float, &values, span),
+            Some(Operation::Build(float)) => {
+                let (lane, vector) = match float {
+                    true => (known.float, known.float4),
+                    false => (known.int, known.int4),
+                };
+                let Some(lanes) = self.operands(name, &[lane; 4], &values, span) else {
+                    return self.error_value(span);
+                };
+                let lanes = [lanes[0], lanes[1], lanes[2], lanes[3]];
+                self.make(ExprKind::Build(lanes), vector, span)
+            }
+            Some(Operation::Bits(vector, to_float)) => {
+                let (from, to) = match (vector, to_float) {
+                    (false, false) => (known.float, known.uint),
+                    (false, true) => (known.uint, known.float),
+                    (true, false) => (known.float4, known.int4),
+                    (true, true) => (known.int4, known.float4),
+                };
+                let Some(operands) = self.operands(name, &[from], &values, span) else {
+                    return self.error_value(span);
+                };
+                if vector {
+                    self.make(ExprKind::Convert(operands[0]), to, span)
+                } else {
+                    let kind = ExprKind::Operation(Opcode::Mov, operands, 0);
+                    self.make(kind, to, span)
+                }
+            }
+            None => {
+                let text = format!("there is no operation `{name}`");
+                self.error(CALL, span, text, "");
+                self.error_value(span)
+            }
+        }
+    }
+
+    /// Operands converted to the types that an operation takes.
+    fn operands(
+        &mut self,
+        name: &str,
+        types: &[TypeId],
+        values: &[ExprId],
+        span: Span,
+    ) -> Option<Vec<ExprId>> {
+        if values.len() != types.len() {
+            let text = format!(
+                "`{name}` takes {}, not {}",
+                arguments(types.len()),
+                values.len()
+            );
+            self.error(CALL, span, text, "");
+            return None;
+        }
+        let pairs = values.iter().zip(types).enumerate();
+        let operands = pairs
+            .map(|(i, (&value, &ty))| self.assign_to(value, ty, &format!("argument {}", i + 1)));
+        Some(operands.collect())
+    }
+
+    fn opcode_call(
+        &mut self,
+        name: &str,
+        op: Opcode,
+        float: bool,
+        values: &[ExprId],
+        span: Span,
+    ) -> ExprId {
+        let info = op.info();
+        // A swizzle has four lane numbers, anything else with an immediate one constant: a port
+        // before the operands, a lane after them.
+        let constants = match (info.immediate, op) {
+            (false, _) => 0,
+            (true, Opcode::Swz) => 4,
+            (true, _) => 1,
+        };
+        let operands = info.operands.len();
+        if values.len() != operands + constants {
+            let text = format!(
+                "`{name}` takes {}, not {}",
+                arguments(operands + constants),
+                values.len()
+            );
+            self.error(CALL, span, text, "");
+            return self.error_value(span);
+        }
+        let (constants, values) = match info.class {
+            Class::Io => values.split_at(constants),
+            _ => {
+                let (values, constants) = values.split_at(operands);
+                (constants, values)
+            }
+        };
+        let limit = if info.class == Class::Io {
+            i32::MAX as u32
+        } else {
+            3
+        };
+        let mut imm = 0;
+        for (i, &constant) in constants.iter().enumerate() {
+            match self.const_value(constant) {
+                Some(bits) if bits <= limit && self.types.is_integer(self.ty(constant)) => {
+                    imm |= bits << (2 * i);
+                }
+                _ => {
+                    let text = format!("`{name}` takes a constant from 0 to {limit} here");
+                    self.error(NOT_CONSTANT, self.span(constant), text, "");
+                    return self.error_value(span);
+                }
+            }
+        }
+        let mut args = Vec::new();
+        for (i, (&value, &kind)) in values.iter().zip(info.operands).enumerate() {
+            let what = format!("argument {}", i + 1);
+            args.push(match kind {
+                Kind::P => self.require_scalar(value, &what),
+                _ => {
+                    let ty = self.kind_type(kind, float, false);
+                    self.assign_to(value, ty, &what)
+                }
+            });
+        }
+        let result = match info.result {
+            Some(kind) => self.kind_type(kind, float, unsigned_result(op)),
+            None => self.types.known.void,
+        };
+        self.make(ExprKind::Operation(op, args, imm as i32), result, span)
+    }
+
+    /// The C type of an operand or result.
+    fn kind_type(&self, kind: Kind, float: bool, unsigned: bool) -> TypeId {
+        let known = self.types.known;
+        match kind {
+            Kind::P => known.int,
+            Kind::I if unsigned => known.uint,
+            Kind::I => known.int,
+            Kind::F => known.float,
+            Kind::W if float => known.float,
+            Kind::W => known.int,
+            Kind::I4 => known.int4,
+            Kind::F4 => known.float4,
+            Kind::V if float => known.float4,
+            Kind::V => known.int4,
+        }
+    }
+
+    /// A type written as a pointer to what it is where it is a function or an array: how
+    /// parameters are passed.
+    pub(super) fn decayed(&mut self, ty: QualType) -> QualType {
+        match self.types.get(ty.ty).clone() {
+            Type::Array(of, _) => {
+                let to = QualType {
+                    ty: of.ty,
+                    quals: of.quals.and(ty.quals),
+                };
+                QualType::plain(self.types.pointer(to))
+            }
+            Type::Function(_) => QualType::plain(self.types.pointer(ty)),
+            _ => ty,
+        }
+    }
+}
+
+/// `no arguments`, `1 argument`, `2 arguments`.
+fn arguments(count: usize) -> String {
+    match count {
+        0 => "no arguments".to_owned(),
+        1 => "1 argument".to_owned(),
+        n => format!("{n} arguments"),
+    }
+}

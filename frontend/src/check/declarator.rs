@@ -1,0 +1,325 @@
+//! Types from specifiers and declarators.
+
+use super::{Checker, Symbol};
+use crate::ast;
+use crate::ast::{
+    Declarator, Derived, Param, Params, Qualifier, Spec, Specs, Storage, TypeKeyword,
+};
+use crate::ctype::{self, MAX_TYPE_DEPTH, QualType, Quals, Signature, Type, TypeId};
+use crate::message::{BAD_TYPE, DECLARATION, LIMIT, SPECIFIERS, UNDECLARED, UNSUPPORTED};
+use srp_archdesc::diagnostic::Span;
+
+/// What specifiers say.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Base {
+    pub(super) ty: QualType,
+    pub(super) storage: Option<(Storage, Span)>,
+    pub(super) inline: bool,
+}
+
+/// How often each keyword is written.
+#[derive(Default)]
+struct Keywords {
+    count: [u8; 10],
+}
+
+impl Keywords {
+    fn of(&self, keyword: TypeKeyword) -> u8 {
+        self.count[keyword as usize]
+    }
+
+    fn any(&self) -> bool {
+        self.count.iter().any(|&n| n > 0)
+    }
+}
+
+/// What the keywords name.
+enum Named {
+    Type(Type),
+    Refused(&'static str, &'static str),
+    Nothing,
+}
+
+/// The type that keywords name together.
+fn named(keywords: &Keywords) -> Named {
+    use TypeKeyword::*;
+    let n = |keyword| keywords.of(keyword);
+    let alone = |keyword| n(keyword) == 1 && keywords.count.iter().sum::<u8>() == 1;
+    let (signed, unsigned) = (n(Signed), n(Unsigned));
+    let bases = n(Void) + n(Char) + n(Float) + n(Double) + n(Bool);
+    if n(Double) == 1 && n(Long) <= 1 && bases == 1 && signed + unsigned + n(Short) == 0 {
+        return Named::Refused("`double` is not supported", "use `float`");
+    }
+    if [Void, Float, Bool].into_iter().any(&alone) {
+        return Named::Type(match () {
+            () if n(Void) == 1 => Type::Void,
+            () if n(Float) == 1 => Type::Float,
+            () => Type::Bool,
+        });
+    }
+    if signed + unsigned > 1 || n(Int) > 1 || n(Short) > 1 || n(Char) > 1 {
+        return Named::Nothing;
+    }
+    if n(Void) + n(Float) + n(Double) + n(Bool) > 0 {
+        return Named::Nothing;
+    }
+    let int = match (n(Char), n(Short), n(Long), n(Int), unsigned == 1) {
+        (1, 0, 0, 0, true) => ctype::Int::UChar,
+        (1, 0, 0, 0, false) if signed == 1 => ctype::Int::SChar,
+        (1, 0, 0, 0, false) => ctype::Int::Char,
+        (0, 1, 0, _, true) => ctype::Int::UShort,
+        (0, 1, 0, _, false) => ctype::Int::Short,
+        (0, 0, 1, _, true) => ctype::Int::ULong,
+        (0, 0, 1, _, false) => ctype::Int::Long,
+        (0, 0, 2, _, _) => {
+            return Named::Refused("`long long` is not supported", "integers have 32 bits");
+        }
+        (0, 0, 0, _, true) => ctype::Int::UInt,
+        (0, 0, 0, _, false) => ctype::Int::Int,
+        _ => return Named::Nothing,
+    };
+    Named::Type(Type::Int(int))
+}
+
+impl Checker<'_> {
+    /// What specifiers say. `alone`: nothing is declared but a tag.
+    pub(super) fn specs(&mut self, specs: &Specs, alone: bool) -> Base {
+        let mut keywords = Keywords::default();
+        let mut whole: Option<QualType> = None;
+        let mut quals = Quals::NONE;
+        let (mut storage, mut inline) = (None, false);
+        let mut conflict = false;
+        let mut attributes = Vec::new();
+        for (spec, span) in &specs.list {
+            match spec {
+                Spec::Storage(found) => {
+                    if storage.replace((*found, *span)).is_some() {
+                        self.error(SPECIFIERS, *span, "a second storage class", "");
+                    }
+                }
+                Spec::Inline => inline = true,
+                Spec::Noreturn => {}
+                Spec::Qualifier(qualifier) => qualify(&mut quals, *qualifier),
+                Spec::Keyword(keyword) => {
+                    let count = &mut keywords.count[*keyword as usize];
+                    *count = count.saturating_add(1);
+                }
+                Spec::Attributes(list) => attributes.extend(list.iter().cloned()),
+                Spec::Named(_) | Spec::Record(_) | Spec::Enum(_) => {
+                    let ty = match spec {
+                        Spec::Named(name) => self.typedef(name, *span),
+                        Spec::Record(record) => QualType::plain(self.record(record, *span, alone)),
+                        Spec::Enum(spec) => QualType::plain(self.enumeration(spec, *span)),
+                        _ => QualType::plain(self.types.known.error),
+                    };
+                    conflict |= whole.replace(ty).is_some();
+                }
+            }
+        }
+        let base = self.base_type(&keywords, whole, conflict, specs.span);
+        let ty = self.attributed(base.ty, &attributes);
+        Base {
+            ty: QualType {
+                ty,
+                quals: base.quals.and(quals),
+            },
+            storage,
+            inline,
+        }
+    }
+
+    fn base_type(
+        &mut self,
+        keywords: &Keywords,
+        whole: Option<QualType>,
+        conflict: bool,
+        span: Span,
+    ) -> QualType {
+        let error = QualType::plain(self.types.known.error);
+        if let Some(whole) = whole {
+            if conflict || keywords.any() {
+                self.error(SPECIFIERS, span, "two types where one is wanted", "");
+                return error;
+            }
+            return whole;
+        }
+        if !keywords.any() {
+            let text = "the declaration names no type";
+            self.error(SPECIFIERS, span, text, "");
+            return error;
+        }
+        match named(keywords) {
+            Named::Type(ty) => QualType::plain(self.types.id(ty)),
+            Named::Refused(text, help) => {
+                self.error_help(UNSUPPORTED, span, text, help);
+                error
+            }
+            Named::Nothing => {
+                self.error(SPECIFIERS, span, "these words together name no type", "");
+                error
+            }
+        }
+    }
+
+    fn typedef(&mut self, name: &str, span: Span) -> QualType {
+        match self.lookup(name) {
+            Some((Symbol::Typedef(ty), _)) => ty,
+            _ => {
+                let text = format!("`{name}` is not declared as a type");
+                self.error(UNDECLARED, span, text, "");
+                QualType::plain(self.types.known.error)
+            }
+        }
+    }
+
+    /// The type that a declarator derives.
+    pub(super) fn declared_type(&mut self, base: QualType, declarator: &Declarator) -> QualType {
+        let mut ty = base;
+        for (step, span) in declarator.derived.iter().rev() {
+            if self.is_error(ty.ty) {
+                // Lengths and parameters are still looked at for their own mistakes.
+                if let Derived::Function(params) = step {
+                    self.params(params);
+                }
+                continue;
+            }
+            ty = match step {
+                Derived::Pointer(qualifiers) => {
+                    let mut quals = Quals::NONE;
+                    for (qualifier, _) in qualifiers {
+                        qualify(&mut quals, *qualifier);
+                    }
+                    QualType {
+                        ty: self.types.pointer(ty),
+                        quals,
+                    }
+                }
+                Derived::Array(length) => self.array(ty, *length, *span),
+                Derived::Function(params) => self.function_type(ty, params, *span),
+            };
+            if self.types.depth(ty.ty) > MAX_TYPE_DEPTH {
+                let text = format!("the type is derived in more than {MAX_TYPE_DEPTH} steps");
+                self.error(LIMIT, *span, text, "");
+                ty = QualType::plain(self.types.known.error);
+            }
+        }
+        ty
+    }
+
+    fn array(&mut self, of: QualType, length: Option<ast::ExprId>, span: Span) -> QualType {
+        let error = QualType::plain(self.types.known.error);
+        if self.types.size(of.ty).is_none() {
+            let text = format!("there is no array of {}", self.show(of.ty));
+            self.error(BAD_TYPE, span, text, "");
+            return error;
+        }
+        let length = match length {
+            None => None,
+            Some(e) => {
+                let at = self.unit.exprs[e].span;
+                match self.const_int(e, "the length of an array") {
+                    None => return error,
+                    Some((bits, ty)) if !self.types.is_unsigned(ty) && (bits as i32) < 0 => {
+                        self.error(BAD_TYPE, at, "the length of an array is negative", "");
+                        return error;
+                    }
+                    Some((bits, _)) => Some(bits),
+                }
+            }
+        };
+        let ty = self.types.id(Type::Array(of, length));
+        let too_large = |size: Option<u32>| size.is_none_or(|size| size > i32::MAX as u32);
+        if length.is_some() && too_large(self.types.size(ty)) {
+            self.error(LIMIT, span, "the array is larger than memory", "");
+            return error;
+        }
+        QualType::plain(ty)
+    }
+
+    fn function_type(&mut self, result: QualType, params: &Params, span: Span) -> QualType {
+        if params.variadic {
+            let text = "functions with `...` are not supported";
+            self.error(UNSUPPORTED, span, text, "");
+        }
+        if let Type::Array(..) | Type::Function(_) = self.types.get(result.ty) {
+            let text = format!("a function cannot return {}", self.show(result.ty));
+            self.error(BAD_TYPE, span, text, "");
+            return QualType::plain(self.types.known.error);
+        }
+        let params = self.params(params);
+        let signature = Signature {
+            result: result.ty,
+            params: params.into_iter().map(|(ty, _)| ty.ty).collect(),
+        };
+        QualType::plain(self.types.id(Type::Function(signature)))
+    }
+
+    /// Types of parameters, with the parameters as written.
+    pub(super) fn params<'p>(&mut self, params: &'p Params) -> Vec<(QualType, &'p Param)> {
+        if let [only] = params.list.as_slice() {
+            let nothing = only.declarator.derived.is_empty() && only.declarator.name.is_none();
+            let void = matches!(
+                only.specs.list.as_slice(),
+                [(Spec::Keyword(TypeKeyword::Void), _)]
+            );
+            if nothing && void {
+                return Vec::new();
+            }
+        }
+        self.scopes.push(super::Scope::default());
+        let mut list = Vec::new();
+        for param in &params.list {
+            let base = self.specs(&param.specs, false);
+            match base.storage {
+                None | Some((Storage::Register, _)) => {}
+                Some((_, span)) => {
+                    let text = "a parameter has no storage class but `register`";
+                    self.error(DECLARATION, span, text, "");
+                }
+            }
+            let ty = self.declared_type(base.ty, &param.declarator);
+            let mut ty = self.decayed(ty);
+            if ty.ty == self.types.known.void {
+                self.error(BAD_TYPE, param.span, "a parameter cannot be `void`", "");
+                ty = QualType::plain(self.types.known.error);
+            }
+            list.push((ty, param));
+        }
+        self.scopes.pop();
+        list
+    }
+
+    /// The type that a type's name names.
+    pub(super) fn type_name(&mut self, name: &ast::TypeName) -> QualType {
+        let base = self.specs(&name.specs, false);
+        if let Some((_, span)) = base.storage {
+            self.error(SPECIFIERS, span, "a type's name has no storage class", "");
+        }
+        self.declared_type(base.ty, &name.declarator)
+    }
+
+    /// Whether an object can have this type; an error where not.
+    pub(super) fn complete(&mut self, ty: TypeId, span: Span, what: &str) -> bool {
+        if self.types.size(ty).is_some() {
+            return true;
+        }
+        let text = match self.types.get(ty) {
+            Type::Array(..) => format!("{what} needs the length of its array"),
+            _ => format!(
+                "{what} cannot be {}, which has no known size",
+                self.show(ty)
+            ),
+        };
+        self.error(BAD_TYPE, span, text, "");
+        false
+    }
+}
+
+fn qualify(quals: &mut Quals, qualifier: Qualifier) {
+    match qualifier {
+        Qualifier::Const => quals.constant = true,
+        Qualifier::Volatile => quals.volatile = true,
+        Qualifier::Restrict => quals.restrict = true,
+        Qualifier::Global => quals.global = true,
+    }
+}

@@ -1,0 +1,461 @@
+//! Declarations and function definitions.
+
+use super::declarator::Base;
+use super::link::Definition;
+use super::{Checker, Context, Scope, Symbol};
+use crate::ast::{self, Derived, InitDeclarator, Storage};
+use crate::ctype::{QualType, Type, TypeId};
+use crate::message::{BAD_TYPE, DECLARATION, MISSING_RETURN, REDECLARED, STATIC_ASSERT};
+use crate::source::Name;
+use crate::typed::*;
+use srp_archdesc::diagnostic::Span;
+
+impl Checker<'_> {
+    /// Puts a name into the innermost scope; an error where it is there already.
+    pub(super) fn declare(&mut self, name: &Name, symbol: Symbol, span: Span) {
+        let before = self.scope().names.insert(name.clone(), (symbol, span));
+        if let Some((_, before)) = before {
+            self.redeclared(name, span, before);
+        }
+    }
+
+    fn redeclared(&mut self, name: &str, span: Span, before: Span) {
+        let text = format!("`{name}` is declared a second time");
+        let message = self.sources.error(REDECLARED, span, text, "");
+        let message = self.sources.also(message, before, "declared here");
+        self.messages.push(message);
+    }
+
+    /// A declaration; the statements that set its variables.
+    pub(super) fn declaration(&mut self, declaration: &ast::Declaration) -> Vec<StmtId> {
+        let base = self.specs(&declaration.specs, declaration.declarators.is_empty());
+        let items = declaration.declarators.iter();
+        items
+            .filter_map(|item| self.declarator(base, item))
+            .collect()
+    }
+
+    fn declarator(&mut self, base: Base, item: &InitDeclarator) -> Option<StmtId> {
+        let (name, span) = item.declarator.name.clone()?;
+        let lane = self.attributed(base.ty.ty, &item.attributes);
+        let base_ty = QualType {
+            ty: lane,
+            quals: base.ty.quals,
+        };
+        let ty = self.declared_type(base_ty, &item.declarator);
+        let storage = base.storage.map(|(storage, _)| storage);
+        if storage == Some(Storage::Typedef) {
+            self.declare_type(&name, ty, span, item.init.as_ref());
+            return None;
+        }
+        if let Type::Function(_) = self.types.get(ty.ty) {
+            if let Some(init) = &item.init {
+                let text = "a function has no initial value";
+                self.error(DECLARATION, init.span, text, "");
+            }
+            self.declare_function(&name, ty.ty, storage, base.inline, span);
+            return None;
+        }
+        if self.is_error(ty.ty) {
+            // The name is known from here on, so that its uses are no further mistakes.
+            if let Some(init) = &item.init {
+                self.look_at(init);
+            }
+            self.declare_erroneous(&name, span);
+            return None;
+        }
+        if ty.quals.global {
+            let text = format!("`{name}` cannot lie in system memory");
+            let help = "`__srp_global` is for what a pointer points to";
+            self.error_help(BAD_TYPE, span, text, help);
+        }
+        if self.at_file_level() || matches!(storage, Some(Storage::Static | Storage::Extern)) {
+            self.declare_object(&name, ty, storage, span, item);
+            None
+        } else {
+            self.declare_local(&name, ty, span, item)
+        }
+    }
+
+    /// Checks the expressions of an initialiser whose object has no type.
+    fn look_at(&mut self, init: &ast::Initialiser) {
+        match &init.kind {
+            ast::InitialiserKind::Expr(e) => {
+                self.value(*e);
+            }
+            ast::InitialiserKind::List(list) => {
+                list.iter().for_each(|(_, init)| self.look_at(init));
+            }
+        }
+    }
+
+    fn declare_erroneous(&mut self, name: &Name, span: Span) {
+        let ty = QualType::plain(self.types.known.error);
+        let local = self.body.locals.push(Local {
+            name: name.clone(),
+            ty,
+            in_memory: false,
+        });
+        let symbol = if self.at_file_level() {
+            Symbol::Object(self.new_object(name, ty, span))
+        } else {
+            Symbol::Local(local)
+        };
+        self.scope().names.insert(name.clone(), (symbol, span));
+        if let Symbol::Object(object) = symbol {
+            self.objects[object].defined = true;
+        }
+    }
+
+    fn declare_type(
+        &mut self,
+        name: &Name,
+        ty: QualType,
+        span: Span,
+        init: Option<&ast::Initialiser>,
+    ) {
+        if let Some(init) = init {
+            self.error(DECLARATION, init.span, "a type has no initial value", "");
+        }
+        let built_in = self.at_file_level() && self.scopes[0].names.contains_key(name);
+        let before = self.scope().names.get(name).copied();
+        let before = before.or(built_in.then(|| self.scopes[0].names[name]));
+        match before {
+            Some((Symbol::Typedef(old), _))
+                if old.quals == ty.quals && self.types.compatible(old.ty, ty.ty) => {}
+            Some((_, at)) => self.redeclared(name, span, at),
+            None => {
+                let symbol = (Symbol::Typedef(ty), span);
+                self.scope().names.insert(name.clone(), symbol);
+            }
+        }
+    }
+
+    fn new_object(&mut self, name: &str, ty: QualType, span: Span) -> ObjectId {
+        self.objects.push(Object {
+            name: name.to_owned(),
+            ty,
+            image: Image::default(),
+            defined: false,
+            pos: self.sources.pos(span),
+        })
+    }
+
+    /// The thing of this name that a declaration in this scope declares again: one of the scope
+    /// itself, or one with linkage.
+    fn earlier(&mut self, name: &Name, internal: bool) -> Option<(Symbol, Span)> {
+        if let Some(&found) = self.scope().names.get(name) {
+            return Some(found);
+        }
+        if let Some((symbol @ (Symbol::Object(_) | Symbol::Function(_)), at)) =
+            self.scopes[1].names.get(name).copied()
+        {
+            return Some((symbol, at));
+        }
+        if internal {
+            return None;
+        }
+        let external = self.externals.names.get(name).copied();
+        external.map(|symbol| (symbol, self.definition_span(symbol)))
+    }
+
+    fn definition_span(&self, symbol: Symbol) -> Span {
+        let found = match symbol {
+            Symbol::Object(object) => self.externals.objects.get(&object),
+            Symbol::Function(function) => self.externals.functions.get(&function),
+            _ => None,
+        };
+        found.map_or(Span::default(), |definition| definition.span)
+    }
+
+    fn declare_object(
+        &mut self,
+        name: &Name,
+        ty: QualType,
+        storage: Option<Storage>,
+        span: Span,
+        item: &InitDeclarator,
+    ) {
+        let internal = storage == Some(Storage::Static);
+        let local_static = internal && !self.at_file_level();
+        let object = if local_static {
+            let function = self.context.function.clone().unwrap_or_else(|| "".into());
+            let object = self.new_object(&format!("{function}.{name}"), ty, span);
+            self.declare(name, Symbol::Object(object), span);
+            object
+        } else {
+            match self.earlier(name, internal) {
+                Some((Symbol::Object(object), before)) => {
+                    let old = self.objects[object].ty;
+                    let merged = self.same_declaration(name, old.ty, ty.ty, span, before);
+                    self.objects[object].ty.ty = merged;
+                    object
+                }
+                Some((_, before)) => return self.redeclared(name, span, before),
+                None => self.new_object(name, ty, span),
+            }
+        };
+        if !local_static {
+            let symbol = Symbol::Object(object);
+            self.scope().names.insert(name.clone(), (symbol, span));
+            let known_internal = self.is_internal(symbol);
+            if !internal && !known_internal {
+                self.externals.names.entry(name.clone()).or_insert(symbol);
+            } else if !known_internal {
+                self.internal(symbol, name, span);
+            }
+        }
+        let tentative = storage != Some(Storage::Extern);
+        if let Some(init) = &item.init {
+            if storage == Some(Storage::Extern) && !self.at_file_level() {
+                let text = "an `extern` declaration in a block has no initial value";
+                self.error(DECLARATION, init.span, text, "");
+            }
+            self.define_object(object, name, init, span);
+        } else if tentative {
+            if local_static {
+                self.complete(ty.ty, span, "a variable");
+            }
+            let definition = Definition {
+                span,
+                unit: self.number,
+                full: local_static,
+            };
+            self.define(Symbol::Object(object), name, definition);
+            self.objects[object].pos = self.sources.pos(span);
+        }
+    }
+
+    /// Whether a thing of this source has internal linkage.
+    fn is_internal(&self, symbol: Symbol) -> bool {
+        match symbol {
+            Symbol::Function(function) => self.functions[function].internal,
+            Symbol::Object(object) => {
+                let name = self.objects[object].name.as_str();
+                let defined = self.externals.objects.contains_key(&object);
+                let external = self.externals.names.get(name);
+                let same = matches!(external, Some(Symbol::Object(o)) if *o == object);
+                defined && !same
+            }
+            _ => false,
+        }
+    }
+
+    /// A thing becomes internal, which it cannot once it is external.
+    fn internal(&mut self, symbol: Symbol, name: &str, span: Span) {
+        let external = match (symbol, self.externals.names.get(name)) {
+            (Symbol::Object(a), Some(Symbol::Object(b))) => a == *b,
+            (Symbol::Function(a), Some(Symbol::Function(b))) => a == *b,
+            _ => false,
+        };
+        if external {
+            let text = format!("`{name}` is `static` here and was not before");
+            self.error(REDECLARED, span, text, "");
+        }
+    }
+
+    fn define_object(&mut self, object: ObjectId, name: &str, init: &ast::Initialiser, span: Span) {
+        let ty = self.objects[object].ty;
+        let definition = Definition {
+            span,
+            unit: self.number,
+            full: true,
+        };
+        self.define(Symbol::Object(object), name, definition);
+        self.objects[object].pos = self.sources.pos(span);
+        let function = self.context.function.take();
+        let known = self.initialise(ty, init, span);
+        self.context.function = function;
+        if let Some((ty, parts)) = known {
+            self.objects[object].ty = ty;
+            self.objects[object].image = self.image(ty.ty, &parts);
+        }
+    }
+
+    fn declare_local(
+        &mut self,
+        name: &Name,
+        ty: QualType,
+        span: Span,
+        item: &InitDeclarator,
+    ) -> Option<StmtId> {
+        let local = self.body.locals.push(Local {
+            name: name.clone(),
+            ty,
+            in_memory: false,
+        });
+        self.declare(name, Symbol::Local(local), span);
+        let Some(init) = &item.init else {
+            self.complete(ty.ty, span, "a variable");
+            return None;
+        };
+        let (ty, parts) = self.initialise(ty, init, span)?;
+        self.body.locals[local].ty = ty;
+        Some(self.stmt_at(StmtKind::Init(local, parts), span))
+    }
+
+    fn declare_function(
+        &mut self,
+        name: &Name,
+        ty: TypeId,
+        storage: Option<Storage>,
+        inline: bool,
+        span: Span,
+    ) -> Option<FunctionId> {
+        if !self.at_file_level() && storage == Some(Storage::Static) {
+            let text = "a function in a block cannot be `static`";
+            self.error(DECLARATION, span, text, "");
+        }
+        // An `inline` function without `extern` is one of its source alone.
+        let internal =
+            storage == Some(Storage::Static) || inline && storage != Some(Storage::Extern);
+        let function = match self.earlier(name, internal) {
+            Some((Symbol::Function(function), before)) => {
+                let old = self.functions[function].ty;
+                let merged = self.same_declaration(name, old, ty, span, before);
+                self.functions[function].ty = merged;
+                if storage == Some(Storage::Static) && !self.functions[function].internal {
+                    self.internal(Symbol::Function(function), name, span);
+                }
+                function
+            }
+            Some((_, before)) => {
+                self.redeclared(name, span, before);
+                return None;
+            }
+            None => {
+                let function = self.functions.push(Function {
+                    name: name.to_string(),
+                    ty,
+                    body: None,
+                    internal,
+                    pos: self.sources.pos(span),
+                });
+                if !internal {
+                    let symbol = Symbol::Function(function);
+                    self.externals.names.insert(name.clone(), symbol);
+                }
+                function
+            }
+        };
+        let symbol = Symbol::Function(function);
+        self.scope().names.insert(name.clone(), (symbol, span));
+        Some(function)
+    }
+
+    /// A function definition.
+    pub(super) fn function(&mut self, definition: &ast::FunctionDefinition) {
+        let base = self.specs(&definition.specs, false);
+        let declarator = &definition.declarator;
+        let Some((name, span)) = declarator.name.clone() else {
+            return;
+        };
+        let ty = self.declared_type(base.ty, declarator);
+        let params = match declarator.derived.first() {
+            Some((Derived::Function(params), _)) => params,
+            _ => {
+                if !self.is_error(ty.ty) {
+                    let text = format!("`{name}` has a body but is no function");
+                    self.error(DECLARATION, span, text, "");
+                }
+                return;
+            }
+        };
+        let storage = base.storage.map(|(storage, _)| storage);
+        if let Some((storage @ (Storage::Typedef | Storage::Auto | Storage::Register), at)) =
+            base.storage
+        {
+            let word = format!("{storage:?}").to_lowercase();
+            self.error(
+                DECLARATION,
+                at,
+                format!("a function cannot be `{word}`"),
+                "",
+            );
+        }
+        let known = match self.types.get(ty.ty) {
+            Type::Function(signature) => Some(signature.result),
+            _ => None,
+        };
+        let function = self.declare_function(&name, ty.ty, storage, base.inline, span);
+        if let Some(function) = function {
+            let definition = Definition {
+                span,
+                unit: self.number,
+                full: true,
+            };
+            self.define(Symbol::Function(function), &name, definition);
+        }
+        let result = known.unwrap_or(self.types.known.error);
+        if result != self.types.known.void && !self.is_error(result) {
+            self.complete(result, span, "the result of a function");
+        }
+        let body = self.function_body(&name, result, params, definition.body);
+        if let Some(function) = function {
+            self.functions[function].body = Some(body);
+            self.functions[function].pos = self.sources.pos(span);
+        }
+    }
+
+    fn function_body(
+        &mut self,
+        name: &Name,
+        result: TypeId,
+        params: &ast::Params,
+        root: ast::StmtId,
+    ) -> Body {
+        self.body = Body::default();
+        self.context = Context {
+            result: Some(result),
+            function: Some(name.clone()),
+            ..Context::default()
+        };
+        let params = self.params(params);
+        self.scopes.push(Scope::default());
+        for (ty, param) in params {
+            if !self.is_error(ty.ty) {
+                self.complete(ty.ty, param.span, "a parameter");
+            }
+            let (name, span) = match &param.declarator.name {
+                Some((name, span)) => (name.clone(), *span),
+                None => {
+                    self.error(DECLARATION, param.span, "a parameter needs a name here", "");
+                    continue;
+                }
+            };
+            let local = self.body.locals.push(Local {
+                name: name.clone(),
+                ty,
+                in_memory: false,
+            });
+            self.body.params.push(local);
+            self.declare(&name, Symbol::Local(local), span);
+        }
+        let (root_stmt, flow) = self.function_block(root);
+        self.scopes.pop();
+        let returns = result != self.types.known.void && !self.is_error(result);
+        if flow && returns && &**name != "main" {
+            let span = self.unit.stmts[root].span;
+            let end = Span::new(span.end.saturating_sub(1), span.end);
+            let text = format!("`{name}` may end without returning a value");
+            let message = self.sources.warning(MISSING_RETURN, end, text, "");
+            let message = message.note("the value is then 0");
+            self.messages.push(message);
+        }
+        self.body.root = Some(root_stmt);
+        self.context = Context::default();
+        std::mem::take(&mut self.body)
+    }
+
+    pub(super) fn static_assert(&mut self, assert: &ast::StaticAssert) {
+        let holds = self.const_int(assert.condition, "the condition");
+        if let Some((0, _)) = holds {
+            let text = match &assert.text {
+                Some(text) => format!("assertion failed: {}", String::from_utf8_lossy(text)),
+                None => "assertion failed".to_owned(),
+            };
+            let span = self.unit.exprs[assert.condition].span;
+            self.error(STATIC_ASSERT, span, text, "");
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! Linkage: one name, one thing, in all sources.
+
+use super::{Checker, Symbol};
+use crate::ctype::{Signature, Type, TypeId};
+use crate::message::{REDECLARED, UNDEFINED};
+use crate::source::Name;
+use crate::typed::*;
+use srp_archdesc::diagnostic::Span;
+use srp_archdesc::entity::EntityMap;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A definition: where, in which source, and whether it is more than tentative.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Definition {
+    pub(super) span: Span,
+    pub(super) unit: usize,
+    pub(super) full: bool,
+}
+
+/// What is known of the things with linkage.
+#[derive(Debug, Default)]
+pub(super) struct Externals {
+    /// Names with external linkage.
+    pub(super) names: BTreeMap<Name, Symbol>,
+    pub(super) objects: BTreeMap<ObjectId, Definition>,
+    pub(super) functions: BTreeMap<FunctionId, Definition>,
+    /// First use of each.
+    used_objects: BTreeMap<ObjectId, Span>,
+    used_functions: BTreeMap<FunctionId, Span>,
+}
+
+impl Externals {
+    pub(super) fn use_object(&mut self, object: ObjectId, span: Span) {
+        self.used_objects.entry(object).or_insert(span);
+    }
+
+    pub(super) fn use_function(&mut self, function: FunctionId, span: Span) {
+        self.used_functions.entry(function).or_insert(span);
+    }
+}
+
+impl Checker<'_> {
+    /// Notes a definition; a second one is an error.
+    pub(super) fn define(&mut self, symbol: Symbol, name: &str, definition: Definition) {
+        let before = match symbol {
+            Symbol::Object(object) => self.externals.objects.get(&object),
+            Symbol::Function(function) => self.externals.functions.get(&function),
+            _ => None,
+        };
+        let mut definition = definition;
+        if let Some(before) = before.copied() {
+            if before.full && definition.full || before.unit != definition.unit {
+                let text = format!("`{name}` is defined a second time");
+                let message = self.sources.error(REDECLARED, definition.span, text, "");
+                let message = self.sources.also(message, before.span, "defined here");
+                self.messages.push(message);
+                return;
+            }
+            if before.full {
+                definition = before;
+            }
+        }
+        match symbol {
+            Symbol::Object(object) => {
+                self.externals.objects.insert(object, definition);
+                self.objects[object].defined = true;
+            }
+            Symbol::Function(function) => {
+                self.externals.functions.insert(function, definition);
+            }
+            _ => {}
+        }
+    }
+
+    /// At the end of a source: its tentative definitions are complete.
+    pub(super) fn end_of_unit(&mut self) {
+        let here = self.externals.objects.iter();
+        let here: Vec<_> = here
+            .filter(|(_, definition)| definition.unit == self.number)
+            .map(|(object, definition)| (*object, definition.span))
+            .collect();
+        for (object, span) in here {
+            let ty = self.objects[object].ty.ty;
+            if !self.is_error(ty) {
+                self.complete(ty, span, "an object");
+            }
+        }
+    }
+
+    /// Looks for what is used and defined nowhere, and makes names unique.
+    pub(super) fn link(&mut self) {
+        let mut missing = Vec::new();
+        for (object, span) in std::mem::take(&mut self.externals.used_objects) {
+            if !self.objects[object].defined {
+                missing.push((span, self.objects[object].name.clone()));
+            }
+        }
+        for (function, span) in std::mem::take(&mut self.externals.used_functions) {
+            let defined = self.externals.functions.contains_key(&function);
+            if !defined && !self.is_error(self.functions[function].ty) {
+                missing.push((span, self.functions[function].name.clone()));
+            }
+        }
+        missing.sort();
+        for (span, name) in missing {
+            let text = format!("`{name}` is used but defined in no source");
+            self.error(UNDEFINED, span, text, "");
+        }
+        self.check_main();
+        let external_objects = self.external_ids(|symbol| match symbol {
+            Symbol::Object(object) => Some(object),
+            _ => None,
+        });
+        unique(&mut self.objects, &external_objects, |o| &mut o.name);
+        let external_functions = self.external_ids(|symbol| match symbol {
+            Symbol::Function(function) => Some(function),
+            _ => None,
+        });
+        unique(&mut self.functions, &external_functions, |f| &mut f.name);
+    }
+
+    fn external_ids<T: Ord>(&self, pick: impl Fn(Symbol) -> Option<T>) -> BTreeSet<T> {
+        let symbols = self.externals.names.values();
+        symbols.filter_map(|&symbol| pick(symbol)).collect()
+    }
+
+    fn check_main(&mut self) {
+        let Some(&Symbol::Function(main)) = self.externals.names.get("main") else {
+            return;
+        };
+        let wanted = Type::Function(Signature {
+            result: self.types.known.int,
+            params: Vec::new(),
+        });
+        let ty = self.functions[main].ty;
+        let definition = self.externals.functions.get(&main).copied();
+        if let Some(definition) = definition
+            && *self.types.get(ty) != wanted
+            && !self.is_error(ty)
+        {
+            let text = "`main` takes nothing and returns an `int`";
+            let help = "write `int main(void)`";
+            self.error_help(REDECLARED, definition.span, text, help);
+        }
+    }
+
+    /// Whether a name's second declaration says the same as its first; an error where not. The
+    /// type with what both know.
+    pub(super) fn same_declaration(
+        &mut self,
+        name: &str,
+        old: TypeId,
+        new: TypeId,
+        span: Span,
+        before: Span,
+    ) -> TypeId {
+        if self.is_error(old) || self.is_error(new) {
+            return old;
+        }
+        if !self.types.compatible(old, new) {
+            let text = format!(
+                "`{name}` is declared as {} here and as {} before",
+                self.show(new),
+                self.show(old)
+            );
+            let message = self.sources.error(REDECLARED, span, text, "");
+            let message = self.sources.also(message, before, "declared here");
+            self.messages.push(message);
+            return old;
+        }
+        match self.types.get(old) {
+            Type::Array(_, None) => new,
+            _ => old,
+        }
+    }
+}
+
+/// Gives a number to names that are taken; those of `external` stay as they are.
+fn unique<K: srp_archdesc::entity::Entity, V>(
+    items: &mut EntityMap<K, V>,
+    external: &BTreeSet<K>,
+    name: impl Fn(&mut V) -> &mut String,
+) {
+    let mut taken = BTreeSet::new();
+    for (key, item) in items.iter_mut() {
+        if external.contains(&key) {
+            taken.insert(name(item).clone());
+        }
+    }
+    let mut next: BTreeMap<String, u32> = BTreeMap::new();
+    for (key, item) in items.iter_mut() {
+        if external.contains(&key) {
+            continue;
+        }
+        let base = name(item).clone();
+        let mut candidate = base.clone();
+        while !taken.insert(candidate.clone()) {
+            let number = next.entry(base.clone()).or_insert(1);
+            *number += 1;
+            candidate = format!("{base}.{number}");
+        }
+        *name(item) = candidate;
+    }
+}

@@ -1,0 +1,267 @@
+//! The type checker: syntax trees to the checked program.
+//!
+//! One `Checker` goes over all sources in order, keeping what has external linkage. Every error
+//! gives a value of [`Type::Error`], which fits everywhere, so that one mistake makes one message.
+
+mod attribute;
+mod binary;
+mod call;
+mod constant;
+mod convert;
+mod declarator;
+mod declare;
+mod expr;
+mod init;
+mod link;
+mod record;
+mod stmt;
+mod trip;
+
+use crate::ast;
+use crate::ctype::{QualType, RecordId, Type, TypeId, TypeTable};
+use crate::message::{Code, Messages};
+use crate::source::{Name, SourceMap};
+use crate::typed::*;
+use link::Externals;
+use srp_archdesc::diagnostic::Span;
+use srp_archdesc::entity::EntityMap;
+use std::collections::{BTreeMap, HashMap};
+
+/// Checks all sources together. `None` where there were errors; `messages` has them.
+pub fn check(units: &[ast::Unit], sources: &SourceMap, messages: &mut Messages) -> Option<Checked> {
+    let empty = ast::Unit::default();
+    let mut checker = Checker::new(&empty, sources, messages);
+    for (number, unit) in units.iter().enumerate() {
+        checker.unit = unit;
+        checker.number = number;
+        checker.scopes = vec![checker.built_in(), Scope::default()];
+        for item in &unit.items {
+            checker.item(item);
+        }
+        checker.end_of_unit();
+    }
+    checker.finish()
+}
+
+/// What a name stands for.
+#[derive(Clone, Copy, Debug)]
+enum Symbol {
+    Local(LocalId),
+    Object(ObjectId),
+    Function(FunctionId),
+    Typedef(QualType),
+    /// A constant of an `enum`.
+    Constant(u32, TypeId),
+}
+
+/// What a tag stands for.
+#[derive(Clone, Copy, Debug)]
+enum Tag {
+    Record(RecordId),
+    Enum(TypeId),
+}
+
+/// The names of a block or file.
+#[derive(Debug, Default)]
+struct Scope {
+    names: HashMap<Name, (Symbol, Span)>,
+    tags: HashMap<Name, (Tag, Span)>,
+}
+
+/// What an expression is before it is used as a value.
+#[derive(Clone, Copy, Debug)]
+enum Operand {
+    Place(PlaceId),
+    Function(FunctionId, Span),
+    Value(ExprId),
+}
+
+/// A `switch` being checked.
+#[derive(Debug)]
+struct Cases {
+    ty: TypeId,
+    cases: Vec<(u32, usize)>,
+    seen: HashMap<u32, Span>,
+    default: Option<(usize, Span)>,
+    labels: usize,
+}
+
+/// What surrounds the current statement.
+#[derive(Debug, Default)]
+struct Context {
+    /// The result of the current function.
+    result: Option<TypeId>,
+    function: Option<Name>,
+    /// For each loop and `switch` around: whether a `break` leaves it.
+    breaks: Vec<bool>,
+    /// How many of them are loops.
+    loops: usize,
+    switches: Vec<Cases>,
+    /// Variables assigned so far in the function, in order, to see what a loop changes.
+    assigned: Vec<LocalId>,
+}
+
+struct Checker<'a> {
+    unit: &'a ast::Unit,
+    /// The number of the unit.
+    number: usize,
+    sources: &'a SourceMap,
+    messages: &'a mut Messages,
+    types: TypeTable,
+    objects: EntityMap<ObjectId, Object>,
+    functions: EntityMap<FunctionId, Function>,
+    externals: Externals,
+    /// String literals, each once.
+    strings: BTreeMap<Vec<u8>, ObjectId>,
+    /// Innermost last; the first has the built-in names, the second those of the file.
+    scopes: Vec<Scope>,
+    /// The function being checked, or room for the expressions of a declaration at file level.
+    body: Body,
+    context: Context,
+    /// The operand of `&` is being checked, so that the end of an array is no mistake.
+    past_end: bool,
+}
+
+impl<'a> Checker<'a> {
+    fn new(unit: &'a ast::Unit, sources: &'a SourceMap, messages: &'a mut Messages) -> Checker<'a> {
+        Checker {
+            unit,
+            number: 0,
+            sources,
+            messages,
+            types: TypeTable::default(),
+            objects: EntityMap::new(),
+            functions: EntityMap::new(),
+            externals: Externals::default(),
+            strings: BTreeMap::new(),
+            scopes: Vec::new(),
+            body: Body::default(),
+            context: Context::default(),
+            past_end: false,
+        }
+    }
+
+    fn built_in(&self) -> Scope {
+        let known = self.types.known;
+        let types = [known.float4, known.int4];
+        let mut scope = Scope::default();
+        for (name, ty) in crate::classify::BUILT_IN.into_iter().zip(types) {
+            let symbol = Symbol::Typedef(QualType::plain(ty));
+            scope.names.insert(name.into(), (symbol, Span::default()));
+        }
+        scope
+    }
+
+    fn item(&mut self, item: &ast::Item) {
+        match item {
+            ast::Item::Function(function) => self.function(function),
+            ast::Item::Declaration(declaration) => {
+                self.declaration(declaration);
+                // Expressions of a declaration at file level are constants by now.
+                self.body = Body::default();
+            }
+            ast::Item::StaticAssert(assert) => self.static_assert(assert),
+        }
+    }
+
+    fn error(&mut self, code: Code, span: Span, text: impl Into<String>, label: &str) {
+        self.messages
+            .push(self.sources.error(code, span, text, label));
+    }
+
+    fn error_help(&mut self, code: Code, span: Span, text: impl Into<String>, help: &str) {
+        let message = self.sources.error(code, span, text, "").help(help);
+        self.messages.push(message);
+    }
+
+    fn warning(&mut self, code: Code, span: Span, text: impl Into<String>) {
+        self.messages
+            .push(self.sources.warning(code, span, text, ""));
+    }
+
+    fn lookup(&self, name: &str) -> Option<(Symbol, Span)> {
+        let found = self.scopes.iter().rev().find_map(|s| s.names.get(name));
+        found.copied()
+    }
+
+    fn lookup_tag(&self, name: &str) -> Option<(Tag, Span)> {
+        let found = self.scopes.iter().rev().find_map(|s| s.tags.get(name));
+        found.copied()
+    }
+
+    /// The innermost scope.
+    fn scope(&mut self) -> &mut Scope {
+        self.scopes.last_mut().expect("the file's scope stays")
+    }
+
+    fn at_file_level(&self) -> bool {
+        self.scopes.len() <= 2
+    }
+
+    /// A type as messages show it.
+    fn show(&self, ty: TypeId) -> String {
+        format!("`{}`", self.types.show_plain(ty))
+    }
+
+    fn ty(&self, e: ExprId) -> TypeId {
+        self.body.exprs[e].ty
+    }
+
+    fn span(&self, e: ExprId) -> Span {
+        self.body.exprs[e].span
+    }
+
+    fn is_error(&self, ty: TypeId) -> bool {
+        matches!(self.types.get(ty), Type::Error)
+    }
+
+    /// Adds an expression, as its value where that is plain.
+    fn make(&mut self, kind: ExprKind, ty: TypeId, span: Span) -> ExprId {
+        let kind = match constant::fold(&kind, ty, &self.body.exprs, &self.types) {
+            Some(bits) => ExprKind::Const(bits),
+            None => kind,
+        };
+        let pos = self.sources.pos(span);
+        self.body.exprs.push(Expr {
+            kind,
+            ty,
+            pos,
+            span,
+        })
+    }
+
+    fn place(&mut self, kind: PlaceKind, ty: QualType, span: Span) -> PlaceId {
+        self.body.places.push(Place { kind, ty, span })
+    }
+
+    /// A value where there is none.
+    fn error_value(&mut self, span: Span) -> ExprId {
+        let ty = self.types.known.error;
+        self.make(ExprKind::Const(0), ty, span)
+    }
+
+    fn int_const(&mut self, value: u32, ty: TypeId, span: Span) -> ExprId {
+        self.make(ExprKind::Const(value), ty, span)
+    }
+
+    /// The constant that an expression is, if it is a scalar one.
+    fn const_value(&self, e: ExprId) -> Option<u32> {
+        match self.body.exprs[e].kind {
+            ExprKind::Const(bits) => Some(bits),
+            _ => None,
+        }
+    }
+
+    fn finish(mut self) -> Option<Checked> {
+        self.link();
+        if self.messages.errors() > 0 {
+            return None;
+        }
+        Some(Checked {
+            types: self.types,
+            files: self.sources.names(),
+            objects: self.objects,
+            functions: self.functions,
+        })
+    }
+}

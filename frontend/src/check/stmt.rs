@@ -1,0 +1,366 @@
+//! Statements, and whether control reaches their ends.
+
+use super::{Cases, Checker, Scope};
+use crate::ast::{self, Label, Pragma};
+use crate::message::{CONVERSION, PRAGMA, STATEMENT, UNSUPPORTED};
+use crate::typed::*;
+use srp_archdesc::diagnostic::Span;
+use std::collections::HashMap;
+
+/// What pragmas ask of a loop.
+#[derive(Clone, Copy)]
+struct Asked {
+    kernel: bool,
+    unroll: u32,
+}
+
+impl Checker<'_> {
+    pub(super) fn stmt_at(&mut self, kind: StmtKind, span: Span) -> StmtId {
+        let pos = self.sources.pos(span);
+        self.body.stmts.push(Stmt { kind, pos })
+    }
+
+    /// The block of a function, in the scope of its parameters; whether control reaches its end.
+    pub(super) fn function_block(&mut self, s: ast::StmtId) -> (StmtId, bool) {
+        match &self.unit.stmts[s].kind {
+            ast::StmtKind::Block(list) => self.block(list, self.unit.stmts[s].span),
+            _ => self.stmt(s),
+        }
+    }
+
+    fn block(&mut self, list: &[ast::StmtId], span: Span) -> (StmtId, bool) {
+        let mut stmts = Vec::new();
+        let mut flow = true;
+        for &s in list {
+            if let ast::StmtKind::Declaration(declaration) = &self.unit.stmts[s].kind {
+                stmts.extend(self.declaration(declaration));
+                continue;
+            }
+            let (stmt, after) = self.stmt(s);
+            stmts.push(stmt);
+            // What a label makes reachable again says so itself.
+            flow = after && (flow || self.is_labelled(s));
+        }
+        (self.stmt_at(StmtKind::Block(stmts), span), flow)
+    }
+
+    /// Whether a statement can be reached by a label in it.
+    fn is_labelled(&self, s: ast::StmtId) -> bool {
+        // A label anywhere below counts: this only keeps a warning from being missed.
+        match &self.unit.stmts[s].kind {
+            ast::StmtKind::Labelled(..) => true,
+            ast::StmtKind::Block(list) => list.iter().any(|&s| self.is_labelled(s)),
+            ast::StmtKind::Pragmas(_, body)
+            | ast::StmtKind::While(_, body)
+            | ast::StmtKind::DoWhile(body, _)
+            | ast::StmtKind::For(_, _, _, body) => self.is_labelled(*body),
+            ast::StmtKind::If(_, then, None) => self.is_labelled(*then),
+            _ => false,
+        }
+    }
+
+    /// A statement in a scope of its own.
+    fn inner(&mut self, s: ast::StmtId) -> (StmtId, bool) {
+        self.scopes.push(Scope::default());
+        let result = self.stmt(s);
+        self.scopes.pop();
+        result
+    }
+
+    /// A statement, and whether control reaches its end if it reaches its start.
+    fn stmt(&mut self, s: ast::StmtId) -> (StmtId, bool) {
+        let unit = self.unit;
+        let ast::Stmt { kind, span, .. } = &unit.stmts[s];
+        let span = *span;
+        use ast::StmtKind as K;
+        let (kind, flow) = match kind {
+            K::Empty | K::Error => (StmtKind::Block(Vec::new()), true),
+            K::Declaration(declaration) => {
+                let stmts = self.declaration(declaration);
+                (StmtKind::Block(stmts), true)
+            }
+            K::StaticAssert(assert) => {
+                self.static_assert(assert);
+                (StmtKind::Block(Vec::new()), true)
+            }
+            K::Expr(e) => (StmtKind::Expr(self.value(*e)), true),
+            K::Block(list) => {
+                self.scopes.push(Scope::default());
+                let result = self.block(list, span);
+                self.scopes.pop();
+                return result;
+            }
+            K::If(..) => return self.if_chain(s),
+            K::While(..) | K::DoWhile(..) | K::For(..) => {
+                let asked = Asked {
+                    kernel: false,
+                    unroll: 1,
+                };
+                return self.loop_(s, asked);
+            }
+            K::Switch(e, body) => return self.switch(*e, *body, span),
+            K::Labelled(labels, body) => return self.labelled(labels, *body, span),
+            K::Pragmas(pragmas, body) => return self.pragmas(pragmas, *body),
+            K::Goto(..) => {
+                self.error(UNSUPPORTED, span, "`goto` is not supported", "");
+                (StmtKind::Block(Vec::new()), false)
+            }
+            K::Break => {
+                match self.context.breaks.last_mut() {
+                    Some(breaks) => *breaks = true,
+                    None => {
+                        let text = "`break` outside of a loop or `switch`";
+                        self.error(STATEMENT, span, text, "");
+                    }
+                }
+                (StmtKind::Break, false)
+            }
+            K::Continue => {
+                if self.context.loops == 0 {
+                    self.error(STATEMENT, span, "`continue` outside of a loop", "");
+                }
+                (StmtKind::Continue, false)
+            }
+            K::Return(value) => (self.return_(*value, span), false),
+        };
+        (self.stmt_at(kind, span), flow)
+    }
+
+    fn return_(&mut self, value: Option<ast::ExprId>, span: Span) -> StmtKind {
+        let result = self.context.result.unwrap_or(self.types.known.error);
+        let void = result == self.types.known.void;
+        let value = match value {
+            Some(e) => {
+                let value = self.value(e);
+                if void && self.ty(value) != result {
+                    let at = self.span(value);
+                    self.error(CONVERSION, at, "the function returns nothing", "");
+                    return StmtKind::Return(None);
+                }
+                if void {
+                    // `return f();` in a function that returns nothing as `f` does.
+                    let call = self.stmt_at(StmtKind::Expr(value), span);
+                    let leave = self.stmt_at(StmtKind::Return(None), span);
+                    return StmtKind::Block(vec![call, leave]);
+                }
+                Some(self.assign_to(value, result, "the result"))
+            }
+            None if !void => {
+                let text = format!("the function returns {}", self.show(result));
+                self.error(CONVERSION, span, text, "");
+                None
+            }
+            None => None,
+        };
+        StmtKind::Return(value)
+    }
+
+    /// An `if`; `else if` is gone along without recursion.
+    fn if_chain(&mut self, s: ast::StmtId) -> (StmtId, bool) {
+        let mut links = Vec::new();
+        let mut next = Some(s);
+        let mut last = None;
+        while let Some(s) = next {
+            let ast::Stmt { kind, span, .. } = &self.unit.stmts[s];
+            let ast::StmtKind::If(c, then, other) = kind else {
+                last = Some(self.inner(s));
+                break;
+            };
+            let cond = self.condition(*c);
+            let (then, flow) = self.inner(*then);
+            links.push((cond, then, flow, *span));
+            next = *other;
+        }
+        let mut other = last.map(|(stmt, _)| stmt);
+        let mut flow = last.is_none_or(|(_, flow)| flow);
+        for (cond, then, then_flow, span) in links.into_iter().rev() {
+            flow = match self.const_truth(cond) {
+                Some(true) => then_flow,
+                Some(false) => flow,
+                None => then_flow || flow,
+            };
+            other = Some(self.stmt_at(StmtKind::If(cond, then, other), span));
+        }
+        let first = other.unwrap_or_else(|| {
+            let span = self.unit.stmts[s].span;
+            self.stmt_at(StmtKind::Block(Vec::new()), span)
+        });
+        (first, flow)
+    }
+
+    fn pragmas(&mut self, pragmas: &[(Pragma, Span)], body: ast::StmtId) -> (StmtId, bool) {
+        let mut asked = Asked {
+            kernel: false,
+            unroll: 1,
+        };
+        for (pragma, _) in pragmas {
+            match pragma {
+                Pragma::Kernel => asked.kernel = true,
+                Pragma::Unroll(count) => asked.unroll = *count,
+            }
+        }
+        use ast::StmtKind as K;
+        match self.unit.stmts[body].kind {
+            K::While(..) | K::DoWhile(..) | K::For(..) => self.loop_(body, asked),
+            _ => {
+                for (_, span) in pragmas {
+                    self.error(PRAGMA, *span, "this pragma must stand before a loop", "");
+                }
+                self.stmt(body)
+            }
+        }
+    }
+
+    /// The body of a loop; whether a `break` leaves it.
+    fn loop_body(&mut self, body: ast::StmtId) -> (StmtId, bool) {
+        self.context.breaks.push(false);
+        self.context.loops += 1;
+        let (body, _) = self.inner(body);
+        self.context.loops -= 1;
+        let breaks = self.context.breaks.pop().unwrap_or(false);
+        (body, breaks)
+    }
+
+    fn loop_(&mut self, s: ast::StmtId, asked: Asked) -> (StmtId, bool) {
+        let ast::Stmt { kind, span, .. } = &self.unit.stmts[s];
+        self.scopes.push(Scope::default());
+        let (mut init, mut step, mut trip) = (None, None, None);
+        let cond;
+        let (body, breaks, body_first);
+        match kind {
+            ast::StmtKind::While(c, inner) => {
+                cond = Some(self.condition(*c));
+                (body, breaks) = self.loop_body(*inner);
+                body_first = false;
+            }
+            ast::StmtKind::DoWhile(inner, c) => {
+                (body, breaks) = self.loop_body(*inner);
+                cond = Some(self.condition(*c));
+                body_first = true;
+            }
+            ast::StmtKind::For(first, c, next, inner) => {
+                init = Some(self.stmt(*first).0);
+                cond = c.map(|c| self.condition(c));
+                step = next.map(|next| self.value(next));
+                let before = self.context.assigned.len();
+                (body, breaks) = self.loop_body(*inner);
+                body_first = false;
+                trip = self.trip(init, cond, step, &self.context.assigned[before..]);
+            }
+            _ => {
+                self.scopes.pop();
+                return self.stmt(s);
+            }
+        }
+        self.scopes.pop();
+        let forever = cond.is_none_or(|cond| self.const_truth(cond) == Some(true));
+        let cond = cond.filter(|_| !forever);
+        let kind = StmtKind::Loop(Loop {
+            init,
+            cond,
+            body_first,
+            step,
+            body,
+            kernel: asked.kernel,
+            unroll: asked.unroll,
+            trip,
+        });
+        (self.stmt_at(kind, *span), !forever || breaks)
+    }
+
+    fn switch(&mut self, e: ast::ExprId, body: ast::StmtId, span: Span) -> (StmtId, bool) {
+        let value = self.value(e);
+        if !self.types.is_integer(self.ty(value)) {
+            let text = format!(
+                "`switch` takes an integer, not {}",
+                self.show(self.ty(value))
+            );
+            self.error(STATEMENT, self.span(value), text, "");
+        }
+        let value = self.promote(value);
+        self.context.switches.push(Cases {
+            ty: self.ty(value),
+            cases: Vec::new(),
+            seen: HashMap::new(),
+            default: None,
+            labels: 0,
+        });
+        self.context.breaks.push(false);
+        let (body, flow) = self.inner(body);
+        let breaks = self.context.breaks.pop().unwrap_or(false);
+        let Some(cases) = self.context.switches.pop() else {
+            return (body, flow);
+        };
+        let kind = StmtKind::Switch(Switch {
+            value,
+            cases: cases.cases,
+            default: cases.default.map(|(label, _)| label),
+            labels: cases.labels,
+            body,
+        });
+        let flow = flow || breaks || cases.default.is_none();
+        (self.stmt_at(kind, span), flow)
+    }
+
+    fn labelled(&mut self, labels: &[Label], body: ast::StmtId, span: Span) -> (StmtId, bool) {
+        let mut stmts = Vec::new();
+        for label in labels {
+            let number = match label {
+                Label::Case(e, at) => self.case(*e, *at),
+                Label::Default(at) => self.default(*at),
+                Label::Named(_, at) => {
+                    self.error(UNSUPPORTED, *at, "labels for `goto` are not supported", "");
+                    None
+                }
+            };
+            if let Some(number) = number {
+                stmts.push(self.stmt_at(StmtKind::Label(number), span));
+            }
+        }
+        let (body, flow) = self.stmt(body);
+        stmts.push(body);
+        (self.stmt_at(StmtKind::Block(stmts), span), flow)
+    }
+
+    fn case(&mut self, e: ast::ExprId, span: Span) -> Option<usize> {
+        let value = self.const_int(e, "the value of a `case`");
+        let Some(ty) = self.context.switches.last().map(|cases| cases.ty) else {
+            self.error(STATEMENT, span, "`case` outside of a `switch`", "");
+            return None;
+        };
+        let (bits, from) = value?;
+        let (from, to) = (self.types.get(from), self.types.get(ty));
+        let bits = super::constant::converted(bits, from, to).unwrap_or(bits);
+        let cases = self.context.switches.last_mut()?;
+        if let Some(before) = cases.seen.insert(bits, span) {
+            let text = "the value has a `case` already";
+            let message = self.sources.error(STATEMENT, span, text, "");
+            let message = self.sources.also(message, before, "here");
+            self.messages.push(message);
+            return None;
+        }
+        let label = cases.labels;
+        cases.labels += 1;
+        cases.cases.push((bits, label));
+        Some(label)
+    }
+
+    fn default(&mut self, span: Span) -> Option<usize> {
+        let Some(cases) = self.context.switches.last_mut() else {
+            self.error(STATEMENT, span, "`default` outside of a `switch`", "");
+            return None;
+        };
+        if let Some((_, before)) = cases.default {
+            let message = self
+                .sources
+                .error(STATEMENT, span, "a second `default`", "");
+            let message = self.sources.also(message, before, "the first");
+            self.messages.push(message);
+            return None;
+        }
+        let label = cases.labels;
+        cases.labels += 1;
+        cases.default = Some((label, span));
+        Some(label)
+    }
+}

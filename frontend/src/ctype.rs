@@ -1,0 +1,523 @@
+//! C types: each kept once in a [`TypeTable`], sizes and layouts as on the SRP.
+//!
+//! All integers are at most 32 bits, `char` is signed, structs are laid out as the i386 and x86-64
+//! C ABIs do for the same members.
+
+use crate::source::Name;
+use srp_archdesc::diagnostic::Span;
+use srp_archdesc::entity;
+use srp_archdesc::entity::EntityMap;
+use std::collections::HashMap;
+
+entity! {
+    /// A type.
+    TypeId = "t";
+    /// A struct or union.
+    RecordId = "r";
+}
+
+/// Depth of derivation: pointers to arrays of functions of pointers…
+pub const MAX_TYPE_DEPTH: u32 = 64;
+
+/// A type without qualifiers.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Type {
+    /// What an erroneous expression has; fits everywhere.
+    Error,
+    /// `void`.
+    Void,
+    /// `_Bool`.
+    Bool,
+    /// An integer; enumerations are the integers they are compatible with.
+    Int(Int),
+    /// `float`.
+    Float,
+    /// `float4` where true, else `int4`.
+    Vector(bool),
+    /// A pointer.
+    Pointer(QualType),
+    /// An array, of unknown length where `None`.
+    Array(QualType, Option<u32>),
+    /// A function.
+    Function(Signature),
+    /// A struct or union.
+    Record(RecordId),
+}
+
+/// The integer types.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[allow(missing_docs)] // each is its C name
+pub enum Int {
+    Char,
+    SChar,
+    UChar,
+    Short,
+    UShort,
+    Int,
+    UInt,
+    Long,
+    ULong,
+}
+
+impl Int {
+    /// Size in bytes.
+    pub fn size(self) -> u32 {
+        match self {
+            Int::Char | Int::SChar | Int::UChar => 1,
+            Int::Short | Int::UShort => 2,
+            Int::Int | Int::UInt | Int::Long | Int::ULong => 4,
+        }
+    }
+
+    /// Whether it has negative values.
+    pub fn signed(self) -> bool {
+        !matches!(self, Int::UChar | Int::UShort | Int::UInt | Int::ULong)
+    }
+
+    /// A value as it is in this type: cut to its size and extended again.
+    pub fn wrap(self, value: u32) -> u32 {
+        match self {
+            Int::Char | Int::SChar => value as i8 as u32,
+            Int::UChar => u32::from(value as u8),
+            Int::Short => value as i16 as u32,
+            Int::UShort => u32::from(value as u16),
+            Int::Int | Int::UInt | Int::Long | Int::ULong => value,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Int::Char => "char",
+            Int::SChar => "signed char",
+            Int::UChar => "unsigned char",
+            Int::Short => "short",
+            Int::UShort => "unsigned short",
+            Int::Int => "int",
+            Int::UInt => "unsigned int",
+            Int::Long => "long",
+            Int::ULong => "unsigned long",
+        }
+    }
+}
+
+/// Qualifiers, the address space among them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Quals {
+    /// `const`.
+    pub constant: bool,
+    /// `volatile`.
+    pub volatile: bool,
+    /// `restrict`.
+    pub restrict: bool,
+    /// `__srp_global`: in system memory.
+    pub global: bool,
+}
+
+impl Quals {
+    /// No qualifiers.
+    pub const NONE: Quals = Quals {
+        constant: false,
+        volatile: false,
+        restrict: false,
+        global: false,
+    };
+
+    /// The qualifiers of either.
+    pub fn and(self, other: Quals) -> Quals {
+        Quals {
+            constant: self.constant || other.constant,
+            volatile: self.volatile || other.volatile,
+            restrict: self.restrict || other.restrict,
+            global: self.global || other.global,
+        }
+    }
+
+    /// Whether it has `const` and `volatile` where the other has.
+    pub fn covers(self, other: Quals) -> bool {
+        (self.constant || !other.constant) && (self.volatile || !other.volatile)
+    }
+}
+
+/// A type with qualifiers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct QualType {
+    /// The type.
+    pub ty: TypeId,
+    /// Its qualifiers.
+    pub quals: Quals,
+}
+
+impl QualType {
+    /// A type without qualifiers.
+    pub fn plain(ty: TypeId) -> QualType {
+        QualType {
+            ty,
+            quals: Quals::NONE,
+        }
+    }
+}
+
+/// What a function takes and gives.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Signature {
+    /// The result; `void` for none.
+    pub result: TypeId,
+    /// The parameters, without qualifiers.
+    pub params: Vec<TypeId>,
+}
+
+/// A struct or union.
+#[derive(Clone, Debug)]
+pub struct Record {
+    /// Its tag.
+    pub tag: Option<Name>,
+    /// Whether it is a union.
+    pub union: bool,
+    /// Its members; `None` while they are not known.
+    pub fields: Option<Vec<Field>>,
+    /// Size in bytes, padding included.
+    pub size: u32,
+    /// Alignment in bytes.
+    pub align: u32,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// A member.
+#[derive(Clone, Debug)]
+pub struct Field {
+    /// Its name; `None` for an anonymous struct or union, whose members are this record's.
+    pub name: Option<Name>,
+    /// Its type.
+    pub ty: QualType,
+    /// Byte offset.
+    pub offset: u32,
+}
+
+/// All types of a compilation.
+#[derive(Debug)]
+pub struct TypeTable {
+    types: EntityMap<TypeId, (Type, u32)>,
+    index: HashMap<Type, TypeId>,
+    /// Structs and unions.
+    pub records: EntityMap<RecordId, Record>,
+    /// Types often needed.
+    pub known: Known,
+}
+
+/// Types often needed.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)] // each is its C name
+pub struct Known {
+    pub error: TypeId,
+    pub void: TypeId,
+    pub bool: TypeId,
+    pub char: TypeId,
+    pub int: TypeId,
+    pub uint: TypeId,
+    pub float: TypeId,
+    pub float4: TypeId,
+    pub int4: TypeId,
+}
+
+impl Default for TypeTable {
+    fn default() -> TypeTable {
+        let mut types = EntityMap::new();
+        let mut index = HashMap::new();
+        let mut add = |ty: Type| {
+            let id = types.push((ty.clone(), 0));
+            index.insert(ty, id);
+            id
+        };
+        let known = Known {
+            error: add(Type::Error),
+            void: add(Type::Void),
+            bool: add(Type::Bool),
+            char: add(Type::Int(Int::Char)),
+            int: add(Type::Int(Int::Int)),
+            uint: add(Type::Int(Int::UInt)),
+            float: add(Type::Float),
+            float4: add(Type::Vector(true)),
+            int4: add(Type::Vector(false)),
+        };
+        TypeTable {
+            types,
+            index,
+            records: EntityMap::new(),
+            known,
+        }
+    }
+}
+
+impl TypeTable {
+    /// The type.
+    pub fn get(&self, id: TypeId) -> &Type {
+        &self.types[id].0
+    }
+
+    /// The type's number, made where it is new.
+    pub fn id(&mut self, ty: Type) -> TypeId {
+        if let Some(&id) = self.index.get(&ty) {
+            return id;
+        }
+        let below = match &ty {
+            Type::Pointer(to) => self.depth(to.ty),
+            Type::Array(of, _) => self.depth(of.ty),
+            Type::Function(signature) => {
+                let params = signature.params.iter().chain([&signature.result]);
+                params.map(|&t| self.depth(t)).max().unwrap_or(0)
+            }
+            _ => 0,
+        };
+        let id = self.types.push((ty.clone(), below + 1));
+        self.index.insert(ty, id);
+        id
+    }
+
+    /// How many steps of derivation a type has.
+    pub fn depth(&self, id: TypeId) -> u32 {
+        self.types[id].1
+    }
+
+    /// The type of an integer.
+    pub fn int(&mut self, int: Int) -> TypeId {
+        self.id(Type::Int(int))
+    }
+
+    /// A pointer to a type.
+    pub fn pointer(&mut self, to: QualType) -> TypeId {
+        self.id(Type::Pointer(to))
+    }
+
+    /// Size in bytes; `None` where it has none or it is not known.
+    pub fn size(&self, id: TypeId) -> Option<u32> {
+        Some(match self.get(id) {
+            Type::Error => 4,
+            Type::Void | Type::Function(_) | Type::Array(_, None) => return None,
+            Type::Bool => 1,
+            Type::Int(int) => int.size(),
+            Type::Float | Type::Pointer(_) => 4,
+            Type::Vector(_) => 16,
+            Type::Array(of, Some(length)) => self.size(of.ty)?.checked_mul(*length)?,
+            Type::Record(record) => {
+                self.records[*record].fields.as_ref()?;
+                self.records[*record].size
+            }
+        })
+    }
+
+    /// Alignment in bytes.
+    pub fn align(&self, id: TypeId) -> u32 {
+        match self.get(id) {
+            Type::Array(of, _) => self.align(of.ty),
+            Type::Record(record) => self.records[*record].align,
+            _ => self.size(id).unwrap_or(1),
+        }
+    }
+
+    /// Whether it is `_Bool` or an integer.
+    pub fn is_integer(&self, id: TypeId) -> bool {
+        matches!(self.get(id), Type::Bool | Type::Int(_) | Type::Error)
+    }
+
+    /// Whether it is an integer or `float`.
+    pub fn is_arithmetic(&self, id: TypeId) -> bool {
+        self.is_integer(id) || matches!(self.get(id), Type::Float)
+    }
+
+    /// What a pointer points to.
+    pub fn pointee(&self, id: TypeId) -> Option<QualType> {
+        match self.get(id) {
+            Type::Pointer(to) => Some(*to),
+            _ => None,
+        }
+    }
+
+    /// Whether it is arithmetic or a pointer.
+    pub fn is_scalar(&self, id: TypeId) -> bool {
+        self.is_arithmetic(id) || self.pointee(id).is_some()
+    }
+
+    /// The lanes of a vector: `Some(true)` for floats.
+    pub fn vector(&self, id: TypeId) -> Option<bool> {
+        match self.get(id) {
+            Type::Vector(float) => Some(*float),
+            _ => None,
+        }
+    }
+
+    /// Whether values of the type are unsigned integers or pointers, to compare and divide.
+    pub fn is_unsigned(&self, id: TypeId) -> bool {
+        match self.get(id) {
+            Type::Int(int) => !int.signed(),
+            Type::Bool | Type::Pointer(_) => true,
+            _ => false,
+        }
+    }
+
+    /// The member of this name, members of anonymous members included; its offset and type.
+    pub fn field(&self, record: RecordId, name: &str) -> Option<(u32, QualType)> {
+        let fields = self.records[record].fields.as_ref()?;
+        fields.iter().find_map(|field| match &field.name {
+            Some(found) => (**found == *name).then_some((field.offset, field.ty)),
+            None => match self.get(field.ty.ty) {
+                Type::Record(inner) => self
+                    .field(*inner, name)
+                    .map(|(offset, ty)| (field.offset + offset, ty)),
+                _ => None,
+            },
+        })
+    }
+
+    /// Whether two types are compatible: the same but for array lengths that one leaves open.
+    /// Structs of different sources are compatible where their members are.
+    pub fn compatible(&self, a: TypeId, b: TypeId) -> bool {
+        self.compatible_within(a, b, &mut Vec::new())
+    }
+
+    fn compatible_within(
+        &self,
+        a: TypeId,
+        b: TypeId,
+        assumed: &mut Vec<(RecordId, RecordId)>,
+    ) -> bool {
+        if a == b {
+            return true;
+        }
+        match (self.get(a), self.get(b)) {
+            (Type::Error, _) | (_, Type::Error) => true,
+            (Type::Pointer(a), Type::Pointer(b)) => {
+                a.quals == b.quals && self.compatible_within(a.ty, b.ty, assumed)
+            }
+            (Type::Array(a, n), Type::Array(b, m)) => {
+                (n == m || n.is_none() || m.is_none())
+                    && a.quals == b.quals
+                    && self.compatible_within(a.ty, b.ty, assumed)
+            }
+            (Type::Function(a), Type::Function(b)) => {
+                a.params.len() == b.params.len()
+                    && self.compatible_within(a.result, b.result, assumed)
+                    && a.params
+                        .iter()
+                        .zip(&b.params)
+                        .all(|(&a, &b)| self.compatible_within(a, b, assumed))
+            }
+            (&Type::Record(a), &Type::Record(b)) => self.same_record(a, b, assumed),
+            _ => false,
+        }
+    }
+
+    /// Whether two records are the same one, declared in two sources.
+    fn same_record(
+        &self,
+        a: RecordId,
+        b: RecordId,
+        assumed: &mut Vec<(RecordId, RecordId)>,
+    ) -> bool {
+        if assumed.contains(&(a, b)) {
+            return true;
+        }
+        let (x, y) = (&self.records[a], &self.records[b]);
+        // Only one place makes one type: a header included by both.
+        if x.span != y.span || x.tag != y.tag || x.union != y.union {
+            return false;
+        }
+        assumed.push((a, b));
+        match (&x.fields, &y.fields) {
+            (Some(f), Some(g)) => {
+                f.len() == g.len()
+                    && f.iter().zip(g).all(|(f, g)| {
+                        f.name == g.name
+                            && f.offset == g.offset
+                            && self.compatible_within(f.ty.ty, g.ty.ty, assumed)
+                    })
+            }
+            _ => true,
+        }
+    }
+
+    /// The type as C writes it.
+    pub fn show(&self, ty: QualType) -> String {
+        let (mut ty, mut declarator) = (ty, String::new());
+        loop {
+            let inner = match self.get(ty.ty) {
+                Type::Pointer(to) => {
+                    declarator = format!("*{}{declarator}", words(ty.quals, true));
+                    *to
+                }
+                Type::Array(of, length) => {
+                    let length = length.map_or(String::new(), |n| n.to_string());
+                    declarator = format!("{}[{length}]", grouped(declarator));
+                    QualType {
+                        ty: of.ty,
+                        quals: of.quals.and(ty.quals),
+                    }
+                }
+                Type::Function(signature) => {
+                    let params = signature.params.iter();
+                    let params: Vec<_> = params.map(|&p| self.show_plain(p)).collect();
+                    let params = match params.is_empty() {
+                        true => "void".to_owned(),
+                        false => params.join(", "),
+                    };
+                    declarator = format!("{}({params})", grouped(declarator));
+                    QualType::plain(signature.result)
+                }
+                base => {
+                    let base = self.base_name(base);
+                    let space = if declarator.is_empty() { "" } else { " " };
+                    return format!("{}{base}{space}{declarator}", words(ty.quals, false));
+                }
+            };
+            ty = inner;
+        }
+    }
+
+    /// The type as C writes it.
+    pub fn show_plain(&self, ty: TypeId) -> String {
+        self.show(QualType::plain(ty))
+    }
+
+    fn base_name(&self, ty: &Type) -> String {
+        match ty {
+            Type::Void => "void".to_owned(),
+            Type::Bool => "_Bool".to_owned(),
+            Type::Int(int) => int.name().to_owned(),
+            Type::Float => "float".to_owned(),
+            Type::Vector(true) => "float4".to_owned(),
+            Type::Vector(false) => "int4".to_owned(),
+            Type::Record(record) => {
+                let record = &self.records[*record];
+                let kind = if record.union { "union" } else { "struct" };
+                match &record.tag {
+                    Some(tag) => format!("{kind} {tag}"),
+                    None => format!("an unnamed {kind}"),
+                }
+            }
+            _ => "an unknown type".to_owned(),
+        }
+    }
+}
+
+/// A declarator in parentheses where it starts with a pointer.
+fn grouped(declarator: String) -> String {
+    if declarator.starts_with('*') {
+        format!("({declarator})")
+    } else {
+        declarator
+    }
+}
+
+/// Qualifiers with a space after each; of a pointer where `own`.
+fn words(quals: Quals, own: bool) -> String {
+    let list = [
+        (quals.global, "__srp_global "),
+        (quals.constant, "const "),
+        (quals.volatile, "volatile "),
+        (quals.restrict && own, "restrict "),
+    ];
+    list.iter()
+        .filter(|(on, _)| *on)
+        .map(|(_, word)| *word)
+        .collect()
+}

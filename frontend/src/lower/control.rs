@@ -1,0 +1,229 @@
+//! Statements.
+
+use super::function::{Breakable, Lowering};
+use crate::typed::{Loop, StmtId, StmtKind, Switch};
+use srp_archdesc::isa::Opcode;
+use srp_ir::program::{Block, KernelMark, Pos, Target, Terminator, Value};
+
+/// Cases of a `switch` that are compared one after another; more are halved first.
+const MAX_COMPARED: usize = 4;
+
+impl Lowering<'_> {
+    /// Lowers a statement.
+    pub(super) fn stmt(&mut self, s: StmtId) {
+        let body = self.body;
+        let stmt = &body.stmts[s];
+        self.pos = stmt.pos;
+        match &stmt.kind {
+            StmtKind::Block(list) => list.iter().for_each(|&s| self.stmt(s)),
+            StmtKind::Expr(e) => self.effect(*e),
+            StmtKind::Init(local, init) => self.init(*local, init),
+            StmtKind::If(..) => self.if_chain(s),
+            StmtKind::Loop(data) => self.loop_(data, stmt.pos),
+            StmtKind::Switch(switch) => self.switch(switch),
+            StmtKind::Label(number) => {
+                let labels = self.labels.last().expect("labels stand in a `switch`");
+                let label = labels[*number];
+                self.jump(label, Vec::new());
+                self.enter(label);
+            }
+            StmtKind::Break => {
+                let around = self.breakables.last().expect("checked: something to leave");
+                let exit = around.exit;
+                self.jump(exit, Vec::new());
+            }
+            StmtKind::Continue => {
+                let next = self.next_iteration();
+                self.jump(next, Vec::new());
+            }
+            StmtKind::Return(Some(e)) => self.return_value(*e),
+            StmtKind::Return(None) => self.end(Terminator::Return(Vec::new())),
+        }
+    }
+
+    /// An `if`; `else if` is gone along without recursion.
+    fn if_chain(&mut self, s: StmtId) {
+        let join = self.new_block(&[]);
+        let mut next = Some(s);
+        while let Some(s) = next {
+            let body = self.body;
+            let stmt = &body.stmts[s];
+            let StmtKind::If(cond, then, other) = &stmt.kind else {
+                self.stmt(s);
+                break;
+            };
+            let then_block = self.new_block(&[]);
+            let other_block = match other {
+                Some(_) => self.new_block(&[]),
+                None => join,
+            };
+            self.branch(*cond, then_block, other_block);
+            self.enter(then_block);
+            self.stmt(*then);
+            self.jump(join, Vec::new());
+            if other.is_some() {
+                self.enter(other_block);
+            }
+            next = *other;
+            if next.is_none() {
+                self.enter(join);
+                return;
+            }
+        }
+        self.jump(join, Vec::new());
+        self.enter(join);
+    }
+
+    /// Where `continue` goes.
+    fn next_iteration(&mut self) -> Block {
+        let around = self.breakables.iter().rposition(|b| b.is_loop);
+        let around = around.expect("checked: a loop to go on with");
+        match self.breakables[around].next {
+            Some(next) => next,
+            None => {
+                let next = self.new_block(&[]);
+                self.breakables[around].next = Some(next);
+                next
+            }
+        }
+    }
+
+    /// One run of a loop's body and step.
+    fn iteration(&mut self, data: &Loop, exit: Block) {
+        self.breakables.push(Breakable {
+            exit,
+            is_loop: true,
+            next: None,
+        });
+        self.stmt(data.body);
+        let around = self.breakables.pop();
+        if let Some(next) = around.and_then(|b| b.next) {
+            self.jump(next, Vec::new());
+            self.enter(next);
+        }
+        if let Some(step) = data.step {
+            self.effect(step);
+        }
+    }
+
+    fn loop_(&mut self, data: &Loop, pos: Pos) {
+        if let Some(init) = data.init {
+            self.stmt(init);
+        }
+        let exit = self.new_block(&[]);
+        if data
+            .trip
+            .is_some_and(|trip| trip <= data.unroll && data.unroll > 1)
+        {
+            for _ in 0..data.trip.unwrap_or(0) {
+                self.iteration(data, exit);
+            }
+            self.pos = pos;
+            self.jump(exit, Vec::new());
+            self.enter(exit);
+            return;
+        }
+        let header = self.new_block(&[]);
+        let runs_once = data.body_first || data.trip.is_some_and(|trip| trip > 0);
+        match data.cond {
+            Some(cond) if !runs_once => self.branch(cond, header, exit),
+            _ => self.jump(header, Vec::new()),
+        }
+        self.enter(header);
+        self.has_inner.push(false);
+        let divides = data.trip.is_some_and(|trip| trip % data.unroll == 0);
+        for copy in 1..=data.unroll {
+            self.iteration(data, exit);
+            if let (Some(cond), true, false) = (data.cond, copy < data.unroll, divides) {
+                let next = self.new_block(&[]);
+                self.branch(cond, next, exit);
+                self.enter(next);
+            }
+        }
+        let has_inner = self.has_inner.pop().unwrap_or(false);
+        if let Some(outer) = self.has_inner.last_mut() {
+            *outer = true;
+        }
+        self.pos = pos;
+        match data.cond {
+            Some(cond) => self.branch(cond, header, exit),
+            None => self.jump(header, Vec::new()),
+        }
+        if data.kernel || self.auto_kernel && !has_inner {
+            self.func.blocks[header].kernel = Some(KernelMark {
+                name: self.kernel_name(),
+                pos,
+                required: data.kernel,
+            });
+        }
+        self.enter(exit);
+    }
+
+    fn switch(&mut self, switch: &Switch) {
+        let value = self.value(switch.value);
+        let labels: Vec<_> = (0..switch.labels).map(|_| self.new_block(&[])).collect();
+        let exit = self.new_block(&[]);
+        let default = switch.default.map_or(exit, |label| labels[label]);
+        let ty = self.body.exprs[switch.value].ty;
+        let unsigned = self.checked.types.is_unsigned(ty);
+        let mut cases: Vec<_> = switch.cases.clone();
+        // In the order that the comparison below has.
+        cases.sort_by_key(|&(bits, _)| if unsigned { bits } else { bits ^ 1 << 31 });
+        self.dispatch(value, &cases, &labels, default, unsigned);
+        self.labels.push(labels);
+        self.breakables.push(Breakable {
+            exit,
+            is_loop: false,
+            next: None,
+        });
+        self.stmt(switch.body);
+        self.breakables.pop();
+        self.labels.pop();
+        self.jump(exit, Vec::new());
+        self.enter(exit);
+    }
+
+    /// Goes to the label of a value among sorted cases.
+    fn dispatch(
+        &mut self,
+        value: Value,
+        cases: &[(u32, usize)],
+        labels: &[Block],
+        default: Block,
+        unsigned: bool,
+    ) {
+        let to = |block| Target {
+            block,
+            args: Vec::new(),
+        };
+        if cases.len() > MAX_COMPARED {
+            let (low, high) = cases.split_at(cases.len() / 2);
+            let pivot = self.word(high[0].0);
+            let op = if unsigned { Opcode::Ltu } else { Opcode::Lt };
+            let cond = self.op(op, &[value, pivot]);
+            let (below, above) = (self.new_block(&[]), self.new_block(&[]));
+            self.end(Terminator::Branch {
+                cond,
+                then: to(below),
+                other: to(above),
+            });
+            self.enter(below);
+            self.dispatch(value, low, labels, default, unsigned);
+            self.enter(above);
+            self.dispatch(value, high, labels, default, unsigned);
+            return;
+        }
+        for &(bits, label) in cases {
+            let bits = self.word(bits);
+            let cond = self.op(Opcode::Eq, &[value, bits]);
+            let next = self.new_block(&[]);
+            self.end(Terminator::Branch {
+                cond,
+                then: to(labels[label]),
+                other: to(next),
+            });
+            self.enter(next);
+        }
+        self.jump(default, Vec::new());
+    }
+}

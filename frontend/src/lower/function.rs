@@ -1,0 +1,326 @@
+//! One function: its state while it is lowered, and what all parts of the lowering emit with.
+
+use super::Symbols;
+use super::place::Part;
+use crate::Options;
+use crate::ctype::{Type, TypeId};
+use crate::typed::{self, Body, Checked, LocalId};
+use srp_archdesc::entity::EntityMap;
+use srp_archdesc::isa::{Opcode, Ty};
+use srp_ir::program::*;
+use std::collections::BTreeSet;
+
+/// Scalars that a struct may have to pass as its members.
+pub(super) const MAX_PASSED: usize = 16;
+
+/// Names of kernels, each used once.
+#[derive(Default)]
+pub(super) struct KernelNames(BTreeSet<String>);
+
+impl KernelNames {
+    /// A name after that of a function.
+    fn after(&mut self, function: &str) -> String {
+        let base = function.replace('.', "_");
+        let mut name = base.clone();
+        let mut number = 1;
+        while !self.0.insert(name.clone()) {
+            number += 1;
+            name = format!("{base}_{number}");
+        }
+        name
+    }
+}
+
+/// Where a variable is.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Storage {
+    /// One slot, laid out as C says.
+    Slot(Slot),
+    /// One slot for each scalar: an index into [`Lowering::split`].
+    Split(usize),
+}
+
+/// A loop or `switch` around the current statement.
+pub(super) struct Breakable {
+    /// Where `break` goes.
+    pub(super) exit: Block,
+    /// Whether it is a loop.
+    pub(super) is_loop: bool,
+    /// Where `continue` goes, once one is seen.
+    pub(super) next: Option<Block>,
+}
+
+/// A function being lowered.
+pub(super) struct Lowering<'a> {
+    pub(super) checked: &'a Checked,
+    pub(super) symbols: &'a Symbols,
+    pub(super) body: &'a Body,
+    pub(super) auto_kernel: bool,
+    pub(super) func: Function,
+    /// Where code goes.
+    pub(super) block: Block,
+    /// Blocks in the order in which code was put into them.
+    order: Vec<Block>,
+    /// The position of the code being made.
+    pub(super) pos: Pos,
+    pub(super) storage: EntityMap<LocalId, Storage>,
+    /// Variables and temporaries that are one slot for each scalar.
+    pub(super) split: Vec<Vec<Part>>,
+    pub(super) breakables: Vec<Breakable>,
+    /// For each loop around: whether a loop is inside it.
+    pub(super) has_inner: Vec<bool>,
+    /// Label blocks of the `switch` statements around.
+    pub(super) labels: Vec<Vec<Block>>,
+    /// The C type of the result.
+    pub(super) result: TypeId,
+    /// Where a large struct result goes.
+    pub(super) result_address: Option<Value>,
+    /// The constant *true* of a block.
+    guard: Option<(Block, Value)>,
+    kernels: &'a mut KernelNames,
+}
+
+/// How a function passes values.
+pub(super) struct Passing {
+    pub(super) params: Vec<Ty>,
+    pub(super) results: Vec<Ty>,
+    /// The first parameter is the address for the result.
+    pub(super) result_by_address: bool,
+}
+
+/// Lowers one function.
+pub(super) fn lower(
+    checked: &Checked,
+    symbols: &Symbols,
+    function: &typed::Function,
+    body: &Body,
+    options: &Options<'_>,
+    kernels: &mut KernelNames,
+) -> Function {
+    let passing = passing(checked, function.ty);
+    let func = Function::new(
+        &function.name,
+        &passing.params,
+        passing.results.clone(),
+        function.pos,
+    );
+    let result = match checked.types.get(function.ty) {
+        Type::Function(signature) => signature.result,
+        _ => checked.types.known.void,
+    };
+    let mut lowering = Lowering {
+        checked,
+        symbols,
+        body,
+        auto_kernel: options.auto_kernel,
+        block: func.entry(),
+        order: vec![func.entry()],
+        func,
+        pos: function.pos,
+        storage: EntityMap::new(),
+        split: Vec::new(),
+        breakables: Vec::new(),
+        has_inner: Vec::new(),
+        labels: Vec::new(),
+        result,
+        result_address: None,
+        guard: None,
+        kernels,
+    };
+    lowering.locals();
+    lowering.params(&passing);
+    if let Some(root) = body.root {
+        lowering.stmt(root);
+    }
+    let zeros: Vec<_> = passing
+        .results
+        .iter()
+        .map(|&ty| lowering.constant(Bits::zero(ty)))
+        .collect();
+    lowering.end(Terminator::Return(zeros));
+    lay_out(&mut lowering.func, lowering.order);
+    lowering.func
+}
+
+/// How a function of this type passes its values.
+pub(super) fn passing(checked: &Checked, ty: TypeId) -> Passing {
+    let mut passing = Passing {
+        params: Vec::new(),
+        results: Vec::new(),
+        result_by_address: false,
+    };
+    let Type::Function(signature) = checked.types.get(ty) else {
+        return passing;
+    };
+    match values_of(checked, signature.result) {
+        Some(types) => passing.results = types,
+        None => {
+            passing.result_by_address = true;
+            passing.params.push(Ty::Word);
+        }
+    }
+    for &param in &signature.params {
+        let types = values_of(checked, param);
+        passing.params.extend(types.unwrap_or(vec![Ty::Word]));
+    }
+    passing
+}
+
+/// The values that a C value passes as; `None` for a struct that passes by address.
+pub(super) fn values_of(checked: &Checked, ty: TypeId) -> Option<Vec<Ty>> {
+    Some(match checked.types.get(ty) {
+        Type::Void => Vec::new(),
+        Type::Vector(_) => vec![Ty::Vec],
+        Type::Record(_) => {
+            let leaves = super::place::leaves(&checked.types, ty, MAX_PASSED)?;
+            leaves.iter().map(|leaf| leaf.access.ty()).collect()
+        }
+        _ => vec![Ty::Word],
+    })
+}
+
+/// Lays out the blocks that are reached, in the order in which code was put into them: blocks are
+/// made before what comes between them.
+fn lay_out(func: &mut Function, order: Vec<Block>) {
+    let mut reached = BTreeSet::from([func.entry()]);
+    let mut work = vec![func.entry()];
+    while let Some(block) = work.pop() {
+        for target in func.blocks[block].end.targets() {
+            if reached.insert(target.block) {
+                work.push(target.block);
+            }
+        }
+    }
+    func.layout = order;
+    func.layout.retain(|block| reached.contains(block));
+}
+
+impl Lowering<'_> {
+    /// Gives every variable its slots.
+    fn locals(&mut self) {
+        for local in self.body.locals.values() {
+            let storage = match self.split_slots(local.ty.ty, &local.name) {
+                Some(parts) if !local.in_memory => {
+                    self.split.push(parts);
+                    Storage::Split(self.split.len() - 1)
+                }
+                _ => Storage::Slot(self.slot(local.ty.ty, &local.name)),
+            };
+            self.storage.push(storage);
+        }
+    }
+
+    /// A slot for an object of a type.
+    pub(super) fn slot(&mut self, ty: TypeId, name: &str) -> Slot {
+        self.func.slots.push(SlotData {
+            name: name.to_owned(),
+            size: self.checked.types.size(ty).unwrap_or(0),
+            align: self.checked.types.align(ty).max(1),
+        })
+    }
+
+    /// Stores the parameters where the variables are.
+    fn params(&mut self, passing: &Passing) {
+        let mut values = self.func.blocks[self.block].params.clone().into_iter();
+        if passing.result_by_address {
+            self.result_address = values.next();
+        }
+        for &local in &self.body.params {
+            let ty = self.body.locals[local].ty.ty;
+            match values_of(self.checked, ty) {
+                Some(types) => {
+                    let values: Vec<_> = values.by_ref().take(types.len()).collect();
+                    let location = self.local(local);
+                    self.put_values(location, ty, &values);
+                }
+                None => {
+                    // The copy is this function's: it lives where the caller made it.
+                    let Some(address) = values.next() else {
+                        continue;
+                    };
+                    let from = super::place::Location::pointer(address, false);
+                    let to = self.local(local);
+                    self.copy(to, from, ty);
+                }
+            }
+        }
+    }
+
+    /// A name for a kernel in this function.
+    pub(super) fn kernel_name(&mut self) -> String {
+        self.kernels.after(&self.func.name)
+    }
+
+    /// Appends an operation that has a result.
+    pub(super) fn op(&mut self, op: Opcode, args: &[Value]) -> Value {
+        self.op_imm(op, args, 0)
+    }
+
+    /// Appends an operation that has a result and an immediate.
+    pub(super) fn op_imm(&mut self, op: Opcode, args: &[Value], imm: i32) -> Value {
+        let made = self.func.append_op(self.block, op, args, imm, self.pos);
+        made.expect("only opcodes with a result come here")
+    }
+
+    /// Appends an operation without a result.
+    pub(super) fn effect_op(&mut self, op: Opcode, args: &[Value], imm: i32) {
+        self.func.append_op(self.block, op, args, imm, self.pos);
+    }
+
+    /// Appends an instruction with one result.
+    pub(super) fn inst(&mut self, kind: InstKind, ty: Ty) -> Value {
+        let inst = self.func.append(self.block, kind, &[ty], self.pos);
+        self.func.insts[inst].results[0]
+    }
+
+    /// Appends a constant.
+    pub(super) fn constant(&mut self, bits: Bits) -> Value {
+        self.func.append_const(self.block, bits, self.pos)
+    }
+
+    /// Appends a word constant.
+    pub(super) fn word(&mut self, bits: u32) -> Value {
+        self.constant(Bits::Word(bits))
+    }
+
+    /// The guard of what is not guarded.
+    pub(super) fn always(&mut self) -> Value {
+        match self.guard {
+            Some((block, value)) if block == self.block => value,
+            _ => {
+                let value = self.constant(Bits::Pred(true));
+                self.guard = Some((self.block, value));
+                value
+            }
+        }
+    }
+
+    /// Ends the current block; what follows goes to a new one that nothing reaches yet.
+    pub(super) fn end(&mut self, end: Terminator) {
+        let block = &mut self.func.blocks[self.block];
+        block.end = end;
+        block.end_pos = self.pos;
+        let next = self.func.add_block();
+        self.enter(next);
+    }
+
+    /// Ends the current block by a jump, and goes on in another.
+    pub(super) fn jump(&mut self, block: Block, args: Vec<Value>) {
+        self.end(Terminator::Jump(Target { block, args }));
+    }
+
+    /// Goes on in a block.
+    pub(super) fn enter(&mut self, block: Block) {
+        self.block = block;
+        self.order.push(block);
+    }
+
+    /// A new block with parameters.
+    pub(super) fn new_block(&mut self, params: &[Ty]) -> Block {
+        let block = self.func.add_block();
+        for &ty in params {
+            self.func.add_param(block, ty);
+        }
+        block
+    }
+}

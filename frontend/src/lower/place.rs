@@ -1,0 +1,443 @@
+//! Places: where they are, and reading and writing scalars there.
+
+use super::function::{Lowering, Storage};
+use crate::ctype::{Int, Type, TypeId, TypeTable};
+use crate::typed::{ExprId, ExprKind, LocalId, PlaceId, PlaceKind};
+use srp_archdesc::isa::{Opcode, Ty};
+use srp_ir::program::{InstKind, Slot, SlotData, Symbol, Value};
+
+/// Scalars that a variable may have to be split into a slot for each.
+const MAX_SPLIT: usize = 32;
+
+/// How a scalar lies in memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Access {
+    /// A byte, signed where true.
+    Byte(bool),
+    /// Two bytes, signed where true.
+    Half(bool),
+    Word,
+    Vector,
+}
+
+impl Access {
+    /// How values of a scalar or vector type lie in memory.
+    pub(super) fn of(ty: &Type) -> Access {
+        match ty {
+            Type::Bool => Access::Byte(false),
+            Type::Int(int) => match int.size() {
+                1 => Access::Byte(int.signed()),
+                2 => Access::Half(int.signed()),
+                _ => Access::Word,
+            },
+            Type::Vector(_) => Access::Vector,
+            _ => Access::Word,
+        }
+    }
+
+    /// The value it is once read.
+    pub(super) fn ty(self) -> Ty {
+        match self {
+            Access::Vector => Ty::Vec,
+            _ => Ty::Word,
+        }
+    }
+
+    /// The load, from system memory where `global`.
+    fn load(self, global: bool) -> Opcode {
+        use Opcode::*;
+        match (self, global) {
+            (Access::Byte(true), false) => Lb,
+            (Access::Byte(false), false) => Lbu,
+            (Access::Half(true), false) => Lh,
+            (Access::Half(false), false) => Lhu,
+            (Access::Word, false) => Lw,
+            (Access::Vector, false) => Lv,
+            (Access::Byte(true), true) => Glb,
+            (Access::Byte(false), true) => Glbu,
+            (Access::Half(true), true) => Glh,
+            (Access::Half(false), true) => Glhu,
+            (Access::Word, true) => Glw,
+            (Access::Vector, true) => Glv,
+        }
+    }
+
+    /// The store, to system memory where `global`.
+    fn store(self, global: bool) -> Opcode {
+        use Opcode::*;
+        match (self, global) {
+            (Access::Byte(_), false) => Sb,
+            (Access::Half(_), false) => Sh,
+            (Access::Word, false) => Sw,
+            (Access::Vector, false) => Sv,
+            (Access::Byte(_), true) => Gsb,
+            (Access::Half(_), true) => Gsh,
+            (Access::Word, true) => Gsw,
+            (Access::Vector, true) => Gsv,
+        }
+    }
+}
+
+/// A scalar in an object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Leaf {
+    pub(super) offset: u32,
+    pub(super) access: Access,
+}
+
+/// A scalar of a split variable and its slot.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Part {
+    pub(super) offset: u32,
+    pub(super) access: Access,
+    pub(super) slot: Slot,
+}
+
+/// The scalars of an object, a union being cut into pieces of its alignment; `None` where there
+/// are more than `limit`.
+pub(super) fn leaves(types: &TypeTable, ty: TypeId, limit: usize) -> Option<Vec<Leaf>> {
+    let mut out = Vec::new();
+    collect(types, ty, 0, limit, &mut out)?;
+    Some(out)
+}
+
+fn collect(
+    types: &TypeTable,
+    ty: TypeId,
+    offset: u32,
+    limit: usize,
+    out: &mut Vec<Leaf>,
+) -> Option<()> {
+    match types.get(ty) {
+        Type::Array(of, length) => {
+            let size = types.size(of.ty)?;
+            for i in 0..length.unwrap_or(0) {
+                // An element without scalars does not count against the limit.
+                if size == 0 {
+                    break;
+                }
+                collect(types, of.ty, offset + i * size, limit, out)?;
+            }
+        }
+        Type::Record(record) => {
+            let record = &types.records[*record];
+            if record.union {
+                let (access, step) = match record.align {
+                    16.. => (Access::Vector, 16),
+                    4.. => (Access::Word, 4),
+                    2.. => (Access::Half(false), 2),
+                    _ => (Access::Byte(false), 1),
+                };
+                for at in (0..record.size).step_by(step) {
+                    push(out, limit, offset + at, access)?;
+                }
+            } else {
+                for field in record.fields.as_deref().unwrap_or(&[]) {
+                    collect(types, field.ty.ty, offset + field.offset, limit, out)?;
+                }
+            }
+        }
+        scalar => push(out, limit, offset, Access::of(scalar))?,
+    }
+    Some(())
+}
+
+fn push(out: &mut Vec<Leaf>, limit: usize, offset: u32, access: Access) -> Option<()> {
+    if out.len() >= limit {
+        return None;
+    }
+    out.push(Leaf { offset, access });
+    Some(())
+}
+
+/// Whether there is a union in a type.
+fn has_union(types: &TypeTable, ty: TypeId) -> bool {
+    match types.get(ty) {
+        Type::Array(of, _) => has_union(types, of.ty),
+        Type::Record(record) => {
+            let record = &types.records[*record];
+            let fields = record.fields.as_deref().unwrap_or(&[]);
+            record.union || fields.iter().any(|f| has_union(types, f.ty.ty))
+        }
+        _ => false,
+    }
+}
+
+/// What a location counts from.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Base {
+    Slot(Slot),
+    Symbol(Symbol),
+    Pointer(Value),
+    /// A split variable or temporary.
+    Split(usize),
+}
+
+/// Where something is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Location {
+    pub(super) base: Base,
+    pub(super) offset: u32,
+    /// In system memory.
+    pub(super) global: bool,
+}
+
+impl Location {
+    /// What a pointer points to.
+    pub(super) fn pointer(pointer: Value, global: bool) -> Location {
+        Location {
+            base: Base::Pointer(pointer),
+            offset: 0,
+            global,
+        }
+    }
+
+    /// The same, further on.
+    pub(super) fn plus(self, offset: u32) -> Location {
+        Location {
+            offset: self.offset.wrapping_add(offset),
+            ..self
+        }
+    }
+}
+
+impl Lowering<'_> {
+    /// A slot for each scalar of a type, where a variable of the type can be split.
+    pub(super) fn split_slots(&mut self, ty: TypeId, name: &str) -> Option<Vec<Part>> {
+        let types = &self.checked.types;
+        if has_union(types, ty) {
+            return None;
+        }
+        let leaves = leaves(types, ty, MAX_SPLIT)?;
+        let single = leaves.len() == 1;
+        let parts = leaves.into_iter().map(|leaf| {
+            let size = leaf.access.ty().bits() / 8;
+            let name = match single {
+                true => name.to_owned(),
+                false => format!("{name}+{}", leaf.offset),
+            };
+            let slot = self.func.slots.push(SlotData {
+                name,
+                size,
+                align: size,
+            });
+            Part {
+                offset: leaf.offset,
+                access: leaf.access,
+                slot,
+            }
+        });
+        Some(parts.collect())
+    }
+
+    /// Room for a value of a type: split where that can be.
+    pub(super) fn temporary(&mut self, ty: TypeId) -> Location {
+        let base = match self.split_slots(ty, "temporary") {
+            Some(parts) => {
+                self.split.push(parts);
+                Base::Split(self.split.len() - 1)
+            }
+            None => Base::Slot(self.slot(ty, "temporary")),
+        };
+        Location {
+            base,
+            offset: 0,
+            global: false,
+        }
+    }
+
+    /// Room for a value of a type that has an address.
+    pub(super) fn temporary_in_memory(&mut self, ty: TypeId) -> Location {
+        Location {
+            base: Base::Slot(self.slot(ty, "temporary")),
+            offset: 0,
+            global: false,
+        }
+    }
+
+    /// Where a variable is.
+    pub(super) fn local(&mut self, local: LocalId) -> Location {
+        let base = match self.storage[local] {
+            Storage::Slot(slot) => Base::Slot(slot),
+            Storage::Split(index) => Base::Split(index),
+        };
+        Location {
+            base,
+            offset: 0,
+            global: false,
+        }
+    }
+
+    /// Where a place is. Computes what it depends on.
+    pub(super) fn location(&mut self, place: PlaceId) -> Location {
+        let body = self.body;
+        let data = &body.places[place];
+        match &data.kind {
+            PlaceKind::Local(local) => self.local(*local),
+            PlaceKind::Literal(local, init) => {
+                self.init(*local, init);
+                self.local(*local)
+            }
+            PlaceKind::Object(object) => Location {
+                base: Base::Symbol(self.symbols.object(*object)),
+                offset: 0,
+                global: false,
+            },
+            PlaceKind::Deref(pointer) => self.pointed(*pointer, data.ty.quals.global),
+            PlaceKind::Member(outer, offset) => self.location(*outer).plus(*offset),
+            PlaceKind::Lane(outer, index) => {
+                let outer = self.location(*outer);
+                match body.exprs[*index].kind {
+                    ExprKind::Const(lane) => outer.plus(4 * lane),
+                    _ => {
+                        let base = self.address(outer);
+                        let index = self.value(*index);
+                        let pointer = self.scaled(base, index, 4);
+                        Location::pointer(pointer, outer.global)
+                    }
+                }
+            }
+            PlaceKind::Temporary(e) => self.aggregate(*e),
+        }
+    }
+
+    /// What a pointer points to; constant offsets go into the location.
+    fn pointed(&mut self, pointer: ExprId, global: bool) -> Location {
+        let (mut e, mut offset) = (pointer, 0u32);
+        loop {
+            match self.body.exprs[e].kind {
+                ExprKind::Offset(p, i, scale) => match self.body.exprs[i].kind {
+                    ExprKind::Const(i) => {
+                        offset = offset.wrapping_add(i.wrapping_mul(scale as u32));
+                        e = p;
+                    }
+                    _ => break,
+                },
+                // A pointer to another type is the same address.
+                ExprKind::Convert(inner) if self.is_pointer(e) && self.is_pointer(inner) => {
+                    e = inner;
+                }
+                ExprKind::AddressOf(place) => return self.location(place).plus(offset),
+                _ => break,
+            }
+        }
+        let pointer = self.value(e);
+        Location::pointer(pointer, global).plus(offset)
+    }
+
+    fn is_pointer(&self, e: ExprId) -> bool {
+        let ty = self.body.exprs[e].ty;
+        self.checked.types.pointee(ty).is_some()
+    }
+
+    /// `base + index · scale` in bytes.
+    pub(super) fn scaled(&mut self, base: Value, index: Value, scale: i32) -> Value {
+        let distance = match scale {
+            1 => index,
+            scale if scale > 0 && scale.count_ones() == 1 => {
+                let count = self.word(scale.trailing_zeros());
+                self.op(Opcode::Shl, &[index, count])
+            }
+            scale => {
+                let factor = self.word(scale as u32);
+                self.op(Opcode::Mul, &[index, factor])
+            }
+        };
+        self.op(Opcode::Add, &[base, distance])
+    }
+
+    /// The address of a location.
+    pub(super) fn address(&mut self, location: Location) -> Value {
+        let offset = location.offset as i32;
+        match location.base {
+            Base::Slot(slot) => self.inst(InstKind::SlotAddr(slot, offset), Ty::Word),
+            Base::Symbol(symbol) => self.inst(InstKind::SymbolAddr(symbol, offset), Ty::Word),
+            Base::Pointer(pointer) if offset == 0 => pointer,
+            Base::Pointer(pointer) => {
+                let offset = self.word(location.offset);
+                self.op(Opcode::Add, &[pointer, offset])
+            }
+            Base::Split(_) => unreachable!("a variable whose address is used is not split"),
+        }
+    }
+
+    /// An address and an immediate that together give a location in memory.
+    fn addressed(&mut self, location: Location) -> (Value, i32) {
+        let base = Location {
+            offset: 0,
+            ..location
+        };
+        (self.address(base), location.offset as i32)
+    }
+
+    /// The part of a split variable at an offset.
+    fn part(&self, index: usize, offset: u32) -> Part {
+        let parts = &self.split[index];
+        let at = parts.partition_point(|part| part.offset <= offset);
+        parts[at - 1]
+    }
+
+    /// Reads a scalar or vector.
+    pub(super) fn load(&mut self, location: Location, access: Access) -> Value {
+        let guard = self.always();
+        let Base::Split(index) = location.base else {
+            let (address, imm) = self.addressed(location);
+            return self.op_imm(access.load(location.global), &[guard, address], imm);
+        };
+        let part = self.part(index, location.offset);
+        let whole = match part.access.ty() {
+            Ty::Vec => Access::Vector,
+            _ => Access::Word,
+        };
+        let address = self.inst(InstKind::SlotAddr(part.slot, 0), Ty::Word);
+        let value = self.op_imm(whole.load(false), &[guard, address], 0);
+        if whole == Access::Vector && access != Access::Vector {
+            let lane = (location.offset - part.offset) / 4;
+            return self.op_imm(Opcode::Vext, &[value], lane as i32);
+        }
+        value
+    }
+
+    /// Writes a scalar or vector.
+    pub(super) fn store(&mut self, location: Location, access: Access, value: Value) {
+        let guard = self.always();
+        let Base::Split(index) = location.base else {
+            let (address, imm) = self.addressed(location);
+            self.effect_op(access.store(location.global), &[guard, address, value], imm);
+            return;
+        };
+        let part = self.part(index, location.offset);
+        let address = self.inst(InstKind::SlotAddr(part.slot, 0), Ty::Word);
+        let (whole, value) = match (part.access.ty(), access) {
+            (Ty::Vec, Access::Vector) => (Access::Vector, value),
+            (Ty::Vec, _) => {
+                let old = self.op_imm(Opcode::Lv, &[guard, address], 0);
+                let lane = (location.offset - part.offset) / 4;
+                let new = self.op_imm(Opcode::Vins, &[old, value], lane as i32);
+                (Access::Vector, new)
+            }
+            _ => (Access::Word, value),
+        };
+        self.effect_op(whole.store(false), &[guard, address, value], 0);
+    }
+
+    /// How values of a type lie in memory.
+    pub(super) fn access(&self, ty: TypeId) -> Access {
+        Access::of(self.checked.types.get(ty))
+    }
+
+    /// A word cut to an integer type.
+    pub(super) fn cut(&mut self, value: Value, int: Int) -> Value {
+        let bits = 8 * int.size();
+        if bits == 32 {
+            return value;
+        }
+        if !int.signed() {
+            let mask = self.word((1 << bits) - 1);
+            return self.op(Opcode::And, &[value, mask]);
+        }
+        let count = self.word(32 - bits);
+        let high = self.op(Opcode::Shl, &[value, count]);
+        self.op(Opcode::Sar, &[high, count])
+    }
+}

@@ -1,0 +1,146 @@
+//! [`Messages`]: what one run has to say, and the codes it says it with.
+
+use srp_archdesc::diagnostic::{Diagnostic, Severity};
+
+/// Errors after which a run says no more.
+pub const MAX_ERRORS: usize = 100;
+
+/// The stable code of a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Code(pub &'static str);
+
+macro_rules! codes {
+    ($($(#[doc = $doc:literal])* $name:ident = $code:literal;)*) => {
+        $($(#[doc = $doc])* pub const $name: Code = Code($code);)*
+
+        impl Code {
+            /// All codes, each with what it stands for.
+            pub const ALL: &'static [(Code, &'static str)] =
+                &[$((Code($code), concat!($($doc),*)),)*];
+        }
+    };
+}
+
+codes! {
+    /// A character or literal that is no token of C.
+    LEXICAL = "C0101";
+    /// A malformed preprocessor directive.
+    DIRECTIVE = "C0102";
+    /// A file to include was not found, or includes too deep.
+    INCLUDE = "C0103";
+    /// A macro was defined or called wrongly.
+    MACRO = "C0104";
+    /// `#error`.
+    USER_ERROR = "C0105";
+    /// A condition of `#if` that has no value.
+    CONDITION = "C0106";
+    /// A limit on size or depth was passed.
+    LIMIT = "C0107";
+    /// A constant that does not fit its type.
+    CONSTANT_RANGE = "C0108";
+    /// The text is not C.
+    SYNTAX = "C0201";
+    /// C that this compiler does not take.
+    UNSUPPORTED = "C0301";
+    /// A combination of specifiers that names no type.
+    SPECIFIERS = "C0401";
+    /// A name that is declared nowhere.
+    UNDECLARED = "C0402";
+    /// Two declarations of one name that contradict each other.
+    REDECLARED = "C0403";
+    /// A type whose size is not known where it is needed, or that cannot exist.
+    BAD_TYPE = "C0404";
+    /// A declaration that cannot stand where it is.
+    DECLARATION = "C0405";
+    /// A name that is used but defined in no source.
+    UNDEFINED = "C0406";
+    /// Operands of types that the operator does not take.
+    OPERANDS = "C0501";
+    /// A value that does not convert to the type wanted.
+    CONVERSION = "C0502";
+    /// Something assigned to that cannot be.
+    NOT_ASSIGNABLE = "C0503";
+    /// A call that does not fit the function.
+    CALL = "C0504";
+    /// A member that the type does not have.
+    MEMBER = "C0505";
+    /// An expression that must be constant and is not.
+    NOT_CONSTANT = "C0506";
+    /// An initialiser that does not fit the object.
+    INITIALISER = "C0507";
+    /// A statement where it has no meaning.
+    STATEMENT = "C0601";
+    /// A pragma that cannot be followed.
+    PRAGMA = "C0602";
+    /// `_Static_assert` failed.
+    STATIC_ASSERT = "C0603";
+    /// A function that returns a value may end without one.
+    MISSING_RETURN = "C0901";
+    /// A conversion that drops `const` or `volatile`.
+    DISCARDED_QUALIFIER = "C0902";
+    /// An attribute or pragma that was ignored.
+    IGNORED = "C0903";
+    /// A constant index outside the array.
+    INDEX_RANGE = "C0904";
+    /// An integer division by a constant zero.
+    DIVISION_BY_ZERO = "C0905";
+    /// `#warning`.
+    USER_WARNING = "C0906";
+    /// A macro defined anew with another meaning.
+    MACRO_REDEFINED = "C0907";
+    /// A shift by a constant count outside the width.
+    SHIFT_RANGE = "C0908";
+}
+
+/// The messages of a run, in the order of their discovery.
+#[derive(Debug, Default)]
+pub struct Messages {
+    list: Vec<Diagnostic>,
+    errors: usize,
+}
+
+impl Messages {
+    /// No messages yet.
+    pub fn new() -> Messages {
+        Messages::default()
+    }
+
+    /// Adds a message, unless [`MAX_ERRORS`] errors have been added already or the same was said
+    /// of the same place.
+    pub fn push(&mut self, message: Diagnostic) {
+        if self.errors >= MAX_ERRORS {
+            return;
+        }
+        let recent = self.list.iter().rev().take(8);
+        if recent.into_iter().any(|m| *m == message) {
+            return;
+        }
+        if message.severity == Severity::Error {
+            self.errors += 1;
+        }
+        self.list.push(message);
+    }
+
+    /// How many errors there are.
+    pub fn errors(&self) -> usize {
+        self.errors
+    }
+
+    /// All messages.
+    pub fn into_list(self) -> Vec<Diagnostic> {
+        self.list
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_are_unique() {
+        let mut codes: Vec<_> = Code::ALL.iter().map(|(code, _)| code).collect();
+        codes.sort();
+        codes.dedup();
+        assert_eq!(codes.len(), Code::ALL.len());
+    }
+}

@@ -1,0 +1,194 @@
+//! A source file to its syntax tree: preprocessing, classification, the generated parser, and
+//! words for what the parser did not understand.
+
+use crate::Options;
+use crate::ast::Unit;
+use crate::ast::build::Builder;
+use crate::classify::classify;
+use crate::message::{LIMIT, Messages, SYNTAX};
+use crate::preprocess::preprocess;
+use crate::source::SourceMap;
+use crate::token::{Tok, Token, tokens};
+use lalrpop_util::{ErrorRecovery, ParseError};
+use srp_archdesc::diagnostic::{Diagnostic, Source, Span};
+
+#[allow(missing_docs, unreachable_pub, unused, clippy::all, clippy::pedantic)]
+mod grammar {
+    lalrpop_util::lalrpop_mod!(pub file, "/grammar.rs");
+    pub use file::*;
+}
+
+/// Something the parser did not understand.
+#[derive(Clone, Debug)]
+pub(crate) struct Trouble {
+    /// The number of the token where it stopped.
+    at: usize,
+    /// Names of the tokens that could stand there.
+    expected: Vec<String>,
+}
+
+impl Trouble {
+    /// From the parser's report.
+    pub(crate) fn of(recovery: ErrorRecovery<usize, Tok, ()>) -> Trouble {
+        Trouble::of_error(recovery.error)
+    }
+
+    fn of_error(error: ParseError<usize, Tok, ()>) -> Trouble {
+        let (at, expected) = match error {
+            ParseError::UnrecognizedToken { token, expected } => (token.0, expected),
+            ParseError::UnrecognizedEof { expected, .. } => (usize::MAX, expected),
+            ParseError::ExtraToken { token } => (token.0, Vec::new()),
+            ParseError::InvalidToken { location } => (location, Vec::new()),
+            ParseError::User { .. } => (usize::MAX, Vec::new()),
+        };
+        Trouble { at, expected }
+    }
+}
+
+/// Parses one source file. What is wrong goes to `messages`; the tree has what was understood.
+pub fn parse(
+    source: &Source,
+    options: &Options<'_>,
+    sources: &mut SourceMap,
+    messages: &mut Messages,
+) -> Unit {
+    let Some(file) = sources.add(source.clone()) else {
+        let text = "the sources are too large";
+        messages.push(Diagnostic::error(LIMIT.0, &source.name, text));
+        return Unit::default();
+    };
+    let preprocessed = preprocess(file, options, sources, messages);
+    let mut tokens = tokens(preprocessed, sources, messages);
+    classify(&mut tokens, sources, messages);
+    let mut builder = Builder::new(&tokens, sources, messages);
+    let numbered = tokens.iter().enumerate();
+    let numbered = numbered.map(|(i, token)| Ok::<_, ()>((i, token.tok.clone(), i + 1)));
+    let outcome = grammar::FileParser::new().parse(&mut builder, numbered);
+    let Builder {
+        unit, mut trouble, ..
+    } = builder;
+    if let Err(error) = outcome {
+        trouble.push(Trouble::of_error(error));
+    }
+    let end = sources.base(file) + sources.text(file).trim_end().len() as u32;
+    for trouble in trouble {
+        if let Some(message) = explain(&trouble, &tokens, Span::point(end), sources) {
+            messages.push(message);
+        }
+    }
+    unit
+}
+
+/// The message for something not understood; none where the token itself was complained about.
+fn explain(
+    trouble: &Trouble,
+    tokens: &[Token],
+    end: Span,
+    sources: &SourceMap,
+) -> Option<Diagnostic> {
+    let token = tokens.get(trouble.at);
+    let (found, span) = match token {
+        Some(Token { tok: Tok::Bad, .. }) => return None,
+        Some(token) => (show(&token.tok), token.span),
+        None => ("the end of the file".to_owned(), end),
+    };
+    let wanted = wanted(&trouble.expected);
+    let text = match wanted {
+        Some(wanted) => format!("expected {wanted}, found {found}"),
+        None => format!("{found} cannot stand here"),
+    };
+    let message = sources.error(SYNTAX, span, text, "");
+    let before = trouble.at.min(tokens.len()).checked_sub(1);
+    let before = before.and_then(|i| tokens.get(i));
+    match (wanted, before) {
+        (Some("`;`"), Some(before)) if sources.pos(before.span).line < sources.pos(span).line => {
+            let after = Span::point(before.span.end);
+            Some(sources.also(message, after, "`;` missing here?"))
+        }
+        (_, Some(before)) => match &before.tok {
+            Tok::Ident(name)
+                if matches!(
+                    token,
+                    Some(Token {
+                        tok: Tok::Ident(_),
+                        ..
+                    })
+                ) =>
+            {
+                Some(message.help(format!("`{name}` is not known as a type")))
+            }
+            _ => Some(message),
+        },
+        _ => Some(message),
+    }
+}
+
+/// What was expected in words: the one thing that would help most.
+fn wanted(expected: &[String]) -> Option<&'static str> {
+    let has = |name: &str| expected.iter().any(|e| e.trim_matches('"') == name);
+    if has("integer") {
+        return Some(if has("while") {
+            "a statement"
+        } else {
+            "an expression"
+        });
+    }
+    let single = [
+        (";", "`;`"),
+        (")", "`)`"),
+        ("]", "`]`"),
+        ("}", "`}`"),
+        (":", "`:`"),
+        ("(", "`(`"),
+        ("while", "`while`"),
+        ("identifier", "a name"),
+        ("int", "a type"),
+        (",", "`,`"),
+        ("{", "`{`"),
+    ];
+    let found = single.iter().find(|(name, _)| has(name));
+    found.map(|(_, words)| *words)
+}
+
+/// A token as a message shows it.
+fn show(tok: &Tok) -> String {
+    match tok {
+        Tok::Fixed(fixed) => format!("`{}`", fixed.text()),
+        Tok::Ident(name) => format!("`{name}`"),
+        Tok::TypeName(name) => format!("the type `{name}`"),
+        Tok::Int(_) | Tok::Float(_) => "a number".to_owned(),
+        Tok::Char(_) => "a character constant".to_owned(),
+        Tok::Str(_) => "a string".to_owned(),
+        Tok::Kernel | Tok::Unroll(_) => "a pragma, which must stand before a loop".to_owned(),
+        Tok::Bad => "something unknown".to_owned(),
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::token::Fixed;
+
+    /// The tokens of a text with a `'` after each that names a type.
+    pub(crate) fn classified(text: &str) -> String {
+        let mut sources = SourceMap::new();
+        let mut messages = Messages::new();
+        let file = sources.add(Source::new("t.c", text)).expect("small");
+        let pp = preprocess(file, &Options::default(), &mut sources, &mut messages);
+        let mut tokens = tokens(pp, &sources, &mut messages);
+        classify(&mut tokens, &sources, &mut messages);
+        let words = tokens.iter().map(|token| match &token.tok {
+            Tok::TypeName(name) => format!("{name}'"),
+            Tok::Int(int) => int.value.to_string(),
+            tok => show(tok).trim_matches('`').to_owned(),
+        });
+        words.collect::<Vec<_>>().join(" ")
+    }
+
+    #[test]
+    fn fixed_tokens_parse_back() {
+        assert_eq!(Fixed::parse("<<="), Some(Fixed::ShlAssign));
+        assert_eq!(Fixed::parse("__inline__"), Some(Fixed::Inline));
+        assert_eq!(Fixed::parse("x"), None);
+    }
+}

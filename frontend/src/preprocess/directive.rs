@@ -1,0 +1,265 @@
+//! Directives.
+
+use super::expand::Macro;
+use super::{Preprocessor, Section, spell};
+use crate::lex::{PpKind, PpToken};
+use crate::message::{
+    DIRECTIVE, IGNORED, MACRO, MACRO_REDEFINED, PRAGMA, USER_ERROR, USER_WARNING,
+};
+use crate::source::Name;
+use srp_archdesc::diagnostic::Span;
+use srp_ir::program::SourceFile;
+use std::rc::Rc;
+
+/// Largest count of `#pragma srp unroll`.
+pub(crate) const MAX_UNROLL: u32 = 64;
+
+impl Preprocessor<'_> {
+    /// Follows the directive `# line`.
+    pub(super) fn directive(&mut self, file: SourceFile, hash: Span, line: Vec<PpToken>) {
+        let Some((word, rest)) = line.split_first() else {
+            return;
+        };
+        let span = hash.to(word.span);
+        let active = self.active();
+        match &*word.text {
+            "if" => self.open(span, |p| p.condition(span, rest)),
+            "ifdef" => self.open(span, |p| p.is_defined(span, rest)),
+            "ifndef" => self.open(span, |p| !p.is_defined(span, rest)),
+            "elif" => self.elif(span, rest),
+            "else" => self.otherwise(span),
+            "endif" => {
+                if self.sections.pop().is_none() {
+                    self.error(DIRECTIVE, span, "`#endif` without `#if`", "");
+                }
+            }
+            _ if !active => {}
+            "include" => self.include_line(file, span, rest),
+            "define" => self.define(span, rest),
+            "undef" => match rest {
+                [name] if name.kind == PpKind::Ident => {
+                    self.macros.remove(&name.text);
+                }
+                _ => self.error(DIRECTIVE, span, "`#undef` takes one name", ""),
+            },
+            "error" => self.error(USER_ERROR, span, format!("#error {}", spell(rest)), ""),
+            "warning" => {
+                let text = format!("#warning {}", spell(rest));
+                let message = self.sources.warning(USER_WARNING, span, text, "");
+                self.messages.push(message);
+            }
+            "pragma" => self.pragma(file, span, rest),
+            "ident" => {}
+            other => {
+                let text = format!("`#{other}` is no directive of this compiler");
+                self.error(DIRECTIVE, span, text, "");
+            }
+        }
+    }
+
+    /// Opens a conditional section; the condition is looked at only where it matters.
+    fn open(&mut self, start: Span, condition: impl FnOnce(&mut Self) -> bool) {
+        let outer = self.active();
+        let taken = outer && condition(self);
+        self.sections.push(Section {
+            start,
+            active: taken,
+            done: taken || !outer,
+            last: false,
+        });
+    }
+
+    fn elif(&mut self, span: Span, rest: &[PpToken]) {
+        let Some(section) = self.sections.last_mut() else {
+            return self.error(DIRECTIVE, span, "`#elif` without `#if`", "");
+        };
+        section.active = false;
+        if section.last {
+            return self.error(DIRECTIVE, span, "`#elif` after `#else`", "");
+        }
+        if !section.done
+            && self.condition(span, rest)
+            && let Some(section) = self.sections.last_mut()
+        {
+            section.active = true;
+            section.done = true;
+        }
+    }
+
+    fn otherwise(&mut self, span: Span) {
+        let Some(section) = self.sections.last_mut() else {
+            return self.error(DIRECTIVE, span, "`#else` without `#if`", "");
+        };
+        section.active = !section.done && !section.last;
+        section.done = true;
+        if std::mem::replace(&mut section.last, true) {
+            self.error(DIRECTIVE, span, "a second `#else`", "");
+        }
+    }
+
+    fn is_defined(&mut self, span: Span, rest: &[PpToken]) -> bool {
+        match rest.first() {
+            Some(name) if name.kind == PpKind::Ident => self.macros.contains_key(&name.text),
+            _ => {
+                self.error(DIRECTIVE, span, "a macro name must follow", "");
+                false
+            }
+        }
+    }
+
+    fn include_line(&mut self, file: SourceFile, span: Span, rest: &[PpToken]) {
+        let direct = |rest: &[PpToken]| match rest {
+            [name] if name.kind == PpKind::Str => {
+                Some((name.text.trim_matches('"').to_owned(), false))
+            }
+            [open, middle @ .., close] if open.is("<") && close.is(">") => {
+                Some((spell(middle), true))
+            }
+            _ => None,
+        };
+        let span = rest.iter().fold(span, |span, token| span.to(token.span));
+        let found = direct(rest).or_else(|| direct(&self.expand(rest.to_vec())));
+        match found {
+            Some((name, system)) => self.include(file, span, &name, system),
+            None => self.error(
+                DIRECTIVE,
+                span,
+                "`#include` takes `\"file\"` or `<file>`",
+                "",
+            ),
+        }
+    }
+
+    fn define(&mut self, span: Span, rest: &[PpToken]) {
+        let Some((name, body)) = rest.split_first() else {
+            return self.error(DIRECTIVE, span, "`#define` needs a name", "");
+        };
+        if name.kind != PpKind::Ident || &*name.text == "defined" {
+            return self.error(MACRO, name.span, "this cannot be the name of a macro", "");
+        }
+        let made = match body.first() {
+            Some(open) if open.is("(") && !open.space => self.function_like(name.span, body),
+            _ => Some(Macro::object(body.to_vec(), name.span)),
+        };
+        let Some(made) = made else {
+            return;
+        };
+        for edge in [made.body.first(), made.body.last()].into_iter().flatten() {
+            if edge.is("##") {
+                let edge = edge.span;
+                return self.error(MACRO, edge, "`##` needs a token on both sides", "");
+            }
+        }
+        if let Some(old) = self.macros.get(&name.text)
+            && !old.same(&made)
+        {
+            let text = format!("`{}` is defined anew with another meaning", name.text);
+            let message = self.sources.warning(MACRO_REDEFINED, name.span, text, "");
+            let message = self.sources.also(message, old.span, "defined before here");
+            self.messages.push(message);
+        }
+        self.macros.insert(name.text.clone(), Rc::new(made));
+    }
+
+    /// A function-like macro from its parameter list on.
+    fn function_like(&mut self, span: Span, rest: &[PpToken]) -> Option<Macro> {
+        let close = rest.iter().position(|t| t.is(")"));
+        let Some(close) = close else {
+            self.error(MACRO, span, "the parameters of the macro have no `)`", "");
+            return None;
+        };
+        let mut params: Vec<Name> = Vec::new();
+        let mut variadic = false;
+        let list = &rest[1..close];
+        for (i, token) in list.iter().enumerate() {
+            let wanted = i % 2 == 0;
+            let fits = match wanted {
+                false => token.is(",") && i + 1 < list.len(),
+                true if token.is("...") => {
+                    variadic = true;
+                    params.push("__VA_ARGS__".into());
+                    i + 1 == list.len()
+                }
+                true => {
+                    let fresh = token.kind == PpKind::Ident && !params.contains(&token.text);
+                    params.push(token.text.clone());
+                    fresh
+                }
+            };
+            if !fits {
+                let text = "macro parameters are different names with commas between";
+                self.error(MACRO, token.span, text, "");
+                return None;
+            }
+        }
+        let body = rest[close + 1..].to_vec();
+        for pair in body.windows(2) {
+            if pair[0].is("#") && !params.contains(&pair[1].text) {
+                let text = "`#` must stand before a parameter";
+                self.error(MACRO, pair[0].span, text, "");
+                return None;
+            }
+        }
+        if let Some(hash) = body.last().filter(|t| t.is("#")) {
+            self.error(MACRO, hash.span, "`#` must stand before a parameter", "");
+            return None;
+        }
+        Some(Macro {
+            params: Some(params),
+            variadic,
+            body,
+            span,
+        })
+    }
+
+    fn pragma(&mut self, file: SourceFile, span: Span, rest: &[PpToken]) {
+        let span = rest.iter().fold(span, |span, token| span.to(token.span));
+        let words: Vec<&str> = rest.iter().map(|t| &*t.text).collect();
+        match words.as_slice() {
+            ["once"] => {
+                self.once.insert(file);
+            }
+            ["srp", "kernel"] => self.emit_pragma(span, "kernel"),
+            ["srp", "unroll", ..] => {
+                let count = self.expand(rest[2..].to_vec());
+                let count = match count.as_slice() {
+                    [number] => number.text.parse().ok(),
+                    _ => None,
+                };
+                match count {
+                    Some(n @ 1..=MAX_UNROLL) => self.emit_pragma(span, &format!("unroll {n}")),
+                    _ => {
+                        let text = format!("`unroll` takes a number from 1 to {MAX_UNROLL}");
+                        self.error(PRAGMA, span, text, "");
+                    }
+                }
+            }
+            ["srp", ..] => {
+                let message = self
+                    .sources
+                    .error(PRAGMA, span, "unknown `srp` pragma", "")
+                    .help("there are `#pragma srp kernel` and `#pragma srp unroll N`");
+                self.messages.push(message);
+            }
+            ["STDC", "FP_CONTRACT", "OFF"] => {}
+            _ => {
+                let message = self
+                    .sources
+                    .warning(IGNORED, span, "unknown pragma is ignored", "");
+                self.messages.push(message);
+            }
+        }
+    }
+
+    fn emit_pragma(&mut self, span: Span, text: &str) {
+        let text = self.names.name(text);
+        self.out.push(PpToken {
+            kind: PpKind::Pragma,
+            text,
+            span,
+            space: true,
+            first: true,
+            hidden: false,
+        });
+    }
+}

@@ -1,0 +1,231 @@
+//! [`SourceMap`]: all texts of one compilation in one space of offsets, so that a [`Span`] alone
+//! says which file and where.
+
+use crate::Include;
+use crate::message::Code;
+use srp_archdesc::diagnostic::{Diagnostic, Severity, Source, Span};
+use srp_archdesc::entity::{Entity, EntityMap};
+use srp_ir::program::{Pos, SourceFile};
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+/// Bytes that all texts of a compilation may have together.
+pub const MAX_SOURCE_BYTES: usize = 1 << 28;
+
+/// An identifier or other spelling, shared.
+pub type Name = Rc<str>;
+
+/// One text and where its offsets start.
+#[derive(Debug)]
+struct File {
+    source: Source,
+    base: u32,
+    /// Offset within the text of the start of each line.
+    lines: Vec<u32>,
+}
+
+/// A macro call: what it is called and where it was defined.
+#[derive(Debug)]
+struct Expansion {
+    name: Name,
+    defined: Span,
+}
+
+/// All texts of a compilation. A span of the front end counts from the start of the first text
+/// through all of them in the order of their addition.
+#[derive(Debug, Default)]
+pub struct SourceMap {
+    files: EntityMap<SourceFile, File>,
+    expansions: BTreeMap<Span, Expansion>,
+}
+
+impl SourceMap {
+    /// A map without texts.
+    pub fn new() -> SourceMap {
+        SourceMap::default()
+    }
+
+    /// Adds a text, or finds the equal one of the same name. `None` where there is no room.
+    pub fn add(&mut self, source: Source) -> Option<SourceFile> {
+        let known = self.files.iter().find(|(_, f)| f.source == source);
+        if let Some((file, _)) = known {
+            return Some(file);
+        }
+        let base = self.files.values().last().map_or(0, File::end);
+        if base as usize + source.text.len() >= MAX_SOURCE_BYTES {
+            return None;
+        }
+        let newlines = source.text.bytes().enumerate().filter(|(_, b)| *b == b'\n');
+        let starts = newlines.map(|(at, _)| at as u32 + 1);
+        let lines = std::iter::once(0).chain(starts).collect();
+        Some(self.files.push(File {
+            source,
+            base,
+            lines,
+        }))
+    }
+
+    /// The text of a file.
+    pub fn text(&self, file: SourceFile) -> &str {
+        &self.files[file].source.text
+    }
+
+    /// The name of a file.
+    pub fn name(&self, file: SourceFile) -> &str {
+        &self.files[file].source.name
+    }
+
+    /// The names of all files, in order: what [`Program::files`](srp_ir::Program::files) wants.
+    pub fn names(&self) -> EntityMap<SourceFile, String> {
+        self.files.values().map(|f| f.source.name.clone()).collect()
+    }
+
+    /// The offset of the first byte of a file.
+    pub fn base(&self, file: SourceFile) -> u32 {
+        self.files[file].base
+    }
+
+    /// The file that a span starts in.
+    pub fn file(&self, span: Span) -> Option<SourceFile> {
+        let files = self.files.values().as_slice();
+        let after = files.partition_point(|f| f.base <= span.start);
+        after.checked_sub(1).map(SourceFile::new)
+    }
+
+    /// Line and column of the start of a span.
+    pub fn pos(&self, span: Span) -> Pos {
+        let Some(file) = self.file(span) else {
+            return Pos::nowhere();
+        };
+        let data = &self.files[file];
+        let text = &data.source.text;
+        let at = text.floor_char_boundary((span.start - data.base) as usize);
+        let line = data.lines.partition_point(|&start| start as usize <= at);
+        let start = data.lines[line - 1] as usize;
+        Pos {
+            file,
+            line: line as u32,
+            column: 1 + text[start..at].chars().count() as u32,
+        }
+    }
+
+    /// `file:line:column` of the start of a span.
+    pub fn show(&self, span: Span) -> String {
+        let Pos { file, line, column } = self.pos(span);
+        match self.files.get(file) {
+            Some(data) => format!("{}:{line}:{column}", data.source.name),
+            None => "-".to_owned(),
+        }
+    }
+
+    /// Notes that the tokens with this span come from a macro.
+    pub(crate) fn expanded(&mut self, span: Span, name: &Name, defined: Span) {
+        self.expansions.entry(span).or_insert_with(|| Expansion {
+            name: name.clone(),
+            defined,
+        });
+    }
+
+    /// A message of this severity about a span, with a note where the span is a macro call.
+    pub fn message(
+        &self,
+        severity: Severity,
+        code: Code,
+        span: Span,
+        text: impl Into<String>,
+        label: impl Into<String>,
+    ) -> Diagnostic {
+        let (file, local) = self.local(span);
+        let mut message = Diagnostic::error(code.0, file, text).at(local, label);
+        message.severity = severity;
+        let first = self.expansions.range(Span::point(span.start)..).next();
+        match first {
+            Some((at, macro_)) if at.start == span.start => {
+                let place = self.show(macro_.defined);
+                message.note(format!("`{}` is a macro, defined at {place}", macro_.name))
+            }
+            _ => message,
+        }
+    }
+
+    /// An error about a span.
+    pub fn error(
+        &self,
+        code: Code,
+        span: Span,
+        text: impl Into<String>,
+        label: impl Into<String>,
+    ) -> Diagnostic {
+        self.message(Severity::Error, code, span, text, label)
+    }
+
+    /// A warning about a span.
+    pub fn warning(
+        &self,
+        code: Code,
+        span: Span,
+        text: impl Into<String>,
+        label: impl Into<String>,
+    ) -> Diagnostic {
+        self.message(Severity::Warning, code, span, text, label)
+    }
+
+    /// Adds another place to a message: a mark where it is in the same file, else a note.
+    pub fn also(&self, message: Diagnostic, span: Span, label: &str) -> Diagnostic {
+        let (file, local) = self.local(span);
+        if file == message.file {
+            message.also(local, label)
+        } else {
+            let place = self.show(span);
+            message.note(format!("{label}: {place}"))
+        }
+    }
+
+    /// The file of a span and the span within its text.
+    fn local(&self, span: Span) -> (&str, Span) {
+        let Some(file) = self.file(span) else {
+            return ("", span);
+        };
+        let data = &self.files[file];
+        let start = span.start - data.base;
+        let end = match span.end {
+            end if end >= span.start && end <= data.end() => end - data.base,
+            _ => start,
+        };
+        (&data.source.name, Span::new(start, end))
+    }
+
+    /// Finds an included file through the caller and adds it.
+    pub(crate) fn include(
+        &mut self,
+        include: &Include<'_>,
+        resolve: &dyn Fn(&Include<'_>) -> Option<Source>,
+    ) -> Option<Option<SourceFile>> {
+        resolve(include).map(|source| self.add(source))
+    }
+}
+
+impl File {
+    /// The offset after the text's last byte and one more, so that no two files touch.
+    fn end(&self) -> u32 {
+        self.base + self.source.text.len() as u32 + 1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spans_name_their_file() {
+        let mut map = SourceMap::new();
+        let a = map.add(Source::new("a.c", "int\nä x;")).expect("room");
+        let b = map.add(Source::new("b.c", "y")).expect("room");
+        assert_eq!(map.add(Source::new("a.c", "int\nä x;")), Some(a));
+        let x = map.text(a).find('x').expect("in the text") as u32;
+        assert_eq!(map.show(Span::point(x)), "a.c:2:3");
+        assert_eq!(map.show(Span::point(map.base(b))), "b.c:1:1");
+        // Offsets past the end do not fail.
+        assert_eq!(map.show(Span::point(u32::MAX)), "b.c:1:2");
+    }
+}

@@ -1,0 +1,189 @@
+//! [`Tok`]: the tokens that the grammar knows, and how preprocessing tokens become them.
+
+use crate::lex::{PpKind, PpToken};
+use crate::literal;
+use crate::message::{LEXICAL, Messages, UNSUPPORTED};
+use crate::source::{Name, SourceMap};
+use srp_archdesc::diagnostic::Span;
+use std::rc::Rc;
+
+macro_rules! fixed {
+    ($($name:ident $text:literal $(| $alias:literal)*;)*) => {
+        /// Tokens that are always spelled the same: keywords, operators and punctuators.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum Fixed { $(#[doc = concat!("`", $text, "`")] $name,)* }
+
+        impl Fixed {
+            /// The spelling.
+            pub fn text(self) -> &'static str {
+                match self { $(Fixed::$name => $text,)* }
+            }
+
+            /// The token of this spelling, or of another that means the same.
+            pub fn parse(text: &str) -> Option<Fixed> {
+                Some(match text { $($text $(| $alias)* => Fixed::$name,)* _ => return None })
+            }
+        }
+    };
+}
+
+fixed! {
+    Auto "auto"; Break "break"; Case "case"; Char "char"; Const "const" | "__const" | "__const__";
+    Continue "continue"; Default "default"; Do "do"; Double "double"; Else "else"; Enum "enum";
+    Extern "extern"; Float "float"; For "for"; Goto "goto"; If "if";
+    Inline "inline" | "__inline" | "__inline__"; Int "int"; Long "long"; Register "register";
+    Restrict "restrict" | "__restrict" | "__restrict__"; Return "return"; Short "short";
+    Signed "signed" | "__signed" | "__signed__"; Sizeof "sizeof"; Static "static";
+    Struct "struct"; Switch "switch"; Typedef "typedef"; Union "union"; Unsigned "unsigned";
+    Void "void"; Volatile "volatile" | "__volatile" | "__volatile__"; While "while"; Bool "_Bool";
+    Alignof "_Alignof" | "__alignof__" | "__alignof"; Noreturn "_Noreturn";
+    StaticAssert "_Static_assert"; Attribute "__attribute__" | "__attribute";
+    Global "__srp_global";
+    LBrace "{"; RBrace "}"; LParen "("; RParen ")"; LBracket "["; RBracket "]"; Dot ".";
+    Arrow "->"; Increment "++"; Decrement "--"; Amp "&"; Star "*"; Plus "+"; Minus "-"; Tilde "~";
+    Not "!"; Slash "/"; Percent "%"; Shl "<<"; Shr ">>"; Lt "<"; Gt ">"; Le "<="; Ge ">=";
+    EqEq "=="; Ne "!="; Caret "^"; Pipe "|"; AndAnd "&&"; OrOr "||"; Question "?"; Colon ":";
+    Semicolon ";"; Ellipsis "..."; Assign "="; StarAssign "*="; SlashAssign "/=";
+    PercentAssign "%="; PlusAssign "+="; MinusAssign "-="; ShlAssign "<<="; ShrAssign ">>=";
+    AmpAssign "&="; CaretAssign "^="; PipeAssign "|="; Comma ",";
+}
+
+/// Keywords of C and GNU C that are no part of the language here.
+const REFUSED: &[&str] = &[
+    "_Complex",
+    "_Imaginary",
+    "_Alignas",
+    "_Atomic",
+    "_Generic",
+    "_Thread_local",
+    "asm",
+    "__asm",
+    "__asm__",
+    "typeof",
+    "__typeof__",
+    "__typeof",
+    "__int128",
+    "_Float16",
+    "__builtin_va_arg",
+];
+
+/// An integer constant as written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct IntConst {
+    /// Its value.
+    pub value: u64,
+    /// It has a `u` suffix.
+    pub unsigned: bool,
+    /// How many `l` its suffix has.
+    pub longs: u8,
+    /// It is written in decimal, so that without suffix it is never unsigned.
+    pub decimal: bool,
+}
+
+/// The bits of a floating constant, by its suffix.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FloatConst {
+    /// `f`: binary32.
+    Single(u32),
+    /// None: binary64.
+    Double(u64),
+    /// `l`: kept as binary64.
+    LongDouble(u64),
+}
+
+/// A token of the grammar.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Tok {
+    /// A keyword, operator or punctuator.
+    Fixed(Fixed),
+    /// An identifier that names no type where it stands.
+    Ident(Name),
+    /// An identifier that names a type where it stands.
+    TypeName(Name),
+    /// An integer constant.
+    Int(IntConst),
+    /// A floating constant.
+    Float(FloatConst),
+    /// A character constant: its value as an `int`.
+    Char(i32),
+    /// A string literal without its terminating zero; neighbours are joined already.
+    Str(Rc<[u8]>),
+    /// `#pragma srp kernel`.
+    Kernel,
+    /// `#pragma srp unroll N`.
+    Unroll(u32),
+    /// Something that has been complained about.
+    Bad,
+}
+
+/// A token and where it stands.
+#[derive(Clone, Debug)]
+pub struct Token {
+    /// What it is.
+    pub tok: Tok,
+    /// Where it is.
+    pub span: Span,
+}
+
+/// The tokens of the grammar that these preprocessing tokens are.
+pub(crate) fn tokens(
+    input: Vec<PpToken>,
+    sources: &SourceMap,
+    messages: &mut Messages,
+) -> Vec<Token> {
+    let mut out: Vec<Token> = Vec::with_capacity(input.len());
+    for pp in input {
+        if &*pp.text == "__extension__" {
+            continue;
+        }
+        let tok = token(&pp, sources, messages);
+        match (&tok, out.last_mut()) {
+            (Tok::Str(more), Some(last)) if matches!(last.tok, Tok::Str(_)) => {
+                if let Tok::Str(bytes) = &mut last.tok {
+                    *bytes = bytes.iter().chain(more.iter()).copied().collect();
+                }
+                last.span = last.span.to(pp.span);
+            }
+            _ => out.push(Token { tok, span: pp.span }),
+        }
+    }
+    out
+}
+
+fn token(pp: &PpToken, sources: &SourceMap, messages: &mut Messages) -> Tok {
+    let mut error = |code, text: String| {
+        messages.push(sources.error(code, pp.span, text, ""));
+        Tok::Bad
+    };
+    match pp.kind {
+        PpKind::Ident if REFUSED.contains(&&*pp.text) => {
+            error(UNSUPPORTED, format!("`{}` is not supported", pp.text))
+        }
+        PpKind::Ident | PpKind::Punct => match Fixed::parse(&pp.text) {
+            Some(fixed) => Tok::Fixed(fixed),
+            None if pp.kind == PpKind::Ident => Tok::Ident(pp.text.clone()),
+            None => error(
+                LEXICAL,
+                format!("`{}` has a meaning only in directives", pp.text),
+            ),
+        },
+        PpKind::Number => literal::number(&pp.text).unwrap_or_else(|why| error(why.code, why.text)),
+        PpKind::Char => match literal::character(&pp.text) {
+            Ok(value) => Tok::Char(value),
+            Err(why) => error(why.code, why.text),
+        },
+        PpKind::Str => match literal::string(&pp.text) {
+            Ok(bytes) => Tok::Str(bytes.into()),
+            Err(why) => error(why.code, why.text),
+        },
+        PpKind::Unterminated => error(LEXICAL, "quote without its partner on this line".into()),
+        PpKind::Stray => {
+            let c = pp.text.chars().next().unwrap_or(' ');
+            error(LEXICAL, format!("`{}` is no part of C", c.escape_debug()))
+        }
+        PpKind::Pragma => match pp.text.strip_prefix("unroll ").map(str::parse) {
+            Some(Ok(count)) => Tok::Unroll(count),
+            _ => Tok::Kernel,
+        },
+    }
+}

@@ -1,0 +1,348 @@
+//! The checked program: what [`check`](crate::check()) makes and [`lower`](crate::lower()) takes.
+//!
+//! Every name is resolved, every conversion explicit, every operand of the type that its operator
+//! wants. Operators have C's meaning; which opcodes they become is the lowering's business.
+
+use crate::ctype::{QualType, TypeId, TypeTable};
+use crate::source::Name;
+use srp_archdesc::diagnostic::Span;
+use srp_archdesc::entity;
+use srp_archdesc::entity::EntityMap;
+use srp_archdesc::isa::Opcode;
+use srp_ir::program::{Pos, SourceFile};
+
+entity! {
+    /// An expression of a function.
+    ExprId = "x";
+    /// Something with an address in a function.
+    PlaceId = "l";
+    /// A statement of a function.
+    StmtId = "s";
+    /// A variable of a function.
+    LocalId = "n";
+    /// An object with static storage.
+    ObjectId = "o";
+    /// A function.
+    FunctionId = "f";
+}
+
+/// A checked program.
+#[derive(Debug)]
+pub struct Checked {
+    /// Its types.
+    pub types: TypeTable,
+    /// Names of the source files.
+    pub files: EntityMap<SourceFile, String>,
+    /// Objects with static storage.
+    pub objects: EntityMap<ObjectId, Object>,
+    /// Functions.
+    pub functions: EntityMap<FunctionId, Function>,
+}
+
+/// An object with static storage.
+#[derive(Clone, Debug)]
+pub struct Object {
+    /// Its name, unique.
+    pub name: String,
+    /// Its type.
+    pub ty: QualType,
+    /// What it holds at the start: of known size once defined.
+    pub image: Image,
+    /// Whether it is defined in some source.
+    pub defined: bool,
+    /// Where it is declared.
+    pub pos: Pos,
+}
+
+/// Initial contents.
+#[derive(Clone, Debug, Default)]
+pub struct Image {
+    /// The first bytes; the rest is zero.
+    pub bytes: Vec<u8>,
+    /// Addresses in it: offset, what is pointed to, and what is added.
+    pub addresses: Vec<(u32, Address, i32)>,
+}
+
+/// What a constant address points to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Address {
+    /// An object.
+    Object(ObjectId),
+    /// A function.
+    Function(FunctionId),
+}
+
+/// A function.
+#[derive(Debug)]
+pub struct Function {
+    /// Its name, unique.
+    pub name: String,
+    /// Its type.
+    pub ty: TypeId,
+    /// What it does, where it is defined.
+    pub body: Option<Body>,
+    /// Not known to other sources, so that it goes where nothing uses it.
+    pub internal: bool,
+    /// Where it is defined, or declared.
+    pub pos: Pos,
+}
+
+/// What a function does.
+#[derive(Debug, Default)]
+pub struct Body {
+    /// Its parameters.
+    pub params: Vec<LocalId>,
+    /// Its variables, the parameters among them.
+    pub locals: EntityMap<LocalId, Local>,
+    /// Its expressions.
+    pub exprs: EntityMap<ExprId, Expr>,
+    /// What has an address.
+    pub places: EntityMap<PlaceId, Place>,
+    /// Its statements.
+    pub stmts: EntityMap<StmtId, Stmt>,
+    /// All of it.
+    pub root: Option<StmtId>,
+}
+
+/// A variable.
+#[derive(Clone, Debug)]
+pub struct Local {
+    /// Its name, for listings.
+    pub name: Name,
+    /// Its type.
+    pub ty: QualType,
+    /// Its address is used, so that it must lie in memory as one piece.
+    pub in_memory: bool,
+}
+
+/// An expression.
+#[derive(Clone, Debug)]
+pub struct Expr {
+    /// What it computes.
+    pub kind: ExprKind,
+    /// Its type.
+    pub ty: TypeId,
+    /// Where it is.
+    pub pos: Pos,
+    /// The same with its end, for messages.
+    pub span: Span,
+}
+
+/// What an expression computes.
+#[derive(Clone, Debug)]
+pub enum ExprKind {
+    /// A constant of a scalar type, in its bits.
+    Const(u32),
+    /// What a scalar, pointer or vector place holds.
+    Load(PlaceId),
+    /// What a struct or union place holds.
+    Aggregate(PlaceId),
+    /// The address of a place.
+    AddressOf(PlaceId),
+    /// The address of a function.
+    Function(FunctionId),
+    /// The same value in another scalar type, or the same bits in another vector type.
+    Convert(ExprId),
+    /// A scalar in all lanes of a vector.
+    Splat(ExprId),
+    /// Arithmetic negation.
+    Negate(ExprId),
+    /// Bitwise complement.
+    Complement(ExprId),
+    /// 1 where the operand is zero, else 0.
+    LogicalNot(ExprId),
+    /// Arithmetic on two values of the result's type; the count of a shift may be another integer.
+    Binary(BinaryOp, ExprId, ExprId),
+    /// A relation of two values of one type: an `int`, or for vectors an `int4`.
+    Compare(Relation, ExprId, ExprId),
+    /// `&&`, or `||` where the flag is set.
+    Logical(bool, ExprId, ExprId),
+    /// `c ? a : b`.
+    Conditional(ExprId, ExprId, ExprId),
+    /// A pointer plus an integer times this many bytes.
+    Offset(ExprId, ExprId, i32),
+    /// The distance of two pointers in units of this many bytes.
+    Distance(ExprId, ExprId, u32),
+    /// Sets a place; the value is what it then holds.
+    Assign(PlaceId, ExprId),
+    /// Changes a place.
+    Update(Update),
+    /// The second value, after the first was computed.
+    Comma(ExprId, ExprId),
+    /// A call.
+    Call(Callee, Vec<ExprId>),
+    /// An operation of the opcode table with its immediate; predicates are conditions here.
+    Operation(Opcode, Vec<ExprId>, i32),
+    /// A vector of four words.
+    Build([ExprId; 4]),
+    /// A lane of a vector.
+    Lane(ExprId, ExprId),
+}
+
+/// A change of a place by its own value.
+#[derive(Clone, Debug)]
+pub struct Update {
+    /// The place.
+    pub place: PlaceId,
+    /// How its value changes.
+    pub step: Step,
+    /// The operand, in the type that the operation is done in (but the count of a shift).
+    pub operand: ExprId,
+    /// The value of the expression is what the place held before.
+    pub post: bool,
+}
+
+/// How an update changes a value.
+#[derive(Clone, Copy, Debug)]
+pub enum Step {
+    /// By an operation in this type.
+    Arithmetic(BinaryOp, TypeId),
+    /// A pointer, by this many bytes times the operand.
+    Pointer(i32),
+}
+
+/// Arithmetic operators.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)] // each is its C operator
+pub enum BinaryOp {
+    Add,
+    Sub,
+    Mul,
+    Div,
+    Rem,
+    And,
+    Or,
+    Xor,
+    Shl,
+    Shr,
+}
+
+/// Relations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)] // each is its C operator
+pub enum Relation {
+    Eq,
+    Ne,
+    Lt,
+    Le,
+    Gt,
+    Ge,
+}
+
+/// Who is called.
+#[derive(Clone, Copy, Debug)]
+pub enum Callee {
+    /// A function by name.
+    Function(FunctionId),
+    /// The function at an address.
+    Pointer(ExprId),
+}
+
+/// Something with an address, or a lane of it.
+#[derive(Clone, Debug)]
+pub struct Place {
+    /// What it is.
+    pub kind: PlaceKind,
+    /// Its type.
+    pub ty: QualType,
+    /// Where it is.
+    pub span: Span,
+}
+
+/// What a place is.
+#[derive(Clone, Debug)]
+pub enum PlaceKind {
+    /// A variable.
+    Local(LocalId),
+    /// A variable that is set first: a compound literal.
+    Literal(LocalId, Init),
+    /// An object with static storage.
+    Object(ObjectId),
+    /// What a pointer points to.
+    Deref(ExprId),
+    /// A part of another place at this offset.
+    Member(PlaceId, u32),
+    /// A lane of a vector.
+    Lane(PlaceId, ExprId),
+    /// Memory of its own that holds the value of this struct expression.
+    Temporary(ExprId),
+}
+
+/// How a variable is set.
+#[derive(Clone, Debug, Default)]
+pub struct Init {
+    /// It is set to zero first.
+    pub zero: bool,
+    /// Then parts of it: offset, and the value in the part's type.
+    pub parts: Vec<(u32, ExprId)>,
+}
+
+/// A statement.
+#[derive(Clone, Debug)]
+pub struct Stmt {
+    /// What it does.
+    pub kind: StmtKind,
+    /// Where it is.
+    pub pos: Pos,
+}
+
+/// What a statement does.
+#[derive(Clone, Debug)]
+pub enum StmtKind {
+    /// Statements one after another.
+    Block(Vec<StmtId>),
+    /// An expression.
+    Expr(ExprId),
+    /// A variable begins with this value.
+    Init(LocalId, Init),
+    /// `if`.
+    If(ExprId, StmtId, Option<StmtId>),
+    /// A loop.
+    Loop(Loop),
+    /// `switch`.
+    Switch(Switch),
+    /// A label of the innermost `switch`, by its number.
+    Label(usize),
+    /// `break`.
+    Break,
+    /// `continue`.
+    Continue,
+    /// `return`.
+    Return(Option<ExprId>),
+}
+
+/// A loop.
+#[derive(Clone, Debug)]
+pub struct Loop {
+    /// What is done before.
+    pub init: Option<StmtId>,
+    /// Goes on while it holds; for ever where there is none.
+    pub cond: Option<ExprId>,
+    /// The condition is tested after the body only.
+    pub body_first: bool,
+    /// What is done after each iteration.
+    pub step: Option<ExprId>,
+    /// What is repeated.
+    pub body: StmtId,
+    /// A pragma asks for the array.
+    pub kernel: bool,
+    /// How often a pragma repeats the body.
+    pub unroll: u32,
+    /// How often it runs, where that is plain.
+    pub trip: Option<u32>,
+}
+
+/// A `switch`.
+#[derive(Clone, Debug)]
+pub struct Switch {
+    /// What is compared.
+    pub value: ExprId,
+    /// Values with the number of the label they go to.
+    pub cases: Vec<(u32, usize)>,
+    /// The label of all other values.
+    pub default: Option<usize>,
+    /// How many labels there are.
+    pub labels: usize,
+    /// The statements.
+    pub body: StmtId,
+}
