@@ -55,6 +55,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     let progress = Progress::steps("rendering", u64::from(image.tiles));
     let options = system::Options {
         max_cycles: MAX_CYCLES,
+        sram_image: &program.image,
         kernel_names: program.kernels.values().map(|k| k.dfg.name.clone()).collect(),
         progress: &mut |p| progress.at(u64::from(p.tiles)),
         cancelled: &talk::interrupted,

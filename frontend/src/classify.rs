@@ -10,10 +10,10 @@ use crate::token::{Fixed, Tok, Token};
 use std::collections::HashMap;
 
 /// Depth of brackets.
-pub const MAX_BRACKETS: usize = 256;
+pub(crate) const MAX_BRACKETS: usize = 256;
 
 /// Types that are known without a declaration.
-pub const BUILT_IN: [&str; 2] = ["float4", "int4"];
+pub(crate) const BUILT_IN: [&str; 2] = ["float4", "int4"];
 
 /// Turns identifiers that name types into [`Tok::TypeName`]. Where brackets nest too deep the
 /// tokens end, and a message says so.
@@ -172,7 +172,11 @@ impl Reader {
             At::Start => {
                 let label = frame.holds == Holds::Block && after == Some(Colon);
                 let starts = is_type && !label;
-                frame.at = if starts { At::Specs { named: true } } else { At::Expr };
+                frame.at = if starts {
+                    At::Specs { named: true }
+                } else {
+                    At::Expr
+                };
                 frame.declaration = starts;
                 starts
             }
@@ -196,7 +200,9 @@ impl Reader {
     /// Whether the innermost brackets are a declarator's, of a parameter.
     fn in_params(&self) -> bool {
         let mut outer = self.frames.iter().rev();
-        self.frames.last().is_some_and(|f| f.holds == Holds::Declarator)
+        self.frames
+            .last()
+            .is_some_and(|f| f.holds == Holds::Declarator)
             && outer
                 .find(|f| f.holds != Holds::Declarator)
                 .is_some_and(|f| f.holds == Holds::Params)
@@ -252,7 +258,11 @@ impl Reader {
             LBrace => self.open_brace(),
             RParen | RBracket | RBrace => self.close(),
             Semicolon => {
-                let at = if frame.holds == Holds::For { At::Expr } else { At::Start };
+                let at = if frame.holds == Holds::For {
+                    At::Expr
+                } else {
+                    At::Start
+                };
                 frame.restart(at);
                 self.end_loops();
             }
@@ -370,7 +380,11 @@ impl Reader {
                 self.end_loops();
             }
             Holds::Params => {
-                let scope = if closed.scoped { self.scopes.pop() } else { None };
+                let scope = if closed.scoped {
+                    self.scopes.pop()
+                } else {
+                    None
+                };
                 let mut names: Vec<Name> = scope.into_iter().flat_map(|s| s.into_keys()).collect();
                 names.sort();
                 outer.params.get_or_insert(names);

@@ -516,5 +516,8 @@ fn words(quals: Quals, own: bool) -> String {
         (quals.volatile, "volatile "),
         (quals.restrict && own, "restrict "),
     ];
-    list.iter().filter(|(on, _)| *on).map(|(_, word)| *word).collect()
+    list.iter()
+        .filter(|(on, _)| *on)
+        .map(|(_, word)| *word)
+        .collect()
 }

@@ -86,16 +86,20 @@ fn float(lower: &str, hex: bool) -> Result<FloatConst, Bad> {
         }
     } else {
         let c_digits = |c: char| c.is_ascii_digit() || matches!(c, '.' | 'e' | '+' | '-');
-        let ends = digits.chars().last().is_some_and(|c| c.is_ascii_digit() || c == '.');
+        let ends = digits
+            .chars()
+            .last()
+            .is_some_and(|c| c.is_ascii_digit() || c == '.');
         match (digits.parse::<f32>(), digits.parse::<f64>()) {
             (Ok(single), Ok(double)) if digits.chars().all(c_digits) && ends => (single, double),
             _ => return malformed(),
         }
     };
     match suffix {
-        'f' if single.is_infinite() => {
-            bad(CONSTANT_RANGE, format!("`{lower}` is too large for a float"))
-        }
+        'f' if single.is_infinite() => bad(
+            CONSTANT_RANGE,
+            format!("`{lower}` is too large for a float"),
+        ),
         'f' => Ok(FloatConst::Single(single.to_bits())),
         'l' => Ok(FloatConst::LongDouble(double.to_bits())),
         _ => Ok(FloatConst::Double(double.to_bits())),

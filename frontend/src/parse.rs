@@ -12,13 +12,7 @@ use crate::token::{Tok, Token, tokens};
 use lalrpop_util::{ErrorRecovery, ParseError};
 use srp_archdesc::diagnostic::{Diagnostic, Source, Span};
 
-#[allow(
-    missing_docs,
-    unreachable_pub,
-    unused,
-    clippy::all,
-    clippy::pedantic
-)]
+#[allow(missing_docs, unreachable_pub, unused, clippy::all, clippy::pedantic)]
 mod grammar {
     lalrpop_util::lalrpop_mod!(pub file, "/grammar.rs");
     pub use file::*;
@@ -112,7 +106,15 @@ fn explain(
             Some(sources.also(message, after, "`;` missing here?"))
         }
         (_, Some(before)) => match &before.tok {
-            Tok::Ident(name) if matches!(token, Some(Token { tok: Tok::Ident(_), .. })) => {
+            Tok::Ident(name)
+                if matches!(
+                    token,
+                    Some(Token {
+                        tok: Tok::Ident(_),
+                        ..
+                    })
+                ) =>
+            {
                 Some(message.help(format!("`{name}` is not known as a type")))
             }
             _ => Some(message),
@@ -125,7 +127,11 @@ fn explain(
 fn wanted(expected: &[String]) -> Option<&'static str> {
     let has = |name: &str| expected.iter().any(|e| e.trim_matches('"') == name);
     if has("integer") {
-        return Some(if has("while") { "a statement" } else { "an expression" });
+        return Some(if has("while") {
+            "a statement"
+        } else {
+            "an expression"
+        });
     }
     let single = [
         (";", "`;`"),

@@ -1,4 +1,4 @@
-//! The checked program: what [`check`](crate::check) makes and [`lower`](crate::lower) takes.
+//! The checked program: what [`check`](crate::check()) makes and [`lower`](crate::lower()) takes.
 //!
 //! Every name is resolved, every conversion explicit, every operand of the type that its operator
 //! wants. Operators have C's meaning; which opcodes they become is the lowering's business.

@@ -113,6 +113,8 @@ impl std::error::Error for Trap {}
 /// One simulated SRP, ready to run from its entry.
 pub trait Core {
     /// Runs at most `budget` (≥ 1) cycles, as long as they are of one kind. Stops after a cycle in
-    /// which the bus stalled. The same program gives the same cycles however they are cut.
+    /// which the bus stalled, and before a cycle that would talk to a port, unless that is the
+    /// first: so the bus knows when ports are talked to, and a wait is one cycle long. The same
+    /// program gives the same cycles however they are cut.
     fn run(&mut self, bus: &mut dyn Bus, budget: u64) -> Result<Run, Trap>;
 }

@@ -10,7 +10,7 @@ use std::fmt;
 use glam::Vec3;
 use srp_archdesc::Arch;
 
-use crate::bvh::{self, Bvh, Layout};
+use crate::bvh::{self, Bvh, Layout, TreeImage};
 use crate::memory::{BASE, MAX_BYTES, SystemMemory};
 use crate::scene::{Camera, MAX_COORDINATE, Material, Scene, Triangle};
 use crate::tni::{Tree, arithmetic};
@@ -188,95 +188,105 @@ pub fn build(
         triangle_bytes: tni.triangle_bytes,
     };
     let tree = bvh::lay_out(bvh, &scene.triangles, layout);
-    let (tile_width, tile_height) = tile_size(arch.system.buffers.rays);
-    let (tiles_x, tiles_y) = (width.div_ceil(tile_width), height.div_ceil(tile_height));
-    let (stride, rows) = (tiles_x * tile_width, tiles_y * tile_height);
-
-    let count = scene.triangles.len() as u64;
-    let mut end = u64::from(BASE);
-    let mut part = |bytes: u64| {
-        let start = end;
-        end = (end + bytes).next_multiple_of(64);
-        start
-    };
-    let header = part(u64::from(SCENE_BYTES));
-    let materials = part(scene.materials.len() as u64 * u64::from(MATERIAL_BYTES));
-    let nodes = part(tree.nodes.len() as u64);
-    let records = part(tree.triangles.len() as u64);
-    let triangles = part(count * u64::from(TRIANGLE_BYTES));
-    let texcoords = part(count * u64::from(TEXCOORDS_BYTES));
-    let framebuffer = part(u64::from(stride) * u64::from(rows) * 4);
-    let bytes = end - u64::from(BASE);
-    if bytes > MAX_BYTES as u64 {
-        return Err(ImageError::TooLarge { bytes });
+    let tiling = Tiling::of((width, height), arch.system.buffers.rays);
+    let parts = Parts::of(scene, &tree, &tiling)?;
+    let mut image = Bytes(vec![0; (parts.end - u64::from(BASE)) as usize]);
+    image.put(parts.nodes, &tree.nodes);
+    image.put(parts.records, &tree.triangles);
+    for (i, material) in (0..).zip(&scene.materials) {
+        image.material(parts.materials + i * u64::from(MATERIAL_BYTES), material);
     }
-
-    let mut image = Bytes(vec![0; bytes as usize]);
-    image.put(nodes, &tree.nodes);
-    image.put(records, &tree.triangles);
-    for (i, material) in scene.materials.iter().enumerate() {
-        image.material(materials + i as u64 * u64::from(MATERIAL_BYTES), material);
-    }
-    for (i, triangle) in scene.triangles.iter().enumerate() {
-        let i = i as u64;
-        image.triangle(triangles + i * u64::from(TRIANGLE_BYTES), triangle);
-        image.texcoords(texcoords + i * u64::from(TEXCOORDS_BYTES), triangle);
+    for (i, triangle) in (0..).zip(&scene.triangles) {
+        image.triangle(parts.triangles + i * u64::from(TRIANGLE_BYTES), triangle);
+        image.texcoords(parts.texcoords + i * u64::from(TEXCOORDS_BYTES), triangle);
     }
     let widening = arithmetic::widening(arch.precision.rcp);
-    let fan = camera.ray_fan(width, height);
-    let mut at = Structure {
-        image: &mut image,
-        address: header,
-        fields: SCENE,
-    };
-    at.vector("eye", camera.position, 1.0f32.to_bits());
-    at.vector("corner", fan.corner, 0);
-    at.vector("right", fan.right, 0);
-    at.vector("down", fan.down, 0);
-    at.vector("background", Vec3::from(scene.background), 0);
-    at.vector("ambient", Vec3::from(scene.ambient), 0);
-    let light = scene.lights.first();
-    let (position, colour) = light.map_or((Vec3::ZERO, [0.0; 3]), |l| (l.position, l.colour));
-    at.vector("light", position, 1.0f32.to_bits());
-    at.vector("colour", Vec3::from(colour), 0);
-    for (name, word) in [
-        ("width", width),
-        ("height", height),
-        ("tile_width", tile_width),
-        ("tile_height", tile_height),
-        ("tiles_x", tiles_x),
-        ("tiles_y", tiles_y),
-        ("stride", stride),
-        ("framebuffer", framebuffer as u32),
-        ("triangles", triangles as u32),
-        ("triangle_count", count as u32),
-        ("materials", materials as u32),
-        ("material_count", scene.materials.len() as u32),
-        ("texcoords", texcoords as u32),
-        ("light_count", u32::from(light.is_some())),
-        ("widening", widening.to_bits()),
-        ("far", FAR.to_bits()),
-        ("offset", OFFSET.to_bits()),
-    ] {
-        at.word(name, word);
-    }
+    image.header(scene, camera, &parts, &tiling, widening);
+    let framebuffer = parts.framebuffer as u32;
     Ok(SceneImage {
-        memory: SystemMemory::new(image.0).writable_from(framebuffer as u32),
+        memory: SystemMemory::new(image.0).writable_from(framebuffer),
         tree: Tree {
             root: tree.root,
-            nodes: nodes as u32,
-            triangles: records as u32,
+            nodes: parts.nodes as u32,
+            triangles: parts.records as u32,
         },
         frame: FrameBuffer {
-            address: framebuffer as u32,
+            address: framebuffer,
             width,
             height,
-            stride,
-            rows,
+            stride: tiling.stride(),
+            rows: tiling.rows(),
         },
-        tiles: tiles_x * tiles_y,
+        tiles: tiling.across * tiling.down,
         widening,
     })
+}
+
+/// How a frame is divided into tiles.
+struct Tiling {
+    frame: (u32, u32),
+    tile: (u32, u32),
+    across: u32,
+    down: u32,
+}
+
+impl Tiling {
+    fn of(frame: (u32, u32), rays: u32) -> Tiling {
+        let tile = tile_size(rays);
+        Tiling {
+            frame,
+            tile,
+            across: frame.0.div_ceil(tile.0),
+            down: frame.1.div_ceil(tile.1),
+        }
+    }
+
+    fn stride(&self) -> u32 {
+        self.across * self.tile.0
+    }
+
+    fn rows(&self) -> u32 {
+        self.down * self.tile.1
+    }
+}
+
+/// Addresses of the parts of system memory, and of what is behind the last.
+struct Parts {
+    header: u64,
+    materials: u64,
+    nodes: u64,
+    records: u64,
+    triangles: u64,
+    texcoords: u64,
+    framebuffer: u64,
+    end: u64,
+}
+
+impl Parts {
+    fn of(scene: &Scene, tree: &TreeImage, tiling: &Tiling) -> Result<Parts, ImageError> {
+        let count = scene.triangles.len() as u64;
+        let mut end = u64::from(BASE);
+        let mut part = |bytes: u64| {
+            let start = end;
+            end = (end + bytes).next_multiple_of(64);
+            start
+        };
+        let parts = Parts {
+            header: part(u64::from(SCENE_BYTES)),
+            materials: part(scene.materials.len() as u64 * u64::from(MATERIAL_BYTES)),
+            nodes: part(tree.nodes.len() as u64),
+            records: part(tree.triangles.len() as u64),
+            triangles: part(count * u64::from(TRIANGLE_BYTES)),
+            texcoords: part(count * u64::from(TEXCOORDS_BYTES)),
+            framebuffer: part(u64::from(tiling.stride()) * u64::from(tiling.rows()) * 4),
+            end: part(0),
+        };
+        let bytes = parts.end - u64::from(BASE);
+        match bytes > MAX_BYTES as u64 {
+            true => Err(ImageError::TooLarge { bytes }),
+            false => Ok(parts),
+        }
+    }
 }
 
 // Every hit a ray can have is nearer than FAR for a direction of length 1.
@@ -289,6 +299,53 @@ impl Bytes {
     fn put(&mut self, address: u64, bytes: &[u8]) {
         let start = (address - u64::from(BASE)) as usize;
         self.0[start..start + bytes.len()].copy_from_slice(bytes);
+    }
+
+    fn header(
+        &mut self,
+        scene: &Scene,
+        camera: &Camera,
+        parts: &Parts,
+        tiling: &Tiling,
+        widening: f32,
+    ) {
+        let mut at = Structure {
+            image: self,
+            address: parts.header,
+            fields: SCENE,
+        };
+        let fan = camera.ray_fan(tiling.frame.0, tiling.frame.1);
+        at.vector("eye", camera.position, 1.0f32.to_bits());
+        at.vector("corner", fan.corner, 0);
+        at.vector("right", fan.right, 0);
+        at.vector("down", fan.down, 0);
+        at.vector("background", Vec3::from(scene.background), 0);
+        at.vector("ambient", Vec3::from(scene.ambient), 0);
+        let light = scene.lights.first();
+        let (position, colour) = light.map_or((Vec3::ZERO, [0.0; 3]), |l| (l.position, l.colour));
+        at.vector("light", position, 1.0f32.to_bits());
+        at.vector("colour", Vec3::from(colour), 0);
+        for (name, word) in [
+            ("width", tiling.frame.0),
+            ("height", tiling.frame.1),
+            ("tile_width", tiling.tile.0),
+            ("tile_height", tiling.tile.1),
+            ("tiles_x", tiling.across),
+            ("tiles_y", tiling.down),
+            ("stride", tiling.stride()),
+            ("framebuffer", parts.framebuffer as u32),
+            ("triangles", parts.triangles as u32),
+            ("triangle_count", scene.triangles.len() as u32),
+            ("materials", parts.materials as u32),
+            ("material_count", scene.materials.len() as u32),
+            ("texcoords", parts.texcoords as u32),
+            ("light_count", u32::from(light.is_some())),
+            ("widening", widening.to_bits()),
+            ("far", FAR.to_bits()),
+            ("offset", OFFSET.to_bits()),
+        ] {
+            at.word(name, word);
+        }
     }
 
     fn material(&mut self, address: u64, m: &Material) {

@@ -214,6 +214,7 @@ fn frame(
         .expect("a small scene fits in memory");
     let options = Options {
         max_cycles: 1_000_000_000,
+        sram_image: b"data",
         kernel_names: vec!["primary".to_owned()],
         progress: &mut |_| {},
         cancelled: &|| false,
@@ -337,6 +338,8 @@ fn what_cannot_be_done_is_said() {
 #[test]
 fn only_the_frame_buffer_can_be_written() {
     let engine = |bus: &mut dyn Bus| {
+        assert_eq!(bus.sram().len(), 240 << 10);
+        assert_eq!(bus.sram()[..6], *b"data\0\0");
         let lanes = bus
             .cached_load(BASE + 144, 16)
             .expect("the header is mapped");
@@ -392,6 +395,7 @@ fn frames_stop_when_told() {
         &arch,
         Options {
             max_cycles: u64::MAX,
+            sram_image: &[],
             kernel_names: Vec::new(),
             progress: &mut |_| told += 1,
             cancelled: &|| true,
@@ -405,6 +409,7 @@ fn frames_stop_when_told() {
         &arch,
         Options {
             max_cycles: 100_000,
+            sram_image: &[],
             kernel_names: Vec::new(),
             progress: &mut |_| {},
             cancelled: &|| false,

@@ -28,7 +28,7 @@ int main(void)
     bad += fixed[2] != 'c' || sizeof open != 20 || open[1] != 10 || open[2] != 20 || open[4] != 40;
     bad += open[0] || open[3];
     bad += local[0] != 1 || local[1] != 2 || local[2] || local[3] || local[4];
-    bad += corners(2, cube) != 3826;
+    bad += corners(2, cube) != 3801;
     bad += sizeof word != 3 || sizeof grid[0] != 16 || sizeof grid / sizeof *grid != 3;
     grid[2][3] = 5;
     bad += *(*(grid + 2) + 3) != 5;

@@ -2,6 +2,7 @@
 #define T10(x) x x x x x x x x x x
 #define T100(x) T10(T10(x))
 #define T1000(x) T10(T100(x))
+#define COMMA , one, n
 static int zero(void) { return 0; }
 
 int main(void)
@@ -20,7 +21,7 @@ int main(void)
     f = f T1000(+ one);
     bad += f != 1000.0f;
     bad += p T1000(+ one) != (unsigned char *)1000;
-    n = (0 T1000(, n = one));
+    n = (0 T10(COMMA) T10(COMMA), n = one);
     bad += n != 1;
     n = 1 T1000(== one);
     bad += n != 1;

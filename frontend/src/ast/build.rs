@@ -104,7 +104,8 @@ impl<'a> Builder<'a> {
 
     fn too_deep(&mut self, what: &str, span: Span) {
         let text = format!("{what} nest deeper than {MAX_DEPTH} levels");
-        self.messages.push(self.sources.error(LIMIT, span, text, ""));
+        self.messages
+            .push(self.sources.error(LIMIT, span, text, ""));
     }
 
     /// Adds a statement of the tokens from `l` to `r` above these.

@@ -119,7 +119,11 @@ impl Printer<'_> {
                         self.derived(&param.declarator);
                         self.specs(&param.specs);
                     }
-                    self.out.push_str(if params.variadic { ", ...) to " } else { ") to " });
+                    self.out.push_str(if params.variadic {
+                        ", ...) to "
+                    } else {
+                        ") to "
+                    });
                 }
             }
         }

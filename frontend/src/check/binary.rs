@@ -73,7 +73,11 @@ impl Checker<'_> {
                 let left = self.require_scalar(left, &what);
                 let right = self.value(right);
                 let right = self.require_scalar(right, &what);
-                self.make(ExprKind::Logical(or, left, right), self.types.known.int, span)
+                self.make(
+                    ExprKind::Logical(or, left, right),
+                    self.types.known.int,
+                    span,
+                )
             }
             Kind::Comma => {
                 let right = self.value(right);
@@ -175,10 +179,11 @@ impl Checker<'_> {
             (BinaryOp::Sub, (true, true)) => return self.distance(l, r, span),
             _ => return self.no_operator(op, lt, rt, span),
         }
-        if let BinaryOp::Shl | BinaryOp::Shr = binary {
-            if self.types.is_integer(lt) && self.types.is_integer(rt) {
-                return self.shift(binary, l, r, span);
-            }
+        if let BinaryOp::Shl | BinaryOp::Shr = binary
+            && self.types.is_integer(lt)
+            && self.types.is_integer(rt)
+        {
+            return self.shift(binary, l, r, span);
         }
         let Some((l, r, ty)) = self.balance(op, l, r, span) else {
             return self.error_value(span);

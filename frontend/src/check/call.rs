@@ -48,7 +48,11 @@ fn operation(name: &str) -> Option<Operation> {
     };
     let op = Opcode::parse(base).filter(usable)?;
     let vector = has(op, Kind::V);
-    let fits = if float { !vector && has(op, Kind::W) } else { vector };
+    let fits = if float {
+        !vector && has(op, Kind::W)
+    } else {
+        vector
+    };
     fits.then_some(Operation::Opcode(op, float))
 }
 
@@ -59,12 +63,7 @@ fn unsigned_result(op: Opcode) -> bool {
 }
 
 impl Checker<'_> {
-    pub(super) fn call(
-        &mut self,
-        callee: ast::ExprId,
-        args: &[ast::ExprId],
-        span: Span,
-    ) -> ExprId {
+    pub(super) fn call(&mut self, callee: ast::ExprId, args: &[ast::ExprId], span: Span) -> ExprId {
         if let ast::ExprKind::Name(name) = &self.unit.exprs[callee].kind {
             let known = self.lookup(name).is_some();
             if let (false, Some(operation)) = (known, name.strip_prefix("__srp_")) {
@@ -187,9 +186,8 @@ impl Checker<'_> {
             return None;
         }
         let pairs = values.iter().zip(types).enumerate();
-        let operands = pairs.map(|(i, (&value, &ty))| {
-            self.assign_to(value, ty, &format!("argument {}", i + 1))
-        });
+        let operands = pairs
+            .map(|(i, (&value, &ty))| self.assign_to(value, ty, &format!("argument {}", i + 1)));
         Some(operands.collect())
     }
 
@@ -226,7 +224,11 @@ impl Checker<'_> {
                 (constants, values)
             }
         };
-        let limit = if info.class == Class::Io { i32::MAX as u32 } else { 3 };
+        let limit = if info.class == Class::Io {
+            i32::MAX as u32
+        } else {
+            3
+        };
         let mut imm = 0;
         for (i, &constant) in constants.iter().enumerate() {
             match self.const_value(constant) {

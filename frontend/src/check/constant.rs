@@ -85,9 +85,7 @@ pub(super) fn fold(
         },
         ExprKind::Complement(a) => Some(!known(a)?),
         ExprKind::LogicalNot(a) => Some(u32::from(!truth(known(a)?, type_of(a)))),
-        ExprKind::Binary(op, l, r) => {
-            binary(*op, Class::of(types.get(ty)), known(l)?, known(r)?)
-        }
+        ExprKind::Binary(op, l, r) => binary(*op, Class::of(types.get(ty)), known(l)?, known(r)?),
         ExprKind::Compare(relation, l, r) => {
             let class = Class::of(type_of(l));
             if class.is_vector() {
@@ -103,9 +101,7 @@ pub(super) fn fold(
             (false, false) => Some(0),
             _ => Some(u32::from(truth(known(r)?, type_of(r)))),
         },
-        ExprKind::Conditional(c, a, b) => {
-            known(if truth(known(c)?, type_of(c)) { a } else { b })
-        }
+        ExprKind::Conditional(c, a, b) => known(if truth(known(c)?, type_of(c)) { a } else { b }),
         ExprKind::Offset(p, i, scale) => {
             let offset = known(i)?.wrapping_mul(*scale as u32);
             Some(known(p)?.wrapping_add(offset))
@@ -222,16 +218,14 @@ impl Checker<'_> {
         match &self.body.places[place].kind {
             PlaceKind::Object(object) => Some(Constant::Address(Address::Object(*object), 0)),
             PlaceKind::Deref(pointer) => self.constant_at(*pointer, depth + 1),
-            PlaceKind::Member(outer, offset) => {
-                match self.constant_address(*outer, depth + 1)? {
-                    Constant::Address(address, more) => {
-                        let offset = more.wrapping_add_unsigned(*offset);
-                        Some(Constant::Address(address, offset))
-                    }
-                    Constant::Word(base) => Some(Constant::Word(base.wrapping_add(*offset))),
-                    Constant::Vector(_) => None,
+            PlaceKind::Member(outer, offset) => match self.constant_address(*outer, depth + 1)? {
+                Constant::Address(address, more) => {
+                    let offset = more.wrapping_add_unsigned(*offset);
+                    Some(Constant::Address(address, offset))
                 }
-            }
+                Constant::Word(base) => Some(Constant::Word(base.wrapping_add(*offset))),
+                Constant::Vector(_) => None,
+            },
             _ => None,
         }
     }

@@ -146,17 +146,13 @@ impl Checker<'_> {
         if self.types.pointee(to).is_some() {
             return self.assign_pointer(e, to, what);
         }
-        if let (Type::Record(_), Type::Record(_)) = (self.types.get(from), self.types.get(to)) {
-            if self.types.compatible(from, to) {
-                return e;
-            }
+        if let (Type::Record(_), Type::Record(_)) = (self.types.get(from), self.types.get(to))
+            && self.types.compatible(from, to)
+        {
+            return e;
         }
         let span = self.span(e);
-        let text = format!(
-            "{what} is {}, not {}",
-            self.show(to),
-            self.show(from)
-        );
+        let text = format!("{what} is {}, not {}", self.show(to), self.show(from));
         let message = self.sources.error(CONVERSION, span, text, "");
         let message = match self.conversion_help(from, to) {
             Some(help) => message.help(help),
@@ -191,7 +187,8 @@ impl Checker<'_> {
             return self.convert(e, to);
         }
         let (from, span) = (self.ty(e), self.span(e));
-        let (Some(source), Some(target)) = (self.types.pointee(from), self.types.pointee(to)) else {
+        let (Some(source), Some(target)) = (self.types.pointee(from), self.types.pointee(to))
+        else {
             let text = format!("{what} is {}, not {}", self.show(to), self.show(from));
             let help = match self.types.is_integer(from) {
                 true => "a cast makes a pointer of an integer",
@@ -209,17 +206,13 @@ impl Checker<'_> {
         let void = self.types.known.void;
         let either_void = source.ty == void || target.ty == void;
         let functions = self.is_function(source.ty) || self.is_function(target.ty);
-        if !(either_void && !functions) && !self.types.compatible(source.ty, target.ty) {
+        if (!either_void || functions) && !self.types.compatible(source.ty, target.ty) {
             let text = format!("{what} is {}, not {}", self.show(to), self.show(from));
             self.error_help(CONVERSION, span, text, "a cast converts between pointers");
             return self.error_value(span);
         }
         if !target.quals.covers(source.quals) {
-            let text = format!(
-                "{} loses qualifiers as {}",
-                self.show(from),
-                self.show(to)
-            );
+            let text = format!("{} loses qualifiers as {}", self.show(from), self.show(to));
             self.warning(DISCARDED_QUALIFIER, span, text);
         }
         self.convert(e, to)

@@ -1,8 +1,10 @@
 //! Types from specifiers and declarators.
 
 use super::{Checker, Symbol};
-use crate::ast::{Declarator, Derived, Param, Params, Qualifier, Spec, Specs, Storage, TypeKeyword};
 use crate::ast;
+use crate::ast::{
+    Declarator, Derived, Param, Params, Qualifier, Spec, Specs, Storage, TypeKeyword,
+};
 use crate::ctype::{self, MAX_TYPE_DEPTH, QualType, Quals, Signature, Type, TypeId};
 use crate::message::{BAD_TYPE, DECLARATION, LIMIT, SPECIFIERS, UNDECLARED, UNSUPPORTED};
 use srp_archdesc::diagnostic::Span;
@@ -256,7 +258,10 @@ impl Checker<'_> {
     pub(super) fn params<'p>(&mut self, params: &'p Params) -> Vec<(QualType, &'p Param)> {
         if let [only] = params.list.as_slice() {
             let nothing = only.declarator.derived.is_empty() && only.declarator.name.is_none();
-            let void = matches!(only.specs.list.as_slice(), [(Spec::Keyword(TypeKeyword::Void), _)]);
+            let void = matches!(
+                only.specs.list.as_slice(),
+                [(Spec::Keyword(TypeKeyword::Void), _)]
+            );
             if nothing && void {
                 return Vec::new();
             }
@@ -300,7 +305,10 @@ impl Checker<'_> {
         }
         let text = match self.types.get(ty) {
             Type::Array(..) => format!("{what} needs the length of its array"),
-            _ => format!("{what} cannot be {}, which has no known size", self.show(ty)),
+            _ => format!(
+                "{what} cannot be {}, which has no known size",
+                self.show(ty)
+            ),
         };
         self.error(BAD_TYPE, span, text, "");
         false

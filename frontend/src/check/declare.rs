@@ -5,9 +5,7 @@ use super::link::Definition;
 use super::{Checker, Context, Scope, Symbol};
 use crate::ast::{self, Derived, InitDeclarator, Storage};
 use crate::ctype::{QualType, Type, TypeId};
-use crate::message::{
-    BAD_TYPE, DECLARATION, MISSING_RETURN, REDECLARED, STATIC_ASSERT,
-};
+use crate::message::{BAD_TYPE, DECLARATION, MISSING_RETURN, REDECLARED, STATIC_ASSERT};
 use crate::source::Name;
 use crate::typed::*;
 use srp_archdesc::diagnostic::Span;
@@ -32,7 +30,9 @@ impl Checker<'_> {
     pub(super) fn declaration(&mut self, declaration: &ast::Declaration) -> Vec<StmtId> {
         let base = self.specs(&declaration.specs, declaration.declarators.is_empty());
         let items = declaration.declarators.iter();
-        items.filter_map(|item| self.declarator(base, item)).collect()
+        items
+            .filter_map(|item| self.declarator(base, item))
+            .collect()
     }
 
     fn declarator(&mut self, base: Base, item: &InitDeclarator) -> Option<StmtId> {
@@ -254,13 +254,7 @@ impl Checker<'_> {
         }
     }
 
-    fn define_object(
-        &mut self,
-        object: ObjectId,
-        name: &str,
-        init: &ast::Initialiser,
-        span: Span,
-    ) {
+    fn define_object(&mut self, object: ObjectId, name: &str, init: &ast::Initialiser, span: Span) {
         let ty = self.objects[object].ty;
         let definition = Definition {
             span,
@@ -313,8 +307,8 @@ impl Checker<'_> {
             self.error(DECLARATION, span, text, "");
         }
         // An `inline` function without `extern` is one of its source alone.
-        let internal = storage == Some(Storage::Static)
-            || inline && storage != Some(Storage::Extern);
+        let internal =
+            storage == Some(Storage::Static) || inline && storage != Some(Storage::Extern);
         let function = match self.earlier(name, internal) {
             Some((Symbol::Function(function), before)) => {
                 let old = self.functions[function].ty;
@@ -372,7 +366,12 @@ impl Checker<'_> {
             base.storage
         {
             let word = format!("{storage:?}").to_lowercase();
-            self.error(DECLARATION, at, format!("a function cannot be `{word}`"), "");
+            self.error(
+                DECLARATION,
+                at,
+                format!("a function cannot be `{word}`"),
+                "",
+            );
         }
         let known = match self.types.get(ty.ty) {
             Type::Function(signature) => Some(signature.result),

@@ -31,7 +31,12 @@ impl Checker<'_> {
             }
             K::Float(_) => {
                 let text = "`double` constants are not supported";
-                self.error_help(UNSUPPORTED, span, text, "write it with `f` at the end: `0.5f`");
+                self.error_help(
+                    UNSUPPORTED,
+                    span,
+                    text,
+                    "write it with `f` at the end: `0.5f`",
+                );
                 self.error_value(span)
             }
             K::Char(value) => self.int_const(*value as u32, self.types.known.int, span),
@@ -108,7 +113,12 @@ impl Checker<'_> {
                 self.error_value(span)
             }
             Err(_) => {
-                self.error(CONSTANT_RANGE, span, "the constant does not fit in 32 bits", "");
+                self.error(
+                    CONSTANT_RANGE,
+                    span,
+                    "the constant does not fit in 32 bits",
+                    "",
+                );
                 self.error_value(span)
             }
         }
@@ -155,9 +165,7 @@ impl Checker<'_> {
                 self.externals.use_function(function, span);
                 Operand::Function(function, span)
             }
-            Some((Symbol::Constant(bits, ty), _)) => {
-                Operand::Value(self.int_const(bits, ty, span))
-            }
+            Some((Symbol::Constant(bits, ty), _)) => Operand::Value(self.int_const(bits, ty, span)),
             Some((Symbol::Typedef(_), at)) => {
                 let text = format!("`{name}` is a type, not a value");
                 let message = self.sources.error(OPERANDS, span, text, "");
@@ -258,10 +266,10 @@ impl Checker<'_> {
                 QualType::plain(self.types.known.error)
             }
         };
-        if let ExprKind::AddressOf(place) = self.body.exprs[pointer].kind {
-            if self.body.places[place].ty == target {
-                return place;
-            }
+        if let ExprKind::AddressOf(place) = self.body.exprs[pointer].kind
+            && self.body.places[place].ty == target
+        {
+            return place;
         }
         let complete = self.types.size(target.ty).is_some();
         let function = matches!(self.types.get(target.ty), Type::Function(_));
@@ -278,7 +286,10 @@ impl Checker<'_> {
         let ty = if float { known.float } else { known.int };
         let index = self.value(i);
         if !self.types.is_integer(self.ty(index)) {
-            let text = format!("a lane number is an integer, not {}", self.show(self.ty(index)));
+            let text = format!(
+                "a lane number is an integer, not {}",
+                self.show(self.ty(index))
+            );
             self.error(OPERANDS, self.span(index), text, "");
             return Operand::Value(self.error_value(span));
         }
@@ -305,14 +316,7 @@ impl Checker<'_> {
         }
     }
 
-    fn member(
-        &mut self,
-        a: ast::ExprId,
-        name: &str,
-        at: Span,
-        arrow: bool,
-        span: Span,
-    ) -> Operand {
+    fn member(&mut self, a: ast::ExprId, name: &str, at: Span, arrow: bool, span: Span) -> Operand {
         let base = if arrow {
             let pointer = self.value(a);
             self.deref(pointer, span)
@@ -513,12 +517,7 @@ impl Checker<'_> {
     }
 
     /// An object made by `(type){ … }`.
-    fn compound_literal(
-        &mut self,
-        ty: QualType,
-        init: &ast::Initialiser,
-        span: Span,
-    ) -> Operand {
+    fn compound_literal(&mut self, ty: QualType, init: &ast::Initialiser, span: Span) -> Operand {
         if self.is_error(ty.ty) {
             return Operand::Value(self.error_value(span));
         }

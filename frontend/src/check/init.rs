@@ -246,7 +246,12 @@ impl Checker<'_> {
 
     /// The number of the part that a designator names, and whether the designator is used up (it
     /// is not by an anonymous member).
-    fn designated(&mut self, ty: TypeId, designator: &Designator, span: Span) -> Option<(u32, bool)> {
+    fn designated(
+        &mut self,
+        ty: TypeId,
+        designator: &Designator,
+        span: Span,
+    ) -> Option<(u32, bool)> {
         match (designator, self.types.get(ty).clone()) {
             (Designator::Index(e), Type::Array(_, length)) => {
                 let (index, _) = self.const_int(*e, "the index")?;
@@ -262,14 +267,15 @@ impl Checker<'_> {
                 Some((index, true))
             }
             (Designator::Member(name, at), Type::Record(record)) => {
-                let fields = self.types.records[record].fields.clone().unwrap_or_default();
+                let fields = self.types.records[record]
+                    .fields
+                    .clone()
+                    .unwrap_or_default();
                 for (i, field) in fields.iter().enumerate() {
                     let inner = self.types.get(field.ty.ty);
                     match (&field.name, inner) {
                         (Some(found), _) if found == name => return Some((i as u32, true)),
-                        (None, Type::Record(inner))
-                            if self.types.field(*inner, name).is_some() =>
-                        {
+                        (None, Type::Record(inner)) if self.types.field(*inner, name).is_some() => {
                             return Some((i as u32, false));
                         }
                         _ => {}
@@ -300,10 +306,7 @@ impl Checker<'_> {
     ) -> u32 {
         let (mut index, mut reached) = (0u32, 0u32);
         let mut path = path;
-        loop {
-            let Some((_, init)) = list.current() else {
-                break;
-            };
+        while let Some((_, init)) = list.current() {
             if path.is_empty() && !list.path().is_empty() {
                 if !braced {
                     break;
@@ -407,7 +410,9 @@ impl Checker<'_> {
                 image.bytes.resize(end as usize, 0);
             }
             let range = offset as usize..end as usize;
-            image.addresses.retain(|(at, ..)| !range.contains(&(*at as usize)));
+            image
+                .addresses
+                .retain(|(at, ..)| !range.contains(&(*at as usize)));
             match self.constant(value) {
                 Some(Constant::Word(bits)) => {
                     let all = bits.to_le_bytes();
@@ -448,7 +453,9 @@ impl Checker<'_> {
         let start = offset as usize;
         image.bytes[start..start + inner.bytes.len()].copy_from_slice(&inner.bytes);
         let shifted = inner.addresses.into_iter();
-        image.addresses.extend(shifted.map(|(at, address, more)| (at + offset, address, more)));
+        image
+            .addresses
+            .extend(shifted.map(|(at, address, more)| (at + offset, address, more)));
         true
     }
 }

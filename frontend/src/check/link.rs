@@ -134,12 +134,13 @@ impl Checker<'_> {
         });
         let ty = self.functions[main].ty;
         let definition = self.externals.functions.get(&main).copied();
-        if let Some(definition) = definition {
-            if *self.types.get(ty) != wanted && !self.is_error(ty) {
-                let text = "`main` takes nothing and returns an `int`";
-                let help = "write `int main(void)`";
-                self.error_help(REDECLARED, definition.span, text, help);
-            }
+        if let Some(definition) = definition
+            && *self.types.get(ty) != wanted
+            && !self.is_error(ty)
+        {
+            let text = "`main` takes nothing and returns an `int`";
+            let help = "write `int main(void)`";
+            self.error_help(REDECLARED, definition.span, text, help);
         }
     }
 

@@ -1,6 +1,6 @@
 //! The type checker: syntax trees to the checked program.
 //!
-//! One [`Checker`] goes over all sources in order, keeping what has external linkage. Every error
+//! One `Checker` goes over all sources in order, keeping what has external linkage. Every error
 //! gives a value of [`Type::Error`], which fits everywhere, so that one mistake makes one message.
 
 mod attribute;
@@ -8,8 +8,8 @@ mod binary;
 mod call;
 mod constant;
 mod convert;
-mod declare;
 mod declarator;
+mod declare;
 mod expr;
 mod init;
 mod link;
@@ -28,11 +28,7 @@ use srp_archdesc::entity::EntityMap;
 use std::collections::{BTreeMap, HashMap};
 
 /// Checks all sources together. `None` where there were errors; `messages` has them.
-pub fn check(
-    units: &[ast::Unit],
-    sources: &SourceMap,
-    messages: &mut Messages,
-) -> Option<Checked> {
+pub fn check(units: &[ast::Unit], sources: &SourceMap, messages: &mut Messages) -> Option<Checked> {
     let empty = ast::Unit::default();
     let mut checker = Checker::new(&empty, sources, messages);
     for (number, unit) in units.iter().enumerate() {
@@ -105,7 +101,6 @@ struct Context {
     assigned: Vec<LocalId>,
 }
 
-
 struct Checker<'a> {
     unit: &'a ast::Unit,
     /// The number of the unit.
@@ -128,11 +123,7 @@ struct Checker<'a> {
 }
 
 impl<'a> Checker<'a> {
-    fn new(
-        unit: &'a ast::Unit,
-        sources: &'a SourceMap,
-        messages: &'a mut Messages,
-    ) -> Checker<'a> {
+    fn new(unit: &'a ast::Unit, sources: &'a SourceMap, messages: &'a mut Messages) -> Checker<'a> {
         Checker {
             unit,
             number: 0,

@@ -104,8 +104,16 @@ impl Checker<'_> {
             }
             let own = self.types.align(ty.ty);
             let bytes = u64::from(self.types.size(ty.ty).unwrap_or(0));
-            let offset = if union { 0 } else { size.next_multiple_of(own.into()) };
-            size = if union { size.max(bytes) } else { offset + bytes };
+            let offset = if union {
+                0
+            } else {
+                size.next_multiple_of(own.into())
+            };
+            size = if union {
+                size.max(bytes)
+            } else {
+                offset + bytes
+            };
             align = align.max(own);
             fields.push(Field {
                 name,
@@ -220,7 +228,11 @@ impl Checker<'_> {
             };
             negative |= value < 0;
             next = value.checked_add(1);
-            self.declare(&constant.name, Symbol::Constant(value as u32, int), constant.span);
+            self.declare(
+                &constant.name,
+                Symbol::Constant(value as u32, int),
+                constant.span,
+            );
         }
         let ty = self.types.int(if negative { Int::Int } else { Int::UInt });
         if let Some((tag, at)) = &spec.tag {

@@ -271,7 +271,10 @@ impl Checker<'_> {
     fn switch(&mut self, e: ast::ExprId, body: ast::StmtId, span: Span) -> (StmtId, bool) {
         let value = self.value(e);
         if !self.types.is_integer(self.ty(value)) {
-            let text = format!("`switch` takes an integer, not {}", self.show(self.ty(value)));
+            let text = format!(
+                "`switch` takes an integer, not {}",
+                self.show(self.ty(value))
+            );
             self.error(STATEMENT, self.span(value), text, "");
         }
         let value = self.promote(value);
@@ -348,7 +351,9 @@ impl Checker<'_> {
             return None;
         };
         if let Some((_, before)) = cases.default {
-            let message = self.sources.error(STATEMENT, span, "a second `default`", "");
+            let message = self
+                .sources
+                .error(STATEMENT, span, "a second `default`", "");
             let message = self.sources.also(message, before, "the first");
             self.messages.push(message);
             return None;

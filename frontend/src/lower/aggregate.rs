@@ -224,9 +224,7 @@ impl Lowering<'_> {
         }
         self.pos = pos;
         let callee = match (callee, target) {
-            (Callee::Function(function), _) => {
-                program::Callee::Func(self.symbols.func(function))
-            }
+            (Callee::Function(function), _) => program::Callee::Func(self.symbols.func(function)),
             (_, target) => {
                 let target = target.expect("the address of an indirect call was computed");
                 program::Callee::Indirect(target, passing.results.clone())

@@ -35,9 +35,7 @@ impl Lowering<'_> {
                 self.pos = expr.pos;
                 self.op_imm(*op, &args, *imm)
             }
-            ExprKind::Convert(a) if *self.checked.types.get(expr.ty) == Type::Bool => {
-                self.pred(*a)
-            }
+            ExprKind::Convert(a) if *self.checked.types.get(expr.ty) == Type::Bool => self.pred(*a),
             _ => {
                 let value = self.value(e);
                 self.pos = expr.pos;
@@ -96,7 +94,9 @@ impl Lowering<'_> {
     fn logical(&mut self, or: bool, e: ExprId) -> Value {
         let operands = self.logical_operands(or, e);
         let join = self.new_block(&[Ty::Pred]);
-        let (last, firsts) = operands.split_last().expect("there are two operands at least");
+        let (last, firsts) = operands
+            .split_last()
+            .expect("there are two operands at least");
         for &operand in firsts {
             let cond = self.pred(operand);
             let decided = self.constant(Bits::Pred(or));
@@ -135,8 +135,9 @@ impl Lowering<'_> {
             ExprKind::LogicalNot(a) => self.branch(*a, other, then),
             ExprKind::Logical(or, ..) => {
                 let operands = self.logical_operands(*or, e);
-                let (last, firsts) =
-                    operands.split_last().expect("there are two operands at least");
+                let (last, firsts) = operands
+                    .split_last()
+                    .expect("there are two operands at least");
                 for &operand in firsts {
                     let next = self.new_block(&[]);
                     match or {

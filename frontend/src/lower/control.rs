@@ -111,7 +111,10 @@ impl Lowering<'_> {
             self.stmt(init);
         }
         let exit = self.new_block(&[]);
-        if data.trip.is_some_and(|trip| trip <= data.unroll && data.unroll > 1) {
+        if data
+            .trip
+            .is_some_and(|trip| trip <= data.unroll && data.unroll > 1)
+        {
             for _ in 0..data.trip.unwrap_or(0) {
                 self.iteration(data, exit);
             }

@@ -290,10 +290,10 @@ impl Lowering<'_> {
             let truth = self.not_zero(value, from);
             return self.op(Opcode::Ptoi, &[truth]);
         }
-        if let (Type::Int(a), Type::Int(b)) = (source, target) {
-            if fits(*a, *b) {
-                return value;
-            }
+        if let (Type::Int(a), Type::Int(b)) = (source, target)
+            && fits(*a, *b)
+        {
+            return value;
         }
         let value = match operator::conversion(source, target) {
             Some(op) => self.op(op, &[value]),

@@ -105,7 +105,10 @@ fn number(checked: &Checked) -> Symbols {
     }
     next = 0;
     for function in checked.functions.keys() {
-        let func = reached.functions.contains(&function).then(|| Func::new(next));
+        let func = reached
+            .functions
+            .contains(&function)
+            .then(|| Func::new(next));
         next += usize::from(func.is_some());
         symbols.functions.push(func);
     }

@@ -49,13 +49,15 @@ impl Preprocessor<'_> {
             line,
             depth: 0,
         };
-        let value = reader.conditional(true).and_then(|value| match reader.peek() {
-            Some(extra) => {
-                let text = format!("`{}` does not belong to the condition", extra.text);
-                Err(Problem(CONDITION, extra.span, text))
-            }
-            None => Ok(value),
-        });
+        let value = reader
+            .conditional(true)
+            .and_then(|value| match reader.peek() {
+                Some(extra) => {
+                    let text = format!("`{}` does not belong to the condition", extra.text);
+                    Err(Problem(CONDITION, extra.span, text))
+                }
+                None => Ok(value),
+            });
         match value {
             Ok(value) => value.bits != 0,
             Err(Problem(code, span, text)) => {

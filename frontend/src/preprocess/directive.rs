@@ -12,7 +12,7 @@ use srp_ir::program::SourceFile;
 use std::rc::Rc;
 
 /// Largest count of `#pragma srp unroll`.
-pub const MAX_UNROLL: u32 = 64;
+pub(crate) const MAX_UNROLL: u32 = 64;
 
 impl Preprocessor<'_> {
     /// Follows the directive `# line`.
@@ -77,11 +77,12 @@ impl Preprocessor<'_> {
         if section.last {
             return self.error(DIRECTIVE, span, "`#elif` after `#else`", "");
         }
-        if !section.done && self.condition(span, rest) {
-            if let Some(section) = self.sections.last_mut() {
-                section.active = true;
-                section.done = true;
-            }
+        if !section.done
+            && self.condition(span, rest)
+            && let Some(section) = self.sections.last_mut()
+        {
+            section.active = true;
+            section.done = true;
         }
     }
 
@@ -149,13 +150,13 @@ impl Preprocessor<'_> {
                 return self.error(MACRO, edge, "`##` needs a token on both sides", "");
             }
         }
-        if let Some(old) = self.macros.get(&name.text) {
-            if !old.same(&made) {
-                let text = format!("`{}` is defined anew with another meaning", name.text);
-                let message = self.sources.warning(MACRO_REDEFINED, name.span, text, "");
-                let message = self.sources.also(message, old.span, "defined before here");
-                self.messages.push(message);
-            }
+        if let Some(old) = self.macros.get(&name.text)
+            && !old.same(&made)
+        {
+            let text = format!("`{}` is defined anew with another meaning", name.text);
+            let message = self.sources.warning(MACRO_REDEFINED, name.span, text, "");
+            let message = self.sources.also(message, old.span, "defined before here");
+            self.messages.push(message);
         }
         self.macros.insert(name.text.clone(), Rc::new(made));
     }

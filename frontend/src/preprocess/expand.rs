@@ -8,7 +8,7 @@ use crate::source::Name;
 use srp_archdesc::diagnostic::Span;
 
 /// Depth of macro calls in arguments of macro calls, and of expansions within expansions.
-pub const MAX_EXPANSIONS: usize = 200;
+pub(crate) const MAX_EXPANSIONS: usize = 200;
 
 /// A macro.
 pub(super) struct Macro {
@@ -265,7 +265,11 @@ impl Preprocessor<'_> {
                     ..token.clone()
                 }]
             } else if let Some(p) = param(token) {
-                let arg = if paste || before_paste { &args[p] } else { &expanded[p] };
+                let arg = if paste || before_paste {
+                    &args[p]
+                } else {
+                    &expanded[p]
+                };
                 let mut arg = arg.clone();
                 if let Some(first) = arg.first_mut() {
                     first.space = token.space;
@@ -300,7 +304,7 @@ impl Preprocessor<'_> {
     }
 
     /// Joins the last token of `out` with the first of `piece`.
-    fn paste(&mut self, out: &mut Vec<PpToken>, piece: &mut Vec<PpToken>, call: Span) {
+    fn paste(&mut self, out: &mut Vec<PpToken>, piece: &mut [PpToken], call: Span) {
         let Some(left) = out.pop() else {
             return;
         };
@@ -363,4 +367,3 @@ fn stringised(arg: &[PpToken]) -> String {
     }
     format!("\"{text}\"")
 }
-

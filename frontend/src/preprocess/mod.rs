@@ -18,10 +18,10 @@ use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
 /// Depth of includes.
-pub const MAX_INCLUDES: usize = 100;
+pub(crate) const MAX_INCLUDES: usize = 100;
 
 /// Tokens that one source file may come to, headers and macros expanded.
-pub const MAX_TOKENS: usize = 4_000_000;
+pub(crate) const MAX_TOKENS: usize = 4_000_000;
 
 /// State while one source file is preprocessed.
 struct Preprocessor<'a> {

@@ -108,7 +108,8 @@ pub enum Src {
     Const(Bits),
 }
 
-/// Control transfers. All of them take the branch unit of a slot with class `branch`.
+/// Control transfers. All of them take a branch unit: that of the first slot with class `branch`
+/// that is free.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Control {
     /// To a bundle.

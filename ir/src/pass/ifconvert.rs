@@ -145,8 +145,8 @@ fn merge_params(
 ) {
     let edges = ways.edges_into(block).to_vec();
     // The way whose predicate takes most to compute is the one that is left over.
-    let ways_into = |i: &usize| ways.edges_into(edges[*i].from).len();
-    let rest = (0..edges.len()).max_by_key(ways_into).unwrap_or(0);
+    let costs: Vec<u32> = edges.iter().map(|edge| ways.cost(block, edge)).collect();
+    let rest = (0..edges.len()).max_by_key(|&i| costs[i]).unwrap_or(0);
     let mut taken = vec![None; edges.len()];
     for (place, param) in func.blocks[block].params.clone().into_iter().enumerate() {
         let ty = func.values[param];

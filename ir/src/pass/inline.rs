@@ -84,19 +84,32 @@ fn kernel_names(program: &Program) -> BTreeSet<String> {
     marks.map(|mark| mark.name.clone()).collect()
 }
 
-/// Gives copies of kernels the names of originals that are gone.
+/// Names the copies of kernels that are left, now that some originals may be gone: the first takes
+/// the name of the original, if that is free, the others numbers from 2.
 fn restore_names(program: &mut Program, copies: &BTreeMap<String, String>) {
     let mut taken = kernel_names(program);
+    taken.retain(|name| !copies.contains_key(name));
     for func in program.funcs.values_mut() {
         for i in 0..func.layout.len() {
             if let Some(mark) = &mut func.blocks[func.layout[i]].kernel
                 && let Some(original) = copies.get(&mark.name)
-                && taken.insert(original.clone())
             {
-                mark.name.clone_from(original);
+                mark.name = match taken.contains(original) {
+                    true => numbered(original, &taken),
+                    false => original.clone(),
+                };
+                taken.insert(mark.name.clone());
             }
         }
     }
+}
+
+/// The name with the first number from 2 on that makes it new.
+fn numbered(name: &str, taken: &BTreeSet<String>) -> String {
+    (2u32..)
+        .map(|n| format!("{name}_{n}"))
+        .find(|fresh| !taken.contains(fresh))
+        .expect("there are more numbers than kernels")
 }
 
 struct Inliner {
@@ -278,10 +291,7 @@ impl Inliner {
     /// Gives the copy of a kernel a name that is not taken.
     fn name_copy(&mut self, name: &mut String) {
         let original = self.copies.get(name).unwrap_or(name).clone();
-        let fresh = (2u32..)
-            .map(|n| format!("{original}_{n}"))
-            .find(|fresh| !self.names.contains(fresh))
-            .expect("there are more numbers than kernels");
+        let fresh = numbered(&original, &self.names);
         self.names.insert(fresh.clone());
         self.copies.insert(fresh.clone(), original);
         *name = fresh;

@@ -14,7 +14,7 @@ mod linear;
 use linear::{Linear, Linearity};
 
 /// Gives the addresses of loads and stores in loops of one block values of their own that advance
-/// with the loop, where that makes the loop no longer.
+/// with the loop, where that makes the loop shorter.
 pub fn strength(func: &mut Function) -> bool {
     let (cfg, _, loops) = with_preheaders(func);
     let mut changed = false;
@@ -49,7 +49,7 @@ fn reduce(func: &mut Function, data: &LoopData, before: Block) -> bool {
         pointers.insert(item.group.clone(), itself);
     }
     let added = pointers.values().filter(|p| p.is_none()).count();
-    if uses.is_empty() || removed(func, header, &uses) < added {
+    if uses.is_empty() || removed(func, header, &uses) <= added {
         return false;
     }
     for (group, pointer) in &mut pointers {
@@ -157,7 +157,7 @@ fn add_pointer(
         start = append(func, before, Opcode::Add, &[start, part], pos);
     }
     let pointer = func.add_param(header, Ty::Word);
-    let step = func.append_const(header, Bits::Word(step), pos);
+    let step = func.append_const(before, Bits::Word(step), pos);
     let next = append(func, header, Opcode::Add, &[pointer, step], pos);
     for (block, arg) in [(before, start), (header, next)] {
         for target in func.blocks[block].end.targets_mut() {

@@ -24,53 +24,72 @@ impl Dominance {
         let Some(&entry) = blocks.first() else {
             return dominance;
         };
-        dominance.reach(func, entry, &mut preds);
+        let order = dominance.reach(func, entry, &mut preds);
         dominance.rows[entry] = vec![0; words];
         dominance.include(entry, entry);
         let mut changed = true;
         while changed {
             changed = false;
-            for &block in blocks {
-                if block == entry || !dominance.reached[block] {
-                    continue;
-                }
-                let old = dominance.rows[block].clone();
+            // The entry comes first and stays.
+            for &block in &order[1..] {
                 for &pred in &preds[block] {
-                    dominance.intersect(block, pred);
+                    changed |= dominance.intersect(block, pred);
                 }
-                dominance.include(block, block);
-                changed |= dominance.rows[block] != old;
             }
         }
         dominance
     }
 
-    /// Marks what can be reached from the entry and notes the predecessors.
-    fn reach(&mut self, func: &Function, entry: Block, preds: &mut EntityMap<Block, Vec<Block>>) {
+    /// Marks what can be reached from the entry and notes the predecessors. The blocks in an order
+    /// that has most of them after their predecessors.
+    fn reach(
+        &mut self,
+        func: &Function,
+        entry: Block,
+        preds: &mut EntityMap<Block, Vec<Block>>,
+    ) -> Vec<Block> {
         self.reached[entry] = true;
-        let mut work = vec![entry];
-        while let Some(block) = work.pop() {
-            for target in func.blocks[block].end.targets() {
-                if self.reached.get(target.block).is_none() {
-                    continue;
-                }
-                preds[target.block].push(block);
-                if !std::mem::replace(&mut self.reached[target.block], true) {
-                    work.push(target.block);
-                }
+        let mut work = vec![(entry, 0)];
+        let mut left = Vec::new();
+        while let Some((block, next)) = work.last_mut() {
+            let block = *block;
+            let Some(target) = func.blocks[block].end.targets().nth(*next) else {
+                left.push(block);
+                work.pop();
+                continue;
+            };
+            *next += 1;
+            if self.reached.get(target.block).is_none() {
+                continue;
+            }
+            preds[target.block].push(block);
+            if !std::mem::replace(&mut self.reached[target.block], true) {
+                work.push((target.block, 0));
             }
         }
+        left.reverse();
+        left
     }
 
     fn include(&mut self, block: Block, dominator: Block) {
         self.rows[block][dominator.index() / 64] |= 1 << (dominator.index() % 64);
     }
 
-    fn intersect(&mut self, block: Block, pred: Block) {
+    /// Lets a block have no dominators but itself that its predecessor has not; whether it had.
+    fn intersect(&mut self, block: Block, pred: Block) -> bool {
+        let mut changed = false;
         for word in 0..self.rows[block].len() {
-            let bits = self.rows[pred][word];
-            self.rows[block][word] &= bits;
+            let own = if word == block.index() / 64 {
+                1 << (block.index() % 64)
+            } else {
+                0
+            };
+            let old = self.rows[block][word];
+            let new = old & (self.rows[pred][word] | own);
+            self.rows[block][word] = new;
+            changed |= new != old;
         }
+        changed
     }
 
     /// Whether every way from the entry to `block` passes `dominator`.

@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use super::angle::turn;
 use super::{Camera, Light, Material, Scene, Triangle};
 
-/// The default scene: about seven thousand triangles, no textures.
+/// The default scene: about ten thousand triangles, no textures.
 pub fn demo() -> Scene {
     let mut scene = Scene {
         name: "demo".to_owned(),
@@ -20,9 +20,9 @@ pub fn demo() -> Scene {
         camera: Camera::looking_at(Vec3::new(4.6, 3.1, 8.2), Vec3::new(0.0, 0.75, 0.0), 38.0),
     };
     floor(&mut scene);
-    sphere(&mut scene, Vec3::new(0.0, 1.3, 0.0), 1.3, 40, RED);
-    sphere(&mut scene, Vec3::new(2.3, 0.65, 1.5), 0.65, 28, GOLD);
-    sphere(&mut scene, Vec3::new(-1.1, 0.42, 2.3), 0.42, 24, TEAL);
+    sphere(&mut scene, Vec3::new(0.0, 1.3, 0.0), 1.3, 32, RED);
+    sphere(&mut scene, Vec3::new(2.3, 0.65, 1.5), 0.65, 22, GOLD);
+    sphere(&mut scene, Vec3::new(-1.1, 0.42, 2.3), 0.42, 18, TEAL);
     ring(&mut scene, Vec3::new(-2.7, 0.95, 0.9), 0.7, 0.25, BLUE);
     let boxes = [
         (Vec3::new(-2.2, 1.1, -2.4), Vec3::new(0.9, 1.1, 0.9), 24.0),

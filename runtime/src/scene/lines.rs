@@ -4,7 +4,7 @@
 use srp_archdesc::diagnostic::{Diagnostic, Severity, Span};
 
 /// Most messages kept about one file; further ones are only counted.
-pub(super) const MAX_MESSAGES: usize = 50;
+pub(super) const MAX_MESSAGES: usize = 20;
 
 /// A text with continued lines joined: the same bytes at the same offsets, backslash and line
 /// break replaced by blanks.
@@ -138,4 +138,12 @@ pub(super) fn number(word: &str) -> Result<f32, String> {
         return Err(format!("`{word}` is infinite in 32 bits"));
     }
     Ok(value)
+}
+
+/// `1 number`, `2 numbers`.
+pub(super) fn numbers(count: usize) -> String {
+    match count {
+        1 => "1 number".to_owned(),
+        n => format!("{n} numbers"),
+    }
 }

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 
 use srp_archdesc::diagnostic::Diagnostic;
 
-use super::lines::{Findings, Line, join_continued, lines, number};
+use super::lines::{Findings, Line, join_continued, lines, number, numbers};
 
 /// Checks `text` line by line; mistakes go to `findings`. Returns the rewriting for `tobj`.
 pub(super) fn check(file: &str, text: &str, findings: &mut Findings) -> String {
@@ -125,7 +125,7 @@ impl Reader<'_> {
             [r] => [r; 3],
             [r, g, b] => [r, g, b],
             _ => {
-                let message = format!("`{key}` with {} numbers instead of 1 or 3", values.len());
+                let message = format!("`{key}` with {} instead of 1 or 3", numbers(values.len()));
                 return self.error(line, "R0204", message);
             }
         };
@@ -139,7 +139,7 @@ impl Reader<'_> {
         let key = line.key.text;
         let values = self.numbers(line)?;
         let [value] = values[..] else {
-            let message = format!("`{key}` with {} numbers instead of 1", values.len());
+            let message = format!("`{key}` with {} instead of 1", numbers(values.len()));
             self.error(line, "R0204", message);
             return None;
         };

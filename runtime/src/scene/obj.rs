@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 
 use srp_archdesc::diagnostic::{Diagnostic, Span};
 
-use super::lines::{Findings, Line, Word, join_continued, lines, number};
+use super::lines::{Findings, Line, Word, join_continued, lines, number, numbers};
 use super::{MAX_COORDINATE, MAX_TRIANGLES};
 
 /// Most corners of one face.
@@ -139,9 +139,9 @@ impl Reader<'_> {
             self.error(
                 "R0104",
                 format!(
-                    "`{}` with {} numbers instead of {wanted}",
+                    "`{}` with {} instead of {wanted}",
                     line.key.text,
-                    line.words.len()
+                    numbers(line.words.len())
                 ),
                 line.span(),
                 "",

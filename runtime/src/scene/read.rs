@@ -17,6 +17,9 @@ const AMBIENT: [f32; 3] = [0.18; 3];
 /// What is behind the scene where a file does not say.
 const BACKGROUND: [f32; 3] = [0.55, 0.7, 0.9];
 
+/// Most bytes of a scene file: positions in it are counted with 32 bits.
+const MAX_FILE_BYTES: usize = 1 << 30;
+
 /// A scene, and what is doubtful about it.
 #[derive(Clone, Debug)]
 pub struct Loaded {
@@ -100,6 +103,13 @@ pub fn read(
             return Err(messages);
         }
     };
+    if text.len() > MAX_FILE_BYTES {
+        let message = format!("the file is larger than {MAX_FILE_BYTES} bytes");
+        messages
+            .diagnostics
+            .push(Diagnostic::error("R0118", &name, message));
+        return Err(messages);
+    }
     let mut findings = Findings::new();
     let checked = obj::check(&name, &text, &mut findings);
     let mut of_libraries = Messages::default();
@@ -139,7 +149,7 @@ fn into_text(bytes: Vec<u8>) -> String {
     String::from_utf8(bytes).unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned())
 }
 
-/// The materials of the libraries by name; `complete` where all libraries were found.
+/// The materials of the libraries by name; `complete` where all libraries could be read.
 struct Found {
     materials: BTreeMap<String, Material>,
     complete: bool,
@@ -194,6 +204,7 @@ fn libraries(
 fn library(name: &str, text: String, found: &mut Found, messages: &mut Messages) {
     let mut findings = Findings::new();
     let plain = mtl::check(name, &text, &mut findings);
+    found.complete &= findings.errors == 0;
     if findings.errors == 0 {
         match tobj::load_mtl_buf(&mut plain.as_bytes()) {
             Ok((materials, _)) => {

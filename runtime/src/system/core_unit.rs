@@ -11,7 +11,8 @@ use crate::core::{Activity, Bus, Core, Lanes};
 use crate::memory::SystemMemory;
 use crate::tni::{Runs, SubmitError, Tni, Tree};
 
-/// Cycles that an engine may run ahead while the array is busy: nothing from outside reaches it.
+/// Cycles that an engine may run ahead: nothing from outside reaches it but through ports, which
+/// it talks to in the first cycle of a run only, and the data cache, where a miss ends the run.
 const AHEAD: u64 = 1 << 16;
 
 /// What a core does.
@@ -53,7 +54,6 @@ pub(super) struct CoreUnit {
     /// The cycle from which the engine can go on.
     pub(super) ready: u64,
     pub(super) account: Account,
-    in_array: bool,
 }
 
 impl CoreUnit {
@@ -61,20 +61,20 @@ impl CoreUnit {
         number: u32,
         engine: Box<dyn Core>,
         spec: &SystemSpec,
+        sram: Vec<u8>,
         tree: Tree,
         widening: f32,
     ) -> CoreUnit {
         CoreUnit {
             number,
             engine,
-            sram: vec![0; spec.sram_bytes as usize],
+            sram,
             data: DataCache::new(&spec.data_cache),
             tni: Tni::new(&spec.tni, tree, widening, spec.buffers.ray_buffers),
             ports: Ports::default(),
             state: State::Running,
             ready: 0,
             account: Account::default(),
-            in_array: false,
         }
     }
 
@@ -107,7 +107,6 @@ impl CoreUnit {
         if let State::Stalled(since) = self.state {
             self.account.memory_stall += now - since;
         }
-        let budget = if self.in_array { AHEAD } else { 1 };
         let mut bus = CoreBus {
             number: self.number,
             sram: &mut self.sram,
@@ -119,7 +118,7 @@ impl CoreUnit {
         };
         let run = self
             .engine
-            .run(&mut bus, budget)
+            .run(&mut bus, AHEAD)
             .map_err(|trap| SystemError::Trap {
                 core: self.number,
                 trap,
@@ -128,7 +127,6 @@ impl CoreUnit {
             return Err(SystemError::submission(self.number, fault));
         }
         self.ready = now + run.cycles;
-        self.in_array = matches!(run.activity, Activity::Array(_));
         self.account.add(run);
         self.state = match run.activity {
             Activity::Wait(port) => State::Waiting(port),
@@ -199,8 +197,9 @@ impl Bus for CoreBus<'_> {
         Some(())
     }
 
+    /// Also true when the program has ended, so that the engine goes no further.
     fn stalled(&self) -> bool {
-        self.data.waits()
+        self.data.waits() || self.ports.exit.is_some()
     }
 
     fn port_in(&mut self, port: u32) -> Option<u32> {

@@ -38,6 +38,8 @@ const REPORT_INTERVAL: u64 = 1 << 16;
 pub struct Options<'a> {
     /// Most SRP cycles of a frame.
     pub max_cycles: u64,
+    /// What each SRAM holds at the start, from address 0: the program's data. The rest is zero.
+    pub sram_image: &'a [u8],
     /// Names of the kernels, by their number in the scheduled program.
     pub kernel_names: Vec<String>,
     /// Told from time to time how far the frame is.
@@ -168,7 +170,16 @@ pub fn render(
         return Err(SystemError::NoCores);
     }
     check(&arch.system).map_err(SystemError::Machine)?;
-    let mut system = System::new(image, engines, arch);
+    let sram_bytes = arch.system.sram_bytes as usize;
+    if options.sram_image.len() > sram_bytes {
+        return Err(SystemError::Machine(format!(
+            "the program's data take {} bytes, and the SRAM has {sram_bytes}",
+            options.sram_image.len()
+        )));
+    }
+    let mut sram = options.sram_image.to_vec();
+    sram.resize(sram_bytes, 0);
+    let mut system = System::new(image, engines, arch, &sram);
     let result = system.run(options.max_cycles, options.progress, options.cancelled);
     let cycles = result?;
     let picture = Picture::of(&system.memory, &system.frame);
@@ -235,9 +246,18 @@ struct System {
 }
 
 impl System {
-    fn new(image: SceneImage, engines: Vec<Box<dyn Core>>, arch: &Arch) -> System {
+    fn new(image: SceneImage, engines: Vec<Box<dyn Core>>, arch: &Arch, sram: &[u8]) -> System {
         let spec = &arch.system;
-        let core = |(i, engine)| CoreUnit::new(i as u32, engine, spec, image.tree, image.widening);
+        let core = |(i, engine)| {
+            CoreUnit::new(
+                i as u32,
+                engine,
+                spec,
+                sram.to_vec(),
+                image.tree,
+                image.widening,
+            )
+        };
         System {
             cores: engines.into_iter().enumerate().map(core).collect(),
             path: MemoryPath::new(spec),

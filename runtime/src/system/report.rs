@@ -246,7 +246,6 @@ impl Report {
         let per_ray = |n: u64| n as f64 / tni.unit.rays.max(1) as f64;
         let tni_cycles =
             (self.cycles as f64 * f64::from(self.tni_mhz) / f64::from(self.srp_mhz)).max(1.0);
-        let units = self.cores.len() as f64;
         line(
             out,
             format_args!(
@@ -269,7 +268,7 @@ impl Report {
             ),
         );
         let mut row = |name: &str, pipe: &PipeCounters, count: u64| {
-            let cycles = tni_cycles * units * (count as f64 / units);
+            let cycles = tni_cycles * count as f64;
             line(
                 out,
                 format_args!(
@@ -379,4 +378,103 @@ fn thousands(n: u64) -> String {
         text.push(digit);
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn core(kernel: &str, cycles: u64) -> CoreReport {
+        let pipe = |passes| PipeCounters {
+            passes,
+            issue_cycles: passes,
+            busy_cycles: 3 * passes,
+            ..PipeCounters::default()
+        };
+        let mut tni = TniCounters {
+            trvs: 4,
+            ists: 1,
+            inner_visits: 900,
+            leaf_visits: 100,
+            triangle_tests: 120,
+            pre: pipe(1000),
+            aabb: pipe(900),
+            post: pipe(1000),
+            ist: pipe(120),
+            ..TniCounters::default()
+        };
+        (tni.unit.rays, tni.unit.hits, tni.unit.resident_cycles) = (64, 60, 12_800);
+        (tni.stacks.pushes, tni.stacks.pops) = (450, 440);
+        (tni.trv_l1.hits, tni.trv_l1.misses) = (890, 10);
+        CoreReport {
+            vliw: 1000,
+            array: vec![KernelCycles {
+                kernel: kernel.to_owned(),
+                cycles,
+            }],
+            switch: 0,
+            memory_stall: 250,
+            wait: vec![PortCycles {
+                port: "a finished submission".to_owned(),
+                cycles: 300,
+            }],
+            idle: 8450 - cycles,
+            data_cache: CacheCounters {
+                hits: 999,
+                misses: 1,
+                ..CacheCounters::default()
+            },
+            tni,
+            exit_status: 0,
+            output: String::new(),
+        }
+    }
+
+    #[test]
+    fn text_shows_where_the_cycles_went() {
+        let report = Report {
+            width: 16,
+            height: 8,
+            cycles: 10_000,
+            srp_mhz: 1000,
+            tni_mhz: 500,
+            milliseconds: 0.01,
+            rays: 128,
+            mrays_per_second: 12.8,
+            cores: vec![core("primary", 5000), core("shade", 8450)],
+            dram: DramCounters {
+                bytes_read: 1_234_567,
+                bytes_written: 512,
+                ..DramCounters::default()
+            },
+            gigabytes_per_second: 123.5,
+        };
+        let expected = "\
+16x8 pixels in 10 000 cycles at 1000 MHz: 0.010 ms, 128 rays, 12.8 Mrays/s
+
+SRP cycles                    share         core 0         core 1
+VLIW                         10.0 %          1 000          1 000
+array: primary               25.0 %          5 000              0
+array: shade                 42.2 %              0          8 450
+memory stall                  2.5 %            250            250
+wait: a finished submission   3.0 %            300            300
+idle                         17.2 %          3 450              0
+
+T&I: 128 rays, 120 hits; a ray: 14.06 inner nodes, 1.56 leaves, 1.88 triangle tests, 200.0 cycles resident
+unit               passes    busy issuing   bypassed   repeated
+TRV_PRE             2 000  15.0 %   5.0 %          0          0
+TRV_AABB            1 800  13.5 %   4.5 %          0          0
+TRV_POST            2 000  15.0 %   5.0 %          0          0
+IST                   240   7.2 %   2.4 %          0          0
+stacks: 900 pushes, 880 pops, 0 culled, 0 overflows, 0 restarts
+
+cache            accesses       misses    hits
+TRV L1              1 800           20  98.9 %
+TRV L2                  0            0 100.0 %
+IST L1                  0            0 100.0 %
+SRP data            2 000            2  99.9 %
+memory: 1 234 567 bytes read, 512 written, 123.50 GB/s
+";
+        assert_eq!(report.text(), expected);
+    }
 }

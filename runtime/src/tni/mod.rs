@@ -1,13 +1,13 @@
 //! The traversal and intersection unit, cycle by cycle (SGRT section 3.3, Figures 3 and 4).
 //!
 //! Rays come in submissions: a ray buffer and a hit buffer in the core's SRAM, and a count. The
-//! ray dispatch unit takes one ray a cycle, in order, to a traversal unit ([`trv`]) that has a
-//! stack for it; rays wander between traversal and intersection units ([`ist`]); one finished ray a
+//! ray dispatch unit takes one ray a cycle, in order, to a traversal unit (`trv`) that has a
+//! stack for it; rays wander between traversal and intersection units (`ist`); one finished ray a
 //! cycle goes back. When the last ray of a submission is back, its hits stand in the hit buffer in
 //! four runs: shadow hits, shadow misses, other hits, other misses, each in the order of the rays.
 //!
 //! What a ray hits is decided by [`arithmetic`] alone. Time is counted in cycles of the unit's own
-//! clock; the memory below the caches is the owner's business: [`Tni::take_requests`] and
+//! clock; the memory below the caches is the owner's business: [`Tni::take_request`] and
 //! [`Tni::fill`].
 
 pub mod arithmetic;
@@ -18,6 +18,7 @@ mod level2;
 mod pipe;
 mod ray_state;
 pub mod standalone;
+mod submission;
 mod trv;
 mod walk;
 
@@ -29,6 +30,7 @@ use self::arithmetic::{Hit, Prepared, Ray};
 use self::ist::Ist;
 use self::level2::Level2;
 use self::ray_state::{Phase, RayState};
+use self::submission::Submission;
 use self::trv::{Exits, Trv};
 use crate::bvh::{NodeRef, PairRecord, TriangleRecord};
 use crate::memory::SystemMemory;
@@ -36,6 +38,7 @@ use crate::memory::SystemMemory;
 pub use counters::{TniCounters, UnitCounters};
 pub use fetch::RauCounters;
 pub use pipe::PipeCounters;
+pub use submission::{HitRecord, Runs, SubmitError};
 pub use walk::StackCounters;
 
 /// Bytes of a ray that the unit reads.
@@ -65,84 +68,6 @@ pub enum Client {
     TrvL2,
     /// The level-1 cache of this intersection unit.
     IstL1(u32),
-}
-
-/// Why a submission cannot be made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SubmitError {
-    /// As many as there are ray buffers are in the unit: later.
-    Busy,
-    /// The ray or hit buffer is not inside the SRAM, or not aligned to 4 bytes.
-    OutOfBounds {
-        /// The buffer's address.
-        address: u32,
-        /// Its size.
-        bytes: u32,
-    },
-}
-
-/// Hits of a submission, by run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Runs {
-    /// Rays with the any-hit flag that hit something.
-    pub shadow_hits: u32,
-    /// Rays with the any-hit flag that did not.
-    pub shadow_misses: u32,
-    /// Other rays that hit something.
-    pub other_hits: u32,
-    /// Other rays that did not.
-    pub other_misses: u32,
-}
-
-/// A finished ray as it is written to the hit buffer.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HitRecord {
-    /// What was hit.
-    pub hit: Hit,
-    /// Index of the ray in its buffer.
-    pub ray: u32,
-    /// Flags of the ray.
-    pub flags: u32,
-}
-
-impl HitRecord {
-    /// The 6 words of the record (`srp_hit` in `kernels/scene.h`).
-    pub fn words(&self) -> [u32; 6] {
-        let Hit { t, u, v, primitive } = self.hit;
-        let [t, u, v] = [t, u, v].map(f32::to_bits);
-        [t, u, v, primitive, self.ray, self.flags]
-    }
-
-    /// The record of 6 words.
-    pub fn from_words(words: [u32; 6]) -> HitRecord {
-        let [t, u, v] = [words[0], words[1], words[2]].map(f32::from_bits);
-        HitRecord {
-            hit: Hit {
-                t,
-                u,
-                v,
-                primitive: words[3],
-            },
-            ray: words[4],
-            flags: words[5],
-        }
-    }
-
-    /// The run it belongs to, from 0.
-    fn run(&self) -> usize {
-        let shadow = self.flags & arithmetic::ANY_HIT != 0;
-        2 * usize::from(!shadow) + usize::from(!self.hit.is_hit())
-    }
-}
-
-/// A submission in the unit.
-#[derive(Clone, Debug)]
-struct Submission {
-    rays: u32,
-    hits: u32,
-    count: u32,
-    dispatched: u32,
-    records: Vec<HitRecord>,
 }
 
 /// What all parts of the unit look at.
@@ -269,32 +194,16 @@ impl Tni {
                 return Err(SubmitError::OutOfBounds { address, bytes });
             }
         }
-        self.submissions.push_back(Submission {
-            rays,
-            hits,
-            count,
-            dispatched: 0,
-            records: Vec::with_capacity(count as usize),
-        });
+        self.submissions
+            .push_back(Submission::new(rays, hits, count));
         Ok(())
     }
 
     /// Takes the oldest submission out of the unit, where it is complete.
     pub fn take_finished(&mut self) -> Option<Runs> {
-        let done = |s: &mut Submission| s.records.len() == s.count as usize;
-        let submission = self.submissions.pop_front_if(done)?;
+        let submission = self.submissions.pop_front_if(|s| s.is_complete())?;
         self.taken += 1;
-        let mut counts = [0; 4];
-        for record in &submission.records {
-            counts[record.run()] += 1;
-        }
-        let [shadow_hits, shadow_misses, other_hits, other_misses] = counts;
-        Some(Runs {
-            shadow_hits,
-            shadow_misses,
-            other_hits,
-            other_misses,
-        })
+        Some(submission.runs())
     }
 
     /// Submissions in the unit, finished ones included.
@@ -304,8 +213,7 @@ impl Tni {
 
     /// Whether a cycle would do nothing but count.
     pub fn is_idle(&self) -> bool {
-        let done = |s: &Submission| s.records.len() == s.count as usize;
-        self.submissions.iter().all(done)
+        self.submissions.iter().all(Submission::is_complete)
     }
 
     /// The next line to be read from memory: who reads it, its address and its size in bytes.
@@ -443,15 +351,8 @@ impl Tni {
             ray: ray.index,
             flags: ray.flags,
         });
-        if submission.records.len() == submission.count as usize {
-            submission.records.sort_by_key(|r| (r.run(), r.ray));
-            let mut at = submission.hits as usize;
-            for record in &submission.records {
-                for word in record.words() {
-                    sram[at..at + 4].copy_from_slice(&word.to_le_bytes());
-                    at += 4;
-                }
-            }
+        if submission.is_complete() {
+            submission.write_hits(sram);
         }
         let trv = slot as usize / self.spec.stacks as usize;
         self.trvs[trv].free.push(slot);
@@ -476,12 +377,11 @@ impl Tni {
             .sum();
         let waiting: u32 = self.trvs.iter().map(|t| t.fetch.waiting()).sum();
         let in_ist: u32 = self.ists.iter().map(|i| i.fetch.waiting()).sum();
-        let finished = |s: &&Submission| s.records.len() == s.count as usize;
         format!(
             "{} submissions ({} complete), {resident} rays resident, {waiting} of them waiting \
              for nodes and {in_ist} for triangles",
             self.submissions.len(),
-            self.submissions.iter().filter(finished).count(),
+            self.submissions.iter().filter(|s| s.is_complete()).count(),
         )
     }
 }

@@ -34,9 +34,9 @@ pub(super) fn pack(region: &Region, target: &Target<'_>) -> Result<Packed, NoSlo
     // Where the branch unit was taken, see what reserving it gives.
     if best.issue > best.wanted {
         let again = problem.schedule(Some(best.wanted));
-        let other = problem.place(transfer, &again);
-        if other.end < best.end {
-            return Ok(problem.bundles(&again, Some(other.issue), other.end));
+        if problem.wanted(transfer, &again) == best.wanted {
+            let end = best.end - (best.issue - best.wanted);
+            return Ok(problem.bundles(&again, Some(best.wanted), end));
         }
     }
     Ok(problem.bundles(&free, Some(best.issue), best.end))
@@ -196,17 +196,25 @@ impl<'a> Problem<'a> {
         choices.find(|&(fu, how)| cycle + how.latency >= lands && table.fits(cycle, fu, how, op))
     }
 
-    fn place(&self, transfer: Transfer, times: &Times<'_>) -> Placement {
-        let read = transfer.reads(self.target);
-        let writer = read.and_then(|reg| self.depend.writer.get(&reg));
-        let ready = writer.map_or(0, |&i| times.slots[i].0 + times.latency[i]);
-        // Cycles from the transfer to the first one in which the machine must be idle.
-        let slack = match transfer {
+    /// Cycles from a transfer to the first one in which the machine must be idle.
+    fn slack(&self, transfer: Transfer) -> u32 {
+        match transfer {
             Transfer::Launch(_) => 1,
             Transfer::Halt(_) | Transfer::Unreachable | Transfer::StackOverflow => 0,
             _ => self.delay() + 1,
-        };
-        let wanted = ready.max(times.drained.saturating_sub(slack));
+        }
+    }
+
+    /// Where the transfer would issue if its unit were free.
+    fn wanted(&self, transfer: Transfer, times: &Times<'_>) -> u32 {
+        let read = transfer.reads(self.target);
+        let writer = read.and_then(|reg| self.depend.writer.get(&reg));
+        let ready = writer.map_or(0, |&i| times.slots[i].0 + times.latency[i]);
+        ready.max(times.drained.saturating_sub(self.slack(transfer)))
+    }
+
+    fn place(&self, transfer: Transfer, times: &Times<'_>) -> Placement {
+        let wanted = self.wanted(transfer, times);
         let mut issue = wanted;
         while !times.table.fits_transfer(issue, transfer) {
             issue += 1;
@@ -214,7 +222,7 @@ impl<'a> Problem<'a> {
         Placement {
             wanted,
             issue,
-            end: issue + slack.max(1),
+            end: issue + self.slack(transfer).max(1),
         }
     }
 

@@ -63,7 +63,8 @@ pub enum VliwError {
     NoMain,
     /// The machine has no central file for values of this type.
     NoCentralFile(Ty),
-    /// No slot has a branch unit that is free again when a branch's target issues.
+    /// No slot has a branch unit, or one has one that is not free again when a branch's target
+    /// issues.
     NoBranchUnit,
     /// The central word file has no room for the reserved registers.
     FewRegisters,
@@ -114,8 +115,8 @@ impl std::fmt::Display for VliwError {
                 )
             }
             VliwError::NoBranchUnit => f.write_str(
-                "no VLIW slot of the machine runs class `branch` with an interval of at most \
-                 branch delay + 1",
+                "a VLIW slot of the machine has to run class `branch`, and each that does with an \
+                 interval of at most branch delay + 1",
             ),
             VliwError::FewRegisters => write!(
                 f,

@@ -100,10 +100,11 @@ impl<'a> Table<'a> {
         read.map(Src::Reg).into_iter().collect()
     }
 
-    /// A branch unit that is free in `cycle`.
+    /// The branch unit that a transfer in `cycle` takes: that of the first slot that is free then.
     fn branch_unit(&self, cycle: u32) -> Option<(Fu, &'a FuOp)> {
-        let mut slots = self.target.branch_slots();
-        slots.find(|&(fu, how)| self.fits_unit(cycle, fu, how))
+        let is_free = |fu| self.at(cycle).is_none_or(|row| !row.busy.contains(&fu));
+        let (fu, how) = self.target.branch_slots().find(|&(fu, _)| is_free(fu))?;
+        self.fits_unit(cycle, fu, how).then_some((fu, how))
     }
 
     fn fits_unit(&self, cycle: u32, fu: Fu, how: &FuOp) -> bool {

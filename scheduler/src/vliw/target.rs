@@ -60,7 +60,8 @@ impl<'a> Target<'a> {
             allocatable,
             constants: Vec::new(),
         };
-        if target.branch_slots().next().is_none() {
+        let slow = |(_, how): (Fu, &FuOp)| how.interval > arch.branch_delay + 1;
+        if target.branch_slots().next().is_none() || target.branch_slots().any(slow) {
             return Err(VliwError::NoBranchUnit);
         }
         target.constants = Opcode::ALL.iter().map(|&op| target.room(op)).collect();
@@ -147,12 +148,11 @@ impl<'a> Target<'a> {
         (fits && reads && ports && writes && shared).then_some(how)
     }
 
-    /// The slots that have a branch unit, free again when the target of a branch issues.
+    /// The slots that have a branch unit.
     pub(super) fn branch_slots(&self) -> impl Iterator<Item = (Fu, &FuOp)> {
         self.slots
             .iter()
             .filter_map(|&fu| Some((fu, self.arch.fus[fu].op(Class::Branch)?)))
-            .filter(|(_, how)| how.interval <= self.arch.branch_delay + 1)
     }
 
     /// The stack pointer's number.

@@ -5,11 +5,9 @@
 use srp_archdesc::arch::{Arch, FileKind};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::ops::Value;
-use srp_ir::dfg::{Dfg, Initial, Operand};
 use srp_ir::dre::scheduled::*;
 use srp_ir::interp::{self, Stop, TrapKind, World};
 use srp_ir::program::{Bits, Pos};
-use std::collections::BTreeMap;
 
 /// How a run ended.
 #[derive(Debug, PartialEq)]
@@ -21,12 +19,7 @@ pub(crate) enum End {
 const RUBBISH: Value = srp_archdesc::ops::V4([0xdead_beef; 4]);
 
 /// Runs scheduled code from its start; gives how it ended and how many bundles it issued.
-pub(crate) fn run(
-    dre: &ScheduledDre,
-    arch: &Arch,
-    world: &mut dyn World,
-    limit: u64,
-) -> (End, u64) {
+pub(crate) fn run(dre: &ScheduledDre, arch: &Arch, world: &mut dyn World, limit: u64) -> End {
     let sizes = arch.files.values();
     let mut engine = Engine {
         dre,
@@ -35,8 +28,7 @@ pub(crate) fn run(
         flying: Vec::new(),
         cycle: 0,
     };
-    let end = engine.run(world, limit);
-    (end, engine.cycle)
+    engine.run(world, limit)
 }
 
 struct Engine<'a> {
@@ -186,8 +178,12 @@ impl Engine<'_> {
     }
 
     fn launch(&mut self, kernel: &ModuloSchedule, world: &mut dyn World) -> Result<(), End> {
-        let ins: Vec<Value> = kernel.live_in_regs.iter().map(|&r| self.read(r)).collect();
-        let outs = interpret(&kernel.dfg, &ins, self.arch, world)?;
+        let ins = kernel.live_in_regs.iter().zip(&kernel.dfg.live_ins);
+        let ins = ins.map(|(&reg, live_in)| Bits::of_lanes(live_in.ty, self.read(reg).0));
+        let ins: Vec<Bits> = ins.collect();
+        let precision = &self.arch.precision;
+        let outs = srp_ir::dfg::run(&kernel.dfg, &ins, world, precision, &mut 1_000_000)
+            .map_err(|trap| End::Trap(trap.kind, trap.pos))?;
         for op in kernel.ops.values() {
             for w in &op.writes {
                 if self.arch.files[w.file].kind == FileKind::Central {
@@ -202,7 +198,7 @@ impl Engine<'_> {
             }
         }
         for (&reg, value) in kernel.live_out_regs.iter().zip(outs) {
-            self.write(reg, value);
+            self.write(reg, srp_archdesc::ops::V4(value.lanes()));
         }
         Ok(())
     }
@@ -213,45 +209,4 @@ enum Next {
     Launch(srp_ir::program::Kernel),
     Halt(i32),
     End(TrapKind),
-}
-
-/// Runs a loop by its dataflow graph; gives its live-out values.
-pub(crate) fn interpret(
-    dfg: &Dfg,
-    ins: &[Value],
-    arch: &Arch,
-    world: &mut dyn World,
-) -> Result<Vec<Value>, End> {
-    let mut history: BTreeMap<(usize, i64), Value> = BTreeMap::new();
-    let trip = i64::from(ins[dfg.trip as usize].0[0]);
-    let value = |bits: Bits| srp_archdesc::ops::V4(bits.lanes());
-    for i in 0..trip {
-        for (node, data) in dfg.nodes.iter() {
-            let operand = |operand: &Operand| match operand {
-                Operand::Const(bits) => value(*bits),
-                Operand::LiveIn(n) => ins[*n as usize],
-                Operand::Node { node, init } => {
-                    let from = i - init.len() as i64;
-                    match usize::try_from(-1 - from) {
-                        Ok(back) => match init[back] {
-                            Initial::Const(bits) => value(bits),
-                            Initial::LiveIn(n) => ins[n as usize],
-                        },
-                        Err(_) => history[&(node.index(), from)],
-                    }
-                }
-            };
-            let args: Vec<Value> = data.operands.iter().map(operand).collect();
-            match interp::operate(data.op, &args, data.imm, &arch.precision, world) {
-                Ok(Some(result)) => {
-                    history.insert((node.index(), i), result);
-                }
-                Ok(None) => {}
-                Err(Stop::Trap(kind)) => return Err(End::Trap(kind, data.pos)),
-                Err(Stop::Exit(status)) => return Err(End::Halted(status)),
-            }
-        }
-    }
-    let outs = dfg.live_outs.iter();
-    Ok(outs.map(|n| history[&(n.index(), trip - 1)]).collect())
 }

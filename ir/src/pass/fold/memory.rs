@@ -18,7 +18,7 @@ impl Folder<'_> {
             return;
         }
         let (base, offset) = self.without_constant(args[1], 0);
-        if offset != 0 {
+        if base != args[1] {
             args[1] = base;
             let imm = imm.wrapping_add_unsigned(offset);
             self.func.insts[inst].kind = InstKind::Op { op, args, imm };
@@ -27,7 +27,8 @@ impl Folder<'_> {
         self.out.push(inst);
     }
 
-    /// An address as a value and a constant that add up to it.
+    /// An address as a value and a constant that add up to it: itself and 0, or a value with less
+    /// constants in it.
     fn without_constant(&mut self, address: Value, depth: u32) -> (Value, u32) {
         let nothing = (address, 0);
         let Some((op, [a, b, _], _)) = self.op_of(address).filter(|_| depth < LOOK_BACK) else {
@@ -41,21 +42,21 @@ impl Folder<'_> {
             (Opcode::Add, None) => {
                 let (left, c) = self.without_constant(a, depth + 1);
                 let (right, d) = self.without_constant(b, depth + 1);
-                match c.wrapping_add(d) {
-                    0 => nothing,
-                    sum => (self.build(op, &[left, right]), sum),
+                if (left, right) == (a, b) {
+                    return nothing;
                 }
+                (self.build(op, &[left, right]), c.wrapping_add(d))
             }
             (Opcode::Shl | Opcode::Mul, Some(by)) => {
                 let (base, c) = self.without_constant(a, depth + 1);
+                if base == a {
+                    return nothing;
+                }
                 let scaled = match op {
                     Opcode::Shl => c << (by & 31),
                     _ => c.wrapping_mul(by),
                 };
-                match scaled {
-                    0 => nothing,
-                    _ => (self.build(op, &[base, b]), scaled),
-                }
+                (self.build(op, &[base, b]), scaled)
             }
             _ => nothing,
         }

@@ -26,6 +26,7 @@ pub(super) struct Ways {
     sure: FxHashMap<Block, bool>,
     /// Predicates already made: of getting from the first block to the second.
     made: FxHashMap<(Block, Block), Option<Value>>,
+    costs: FxHashMap<(Block, Block), u32>,
 }
 
 impl Ways {
@@ -69,12 +70,47 @@ impl Ways {
             parent,
             sure,
             made: FxHashMap::default(),
+            costs: FxHashMap::default(),
         }
     }
 
     /// The jumps to a block.
     pub(super) fn edges_into(&self, block: Block) -> &[Edge] {
         self.edges.get(&block).map_or(&[], Vec::as_slice)
+    }
+
+    /// About how many operations compute the predicate that an edge into `block` is taken, given
+    /// that the block is reached.
+    pub(super) fn cost(&mut self, block: Block, edge: &Edge) -> u32 {
+        let above = self.parent[&block];
+        self.cost_along(above, edge)
+    }
+
+    fn cost_along(&mut self, from: Block, edge: &Edge) -> u32 {
+        let reached = self.cost_from(from, edge.from);
+        let own = match edge.cond {
+            None => 0,
+            Some((_, sense)) => u32::from(!sense) + u32::from(reached > 0),
+        };
+        reached.saturating_add(own)
+    }
+
+    fn cost_from(&mut self, from: Block, to: Block) -> u32 {
+        let to = self.unsure(from, to);
+        if to == from {
+            return 0;
+        }
+        if let Some(&cost) = self.costs.get(&(from, to)) {
+            return cost;
+        }
+        let edges = self.edges_into(to).to_vec();
+        // The condition itself counts as well: *always* is cheaper.
+        let mut cost = edges.len() as u32;
+        for edge in &edges {
+            cost = cost.saturating_add(self.cost_along(from, edge));
+        }
+        self.costs.insert((from, to), cost);
+        cost
     }
 
     /// The predicate that an edge into `block` is taken, given that the block is reached.
@@ -119,17 +155,80 @@ impl Ways {
         to: Block,
         insts: &mut Vec<Inst>,
     ) -> Option<Value> {
-        // Up to where it is no longer sure.
-        let mut to = to;
-        while to != from && self.sure[&to] {
-            to = self.parent[&to];
-        }
+        let to = self.unsure(from, to);
         if to == from {
             return None;
         }
         if let Some(&made) = self.made.get(&(from, to)) {
             return made;
         }
+        let made = match self.alternative(func, to) {
+            Some(other) => {
+                let above = self.parent[&to];
+                let reached = self.from(func, from, above, insts);
+                let pos = func.blocks[above].end_pos;
+                let other = self.from(func, above, other, insts);
+                let other = other.expect("an alternative is not sure");
+                let not = push_op(func, insts, Opcode::Pnot, vec![other], pos);
+                Some(match reached {
+                    None => not,
+                    Some(reached) => push_op(func, insts, Opcode::Pand, vec![reached, not], pos),
+                })
+            }
+            None => self.any_edge(func, from, to, insts),
+        };
+        self.made.insert((from, to), made);
+        made
+    }
+
+    /// The block above `to` that is reached just when `to` is, or `from` if that comes first.
+    fn unsure(&self, from: Block, to: Block) -> Block {
+        let mut to = to;
+        while to != from && self.sure[&to] {
+            to = self.parent[&to];
+        }
+        to
+    }
+
+    /// The block that is reached from the parent of `block` just when `block` is not, if that has
+    /// fewer ways into it: of `if (a && b) … else …` the *then* for the *else*.
+    fn alternative(&self, func: &Function, block: Block) -> Option<Block> {
+        let above = self.parent[&block];
+        let into = self.edges_into(block);
+        // The blocks between: those that decide.
+        let mut between = vec![above];
+        let mut work: Vec<Block> = into.iter().map(|e| e.from).collect();
+        while let Some(at) = work.pop() {
+            if !between.contains(&at) {
+                between.push(at);
+                work.extend(self.edges_into(at).iter().map(|e| e.from));
+            }
+        }
+        let mut other = None;
+        for &at in &between {
+            for target in func.blocks[at].end.targets().map(|t| t.block) {
+                if target != block && !between.contains(&target) && other != Some(target) {
+                    if other.is_some() {
+                        return None;
+                    }
+                    other = Some(target);
+                }
+            }
+        }
+        let other = other?;
+        let ways = self.edges_into(other);
+        let decided = !ways.is_empty() && ways.iter().all(|e| between.contains(&e.from));
+        (decided && ways.len() < into.len()).then_some(other)
+    }
+
+    /// The predicate that one of the edges into a block is taken.
+    fn any_edge(
+        &mut self,
+        func: &mut Function,
+        from: Block,
+        to: Block,
+        insts: &mut Vec<Inst>,
+    ) -> Option<Value> {
         let mut any = None;
         for edge in self.edges_into(to).to_vec() {
             let taken = self
@@ -140,7 +239,6 @@ impl Ways {
                 Some(any) => push_op(func, insts, Opcode::Por, vec![any, taken], edge.pos),
             });
         }
-        self.made.insert((from, to), any);
         any
     }
 }

@@ -161,13 +161,17 @@ impl Flow<'_> {
             state.advance(|reg| self.number(reg));
             return self.go_on(node, node.pending, state);
         };
-        self.branch_unit(node.bundle, &used, &mut state);
+        let branch = self.branch_unit(node.bundle, &used, &mut state);
         if node.pending.is_some() {
             self.report(node.bundle, Rule::Control, || {
                 "a transfer while the delay of another runs".to_owned()
             });
             state.advance(|reg| self.number(reg));
             return self.go_on(node, node.pending, state);
+        }
+        if matches!(control, Control::Launch(_)) {
+            // The switch to the array ends what the launch itself takes.
+            branch.map(|fu| state.busy.remove(&fu));
         }
         self.transfer(node, &control, state);
     }
@@ -220,26 +224,25 @@ impl Flow<'_> {
         }
     }
 
-    /// Takes a branch unit: that of the first slot that has a free one.
-    fn branch_unit(&mut self, bundle: Bundle, used: &[Fu], state: &mut State) {
-        let slots = self.arch.slots().into_iter().find_map(|fu| {
-            let how = self.arch.fus[fu].op(Class::Branch)?;
-            let fits = |&r| {
-                (0..how.interval).all(|cycle| {
-                    let uses = how.uses.iter().filter(|&&other| other == r).count() as u32;
-                    let before = state.shared.get(&(cycle, r)).copied().unwrap_or(0);
-                    before + uses <= self.arch.resources[r].count
-                })
-            };
-            let free = !used.contains(&fu) && !state.busy.contains_key(&fu);
-            (free && how.uses.iter().all(fits)).then_some((fu, how.clone()))
-        });
-        match slots {
-            Some((fu, how)) => self.unit(bundle, fu, &how, state),
+    /// Takes the branch unit of the first slot that is free.
+    fn branch_unit(&mut self, bundle: Bundle, used: &[Fu], state: &mut State) -> Option<Fu> {
+        let is_free = |fu: &Fu| !used.contains(fu) && !state.busy.contains_key(fu);
+        let slot = self
+            .arch
+            .slots()
+            .into_iter()
+            .filter(is_free)
+            .find_map(|fu| {
+                let how = self.arch.fus[fu].op(Class::Branch)?;
+                Some((fu, how.clone()))
+            });
+        match slot {
+            Some((fu, ref how)) => self.unit(bundle, fu, how, state),
             None => self.report(bundle, Rule::Control, || {
                 "no unit of class branch is free".to_owned()
             }),
         }
+        slot.map(|(fu, _)| fu)
     }
 
     fn transfer(&mut self, node: Node, control: &Control, mut state: State) {

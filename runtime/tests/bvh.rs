@@ -1,0 +1,118 @@
+//! Trees of all builders over all kinds of scenes, by obvhs's validation and by our own reading of
+//! what lies in memory.
+
+mod support;
+
+use srp_runtime::bvh::{
+    self, Box3, Builder, Layout, MAX_DEPTH, NodeRef, PairRecord, TriangleRecord, lay_out,
+};
+use srp_runtime::scene::{Triangle, demo::demo};
+use support::{Random, shared_scene, soup};
+
+/// Every triangle stands in exactly one leaf, inside all boxes above it.
+fn check_layout(triangles: &[Triangle], bvh: &bvh::Bvh, layout: Layout) {
+    let image = lay_out(bvh, triangles, layout);
+    assert_eq!(image, lay_out(bvh, triangles, layout));
+    let mut seen = vec![false; triangles.len()];
+    let (node_bytes, triangle_bytes) = (layout.node_bytes as usize, layout.triangle_bytes as usize);
+    let mut open: Vec<(NodeRef, [[f32; 3]; 2])> = Vec::new();
+    let everything = [[f32::NEG_INFINITY; 3], [f32::INFINITY; 3]];
+    open.extend(image.root.map(|root| (root, everything)));
+    while let Some((node, [lo, hi])) = open.pop() {
+        if !node.is_leaf() {
+            assert!(node.index.is_multiple_of(2), "siblings share a line");
+            let pair =
+                PairRecord::read(&image.nodes[node.index as usize * node_bytes..], node_bytes);
+            for side in 0..2 {
+                for axis in 0..3 {
+                    assert!(pair.min[side][axis] >= lo[axis] && pair.max[side][axis] <= hi[axis]);
+                }
+                open.push((pair.child[side], [pair.min[side], pair.max[side]]));
+            }
+            continue;
+        }
+        for i in node.index..node.index + node.count {
+            let bytes = &image.triangles[i as usize * triangle_bytes..];
+            let record = TriangleRecord::read(bytes);
+            let triangle = &triangles[record.primitive as usize];
+            assert_eq!(record, TriangleRecord::of(triangle, record.primitive));
+            assert!(!std::mem::replace(
+                &mut seen[record.primitive as usize],
+                true
+            ));
+            for vertex in triangle.positions {
+                for axis in 0..3 {
+                    assert!((lo[axis]..=hi[axis]).contains(&vertex[axis]));
+                }
+            }
+        }
+    }
+    assert!(seen.iter().all(|&s| s));
+}
+
+#[test]
+fn trees_are_valid_and_the_same_every_time() {
+    let mut random = Random::new(11);
+    let mut scenes = vec![
+        ("demo".to_owned(), demo().triangles),
+        ("soup".to_owned(), soup(&mut random, 3000)),
+    ];
+    for name in [
+        "cornell/CornellBox-Mirror.obj",
+        "cornell/CornellBox-Sphere.obj",
+        "sibenik/sibenik.obj",
+    ] {
+        scenes.extend(shared_scene(name).map(|s| (name.to_owned(), s.triangles)));
+    }
+    for (name, triangles) in &scenes {
+        let boxes: Vec<Box3> = triangles.iter().map(Box3::of).collect();
+        let mut costs = Vec::new();
+        for builder in Builder::ALL {
+            for max_leaf in [1, 4] {
+                let options = bvh::Options {
+                    builder,
+                    max_leaf,
+                    traversal_cost: 1.0,
+                };
+                let bvh = bvh::build(triangles, &options);
+                bvh.tree.validate(&boxes, false, true);
+                assert!(bvh.depth() <= MAX_DEPTH && !bvh.fell_back, "{name}");
+                let leaves = bvh.tree.nodes.iter().map(|n| n.prim_count);
+                assert!(leaves.max() <= Some(max_leaf));
+                let again = bvh::build(triangles, &options);
+                assert!(bvh.sah_cost(1.0) == again.sah_cost(1.0));
+                for layout in [(32, 48), (64, 64)] {
+                    let (node_bytes, triangle_bytes) = layout;
+                    check_layout(
+                        triangles,
+                        &bvh,
+                        Layout {
+                            node_bytes,
+                            triangle_bytes,
+                        },
+                    );
+                }
+                costs.push(bvh.sah_cost(1.0));
+            }
+        }
+        // Reinsertion improves what the sweep has built.
+        assert!(costs[3] <= costs[1] * 1.001, "{name}: {costs:?}");
+    }
+}
+
+#[test]
+fn shared_scenes_have_their_triangles() {
+    for (name, count, materials) in [
+        ("sibenik/sibenik.obj", 73_564, 15),
+        ("lamborghini/lamborghini.obj", 145_917, 46),
+        ("bunny/stanford-bunny.obj", 69_451, 1),
+        ("cornell/CornellBox-Original.obj", 36, 9),
+        ("cornell/CornellBox-Water.obj", 7_088, 10),
+    ] {
+        if let Some(scene) = shared_scene(name) {
+            assert_eq!(scene.triangles.len(), count, "{name}");
+            assert_eq!(scene.materials.len(), materials, "{name}");
+            assert_eq!(scene.lights.len(), 1);
+        }
+    }
+}
