@@ -10,7 +10,11 @@ use std::path::PathBuf;
 /// reconfigurable array, and a cycle-accurate simulator of both beside the traversal and
 /// intersection unit.
 #[derive(Parser)]
-#[command(name = "srp", version, propagate_version = true, after_help = "\
+#[command(
+    name = "srp",
+    version,
+    propagate_version = true,
+    after_help = "\
 Examples:
   srp render                                   the default scene, kernels and machine to out.png
   srp render church.obj --size 640x480 --camera 0,2,9/0,0,-1/60 -o church.png
@@ -19,7 +23,8 @@ Examples:
   srp compile kernels.c --emit ir,dfg -o build
   srp machine check my-machine.xml
 
-Exit status: 0 done, 1 the input is at fault or a check failed, 2 the command line is.")]
+Exit status: 0 done, 1 the input is at fault or a check failed, 2 the command line is."
+)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -112,7 +117,12 @@ pub(crate) struct Render {
     #[command(flatten)]
     pub(crate) machine: MachineFile,
     /// Position, direction and angle of view (degrees, of the shorter side of the image)
-    #[arg(long, value_name = "X,Y,Z/DX,DY,DZ/FOV", conflicts_with = "cameras", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "X,Y,Z/DX,DY,DZ/FOV",
+        conflicts_with = "cameras",
+        allow_hyphen_values = true
+    )]
     pub(crate) camera: Option<String>,
     /// View N of the scene NAME in a file of cameras
     #[arg(long, value_name = "FILE.json:NAME/N")]

@@ -18,7 +18,10 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
     let front_end = FrontEnd::new(&args.source, &arch);
     let mut input = pipeline::read(&args.files, &arch)?;
     files::make_folder(&args.output)?;
-    let out = Output { folder: &args.output, name: stem(&args.files[0]) };
+    let out = Output {
+        folder: &args.output,
+        name: stem(&args.files[0]),
+    };
     let wants = |form| args.emit.contains(&form);
 
     if let Input::C(sources) = &input {
@@ -29,15 +32,24 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
         }
         input = Input::Ir(Box::new(pipeline::optimise(program, &arch)));
     } else if wants(Form::Ast) {
-        return Err(Failure::message("only C has a syntax tree: give C files for --emit ast"));
+        return Err(Failure::message(
+            "only C has a syntax tree: give C files for --emit ast",
+        ));
     }
     if wants(Form::Ir) {
         match &input {
             Input::Ir(program) => out.write("ir", &srp_ir::text::write(program))?,
-            _ => return Err(Failure::message("the files are compiled further than --emit ir")),
+            _ => {
+                return Err(Failure::message(
+                    "the files are compiled further than --emit ir",
+                ));
+            }
         }
     }
-    if ![Form::Dfg, Form::Dre, Form::Schedule, Form::Rust].into_iter().any(wants) {
+    if ![Form::Dfg, Form::Dre, Form::Schedule, Form::Rust]
+        .into_iter()
+        .any(wants)
+    {
         return Ok(());
     }
     let compiled = pipeline::compile(input, &front_end)?;
@@ -45,15 +57,29 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
     if wants(Form::Dfg) || wants(Form::Dre) {
         match &compiled.dre {
             Some(dre) => write_divided(&out, dre, wants(Form::Dfg), wants(Form::Dre))?,
-            None => return Err(Failure::message("the file is scheduled already: no --emit dfg, dre")),
+            None => {
+                return Err(Failure::message(
+                    "the file is scheduled already: no --emit dfg, dre",
+                ));
+            }
         }
     }
-    write_scheduled(&out, &compiled, &arch, wants(Form::Schedule), wants(Form::Rust))
+    write_scheduled(
+        &out,
+        &compiled,
+        &arch,
+        wants(Form::Schedule),
+        wants(Form::Rust),
+    )
 }
 
 /// Says which loops a pragma has asked for in vain.
 pub(crate) fn say_not_pipelined(compiled: &Compiled, arch: &Arch) {
-    for n in report::report(compiled, arch).not_pipelined.iter().filter(|n| n.required) {
+    for n in report::report(compiled, arch)
+        .not_pipelined
+        .iter()
+        .filter(|n| n.required)
+    {
         eprint!("warning: {}", report::not_pipelined(n));
     }
 }
@@ -75,8 +101,16 @@ impl Output<'_> {
 
 /// The name of a file without its endings.
 fn stem(path: &Path) -> String {
-    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    name.split('.').next().filter(|s| !s.is_empty()).unwrap_or("program").to_owned()
+    let name = path
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
+    name.split('.')
+        .next()
+        .filter(|s| !s.is_empty())
+        .unwrap_or("program")
+        .to_owned()
 }
 
 fn write_trees(
@@ -86,10 +120,14 @@ fn write_trees(
 ) -> Result<(), Failure> {
     for source in sources {
         let (mut map, mut messages) = (SourceMap::new(), Messages::new());
-        let unit = front_end
-            .with(|options| srp_frontend::parse(source, options, &mut map, &mut messages));
+        let unit =
+            front_end.with(|options| srp_frontend::parse(source, options, &mut map, &mut messages));
         let name = stem(&PathBuf::from(&source.name));
-        Output { folder: out.folder, name }.write("ast", &srp_frontend::ast::show::show(&unit, &map))?;
+        Output {
+            folder: out.folder,
+            name,
+        }
+        .write("ast", &srp_frontend::ast::show::show(&unit, &map))?;
     }
     Ok(())
 }

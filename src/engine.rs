@@ -20,16 +20,23 @@ pub(crate) fn cores(
     if engine == Engine::Csim
         && let Some(simulator) = generated(&spec)?
     {
-        return Ok((0..count).map(|_| Box::new(simulator.core()) as Box<dyn Core>).collect());
+        return Ok((0..count)
+            .map(|_| Box::new(simulator.core()) as Box<dyn Core>)
+            .collect());
     }
     let interpreter = Interpreter::new(&spec);
-    Ok((0..count).map(|_| Box::new(interpreter.clone()) as Box<dyn Core>).collect())
+    Ok((0..count)
+        .map(|_| Box::new(interpreter.clone()) as Box<dyn Core>)
+        .collect())
 }
 
 /// The generated simulator; `None`, and a word about it, where there is no compiler.
 fn generated(spec: &SimSpec) -> Result<Option<Simulator>, Failure> {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-    let options = CompileOptions { rustc: rustc.into(), cache: files::cache_folder() };
+    let options = CompileOptions {
+        rustc: rustc.into(),
+        cache: files::cache_folder(),
+    };
     let mut spinner = None;
     let mut progress = |step| {
         if let srp_csimgen::compile::Progress::Compiling(_) = step {
@@ -39,7 +46,9 @@ fn generated(spec: &SimSpec) -> Result<Option<Simulator>, Failure> {
     let compiled = srp_csimgen::compile(&emit(spec), &options, &mut progress);
     drop(spinner);
     match compiled {
-        Ok(library) => Simulator::load(&library, spec).map(Some).map_err(Failure::message),
+        Ok(library) => Simulator::load(&library, spec)
+            .map(Some)
+            .map_err(Failure::message),
         Err(error @ CompileError::NoRustc(_)) => {
             eprintln!("note: {error}; the interpreter simulates instead (slower, same cycles)");
             Ok(None)

@@ -26,5 +26,8 @@ pub(crate) fn header(name: &str) -> Option<Source> {
 
 /// The kernels that come along.
 pub(crate) fn sources() -> Vec<Source> {
-    SOURCES.iter().map(|(name, text)| Source::new(*name, *text)).collect()
+    SOURCES
+        .iter()
+        .map(|(name, text)| Source::new(*name, *text))
+        .collect()
 }

@@ -69,7 +69,10 @@ fn write_report(args: &cli::Report) -> Result<(), Failure> {
         files::write(path, report::page(&report).as_bytes())?;
     }
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&report).map_err(Failure::message)?);
+        println!(
+            "{}",
+            serde_json::to_string_pretty(&report).map_err(Failure::message)?
+        );
     } else {
         print!("{}", report::text(&report));
     }

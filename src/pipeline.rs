@@ -56,7 +56,10 @@ pub(crate) fn read(paths: &[PathBuf], arch: &Arch) -> Result<Input, Failure> {
         return Ok(Input::C(sources?));
     };
     if paths.len() > 1 {
-        let message = format!("{} is compiled further than C: give it alone", path.display());
+        let message = format!(
+            "{} is compiled further than C: give it alone",
+            path.display()
+        );
         return Err(Failure::Message(message));
     }
     let text = files::read_text(path)?;
@@ -69,7 +72,11 @@ pub(crate) fn read(paths: &[PathBuf], arch: &Arch) -> Result<Input, Failure> {
                 srp_ir::text::read(&text).map_err(|e| at(e.line, e.column, &e.message))?;
             if let Err(violations) = srp_ir::verify(&program) {
                 let lines: Vec<String> = violations.iter().map(|v| v.to_string()).collect();
-                return Err(Failure::Message(format!("{}: {}", path.display(), lines.join("\n"))));
+                return Err(Failure::Message(format!(
+                    "{}: {}",
+                    path.display(),
+                    lines.join("\n")
+                )));
             }
             Input::Ir(Box::new(program))
         }
@@ -96,7 +103,11 @@ pub(crate) struct FrontEnd<'a> {
 
 impl<'a> FrontEnd<'a> {
     pub(crate) fn new(source: &'a cli::Source, arch: &'a Arch) -> FrontEnd<'a> {
-        FrontEnd { source, arch, texts: RefCell::default() }
+        FrontEnd {
+            source,
+            arch,
+            texts: RefCell::default(),
+        }
     }
 
     /// Runs `f` with the front end's options.
@@ -105,14 +116,24 @@ impl<'a> FrontEnd<'a> {
         let buffers = &self.arch.system.buffers;
         let mut defines = vec![
             ("SRP_RAYS".to_owned(), buffers.rays.to_string()),
-            ("SRP_RAY_BUFFERS".to_owned(), buffers.ray_buffers.to_string()),
-            ("SRP_HIT_BUFFERS".to_owned(), buffers.hit_buffers.to_string()),
+            (
+                "SRP_RAY_BUFFERS".to_owned(),
+                buffers.ray_buffers.to_string(),
+            ),
+            (
+                "SRP_HIT_BUFFERS".to_owned(),
+                buffers.hit_buffers.to_string(),
+            ),
         ];
         defines.extend(self.source.define.iter().map(|d| {
             let (name, value) = d.split_once('=').unwrap_or((d, "1"));
             (name.to_owned(), value.to_owned())
         }));
-        f(&Options { defines, resolve: &resolve, auto_kernel: !self.source.no_auto_kernel })
+        f(&Options {
+            defines,
+            resolve: &resolve,
+            auto_kernel: !self.source.no_auto_kernel,
+        })
     }
 
     /// An included file: beside the file that asks, in the folders of the command line, or one of
@@ -125,14 +146,18 @@ impl<'a> FrontEnd<'a> {
             .map(|folder| folder.join(include.name))
             .find_map(|path| files::read_source(&path).ok())
             .or_else(|| kernels::header(include.name))?;
-        self.texts.borrow_mut().insert(found.name.clone(), found.text.clone());
+        self.texts
+            .borrow_mut()
+            .insert(found.name.clone(), found.text.clone());
         Some(found)
     }
 
     /// Compiles to the intermediate form, before the passes. Warnings go to standard error.
     pub(crate) fn compile(&self, sources: &[Source]) -> Result<Program, Failure> {
         for source in sources {
-            self.texts.borrow_mut().insert(source.name.clone(), source.text.clone());
+            self.texts
+                .borrow_mut()
+                .insert(source.name.clone(), source.text.clone());
         }
         match self.with(|options| srp_frontend::compile(sources, options)) {
             Ok((program, warnings)) => {
@@ -152,7 +177,10 @@ impl<'a> FrontEnd<'a> {
             out.push_str(&render(diagnostic, text, talk::colour()));
             out.push_str("\n\n");
         }
-        let errors = diagnostics.iter().filter(|d| d.severity == Severity::Error).count();
+        let errors = diagnostics
+            .iter()
+            .filter(|d| d.severity == Severity::Error)
+            .count();
         match errors {
             0 => {}
             1 => out.push_str("1 error\n"),
@@ -164,7 +192,9 @@ impl<'a> FrontEnd<'a> {
 
 /// The program after the passes.
 pub(crate) fn optimise(mut program: Program, arch: &Arch) -> Program {
-    let options = pass::Options { precision: arch.precision };
+    let options = pass::Options {
+        precision: arch.precision,
+    };
     // What stands in a loop's way is said again, with the loop's name, when it is divided.
     let _remarks = pass::optimise(&mut program, &options);
     debug_assert_eq!(srp_ir::verify(&program), Ok(()));
@@ -180,7 +210,11 @@ pub(crate) fn schedule(mut program: Program, arch: &Arch) -> Result<Compiled, Fa
         match schedule_dre(&divided.dre, arch) {
             Ok(schedule) => {
                 not_pipelined.extend(unschedulable);
-                return Ok(Compiled { dre: Some(divided.dre), schedule, not_pipelined });
+                return Ok(Compiled {
+                    dre: Some(divided.dre),
+                    schedule,
+                    not_pipelined,
+                });
             }
             Err(ScheduleError::Kernel(kernel, why)) => {
                 let dfg = &divided.dre.kernels[kernel];
@@ -205,7 +239,10 @@ pub(crate) fn schedule(mut program: Program, arch: &Arch) -> Result<Compiled, Fa
 fn marked(program: &Program, name: &str) -> Option<(Func, Block)> {
     program.funcs.iter().find_map(|(func, data)| {
         let is = |&&block: &&Block| {
-            data.blocks[block].kernel.as_ref().is_some_and(|mark| mark.name == name)
+            data.blocks[block]
+                .kernel
+                .as_ref()
+                .is_some_and(|mark| mark.name == name)
         };
         data.layout.iter().find(is).map(|&block| (func, block))
     })
@@ -232,7 +269,11 @@ pub(crate) fn compile(input: Input, front_end: &FrontEnd<'_>) -> Result<Compiled
         Input::Ir(program) => schedule(*program, arch),
         Input::Dre(dre) => {
             let schedule = schedule_dre(&dre, arch).map_err(Failure::message)?;
-            Ok(Compiled { dre: Some(*dre), schedule, not_pipelined: Vec::new() })
+            Ok(Compiled {
+                dre: Some(*dre),
+                schedule,
+                not_pipelined: Vec::new(),
+            })
         }
         Input::Scheduled(program) => {
             srp_scheduler::check::check(&program, arch)
@@ -242,8 +283,15 @@ pub(crate) fn compile(input: Input, front_end: &FrontEnd<'_>) -> Result<Compiled
                 obstacle: None,
             };
             let loops: EntityMap<_, _> = program.kernels.values().map(facts).collect();
-            let schedule = Schedule { program: *program, loops };
-            Ok(Compiled { dre: None, schedule, not_pipelined: Vec::new() })
+            let schedule = Schedule {
+                program: *program,
+                loops,
+            };
+            Ok(Compiled {
+                dre: None,
+                schedule,
+                not_pipelined: Vec::new(),
+            })
         }
     }
 }

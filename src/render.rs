@@ -34,7 +34,10 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         BvhBuilder::Ploc => Builder::Ploc,
     };
     let spinner = Progress::spinner("building the BVH");
-    let options = bvh::Options { builder, ..bvh::Options::default() };
+    let options = bvh::Options {
+        builder,
+        ..bvh::Options::default()
+    };
     let bvh = bvh::build(&scene.triangles, &options);
     drop(spinner);
     if bvh.fell_back {
@@ -56,7 +59,11 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     let options = system::Options {
         max_cycles: MAX_CYCLES,
         sram_image: &program.image,
-        kernel_names: program.kernels.values().map(|k| k.dfg.name.clone()).collect(),
+        kernel_names: program
+            .kernels
+            .values()
+            .map(|k| k.dfg.name.clone())
+            .collect(),
         progress: &mut |p| progress.at(u64::from(p.tiles)),
         cancelled: &talk::interrupted,
     };
@@ -87,19 +94,23 @@ fn camera(args: &Render) -> Result<Option<Camera>, Failure> {
     if let Some(text) = &args.camera {
         return Camera::parse(text).map(Some).map_err(Failure::message);
     }
-    let Some(which) = &args.cameras else { return Ok(None) };
+    let Some(which) = &args.cameras else {
+        return Ok(None);
+    };
     let form = || Failure::Message(format!("--cameras {which}: write FILE.json:NAME/N"));
     let (path, view) = which.rsplit_once(':').ok_or_else(form)?;
     let (name, number) = view.rsplit_once('/').ok_or_else(form)?;
     let number: usize = number.parse().map_err(|_| form())?;
     let text = files::read_text(Path::new(path))?;
-    let at = |e: serde_json::Error| {
-        Failure::Message(format!("{path}:{}:{}: {e}", e.line(), e.column()))
-    };
+    let at =
+        |e: serde_json::Error| Failure::Message(format!("{path}:{}:{}: {e}", e.line(), e.column()));
     let scenes: BTreeMap<String, serde_json::Value> = serde_json::from_str(&text).map_err(at)?;
     let Some(scene) = scenes.get(name) else {
-        let known: Vec<&str> =
-            scenes.iter().filter(|(_, v)| v.is_object()).map(|(k, _)| k.as_str()).collect();
+        let known: Vec<&str> = scenes
+            .iter()
+            .filter(|(_, v)| v.is_object())
+            .map(|(k, _)| k.as_str())
+            .collect();
         return Err(Failure::Message(format!(
             "{path}: there is no scene `{name}`; there are {}",
             known.join(", ")
@@ -107,7 +118,10 @@ fn camera(args: &Render) -> Result<Option<Camera>, Failure> {
     };
     let views: Viewpoints = serde_json::from_value(scene.clone())
         .map_err(|e| Failure::Message(format!("{path}: scene `{name}`: {e}")))?;
-    views.camera(number).map(Some).map_err(|e| Failure::Message(format!("{path}: {name}: {e}")))
+    views
+        .camera(number)
+        .map(Some)
+        .map_err(|e| Failure::Message(format!("{path}: {name}: {e}")))
 }
 
 fn read_scene(path: Option<&Path>, camera: Option<Camera>) -> Result<Scene, Failure> {
@@ -132,7 +146,11 @@ fn read_scene(path: Option<&Path>, camera: Option<Camera>) -> Result<Scene, Fail
 
 /// Compiles the kernels that come along, or all C files of a folder.
 fn compile_kernels(folder: Option<&Path>, arch: &Arch) -> Result<Compiled, Failure> {
-    let none = SourceArgs { include: Vec::new(), define: Vec::new(), no_auto_kernel: true };
+    let none = SourceArgs {
+        include: Vec::new(),
+        define: Vec::new(),
+        no_auto_kernel: true,
+    };
     let front_end = FrontEnd::new(&none, arch);
     let input = match folder {
         None => Input::C(kernels::sources()),
@@ -153,7 +171,10 @@ fn c_files(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     paths.retain(|p| p.extension().is_some_and(|e| e == "c"));
     paths.sort();
     if paths.is_empty() {
-        return Err(Failure::Message(format!("there is no C file in {}", folder.display())));
+        return Err(Failure::Message(format!(
+            "there is no C file in {}",
+            folder.display()
+        )));
     }
     Ok(paths)
 }

@@ -30,9 +30,18 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     let finish = solo::run(core.as_mut(), &mut bus, args.limit);
     print(&bus.output);
     let finish = finish.map_err(Failure::message)?;
-    eprintln!("{} cycles: {} VLIW, {} switching", finish.cycles(), finish.vliw, finish.switch);
+    eprintln!(
+        "{} cycles: {} VLIW, {} switching",
+        finish.cycles(),
+        finish.vliw,
+        finish.switch
+    );
     for (kernel, cycles) in &finish.kernels {
-        let name = program.kernels.values().nth(*kernel as usize).map(|k| k.dfg.name.as_str());
+        let name = program
+            .kernels
+            .values()
+            .nth(*kernel as usize)
+            .map(|k| k.dfg.name.as_str());
         eprintln!("  {cycles} in {}", name.unwrap_or("a kernel"));
     }
     Ok(finish.status)
@@ -48,24 +57,34 @@ fn interpret(
     let dre = match input {
         Input::C(sources) => {
             let control = front_end.compile(&sources)?;
-            Dre { control, kernels: Default::default() }
+            Dre {
+                control,
+                kernels: Default::default(),
+            }
         }
-        Input::Ir(program) => Dre { control: *program, kernels: Default::default() },
+        Input::Ir(program) => Dre {
+            control: *program,
+            kernels: Default::default(),
+        },
         Input::Dre(dre) => *dre,
         Input::Scheduled(_) => {
             return Err(Failure::message("a scheduled program has no --engine ir"));
         }
     };
-    let layout =
-        Layout::of(&dre.control, arch.system.sram_bytes).map_err(Failure::message)?;
-    let main = dre.control.main.ok_or_else(|| Failure::message("the program has no `main`"))?;
+    let layout = Layout::of(&dre.control, arch.system.sram_bytes).map_err(Failure::message)?;
+    let main = dre
+        .control
+        .main
+        .ok_or_else(|| Failure::message("the program has no `main`"))?;
     let mut world = FlatWorld::new(&layout, arch.system.sram_bytes);
     let options = interp::Options {
         precision: arch.precision,
         steps: limit,
         ..interp::Options::new(&layout)
     };
-    let zeros = dre.control.funcs[main].blocks[dre.control.funcs[main].entry()].params.iter();
+    let zeros = dre.control.funcs[main].blocks[dre.control.funcs[main].entry()]
+        .params
+        .iter();
     let zero = |&v: &_| srp_ir::program::Bits::zero(dre.control.funcs[main].values[v]);
     let args: Vec<_> = zeros.map(zero).collect();
     let outcome = dre::run(&dre, main, &args, &mut world, &options);

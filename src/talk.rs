@@ -39,7 +39,9 @@ impl Progress {
     /// Work of unknown length.
     pub(crate) fn spinner(what: &'static str) -> Progress {
         let progress = Progress::new(what, None, "{msg:>12} {spinner} {elapsed}");
-        progress.0.enable_steady_tick(std::time::Duration::from_millis(120));
+        progress
+            .0
+            .enable_steady_tick(std::time::Duration::from_millis(120));
         progress
     }
 

@@ -126,8 +126,16 @@ fn slots(l: &LoopReport) -> Markup {
 }
 
 fn slot_cell(cell: Option<&Cell>) -> Markup {
-    let Some(cell) = cell else { return html! { td {} } };
-    let title = format!("n{} = {} {}  ({})", cell.node, cell.op, cell.operands.join(", "), cell.at);
+    let Some(cell) = cell else {
+        return html! { td {} };
+    };
+    let title = format!(
+        "n{} = {} {}  ({})",
+        cell.node,
+        cell.op,
+        cell.operands.join(", "),
+        cell.at
+    );
     let class = if cell.is_move { "move" } else { "op" };
     html! {
         td class=(class) title=(title) {

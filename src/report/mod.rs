@@ -145,12 +145,21 @@ pub(crate) struct NotPipelined {
 /// The report of a compiled program.
 pub(crate) fn report(compiled: &Compiled, arch: &Arch) -> Report {
     let program = &compiled.schedule.program;
-    let view = View { files: &program.files, arch };
+    let view = View {
+        files: &program.files,
+        arch,
+    };
     let loops = program.kernels.iter();
     Report {
         machine: arch.name.clone(),
-        loops: loops.map(|(k, s)| view.of_loop(s, &compiled.schedule.loops[k])).collect(),
-        not_pipelined: compiled.not_pipelined.iter().map(|n| view.not_pipelined(n)).collect(),
+        loops: loops
+            .map(|(k, s)| view.of_loop(s, &compiled.schedule.loops[k]))
+            .collect(),
+        not_pipelined: compiled
+            .not_pipelined
+            .iter()
+            .map(|n| view.not_pipelined(n))
+            .collect(),
     }
 }
 
@@ -163,7 +172,11 @@ struct View<'a> {
 impl View<'_> {
     fn position(&self, pos: Pos) -> Position {
         let file = self.files.get(pos.file).cloned().unwrap_or_default();
-        Position { file, line: pos.line, column: pos.column }
+        Position {
+            file,
+            line: pos.line,
+            column: pos.column,
+        }
     }
 
     fn not_pipelined(&self, n: &srp_ir::split::NotPipelined) -> NotPipelined {
@@ -211,8 +224,13 @@ impl View<'_> {
 
     fn latency(&self, schedule: &ModuloSchedule, node: Node) -> u32 {
         let class = schedule.dfg.nodes[node].op.class();
-        let placed = schedule.ops.values().find(|op| op.node == node && !op.is_move);
-        placed.and_then(|op| self.arch.fus[op.fu].op(class)).map_or(1, |op| op.latency)
+        let placed = schedule
+            .ops
+            .values()
+            .find(|op| op.node == node && !op.is_move);
+        placed
+            .and_then(|op| self.arch.fus[op.fu].op(class))
+            .map_or(1, |op| op.latency)
     }
 
     fn utilisation(&self, schedule: &ModuloSchedule) -> Vec<UnitLoad> {
@@ -250,7 +268,12 @@ impl View<'_> {
             node: op.node.index(),
             is_move: op.is_move,
             stage: op.time / schedule.ii,
-            operands: op.operands.iter().enumerate().map(|o| self.operand(dfg, op, o)).collect(),
+            operands: op
+                .operands
+                .iter()
+                .enumerate()
+                .map(|o| self.operand(dfg, op, o))
+                .collect(),
             at: self.position(data.pos),
         }
     }
@@ -270,10 +293,16 @@ impl View<'_> {
             Source::Const(_) => what,
             Source::Out(None) => format!("{what} of itself"),
             Source::Out(Some(link)) => {
-                format!("{what} of {}", self.arch.fus[self.arch.links[link].from].name)
+                format!(
+                    "{what} of {}",
+                    self.arch.fus[self.arch.links[link].from].name
+                )
             }
             Source::Reg { reg, .. } => {
-                format!("{what} in {}[{}]", self.arch.files[reg.file].name, reg.index)
+                format!(
+                    "{what} in {}[{}]",
+                    self.arch.files[reg.file].name, reg.index
+                )
             }
         }
     }

@@ -19,7 +19,13 @@ pub(crate) fn text(report: &Report) -> String {
 
 /// One line a loop.
 fn summary(out: &mut String, report: &Report) {
-    let width = report.loops.iter().map(|l| l.kernel.len()).max().unwrap_or(0).max(6);
+    let width = report
+        .loops
+        .iter()
+        .map(|l| l.kernel.len())
+        .max()
+        .unwrap_or(0)
+        .max(6);
     line(out, format_args!("machine {}", report.machine));
     line(
         out,
@@ -33,21 +39,37 @@ fn summary(out: &mut String, report: &Report) {
             out,
             format_args!(
                 "{:width$}  {:>4} {:>5} {:>4} {:>6} {:>6} {:>6} {:>10.2}",
-                l.kernel, l.operations, l.moves, l.ii, l.res_mii, l.rec_mii, l.stages, l.cycles_per_ray
+                l.kernel,
+                l.operations,
+                l.moves,
+                l.ii,
+                l.res_mii,
+                l.rec_mii,
+                l.stages,
+                l.cycles_per_ray
             ),
         );
     }
 }
 
 fn details(out: &mut String, l: &LoopReport) {
-    line(out, format_args!("\n{}: {} at II = {}", l.at, l.kernel, l.ii));
-    line(out, format_args!("  ResMII {}: {}", l.res_mii, l.res_mii_why));
+    line(
+        out,
+        format_args!("\n{}: {} at II = {}", l.at, l.kernel, l.ii),
+    );
+    line(
+        out,
+        format_args!("  ResMII {}: {}", l.res_mii, l.res_mii_why),
+    );
     if l.recurrence.is_empty() {
         line(out, format_args!("  RecMII 1: no recurrence"));
     } else {
         line(out, format_args!("  RecMII {}: the recurrence", l.rec_mii));
         for step in &l.recurrence {
-            line(out, format_args!("    {:8} {} cycles  {}", step.op, step.latency, step.at));
+            line(
+                out,
+                format_args!("    {:8} {} cycles  {}", step.op, step.latency, step.at),
+            );
         }
     }
     if let Some(why) = &l.why_not_lower {
@@ -72,7 +94,10 @@ fn details(out: &mut String, l: &LoopReport) {
 
 /// Why a loop is not on the array.
 pub(crate) fn not_pipelined(n: &NotPipelined) -> String {
-    format!("{}: {} is not on the array: {}\n  {}\n", n.at, n.kernel, n.reason, n.reason_at)
+    format!(
+        "{}: {} is not on the array: {}\n  {}\n",
+        n.at, n.kernel, n.reason, n.reason_at
+    )
 }
 
 fn line(out: &mut String, text: std::fmt::Arguments<'_>) {
