@@ -20,7 +20,7 @@ mod words;
 
 use crate::dfg::{Dfg, Node};
 use crate::dre::Dre;
-use crate::pass::compact;
+use crate::pass::{compact, dce};
 use crate::program::{
     Block, Func, Function, InstKind, Kernel, KernelMark, Pos, Program, Terminator, Value,
 };
@@ -76,7 +76,8 @@ struct Refusal {
     reason: String,
 }
 
-/// Divides a verified program. Functions of the control code are numbered anew, without gaps.
+/// Divides a verified program. Dead code of the control code is removed, and its functions are
+/// numbered anew, without gaps.
 pub fn split(program: &Program) -> Split {
     let mut result = Split {
         dre: Dre {
@@ -98,6 +99,8 @@ pub fn split(program: &Program) -> Split {
                 split_loop(&mut result, func, block, &mark);
             }
         }
+        // What led to a loop's end test alone is dead now.
+        dce(&mut result.dre.control.funcs[func]);
         compact(&mut result.dre.control.funcs[func]);
     }
     result

@@ -108,7 +108,7 @@ pub(crate) fn schedule(dfg: &Dfg, rng: &mut Pcg32) -> (u32, Vec<i64>) {
         .iter()
         .map(|_| i64::from(rng.next_u32() % 60))
         .collect();
-    loop {
+    for _ in 0..10_000 {
         let mut changed = false;
         for (from, to, dep) in dfg.deps() {
             let delay = dfg.delay(from, dep, latencies[from.index()]);
@@ -123,4 +123,5 @@ pub(crate) fn schedule(dfg: &Dfg, rng: &mut Pcg32) -> (u32, Vec<i64>) {
             return (ii, times);
         }
     }
+    panic!("an interval of {ii} is too small for the recurrences of {dfg:#?}");
 }

@@ -5,12 +5,13 @@ use crate::execute::{Access, Run, schedule};
 use crate::generate;
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
+use srp_archdesc::arch::Precision;
 use srp_archdesc::entity::Entity;
 use srp_ir::dfg::{Dfg, Node};
 use srp_ir::interp::{self, FlatWorld, Kernels, Options, Trap, TrapKind, World};
 use srp_ir::layout::Layout;
-use srp_ir::program::{Bits, Func, Kernel};
-use srp_ir::{dre, split, verify};
+use srp_ir::program::{Bits, Func, Kernel, Program};
+use srp_ir::{dre, pass, split, verify};
 use std::collections::BTreeMap;
 
 const SRAM: u32 = 64 << 10;
@@ -25,68 +26,87 @@ fn arguments(rng: &mut Pcg32, layout: &Layout) -> Vec<Bits> {
     args
 }
 
-#[test]
-fn divided_programs_mean_the_same() {
-    let (mut pipelined, mut ran, mut conflicts) = (0, 0, 0);
-    for seed in 0..3000 {
-        let program = generate::program(seed);
-        verify(&program).unwrap_or_else(|v| panic!("seed {seed}: {v:?}"));
-        let split = split::split(&program);
-        let control = &split.dre.control;
-        verify(control).unwrap_or_else(|v| panic!("seed {seed}: {v:?}"));
-        let Some(dfg) = split.dre.kernels.values().next() else {
+/// What the loops of a test were.
+#[derive(Default)]
+struct Seen {
+    pipelined: usize,
+    ran: usize,
+    conflicts: usize,
+}
+
+/// Divides a program and runs whole and parts with a few arguments.
+fn compare(whole: &Program, seed: u64, seen: &mut Seen) {
+    verify(whole).unwrap_or_else(|v| panic!("seed {seed}: {v:?}"));
+    let split = split::split(whole);
+    let control = &split.dre.control;
+    split
+        .dre
+        .verify()
+        .unwrap_or_else(|v| panic!("seed {seed}: {v:?}"));
+    let Some(dfg) = split.dre.kernels.values().next() else {
+        return;
+    };
+    assert_eq!(dfg.topological(), dfg.nodes.keys().collect::<Vec<_>>());
+    seen.pipelined += 1;
+    let layout = Layout::of(whole, SRAM).expect("fits");
+    let mut options = Options::new(&layout);
+    options.steps = STEPS;
+    let mut rng = Pcg32::new(seed, 5);
+    for _ in 0..3 {
+        let args = arguments(&mut rng, &layout);
+        let mut world = FlatWorld::new(&layout, SRAM);
+        let func = Func::new(0);
+        let Ok(expected) = interp::run(whole, func, &args, &mut world, &options) else {
             continue;
         };
-        dfg.verify()
-            .unwrap_or_else(|v| panic!("seed {seed}: {v:?}"));
-        assert_eq!(dfg.topological(), dfg.nodes.keys().collect::<Vec<_>>());
-        pipelined += 1;
-        let layout = Layout::of(&program, SRAM).expect("fits");
-        let mut options = Options::new(&layout);
-        options.steps = STEPS;
-        let mut rng = Pcg32::new(seed, 5);
-        for _ in 0..3 {
-            let args = arguments(&mut rng, &layout);
-            let mut world = FlatWorld::new(&layout, SRAM);
-            let func = Func::new(0);
-            let Ok(whole) = interp::run(&program, func, &args, &mut world, &options) else {
-                continue;
-            };
-            ran += 1;
-            let mut divided_world = FlatWorld::new(&layout, SRAM);
-            let divided = dre::run(&split.dre, func, &args, &mut divided_world, &options);
-            let divided = divided.unwrap_or_else(|t| panic!("seed {seed}: {}", t.show(control)));
-            assert_eq!(whole.end, divided.end, "seed {seed}");
-            assert!(world == divided_world, "seed {seed}: memory differs");
-            let mut shuffled = Shuffled {
-                dfg,
-                rng: Pcg32::new(seed, 3),
-                conflicts: 0,
-                seed,
-            };
-            let mut shuffled_world = FlatWorld::new(&layout, SRAM);
-            let other = interp::run_with(
-                control,
-                func,
-                &args,
-                &mut shuffled_world,
-                &mut shuffled,
-                &options,
-            );
-            assert_eq!(whole.end, other.expect("runs").end, "seed {seed}, shuffled");
-            assert!(
-                world == shuffled_world,
-                "seed {seed}: shuffled memory differs"
-            );
-            conflicts += shuffled.conflicts;
-        }
+        seen.ran += 1;
+        let mut divided_world = FlatWorld::new(&layout, SRAM);
+        let divided = dre::run(&split.dre, func, &args, &mut divided_world, &options);
+        let divided = divided.unwrap_or_else(|t| panic!("seed {seed}: {}", t.show(control)));
+        assert_eq!(expected.end, divided.end, "seed {seed}");
+        assert!(world == divided_world, "seed {seed}: memory differs");
+        let mut shuffled = Shuffled {
+            dfg,
+            rng: Pcg32::new(seed, 3),
+            conflicts: 0,
+            seed,
+        };
+        let mut world_after = FlatWorld::new(&layout, SRAM);
+        let ran = interp::run_with(
+            control,
+            func,
+            &args,
+            &mut world_after,
+            &mut shuffled,
+            &options,
+        );
+        assert_eq!(
+            expected.end,
+            ran.expect("runs").end,
+            "seed {seed}, shuffled"
+        );
+        assert!(world == world_after, "seed {seed}: shuffled memory differs");
+        seen.conflicts += shuffled.conflicts;
     }
-    assert!(pipelined > 2000, "{pipelined} of 3000 loops became kernels");
-    assert!(
-        ran > pipelined,
-        "{ran} runs of {pipelined} kernels came to an end"
-    );
-    assert!(conflicts > 10_000, "{conflicts} conflicts");
+}
+
+#[test]
+fn divided_programs_mean_the_same() {
+    let (mut plain, mut optimised) = (Seen::default(), Seen::default());
+    for seed in 0..2000 {
+        let mut program = generate::program(seed);
+        compare(&program, seed, &mut plain);
+        let options = pass::Options {
+            precision: Precision::EXACT,
+        };
+        pass::optimise(&mut program, &options);
+        compare(&program, seed, &mut optimised);
+    }
+    for seen in [plain, optimised] {
+        assert!(seen.pipelined > 1300, "{} kernels", seen.pipelined);
+        assert!(seen.ran > seen.pipelined, "{} runs", seen.ran);
+        assert!(seen.conflicts > 5000, "{} conflicts", seen.conflicts);
+    }
 }
 
 /// Runs a kernel in order, checking its conflicts, and then again in the order of a schedule.
