@@ -160,7 +160,9 @@ fn transfer(
         scope: format!("bundle {bundle}"),
         pos,
     };
-    let latency = branch_latency(linker, data, &site)?;
+    branch_unit(linker, data, &site)?;
+    // The link register is written when the target issues.
+    let latency = linker.arch.branch_delay + 1;
     linker.max_latency = linker.max_latency.max(latency);
     let back = bundle.index() as u32 + linker.arch.branch_delay + 1;
     let target = |to: Bundle| linker.bundle(to, &site.scope);
@@ -201,16 +203,15 @@ fn transfer(
     })
 }
 
-/// The latency of the branch unit that a bundle's control transfer takes: that of the first slot
-/// that can branch and has nothing else to do.
-fn branch_latency(linker: &Linker, data: &BundleData, site: &Site) -> Result<u32, LinkError> {
+/// Whether a slot that can branch is left for a bundle's control transfer.
+fn branch_unit(linker: &Linker, data: &BundleData, site: &Site) -> Result<(), LinkError> {
     let free = |fu: &srp_archdesc::arch::Fu| data.ops.iter().all(|op| op.fu != *fu);
     linker
         .arch
         .slots()
         .into_iter()
         .filter(free)
-        .find_map(|fu| linker.arch.fus[fu].op(Class::Branch))
-        .map(|op| op.latency.max(1))
+        .find(|&fu| linker.arch.fus[fu].op(Class::Branch).is_some())
+        .map(|_| ())
         .ok_or_else(|| site.error(linker, "no slot is left that can branch"))
 }

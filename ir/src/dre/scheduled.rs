@@ -123,7 +123,8 @@ pub enum Control {
         /// Where to.
         target: Bundle,
     },
-    /// To a function; the bundle after the delay is written into the link register.
+    /// To a function. The number of the bundle after the delay is written into the link register,
+    /// where it stands from the cycle in which the target issues.
     Call {
         /// Its first bundle.
         target: Bundle,

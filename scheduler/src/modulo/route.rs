@@ -219,7 +219,11 @@ impl Search<'_, '_> {
 
     /// What writing the value into a file costs, or `None` where it does not fit.
     fn write_cost(&self, file: Place, time: i32, tag: Tag, via: Via, price: u32) -> Option<u32> {
-        if self.problem.graph.places[file].width < self.request.ty.bits() {
+        if self.problem.graph.places[file].width < self.request.ty.bits()
+            || self
+                .table
+                .written_otherwise(self.request.from, file, time, tag)
+        {
             return None;
         }
         if let Tag::LiveOut(_) = tag {

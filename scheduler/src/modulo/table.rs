@@ -150,6 +150,15 @@ impl Table {
         }
     }
 
+    /// Whether the value of `node` is written into a file in this cycle under another tag already:
+    /// one result goes into at most one register of a file.
+    pub(super) fn written_otherwise(&self, node: Node, place: Place, time: i32, tag: Tag) -> bool {
+        self.items[node].keys().any(|item| match *item {
+            Item::Written(p, t, other, _) => p == place && t == time && other != tag,
+            _ => false,
+        })
+    }
+
     /// Whether a unit can issue an operation with this timing in this cycle.
     pub(super) fn issues(&self, fu: Fu, time: i32, timing: &FuOp) -> bool {
         timing.interval <= self.ii
