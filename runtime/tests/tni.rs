@@ -294,7 +294,7 @@ fn aimed_rays_do_not_leak_through_a_closed_mesh() {
 fn tube(columns: usize, rows: usize, offset: Vec3) -> Vec<Triangle> {
     let ring = |i: usize, j: usize| {
         let angle = (i % columns) as f32 / columns as f32 * std::f32::consts::TAU;
-        let along = if j % 2 == 0 { 0.013 } else { -0.004 };
+        let along = if j.is_multiple_of(2) { 0.013 } else { -0.004 };
         let x = (j as f32 / rows as f32 - 0.5) * 2.0;
         offset + Vec3::new(x + along * angle.sin(), angle.cos(), angle.sin())
     };
