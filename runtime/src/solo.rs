@@ -6,7 +6,7 @@ use crate::ports;
 use std::collections::{BTreeMap, VecDeque};
 
 /// Where system memory begins.
-pub const SYSTEM_BASE: u32 = 0x8000_0000;
+pub use crate::memory::BASE as SYSTEM_BASE;
 
 /// What there is round a core that is by itself. No access ever stalls.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -274,13 +274,18 @@ pub(super) fn parse<'x>(xml: &'x str, name: &str) -> Read<Element<'x>> {
     if let Some(element) = open.last() {
         return element.fault(format!("`<{}>` is never closed", element.name));
     }
+    called(root, name, xml.len() as u32)
+}
+
+/// The root element, if it has this name.
+fn called<'x>(root: Option<Element<'x>>, name: &str, end: u32) -> Read<Element<'x>> {
     match root {
         Some(root) if root.name == name => Ok(root),
         Some(root) => root.fault(format!("expected `<{name}>`, found `<{}>`", root.name)),
-        None => {
-            let end = Span::point(xml.len() as u32);
-            fault(end, format!("the file has no element; expected `<{name}>`"))
-        }
+        None => fault(
+            Span::point(end),
+            format!("the file has no element; expected `<{name}>`"),
+        ),
     }
 }
 
