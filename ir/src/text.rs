@@ -35,6 +35,7 @@
 //! numbers it gives them, so that reading what was written gives the same program up to the
 //! numbering of [`compact`](crate::pass::compact).
 
+mod body;
 mod lex;
 mod read;
 mod write;

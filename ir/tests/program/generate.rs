@@ -109,7 +109,7 @@ fn has_identities(op: Opcode) -> bool {
     ];
     let class = matches!(
         op.class(),
-        Class::Alu | Class::Imul | Class::Idiv | Class::Pred | Class::Valu
+        Class::Fadd | Class::Alu | Class::Imul | Class::Idiv | Class::Pred | Class::Valu
     );
     op.is_pure() && (class || lanes.contains(&op))
 }

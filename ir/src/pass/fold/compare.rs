@@ -1,4 +1,4 @@
-//! Identities of integer comparisons.
+//! Identities of comparisons.
 
 use super::Folder;
 use crate::program::*;
@@ -25,7 +25,7 @@ impl Folder<'_> {
 
     /// A relation of a constant and a word that is one of two constants: what the relation is for
     /// each decides.
-    fn two_valued(&mut self, op: Opcode, a: Value, b: Value) -> Option<Value> {
+    pub(super) fn two_valued(&mut self, op: Opcode, a: Value, b: Value) -> Option<Value> {
         let (choice, left) = match (self.word(a), self.word(b)) {
             (None, Some(_)) => (a, true),
             (Some(_), None) => (b, false),
