@@ -15,12 +15,12 @@ use srp_ir::program::{
 const DATA: u32 = 256;
 
 /// What stands in system memory at first.
-pub fn system_memory() -> Vec<u8> {
+pub(crate) fn system_memory() -> Vec<u8> {
     (0..DATA).map(|i| (i * 37 + 11) as u8).collect()
 }
 
 /// A program with one random loop.
-pub fn random(random: &mut Pcg64) -> Dre {
+pub(crate) fn random(random: &mut Pcg64) -> Dre {
     let mut body = Body::new();
     let size = 2 + below(random, 30);
     while body.nodes.len() < size as usize {

@@ -5,17 +5,17 @@ use rand_pcg::rand_core::Rng;
 use std::fmt::Write;
 
 /// A number below `n`.
-pub fn below(random: &mut Pcg64, n: u32) -> u32 {
+pub(crate) fn below(random: &mut Pcg64, n: u32) -> u32 {
     (random.next_u64() >> 32) as u32 % n
 }
 
 /// One of these.
-pub fn one_of<T: Copy>(random: &mut Pcg64, choices: &[T]) -> T {
+pub(crate) fn one_of<T: Copy>(random: &mut Pcg64, choices: &[T]) -> T {
     choices[below(random, choices.len() as u32) as usize]
 }
 
 /// A machine with random arrays, links, units, latencies and files, on which everything can run.
-pub fn random(random: &mut Pcg64) -> String {
+pub(crate) fn random(random: &mut Pcg64) -> String {
     let mut xml = String::from("<machine name=\"random\">\n");
     let ports = 1 + below(random, 4);
     let mut line = |text: std::fmt::Arguments<'_>| {

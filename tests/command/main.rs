@@ -1,0 +1,154 @@
+//! The command itself: input that is at fault ends with status 1, a message that says where, no
+//! panic, and no output file; the default frame is the same by both engines.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A folder of its own for a test, emptied.
+fn folder(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&path);
+    std::fs::create_dir_all(&path).expect("the target folder can be written");
+    path
+}
+
+fn srp(folder: &Path, args: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_srp"));
+    command
+        .current_dir(folder)
+        .args(args)
+        .env("SRP_CACHE", folder.join("cache"));
+    command.output().expect("the command can be started")
+}
+
+/// A file of a test.
+fn write(folder: &Path, name: &str, text: &str) {
+    std::fs::write(folder.join(name), text).expect("the test's folder can be written");
+}
+
+const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+/// Runs the command on input that is at fault; its message must hold all of `says`.
+fn refused(folder: &Path, args: &[&str], says: &[&str]) {
+    let before = std::fs::read_dir(folder).expect("it is there").count();
+    let output = srp(folder, args);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "srp {args:?}: {message}");
+    for part in says {
+        assert!(
+            message.contains(part),
+            "srp {args:?} does not say {part:?}:\n{message}"
+        );
+    }
+    assert!(!message.contains("panicked"), "srp {args:?}: {message}");
+    let after = std::fs::read_dir(folder).expect("it is there").count();
+    assert_eq!(before, after, "srp {args:?} left a file");
+}
+
+#[test]
+fn scenes_at_fault_are_refused() {
+    let folder = folder("scenes");
+    write(&folder, "truncated.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2");
+    write(&folder, "range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n");
+    write(
+        &folder,
+        "nan.obj",
+        &TRIANGLE.replace("v 1 0 0", "v 1 nan 0"),
+    );
+    refused(&folder, &["render", "missing.obj"], &["missing.obj"]);
+    refused(&folder, &["render", "truncated.obj"], &["truncated.obj:4:"]);
+    refused(&folder, &["render", "range.obj"], &["range.obj:4:7"]);
+    refused(&folder, &["render", "nan.obj"], &["nan.obj:2:5"]);
+}
+
+#[test]
+fn machines_at_fault_are_refused() {
+    let folder = folder("machines");
+    let machine = include_str!("../../archdesc/machines/tiny.xml");
+    let unknown = machine.replacen("<array rows=", "<array colour=\"blue\" rows=", 1);
+    assert_ne!(unknown, machine);
+    write(&folder, "unknown.xml", &unknown);
+    let dangling = machine.replacen(
+        "</array>",
+        "<link from=\"fu_9_9\" to=\"fu_0_0\"/></array>",
+        1,
+    );
+    assert_ne!(dangling, machine);
+    write(&folder, "dangling.xml", &dangling);
+    refused(
+        &folder,
+        &["machine", "check", "unknown.xml"],
+        &["unknown.xml:", "colour"],
+    );
+    refused(
+        &folder,
+        &["render", "--machine", "dangling.xml"],
+        &["dangling.xml:", "fu_9_9"],
+    );
+}
+
+#[test]
+fn programs_at_fault_are_refused() {
+    let folder = folder("programs");
+    write(
+        &folder,
+        "syntax.c",
+        "int main(void)\n{\n    return 1 +;\n}\n",
+    );
+    write(
+        &folder,
+        "type.c",
+        "int main(void)\n{\n    int *p = 1.5f;\n    return *p;\n}\n",
+    );
+    write(
+        &folder,
+        "unsupported.c",
+        "int main(void)\n{\n    goto end;\nend:\n    return 0;\n}\n",
+    );
+    refused(&folder, &["run", "syntax.c"], &["syntax.c:3:15"]);
+    refused(&folder, &["run", "type.c"], &["type.c:3:14"]);
+    refused(
+        &folder,
+        &["compile", "unsupported.c"],
+        &["unsupported.c:3:5"],
+    );
+}
+
+#[test]
+fn an_output_that_cannot_be_written_is_refused() {
+    let folder = folder("output");
+    refused(
+        &folder,
+        &["render", "-o", "no/such/folder/out.png"],
+        &["no/such/folder/out.png"],
+    );
+    let output = srp(&folder, &["render", "--size", "0x4"]);
+    assert_eq!(
+        output.status.code(),
+        Some(2),
+        "the command line is at fault"
+    );
+}
+
+/// Picture and account of the default frame by one engine.
+fn frame(folder: &Path, engine: &str) -> (Vec<u8>, Vec<u8>) {
+    let (png, json) = (format!("{engine}.png"), format!("{engine}.json"));
+    let size = "64x48";
+    let args = [
+        "render", "--size", size, "--engine", engine, "-o", &png, "--report", &json,
+    ];
+    let output = srp(folder, &args);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{message}");
+    let read = |name: &str| std::fs::read(folder.join(name)).expect("it was written");
+    (read(&png), read(&json))
+}
+
+/// The generated simulator needs rustc, without which the interpreter takes its place.
+#[test]
+fn both_engines_give_the_same_picture_and_cycles() {
+    let folder = folder("engines");
+    let (interp, csim) = (frame(&folder, "interp"), frame(&folder, "csim"));
+    assert!(interp.0 == csim.0, "the pictures differ");
+    assert!(interp.1 == csim.1, "the accounts differ");
+}
