@@ -1,6 +1,6 @@
 //! [`Messages`]: what one run has to say, and the codes it says it with.
 
-use srp_archdesc::diagnostic::{Diagnostic, Severity};
+use srp_archdesc::diagnostic::{Diagnostic, Severity, render};
 
 /// Errors after which a run says no more.
 pub const MAX_ERRORS: usize = 100;
@@ -92,6 +92,22 @@ codes! {
     SHIFT_RANGE = "C0908";
 }
 
+/// Messages as a terminal shows them, an empty line after each. `text` gives the text of a file by
+/// the name that messages know it by; where it has none, the message comes without the lines.
+pub fn render_all(
+    messages: &[Diagnostic],
+    text: &dyn Fn(&str) -> Option<String>,
+    colour: bool,
+) -> String {
+    let mut out = String::new();
+    for message in messages {
+        let source = text(&message.file).unwrap_or_default();
+        out.push_str(&render(message, &source, colour));
+        out.push_str("\n\n");
+    }
+    out
+}
+
 /// The messages of a run, in the order of their discovery.
 #[derive(Debug, Default)]
 pub struct Messages {
@@ -111,7 +127,7 @@ impl Messages {
         if self.errors >= MAX_ERRORS {
             return;
         }
-        let recent = self.list.iter().rev().take(8);
+        let recent = self.list.iter().rev().take(64);
         if recent.into_iter().any(|m| *m == message) {
             return;
         }

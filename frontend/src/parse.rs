@@ -92,7 +92,10 @@ fn explain(
         Some(token) => (show(&token.tok), token.span),
         None => ("the end of the file".to_owned(), end),
     };
-    let wanted = wanted(&trouble.expected);
+    if complained_before(trouble.at, tokens, sources) {
+        return None;
+    }
+    let wanted = wanted(&trouble.expected, token.is_none());
     let text = match wanted {
         Some(wanted) => format!("expected {wanted}, found {found}"),
         None => format!("{found} cannot stand here"),
@@ -123,14 +126,43 @@ fn explain(
     }
 }
 
+/// Whether something earlier on the line of a token was complained about: what follows from that
+/// is no news.
+fn complained_before(at: usize, tokens: &[Token], sources: &SourceMap) -> bool {
+    let at = at.min(tokens.len());
+    let Some(before) = at.checked_sub(1).and_then(|at| tokens.get(at)) else {
+        return false;
+    };
+    let line = |token: &Token| {
+        let pos = sources.pos(token.span);
+        (pos.file, pos.line)
+    };
+    let same_line = tokens[..at]
+        .iter()
+        .rev()
+        .take_while(|t| line(t) == line(before));
+    same_line.take(64).any(|token| token.tok == Tok::Bad)
+}
+
 /// What was expected in words: the one thing that would help most.
-fn wanted(expected: &[String]) -> Option<&'static str> {
+fn wanted(expected: &[String], at_end: bool) -> Option<&'static str> {
     let has = |name: &str| expected.iter().any(|e| e.trim_matches('"') == name);
+    if at_end && has("}") {
+        return Some("`}`");
+    }
     if has("integer") {
-        return Some(if has("while") {
+        let statement = has("while");
+        return Some(if statement {
             "a statement"
         } else {
             "an expression"
+        });
+    }
+    if has("typedef") {
+        return Some(if has("identifier") {
+            "a name"
+        } else {
+            "a declaration"
         });
     }
     let single = [

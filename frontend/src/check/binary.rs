@@ -321,7 +321,7 @@ impl Checker<'_> {
         };
         let ty = self.body.places[place].ty.ty;
         let Some(op) = op else {
-            let value = self.assign_to(value, ty, "what is assigned to");
+            let value = self.assign_to(value, ty, "the left side");
             return self.make(ExprKind::Assign(place, value), ty, span);
         };
         let Kind::Arithmetic(binary) = kind(op) else {

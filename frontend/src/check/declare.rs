@@ -404,6 +404,7 @@ impl Checker<'_> {
         params: &ast::Params,
         root: ast::StmtId,
     ) -> Body {
+        let errors = self.messages.errors();
         self.body = Body::default();
         self.context = Context {
             result: Some(result),
@@ -434,7 +435,8 @@ impl Checker<'_> {
         let (root_stmt, flow) = self.function_block(root);
         self.scopes.pop();
         let returns = result != self.types.known.void && !self.is_error(result);
-        if flow && returns && &**name != "main" {
+        let sound = self.messages.errors() == errors;
+        if flow && returns && sound && &**name != "main" {
             let span = self.unit.stmts[root].span;
             let end = Span::new(span.end.saturating_sub(1), span.end);
             let text = format!("`{name}` may end without returning a value");

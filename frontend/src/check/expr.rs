@@ -261,7 +261,12 @@ impl Checker<'_> {
             None => {
                 if !self.is_error(ty) {
                     let text = format!("{} is no pointer", self.show(ty));
-                    self.error(OPERANDS, span, text, "");
+                    let message = self.sources.error(OPERANDS, span, text, "");
+                    let message = match self.types.get(ty) {
+                        Type::Record(_) => message.help("a struct's own members are `.`"),
+                        _ => message,
+                    };
+                    self.messages.push(message);
                 }
                 QualType::plain(self.types.known.error)
             }
@@ -339,7 +344,9 @@ impl Checker<'_> {
                     let message = self.sources.error(MEMBER, span, text, "");
                     let pointer = self.types.pointee(outer.ty).map(|to| self.types.get(to.ty));
                     let message = match pointer {
-                        Some(Type::Record(_)) => message.help("a pointer's members are `->`"),
+                        Some(Type::Record(_)) => {
+                            message.help("the members of what a pointer points to are `->`")
+                        }
                         _ => message,
                     };
                     self.messages.push(message);

@@ -82,6 +82,10 @@ pub(crate) fn preprocess(
         preprocessor.predefine(name, body, nowhere);
     }
     preprocessor.file(file);
+    if preprocessor.budget == 0 {
+        // What is left of a text cut somewhere would only be mistaken for more mistakes.
+        return Vec::new();
+    }
     preprocessor.out
 }
 

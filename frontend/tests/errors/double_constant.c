@@ -1,0 +1,4 @@
+float half(float x)
+{
+    return x * 0.5;
+}

@@ -1,0 +1,4 @@
+double x;
+long double y;
+long long z;
+float f(double d);

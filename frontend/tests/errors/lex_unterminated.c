@@ -1,0 +1,3 @@
+const char *s = "no end;
+int c = 'x;
+int ok = 1;

@@ -1,0 +1,6 @@
+int g;
+static int g;
+extern int nowhere;
+int missing(int);
+int f(void) { return nowhere + missing(nowhere); }
+int main(int argc) { return argc; }

@@ -1,0 +1,4 @@
+#include "missing.h"
+#include nothing
+#include <also/missing.h>
+int x = undeclared;

@@ -1,0 +1,5 @@
+#pragma srp kernal
+#pragma srp unroll 1000
+#pragma omp parallel
+#pragma srp unroll x
+int x = undeclared;

@@ -1,0 +1,6 @@
+int f(void)
+{
+    return 2;
+}
+}
+int g(void) { return 3; }

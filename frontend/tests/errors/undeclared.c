@@ -1,0 +1,6 @@
+int f(void)
+{
+    int a = b;
+    c = a + d(e);
+    return a;
+}

@@ -1,0 +1,2 @@
+this is not C at all, only text;
+and so on ( until the end
