@@ -5,9 +5,9 @@
 //! within a context the iteration of a step is known modulo the unrolling, which is all that a ring
 //! needs; a rotating file is addressed relative to the iteration begun last.
 
-use super::order::sequence;
+use super::flow::{Contexts, Dest, Flow};
 use super::{Iteration, LinkError, Linker, Site};
-use crate::spec::{Action, Cell, KernelSpec, Landing, MAX_STAGES, Operand, Preset, Role, Step};
+use crate::spec::{Action, Cell, KernelSpec, MAX_STAGES, Operand, Preset};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Effect, Opcode, Ty};
 use srp_archdesc::resource::Place;
@@ -27,14 +27,12 @@ pub(super) fn kernel(linker: &mut Linker, kernel: Kernel) -> Result<KernelSpec, 
     let trip = live_in(linker, schedule, schedule.dfg.trip, Ty::Word, &site)?;
     let preloads = preloads(linker, schedule, &site)?;
     let mut array = Array {
-        kernel: kernel.index() as u32,
         schedule,
-        unroll,
-        contexts: vec![Vec::new(); (schedule.ii * unroll) as usize],
+        contexts: Contexts::new(kernel.index() as u32, schedule, unroll),
         delayed: BTreeMap::new(),
     };
     array.add_all(linker)?;
-    let contexts = array.finish(linker);
+    let contexts = array.contexts.finish(linker);
     let setting = (preloads.len() as u32).div_ceil(linker.arch.preload_width.max(1));
     Ok(KernelSpec {
         name: schedule.dfg.name.clone(),
@@ -139,16 +137,12 @@ fn preloads(
     Ok(presets)
 }
 
-/// One kernel's contexts in the making. Results are added with their latency, so that the oldest
-/// can be put last.
+/// One kernel on its way into contexts.
 struct Array<'a> {
-    kernel: u32,
     schedule: &'a ModuloSchedule,
-    unroll: u32,
-    contexts: Vec<Vec<(u32, Step)>>,
-    /// Outputs that are read over links with registers, the longest delay of each, and the store
-    /// that holds what they were.
-    delayed: BTreeMap<Place, (u32, u32)>,
+    contexts: Contexts,
+    /// The store of what an output was, for those read over links with registers.
+    delayed: BTreeMap<Place, u32>,
 }
 
 impl Array<'_> {
@@ -198,10 +192,8 @@ impl Array<'_> {
             }
         }
         for (place, delay) in longest {
-            let name = format!("{}_past", linker.stores[place.index()].name);
-            let ty = linker.stores[place.index()].ty;
-            let store = linker.add_store(name, ty, delay, Role::Flight(self.kernel));
-            self.delayed.insert(place, (delay, store));
+            let store = self.contexts.add_past(linker, place, delay);
+            self.delayed.insert(place, store);
         }
         Ok(())
     }
@@ -213,22 +205,7 @@ impl Array<'_> {
         op: &PlacedOp,
         site: &Site,
     ) -> Result<(), LinkError> {
-        let node = &self.schedule.dfg.nodes[op.node];
-        let (opcode, imm) = match (op.is_move, node.op.result()) {
-            (false, _) => (node.op, node.imm),
-            (true, Some(ty)) => (Opcode::mov(ty), 0),
-            (true, None) => {
-                return Err(site.error(linker, format!("`{}` has no value to move", node.op)));
-            }
-        };
-        let info = opcode.info();
-        if info.effect == Effect::Io {
-            return Err(site.error(linker, "the array has no ports"));
-        }
-        if op.operands.len() != info.operands.len() {
-            let message = format!("`{opcode}` takes {} operands", info.operands.len());
-            return Err(site.error(linker, message));
-        }
+        let (opcode, imm) = self.opcode(linker, op, site)?;
         let latency = match opcode.result() {
             Some(_) => linker.latency(op.fu, opcode, site)?,
             // A store is over with its cycle.
@@ -240,15 +217,10 @@ impl Array<'_> {
             linker.writes(op.fu, write.file, site)?;
             dests.push(Dest::Reg(*write));
         }
-        let at = linker.position(site.pos);
         let mut issues = Vec::new();
-        for block in 0..self.unroll {
-            let when = Iteration {
-                block: i64::from(block),
-                back: i64::from(op.time / self.schedule.ii),
-            };
+        for when in self.contexts.iterations(op.time) {
             let mut operands = Vec::new();
-            for (source, kind) in op.operands.iter().zip(info.operands) {
+            for (source, kind) in op.operands.iter().zip(opcode.info().operands) {
                 operands.push(self.source(linker, op, source, kind.ty(), when, site)?);
             }
             issues.push(Action::Op {
@@ -263,9 +235,34 @@ impl Array<'_> {
             latency,
             ty: opcode.result(),
             dests,
-            at,
+            at: linker.position(site.pos),
         };
-        self.add_flow(linker, &flow, issues, site)
+        self.contexts.add_flow(linker, &flow, issues, site)
+    }
+
+    /// What an operation is, with its immediate.
+    fn opcode(
+        &self,
+        linker: &Linker,
+        op: &PlacedOp,
+        site: &Site,
+    ) -> Result<(Opcode, i32), LinkError> {
+        let node = &self.schedule.dfg.nodes[op.node];
+        let (opcode, imm) = match (op.is_move, node.op.result()) {
+            (false, _) => (node.op, node.imm),
+            (true, Some(ty)) => (Opcode::mov(ty), 0),
+            (true, None) => {
+                return Err(site.error(linker, format!("`{}` has no value to move", node.op)));
+            }
+        };
+        if opcode.info().effect == Effect::Io {
+            return Err(site.error(linker, "the array has no ports"));
+        }
+        let takes = opcode.info().operands.len();
+        if op.operands.len() != takes {
+            return Err(site.error(linker, format!("`{opcode}` takes {takes} operands")));
+        }
+        Ok((opcode, imm))
     }
 
     /// Where an operand of iteration `when` is read.
@@ -278,13 +275,9 @@ impl Array<'_> {
         when: Iteration,
         site: &Site,
     ) -> Result<Operand, LinkError> {
-        let place_of = |fu| match ty {
-            Ty::Pred => linker.graph.pred_out[fu],
-            Ty::Word | Ty::Vec => linker.graph.out[fu],
-        };
         let cell = match source {
             Source::Const(bits) => return linker.constant(*bits, ty, site),
-            Source::Out(None) => linker.place_cell(place_of(op.fu), 0),
+            Source::Out(None) => linker.output(op.fu, ty),
             Source::Out(Some(link)) => {
                 let (from, to) = self.ends(linker, *link, ty, site)?;
                 if to != op.fu {
@@ -292,9 +285,9 @@ impl Array<'_> {
                     return Err(site.error(linker, format!("{link} does not lead to {unit}")));
                 }
                 match linker.arch.links[*link].delay {
-                    0 => linker.place_cell(place_of(from), 0),
+                    0 => linker.output(from, ty),
                     delay => Cell {
-                        store: self.delayed[&place_of(from)].1,
+                        store: self.delayed[&linker.output_place(from, ty)],
                         index: delay - 1,
                     },
                 }
@@ -305,11 +298,7 @@ impl Array<'_> {
                 linker.register(*reg, Iteration { back, ..when }, ty, site)?
             }
         };
-        let store = &linker.stores[cell.store as usize];
-        if store.ty < ty {
-            let message = format!("{} is too narrow for a {}", store.name, super::name(ty));
-            return Err(site.error(linker, message));
-        }
+        linker.holds(cell, ty, site)?;
         Ok(Operand::Cell(cell))
     }
 
@@ -345,20 +334,15 @@ impl Array<'_> {
         };
         let (from, to) = self.ends(linker, transfer.link, ty, site)?;
         linker.writes(to, transfer.to.file, site)?;
-        if linker
-            .arch
-            .files
-            .get(transfer.to.file)
-            .is_some_and(|f| !f.from_links)
-        {
-            let file = &linker.arch.files[transfer.to.file].name;
+        let file = linker.file(transfer.to.file, ty, site)?;
+        if !linker.arch.files[file].from_links {
+            let file = &linker.arch.files[file].name;
             return Err(site.error(linker, format!("{file} cannot be written from links")));
         }
-        let place = match ty {
-            Ty::Pred => linker.graph.pred_out[from],
-            Ty::Word | Ty::Vec => linker.graph.out[from],
-        };
-        let value = Action::Copy(linker.place_cell(place, 0));
+        let output = linker.output(from, ty);
+        linker.holds(output, ty, site)?;
+        let copies = self.contexts.iterations(transfer.time);
+        let copies = copies.map(|_| Action::Copy(output)).collect();
         let flow = Flow {
             name: format!("transfer{number}"),
             time: transfer.time,
@@ -367,161 +351,6 @@ impl Array<'_> {
             dests: vec![Dest::Reg(transfer.to)],
             at: linker.position(site.pos),
         };
-        self.add_flow(linker, &flow, vec![value; self.unroll as usize], site)
+        self.contexts.add_flow(linker, &flow, copies, site)
     }
-
-    /// Adds the steps of a value: its making, `actions` for each repetition of the contexts, and
-    /// its landing.
-    ///
-    /// A value with a latency over 1 is made into a flight cell and lands from there. If the next
-    /// iteration's value is made before it lands, the cells form a chain along which values move
-    /// each time one is made.
-    fn add_flow(
-        &mut self,
-        linker: &mut Linker,
-        flow: &Flow,
-        actions: Vec<Action>,
-        site: &Site,
-    ) -> Result<(), LinkError> {
-        let ii = self.schedule.ii;
-        let end = u64::from(flow.time) + u64::from(flow.latency);
-        if end > u64::from(self.schedule.length) {
-            let length = self.schedule.length;
-            let message = format!("its result stands in cycle {end}, after the length of {length}");
-            return Err(site.error(linker, message));
-        }
-        let landing = flow.time + flow.latency - 1;
-        let chain = (flow.latency > 1 && !flow.dests.is_empty()).then(|| {
-            let depth = (flow.latency - 2) / ii + 1;
-            let ty = flow.ty.unwrap_or(Ty::Word);
-            let store = linker.add_store(flow.name.clone(), ty, depth, Role::Flight(self.kernel));
-            (store, depth)
-        });
-        for (block, action) in (0..self.unroll).zip(actions) {
-            let at = |t: u32| (block * ii + t % ii) as usize;
-            let when = Iteration {
-                block: i64::from(block),
-                back: i64::from(landing / ii),
-            };
-            let mut dests = Vec::new();
-            for dest in &flow.dests {
-                dests.push(match (dest, flow.ty) {
-                    (Dest::Reg(reg), Some(ty)) => linker.register(*reg, when, ty, site)?,
-                    (Dest::Reg(_), None) => {
-                        return Err(site.error(linker, "there is no result to write"));
-                    }
-                    (Dest::Place(place), _) => linker.place_cell(*place, 0),
-                });
-            }
-            let step = |stage: Option<u32>, action, dests| Step {
-                stage,
-                action,
-                ty: flow.ty,
-                dests,
-                landing: Landing::InPlace,
-                at: flow.at,
-            };
-            let (made, lands) = (Some(flow.time / ii), Some(landing / ii));
-            let Some((store, depth)) = chain else {
-                self.contexts[at(flow.time)].push((1, step(made, action, dests)));
-                continue;
-            };
-            let cell = |index| Cell { store, index };
-            self.contexts[at(flow.time)].push((1, step(made, action, vec![cell(0)])));
-            for index in 1..depth {
-                let moved = step(None, Action::Copy(cell(index - 1)), vec![cell(index)]);
-                self.contexts[at(flow.time)].push((1, moved));
-            }
-            let landed = step(lands, Action::Copy(cell(depth - 1)), dests);
-            self.contexts[at(landing)].push((flow.latency, landed));
-        }
-        Ok(())
-    }
-
-    /// The contexts, each in order.
-    fn finish(mut self, linker: &mut Linker) -> Vec<Vec<Step>> {
-        let past: Vec<Step> = self
-            .delayed
-            .iter()
-            .flat_map(past_steps)
-            .map(|(place, mut step)| {
-                step.ty = Some(linker.stores[place.index()].ty);
-                step
-            })
-            .collect();
-        let mut spare: BTreeMap<Ty, Vec<u32>> = BTreeMap::new();
-        let mut contexts = Vec::new();
-        for mut steps in std::mem::take(&mut self.contexts) {
-            steps.sort_by_key(|(latency, _)| *latency);
-            let mut steps: Vec<Step> = steps.into_iter().map(|(_, step)| step).collect();
-            steps.extend(past.iter().cloned());
-            let mut taken: BTreeMap<Ty, usize> = BTreeMap::new();
-            contexts.push(sequence(steps, |step| {
-                let ty = step.ty.expect("a step that writes has a result");
-                let number = taken.entry(ty).or_default();
-                let stores = spare.entry(ty).or_default();
-                if stores.len() == *number {
-                    let name = format!("spare_{ty}{number}");
-                    stores.push(linker.add_store(name, ty, 1, Role::Flight(self.kernel)));
-                }
-                let cell = Cell {
-                    store: stores[*number],
-                    index: 0,
-                };
-                *number += 1;
-                let half = Step {
-                    action: Action::Copy(cell),
-                    dests: std::mem::replace(&mut step.dests, vec![cell]),
-                    ..step.clone()
-                };
-                Some(half)
-            }));
-        }
-        contexts
-    }
-}
-
-/// The steps that move what an output was one place on, in every cycle.
-fn past_steps((place, (delay, store)): (&Place, &(u32, u32))) -> Vec<(Place, Step)> {
-    (0..*delay)
-        .map(|index| {
-            let from = match index {
-                0 => Cell {
-                    store: place.index() as u32,
-                    index: 0,
-                },
-                _ => Cell {
-                    store: *store,
-                    index: index - 1,
-                },
-            };
-            let step = Step {
-                stage: None,
-                action: Action::Copy(from),
-                ty: None,
-                dests: vec![Cell {
-                    store: *store,
-                    index,
-                }],
-                landing: Landing::InPlace,
-                at: 0,
-            };
-            (*place, step)
-        })
-        .collect()
-}
-
-/// A value on its way from where it is made to where it stands.
-struct Flow {
-    name: String,
-    time: u32,
-    latency: u32,
-    ty: Option<Ty>,
-    dests: Vec<Dest>,
-    at: u32,
-}
-
-enum Dest {
-    Place(Place),
-    Reg(RegAt),
 }

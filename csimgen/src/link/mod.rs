@@ -5,6 +5,7 @@
 //! schedule computes what the program means is the scheduler's checker's business.
 
 mod control;
+mod flow;
 mod kernel;
 mod order;
 
@@ -278,6 +279,29 @@ impl<'a> Linker<'a> {
             return Err(site.error(self, message));
         };
         Ok(run.latency.max(1))
+    }
+
+    /// Where results of type `ty` of `fu` stand.
+    fn output_place(&self, fu: Fu, ty: Ty) -> Place {
+        match ty {
+            Ty::Pred => self.graph.pred_out[fu],
+            Ty::Word | Ty::Vec => self.graph.out[fu],
+        }
+    }
+
+    /// The output of `fu` for results of type `ty`.
+    fn output(&self, fu: Fu, ty: Ty) -> Cell {
+        self.place_cell(self.output_place(fu, ty), 0)
+    }
+
+    /// Checks that a cell holds values of type `ty`.
+    fn holds(&self, cell: Cell, ty: Ty, site: &Site) -> Result<(), LinkError> {
+        let store = &self.stores[cell.store as usize];
+        if store.ty < ty {
+            let message = format!("{} is too narrow for a {}", store.name, name(ty));
+            return Err(site.error(self, message));
+        }
+        Ok(())
     }
 
     /// A constant operand of type `ty`.

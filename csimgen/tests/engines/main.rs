@@ -2,11 +2,17 @@
 
 mod build;
 mod cases;
+mod kernels;
+mod random;
+mod text;
 mod world;
 
 use cases::Case;
+use srp_archdesc::Arch;
+use srp_archdesc::entity::Entity;
 use srp_csimgen::{CompileOptions, Interpreter, SimSpec, Simulator, compile, emit, link};
 use srp_runtime::core::{Activity, Core, Trap};
+use srp_runtime::solo::Solo;
 use std::path::PathBuf;
 use world::{Record, World, record};
 
@@ -98,6 +104,53 @@ fn generated() {
     let suite = suite();
     let simulator = compiled(&suite.spec);
     check(&suite, || Box::new(simulator.core()));
+}
+
+/// A machine with everything that makes a difference: registers on links, a long branch delay.
+fn delayed() -> Arch {
+    let sgrt = srp_archdesc::machines::SGRT;
+    let mut arch = srp_archdesc::parse("sgrt.xml", sgrt.xml).expect("it is shipped");
+    for (link, spec) in arch.links.iter_mut() {
+        spec.delay = link.index() as u32 % 3;
+    }
+    arch.branch_delay = 3;
+    arch.contexts = 1024;
+    arch
+}
+
+#[test]
+fn both_agree_on_random_programs() {
+    let shape = random::Shape {
+        kernels: 6,
+        density: 12,
+        ii: 1,
+        iis: 5,
+        ring: 2,
+        trip: 1,
+        repeat: 3,
+        opcodes: |_| true,
+    };
+    let program = random::program(&delayed(), &mut random::Dice(1), &shape);
+    let spec = link(&program, &delayed()).unwrap_or_else(|error| panic!("{error}"));
+    let simulator = compiled(&spec);
+    let run = |core: &mut dyn Core, budget| {
+        let image: Vec<u8> = (0..random::BYTES).map(|i| i as u8).collect();
+        let mut world = World::default();
+        world.solo = Solo::new(&image, 8192);
+        world.solo.memory = image;
+        world.miss_cycles = 3;
+        let record = record(core, &mut world, budget);
+        (record, world.solo)
+    };
+    let expected = run(&mut Interpreter::new(&spec), u64::MAX);
+    assert_eq!(expected.0.end, Some(Ok(3)), "{:?}", expected.0);
+    for budget in [1, u64::MAX] {
+        let interpreted = run(&mut Interpreter::new(&spec), budget);
+        assert!(interpreted == expected, "interpreter, budget {budget}");
+        let generated = run(&mut simulator.core(), budget);
+        assert_eq!(generated.0, expected.0, "budget {budget}");
+        assert!(generated.1 == expected.1, "memory, budget {budget}");
+    }
 }
 
 fn compiled(spec: &SimSpec) -> Simulator {

@@ -1,0 +1,70 @@
+//! How fast both engines are: simulated cycles per second on a full 4×4 array.
+//!
+//! `cargo run --release -p srp-csimgen --example speed`
+
+#[path = "../tests/engines/random.rs"]
+mod random;
+
+use srp_archdesc::Opcode;
+use srp_archdesc::isa::Class;
+use srp_csimgen::{CompileOptions, Interpreter, Simulator, compile, emit, link};
+use srp_runtime::core::Core;
+use srp_runtime::solo::{self, Solo};
+use std::time::Instant;
+
+/// What shading kernels are made of.
+fn ordinary(op: Opcode) -> bool {
+    use Class::*;
+    let classes = [
+        Alu, Pred, Fadd, Fmul, Fma, Lane, Valu, Vfadd, Vfmul, Vfma, Vdot, Load, Store,
+    ];
+    classes.contains(&op.class())
+}
+
+fn main() {
+    let sgrt = srp_archdesc::machines::SGRT;
+    let arch = srp_archdesc::parse("sgrt.xml", sgrt.xml).expect("it is shipped");
+    let shape = random::Shape {
+        kernels: 10,
+        density: 15,
+        ii: 12,
+        iis: 1,
+        ring: 1,
+        trip: 2000,
+        repeat: 10,
+        opcodes: ordinary,
+    };
+    let program = random::program(&arch, &mut random::Dice(7), &shape);
+    let operations: usize = program.kernels.values().map(|k| k.ops.len()).sum();
+    let spec = link(&program, &arch).expect("it is made for the machine");
+    println!(
+        "{} kernels, {operations} operations, {} bundles",
+        spec.kernels.len(),
+        spec.bundles.len()
+    );
+    measure("interpreter", &mut Interpreter::new(&spec));
+
+    let began = Instant::now();
+    let options = CompileOptions {
+        rustc: "rustc".into(),
+        cache: std::env::temp_dir().join("srp-speed"),
+    };
+    let source = emit(&spec);
+    let library = compile(&source, &options, &mut |progress| println!("{progress:?}"));
+    let library = library.expect("rustc is there");
+    println!("compiled in {:.2} s", began.elapsed().as_secs_f64());
+    let simulator = Simulator::load(&library, &spec).expect("a library of this version");
+    measure("generated", &mut simulator.core());
+}
+
+fn measure(name: &str, core: &mut dyn Core) {
+    let mut solo = Solo::new(&[], 8192);
+    let began = Instant::now();
+    let finish = solo::run(core, &mut solo, u64::MAX).expect("nothing in it traps");
+    let seconds = began.elapsed().as_secs_f64();
+    let cycles = finish.cycles();
+    println!(
+        "{name}: {cycles} cycles, {:.1} Mcycles/s",
+        cycles as f64 / seconds / 1e6
+    );
+}
