@@ -220,111 +220,121 @@ macro_rules! operations {
     (@extra bits $unit:ident) => { Extra::Bits(|precision| precision.$unit) };
 }
 
-operations! {
-    word {
-        Mov mov (0);
-        Pmov pmov (0);
-        Sel sel (0 1 2);
-        Psel psel (0 1 2);
-        Add add (0 1);
-        Sub sub (0 1);
-        And and (0 1);
-        Or or (0 1);
-        Xor xor (0 1);
-        Shl shl (0 1);
-        Shr shr (0 1);
-        Sar sar (0 1);
-        Min min (0 1);
-        Max max (0 1);
-        Minu minu (0 1);
-        Maxu maxu (0 1);
-        Eq eq (0 1);
-        Ne ne (0 1);
-        Lt lt (0 1);
-        Le le (0 1);
-        Ltu ltu (0 1);
-        Leu leu (0 1);
-        Mul mul (0 1);
-        Mulhs mulhs (0 1);
-        Mulhu mulhu (0 1);
-        Div div (0 1 2);
-        Divu divu (0 1 2);
-        Rem rem (0 1 2);
-        Remu remu (0 1 2);
-        Pand pand (0 1);
-        Por por (0 1);
-        Pxor pxor (0 1);
-        Pnot pnot (0);
-        Ptoi ptoi (0);
-        Fadd fadd (0 1);
-        Fsub fsub (0 1);
-        Fmin fmin (0 1);
-        Fmax fmax (0 1);
-        Fneg fneg (0);
-        Fabs fabs (0);
-        Ffloor ffloor (0);
-        Feq feq (0 1);
-        Fne fne (0 1);
-        Flt flt (0 1);
-        Fle fle (0 1);
-        Fmul fmul (0 1);
-        Fma fma (0 1 2);
-        Fdiv fdiv (0 1);
-        Itof itof (0);
-        Utof utof (0);
-        Ftoi ftoi (0);
-        Ftou ftou (0);
-    }
-    lanes {
-        Vmov vmov (0);
-        Vsel vsel (0 1 2);
-        Vsplat vsplat (0);
-        Vext vext (0; immediate);
-        Vins vins (0 1; immediate);
-        Swz swz (0; immediate);
-        Vblend vblend (0 1 2);
-        Vadd vadd (0 1);
-        Vsub vsub (0 1);
-        Vand vand (0 1);
-        Vor vor (0 1);
-        Vxor vxor (0 1);
-        Vshl vshl (0 1);
-        Vshr vshr (0 1);
-        Vsar vsar (0 1);
-        Vmin vmin (0 1);
-        Vmax vmax (0 1);
-        Veq veq (0 1);
-        Vlt vlt (0 1);
-        Vltu vltu (0 1);
-        Vmul vmul (0 1);
-        Vfadd vfadd (0 1);
-        Vfsub vfsub (0 1);
-        Vfmin vfmin (0 1);
-        Vfmax vfmax (0 1);
-        Vfneg vfneg (0);
-        Vfabs vfabs (0);
-        Vffloor vffloor (0);
-        Vfeq vfeq (0 1);
-        Vfne vfne (0 1);
-        Vflt vflt (0 1);
-        Vfle vfle (0 1);
-        Vitof vitof (0);
-        Vftoi vftoi (0);
-        Vfmul vfmul (0 1);
-        Vfma vfma (0 1 2);
-        Dot3 dot3 (0 1);
-        Dot4 dot4 (0 1);
-    }
-    elementary {
-        Rcp rcp (0; steps rcp);
-        Rsqrt rsqrt (0; steps rsqrt);
-        Sqrt sqrt (0; steps sqrt);
-        Exp2 exp2 (0; bits exp2);
-        Log2 log2 (0; bits log2);
-        Sin sin (0; bits sincos);
-        Cos cos (0; bits sincos);
-    }
+/// Expands the macro `$expand` with the table of operations: for each module of [`semantics`] its
+/// opcodes, each with its function, the numbers of its operands, and what it takes after them:
+/// nothing, `immediate`, or table `bits` or `bits` and Newton `steps` of a field of [`Precision`].
+#[macro_export]
+macro_rules! with_operations {
+    ($expand:ident) => {
+        $expand! {
+            word {
+                Mov mov (0);
+                Pmov pmov (0);
+                Sel sel (0 1 2);
+                Psel psel (0 1 2);
+                Add add (0 1);
+                Sub sub (0 1);
+                And and (0 1);
+                Or or (0 1);
+                Xor xor (0 1);
+                Shl shl (0 1);
+                Shr shr (0 1);
+                Sar sar (0 1);
+                Min min (0 1);
+                Max max (0 1);
+                Minu minu (0 1);
+                Maxu maxu (0 1);
+                Eq eq (0 1);
+                Ne ne (0 1);
+                Lt lt (0 1);
+                Le le (0 1);
+                Ltu ltu (0 1);
+                Leu leu (0 1);
+                Mul mul (0 1);
+                Mulhs mulhs (0 1);
+                Mulhu mulhu (0 1);
+                Div div (0 1 2);
+                Divu divu (0 1 2);
+                Rem rem (0 1 2);
+                Remu remu (0 1 2);
+                Pand pand (0 1);
+                Por por (0 1);
+                Pxor pxor (0 1);
+                Pnot pnot (0);
+                Ptoi ptoi (0);
+                Fadd fadd (0 1);
+                Fsub fsub (0 1);
+                Fmin fmin (0 1);
+                Fmax fmax (0 1);
+                Fneg fneg (0);
+                Fabs fabs (0);
+                Ffloor ffloor (0);
+                Feq feq (0 1);
+                Fne fne (0 1);
+                Flt flt (0 1);
+                Fle fle (0 1);
+                Fmul fmul (0 1);
+                Fma fma (0 1 2);
+                Fdiv fdiv (0 1);
+                Itof itof (0);
+                Utof utof (0);
+                Ftoi ftoi (0);
+                Ftou ftou (0);
+            }
+            lanes {
+                Vmov vmov (0);
+                Vsel vsel (0 1 2);
+                Vsplat vsplat (0);
+                Vext vext (0; immediate);
+                Vins vins (0 1; immediate);
+                Swz swz (0; immediate);
+                Vblend vblend (0 1 2);
+                Vadd vadd (0 1);
+                Vsub vsub (0 1);
+                Vand vand (0 1);
+                Vor vor (0 1);
+                Vxor vxor (0 1);
+                Vshl vshl (0 1);
+                Vshr vshr (0 1);
+                Vsar vsar (0 1);
+                Vmin vmin (0 1);
+                Vmax vmax (0 1);
+                Veq veq (0 1);
+                Vlt vlt (0 1);
+                Vltu vltu (0 1);
+                Vmul vmul (0 1);
+                Vfadd vfadd (0 1);
+                Vfsub vfsub (0 1);
+                Vfmin vfmin (0 1);
+                Vfmax vfmax (0 1);
+                Vfneg vfneg (0);
+                Vfabs vfabs (0);
+                Vffloor vffloor (0);
+                Vfeq vfeq (0 1);
+                Vfne vfne (0 1);
+                Vflt vflt (0 1);
+                Vfle vfle (0 1);
+                Vitof vitof (0);
+                Vftoi vftoi (0);
+                Vfmul vfmul (0 1);
+                Vfma vfma (0 1 2);
+                Dot3 dot3 (0 1);
+                Dot4 dot4 (0 1);
+            }
+            elementary {
+                Rcp rcp (0; steps rcp);
+                Rsqrt rsqrt (0; steps rsqrt);
+                Sqrt sqrt (0; steps sqrt);
+                Exp2 exp2 (0; bits exp2);
+                Log2 log2 (0; bits log2);
+                Sin sin (0; bits sincos);
+                Cos cos (0; bits sincos);
+            }
+        }
+    };
 }
+
+with_operations!(operations);
 
 /// What the load `op` gives, from the bytes it has read, zero-extended.
 pub fn loaded(op: Opcode, bytes: Value) -> Value {

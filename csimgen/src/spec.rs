@@ -13,6 +13,7 @@ use crate::preamble::sequencer::KernelTimes;
 use srp_archdesc::arch::Precision;
 use srp_archdesc::isa::{Effect, Opcode, Ty};
 use srp_ir::program::Bits;
+use std::collections::BTreeSet;
 
 /// A number in [`SimSpec::positions`].
 pub type Position = u32;
@@ -299,6 +300,13 @@ impl BundleSpec {
 }
 
 impl KernelSpec {
+    /// The stores that its steps use.
+    pub fn stores(&self) -> BTreeSet<u32> {
+        let steps = self.contexts.iter().flatten();
+        let cells = steps.flat_map(|step| step.reads().chain(step.dests.iter().copied()));
+        cells.map(|cell| cell.store).collect()
+    }
+
     /// Its times.
     pub fn times(&self) -> KernelTimes {
         KernelTimes {

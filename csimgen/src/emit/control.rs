@@ -95,6 +95,10 @@ fn function(spec: &SimSpec, out: &mut String, index: usize, bundle: &BundleSpec)
         block(spec, out, std::slice::from_ref(step));
     }
     if let Some((control, at)) = &bundle.control {
+        if let Control::Launch(kernel) = control {
+            let name = comment(&spec.kernels[*kernel as usize].name);
+            line(out, format_args!("    // {name}"));
+        }
         let text = transfer(spec, control, *at);
         let place = spec.position(*at).map(|p| format!(" // {}", comment(p)));
         line(out, format_args!("    {text}{}", place.unwrap_or_default()));
@@ -148,10 +152,7 @@ fn transfer(spec: &SimSpec, control: &Control, at: Position) -> String {
             )
         }
         Control::Return(cell) => write!(out, "issue.jump({});", word(cell)),
-        Control::Launch(kernel) => {
-            let name = comment(&spec.kernels[kernel as usize].name);
-            write!(out, "issue.launch({kernel}); // {name}")
-        }
+        Control::Launch(kernel) => write!(out, "issue.launch({kernel});"),
         Control::Halt(cell) => write!(out, "issue.halt({});", word(cell)),
         Control::Unreachable => write!(out, "Err(Fault::unreachable({at}).into())"),
         Control::StackOverflow => write!(out, "Err(Fault::stack_overflow({at}).into())"),

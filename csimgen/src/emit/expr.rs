@@ -90,6 +90,9 @@ pub(super) fn value(spec: &SimSpec, step: &Step) -> String {
                 .zip(op.info().operands)
                 .map(|(&source, kind)| operand(spec, source, kind.ty()))
                 .collect();
+            if let (Opcode::Mov | Opcode::Pmov | Opcode::Vmov, [value]) = (op, args.as_slice()) {
+                return value.clone();
+            }
             match ops::call(*op) {
                 Some(call) => {
                     args.extend(call.extra_arguments(*imm, &spec.precision));
@@ -178,32 +181,39 @@ pub(super) fn statements(spec: &SimSpec, step: &Step) -> Vec<String> {
 /// Appends the statements of `steps`. Neighbours with the same stage share a test of it.
 pub(super) fn block(spec: &SimSpec, out: &mut String, steps: &[Step]) {
     for run in steps.chunk_by(|a, b| a.stage == b.stage) {
-        let indent = match run[0].stage {
-            Some(stage) => {
-                line(
-                    out,
-                    format_args!("    if stages & {:#x} != 0 {{", 1u64 << stage),
-                );
-                "        "
+        let Some(stage) = run[0].stage else {
+            for step in run {
+                scoped(spec, out, "    ", step);
             }
-            None => "    ",
+            continue;
         };
-        for step in run {
-            let statements = statements(spec, step);
-            let place = step_comment(spec, step);
-            match statements.as_slice() {
-                [one] => line(out, format_args!("{indent}{one}{place}")),
-                many => {
-                    line(out, format_args!("{indent}{{{place}"));
-                    for one in many {
-                        line(out, format_args!("{indent}    {one}"));
-                    }
-                    line(out, format_args!("{indent}}}"));
-                }
+        let test = format!("    if stages & {:#x} != 0 {{", 1u64 << stage);
+        if let [step] = run {
+            line(out, format_args!("{test}{}", step_comment(spec, step)));
+            for statement in statements(spec, step) {
+                line(out, format_args!("        {statement}"));
+            }
+        } else {
+            line(out, format_args!("{test}"));
+            for step in run {
+                scoped(spec, out, "        ", step);
             }
         }
-        if run[0].stage.is_some() {
-            line(out, format_args!("    }}"));
+        line(out, format_args!("    }}"));
+    }
+}
+
+/// Appends the statements of a step, as a block if they are several.
+fn scoped(spec: &SimSpec, out: &mut String, indent: &str, step: &Step) {
+    let place = step_comment(spec, step);
+    match statements(spec, step).as_slice() {
+        [one] => line(out, format_args!("{indent}{one}{place}")),
+        many => {
+            line(out, format_args!("{indent}{{{place}"));
+            for one in many {
+                line(out, format_args!("{indent}    {one}"));
+            }
+            line(out, format_args!("{indent}}}"));
         }
     }
 }

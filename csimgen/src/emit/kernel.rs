@@ -3,9 +3,8 @@
 use super::expr::{block, operand, read, write};
 use super::state::{field_type, zero};
 use super::{comment, line};
-use crate::spec::{Role, SimSpec, Step, Store};
+use crate::spec::{Role, SimSpec, Store};
 use srp_archdesc::isa::Ty;
-use std::collections::BTreeSet;
 
 /// The file of kernel `number`.
 pub(super) fn emit(spec: &SimSpec, number: usize) -> String {
@@ -53,7 +52,9 @@ pub(super) fn emit(spec: &SimSpec, number: usize) -> String {
     line(out, format_args!("    trip\n}}\n"));
     line(out, format_args!("/// An iteration begins."));
     line(out, format_args!("pub(crate) fn rotate(srp: &mut Srp) {{"));
-    for store in rotating(spec, &kernel.contexts) {
+    let used = kernel.stores();
+    let used = used.iter().map(|&store| &spec.stores[store as usize]);
+    for store in used.filter(|store| store.role == Role::Rotating) {
         line(out, format_args!("    srp.{}.rotate();", store.name));
     }
     line(out, format_args!("}}\n"));
@@ -73,7 +74,7 @@ pub(super) fn emit(spec: &SimSpec, number: usize) -> String {
         line(
             out,
             format_args!(
-                "\nfn {name}(srp: &mut Srp, bus: &mut Bus<'_>, stages: u64) -> Result<(), Fault> {{"
+                "\nfn {name}(srp: &mut Srp, bus: &mut Bus<'_>, stages: u64) -> Result<(), Box<Fault>> {{"
             ),
         );
         block(spec, out, steps);
@@ -115,17 +116,4 @@ fn flight(spec: &SimSpec, out: &mut String, number: usize) {
         );
     }
     line(out, format_args!("        }}\n    }}\n}}\n"));
-}
-
-/// The rotating stores that a kernel uses.
-fn rotating<'a>(spec: &'a SimSpec, contexts: &[Vec<Step>]) -> Vec<&'a Store> {
-    let cells = contexts
-        .iter()
-        .flatten()
-        .flat_map(|step| step.reads().chain(step.dests.iter().copied()));
-    let used: BTreeSet<u32> = cells.map(|cell| cell.store).collect();
-    used.into_iter()
-        .map(|store| &spec.stores[store as usize])
-        .filter(|store| store.role == Role::Rotating)
-        .collect()
 }

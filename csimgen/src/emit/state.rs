@@ -44,7 +44,7 @@ pub(super) fn emit(spec: &SimSpec) -> String {
     line(
         out,
         format_args!(
-            "pub(crate) type Context = fn(&mut Srp, &mut Bus<'_>, u64) -> Result<(), Fault>;\n"
+            "pub(crate) type Context = fn(&mut Srp, &mut Bus<'_>, u64) -> Result<(), Box<Fault>>;\n"
         ),
     );
     let files = || spec.stores.iter().filter(|s| s.role == Role::File);

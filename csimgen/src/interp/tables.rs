@@ -1,71 +1,53 @@
 //! The interpreter's own tables.
 
+use super::runners::{self, Runner};
 use crate::preamble::ops::V4;
 use crate::preamble::sequencer::KernelTimes;
 use crate::spec::{
     Action, BundleSpec, Cell, Control, KernelSpec, Landing, Operand, Role, SimSpec, Step,
 };
-use srp_archdesc::arch::Precision;
-use srp_archdesc::isa::{Effect, Opcode, Ty};
+use srp_archdesc::isa::Ty;
 use srp_ir::program::Bits;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// A cell: its index, or, where [`ROTATING`] is set, an index in [`Tables::rotating`].
+/// A cell: its index in [`State::cells`].
 pub(super) type Index = u32;
 
-/// Marks a register of a rotating file.
-pub(super) const ROTATING: Index = 1 << 31;
-
-/// No cell: the result of a step that has none.
-pub(super) const NOWHERE: Index = u32::MAX;
-
-/// How much of a cell is written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Width {
-    /// Lane 0.
-    Narrow,
-    /// All lanes.
-    Wide,
-}
-
-impl Width {
-    fn of(ty: Ty) -> Width {
-        match ty {
-            Ty::Pred | Ty::Word => Width::Narrow,
-            Ty::Vec => Width::Wide,
-        }
-    }
-}
-
 /// One step.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub(super) struct Micro {
-    /// The bit of its stage, or all bits.
-    pub(super) stage: u64,
-    pub(super) act: Act,
-    pub(super) width: Width,
+    pub(super) run: Runner,
     pub(super) operands: [Index; 3],
-    pub(super) imm: i32,
-    /// The first cell written.
-    pub(super) dest: Index,
-    /// Further cells, a stretch of [`Tables::dests`].
+    /// The first two cells written; twice the same if there is but one.
+    pub(super) dests: [Index; 2],
+    /// Further cells, a stretch of [`State::dests`].
     pub(super) more: (u32, u32),
-    /// Cycles until the result lands; 0 if it is written at once.
-    pub(super) latency: u32,
+    /// Offset, immediate, or precision.
+    pub(super) extra: [u32; 2],
     pub(super) at: u32,
 }
 
-/// What a step does, in classes that are carried out alike.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Act {
-    Copy,
-    CopyPred,
-    Compute(Opcode),
-    Load(Opcode),
-    Store(Opcode),
-    In,
-    Out,
+/// A step of VLIW code.
+#[derive(Clone, Copy)]
+pub(super) struct Issued {
+    pub(super) micro: Micro,
+    /// For a result that lands later, which stands in cell [`State::result`] meanwhile: the cycles
+    /// until then, the register, and whether it is a vector.
+    pub(super) landing: Option<(u32, Index, bool)>,
+}
+
+/// A port operation.
+#[derive(Clone, Copy)]
+pub(super) enum Talk {
+    /// Takes a word, which lands in a register after some cycles.
+    In {
+        port: u32,
+        dest: Index,
+        latency: u32,
+    },
+    /// Gives the word in a cell.
+    Out { port: u32, value: Index },
 }
 
 /// A control transfer, its cells as indices.
@@ -96,46 +78,60 @@ pub(super) enum ControlAct {
     StackOverflow,
 }
 
-/// A register of a rotating file.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Rotated {
-    pub(super) base: u32,
-    pub(super) index: u32,
-    /// Index in [`Tables::rotations`].
-    pub(super) file: u32,
-}
-
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(super) struct Bundle {
-    pub(super) steps: Range<u32>,
+    pub(super) talk: Option<Talk>,
     pub(super) control: Option<(ControlAct, u32)>,
-    /// Whether the first step is a port operation.
-    pub(super) talks: bool,
+    pub(super) steps: Range<u32>,
 }
 
-#[derive(Clone, Debug)]
+/// Steps of a context that depend on the same stage.
+#[derive(Clone)]
+pub(super) struct Group {
+    /// The bit of the stage, or all bits.
+    pub(super) stage: u64,
+    pub(super) steps: Range<u32>,
+}
+
+#[derive(Clone)]
 pub(super) struct Kernel {
     pub(super) times: KernelTimes,
     pub(super) trip: Index,
-    /// Register, value, width.
-    pub(super) preloads: Vec<(Index, Index, Width)>,
-    pub(super) contexts: Vec<Range<u32>>,
+    /// Register, value, type.
+    pub(super) preloads: Vec<(Index, Index, Ty)>,
+    pub(super) contexts: Vec<Vec<Group>>,
+    /// The rotating files that it uses, by number.
+    pub(super) rotating: Vec<u32>,
+}
+
+/// A rotating file. Its registers are moved when an iteration begins, so that a name is always the
+/// same cell.
+#[derive(Clone)]
+pub(super) struct Rotating {
+    pub(super) cells: Range<usize>,
+    /// How far they are from their physical order.
+    pub(super) advanced: usize,
+}
+
+/// What changes while a program runs, and what is read with it.
+#[derive(Clone)]
+pub(super) struct State {
+    /// The registers, then constants, then one for results under way.
+    pub(super) cells: Vec<V4>,
+    pub(super) dests: Vec<Index>,
+    pub(super) rotating: Vec<Rotating>,
+    pub(super) result: Index,
 }
 
 /// Program, machine and state.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(super) struct Tables {
-    /// State, then constants.
-    pub(super) cells: Vec<V4>,
-    pub(super) micros: Vec<Micro>,
-    pub(super) dests: Vec<Index>,
+    pub(super) state: State,
     pub(super) bundles: Vec<Bundle>,
+    pub(super) issued: Vec<Issued>,
     pub(super) functions: Vec<u32>,
     pub(super) kernels: Vec<Kernel>,
-    pub(super) rotating: Vec<Rotated>,
-    /// How far each rotating file has advanced, and its size.
-    pub(super) rotations: Vec<(u32, u32)>,
-    pub(super) precision: Precision,
+    pub(super) micros: Vec<Micro>,
 }
 
 impl Tables {
@@ -145,15 +141,17 @@ impl Tables {
         let bundles = spec.bundles.iter().map(|b| builder.bundle(b)).collect();
         let kernels = spec.kernels.iter().map(|k| builder.kernel(k)).collect();
         Tables {
-            cells: builder.cells,
-            micros: builder.micros,
-            dests: builder.dests,
+            state: State {
+                cells: builder.cells,
+                dests: builder.dests,
+                rotating: builder.rotating,
+                result: builder.result,
+            },
             bundles,
+            issued: builder.issued,
             functions: spec.functions.iter().map(|(_, bundle)| *bundle).collect(),
             kernels,
-            rotating: builder.rotating,
-            rotations: builder.rotations,
-            precision: spec.precision,
+            micros: builder.micros,
         }
     }
 }
@@ -162,52 +160,44 @@ struct Builder<'a> {
     spec: &'a SimSpec,
     cells: Vec<V4>,
     constants: BTreeMap<[u32; 4], Index>,
+    result: Index,
     micros: Vec<Micro>,
+    issued: Vec<Issued>,
     dests: Vec<Index>,
-    rotating: Vec<Rotated>,
-    rotated: BTreeMap<Cell, Index>,
-    rotations: Vec<(u32, u32)>,
-    /// Number of each rotating store in `rotations`.
-    rotation_of: BTreeMap<u32, u32>,
+    rotating: Vec<Rotating>,
+    /// The number of each rotating store in `rotating`.
+    rotating_of: BTreeMap<u32, u32>,
 }
 
 impl<'a> Builder<'a> {
     fn new(spec: &'a SimSpec) -> Builder<'a> {
-        let mut rotations = Vec::new();
-        let mut rotation_of = BTreeMap::new();
+        let mut rotating = Vec::new();
+        let mut rotating_of = BTreeMap::new();
         for (number, store) in (0..).zip(&spec.stores) {
             if store.role == Role::Rotating {
-                rotation_of.insert(number, rotations.len() as u32);
-                rotations.push((0, store.size));
+                rotating_of.insert(number, rotating.len() as u32);
+                let first = store.base as usize;
+                rotating.push(Rotating {
+                    cells: first..first + store.size as usize,
+                    advanced: 0,
+                });
             }
         }
         Builder {
             spec,
-            cells: vec![V4::default(); spec.cells as usize],
+            cells: vec![V4::default(); spec.cells as usize + 1],
             constants: BTreeMap::new(),
+            result: spec.cells,
             micros: Vec::new(),
+            issued: Vec::new(),
             dests: Vec::new(),
-            rotating: Vec::new(),
-            rotated: BTreeMap::new(),
-            rotations,
-            rotation_of,
+            rotating,
+            rotating_of,
         }
     }
 
-    fn cell(&mut self, cell: Cell) -> Index {
-        let Some(&file) = self.rotation_of.get(&cell.store) else {
-            return self.spec.flat(cell);
-        };
-        let next = self.rotating.len() as Index | ROTATING;
-        let index = *self.rotated.entry(cell).or_insert(next);
-        if index == next {
-            self.rotating.push(Rotated {
-                base: self.spec.store(cell).base,
-                index: cell.index,
-                file,
-            });
-        }
-        index
+    fn cell(&self, cell: Cell) -> Index {
+        self.spec.flat(cell)
     }
 
     fn constant(&mut self, bits: Bits) -> Index {
@@ -226,17 +216,12 @@ impl<'a> Builder<'a> {
         }
     }
 
-    fn step(&mut self, step: &Step) {
-        let zero = self.constant(Bits::Word(0));
-        let mut operands = [zero; 3];
-        let (act, imm) = match &step.action {
-            Action::Copy(cell) => {
-                operands[0] = self.cell(*cell);
-                match step.ty {
-                    Some(Ty::Pred) => (Act::CopyPred, 0),
-                    _ => (Act::Copy, 0),
-                }
-            }
+    /// A step whose results go to `dests`.
+    fn micro(&mut self, step: &Step, dests: &[Index]) -> Micro {
+        let mut operands = [self.result; 3];
+        let mut extra = [0; 2];
+        match &step.action {
+            Action::Copy(cell) => operands[0] = self.cell(*cell),
             Action::Op {
                 op,
                 operands: sources,
@@ -245,50 +230,63 @@ impl<'a> Builder<'a> {
                 for (operand, source) in operands.iter_mut().zip(sources) {
                     *operand = self.operand(*source);
                 }
-                let act = match op.info().effect {
-                    Effect::Pure => Act::Compute(*op),
-                    Effect::Load => Act::Load(*op),
-                    Effect::Store => Act::Store(*op),
-                    Effect::Io if op.result().is_some() => Act::In,
-                    Effect::Io => Act::Out,
-                };
-                (act, *imm)
+                extra = runners::extra(*op, *imm, &self.spec.precision);
             }
-        };
-        let dests: Vec<Index> = step.dests.iter().map(|&d| self.cell(d)).collect();
-        let begin = self.dests.len() as u32;
-        self.dests.extend(dests.iter().skip(1));
-        self.micros.push(Micro {
-            stage: step.stage.map_or(u64::MAX, |s| 1 << s),
-            act,
-            width: step.ty.map_or(Width::Narrow, Width::of),
-            operands,
-            imm,
-            dest: dests.first().copied().unwrap_or(NOWHERE),
-            more: (begin, self.dests.len() as u32),
-            latency: match step.landing {
-                Landing::InPlace => 0,
-                Landing::After(latency) => latency,
-            },
-            at: step.at,
-        });
-    }
-
-    fn steps(&mut self, steps: &[Step]) -> Range<u32> {
-        let begin = self.micros.len() as u32;
-        for step in steps {
-            self.step(step);
         }
-        begin..self.micros.len() as u32
+        let begin = self.dests.len() as u32;
+        self.dests.extend(dests.iter().skip(2));
+        let first = dests.first().copied().unwrap_or(self.result);
+        Micro {
+            run: runners::runner(step),
+            operands,
+            dests: [first, dests.get(1).copied().unwrap_or(first)],
+            more: (begin, self.dests.len() as u32),
+            extra,
+            at: step.at,
+        }
     }
 
     fn bundle(&mut self, bundle: &BundleSpec) -> Bundle {
-        let talks = bundle.talks();
+        let (port, steps) = bundle.steps.split_at(usize::from(bundle.talks()));
+        let talk = port.first().and_then(|step| self.talk(step));
+        let begin = self.issued.len() as u32;
+        for step in steps {
+            let dests: Vec<Index> = step.dests.iter().map(|&d| self.cell(d)).collect();
+            let (landing, dests) = match (step.landing, dests.first()) {
+                (Landing::After(latency), Some(&dest)) => {
+                    let landing = (latency, dest, step.ty == Some(Ty::Vec));
+                    (Some(landing), vec![self.result])
+                }
+                _ => (None, dests),
+            };
+            let micro = self.micro(step, &dests);
+            self.issued.push(Issued { micro, landing });
+        }
         let control = bundle.control.as_ref();
         Bundle {
-            steps: self.steps(&bundle.steps),
+            talk,
+            steps: begin..self.issued.len() as u32,
             control: control.map(|(control, at)| (self.control(control), *at)),
-            talks,
+        }
+    }
+
+    /// The port operation that a step is.
+    fn talk(&mut self, step: &Step) -> Option<Talk> {
+        let Action::Op { operands, imm, .. } = &step.action else {
+            return None;
+        };
+        let port = *imm as u32;
+        match (operands.first(), step.dests.first(), step.landing) {
+            (Some(&value), ..) => Some(Talk::Out {
+                port,
+                value: self.operand(value),
+            }),
+            (None, Some(&dest), Landing::After(latency)) => Some(Talk::In {
+                port,
+                dest: self.cell(dest),
+                latency,
+            }),
+            _ => None,
         }
     }
 
@@ -337,15 +335,36 @@ impl<'a> Builder<'a> {
     fn kernel(&mut self, kernel: &KernelSpec) -> Kernel {
         let spec = self.spec;
         let preloads = kernel.preloads.iter().map(|preset| {
-            // Rotating files stand at their first register when a kernel is entered.
             let dest = spec.flat(preset.cell);
-            (dest, self.operand(preset.value), Width::of(preset.ty))
+            (dest, self.operand(preset.value), preset.ty)
         });
         Kernel {
             times: kernel.times(),
             preloads: preloads.collect(),
             trip: spec.flat(kernel.trip),
-            contexts: kernel.contexts.iter().map(|c| self.steps(c)).collect(),
+            contexts: kernel.contexts.iter().map(|c| self.context(c)).collect(),
+            rotating: kernel
+                .stores()
+                .into_iter()
+                .filter_map(|store| self.rotating_of.get(&store).copied())
+                .collect(),
         }
+    }
+
+    fn context(&mut self, steps: &[Step]) -> Vec<Group> {
+        let mut groups = Vec::new();
+        for run in steps.chunk_by(|a, b| a.stage == b.stage) {
+            let begin = self.micros.len() as u32;
+            for step in run {
+                let dests: Vec<Index> = step.dests.iter().map(|&d| self.cell(d)).collect();
+                let micro = self.micro(step, &dests);
+                self.micros.push(micro);
+            }
+            groups.push(Group {
+                stage: run[0].stage.map_or(u64::MAX, |s| 1 << s),
+                steps: begin..self.micros.len() as u32,
+            });
+        }
+        groups
     }
 }

@@ -7,7 +7,9 @@
 use crate::spec::{Cell, Landing, Step};
 use srp_archdesc::isa::Effect;
 
-/// Orders `steps`. Of two that write the same cell the one given first comes first. Loads come before stores, both otherwise in the order given.
+/// Orders `steps`. Of two that write the same cell the one given first comes first. Loads come
+/// before stores, both otherwise in the order given. Where there is a choice, steps of the same
+/// stage stay together.
 ///
 /// `split` sends the result of a step elsewhere and gives the step that brings it to its place, if
 /// that is a step of this cycle.
@@ -15,64 +17,150 @@ pub(super) fn sequence(
     steps: Vec<Step>,
     mut split: impl FnMut(&mut Step) -> Option<Step>,
 ) -> Vec<Step> {
-    let mut ordered = Vec::with_capacity(steps.len());
-    // Second halves are not split again: what they read is their own.
-    let mut is_half = vec![false; steps.len()];
-    let mut steps = steps;
-    while !steps.is_empty() {
-        if let Some(i) = (0..steps.len()).find(|&i| is_ready(&steps, i)) {
-            ordered.push(steps.remove(i));
-            is_half.remove(i);
+    let mut pending = Pending::of(steps);
+    let mut ordered: Vec<Step> = Vec::with_capacity(pending.steps.len());
+    while pending.left > 0 {
+        let stage = ordered.last().and_then(|step| step.stage);
+        if let Some(i) = pending.ready(stage) {
+            ordered.push(pending.take(i));
             continue;
         }
-        let i = (0..steps.len())
-            .find(|&i| !is_half[i] && writes_here(&steps[i]) && memory_allows(&steps, i))
-            .expect("a circle of steps goes through one that reads and writes cells");
-        if let Some(half) = split(&mut steps[i]) {
-            ordered.push(std::mem::replace(&mut steps[i], half));
-            is_half[i] = true;
-        } else {
-            ordered.push(steps.remove(i));
-            is_half.remove(i);
+        let i = pending.splittable();
+        let mut step = pending.take_reads(i);
+        match split(&mut step) {
+            Some(half) => pending.put_half(i, half),
+            None => pending.finish_write(i),
         }
+        ordered.push(step);
     }
     ordered
 }
 
-fn writes_here(step: &Step) -> bool {
-    step.landing == Landing::InPlace && !step.dests.is_empty()
+/// Steps that have not been put in order, and what they wait for.
+struct Pending {
+    /// `None` once it is in order.
+    steps: Vec<Option<Step>>,
+    left: usize,
+    /// Whether a step is the second half of a split one, which is not split again: what it reads
+    /// is its own.
+    is_half: Vec<bool>,
+    /// How many steps must come before a step is carried out.
+    waits: Vec<usize>,
+    /// How many more must come before it writes.
+    write_waits: Vec<usize>,
+    /// The steps that wait for this one, to be carried out.
+    followers: Vec<Vec<usize>>,
+    /// The steps that wait for this one to have read, to write.
+    overwriters: Vec<Vec<usize>>,
+    /// The steps that wait for this one to have written, to write.
+    later_writers: Vec<Vec<usize>>,
+}
+
+impl Pending {
+    fn of(steps: Vec<Step>) -> Pending {
+        let n = steps.len();
+        let mut pending = Pending {
+            left: n,
+            is_half: vec![false; n],
+            waits: vec![0; n],
+            write_waits: vec![0; n],
+            followers: vec![Vec::new(); n],
+            overwriters: vec![Vec::new(); n],
+            later_writers: vec![Vec::new(); n],
+            steps: Vec::new(),
+        };
+        for (i, first) in steps.iter().enumerate() {
+            for (j, other) in steps.iter().enumerate().filter(|(j, _)| *j != i) {
+                let written = written(other);
+                if memory_orders(first, other, i < j) {
+                    pending.followers[i].push(j);
+                    pending.waits[j] += 1;
+                }
+                if first.reads().any(|cell| written.contains(&cell)) {
+                    pending.overwriters[i].push(j);
+                    pending.write_waits[j] += 1;
+                }
+                if i < j && self::written(first).iter().any(|d| written.contains(d)) {
+                    pending.later_writers[i].push(j);
+                    pending.write_waits[j] += 1;
+                }
+            }
+        }
+        pending.steps = steps.into_iter().map(Some).collect();
+        pending
+    }
+
+    /// A step that waits for nothing, of this stage if there is one.
+    fn ready(&self, stage: Option<u32>) -> Option<usize> {
+        let is_ready =
+            |&i: &usize| self.steps[i].is_some() && self.waits[i] == 0 && self.write_waits[i] == 0;
+        let mut ready = (0..self.steps.len()).filter(is_ready);
+        let first = ready.clone().next();
+        let alike = |&i: &usize| self.steps[i].as_ref().is_some_and(|s| s.stage == stage);
+        ready.find(alike).or(first)
+    }
+
+    /// A step that may read but not write yet.
+    fn splittable(&self) -> usize {
+        (0..self.steps.len())
+            .find(|&i| self.steps[i].is_some() && !self.is_half[i] && self.waits[i] == 0)
+            .expect("memory orders steps in no circle, and second halves wait for first ones only")
+    }
+
+    /// Puts a whole step, or a second half, in order.
+    fn take(&mut self, i: usize) -> Step {
+        let step = if self.is_half[i] {
+            self.steps[i].take()
+        } else {
+            Some(self.take_reads(i))
+        };
+        self.finish_write(i);
+        step.expect("a step is put in order once")
+    }
+
+    /// Puts the first half of a step in order.
+    fn take_reads(&mut self, i: usize) -> Step {
+        for j in std::mem::take(&mut self.followers[i]) {
+            self.waits[j] -= 1;
+        }
+        for j in std::mem::take(&mut self.overwriters[i]) {
+            self.write_waits[j] -= 1;
+        }
+        self.steps[i].take().expect("a step is put in order once")
+    }
+
+    fn put_half(&mut self, i: usize, half: Step) {
+        self.steps[i] = Some(half);
+        self.is_half[i] = true;
+    }
+
+    fn finish_write(&mut self, i: usize) {
+        self.left -= 1;
+        for j in std::mem::take(&mut self.later_writers[i]) {
+            self.write_waits[j] -= 1;
+        }
+    }
+}
+
+/// The cells that a step writes itself.
+fn written(step: &Step) -> &[Cell] {
+    match step.landing {
+        Landing::InPlace => &step.dests,
+        Landing::After(_) => &[],
+    }
+}
+
+/// Whether `first` must come before `other` because of memory; `is_earlier` if it was given first.
+fn memory_orders(first: &Step, other: &Step, is_earlier: bool) -> bool {
+    match (effect(first), effect(other)) {
+        (Effect::Load, Effect::Store) => true,
+        (Effect::Load, Effect::Load) | (Effect::Store, Effect::Store) => is_earlier,
+        _ => false,
+    }
 }
 
 fn effect(step: &Step) -> Effect {
     step.opcode().map_or(Effect::Pure, |op| op.info().effect)
-}
-
-/// Whether no other of `steps` must come before step `i`.
-fn is_ready(steps: &[Step], i: usize) -> bool {
-    let written: &[Cell] = if writes_here(&steps[i]) {
-        &steps[i].dests
-    } else {
-        &[]
-    };
-    let blocked = steps.iter().enumerate().any(|(j, other)| {
-        let overwrites = other.reads().any(|cell| written.contains(&cell));
-        let older = j < i && writes_here(other) && other.dests.iter().any(|d| written.contains(d));
-        j != i && (overwrites || older)
-    });
-    !blocked && memory_allows(steps, i)
-}
-
-/// Whether the order of memory accesses allows step `i` before the others.
-fn memory_allows(steps: &[Step], i: usize) -> bool {
-    let effect_of_step = effect(&steps[i]);
-    steps.iter().enumerate().all(|(j, other)| {
-        let before = match (effect(other), effect_of_step) {
-            (Effect::Load, Effect::Store) => true,
-            (Effect::Load, Effect::Load) | (Effect::Store, Effect::Store) => j < i,
-            _ => false,
-        };
-        j == i || !before
-    })
 }
 
 #[cfg(test)]

@@ -47,7 +47,7 @@ pub trait Datapath<B: ?Sized> {
         context: u32,
         stages: u64,
         bus: &mut Border<'_, B>,
-    ) -> Result<(), Fault>;
+    ) -> Result<(), Box<Fault>>;
 
     /// Advances the rotating files: an iteration begins.
     fn rotate(&mut self, kernel: u32);
@@ -244,7 +244,8 @@ impl Sequencer {
                 array.stages = array.stages << 1 | u64::from(array.to_begin > 0);
                 array.to_begin = array.to_begin.saturating_sub(1);
             }
-            path.context(array.kernel, array.context, array.stages, bus)?;
+            path.context(array.kernel, array.context, array.stages, bus)
+                .map_err(|fault| *fault)?;
             cycles += 1;
             array.context += 1;
             array.slot += 1;

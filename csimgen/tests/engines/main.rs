@@ -135,10 +135,13 @@ fn both_agree_on_random_programs() {
     let simulator = compiled(&spec);
     let run = |core: &mut dyn Core, budget| {
         let image: Vec<u8> = (0..random::BYTES).map(|i| i as u8).collect();
-        let mut world = World::default();
-        world.solo = Solo::new(&image, 8192);
-        world.solo.memory = image;
-        world.miss_cycles = 3;
+        let mut solo = Solo::new(&image, 8192);
+        solo.memory = image;
+        let mut world = World {
+            solo,
+            miss_cycles: 3,
+            ..World::default()
+        };
         let record = record(core, &mut world, budget);
         (record, world.solo)
     };
