@@ -7,7 +7,7 @@ use srp_archdesc::isa::{Opcode, Ty};
 use srp_ir::program::{InstKind, Slot, SlotData, Symbol, Value};
 
 /// Scalars that a variable may have to be split into a slot for each.
-const MAX_SPLIT: usize = 32;
+const MAX_SPLIT: usize = 16;
 
 /// How a scalar lies in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 /* Structs in registers and in memory, by value and by address. */
 struct pair { int first; float second; };
-struct large { int words[20]; };
+struct large { int words[17]; };
 
 static struct pair swap(struct pair p)
 {
