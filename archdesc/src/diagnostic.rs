@@ -7,7 +7,11 @@
 use std::fmt;
 use std::ops::Range;
 
-use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
+
+/// Lines of more bytes in all are not shown with a message: laying them out takes long, and nobody
+/// would read them.
+const MAX_SHOWN: usize = 64 << 10;
 
 /// A text and the name it is known by, usually its path.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -206,9 +210,14 @@ pub fn render(diagnostic: &Diagnostic, source: &str, colour: bool) -> String {
     };
     let title = level.primary_title(&diagnostic.message).id(diagnostic.code);
     let mut group = Group::with_title(title);
-    group = match snippet(diagnostic, source) {
-        Some(snippet) => group.element(snippet),
-        None => group.element(annotate_snippets::Origin::path(&diagnostic.file)),
+    group = match (snippet(diagnostic, source), &diagnostic.primary) {
+        (Some(snippet), _) => group.element(snippet),
+        (None, Some(primary)) => {
+            let (line, column) = line_column(source, primary.span.start);
+            let origin = Origin::path(&diagnostic.file).line(line as usize);
+            group.element(origin.char_column(column as usize))
+        }
+        (None, None) => group.element(Origin::path(&diagnostic.file)),
     };
     for note in &diagnostic.notes {
         group = group.element(Level::NOTE.message(note));
@@ -243,8 +252,8 @@ pub fn render_all(diagnostics: &[Diagnostic], source: &str, colour: bool) -> Str
     text
 }
 
-/// The lines that the labels are on. Only these go to the renderer, which would otherwise look
-/// through the whole text for each message.
+/// The lines that the labels are on, unless there are none or too much of them. Only these go to
+/// the renderer, which would otherwise look through the whole text for each message.
 fn snippet<'a>(
     diagnostic: &'a Diagnostic,
     source: &'a str,
@@ -263,6 +272,9 @@ fn snippet<'a>(
     let last = ranges().map(|r| r.end).max()?;
     let start = source[..first].rfind('\n').map_or(0, |newline| newline + 1);
     let end = source[last..].find('\n').map_or(source.len(), |n| last + n);
+    if end - start > MAX_SHOWN {
+        return None;
+    }
     let mut snippet = Snippet::source(&source[start..end])
         .path(&diagnostic.file)
         .line_start(1 + source[..start].bytes().filter(|&b| b == b'\n').count());
@@ -323,6 +335,13 @@ error[A0001]: a message
   = note: a fact
   = help: an advice";
         assert_eq!(render(&d, TEXT, false), expected);
+    }
+
+    #[test]
+    fn endless_lines_are_not_shown() {
+        let text = "\nx".to_owned() + &"y".repeat(MAX_SHOWN);
+        let shown = render(&diagnostic(Span::new(3, 4)), &text, false);
+        assert_eq!(shown, "error[A0001]: a message\n--> x.xml:2:3");
     }
 
     #[test]

@@ -157,12 +157,7 @@ impl ResourceGraph {
             }
         }
         for (link, l) in arch.links.iter() {
-            for from in self.outputs(l.from) {
-                let width = self.places[from].width.min(l.width);
-                // A link of the predicate network does not carry the data output.
-                if l.width == 1 && self.places[from].width > 1 && arch.fus[l.from].pred_out {
-                    continue;
-                }
+            for (from, width) in self.carried(arch, link) {
                 let path = ReadPath {
                     from,
                     to: l.to,
@@ -194,8 +189,8 @@ impl ResourceGraph {
                     continue;
                 }
                 for (link, l) in arch.links.iter().filter(|(_, l)| l.to == fu) {
-                    for from in self.outputs(l.from) {
-                        let width = self.places[from].width.min(l.width).min(spec.width);
+                    for (from, width) in self.carried(arch, link) {
+                        let width = width.min(spec.width);
                         let transfer = Transfer {
                             from,
                             to: place,
@@ -208,6 +203,19 @@ impl ResourceGraph {
                 }
             }
         }
+    }
+
+    /// The outputs that a link carries, each with the width of its widest value there. A link of
+    /// the predicate network does not carry the data output of a unit whose predicates have their
+    /// own.
+    fn carried(&self, arch: &Arch, link: Link) -> Vec<(Place, u32)> {
+        let l = &arch.links[link];
+        let predicates_only = l.width == 1 && arch.fus[l.from].pred_out;
+        self.outputs(l.from)
+            .map(|from| (from, self.places[from].width))
+            .filter(|&(_, width)| width == 1 || !predicates_only)
+            .map(|(from, width)| (from, width.min(l.width)))
+            .collect()
     }
 
     /// The output places of a unit: one, or two where predicates have their own.

@@ -1,9 +1,13 @@
 //! The shipped machines: what they are, that they grow, and that their expanded form is the same
-//! machine.
+//! machine. Golden texts stand in `golden/`; `SRP_BLESS=1 cargo test` writes them anew.
 
+use std::fmt::Write;
+use std::path::Path;
+
+use srp_archdesc::arch::{Approx, FileKind, Fu};
 use srp_archdesc::diagnostic::render_all;
-use srp_archdesc::machines::{ALL, Machine, SGRT};
-use srp_archdesc::{Arch, parse, xml};
+use srp_archdesc::machines::{ALL, Machine, SGRT, TINY, WIDE};
+use srp_archdesc::{Arch, Opcode, ResourceGraph, parse, show, xml};
 
 #[track_caller]
 fn read(name: &str, text: &str) -> Arch {
@@ -17,20 +21,226 @@ fn machine(machine: Machine) -> Arch {
     read(machine.name, machine.xml)
 }
 
+/// `text` with `from`, which it must have, replaced by `to`.
+#[track_caller]
+fn edit(text: &str, from: &str, to: &str) -> String {
+    assert!(text.contains(from), "no {from}");
+    text.replace(from, to)
+}
+
+#[track_caller]
+fn golden(name: &str, text: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/golden")
+        .join(name);
+    if std::env::var_os("SRP_BLESS").is_some() {
+        std::fs::write(&path, text).expect("a writable golden file");
+    }
+    let expected = std::fs::read_to_string(&path).expect("a golden file");
+    assert_eq!(text, expected, "{name}");
+}
+
+fn unit(arch: &Arch, name: &str) -> Fu {
+    let named = arch.fus.iter().find(|(_, unit)| unit.name == name);
+    named.expect("a unit of that name").0
+}
+
+/// The machine with every kind of deviation from the layout.
+fn changed() -> String {
+    let cell = r#"<fu row="3" col="3" name="divider" type="special" constants="2">
+      <op class="idiv" latency="20"/>
+      <op class="fadd" uses="cache_port sram_port"/>
+      <file name="x" kind="static" width="1" size="4" from-links="true"/>
+    </fu>
+    <fu row="2" col="0" width="32" pred-out="false" classes="alu load"/>
+    <link from="fu_0_0" to="divider" delay="2" width="32"/>
+    <file name="shared" kind="rotating" width="128" size="8" readers="all" writers="divider fu_1_1"/>
+    <file name="pred""#;
+    let special = r#"<special function="rcp" bits="12" steps="1"/>
+  <special function="sincos" bits="20"/>
+  <array"#;
+    let xml = edit(SGRT.xml, "<file name=\"pred\"", cell);
+    let xml = edit(&xml, "<array", special);
+    edit(
+        &xml,
+        "link-delay=\"0\"",
+        "link-delay=\"1\" link-width=\"32\"",
+    )
+}
+
 #[test]
 fn expanded_form_is_the_same_machine() {
-    for m in ALL {
-        let arch = machine(m);
+    let files = ALL.map(|m| m.xml.to_owned());
+    for text in files.into_iter().chain([changed()]) {
+        let arch = read("compact", &text);
         let expanded = xml::write(&arch);
         let again = read("expanded", &expanded);
-        assert_eq!(again, arch, "{}", m.name);
-        assert_eq!(xml::write(&again), expanded, "{}", m.name);
+        assert_eq!(again, arch);
+        assert_eq!(xml::write(&again), expanded);
     }
 }
 
 #[test]
-fn default_machine_has_the_papers_peak() {
+fn default_machine_is_the_papers() {
     let arch = machine(SGRT);
     let gflops = arch.peak_flops_per_cycle() * f64::from(arch.system.srp_mhz) / 1000.0;
     assert_eq!(gflops, 72.5);
+    let system = &arch.system;
+    assert_eq!((arch.rows, arch.cols, system.cores), (4, 4, 4));
+    assert_eq!(system.sram_bytes, 240 * 1024);
+    assert_eq!(system.data_cache.bytes, 4 * 1024);
+    assert_eq!(system.texture_cache.bytes, 32 * 1024);
+    let (buffers, tni) = (&system.buffers, &system.tni);
+    assert_eq!(
+        (buffers.rays, buffers.ray_buffers, buffers.hit_buffers),
+        (64, 3, 2)
+    );
+    assert_eq!((tni.trvs, tni.ists, tni.stacks), (4, 1, 16));
+    let visit = tni.pre_latency + tni.aabb_latency + tni.post_latency + tni.trv_l1.latency;
+    assert_eq!(visit, 36);
+    assert!(SGRT.xml.lines().count() <= 150);
+}
+
+/// What a file does not say is what the default machine says.
+#[test]
+fn defaults_are_those_of_the_default_machine() {
+    let start = SGRT.xml.find("  <system").expect("a system");
+    let end = SGRT.xml.find("</machine>").expect("an end");
+    let mut short = SGRT.xml.to_owned();
+    short.replace_range(start..end, "");
+    let short: Vec<&str> = short
+        .lines()
+        .filter(|line| !line.contains("<op ") || line.contains("uses"))
+        .collect();
+    let short = edit(&short.join("\n"), " latency=\"3\" uses", " uses");
+    let short = edit(&short, " latency=\"4\" uses", " uses");
+    let short = edit(&short, " latency=\"1\" uses", " uses");
+    let short = edit(&short, " link-delay=\"0\" contexts=\"128\"", "");
+    let vliw = " branch-delay=\"1\" mode-switch=\"2\" preload-width=\"4\"";
+    let short = edit(&short, vliw, "");
+    assert!(!short.contains("latency") && !short.contains("interval"));
+    assert_eq!(read("short", &short), machine(SGRT));
+}
+
+#[test]
+fn two_attributes_make_the_array_larger() {
+    let small = machine(SGRT);
+    let large = edit(SGRT.xml, "rows=\"4\" cols=\"4\"", "rows=\"8\" cols=\"8\"");
+    let large = read("large", &large);
+    assert_eq!(large.fus.len(), 64);
+    assert_eq!(large.slots().len(), 4);
+    assert_eq!(large.peak_flops_per_cycle(), 290.0);
+    for unit in large.fus.values() {
+        let model = small
+            .fus
+            .values()
+            .find(|u| (u.row, u.col) == (unit.row % 4, unit.col % 4))
+            .expect("a cell of the tile");
+        assert_eq!(unit.ops, model.ops);
+        assert_eq!(unit.name, format!("fu_{}_{}", unit.row, unit.col));
+    }
+    // Horizontal, vertical and the two diagonals, each both ways.
+    assert_eq!(large.links.len(), 2 * (8 * 7 + 8 * 7 + 7 * 7 + 7 * 7));
+    let largest = edit(WIDE.xml, "rows=\"8\" cols=\"8\"", "rows=\"64\" cols=\"64\"");
+    assert_eq!(read("largest", &largest).fus.len(), 4096);
+}
+
+#[test]
+fn cells_and_links_can_deviate() {
+    let arch = read("changed", &changed());
+    let divider = &arch.fus[unit(&arch, "divider")];
+    assert_eq!((divider.row, divider.col, divider.constants), (3, 3, 2));
+    let idiv = divider.runs(Opcode::Div).expect("its type's class");
+    assert_eq!((idiv.latency, idiv.interval), (20, 4));
+    let fadd = divider.runs(Opcode::Fadd).expect("an added class");
+    let uses: Vec<&str> = fadd
+        .uses
+        .iter()
+        .map(|&r| arch.resources[r].name.as_str())
+        .collect();
+    assert_eq!(uses, ["cache_port", "sram_port"]);
+    let narrow = &arch.fus[unit(&arch, "fu_2_0")];
+    assert!(narrow.runs(Opcode::Lw).is_some() && narrow.runs(Opcode::Lv).is_none());
+    assert!(narrow.runs(Opcode::Pand).is_none() && !narrow.pred_out);
+    let added = arch.links.values().last().expect("links");
+    assert_eq!((added.delay, added.width), (2, 32));
+    assert!(arch.links.values().all(|l| l.delay > 0 && l.width == 32));
+    let own: Vec<&str> = arch
+        .files
+        .values()
+        .filter(|f| f.kind != FileKind::Central && f.readers == [unit(&arch, "divider")])
+        .map(|f| f.name.as_str())
+        .collect();
+    assert_eq!(own, ["divider_x"]);
+    assert_eq!(arch.precision.rcp, Approx::Table { bits: 12, steps: 1 });
+    assert_eq!(arch.precision.sincos, Approx::Table { bits: 20, steps: 0 });
+    assert_eq!(arch.precision.sqrt, Approx::Exact);
+}
+
+#[test]
+fn machines_are_shown() {
+    golden("sgrt.show", &show(&machine(SGRT)));
+    golden("changed.show", &show(&read("changed", &changed())));
+}
+
+#[test]
+fn resource_graph_of_the_tiny_machine() {
+    let arch = machine(TINY);
+    golden("tiny.graph", &graph_text(&arch).expect("a string"));
+}
+
+fn graph_text(arch: &Arch) -> Result<String, std::fmt::Error> {
+    let graph = ResourceGraph::of(arch);
+    let name = |place| graph.name(arch, place);
+    let mut out = String::new();
+    for (place, spec) in graph.places.iter() {
+        let rotates = if graph.rotates(arch, place) {
+            ", rotating"
+        } else {
+            ""
+        };
+        writeln!(
+            out,
+            "{place} {}: {} × {} bits{rotates}",
+            name(place),
+            spec.capacity,
+            spec.width
+        )?;
+    }
+    for (fu, unit) in arch.fus.iter() {
+        writeln!(out, "\n{fu} {}", unit.name)?;
+        for read in &graph.reads[fu] {
+            write!(out, "  reads {}, {} bits", name(read.from), read.width)?;
+            match read.link {
+                Some(link) => writeln!(out, ", {link}, delay {}", read.delay)?,
+                None => writeln!(out)?,
+            }
+        }
+        for &place in &graph.writes[fu] {
+            writeln!(out, "  writes {}", name(place))?;
+        }
+    }
+    writeln!(out)?;
+    for transfer in graph.transfers.values().flatten() {
+        writeln!(
+            out,
+            "{} to {} over {}, delay {}, {} bits",
+            name(transfer.from),
+            name(transfer.to),
+            transfer.link,
+            transfer.delay,
+            transfer.width
+        )?;
+    }
+    Ok(out)
+}
+
+/// The example of the reference is a machine.
+#[test]
+fn example_of_the_reference_is_a_machine() {
+    let reference = include_str!("../FORMAT.md");
+    let start = reference.find("```xml\n").expect("an example") + "```xml\n".len();
+    let length = reference[start..].find("```").expect("its end");
+    let arch = read("FORMAT.md", &reference[start..start + length]);
+    assert_eq!(arch.fus.len(), 4);
 }

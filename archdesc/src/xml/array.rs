@@ -1,6 +1,6 @@
 //! The array: which unit stands in each cell, its files, and the VLIW engine on it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::de::Spanned;
 use super::findings::Findings;
@@ -26,6 +26,8 @@ pub(super) struct Units {
     /// What each unit was made from.
     pub(super) origins: EntityMap<Fu, Origin>,
     names: BTreeMap<String, Fu>,
+    /// Names of units that have no cell, which was reported.
+    dropped: BTreeSet<String>,
 }
 
 /// What a unit was made from.
@@ -44,7 +46,8 @@ impl Units {
     /// The unit that `text` names; reports a name that no unit has.
     pub(super) fn find(&self, found: &Findings, text: &Text) -> Option<Fu> {
         let fu = self.names.get(&text.value).copied();
-        if fu.is_none() && self.sized && !found.suspects_any(&["fu"]) {
+        let reported = || self.dropped.contains(&text.value) || found.suspects_any(&["fu", "name"]);
+        if fu.is_none() && self.sized && !reported() {
             let known = self.fus.values().map(|f| f.name.as_str());
             values::unknown(found, "A0401", text, "unit", known);
         }
@@ -137,6 +140,7 @@ pub(super) fn units(
     let rows = size(&array.rows, limits::ROWS);
     let cols = size(&array.cols, limits::COLS);
     let sized = array.rows.is_some() && array.cols.is_some() && found.len() == before;
+    let written = written(found, array, (rows, cols), sized);
     let layout = Layout {
         types: &types,
         tile: array
@@ -144,8 +148,8 @@ pub(super) fn units(
             .iter()
             .map(|row| row_types(found, &types, row))
             .collect(),
-        written: cells(found, array, (rows, cols), sized),
-        slots: values::number(found, slots, limits::SLOTS, cols).min(cols),
+        written: written.cells,
+        slots: first_slots(found, slots, cols, sized),
         array: array.span,
     };
     let mut units = Units {
@@ -155,6 +159,7 @@ pub(super) fn units(
         fus: EntityMap::new(),
         origins: EntityMap::new(),
         names: BTreeMap::new(),
+        dropped: written.dropped,
     };
     let mut seen = BTreeMap::new();
     let mut empty = None;
@@ -173,15 +178,37 @@ pub(super) fn units(
         && sized
         && !found.suspects_any(&["row", "fu", "units"])
     {
-        let message = format!("cell ({row}, {col}) of the array has no unit");
-        let help = "give the array `<row units=\"…\"/>`s, which repeat over it, or an `<fu>` there";
-        found.push(
-            found
-                .error("A0409", array.span, message, "the layout leaves it empty")
-                .help(help),
-        );
+        no_unit(found, array.span, row, col);
     }
     units
+}
+
+fn no_unit(found: &Findings, array: Span, row: u32, col: u32) {
+    let message = format!("cell ({row}, {col}) of the array has no unit");
+    let help = "give the array `<row units=\"…\"/>`s, which repeat over it, or an `<fu>` there";
+    found.push(
+        found
+            .error("A0409", array, message, "the layout leaves it empty")
+            .help(help),
+    );
+}
+
+/// How many cells of the first row are VLIW slots.
+fn first_slots(found: &Findings, text: &Option<Text>, cols: u32, sized: bool) -> u32 {
+    let slots = values::number(found, text, limits::SLOTS, cols);
+    if let Some(text) = text
+        && sized
+        && slots > cols
+    {
+        let message = format!("{slots} VLIW slots do not fit in a row of {cols} units");
+        let label = "more than the columns";
+        found.push(
+            found
+                .error("A0502", text.span, message, label)
+                .help("give units of other rows a `slot`"),
+        );
+    }
+    slots.min(cols)
 }
 
 /// The unit in one cell; `None` where the layout leaves it empty.
@@ -283,39 +310,51 @@ fn row_types<'r, 't>(
     types
 }
 
-/// The written `<fu>`s by row and column.
-fn cells<'r>(
+/// The `<fu>`s of an array.
+#[derive(Default)]
+struct Written<'r> {
+    /// By row and column.
+    cells: BTreeMap<(u32, u32), &'r Spanned<raw::Fu>>,
+    /// Names of those that have no cell.
+    dropped: BTreeSet<String>,
+}
+
+fn written<'r>(
     found: &Findings,
     array: &'r raw::Array,
     (rows, cols): (u32, u32),
     sized: bool,
-) -> BTreeMap<(u32, u32), &'r Spanned<raw::Fu>> {
-    let mut cells: BTreeMap<(u32, u32), &Spanned<raw::Fu>> = BTreeMap::new();
+) -> Written<'r> {
+    let mut written = Written::default();
     for fu in &array.fu {
         let before = found.len();
         let row = values::required_number(found, &fu.row, limits::ROW, "fu", fu.span);
         let col = values::required_number(found, &fu.col, limits::COL, "fu", fu.span);
-        if found.len() > before || fu.row.is_none() || fu.col.is_none() {
+        let placed = found.len() == before && fu.row.is_some() && fu.col.is_some();
+        let name = fu.name.as_ref().map(|name| name.value.clone());
+        let name = name.unwrap_or_else(|| default_name(row, col));
+        let complaint = if !placed {
+            // Which unit this is cannot be said, so nothing is said about what the array lacks.
             found.suspect(fu.span, "fu");
+            None
         } else if row >= rows || col >= cols {
-            if sized {
-                let message = format!("cell ({row}, {col}) is outside the {rows}×{cols} array");
-                let label = "rows and columns count from 0";
-                found.push(found.error("A0406", fu.span, message, label));
-            }
-            found.suspect(fu.span, "fu");
-        } else if let Some(first) = cells.get(&(row, col)) {
+            let message = format!("cell ({row}, {col}) is outside the {rows}×{cols} array");
+            let label = "rows and columns count from 0";
+            sized.then(|| found.error("A0406", fu.span, message, label))
+        } else if let Some(first) = written.cells.get(&(row, col)) {
             let message = format!("cell ({row}, {col}) has two units");
-            found.push(
-                found
-                    .error("A0407", fu.span, message, "the second")
-                    .also(first.span, "the first"),
-            );
+            let diagnostic = found.error("A0407", fu.span, message, "the second");
+            Some(diagnostic.also(first.span, "the first"))
         } else {
-            cells.insert((row, col), fu);
+            written.cells.insert((row, col), fu);
+            continue;
+        };
+        if let Some(diagnostic) = complaint {
+            found.push(diagnostic);
         }
+        written.dropped.insert(name);
     }
-    cells
+    written
 }
 
 fn unit_name(found: &Findings, fu: &raw::Fu) -> Option<String> {
@@ -341,6 +380,9 @@ pub(super) fn files(
     let mut seen = BTreeMap::new();
     let mut users = 0;
     for file in &array.file {
+        if found.is_full() {
+            break;
+        }
         if let Some(spec) = array_file(found, file, units)
             && units::unique(found, &mut seen, &spec.name, file.span, "file")
         {
@@ -411,7 +453,7 @@ fn array_file(found: &Findings, file: &Spanned<raw::File>, units: &Units) -> Opt
     };
     let spec = FileSpec {
         name: name.clone().unwrap_or_default(),
-        width: values::width(found, &file.width, "width", &[1, 32, 128], 32),
+        width: values::width(found, &file.width, "width", &[1, 32, 128]).unwrap_or(32),
         size,
         kind: kind.unwrap_or(FileKind::Static),
         read_ports: values::number(found, &file.read_ports, limits::READ_PORTS, reads),
@@ -429,6 +471,7 @@ fn array_file(found: &Findings, file: &Spanned<raw::File>, units: &Units) -> Opt
 /// The units that a list names, in the order of the list.
 fn unit_list(found: &Findings, text: &Text, units: &Units, slots: &[Fu]) -> Vec<Fu> {
     let mut list = Vec::new();
+    let mut seen = BTreeSet::new();
     for word in values::words(text) {
         let named: Vec<Fu> = match word.as_str() {
             ALL => units.fus.keys().collect(),
@@ -436,7 +479,7 @@ fn unit_list(found: &Findings, text: &Text, units: &Units, slots: &[Fu]) -> Vec<
             _ => units.find(found, &word).into_iter().collect(),
         };
         for fu in named {
-            if !list.contains(&fu) {
+            if seen.insert(fu) {
                 list.push(fu);
             }
         }

@@ -17,6 +17,7 @@ use serde::forward_to_deserialize_any;
 
 use super::findings::Findings;
 use super::tree::{Attribute, Element};
+use super::values::quoted;
 use crate::diagnostic::Span;
 use crate::nearest::nearest;
 
@@ -69,19 +70,13 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Spanned<T> {
 pub(super) fn from_tree<'de, T: Deserialize<'de>>(
     root: &'de Element<'de>,
     found: &'de Findings,
-) -> Option<T> {
+) -> T {
     let node = Node {
         part: Part::Element(root),
         parent: root.span,
         found,
     };
-    match T::deserialize(node) {
-        Ok(value) => Some(value),
-        Err(error) => {
-            found.push(found.error("A0200", root.span, error.to_string(), "in this element"));
-            None
-        }
-    }
+    T::deserialize(node).expect("every field has a default, and every leaf is a string")
 }
 
 /// A part of the tree, as a deserializer.
@@ -134,6 +129,7 @@ impl<'de> Node<'de> {
         let diagnostic = self.found.error("A0204", span, message, label);
         self.found.push(diagnostic.help(help));
         self.found.suspect(self.parent, name);
+        self.found.void(self.span());
     }
 }
 
@@ -347,7 +343,7 @@ fn unknown(element: &Element<'_>, node: Node<'_>, known: &[&'static str]) {
         Part::Element(child) => ("A0201", "element", child.span),
         Part::Attribute(attribute) => ("A0202", "attribute", attribute.name_span),
     };
-    let message = format!("`{}` has no {what} `{}`", element.name, node.name());
+    let message = format!("`{}` has no {what} {}", element.name, quoted(node.name()));
     let diagnostic = found.error(code, span, message, format!("unknown {what}"));
     found.push(match nearest(node.name(), known.iter().copied()) {
         Some(near) => {

@@ -2,18 +2,19 @@
 //! mistake, with a value that causes no further ones.
 
 use std::cell::RefCell;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use crate::diagnostic::{Diagnostic, Span};
+use crate::diagnostic::{Diagnostic, Severity, Span};
 
 /// More mistakes than this are not gathered: the rest of the file is hardly a machine.
-const MAX_FINDINGS: usize = 100;
+const MAX_FINDINGS: usize = 50;
 
 /// The mistakes found so far.
 pub(super) struct Findings {
     file: String,
     found: RefCell<Vec<Diagnostic>>,
-    suspects: RefCell<BTreeSet<(Span, String)>>,
+    /// Parts that could not be read in full: name, and the elements that they are parts of.
+    suspects: RefCell<BTreeMap<String, BTreeSet<Span>>>,
 }
 
 impl Findings {
@@ -47,23 +48,30 @@ impl Findings {
     /// Notes that the part `name` of the element at `element` could not be read in full, so that
     /// rules about what the file lacks would blame it twice.
     pub(super) fn suspect(&self, element: Span, name: &str) {
-        self.suspects
-            .borrow_mut()
-            .insert((element, name.to_owned()));
+        let mut suspects = self.suspects.borrow_mut();
+        suspects.entry(name.to_owned()).or_default().insert(element);
     }
 
     /// Whether the part `name` of the element at `element` could not be read in full.
     pub(super) fn suspects(&self, element: Span, name: &str) -> bool {
-        let key = (element, name.to_owned());
-        self.suspects.borrow().contains(&key)
+        let suspects = self.suspects.borrow();
+        suspects.get(name).is_some_and(|s| s.contains(&element))
     }
 
     /// Whether a part with one of these names could not be read in full, in any element.
     pub(super) fn suspects_any(&self, names: &[&str]) -> bool {
         let suspects = self.suspects.borrow();
-        suspects
-            .iter()
-            .any(|(_, name)| names.contains(&name.as_str()))
+        names.iter().any(|&name| suspects.contains_key(name))
+    }
+
+    /// Notes that the value at `span` was reported and is to be taken as not given.
+    pub(super) fn void(&self, span: Span) {
+        self.suspect(span, "");
+    }
+
+    /// Whether the value at `span` is to be taken as not given.
+    pub(super) fn is_void(&self, span: Span) -> bool {
+        self.suspects(span, "")
     }
 
     /// How many mistakes were found so far.
@@ -87,10 +95,14 @@ impl Findings {
         found.sort_by_key(|d| d.primary.as_ref().map(|label| label.span));
         if found.len() > MAX_FINDINGS {
             found.truncate(MAX_FINDINGS);
-            found.push(
-                Diagnostic::error("A0109", &self.file, "too many mistakes")
-                    .note(format!("only {MAX_FINDINGS} are shown")),
-            );
+            found.push(Diagnostic {
+                severity: Severity::Note,
+                ..Diagnostic::error(
+                    "A0109",
+                    &self.file,
+                    format!("there are more mistakes; the first {MAX_FINDINGS} found are shown"),
+                )
+            });
         }
         found
     }

@@ -85,7 +85,7 @@ pub(super) fn links(
         values::missing(found, "topology", "array", array);
     }
     let delay = values::number(found, &raw.link_delay, limits::LINK_DELAY, 0);
-    let widest = values::width(found, &raw.link_width, "link-width", &[1, 32, 128], 128);
+    let widest = values::width(found, &raw.link_width, "link-width", &[1, 32, 128]);
     let mut links = EntityMap::new();
     let mut seen: BTreeMap<(Fu, Fu, u32), Option<Span>> = BTreeMap::new();
     let topology = topology.unwrap_or(Topology::None);
@@ -93,7 +93,7 @@ pub(super) fn links(
         for to in topology.reached(units.rows as usize, units.cols as usize, from.index()) {
             let to = Fu::new(to);
             if links.len() < limits::MAX_LINKS {
-                let width = units.link_width(from, to).min(widest);
+                let width = units.link_width(from, to).min(widest.unwrap_or(128));
                 links.push(LinkSpec {
                     from,
                     to,
@@ -162,7 +162,7 @@ fn written(found: &Findings, raw: &raw::Link, at: Span, units: &Units) -> Option
         return None;
     }
     let widest = units.link_width(from, to);
-    let width = values::width(found, &raw.width, "width", &[1, 32, 128], widest);
+    let width = values::width(found, &raw.width, "width", &[1, 32, 128]).unwrap_or(widest);
     Some(LinkSpec {
         from,
         to,

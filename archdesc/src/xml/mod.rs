@@ -49,12 +49,15 @@ fn read(xml: &str, found: &Findings) -> Option<Arch> {
         wrong_root(found, root.name, root.span);
         return None;
     }
-    let machine: raw::Machine = de::from_tree(&root, found)?;
+    let machine: raw::Machine = de::from_tree(&root, found);
     resolve(&machine, root.span, found)
 }
 
 fn wrong_root(found: &Findings, name: &str, span: Span) {
-    let message = format!("a machine file is a `<machine>`, not a `<{name}>`");
+    let message = format!(
+        "a machine file is a `<machine>`, not a `<{}>`",
+        values::shortened(name)
+    );
     let help = match nearest(name, ["machine"]) {
         Some(near) => format!("did you mean `{near}`?"),
         None => "is this another kind of file?".to_owned(),

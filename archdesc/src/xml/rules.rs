@@ -34,8 +34,8 @@ pub(super) fn check(found: &Findings, arch: &Arch, places: &Places<'_>) {
     if !found.suspects_any(&["fu-type", "type", "op", "class", "classes", "width"]) {
         classes(found, arch, places);
     }
-    if !found.suspects_any(&["file", "kind", "readers", "writers"]) {
-        central_files(found, arch, places);
+    for ty in Ty::ALL {
+        central_file(found, arch, places, ty);
     }
 }
 
@@ -145,15 +145,16 @@ fn classes(found: &Findings, arch: &Arch, places: &Places<'_>) {
             let kinds = op.info().operands.iter().chain(&op.info().result);
             kinds.map(|kind| kind.ty()).any(|ty| ty == Ty::Vec)
         });
-        let (code, message) = if !arch.fus.keys().any(|fu| runs(&fu)) {
-            ("A0503", format!("no unit runs class `{class}`"))
+        let (code, message, label) = if !arch.fus.keys().any(|fu| runs(&fu)) {
+            let message = format!("no unit runs class `{class}`");
+            ("A0503", message, "the array lacks it")
         } else if !slots.iter().any(runs) {
             let message = format!("no VLIW slot runs class `{class}`, which control code may need");
-            ("A0504", message)
+            ("A0504", message, "its VLIW slots lack it")
         } else if let Some(op) = narrow {
             let message =
-                format!("no VLIW slot of 128 bits runs class `{class}`, so nothing runs `{op}`");
-            ("A0504", message)
+                format!("no VLIW slot that runs class `{class}` is wide enough for `{op}`");
+            ("A0504", message, "its VLIW slots lack it")
         } else {
             continue;
         };
@@ -161,7 +162,6 @@ fn classes(found: &Findings, arch: &Arch, places: &Places<'_>) {
             Some(taker) => format!("add `{class}` to {taker}"),
             None => "make a slot 128 bits wide and add the class to it".to_owned(),
         };
-        let label = format!("has no unit for `{class}`");
         found.push(found.error(code, places.array, message, label).help(help));
     }
 }
@@ -186,49 +186,50 @@ fn taker(
         .filter(|&fu| arch.fus[fu].op(class).is_none())
         .min_by_key(|&fu| distance(fu).unwrap_or(usize::MAX))?;
     let name = &arch.fus[fu].name;
+    let slot = arch.fus[fu].slot?;
     Some(match &origins[fu].fu_type {
-        Some(fu_type) => format!("the classes of fu-type `{fu_type}`, which VLIW slot `{name}` is"),
-        None => format!("the classes of VLIW slot `{name}`"),
+        Some(fu_type) => format!("the classes of fu-type `{fu_type}`, which is VLIW slot {slot}"),
+        None => format!("the classes of `{name}`, which is VLIW slot {slot}"),
     })
 }
 
 /// For each type of values there is a central file of its width that every slot reads and writes.
-fn central_files(found: &Findings, arch: &Arch, places: &Places<'_>) {
-    for ty in Ty::ALL {
-        let file = arch
-            .central(ty)
-            .filter(|&file| arch.files[file].width == ty.bits());
-        let Some(file) = file else {
-            let width = ty.bits();
-            let message = format!("there is no central register file of {width} bits");
+fn central_file(found: &Findings, arch: &Arch, places: &Places<'_>, ty: Ty) {
+    let width = ty.bits();
+    let file = arch.central(ty);
+    let Some(file) = file.filter(|&file| arch.files[file].width == width) else {
+        if !found.suspects_any(&["file", "kind", "width"]) {
+            let message = format!("there is no central register file of width {width}");
             let help = format!(
                 "add `<file name=\"…\" kind=\"central\" width=\"{width}\" size=\"…\"/>` to the array"
             );
+            let label = "VLIW code needs one";
             found.push(
                 found
-                    .error("A0505", places.array, message, "VLIW code needs one")
+                    .error("A0505", places.array, message, label)
                     .help(help),
             );
-            continue;
-        };
-        let spec = &arch.files[file];
-        let users = [
-            (&spec.readers, "read", "readers"),
-            (&spec.writers, "write", "writers"),
-        ];
-        for (users, verb, attribute) in users {
-            let users: BTreeSet<Fu> = users.iter().copied().collect();
-            if let Some(fu) = arch.slots().into_iter().find(|fu| !users.contains(fu)) {
-                let message = format!(
-                    "VLIW slot `{}` cannot {verb} central file `{}`",
-                    arch.fus[fu].name, spec.name
-                );
-                found.push(
-                    found
-                        .error("A0506", places.files[file], message, "every slot must")
-                        .help(format!("leave `{attribute}` out, or name `slots` in it")),
-                );
-            }
+        }
+        return;
+    };
+    let spec = &arch.files[file];
+    let users = [
+        (&spec.readers, "read", "readers"),
+        (&spec.writers, "write", "writers"),
+    ];
+    for (users, verb, attribute) in users {
+        let users: BTreeSet<Fu> = users.iter().copied().collect();
+        let lacking = arch.slots().into_iter().find(|fu| !users.contains(fu));
+        if let Some(fu) = lacking.filter(|_| !found.suspects_any(&[attribute])) {
+            let message = format!(
+                "VLIW slot `{}` cannot {verb} central file `{}`",
+                arch.fus[fu].name, spec.name
+            );
+            found.push(
+                found
+                    .error("A0506", places.files[file], message, "every slot must")
+                    .help(format!("leave `{attribute}` out, or name `slots` in it")),
+            );
         }
     }
 }

@@ -107,7 +107,7 @@ fn multiple(found: &Findings, text: &Option<Text>, limit: Limit, of: u32, defaul
     match text {
         Some(text) if !n.is_multiple_of(of) => {
             let message = format!("`{}` is not a multiple of {of} bytes", limit.name);
-            let label = format!("{} bytes too many", n % of);
+            let label = format!("leaves a remainder of {}", n % of);
             found.push(found.error("A0601", text.span, message, label));
             default
         }

@@ -7,11 +7,13 @@ use std::borrow::Cow;
 
 use quick_xml::XmlVersion;
 use quick_xml::errors::{Error, IllFormedError};
+use quick_xml::escape::EscapeError;
 use quick_xml::events::attributes::AttrError;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
 use super::findings::Findings;
+use super::values::{quoted, shortened};
 use crate::diagnostic::Span;
 
 /// Elements may be nested this deep; a machine file needs five levels.
@@ -86,6 +88,11 @@ pub(super) fn parse<'x>(xml: &'x str, found: &Findings) -> Option<Element<'x>> {
     }
 }
 
+/// A tag between backquotes, a very long name shortened.
+fn tag(opening: &str, name: &str) -> String {
+    format!("`{opening}{}>`", shortened(name))
+}
+
 fn position(offset: u64) -> u32 {
     u32::try_from(offset).expect("files are shorter than MAX_BYTES")
 }
@@ -140,6 +147,7 @@ impl<'x> Builder<'x, '_> {
                         Ok(Cow::Owned(value)) => Cow::Owned(value),
                         Ok(Cow::Borrowed(_)) => Cow::Borrowed(self.slice(value_span)),
                         Err(error) => {
+                            self.found.suspect(span, self.slice(name_span));
                             self.bad_reference(value_span, &error);
                             continue;
                         }
@@ -158,8 +166,15 @@ impl<'x> Builder<'x, '_> {
         Some(())
     }
 
-    fn bad_reference(&self, span: Span, error: &Error) {
-        let message = format!("the value cannot be read: {error}");
+    fn bad_reference(&self, value: Span, error: &Error) {
+        let (span, message) = match error {
+            Error::Escape(EscapeError::UnrecognizedEntity(at, name)) => {
+                let offset = |n: usize| value.start + position(n as u64);
+                let span = Span::new(offset(at.start), offset(at.end));
+                (span, format!("the reference `&{name};` is not defined"))
+            }
+            error => (value, format!("the value cannot be read: {error}")),
+        };
         self.found.push(
             self.found
                 .error("A0106", span, message, "in this value")
@@ -174,33 +189,42 @@ impl<'x> Builder<'x, '_> {
                 let name = |offset: &usize| {
                     let start = at(offset);
                     let rest = &self.xml[start as usize..];
-                    let end = rest
-                        .find(|c: char| c == '=' || c.is_whitespace())
-                        .unwrap_or(rest.len());
-                    Span::new(start, start + position(end as u64))
+                    let end = rest.find(|c: char| c == '=' || c.is_whitespace());
+                    Span::new(start, start + position(end.unwrap_or(0) as u64))
                 };
                 let name_span = name(again);
-                let message = format!("attribute `{}` is given twice", self.slice(name_span));
+                let message = format!("attribute {} is given twice", quoted(self.slice(name_span)));
                 self.found
                     .error("A0104", name_span, message, "given again")
                     .also(name(first), "first given here")
             }
-            AttrError::ExpectedEq(offset) => self.found.error(
-                "A0103",
-                Span::point(at(offset)),
-                "an attribute has no value",
-                "expected `=` and a quoted value",
-            ),
+            AttrError::ExpectedEq(offset) => {
+                self.suspect_before(at(offset), tag);
+                let message = "an attribute has no value";
+                let label = "expected `=` and a quoted value";
+                self.found
+                    .error("A0103", Span::point(at(offset)), message, label)
+            }
             AttrError::ExpectedValue(offset)
             | AttrError::UnquotedValue(offset)
-            | AttrError::ExpectedQuote(offset, _) => self.found.error(
-                "A0103",
-                Span::point(at(offset)),
-                "the value of an attribute is not quoted",
-                "expected a value in quotes",
-            ),
+            | AttrError::ExpectedQuote(offset, _) => {
+                self.suspect_before(at(offset), tag);
+                let message = "the value of an attribute is not quoted";
+                let label = "expected a value in quotes";
+                self.found
+                    .error("A0103", Span::point(at(offset)), message, label)
+            }
         };
         self.found.push(diagnostic);
+    }
+
+    /// Notes that the attribute whose name stands before the byte at `at` cannot be read.
+    fn suspect_before(&self, at: u32, tag: Span) {
+        let before = self.xml.get(tag.start as usize..at as usize).unwrap_or("");
+        let before = before.trim_end_matches(|c: char| c == '=' || c.is_whitespace());
+        if let Some(name) = before.split_whitespace().next_back() {
+            self.found.suspect(tag, name);
+        }
     }
 
     fn end(&mut self) {
@@ -239,7 +263,7 @@ impl<'x> Builder<'x, '_> {
 
     fn finish(self) -> Option<Element<'x>> {
         for element in &self.open {
-            let message = format!("`<{}>` is never closed", element.name);
+            let message = format!("{} is never closed", tag("<", element.name));
             self.found.push(
                 self.found
                     .error("A0102", element.span, message, "opened here"),
@@ -268,21 +292,21 @@ impl<'x> Builder<'x, '_> {
     fn malformed(&self, error: &Error, at: u32) {
         let rest = &self.xml[self.xml.floor_char_boundary(at as usize)..];
         let line = rest.find('\n').unwrap_or(rest.len());
-        let tag = rest.find('>').map_or(line, |end| (end + 1).min(line));
-        let span = Span::new(at, at + position(tag as u64));
+        let length = rest.find('>').map_or(line, |end| (end + 1).min(line));
+        let span = Span::new(at, at + position(length as u64));
         let diagnostic = match (error, self.open.last()) {
             (
                 Error::IllFormed(IllFormedError::MismatchedEndTag { expected, found }),
                 Some(open),
             ) => {
-                let message = format!("`<{expected}>` is closed by `</{found}>`");
-                let label = format!("expected `</{expected}>`");
+                let message = format!("{} is closed by {}", tag("<", expected), tag("</", found));
+                let label = format!("expected {}", tag("</", expected));
                 self.found
                     .error("A0102", span, message, label)
                     .also(open.span, "opened here")
             }
             (Error::IllFormed(IllFormedError::UnmatchedEndTag(name)), _) => {
-                let message = format!("`</{name}>` closes nothing");
+                let message = format!("{} closes nothing", tag("</", name));
                 self.found
                     .error("A0102", span, message, "no such element is open")
             }

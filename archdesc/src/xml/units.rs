@@ -251,7 +251,10 @@ pub(super) fn body(cx: &OpContext<'_>, base: Option<&Body>, parts: &BodyParts<'_
         constants: 1,
         ..Body::default()
     });
-    body.width = values::width(found, parts.width, "width", &[32, 128], body.width);
+    if parts.width.is_some() {
+        // Nothing is too wide for a unit whose width cannot be read.
+        body.width = values::width(found, parts.width, "width", &[32, 128]).unwrap_or(128);
+    }
     body.pred_out = values::flag(found, parts.pred_out, "pred-out", body.pred_out);
     body.constants = values::number(found, parts.constants, limits::CONSTANTS, body.constants);
     if let Some(text) = parts.classes {
@@ -306,10 +309,7 @@ fn local_files(found: &Findings, raw: &[Spanned<raw::LocalFile>]) -> Vec<LocalFi
         let local = LocalFile {
             span: file.span,
             kind,
-            width: file
-                .width
-                .as_ref()
-                .map(|_| values::width(found, &file.width, "width", &[1, 32, 128], 32)),
+            width: values::width(found, &file.width, "width", &[1, 32, 128]),
             size,
             read_ports: number(&file.read_ports, limits::READ_PORTS, 2),
             write_ports: number(&file.write_ports, limits::WRITE_PORTS, 1),

@@ -1,7 +1,9 @@
 //! Attribute values: texts to numbers, flags, words and names. Each function reports what is wrong
 //! with a value and then gives the default, so that reading can go on.
 
+use std::borrow::Cow;
 use std::fmt::Display;
+use std::num::IntErrorKind;
 
 use super::findings::Findings;
 use super::limits::{Limit, MAX_NAME};
@@ -9,9 +11,14 @@ use super::raw::Text;
 use crate::diagnostic::Span;
 use crate::nearest::nearest;
 
+/// A value, unless it is not given or was reported before.
+fn given<'t>(found: &Findings, text: &'t Option<Text>) -> Option<&'t Text> {
+    text.as_ref().filter(|text| !found.is_void(text.span))
+}
+
 /// A number within `limit`, or `default` where it is not given.
 pub(super) fn number(found: &Findings, text: &Option<Text>, limit: Limit, default: u32) -> u32 {
-    let Some(text) = text else {
+    let Some(text) = given(found, text) else {
         return default;
     };
     let Limit { name, min, max, .. } = limit;
@@ -57,7 +64,8 @@ pub(super) fn required_number(
     number(found, text, limit, limit.min)
 }
 
-/// Decimal or `0x` hexadecimal; for sizes also with `K` or `M` behind.
+/// Decimal or `0x` hexadecimal; for sizes also with `K` or `M` behind. Numbers beyond 64 bits give
+/// the largest.
 fn integer(text: &str, bytes: bool) -> Option<u64> {
     let (digits, unit) = match text.as_bytes().last() {
         Some(b'K') if bytes => (&text[..text.len() - 1], 1 << 10),
@@ -71,7 +79,11 @@ fn integer(text: &str, bytes: bool) -> Option<u64> {
     if !digits.starts_with(|c: char| c.is_ascii_hexdigit()) {
         return None;
     }
-    u64::from_str_radix(digits, radix).ok()?.checked_mul(unit)
+    match u64::from_str_radix(digits, radix) {
+        Ok(n) => Some(n.saturating_mul(unit)),
+        Err(error) if *error.kind() == IntErrorKind::PosOverflow => Some(u64::MAX),
+        Err(_) => None,
+    }
 }
 
 fn show(n: u32, limit: Limit) -> String {
@@ -84,9 +96,14 @@ fn show(n: u32, limit: Limit) -> String {
 
 /// A value between backquotes, shortened where it is very long.
 pub(super) fn quoted(text: &str) -> String {
-    match text.char_indices().nth(40) {
-        Some((end, _)) => format!("`{}…`", &text[..end]),
-        None => format!("`{text}`"),
+    format!("`{}`", shortened(text))
+}
+
+/// A text, or its beginning where it is very long.
+pub(super) fn shortened(text: &str) -> Cow<'_, str> {
+    match text.char_indices().nth(64) {
+        Some((end, _)) => Cow::Owned(format!("{}…", &text[..end])),
+        None => Cow::Borrowed(text),
     }
 }
 
@@ -102,7 +119,7 @@ pub(super) fn word<T: Copy>(
     name: &str,
     choices: &[(&str, T)],
 ) -> Option<T> {
-    let text = text.as_ref()?;
+    let text = given(found, text)?;
     let choice = choices.iter().find(|(word, _)| *word == text.value);
     if choice.is_none() {
         let words = choices.iter().map(|(word, _)| *word);
@@ -116,31 +133,34 @@ pub(super) fn word<T: Copy>(
                 .error("A0303", text.span, message, "not one of its values")
                 .help(help),
         );
+        found.suspect(text.span, name);
     }
     choice.map(|&(_, value)| value)
 }
 
-/// A width in bits.
+/// A width in bits; `None` where it is not given or not one of those.
 pub(super) fn width(
     found: &Findings,
     text: &Option<Text>,
     name: &str,
     choices: &[u32],
-    default: u32,
-) -> u32 {
+) -> Option<u32> {
     let words: Vec<String> = choices.iter().map(u32::to_string).collect();
     let choices: Vec<(&str, u32)> = words
         .iter()
         .map(String::as_str)
         .zip(choices.iter().copied())
         .collect();
-    word(found, text, name, &choices).unwrap_or(default)
+    word(found, text, name, &choices)
 }
 
 /// A name that can stand in generated code: a letter or `_`, then letters, digits and `_`.
 pub(super) fn identifier(found: &Findings, text: &Text) -> Option<String> {
     let starts = |c: char| c.is_ascii_alphabetic() || c == '_';
     let goes_on = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    if found.is_void(text.span) {
+        return None;
+    }
     if text.len() <= MAX_NAME && text.starts_with(starts) && text.chars().all(goes_on) {
         return Some(text.value.clone());
     }
@@ -173,7 +193,7 @@ pub(super) fn required_identifier(
 
 /// Reports that an element lacks an attribute.
 pub(super) fn missing(found: &Findings, attribute: &str, element: &str, at: Span) {
-    if found.suspects(at, attribute) {
+    if found.is_full() || found.suspects(at, attribute) {
         // A misspelt or misplaced one was reported.
         return;
     }
