@@ -1,0 +1,214 @@
+//! The kernels of the frame have a native twin: the same C, compiled by the host's compiler. Both
+//! engines and the intermediate form must fill the same buffers with the same bits.
+
+use srp_archdesc::arch::Arch;
+use srp_archdesc::diagnostic::Source;
+use srp_archdesc::machines;
+use srp_csimgen::{CompileError, CompileOptions, Interpreter, Simulator, emit, link};
+use srp_frontend::{Include, Options, compile};
+use srp_ir::interp::{self, FlatWorld};
+use srp_ir::layout::Layout;
+use srp_ir::program::Program;
+use srp_ir::{dre, pass, split};
+use srp_runtime::core::Core;
+use srp_runtime::solo::{self, Solo};
+use srp_scheduler::schedule;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Bytes of system memory that the test uses.
+const MEMORY: usize = 32768;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .expect("tests/ has a parent")
+        .to_owned()
+}
+
+/// The test's program and the kernels that it calls.
+fn sources() -> Vec<PathBuf> {
+    let kernels = ["generate.c", "shade.c", "resolve.c"].map(|k| root().join("kernels").join(k));
+    [root().join("tests/twin/rgs.c")]
+        .into_iter()
+        .chain(kernels)
+        .collect()
+}
+
+fn read(path: &Path) -> Source {
+    let text = std::fs::read_to_string(path).expect("the kernels are there");
+    Source::new(path.display().to_string(), text)
+}
+
+/// What the host's compiler makes of it; `None` where there is none.
+fn native() -> Option<Vec<u8>> {
+    let exe = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("twin-{}", std::process::id()));
+    let host = root().join("tests/twin/host.h");
+    let flags = [
+        "-std=gnu11",
+        "-O2",
+        "-ffp-contract=off",
+        "-fwrapv",
+        "-Wno-unknown-pragmas",
+    ];
+    let mut command = Command::new("cc");
+    command.args(flags).arg("-I").arg(root().join("kernels"));
+    let main = &sources()[0];
+    // Only the program itself has the host's memory; the kernels refer to it.
+    command
+        .arg("-include")
+        .arg(&host)
+        .arg("-c")
+        .arg(main)
+        .arg("-o")
+        .arg(exe.with_extension("o"));
+    let compiled = command.output().ok()?;
+    assert!(
+        compiled.status.success(),
+        "{}",
+        String::from_utf8_lossy(&compiled.stderr)
+    );
+    let mut command = Command::new("cc");
+    command
+        .args(flags)
+        .arg("-I")
+        .arg(root().join("kernels"))
+        .args(&sources()[1..]);
+    command
+        .arg(exe.with_extension("o"))
+        .arg("-lm")
+        .arg("-o")
+        .arg(&exe);
+    let linked = command.output().expect("cc has just run");
+    assert!(
+        linked.status.success(),
+        "{}",
+        String::from_utf8_lossy(&linked.stderr)
+    );
+    let output = Command::new(&exe)
+        .output()
+        .expect("the twin has just been linked");
+    let _ = std::fs::remove_file(exe.with_extension("o")).and(std::fs::remove_file(&exe));
+    Some(output.stdout)
+}
+
+fn program(arch: &Arch) -> Program {
+    let resolve = |include: &Include<'_>| Some(read(&root().join("kernels").join(include.name)));
+    let options = Options {
+        resolve: &resolve,
+        auto_kernel: false,
+        ..Options::default()
+    };
+    let sources: Vec<Source> = sources().iter().map(|p| read(p)).collect();
+    let (mut program, _) =
+        compile(&sources, &options).unwrap_or_else(|messages| panic!("{messages:#?}"));
+    pass::optimise(
+        &mut program,
+        &pass::Options {
+            precision: arch.precision,
+        },
+    );
+    program
+}
+
+/// The globals named `out_*`, one after the other in their order.
+fn outputs(symbols: &[(String, u32, u32)], sram: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for (name, address, size) in symbols {
+        if name.starts_with("out_") {
+            bytes.extend_from_slice(&sram[*address as usize..(address + size) as usize]);
+        }
+    }
+    bytes
+}
+
+/// Words, any NaN as the one.
+fn words(bytes: &[u8]) -> Vec<u32> {
+    let word = |b: &[u8]| u32::from_le_bytes(b.try_into().expect("four bytes"));
+    let canonical = |w: u32| {
+        if f32::from_bits(w).is_nan() {
+            0x7fc0_0000
+        } else {
+            w
+        }
+    };
+    bytes.chunks_exact(4).map(word).map(canonical).collect()
+}
+
+fn compare(engine: &str, twin: &[u32], ours: &[u8]) {
+    let ours = words(ours);
+    assert_eq!(twin.len(), ours.len(), "{engine}");
+    let differing = twin.iter().zip(&ours).position(|(a, b)| a != b);
+    assert_eq!(
+        differing, None,
+        "{engine}: this word of the buffers differs from the host's"
+    );
+}
+
+#[test]
+fn kernels_equal_their_native_twin() {
+    let Some(twin) = native() else {
+        println!("skipped: there is no C compiler `cc`");
+        return;
+    };
+    let twin = words(&twin);
+    let arch = srp_archdesc::parse(machines::SGRT.name, machines::SGRT.xml).expect("it is shipped");
+    let program = program(&arch);
+    let layout = Layout::of(&program, arch.system.sram_bytes).expect("the buffers fit");
+    let symbols: Vec<(String, u32, u32)> = layout
+        .symbols(&program)
+        .into_iter()
+        .map(|s| (s.name, s.address, s.size))
+        .collect();
+
+    let mut world = FlatWorld::new(&layout, arch.system.sram_bytes);
+    world.memory = vec![0; MEMORY];
+    let options = interp::Options {
+        precision: arch.precision,
+        ..interp::Options::new(&layout)
+    };
+    let whole = dre::Dre {
+        control: program.clone(),
+        kernels: Default::default(),
+    };
+    let main = program.main.expect("there is a main");
+    dre::run(&whole, main, &[], &mut world, &options).unwrap_or_else(|t| panic!("{t:?}"));
+    compare(
+        "the intermediate form",
+        &twin,
+        &outputs(&symbols, &world.sram),
+    );
+
+    let divided = split::split(&program);
+    assert_eq!(divided.not_pipelined, [], "every kernel runs on the array");
+    assert_eq!(divided.dre.kernels.len(), 6, "six kernels");
+    let options = srp_scheduler::Options::default();
+    let scheduled = schedule(&divided.dre, &arch, &options).unwrap_or_else(|e| panic!("{e}"));
+    let spec = link(&scheduled.program, &arch).unwrap_or_else(|e| panic!("{e}"));
+    let simulate = |engine: &str, core: &mut dyn Core| {
+        let mut bus = Solo::new(&scheduled.program.image, arch.system.sram_bytes);
+        bus.memory = vec![0; MEMORY];
+        let finish = solo::run(core, &mut bus, 100_000_000).unwrap_or_else(|e| panic!("{e}"));
+        let symbols = scheduled.program.symbols.iter();
+        let symbols: Vec<_> = symbols
+            .map(|s| (s.name.clone(), s.address, s.size))
+            .collect();
+        compare(engine, &twin, &outputs(&symbols, &bus.sram));
+        finish
+    };
+    let interpreted = simulate("the table interpreter", &mut Interpreter::new(&spec));
+    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("simulators");
+    let options = CompileOptions {
+        rustc: "rustc".into(),
+        cache,
+    };
+    match srp_csimgen::compile(&emit(&spec), &options, &mut |_| {}) {
+        Ok(library) => {
+            let simulator = Simulator::load(&library, &spec).unwrap_or_else(|e| panic!("{e}"));
+            let generated = simulate("the generated simulator", &mut simulator.core());
+            assert_eq!(interpreted, generated, "both engines take the same cycles");
+        }
+        Err(CompileError::NoRustc(_)) => println!("skipped: there is no rustc"),
+        Err(error) => panic!("{error}"),
+    }
+}
