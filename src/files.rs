@@ -76,7 +76,7 @@ pub(crate) fn write(path: &Path, contents: &[u8]) -> Result<(), FileError> {
     })
 }
 
-/// Fails now if [`write`] to this path would fail later, before any long work is done.
+/// Fails now if [`write()`] to this path would fail later, before any long work is done.
 pub(crate) fn check_writable(path: &Path) -> Result<(), FileError> {
     let error = |source| FileError {
         path: path.to_owned(),

@@ -29,12 +29,6 @@ pub(crate) enum Input {
     Scheduled(Box<ScheduledDre>),
 }
 
-/// A program, divided; and what stayed in the control code.
-pub(crate) struct Divided {
-    pub(crate) dre: Dre,
-    pub(crate) not_pipelined: Vec<NotPipelined>,
-}
-
 /// A scheduled program.
 pub(crate) struct Compiled {
     pub(crate) dre: Option<Dre>,
