@@ -103,6 +103,10 @@ pub fn schedule(dfg: &Dfg, arch: &Arch, options: &Options) -> Result<Scheduled, 
     }
 }
 
+/// Units times nodes up to which all attempts are made; beyond, fewer in proportion, because each
+/// takes longer.
+const FULL_EFFORT: u32 = 2400;
+
 /// The search over IIs.
 struct Search<'a, 'p> {
     problem: &'a Problem<'p>,
@@ -114,6 +118,8 @@ impl Search<'_, '_> {
     /// Goes up from the bound in growing steps, with few attempts each, until an II works; then
     /// down again with many, until one does not.
     fn run(&self, bound: u32) -> Result<(ModuloSchedule, Option<String>), String> {
+        let size = (self.problem.arch.fus.len() * self.problem.dfg.nodes.len()).max(1) as u32;
+        let affordable = |attempts: u32| (attempts * FULL_EFFORT / size).clamp(1, attempts.max(1));
         let deepest = self.problem.arch.contexts;
         let mut obstacle = None;
         let mut ii = bound;
@@ -124,7 +130,7 @@ impl Search<'_, '_> {
                     None => format!("its II is at least {bound}; there are {deepest} contexts"),
                 });
             }
-            match self.attempts(ii, 0..self.options.first_attempts) {
+            match self.attempts(ii, 0..affordable(self.options.first_attempts)) {
                 Ok(schedule) => break schedule,
                 Err(worst) => obstacle = Some(describe(self.problem, ii, worst)),
             }
@@ -132,7 +138,7 @@ impl Search<'_, '_> {
         };
         while best.ii > bound {
             let ii = best.ii - 1;
-            match self.attempts(ii, 0..self.options.attempts) {
+            match self.attempts(ii, 0..affordable(self.options.attempts)) {
                 Ok(schedule) => best = schedule,
                 Err(worst) => return Ok((best, Some(describe(self.problem, ii, worst)))),
             }

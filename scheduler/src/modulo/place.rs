@@ -22,9 +22,9 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Extra cycles beyond one II in which a place is looked for: room for routes.
 const ROUTING_SLACK: i32 = 6;
 /// Positions that are tried by routing before the node is forced.
-const TRIES: usize = 24;
+const TRIES: usize = 12;
 /// Successful positions compared.
-const CHOICES: usize = 3;
+const CHOICES: usize = 2;
 
 /// Where and when everything is, at one II.
 pub(super) struct Placement {
@@ -100,7 +100,7 @@ impl<'a, 'p> Attempt<'a, 'p> {
         let mut rank = EntityMap::filled(order.len(), 0);
         order.iter().enumerate().for_each(|(i, &n)| rank[n] = i);
         let mut queue: BTreeSet<(usize, Node)> = order.iter().map(|&n| (rank[n], n)).collect();
-        let mut budget = 60 + 8 * order.len();
+        let mut budget = 60 + 3 * order.len();
         while let Some((_, node)) = queue.pop_first() {
             if budget == 0 {
                 return Err(self.worst());
@@ -114,17 +114,17 @@ impl<'a, 'p> Attempt<'a, 'p> {
             };
             queue.extend(displaced.into_iter().map(|n| (rank[n], n)));
         }
+        // A position that was forced and given up again can leave an edge behind.
+        let Some(routes) = self.routes.iter().cloned().collect::<Option<Vec<Route>>>() else {
+            return Err(self.worst());
+        };
         Ok(Placement {
             at: self
                 .at
                 .values()
                 .map(|at| at.expect("the queue is empty"))
                 .collect(),
-            routes: self
-                .routes
-                .into_iter()
-                .map(|r| r.expect("placed nodes are routed"))
-                .collect(),
+            routes,
             constants: self.constants.into_keys().collect(),
             table: self.table,
         })
