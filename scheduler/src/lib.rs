@@ -8,6 +8,7 @@
 pub mod abi;
 pub mod check;
 pub mod modulo;
+pub mod sequence;
 pub mod vliw;
 
 use check::Violation;
@@ -131,6 +132,10 @@ pub fn schedule(dre: &Dre, arch: &Arch, options: &Options<'_>) -> Result<Schedul
         kernels,
     };
     check::check(&program, arch).map_err(ScheduleError::Wrong)?;
+    let wrong = check::check_sequence(&program, &code.sequence, arch);
+    if !wrong.is_empty() {
+        return Err(ScheduleError::Wrong(wrong));
+    }
     Ok(Schedule { program, loops })
 }
 

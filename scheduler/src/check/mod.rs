@@ -2,6 +2,8 @@
 //! schedule: nothing here is shared with the code that makes schedules.
 //!
 //! * [`check_control`] goes through the VLIW code along all its paths.
+//! * [`check_sequence`] holds the bundles against the operations that they are to do, one after
+//!   another: values, memory, transfers.
 //! * [`check_kernels`] runs each kernel with *tokens* for values (node and iteration) through the
 //!   array, by the rules of time of [`ResourceGraph`](srp_archdesc::ResourceGraph), and looks
 //!   whether each operand finds the token that the dataflow graph asks for.
@@ -12,7 +14,7 @@ mod modulo;
 mod vliw;
 
 pub use modulo::check_kernels;
-pub use vliw::check_control;
+pub use vliw::{check_control, check_sequence};
 
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::Entity;
@@ -52,7 +54,7 @@ pub enum Rule {
     /// An operation has the operands, the immediate and the result of the opcode table.
     Form,
     /// Each node of a loop is placed exactly once, in its place of the list; everything else is a
-    /// move of a value.
+    /// move of a value. Each operation of a stretch of VLIW code is in exactly one of its bundles.
     Placement,
     /// VLIW operations are on slots, one operation a slot and bundle.
     Slot,
@@ -82,9 +84,10 @@ pub enum Rule {
     InFlight,
     /// What is read has been written before, on every way there.
     Undefined,
-    /// An operand finds the value that the dataflow graph asks for, of the right iteration.
+    /// An operand finds the value that the dataflow graph asks for, of the right iteration; in VLIW
+    /// code the one that it has in sequence.
     Value,
-    /// Memory accesses keep the order of the dataflow graph.
+    /// Memory accesses keep the order of the dataflow graph, or that of the sequence.
     Order,
     /// Live-in values and registers set at entry fit the dataflow graph and do not meet.
     LiveIn,

@@ -2,7 +2,10 @@
 
 mod bundle;
 mod flow;
+mod sequence;
 mod state;
+
+pub use sequence::check_sequence;
 
 use super::{Place, Rule, Violation};
 use srp_archdesc::arch::Arch;

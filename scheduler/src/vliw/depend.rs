@@ -1,6 +1,7 @@
 //! Which operations of a region must wait for which: registers and memory.
 
-use super::region::{ListOp, Region};
+use super::region::Region;
+use crate::sequence::Step;
 use srp_archdesc::isa::{Effect, Opcode, Space};
 use srp_ir::dre::scheduled::{Reg, Src};
 use srp_ir::program::Bits;
@@ -49,7 +50,7 @@ struct Access {
 }
 
 impl Access {
-    fn of(index: usize, op: &ListOp, writes: &BTreeMap<Reg, u32>) -> Option<Access> {
+    fn of(index: usize, op: &Step, writes: &BTreeMap<Reg, u32>) -> Option<Access> {
         let space = op.op.space()?;
         let bytes = op.op.access_bytes()?;
         let (base, offset) = match op.srcs[1] {
@@ -135,13 +136,7 @@ struct Memory {
 }
 
 impl Memory {
-    fn visit(
-        &mut self,
-        index: usize,
-        op: &ListOp,
-        writes: &BTreeMap<Reg, u32>,
-        depend: &mut Depend,
-    ) {
+    fn visit(&mut self, index: usize, op: &Step, writes: &BTreeMap<Reg, u32>, depend: &mut Depend) {
         if matches!(op.op, Opcode::In | Opcode::Out) {
             // What the outside sees or does lies between the accesses before and after.
             for access in self.accesses.drain(..) {

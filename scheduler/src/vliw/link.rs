@@ -2,10 +2,11 @@
 
 use super::lir::{Code, FrameLayout, Label};
 use super::list::{self, Packed};
-use super::region::{self, Frames, ListOp, Region, Transfer};
+use super::region::{self, Frames, Region, Transfer};
 use super::target::Target;
 use super::{VliwCode, VliwError, place};
 use crate::abi;
+use crate::sequence::{Step, Stretch};
 use srp_archdesc::arch::Fu;
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_ir::dre::scheduled::{Bundle, BundleData, Control, FunctionEntry, SlotOp};
@@ -20,6 +21,8 @@ pub(super) struct Linker<'a> {
     calls: Vec<(Bundle, Func)>,
     /// First bundles of the functions and the start code, in the order they were added.
     entries: Vec<Bundle>,
+    /// What the bundles do, one operation after another.
+    sequence: Vec<Stretch>,
 }
 
 impl<'a> Linker<'a> {
@@ -31,6 +34,7 @@ impl<'a> Linker<'a> {
             bundles: EntityMap::new(),
             calls: Vec::new(),
             entries: Vec::new(),
+            sequence: Vec::new(),
         }
     }
 
@@ -76,6 +80,13 @@ impl<'a> Linker<'a> {
     }
 
     fn append(&mut self, region: &Region, packed: &Packed, jumps: &mut Vec<(Bundle, Label)>) {
+        self.sequence.push(Stretch {
+            first: Bundle::new(self.bundles.len()),
+            bundles: packed.bundles.len(),
+            steps: region.ops.clone(),
+            // Filled in when all targets are known.
+            exit: None,
+        });
         for (cycle, ops) in packed.bundles.iter().enumerate() {
             let slot = |&(fu, i): &(Fu, usize)| slot_op(fu, &region.ops[i]);
             let bundle = self.bundles.push(BundleData {
@@ -131,7 +142,13 @@ impl<'a> Linker<'a> {
                 *target = functions[func.index()].bundle;
             }
         }
+        for stretch in &mut self.sequence {
+            let numbers = stretch.first.index()..stretch.first.index() + stretch.bundles;
+            let mut controls = numbers.filter_map(|b| self.bundles[Bundle::new(b)].control.clone());
+            stretch.exit = controls.next().map(|(control, _)| control);
+        }
         VliwCode {
+            sequence: self.sequence,
             bundles: self.bundles,
             functions,
             start,
@@ -139,7 +156,7 @@ impl<'a> Linker<'a> {
     }
 }
 
-fn slot_op(fu: Fu, op: &ListOp) -> SlotOp {
+fn slot_op(fu: Fu, op: &Step) -> SlotOp {
     SlotOp {
         fu,
         op: op.op,

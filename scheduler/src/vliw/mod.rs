@@ -36,6 +36,7 @@ mod spill;
 mod table;
 mod target;
 
+use crate::sequence::Stretch;
 use callgraph::CallGraph;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::{Entity, EntityMap};
@@ -54,6 +55,8 @@ pub struct VliwCode {
     pub functions: Vec<FunctionEntry>,
     /// Where execution starts.
     pub start: Bundle,
+    /// What the bundles do, one operation after another, in the order of the bundles.
+    pub sequence: Vec<Stretch>,
 }
 
 /// Why there is no control code for a program on a machine.

@@ -4,22 +4,11 @@
 use super::lir::{Arg, CodeBlock, End, FrameLayout, Inst, Kind, Label, Vreg};
 use super::target::Target;
 use crate::abi;
+use crate::sequence::Step;
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Opcode;
 use srp_ir::dre::scheduled::{Reg, Src};
 use srp_ir::program::{Bits, Func, Kernel, Pos};
-
-/// An operation without its slot.
-#[derive(Clone, Debug)]
-pub(super) struct ListOp {
-    pub(super) op: Opcode,
-    pub(super) srcs: Vec<Src>,
-    pub(super) imm: i32,
-    pub(super) dst: Option<Reg>,
-    /// An access to storage that no pointer reaches.
-    pub(super) private: bool,
-    pub(super) pos: Pos,
-}
 
 /// A control transfer without the number of its target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,7 +44,7 @@ impl Transfer {
 /// Operations and the transfer after them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Region {
-    pub(super) ops: Vec<ListOp>,
+    pub(super) ops: Vec<Step>,
     pub(super) exit: Option<(Transfer, Pos)>,
 }
 
@@ -124,7 +113,7 @@ pub(super) fn regions(
 
 /// The operation with registers of the machine and numbers for the frame's terms; `None` where it
 /// does nothing.
-fn concrete(op: Opcode, inst: &Inst, target: &Target<'_>, frames: &Frames<'_>) -> Option<ListOp> {
+fn concrete(op: Opcode, inst: &Inst, target: &Target<'_>, frames: &Frames<'_>) -> Option<Step> {
     let resolve = |term| frames.layout.resolve(term, frames.limit);
     let src = |arg: &Arg| match *arg {
         Arg::Reg(reg) => Src::Reg(target.reg(reg.index() as u32)),
@@ -140,7 +129,7 @@ fn concrete(op: Opcode, inst: &Inst, target: &Target<'_>, frames: &Frames<'_>) -
     if op == Opcode::Add && srcs[1] == zero && Some(srcs[0]) == dst.map(Src::Reg) {
         return None;
     }
-    Some(ListOp {
+    Some(Step {
         op,
         srcs,
         imm: inst.imm.wrapping_add(inst.frame.map_or(0, resolve)),

@@ -1,7 +1,8 @@
 //! The reservation table of a region: what each cycle has taken.
 
-use super::region::{ListOp, Transfer};
+use super::region::Transfer;
 use super::target::{Target, reads_by_file};
+use crate::sequence::Step;
 use srp_archdesc::arch::{Fu, FuOp, RegFile};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Effect;
@@ -50,7 +51,7 @@ impl<'a> Table<'a> {
     }
 
     /// Whether `op` can issue in `cycle` on `fu`.
-    pub(super) fn fits(&self, cycle: u32, fu: Fu, how: &FuOp, op: &ListOp) -> bool {
+    pub(super) fn fits(&self, cycle: u32, fu: Fu, how: &FuOp, op: &Step) -> bool {
         let is_io = op.op.info().effect == Effect::Io;
         let io = is_io && self.at(cycle).is_some_and(|row| row.io);
         !io && self.fits_unit(cycle, fu, how)
@@ -61,7 +62,7 @@ impl<'a> Table<'a> {
     }
 
     /// Takes what `op` needs when it issues in `cycle` on `fu`.
-    pub(super) fn take(&mut self, cycle: u32, fu: Fu, how: &FuOp, op: &ListOp) {
+    pub(super) fn take(&mut self, cycle: u32, fu: Fu, how: &FuOp, op: &Step) {
         self.take_unit(cycle, fu, how);
         self.take_reads(cycle, &op.srcs);
         self.row(cycle).io |= op.op.info().effect == Effect::Io;

@@ -19,6 +19,7 @@ use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledDre};
 use srp_ir::interp::{FlatWorld, Options, TrapKind};
 use srp_ir::layout::Layout;
 use srp_ir::program::{Bits, Kernel, Program};
+use srp_scheduler::check::check_sequence;
 
 /// The shipped machines.
 fn machines() -> Vec<Arch> {
@@ -99,7 +100,8 @@ fn compare(
         start: code.start,
         kernels,
     };
-    let violations = srp_scheduler::check::check_control(&scheduled, arch);
+    let mut violations = srp_scheduler::check::check_control(&scheduled, arch);
+    violations.extend(check_sequence(&scheduled, &code.sequence, arch));
     let list: Vec<String> = violations.iter().map(ToString::to_string).collect();
     assert!(
         list.is_empty(),

@@ -1,0 +1,38 @@
+//! The control code one operation after another, in registers of the machine: what the bundles of
+//! the VLIW engine are to do. Made along with them, so that the one can be held against the other.
+
+use srp_archdesc::isa::Opcode;
+use srp_ir::dre::scheduled::{Bundle, Control, Reg, Src};
+use srp_ir::program::Pos;
+
+/// Operations that end with at most one control transfer, and the bundles that do them. Control
+/// enters at the first bundle only. When the next stretch begins, here or at the target, all
+/// results stand in their registers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stretch {
+    /// Its first bundle.
+    pub first: Bundle,
+    /// How many bundles it has, those of the branch delay included.
+    pub bundles: usize,
+    /// The operations, in order.
+    pub steps: Vec<Step>,
+    /// The transfer after them.
+    pub exit: Option<Control>,
+}
+
+/// An operation without its slot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// What it does.
+    pub op: Opcode,
+    /// Its operands.
+    pub srcs: Vec<Src>,
+    /// The immediate.
+    pub imm: i32,
+    /// Where the result goes.
+    pub dst: Option<Reg>,
+    /// It accesses storage that no pointer of the program reaches: spilled values, arguments.
+    pub private: bool,
+    /// Where it comes from.
+    pub pos: Pos,
+}

@@ -1,0 +1,159 @@
+//! The program that is damaged, scheduled for a machine, and what it does.
+
+use super::machine;
+use srp_archdesc::arch::Arch;
+use srp_archdesc::diagnostic::Source;
+use srp_archdesc::entity::EntityMap;
+use srp_csimgen::{Interpreter, link};
+use srp_ir::dre::Dre;
+use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledDre};
+use srp_ir::interp::{FlatWorld, Options};
+use srp_ir::layout::Layout;
+use srp_ir::program::Kernel;
+use srp_ir::{dre, pass, split};
+use srp_runtime::solo::{self, Solo};
+use srp_scheduler::sequence::Stretch;
+use std::path::Path;
+use std::sync::OnceLock;
+
+/// The machines that the program is scheduled for.
+pub(crate) const MACHINES: [&str; 3] = ["sgrt", "tiny", "wide"];
+
+/// A program that is right.
+pub(crate) struct Case {
+    pub(crate) arch: Arch,
+    dre: Dre,
+    layout: Layout,
+    pub(crate) right: ScheduledDre,
+    pub(crate) sequence: Vec<Stretch>,
+    effect: Effect,
+}
+
+/// What a program leaves behind: its exit status and its globals.
+#[derive(Debug, PartialEq)]
+struct Effect {
+    status: i32,
+    globals: Vec<u8>,
+}
+
+/// Cycles after which a damaged program is said not to end. The program takes about 40,000.
+const LIMIT: u64 = 1_000_000;
+
+impl Case {
+    /// The program on one of [`MACHINES`], scheduled once.
+    pub(crate) fn on(index: usize) -> &'static Case {
+        static CASES: [OnceLock<Case>; 3] = [const { OnceLock::new() }; 3];
+        CASES[index].get_or_init(|| Case::new(MACHINES[index]))
+    }
+
+    fn new(name: &str) -> Case {
+        let arch = machine(name);
+        let divided = split::split(&compiled(&arch));
+        assert_eq!(divided.not_pipelined, [], "every kernel runs on the array");
+        let dre = divided.dre;
+        let layout = Layout::of(&dre.control, arch.system.sram_bytes).expect("it is small");
+        let options = srp_scheduler::Options::default();
+        let scheduled = srp_scheduler::schedule(&dre, &arch, &options);
+        let right = scheduled.unwrap_or_else(|e| panic!("{e}")).program;
+        let code = srp_scheduler::vliw::emit(&dre.control, &right.kernels, &arch, &layout);
+        let sequence = code.expect("it was scheduled before").sequence;
+        let effect = meaning(&dre, &arch, &layout);
+        let case = Case {
+            arch,
+            dre,
+            layout,
+            right,
+            sequence,
+            effect,
+        };
+        assert_eq!(case.difference(&case.right), None, "on {name}");
+        case
+    }
+
+    /// In what a program differs from what this one does; `None` where it does not.
+    pub(crate) fn difference(&self, program: &ScheduledDre) -> Option<String> {
+        let spec = match link(program, &self.arch) {
+            Ok(spec) => spec,
+            Err(e) => return Some(e.to_string()),
+        };
+        let mut bus = Solo::new(&program.image, self.arch.system.sram_bytes);
+        let finish = match solo::run(&mut Interpreter::new(&spec), &mut bus, LIMIT) {
+            Ok(finish) => finish,
+            Err(e) => return Some(e.to_string()),
+        };
+        let got = Effect {
+            status: finish.status,
+            globals: bus.sram[..self.layout.image.len()].to_vec(),
+        };
+        if got.status != self.effect.status {
+            return Some(format!(
+                "the status is {}, not {}",
+                got.status, self.effect.status
+            ));
+        }
+        let mut bytes = got.globals.iter().zip(&self.effect.globals);
+        let at = bytes.position(|(a, b)| a != b)?;
+        let symbols = program.symbols.iter();
+        let symbol = symbols.rev().find(|s| s.address as usize <= at);
+        let name = symbol.map_or("", |s| &s.name);
+        Some(format!("byte {at:#x}, of `{name}`, differs"))
+    }
+
+    /// The same with other schedules of the kernels, and control code for them.
+    pub(crate) fn difference_with(
+        &self,
+        kernels: EntityMap<Kernel, ModuloSchedule>,
+    ) -> Option<String> {
+        let (control, layout) = (&self.dre.control, &self.layout);
+        let code = match srp_scheduler::vliw::emit(control, &kernels, &self.arch, layout) {
+            Ok(code) => code,
+            Err(e) => return Some(e.to_string()),
+        };
+        self.difference(&ScheduledDre {
+            bundles: code.bundles,
+            functions: code.functions,
+            start: code.start,
+            kernels,
+            ..self.right.clone()
+        })
+    }
+}
+
+/// The program after the passes.
+fn compiled(arch: &Arch) -> srp_ir::Program {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let read = |path: &Path| {
+        let text = std::fs::read_to_string(path).expect("it is in the repository");
+        Source::new(path.display().to_string(), text)
+    };
+    let resolve =
+        |include: &srp_frontend::Include<'_>| Some(read(&root.join("kernels").join(include.name)));
+    let options = srp_frontend::Options {
+        resolve: &resolve,
+        auto_kernel: false,
+        ..srp_frontend::Options::default()
+    };
+    let source = read(&root.join("tests/tests/check/loops.c"));
+    let compiled = srp_frontend::compile(&[source], &options);
+    let (mut program, _) = compiled.unwrap_or_else(|messages| panic!("{messages:#?}"));
+    let precision = arch.precision;
+    pass::optimise(&mut program, &pass::Options { precision });
+    program
+}
+
+/// What a program means.
+fn meaning(dre: &Dre, arch: &Arch, layout: &Layout) -> Effect {
+    let mut world = FlatWorld::new(layout, arch.system.sram_bytes);
+    let options = Options {
+        precision: arch.precision,
+        ..Options::new(layout)
+    };
+    let main = dre.control.main.expect("there is a main");
+    let outcome = dre::run(dre, main, &[], &mut world, &options);
+    let outcome = outcome.unwrap_or_else(|trap| panic!("{}", trap.show(&dre.control)));
+    world.sram.truncate(layout.image.len());
+    Effect {
+        status: outcome.status(),
+        globals: world.sram,
+    }
+}
