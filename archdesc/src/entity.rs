@@ -22,9 +22,11 @@ macro_rules! entity {
         pub struct $name(u32);
 
         impl $crate::entity::Entity for $name {
+            #[inline]
             fn new(index: usize) -> Self {
                 $name(u32::try_from(index).expect("fewer than 2^32 entities of one kind"))
             }
+            #[inline]
             fn index(self) -> usize {
                 self.0 as usize
             }

@@ -45,83 +45,113 @@ impl Bounds {
     }
 }
 
-/// Operations that the same units can run.
+/// Operations that the same units can run, as fast.
 struct Group {
     units: Vec<Fu>,
-    /// Issue cycles that all operations of the group take.
-    demand: u32,
+    /// Issue cycles of each operation.
+    interval: u32,
     count: u32,
     classes: BTreeSet<Class>,
 }
 
 fn groups(problem: &Problem<'_>) -> Vec<Group> {
-    let mut groups: BTreeMap<Vec<Fu>, Group> = BTreeMap::new();
+    let mut groups: BTreeMap<(Vec<Fu>, u32), Group> = BTreeMap::new();
     for node in problem.nodes() {
         let units = &problem.units[node];
-        let interval = units
-            .iter()
+        let interval = (units.iter())
             .map(|&fu| problem.timing(node, fu).interval)
             .min()
             .unwrap_or(1);
-        let group = groups.entry(units.clone()).or_insert_with(|| Group {
-            units: units.clone(),
-            demand: 0,
-            count: 0,
-            classes: BTreeSet::new(),
-        });
-        group.demand += interval;
+        let group = groups
+            .entry((units.clone(), interval))
+            .or_insert_with(|| Group {
+                units: units.clone(),
+                interval,
+                count: 0,
+                classes: BTreeSet::new(),
+            });
         group.count += 1;
         group.classes.insert(problem.dfg.nodes[node].op.class());
     }
     groups.into_values().collect()
 }
 
-/// The smallest II at which the operations can be shared out among the units: a maximum flow from
-/// groups of operations to units with II issue slots each. What sets it is the cut one below.
+/// What is shared out among the units: issue cycles, or whole operations of at least so many issue
+/// cycles, of which a unit takes only those that end within the II.
+#[derive(Clone, Copy)]
+enum Share {
+    Cycles,
+    Operations { interval: u32 },
+}
+
+impl Share {
+    fn demand(self, group: &Group) -> u32 {
+        match self {
+            Share::Cycles => group.count * group.interval,
+            Share::Operations { interval } if group.interval >= interval => group.count,
+            Share::Operations { .. } => 0,
+        }
+    }
+
+    fn capacity(self, ii: u32) -> u32 {
+        match self {
+            Share::Cycles => ii,
+            Share::Operations { interval } => ii / interval,
+        }
+    }
+}
+
+/// The smallest II at which the operations can be shared out among the units. What sets it is the
+/// cut one below.
 fn unit_bound(problem: &Problem<'_>) -> (u32, String) {
     let groups = groups(problem);
-    let longest = (problem.nodes())
-        .filter_map(|n| {
-            problem.units[n]
-                .iter()
-                .map(|&fu| problem.timing(n, fu).interval)
-                .min()
-        })
-        .max();
-    let mut ii = longest.unwrap_or(1);
+    let intervals: BTreeSet<u32> = groups.iter().map(|g| g.interval).collect();
+    let mut ii = intervals.last().copied().unwrap_or(1);
     let mut why = "one operation at a time".to_owned();
-    while let Some(cut) = unmet(problem, &groups, ii) {
-        let count: u32 = cut.iter().map(|&g| groups[g].count).sum();
-        let classes: BTreeSet<Class> = cut
-            .iter()
-            .flat_map(|&g| groups[g].classes.clone())
-            .collect();
-        let units: BTreeSet<Fu> = cut.iter().flat_map(|&g| groups[g].units.clone()).collect();
-        let demand: u32 = cut.iter().map(|&g| groups[g].demand).sum();
-        let names: Vec<&str> = classes.iter().map(|c| c.name()).collect();
-        let issue = if demand > count {
-            format!(" ({demand} issue cycles)")
-        } else {
-            String::new()
-        };
-        why = format!(
-            "{count} operations of {}{issue} on {} units",
-            names.join(", "),
-            units.len()
-        );
-        ii = (ii + 1).max(demand.div_ceil(units.len().max(1) as u32));
+    let by_operation = |&interval: &u32| Share::Operations { interval };
+    let shares: Vec<Share> = (std::iter::once(Share::Cycles))
+        .chain(intervals.iter().filter(|&&k| k > 1).map(by_operation))
+        .collect();
+    while let Some((share, cut)) =
+        (shares.iter()).find_map(|&share| Some((share, unmet(problem, &groups, share, ii)?)))
+    {
+        why = in_words(&groups, share, &cut);
+        ii += 1;
     }
     (ii, why)
 }
 
-/// Groups that cannot all be given issue slots at `ii`, with all the units that could take them;
-/// `None` where everything fits.
-fn unmet(problem: &Problem<'_>, groups: &[Group], ii: u32) -> Option<Vec<usize>> {
+/// Why the groups of a cut need more cycles than there are.
+fn in_words(groups: &[Group], share: Share, cut: &[usize]) -> String {
+    let cut: Vec<&Group> = (cut.iter().map(|&g| &groups[g]))
+        .filter(|g| share.demand(g) > 0)
+        .collect();
+    let count: u32 = cut.iter().map(|g| g.count).sum();
+    let cycles: u32 = cut.iter().map(|g| g.count * g.interval).sum();
+    let classes: BTreeSet<Class> = cut.iter().flat_map(|g| g.classes.clone()).collect();
+    let units: BTreeSet<Fu> = cut.iter().flat_map(|g| g.units.clone()).collect();
+    let names: Vec<&str> = classes.iter().map(|c| c.name()).collect();
+    let issue = match share {
+        _ if cycles == count => String::new(),
+        Share::Cycles => format!(" ({cycles} issue cycles)"),
+        Share::Operations { interval } => format!(" ({interval} issue cycles each)"),
+    };
+    format!(
+        "{count} operations of {}{issue} on {} units",
+        names.join(", "),
+        units.len()
+    )
+}
+
+/// Groups that cannot all be given their share at `ii`, with all the units that could take them:
+/// a maximum flow from groups to units that does not carry everything. `None` where it does.
+fn unmet(problem: &Problem<'_>, groups: &[Group], share: Share, ii: u32) -> Option<Vec<usize>> {
     let mut flow = vec![EntityMap::<Fu, u32>::filled(problem.arch.fus.len(), 0); groups.len()];
     let mut load: EntityMap<Fu, u32> = EntityMap::filled(problem.arch.fus.len(), 0);
     for (g, group) in groups.iter().enumerate() {
-        for _ in 0..group.demand {
-            if let Err(reached) = augment(groups, &mut flow, &mut load, g, ii) {
+        for _ in 0..share.demand(group) {
+            let capacity = share.capacity(ii);
+            if let Err(reached) = augment(groups, &mut flow, &mut load, g, capacity) {
                 return Some(reached);
             }
         }
@@ -136,7 +166,7 @@ fn augment(
     flow: &mut [EntityMap<Fu, u32>],
     load: &mut EntityMap<Fu, u32>,
     start: usize,
-    ii: u32,
+    capacity: u32,
 ) -> Result<(), Vec<usize>> {
     let mut from: BTreeMap<Fu, usize> = BTreeMap::new();
     let mut came_over: BTreeMap<usize, Fu> = BTreeMap::new();
@@ -150,7 +180,7 @@ fn augment(
                 continue;
             }
             from.insert(fu, g);
-            if load[fu] < ii {
+            if load[fu] < capacity {
                 load[fu] += 1;
                 let mut unit = fu;
                 loop {

@@ -2,11 +2,10 @@
 //! operand's source spelled out.
 
 use super::place::{Placement, constants_of};
-use super::problem::{Goal, Problem, Tag};
-use super::registers::{Stay, allocate};
+use super::problem::{Edge, Goal, Problem, Tag};
+use super::registers::Keeper;
 use super::table::{Item, Via};
-use crate::abi;
-use srp_archdesc::arch::Fu;
+use srp_archdesc::arch::{Fu, RegFile};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Ty;
 use srp_archdesc::resource::{Place, PlaceKind};
@@ -14,35 +13,33 @@ use srp_ir::dfg::{Initial, Node, Operand};
 use srp_ir::dre::scheduled::{
     ModuloSchedule, Placed, PlacedOp, PlacedTransfer, Preload, Reg, RegAt, Source,
 };
-use std::collections::BTreeMap;
 
-/// The schedule of a placement, or the place whose registers do not suffice.
+/// The schedule of a placement.
 pub(super) fn finish(
     problem: &Problem<'_>,
     placement: &Placement,
     live_ins: &[Reg],
-) -> Result<ModuloSchedule, Place> {
-    let start = first_cycle(problem, placement);
-    let constants = constant_registers(placement);
-    let mut fixed: Vec<Reg> = live_ins.to_vec();
-    fixed.extend(constants.iter().map(|(&(place, _), &index)| {
-        let file = problem
-            .graph
-            .as_file(place)
-            .expect("invariants are kept in files");
-        Reg { file, index }
-    }));
-    fixed.extend(abi::reserved(problem.arch));
-    let stays = allocate(problem, placement, start, &fixed)?;
+) -> ModuloSchedule {
     let finish = Finish {
         problem,
         placement,
         live_ins,
-        start,
-        constants,
-        stays,
+        start: first_cycle(problem, placement),
+        stays: stays(problem, placement),
     };
-    Ok(finish.schedule())
+    finish.schedule()
+}
+
+/// A value's stay in a file, as a schedule names it.
+struct Standing {
+    node: Node,
+    place: Place,
+    tag: Tag,
+    first: i32,
+    last: i32,
+    /// How it got there.
+    via: Via,
+    reg: RegAt,
 }
 
 /// The first cycle in which anything issues.
@@ -54,15 +51,65 @@ fn first_cycle(problem: &Problem<'_>, placement: &Placement) -> i32 {
         .unwrap_or(0)
 }
 
-/// Registers of static files for the loop invariants, from 0 up in each file.
-fn constant_registers(placement: &Placement) -> BTreeMap<(Place, Initial), u32> {
-    let mut next: BTreeMap<Place, u32> = BTreeMap::new();
-    let number = |&(place, value): &(Place, Initial)| {
-        let index = next.entry(place).or_insert(0);
-        *index += 1;
-        ((place, value), *index - 1)
-    };
-    placement.constants.iter().map(number).collect()
+/// The stays of all values, by value, file, tag and cycle.
+fn stays(problem: &Problem<'_>, placement: &Placement) -> Vec<Standing> {
+    let mut stays = Vec::new();
+    for place in problem.graph.file.values().copied() {
+        for s in placement.registers.stays(place) {
+            let written = written(placement, s.node, place, s.tag, Some(s.first));
+            let (first, via) = written.expect("a stay begins with a write");
+            stays.push(Standing {
+                node: s.node,
+                place,
+                tag: s.tag,
+                first,
+                last: s.last,
+                via,
+                reg: s.reg(problem, place),
+            });
+        }
+        for (keeper, index) in placement.registers.kept(place) {
+            let Keeper::LiveOut(node, tag) = keeper else {
+                continue;
+            };
+            let file = problem.graph.as_file(place).expect("these are files");
+            let (first, via) =
+                written(placement, node, place, tag, None).expect("a kept value was written");
+            let reg = RegAt {
+                file,
+                index,
+                ring: 1,
+            };
+            stays.push(Standing {
+                node,
+                place,
+                tag,
+                first,
+                last: first,
+                via,
+                reg,
+            });
+        }
+    }
+    stays.sort_by_key(|s| (s.node, s.place, s.tag, s.first));
+    stays
+}
+
+/// When and how a value got into a file.
+fn written(
+    placement: &Placement,
+    node: Node,
+    place: Place,
+    tag: Tag,
+    time: Option<i32>,
+) -> Option<(i32, Via)> {
+    let items = placement.table.items(node);
+    items.iter().find_map(|&item| match item {
+        Item::Written(p, t, g, via) if p == place && g == tag => {
+            (time.is_none_or(|time| time == t)).then_some((t, via))
+        }
+        _ => None,
+    })
 }
 
 struct Finish<'a, 'p> {
@@ -70,8 +117,7 @@ struct Finish<'a, 'p> {
     placement: &'a Placement,
     live_ins: &'a [Reg],
     start: i32,
-    constants: BTreeMap<(Place, Initial), u32>,
-    stays: Vec<Stay>,
+    stays: Vec<Standing>,
 }
 
 impl Finish<'_, '_> {
@@ -138,7 +184,7 @@ impl Finish<'_, '_> {
 
     /// Registers that a result of `node` landing on a unit in a cycle is written into.
     fn writes(&self, node: Node, fu: Fu, lands: i32) -> Vec<RegAt> {
-        let here = |s: &&Stay| s.node == node && s.first == lands && s.via == Via::Result(fu);
+        let here = |s: &&Standing| s.node == node && s.first == lands && s.via == Via::Result(fu);
         self.stays.iter().filter(here).map(|s| s.reg).collect()
     }
 
@@ -181,7 +227,9 @@ impl Finish<'_, '_> {
             .graph
             .as_file(place)
             .expect("invariants are kept in files");
-        let index = self.constants[&(place, value)];
+        let invariant = Keeper::Invariant(value);
+        let mut kept = self.placement.registers.kept(place);
+        let (_, index) = (kept.find(|(k, _)| *k == invariant)).expect("operands have been kept");
         Source::Reg {
             reg: RegAt {
                 file,
@@ -213,7 +261,7 @@ impl Finish<'_, '_> {
         match self.problem.graph.places[path.from].kind {
             PlaceKind::Out(_) | PlaceKind::PredOut(_) => Source::Out(path.link),
             PlaceKind::File(_) => {
-                let here = |s: &&Stay| {
+                let here = |s: &&Standing| {
                     s.node == value
                         && s.place == path.from
                         && s.tag == tag
@@ -249,7 +297,7 @@ impl Finish<'_, '_> {
     }
 
     fn transfers(&self) -> Vec<PlacedTransfer> {
-        let transfer = |s: &Stay| match s.via {
+        let transfer = |s: &Standing| match s.via {
             Via::Result(_) => None,
             Via::Link(link) => {
                 let delay = self.problem.arch.links[link].delay as i32;
@@ -272,34 +320,48 @@ impl Finish<'_, '_> {
             Initial::LiveIn(i) => self.problem.dfg.live_ins[i as usize].ty,
         };
         let mut preloads: Vec<Preload> = Vec::new();
-        for (&(place, value), &index) in &self.constants {
-            let file = self
-                .problem
-                .graph
-                .as_file(place)
-                .expect("invariants are kept in files");
-            preloads.push(Preload {
-                file,
-                index,
-                value,
-                ty: ty_of(value),
-            });
+        for (place, file) in self.files() {
+            for (keeper, index) in self.placement.registers.kept(place) {
+                if let Keeper::Invariant(value) = keeper {
+                    let ty = ty_of(value);
+                    preloads.push(Preload {
+                        file,
+                        index,
+                        value,
+                        ty,
+                    });
+                }
+            }
         }
         for stay in &self.stays {
+            let file = stay.reg.file;
             let rotating = self.problem.graph.rotates(self.problem.arch, stay.place);
-            let size = self.problem.arch.files[stay.file].size;
-            for (k, &value) in stay.initials.iter().enumerate() {
+            let size = self.problem.arch.files[file].size;
+            let tagged = |e: &&Edge| e.from == stay.node && e.tag == Some(stay.tag);
+            let edge = self.problem.edges.iter().find(tagged);
+            let initials = edge.map_or(&[][..], |e| self.problem.initials(e));
+            for (k, &value) in initials.iter().enumerate() {
                 let index = stay.reg.physical(-1 - k as i64, rotating, size);
+                let ty = ty_of(value);
                 preloads.push(Preload {
-                    file: stay.file,
+                    file,
                     index,
                     value,
-                    ty: ty_of(value),
+                    ty,
                 });
             }
         }
         preloads.sort_by_key(|p| (p.file, p.index));
         preloads
+    }
+
+    /// The register files, as places.
+    fn files(&self) -> impl Iterator<Item = (Place, RegFile)> {
+        self.problem
+            .graph
+            .file
+            .iter()
+            .map(|(file, &place)| (place, file))
     }
 
     fn live_outs(&self) -> Vec<Reg> {

@@ -2,8 +2,7 @@
 //! over which links and registers its values travel, so that an iteration starts every II cycles.
 //!
 //! [`bounds`] says which II cannot be beaten; from there up, [`place`] makes attempts that differ in
-//! the order of nodes and in noise, until one succeeds and its values find registers
-//! ([`registers`]). The result is data; `check` tells whether it is right.
+//! the order of nodes and in noise, until one succeeds. The result is data; `check` tells whether it is right.
 
 mod bounds;
 mod finish;
@@ -18,30 +17,26 @@ mod table;
 pub use bounds::Bounds;
 
 use crate::abi;
+use order::{Freedom, order};
 use place::{Attempt, Obstacle};
 use problem::{Goal, Problem};
+use route::Router;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::EntityMap;
-use srp_archdesc::resource::Place;
 use srp_ir::dfg::{Dfg, Node};
 use srp_ir::dre::scheduled::{ModuloSchedule, Reg};
-use std::ops::Range;
 
 /// How hard to try.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// Attempts at each II on the way up to the first that works.
-    pub first_attempts: u32,
-    /// Attempts at each II on the way down from there.
-    pub attempts: u32,
+    /// Steps of the router over all attempts at one loop, about 3 million a second. The first II
+    /// that works is looked for beyond them.
+    pub effort: u64,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Options {
-            first_attempts: 4,
-            attempts: 24,
-        }
+        Options { effort: 5_000_000 }
     }
 }
 
@@ -88,12 +83,14 @@ pub fn schedule(dfg: &Dfg, arch: &Arch, options: &Options) -> Result<Scheduled, 
         }
     }
     let bounds = Bounds::of(&problem);
-    let search = Search {
+    let fixed = live_ins.iter().copied().chain(abi::reserved(arch));
+    let mut search = Search {
         problem: &problem,
         live_ins: &live_ins,
-        options,
+        fixed: fixed.collect(),
+        router: Router::default(),
     };
-    match search.run(bounds.min_ii()) {
+    match search.run(bounds.min_ii(), options.effort) {
         Ok((schedule, obstacle)) => Ok(Scheduled {
             schedule,
             bounds,
@@ -103,23 +100,23 @@ pub fn schedule(dfg: &Dfg, arch: &Arch, options: &Options) -> Result<Scheduled, 
     }
 }
 
-/// Units times nodes up to which all attempts are made; beyond, fewer in proportion, because each
-/// takes longer.
-const FULL_EFFORT: u32 = 2400;
+/// Attempts at each II on the way up to the first that works.
+const FIRST_ATTEMPTS: u32 = 4;
+/// Attempts at each II on the way down from there.
+const ATTEMPTS: u32 = 64;
 
 /// The search over IIs.
 struct Search<'a, 'p> {
     problem: &'a Problem<'p>,
     live_ins: &'a [Reg],
-    options: &'a Options,
+    fixed: Vec<Reg>,
+    router: Router,
 }
 
 impl Search<'_, '_> {
     /// Goes up from the bound in growing steps, with few attempts each, until an II works; then
-    /// down again with many, until one does not.
-    fn run(&self, bound: u32) -> Result<(ModuloSchedule, Option<String>), String> {
-        let size = (self.problem.arch.fus.len() * self.problem.dfg.nodes.len()).max(1) as u32;
-        let affordable = |attempts: u32| (attempts * FULL_EFFORT / size).clamp(1, attempts.max(1));
+    /// down again with what is left of the effort, until one does not.
+    fn run(&mut self, bound: u32, effort: u64) -> Result<(ModuloSchedule, Option<String>), String> {
         let deepest = self.problem.arch.contexts;
         let mut obstacle = None;
         let mut ii = bound;
@@ -130,7 +127,8 @@ impl Search<'_, '_> {
                     None => format!("its II is at least {bound}; there are {deepest} contexts"),
                 });
             }
-            match self.attempts(ii, 0..affordable(self.options.first_attempts)) {
+            let share = self.router.expanded + effort / 8;
+            match self.attempts(ii, FIRST_ATTEMPTS, share) {
                 Ok(schedule) => break schedule,
                 Err(worst) => obstacle = Some(describe(self.problem, ii, worst)),
             }
@@ -138,7 +136,7 @@ impl Search<'_, '_> {
         };
         while best.ii > bound {
             let ii = best.ii - 1;
-            match self.attempts(ii, 0..affordable(self.options.attempts)) {
+            match self.attempts(ii, ATTEMPTS, effort) {
                 Ok(schedule) => best = schedule,
                 Err(worst) => return Ok((best, Some(describe(self.problem, ii, worst)))),
             }
@@ -146,30 +144,36 @@ impl Search<'_, '_> {
         Ok((best, None))
     }
 
-    /// Attempts at one II; what was in the way most often where none succeeds.
-    fn attempts(&self, ii: u32, seeds: Range<u32>) -> Result<ModuloSchedule, Option<Obstacle>> {
+    /// Attempts at one II, at least one; what was in the way most often where none succeeds. What
+    /// gave trouble in one attempt is placed earlier in the next (squeaky wheel optimisation,
+    /// Joslin and Clements 1999).
+    fn attempts(
+        &mut self,
+        ii: u32,
+        attempts: u32,
+        effort: u64,
+    ) -> Result<ModuloSchedule, Option<Obstacle>> {
         let problem = self.problem;
-        let mut history: EntityMap<Place, u32> = EntityMap::filled(problem.graph.places.len(), 0);
+        let freedom = Freedom::at(problem, ii);
+        let mut trouble = EntityMap::filled(problem.dfg.nodes.len(), 0);
         let mut worst = None;
-        for seed in seeds {
-            let placement = match Attempt::new(problem, ii, seed, &history).run() {
-                Ok(placement) => placement,
-                Err(obstacle) => {
-                    worst = worst.or(obstacle);
-                    continue;
-                }
-            };
-            match finish::finish(problem, &placement, self.live_ins) {
-                Ok(schedule) => {
-                    let contexts = schedule.contexts();
-                    if contexts <= problem.arch.contexts && schedule.stages() <= MAX_STAGES {
+        for seed in 0..attempts {
+            if seed > 0 && self.router.expanded >= effort {
+                break;
+            }
+            let order = order(problem, &freedom, seed, &trouble);
+            let mut attempt =
+                Attempt::new(problem, ii, seed, &freedom, &self.fixed, &mut self.router);
+            let result = attempt.run(&order);
+            attempt.report(&mut trouble);
+            match result {
+                Ok(placement) => {
+                    let schedule = finish::finish(problem, &placement, self.live_ins);
+                    if schedule.stages() <= MAX_STAGES {
                         return Ok(schedule);
                     }
                 }
-                Err(place) => {
-                    history[place] += 8;
-                    worst = Some(Obstacle::Registers(place));
-                }
+                Err(obstacle) => worst = worst.or(obstacle),
             }
         }
         Err(worst)

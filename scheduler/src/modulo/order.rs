@@ -10,6 +10,9 @@ use super::problem::Problem;
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_ir::dfg::Node;
 
+/// Cycles by which a node is put forward at most.
+const MOST_TROUBLE: u32 = 40;
+
 /// Earliest and latest start of each node at one II if units and routes were free, relative to the
 /// earliest start of all.
 pub(super) struct Freedom {
@@ -84,21 +87,24 @@ impl Freedom {
 }
 
 /// The order of placement for one attempt.
-pub(super) fn order(problem: &Problem<'_>, freedom: &Freedom, attempt: u32) -> Vec<Node> {
+///
+/// Nodes that gave trouble before come earlier, by as many cycles.
+pub(super) fn order(
+    problem: &Problem<'_>,
+    freedom: &Freedom,
+    attempt: u32,
+    trouble: &EntityMap<Node, u32>,
+) -> Vec<Node> {
     let recurrence = recurrences(problem);
     let slack = |n: Node| freedom.latest[n] - freedom.earliest[n];
     let scarcity = |n: Node| problem.units[n].len();
-    let jitter = |n: Node| noise(u64::from(attempt / 2), n.index() as u64, 1) % 3;
+    let jitter = |n: Node| {
+        let jitter = noise(u64::from(attempt / 2), n.index() as u64, 1) % 3;
+        jitter as i32 - trouble[n].min(MOST_TROUBLE) as i32
+    };
     let mut rest: Vec<Node> = problem.nodes().collect();
     if attempt.is_multiple_of(2) {
-        rest.sort_by_key(|&n| {
-            (
-                recurrence[n],
-                freedom.latest[n] + jitter(n) as i32,
-                scarcity(n),
-                n,
-            )
-        });
+        rest.sort_by_key(|&n| (recurrence[n], freedom.latest[n] + jitter(n), scarcity(n), n));
         return rest;
     }
     let mut order: Vec<Node> = Vec::with_capacity(rest.len());
@@ -109,7 +115,7 @@ pub(super) fn order(problem: &Problem<'_>, freedom: &Freedom, attempt: u32) -> V
             (
                 recurrence[n].min(u32::from(apart) + 1),
                 apart,
-                slack(n) + jitter(n) as i32,
+                slack(n) + jitter(n),
                 scarcity(n),
                 n,
             )

@@ -7,8 +7,9 @@
 //! placed again later.
 
 use super::noise::noise;
-use super::order::{Freedom, order};
+use super::order::Freedom;
 use super::problem::{Edge, Problem};
+use super::registers::{Keeper, Registers};
 use super::route::{Request, Route, Router};
 use super::table::{Issuer, Item, Table};
 use rustc_hash::FxHashMap;
@@ -17,6 +18,7 @@ use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::Ty;
 use srp_archdesc::resource::Place;
 use srp_ir::dfg::{Initial, Node, Operand};
+use srp_ir::dre::scheduled::Reg;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Extra cycles beyond one II in which a place is looked for: room for routes.
@@ -25,6 +27,8 @@ const ROUTING_SLACK: i32 = 6;
 const TRIES: usize = 12;
 /// Successful positions compared.
 const CHOICES: usize = 2;
+/// Routes of one value that are tried, each without the files that were full.
+const DETOURS: usize = 3;
 
 /// Where and when everything is, at one II.
 pub(super) struct Placement {
@@ -33,8 +37,8 @@ pub(super) struct Placement {
     pub(super) at: EntityMap<Node, (Fu, i32)>,
     /// The route of each edge.
     pub(super) routes: Vec<Route>,
-    /// Registers of static files that hold loop invariants.
-    pub(super) constants: BTreeSet<(Place, Initial)>,
+    /// The registers of values and loop invariants.
+    pub(super) registers: Registers,
 }
 
 /// What most often stood in the way.
@@ -52,16 +56,18 @@ pub(super) enum Obstacle {
 pub(super) struct Attempt<'a, 'p> {
     problem: &'a Problem<'p>,
     table: Table,
-    freedom: Freedom,
+    freedom: &'a Freedom,
     seed: u32,
     at: EntityMap<Node, Option<(Fu, i32)>>,
     routes: Vec<Option<Route>>,
-    constants: BTreeMap<(Place, Initial), u32>,
-    router: Router,
+    registers: Registers,
+    router: &'a mut Router,
     history: EntityMap<Place, u32>,
     forced: FxHashMap<(Node, Fu, usize), u32>,
     scarcity: EntityMap<Fu, u32>,
     obstacles: BTreeMap<Obstacle, u32>,
+    /// How often each node had to be forced.
+    trouble: EntityMap<Node, u32>,
 }
 
 impl<'a, 'p> Attempt<'a, 'p> {
@@ -69,7 +75,9 @@ impl<'a, 'p> Attempt<'a, 'p> {
         problem: &'a Problem<'p>,
         ii: u32,
         seed: u32,
-        history: &EntityMap<Place, u32>,
+        freedom: &'a Freedom,
+        fixed: &[Reg],
+        router: &'a mut Router,
     ) -> Attempt<'a, 'p> {
         let mut table = Table::new(problem, ii);
         for ty in Ty::ALL {
@@ -80,23 +88,23 @@ impl<'a, 'p> Attempt<'a, 'p> {
         }
         Attempt {
             table,
-            freedom: Freedom::at(problem, ii),
+            freedom,
             seed,
             at: EntityMap::filled(problem.dfg.nodes.len(), None),
             routes: vec![None; problem.edges.len()],
-            constants: BTreeMap::new(),
-            router: Router::default(),
-            history: history.clone(),
+            registers: Registers::new(problem, ii, fixed),
+            router,
+            history: EntityMap::filled(problem.graph.places.len(), 0),
             forced: FxHashMap::default(),
             scarcity: scarcity(problem),
             obstacles: BTreeMap::new(),
+            trouble: EntityMap::filled(problem.dfg.nodes.len(), 0),
             problem,
         }
     }
 
-    /// Places everything, or says what stood in the way most often.
-    pub(super) fn run(mut self) -> Result<Placement, Option<Obstacle>> {
-        let order = order(self.problem, &self.freedom, self.seed);
+    /// Places everything in this order, or says what stood in the way most often.
+    pub(super) fn run(&mut self, order: &[Node]) -> Result<Placement, Option<Obstacle>> {
         let mut rank = EntityMap::filled(order.len(), 0);
         order.iter().enumerate().for_each(|(i, &n)| rank[n] = i);
         let mut queue: BTreeSet<(usize, Node)> = order.iter().map(|&n| (rank[n], n)).collect();
@@ -109,6 +117,7 @@ impl<'a, 'p> Attempt<'a, 'p> {
             if self.place(node) {
                 continue;
             }
+            self.trouble[node] += 1;
             let Some(displaced) = self.force(node) else {
                 return Err(self.worst());
             };
@@ -118,16 +127,20 @@ impl<'a, 'p> Attempt<'a, 'p> {
         let Some(routes) = self.routes.iter().cloned().collect::<Option<Vec<Route>>>() else {
             return Err(self.worst());
         };
+        let at = |at: &Option<(Fu, i32)>| at.expect("the queue is empty");
         Ok(Placement {
-            at: self
-                .at
-                .values()
-                .map(|at| at.expect("the queue is empty"))
-                .collect(),
+            at: self.at.values().map(at).collect(),
             routes,
-            constants: self.constants.into_keys().collect(),
-            table: self.table,
+            registers: self.registers.clone(),
+            table: self.table.clone(),
         })
+    }
+
+    /// Adds what gave trouble in this attempt to what did before.
+    pub(super) fn report(&self, trouble: &mut EntityMap<Node, u32>) {
+        for (node, &times) in self.trouble.iter() {
+            trouble[node] += times;
+        }
     }
 
     fn worst(&self) -> Option<Obstacle> {
@@ -275,12 +288,9 @@ impl<'a, 'p> Attempt<'a, 'p> {
                 }
             }
         }
-        let Some(&(_, fu, time)) = found.iter().min() else {
-            return false;
-        };
-        self.try_position(node, fu, time)
-            .expect("the same position has just worked");
-        true
+        // Registers are packed otherwise by now, so that even these may fail.
+        found.sort_unstable();
+        (found.iter()).any(|&(_, fu, time)| self.try_position(node, fu, time).is_some())
     }
 
     /// Places a node here and routes its edges to placed neighbours; the cost of the routes, or
@@ -378,7 +388,7 @@ impl<'a, 'p> Attempt<'a, 'p> {
     fn take_constants(&mut self, node: Node, fu: Fu) -> bool {
         let wanted = self.constants_of(node, fu);
         for (i, &(place, value)) in wanted.iter().enumerate() {
-            if !self.constants.contains_key(&(place, value)) && !self.table.keep(place, 1) {
+            if !self.keep(place, Keeper::Invariant(value)) {
                 self.release_these(&wanted[..i]);
                 *self
                     .obstacles
@@ -386,46 +396,106 @@ impl<'a, 'p> Attempt<'a, 'p> {
                     .or_insert(0) += 1;
                 return false;
             }
-            *self.constants.entry((place, value)).or_insert(0) += 1;
         }
         true
     }
 
     fn release_these(&mut self, constants: &[(Place, Initial)]) {
         for &(place, value) in constants {
-            let count = self
-                .constants
-                .get_mut(&(place, value))
-                .expect("these have been taken");
-            *count -= 1;
-            if *count == 0 {
-                self.constants.remove(&(place, value));
-                self.table.unkeep(place, 1);
-            }
+            self.unkeep(place, Keeper::Invariant(value));
         }
     }
 
-    /// Routes an edge whose ends are placed; its cost.
+    /// Gives something a register of its own.
+    fn keep(&mut self, place: Place, keeper: Keeper) -> bool {
+        let new = !self.registers.kept(place).any(|(k, _)| k == keeper);
+        if new && !self.table.keep(place, 1) {
+            return false;
+        }
+        let kept = self.registers.keep(place, keeper);
+        if !kept && new {
+            self.table.unkeep(place, 1);
+        }
+        kept
+    }
+
+    fn unkeep(&mut self, place: Place, keeper: Keeper) {
+        self.registers.unkeep(place, keeper);
+        if !self.registers.kept(place).any(|(k, _)| k == keeper) {
+            self.table.unkeep(place, 1);
+        }
+    }
+
+    /// Routes an edge whose ends are placed; its cost. Files whose registers do not suffice for the
+    /// cheapest route are left out and the next best is tried, a few times.
     fn route(&mut self, e: usize) -> Option<u32> {
         let edge = &self.problem.edges[e];
         let request = self.request(edge);
-        let (route, cost) =
-            self.router
-                .route(self.problem, &self.table, &request, &self.history)?;
+        let mut banned = Vec::new();
+        while banned.len() < DETOURS {
+            let (route, cost) =
+                self.router
+                    .route(self.problem, &self.table, &request, &self.history, &banned)?;
+            if !self.take(edge, &route) {
+                return None;
+            }
+            let Some(full) = self.hold(edge, &route) else {
+                self.routes[e] = Some(route);
+                return Some(cost);
+            };
+            self.give_back(edge, &route.items);
+            *self.obstacles.entry(Obstacle::Registers(full)).or_insert(0) += 1;
+            banned.push(full);
+        }
+        None
+    }
+
+    /// Takes the items of a route; false, and nothing taken, where it is in its own way one II
+    /// later.
+    fn take(&mut self, edge: &Edge, route: &Route) -> bool {
         for (i, &item) in route.items.iter().enumerate() {
             let timing = self.item_timing(edge, item);
-            // A route can stand in its own way one II later.
             if !self.table.fits(edge.from, item, timing) {
-                for &taken in &route.items[..i] {
-                    self.table
-                        .release(edge.from, taken, self.item_timing(edge, taken));
-                }
-                return None;
+                self.give_back(edge, &route.items[..i]);
+                return false;
             }
             self.table.take(edge.from, item, timing);
         }
-        self.routes[e] = Some(route);
-        Some(cost)
+        true
+    }
+
+    fn give_back(&mut self, edge: &Edge, items: &[Item]) {
+        for &item in items {
+            let timing = self.item_timing(edge, item);
+            self.table.release(edge.from, item, timing);
+        }
+    }
+
+    /// Gives a route its registers; the first file that has none, and nothing given.
+    fn hold(&mut self, edge: &Edge, route: &Route) -> Option<Place> {
+        if let Some((place, tag)) = route.kept
+            && !self.registers.keep(place, Keeper::LiveOut(edge.from, tag))
+        {
+            return Some(place);
+        }
+        for (i, &(place, tag, run)) in route.runs.iter().enumerate() {
+            if !self.registers.hold(place, edge, tag, run) {
+                self.let_go(edge, route, i);
+                return Some(place);
+            }
+        }
+        None
+    }
+
+    /// Gives the registers of a route back: of the first `runs` of its runs.
+    fn let_go(&mut self, edge: &Edge, route: &Route, runs: usize) {
+        for &(place, tag, run) in &route.runs[..runs] {
+            self.registers.release(place, edge.from, tag, run);
+        }
+        if let Some((place, tag)) = route.kept {
+            self.registers
+                .unkeep(place, Keeper::LiveOut(edge.from, tag));
+        }
     }
 
     fn request(&self, edge: &Edge) -> Request {
@@ -457,10 +527,8 @@ impl<'a, 'p> Attempt<'a, 'p> {
             return;
         };
         let edge = &self.problem.edges[e];
-        for &item in &route.items {
-            self.table
-                .release(edge.from, item, self.item_timing(edge, item));
-        }
+        self.let_go(edge, &route, route.runs.len());
+        self.give_back(edge, &route.items);
     }
 
     /// Puts a node somewhere and takes out what is in its way; the nodes to be placed again, or

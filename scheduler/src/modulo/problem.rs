@@ -1,10 +1,11 @@
 //! [`Problem`]: a loop and a machine brought together, as far as it does not depend on the II.
 
+use super::route;
 use rustc_hash::FxHashMap;
 use srp_archdesc::arch::{Arch, FileKind, Fu, FuOp};
 use srp_archdesc::entity::{Entity, EntityMap};
-use srp_archdesc::isa::{Opcode, Ty};
-use srp_archdesc::resource::{Place, PlaceKind, ResourceGraph};
+use srp_archdesc::isa::{Class, Opcode, Ty};
+use srp_archdesc::resource::{Place, PlaceKind, ReadPath, ResourceGraph};
 use srp_ir::dfg::{Dfg, Initial, Node, Operand};
 
 /// A loop and a machine.
@@ -24,12 +25,40 @@ pub(super) struct Problem<'a> {
     pub(super) orders_of: EntityMap<Node, Vec<usize>>,
     /// Ways out of each place into the operands of units: unit and index into its reads.
     pub(super) readers: EntityMap<Place, Vec<(Fu, u32)>>,
-    /// Units that can move each type.
-    movers: [Vec<Fu>; 3],
+    /// How each unit runs each class, by class and unit.
+    timings: Vec<Option<&'a FuOp>>,
+    /// Moves that can start from each place, per type.
+    pub(super) moves: [EntityMap<Place, Vec<MoveWay<'a>>>; 3],
+    /// Longest delay of a way into an operand.
+    pub(super) longest_read: i32,
     /// Fewest cycles from standing in a place to being readable by a unit, per type.
     reach: [EntityMap<Place, EntityMap<Fu, u32>>; 3],
+    /// Least price from a place to a unit, beyond that of holding the value for as long.
+    detour: [EntityMap<Place, EntityMap<Fu, u32>>; 3],
     /// The register files in which each unit could find a loop invariant.
     pub(super) constant_files: EntityMap<Fu, Vec<Place>>,
+}
+
+/// A move of a value from a place over a unit.
+pub(super) struct MoveWay<'a> {
+    pub(super) fu: Fu,
+    /// Index into the unit's reads.
+    pub(super) read: u32,
+    /// Cycles until the move issues.
+    pub(super) delay: i32,
+    /// Cycles until the value stands in the unit's output.
+    pub(super) cycles: i32,
+    /// That output.
+    pub(super) out: Place,
+    pub(super) timing: &'a FuOp,
+}
+
+/// A place that a value can go on to.
+struct WayOn {
+    to: Place,
+    cycles: u32,
+    /// What the router charges.
+    price: u32,
 }
 
 /// A value on its way from a node.
@@ -110,8 +139,11 @@ impl<'a> Problem<'a> {
             edges_of: EntityMap::filled(dfg.nodes.len(), Vec::new()),
             orders: Vec::new(),
             orders_of: EntityMap::filled(dfg.nodes.len(), Vec::new()),
-            movers: Ty::ALL.map(|ty| movers(arch, ty)),
+            timings: timings(arch),
+            moves: Ty::ALL.map(|_| EntityMap::new()),
+            longest_read: longest_read(&graph),
             reach: Ty::ALL.map(|_| EntityMap::new()),
+            detour: Ty::ALL.map(|_| EntityMap::new()),
             readers,
             constant_files,
             dfg,
@@ -124,7 +156,11 @@ impl<'a> Problem<'a> {
             .map(|n| arch.fus.keys().filter(|&f| problem.runs(n, f)).collect())
             .collect();
         problem.add_edges();
-        problem.reach = Ty::ALL.map(|ty| problem.reach_of(ty));
+        problem.moves = Ty::ALL.map(|ty| problem.moves_of(ty));
+        problem.reach =
+            Ty::ALL.map(|ty| problem.distances(ty, |read| read.delay, |way| way.cycles));
+        let detour = |way: &WayOn| way.price - route::holding_price(way.cycles);
+        problem.detour = Ty::ALL.map(|ty| problem.distances(ty, |_| 0, detour));
         problem
     }
 
@@ -252,18 +288,41 @@ impl<'a> Problem<'a> {
         }
     }
 
+    fn class_timing(&self, class: Class, fu: Fu) -> Option<&'a FuOp> {
+        self.timings[class as usize * self.arch.fus.len() + fu.index()]
+    }
+
     /// How a unit runs a node.
     pub(super) fn timing(&self, node: Node, fu: Fu) -> &'a FuOp {
-        self.arch.fus[fu]
-            .op(self.dfg.nodes[node].op.class())
+        self.class_timing(self.dfg.nodes[node].op.class(), fu)
             .expect("only units that run it are asked")
     }
 
     /// How a unit moves a type, or `None` where it cannot.
     pub(super) fn move_timing(&self, fu: Fu, ty: Ty) -> Option<&'a FuOp> {
-        self.movers[ty as usize]
-            .contains(&fu)
-            .then(|| self.arch.fus[fu].op(Opcode::mov(ty).class()))?
+        let op = Opcode::mov(ty);
+        let place = self.graph.result_place(fu, op);
+        place.filter(|&p| self.graph.places[p].width >= ty.bits())?;
+        self.class_timing(op.class(), fu)
+    }
+
+    fn moves_of(&self, ty: Ty) -> EntityMap<Place, Vec<MoveWay<'a>>> {
+        let way = |&(fu, read): &(Fu, u32)| {
+            let path = &self.graph.reads[fu][read as usize];
+            let timing = self
+                .move_timing(fu, ty)
+                .filter(|_| path.width >= ty.bits())?;
+            Some(MoveWay {
+                fu,
+                read,
+                delay: path.delay as i32,
+                cycles: (path.delay + timing.latency) as i32,
+                out: self.move_place(fu, ty),
+                timing,
+            })
+        };
+        let from = |readers: &Vec<(Fu, u32)>| readers.iter().filter_map(way).collect();
+        self.readers.values().map(from).collect()
     }
 
     /// Smallest latency of a node over its units; 1 where no unit runs it.
@@ -287,61 +346,67 @@ impl<'a> Problem<'a> {
         self.reach[ty as usize][place][fu]
     }
 
-    /// Fewest cycles from standing in `place` to each unit's operands, by relaxation to a fixpoint
-    /// over the moves and transfers (all of them take at least a cycle).
-    fn reach_of(&self, ty: Ty) -> EntityMap<Place, EntityMap<Fu, u32>> {
-        let fits = |width: u32| width >= ty.bits();
-        let mut reach = EntityMap::filled(
+    /// What a route from `place` to an operand of `fu` costs at least, beyond holding the value.
+    pub(super) fn detour(&self, ty: Ty, place: Place, fu: Fu) -> u32 {
+        self.detour[ty as usize][place][fu]
+    }
+
+    /// The least sum over the ways on from `place` until each unit's operands, by relaxation to a
+    /// fixpoint.
+    fn distances(
+        &self,
+        ty: Ty,
+        reading: impl Fn(&ReadPath) -> u32,
+        weight: impl Fn(&WayOn) -> u32,
+    ) -> EntityMap<Place, EntityMap<Fu, u32>> {
+        let mut least = EntityMap::filled(
             self.graph.places.len(),
             EntityMap::filled(self.arch.fus.len(), UNREACHABLE),
         );
-        for reads in self.graph.reads.values() {
-            for read in reads.iter().filter(|r| fits(r.width)) {
-                let best: &mut u32 = &mut reach[read.from][read.to];
-                *best = read.delay.min(*best);
+        for read in self.graph.reads.values().flatten() {
+            if read.width >= ty.bits() {
+                let best: &mut u32 = &mut least[read.from][read.to];
+                *best = reading(read).min(*best);
             }
         }
         loop {
             let mut changed = false;
             for place in self.graph.places.keys() {
-                let ways = self.ways_on(place, ty);
-                for fu in self.arch.fus.keys() {
-                    let best = ways
-                        .iter()
-                        .map(|&(to, cycles)| cycles + reach[to][fu])
-                        .min();
-                    if let Some(best) = best.filter(|&b| b < reach[place][fu]) {
-                        reach[place][fu] = best;
-                        changed = true;
+                for way in self.ways_on(place, ty) {
+                    for fu in self.arch.fus.keys() {
+                        let over = weight(&way) + least[way.to][fu];
+                        if over < least[place][fu] {
+                            least[place][fu] = over;
+                            changed = true;
+                        }
                     }
                 }
             }
             if !changed {
-                return reach;
+                return least;
             }
         }
     }
 
-    /// Places that a value can go on to from a place, with the cycles it takes.
-    fn ways_on(&self, place: Place, ty: Ty) -> Vec<(Place, u32)> {
+    /// Places that a value can go on to from a place.
+    fn ways_on(&self, place: Place, ty: Ty) -> Vec<WayOn> {
         let mut ways = Vec::new();
         for transfer in &self.graph.transfers[place] {
             if transfer.width >= ty.bits() {
-                ways.push((transfer.to, transfer.delay + 1));
+                let (to, cycles) = (transfer.to, transfer.delay + 1);
+                let price = route::transfer_price(cycles);
+                ways.push(WayOn { to, cycles, price });
             }
         }
-        for &(fu, read) in &self.readers[place] {
-            let read = &self.graph.reads[fu][read as usize];
-            let Some(timing) = self.move_timing(fu, ty).filter(|_| read.width >= ty.bits()) else {
-                continue;
-            };
-            let cycles = read.delay + timing.latency;
-            ways.push((self.move_place(fu, ty), cycles));
-            for &file in &self.graph.writes[fu] {
-                if self.graph.places[file].width >= ty.bits() {
-                    ways.push((file, cycles));
-                }
-            }
+        for way in &self.moves[ty as usize][place] {
+            let cycles = way.cycles as u32;
+            let price = route::move_price(cycles);
+            let files = &self.graph.writes[way.fu];
+            let wide = files
+                .iter()
+                .filter(|&&f| self.graph.places[f].width >= ty.bits());
+            let landings = std::iter::once(&way.out).chain(wide);
+            ways.extend(landings.map(|&to| WayOn { to, cycles, price }));
         }
         ways
     }
@@ -357,13 +422,17 @@ impl<'a> Problem<'a> {
     }
 }
 
-fn movers(arch: &Arch, ty: Ty) -> Vec<Fu> {
-    let op = Opcode::mov(ty);
-    let graph = ResourceGraph::of(arch);
-    let moves = |&fu: &Fu| {
-        let place = graph.result_place(fu, op);
-        arch.fus[fu].op(op.class()).is_some()
-            && place.is_some_and(|p| graph.places[p].width >= ty.bits())
+fn timings(arch: &Arch) -> Vec<Option<&FuOp>> {
+    let of_class = |class: &Class| {
+        arch.fus
+            .values()
+            .map(|fu| fu.op(*class))
+            .collect::<Vec<_>>()
     };
-    arch.fus.keys().filter(moves).collect()
+    Class::ALL.iter().flat_map(of_class).collect()
+}
+
+fn longest_read(graph: &ResourceGraph) -> i32 {
+    let delays = graph.reads.values().flatten().map(|read| read.delay as i32);
+    delays.max().unwrap_or(0)
 }

@@ -1,270 +1,417 @@
-//! Register allocation in the array's files, after placement and routing.
+//! Registers of the array's files, allocated as values are routed.
 //!
-//! Routing has seen to it that no cycle holds more values than a file has registers; here each
-//! stay of a value in a file gets its register. In a rotating file iteration `i` uses register
-//! `c + i`, in any other a ring of registers, one where the value lives no longer than the II.
+//! Every stay of a value in a file has its register from the moment its route is taken, so that a
+//! placement that is complete has its registers too. In a rotating file iteration `i` of a stay
+//! uses register `c + i`; on one physical register of `R` its instances recur every `R · II` cycles,
+//! so stays are arcs on a circle of that circumference, and choosing `c` turns an arc by a multiple
+//! of II (Rau et al., *Register Allocation for Software Pipelined Loops*, PLDI 1992). In any other
+//! file a stay has a ring of registers, one where the value lives no longer than the II.
 
-use super::place::Placement;
-use super::problem::{Problem, Tag};
-use super::table::{Item, Via};
-use srp_archdesc::arch::RegFile;
+use super::problem::{Edge, Problem, Tag};
+use srp_archdesc::arch::FileKind;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::resource::Place;
 use srp_ir::dfg::{Initial, Node};
 use srp_ir::dre::scheduled::{Reg, RegAt};
 
+/// Rings longer than this would take too many contexts.
+const LARGEST_RING: u32 = 8;
+
 /// A value's stay in a file, from the cycle it stands there first to the last, in iteration 0.
 #[derive(Clone, Debug)]
 pub(super) struct Stay {
     pub(super) node: Node,
-    pub(super) place: Place,
-    pub(super) file: RegFile,
     pub(super) tag: Tag,
     pub(super) first: i32,
     pub(super) last: i32,
-    /// How it got there.
-    pub(super) via: Via,
+    /// First register.
+    pub(super) index: u32,
+    /// Registers taken in turn.
+    pub(super) ring: u32,
     /// Iterations before the first whose value is set at entry.
-    pub(super) initials: Vec<Initial>,
-    /// Where it stays.
-    pub(super) reg: RegAt,
+    initials: u32,
+    /// The stretches that routes need it for.
+    runs: Vec<(i32, i32)>,
 }
 
-/// Rings longer than this would take too many contexts.
-const LARGEST_RING: u32 = 8;
-
-/// Gives every stay its registers. `fixed` are registers that hold something else throughout. On
-/// failure, the place that is too small.
-pub(super) fn allocate(
-    problem: &Problem<'_>,
-    placement: &Placement,
-    start: i32,
-    fixed: &[Reg],
-) -> Result<Vec<Stay>, Place> {
-    let mut stays = stays(problem, placement);
-    // What stays long is hard to fit.
-    let length = |s: &Stay| (kept(s), s.initials.len(), s.last - s.first);
-    stays.sort_by_key(|s| (std::cmp::Reverse(length(s)), s.place, s.node, s.first));
-    let mut done: EntityMap<RegFile, Vec<Stay>> =
-        EntityMap::filled(problem.arch.files.len(), Vec::new());
-    for mut stay in stays {
-        let timing = Timing {
-            ii: placement.table.ii as i32,
-            start,
-        };
-        let taken = &done[stay.file];
-        let reg = find(problem, timing, &stay, taken, fixed).ok_or(stay.place)?;
-        stay.reg = reg;
-        done[stay.file].push(stay);
-    }
-    let mut stays: Vec<Stay> = done.values().flatten().cloned().collect();
-    stays.sort_by_key(|s| (s.node, s.place, s.tag, s.first));
-    Ok(stays)
+/// What has a register to itself.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Keeper {
+    /// A loop invariant, set at entry.
+    Invariant(Initial),
+    /// The value of the last iteration, for what comes after the loop.
+    LiveOut(Node, Tag),
 }
 
-fn kept(stay: &Stay) -> bool {
-    matches!(stay.tag, Tag::LiveOut(_))
-}
-
-#[derive(Clone, Copy)]
-struct Timing {
-    ii: i32,
-    /// The first cycle of the schedule, before which registers are set.
-    start: i32,
-}
-
-/// The stays of all values: runs of consecutive cycles in which a value stands in a file.
-fn stays(problem: &Problem<'_>, placement: &Placement) -> Vec<Stay> {
-    let mut stays: Vec<Stay> = Vec::new();
-    for node in placement.table.nodes() {
-        let items = placement.table.items(node);
-        let via_of = |place: Place, time: Option<i32>, tag: Tag| {
-            items.iter().find_map(|&item| match item {
-                Item::Written(p, t, g, via) if p == place && g == tag => {
-                    (time.is_none_or(|time| time == t)).then_some((t, via))
-                }
-                _ => None,
-            })
-        };
-        // Items are sorted by place, then by cycle.
-        let mut held: Vec<(Place, Tag, i32)> = Vec::new();
-        for &item in &items {
-            match item {
-                Item::Held(place, time, tag) => held.push((place, tag, time)),
-                Item::Kept(place, tag) => {
-                    let (first, via) = via_of(place, None, tag).expect("a kept value was written");
-                    stays.push(stay(problem, node, place, tag, first, via));
-                }
-                _ => {}
-            }
-        }
-        held.sort_unstable();
-        for (place, tag, time) in held {
-            match stays.last_mut() {
-                Some(s) if (s.node, s.place, s.tag, s.last + 1) == (node, place, tag, time) => {
-                    s.last = time;
-                }
-                _ => {
-                    let (_, via) =
-                        via_of(place, Some(time), tag).expect("a stay begins with a write");
-                    stays.push(stay(problem, node, place, tag, time, via));
-                }
-            }
-        }
-    }
-    stays
-}
-
-fn stay(problem: &Problem<'_>, node: Node, place: Place, tag: Tag, first: i32, via: Via) -> Stay {
-    let file = problem.graph.as_file(place).expect("values stay in files");
-    let initials = match tag {
-        Tag::Initial(_) => {
-            let edge = problem
-                .edges
-                .iter()
-                .find(|e| e.from == node && e.tag == Some(tag));
-            edge.map(|e| problem.initials(e).to_vec())
-                .unwrap_or_default()
-        }
-        Tag::Plain | Tag::LiveOut(_) => Vec::new(),
-    };
-    let reg = RegAt {
-        file,
-        index: 0,
-        ring: 1,
-    };
-    Stay {
-        node,
-        place,
-        file,
-        tag,
-        first,
-        last: first,
-        via,
-        initials,
-        reg,
-    }
-}
-
-/// The first registers that are free for a stay.
-fn find(
-    problem: &Problem<'_>,
-    timing: Timing,
-    stay: &Stay,
-    taken: &[Stay],
-    fixed: &[Reg],
-) -> Option<RegAt> {
-    let size = problem.arch.files[stay.file].size;
-    let rotating = problem.graph.rotates(problem.arch, stay.place);
-    let rings: &[u32] = if rotating || kept(stay) {
-        &[1]
-    } else {
-        &[1, 2, 4, LARGEST_RING]
-    };
-    for &ring in rings {
-        for index in 0..(size + 1).saturating_sub(ring) {
-            let candidate = Stay {
-                reg: RegAt {
-                    file: stay.file,
-                    index,
-                    ring,
-                },
-                ..stay.clone()
-            };
-            let file = FileView {
-                rotating,
-                size,
-                timing,
-            };
-            let is_fixed = |r: &Reg| {
-                r.file == stay.file && (rotating || (index..index + ring).contains(&r.index))
-            };
-            if !fixed.iter().any(is_fixed)
-                && !file.clashes_with_itself(&candidate)
-                && !taken.iter().any(|other| file.clash(&candidate, other))
-            {
-                return Some(candidate.reg);
-            }
-        }
-    }
-    None
-}
-
-/// How registers of a file are counted.
-struct FileView {
+/// The registers of one file.
+#[derive(Clone, Debug)]
+struct FileState {
     rotating: bool,
     size: u32,
-    timing: Timing,
+    /// Registers that hold something else throughout.
+    fixed: Vec<u32>,
+    /// Registers with a value of their own, and how many routes or operations ask for each.
+    kept: Vec<(Keeper, u32, u32)>,
+    stays: Vec<Stay>,
 }
 
-impl FileView {
-    /// The cycles in which iteration `i` needs its register, both included; values set at entry
-    /// need it from the start.
-    fn life(&self, stay: &Stay, i: i32) -> (i32, i32) {
-        let shift = i * self.timing.ii;
-        let first = if i < 0 {
-            self.timing.start - 1
-        } else {
-            stay.first + shift
+/// The registers of all files, at one II.
+#[derive(Clone)]
+pub(super) struct Registers {
+    files: EntityMap<Place, FileState>,
+    ii: i32,
+    largest_ring: u32,
+}
+
+impl Registers {
+    /// All registers free but `fixed`.
+    pub(super) fn new(problem: &Problem<'_>, ii: u32, fixed: &[Reg]) -> Registers {
+        let file = |place: Place| match problem.graph.as_file(place) {
+            None => FileState::new(false, 0, Vec::new()),
+            Some(rf) => {
+                let spec = &problem.arch.files[rf];
+                let own = fixed.iter().filter(|r| r.file == rf);
+                let taken = own.map(|r| r.index).collect();
+                FileState::new(spec.kind == FileKind::Rotating, spec.size, taken)
+            }
         };
-        let last = if kept(stay) {
-            i32::MAX
-        } else {
-            stay.last + shift
-        };
-        (first, last)
+        let copies = (problem.arch.contexts / ii.max(1)).clamp(1, LARGEST_RING);
+        Registers {
+            files: problem.graph.places.keys().map(file).collect(),
+            ii: ii as i32,
+            largest_ring: 1 << copies.ilog2(),
+        }
     }
 
-    /// The first iteration that has a value.
-    fn oldest(stay: &Stay) -> i32 {
-        -(stay.initials.len() as i32)
+    /// Gives something a register to itself; false where there is none.
+    pub(super) fn keep(&mut self, place: Place, keeper: Keeper) -> bool {
+        let (ii, largest) = (self.ii, self.largest_ring);
+        let file = &mut self.files[place];
+        if let Some((_, _, count)) = file.kept.iter_mut().find(|(k, ..)| *k == keeper) {
+            *count += 1;
+            return true;
+        }
+        let free = (0..file.size).find(|&r| file.is_free_throughout(r));
+        match free {
+            Some(register) => {
+                file.kept.push((keeper, register, 1));
+                true
+            }
+            None => file.pack(ii, largest, Some(keeper)),
+        }
     }
 
-    /// Iterations enough to see every clash: those overlapping one whole period of both.
-    fn newest(&self, a: &Stay, b: &Stay) -> i32 {
-        let span = |s: &Stay| (s.last - s.first) / self.timing.ii + 2;
-        let apart = (a.first - b.first).abs() / self.timing.ii + 2;
-        let period = if self.rotating {
+    /// Takes a demand of [`keep`](Self::keep) back.
+    pub(super) fn unkeep(&mut self, place: Place, keeper: Keeper) {
+        let kept = &mut self.files[place].kept;
+        let index = (kept.iter().position(|(k, ..)| *k == keeper)).expect("it was kept");
+        kept[index].2 -= 1;
+        if kept[index].2 == 0 {
+            kept.remove(index);
+        }
+    }
+
+    /// Registers for a value that a route holds in a file from one cycle to another; false, and
+    /// nothing changed, where there are none.
+    pub(super) fn hold(&mut self, place: Place, edge: &Edge, tag: Tag, run: (i32, i32)) -> bool {
+        let (ii, largest) = (self.ii, self.largest_ring);
+        let initials = if tag == Tag::Plain { 0 } else { edge.distance };
+        let file = &mut self.files[place];
+        // What touches the run becomes one stay with it.
+        let touches = |s: &Stay| {
+            (s.node, s.tag) == (edge.from, tag) && s.first <= run.1 + 1 && run.0 <= s.last + 1
+        };
+        let mut stay = Stay {
+            node: edge.from,
+            tag,
+            first: run.0,
+            last: run.1,
+            index: 0,
+            ring: 0,
+            initials,
+            runs: vec![run],
+        };
+        let same = |s: &Stay| touches(s) && s.first <= run.0 && run.1 <= s.last;
+        if let Some(found) = file.stays.iter_mut().find(|s| same(s)) {
+            found.runs.push(run);
+            return true;
+        }
+        let (old, rest): (Vec<Stay>, Vec<Stay>) = file.stays.drain(..).partition(touches);
+        file.stays = rest;
+        for s in &old {
+            stay.first = stay.first.min(s.first);
+            stay.last = stay.last.max(s.last);
+            stay.runs.extend_from_slice(&s.runs);
+            (stay.index, stay.ring) = (s.index, s.ring);
+        }
+        if old.len() == 1 && file.holds(ii, &stay) {
+            file.stays.push(stay);
+            return true;
+        }
+        if let Some((index, ring)) = file.find(ii, largest, &stay) {
+            (stay.index, stay.ring) = (index, ring);
+            file.stays.push(stay);
+            return true;
+        }
+        file.stays.push(stay);
+        if file.pack(ii, largest, None) {
+            return true;
+        }
+        file.stays.pop();
+        file.stays.extend(old);
+        false
+    }
+
+    /// Takes a demand of [`hold`](Self::hold) back.
+    pub(super) fn release(&mut self, place: Place, node: Node, tag: Tag, run: (i32, i32)) {
+        let stays = &mut self.files[place].stays;
+        let of_run =
+            |s: &Stay| (s.node, s.tag) == (node, tag) && s.first <= run.0 && run.1 <= s.last;
+        let index = (stays.iter().position(of_run)).expect("a released run was held");
+        let mut stay = stays.swap_remove(index);
+        let at = (stay.runs.iter().position(|r| *r == run)).expect("a released run was held");
+        stay.runs.swap_remove(at);
+        // What is left may have gaps; each part keeps its registers.
+        stay.runs.sort_unstable();
+        let mut parts: Vec<Stay> = Vec::new();
+        for &(first, last) in &stay.runs {
+            match parts.last_mut() {
+                Some(part) if first <= part.last + 1 => {
+                    part.last = part.last.max(last);
+                    part.runs.push((first, last));
+                }
+                _ => {
+                    let runs = vec![(first, last)];
+                    parts.push(Stay {
+                        first,
+                        last,
+                        runs,
+                        ..stay.clone()
+                    });
+                }
+            }
+        }
+        stays.extend(parts);
+    }
+
+    /// The stays in a file.
+    pub(super) fn stays(&self, place: Place) -> &[Stay] {
+        &self.files[place].stays
+    }
+
+    /// The register of what has one to itself.
+    pub(super) fn kept(&self, place: Place) -> impl Iterator<Item = (Keeper, u32)> {
+        self.files[place]
+            .kept
+            .iter()
+            .map(|&(k, register, _)| (k, register))
+    }
+}
+
+impl FileState {
+    fn new(rotating: bool, size: u32, fixed: Vec<u32>) -> FileState {
+        FileState {
+            rotating,
+            size,
+            fixed,
+            kept: Vec::new(),
+            stays: Vec::new(),
+        }
+    }
+
+    fn is_taken_throughout(&self, register: u32) -> bool {
+        self.fixed.contains(&register) || self.kept.iter().any(|&(_, r, _)| r == register)
+    }
+
+    /// Whether a register holds nothing at any time. Those of a rotating file change their numbers.
+    fn is_free_throughout(&self, register: u32) -> bool {
+        let here = |s: &Stay| self.rotating || (s.index..s.index + s.ring).contains(&register);
+        !self.is_taken_throughout(register) && !self.stays.iter().any(here)
+    }
+
+    /// The registers that leave the smallest gap before the stay, with the length of their ring.
+    fn find(&self, ii: i32, largest: u32, stay: &Stay) -> Option<(u32, u32)> {
+        let length = stay.last - stay.first + 1;
+        let at_once = (length as u32)
+            .div_ceil(ii as u32)
+            .max(stay.initials)
+            .max(1);
+        let mut ring = if self.rotating {
+            1
+        } else {
+            at_once.next_power_of_two()
+        };
+        let mut candidate = stay.clone();
+        while ring <= largest.min(self.size.max(1)) {
+            candidate.ring = ring;
+            let mut best: Option<(i32, u32)> = None;
+            for index in 0..(self.size + 1).saturating_sub(ring) {
+                candidate.index = index;
+                if self.holds(ii, &candidate) {
+                    let gap = self.gap(ii, &candidate);
+                    if best.is_none_or(|(g, _)| gap < g) {
+                        best = Some((gap, index));
+                    }
+                }
+            }
+            if let Some((_, index)) = best {
+                return Some((index, ring));
+            }
+            if self.rotating {
+                return None;
+            }
+            ring *= 2;
+        }
+        None
+    }
+
+    /// Cycles between the end of a stay's predecessor in its register and its start.
+    fn gap(&self, ii: i32, stay: &Stay) -> i32 {
+        if !self.rotating {
+            return 0;
+        }
+        let round = ii * self.size as i32;
+        let start = |s: &Stay| s.first - s.index as i32 * ii;
+        let after = |s: &Stay| {
+            let end = start(s) + s.last - s.first + 1;
+            (start(stay) - end).rem_euclid(round)
+        };
+        self.stays.iter().map(after).min().unwrap_or(0)
+    }
+
+    /// Whether a stay can have the registers it names.
+    fn holds(&self, ii: i32, stay: &Stay) -> bool {
+        let registers = stay.index..stay.index + stay.ring;
+        let taken = self.fixed.iter().chain(self.kept.iter().map(|(_, r, _)| r));
+        let mut taken = taken.filter(|r| self.rotating || registers.contains(r));
+        taken.next().is_none()
+            && self.agrees_with_itself(ii, stay)
+            && self.stays.iter().all(|other| !self.clash(ii, stay, other))
+    }
+
+    /// How many iterations apart two instances in one register are, for a register that both use.
+    fn modulus(&self, a: &Stay, b: &Stay) -> i32 {
+        let copies = if self.rotating {
             self.size
         } else {
-            a.reg.ring.max(b.reg.ring)
+            a.ring.min(b.ring)
         };
-        2 * period as i32 + span(a) + span(b) + apart
+        copies as i32
     }
 
-    fn physical(&self, stay: &Stay, i: i32) -> u32 {
-        stay.reg.physical(i64::from(i), self.rotating, self.size)
-    }
-
-    fn overlap(&self, a: &Stay, i: i32, b: &Stay, j: i32) -> bool {
-        let (a_first, a_last) = self.life(a, i);
-        let (b_first, b_last) = self.life(b, j);
-        a_first <= b_last && b_first <= a_last
-    }
-
-    fn clash(&self, a: &Stay, b: &Stay) -> bool {
-        if kept(a) || kept(b) {
-            let registers = |s: &Stay| s.reg.index..s.reg.index + s.reg.ring;
-            return self.rotating
-                || registers(a).start < registers(b).end && registers(b).start < registers(a).end;
+    /// The register of a stay in an iteration, less the file's first.
+    fn register(&self, stay: &Stay, iteration: i32) -> u32 {
+        let (offset, modulus) = if self.rotating {
+            (stay.index as i32 + iteration, self.size)
+        } else {
+            (iteration, stay.ring)
+        };
+        let within = offset.rem_euclid(modulus.max(1) as i32) as u32;
+        if self.rotating {
+            within
+        } else {
+            stay.index + within
         }
-        let newest = self.newest(a, b);
-        (Self::oldest(a)..=newest).any(|i| {
-            let register = self.physical(a, i);
-            (Self::oldest(b)..=newest)
-                .any(|j| self.physical(b, j) == register && self.overlap(a, i, b, j))
-        })
     }
 
-    fn clashes_with_itself(&self, stay: &Stay) -> bool {
-        if kept(stay) {
+    fn agrees_with_itself(&self, ii: i32, stay: &Stay) -> bool {
+        let copies = if self.rotating { self.size } else { stay.ring } as i32;
+        let length = stay.last - stay.first + 1;
+        stay.initials as i32 <= copies
+            && length <= copies * ii
+            && (1..=stay.initials as i32).all(|k| {
+                let next = (-k).rem_euclid(copies);
+                stay.first + next * ii > stay.last - k * ii
+            })
+    }
+
+    fn clash(&self, ii: i32, a: &Stay, b: &Stay) -> bool {
+        self.instances_clash(ii, a, b)
+            || self.initials_clash(ii, a, b)
+            || self.initials_clash(ii, b, a)
+    }
+
+    /// Whether an instance of one overlaps one of the other in the same register: iteration `i` of
+    /// `a` and `i - d` of `b` overlap for `d` between two bounds.
+    fn instances_clash(&self, ii: i32, a: &Stay, b: &Stay) -> bool {
+        let from = -((a.last - b.first).div_euclid(ii));
+        let to = (b.last - a.first).div_euclid(ii);
+        if from > to {
             return false;
         }
-        let newest = self.newest(stay, stay);
-        (Self::oldest(stay)..=0).any(|i| {
-            let register = self.physical(stay, i);
-            (i + 1..=newest)
-                .any(|j| self.physical(stay, j) == register && self.overlap(stay, i, stay, j))
+        let modulus = self.modulus(a, b);
+        let met = |difference: i32| {
+            let first = from + (difference - from).rem_euclid(modulus);
+            first <= to
+        };
+        if self.rotating {
+            return met(b.index as i32 - a.index as i32);
+        }
+        let low = a.index.max(b.index);
+        let high = (a.index + a.ring).min(b.index + b.ring);
+        (low..high).any(|r| met((r - a.index) as i32 - (r - b.index) as i32))
+    }
+
+    /// Whether a value of `a` set at entry is still needed when `b` takes its register.
+    fn initials_clash(&self, ii: i32, a: &Stay, b: &Stay) -> bool {
+        (1..=a.initials as i32).any(|k| {
+            let register = self.register(a, -k);
+            let last = a.last - k * ii;
+            let mut set = 1..=b.initials as i32;
+            if set.any(|m| self.register(b, -m) == register) {
+                return true;
+            }
+            let first = if self.rotating {
+                (register as i32 - b.index as i32).rem_euclid(self.size as i32)
+            } else if (b.index..b.index + b.ring).contains(&register) {
+                (register - b.index) as i32
+            } else {
+                return false;
+            };
+            b.first + first * ii <= last
         })
+    }
+
+    /// Allocates all registers anew, the longest stays first; false, and nothing changed, where
+    /// that fails.
+    fn pack(&mut self, ii: i32, largest: u32, keeper: Option<Keeper>) -> bool {
+        let mut packed = FileState::new(self.rotating, self.size, self.fixed.clone());
+        let wanted = self.kept.iter().map(|&(k, _, count)| (k, count));
+        for (keeper, count) in wanted.chain(keeper.map(|k| (k, 1))) {
+            let Some(register) = (0..self.size).find(|&r| packed.is_free_throughout(r)) else {
+                return false;
+            };
+            packed.kept.push((keeper, register, count));
+        }
+        let mut stays = self.stays.clone();
+        let length = |s: &Stay| s.last - s.first;
+        stays.sort_by_key(|s| {
+            (
+                std::cmp::Reverse((s.initials, length(s))),
+                s.node,
+                s.tag,
+                s.first,
+            )
+        });
+        for mut stay in stays {
+            let Some((index, ring)) = packed.find(ii, largest, &stay) else {
+                return false;
+            };
+            (stay.index, stay.ring) = (index, ring);
+            packed.stays.push(stay);
+        }
+        *self = packed;
+        true
+    }
+}
+
+impl Stay {
+    /// The registers, as schedules name them.
+    pub(super) fn reg(&self, problem: &Problem<'_>, place: Place) -> RegAt {
+        RegAt {
+            file: problem.graph.as_file(place).expect("values stay in files"),
+            index: self.index,
+            ring: self.ring,
+        }
     }
 }

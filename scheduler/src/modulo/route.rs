@@ -1,17 +1,19 @@
 //! The router: the cheapest way of a value from its producer to one consumer, through outputs,
 //! links, moves and register files, cycle by cycle.
 //!
-//! Every step goes forward in time (a move takes its latency, a transfer at least a cycle, holding
-//! one cycle), so one sweep over the cycles finds shortest paths without a queue. Whatever the value
-//! has taken already costs nothing, so a value's routes grow into a tree.
+//! Best-first search: what has been paid plus what holding the value for the rest of the time costs
+//! at least. Whatever the value has taken already costs nothing, so a value's routes grow into a
+//! tree.
 
-use super::problem::{Problem, Tag, UNREACHABLE};
+use super::problem::{MoveWay, Problem, Tag, UNREACHABLE};
 use super::table::{Item, Table, Via};
 use srp_archdesc::arch::Fu;
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::Ty;
 use srp_archdesc::resource::Place;
 use srp_ir::dfg::Node;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 
 /// What steps cost. Units and their outputs are what runs out first; registers are cheap.
 const MOVE: u32 = 60;
@@ -19,6 +21,21 @@ const HOLD_OUT: u32 = 14;
 const HOLD_REGISTER: u32 = 2;
 const WRITE: u32 = 5;
 const TRANSFER: u32 = 8;
+
+/// The price of holding a value, where that is cheapest.
+pub(super) fn holding_price(cycles: u32) -> u32 {
+    HOLD_REGISTER * cycles
+}
+
+/// The price of a move that takes so many cycles.
+pub(super) fn move_price(cycles: u32) -> u32 {
+    MOVE.max(holding_price(cycles))
+}
+
+/// The price of a transfer that takes so many cycles.
+pub(super) fn transfer_price(cycles: u32) -> u32 {
+    TRANSFER.max(holding_price(cycles))
+}
 
 /// A way of a value: what it takes, and how the consumer gets it.
 #[derive(Clone, Debug)]
@@ -29,6 +46,34 @@ pub(super) struct Route {
     pub(super) read: u32,
     /// Which copies in the file it reads, if it reads a file.
     pub(super) tag: Tag,
+    /// What it keeps in files: file, tag, first and last cycle.
+    pub(super) runs: Vec<(Place, Tag, (i32, i32))>,
+    /// The file that keeps a live-out.
+    pub(super) kept: Option<(Place, Tag)>,
+}
+
+impl Route {
+    fn new(items: Vec<Item>, read: u32, tag: Tag) -> Route {
+        let mut runs: Vec<(Place, Tag, (i32, i32))> = Vec::new();
+        let mut kept = None;
+        for &item in &items {
+            match item {
+                Item::Held(place, time, tag) => match runs.last_mut() {
+                    Some((p, t, run)) if (*p, *t, run.1 + 1) == (place, tag, time) => run.1 = time,
+                    _ => runs.push((place, tag, (time, time))),
+                },
+                Item::Kept(place, tag) => kept = Some((place, tag)),
+                _ => {}
+            }
+        }
+        Route {
+            items,
+            read,
+            tag,
+            runs,
+            kept,
+        }
+    }
 }
 
 /// A request: route the value of `from`, which stands in the output of `fu` from cycle `ready`.
@@ -62,19 +107,33 @@ struct State {
     cost: u32,
     step: Step,
     before: u32,
+    /// The request that reached it; what an earlier one left does not count.
+    request: u32,
 }
 
 const UNSEEN: State = State {
     cost: u32::MAX,
     step: Step::Start,
     before: u32::MAX,
+    request: 0,
 };
+
+/// An open state: least whole cost, cycles left (so that, of equals, the furthest comes first),
+/// cost so far, index.
+type Open = Reverse<(u32, u32, u32, u32)>;
 
 /// Buffers that are used again from request to request.
 #[derive(Default)]
 pub(super) struct Router {
     states: Vec<State>,
+    open: BinaryHeap<Open>,
+    requests: u32,
+    /// States expanded so far, the measure of effort.
+    pub(super) expanded: u64,
 }
+
+/// States that are expanded for one route at most: what is not found by then is too far away.
+const LARGEST_SEARCH: u32 = 3000;
 
 /// One search.
 struct Search<'s, 'p> {
@@ -82,12 +141,18 @@ struct Search<'s, 'p> {
     table: &'s Table,
     request: &'s Request,
     states: &'s mut Vec<State>,
-    /// Places, twice: untagged copies, and those of the request's tag.
+    open: &'s mut BinaryHeap<Open>,
+    number: u32,
+    /// Places; twice if the request has a tag: untagged copies first.
     width: usize,
+    /// The cycle from which on nothing the value has could make holding it free.
+    paid_from: i32,
     /// The last cycle in which the value may still be on its way.
     last: i32,
     /// Extra cost per place, learned from failures.
     history: &'s EntityMap<Place, u32>,
+    /// Files that are out of the question.
+    banned: &'s [Place],
 }
 
 impl Router {
@@ -98,6 +163,7 @@ impl Router {
         table: &Table,
         request: &Request,
         history: &EntityMap<Place, u32>,
+        banned: &[Place],
     ) -> Option<(Route, u32)> {
         let last = match request.target {
             Some((_, arrival)) => arrival,
@@ -106,50 +172,86 @@ impl Router {
         if last < request.ready {
             return None;
         }
-        let width = 2 * problem.graph.places.len();
+        let width = problem.graph.places.len() * (1 + usize::from(request.tag.is_some()));
         let length = (last - request.ready + 1) as usize;
-        self.states.clear();
-        self.states.resize(width * length, UNSEEN);
+        if self.states.len() < width * length {
+            self.states.resize(width * length, UNSEEN);
+        }
+        self.open.clear();
+        self.requests += 1;
         Search {
             problem,
             table,
             request,
             states: &mut self.states,
+            open: &mut self.open,
+            number: self.requests,
             width,
+            paid_from: table.last_cycle(request.from).max(request.ready),
             last,
             history,
+            banned,
         }
-        .run()
+        .run(&mut self.expanded)
     }
 }
 
 impl Search<'_, '_> {
-    fn run(&mut self) -> Option<(Route, u32)> {
+    fn run(&mut self, expanded: &mut u64) -> Option<(Route, u32)> {
         self.start();
+        let mut left = LARGEST_SEARCH;
         let mut best: Option<(u32, u32, u32)> = None; // cost, state, read path
-        for time in self.request.ready..=self.last {
-            let base = (time - self.request.ready) as usize * self.width;
-            for index in base..base + self.width {
-                let state = self.states[index];
-                if state.cost == u32::MAX {
-                    continue;
-                }
-                let (place, tag) = self.place_of(index);
-                if let Some((cost, read)) = self.arrives(place, tag, time, state.cost)
-                    && best.is_none_or(|(b, ..)| cost < b)
-                {
-                    best = Some((cost, index as u32, read));
-                }
-                if best.is_none_or(|(b, ..)| state.cost < b) {
-                    self.expand(index, place, tag, time, state.cost);
-                }
+        while let Some(Reverse((least, _, cost, index))) = self.open.pop() {
+            if best.is_some_and(|(b, ..)| least >= b) {
+                break;
             }
+            if cost > self.states[index as usize].cost {
+                continue;
+            }
+            let time = self.time_of(index);
+            let (place, tag) = self.place_of(index as usize);
+            if let Some((cost, read)) = self.arrives(place, tag, time, cost)
+                && best.is_none_or(|(b, ..)| cost < b)
+            {
+                best = Some((cost, index, read));
+            }
+            if left == 0 {
+                break;
+            }
+            left -= 1;
+            *expanded += 1;
+            self.expand(index as usize, place, tag, time, cost);
         }
         best.map(|(cost, state, read)| (self.unwind(state, read), cost))
     }
 
+    /// What the rest of the way costs at least. Where the value has something already, it may be
+    /// free.
+    fn rest(&self, place: Place, time: i32) -> u32 {
+        let Some((fu, arrival)) = self.request.target else {
+            return 0;
+        };
+        let cycles = arrival - self.problem.longest_read - time.max(self.paid_from);
+        let holding = holding_price(cycles.max(0) as u32);
+        if time < self.paid_from {
+            holding
+        } else {
+            holding + self.problem.detour(self.request.ty, place, fu)
+        }
+    }
+
+    /// The cost of a state so far.
+    fn cost_of(&self, index: usize) -> u32 {
+        let state = &self.states[index];
+        if state.request == self.number {
+            state.cost
+        } else {
+            u32::MAX
+        }
+    }
+
     fn place_of(&self, index: usize) -> (Place, Tag) {
-        let places = self.width / 2;
+        let places = self.problem.graph.places.len();
         let in_row = index % self.width;
         let tag = if in_row < places {
             Tag::Plain
@@ -164,7 +266,11 @@ impl Search<'_, '_> {
     }
 
     fn index(&self, place: Place, tag: Tag, time: i32) -> usize {
-        let row = if tag == Tag::Plain { 0 } else { self.width / 2 };
+        let row = if tag == Tag::Plain {
+            0
+        } else {
+            self.problem.graph.places.len()
+        };
         (time - self.request.ready) as usize * self.width + row + place.index()
     }
 
@@ -181,12 +287,8 @@ impl Search<'_, '_> {
             .graph
             .result_place(fu, op)
             .expect("a routed value has a place");
+        self.relax(place, Tag::Plain, ready, 0, Step::Start, u32::MAX);
         let index = self.index(place, Tag::Plain, ready);
-        self.states[index] = State {
-            cost: 0,
-            step: Step::Start,
-            before: u32::MAX,
-        };
         self.write_result(fu, ready, index as u32, 0, Step::Result(fu));
     }
 
@@ -195,17 +297,11 @@ impl Search<'_, '_> {
         for i in 0..self.problem.graph.writes[fu].len() {
             let file = self.problem.graph.writes[fu][i];
             for tag in self.tags() {
+                if !self.improves(file, tag, time, cost) {
+                    continue;
+                }
                 if let Some(extra) = self.write_cost(file, time, tag, Via::Result(fu), WRITE) {
-                    self.relax(
-                        file,
-                        tag,
-                        time,
-                        State {
-                            cost: cost + extra,
-                            step,
-                            before,
-                        },
-                    );
+                    self.relax(file, tag, time, cost + extra, step, before);
                 }
             }
         }
@@ -220,6 +316,7 @@ impl Search<'_, '_> {
     /// What writing the value into a file costs, or `None` where it does not fit.
     fn write_cost(&self, file: Place, time: i32, tag: Tag, via: Via, price: u32) -> Option<u32> {
         if self.problem.graph.places[file].width < self.request.ty.bits()
+            || self.banned.contains(&file)
             || self
                 .table
                 .written_otherwise(self.request.from, file, time, tag)
@@ -258,7 +355,8 @@ impl Search<'_, '_> {
             return done.then_some((cost, 0));
         };
         // A carried value must come from a register that was set before the loop.
-        if self.request.tag.is_some_and(|t| t != tag) {
+        if time + self.problem.longest_read < arrival || self.request.tag.is_some_and(|t| t != tag)
+        {
             return None;
         }
         let reads = &self.problem.graph.reads[fu];
@@ -280,13 +378,30 @@ impl Search<'_, '_> {
         None
     }
 
-    fn relax(&mut self, place: Place, tag: Tag, time: i32, state: State) {
-        if time > self.last || !self.in_time(place, time) {
-            return;
-        }
+    /// Whether a way to this state at this cost, or more, can be of use.
+    fn improves(&self, place: Place, tag: Tag, time: i32, cost: u32) -> bool {
+        time <= self.last
+            && self.in_time(place, time)
+            && cost < self.cost_of(self.index(place, tag, time))
+    }
+
+    fn relax(&mut self, place: Place, tag: Tag, time: i32, cost: u32, step: Step, before: u32) {
         let index = self.index(place, tag, time);
-        if state.cost < self.states[index].cost {
-            self.states[index] = state;
+        if cost < self.cost_of(index) {
+            let request = self.number;
+            self.states[index] = State {
+                cost,
+                step,
+                before,
+                request,
+            };
+            let left = (self.last - time) as u32;
+            self.open.push(Reverse((
+                cost + self.rest(place, time),
+                left,
+                cost,
+                index as u32,
+            )));
         }
     }
 
@@ -309,13 +424,10 @@ impl Search<'_, '_> {
         } else {
             (Item::Held(place, time + 1, tag), HOLD_REGISTER)
         };
-        if let Some(extra) = self.take_cost(item, price + self.history[place]) {
-            let state = State {
-                cost: cost + extra,
-                step: Step::Hold,
-                before,
-            };
-            self.relax(place, tag, time + 1, state);
+        if self.improves(place, tag, time + 1, cost)
+            && let Some(extra) = self.take_cost(item, price + self.history[place])
+        {
+            self.relax(place, tag, time + 1, cost + extra, Step::Hold, before);
         }
         if tag != Tag::Plain {
             return;
@@ -332,83 +444,52 @@ impl Search<'_, '_> {
                 continue;
             }
             for tag in self.tags() {
+                if !self.improves(transfer.to, tag, lands, cost) {
+                    continue;
+                }
                 let via = Via::Link(transfer.link);
-                if let Some(extra) = self.write_cost(transfer.to, lands, tag, via, TRANSFER) {
+                let price = transfer_price(transfer.delay + 1);
+                if let Some(extra) = self.write_cost(transfer.to, lands, tag, via, price) {
                     let step = Step::Transfer(i as u32);
-                    self.relax(
-                        transfer.to,
-                        tag,
-                        lands,
-                        State {
-                            cost: cost + extra,
-                            step,
-                            before,
-                        },
-                    );
+                    self.relax(transfer.to, tag, lands, cost + extra, step, before);
                 }
             }
         }
     }
 
     fn expand_moves(&mut self, place: Place, time: i32, cost: u32, before: u32) {
-        let (problem, ty) = (self.problem, self.request.ty);
-        for &(fu, read) in &problem.readers[place] {
-            let path = &problem.graph.reads[fu][read as usize];
-            let Some(timing) = problem
-                .move_timing(fu, ty)
-                .filter(|_| path.width >= ty.bits())
-            else {
-                continue;
-            };
-            let issue = time + path.delay as i32;
-            let lands = issue + timing.latency as i32;
-            let out = problem.move_place(fu, ty);
-            if lands > self.last || !(self.in_time(out, lands) || self.request.target.is_none()) {
+        let problem = self.problem;
+        for way in &problem.moves[self.request.ty as usize][place] {
+            let lands = time + way.cycles;
+            if lands > self.last || !self.in_time(way.out, lands) {
                 continue;
             }
-            let Some(extra) = self.move_cost(place, time, fu, issue, read, lands, timing) else {
+            let Some(extra) = self.move_cost(place, time, way) else {
                 continue;
             };
             let cost = cost + extra;
-            self.relax(
-                out,
-                Tag::Plain,
-                lands,
-                State {
-                    cost,
-                    step: Step::Move(fu, read),
-                    before,
-                },
-            );
-            self.write_result(fu, lands, before, cost, Step::MoveAndWrite(fu, read));
+            let step = Step::Move(way.fu, way.read);
+            self.relax(way.out, Tag::Plain, lands, cost, step, before);
+            let step = Step::MoveAndWrite(way.fu, way.read);
+            self.write_result(way.fu, lands, before, cost, step);
         }
     }
 
-    #[allow(clippy::too_many_arguments)]
-    fn move_cost(
-        &self,
-        place: Place,
-        time: i32,
-        fu: Fu,
-        issue: i32,
-        read: u32,
-        lands: i32,
-        timing: &srp_archdesc::arch::FuOp,
-    ) -> Option<u32> {
-        let from = self.request.from;
-        let item = Item::Move(fu, issue, read, Tag::Plain);
-        let mut cost = if self.table.has(from, item) {
+    fn move_cost(&self, place: Place, time: i32, way: &MoveWay<'_>) -> Option<u32> {
+        let issue = time + way.delay;
+        let item = Item::Move(way.fu, issue, way.read, Tag::Plain);
+        let mut cost = if self.table.has(self.request.from, item) {
             0
-        } else if self.table.issues(fu, issue, timing) {
-            MOVE
+        } else if self.table.issues(way.fu, issue, way.timing) {
+            move_price(way.cycles as u32)
         } else {
             return None;
         };
         if !self.problem.is_output(place) {
-            cost += self.take_cost(Item::Read(place, time, Tag::Plain, fu), 1)?;
+            cost += self.take_cost(Item::Read(place, time, Tag::Plain, way.fu), 1)?;
         }
-        let out = self.problem.move_place(fu, self.request.ty);
-        Some(cost + self.take_cost(Item::Out(out, lands), self.history[out])?)
+        let lands = time + way.cycles;
+        Some(cost + self.take_cost(Item::Out(way.out, lands), self.history[way.out])?)
     }
 
     /// The route that ends in `state`.
@@ -433,7 +514,7 @@ impl Search<'_, '_> {
             index = before;
         }
         items.reverse();
-        Route { items, read, tag }
+        Route::new(items, read, tag)
     }
 
     /// The items of one step, last first.

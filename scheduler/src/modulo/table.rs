@@ -11,9 +11,10 @@ use srp_archdesc::arch::{Fu, FuOp, Link, Resource};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::resource::Place;
 use srp_ir::dfg::Node;
+use std::hash::{Hash, Hasher};
 
 /// Something that the route of a value takes. Times are those of iteration 0.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(super) enum Item {
     /// The value stands in an output in a cycle.
     Out(Place, i32),
@@ -27,6 +28,21 @@ pub(super) enum Item {
     Move(Fu, i32, u32, Tag),
     /// A register of a file is taken in every cycle.
     Kept(Place, Tag),
+}
+
+/// One word is hashed, without what seldom tells two items of a value apart.
+impl Hash for Item {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        let (kind, place, time) = match *self {
+            Item::Out(place, time) => (0, place.index(), time),
+            Item::Held(place, time, _) => (1, place.index(), time),
+            Item::Written(place, time, ..) => (2, place.index(), time),
+            Item::Read(place, time, ..) => (3, place.index(), time),
+            Item::Move(fu, time, ..) => (4, fu.index(), time),
+            Item::Kept(place, _) => (5, place.index(), 0),
+        };
+        state.write_u64((place as u64 * 8 + kind) << 32 | u64::from(time as u32));
+    }
 }
 
 /// How a value gets into a file.
@@ -48,11 +64,14 @@ pub(super) enum Issuer {
 }
 
 /// The modulo reservation table of one attempt.
+#[derive(Clone)]
 pub(super) struct Table {
     /// Initiation interval.
     pub(super) ii: u32,
     /// Items of each value, counted.
     items: EntityMap<Node, FxHashMap<Item, u32>>,
+    /// The writes among them: file, cycle and tag.
+    writes_of: EntityMap<Node, Vec<(Place, i32, Tag)>>,
     /// Who holds each unit's issue slot.
     issue: EntityMap<Fu, Vec<Option<Issuer>>>,
     /// Which value, of which cycle, stands in each output.
@@ -66,6 +85,7 @@ pub(super) struct Table {
 }
 
 /// Capacities by place and resource.
+#[derive(Clone)]
 struct Limits {
     registers: EntityMap<Place, u32>,
     reads: EntityMap<Place, u32>,
@@ -85,6 +105,7 @@ impl Table {
         Table {
             ii,
             items: EntityMap::filled(problem.dfg.nodes.len(), FxHashMap::default()),
+            writes_of: EntityMap::filled(problem.dfg.nodes.len(), Vec::new()),
             issue: EntityMap::filled(arch.fus.len(), vec![None; slots]),
             outs: EntityMap::filled(graph.places.len(), vec![None; slots]),
             held: EntityMap::filled(graph.places.len(), vec![0; slots]),
@@ -124,7 +145,13 @@ impl Table {
 
     /// Whether the value of `node` has this item already.
     pub(super) fn has(&self, node: Node, item: Item) -> bool {
-        self.items[node].contains_key(&item)
+        match item {
+            Item::Out(place, time) => {
+                let slot = self.slot(time);
+                matches!(self.outs[place][slot], Some((n, t)) if n == node && t == time)
+            }
+            _ => self.items[node].contains_key(&item),
+        }
     }
 
     /// Whether the value of `node` has this item already or could take it.
@@ -153,10 +180,9 @@ impl Table {
     /// Whether the value of `node` is written into a file in this cycle under another tag already:
     /// one result goes into at most one register of a file.
     pub(super) fn written_otherwise(&self, node: Node, place: Place, time: i32, tag: Tag) -> bool {
-        self.items[node].keys().any(|item| match *item {
-            Item::Written(p, t, other, _) => p == place && t == time && other != tag,
-            _ => false,
-        })
+        self.writes_of[node]
+            .iter()
+            .any(|&(p, t, other)| p == place && t == time && other != tag)
     }
 
     /// Whether a unit can issue an operation with this timing in this cycle.
@@ -207,6 +233,9 @@ impl Table {
         if *count > 1 {
             return;
         }
+        if let Item::Written(place, time, tag, _) = item {
+            self.writes_of[node].push((place, time, tag));
+        }
         match item {
             Item::Out(place, time) => {
                 let slot = self.slot(time);
@@ -222,14 +251,17 @@ impl Table {
 
     /// Gives an item back.
     pub(super) fn release(&mut self, node: Node, item: Item, timing: Option<&FuOp>) {
-        let count = self.items[node]
-            .get_mut(&item)
-            .expect("only taken items are released");
+        let count = (self.items[node].get_mut(&item)).expect("only taken items are released");
         *count -= 1;
         if *count > 0 {
             return;
         }
         self.items[node].remove(&item);
+        if let Item::Written(place, time, tag, _) = item {
+            let writes = &mut self.writes_of[node];
+            let index = writes.iter().position(|w| *w == (place, time, tag));
+            writes.swap_remove(index.expect("a write that is released was taken"));
+        }
         match item {
             Item::Out(place, time) => {
                 let slot = self.slot(time);
@@ -288,15 +320,19 @@ impl Table {
             .for_each(|&place| self.reads[place][slot] -= 1);
     }
 
+    /// The last cycle in which a value stands anywhere; the smallest number where it has nothing.
+    pub(super) fn last_cycle(&self, node: Node) -> i32 {
+        let cycle = |item: &Item| match *item {
+            Item::Out(_, time) | Item::Held(_, time, _) => time,
+            _ => i32::MIN,
+        };
+        self.items[node].keys().map(cycle).max().unwrap_or(i32::MIN)
+    }
+
     /// All items of a node's value, sorted.
     pub(super) fn items(&self, node: Node) -> Vec<Item> {
         let mut items: Vec<_> = self.items[node].keys().copied().collect();
         items.sort_unstable();
         items
-    }
-
-    /// All values.
-    pub(super) fn nodes(&self) -> impl Iterator<Item = Node> + use<> {
-        (0..self.items.len()).map(Node::new)
     }
 }
