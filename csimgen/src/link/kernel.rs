@@ -127,6 +127,9 @@ fn preloads(
         let value = match preload.value {
             Initial::Const(bits) => linker.constant(bits, ty, site)?,
             Initial::LiveIn(n) => Operand::Cell(live_in(linker, schedule, n, ty, site)?),
+            Initial::Any => {
+                return Err(site.error(linker, "a register is set at entry to no value"));
+            }
         };
         presets.push(Preset {
             cell: linker.register(at, Iteration::default(), ty, site)?,

@@ -56,6 +56,7 @@ fn initial(initial: &Initial) -> String {
     match initial {
         Initial::Const(bits) => bits.to_string(),
         Initial::LiveIn(i) => format!("in{i}"),
+        Initial::Any => "any".to_owned(),
     }
 }
 

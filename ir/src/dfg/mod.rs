@@ -112,6 +112,8 @@ pub enum Initial {
     Const(Bits),
     /// A live-in value.
     LiveIn(u32),
+    /// Nothing depends on it: whatever happens to be found will do, and no register has to be set.
+    Any,
 }
 
 /// `to` of iteration `i + distance` must come after `from` of iteration `i`.

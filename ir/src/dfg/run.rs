@@ -32,7 +32,7 @@ impl History {
 }
 
 /// Runs a [verified](Dfg::verify) loop with these live-ins, the trip count among them, and gives the
-/// live-outs. Every operation takes one of `steps`.
+/// live-outs. Every operation takes one of `steps`. Initial values on which nothing depends are zero.
 ///
 /// # Panics
 ///
@@ -105,6 +105,7 @@ fn fetch(operand: &Operand, live_ins: &[Bits]) -> Fetch {
             let initial = |initial: &Initial| match initial {
                 Initial::Const(bits) => Value::from(*bits),
                 Initial::LiveIn(i) => Value::from(live_ins[*i as usize]),
+                Initial::Any => Value::default(),
             };
             Fetch::Node {
                 node: *node,

@@ -133,6 +133,7 @@ impl Check<'_> {
                 init.iter().try_for_each(|initial| match initial {
                     Initial::Const(bits) => same(ty, bits.ty()),
                     Initial::LiveIn(i) => self.live_in(*i, ty),
+                    Initial::Any => Ok(()),
                 })
             }
         }

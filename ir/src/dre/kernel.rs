@@ -66,8 +66,12 @@ pub(super) fn initial(initial: Initial) -> String {
     match initial {
         Initial::Const(bits) => bits.to_string(),
         Initial::LiveIn(i) => format!("in{i}"),
+        Initial::Any => ANY.to_owned(),
     }
 }
+
+/// An initial value on which nothing depends.
+const ANY: &str = "any";
 
 /// Names that hold in one kernel.
 pub(super) struct KernelNames {
@@ -108,7 +112,9 @@ impl KernelNames {
     }
 
     pub(super) fn initial(&self, text: Text<'_>) -> Read<Initial> {
-        if terms::is_bits(text) {
+        if text.text == ANY {
+            Ok(Initial::Any)
+        } else if terms::is_bits(text) {
             Ok(Initial::Const(terms::read_bits(text)?))
         } else {
             Ok(Initial::LiveIn(self.input(text)?))

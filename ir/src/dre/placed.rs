@@ -5,6 +5,7 @@ use super::machine::{Machine, ids};
 use super::scheduled::*;
 use super::terms::{self, Files, Names};
 use super::tree::{Element, Read, Tag, Xml};
+use crate::dfg::Initial;
 use crate::program::Kernel;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Ty;
@@ -389,10 +390,14 @@ impl Reader<'_> {
         let Reg { file, index } = self.machine.read_reg(element.required("to")?)?;
         let value = element.required("value")?;
         let ty: Ty = terms::read_ty(element.required("type")?)?;
+        let initial = names.initial(value)?;
+        if initial == Initial::Any {
+            return value.fault("a register is set to a value; leave it out where any will do");
+        }
         Ok(Preload {
             file,
             index,
-            value: names.initial(value)?,
+            value: initial,
             ty,
         })
     }

@@ -243,7 +243,7 @@ pub struct Preload {
     pub file: RegFile,
     /// The physical register.
     pub index: u32,
-    /// The value: a constant, or a live-in taken from its central register.
+    /// The value: a constant, or a live-in taken from its central register; never [`Initial::Any`].
     pub value: Initial,
     /// Its storage.
     pub ty: Ty,

@@ -243,9 +243,9 @@ impl<'a> Body<'a> {
     fn resolve_ring(&mut self, ring: &[usize]) {
         let first = ring[0];
         if let [alone] = ring {
-            let unchanging = match self.initial(*alone) {
-                Initial::Const(bits) => Operand::Const(bits),
-                Initial::LiveIn(i) => Operand::LiveIn(i),
+            let unchanging = match self.lp.initial[*alone] {
+                Outer::Const(bits) => Operand::Const(bits),
+                Outer::Value(v) => Operand::LiveIn(self.live_in(v, self.mark_pos)),
             };
             self.params[first] = Some(unchanging);
             return;

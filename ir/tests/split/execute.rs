@@ -85,6 +85,7 @@ impl<'a> Run<'a> {
                     Err(_) => match init[(-1 - earlier) as usize] {
                         Initial::Const(bits) => Value::from(bits),
                         Initial::LiveIn(i) => Value::from(self.live_ins[i as usize]),
+                        Initial::Any => Value::default(),
                     },
                 }
             }

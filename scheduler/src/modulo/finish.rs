@@ -316,14 +316,16 @@ impl Finish<'_, '_> {
     /// Invariants and initial values, by file and register.
     fn preloads(&self) -> Vec<Preload> {
         let ty_of = |value: Initial| match value {
-            Initial::Const(bits) => bits.ty(),
-            Initial::LiveIn(i) => self.problem.dfg.live_ins[i as usize].ty,
+            Initial::Const(bits) => Some(bits.ty()),
+            Initial::LiveIn(i) => Some(self.problem.dfg.live_ins[i as usize].ty),
+            Initial::Any => None,
         };
         let mut preloads: Vec<Preload> = Vec::new();
         for (place, file) in self.files() {
             for (keeper, index) in self.placement.registers.kept(place) {
-                if let Keeper::Invariant(value) = keeper {
-                    let ty = ty_of(value);
+                if let Keeper::Invariant(value) = keeper
+                    && let Some(ty) = ty_of(value)
+                {
                     preloads.push(Preload {
                         file,
                         index,
@@ -341,8 +343,10 @@ impl Finish<'_, '_> {
             let edge = self.problem.edges.iter().find(tagged);
             let initials = edge.map_or(&[][..], |e| self.problem.initials(e));
             for (k, &value) in initials.iter().enumerate() {
+                let Some(ty) = ty_of(value) else {
+                    continue;
+                };
                 let index = stay.reg.physical(-1 - k as i64, rotating, size);
-                let ty = ty_of(value);
                 preloads.push(Preload {
                     file,
                     index,

@@ -69,6 +69,7 @@ impl Checker<'_> {
                 let initial = |value: &Initial| match value {
                     Initial::Const(bits) => bits.ty() == ty,
                     Initial::LiveIn(k) => live_in(*k).is_some_and(|l| l.ty == ty),
+                    Initial::Any => true,
                 };
                 result == Some(ty) && init.iter().all(initial)
             }
@@ -191,6 +192,7 @@ impl Checker<'_> {
             let ty = match preload.value {
                 Initial::Const(bits) => Some(bits.ty()),
                 Initial::LiveIn(k) => dfg.live_ins.get(k as usize).map(|l| l.ty),
+                Initial::Any => None,
             };
             let at = RegAt {
                 file: preload.file,

@@ -25,12 +25,12 @@ enum Token {
     LiveIn(u32),
 }
 
-impl From<Initial> for Token {
-    fn from(value: Initial) -> Token {
-        match value {
-            Initial::Const(bits) => Token::Const(bits),
-            Initial::LiveIn(k) => Token::LiveIn(k),
-        }
+/// What an initial value is; `None` for those on which nothing depends.
+fn initial(value: Initial) -> Option<Token> {
+    match value {
+        Initial::Const(bits) => Some(Token::Const(bits)),
+        Initial::LiveIn(k) => Some(Token::LiveIn(k)),
+        Initial::Any => None,
     }
 }
 
@@ -134,7 +134,7 @@ impl<'a> Run<'a> {
             files[reg.file][reg.index as usize] = Some(Token::LiveIn(k as u32));
         }
         for preload in &schedule.preloads {
-            files[preload.file][preload.index as usize] = Some(preload.value.into());
+            files[preload.file][preload.index as usize] = initial(preload.value);
         }
         Run {
             checker,
@@ -257,7 +257,7 @@ impl<'a> Run<'a> {
             first = first.or(Some(token));
             if !placed.is_move {
                 let wanted = self.wanted(placed.node, i, iteration);
-                if token != Some(wanted) {
+                if let Some(wanted) = wanted.filter(|w| token != Some(*w)) {
                     let found = show(token);
                     let message = format!(
                         "operand {i} in iteration {iteration} is {found} instead of {wanted}"
@@ -319,16 +319,16 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// What an operand must be in an iteration.
-    fn wanted(&self, node: Node, operand: usize, iteration: i64) -> Token {
+    /// What an operand must be in an iteration; `None` where anything will do.
+    fn wanted(&self, node: Node, operand: usize, iteration: i64) -> Option<Token> {
         match &self.checker.schedule.dfg.nodes[node].operands[operand] {
-            Operand::Const(bits) => Token::Const(*bits),
-            Operand::LiveIn(k) => Token::LiveIn(*k),
+            Operand::Const(bits) => Some(Token::Const(*bits)),
+            Operand::LiveIn(k) => Some(Token::LiveIn(*k)),
             Operand::Node { node, init } => {
                 let from = iteration - init.len() as i64;
                 match usize::try_from(-1 - from) {
-                    Ok(before) => init[before].into(),
-                    Err(_) => Token::Value(*node, from),
+                    Ok(before) => initial(init[before]),
+                    Err(_) => Some(Token::Value(*node, from)),
                 }
             }
         }
