@@ -26,7 +26,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 #[derive(Clone, Copy)]
 pub struct Options<'a> {
     /// How hard to try for each loop.
-    pub modulo: modulo::Options,
+    pub modulo: modulo::Options<'a>,
     /// Threads to use; the result does not depend on it.
     pub threads: usize,
     /// Called with the number of loops done whenever one is.
@@ -59,6 +59,8 @@ pub struct LoopFacts {
     pub bounds: modulo::Bounds,
     /// Why the II below was not reached, in words; `None` where the II is the bound.
     pub obstacle: Option<String>,
+    /// IIs from the bound on that were proved impossible.
+    pub impossible: Vec<modulo::Impossible>,
 }
 
 /// Why a program has no schedule on a machine.
@@ -116,9 +118,14 @@ pub fn schedule(dre: &Dre, arch: &Arch, options: &Options<'_>) -> Result<Schedul
             schedule,
             bounds,
             obstacle,
+            impossible,
         } = scheduled;
         kernels.push(schedule);
-        loops.push(LoopFacts { bounds, obstacle });
+        loops.push(LoopFacts {
+            bounds,
+            obstacle,
+            impossible,
+        });
     }
     let code = vliw::emit(&dre.control, &kernels, arch, &layout).map_err(ScheduleError::Control)?;
     let program = ScheduledDre {

@@ -5,6 +5,7 @@
 //! the order of nodes and in noise, until one succeeds. The result is data; `check` tells whether it is right.
 
 mod bounds;
+mod exact;
 mod finish;
 mod noise;
 mod order;
@@ -17,6 +18,7 @@ mod table;
 pub use bounds::Bounds;
 
 use crate::abi;
+use exact::Answer;
 use order::{Freedom, order};
 use place::{Attempt, Obstacle};
 use problem::{Goal, Problem};
@@ -25,18 +27,32 @@ use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::EntityMap;
 use srp_ir::dfg::{Dfg, Node};
 use srp_ir::dre::scheduled::{ModuloSchedule, Reg};
+use std::ops::Range;
 
-/// How hard to try.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Options {
-    /// Steps of the router over all attempts at one loop, about 3 million a second. The first II
-    /// that works is looked for beyond them.
+/// How hard to try. Everything is counted in steps, so that the same input gives the same schedule
+/// however fast the machine is; only `stop` can change that.
+#[derive(Clone, Copy)]
+pub struct Options<'a> {
+    /// Steps of the router over all attempts of the heuristic at one loop, about 3 million a
+    /// second. The first II that works is looked for beyond them.
     pub effort: u64,
+    /// Conflicts of the exact search over all IIs of one loop, some 10 thousand a second; 0 leaves
+    /// it out.
+    pub conflicts: u64,
+    /// Cycles beyond the critical path in which the exact search may issue operations.
+    pub slack: u32,
+    /// Asked now and then: true ends the search with the best schedule so far.
+    pub stop: &'a (dyn Fn() -> bool + Sync),
 }
 
-impl Default for Options {
+impl Default for Options<'_> {
     fn default() -> Self {
-        Options { effort: 5_000_000 }
+        Options {
+            effort: 3_000_000,
+            conflicts: 6_000,
+            slack: 3,
+            stop: &|| false,
+        }
     }
 }
 
@@ -52,6 +68,19 @@ pub struct Scheduled {
     pub bounds: Bounds,
     /// Why the II below was not reached, in words; `None` where the II is the bound.
     pub obstacle: Option<String>,
+    /// The IIs from the bound on that were proved impossible.
+    pub impossible: Vec<Impossible>,
+}
+
+/// A proof that there is no schedule: with this II, in which every operation is issued within
+/// `slack` cycles of its latest start on the critical path, and register files hold no more values
+/// in any cycle than they have registers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Impossible {
+    /// The II.
+    pub ii: u32,
+    /// Cycles beyond the critical path.
+    pub slack: u32,
 }
 
 /// A loop that has no schedule on this machine.
@@ -69,7 +98,7 @@ pub fn bounds(dfg: &Dfg, arch: &Arch) -> Bounds {
 }
 
 /// Schedules a loop.
-pub fn schedule(dfg: &Dfg, arch: &Arch, options: &Options) -> Result<Scheduled, Unschedulable> {
+pub fn schedule(dfg: &Dfg, arch: &Arch, options: &Options<'_>) -> Result<Scheduled, Unschedulable> {
     let problem = Problem::new(dfg, arch);
     let live_ins = live_in_registers(dfg, arch)?;
     for node in problem.nodes() {
@@ -90,14 +119,25 @@ pub fn schedule(dfg: &Dfg, arch: &Arch, options: &Options) -> Result<Scheduled, 
         fixed: fixed.collect(),
         router: Router::default(),
     };
-    match search.run(bounds.min_ii(), options.effort) {
-        Ok((schedule, obstacle)) => Ok(Scheduled {
-            schedule,
-            bounds,
-            obstacle,
-        }),
-        Err(why) => Err(Unschedulable { node: None, why }),
+    let (mut schedule, mut obstacle) =
+        (search.run(bounds.min_ii(), options)).map_err(|why| Unschedulable { node: None, why })?;
+    let mut impossible = Vec::new();
+    if schedule.ii > bounds.min_ii() {
+        let below = bounds.min_ii()..schedule.ii;
+        let (better, proved) = search.exactly(below, options);
+        if let Some(better) = better {
+            let reached = better.ii == bounds.min_ii();
+            obstacle = obstacle.filter(|_| !reached);
+            schedule = better;
+        }
+        impossible = proved;
     }
+    Ok(Scheduled {
+        schedule,
+        bounds,
+        obstacle,
+        impossible,
+    })
 }
 
 /// Attempts at each II on the way up to the first that works.
@@ -116,7 +156,12 @@ struct Search<'a, 'p> {
 impl Search<'_, '_> {
     /// Goes up from the bound in growing steps, with few attempts each, until an II works; then
     /// down again with what is left of the effort, until one does not.
-    fn run(&mut self, bound: u32, effort: u64) -> Result<(ModuloSchedule, Option<String>), String> {
+    fn run(
+        &mut self,
+        bound: u32,
+        options: &Options<'_>,
+    ) -> Result<(ModuloSchedule, Option<String>), String> {
+        let effort = options.effort;
         let deepest = self.problem.arch.contexts;
         let mut obstacle = None;
         let mut ii = bound;
@@ -134,7 +179,7 @@ impl Search<'_, '_> {
             }
             ii += 1 + (ii - bound) / 3;
         };
-        while best.ii > bound {
+        while best.ii > bound && !(options.stop)() {
             let ii = best.ii - 1;
             match self.attempts(ii, ATTEMPTS, effort) {
                 Ok(schedule) => best = schedule,
@@ -142,6 +187,54 @@ impl Search<'_, '_> {
             }
         }
         Ok((best, None))
+    }
+
+    /// Looks for the smallest II of a range by the exact way; a schedule, if there is one, and what
+    /// was proved.
+    fn exactly(
+        &self,
+        iis: Range<u32>,
+        options: &Options<'_>,
+    ) -> (Option<ModuloSchedule>, Vec<Impossible>) {
+        let mut impossible = Vec::new();
+        let mut left = options.conflicts;
+        for ii in iis.clone() {
+            // What is left is shared out evenly among the IIs to come.
+            let mut share = left / u64::from(iis.end - ii);
+            left -= share;
+            let mut proved = None;
+            for slack in (0..)
+                .map(|k| (1 << k) - 1)
+                .take_while(|&s| s <= options.slack)
+            {
+                if share == 0 || (options.stop)() {
+                    break;
+                }
+                let question = exact::Question {
+                    ii,
+                    slack,
+                    conflicts: share,
+                    fixed: &self.fixed,
+                    stop: options.stop,
+                };
+                let (answer, spent) = exact::solve(self.problem, &question, None);
+                share -= spent.min(share);
+                match answer {
+                    Answer::Placed(placement) => {
+                        let schedule = finish::finish(self.problem, &placement, self.live_ins);
+                        if schedule.stages() <= MAX_STAGES {
+                            return (Some(schedule), impossible);
+                        }
+                    }
+                    Answer::Impossible => proved = Some(Impossible { ii, slack }),
+                    Answer::TooLarge => return (None, impossible),
+                    Answer::Unknown => {}
+                }
+            }
+            left += share;
+            impossible.extend(proved);
+        }
+        (None, impossible)
     }
 
     /// Attempts at one II, at least one; what was in the way most often where none succeeds. What

@@ -124,15 +124,24 @@ impl<'a, 'p> Attempt<'a, 'p> {
             queue.extend(displaced.into_iter().map(|n| (rank[n], n)));
         }
         // A position that was forced and given up again can leave an edge behind.
-        let Some(routes) = self.routes.iter().cloned().collect::<Option<Vec<Route>>>() else {
-            return Err(self.worst());
-        };
-        let at = |at: &Option<(Fu, i32)>| at.expect("the queue is empty");
-        Ok(Placement {
-            at: self.at.values().map(at).collect(),
-            routes,
+        self.placement().ok_or_else(|| self.worst())
+    }
+
+    /// Everything as it stands, if it is complete.
+    fn placement(&self) -> Option<Placement> {
+        Some(Placement {
+            at: self.at.values().copied().collect::<Option<_>>()?,
+            routes: self.routes.iter().cloned().collect::<Option<_>>()?,
             registers: self.registers.clone(),
             table: self.table.clone(),
+        })
+    }
+
+    /// The file whose registers did not suffice, if any.
+    fn full(&self) -> Option<Place> {
+        self.obstacles.keys().find_map(|obstacle| match obstacle {
+            Obstacle::Registers(place) => Some(*place),
+            _ => None,
         })
     }
 
@@ -699,6 +708,35 @@ impl<'a, 'p> Attempt<'a, 'p> {
     }
 }
 
+/// The placement of units, cycles and routes that were found otherwise; the file whose registers do
+/// not suffice for them.
+pub(super) fn adopt(
+    problem: &Problem<'_>,
+    ii: u32,
+    freedom: &Freedom,
+    fixed: &[Reg],
+    at: &EntityMap<Node, (Fu, i32)>,
+    routes: Vec<Route>,
+) -> Result<Placement, Place> {
+    let mut router = Router::default();
+    let mut attempt = Attempt::new(problem, ii, 0, freedom, fixed, &mut router);
+    for (node, &(fu, time)) in at.iter() {
+        if !attempt.occupy(node, fu, time) {
+            return Err(attempt.full().expect("only registers can run out"));
+        }
+    }
+    for (edge, route) in problem.edges.iter().zip(&routes) {
+        assert!(attempt.take(edge, route), "routes that were found fit");
+        if let Some(full) = attempt.hold(edge, route) {
+            return Err(full);
+        }
+    }
+    attempt.routes = routes.into_iter().map(Some).collect();
+    Ok(attempt
+        .placement()
+        .expect("everything is placed and routed"))
+}
+
 /// The registers of static files that a node on a unit needs set: invariants that the unit cannot
 /// take from a central file, and constants beyond those of its context.
 pub(super) fn constants_of(problem: &Problem<'_>, node: Node, fu: Fu) -> Vec<(Place, Initial)> {
@@ -727,7 +765,7 @@ pub(super) fn constants_of(problem: &Problem<'_>, node: Node, fu: Fu) -> Vec<(Pl
 }
 
 /// The files that a node on a unit reads invariants from, once for each register.
-fn invariant_reads(problem: &Problem<'_>, node: Node, fu: Fu) -> Vec<Place> {
+pub(super) fn invariant_reads(problem: &Problem<'_>, node: Node, fu: Fu) -> Vec<Place> {
     let from_static = constants_of(problem, node, fu);
     let mut central = Vec::new();
     for operand in &problem.dfg.nodes[node].operands {

@@ -53,7 +53,7 @@ pub(super) struct Route {
 }
 
 impl Route {
-    fn new(items: Vec<Item>, read: u32, tag: Tag) -> Route {
+    pub(super) fn new(items: Vec<Item>, read: u32, tag: Tag) -> Route {
         let mut runs: Vec<(Place, Tag, (i32, i32))> = Vec::new();
         let mut kept = None;
         for &item in &items {

@@ -1,0 +1,610 @@
+//! From a problem to a formula.
+//!
+//! Variables are made on demand, from the consumers back to the producers: an operand must be read
+//! somewhere, what is read must stand there, what stands there must have stood there before or have
+//! come. Each variable's clause says how; units, outputs, ports, registers and shared resources are
+//! then rationed slot by slot.
+
+use super::formula::{Formula, Lit};
+use super::{LARGEST_FORMULA, Question};
+use crate::modulo::order::Freedom;
+use crate::modulo::place::{constants_of, invariant_reads};
+use crate::modulo::problem::{Edge, Goal, Problem, Tag, UNREACHABLE};
+use crate::modulo::table::{Item, Via};
+use rustc_hash::FxHashMap;
+use srp_archdesc::arch::{Fu, FuOp, Resource};
+use srp_archdesc::entity::EntityMap;
+use srp_archdesc::isa::Ty;
+use srp_archdesc::resource::{Place, PlaceKind};
+use srp_ir::dfg::{Initial, Node};
+use std::collections::BTreeMap;
+
+/// A formula, and what its variables mean.
+pub(super) struct Encoding {
+    pub(super) formula: Formula,
+    /// Units and cycles of each node.
+    pub(super) starts: EntityMap<Node, Vec<(Fu, i32, Lit)>>,
+    /// What each value may take. Moves are without their read path: number 0.
+    pub(super) items: FxHashMap<(Node, Item), Lit>,
+}
+
+/// Encodes a question; `None` where the formula would be too large. `spare` registers of each file
+/// are left out.
+pub(super) fn encode(
+    problem: &Problem<'_>,
+    question: &Question<'_>,
+    freedom: &Freedom,
+    spare: &EntityMap<Place, u32>,
+) -> Option<Encoding> {
+    let mut encoder = Encoder::new(problem, question, freedom);
+    encoder.starts()?;
+    encoder.order();
+    encoder.earliest = problem.nodes().map(|n| encoder.first_at(n)).collect();
+    for edge in &problem.edges {
+        encoder.edge(edge)?;
+    }
+    encoder.settle()?;
+    encoder.one_write();
+    encoder.rations.landings(problem, &encoder.encoding);
+    encoder.ration(spare);
+    Some(encoder.encoding)
+}
+
+/// Literals that compete in each slot, by resource.
+struct Rations {
+    ii: i32,
+    issue: EntityMap<Fu, Vec<Vec<Lit>>>,
+    outs: EntityMap<Place, Vec<Vec<Lit>>>,
+    held: EntityMap<Place, Vec<Vec<Lit>>>,
+    reads: EntityMap<Place, Vec<Vec<Lit>>>,
+    writes: EntityMap<Place, Vec<Vec<Lit>>>,
+    shared: EntityMap<Resource, Vec<Vec<Lit>>>,
+}
+
+impl Rations {
+    fn new(problem: &Problem<'_>, ii: u32) -> Rations {
+        let slots = vec![Vec::new(); ii as usize];
+        let places = || EntityMap::filled(problem.graph.places.len(), slots.clone());
+        Rations {
+            ii: ii as i32,
+            issue: EntityMap::filled(problem.arch.fus.len(), slots.clone()),
+            outs: places(),
+            held: places(),
+            reads: places(),
+            writes: places(),
+            shared: EntityMap::filled(problem.arch.resources.len(), slots.clone()),
+        }
+    }
+
+    fn slot(&self, time: i32) -> usize {
+        time.rem_euclid(self.ii) as usize
+    }
+
+    fn issue(&mut self, fu: Fu, time: i32, timing: &FuOp, literal: Lit) {
+        for k in 0..timing.interval as i32 {
+            let slot = self.slot(time + k);
+            self.issue[fu][slot].push(literal);
+            for &resource in &timing.uses {
+                self.shared[resource][slot].push(literal);
+            }
+        }
+    }
+
+    fn item(&mut self, item: Item, literal: Lit) {
+        let (resource, time) = match item {
+            Item::Out(place, time) => (&mut self.outs[place], time),
+            Item::Held(place, time, _) => (&mut self.held[place], time),
+            Item::Written(place, time, ..) => (&mut self.writes[place], time),
+            Item::Read(place, time, ..) => (&mut self.reads[place], time),
+            Item::Move(..) | Item::Kept(..) => return,
+        };
+        resource[time.rem_euclid(self.ii) as usize].push(literal);
+    }
+
+    /// Results that nobody waits for take their output all the same.
+    fn landings(&mut self, problem: &Problem<'_>, encoding: &Encoding) {
+        for (node, starts) in encoding.starts.iter() {
+            for &(fu, time, literal) in starts {
+                let op = problem.dfg.nodes[node].op;
+                let Some(place) = problem.graph.result_place(fu, op) else {
+                    continue;
+                };
+                let lands = time + problem.timing(node, fu).latency as i32;
+                if !encoding
+                    .items
+                    .contains_key(&(node, Item::Out(place, lands)))
+                {
+                    self.item(Item::Out(place, lands), literal);
+                }
+            }
+        }
+    }
+}
+
+struct Encoder<'e, 'p> {
+    problem: &'e Problem<'p>,
+    question: &'e Question<'e>,
+    freedom: &'e Freedom,
+    encoding: Encoding,
+    start: FxHashMap<(Node, Fu, i32), Lit>,
+    /// For each node and cycle of its window but the last: issued by then.
+    issued: EntityMap<Node, Vec<Lit>>,
+    /// The first cycle in which each value can stand in each place.
+    earliest: EntityMap<Node, EntityMap<Place, i32>>,
+    /// Variables whose clause is still to be written.
+    agenda: Vec<(Node, Item, Lit)>,
+    rations: Rations,
+    /// Invariants in static files.
+    invariants: BTreeMap<(Place, Initial), Lit>,
+    /// Live-outs that keep a register of each file.
+    kept: EntityMap<Place, u32>,
+}
+
+impl<'e, 'p> Encoder<'e, 'p> {
+    fn new(
+        problem: &'e Problem<'p>,
+        question: &'e Question<'e>,
+        freedom: &'e Freedom,
+    ) -> Encoder<'e, 'p> {
+        let nodes = problem.dfg.nodes.len();
+        Encoder {
+            problem,
+            question,
+            freedom,
+            encoding: Encoding {
+                formula: Formula::default(),
+                starts: EntityMap::filled(nodes, Vec::new()),
+                items: FxHashMap::default(),
+            },
+            start: FxHashMap::default(),
+            issued: EntityMap::filled(nodes, Vec::new()),
+            earliest: EntityMap::new(),
+            agenda: Vec::new(),
+            rations: Rations::new(problem, question.ii),
+            invariants: BTreeMap::new(),
+            kept: EntityMap::filled(problem.graph.places.len(), 0),
+        }
+    }
+
+    fn ii(&self) -> i32 {
+        self.question.ii as i32
+    }
+
+    /// First and last cycle in which a node may be issued.
+    fn window(&self, node: Node) -> (i32, i32) {
+        let last = self.freedom.latest[node] + self.question.slack as i32;
+        (self.freedom.earliest[node], last)
+    }
+
+    /// A unit and a cycle for every node.
+    fn starts(&mut self) -> Option<()> {
+        let problem = self.problem;
+        for node in problem.nodes() {
+            let (first, last) = self.window(node);
+            let mut all = Vec::new();
+            for time in first..=last {
+                let from = all.len();
+                for &fu in &problem.units[node] {
+                    let timing = problem.timing(node, fu);
+                    if timing.interval <= self.question.ii {
+                        let literal = self.encoding.formula.variable();
+                        all.push(literal);
+                        self.encoding.starts[node].push((fu, time, literal));
+                        self.start.insert((node, fu, time), literal);
+                        self.rations.issue(fu, time, timing, literal);
+                        self.invariants_of(node, fu, time, literal);
+                    }
+                }
+                self.issued_by(node, time, &all[from..], time == last);
+            }
+            self.encoding.formula.clause(all.iter().copied());
+            self.encoding.formula.at_most_one(&all);
+            if self.encoding.formula.variables() > LARGEST_FORMULA {
+                return None;
+            }
+        }
+        Some(())
+    }
+
+    /// The order literal of a cycle: it holds from the cycle of issue on, and not before.
+    fn issued_by(&mut self, node: Node, time: i32, here: &[Lit], last: bool) {
+        let before = self.issued[node].last().copied();
+        let formula = &mut self.encoding.formula;
+        if let Some(before) = before {
+            here.iter().for_each(|&l| formula.clause([-l, -before]));
+        }
+        if last {
+            return;
+        }
+        let issued = formula.variable();
+        here.iter().for_each(|&l| formula.clause([-l, issued]));
+        match before {
+            Some(before) => {
+                formula.clause([-before, issued]);
+                formula.clause([-issued, before].into_iter().chain(here.iter().copied()));
+            }
+            None => formula.clause(std::iter::once(-issued).chain(here.iter().copied())),
+        }
+        debug_assert_eq!(self.issued[node].len() as i32, time - self.window(node).0);
+        self.issued[node].push(issued);
+    }
+
+    /// The registers and ports that a node's invariants take on a unit.
+    fn invariants_of(&mut self, node: Node, fu: Fu, time: i32, literal: Lit) {
+        for wanted in constants_of(self.problem, node, fu) {
+            let formula = &mut self.encoding.formula;
+            let kept = *(self.invariants.entry(wanted)).or_insert_with(|| formula.variable());
+            formula.clause([-literal, kept]);
+        }
+        for place in invariant_reads(self.problem, node, fu) {
+            let slot = self.rations.slot(time);
+            self.rations.reads[place][slot].push(literal);
+        }
+    }
+
+    /// Nodes issue in the order that values and memory demand.
+    fn order(&mut self) {
+        let values = self.problem.edges.iter().filter_map(|e| {
+            Some((
+                e.from,
+                e.to()?,
+                e.distance,
+                self.problem.min_latency(e.from),
+            ))
+        });
+        let orders = self.problem.orders.iter();
+        let all: Vec<(Node, Node, u32, u32)> = values
+            .chain(orders.map(|o| (o.from, o.to, o.distance, o.delay)))
+            .filter(|(from, to, ..)| from != to)
+            .collect();
+        for (from, to, distance, delay) in all {
+            let (first, last) = self.window(from);
+            for time in first..=last {
+                // Issued at `time` or later, so the other at `least` or later.
+                let least = time + delay as i32 - self.ii() * distance as i32;
+                let (early, latest) = self.window(to);
+                if least <= early {
+                    continue;
+                }
+                let mut clause = Vec::new();
+                if time > first {
+                    clause.push(self.issued[from][(time - first - 1) as usize]);
+                }
+                if least <= latest {
+                    clause.push(-self.issued[to][(least - early - 1) as usize]);
+                }
+                self.encoding.formula.clause(clause);
+            }
+        }
+    }
+
+    /// The first cycle in which a node's value can stand in each place.
+    fn first_at(&self, node: Node) -> EntityMap<Place, i32> {
+        let problem = self.problem;
+        let mut first = EntityMap::filled(problem.graph.places.len(), i32::MAX);
+        let Some(ty) = problem.dfg.ty(node) else {
+            return first;
+        };
+        for &fu in &problem.units[node] {
+            let Some(place) = problem.graph.result_place(fu, problem.dfg.nodes[node].op) else {
+                continue;
+            };
+            let lands = self.window(node).0 + problem.timing(node, fu).latency as i32;
+            first[place] = lands.min(first[place]);
+            for over in problem.arch.fus.keys() {
+                let reach = problem.reach(ty, place, over);
+                let Some(timing) = problem
+                    .move_timing(over, ty)
+                    .filter(|_| reach < UNREACHABLE)
+                else {
+                    continue;
+                };
+                let out = problem.move_place(over, ty);
+                first[out] = (lands + (reach + timing.latency) as i32).min(first[out]);
+            }
+        }
+        for (fu, files) in problem.graph.writes.iter() {
+            let outputs = problem.graph.outputs(fu).map(|out| first[out]).min();
+            for &file in files {
+                first[file] = first[file].min(outputs.unwrap_or(i32::MAX));
+            }
+        }
+        for transfer in problem.graph.transfers.values().flatten() {
+            let lands = first[transfer.from].saturating_add(transfer.delay as i32 + 1);
+            first[transfer.to] = first[transfer.to].min(lands);
+        }
+        first
+    }
+
+    fn ty(&self, value: Node) -> Ty {
+        self.problem.dfg.ty(value).expect("only values are routed")
+    }
+
+    /// The variable of an item, made if need be; `None` where it cannot be.
+    fn item(&mut self, value: Node, item: Item) -> Option<Lit> {
+        let (place, time) = match item {
+            Item::Out(place, time)
+            | Item::Held(place, time, _)
+            | Item::Written(place, time, ..)
+            | Item::Read(place, time, ..) => (place, time),
+            Item::Move(fu, time, ..) => {
+                let timing = self.problem.move_timing(fu, self.ty(value))?;
+                if timing.interval > self.question.ii {
+                    return None;
+                }
+                let out = self.problem.move_place(fu, self.ty(value));
+                (out, time + timing.latency as i32)
+            }
+            Item::Kept(..) => return None,
+        };
+        let wide = self.problem.graph.places[place].width >= self.ty(value).bits();
+        if time < self.earliest[value][place] || !wide {
+            return None;
+        }
+        if let Some(&literal) = self.encoding.items.get(&(value, item)) {
+            return Some(literal);
+        }
+        let literal = self.encoding.formula.variable();
+        self.encoding.items.insert((value, item), literal);
+        self.agenda.push((value, item, literal));
+        match item {
+            Item::Move(fu, time, ..) => {
+                let timing = self
+                    .problem
+                    .move_timing(fu, self.ty(value))
+                    .expect("it moves");
+                self.rations.issue(fu, time, timing, literal);
+            }
+            item => self.rations.item(item, literal),
+        }
+        Some(literal)
+    }
+
+    /// What stands in a place for a unit to read, over one of its paths.
+    fn readable(&mut self, value: Node, fu: Fu, read: usize, tag: Tag, time: i32) -> Option<Lit> {
+        let path = self.problem.graph.reads[fu][read];
+        if path.width < self.ty(value).bits() {
+            return None;
+        }
+        let stood = time - path.delay as i32;
+        match self.problem.graph.places[path.from].kind {
+            PlaceKind::File(_) => self.item(value, Item::Read(path.from, stood, tag, fu)),
+            _ if tag == Tag::Plain => self.item(value, Item::Out(path.from, stood)),
+            _ => None,
+        }
+    }
+
+    /// The operand, or the live-out, that an edge feeds.
+    fn edge(&mut self, edge: &Edge) -> Option<()> {
+        match edge.goal {
+            Goal::LiveOut(_) => self.live_out(edge),
+            Goal::Operand(to, _) => {
+                let tag = edge.tag.unwrap_or(Tag::Plain);
+                for i in 0..self.encoding.starts[to].len() {
+                    let (fu, time, literal) = self.encoding.starts[to][i];
+                    let read_at = time + self.ii() * edge.distance as i32;
+                    let mut clause = vec![-literal];
+                    for read in 0..self.problem.graph.reads[fu].len() {
+                        clause.extend(self.readable(edge.from, fu, read, tag, read_at));
+                    }
+                    self.encoding.formula.clause(clause);
+                }
+            }
+        }
+        (self.encoding.formula.variables() <= LARGEST_FORMULA).then_some(())
+    }
+
+    /// A live-out must be written into a central register at some time.
+    fn live_out(&mut self, edge: &Edge) {
+        let tag = edge.tag.expect("live-outs are tagged");
+        let mut clause = Vec::new();
+        if let Some(central) = self.problem.arch.central(edge.ty) {
+            let file = self.problem.graph.file[central];
+            self.kept[file] += 1;
+            let (_, last) = self.window(edge.from);
+            let last = last + 2 * self.ii() + 8;
+            for time in self.earliest[edge.from][file]..=last {
+                clause.extend(self.writes(edge.from, file, tag, time));
+            }
+        }
+        self.encoding.formula.clause(clause);
+    }
+
+    /// All ways to write a value into a file, standing there from a cycle on.
+    fn writes(&mut self, value: Node, file: Place, tag: Tag, time: i32) -> Vec<Lit> {
+        let problem = self.problem;
+        let over = |l: &srp_archdesc::resource::Transfer| l.to == file;
+        let fus = problem.arch.fus.keys();
+        let results = fus.filter(|&fu| problem.graph.writes[fu].contains(&file));
+        let transfers = problem
+            .graph
+            .transfers
+            .values()
+            .flatten()
+            .filter(|t| over(t));
+        let mut vias: Vec<Via> = results.map(Via::Result).collect();
+        vias.extend(transfers.map(|t| Via::Link(t.link)));
+        vias.dedup();
+        let item = |via| Item::Written(file, time, tag, via);
+        vias.into_iter()
+            .filter_map(|via| self.item(value, item(via)))
+            .collect()
+    }
+
+    /// Writes the clause of every variable, which may make more of them.
+    fn settle(&mut self) -> Option<()> {
+        while let Some((value, item, literal)) = self.agenda.pop() {
+            let mut clause = vec![-literal];
+            match item {
+                Item::Out(place, time) => {
+                    clause.extend(self.item(value, Item::Out(place, time - 1)));
+                    if let PlaceKind::Out(fu) | PlaceKind::PredOut(fu) =
+                        self.problem.graph.places[place].kind
+                    {
+                        clause.extend(self.landings(value, fu, place, time));
+                    }
+                }
+                Item::Held(place, time, tag) => {
+                    clause.extend(self.item(value, Item::Held(place, time - 1, tag)));
+                    clause.extend(self.writes(value, place, tag, time));
+                }
+                Item::Written(place, time, tag, via) => {
+                    if !matches!(tag, Tag::LiveOut(_)) {
+                        let held = self.item(value, Item::Held(place, time, tag));
+                        self.encoding
+                            .formula
+                            .clause([-literal].into_iter().chain(held));
+                    }
+                    clause.extend(self.sources(value, place, time, via));
+                }
+                Item::Read(place, time, tag, _) => {
+                    clause.extend(self.item(value, Item::Held(place, time, tag)));
+                }
+                Item::Move(fu, time, ..) => {
+                    for read in 0..self.problem.graph.reads[fu].len() {
+                        clause.extend(self.readable(value, fu, read, Tag::Plain, time));
+                    }
+                    self.lands(value, fu, time, literal);
+                }
+                Item::Kept(..) => {}
+            }
+            self.encoding.formula.clause(clause);
+            if self.encoding.formula.variables() > LARGEST_FORMULA {
+                return None;
+            }
+        }
+        self.results_land();
+        Some(())
+    }
+
+    /// What can bring a value into a unit's output in a cycle.
+    fn landings(&mut self, value: Node, fu: Fu, place: Place, time: i32) -> Vec<Lit> {
+        let mut all = Vec::new();
+        let problem = self.problem;
+        let op = problem.dfg.nodes[value].op;
+        if problem.units[value].contains(&fu) && problem.graph.result_place(fu, op) == Some(place) {
+            let issue = time - problem.timing(value, fu).latency as i32;
+            all.extend(self.start.get(&(value, fu, issue)).copied());
+        }
+        all.extend(self.landing_move(value, fu, time));
+        all
+    }
+
+    fn landing_move(&mut self, value: Node, fu: Fu, time: i32) -> Option<Lit> {
+        let timing = self.problem.move_timing(fu, self.ty(value))?;
+        self.item(
+            value,
+            Item::Move(fu, time - timing.latency as i32, 0, Tag::Plain),
+        )
+    }
+
+    /// What a write can take the value from.
+    fn sources(&mut self, value: Node, file: Place, time: i32, via: Via) -> Vec<Lit> {
+        let problem = self.problem;
+        match via {
+            Via::Result(fu) => {
+                let op = problem.dfg.nodes[value].op;
+                match problem.graph.result_place(fu, op) {
+                    Some(place) => self.landings(value, fu, place, time),
+                    None => Vec::new(),
+                }
+            }
+            Via::Link(link) => {
+                let transfers = problem.graph.transfers.values().flatten();
+                let here = transfers.filter(|t| t.link == link && t.to == file);
+                let wide: Vec<_> = here.filter(|t| t.width >= self.ty(value).bits()).collect();
+                let stood = |t: &srp_archdesc::resource::Transfer| {
+                    Item::Out(t.from, time - t.delay as i32 - 1)
+                };
+                wide.into_iter()
+                    .filter_map(|t| self.item(value, stood(t)))
+                    .collect()
+            }
+        }
+    }
+
+    /// A move takes the output in the cycle it lands.
+    fn lands(&mut self, value: Node, fu: Fu, time: i32, literal: Lit) {
+        let ty = self.ty(value);
+        let timing = self.problem.move_timing(fu, ty).expect("only movers move");
+        let place = self.problem.move_place(fu, ty);
+        let standing = self.item(value, Item::Out(place, time + timing.latency as i32));
+        let standing = standing.expect("where a move lands it can stand");
+        self.encoding.formula.clause([-literal, standing]);
+    }
+
+    /// A result takes the output in the cycle it lands, where that matters.
+    fn results_land(&mut self) {
+        for (node, starts) in self.encoding.starts.iter() {
+            for &(fu, time, literal) in starts {
+                let op = self.problem.dfg.nodes[node].op;
+                let Some(place) = self.problem.graph.result_place(fu, op) else {
+                    continue;
+                };
+                let lands = time + self.problem.timing(node, fu).latency as i32;
+                let standing = self.encoding.items.get(&(node, Item::Out(place, lands)));
+                if let Some(&standing) = standing {
+                    self.encoding.formula.clause([-literal, standing]);
+                }
+            }
+        }
+    }
+
+    /// One result goes into at most one register of a file.
+    fn one_write(&mut self) {
+        let mut writes: BTreeMap<(Node, Place, i32), Vec<(Tag, Lit)>> = BTreeMap::new();
+        for (&(value, item), &literal) in &self.encoding.items {
+            if let Item::Written(place, time, tag, _) = item {
+                let here = writes.entry((value, place, time)).or_default();
+                here.push((tag, literal));
+            }
+        }
+        for mut here in writes.into_values() {
+            here.sort_unstable();
+            for (i, &(tag, literal)) in here.iter().enumerate() {
+                for &(other, theirs) in here[..i].iter().filter(|(other, _)| *other != tag) {
+                    debug_assert_ne!(tag, other);
+                    self.encoding.formula.clause([-literal, -theirs]);
+                }
+            }
+        }
+    }
+
+    /// In every slot, no more than there is.
+    fn ration(&mut self, spare: &EntityMap<Place, u32>) {
+        let problem = self.problem;
+        let formula = &mut self.encoding.formula;
+        let rations = &self.rations;
+        for slot in rations
+            .issue
+            .values()
+            .chain(rations.outs.values())
+            .flatten()
+        {
+            formula.at_most_one(slot);
+        }
+        for (resource, slots) in rations.shared.iter() {
+            let count = problem.arch.resources[resource].count;
+            slots.iter().for_each(|slot| formula.at_most(count, slot));
+        }
+        for (file, spec) in problem.arch.files.iter() {
+            let place = problem.graph.file[file];
+            let fixed = self
+                .question
+                .fixed
+                .iter()
+                .filter(|r| r.file == file)
+                .count() as u32;
+            let taken = fixed + self.kept[place] + spare[place];
+            let invariants = self.invariants.iter().filter(|((p, _), _)| *p == place);
+            let invariants: Vec<Lit> = invariants.map(|(_, &literal)| literal).collect();
+            for slot in 0..rations.ii as usize {
+                let mut held = rations.held[place][slot].clone();
+                held.extend_from_slice(&invariants);
+                formula.at_most(spec.size.saturating_sub(taken), &held);
+                formula.at_most(spec.read_ports, &rations.reads[place][slot]);
+                formula.at_most(spec.write_ports, &rations.writes[place][slot]);
+            }
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! The exact way: one formula says that a schedule with a given II exists, no longer than a given
+//! horizon, and a SAT solver decides it.
+//!
+//! A variable stands for each thing that a placement may take: a node's unit and cycle, a value in
+//! an output or in a register file, a move, a write. Whatever a value has must come from somewhere,
+//! so that every model of the formula holds a route for every edge ([`encode`]); a model is read
+//! back into routes ([`decode`]), which then take their registers as those of the heuristic do.
+//!
+//! Everything that the formula demands is necessary, but register files are asked only not to hold
+//! more values in a cycle than they have registers. So *unsatisfiable* is a proof that no schedule
+//! exists with this II in which no operation is issued later than `slack` cycles after its latest
+//! start in the shortest schedule with unlimited units; a model whose values find no registers
+//! proves nothing, and the formula is tightened.
+
+mod decode;
+mod encode;
+mod formula;
+
+use super::order::Freedom;
+use super::place::Placement;
+use super::problem::Problem;
+use batsat::{Callbacks, ClauseKind, Solver, SolverInterface, lbool};
+use formula::{Formula, Lit};
+use srp_archdesc::entity::EntityMap;
+use srp_ir::dre::scheduled::Reg;
+use std::io::Write;
+
+/// What is asked.
+pub(super) struct Question<'a> {
+    pub(super) ii: u32,
+    /// Cycles beyond the critical path in which operations may be issued.
+    pub(super) slack: u32,
+    /// Conflicts after which the solver gives up.
+    pub(super) conflicts: u64,
+    /// Registers that hold something else.
+    pub(super) fixed: &'a [Reg],
+    /// Asked now and then; true gives up.
+    pub(super) stop: &'a dyn Fn() -> bool,
+}
+
+/// Where a proof is written.
+pub(super) struct Proof<'a> {
+    /// The formula, as DIMACS CNF.
+    pub(super) formula: &'a mut dyn Write,
+    /// The clauses learnt, as DRAT.
+    pub(super) steps: &'a mut dyn Write,
+}
+
+/// What came out.
+pub(super) enum Answer {
+    /// A placement.
+    Placed(Box<Placement>),
+    /// There is none within the horizon.
+    Impossible,
+    /// The solver gave up.
+    Unknown,
+    /// The formula would be too large.
+    TooLarge,
+}
+
+/// Variables of the largest formula that is tried: about half a gigabyte of memory.
+const LARGEST_FORMULA: usize = 500_000;
+/// Times that a formula is tightened because a model's values found no registers.
+const TIGHTENINGS: u32 = 6;
+
+/// Answers a question, with the conflicts that it took. The formula and, line by line, the proof go
+/// to `proof`.
+pub(super) fn solve(
+    problem: &Problem<'_>,
+    question: &Question<'_>,
+    mut proof: Option<Proof<'_>>,
+) -> (Answer, u64) {
+    let freedom = Freedom::at(problem, question.ii);
+    let mut spare = EntityMap::filled(problem.graph.places.len(), 0);
+    let mut spent = 0;
+    for tightening in 0..=TIGHTENINGS {
+        let Some(encoding) = encode::encode(problem, question, &freedom, &spare) else {
+            return (Answer::TooLarge, spent);
+        };
+        let proof = proof.as_mut().filter(|_| tightening == 0);
+        let left = question.conflicts.saturating_sub(spent);
+        let (outcome, conflicts) = run(&encoding.formula, left, question.stop, proof);
+        spent += conflicts;
+        match outcome {
+            Outcome::Unsatisfiable if tightening == 0 => return (Answer::Impossible, spent),
+            Outcome::Unsatisfiable | Outcome::GaveUp => return (Answer::Unknown, spent),
+            Outcome::Model(model) => {
+                match decode::decode(problem, question, &freedom, &encoding, &model) {
+                    Ok(placement) => return (Answer::Placed(Box::new(placement)), spent),
+                    Err(full) => spare[full] += 1,
+                }
+            }
+        }
+    }
+    (Answer::Unknown, spent)
+}
+
+/// What the solver found.
+enum Outcome {
+    /// For each variable, from 1 (and nothing at 0), whether it holds.
+    Model(Vec<bool>),
+    Unsatisfiable,
+    GaveUp,
+}
+
+/// Counts conflicts, and writes the proof.
+struct Watch<'a, 'p> {
+    conflicts: u64,
+    limit: u64,
+    stop: &'a dyn Fn() -> bool,
+    proof: Option<&'a mut Proof<'p>>,
+    /// Whether a line of the proof could not be written.
+    failed: bool,
+}
+
+impl Watch<'_, '_> {
+    fn line(&mut self, deleted: bool, clause: &[batsat::Lit]) {
+        let Some(proof) = &mut self.proof else {
+            return;
+        };
+        let mut line = String::from(if deleted { "d " } else { "" });
+        for &literal in clause {
+            line.push_str(&format!("{} ", dimacs(literal)));
+        }
+        self.failed |= writeln!(proof.steps, "{line}0").is_err();
+    }
+}
+
+impl Callbacks for Watch<'_, '_> {
+    fn on_new_clause(&mut self, clause: &[batsat::Lit], kind: ClauseKind) {
+        if kind == ClauseKind::Learnt {
+            self.conflicts += 1;
+            self.line(false, clause);
+        }
+    }
+
+    fn on_delete_clause(&mut self, clause: &[batsat::Lit]) {
+        self.line(true, clause);
+    }
+
+    fn stop(&self) -> bool {
+        self.conflicts >= self.limit || self.failed || (self.stop)()
+    }
+}
+
+fn dimacs(literal: batsat::Lit) -> Lit {
+    let variable = literal.var().idx() as Lit + 1;
+    if literal.sign() { variable } else { -variable }
+}
+
+/// Runs the solver; what it found, and its conflicts.
+fn run(
+    formula: &Formula,
+    limit: u64,
+    stop: &dyn Fn() -> bool,
+    mut proof: Option<&mut Proof<'_>>,
+) -> (Outcome, u64) {
+    let mut failed = false;
+    if let Some(proof) = &mut proof {
+        failed = formula.write(proof.formula).is_err();
+    }
+    let watch = Watch {
+        conflicts: 0,
+        limit,
+        stop,
+        proof,
+        failed,
+    };
+    let mut solver = Solver::new(batsat::SolverOpts::default(), watch);
+    let variables: Vec<batsat::Var> = (0..formula.variables())
+        .map(|_| solver.new_var_default())
+        .collect();
+    let literal = |l: &Lit| batsat::Lit::new(variables[l.unsigned_abs() as usize - 1], *l > 0);
+    let mut consistent = true;
+    for clause in formula.clauses() {
+        let mut clause: Vec<batsat::Lit> = clause.iter().map(literal).collect();
+        consistent &= solver.add_clause_reuse(&mut clause);
+    }
+    let answer = if consistent {
+        solver.solve_limited(&[])
+    } else {
+        lbool::FALSE
+    };
+    let model = (answer == lbool::TRUE).then(|| {
+        let holds = variables
+            .iter()
+            .map(|&v| solver.value_var(v) == lbool::TRUE);
+        std::iter::once(false).chain(holds).collect()
+    });
+    let watch = solver.cb_mut();
+    if answer == lbool::FALSE {
+        watch.line(false, &[]);
+    }
+    let conflicts = watch.conflicts;
+    let outcome = match model {
+        _ if watch.failed => Outcome::GaveUp,
+        Some(model) => Outcome::Model(model),
+        None if answer == lbool::FALSE => Outcome::Unsatisfiable,
+        None => Outcome::GaveUp,
+    };
+    (outcome, conflicts)
+}
