@@ -11,7 +11,9 @@ mod pipeline;
 mod render;
 mod report;
 mod run;
+mod scenes;
 mod talk;
+mod tni;
 
 use clap::{CommandFactory, Parser};
 use cli::{Cli, Command};
@@ -27,6 +29,7 @@ fn main() -> ExitCode {
         Command::Compile(args) => compile::run(args).map(|()| 0),
         Command::Run(args) => run::run(args),
         Command::Report(args) => write_report(args).map(|()| 0),
+        Command::Tni(args) => tni::run(args).map(|()| 0),
         Command::Machine(args) => machine::run(&args.action).map(|()| 0),
         Command::Completions { shell } => {
             clap_complete::generate(*shell, &mut Cli::command(), "srp", &mut std::io::stdout());

@@ -1,17 +1,15 @@
 //! `srp render`
 
-use crate::cli::{BvhBuilder, Render, Source as SourceArgs};
+use crate::cli::{Render, Source as SourceArgs};
 use crate::failure::Failure;
 use crate::pipeline::{self, Compiled, FrontEnd, Input};
+use crate::scenes::{self, Views};
 use crate::talk::{self, Progress};
 use crate::{compile, engine, files, kernels, machine};
 use srp_archdesc::arch::Arch;
-use srp_runtime::bvh::{self, Builder};
-use srp_runtime::scene::camera::{Camera, Viewpoints};
-use srp_runtime::scene::{self, Scene};
+use srp_runtime::scene::camera::Camera;
 use srp_runtime::scene_image;
 use srp_runtime::system::{self, SystemError};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Most SRP cycles of a frame; far beyond any that ends.
@@ -25,32 +23,10 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     }
     let arch = machine::read(&args.machine.machine)?;
     let camera = camera(args)?;
-    let scene = read_scene(args.scene.as_deref(), camera)?;
+    let scene = scenes::read(args.scene.as_deref(), camera)?;
     let compiled = compile_kernels(args.kernels.as_deref(), &arch)?;
 
-    let builder = match args.bvh {
-        BvhBuilder::Sweep => Builder::Sweep,
-        BvhBuilder::SweepReinsertion => Builder::SweepReinsertion,
-        BvhBuilder::Ploc => Builder::Ploc,
-    };
-    let spinner = Progress::spinner("building the BVH");
-    let options = bvh::Options {
-        builder,
-        ..bvh::Options::default()
-    };
-    let bvh = bvh::build(&scene.triangles, &options);
-    drop(spinner);
-    if bvh.fell_back {
-        eprintln!("note: the tree was too deep for the T&I unit; the sweep's is used instead");
-    }
-    eprintln!(
-        "{} triangles, BVH by {}: SAH cost {:.1}, {} levels",
-        scene.triangles.len(),
-        builder.name(),
-        bvh.sah_cost(options.traversal_cost),
-        bvh.depth()
-    );
-
+    let bvh = scenes::build(&scene, args.bvh);
     let program = &compiled.schedule.program;
     let cores = engine::cores(program, &arch, args.engine, arch.system.cores)?;
     let image = scene_image::build(&scene, &bvh, &scene.camera, &arch, args.size)
@@ -97,51 +73,12 @@ fn camera(args: &Render) -> Result<Option<Camera>, Failure> {
     let Some(which) = &args.cameras else {
         return Ok(None);
     };
-    let form = || Failure::Message(format!("--cameras {which}: write FILE.json:NAME/N"));
-    let (path, view) = which.rsplit_once(':').ok_or_else(form)?;
-    let (name, number) = view.rsplit_once('/').ok_or_else(form)?;
-    let number: usize = number.parse().map_err(|_| form())?;
-    let text = files::read_text(Path::new(path))?;
-    let at =
-        |e: serde_json::Error| Failure::Message(format!("{path}:{}:{}: {e}", e.line(), e.column()));
-    let scenes: BTreeMap<String, serde_json::Value> = serde_json::from_str(&text).map_err(at)?;
-    let Some(scene) = scenes.get(name) else {
-        let known: Vec<&str> = scenes
-            .iter()
-            .filter(|(_, v)| v.is_object())
-            .map(|(k, _)| k.as_str())
-            .collect();
+    let Some((path, name, Some(number))) = scenes::parse_cameras(which) else {
         return Err(Failure::Message(format!(
-            "{path}: there is no scene `{name}`; there are {}",
-            known.join(", ")
+            "--cameras {which}: write FILE.json:NAME/N"
         )));
     };
-    let views: Viewpoints = serde_json::from_value(scene.clone())
-        .map_err(|e| Failure::Message(format!("{path}: scene `{name}`: {e}")))?;
-    views
-        .camera(number)
-        .map(Some)
-        .map_err(|e| Failure::Message(format!("{path}: {name}: {e}")))
-}
-
-fn read_scene(path: Option<&Path>, camera: Option<Camera>) -> Result<Scene, Failure> {
-    let Some(path) = path else {
-        let mut scene = scene::demo::demo();
-        if let Some(camera) = camera {
-            scene.camera = camera;
-        }
-        return Ok(scene);
-    };
-    let spinner = Progress::spinner("reading the scene");
-    let loaded = scene::read(path, camera, &mut |path| std::fs::read(path));
-    drop(spinner);
-    match loaded {
-        Ok(loaded) => {
-            eprint!("{}", loaded.warnings.render(talk::colour()));
-            Ok(loaded.scene)
-        }
-        Err(messages) => Err(Failure::Reported(messages.render(talk::colour()))),
-    }
+    Views::read(path, name)?.camera(number).map(Some)
 }
 
 /// Compiles the kernels that come along, or all C files of a folder.

@@ -8,6 +8,7 @@
 //! * [`arch`] and [`system`]: a machine as data. [`parse`] makes it from the XML file an architecture
 //!   designer edits; whatever the file leaves out is filled in there, so nothing downstream knows
 //!   of defaults.
+//! * [`datapath`]: the tests that the T&I unit can be built for, their operators and depths.
 //! * [`resource`]: the machine as a router sees it, derived from [`Arch`].
 //! * [`machines`]: the machine files that the toolchain ships.
 //! * [`show`](fn@show): a machine as text to read.
@@ -15,6 +16,7 @@
 //!   it too.
 
 pub mod arch;
+pub mod datapath;
 pub mod diagnostic;
 pub mod entity;
 pub mod isa;

@@ -243,6 +243,13 @@ fn show_system(out: &mut String, arch: &Arch) -> std::fmt::Result {
         "T&I unit: {} TRV ({pipeline}) and {} IST at {} MHz; {} stacks of {} per TRV",
         t.trvs, t.ists, s.tni_mhz, t.stacks, t.stack_depth
     )?;
+    if t.pipeline == Pipeline::Parallel {
+        writeln!(
+            out,
+            "  sub-pipelines of a TRV: {} PRE, {} AABB, {} POST",
+            t.pres, t.aabbs, t.posts
+        )?;
+    }
     writeln!(
         out,
         "  latencies: pre {}, aabb {}, post {}, ist {}; FIFOs of {}, RAU of {} rows",
@@ -250,10 +257,16 @@ fn show_system(out: &mut String, arch: &Arch) -> std::fmt::Result {
     )?;
     writeln!(
         out,
-        "  nodes of {} bytes, triangles of {} bytes, reciprocal {}",
+        "  nodes of {} bytes, triangles of {} bytes, test {}, reciprocal {}, {}",
         t.node_bytes,
         t.triangle_bytes,
-        precision(t.rcp)
+        t.intersection.name(),
+        precision(t.rcp),
+        if t.any_hit {
+            "any-hit exit"
+        } else {
+            "no any-hit exit"
+        }
     )?;
     for (name, spec) in [
         ("TRV L1", &t.trv_l1),

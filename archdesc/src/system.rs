@@ -2,6 +2,7 @@
 //! unit's own clock unless the name says otherwise.
 
 use crate::arch::Approx;
+use crate::datapath::Intersection;
 
 /// The units round the SRP array.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,6 +77,12 @@ pub struct TniSpec {
     pub ists: u32,
     /// One deep traversal pipeline or three parallel sub-pipelines.
     pub pipeline: Pipeline,
+    /// TRV_PRE sub-pipelines of one traversal unit; 1 in a single pipeline, as of the next two.
+    pub pres: u32,
+    /// TRV_AABB sub-pipelines.
+    pub aabbs: u32,
+    /// TRV_POST sub-pipelines.
+    pub posts: u32,
     /// Rays resident in one traversal unit, each with a stack.
     pub stacks: u32,
     /// Entries of one stack.
@@ -92,6 +99,8 @@ pub struct TniSpec {
     pub fifo: u32,
     /// Rows of a ray accumulation unit: distinct lines waited for.
     pub rau_rows: u32,
+    /// Rays that one row can hold.
+    pub rau_rays: u32,
     /// Level-1 cache of one traversal unit.
     pub trv_l1: CacheSpec,
     /// Level-2 cache shared by the traversal units.
@@ -104,6 +113,10 @@ pub struct TniSpec {
     pub triangle_bytes: u32,
     /// Precision of the reciprocal in the ray–triangle test.
     pub rcp: Approx,
+    /// The ray–triangle test.
+    pub intersection: Intersection,
+    /// Whether a ray for which any hit will do ends with its first.
+    pub any_hit: bool,
 }
 
 /// Forms of the traversal unit (SGRT Figure 4).

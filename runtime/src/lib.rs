@@ -8,6 +8,7 @@ pub mod bvh;
 pub mod core;
 pub mod memory;
 pub mod picture;
+pub mod rays;
 pub mod scene;
 pub mod scene_image;
 pub mod solo;

@@ -182,12 +182,7 @@ pub fn build(
     if !side.contains(&width) || !side.contains(&height) {
         return Err(ImageError::Size { width, height });
     }
-    let tni = &arch.system.tni;
-    let layout = Layout {
-        node_bytes: tni.node_bytes,
-        triangle_bytes: tni.triangle_bytes,
-    };
-    let tree = bvh::lay_out(bvh, &scene.triangles, layout);
+    let tree = bvh::lay_out(bvh, &scene.triangles, Layout::of(&arch.system.tni));
     let tiling = Tiling::of((width, height), arch.system.buffers.rays);
     let parts = Parts::of(scene, &tree, &tiling)?;
     let mut image = Bytes(vec![0; (parts.end - u64::from(BASE)) as usize]);

@@ -3,6 +3,7 @@
 
 mod support;
 
+use srp_archdesc::datapath::Intersection;
 use srp_runtime::bvh::{
     self, Box3, Builder, Layout, MAX_DEPTH, NodeRef, PairRecord, TriangleRecord, lay_out,
 };
@@ -34,10 +35,14 @@ fn check_layout(triangles: &[Triangle], bvh: &bvh::Bvh, layout: Layout) {
         for i in node.index..node.index + node.count {
             let bytes = &image.triangles[i as usize * triangle_bytes..];
             let record = TriangleRecord::read(bytes);
-            let triangle = &triangles[record.primitive as usize];
-            assert_eq!(record, TriangleRecord::of(triangle, record.primitive));
+            let triangle = &triangles[record.primitive() as usize];
+            let test = layout.intersection;
+            assert_eq!(
+                record,
+                TriangleRecord::of(triangle, record.primitive(), test)
+            );
             assert!(!std::mem::replace(
-                &mut seen[record.primitive as usize],
+                &mut seen[record.primitive() as usize],
                 true
             ));
             for vertex in triangle.positions {
@@ -81,14 +86,17 @@ fn trees_are_valid_and_the_same_every_time() {
                 assert!(leaves.max() <= Some(max_leaf));
                 let again = bvh::build(triangles, &options);
                 assert!(bvh.sah_cost(1.0) == again.sah_cost(1.0));
-                for layout in [(32, 48), (64, 64)] {
-                    let (node_bytes, triangle_bytes) = layout;
+                for (node_bytes, triangle_bytes, intersection) in [
+                    (32, 48, Intersection::AnchorWaldScaled),
+                    (64, 64, Intersection::Woop),
+                ] {
                     check_layout(
                         triangles,
                         &bvh,
                         Layout {
                             node_bytes,
                             triangle_bytes,
+                            intersection,
                         },
                     );
                 }

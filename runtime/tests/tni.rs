@@ -8,14 +8,8 @@ use srp_archdesc::system::{Pipeline, SystemSpec};
 use srp_runtime::bvh::Builder;
 use srp_runtime::scene::Triangle;
 use srp_runtime::tni::arithmetic::{ANY_HIT, Ray};
-use srp_runtime::tni::standalone::{Answer, drive};
-use support::{Random, check, image, nearest, shared_scene, soup, triangle};
-
-fn machine() -> SystemSpec {
-    let file = srp_archdesc::machines::SGRT;
-    let arch = srp_archdesc::parse(file.name, file.xml).expect("the shipped machine is valid");
-    arch.system
-}
+use srp_runtime::tni::standalone::{Outcome, drive};
+use support::{Random, check, image, machine, nearest, shared_scene, soup, triangle};
 
 fn rays(random: &mut Random, count: usize, lo: Vec3, hi: Vec3) -> Vec<Ray> {
     (0..count)
@@ -38,7 +32,7 @@ fn rays(random: &mut Random, count: usize, lo: Vec3, hi: Vec3) -> Vec<Ray> {
         .collect()
 }
 
-fn assert_true(rays: &[Ray], answer: &Answer, triangles: &[Triangle]) {
+fn assert_true(rays: &[Ray], answer: &Outcome, triangles: &[Triangle]) {
     assert_eq!(rays.len(), answer.hits.len());
     let wrong: Vec<String> = rays
         .iter()
@@ -153,22 +147,22 @@ fn passes_and_visits_add_up() {
     let rays = rays(&mut random, 1000, Vec3::splat(-0.5), Vec3::splat(1.5));
     let parallel = drive(&machine(), &tree, &rays).counters;
     assert_eq!(parallel.pre.passes, parallel.node_visits());
-    assert_eq!(parallel.aabb.passes, parallel.inner_visits);
+    assert_eq!(parallel.aabb.passes, parallel.trv.inner_visits);
     assert_eq!(parallel.post.passes, parallel.node_visits());
     assert_eq!(
         parallel.pre.bypasses + parallel.aabb.bypasses + parallel.post.bypasses,
         0
     );
     assert_eq!(parallel.ist.passes, parallel.triangle_tests);
-    assert_eq!(parallel.box_tests, 2 * parallel.inner_visits);
+    assert_eq!(parallel.box_tests, 2 * parallel.trv.inner_visits);
 
     let mut spec = machine();
     spec.tni.pipeline = Pipeline::Single;
     let single = drive(&spec, &tree, &rays).counters;
     // A leaf passes through the rest of the pipeline, and again from its start on the way back.
-    assert_eq!(single.post.bypasses, single.leaf_visits);
-    assert_eq!(single.aabb.bypasses, 2 * single.leaf_visits);
-    assert_eq!(single.pre.bypasses, single.leaf_visits);
+    assert_eq!(single.post.bypasses, single.trv.leaf_visits);
+    assert_eq!(single.aabb.bypasses, 2 * single.trv.leaf_visits);
+    assert_eq!(single.pre.bypasses, single.trv.leaf_visits);
 }
 
 #[test]

@@ -181,6 +181,9 @@ raw! {
         trvs: Option<Text>,
         ists: Option<Text>,
         pipeline: Option<Text>,
+        pres: Option<Text>,
+        aabbs: Option<Text>,
+        posts: Option<Text>,
         stacks: Option<Text>,
         stack_depth: Option<Text>,
         pre_latency: Option<Text>,
@@ -189,12 +192,24 @@ raw! {
         ist_latency: Option<Text>,
         fifo: Option<Text>,
         rau_rows: Option<Text>,
+        rau_rays: Option<Text>,
         node_bytes: Option<Text>,
         triangle_bytes: Option<Text>,
+        intersection: Option<Text>,
+        any_hit: Option<Text>,
+        fp: Option<Spanned<Fp>>,
         trv_l1: Option<Spanned<Cache>>,
         trv_l2: Option<Spanned<Cache>>,
         ist_l1: Option<Spanned<Cache>>,
         special: Vec<Spanned<Special>>,
+    }
+
+    /// `<fp>` in `<tni>`
+    Fp {
+        add: Option<Text>,
+        mul: Option<Text>,
+        cmp: Option<Text>,
+        rcp: Option<Text>,
     }
 
     /// `<bus>`

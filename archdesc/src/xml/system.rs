@@ -9,6 +9,7 @@ use super::raw::{self, Text};
 use super::units::unique;
 use super::values;
 use crate::arch::{Approx, Precision};
+use crate::datapath::{FpLatency, Intersection, box_depth};
 use crate::system::{BufferSpec, BusSpec, CacheSpec, DramSpec, Pipeline, SystemSpec, TniSpec};
 
 /// The system of the SGRT paper: its section 4.1, and where it is silent the assumptions that
@@ -31,6 +32,9 @@ const DEFAULT: SystemSpec = SystemSpec {
         trvs: 4,
         ists: 1,
         pipeline: Pipeline::Parallel,
+        pres: 1,
+        aabbs: 1,
+        posts: 1,
         stacks: 16,
         stack_depth: 64,
         pre_latency: 6,
@@ -39,12 +43,15 @@ const DEFAULT: SystemSpec = SystemSpec {
         ist_latency: 37,
         fifo: 16,
         rau_rows: 16,
+        rau_rays: 16,
         trv_l1: cache(16, 2, 1, 1, 8),
         trv_l2: cache(128, 2, 20, 8, 16),
         ist_l1: cache(128, 4, 1, 1, 8),
         node_bytes: 32,
         triangle_bytes: 48,
         rcp: Approx::Exact,
+        intersection: Intersection::AnchorWaldScaled,
+        any_hit: true,
     },
     bus: BusSpec {
         width: 16,
@@ -238,27 +245,39 @@ fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, default: TniSpec) -> T
     };
     let number = |text, limit, default| values::number(found, text, limit, default);
     let words = |text, limit, default| multiple(found, text, limit, 4, default);
-    TniSpec {
+    let intersections = Intersection::ALL.map(|i| (i.name(), i));
+    let intersection = values::word(found, &raw.intersection, "intersection", &intersections)
+        .unwrap_or(default.intersection);
+    let rcp = tni_rcp(found, &raw.special);
+    let pipeline = values::word(found, &raw.pipeline, "pipeline", &PIPELINES);
+    let depths = fp_latency(found, &raw.fp).map(|fp| Depths {
+        aabb: box_depth(fp),
+        ist: intersection.depth(rcp, fp),
+    });
+    let depths = depths.unwrap_or(Depths {
+        aabb: default.aabb_latency,
+        ist: default.ist_latency,
+    });
+    let tni = TniSpec {
         trvs: number(&raw.trvs, limits::TRVS, default.trvs),
         ists: number(&raw.ists, limits::ISTS, default.ists),
-        pipeline: values::word(found, &raw.pipeline, "pipeline", &PIPELINES)
-            .unwrap_or(default.pipeline),
+        pipeline: pipeline.unwrap_or(default.pipeline),
+        pres: number(&raw.pres, limits::PRES, default.pres),
+        aabbs: number(&raw.aabbs, limits::AABBS, default.aabbs),
+        posts: number(&raw.posts, limits::POSTS, default.posts),
         stacks: number(&raw.stacks, limits::STACKS, default.stacks),
         stack_depth: number(&raw.stack_depth, limits::STACK_DEPTH, default.stack_depth),
         pre_latency: number(&raw.pre_latency, limits::PRE_LATENCY, default.pre_latency),
-        aabb_latency: number(
-            &raw.aabb_latency,
-            limits::AABB_LATENCY,
-            default.aabb_latency,
-        ),
+        aabb_latency: number(&raw.aabb_latency, limits::AABB_LATENCY, depths.aabb),
         post_latency: number(
             &raw.post_latency,
             limits::POST_LATENCY,
             default.post_latency,
         ),
-        ist_latency: number(&raw.ist_latency, limits::IST_LATENCY, default.ist_latency),
+        ist_latency: number(&raw.ist_latency, limits::IST_LATENCY, depths.ist),
         fifo: number(&raw.fifo, limits::FIFO, default.fifo),
         rau_rows: number(&raw.rau_rows, limits::RAU_ROWS, default.rau_rows),
+        rau_rays: number(&raw.rau_rays, limits::RAU_RAYS, default.rau_rays),
         trv_l1: cache_spec(found, "trv-l1", &raw.trv_l1, default.trv_l1),
         trv_l2: cache_spec(found, "trv-l2", &raw.trv_l2, default.trv_l2),
         ist_l1: cache_spec(found, "ist-l1", &raw.ist_l1, default.ist_l1),
@@ -268,8 +287,45 @@ fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, default: TniSpec) -> T
             limits::TRIANGLE_BYTES,
             default.triangle_bytes,
         ),
-        rcp: tni_rcp(found, &raw.special),
+        rcp,
+        intersection,
+        any_hit: values::flag(found, &raw.any_hit, "any-hit", default.any_hit),
+    };
+    for (text, count) in [
+        (&raw.pres, tni.pres),
+        (&raw.aabbs, tni.aabbs),
+        (&raw.posts, tni.posts),
+    ] {
+        if let Some(text) = text
+            && tni.pipeline == Pipeline::Single
+            && count > 1
+        {
+            let message = "a single pipeline has one of each stage";
+            found.push(
+                found
+                    .error("A0605", text.span, message, "more than one")
+                    .help("write `pipeline=\"parallel\"`, or 1 here"),
+            );
+        }
     }
+    tni
+}
+
+/// Depths that follow from the latencies of operators.
+struct Depths {
+    aabb: u32,
+    ist: u32,
+}
+
+fn fp_latency(found: &Findings, raw: &Option<Spanned<raw::Fp>>) -> Option<FpLatency> {
+    let raw = raw.as_ref()?;
+    let operator = |text, limit| values::required_number(found, text, limit, "fp", raw.span);
+    Some(FpLatency {
+        add: operator(&raw.add, limits::FP_ADD),
+        mul: operator(&raw.mul, limits::FP_MUL),
+        cmp: operator(&raw.cmp, limits::FP_CMP),
+        rcp: operator(&raw.rcp, limits::FP_RCP),
+    })
 }
 
 fn bus(found: &Findings, raw: &Option<Spanned<raw::Bus>>, default: BusSpec) -> BusSpec {

@@ -193,12 +193,16 @@ fn write_tni(out: &mut String, system: &SystemSpec) -> std::fmt::Result {
     };
     writeln!(
         out,
-        "    <tni trvs=\"{}\" ists=\"{}\" pipeline=\"{pipeline}\" stacks=\"{}\" \
-         stack-depth=\"{}\"\n         pre-latency=\"{}\" aabb-latency=\"{}\" \
+        "    <tni trvs=\"{}\" ists=\"{}\" pipeline=\"{pipeline}\" pres=\"{}\" aabbs=\"{}\" \
+         posts=\"{}\" stacks=\"{}\" stack-depth=\"{}\"\n         pre-latency=\"{}\" aabb-latency=\"{}\" \
          post-latency=\"{}\" ist-latency=\"{}\"\n         fifo=\"{}\" rau-rows=\"{}\" \
-         node-bytes=\"{}\" triangle-bytes=\"{}\">",
+         rau-rays=\"{}\" node-bytes=\"{}\" triangle-bytes=\"{}\"\n         \
+         intersection=\"{}\" any-hit=\"{}\">",
         tni.trvs,
         tni.ists,
+        tni.pres,
+        tni.aabbs,
+        tni.posts,
         tni.stacks,
         tni.stack_depth,
         tni.pre_latency,
@@ -207,8 +211,11 @@ fn write_tni(out: &mut String, system: &SystemSpec) -> std::fmt::Result {
         tni.ist_latency,
         tni.fifo,
         tni.rau_rows,
+        tni.rau_rays,
         tni.node_bytes,
-        tni.triangle_bytes
+        tni.triangle_bytes,
+        tni.intersection.name(),
+        tni.any_hit
     )?;
     write_cache(out, "      ", "trv-l1", &tni.trv_l1)?;
     write_cache(out, "      ", "trv-l2", &tni.trv_l2)?;

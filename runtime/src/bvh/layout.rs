@@ -4,22 +4,36 @@
 //! or triangles are. Siblings are neighbours, so a pair shares a 64-byte line; a visit of an inner
 //! node reads the pair of its children. The root has no record: a register of the unit refers to it.
 
+use srp_archdesc::datapath::Intersection;
+use srp_archdesc::system::TniSpec;
+
 use super::Bvh;
+use super::record::TriangleRecord;
 use crate::scene::Triangle;
 
 /// Bytes of the words of a node.
 pub const NODE_BYTES: u32 = 32;
 
-/// Bytes of the words of a triangle record.
-pub const TRIANGLE_BYTES: u32 = 48;
-
-/// Sizes of the records; what is more than their words need is padding.
+/// Sizes of the records, what is more than their words need being padding; and what they are for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
     /// Bytes of a node, at least [`NODE_BYTES`].
     pub node_bytes: u32,
-    /// Bytes of a triangle record, at least [`TRIANGLE_BYTES`].
+    /// Bytes of a triangle record, at least [`TRIANGLE_BYTES`](super::TRIANGLE_BYTES).
     pub triangle_bytes: u32,
+    /// The test that the triangle records are for.
+    pub intersection: Intersection,
+}
+
+impl Layout {
+    /// The layout that a unit reads.
+    pub fn of(spec: &TniSpec) -> Layout {
+        Layout {
+            node_bytes: spec.node_bytes,
+            triangle_bytes: spec.triangle_bytes,
+            intersection: spec.intersection,
+        }
+    }
 }
 
 /// A node, as its parent's record or the root register names it.
@@ -71,102 +85,6 @@ impl PairRecord {
     }
 }
 
-/// A triangle as the intersection unit tests it: Wald's projection (2001/2004) relative to one
-/// vertex, the anchor, instead of relative to the origin. The same words and operations, but no
-/// cancellation far from the origin.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
-pub struct TriangleRecord {
-    /// The axis along which the triangle is projected, the longest of its normal; 3 for a triangle
-    /// that cannot be hit: of no area, or too thin for binary32.
-    pub axis: u32,
-    /// The normal's other two components over that of `axis`, in the order of the axes after it.
-    pub normal: [f32; 2],
-    /// Vertex 0 along `axis` and the two axes after it.
-    pub anchor: [f32; 3],
-    /// What the two projected coordinates relative to the anchor give to the weight of vertex 1.
-    pub row_u: [f32; 2],
-    /// The same for vertex 2.
-    pub row_v: [f32; 2],
-    /// The triangle's index in the scene.
-    pub primitive: u32,
-    /// 2^-23 times the larger sum of magnitudes of `row_u` and `row_v`, rounded up: how far a
-    /// weight can be off per unit of coordinate.
-    pub slack: f32,
-}
-
-/// Unit roundoff of binary32.
-const U: f64 = 1.0 / (1 << 24) as f64;
-
-impl TriangleRecord {
-    /// The record of a triangle, computed in binary64.
-    pub fn of(triangle: &Triangle, primitive: u32) -> TriangleRecord {
-        let [a, b, c] = triangle.positions.map(|p| p.as_dvec3());
-        let (b, c) = (b - a, c - a);
-        let normal = b.cross(c);
-        let size = normal.abs();
-        let k = (0..3).fold(0, |k, i| if size[i] > size[k] { i } else { k });
-        let (u, v) = ((k + 1) % 3, (k + 2) % 3);
-        let det = normal[k];
-        let row_u = [c[v] / det, -c[u] / det];
-        let row_v = [-b[v] / det, b[u] / det];
-        let reach = |row: [f64; 2]| row[0].abs() + row[1].abs();
-        let slack = 2.0 * U * reach(row_u).max(reach(row_v)) * (1.0 + 4.0 * U);
-        let narrow = |pair: [f64; 2]| pair.map(|x| x as f32);
-        let record = TriangleRecord {
-            axis: k as u32,
-            normal: narrow([normal[u] / det, normal[v] / det]),
-            anchor: [k, u, v].map(|i| triangle.positions[0][i]),
-            row_u: narrow(row_u),
-            row_v: narrow(row_v),
-            primitive,
-            slack: slack as f32,
-        };
-        let all = [record.normal, record.row_u, record.row_v];
-        if all.as_flattened().iter().all(|x| x.is_finite()) && record.slack.is_finite() {
-            record
-        } else {
-            TriangleRecord {
-                axis: 3,
-                primitive,
-                ..TriangleRecord::default()
-            }
-        }
-    }
-
-    /// Reads a record from its first [`TRIANGLE_BYTES`] bytes.
-    #[inline]
-    pub fn read(bytes: &[u8]) -> TriangleRecord {
-        let words = read_words::<12>(bytes);
-        let float = |i: usize| f32::from_bits(words[i]);
-        TriangleRecord {
-            axis: words[0],
-            normal: [float(1), float(2)],
-            anchor: [float(3), float(4), float(5)],
-            row_u: [float(6), float(7)],
-            row_v: [float(8), float(9)],
-            primitive: words[10],
-            slack: float(11),
-        }
-    }
-
-    fn words(&self) -> [u32; 12] {
-        let mut words = [0; 12];
-        words[0] = self.axis;
-        let floats = [
-            &self.normal[..],
-            &self.anchor[..],
-            &self.row_u[..],
-            &self.row_v[..],
-        ];
-        for (word, value) in words[1..10].iter_mut().zip(floats.into_iter().flatten()) {
-            *word = value.to_bits();
-        }
-        words[10] = self.primitive;
-        words[11] = self.slack.to_bits();
-        words
-    }
-}
-
 /// A tree in the T&I unit's layout.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TreeImage {
@@ -202,8 +120,8 @@ pub fn lay_out(bvh: &Bvh, triangles: &[Triangle], layout: Layout) -> TreeImage {
         let reference = if source.is_leaf() {
             let first = source.first_index as usize;
             for &p in &tree.primitive_indices[first..first + source.prim_count as usize] {
-                let record = TriangleRecord::of(&triangles[p as usize], p);
-                push(&mut image.triangles, &record.words(), layout.triangle_bytes);
+                let record = TriangleRecord::of(&triangles[p as usize], p, layout.intersection);
+                push(&mut image.triangles, record.words(), layout.triangle_bytes);
             }
             let index = next_triangle;
             next_triangle += source.prim_count;
@@ -247,7 +165,7 @@ fn push(bytes: &mut Vec<u8>, words: &[u32], size: u32) {
 }
 
 #[inline]
-fn read_words<const N: usize>(bytes: &[u8]) -> [u32; N] {
+pub(super) fn read_words<const N: usize>(bytes: &[u8]) -> [u32; N] {
     let mut words = [0; N];
     for (word, bytes) in words.iter_mut().zip(bytes[..4 * N].chunks_exact(4)) {
         *word = u32::from_le_bytes(bytes.try_into().expect("chunks of 4 bytes"));

@@ -5,6 +5,7 @@
 //! `obvhs` does not have: [`sweep`].
 
 mod layout;
+mod record;
 mod sweep;
 
 use glam::Vec3A;
@@ -17,9 +18,8 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
 use crate::scene::Triangle;
 
-pub use layout::{
-    Layout, NODE_BYTES, NodeRef, PairRecord, TRIANGLE_BYTES, TreeImage, TriangleRecord, lay_out,
-};
+pub use layout::{Layout, NODE_BYTES, NodeRef, PairRecord, TreeImage, lay_out};
+pub use record::{AnchorWords, TRIANGLE_BYTES, TriangleRecord, WaldWords, WoopWords};
 pub use sweep::sweep;
 
 /// Deepest level of a node, the root being level 0. The T&I unit keeps one trail bit a level.

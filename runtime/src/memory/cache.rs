@@ -83,11 +83,18 @@ impl Cache {
         }
     }
 
+    /// Looks for `line` as [`access`](Self::access) does, but leaves out what a miss would do.
+    #[inline]
+    pub fn hit(&mut self, line: u32) -> bool {
+        let there = self.touch(line);
+        self.counters.hits += u64::from(there);
+        there
+    }
+
     /// Looks for `line`, and makes it the most recently used of its set.
     #[inline]
     pub fn access(&mut self, line: u32) -> Access {
-        if self.touch(line) {
-            self.counters.hits += 1;
+        if self.hit(line) {
             Access::Hit
         } else if self.outstanding.contains(&line) {
             self.counters.joined += 1;

@@ -63,14 +63,13 @@ impl CoreUnit {
         spec: &SystemSpec,
         sram: Vec<u8>,
         tree: Tree,
-        widening: f32,
     ) -> CoreUnit {
         CoreUnit {
             number,
             engine,
             sram,
             data: DataCache::new(&spec.data_cache),
-            tni: Tni::new(&spec.tni, tree, widening, spec.buffers.ray_buffers),
+            tni: Tni::new(&spec.tni, tree, spec.buffers.ray_buffers),
             ports: Ports::default(),
             state: State::Running,
             ready: 0,

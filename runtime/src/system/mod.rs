@@ -248,16 +248,7 @@ struct System {
 impl System {
     fn new(image: SceneImage, engines: Vec<Box<dyn Core>>, arch: &Arch, sram: &[u8]) -> System {
         let spec = &arch.system;
-        let core = |(i, engine)| {
-            CoreUnit::new(
-                i as u32,
-                engine,
-                spec,
-                sram.to_vec(),
-                image.tree,
-                image.widening,
-            )
-        };
+        let core = |(i, engine)| CoreUnit::new(i as u32, engine, spec, sram.to_vec(), image.tree);
         System {
             cores: engines.into_iter().enumerate().map(core).collect(),
             path: MemoryPath::new(spec),

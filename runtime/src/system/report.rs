@@ -253,8 +253,8 @@ impl Report {
                  tests, {:.1} cycles resident",
                 thousands(tni.unit.rays),
                 thousands(tni.unit.hits),
-                per_ray(tni.inner_visits),
-                per_ray(tni.leaf_visits),
+                per_ray(tni.trv.inner_visits),
+                per_ray(tni.trv.leaf_visits),
                 per_ray(tni.triangle_tests),
                 per_ray(tni.unit.resident_cycles),
             ),
@@ -383,6 +383,7 @@ fn thousands(n: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tni::TrvCounters;
 
     fn core(kernel: &str, cycles: u64) -> CoreReport {
         let pipe = |passes| PipeCounters {
@@ -394,8 +395,11 @@ mod tests {
         let mut tni = TniCounters {
             trvs: 4,
             ists: 1,
-            inner_visits: 900,
-            leaf_visits: 100,
+            trv: TrvCounters {
+                inner_visits: 900,
+                leaf_visits: 100,
+                ..TrvCounters::default()
+            },
             triangle_tests: 120,
             pre: pipe(1000),
             aabb: pipe(900),

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{PipeCounters, RauCounters, StackCounters, Tni};
+use super::{PipeCounters, RauCounters, StackCounters, Tni, TrvCounters};
 use crate::memory::cache::CacheCounters;
 
 /// What is counted for the unit as a whole.
@@ -20,8 +20,26 @@ pub struct UnitCounters {
     pub void_rays: u64,
     /// Cycles from dispatch to result, summed over the rays.
     pub resident_cycles: u64,
-    /// Cycles in which a ray was there and no traversal unit had room for it.
-    pub dispatch_waits: u64,
+    /// What ray dispatch did in each cycle.
+    pub dispatch: DispatchAccount,
+}
+
+/// What ray dispatch did in each cycle: every cycle counts in exactly one of these.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct DispatchAccount {
+    /// It dispatched a ray.
+    pub work: u64,
+    /// A ray was there, and no traversal unit had room for it.
+    pub full: u64,
+    /// No ray was there.
+    pub empty: u64,
+}
+
+impl DispatchAccount {
+    /// All cycles.
+    pub fn total(&self) -> u64 {
+        self.work + self.full + self.empty
+    }
 }
 
 /// What a T&I unit did. Parts of which there are several are summed.
@@ -29,20 +47,20 @@ pub struct UnitCounters {
 pub struct TniCounters {
     /// The unit as a whole.
     pub unit: UnitCounters,
-    /// Traversal units.
+    /// How many traversal units.
     pub trvs: u64,
-    /// Intersection units.
+    /// How many intersection units.
     pub ists: u64,
-    /// Visits of inner nodes.
-    pub inner_visits: u64,
-    /// Visits of leaves.
-    pub leaf_visits: u64,
+    /// Traversal units.
+    pub trv: TrvCounters,
     /// Ray–box tests.
     pub box_tests: u64,
     /// Ray–triangle tests.
     pub triangle_tests: u64,
     /// Of these, tests that found a hit nearer than all before.
     pub accepted: u64,
+    /// Cycles that rays were away from their traversal unit for triangles, summed over the rays.
+    pub ist_cycles: u64,
     /// TRV_PRE.
     pub pre: PipeCounters,
     /// TRV_AABB.
@@ -77,11 +95,17 @@ impl TniCounters {
             ..TniCounters::default()
         };
         for trv in &tni.trvs {
-            sum.inner_visits += trv.inner_visits;
-            sum.leaf_visits += trv.leaf_visits;
-            sum.pre.add(&trv.pre.counters);
-            sum.aabb.add(&trv.aabb.counters);
-            sum.post.add(&trv.post.counters);
+            sum.trv.add(&trv.counters);
+            let idle = trv.counters.idle_cycles;
+            let stage = |into: &mut PipeCounters, pipes: &[super::pipe::Pipe]| {
+                for pipe in pipes {
+                    into.add(&pipe.counters);
+                    into.account.idle += idle;
+                }
+            };
+            stage(&mut sum.pre, &trv.pre);
+            stage(&mut sum.aabb, &trv.aabb.pipes);
+            stage(&mut sum.post, &trv.post.pipes);
             sum.stacks.add(&trv.stacks);
             sum.trv_rau.add(&trv.fetch.counters);
             sum.trv_l1.add(&trv.fetch.cache.counters);
@@ -89,6 +113,7 @@ impl TniCounters {
         for ist in &tni.ists {
             sum.triangle_tests += ist.tests;
             sum.accepted += ist.accepted;
+            sum.ist_cycles += ist.resident_cycles;
             sum.ist.add(&ist.pipe.counters);
             sum.ist_rau.add(&ist.fetch.counters);
             sum.ist_l1.add(&ist.fetch.cache.counters);
@@ -101,7 +126,7 @@ impl TniCounters {
 
     /// Visits of nodes, inner ones and leaves.
     pub fn node_visits(&self) -> u64 {
-        self.inner_visits + self.leaf_visits
+        self.trv.inner_visits + self.trv.leaf_visits
     }
 
     /// Adds what another unit did.
@@ -113,14 +138,16 @@ impl TniCounters {
         unit.hits += of.hits;
         unit.void_rays += of.void_rays;
         unit.resident_cycles += of.resident_cycles;
-        unit.dispatch_waits += of.dispatch_waits;
+        unit.dispatch.work += of.dispatch.work;
+        unit.dispatch.full += of.dispatch.full;
+        unit.dispatch.empty += of.dispatch.empty;
         self.trvs += other.trvs;
         self.ists += other.ists;
-        self.inner_visits += other.inner_visits;
-        self.leaf_visits += other.leaf_visits;
+        self.trv.add(&other.trv);
         self.box_tests += other.box_tests;
         self.triangle_tests += other.triangle_tests;
         self.accepted += other.accepted;
+        self.ist_cycles += other.ist_cycles;
         self.pre.add(&other.pre);
         self.aabb.add(&other.aabb);
         self.post.add(&other.post);

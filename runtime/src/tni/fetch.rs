@@ -34,6 +34,8 @@ pub struct RauCounters {
     pub retried: u64,
     /// Rays in rows, summed over the cycles.
     pub occupancy: u64,
+    /// Lines on the way, summed over the cycles.
+    pub outstanding: u64,
 }
 
 impl RauCounters {
@@ -43,6 +45,7 @@ impl RauCounters {
         self.joined += other.joined;
         self.retried += other.retried;
         self.occupancy += other.occupancy;
+        self.outstanding += other.outstanding;
     }
 }
 
@@ -54,6 +57,7 @@ pub(super) struct Fetch {
     pub(super) cache: Cache,
     pub(super) counters: RauCounters,
     rows: Vec<Row>,
+    rays_per_row: usize,
     waiting: u32,
 }
 
@@ -67,29 +71,40 @@ pub(super) enum Need {
 }
 
 impl Fetch {
-    pub(super) fn new(rows: u32, cache: &CacheSpec, resident: usize) -> Fetch {
+    /// `rows` rows of `rays` rays each, in front of a cache.
+    pub(super) fn new((rows, rays): (u32, u32), cache: &CacheSpec, resident: usize) -> Fetch {
         let row = Row {
             line: 0,
             valid: false,
-            rays: VecDeque::with_capacity(resident),
+            rays: VecDeque::new(),
         };
         Fetch {
             input: VecDeque::with_capacity(resident),
             cache: Cache::new(cache),
             counters: RauCounters::default(),
             rows: vec![row; rows.max(1) as usize],
+            rays_per_row: rays.max(1) as usize,
             waiting: 0,
         }
     }
 
-    /// One cycle: at most one ray gets its line, or needs none, and is returned. `need` says what
-    /// a ray needs; lines to be requested go to `request`.
+    /// Ends a cycle.
+    #[inline]
+    pub(super) fn count(&mut self) {
+        if self.waiting > 0 {
+            self.counters.occupancy += u64::from(self.waiting);
+            self.counters.outstanding += self.cache.outstanding() as u64;
+        }
+    }
+
+    /// One port's cycle: at most one ray gets its line, or needs none, and is returned. `need` says
+    /// what a ray needs; lines to be requested go to `request`.
+    #[inline]
     pub(super) fn tick(
         &mut self,
         need: impl Fn(Slot) -> Need,
         request: impl FnOnce(u32),
     ) -> Option<Slot> {
-        self.counters.occupancy += u64::from(self.waiting);
         if self.waiting > 0
             && let Some(row) = self.rows.iter_mut().find(|r| r.valid && !r.rays.is_empty())
         {
@@ -106,14 +121,20 @@ impl Fetch {
                 .iter_mut()
                 .find(|r| r.line == line && !r.rays.is_empty())
         {
+            if row.rays.len() == self.rays_per_row {
+                return self.retry(slot);
+            }
             row.rays.push_back(slot);
             self.waiting += 1;
             self.counters.joined += 1;
             self.cache.counters.joined += 1;
             return None;
         }
+        if self.cache.hit(line) {
+            return Some(slot);
+        }
         let Some(free) = self.rows.iter().position(|r| r.rays.is_empty()) else {
-            // Without a row only a hit can go on, and asking would start a miss.
+            // Asking would start a miss that no row waits for.
             return self.retry(slot);
         };
         match self.cache.access(line) {

@@ -5,10 +5,10 @@ use std::collections::VecDeque;
 
 use srp_archdesc::system::TniSpec;
 
-use super::arithmetic::Hit;
 use super::fetch::Fetch;
 use super::pipe::Pipe;
 use super::ray_state::RayState;
+use super::replay::Event;
 use super::trv::Trv;
 use super::{Context, Slot};
 
@@ -22,16 +22,19 @@ pub(super) struct Ist {
     pub(super) capacity: usize,
     pub(super) tests: u64,
     pub(super) accepted: u64,
+    /// Cycles from a traversal unit and back to it, summed over the visits.
+    pub(super) resident_cycles: u64,
 }
 
 impl Ist {
     pub(super) fn new(spec: &TniSpec, resident: usize) -> Ist {
         Ist {
-            fetch: Fetch::new(spec.rau_rows, &spec.ist_l1, resident),
+            fetch: Fetch::new((spec.rau_rows, spec.rau_rays), &spec.ist_l1, resident),
             pipe: Pipe::new(spec.ist_latency + spec.ist_l1.latency, resident),
             capacity: spec.fifo.max(1) as usize,
             tests: 0,
             accepted: 0,
+            resident_cycles: 0,
         }
     }
 
@@ -50,11 +53,14 @@ impl Ist {
         lines: &mut Vec<u32>,
     ) {
         if self.is_empty() {
+            // Its visitors are with the traversal units.
+            self.pipe.counters.account.elsewhere += 1;
             return;
         }
         self.leave(now, rays, context, trvs);
         self.enter(now, rays, context, lines);
-        self.pipe.count();
+        self.pipe.count(now, self.fetch.waiting() > 0);
+        self.fetch.count();
     }
 
     fn leave(&mut self, now: u64, rays: &mut [RayState], context: &Context<'_>, trvs: &mut [Trv]) {
@@ -66,9 +72,10 @@ impl Ist {
             self.fetch.input.push_back(slot);
             return;
         }
-        let trv = &mut trvs[slot as usize / context.spec.stacks as usize];
-        if trv.can_return(context.spec.pipeline) {
-            trv.come_back(slot, ray, context.spec.pipeline);
+        let trv = &mut trvs[slot as usize / context.spec().stacks as usize];
+        if trv.can_return(context.spec().pipeline) {
+            self.resident_cycles += now - ray.ist_since;
+            trv.come_back(slot, ray, context.spec().pipeline);
         } else {
             self.pipe.recirculate(now, slot);
         }
@@ -84,7 +91,7 @@ impl Ist {
         if !self.pipe.is_free(now) {
             return;
         }
-        let line = context.spec.ist_l1.line;
+        let line = context.spec().ist_l1.line;
         let need = |slot: Slot| rays[slot as usize].needs();
         let request = |number: u32| lines.push(number * line);
         let Some(slot) = self.fetch.tick(need, request) else {
@@ -95,29 +102,28 @@ impl Ist {
             self.fetch.input.push_front(slot);
             return;
         }
-        self.test(ray, context);
+        self.test(now, slot, ray, context);
         self.pipe.issue(now, slot, 1);
     }
 
     /// Tests the ray's triangle, and goes on to the next of its leaf.
-    fn test(&mut self, ray: &mut RayState, context: &Context<'_>) {
+    fn test(&mut self, now: u64, slot: Slot, ray: &mut RayState, context: &Context<'_>) {
         self.tests += 1;
-        let triangle = context.triangle(ray.triangle);
-        if let Some((t, u, v)) = ray.ray.intersect(&triangle, context.spec.rcp) {
-            let hit = Hit {
-                t,
-                u,
-                v,
-                primitive: triangle.primitive,
-            };
-            if ray.hit.take_nearer(hit) {
-                self.accepted += 1;
-                ray.limit = t * context.widening;
-            }
-        }
+        ray.tests += 1;
+        let enter = ray.walk.enter;
+        let (primitive, hit, taken) =
+            context
+                .function
+                .test(ray.triangle, &ray.ray, enter, &mut ray.hit);
+        self.accepted += u64::from(taken);
+        context.log(now, slot, || Event::Triangle {
+            primitive,
+            t: hit.map(|hit| hit.t),
+            taken,
+        });
         ray.triangle += 1;
         ray.triangles -= 1;
-        if ray.is_settled() {
+        if context.function.is_settled(ray.flags, &ray.hit) {
             ray.triangles = 0;
         }
         if ray.triangles > 0 {

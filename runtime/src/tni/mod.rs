@@ -13,32 +13,39 @@
 pub mod arithmetic;
 mod counters;
 mod fetch;
+mod function;
 mod ist;
 mod level2;
 mod pipe;
 mod ray_state;
+mod replay;
 pub mod standalone;
 mod submission;
 mod trv;
 mod walk;
 
+use std::cell::RefCell;
 use std::collections::VecDeque;
 
 use srp_archdesc::system::TniSpec;
 
 use self::arithmetic::{Hit, Prepared, Ray};
+use self::function::Function;
 use self::ist::Ist;
 use self::level2::Level2;
 use self::ray_state::{Phase, RayState};
 use self::submission::Submission;
 use self::trv::{Exits, Trv};
-use crate::bvh::{NodeRef, PairRecord, TriangleRecord};
+use crate::bvh::{NodeRef, TRIANGLE_BYTES};
 use crate::memory::SystemMemory;
 
-pub use counters::{TniCounters, UnitCounters};
+pub use counters::{DispatchAccount, TniCounters, UnitCounters};
 pub use fetch::RauCounters;
-pub use pipe::PipeCounters;
+pub use function::{Traced, Tracer};
+pub use pipe::{PipeCounters, StallAccount};
+pub use replay::{Event, Logged, RayCost};
 pub use submission::{HitRecord, Runs, SubmitError};
+pub use trv::TrvCounters;
 pub use walk::StackCounters;
 
 /// Bytes of a ray that the unit reads.
@@ -72,52 +79,48 @@ pub enum Client {
 
 /// What all parts of the unit look at.
 struct Context<'a> {
-    spec: &'a TniSpec,
-    tree: &'a Tree,
-    memory: &'a SystemMemory,
-    widening: f32,
+    function: Function<'a>,
+    /// Where events are noted, if they are.
+    log: Option<&'a RefCell<Vec<Logged>>>,
 }
 
 impl Context<'_> {
+    #[inline]
+    fn spec(&self) -> &TniSpec {
+        self.function.spec
+    }
+
+    /// Notes an event of a resident ray, where somebody wants to know.
+    #[inline]
+    fn log(&self, cycle: u64, slot: Slot, event: impl FnOnce() -> Event) {
+        if let Some(log) = self.log {
+            let event = event();
+            log.borrow_mut().push(Logged { cycle, slot, event });
+        }
+    }
+
     /// Prepares a ray for the visit of the node of its walk.
     fn begin_visit(&self, ray: &mut RayState) {
         ray.phase = Phase::Visit;
         if ray.walk.node.is_leaf() {
             ray.need_nothing();
         } else {
-            let address = self.tree.nodes + ray.walk.node.index * self.spec.node_bytes;
-            ray.need(address, self.pair_bytes(), self.spec.trv_l1.line);
+            let address = self.function.pair_address(ray.walk.node.index);
+            ray.need(address, self.function.pair_bytes(), self.spec().trv_l1.line);
         }
     }
 
     /// Prepares a ray for the triangles of the leaf that it visits.
-    fn begin_leaf(&self, ray: &mut RayState) {
+    fn begin_leaf(&self, now: u64, ray: &mut RayState) {
+        ray.ist_since = now;
         ray.triangle = ray.walk.node.index;
         ray.triangles = ray.walk.node.count;
         self.begin_triangle(ray);
     }
 
     fn begin_triangle(&self, ray: &mut RayState) {
-        let address = self.tree.triangles + ray.triangle * self.spec.triangle_bytes;
-        ray.need(address, crate::bvh::TRIANGLE_BYTES, self.spec.ist_l1.line);
-    }
-
-    fn pair_bytes(&self) -> u32 {
-        self.spec.node_bytes + crate::bvh::NODE_BYTES
-    }
-
-    fn pair(&self, index: u32) -> PairRecord {
-        let address = self.tree.nodes + index * self.spec.node_bytes;
-        let bytes = self.memory.get(address, self.pair_bytes());
-        let bytes = bytes.expect("a tree refers to its own nodes, and nothing writes to them");
-        PairRecord::read(bytes, self.spec.node_bytes as usize)
-    }
-
-    fn triangle(&self, index: u32) -> TriangleRecord {
-        let address = self.tree.triangles + index * self.spec.triangle_bytes;
-        let bytes = self.memory.get(address, crate::bvh::TRIANGLE_BYTES);
-        let bytes = bytes.expect("a tree refers to its own triangles, and nothing writes to them");
-        TriangleRecord::read(bytes)
+        let address = self.function.triangle_address(ray.triangle);
+        ray.need(address, TRIANGLE_BYTES, self.spec().ist_l1.line);
     }
 }
 
@@ -126,8 +129,6 @@ impl Context<'_> {
 pub struct Tni {
     spec: TniSpec,
     tree: Tree,
-    /// What distances of hits are multiplied by before boxes are compared with them.
-    widening: f32,
     max_submissions: usize,
     trvs: Vec<Trv>,
     ists: Vec<Ist>,
@@ -141,12 +142,15 @@ pub struct Tni {
     requests: VecDeque<(Client, u32)>,
     lines: Vec<u32>,
     counters: UnitCounters,
+    /// What each ray cost, in the order of their return, where that is wanted.
+    costs: Option<Vec<RayCost>>,
+    /// What happened to each ray, where that is wanted.
+    log: Option<Vec<Logged>>,
 }
 
 impl Tni {
-    /// An idle unit over a tree. `widening` is that of the reciprocals in the rays
-    /// ([`arithmetic::widening`]); at most `max_submissions` are taken at once.
-    pub fn new(spec: &TniSpec, tree: Tree, widening: f32, max_submissions: u32) -> Tni {
+    /// An idle unit over a tree, which takes at most `max_submissions` at once.
+    pub fn new(spec: &TniSpec, tree: Tree, max_submissions: u32) -> Tni {
         let resident = spec.trvs * spec.stacks;
         assert!(
             (1..=u32::from(Slot::MAX)).contains(&resident) && spec.ists > 0,
@@ -159,7 +163,6 @@ impl Tni {
         Tni {
             spec: *spec,
             tree,
-            widening,
             max_submissions: max_submissions.max(1) as usize,
             trvs: (0..spec.trvs).map(trv).collect(),
             ists: vec![Ist::new(spec, resident as usize); spec.ists as usize],
@@ -172,6 +175,8 @@ impl Tni {
             requests: VecDeque::new(),
             lines: Vec::new(),
             counters: UnitCounters::default(),
+            costs: None,
+            log: None,
         }
     }
 
@@ -236,6 +241,26 @@ impl Tni {
         }
     }
 
+    /// Notes from now on what each ray costs.
+    pub fn note_costs(&mut self) {
+        self.costs.get_or_insert_default();
+    }
+
+    /// What the rays cost that have come back since the last call, in the order of their return.
+    pub fn take_costs(&mut self) -> Vec<RayCost> {
+        self.costs.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    /// Notes from now on everything that happens to a ray.
+    pub fn note_events(&mut self) {
+        self.log.get_or_insert_default();
+    }
+
+    /// What has happened since the last call.
+    pub fn take_events(&mut self) -> Vec<Logged> {
+        self.log.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
     /// One cycle. Cycles are numbered from anywhere, ascending; those in which the unit
     /// [is idle](Self::is_idle) may be left out.
     pub fn tick(&mut self, now: u64, memory: &SystemMemory, sram: &mut [u8]) {
@@ -245,17 +270,30 @@ impl Tni {
             let line = address / self.spec.trv_l1.line;
             self.trvs[trv as usize].fetch.fill(line);
         }
+        let log = self.log.take().map(RefCell::new);
+        let (spec, tree) = (self.spec, self.tree);
         let context = Context {
-            spec: &self.spec,
-            tree: &self.tree,
-            memory,
-            widening: self.widening,
+            function: Function {
+                spec: &spec,
+                tree: &tree,
+                memory,
+            },
+            log: log.as_ref(),
         };
+        self.tick_units(now, &context);
+        let requests = &mut self.requests;
+        self.level2
+            .tick(now, |address| requests.push_back((Client::TrvL2, address)));
+        self.dispatch(now, sram, &context);
+        self.log = log.map(RefCell::into_inner);
+    }
+
+    fn tick_units(&mut self, now: u64, context: &Context<'_>) {
         for (i, ist) in self.ists.iter_mut().enumerate() {
             ist.tick(
                 now,
                 &mut self.rays,
-                &context,
+                context,
                 &mut self.trvs,
                 &mut self.lines,
             );
@@ -271,28 +309,25 @@ impl Tni {
                 results: &mut self.results,
                 lines: &mut self.lines,
             };
-            trv.tick(now, &mut self.rays, &context, &mut exits);
+            trv.tick(now, &mut self.rays, context, &mut exits);
             for address in self.lines.drain(..) {
                 self.level2.request(i as u32, address);
             }
         }
-        let requests = &mut self.requests;
-        self.level2
-            .tick(now, |address| requests.push_back((Client::TrvL2, address)));
-        self.dispatch(now, sram, memory);
     }
 
     /// Ray dispatch: the next ray of the oldest submission that has one, to the next traversal
     /// unit in turn that has room.
-    fn dispatch(&mut self, now: u64, sram: &[u8], memory: &SystemMemory) {
+    fn dispatch(&mut self, now: u64, sram: &[u8], context: &Context<'_>) {
         let waiting = |s: &Submission| s.dispatched < s.count;
         let Some(order) = self.submissions.iter().position(waiting) else {
+            self.counters.dispatch.empty += 1;
             return;
         };
         let count = self.trvs.len();
         let Some(turn) = (0..count).find(|i| self.trvs[(self.next_trv + i) % count].has_room())
         else {
-            self.counters.dispatch_waits += 1;
+            self.counters.dispatch.full += 1;
             return;
         };
         let trv = (self.next_trv + turn) % count;
@@ -307,24 +342,19 @@ impl Tni {
         let ray = &mut self.rays[slot as usize];
         ray.flags = source.flags;
         ray.hit = Hit::none(source.tmax);
-        ray.limit = source.tmax * self.widening;
         ray.triangles = 0;
-        ray.visits = 0;
+        (ray.visits, ray.tests) = (0, 0);
         ray.submission = self.taken + order as u64;
         ray.index = submission.dispatched;
         ray.since = now;
         submission.dispatched += 1;
         self.counters.rays += 1;
+        self.counters.dispatch.work += 1;
+        context.log(now, slot, || Event::Dispatch { trv: trv as u32 });
         match (Prepared::of(&source), self.tree.root) {
             (Some(prepared), Some(root)) => {
                 ray.ray = prepared;
                 ray.walk.start(root);
-                let context = Context {
-                    spec: &self.spec,
-                    tree: &self.tree,
-                    memory,
-                    widening: self.widening,
-                };
                 context.begin_visit(ray);
                 self.trvs[trv].fetch.input.push_back(slot);
             }
@@ -341,9 +371,27 @@ impl Tni {
             return;
         };
         let ray = &self.rays[slot as usize];
+        if let Some(log) = &mut self.log {
+            let hit = ray.hit.is_hit().then_some((ray.hit.primitive, ray.hit.t));
+            let event = Event::Result { hit };
+            log.push(Logged {
+                cycle: now,
+                slot,
+                event,
+            });
+        }
         self.counters.hits += u64::from(ray.hit.is_hit());
         self.counters.results += 1;
         self.counters.resident_cycles += now - ray.since;
+        if let Some(costs) = &mut self.costs {
+            costs.push(RayCost {
+                submission: ray.submission,
+                index: ray.index,
+                cycles: now - ray.since,
+                visits: ray.visits,
+                tests: ray.tests,
+            });
+        }
         let order = (ray.submission - self.taken) as usize;
         let submission = &mut self.submissions[order];
         submission.records.push(HitRecord {

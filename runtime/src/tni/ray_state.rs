@@ -1,6 +1,6 @@
 //! A ray that is resident in the unit: everything that travels with it.
 
-use super::arithmetic::{ANY_HIT, Hit, Prepared};
+use super::arithmetic::{Hit, Prepared};
 use super::fetch::Need;
 use super::walk::{Next, Walk};
 use crate::bvh::NodeRef;
@@ -20,8 +20,6 @@ pub(super) struct RayState {
     pub(super) ray: Prepared,
     pub(super) flags: u32,
     pub(super) hit: Hit,
-    /// Boxes that are entered beyond this distance hold nothing nearer.
-    pub(super) limit: f32,
     pub(super) walk: Walk,
     pub(super) phase: Phase,
     /// What TRV_AABB found: the children and where the ray enters them.
@@ -38,10 +36,12 @@ pub(super) struct RayState {
     /// Position of its submission in the order of all, and its own in it.
     pub(super) submission: u64,
     pub(super) index: u32,
-    /// Cycle in which it was dispatched.
+    /// Cycle in which it was dispatched, and in which it went to an intersection unit.
     pub(super) since: u64,
-    /// Nodes visited.
+    pub(super) ist_since: u64,
+    /// Nodes visited, and triangles tested.
     pub(super) visits: u32,
+    pub(super) tests: u32,
 }
 
 impl RayState {
@@ -50,7 +50,6 @@ impl RayState {
             ray: Prepared::default(),
             flags: 0,
             hit: Hit::none(0.0),
-            limit: 0.0,
             walk: Walk::new(stack_depth),
             phase: Phase::Visit,
             children: [NodeRef::default(); 2],
@@ -63,18 +62,10 @@ impl RayState {
             submission: 0,
             index: 0,
             since: 0,
+            ist_since: 0,
             visits: 0,
+            tests: 0,
         }
-    }
-
-    /// Whether any hit will do.
-    pub(super) fn any_hit(&self) -> bool {
-        self.flags & ANY_HIT != 0
-    }
-
-    /// Whether it has all that it needs to know.
-    pub(super) fn is_settled(&self) -> bool {
-        self.any_hit() && self.hit.is_hit()
     }
 
     /// Needs the lines that hold `bytes` bytes from `address` on.

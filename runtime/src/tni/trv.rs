@@ -8,19 +8,25 @@
 //! In the parallel form each sub-pipeline feeds only those that can come next. In the single form
 //! they are one deep pipeline, and a ray passes through what it does not need.
 //!
+//! There may be several of each sub-pipeline in the parallel form. Each kind has one FIFO in front,
+//! from which every sub-pipeline of the kind takes a ray a cycle, and the crossbar has these paths
+//! only: RD→PRE, PRE→AABB, PRE→IST, AABB→POST, IST→POST, POST→PRE, POST→SRP. In the single form the
+//! last stage feeds IST and RD's FIFO instead, and IST comes back there.
+//!
 //! Nothing blocks: a ray that cannot leave, because the buffer behind is full, passes through its
 //! pipeline again without work. So there is no circle of waiting.
 
 use std::collections::VecDeque;
 
+use serde::Serialize;
 use srp_archdesc::system::{Pipeline, TniSpec};
 
 use super::fetch::{Fetch, Need};
 use super::pipe::Pipe;
 use super::ray_state::{Phase, RayState};
+use super::replay::Event;
 use super::walk::{Next, StackCounters};
 use super::{Context, Slot};
-use crate::bvh::PairRecord;
 
 /// Where rays that leave a traversal unit go.
 pub(super) struct Exits<'a> {
@@ -33,51 +39,94 @@ pub(super) struct Exits<'a> {
     pub(super) lines: &'a mut Vec<u32>,
 }
 
+/// A kind of sub-pipeline: those of the kind, and the FIFO in front of them.
+#[derive(Clone, Debug)]
+pub(super) struct Stage {
+    pub(super) input: VecDeque<Slot>,
+    pub(super) pipes: Vec<Pipe>,
+}
+
+impl Stage {
+    fn new(count: u32, latency: u32, resident: usize) -> Stage {
+        Stage {
+            input: VecDeque::with_capacity(resident),
+            pipes: vec![Pipe::new(latency, resident); count.max(1) as usize],
+        }
+    }
+
+    #[inline]
+    fn count(&mut self, now: u64, waits: bool) {
+        for pipe in &mut self.pipes {
+            pipe.count(now, waits);
+        }
+    }
+}
+
+/// What a traversal unit did as a whole.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct TrvCounters {
+    /// Visits of inner nodes.
+    pub inner_visits: u64,
+    /// Visits of leaves.
+    pub leaf_visits: u64,
+    /// Cycles in which a ray was in any of its pipelines.
+    pub busy_cycles: u64,
+    /// Cycles in which it had no ray at all.
+    pub idle_cycles: u64,
+}
+
+impl TrvCounters {
+    /// Adds what another unit did.
+    pub fn add(&mut self, other: &TrvCounters) {
+        self.inner_visits += other.inner_visits;
+        self.leaf_visits += other.leaf_visits;
+        self.busy_cycles += other.busy_cycles;
+        self.idle_cycles += other.idle_cycles;
+    }
+}
+
 /// A traversal unit.
 #[derive(Clone, Debug)]
 pub(super) struct Trv {
     /// Slots of rays that are not taken.
     pub(super) free: Vec<Slot>,
+    /// The FIFO in front of TRV_PRE, with accumulation unit and cache.
     pub(super) fetch: Fetch,
-    pub(super) pre: Pipe,
-    pub(super) aabb: Pipe,
-    pub(super) post: Pipe,
-    /// Between TRV_PRE and TRV_AABB, and in front of TRV_POST.
-    aabb_input: VecDeque<Slot>,
-    pub(super) post_input: VecDeque<Slot>,
+    pub(super) pre: Vec<Pipe>,
+    pub(super) aabb: Stage,
+    pub(super) post: Stage,
     capacity: usize,
     pub(super) stacks: StackCounters,
-    pub(super) inner_visits: u64,
-    pub(super) leaf_visits: u64,
+    pub(super) counters: TrvCounters,
     resident: usize,
 }
 
 impl Trv {
     pub(super) fn new(spec: &TniSpec, slots: std::ops::Range<Slot>) -> Trv {
         let resident = slots.len();
+        let pre = Pipe::new(spec.pre_latency + spec.trv_l1.latency, resident);
         Trv {
             // The lowest slot is taken first.
             free: slots.rev().collect(),
-            fetch: Fetch::new(spec.rau_rows, &spec.trv_l1, resident),
-            pre: Pipe::new(spec.pre_latency + spec.trv_l1.latency, resident),
-            aabb: Pipe::new(spec.aabb_latency, resident),
-            post: Pipe::new(spec.post_latency, resident),
-            aabb_input: VecDeque::with_capacity(resident),
-            post_input: VecDeque::with_capacity(resident),
+            fetch: Fetch::new((spec.rau_rows, spec.rau_rays), &spec.trv_l1, resident),
+            pre: vec![pre; spec.pres.max(1) as usize],
+            aabb: Stage::new(spec.aabbs, spec.aabb_latency, resident),
+            post: Stage::new(spec.posts, spec.post_latency, resident),
             capacity: spec.fifo.max(1) as usize,
             stacks: StackCounters::default(),
-            inner_visits: 0,
-            leaf_visits: 0,
+            counters: TrvCounters::default(),
             resident,
         }
     }
 
     /// Whether it holds any ray, the intersection unit's visitors included.
+    #[inline]
     pub(super) fn is_empty(&self) -> bool {
         self.free.len() == self.resident
     }
 
     /// Whether a ray can be dispatched to it.
+    #[inline]
     pub(super) fn has_room(&self) -> bool {
         !self.free.is_empty() && self.fetch.input.len() < self.capacity
     }
@@ -86,7 +135,7 @@ impl Trv {
     pub(super) fn can_return(&self, pipeline: Pipeline) -> bool {
         let buffer = match pipeline {
             Pipeline::Single => &self.fetch.input,
-            Pipeline::Parallel => &self.post_input,
+            Pipeline::Parallel => &self.post.input,
         };
         buffer.len() < self.capacity
     }
@@ -97,7 +146,7 @@ impl Trv {
         ray.need_nothing();
         match pipeline {
             Pipeline::Single => self.fetch.input.push_back(slot),
-            Pipeline::Parallel => self.post_input.push_back(slot),
+            Pipeline::Parallel => self.post.input.push_back(slot),
         }
     }
 
@@ -110,29 +159,59 @@ impl Trv {
         exits: &mut Exits<'_>,
     ) {
         if self.is_empty() {
+            self.counters.idle_cycles += 1;
             return;
         }
-        self.leave_post(now, rays, context, exits);
-        self.leave_aabb(now);
-        self.leave_pre(now, rays, context, exits);
-        self.enter_post(now, rays);
+        for i in 0..self.post.pipes.len() {
+            if let Some(slot) = self.post.pipes[i].leave(now) {
+                self.leave_post(now, i, slot, rays, context, exits);
+            }
+        }
+        for pipe in &mut self.aabb.pipes {
+            if let Some(slot) = pipe.leave(now) {
+                if self.post.input.len() < self.capacity {
+                    self.post.input.push_back(slot);
+                } else {
+                    pipe.recirculate(now, slot);
+                }
+            }
+        }
+        for i in 0..self.pre.len() {
+            if let Some(slot) = self.pre[i].leave(now) {
+                self.leave_pre(now, i, slot, rays, context, exits);
+            }
+        }
+        self.enter_post(now, rays, context);
         self.enter_aabb(now, rays, context);
         self.enter_pre(now, rays, context, exits);
-        self.pre.count();
-        self.aabb.count();
-        self.post.count();
+        self.count(now);
+    }
+
+    fn count(&mut self, now: u64) {
+        let waits = self.fetch.waiting() > 0;
+        self.fetch.count();
+        for pipe in &mut self.pre {
+            pipe.count(now, waits);
+        }
+        self.aabb.count(now, false);
+        self.post.count(now, false);
+        let mut pipes = self
+            .pre
+            .iter()
+            .chain(&self.aabb.pipes)
+            .chain(&self.post.pipes);
+        self.counters.busy_cycles += u64::from(pipes.any(|p| !p.is_empty()));
     }
 
     fn leave_post(
         &mut self,
         now: u64,
+        pipe: usize,
+        slot: Slot,
         rays: &mut [RayState],
         context: &Context<'_>,
         exits: &mut Exits<'_>,
     ) {
-        let Some(slot) = self.post.leave(now) else {
-            return;
-        };
         let ray = &mut rays[slot as usize];
         match ray.next {
             Next::Finished => exits.results.push_back(slot),
@@ -141,100 +220,93 @@ impl Trv {
                 self.fetch.input.push_back(slot);
             }
             Next::Intersect if exits.ist.len() < exits.ist_capacity => {
+                context.begin_leaf(now, ray);
                 exits.ist.push_back(slot);
             }
-            Next::Visit | Next::Intersect => self.post.recirculate(now, slot),
-        }
-    }
-
-    fn leave_aabb(&mut self, now: u64) {
-        if let Some(slot) = self.aabb.leave(now) {
-            if self.post_input.len() < self.capacity {
-                self.post_input.push_back(slot);
-            } else {
-                self.aabb.recirculate(now, slot);
-            }
+            Next::Visit | Next::Intersect => self.post.pipes[pipe].recirculate(now, slot),
         }
     }
 
     fn leave_pre(
         &mut self,
         now: u64,
+        pipe: usize,
+        slot: Slot,
         rays: &mut [RayState],
         context: &Context<'_>,
         exits: &mut Exits<'_>,
     ) {
-        let Some(slot) = self.pre.leave(now) else {
-            return;
-        };
         let ray = &mut rays[slot as usize];
-        let to_ist = context.spec.pipeline == Pipeline::Parallel && ray.walk.node.is_leaf();
+        let to_ist = context.spec().pipeline == Pipeline::Parallel && ray.walk.node.is_leaf();
         let (buffer, capacity) = if to_ist {
             (&mut *exits.ist, exits.ist_capacity)
         } else {
-            (&mut self.aabb_input, self.capacity)
+            (&mut self.aabb.input, self.capacity)
         };
         if buffer.len() >= capacity {
-            return self.pre.recirculate(now, slot);
+            return self.pre[pipe].recirculate(now, slot);
         }
-        if ray.phase == Phase::Visit && ray.walk.node.is_leaf() {
-            context.begin_leaf(ray);
+        if to_ist {
+            context.begin_leaf(now, ray);
         }
         buffer.push_back(slot);
     }
 
-    fn enter_post(&mut self, now: u64, rays: &mut [RayState]) {
-        if !self.post.is_free(now) {
-            return;
-        }
-        let Some(slot) = self.post_input.pop_front() else {
-            return;
-        };
-        let ray = &mut rays[slot as usize];
-        let popped = match ray.phase {
-            Phase::Visit if ray.walk.node.is_leaf() => {
+    fn enter_post(&mut self, now: u64, rays: &mut [RayState], context: &Context<'_>) {
+        for pipe in &mut self.post.pipes {
+            if !pipe.is_free(now) {
+                continue;
+            }
+            let Some(slot) = self.post.input.pop_front() else {
+                return;
+            };
+            let ray = &mut rays[slot as usize];
+            let is_leaf = ray.walk.node.is_leaf();
+            if ray.phase == Phase::Visit && is_leaf {
                 ray.next = Next::Intersect;
-                return self.post.bypass(now, slot);
+                pipe.bypass(now, slot);
+                continue;
             }
-            Phase::Visit => {
-                let (next, popped) =
-                    ray.walk
-                        .descend(ray.children, ray.enter, ray.limit, &mut self.stacks);
-                ray.next = next;
-                popped
-            }
-            Phase::Pop if ray.is_settled() => {
-                ray.next = Next::Finished;
-                0
-            }
-            Phase::Pop => {
-                let (next, popped) = ray.walk.pop(ray.limit, &mut self.stacks);
-                ray.next = next;
-                popped
-            }
-        };
-        // The stack gives one entry a cycle.
-        self.post.issue(now, slot, u64::from(popped.max(1)));
+            let (next, popped) = if ray.phase == Phase::Visit {
+                ray.walk
+                    .descend(ray.children, ray.enter, ray.hit.t, &mut self.stacks)
+            } else if context.function.is_settled(ray.flags, &ray.hit) {
+                (Next::Finished, 0)
+            } else {
+                ray.walk.pop(ray.hit.t, &mut self.stacks)
+            };
+            ray.next = next;
+            context.log(now, slot, || Event::Post {
+                popped,
+                finished: next == Next::Finished,
+            });
+            // The stack gives one entry a cycle.
+            pipe.issue(now, slot, u64::from(popped.max(1)));
+        }
     }
 
     fn enter_aabb(&mut self, now: u64, rays: &mut [RayState], context: &Context<'_>) {
-        if !self.aabb.is_free(now) {
-            return;
+        for pipe in &mut self.aabb.pipes {
+            if !pipe.is_free(now) {
+                continue;
+            }
+            let Some(slot) = self.aabb.input.pop_front() else {
+                return;
+            };
+            let ray = &mut rays[slot as usize];
+            if ray.phase == Phase::Pop || ray.walk.node.is_leaf() {
+                pipe.bypass(now, slot);
+                continue;
+            }
+            let found = context.function.boxes(ray.walk.node, &ray.ray, ray.hit.t);
+            (ray.children, ray.enter) = found;
+            context.log(now, slot, || Event::Boxes {
+                children: found.0,
+                enter: found.1,
+            });
+            // Two boxes, one a cycle.
+            pipe.issue(now, slot, 2);
         }
-        let Some(slot) = self.aabb_input.pop_front() else {
-            return;
-        };
-        let ray = &mut rays[slot as usize];
-        if ray.phase == Phase::Pop || ray.walk.node.is_leaf() {
-            return self.aabb.bypass(now, slot);
-        }
-        let pair: PairRecord = context.pair(ray.walk.node.index);
-        ray.children = pair.child;
-        for side in 0..2 {
-            ray.enter[side] = ray.ray.meets(&pair.min[side], &pair.max[side], ray.limit);
-        }
-        // Two boxes, one a cycle.
-        self.aabb.issue(now, slot, 2);
     }
 
     fn enter_pre(
@@ -244,30 +316,38 @@ impl Trv {
         context: &Context<'_>,
         exits: &mut Exits<'_>,
     ) {
-        if !self.pre.is_free(now) || self.fetch.is_empty() {
-            return;
+        let line = context.spec().trv_l1.line;
+        for pipe in &mut self.pre {
+            if !pipe.is_free(now) || self.fetch.is_empty() {
+                continue;
+            }
+            let need = |slot: Slot| -> Need { rays[slot as usize].needs() };
+            let request = |number: u32| exits.lines.push(number * line);
+            let Some(slot) = self.fetch.tick(need, request) else {
+                continue;
+            };
+            let ray = &mut rays[slot as usize];
+            if !ray.got_line() {
+                // The rest of the node lies in another line.
+                self.fetch.input.push_front(slot);
+                continue;
+            }
+            if ray.phase == Phase::Pop {
+                pipe.bypass(now, slot);
+                continue;
+            }
+            ray.visits += 1;
+            let node = ray.walk.node;
+            if node.is_leaf() {
+                self.counters.leaf_visits += 1;
+            } else {
+                self.counters.inner_visits += 1;
+            }
+            context.log(now, slot, || Event::Visit {
+                node,
+                enter: ray.walk.enter,
+            });
+            pipe.issue(now, slot, 1);
         }
-        let line = context.spec.trv_l1.line;
-        let need = |slot: Slot| -> Need { rays[slot as usize].needs() };
-        let request = |number: u32| exits.lines.push(number * line);
-        let Some(slot) = self.fetch.tick(need, request) else {
-            return;
-        };
-        let ray = &mut rays[slot as usize];
-        if !ray.got_line() {
-            // The rest of the node lies in another line.
-            self.fetch.input.push_front(slot);
-            return;
-        }
-        if ray.phase == Phase::Pop {
-            return self.pre.bypass(now, slot);
-        }
-        ray.visits += 1;
-        if ray.walk.node.is_leaf() {
-            self.leaf_visits += 1;
-        } else {
-            self.inner_visits += 1;
-        }
-        self.pre.issue(now, slot, 1);
     }
 }

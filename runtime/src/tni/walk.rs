@@ -58,6 +58,8 @@ const NOWHERE: u8 = u8::MAX;
 pub(super) struct Walk {
     /// The node to visit.
     pub(super) node: NodeRef,
+    /// Where the ray enters its box.
+    pub(super) enter: f32,
     root: NodeRef,
     /// Levels of `node` below the root.
     level: u8,
@@ -86,6 +88,7 @@ impl Walk {
         let depth = depth.max(1) as usize;
         Walk {
             node: NodeRef::default(),
+            enter: 0.0,
             root: NodeRef::default(),
             level: 0,
             trail: 0,
@@ -95,9 +98,10 @@ impl Walk {
         }
     }
 
-    /// Starts at the root.
+    /// Starts at the root, whose box has no record: the ray enters it where it begins.
     pub(super) fn start(&mut self, root: NodeRef) {
         self.node = root;
+        self.enter = 0.0;
         self.root = root;
         self.level = 0;
         self.trail = 0;
@@ -124,21 +128,25 @@ impl Walk {
                 let near = usize::from(b < a);
                 let far = 1 - near;
                 if self.trail & bit != 0 {
+                    self.enter = [a, b][far];
                     children[far]
                 } else {
                     let enter = [a, b][far];
                     self.push(children[far], enter, counters);
+                    self.enter = [a, b][near];
                     children[near]
                 }
             }
             // Here both were met before the restart; the far one lies behind the hit by now.
             [Some(_), None] | [None, Some(_)] if resumes => return self.pop(limit, counters),
-            [Some(_), None] => {
+            [Some(enter), None] => {
                 self.trail |= bit;
+                self.enter = enter;
                 children[0]
             }
-            [None, Some(_)] => {
+            [None, Some(enter)] => {
                 self.trail |= bit;
+                self.enter = enter;
                 children[1]
             }
             [None, None] => return self.pop(limit, counters),
@@ -163,6 +171,7 @@ impl Walk {
             let Some(entry) = self.stack.pop_back() else {
                 counters.restarts += 1;
                 self.node = self.root;
+                self.enter = 0.0;
                 self.level = 0;
                 self.resume = level;
                 return (Next::Visit, popped);
@@ -174,6 +183,7 @@ impl Walk {
             self.resume = NOWHERE;
             if entry.enter <= limit {
                 self.node = entry.node;
+                self.enter = entry.enter;
                 return (Next::Visit, popped);
             }
             counters.culled += 1;

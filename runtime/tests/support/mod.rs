@@ -6,6 +6,7 @@
 use std::path::PathBuf;
 
 use glam::{DVec3, Vec2, Vec3};
+use srp_archdesc::system::{SystemSpec, TniSpec};
 use srp_runtime::bvh::{self, Builder, Layout, TreeImage};
 use srp_runtime::scene::{self, Scene, Triangle};
 use srp_runtime::tni::HitRecord;
@@ -69,16 +70,26 @@ pub(crate) fn soup(random: &mut Random, count: usize) -> Vec<Triangle> {
     triangles.collect()
 }
 
+/// The units of the shipped machine.
+pub(crate) fn machine() -> SystemSpec {
+    let file = srp_archdesc::machines::SGRT;
+    let arch = srp_archdesc::parse(file.name, file.xml).expect("the shipped machine is valid");
+    arch.system
+}
+
+/// The tree that the shipped machine reads.
 pub(crate) fn image(triangles: &[Triangle], builder: Builder) -> TreeImage {
+    image_for(&machine().tni, triangles, builder)
+}
+
+/// The tree that a unit reads.
+pub(crate) fn image_for(spec: &TniSpec, triangles: &[Triangle], builder: Builder) -> TreeImage {
     let options = bvh::Options {
         builder,
         ..bvh::Options::default()
     };
-    let layout = Layout {
-        node_bytes: 32,
-        triangle_bytes: 48,
-    };
-    bvh::lay_out(&bvh::build(triangles, &options), triangles, layout)
+    let tree = bvh::build(triangles, &options);
+    bvh::lay_out(&tree, triangles, Layout::of(spec))
 }
 
 /// The shared scene at this path below `../shared/scenes` of the repository, if it is there.

@@ -1,0 +1,154 @@
+//! The order in which rays come.
+
+use super::scramble;
+use crate::tni::arithmetic::Ray;
+
+/// Orders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// By a Morton key of six dimensions, origin and direction, in each batch. Pixels along a
+    /// Z-curve where that decides nothing.
+    Morton,
+    /// As they are made: pixels along a Z-curve, a pixel's rays together.
+    Pixels,
+    /// As they are made, pixels row by row.
+    Rows,
+    /// Shuffled in each batch.
+    Random,
+}
+
+/// Bits of the key for each dimension.
+const BITS: u32 = 21;
+
+impl Order {
+    /// All of them.
+    pub const ALL: [Order; 4] = [Order::Morton, Order::Pixels, Order::Rows, Order::Random];
+
+    /// Its name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Order::Morton => "morton",
+            Order::Pixels => "pixels",
+            Order::Rows => "rows",
+            Order::Random => "random",
+        }
+    }
+
+    /// The pixels of a picture, column and row.
+    pub(super) fn pixels(self, width: u32, height: u32) -> Vec<(u32, u32)> {
+        let rows = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let mut pixels: Vec<(u32, u32)> = rows.collect();
+        if self != Order::Rows {
+            pixels.sort_unstable_by_key(|&(x, y)| spread(x, 2) | spread(y, 2) << 1);
+        }
+        pixels
+    }
+
+    /// Puts the rays of a batch in this order.
+    pub fn sort(self, rays: &mut Vec<Ray>) {
+        match self {
+            Order::Morton => {
+                let keys = keys(rays);
+                *rays = keys.into_iter().map(|(_, i)| rays[i as usize]).collect();
+            }
+            Order::Random => {
+                // Fisher and Yates, with numbers that are the same every time.
+                for i in (1..rays.len()).rev() {
+                    let j = (u64::from(scramble(i as u32)) * (i as u64 + 1)) >> 32;
+                    rays.swap(i, j as usize);
+                }
+            }
+            Order::Pixels | Order::Rows => {}
+        }
+    }
+}
+
+/// Keys of the rays with their positions, sorted. Origins count within their bounds, directions
+/// within the unit cube.
+fn keys(rays: &[Ray]) -> Vec<(u128, u32)> {
+    let (mut lo, mut hi) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+    for ray in rays {
+        for axis in 0..3 {
+            lo[axis] = lo[axis].min(ray.origin[axis]);
+            hi[axis] = hi[axis].max(ray.origin[axis]);
+        }
+    }
+    let key = |ray: &Ray| {
+        let d = ray.direction.map(f64::from);
+        let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+        let mut key = 0;
+        for axis in 0..3 {
+            let size = f64::from(hi[axis]) - f64::from(lo[axis]);
+            let origin = (f64::from(ray.origin[axis]) - f64::from(lo[axis])) / size;
+            let direction = (d[axis] / length + 1.0) / 2.0;
+            key |= spread(quantise(origin), 6) << axis;
+            key |= spread(quantise(direction), 6) << (3 + axis);
+        }
+        key
+    };
+    let mut keys: Vec<(u128, u32)> = (0..).zip(rays).map(|(i, ray)| (key(ray), i)).collect();
+    keys.sort_unstable();
+    keys
+}
+
+/// A number of 0 to 1 in [`BITS`] bits; 0 for a NaN.
+fn quantise(x: f64) -> u32 {
+    let steps = f64::from(1u32 << BITS);
+    ((x * steps) as u32).min((1 << BITS) - 1)
+}
+
+/// The low [`BITS`] bits of a number, `step` places apart.
+fn spread(n: u32, step: u32) -> u128 {
+    (0..BITS).fold(0, |key, bit| key | u128::from(n >> bit & 1) << (bit * step))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn orders_keep_every_ray_and_morton_keeps_neighbours_together() {
+        let mut rays: Vec<Ray> = (0..4096u32)
+            .map(|i| {
+                let at = |bits: u32| (scramble(i + 77 * bits) & 0xff) as f32;
+                let mut ray = Ray::new([at(1), at(2), 0.0], [0.0, 0.0, 1.0], 0.0, 1.0, 0);
+                ray.payload = i;
+                ray
+            })
+            .collect();
+        let apart = |rays: &[Ray]| -> f32 {
+            let steps = rays.windows(2).map(|w| {
+                (w[0].origin[0] - w[1].origin[0]).abs() + (w[0].origin[1] - w[1].origin[1]).abs()
+            });
+            steps.sum()
+        };
+        let before = apart(&rays);
+        for order in Order::ALL {
+            order.sort(&mut rays);
+            let mut seen: Vec<u32> = rays.iter().map(|r| r.payload).collect();
+            seen.sort_unstable();
+            assert!(seen.into_iter().eq(0..4096), "{}", order.name());
+            if order == Order::Morton {
+                assert!(apart(&rays) < before / 10.0);
+            }
+        }
+        assert!(apart(&rays) > before / 2.0, "shuffled last");
+    }
+
+    #[test]
+    fn pixels_follow_a_z() {
+        let z = Order::Pixels.pixels(4, 2);
+        let curve = [
+            (0, 0),
+            (1, 0),
+            (0, 1),
+            (1, 1),
+            (2, 0),
+            (3, 0),
+            (2, 1),
+            (3, 1),
+        ];
+        assert_eq!(z, curve);
+        assert_eq!(Order::Rows.pixels(2, 2), [(0, 0), (1, 0), (0, 1), (1, 1)]);
+    }
+}

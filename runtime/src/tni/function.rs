@@ -1,0 +1,235 @@
+//! What the unit computes, apart from when: the tests on boxes and triangles of a tree in memory,
+//! and a ray's whole way through it.
+
+use srp_archdesc::system::TniSpec;
+
+use super::Tree;
+use super::arithmetic::{ANY_HIT, Hit, Prepared, Ray};
+use super::walk::{Next, StackCounters, Walk};
+use crate::bvh::{NODE_BYTES, NodeRef, PairRecord, TRIANGLE_BYTES, TriangleRecord};
+use crate::memory::SystemMemory;
+
+/// A tree in memory, and the arithmetic of the unit that reads it.
+#[derive(Clone, Copy)]
+pub(super) struct Function<'a> {
+    pub(super) spec: &'a TniSpec,
+    pub(super) tree: &'a Tree,
+    pub(super) memory: &'a SystemMemory,
+}
+
+impl Function<'_> {
+    /// Bytes from the first word of a pair of siblings to the last.
+    pub(super) fn pair_bytes(&self) -> u32 {
+        self.spec.node_bytes + NODE_BYTES
+    }
+
+    /// Address of the pair of siblings whose first is node `index`.
+    pub(super) fn pair_address(&self, index: u32) -> u32 {
+        self.tree.nodes + index * self.spec.node_bytes
+    }
+
+    /// Address of triangle record `index`.
+    pub(super) fn triangle_address(&self, index: u32) -> u32 {
+        self.tree.triangles + index * self.spec.triangle_bytes
+    }
+
+    /// The children of an inner node, and where the ray enters their boxes no farther than `limit`.
+    #[inline]
+    pub(super) fn boxes(
+        &self,
+        node: NodeRef,
+        ray: &Prepared,
+        limit: f32,
+    ) -> ([NodeRef; 2], [Option<f32>; 2]) {
+        let bytes = self
+            .memory
+            .get(self.pair_address(node.index), self.pair_bytes());
+        let bytes = bytes.expect("a tree refers to its own nodes, and nothing writes to them");
+        let pair = PairRecord::read(bytes, self.spec.node_bytes as usize);
+        let enter = [0, 1].map(|side| ray.meets(&pair.min[side], &pair.max[side], limit));
+        (pair.child, enter)
+    }
+
+    /// Tests triangle record `index` of a leaf whose box the ray enters at `enter`. Returns the
+    /// triangle's number, what the test found, and whether that is now the nearest hit.
+    #[inline]
+    pub(super) fn test(
+        &self,
+        index: u32,
+        ray: &Prepared,
+        enter: f32,
+        nearest: &mut Hit,
+    ) -> (u32, Option<Hit>, bool) {
+        let bytes = self
+            .memory
+            .get(self.triangle_address(index), TRIANGLE_BYTES);
+        let bytes = bytes.expect("a tree refers to its own triangles, and nothing writes to them");
+        let record = TriangleRecord::read(bytes);
+        let hit = ray.intersect(&record, self.spec.intersection, self.spec.rcp);
+        let taken = hit.is_some_and(|hit| nearest.take_nearer(hit, enter));
+        (record.primitive(), hit, taken)
+    }
+
+    /// Whether a ray with these flags needs no other hit than the one it has.
+    #[inline]
+    pub(super) fn is_settled(&self, flags: u32, hit: &Hit) -> bool {
+        self.spec.any_hit && flags & ANY_HIT != 0 && hit.is_hit()
+    }
+}
+
+/// What a ray hits, and what it took to know.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Traced {
+    /// The hit.
+    pub hit: Hit,
+    /// Visits of inner nodes.
+    pub inner_visits: u32,
+    /// Visits of leaves.
+    pub leaf_visits: u32,
+    /// Ray–triangle tests.
+    pub triangle_tests: u32,
+}
+
+/// Traces rays as the unit does, bit for bit, without its time.
+pub struct Tracer<'a> {
+    function: Function<'a>,
+    walk: Walk,
+    stacks: StackCounters,
+}
+
+impl<'a> Tracer<'a> {
+    /// A tracer over a tree in memory.
+    pub fn new(spec: &'a TniSpec, tree: &'a Tree, memory: &'a SystemMemory) -> Tracer<'a> {
+        Tracer {
+            function: Function { spec, tree, memory },
+            walk: Walk::new(spec.stack_depth),
+            stacks: StackCounters::default(),
+        }
+    }
+
+    /// Traces a ray.
+    pub fn trace(&mut self, ray: &Ray) -> Traced {
+        let function = self.function;
+        let mut traced = Traced {
+            hit: Hit::none(ray.tmax),
+            inner_visits: 0,
+            leaf_visits: 0,
+            triangle_tests: 0,
+        };
+        let (Some(prepared), Some(root)) = (Prepared::of(ray), function.tree.root) else {
+            return traced;
+        };
+        self.walk.start(root);
+        let mut next = Next::Visit;
+        while next == Next::Visit {
+            let node = self.walk.node;
+            let limit = traced.hit.t;
+            next = if node.is_leaf() {
+                traced.leaf_visits += 1;
+                for index in node.index..node.index + node.count {
+                    traced.triangle_tests += 1;
+                    function.test(index, &prepared, self.walk.enter, &mut traced.hit);
+                    if function.is_settled(ray.flags, &traced.hit) {
+                        return traced;
+                    }
+                }
+                self.walk.pop(traced.hit.t, &mut self.stacks).0
+            } else {
+                traced.inner_visits += 1;
+                let (children, enter) = function.boxes(node, &prepared, limit);
+                self.walk
+                    .descend(children, enter, limit, &mut self.stacks)
+                    .0
+            };
+        }
+        traced
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::{self, Layout};
+    use crate::scene::{Triangle, demo::demo};
+    use srp_archdesc::datapath::Intersection;
+
+    fn machine() -> TniSpec {
+        let file = srp_archdesc::machines::SGRT;
+        let arch = srp_archdesc::parse(file.name, file.xml).expect("the shipped machine is valid");
+        arch.system.tni
+    }
+
+    /// The nearest hit, nodes being visited in an order that `random` decides.
+    fn in_any_order(function: &Function<'_>, ray: &Ray, mut random: impl FnMut() -> u32) -> Hit {
+        let mut hit = Hit::none(ray.tmax);
+        let prepared = Prepared::of(ray).expect("a proper ray");
+        let mut open = vec![(function.tree.root.expect("a tree"), 0.0)];
+        while !open.is_empty() {
+            let (node, enter) = open.swap_remove(random() as usize % open.len());
+            if enter > hit.t {
+                continue;
+            }
+            if node.is_leaf() {
+                for i in node.index..node.index + node.count {
+                    function.test(i, &prepared, enter, &mut hit);
+                }
+                continue;
+            }
+            let (children, enter) = function.boxes(node, &prepared, hit.t);
+            for (child, enter) in children.into_iter().zip(enter) {
+                open.extend(enter.map(|enter| (child, enter)));
+            }
+        }
+        hit
+    }
+
+    #[test]
+    fn the_order_of_visits_changes_no_hit() {
+        let mut state = 7u32;
+        let mut random = move || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            state >> 8
+        };
+        let mut unit = move || random() as f32 / (1 << 24) as f32;
+        // Coplanar, overlapping and grazing: where distances tie, or are off by much.
+        let mut triangles: Vec<Triangle> = demo().triangles;
+        triangles.truncate(400);
+        let doubled: Vec<Triangle> = triangles.iter().rev().take(100).copied().collect();
+        triangles.extend(doubled);
+        let (lo, hi) = crate::scene::bounds(&triangles).expect("triangles");
+        for test in Intersection::ALL {
+            let spec = TniSpec {
+                intersection: test,
+                ..machine()
+            };
+            let tree = bvh::build(&triangles, &bvh::Options::default());
+            let image = bvh::lay_out(&tree, &triangles, Layout::of(&spec));
+            let (memory, tree) = super::super::standalone::place(&image);
+            let function = Function {
+                spec: &spec,
+                tree: &tree,
+                memory: &memory,
+            };
+            let mut tracer = Tracer::new(&spec, &tree, &memory);
+            for i in 0..3000 {
+                let mut point = || lo + (hi - lo) * glam::Vec3::new(unit(), unit(), unit());
+                let (from, mut to) = (point(), point());
+                // A third along a plane of the scene, a third at a vertex.
+                match i % 3 {
+                    0 => to.y = from.y,
+                    1 => to = triangles[i % triangles.len()].positions[i % 2],
+                    _ => {}
+                }
+                if from == to {
+                    continue;
+                }
+                let ray = Ray::new(from.to_array(), (to - from).to_array(), 0.0, 1e30, 0);
+                let expected = tracer.trace(&ray).hit;
+                for _ in 0..3 {
+                    let shuffled = in_any_order(&function, &ray, || (unit() * 16_777_216.0) as u32);
+                    assert_eq!(shuffled, expected, "{}: {ray:?}", test.name());
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! What can be asked of single rays: what they cost, and everything that happens to them.
+
+use super::Slot;
+use crate::bvh::NodeRef;
+
+/// What one ray cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RayCost {
+    /// Its submission, counted from 0 since the unit was made.
+    pub submission: u64,
+    /// Its position in the ray buffer.
+    pub index: u32,
+    /// Cycles from dispatch to result.
+    pub cycles: u64,
+    /// Nodes visited, inner ones and leaves.
+    pub visits: u32,
+    /// Triangles tested.
+    pub tests: u32,
+}
+
+/// An event of a resident ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Logged {
+    /// Cycle of the unit.
+    pub cycle: u64,
+    /// The ray's place: traversal unit times stacks, plus stack.
+    pub slot: Slot,
+    /// What happens.
+    pub event: Event,
+}
+
+/// What happens to a resident ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Event {
+    /// Ray dispatch gives it to a traversal unit.
+    Dispatch {
+        /// The unit.
+        trv: u32,
+    },
+    /// TRV_PRE begins with a node; whatever had to be read of it is there.
+    Visit {
+        /// The node.
+        node: NodeRef,
+        /// Where the ray enters its box.
+        enter: f32,
+    },
+    /// TRV_AABB begins with the boxes of a node's children.
+    Boxes {
+        /// The children.
+        children: [NodeRef; 2],
+        /// Where the ray enters them; `None` where it misses, or enters behind the nearest hit.
+        enter: [Option<f32>; 2],
+    },
+    /// TRV_POST decides what comes next.
+    Post {
+        /// Entries taken off the stack.
+        popped: u32,
+        /// Whether nothing does.
+        finished: bool,
+    },
+    /// The intersection unit begins with a triangle.
+    Triangle {
+        /// Its index in the scene.
+        primitive: u32,
+        /// Where the ray meets it, if it does.
+        t: Option<f32>,
+        /// Whether that is now the nearest hit.
+        taken: bool,
+    },
+    /// The result goes back to the SRP.
+    Result {
+        /// The triangle that was hit, and where.
+        hit: Option<(u32, f32)>,
+    },
+}

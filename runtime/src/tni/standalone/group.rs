@@ -1,0 +1,106 @@
+//! Units that share a memory.
+
+use srp_archdesc::system::SystemSpec;
+
+use super::station::Station;
+use crate::memory::SystemMemory;
+use crate::memory::dram::{DramCounters, Request};
+use crate::memory::path::{Clock, MemoryPath};
+use crate::tni::Client;
+
+/// Who shares a memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Memories {
+    /// All units have one.
+    Shared,
+    /// Every unit has its own.
+    Private,
+}
+
+/// Cycles between two looks at whether to go on.
+const LOOK_UP: u64 = 1 << 16;
+
+/// Who a request belongs to: this many numbers a unit, of which the level-2 cache has 0, and the
+/// intersection units those after.
+const CLIENTS: u32 = 1 << 8;
+
+/// Units, their memory, and their clock.
+pub(super) struct Group {
+    pub(super) stations: Vec<Station>,
+    path: MemoryPath,
+    clock: Clock,
+    now: u64,
+}
+
+impl Group {
+    pub(super) fn new(spec: &SystemSpec, stations: Vec<Station>) -> Group {
+        Group {
+            stations,
+            path: MemoryPath::new(spec),
+            clock: Clock::new(spec.tni_mhz),
+            now: 0,
+        }
+    }
+
+    /// Runs until a unit has taken the last packet that waits for it, or until all are done.
+    /// `false` where `cancelled` said so.
+    pub(super) fn run(
+        &mut self,
+        memory: &SystemMemory,
+        to_the_end: bool,
+        cancelled: &(dyn Fn() -> bool + Sync),
+    ) -> bool {
+        loop {
+            for station in &mut self.stations {
+                station.fill();
+            }
+            let over = match to_the_end {
+                true => self.stations.iter().all(Station::is_done),
+                false => self.stations.iter().any(Station::is_fed),
+            };
+            if over {
+                return true;
+            }
+            self.cycle(memory);
+            if self.now.is_multiple_of(LOOK_UP) && cancelled() {
+                return false;
+            }
+        }
+    }
+
+    fn cycle(&mut self, memory: &SystemMemory) {
+        let now = self.now;
+        let time = self.clock.start(now);
+        while let Some(answer) = self.path.answer(time) {
+            let station = &mut self.stations[(answer.source / CLIENTS) as usize];
+            let client = match answer.source % CLIENTS {
+                0 => Client::TrvL2,
+                i => Client::IstL1(i - 1),
+            };
+            station.tni.fill(now, client, answer.address);
+        }
+        for (i, station) in (0..).zip(&mut self.stations) {
+            station.tick(now, memory);
+            while let Some((client, address, bytes)) = station.tni.take_request() {
+                let client = match client {
+                    Client::TrvL2 => 0,
+                    Client::IstL1(i) => i + 1,
+                };
+                let request = Request {
+                    address,
+                    bytes,
+                    is_write: false,
+                    source: i * CLIENTS + client,
+                };
+                self.path.request(time, request);
+            }
+            station.collect(now);
+        }
+        self.now += 1;
+    }
+
+    /// What the memory did.
+    pub(super) fn dram(&self) -> DramCounters {
+        self.path.counters()
+    }
+}

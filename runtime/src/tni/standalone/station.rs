@@ -1,0 +1,217 @@
+//! A unit with its SRAM, and the packets that wait for it.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::ops::Range;
+use std::sync::Arc;
+
+use srp_archdesc::system::SystemSpec;
+
+use super::{Options, PixelCost};
+use crate::tni::arithmetic::Ray;
+use crate::tni::{HIT_BYTES, HitRecord, RAY_BYTES, Runs, Tni, Tree};
+
+/// A packet of rays.
+#[derive(Clone, Debug)]
+pub(super) struct Packet {
+    pub(super) rays: Arc<[Ray]>,
+    pub(super) range: Range<usize>,
+    /// The run that it is measured in.
+    pub(super) run: u64,
+    /// Its place among all that are measured.
+    pub(super) number: u64,
+}
+
+impl Packet {
+    fn rays(&self) -> &[Ray] {
+        &self.rays[self.range.clone()]
+    }
+}
+
+/// The hits of a packet.
+#[derive(Clone, Debug)]
+pub(super) struct Answer {
+    pub(super) number: u64,
+    pub(super) hits: Vec<HitRecord>,
+    pub(super) runs: Runs,
+}
+
+/// A unit and what it is fed from.
+pub(super) struct Station {
+    pub(super) tni: Tni,
+    sram: Vec<u8>,
+    /// Packets of the machine's size, and buffers for them.
+    packet: u32,
+    buffers: u32,
+    waiting: VecDeque<Packet>,
+    under_way: VecDeque<Packet>,
+    /// Packets that were given to the unit, and packets that have come back.
+    sent: u64,
+    back: u64,
+    /// The cycle after that in which the last packet of each run came back.
+    ends: BTreeMap<u64, u64>,
+    keep_hits: bool,
+    pub(super) answers: Vec<Answer>,
+    costs: BTreeMap<u32, PixelCost>,
+}
+
+impl Station {
+    pub(super) fn new(spec: &SystemSpec, tree: Tree, options: &Options) -> Station {
+        let packet = spec.buffers.rays.max(1);
+        let buffers = spec.buffers.ray_buffers.max(1);
+        let mut tni = Tni::new(&spec.tni, tree, buffers);
+        if options.costs {
+            tni.note_costs();
+        }
+        Station {
+            tni,
+            sram: vec![0; (buffers * packet * (RAY_BYTES + HIT_BYTES)) as usize],
+            packet,
+            buffers,
+            waiting: VecDeque::new(),
+            under_way: VecDeque::new(),
+            sent: 0,
+            back: 0,
+            ends: BTreeMap::new(),
+            keep_hits: options.hits,
+            answers: Vec::new(),
+            costs: BTreeMap::new(),
+        }
+    }
+
+    pub(super) fn push(&mut self, packet: Packet) {
+        self.waiting.push_back(packet);
+    }
+
+    /// Whether no packet waits for the unit.
+    pub(super) fn is_fed(&self) -> bool {
+        self.waiting.is_empty()
+    }
+
+    /// Whether all packets are back.
+    pub(super) fn is_done(&self) -> bool {
+        self.waiting.is_empty() && self.under_way.is_empty()
+    }
+
+    /// Gives the unit packets, as long as buffers are free: a buffer is, once the submission that
+    /// used it last has been taken.
+    #[inline]
+    pub(super) fn fill(&mut self) {
+        while self.tni.submissions() < self.buffers as usize {
+            let Some(packet) = self.waiting.pop_front() else {
+                return;
+            };
+            let (rays, hits) = self.buffer(self.sent);
+            write_rays(&mut self.sram[rays as usize..], packet.rays());
+            let count = packet.range.len() as u32;
+            self.tni
+                .submit(rays, hits, count, self.sram.len())
+                .expect("the buffers lie inside the SRAM, and the unit has room");
+            self.sent += 1;
+            self.under_way.push_back(packet);
+        }
+    }
+
+    /// One cycle of the unit.
+    #[inline]
+    pub(super) fn tick(&mut self, now: u64, memory: &crate::memory::SystemMemory) {
+        if !self.tni.is_idle() {
+            self.tni.tick(now, memory, &mut self.sram);
+        }
+    }
+
+    /// Takes what the unit has finished by the end of cycle `now`.
+    #[inline]
+    pub(super) fn collect(&mut self, now: u64) {
+        while let Some(runs) = self.tni.take_finished() {
+            self.note_costs();
+            let packet = self
+                .under_way
+                .pop_front()
+                .expect("what comes back was under way");
+            self.ends.insert(packet.run, now + 1);
+            let (_, hits) = self.buffer(self.back);
+            if self.keep_hits {
+                let hits = read_hits(&self.sram[hits as usize..], packet.range.len());
+                self.answers.push(Answer {
+                    number: packet.number,
+                    hits,
+                    runs,
+                });
+            }
+            self.back += 1;
+        }
+    }
+
+    fn note_costs(&mut self) {
+        for cost in self.tni.take_costs() {
+            let packet = &self.under_way[(cost.submission - self.back) as usize];
+            let pixel = packet.rays()[cost.index as usize].payload;
+            let sum = self.costs.entry(pixel).or_default();
+            sum.cycles += cost.cycles;
+            sum.visits += u64::from(cost.visits);
+            sum.tests += u64::from(cost.tests);
+        }
+    }
+
+    /// Adds what each pixel has cost here.
+    pub(super) fn add_costs(&self, costs: &mut Vec<PixelCost>) {
+        for (&pixel, cost) in &self.costs {
+            let pixel = pixel as usize;
+            if costs.len() <= pixel {
+                costs.resize(pixel + 1, PixelCost::default());
+            }
+            costs[pixel].cycles += cost.cycles;
+            costs[pixel].visits += cost.visits;
+            costs[pixel].tests += cost.tests;
+        }
+    }
+
+    /// Cycles until the last packet came back.
+    pub(super) fn end(&self) -> u64 {
+        self.ends.values().copied().max().unwrap_or(0)
+    }
+
+    /// Cycles between the end of each run and that of the one before.
+    pub(super) fn cycles_of_runs(&self) -> impl Iterator<Item = (u64, u64)> {
+        let mut before = 0;
+        self.ends.iter().map(move |(&run, &end)| {
+            let spent = end - before;
+            before = end;
+            (run, spent)
+        })
+    }
+
+    /// Addresses of the ray and the hit buffer of a packet.
+    fn buffer(&self, packet: u64) -> (u32, u32) {
+        let buffer = (packet % u64::from(self.buffers)) as u32;
+        let hits = self.buffers * self.packet * RAY_BYTES;
+        (
+            buffer * self.packet * RAY_BYTES,
+            hits + buffer * self.packet * HIT_BYTES,
+        )
+    }
+}
+
+fn write_rays(sram: &mut [u8], rays: &[Ray]) {
+    let words = rays.iter().flat_map(|ray| ray.words());
+    for (bytes, word) in sram.chunks_exact_mut(4).zip(words) {
+        bytes.copy_from_slice(&word.to_le_bytes());
+    }
+}
+
+/// The hits of a packet in the order of its rays.
+fn read_hits(sram: &[u8], count: usize) -> Vec<HitRecord> {
+    let mut hits: Vec<HitRecord> = sram
+        .chunks_exact(HIT_BYTES as usize)
+        .take(count)
+        .map(|bytes| {
+            let mut words = [0; 6];
+            for (word, bytes) in words.iter_mut().zip(bytes.chunks_exact(4)) {
+                *word = u32::from_le_bytes(bytes.try_into().expect("chunks of 4 bytes"));
+            }
+            HitRecord::from_words(words)
+        })
+        .collect();
+    hits.sort_by_key(|record| record.ray);
+    hits
+}

@@ -1,0 +1,133 @@
+//! Scenes, their viewpoints and their trees, for every command that needs one.
+
+use crate::cli::BvhBuilder;
+use crate::failure::Failure;
+use crate::files;
+use crate::talk::{self, Progress};
+use srp_runtime::bvh::{self, Builder, Bvh};
+use srp_runtime::scene::camera::{Camera, Viewpoints};
+use srp_runtime::scene::{self, Scene};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Reads a scene, or makes the default one. Warnings go to standard error.
+pub(crate) fn read(path: Option<&Path>, camera: Option<Camera>) -> Result<Scene, Failure> {
+    let Some(path) = path else {
+        let mut scene = scene::demo::demo();
+        if let Some(camera) = camera {
+            scene.camera = camera;
+        }
+        return Ok(scene);
+    };
+    let spinner = Progress::spinner("reading the scene");
+    let loaded = scene::read(path, camera, &mut |path| std::fs::read(path));
+    drop(spinner);
+    match loaded {
+        Ok(loaded) => {
+            eprint!("{}", loaded.warnings.render(talk::colour()));
+            Ok(loaded.scene)
+        }
+        Err(messages) => Err(Failure::Reported(messages.render(talk::colour()))),
+    }
+}
+
+/// Builds the tree of a scene and says what came of it.
+pub(crate) fn build(scene: &Scene, builder: BvhBuilder) -> Bvh {
+    let builder = match builder {
+        BvhBuilder::Sweep => Builder::Sweep,
+        BvhBuilder::SweepReinsertion => Builder::SweepReinsertion,
+        BvhBuilder::Ploc => Builder::Ploc,
+    };
+    let spinner = Progress::spinner("building the BVH");
+    let options = bvh::Options {
+        builder,
+        ..bvh::Options::default()
+    };
+    let bvh = bvh::build(&scene.triangles, &options);
+    drop(spinner);
+    if bvh.fell_back {
+        eprintln!("note: the tree was too deep for the T&I unit; the sweep's is used instead");
+    }
+    eprintln!(
+        "{} triangles, BVH by {}: SAH cost {:.1}, {} levels",
+        scene.triangles.len(),
+        builder.name(),
+        bvh.sah_cost(options.traversal_cost),
+        bvh.depth()
+    );
+    bvh
+}
+
+/// The viewpoints of one scene in a file of cameras.
+pub(crate) struct Views {
+    name: String,
+    pub(crate) points: Viewpoints,
+}
+
+impl Views {
+    /// Those under `name` in the file.
+    pub(crate) fn read(path: &Path, name: &str) -> Result<Views, Failure> {
+        let mut scenes = scenes(path)?;
+        let Some(scene) = scenes.remove(name) else {
+            let known: Vec<&str> = scenes
+                .iter()
+                .filter(|(_, v)| v.is_object())
+                .map(|(k, _)| k.as_str())
+                .collect();
+            return Err(Failure::Message(format!(
+                "{}: there is no scene `{name}`; there are {}",
+                path.display(),
+                known.join(", ")
+            )));
+        };
+        let named = format!("{}: scene `{name}`", path.display());
+        let points =
+            serde_json::from_value(scene).map_err(|e| Failure::Message(format!("{named}: {e}")))?;
+        Ok(Views {
+            name: named,
+            points,
+        })
+    }
+
+    /// Those that a file `cameras.json` beside the scene, or one folder above, has for it.
+    pub(crate) fn beside(scene: &Path) -> Result<Option<Views>, Failure> {
+        let Some(name) = scene.file_stem().and_then(|n| n.to_str()) else {
+            return Ok(None);
+        };
+        for folder in scene.ancestors().skip(1).take(2) {
+            let path: PathBuf = folder.join("cameras.json");
+            if path.is_file() && scenes(&path)?.contains_key(name) {
+                return Views::read(&path, name).map(Some);
+            }
+        }
+        Ok(None)
+    }
+
+    /// The camera of view `number`.
+    pub(crate) fn camera(&self, number: usize) -> Result<Camera, Failure> {
+        let camera = self.points.camera(number);
+        camera.map_err(|e| Failure::Message(format!("{}: {e}", self.name)))
+    }
+}
+
+/// All scenes of a file of cameras.
+fn scenes(path: &Path) -> Result<BTreeMap<String, serde_json::Value>, Failure> {
+    let text = files::read_text(path)?;
+    serde_json::from_str(&text).map_err(|e| {
+        Failure::Message(format!(
+            "{}:{}:{}: {e}",
+            path.display(),
+            e.line(),
+            e.column()
+        ))
+    })
+}
+
+/// The parts of `FILE.json:NAME` and, where it is there, `/N`.
+pub(crate) fn parse_cameras(which: &str) -> Option<(&Path, &str, Option<usize>)> {
+    let (path, name) = which.rsplit_once(':')?;
+    match name.rsplit_once('/') {
+        Some((name, number)) => Some((Path::new(path), name, Some(number.parse().ok()?))),
+        None => Some((Path::new(path), name, None)),
+    }
+}

@@ -1,0 +1,191 @@
+//! `srp tni`: T&I units alone, fed with rays.
+
+mod heat;
+mod measuring;
+mod replay;
+mod text;
+
+use crate::cli::{Pipeline, RayKind, Tni, TniMemory};
+use crate::failure::Failure;
+use crate::scenes::{self, Views};
+use crate::{files, machine};
+use srp_archdesc::arch::Arch;
+use srp_archdesc::system::{self as spec, SystemSpec};
+use srp_runtime::rays::{self, Kind, Order};
+use srp_runtime::scene::{Camera, Scene};
+use srp_runtime::system;
+use srp_runtime::tni::standalone::{Measure, Memories, Outcome};
+use std::path::Path;
+
+pub(crate) use measuring::{Job, Rays, measure};
+
+/// Length of ambient-occlusion rays where nothing says it, as a part of the scene's diagonal.
+const AO_RADIUS: f32 = 0.1;
+
+/// Runs `srp tni`.
+pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
+    if let Some(path) = &args.heat {
+        files::check_writable(path)?;
+    }
+    let arch = machine_for(args)?;
+    let views = views(args)?;
+    let scene = scenes::read(args.scene.as_deref(), first_camera(args, &views)?)?;
+    let cameras = cameras(args, &views, &scene)?;
+    let bvh = scenes::build(&scene, args.bvh);
+    let rays = rays_of(args, &views, &scene)?;
+    let job = Job {
+        scene: &scene,
+        bvh: &bvh,
+        spec: &arch.system,
+        cameras: &cameras,
+        size: args.size,
+        rays: &rays,
+        order: Order::from(args.order),
+        one_in: args.sample,
+        units: args.units.unwrap_or(arch.system.cores),
+        memories: match args.memory {
+            TniMemory::Shared => Memories::Shared,
+            TniMemory::Private => Memories::Private,
+        },
+        threads: args.threads,
+        costs: args.heat.is_some(),
+    };
+    if let Some(pixel) = args.ray {
+        print!("{}", replay::explain(&job, pixel)?);
+        return Ok(());
+    }
+    let outcomes = measure(&job)?;
+    let measured = Measure::of(&outcomes, job.units, arch.system.tni_mhz);
+    if let Some(path) = &args.heat {
+        let png = heat::picture(&outcomes[0], args.size, args.heat_of)?;
+        files::write(path, &png)?;
+        eprintln!("{}", path.display());
+    }
+    print_measure(args, &arch, &job, &outcomes, &measured)
+}
+
+fn print_measure(
+    args: &Tni,
+    arch: &Arch,
+    job: &Job<'_>,
+    outcomes: &[Outcome],
+    measured: &Measure,
+) -> Result<(), Failure> {
+    if !args.json {
+        print!("{}", text::report(arch, job, outcomes, measured));
+        return Ok(());
+    }
+    let views: Vec<Measure> = outcomes
+        .iter()
+        .map(|o| Measure::of(std::slice::from_ref(o), job.units, arch.system.tni_mhz))
+        .collect();
+    let memories: Vec<_> = outcomes.iter().map(|o| &o.dram).collect();
+    let json = serde_json::json!({
+        "machine": arch.name,
+        "scene": job.scene.name,
+        "rays": job.rays.name(),
+        "tni_mhz": arch.system.tni_mhz,
+        "size": [job.size.0, job.size.1],
+        "sample": job.one_in,
+        "all": measured,
+        "views": views,
+        "dram": memories,
+    });
+    println!(
+        "{}",
+        serde_json::to_string_pretty(&json).map_err(Failure::message)?
+    );
+    Ok(())
+}
+
+/// The machine, with what the command line changes of it.
+fn machine_for(args: &Tni) -> Result<Arch, Failure> {
+    let mut arch = machine::read(&args.machine.machine)?;
+    set_pipeline(&mut arch.system, args.pipeline);
+    system::check(&arch.system).map_err(Failure::Message)?;
+    Ok(arch)
+}
+
+/// Gives the traversal units another form.
+pub(crate) fn set_pipeline(system: &mut SystemSpec, pipeline: Option<Pipeline>) {
+    match pipeline {
+        None => {}
+        Some(Pipeline::Parallel) => system.tni.pipeline = spec::Pipeline::Parallel,
+        Some(Pipeline::Single) => {
+            let tni = &mut system.tni;
+            tni.pipeline = spec::Pipeline::Single;
+            (tni.pres, tni.aabbs, tni.posts) = (1, 1, 1);
+        }
+    }
+}
+
+/// The viewpoints that the command line names, or that lie beside the scene.
+fn views(args: &Tni) -> Result<Option<Views>, Failure> {
+    if args.camera.is_some() {
+        return Ok(None);
+    }
+    let Some(which) = &args.cameras else {
+        return args.scene.as_deref().map_or(Ok(None), Views::beside);
+    };
+    match scenes::parse_cameras(which) {
+        Some((path, name, None)) => Views::read(path, name).map(Some),
+        _ => Err(Failure::Message(format!(
+            "--cameras {which}: write FILE.json:NAME, and the view as --views N"
+        ))),
+    }
+}
+
+fn first_camera(args: &Tni, views: &Option<Views>) -> Result<Option<Camera>, Failure> {
+    if let Some(text) = &args.camera {
+        return Camera::parse(text).map(Some).map_err(Failure::message);
+    }
+    views.as_ref().map(|v| v.camera(0)).transpose()
+}
+
+/// The cameras to run, one after another.
+fn cameras(args: &Tni, views: &Option<Views>, scene: &Scene) -> Result<Vec<Camera>, Failure> {
+    match (views, args.views) {
+        (None, None | Some(0)) => Ok(vec![scene.camera]),
+        (None, Some(n)) => Err(Failure::Message(format!(
+            "there is no view {n}: no file of cameras names this scene (see --cameras)"
+        ))),
+        (Some(views), Some(n)) => Ok(vec![views.camera(n)?]),
+        (Some(views), None) => (0..views.points.views.len())
+            .map(|n| views.camera(n))
+            .collect(),
+    }
+}
+
+/// What is traced.
+fn rays_of(args: &Tni, views: &Option<Views>, scene: &Scene) -> Result<Rays, Failure> {
+    let samples = args.spp;
+    Ok(match args.rays {
+        RayKind::Primary => Rays::Of(Kind::Primary),
+        RayKind::Diffuse => Rays::Of(Kind::Diffuse { samples }),
+        RayKind::Ao => {
+            let known = views.as_ref().and_then(|v| v.points.ao_radius);
+            let radius = args.radius.or(known).unwrap_or_else(|| ao_radius(scene));
+            Rays::Of(Kind::AmbientOcclusion { samples, radius })
+        }
+        RayKind::File => {
+            let Some(path) = &args.ray_file else {
+                return Err(Failure::Message(
+                    "--rays file takes the rays from --ray-file FILE".to_owned(),
+                ));
+            };
+            Rays::Given(read_rays(path)?)
+        }
+    })
+}
+
+fn read_rays(path: &Path) -> Result<Vec<rays::Ray>, Failure> {
+    let text = files::read_text(path)?;
+    rays::read(&text)
+        .map_err(|(line, why)| Failure::Message(format!("{}:{line}: {why}", path.display())))
+}
+
+/// Length of ambient-occlusion rays where no file of cameras says it.
+pub(crate) fn ao_radius(scene: &Scene) -> f32 {
+    let bounds = srp_runtime::scene::bounds(&scene.triangles);
+    bounds.map_or(1.0, |(lo, hi)| AO_RADIUS * (hi - lo).length())
+}

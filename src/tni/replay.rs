@@ -1,0 +1,133 @@
+//! One ray, explained: every visit, box, triangle and cycle.
+
+use super::{Job, Rays};
+use crate::failure::Failure;
+use srp_archdesc::system::TniSpec;
+use srp_runtime::rays::{Ray, Sampling};
+use srp_runtime::tni::standalone::{Bench, Memories, Options};
+use srp_runtime::tni::{Event, Logged};
+use std::fmt::Write as _;
+
+/// The first ray of a pixel of the first view, alone in a unit with empty caches.
+pub(super) fn explain(job: &Job<'_>, (x, y): (u32, u32)) -> Result<String, Failure> {
+    if x >= job.size.0 || y >= job.size.1 {
+        return Err(Failure::Message(format!(
+            "there is no pixel {x},{y} in a picture of {}x{}",
+            job.size.0, job.size.1
+        )));
+    }
+    let (memory, tree) = job.place();
+    let pixel = y * job.size.0 + x;
+    let ray = match job.rays {
+        Rays::Given(rays) => rays.iter().find(|r| r.payload == pixel).copied(),
+        Rays::Of(_) => job.source(0, &tree, &memory).and_then(|mut source| {
+            loop {
+                let batch = source.next_batch();
+                let found = batch.iter().find(|r| r.payload == pixel);
+                if found.is_some() || batch.is_empty() {
+                    return found.copied();
+                }
+            }
+        }),
+    };
+    let Some(ray) = ray else {
+        return Err(Failure::Message(format!(
+            "no ray of this kind starts at pixel {x},{y}"
+        )));
+    };
+    let options = Options {
+        units: 1,
+        memories: Memories::Private,
+        threads: 1,
+        hits: false,
+        costs: false,
+    };
+    let mut bench = Bench::new(job.spec, &memory, tree, options);
+    bench.note_events();
+    bench.feed(vec![ray], &Sampling::new(1, 1), &|| false);
+    let events = bench.run_out();
+    let mut out = String::new();
+    tell(&mut out, &ray, &events, &job.spec.tni).expect("writing to a String does not fail");
+    Ok(out)
+}
+
+fn tell(out: &mut String, ray: &Ray, events: &[Logged], spec: &TniSpec) -> std::fmt::Result {
+    let [ox, oy, oz] = ray.origin;
+    let [dx, dy, dz] = ray.direction;
+    writeln!(
+        out,
+        "ray from ({ox}, {oy}, {oz}) along ({dx}, {dy}, {dz}), {} to {}{}\n",
+        ray.tmin,
+        ray.tmax,
+        if ray.flags & 1 == 1 { ", any hit" } else { "" }
+    )?;
+    writeln!(out, "{:>7} {:>6}  what", "cycle", "after")?;
+    let (mut before, mut visits, mut tests) = (events.first().map_or(0, |e| e.cycle), 0, 0);
+    for Logged { cycle, event, .. } in events {
+        write!(out, "{cycle:>7} {:>+6}  ", cycle - before)?;
+        before = *cycle;
+        match event {
+            Event::Dispatch { trv } => writeln!(out, "RD     to TRV {trv}")?,
+            Event::Visit { node, enter } if node.is_leaf() => {
+                visits += 1;
+                writeln!(
+                    out,
+                    "PRE    visit {visits}: leaf of {} triangle(s) from record {}, entered at {enter}",
+                    node.count, node.index
+                )?;
+            }
+            Event::Visit { node, enter } => {
+                visits += 1;
+                writeln!(
+                    out,
+                    "PRE    visit {visits}: node pair {}, entered at {enter}",
+                    node.index
+                )?;
+            }
+            Event::Boxes { children, enter } => {
+                write!(out, "AABB  ")?;
+                for (child, enter) in children.iter().zip(enter) {
+                    let what = if child.is_leaf() { "leaf" } else { "pair" };
+                    match enter {
+                        Some(t) => write!(out, " {what} {} at {t};", child.index)?,
+                        None => write!(out, " {what} {} missed;", child.index)?,
+                    }
+                }
+                writeln!(out)?;
+            }
+            Event::Post { finished: true, .. } => writeln!(out, "POST   nothing is left")?,
+            Event::Post { popped: 0, .. } => writeln!(out, "POST   goes down")?,
+            Event::Post { popped, .. } => writeln!(out, "POST   takes {popped} off the stack")?,
+            Event::Triangle {
+                primitive,
+                t,
+                taken,
+            } => {
+                tests += 1;
+                match (t, taken) {
+                    (None, _) => writeln!(out, "IST    triangle {primitive}: missed")?,
+                    (Some(t), true) => writeln!(out, "IST    triangle {primitive}: hit at {t}")?,
+                    (Some(t), false) => {
+                        writeln!(
+                            out,
+                            "IST    triangle {primitive}: hit at {t}, behind another"
+                        )?;
+                    }
+                }
+            }
+            Event::Result { hit: Some((p, t)) } => {
+                writeln!(out, "result triangle {p} at {t}")?;
+            }
+            Event::Result { hit: None } => writeln!(out, "result nothing is hit")?,
+        }
+    }
+    let first = events.first().map_or(0, |e| e.cycle);
+    writeln!(
+        out,
+        "\n{visits} visits and {tests} triangle tests in {} cycles; a visit that finds its line \
+         takes {} and a triangle {}",
+        before - first,
+        spec.pre_latency + spec.trv_l1.latency + spec.aabb_latency + 1 + spec.post_latency,
+        spec.ist_latency + spec.ist_l1.latency
+    )
+}

@@ -1,0 +1,154 @@
+//! A measurement as text, for people.
+
+use super::Job;
+use srp_archdesc::arch::Arch;
+use srp_runtime::tni::standalone::{Measure, Outcome};
+use srp_runtime::tni::{PipeCounters, TniCounters};
+use std::fmt::Write as _;
+
+/// The whole report.
+pub(super) fn report(arch: &Arch, job: &Job<'_>, views: &[Outcome], all: &Measure) -> String {
+    let mut out = String::new();
+    write_report(&mut out, arch, job, views, all).expect("writing to a String does not fail");
+    out
+}
+
+fn write_report(
+    out: &mut String,
+    arch: &Arch,
+    job: &Job<'_>,
+    views: &[Outcome],
+    all: &Measure,
+) -> std::fmt::Result {
+    writeln!(
+        out,
+        "{}: {} {} rays of {} view(s), {} unit(s) of `{}` at {} MHz, memory {:?}",
+        job.scene.name,
+        all.rays,
+        job.rays.name(),
+        views.len(),
+        job.units,
+        arch.name,
+        arch.system.tni_mhz,
+        job.memories
+    )?;
+    if job.one_in > 1 {
+        writeln!(out, "sampled: one run of packets in {}", job.one_in)?;
+    }
+    let error = match all.relative_error {
+        Some(error) => format!(" ± {:.2} (95 %)", error * all.mrays_per_second),
+        None => String::new(),
+    };
+    writeln!(
+        out,
+        "\n{:.2}{error} Mrays/s: {} cycles, {:.2} a ray and unit",
+        all.mrays_per_second,
+        all.cycles,
+        all.cycles as f64 * f64::from(all.units) / all.rays.max(1) as f64
+    )?;
+    if views.len() > 1 {
+        let each = views.iter().map(|view| {
+            let one = Measure::of(std::slice::from_ref(view), job.units, arch.system.tni_mhz);
+            format!("{:.2}", one.mrays_per_second)
+        });
+        let each: Vec<String> = each.collect();
+        writeln!(out, "  by view: {}", each.join(", "))?;
+    }
+    writeln!(
+        out,
+        "a ray: {:.2} inner nodes, {:.2} leaves, {:.2} triangle tests; {:.2} ways through \
+         sub-pipelines, {:.2} of them without work",
+        all.inner_visits, all.leaf_visits, all.triangle_tests, all.passes, all.idle_passes
+    )?;
+    writeln!(
+        out,
+        "  {:.1} cycles in the unit, {:.1} a node visit",
+        all.residence, all.cycles_per_visit
+    )?;
+    writeln!(
+        out,
+        "TRV busy {:.1} %, AABB issuing {:.1} %; IST busy {:.1} %, issuing {:.1} %",
+        100.0 * all.trv_busy,
+        100.0 * all.trv_issue,
+        100.0 * all.ist_busy,
+        100.0 * all.ist_issue
+    )?;
+    writeln!(
+        out,
+        "hits: TRV L1 {:.1} %, TRV L2 {:.1} %, IST L1 {:.1} %; memory {:.2} GB/s",
+        100.0 * all.trv_l1,
+        100.0 * all.trv_l2,
+        100.0 * all.ist_l1,
+        all.gigabytes_per_second
+    )?;
+    writeln!(
+        out,
+        "waiting for lines: {:.2} rays a unit, {:.2} lines of level 1 outstanding",
+        all.waiting_rays, all.outstanding
+    )?;
+    counters(out, &all.counters)?;
+    accounts(out, &all.counters)
+}
+
+fn counters(out: &mut String, c: &TniCounters) -> std::fmt::Result {
+    let s = &c.stacks;
+    writeln!(
+        out,
+        "{} box tests, {} triangle tests ({} nearer), {} of {} rays hit, {} void",
+        c.box_tests, c.triangle_tests, c.accepted, c.unit.hits, c.unit.rays, c.unit.void_rays
+    )?;
+    writeln!(
+        out,
+        "stacks: {} pushes, {} pops, {} culled, {} overflows, {} restarts",
+        s.pushes, s.pops, s.culled, s.overflows, s.restarts
+    )?;
+    for (name, rau) in [("TRV", &c.trv_rau), ("IST", &c.ist_rau)] {
+        writeln!(
+            out,
+            "{name} accumulation: {} rows opened, {} rays joined, {} retried",
+            rau.opened, rau.joined, rau.retried
+        )?;
+    }
+    Ok(())
+}
+
+/// Where every cycle of every unit went.
+fn accounts(out: &mut String, c: &TniCounters) -> std::fmt::Result {
+    let parts: [(&str, &PipeCounters); 4] = [
+        ("TRV_PRE", &c.pre),
+        ("TRV_AABB", &c.aabb),
+        ("TRV_POST", &c.post),
+        ("IST", &c.ist),
+    ];
+    write!(out, "\n{:9} {:>14}", "cycles", "all")?;
+    for (name, _) in c.pre.account.rows() {
+        write!(out, " {name:>11}")?;
+    }
+    writeln!(out)?;
+    for (name, pipe) in parts {
+        let total = pipe.account.total();
+        write!(out, "{name:9} {total:>14}")?;
+        for (_, cycles) in pipe.account.rows() {
+            write!(out, " {:>9.2} %", share(cycles, total))?;
+        }
+        writeln!(out)?;
+    }
+    let d = &c.unit.dispatch;
+    let total = d.total();
+    writeln!(
+        out,
+        "{:9} {total:>14}  dispatching {:.2} %, all units full {:.2} %, no ray {:.2} %",
+        "RD",
+        share(d.work, total),
+        share(d.full, total),
+        share(d.empty, total)
+    )
+}
+
+fn share(part: u64, all: u64) -> f64 {
+    if all == 0 {
+        0.0
+    } else {
+        100.0 * part as f64 / all as f64
+    }
+}
