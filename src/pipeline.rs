@@ -275,6 +275,7 @@ pub(crate) fn compile(input: Input, front_end: &FrontEnd<'_>) -> Result<Compiled
             let facts = |schedule: &srp_ir::dre::scheduled::ModuloSchedule| LoopFacts {
                 bounds: srp_scheduler::modulo::bounds(&schedule.dfg, arch),
                 obstacle: None,
+                impossible: Vec::new(),
             };
             let loops: EntityMap<_, _> = program.kernels.values().map(facts).collect();
             let schedule = Schedule {

@@ -51,6 +51,8 @@ pub(crate) struct LoopReport {
     pub(crate) recurrence: Vec<Step>,
     /// Why the II is above both bounds, if it is.
     pub(crate) why_not_lower: Option<String>,
+    /// Lower IIs that were proved impossible.
+    pub(crate) impossible: Vec<Impossible>,
     /// Iterations that overlap.
     pub(crate) stages: u32,
     /// Cycles of one iteration from its first issue to its last result.
@@ -66,6 +68,16 @@ pub(crate) struct LoopReport {
     pub(crate) utilisation: Vec<UnitLoad>,
     /// The modulo reservation table: a row a slot, a cell a unit.
     pub(crate) table: Vec<Vec<Option<Cell>>>,
+}
+
+/// A proof that there is no schedule with this II.
+#[derive(Serialize)]
+pub(crate) struct Impossible {
+    /// The II.
+    pub(crate) ii: u32,
+    /// It holds where no operation is issued later than so many cycles after its latest start on
+    /// the critical path.
+    pub(crate) slack: u32,
 }
 
 /// A source position.
@@ -201,6 +213,10 @@ impl View<'_> {
             latency: self.latency(schedule, node),
             at: self.position(dfg.nodes[node].pos),
         };
+        let impossible = |i: &srp_scheduler::modulo::Impossible| Impossible {
+            ii: i.ii,
+            slack: i.slack,
+        };
         LoopReport {
             kernel: dfg.name.clone(),
             at: self.position(dfg.pos),
@@ -212,6 +228,7 @@ impl View<'_> {
             rec_mii: facts.bounds.recurrences,
             recurrence: facts.bounds.critical_cycle.iter().map(step).collect(),
             why_not_lower: facts.obstacle.clone(),
+            impossible: facts.impossible.iter().map(impossible).collect(),
             stages: schedule.stages(),
             length: schedule.length,
             contexts: schedule.contexts(),

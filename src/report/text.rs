@@ -75,6 +75,15 @@ fn details(out: &mut String, l: &LoopReport) {
     if let Some(why) = &l.why_not_lower {
         line(out, format_args!("  not lower: {why}"));
     }
+    for i in &l.impossible {
+        line(
+            out,
+            format_args!(
+                "  proved: no schedule at II = {} up to {} cycles beyond the critical path",
+                i.ii, i.slack
+            ),
+        );
+    }
     line(
         out,
         format_args!(
