@@ -210,19 +210,21 @@ pub(crate) fn schedule(mut program: Program, arch: &Arch) -> Result<Compiled, Fa
                     not_pipelined,
                 });
             }
-            Err(ScheduleError::Kernel(kernel, why)) => {
-                let dfg = &divided.dre.kernels[kernel];
-                let Some((func, block)) = marked(&program, &dfg.name) else {
-                    return Err(Failure::Message(format!("{}: {}", dfg.name, why.why)));
-                };
-                let mark = program.funcs[func].blocks[block].kernel.take();
-                unschedulable.push(NotPipelined {
-                    name: dfg.name.clone(),
-                    pos: dfg.pos,
-                    reason: why.why,
-                    at: why.node.map_or(dfg.pos, |n| dfg.nodes[n].pos),
-                    required: mark.is_some_and(|m| m.required),
-                });
+            Err(ScheduleError::Kernels(kernels)) => {
+                for (kernel, why) in kernels {
+                    let dfg = &divided.dre.kernels[kernel];
+                    let Some((func, block)) = marked(&program, &dfg.name) else {
+                        return Err(Failure::Message(format!("{}: {}", dfg.name, why.why)));
+                    };
+                    let mark = program.funcs[func].blocks[block].kernel.take();
+                    unschedulable.push(NotPipelined {
+                        name: dfg.name.clone(),
+                        pos: dfg.pos,
+                        reason: why.why,
+                        at: why.node.map_or(dfg.pos, |n| dfg.nodes[n].pos),
+                        required: mark.is_some_and(|m| m.required),
+                    });
+                }
             }
             Err(error) => return Err(Failure::message(error)),
         }

@@ -68,8 +68,9 @@ pub struct LoopFacts {
 pub enum ScheduleError {
     /// Its globals do not fit in the SRAM.
     TooLarge(TooLarge),
-    /// A loop cannot run on the array. Without it among the kernels, the program may still run.
-    Kernel(Kernel, modulo::Unschedulable),
+    /// Loops that cannot run on the array. Without them among the kernels, the program may still
+    /// run.
+    Kernels(Vec<(Kernel, modulo::Unschedulable)>),
     /// The control code cannot run on the VLIW engine.
     Control(vliw::VliwError),
     /// The schedule breaks the machine's rules: a mistake of this crate.
@@ -80,13 +81,16 @@ impl std::fmt::Display for ScheduleError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             ScheduleError::TooLarge(e) => e.fmt(f),
-            ScheduleError::Kernel(kernel, e) => {
-                write!(
-                    f,
-                    "kernel {} cannot run on the array: {}",
-                    kernel.index(),
-                    e.why
-                )
+            ScheduleError::Kernels(kernels) => {
+                let line = |(kernel, e): &(Kernel, modulo::Unschedulable)| {
+                    format!(
+                        "kernel {} cannot run on the array: {}",
+                        kernel.index(),
+                        e.why
+                    )
+                };
+                let lines: Vec<String> = kernels.iter().map(line).collect();
+                f.write_str(&lines.join("\n"))
             }
             ScheduleError::Control(e) => e.fmt(f),
             ScheduleError::Wrong(violations) => {
@@ -108,24 +112,32 @@ pub fn schedule(dre: &Dre, arch: &Arch, options: &Options<'_>) -> Result<Schedul
         Layout::of(&dre.control, arch.system.sram_bytes).map_err(ScheduleError::TooLarge)?;
     let mut loops = EntityMap::new();
     let mut kernels: EntityMap<Kernel, ModuloSchedule> = EntityMap::new();
+    let mut failed = Vec::new();
     for (index, result) in schedule_loops(&dre.kernels, arch, options)
         .into_iter()
         .enumerate()
     {
-        let kernel = Kernel::new(index);
-        let scheduled = result.map_err(|e| ScheduleError::Kernel(kernel, e))?;
         let modulo::Scheduled {
             schedule,
             bounds,
             obstacle,
             impossible,
-        } = scheduled;
+        } = match result {
+            Ok(scheduled) => scheduled,
+            Err(why) => {
+                failed.push((Kernel::new(index), why));
+                continue;
+            }
+        };
         kernels.push(schedule);
         loops.push(LoopFacts {
             bounds,
             obstacle,
             impossible,
         });
+    }
+    if !failed.is_empty() {
+        return Err(ScheduleError::Kernels(failed));
     }
     let code = vliw::emit(&dre.control, &kernels, arch, &layout).map_err(ScheduleError::Control)?;
     let program = ScheduledDre {

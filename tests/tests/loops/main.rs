@@ -35,7 +35,7 @@ fn trial(seed: u64) -> Trial {
     }
     let scheduled = match schedule(&dre, &arch, &srp_scheduler::Options::default()) {
         Ok(scheduled) => scheduled,
-        Err(ScheduleError::Kernel(..)) => return Trial::NoSchedule,
+        Err(ScheduleError::Kernels(_)) => return Trial::NoSchedule,
         Err(error) => panic!("seed {seed}: {error}"),
     };
     let bound = scheduled.loops.values().map(|l| l.bounds.min_ii());
