@@ -60,6 +60,14 @@ pub(crate) struct MachineFile {
     pub(crate) machine: PathBuf,
 }
 
+/// How hard loops are scheduled.
+#[derive(Args)]
+pub(crate) struct Search {
+    /// Look for the smallest II by SAT too, for so many seconds [60], or prove that there is none
+    #[arg(long, value_name = "SECONDS", num_args = 0..=1, require_equals = true, default_missing_value = "60")]
+    pub(crate) optimal: Option<f64>,
+}
+
 /// How C is compiled.
 #[derive(Args)]
 pub(crate) struct Source {
@@ -185,6 +193,8 @@ pub(crate) struct Compile {
     pub(crate) machine: MachineFile,
     #[command(flatten)]
     pub(crate) source: Source,
+    #[command(flatten)]
+    pub(crate) search: Search,
     /// Forms to write
     #[arg(long, value_enum, value_delimiter = ',', default_value = "schedule")]
     pub(crate) emit: Vec<Form>,
@@ -209,6 +219,8 @@ pub(crate) struct Run {
     pub(crate) machine: MachineFile,
     #[command(flatten)]
     pub(crate) source: Source,
+    #[command(flatten)]
+    pub(crate) search: Search,
     /// What runs it; without rustc, csim gives way to interp
     #[arg(long, value_enum, default_value_t = RunEngine::Csim)]
     pub(crate) engine: RunEngine,
@@ -230,6 +242,8 @@ pub(crate) struct Report {
     pub(crate) machine: MachineFile,
     #[command(flatten)]
     pub(crate) source: Source,
+    #[command(flatten)]
+    pub(crate) search: Search,
     /// Print JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,

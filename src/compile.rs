@@ -2,7 +2,7 @@
 
 use crate::cli::{Compile, Form};
 use crate::failure::Failure;
-use crate::pipeline::{self, Compiled, FrontEnd, Input};
+use crate::pipeline::{self, Compiled, Effort, FrontEnd, Input};
 use crate::{files, machine, report};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Source;
@@ -52,7 +52,7 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
     {
         return Ok(());
     }
-    let compiled = pipeline::compile(input, &front_end)?;
+    let compiled = pipeline::compile(input, &front_end, Effort::of(&args.search))?;
     say_not_pipelined(&compiled, &arch);
     if wants(Form::Dfg) || wants(Form::Dre) {
         match &compiled.dre {

@@ -18,7 +18,7 @@ mod tni;
 use clap::{CommandFactory, Parser};
 use cli::{Cli, Command};
 use failure::Failure;
-use pipeline::{FrontEnd, Input};
+use pipeline::{Effort, FrontEnd, Input};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -66,7 +66,7 @@ fn write_report(args: &cli::Report) -> Result<(), Failure> {
     } else {
         pipeline::read(&args.files, &arch)?
     };
-    let compiled = pipeline::compile(input, &front_end)?;
+    let compiled = pipeline::compile(input, &front_end, Effort::of(&args.search))?;
     let report = report::report(&compiled, &arch);
     if let Some(path) = &args.html {
         files::write(path, report::page(&report).as_bytes())?;

@@ -12,10 +12,11 @@ use srp_ir::dre::{self, Dre};
 use srp_ir::pass;
 use srp_ir::program::{Block, Func, Program};
 use srp_ir::split::{NotPipelined, split};
-use srp_scheduler::{LoopFacts, Schedule, ScheduleError};
+use srp_scheduler::{LoopFacts, Schedule, ScheduleError, modulo};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 /// What a command is given, by how far it is compiled already.
 pub(crate) enum Input {
@@ -196,12 +197,12 @@ pub(crate) fn optimise(mut program: Program, arch: &Arch) -> Program {
 }
 
 /// Divides a program and schedules it. Loops that the array cannot run go back to the control code.
-pub(crate) fn schedule(mut program: Program, arch: &Arch) -> Result<Compiled, Failure> {
+fn schedule(mut program: Program, arch: &Arch, effort: Effort) -> Result<Compiled, Failure> {
     let mut unschedulable = Vec::new();
     loop {
         let divided = split(&program);
         let mut not_pipelined = divided.not_pipelined;
-        match schedule_dre(&divided.dre, arch) {
+        match schedule_dre(&divided.dre, arch, effort) {
             Ok(schedule) => {
                 not_pipelined.extend(unschedulable);
                 return Ok(Compiled {
@@ -244,27 +245,80 @@ fn marked(program: &Program, name: &str) -> Option<(Func, Block)> {
     })
 }
 
-fn schedule_dre(dre: &Dre, arch: &Arch) -> Result<Schedule, ScheduleError> {
+/// How long the best schedules are looked for.
+#[derive(Clone, Copy)]
+pub(crate) enum Effort {
+    /// As far as a fixed number of steps goes: the same for everybody.
+    Steps,
+    /// Until this moment, or a proof.
+    Until(Instant),
+}
+
+impl Effort {
+    /// What the command line asks for.
+    pub(crate) fn of(search: &cli::Search) -> Effort {
+        // A year is as good as for ever, and does not overflow.
+        let seconds = |s: f64| Duration::from_secs_f64(s.clamp(0.0, 3.2e7));
+        search.optimal.map_or(Effort::Steps, |s| {
+            Effort::Until(Instant::now() + seconds(s))
+        })
+    }
+
+    /// Whether the search is to end.
+    pub(crate) fn is_spent(self) -> bool {
+        let late = match self {
+            Effort::Steps => false,
+            Effort::Until(end) => Instant::now() >= end,
+        };
+        late || talk::interrupted()
+    }
+
+    /// Runs `f` with the options of this effort.
+    pub(crate) fn with<R>(self, f: impl FnOnce(modulo::Options<'_>) -> R) -> R {
+        let stop = || self.is_spent();
+        let steps = modulo::Options {
+            stop: &stop,
+            ..modulo::Options::default()
+        };
+        f(match self {
+            Effort::Steps => steps,
+            Effort::Until(_) => modulo::Options {
+                effort: 4 * steps.effort,
+                conflicts: u64::MAX,
+                slack: 7,
+                ..steps
+            },
+        })
+    }
+}
+
+fn schedule_dre(dre: &Dre, arch: &Arch, effort: Effort) -> Result<Schedule, ScheduleError> {
     let progress = Progress::steps("scheduling", dre.kernels.len() as u64);
-    let options = srp_scheduler::Options {
-        threads: std::thread::available_parallelism().map_or(1, usize::from),
-        progress: &|done| progress.at(done as u64),
-        ..srp_scheduler::Options::default()
-    };
-    srp_scheduler::schedule(dre, arch, &options)
+    effort.with(|modulo| {
+        let options = srp_scheduler::Options {
+            modulo,
+            threads: std::thread::available_parallelism().map_or(1, usize::from),
+            progress: &|done| progress.at(done as u64),
+        };
+        srp_scheduler::schedule(dre, arch, &options)
+    })
 }
 
 /// Takes an input all the way to a schedule.
-pub(crate) fn compile(input: Input, front_end: &FrontEnd<'_>) -> Result<Compiled, Failure> {
+pub(crate) fn compile(
+    input: Input,
+    front_end: &FrontEnd<'_>,
+    effort: Effort,
+) -> Result<Compiled, Failure> {
     let arch = front_end.arch;
     match input {
         Input::C(sources) => {
             let program = front_end.compile(&sources)?;
-            schedule(optimise(program, arch), arch)
+            schedule(optimise(program, arch), arch, effort)
         }
-        Input::Ir(program) => schedule(*program, arch),
+        Input::Ir(program) => schedule(*program, arch, effort),
         Input::Dre(dre) => {
-            let schedule = schedule_dre(&dre, arch).map_err(Failure::message)?;
+            let schedule = schedule_dre(&dre, arch, effort).map_err(Failure::message)?;
             Ok(Compiled {
                 dre: Some(*dre),
                 schedule,
@@ -275,7 +329,7 @@ pub(crate) fn compile(input: Input, front_end: &FrontEnd<'_>) -> Result<Compiled
             srp_scheduler::check::check(&program, arch)
                 .map_err(|v| Failure::message(ScheduleError::Wrong(v)))?;
             let facts = |schedule: &srp_ir::dre::scheduled::ModuloSchedule| LoopFacts {
-                bounds: srp_scheduler::modulo::bounds(&schedule.dfg, arch),
+                bounds: modulo::bounds(&schedule.dfg, arch),
                 obstacle: None,
                 impossible: Vec::new(),
             };

@@ -2,7 +2,7 @@
 
 use crate::cli::{Render, Source as SourceArgs};
 use crate::failure::Failure;
-use crate::pipeline::{self, Compiled, FrontEnd, Input};
+use crate::pipeline::{self, Compiled, Effort, FrontEnd, Input};
 use crate::scenes::{self, Views};
 use crate::talk::{self, Progress};
 use crate::{compile, engine, files, kernels, machine};
@@ -93,7 +93,7 @@ fn compile_kernels(folder: Option<&Path>, arch: &Arch) -> Result<Compiled, Failu
         None => Input::C(kernels::sources()),
         Some(folder) => pipeline::read(&c_files(folder)?, arch)?,
     };
-    let compiled = pipeline::compile(input, &front_end)?;
+    let compiled = pipeline::compile(input, &front_end, Effort::Steps)?;
     compile::say_not_pipelined(&compiled, arch);
     Ok(compiled)
 }

@@ -2,7 +2,7 @@
 
 use crate::cli::{Engine, Run, RunEngine};
 use crate::failure::Failure;
-use crate::pipeline::{self, FrontEnd, Input};
+use crate::pipeline::{self, Effort, FrontEnd, Input};
 use crate::{compile, engine, machine};
 use srp_archdesc::arch::Arch;
 use srp_ir::dre::{self, Dre};
@@ -21,7 +21,7 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
         RunEngine::Interp => Engine::Interp,
         RunEngine::Ir => return interpret(input, &front_end, &arch, args.limit),
     };
-    let compiled = pipeline::compile(input, &front_end)?;
+    let compiled = pipeline::compile(input, &front_end, Effort::of(&args.search))?;
     compile::say_not_pipelined(&compiled, &arch);
     let program = &compiled.schedule.program;
     let mut cores = engine::cores(program, &arch, simulator, 1)?;

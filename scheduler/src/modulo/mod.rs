@@ -27,6 +27,8 @@ use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::EntityMap;
 use srp_ir::dfg::{Dfg, Node};
 use srp_ir::dre::scheduled::{ModuloSchedule, Reg};
+use std::collections::BTreeMap;
+use std::io::Write;
 use std::ops::Range;
 
 /// How hard to try. Everything is counted in steps, so that the same input gives the same schedule
@@ -140,10 +142,45 @@ pub fn schedule(dfg: &Dfg, arch: &Arch, options: &Options<'_>) -> Result<Schedul
     })
 }
 
+/// Where a certificate of impossibility is written.
+pub struct Certificate<'a> {
+    /// The formula, as DIMACS CNF.
+    pub formula: &'a mut dyn Write,
+    /// The proof that it cannot be satisfied, as DRAT (Wetzler, Heule and Hunt 2014).
+    pub steps: &'a mut dyn Write,
+}
+
+/// Proves again that there is no schedule, and writes the certificate; false where `stop` came
+/// first, it could not be written, or it is not so.
+pub fn certify(
+    dfg: &Dfg,
+    arch: &Arch,
+    claim: Impossible,
+    stop: &(dyn Fn() -> bool + Sync),
+    certificate: Certificate<'_>,
+) -> bool {
+    let Ok(live_ins) = live_in_registers(dfg, arch) else {
+        return false;
+    };
+    let fixed: Vec<Reg> = live_ins.into_iter().chain(abi::reserved(arch)).collect();
+    let question = exact::Question {
+        ii: claim.ii,
+        slack: claim.slack,
+        conflicts: u64::MAX,
+        fixed: &fixed,
+        stop,
+    };
+    let (answer, _) = exact::solve(&Problem::new(dfg, arch), &question, Some(certificate));
+    matches!(answer, Answer::Impossible)
+}
+
 /// Attempts at each II on the way up to the first that works.
 const FIRST_ATTEMPTS: u32 = 4;
 /// Attempts at each II on the way down from there.
 const ATTEMPTS: u32 = 64;
+
+/// Conflicts of the exact search's first question.
+const FIRST_CONFLICTS: u64 = 1000;
 
 /// The search over IIs.
 struct Search<'a, 'p> {
@@ -190,51 +227,59 @@ impl Search<'_, '_> {
     }
 
     /// Looks for the smallest II of a range by the exact way; a schedule, if there is one, and what
-    /// was proved.
+    /// was proved. Every question is asked in rounds, each with more conflicts than the one before,
+    /// so that a hard one does not keep the others waiting.
     fn exactly(
         &self,
         iis: Range<u32>,
         options: &Options<'_>,
     ) -> (Option<ModuloSchedule>, Vec<Impossible>) {
-        let mut impossible = Vec::new();
+        let mut best: Option<ModuloSchedule> = None;
+        let mut open: Vec<Impossible> = iis.flat_map(|ii| slacks(ii, options.slack)).collect();
+        let mut impossible: BTreeMap<u32, u32> = BTreeMap::new();
         let mut left = options.conflicts;
-        for ii in iis.clone() {
-            // What is left is shared out evenly among the IIs to come.
-            let mut share = left / u64::from(iis.end - ii);
-            left -= share;
-            let mut proved = None;
-            for slack in (0..)
-                .map(|k| (1 << k) - 1)
-                .take_while(|&s| s <= options.slack)
-            {
-                if share == 0 || (options.stop)() {
+        let mut share = FIRST_CONFLICTS;
+        while left > 0 && !open.is_empty() {
+            for question in std::mem::take(&mut open) {
+                let Impossible { ii, slack } = question;
+                if best.as_ref().is_some_and(|b| ii >= b.ii) {
+                    continue;
+                }
+                if left == 0 || (options.stop)() {
                     break;
                 }
-                let question = exact::Question {
+                let asked = exact::Question {
                     ii,
                     slack,
-                    conflicts: share,
+                    conflicts: share.min(left),
                     fixed: &self.fixed,
                     stop: options.stop,
                 };
-                let (answer, spent) = exact::solve(self.problem, &question, None);
-                share -= spent.min(share);
+                let (answer, spent) = exact::solve(self.problem, &asked, None);
+                left -= spent.min(left);
                 match answer {
                     Answer::Placed(placement) => {
                         let schedule = finish::finish(self.problem, &placement, self.live_ins);
                         if schedule.stages() <= MAX_STAGES {
-                            return (Some(schedule), impossible);
+                            best = Some(schedule);
                         }
                     }
-                    Answer::Impossible => proved = Some(Impossible { ii, slack }),
-                    Answer::TooLarge => return (None, impossible),
-                    Answer::Unknown => {}
+                    Answer::Impossible => {
+                        let most = impossible.entry(ii).or_insert(slack);
+                        *most = slack.max(*most);
+                    }
+                    Answer::Unknown => open.push(question),
+                    Answer::TooLarge => {}
                 }
             }
-            left += share;
-            impossible.extend(proved);
+            let proved = |q: &Impossible| impossible.get(&q.ii).is_some_and(|&s| s >= q.slack);
+            open.retain(|q| !proved(q));
+            share *= 4;
         }
-        (None, impossible)
+        let below = |ii: u32| best.as_ref().is_none_or(|b| ii < b.ii);
+        let proved = impossible.into_iter().filter(|&(ii, _)| below(ii));
+        let impossible = proved.map(|(ii, slack)| Impossible { ii, slack }).collect();
+        (best, impossible)
     }
 
     /// Attempts at one II, at least one; what was in the way most often where none succeeds. What
@@ -271,6 +316,12 @@ impl Search<'_, '_> {
         }
         Err(worst)
     }
+}
+
+/// Horizons to ask about at one II, the shortest first: those that are soon answered.
+fn slacks(ii: u32, most: u32) -> impl Iterator<Item = Impossible> {
+    let slacks = (0..u32::BITS).map(|k| (1 << k) - 1);
+    (slacks.take_while(move |&slack| slack <= most)).map(move |slack| Impossible { ii, slack })
 }
 
 /// The central registers that bring the live-ins.

@@ -16,6 +16,7 @@ mod decode;
 mod encode;
 mod formula;
 
+use super::Certificate;
 use super::order::Freedom;
 use super::place::Placement;
 use super::problem::Problem;
@@ -23,7 +24,6 @@ use batsat::{Callbacks, ClauseKind, Solver, SolverInterface, lbool};
 use formula::{Formula, Lit};
 use srp_archdesc::entity::EntityMap;
 use srp_ir::dre::scheduled::Reg;
-use std::io::Write;
 
 /// What is asked.
 pub(super) struct Question<'a> {
@@ -36,14 +36,6 @@ pub(super) struct Question<'a> {
     pub(super) fixed: &'a [Reg],
     /// Asked now and then; true gives up.
     pub(super) stop: &'a dyn Fn() -> bool,
-}
-
-/// Where a proof is written.
-pub(super) struct Proof<'a> {
-    /// The formula, as DIMACS CNF.
-    pub(super) formula: &'a mut dyn Write,
-    /// The clauses learnt, as DRAT.
-    pub(super) steps: &'a mut dyn Write,
 }
 
 /// What came out.
@@ -68,7 +60,7 @@ const TIGHTENINGS: u32 = 6;
 pub(super) fn solve(
     problem: &Problem<'_>,
     question: &Question<'_>,
-    mut proof: Option<Proof<'_>>,
+    mut proof: Option<Certificate<'_>>,
 ) -> (Answer, u64) {
     let freedom = Freedom::at(problem, question.ii);
     let mut spare = EntityMap::filled(problem.graph.places.len(), 0);
@@ -108,7 +100,7 @@ struct Watch<'a, 'p> {
     conflicts: u64,
     limit: u64,
     stop: &'a dyn Fn() -> bool,
-    proof: Option<&'a mut Proof<'p>>,
+    proof: Option<&'a mut Certificate<'p>>,
     /// Whether a line of the proof could not be written.
     failed: bool,
 }
@@ -153,7 +145,7 @@ fn run(
     formula: &Formula,
     limit: u64,
     stop: &dyn Fn() -> bool,
-    mut proof: Option<&mut Proof<'_>>,
+    mut proof: Option<&mut Certificate<'_>>,
 ) -> (Outcome, u64) {
     let mut failed = false;
     if let Some(proof) = &mut proof {
