@@ -12,7 +12,7 @@ use srp_ir::dre::{self, Dre};
 use srp_ir::pass;
 use srp_ir::program::{Block, Func, Program};
 use srp_ir::split::{NotPipelined, split};
-use srp_scheduler::{LoopFacts, Schedule, ScheduleError, modulo};
+use srp_scheduler::{Known, LoopFacts, Schedule, ScheduleError, modulo};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -199,10 +199,11 @@ pub(crate) fn optimise(mut program: Program, arch: &Arch) -> Program {
 /// Divides a program and schedules it. Loops that the array cannot run go back to the control code.
 fn schedule(mut program: Program, arch: &Arch, effort: Effort) -> Result<Compiled, Failure> {
     let mut unschedulable = Vec::new();
+    let known = Known::default();
     loop {
         let divided = split(&program);
         let mut not_pipelined = divided.not_pipelined;
-        match schedule_dre(&divided.dre, arch, effort) {
+        match schedule_dre(&divided.dre, arch, effort, &known) {
             Ok(schedule) => {
                 not_pipelined.extend(unschedulable);
                 return Ok(Compiled {
@@ -250,8 +251,8 @@ fn marked(program: &Program, name: &str) -> Option<(Func, Block)> {
 pub(crate) enum Effort {
     /// As far as a fixed number of steps goes: the same for everybody.
     Steps,
-    /// Until this moment, or a proof.
-    Until(Instant),
+    /// For so long beyond these steps, for each loop that has not reached its bound.
+    Beyond(Duration),
 }
 
 impl Effort {
@@ -259,46 +260,42 @@ impl Effort {
     pub(crate) fn of(search: &cli::Search) -> Effort {
         // A year is as good as for ever, and does not overflow.
         let seconds = |s: f64| Duration::from_secs_f64(s.clamp(0.0, 3.2e7));
-        search.optimal.map_or(Effort::Steps, |s| {
-            Effort::Until(Instant::now() + seconds(s))
-        })
-    }
-
-    /// Whether the search is to end.
-    pub(crate) fn is_spent(self) -> bool {
-        let late = match self {
-            Effort::Steps => false,
-            Effort::Until(end) => Instant::now() >= end,
-        };
-        late || talk::interrupted()
+        let beyond = |s| Effort::Beyond(seconds(s));
+        search.optimal.map_or(Effort::Steps, beyond)
     }
 
     /// Runs `f` with the options of this effort.
     pub(crate) fn with<R>(self, f: impl FnOnce(modulo::Options<'_>) -> R) -> R {
-        let stop = || self.is_spent();
-        let steps = modulo::Options {
-            stop: &stop,
+        let options = modulo::Options {
+            stop: &talk::interrupted,
             ..modulo::Options::default()
         };
-        f(match self {
-            Effort::Steps => steps,
-            Effort::Until(_) => modulo::Options {
-                effort: 4 * steps.effort,
-                conflicts: u64::MAX,
-                slack: 7,
-                ..steps
-            },
-        })
+        match self {
+            Effort::Steps => f(options),
+            Effort::Beyond(time) => f(modulo::Options {
+                beyond: Some(&|| {
+                    let start = Instant::now();
+                    Box::new(move || start.elapsed() >= time || talk::interrupted())
+                }),
+                ..options
+            }),
+        }
     }
 }
 
-fn schedule_dre(dre: &Dre, arch: &Arch, effort: Effort) -> Result<Schedule, ScheduleError> {
+fn schedule_dre(
+    dre: &Dre,
+    arch: &Arch,
+    effort: Effort,
+    known: &Known,
+) -> Result<Schedule, ScheduleError> {
     let progress = Progress::steps("scheduling", dre.kernels.len() as u64);
     effort.with(|modulo| {
         let options = srp_scheduler::Options {
             modulo,
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             progress: &|done| progress.at(done as u64),
+            known: Some(known),
         };
         srp_scheduler::schedule(dre, arch, &options)
     })
@@ -318,7 +315,8 @@ pub(crate) fn compile(
         }
         Input::Ir(program) => schedule(*program, arch, effort),
         Input::Dre(dre) => {
-            let schedule = schedule_dre(&dre, arch, effort).map_err(Failure::message)?;
+            let schedule =
+                schedule_dre(&dre, arch, effort, &Known::default()).map_err(Failure::message)?;
             Ok(Compiled {
                 dre: Some(*dre),
                 schedule,

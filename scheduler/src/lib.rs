@@ -31,6 +31,25 @@ pub struct Options<'a> {
     pub threads: usize,
     /// Called with the number of loops done whenever one is.
     pub progress: &'a (dyn Fn(usize) + Sync),
+    /// Loops scheduled before for this machine, with these options; those of this call are added.
+    pub known: Option<&'a Known>,
+}
+
+/// Loops and what came of scheduling them.
+#[derive(Default)]
+pub struct Known(Mutex<Vec<(Dfg, LoopResult)>>);
+
+impl Known {
+    fn of(&self, dfg: &Dfg) -> Option<LoopResult> {
+        let known = self.0.lock().expect("no thread panics with the lock held");
+        let same = known.iter().find(|(other, _)| other == dfg);
+        same.map(|(_, result)| result.clone())
+    }
+
+    fn add(&self, dfg: &Dfg, result: &LoopResult) {
+        let mut known = self.0.lock().expect("no thread panics with the lock held");
+        known.push((dfg.clone(), result.clone()));
+    }
 }
 
 impl Default for Options<'_> {
@@ -39,6 +58,7 @@ impl Default for Options<'_> {
             modulo: modulo::Options::default(),
             threads: 1,
             progress: &|_| {},
+            known: None,
         }
     }
 }
@@ -175,7 +195,11 @@ fn schedule_loops(
             let Some(dfg) = kernels.get(Kernel::new(index)) else {
                 return;
             };
-            let result = modulo::schedule(dfg, arch, &options.modulo);
+            let result = options.known.and_then(|k| k.of(dfg)).unwrap_or_else(|| {
+                let result = modulo::schedule(dfg, arch, &options.modulo);
+                options.known.inspect(|k| k.add(dfg, &result));
+                result
+            });
             *results[index]
                 .lock()
                 .expect("no thread panics with the lock held") = Some(result);

@@ -29,7 +29,6 @@ use srp_ir::dfg::{Dfg, Node};
 use srp_ir::dre::scheduled::{ModuloSchedule, Reg};
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::ops::Range;
 
 /// How hard to try. Everything is counted in steps, so that the same input gives the same schedule
 /// however fast the machine is; only `stop` can change that.
@@ -45,7 +44,16 @@ pub struct Options<'a> {
     pub slack: u32,
     /// Asked now and then: true ends the search with the best schedule so far.
     pub stop: &'a (dyn Fn() -> bool + Sync),
+    /// Where all these steps do not reach the bound: go on by the exact way, with horizons up to
+    /// [`FARTHEST`], until this says stop. It is started anew for every loop.
+    pub beyond: Option<&'a (dyn Fn() -> Stop + Sync)>,
 }
+
+/// Says when to stop.
+pub type Stop = Box<dyn Fn() -> bool>;
+
+/// Cycles beyond the critical path up to which the exact search goes in the end.
+pub const FARTHEST: u32 = 15;
 
 impl Default for Options<'_> {
     fn default() -> Self {
@@ -54,6 +62,7 @@ impl Default for Options<'_> {
             conflicts: 6_000,
             slack: 3,
             stop: &|| false,
+            beyond: None,
         }
     }
 }
@@ -123,17 +132,27 @@ pub fn schedule(dfg: &Dfg, arch: &Arch, options: &Options<'_>) -> Result<Schedul
     };
     let (mut schedule, mut obstacle) =
         (search.run(bounds.min_ii(), options)).map_err(|why| Unschedulable { node: None, why })?;
-    let mut impossible = Vec::new();
-    if schedule.ii > bounds.min_ii() {
-        let below = bounds.min_ii()..schedule.ii;
-        let (better, proved) = search.exactly(below, options);
-        if let Some(better) = better {
-            let reached = better.ii == bounds.min_ii();
-            obstacle = obstacle.filter(|_| !reached);
+    let mut exact = Exact::new(bounds.min_ii(), options.slack);
+    let mut improve = |exact: &mut Exact, limits: Limits<'_>| {
+        if let Some(better) = search.exactly(exact, schedule.ii, limits) {
+            obstacle = obstacle.take().filter(|_| better.ii > bounds.min_ii());
             schedule = better;
         }
-        impossible = proved;
+    };
+    let steps = Limits {
+        conflicts: options.conflicts,
+        stop: options.stop,
+    };
+    improve(&mut exact, steps);
+    if let Some(beyond) = options.beyond {
+        exact.extend(FARTHEST);
+        let limits = Limits {
+            conflicts: u64::MAX,
+            stop: &beyond(),
+        };
+        improve(&mut exact, limits);
     }
+    let impossible = exact.impossible(schedule.ii);
     Ok(Scheduled {
         schedule,
         bounds,
@@ -226,60 +245,50 @@ impl Search<'_, '_> {
         Ok((best, None))
     }
 
-    /// Looks for the smallest II of a range by the exact way; a schedule, if there is one, and what
-    /// was proved. Every question is asked in rounds, each with more conflicts than the one before,
-    /// so that a hard one does not keep the others waiting.
-    fn exactly(
-        &self,
-        iis: Range<u32>,
-        options: &Options<'_>,
-    ) -> (Option<ModuloSchedule>, Vec<Impossible>) {
-        let mut best: Option<ModuloSchedule> = None;
-        let mut open: Vec<Impossible> = iis.flat_map(|ii| slacks(ii, options.slack)).collect();
-        let mut impossible: BTreeMap<u32, u32> = BTreeMap::new();
-        let mut left = options.conflicts;
+    /// Looks for a schedule with a smaller II than `best` by the exact way. Every question is asked
+    /// in rounds, each with more conflicts than the one before, so that a hard one does not keep
+    /// the others waiting.
+    fn exactly(&self, exact: &mut Exact, best: u32, limits: Limits<'_>) -> Option<ModuloSchedule> {
+        let mut found: Option<ModuloSchedule> = None;
+        let mut left = limits.conflicts;
         let mut share = FIRST_CONFLICTS;
-        while left > 0 && !open.is_empty() {
-            for question in std::mem::take(&mut open) {
-                let Impossible { ii, slack } = question;
-                if best.as_ref().is_some_and(|b| ii >= b.ii) {
-                    continue;
-                }
-                if left == 0 || (options.stop)() {
+        loop {
+            let open = exact.open(found.as_ref().map_or(best, |f| f.ii));
+            if open.is_empty() {
+                return found;
+            }
+            for Impossible { ii, slack } in open {
+                if found.as_ref().is_some_and(|f| ii >= f.ii) {
                     break;
                 }
-                let asked = exact::Question {
+                if left == 0 || (limits.stop)() {
+                    return found;
+                }
+                let question = exact::Question {
                     ii,
                     slack,
                     conflicts: share.min(left),
                     fixed: &self.fixed,
-                    stop: options.stop,
+                    stop: limits.stop,
                 };
-                let (answer, spent) = exact::solve(self.problem, &asked, None);
+                let (answer, spent) = exact::solve(self.problem, &question, None);
                 left -= spent.min(left);
                 match answer {
                     Answer::Placed(placement) => {
                         let schedule = finish::finish(self.problem, &placement, self.live_ins);
                         if schedule.stages() <= MAX_STAGES {
-                            best = Some(schedule);
+                            found = Some(schedule);
+                        } else {
+                            exact.give_up(ii, slack);
                         }
                     }
-                    Answer::Impossible => {
-                        let most = impossible.entry(ii).or_insert(slack);
-                        *most = slack.max(*most);
-                    }
-                    Answer::Unknown => open.push(question),
-                    Answer::TooLarge => {}
+                    Answer::Impossible => exact.prove(ii, slack),
+                    Answer::Unknown => {}
+                    Answer::TooLarge => exact.give_up(ii, slack),
                 }
             }
-            let proved = |q: &Impossible| impossible.get(&q.ii).is_some_and(|&s| s >= q.slack);
-            open.retain(|q| !proved(q));
             share *= 4;
         }
-        let below = |ii: u32| best.as_ref().is_none_or(|b| ii < b.ii);
-        let proved = impossible.into_iter().filter(|&(ii, _)| below(ii));
-        let impossible = proved.map(|(ii, slack)| Impossible { ii, slack }).collect();
-        (best, impossible)
     }
 
     /// Attempts at one II, at least one; what was in the way most often where none succeeds. What
@@ -318,10 +327,72 @@ impl Search<'_, '_> {
     }
 }
 
-/// Horizons to ask about at one II, the shortest first: those that are soon answered.
-fn slacks(ii: u32, most: u32) -> impl Iterator<Item = Impossible> {
-    let slacks = (0..u32::BITS).map(|k| (1 << k) - 1);
-    (slacks.take_while(move |&slack| slack <= most)).map(move |slack| Impossible { ii, slack })
+/// How far an exact search goes.
+struct Limits<'a> {
+    conflicts: u64,
+    stop: &'a dyn Fn() -> bool,
+}
+
+/// What the exact way has found out about the IIs below a schedule's.
+struct Exact {
+    bound: u32,
+    /// The longest horizon to ask about.
+    slack: u32,
+    /// The longest horizon of a proof, by II.
+    proved: BTreeMap<u32, u32>,
+    /// Horizons from which on there is no answer to be had, by II.
+    hopeless: BTreeMap<u32, u32>,
+}
+
+impl Exact {
+    fn new(bound: u32, slack: u32) -> Exact {
+        Exact {
+            bound,
+            slack,
+            proved: BTreeMap::new(),
+            hopeless: BTreeMap::new(),
+        }
+    }
+
+    fn extend(&mut self, slack: u32) {
+        self.slack = slack.max(self.slack);
+    }
+
+    fn prove(&mut self, ii: u32, slack: u32) {
+        let most = self.proved.entry(ii).or_insert(slack);
+        *most = slack.max(*most);
+    }
+
+    fn give_up(&mut self, ii: u32, slack: u32) {
+        let least = self.hopeless.entry(ii).or_insert(slack);
+        *least = slack.min(*least);
+    }
+
+    /// The questions below an II that are open, those with a short horizon first at each II: they
+    /// are soon answered.
+    fn open(&self, below: u32) -> Vec<Impossible> {
+        let slacks = || {
+            (0..u32::BITS)
+                .map(|k| (1 << k) - 1)
+                .take_while(|&s| s <= self.slack)
+        };
+        let is_open = |q: &Impossible| {
+            self.proved.get(&q.ii).is_none_or(|&s| s < q.slack)
+                && self.hopeless.get(&q.ii).is_none_or(|&s| s > q.slack)
+        };
+        (self.bound..below)
+            .flat_map(|ii| slacks().map(move |slack| Impossible { ii, slack }))
+            .filter(is_open)
+            .collect()
+    }
+
+    /// The proofs below an II.
+    fn impossible(&self, below: u32) -> Vec<Impossible> {
+        let proved = self.proved.range(..below);
+        proved
+            .map(|(&ii, &slack)| Impossible { ii, slack })
+            .collect()
+    }
 }
 
 /// The central registers that bring the live-ins.
