@@ -80,6 +80,47 @@ pub(crate) struct Source {
     /// Put only loops with `#pragma srp kernel` on the array
     #[arg(long)]
     pub(crate) no_auto_kernel: bool,
+    /// What `double` is: binary64 in software, or `float`
+    #[arg(long, value_enum, default_value_t = Double::Soft)]
+    pub(crate) double: Double,
+    /// `no-auto-kernel`, as the option of that name; `single-precision-constant`: constants without
+    /// suffix are floats
+    #[arg(short = 'f', value_name = "FEATURE", value_enum)]
+    pub(crate) feature: Vec<Feature>,
+}
+
+/// What `double` is.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Double {
+    /// Binary64, by functions of the library
+    Soft,
+    /// The same as `float`; each use is told
+    Float,
+}
+
+/// What `-f` asks for.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Feature {
+    /// Put only loops with `#pragma srp kernel` on the array
+    NoAutoKernel,
+    /// Floating constants without suffix are floats; each is told
+    SinglePrecisionConstant,
+}
+
+/// What all `-f` together ask for.
+pub(crate) struct Features {
+    pub(crate) no_auto_kernel: bool,
+    pub(crate) single_constants: bool,
+}
+
+impl Source {
+    /// What all `-f` together ask for.
+    pub(crate) fn features(&self) -> Features {
+        Features {
+            no_auto_kernel: self.feature.contains(&Feature::NoAutoKernel),
+            single_constants: self.feature.contains(&Feature::SinglePrecisionConstant),
+        }
+    }
 }
 
 /// What simulates the SRP.

@@ -6,7 +6,7 @@ use crate::{cli, files, kernels};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::{Diagnostic, Severity, Source, render};
 use srp_archdesc::entity::EntityMap;
-use srp_frontend::{Include, Options};
+use srp_frontend::{Include, Options, library};
 use srp_ir::dre::scheduled::ScheduledDre;
 use srp_ir::dre::{self, Dre};
 use srp_ir::pass;
@@ -109,6 +109,7 @@ impl<'a> FrontEnd<'a> {
     pub(crate) fn with<R>(&self, f: impl FnOnce(&Options<'_>) -> R) -> R {
         let resolve = |include: &Include<'_>| self.resolve(include);
         let buffers = &self.arch.system.buffers;
+        let features = self.source.features();
         let mut defines = vec![
             ("SRP_RAYS".to_owned(), buffers.rays.to_string()),
             (
@@ -127,7 +128,9 @@ impl<'a> FrontEnd<'a> {
         f(&Options {
             defines,
             resolve: &resolve,
-            auto_kernel: !self.source.no_auto_kernel,
+            auto_kernel: !self.source.no_auto_kernel && !features.no_auto_kernel,
+            double_is_float: self.source.double == cli::Double::Float,
+            single_constants: features.single_constants,
         })
     }
 
@@ -168,7 +171,9 @@ impl<'a> FrontEnd<'a> {
         let texts = self.texts.borrow();
         let mut out = String::new();
         for diagnostic in diagnostics {
-            let text = texts.get(&diagnostic.file).map_or("", String::as_str);
+            let known = texts.get(&diagnostic.file).map(String::as_str);
+            let text = known.or_else(|| library::text(&diagnostic.file));
+            let text = text.unwrap_or_default();
             out.push_str(&render(diagnostic, text, talk::colour()));
             out.push_str("\n\n");
         }

@@ -1,6 +1,6 @@
 //! `srp render`
 
-use crate::cli::{Render, Source as SourceArgs};
+use crate::cli::{self, Render, Source as SourceArgs};
 use crate::failure::Failure;
 use crate::pipeline::{self, Compiled, Effort, FrontEnd, Input};
 use crate::scenes::{self, Views};
@@ -87,6 +87,8 @@ fn compile_kernels(folder: Option<&Path>, arch: &Arch) -> Result<Compiled, Failu
         include: Vec::new(),
         define: Vec::new(),
         no_auto_kernel: true,
+        double: cli::Double::Soft,
+        feature: Vec::new(),
     };
     let front_end = FrontEnd::new(&none, arch);
     let input = match folder {

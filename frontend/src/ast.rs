@@ -4,7 +4,10 @@
 //! a deep stack to be dropped. [`Unit::show`](show) prints the tree.
 
 pub mod build;
+mod operator;
 pub mod show;
+
+pub use operator::{Infix, Prefix};
 
 use crate::source::Name;
 use crate::token::{FloatConst, IntConst};
@@ -29,6 +32,8 @@ pub struct Unit {
     pub exprs: EntityMap<ExprId, Expr>,
     /// Statements.
     pub stmts: EntityMap<StmtId, Stmt>,
+    /// It may compute with numbers of 64 bits.
+    pub wide: bool,
 }
 
 /// What stands at file level.
@@ -49,6 +54,8 @@ pub struct FunctionDefinition {
     pub specs: Specs,
     /// Name and parameters.
     pub declarator: Declarator,
+    /// Declarations of parameters that the declarator only names.
+    pub old_style: Vec<Declaration>,
     /// The statements.
     pub body: StmtId,
 }
@@ -116,6 +123,10 @@ pub enum Spec {
     Enum(EnumSpec),
     /// `__attribute__((…))`.
     Attributes(Vec<Attribute>),
+    /// `typeof(expression)`.
+    TypeofExpr(ExprId),
+    /// `typeof(type)`.
+    TypeofType(Box<TypeName>),
 }
 
 /// Storage classes.
@@ -241,6 +252,8 @@ pub enum Derived {
     Array(Option<ExprId>),
     /// A function.
     Function(Params),
+    /// A function whose parameters are named here and declared before its body.
+    OldStyle(Vec<(Name, Span)>),
 }
 
 /// Parameters of a function.
@@ -297,6 +310,8 @@ pub enum InitialiserKind {
 pub enum Designator {
     /// `[index]`.
     Index(ExprId),
+    /// `[first ... last]`.
+    Range(ExprId, ExprId),
     /// `.member`.
     Member(Name, Span),
 }
@@ -323,6 +338,8 @@ pub enum ExprKind {
     Char(i32),
     /// A string literal without its zero.
     Str(Rc<[u8]>),
+    /// A wide string literal without its zero.
+    WideStr(Rc<[u32]>),
     /// A name.
     Name(Name),
     /// A call.
@@ -343,6 +360,16 @@ pub enum ExprKind {
     SizeofType(Box<TypeName>),
     /// `_Alignof(type)`.
     AlignofType(Box<TypeName>),
+    /// `_Alignof a`.
+    AlignofExpr(ExprId),
+    /// `__builtin_va_arg(list, type)`.
+    VaArg(ExprId, Box<TypeName>),
+    /// `({ … })`.
+    Statements(StmtId),
+    /// `_Generic(a, type: b, default: c)`; `None` is `default`.
+    Generic(ExprId, Vec<(Option<TypeName>, ExprId)>),
+    /// `a ?: b`.
+    Otherwise(ExprId, ExprId),
     /// `(type){ … }`.
     Compound(Box<TypeName>, Box<Initialiser>),
     /// An infix operator.
@@ -353,45 +380,6 @@ pub enum ExprKind {
     Conditional(ExprId, ExprId, ExprId),
     /// Something that has been complained about.
     Error,
-}
-
-/// Prefix operators.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)] // each is its operator, see `text`
-pub enum Prefix {
-    Increment,
-    Decrement,
-    AddressOf,
-    Deref,
-    Plus,
-    Minus,
-    BitNot,
-    Not,
-}
-
-/// Infix operators.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)] // each is its operator, see `text`
-pub enum Infix {
-    Mul,
-    Div,
-    Rem,
-    Add,
-    Sub,
-    Shl,
-    Shr,
-    Lt,
-    Gt,
-    Le,
-    Ge,
-    Eq,
-    Ne,
-    And,
-    Xor,
-    Or,
-    LogicalAnd,
-    LogicalOr,
-    Comma,
 }
 
 /// A statement.
@@ -447,8 +435,8 @@ pub enum StmtKind {
 /// A label.
 #[derive(Clone, Debug)]
 pub enum Label {
-    /// `case value:`.
-    Case(ExprId, Span),
+    /// `case value:`, or `case first ... last:`.
+    Case(ExprId, Option<ExprId>, Span),
     /// `default:`.
     Default(Span),
     /// `name:`.
@@ -462,64 +450,4 @@ pub enum Pragma {
     Kernel,
     /// The body is to be repeated this many times.
     Unroll(u32),
-}
-
-impl Prefix {
-    /// How it is written.
-    pub fn text(self) -> &'static str {
-        match self {
-            Prefix::Increment => "++",
-            Prefix::Decrement => "--",
-            Prefix::AddressOf => "&",
-            Prefix::Deref => "*",
-            Prefix::Plus => "+",
-            Prefix::Minus => "-",
-            Prefix::BitNot => "~",
-            Prefix::Not => "!",
-        }
-    }
-}
-
-impl Infix {
-    /// How it is written.
-    pub fn text(self) -> &'static str {
-        match self {
-            Infix::Mul => "*",
-            Infix::Div => "/",
-            Infix::Rem => "%",
-            Infix::Add => "+",
-            Infix::Sub => "-",
-            Infix::Shl => "<<",
-            Infix::Shr => ">>",
-            Infix::Lt => "<",
-            Infix::Gt => ">",
-            Infix::Le => "<=",
-            Infix::Ge => ">=",
-            Infix::Eq => "==",
-            Infix::Ne => "!=",
-            Infix::And => "&",
-            Infix::Xor => "^",
-            Infix::Or => "|",
-            Infix::LogicalAnd => "&&",
-            Infix::LogicalOr => "||",
-            Infix::Comma => ",",
-        }
-    }
-
-    /// How tightly it binds; operators of one level group from the left.
-    pub fn level(self) -> u32 {
-        match self {
-            Infix::Comma => 0,
-            Infix::LogicalOr => 1,
-            Infix::LogicalAnd => 2,
-            Infix::Or => 3,
-            Infix::Xor => 4,
-            Infix::And => 5,
-            Infix::Eq | Infix::Ne => 6,
-            Infix::Lt | Infix::Gt | Infix::Le | Infix::Ge => 7,
-            Infix::Shl | Infix::Shr => 8,
-            Infix::Add | Infix::Sub => 9,
-            Infix::Mul | Infix::Div | Infix::Rem => 10,
-        }
-    }
 }

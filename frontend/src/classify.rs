@@ -4,7 +4,7 @@
 //! in each declaration the names declared, and turns every identifier that names a type where it
 //! stands into [`Tok::TypeName`]. It also bounds how deep brackets nest.
 
-use crate::message::{LIMIT, Messages};
+use crate::message::{IMPLICIT_INT, LIMIT, Messages};
 use crate::source::{Name, SourceMap};
 use crate::token::{Fixed, Tok, Token};
 use std::collections::HashMap;
@@ -12,18 +12,28 @@ use std::collections::HashMap;
 /// Depth of brackets.
 pub(crate) const MAX_BRACKETS: usize = 256;
 
-/// Types that are known without a declaration.
-pub(crate) const BUILT_IN: [&str; 2] = ["float4", "int4"];
+/// Types that are known without a declaration; `__srp_double` is binary64 even where `double` is
+/// `float`.
+pub(crate) const BUILT_IN: [&str; 4] = ["float4", "int4", "__srp_double", "__builtin_va_list"];
 
 /// Turns identifiers that name types into [`Tok::TypeName`]. Where brackets nest too deep the
-/// tokens end, and a message says so.
+/// tokens end, and a message says so. A function defined without the type of its result gets an
+/// `int`.
 pub(crate) fn classify(tokens: &mut Vec<Token>, sources: &SourceMap, messages: &mut Messages) {
     let mut reader = Reader {
         scopes: vec![BUILT_IN.iter().map(|&n| (n.into(), true)).collect()],
         frames: vec![Frame::new(Holds::Block)],
     };
     let mut before = None;
-    for i in 0..tokens.len() {
+    let mut i = 0;
+    while i < tokens.len() {
+        if reader.at_item() && reader.defines_function(&tokens[i..]) {
+            let span = tokens[i].span;
+            let text = "the function's result is not declared: `int`";
+            messages.push(sources.warning(IMPLICIT_INT, span, text, ""));
+            let tok = Tok::Fixed(Fixed::Int);
+            tokens.insert(i, Token { tok, span });
+        }
         if reader.frames.len() > MAX_BRACKETS {
             let text = format!("brackets nest deeper than {MAX_BRACKETS} levels");
             messages.push(sources.error(LIMIT, tokens[i].span, text, ""));
@@ -52,7 +62,29 @@ pub(crate) fn classify(tokens: &mut Vec<Token>, sources: &SourceMap, messages: &
                 before = None;
             }
         }
+        i += 1;
     }
+}
+
+/// Whether a type's name may begin with it.
+fn names_type(fixed: Fixed) -> bool {
+    use Fixed::*;
+    matches!(
+        fixed,
+        Void | Char
+            | Short
+            | Int
+            | Long
+            | Signed
+            | Unsigned
+            | Float
+            | Double
+            | Bool
+            | Struct
+            | Union
+            | Enum
+            | Typeof
+    )
 }
 
 /// Where in a declaration or statement the reader is.
@@ -106,6 +138,8 @@ struct Frame {
     loops: usize,
     /// A scope ends with this bracket.
     scoped: bool,
+    /// It is `({ … })`, after which the expression goes on.
+    value: bool,
 }
 
 impl Frame {
@@ -123,6 +157,7 @@ impl Frame {
             params: None,
             loops: 0,
             scoped: false,
+            value: false,
         }
     }
 
@@ -146,6 +181,42 @@ struct Reader {
 impl Reader {
     fn frame(&mut self) -> &mut Frame {
         self.frames.last_mut().expect("the file's frame stays")
+    }
+
+    /// Whether a declaration at file level may start here.
+    fn at_item(&self) -> bool {
+        self.frames.len() == 1 && self.frames[0].at == At::Start
+    }
+
+    /// Whether a name and parameters stand here, and then the body of a function or declarations of
+    /// its parameters.
+    fn defines_function(&self, tokens: &[Token]) -> bool {
+        let fixed = |i: usize| match tokens.get(i).map(|token| &token.tok) {
+            Some(Tok::Fixed(fixed)) => Some(*fixed),
+            _ => None,
+        };
+        match &tokens[0].tok {
+            Tok::Ident(name) if fixed(1) == Some(Fixed::LParen) && !self.is_type(name) => {}
+            _ => return false,
+        }
+        let mut depth = 0usize;
+        for i in 1..tokens.len() {
+            match fixed(i) {
+                Some(Fixed::LParen) => depth += 1,
+                Some(Fixed::RParen) => depth -= 1,
+                Some(Fixed::Semicolon | Fixed::LBrace) => return false,
+                _ => {}
+            }
+            if depth == 0 {
+                let after = fixed(i + 1);
+                return after.is_some_and(|f| f == Fixed::LBrace || names_type(f))
+                    || matches!(
+                        after,
+                        Some(Fixed::Register | Fixed::Const | Fixed::Volatile)
+                    );
+            }
+        }
+        false
     }
 
     fn is_type(&self, name: &Name) -> bool {
@@ -255,7 +326,7 @@ impl Reader {
                 self.expression();
                 self.frames.push(Frame::new(Holds::Expr));
             }
-            LBrace => self.open_brace(),
+            LBrace => self.open_brace(before),
             RParen | RBracket | RBrace => self.close(),
             Semicolon => {
                 let at = if frame.holds == Holds::For {
@@ -292,8 +363,7 @@ impl Reader {
     fn keyword(&mut self, fixed: Fixed, before: Option<Fixed>) {
         use Fixed::*;
         let names_type = match fixed {
-            Void | Char | Short | Int | Long | Signed | Unsigned | Float | Double | Bool
-            | Struct | Union | Enum => true,
+            _ if names_type(fixed) => true,
             Typedef | Extern | Static | Auto | Register | Inline | Noreturn | Const | Volatile
             | Restrict | Global | Attribute => false,
             Else | Do => return,
@@ -322,7 +392,7 @@ impl Reader {
     fn open_paren(&mut self, before: Option<Fixed>) {
         use Fixed::*;
         let holds = match before {
-            Some(Attribute) => Holds::Expr,
+            Some(Attribute | Typeof | Asm) => Holds::Expr,
             Some(For) => Holds::For,
             Some(If | While | Switch) => Holds::Condition,
             _ => match self.frame().at {
@@ -346,10 +416,16 @@ impl Reader {
         self.frames.push(frame);
     }
 
-    fn open_brace(&mut self) {
+    fn open_brace(&mut self, before: Option<Fixed>) {
         let frame = self.frame();
         let holds = match (frame.tagged.take(), frame.at) {
             (Some(holds), _) => holds,
+            // Statements in an expression: `({ … })`.
+            (None, At::Start | At::Expr)
+                if before == Some(Fixed::LParen) && frame.holds == Holds::Expr =>
+            {
+                Holds::Block
+            }
             (None, At::Expr | At::Specs { .. } | At::Declarator) => Holds::Expr,
             (None, At::Start | At::Named) => Holds::Block,
         };
@@ -360,6 +436,7 @@ impl Reader {
             self.scopes.push(names.map(|name| (name, false)).collect());
             inner.scoped = true;
         }
+        inner.value = before == Some(Fixed::LParen);
         self.frames.push(inner);
     }
 
@@ -375,7 +452,11 @@ impl Reader {
         let outer = self.frames.last_mut().expect("the file's frame stays");
         match closed.holds {
             Holds::Block => {
-                outer.restart(At::Start);
+                if closed.value {
+                    outer.at = At::Expr;
+                } else {
+                    outer.restart(At::Start);
+                }
                 self.scopes.pop();
                 self.end_loops();
             }

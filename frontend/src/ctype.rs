@@ -1,7 +1,7 @@
 //! C types: each kept once in a [`TypeTable`], sizes and layouts as on the SRP.
 //!
-//! All integers are at most 32 bits, `char` is signed, structs are laid out as the i386 and x86-64
-//! C ABIs do for the same members.
+//! `long` has 32 bits and `long long` 64, `char` is signed, structs are laid out as the x86-64 C ABI
+//! does for the same members.
 
 use crate::source::Name;
 use srp_archdesc::diagnostic::Span;
@@ -32,6 +32,8 @@ pub enum Type {
     Int(Int),
     /// `float`.
     Float,
+    /// `double`, and `long double`: binary64.
+    Double,
     /// `float4` where true, else `int4`.
     Vector(bool),
     /// A pointer.
@@ -57,6 +59,8 @@ pub enum Int {
     UInt,
     Long,
     ULong,
+    LongLong,
+    ULongLong,
 }
 
 impl Int {
@@ -66,22 +70,52 @@ impl Int {
             Int::Char | Int::SChar | Int::UChar => 1,
             Int::Short | Int::UShort => 2,
             Int::Int | Int::UInt | Int::Long | Int::ULong => 4,
+            Int::LongLong | Int::ULongLong => 8,
         }
     }
 
     /// Whether it has negative values.
     pub fn signed(self) -> bool {
-        !matches!(self, Int::UChar | Int::UShort | Int::UInt | Int::ULong)
+        !matches!(
+            self,
+            Int::UChar | Int::UShort | Int::UInt | Int::ULong | Int::ULongLong
+        )
     }
 
-    /// A value as it is in this type: cut to its size and extended again.
-    pub fn wrap(self, value: u32) -> u32 {
-        match self {
+    /// A value as it is in this type: cut to its size and extended again, to a word where it is
+    /// smaller than one.
+    pub fn wrap(self, value: u64) -> u64 {
+        let word = match self {
             Int::Char | Int::SChar => value as i8 as u32,
             Int::UChar => u32::from(value as u8),
             Int::Short => value as i16 as u32,
             Int::UShort => u32::from(value as u16),
-            Int::Int | Int::UInt | Int::Long | Int::ULong => value,
+            Int::Int | Int::UInt | Int::Long | Int::ULong => value as u32,
+            Int::LongLong | Int::ULongLong => return value,
+        };
+        u64::from(word)
+    }
+
+    /// The number that the bits of a constant of this type stand for.
+    pub fn number(self, bits: u64) -> i128 {
+        match (self.size(), self.signed()) {
+            (8, true) => i128::from(bits as i64),
+            (_, true) => i128::from(bits as i32),
+            _ => i128::from(bits),
+        }
+    }
+
+    /// The integer type of this size in bytes.
+    pub fn of_size(size: u32, signed: bool) -> Int {
+        match (size, signed) {
+            (1, true) => Int::SChar,
+            (1, false) => Int::UChar,
+            (2, true) => Int::Short,
+            (2, false) => Int::UShort,
+            (8, true) => Int::LongLong,
+            (8, false) => Int::ULongLong,
+            (_, true) => Int::Int,
+            (_, false) => Int::UInt,
         }
     }
 
@@ -96,6 +130,8 @@ impl Int {
             Int::UInt => "unsigned int",
             Int::Long => "long",
             Int::ULong => "unsigned long",
+            Int::LongLong => "long long",
+            Int::ULongLong => "unsigned long long",
         }
     }
 }
@@ -164,6 +200,22 @@ pub struct Signature {
     pub result: TypeId,
     /// The parameters, without qualifiers.
     pub params: Vec<TypeId>,
+    /// It takes more arguments, as it likes.
+    pub variadic: bool,
+    /// It is declared without saying what it takes: `()`.
+    pub open: bool,
+}
+
+impl Signature {
+    /// A function that takes these and nothing else.
+    pub fn of(result: TypeId, params: Vec<TypeId>) -> Signature {
+        Signature {
+            result,
+            params,
+            variadic: false,
+            open: false,
+        }
+    }
 }
 
 /// A struct or union.
@@ -190,8 +242,45 @@ pub struct Field {
     pub name: Option<Name>,
     /// Its type.
     pub ty: QualType,
-    /// Byte offset.
+    /// Byte offset; of a bit-field, of the unit that it lies in.
     pub offset: u32,
+    /// The bits that a bit-field is.
+    pub bits: Option<BitRange>,
+}
+
+/// The bits of a unit of memory that a bit-field is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BitRange {
+    /// Size of the unit in bytes: 1, 2, 4 or 8.
+    pub unit: u32,
+    /// Its lowest bit in the unit.
+    pub shift: u32,
+    /// How many bits.
+    pub width: u32,
+}
+
+impl BitRange {
+    /// The bits of a unit where these are set to the low bits of a value.
+    pub fn insert(self, unit: u64, value: u64) -> u64 {
+        let mask = self.mask() << self.shift;
+        unit & !mask | value << self.shift & mask
+    }
+
+    /// As many low bits as it has.
+    pub fn mask(self) -> u64 {
+        u64::MAX >> (64 - self.width)
+    }
+}
+
+/// A member that was looked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Found {
+    /// Byte offset from the start of the record.
+    pub offset: u32,
+    /// Its type.
+    pub ty: QualType,
+    /// The bits that a bit-field is.
+    pub bits: Option<BitRange>,
 }
 
 /// All types of a compilation.
@@ -215,7 +304,12 @@ pub struct Known {
     pub char: TypeId,
     pub int: TypeId,
     pub uint: TypeId,
+    pub long: TypeId,
+    pub ulong: TypeId,
     pub float: TypeId,
+    pub double: TypeId,
+    pub llong: TypeId,
+    pub ullong: TypeId,
     pub float4: TypeId,
     pub int4: TypeId,
 }
@@ -236,7 +330,12 @@ impl Default for TypeTable {
             char: add(Type::Int(Int::Char)),
             int: add(Type::Int(Int::Int)),
             uint: add(Type::Int(Int::UInt)),
+            long: add(Type::Int(Int::Long)),
+            ulong: add(Type::Int(Int::ULong)),
             float: add(Type::Float),
+            double: add(Type::Double),
+            llong: add(Type::Int(Int::LongLong)),
+            ullong: add(Type::Int(Int::ULongLong)),
             float4: add(Type::Vector(true)),
             int4: add(Type::Vector(false)),
         };
@@ -297,6 +396,7 @@ impl TypeTable {
             Type::Bool => 1,
             Type::Int(int) => int.size(),
             Type::Float | Type::Pointer(_) => 4,
+            Type::Double => 8,
             Type::Vector(_) => 16,
             Type::Array(of, Some(length)) => self.size(of.ty)?.checked_mul(*length)?,
             Type::Record(record) => {
@@ -320,9 +420,23 @@ impl TypeTable {
         matches!(self.get(id), Type::Bool | Type::Int(_) | Type::Error)
     }
 
-    /// Whether it is an integer or `float`.
+    /// Whether it is `float` or `double`.
+    pub fn is_floating(&self, id: TypeId) -> bool {
+        matches!(self.get(id), Type::Float | Type::Double)
+    }
+
+    /// Whether it is a number.
     pub fn is_arithmetic(&self, id: TypeId) -> bool {
-        self.is_integer(id) || matches!(self.get(id), Type::Float)
+        self.is_integer(id) || self.is_floating(id)
+    }
+
+    /// Whether its values are pairs of words.
+    pub fn is_wide(&self, id: TypeId) -> bool {
+        match self.get(id) {
+            Type::Double => true,
+            Type::Int(int) => int.size() == 8,
+            _ => false,
+        }
     }
 
     /// What a pointer points to.
@@ -355,15 +469,20 @@ impl TypeTable {
         }
     }
 
-    /// The member of this name, members of anonymous members included; its offset and type.
-    pub fn field(&self, record: RecordId, name: &str) -> Option<(u32, QualType)> {
+    /// The member of this name, members of anonymous members included.
+    pub fn field(&self, record: RecordId, name: &str) -> Option<Found> {
         let fields = self.records[record].fields.as_ref()?;
         fields.iter().find_map(|field| match &field.name {
-            Some(found) => (**found == *name).then_some((field.offset, field.ty)),
+            Some(found) => (**found == *name).then_some(Found {
+                offset: field.offset,
+                ty: field.ty,
+                bits: field.bits,
+            }),
             None => match self.get(field.ty.ty) {
-                Type::Record(inner) => self
-                    .field(*inner, name)
-                    .map(|(offset, ty)| (field.offset + offset, ty)),
+                Type::Record(inner) => self.field(*inner, name).map(|found| Found {
+                    offset: field.offset + found.offset,
+                    ..found
+                }),
                 _ => None,
             },
         })
@@ -395,12 +514,15 @@ impl TypeTable {
                     && self.compatible_within(a.ty, b.ty, assumed)
             }
             (Type::Function(a), Type::Function(b)) => {
-                a.params.len() == b.params.len()
-                    && self.compatible_within(a.result, b.result, assumed)
-                    && a.params
-                        .iter()
-                        .zip(&b.params)
-                        .all(|(&a, &b)| self.compatible_within(a, b, assumed))
+                let params = a.open
+                    || b.open
+                    || a.variadic == b.variadic
+                        && a.params.len() == b.params.len()
+                        && a.params
+                            .iter()
+                            .zip(&b.params)
+                            .all(|(&a, &b)| self.compatible_within(a, b, assumed));
+                params && self.compatible_within(a.result, b.result, assumed)
             }
             (&Type::Record(a), &Type::Record(b)) => self.same_record(a, b, assumed),
             _ => false,
@@ -429,6 +551,7 @@ impl TypeTable {
                     && f.iter().zip(g).all(|(f, g)| {
                         f.name == g.name
                             && f.offset == g.offset
+                            && f.bits == g.bits
                             && self.compatible_within(f.ty.ty, g.ty.ty, assumed)
                     })
             }
@@ -455,11 +578,13 @@ impl TypeTable {
                 }
                 Type::Function(signature) => {
                     let params = signature.params.iter();
-                    let params: Vec<_> = params.map(|&p| self.show_plain(p)).collect();
-                    let params = match params.is_empty() {
-                        true => "void".to_owned(),
-                        false => params.join(", "),
-                    };
+                    let mut params: Vec<_> = params.map(|&p| self.show_plain(p)).collect();
+                    if signature.variadic {
+                        params.push("...".to_owned());
+                    } else if params.is_empty() && !signature.open {
+                        params.push("void".to_owned());
+                    }
+                    let params = params.join(", ");
                     declarator = format!("{}({params})", grouped(declarator));
                     QualType::plain(signature.result)
                 }
@@ -484,6 +609,7 @@ impl TypeTable {
             Type::Bool => "_Bool".to_owned(),
             Type::Int(int) => int.name().to_owned(),
             Type::Float => "float".to_owned(),
+            Type::Double => "double".to_owned(),
             Type::Vector(true) => "float4".to_owned(),
             Type::Vector(false) => "int4".to_owned(),
             Type::Record(record) => {

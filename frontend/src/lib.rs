@@ -17,16 +17,18 @@
 //! one function does not hide those in the next. Files are the caller's business: [`Options`]
 //! has the function that finds included ones.
 //!
-//! The language is C99 with 32-bit `int` and `long` and without `double`, `long long`, bit-fields,
-//! `goto` and functions with `...`, all of which are refused by name; with GNU attributes, vectors
+//! The language is C11 with 32-bit `long` and pointers, without variable-length arrays, complex
+//! numbers, atomics and threads, which are refused by name; with the common GNU extensions, vectors
 //! of four lanes (`float4`, `int4`), the qualifier `__srp_global` for what lies in system memory,
-//! and the operations of the opcode table as functions `__srp_…`.
+//! and the operations of the opcode table as functions `__srp_…`. `double` is software: see
+//! [`Options::double_is_float`]. The [`library`] gives what a program uses and does not define.
 
 pub mod ast;
 pub mod check;
 mod classify;
 pub mod ctype;
 mod lex;
+pub mod library;
 mod literal;
 pub mod lower;
 pub mod message;
@@ -41,6 +43,7 @@ pub use check::check;
 pub use lower::lower;
 pub use parse::parse;
 
+use library::Archive;
 use message::Messages;
 use source::SourceMap;
 use srp_archdesc::diagnostic::{Diagnostic, Source};
@@ -67,6 +70,10 @@ pub struct Options<'a> {
     pub resolve: &'a dyn Fn(&Include<'_>) -> Option<Source>,
     /// Marks innermost loops as kernels where no pragma does.
     pub auto_kernel: bool,
+    /// `double` means `float`; each place where it does is told.
+    pub double_is_float: bool,
+    /// Floating constants without suffix are floats; each is told.
+    pub single_constants: bool,
 }
 
 impl Default for Options<'_> {
@@ -76,6 +83,8 @@ impl Default for Options<'_> {
             defines: Vec::new(),
             resolve: &|_| None,
             auto_kernel: true,
+            double_is_float: false,
+            single_constants: false,
         }
     }
 }
@@ -100,7 +109,18 @@ pub fn compile(
         .iter()
         .map(|source| parse(source, options, &mut map, &mut messages))
         .collect();
-    let checked = check(&units, &map, &mut messages);
+    let mut archive = Archive::of(&units);
+    let mut library: Vec<ast::Unit> = Vec::new();
+    while let Some(source) = archive.next(library.last()) {
+        library.push(parse(&source, options, &mut map, &mut messages));
+    }
+    let program = check::Sources {
+        units: &units,
+        library: &library,
+        owned: &archive.owned,
+        map: &map,
+    };
+    let checked = check(&program, options, &mut messages);
     match checked {
         Some(checked) => Ok((lower(&checked, options), messages.into_list())),
         None => Err(messages.into_list()),

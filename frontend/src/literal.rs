@@ -101,8 +101,14 @@ fn float(lower: &str, hex: bool) -> Result<FloatConst, Bad> {
             format!("`{lower}` is too large for a float"),
         ),
         'f' => Ok(FloatConst::Single(single.to_bits())),
-        'l' => Ok(FloatConst::LongDouble(double.to_bits())),
-        _ => Ok(FloatConst::Double(double.to_bits())),
+        'l' => Ok(FloatConst::LongDouble {
+            double: double.to_bits(),
+            single: single.to_bits(),
+        }),
+        _ => Ok(FloatConst::Double {
+            double: double.to_bits(),
+            single: single.to_bits(),
+        }),
     }
 }
 
@@ -181,76 +187,126 @@ fn scaled(mut value: f64, mut exponent: i32) -> f64 {
 
 /// The value of a character constant with its quotes.
 pub(crate) fn character(text: &str) -> Result<i32, Bad> {
-    match unquote(text)?.as_slice() {
+    let (wide, units) = unquote(text)?;
+    match units.as_slice() {
         [] => bad(LEXICAL, "a character constant needs a character"),
-        [byte] => Ok(i32::from(*byte as i8)),
-        _ => bad(
-            UNSUPPORTED,
-            "a character constant of more than one byte is not supported",
-        ),
+        [unit] if wide => Ok(*unit as i32),
+        [unit] => Ok(i32::from(*unit as u8 as i8)),
+        // Several characters are the bytes of an `int`, the last one lowest.
+        units if !wide && units.len() <= 4 => {
+            let value = units
+                .iter()
+                .fold(0u32, |value, &unit| value << 8 | unit & 0xff);
+            Ok(value as i32)
+        }
+        _ => bad(LEXICAL, "too many characters in a character constant"),
     }
 }
 
-/// The bytes of a string literal with its quotes.
-pub(crate) fn string(text: &str) -> Result<Vec<u8>, Bad> {
-    unquote(text)
+/// A string literal with its quotes.
+pub(crate) fn string(text: &str) -> Result<Tok, Bad> {
+    let (wide, units) = unquote(text)?;
+    Ok(match wide {
+        true => Tok::WideStr(units.into()),
+        false => Tok::Str(units.iter().map(|&unit| unit as u8).collect()),
+    })
 }
 
-fn unquote(text: &str) -> Result<Vec<u8>, Bad> {
-    let first = text.chars().next().unwrap_or(' ');
-    if first.is_ascii_alphabetic() && !text.starts_with("u8\"") {
-        return bad(UNSUPPORTED, "wide characters are not supported");
-    }
-    let text = text.strip_prefix("u8").unwrap_or(text);
-    let mut chars = text[1..text.len() - 1].chars().peekable();
-    let mut bytes = Vec::new();
+/// The characters between quotes: bytes, or code points where the first is true.
+fn unquote(text: &str) -> Result<(bool, Vec<u32>), Bad> {
+    let quote = text.find(['"', '\'']).unwrap_or(0);
+    let wide = match &text[..quote] {
+        "" | "u8" => false,
+        "L" | "U" => true,
+        other => {
+            let text = format!("characters with the prefix `{other}` are not supported");
+            return bad(UNSUPPORTED, text);
+        }
+    };
+    let mut chars = text[quote + 1..text.len() - 1].chars().peekable();
+    let mut units = Vec::new();
     while let Some(c) = chars.next() {
         if c != '\\' {
-            bytes.extend(c.encode_utf8(&mut [0; 4]).bytes());
+            if wide {
+                units.push(c as u32);
+            } else {
+                units.extend(c.encode_utf8(&mut [0; 4]).bytes().map(u32::from));
+            }
             continue;
         }
-        let byte = match chars.next() {
-            Some('n') => b'\n',
-            Some('t') => b'\t',
-            Some('r') => b'\r',
-            Some('a') => 7,
-            Some('b') => 8,
-            Some('f') => 12,
-            Some('v') => 11,
-            Some('e') => 27,
-            Some(c @ ('\\' | '\'' | '"' | '?')) => c as u8,
-            Some(c @ '0'..='7') => {
-                let mut value = c as u32 - 48;
-                for _ in 0..2 {
-                    if let Some(d) = chars.next_if(|d| d.is_digit(8)) {
-                        value = value * 8 + d as u32 - 48;
-                    }
-                }
-                match u8::try_from(value) {
-                    Ok(byte) => byte,
-                    Err(_) => return bad(CONSTANT_RANGE, "the octal escape is above `\\377`"),
-                }
+        if let Some(count @ ('u' | 'U')) = chars.peek().copied() {
+            chars.next();
+            let c = universal(&mut chars, if count == 'u' { 4 } else { 8 })?;
+            match wide {
+                true => units.push(c as u32),
+                false => units.extend(c.encode_utf8(&mut [0; 4]).bytes().map(u32::from)),
             }
-            Some('x') => {
-                let mut value = None;
-                while let Some(d) = chars.next_if(|d| d.is_ascii_hexdigit()) {
-                    let digit = d.to_digit(16).unwrap_or(0);
-                    value = Some(u32::min(value.unwrap_or(0) * 16 + digit, 256));
-                }
-                match value.map(u8::try_from) {
-                    Some(Ok(byte)) => byte,
-                    Some(Err(_)) => {
-                        return bad(CONSTANT_RANGE, "the hexadecimal escape is above `\\xff`");
-                    }
-                    None => return bad(LEXICAL, "`\\x` needs hexadecimal digits"),
-                }
-            }
-            Some(c) => return bad(LEXICAL, format!("`\\{c}` is no escape sequence")),
-            None => return bad(LEXICAL, "`\\` at the end"),
-        };
-        bytes.push(byte);
+            continue;
+        }
+        units.push(escape(&mut chars, wide)?);
     }
-    Ok(bytes)
+    Ok((wide, units))
+}
+
+/// The character of `\\u` or `\\U` with so many digits.
+fn universal(
+    chars: &mut std::iter::Peekable<std::str::Chars<'_>>,
+    digits: u32,
+) -> Result<char, Bad> {
+    let mut value = 0;
+    for _ in 0..digits {
+        match chars.next_if(|d| d.is_ascii_hexdigit()) {
+            Some(d) => value = value << 4 | d.to_digit(16).unwrap_or(0),
+            None => return bad(LEXICAL, format!("the character needs {digits} digits")),
+        }
+    }
+    match char::from_u32(value) {
+        Some(c) => Ok(c),
+        None => bad(LEXICAL, "there is no such character"),
+    }
+}
+
+/// The character of an escape sequence after its backslash.
+fn escape(chars: &mut std::iter::Peekable<std::str::Chars<'_>>, wide: bool) -> Result<u32, Bad> {
+    let largest = if wide { u32::MAX } else { 0xff };
+    let simple = match chars.next() {
+        Some('n') => b'\n',
+        Some('t') => b'\t',
+        Some('r') => b'\r',
+        Some('a') => 7,
+        Some('b') => 8,
+        Some('f') => 12,
+        Some('v') => 11,
+        Some('e') => 27,
+        Some(c @ ('\\' | '\'' | '"' | '?')) => c as u8,
+        Some(c @ '0'..='7') => {
+            let mut value = c as u32 - 48;
+            for _ in 0..2 {
+                if let Some(d) = chars.next_if(|d| d.is_digit(8)) {
+                    value = value * 8 + d as u32 - 48;
+                }
+            }
+            return match value <= largest {
+                true => Ok(value),
+                false => bad(CONSTANT_RANGE, "the octal escape is above `\\377`"),
+            };
+        }
+        Some('x') => {
+            let mut value = None;
+            while let Some(d) = chars.next_if(|d| d.is_ascii_hexdigit()) {
+                let digit = u64::from(d.to_digit(16).unwrap_or(0));
+                value = Some(u64::min(value.unwrap_or(0) * 16 + digit, 1 << 40));
+            }
+            return match value {
+                Some(value) if value <= u64::from(largest) => Ok(value as u32),
+                Some(_) => bad(CONSTANT_RANGE, "the hexadecimal escape is above `\\xff`"),
+                None => bad(LEXICAL, "`\\x` needs hexadecimal digits"),
+            };
+        }
+        Some(c) => return bad(LEXICAL, format!("`\\{c}` is no escape sequence")),
+        None => return bad(LEXICAL, "`\\` at the end"),
+    };
+    Ok(u32::from(simple))
 }
 
 #[cfg(test)]
@@ -303,7 +359,9 @@ mod tests {
     fn characters_are_signed_bytes() {
         assert_eq!(character(r"'\xff'").ok(), Some(-1));
         assert_eq!(character(r"'\0'").ok(), Some(0));
-        assert_eq!(character("'ab'").ok(), None);
-        assert_eq!(string(r#""a\101\n""#).ok(), Some(b"aA\n".to_vec()));
+        assert_eq!(character("'ab'").ok(), Some(0x6162));
+        assert_eq!(character("L'\\xffff'").ok(), Some(0xffff));
+        let text = string(r#""a\101\n""#).ok();
+        assert_eq!(text, Some(Tok::Str(b"aA\n".as_slice().into())));
     }
 }

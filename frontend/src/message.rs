@@ -90,6 +90,22 @@ codes! {
     MACRO_REDEFINED = "C0907";
     /// A shift by a constant count outside the width.
     SHIFT_RANGE = "C0908";
+    /// A pointer to an integer type becomes one to another of the same size.
+    POINTER_SIGN = "C0909";
+    /// Pointers to different types are compared.
+    POINTER_TYPES = "C0910";
+    /// A function is called that is not declared.
+    IMPLICIT_FUNCTION = "C0911";
+    /// A function is defined without the type of its result or of a parameter.
+    IMPLICIT_INT = "C0912";
+    /// A constant that does not fit the type it is converted to.
+    OVERFLOW = "C0913";
+    /// A function of the library is declared otherwise than it is.
+    LIBRARY_TYPE = "C0916";
+    /// A loop that cannot be unrolled.
+    UNROLL = "C0914";
+    /// A use of `double` where `float` was asked for.
+    DOUBLE_AS_FLOAT = "C0915";
 }
 
 /// Messages as a terminal shows them, an empty line after each. `text` gives the text of a file by

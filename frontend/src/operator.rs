@@ -1,5 +1,8 @@
 //! Which opcodes compute C's operators, by the type of the operands. The constant folder and the
 //! lowering both read it here.
+//!
+//! Integers of 64 bits are pairs of words: most operators on them become several opcodes. What is
+//! too long for that, and all arithmetic of `double`, are functions of the library ([`Support`]).
 
 use crate::ctype::{Int, Type};
 use crate::typed::{BinaryOp, Relation};
@@ -12,8 +15,14 @@ pub(crate) enum Class {
     Signed,
     /// An unsigned integer or a pointer.
     Unsigned,
+    /// A signed integer of 64 bits.
+    Long,
+    /// An unsigned integer of 64 bits.
+    ULong,
     /// A float.
     Float,
+    /// A double.
+    Double,
     /// Four signed integers.
     Int4,
     /// Four floats.
@@ -25,8 +34,11 @@ impl Class {
     pub(crate) fn of(ty: &Type) -> Class {
         match ty {
             Type::Float => Class::Float,
+            Type::Double => Class::Double,
             Type::Vector(true) => Class::Float4,
             Type::Vector(false) => Class::Int4,
+            Type::Int(Int::LongLong) => Class::Long,
+            Type::Int(Int::ULongLong) => Class::ULong,
             Type::Int(int) if int.signed() => Class::Signed,
             _ => Class::Unsigned,
         }
@@ -38,6 +50,40 @@ impl Class {
     }
 }
 
+macro_rules! support {
+    ($($name:ident $function:literal;)*) => {
+        /// Functions of the library that compute what no opcode does. Doubles are passed to them
+        /// and returned as their bits.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        pub(crate) enum Support { $($name,)* }
+
+        impl Support {
+            /// All of them.
+            pub(crate) const ALL: &'static [Support] = &[$(Support::$name,)*];
+
+            /// The name of the function.
+            pub(crate) fn name(self) -> &'static str {
+                match self { $(Support::$name => $function,)* }
+            }
+        }
+    };
+}
+
+support! {
+    LongDiv "__srp_divdi3"; LongRem "__srp_moddi3";
+    ULongDiv "__srp_udivdi3"; ULongRem "__srp_umoddi3";
+    DoubleAdd "__srp_adddf3"; DoubleSub "__srp_subdf3";
+    DoubleMul "__srp_muldf3"; DoubleDiv "__srp_divdf3";
+    DoubleEq "__srp_eqdf2"; DoubleLt "__srp_ltdf2"; DoubleLe "__srp_ledf2";
+    IntToDouble "__srp_floatsidf"; UIntToDouble "__srp_floatunsidf";
+    LongToDouble "__srp_floatdidf"; ULongToDouble "__srp_floatundidf";
+    DoubleToInt "__srp_fixdfsi"; DoubleToUInt "__srp_fixunsdfsi";
+    DoubleToLong "__srp_fixdfdi"; DoubleToULong "__srp_fixunsdfdi";
+    FloatToDouble "__srp_extendsfdf2"; DoubleToFloat "__srp_truncdfsf2";
+    LongToFloat "__srp_floatdisf"; ULongToFloat "__srp_floatundisf";
+    FloatToLong "__srp_fixsfdi"; FloatToULong "__srp_fixunssfdi";
+}
+
 /// How an operator is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Plan {
@@ -47,6 +93,10 @@ pub(crate) enum Plan {
     Guarded(Opcode),
     /// On each lane by the scalar operator.
     Lanes,
+    /// On pairs of words.
+    Pairs,
+    /// By a function of the library.
+    Support(Support),
 }
 
 /// How an arithmetic operator is computed; `None` where the type has none.
@@ -83,13 +133,23 @@ pub(crate) fn binary(op: BinaryOp, class: Class) -> Option<Plan> {
         (Shr, Signed) => Opcode::Sar,
         (Shr, Unsigned) => Opcode::Shr,
         (Shr, Int4) => Opcode::Vsar,
-        (Rem | And | Or | Xor | Shl | Shr, Float | Float4) => return None,
+        (Div, Long) => return Some(Plan::Support(Support::LongDiv)),
+        (Div, ULong) => return Some(Plan::Support(Support::ULongDiv)),
+        (Rem, Long) => return Some(Plan::Support(Support::LongRem)),
+        (Rem, ULong) => return Some(Plan::Support(Support::ULongRem)),
+        (_, Long | ULong) => return Some(Plan::Pairs),
+        (Add, Double) => return Some(Plan::Support(Support::DoubleAdd)),
+        (Sub, Double) => return Some(Plan::Support(Support::DoubleSub)),
+        (Mul, Double) => return Some(Plan::Support(Support::DoubleMul)),
+        (Div, Double) => return Some(Plan::Support(Support::DoubleDiv)),
+        (Rem | And | Or | Xor | Shl | Shr, Float | Float4 | Double) => return None,
     };
     Some(Plan::Direct(direct))
 }
 
-/// How a relation is computed: an opcode, whether its operands change places, and whether its
-/// result is then inverted (which is never so for floats: a NaN makes every order false).
+/// How a relation of single words or vectors is computed: an opcode, whether its operands change
+/// places, and whether its result is then inverted (which is never so for floats: a NaN makes every
+/// order false).
 pub(crate) fn relation(relation: Relation, class: Class) -> (Opcode, bool, bool) {
     use Class::*;
     use Relation::*;
@@ -113,11 +173,26 @@ pub(crate) fn relation(relation: Relation, class: Class) -> (Opcode, bool, bool)
         // a <= b is not (b < a).
         (Le | Ge, Int4) => return (Opcode::Vlt, !swap, true),
         (Le | Ge, Float4) => Opcode::Vfle,
+        (_, Long | ULong | Double) => unreachable!("relations of pairs are computed otherwise"),
     };
     (opcode, swap, false)
 }
 
-/// The opcode that converts between integer and float before an integer is cut to its size.
+/// The function for a relation of doubles, whether its operands change places, and whether its
+/// result is then inverted.
+pub(crate) fn double_relation(relation: Relation) -> (Support, bool, bool) {
+    match relation {
+        Relation::Eq => (Support::DoubleEq, false, false),
+        Relation::Ne => (Support::DoubleEq, false, true),
+        Relation::Lt => (Support::DoubleLt, false, false),
+        Relation::Gt => (Support::DoubleLt, true, false),
+        Relation::Le => (Support::DoubleLe, false, false),
+        Relation::Ge => (Support::DoubleLe, true, false),
+    }
+}
+
+/// The opcode that converts between integer and float before an integer is cut to its size; for
+/// types of one word.
 pub(crate) fn conversion(from: &Type, to: &Type) -> Option<Opcode> {
     match (Class::of(from), Class::of(to), to) {
         (Class::Float, Class::Float, _) => None,
@@ -127,4 +202,32 @@ pub(crate) fn conversion(from: &Type, to: &Type) -> Option<Opcode> {
         (Class::Float, _, _) => Some(Opcode::Ftoi),
         _ => None,
     }
+}
+
+/// The function that converts from or to a double, or between float and an integer of 64 bits,
+/// before an integer is cut to its size.
+pub(crate) fn conversion_support(from: &Type, to: &Type) -> Option<Support> {
+    use Class::*;
+    if *to == Type::Bool {
+        return None;
+    }
+    Some(match (Class::of(from), Class::of(to)) {
+        (Signed, Double) => Support::IntToDouble,
+        (Unsigned, Double) => Support::UIntToDouble,
+        (Long, Double) => Support::LongToDouble,
+        (ULong, Double) => Support::ULongToDouble,
+        (Float, Double) => Support::FloatToDouble,
+        (Double, Float) => Support::DoubleToFloat,
+        (Double, Long) => Support::DoubleToLong,
+        (Double, ULong) => Support::DoubleToULong,
+        (Double, Signed | Unsigned) => match to {
+            Type::Int(Int::UInt | Int::ULong) => Support::DoubleToUInt,
+            _ => Support::DoubleToInt,
+        },
+        (Long, Float) => Support::LongToFloat,
+        (ULong, Float) => Support::ULongToFloat,
+        (Float, Long) => Support::FloatToLong,
+        (Float, ULong) => Support::FloatToULong,
+        _ => return None,
+    })
 }

@@ -8,7 +8,7 @@ use crate::classify::classify;
 use crate::message::{LIMIT, Messages, SYNTAX};
 use crate::preprocess::preprocess;
 use crate::source::SourceMap;
-use crate::token::{Tok, Token, tokens};
+use crate::token::{Fixed, FloatConst, Tok, Token, tokens};
 use lalrpop_util::{ErrorRecovery, ParseError};
 use srp_archdesc::diagnostic::{Diagnostic, Source, Span};
 
@@ -60,12 +60,22 @@ pub fn parse(
     let preprocessed = preprocess(file, options, sources, messages);
     let mut tokens = tokens(preprocessed, sources, messages);
     classify(&mut tokens, sources, messages);
+    let open = |pair: &[Token]| {
+        let [first, second] = [&pair[0].tok, &pair[1].tok];
+        *first == Tok::Fixed(Fixed::LParen) && *second == Tok::Fixed(Fixed::RParen)
+    };
+    let single = |token: &Token| token.tok == Tok::Fixed(Fixed::Float);
+    let wide = tokens.iter().any(|token| is_wide(&token.tok))
+        // A function declared without parameters takes floats as doubles.
+        || tokens.iter().any(single) && tokens.windows(2).any(open);
     let mut builder = Builder::new(&tokens, sources, messages);
     let numbered = tokens.iter().enumerate();
     let numbered = numbered.map(|(i, token)| Ok::<_, ()>((i, token.tok.clone(), i + 1)));
     let outcome = grammar::FileParser::new().parse(&mut builder, numbered);
     let Builder {
-        unit, mut trouble, ..
+        mut unit,
+        mut trouble,
+        ..
     } = builder;
     if let Err(error) = outcome {
         trouble.push(Trouble::of_error(error));
@@ -76,7 +86,19 @@ pub fn parse(
             messages.push(message);
         }
     }
+    unit.wide = wide;
     unit
+}
+
+/// Whether a token may bring in numbers of 64 bits; `...` takes floats as doubles.
+fn is_wide(tok: &Tok) -> bool {
+    match tok {
+        Tok::Fixed(fixed) => matches!(fixed, Fixed::Double | Fixed::Long | Fixed::Ellipsis),
+        Tok::TypeName(name) => &**name == "__srp_double",
+        Tok::Int(int) => int.longs > 1 || int.value > u64::from(u32::MAX / 2),
+        Tok::Float(float) => !matches!(float, FloatConst::Single(_)),
+        _ => false,
+    }
 }
 
 /// The message for something not understood; none where the token itself was complained about.
@@ -190,7 +212,7 @@ fn show(tok: &Tok) -> String {
         Tok::TypeName(name) => format!("the type `{name}`"),
         Tok::Int(_) | Tok::Float(_) => "a number".to_owned(),
         Tok::Char(_) => "a character constant".to_owned(),
-        Tok::Str(_) => "a string".to_owned(),
+        Tok::Str(_) | Tok::WideStr(_) => "a string".to_owned(),
         Tok::Kernel | Tok::Unroll(_) => "a pragma, which must stand before a loop".to_owned(),
         Tok::Bad => "something unknown".to_owned(),
     }
@@ -199,7 +221,6 @@ fn show(tok: &Tok) -> String {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::token::Fixed;
 
     /// The tokens of a text with a `'` after each that names a type.
     pub(crate) fn classified(text: &str) -> String {

@@ -6,7 +6,7 @@ use crate::message::Code;
 use srp_archdesc::diagnostic::{Diagnostic, Severity, Source, Span};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_ir::program::{Pos, SourceFile};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 /// Bytes that all texts of a compilation may have together.
@@ -76,8 +76,19 @@ impl SourceMap {
     }
 
     /// The names of all files, in order: what [`Program::files`](srp_ir::Program::files) wants.
+    /// Different texts of one name get numbers.
     pub fn names(&self) -> EntityMap<SourceFile, String> {
-        self.files.values().map(|f| f.source.name.clone()).collect()
+        let mut taken = BTreeSet::new();
+        let names = self.files.values().map(|file| {
+            let mut name = file.source.name.clone();
+            let mut number = 1;
+            while !taken.insert(name.clone()) {
+                number += 1;
+                name = format!("{} ({number})", file.source.name);
+            }
+            name
+        });
+        names.collect()
     }
 
     /// The offset of the first byte of a file.

@@ -38,6 +38,8 @@ fixed! {
     Void "void"; Volatile "volatile" | "__volatile" | "__volatile__"; While "while"; Bool "_Bool";
     Alignof "_Alignof" | "__alignof__" | "__alignof"; Noreturn "_Noreturn";
     StaticAssert "_Static_assert"; Attribute "__attribute__" | "__attribute";
+    Typeof "typeof" | "__typeof__" | "__typeof"; Asm "asm" | "__asm" | "__asm__";
+    Generic "_Generic"; VaArg "__builtin_va_arg";
     Global "__srp_global";
     LBrace "{"; RBrace "}"; LParen "("; RParen ")"; LBracket "["; RBracket "]"; Dot ".";
     Arrow "->"; Increment "++"; Decrement "--"; Amp "&"; Star "*"; Plus "+"; Minus "-"; Tilde "~";
@@ -54,17 +56,12 @@ const REFUSED: &[&str] = &[
     "_Imaginary",
     "_Alignas",
     "_Atomic",
-    "_Generic",
     "_Thread_local",
-    "asm",
-    "__asm",
-    "__asm__",
-    "typeof",
-    "__typeof__",
-    "__typeof",
     "__int128",
     "_Float16",
-    "__builtin_va_arg",
+    "__complex__",
+    "__label__",
+    "__thread",
 ];
 
 /// An integer constant as written.
@@ -85,10 +82,20 @@ pub struct IntConst {
 pub enum FloatConst {
     /// `f`: binary32.
     Single(u32),
-    /// None: binary64.
-    Double(u64),
+    /// None: binary64, and what it would be with `f`.
+    Double {
+        /// As binary64.
+        double: u64,
+        /// As binary32.
+        single: u32,
+    },
     /// `l`: kept as binary64.
-    LongDouble(u64),
+    LongDouble {
+        /// As binary64.
+        double: u64,
+        /// As binary32.
+        single: u32,
+    },
 }
 
 /// A token of the grammar.
@@ -108,6 +115,8 @@ pub enum Tok {
     Char(i32),
     /// A string literal without its terminating zero; neighbours are joined already.
     Str(Rc<[u8]>),
+    /// A wide string literal without its terminating zero.
+    WideStr(Rc<[u32]>),
     /// `#pragma srp kernel`.
     Kernel,
     /// `#pragma srp unroll N`.
@@ -137,17 +146,37 @@ pub(crate) fn tokens(
             continue;
         }
         let tok = token(&pp, sources, messages);
-        match (&tok, out.last_mut()) {
-            (Tok::Str(more), Some(last)) if matches!(last.tok, Tok::Str(_)) => {
-                if let Tok::Str(bytes) = &mut last.tok {
-                    *bytes = bytes.iter().chain(more.iter()).copied().collect();
+        match out
+            .last_mut()
+            .and_then(|last| Some((joined(&last.tok, &tok)?, last)))
+        {
+            Some((joined, last)) => {
+                last.tok = joined;
+                if pp.span.end >= last.span.start {
+                    last.span = last.span.to(pp.span);
                 }
-                last.span = last.span.to(pp.span);
             }
-            _ => out.push(Token { tok, span: pp.span }),
+            None => out.push(Token { tok, span: pp.span }),
         }
     }
     out
+}
+
+/// The string that two neighbours make.
+fn joined(before: &Tok, after: &Tok) -> Option<Tok> {
+    let wide = |tok: &Tok| match tok {
+        Tok::Str(bytes) => Some(bytes.iter().map(|&b| u32::from(b)).collect::<Vec<_>>()),
+        Tok::WideStr(chars) => Some(chars.to_vec()),
+        _ => None,
+    };
+    match (before, after) {
+        (Tok::Str(a), Tok::Str(b)) => Some(Tok::Str(a.iter().chain(b.iter()).copied().collect())),
+        _ => {
+            let (mut all, more) = (wide(before)?, wide(after)?);
+            all.extend(more);
+            Some(Tok::WideStr(all.into()))
+        }
+    }
 }
 
 fn token(pp: &PpToken, sources: &SourceMap, messages: &mut Messages) -> Tok {
@@ -172,10 +201,7 @@ fn token(pp: &PpToken, sources: &SourceMap, messages: &mut Messages) -> Tok {
             Ok(value) => Tok::Char(value),
             Err(why) => error(why.code, why.text),
         },
-        PpKind::Str => match literal::string(&pp.text) {
-            Ok(bytes) => Tok::Str(bytes.into()),
-            Err(why) => error(why.code, why.text),
-        },
+        PpKind::Str => literal::string(&pp.text).unwrap_or_else(|why| error(why.code, why.text)),
         PpKind::Unterminated => error(LEXICAL, "quote without its partner on this line".into()),
         PpKind::Stray => {
             let c = pp.text.chars().next().unwrap_or(' ');

@@ -3,13 +3,15 @@
 //! Every name is resolved, every conversion explicit, every operand of the type that its operator
 //! wants. Operators have C's meaning; which opcodes they become is the lowering's business.
 
-use crate::ctype::{QualType, TypeId, TypeTable};
+use crate::ctype::{BitRange, QualType, TypeId, TypeTable};
+use crate::operator::Support;
 use crate::source::Name;
 use srp_archdesc::diagnostic::Span;
 use srp_archdesc::entity;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Opcode;
 use srp_ir::program::{Pos, SourceFile};
+use std::collections::BTreeMap;
 
 entity! {
     /// An expression of a function.
@@ -37,6 +39,8 @@ pub struct Checked {
     pub objects: EntityMap<ObjectId, Object>,
     /// Functions.
     pub functions: EntityMap<FunctionId, Function>,
+    /// The functions of the library that compute what no opcode does.
+    pub(crate) support: BTreeMap<Support, FunctionId>,
 }
 
 /// An object with static storage.
@@ -50,6 +54,8 @@ pub struct Object {
     pub image: Image,
     /// Whether it is defined in some source.
     pub defined: bool,
+    /// Of the library, so that it goes where nothing uses it.
+    pub optional: bool,
     /// Where it is declared.
     pub pos: Pos,
 }
@@ -83,6 +89,8 @@ pub struct Function {
     pub body: Option<Body>,
     /// Not known to other sources, so that it goes where nothing uses it.
     pub internal: bool,
+    /// Of the library, so that it goes too where nothing uses it.
+    pub optional: bool,
     /// Where it is defined, or declared.
     pub pos: Pos,
 }
@@ -100,6 +108,8 @@ pub struct Body {
     pub places: EntityMap<PlaceId, Place>,
     /// Its statements.
     pub stmts: EntityMap<StmtId, Stmt>,
+    /// How many labels it has for `goto`.
+    pub labels: usize,
     /// All of it.
     pub root: Option<StmtId>,
 }
@@ -131,8 +141,9 @@ pub struct Expr {
 /// What an expression computes.
 #[derive(Clone, Debug)]
 pub enum ExprKind {
-    /// A constant of a scalar type, in its bits.
-    Const(u32),
+    /// A constant of a scalar type, in its bits; those above a word are zero in all but the types
+    /// of 64 bits.
+    Const(u64),
     /// What a scalar, pointer or vector place holds.
     Load(PlaceId),
     /// What a struct or union place holds.
@@ -177,6 +188,12 @@ pub enum ExprKind {
     Build([ExprId; 4]),
     /// A lane of a vector.
     Lane(ExprId, ExprId),
+    /// The address of the arguments that `...` stands for.
+    Variadic,
+    /// Is never reached.
+    Unreachable,
+    /// The value of the last of these statements, where there is one.
+    Statements(Vec<StmtId>, Option<ExprId>),
 }
 
 /// A change of a place by its own value.
@@ -262,10 +279,14 @@ pub enum PlaceKind {
     Deref(ExprId),
     /// A part of another place at this offset.
     Member(PlaceId, u32),
+    /// A bit-field in the unit at this offset of another place.
+    Bits(PlaceId, u32, BitRange),
     /// A lane of a vector.
     Lane(PlaceId, ExprId),
-    /// Memory of its own that holds the value of this struct expression.
+    /// The value of this struct expression.
     Temporary(ExprId),
+    /// Memory of its own that holds the value of this struct expression.
+    Stored(ExprId),
 }
 
 /// How a variable is set.
@@ -273,8 +294,19 @@ pub enum PlaceKind {
 pub struct Init {
     /// It is set to zero first.
     pub zero: bool,
-    /// Then parts of it: offset, and the value in the part's type.
-    pub parts: Vec<(u32, ExprId)>,
+    /// Then parts of it.
+    pub parts: Vec<Part>,
+}
+
+/// A part of a variable and its initial value.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    /// Byte offset; of a bit-field, of its unit.
+    pub offset: u32,
+    /// The bits that a bit-field is.
+    pub bits: Option<BitRange>,
+    /// The value, in the part's type.
+    pub value: ExprId,
 }
 
 /// A statement.
@@ -303,6 +335,10 @@ pub enum StmtKind {
     Switch(Switch),
     /// A label of the innermost `switch`, by its number.
     Label(usize),
+    /// A label of the function, by its number.
+    Target(usize),
+    /// `goto` to a label of the function.
+    Goto(usize),
     /// `break`.
     Break,
     /// `continue`.
@@ -329,7 +365,19 @@ pub struct Loop {
     /// How often a pragma repeats the body.
     pub unroll: u32,
     /// How often it runs, where that is plain.
-    pub trip: Option<u32>,
+    pub trip: Option<Trip>,
+    /// A label of the function stands in it, or it is left or entered by `goto`.
+    pub labelled: bool,
+}
+
+/// How often a loop runs that counts with constants.
+#[derive(Clone, Copy, Debug)]
+pub struct Trip {
+    /// The number of iterations.
+    pub count: u32,
+    /// The variable that counts. Where it must lie in memory, something else may change it, and
+    /// the number means nothing.
+    pub counter: LocalId,
 }
 
 /// A `switch`.
@@ -337,8 +385,8 @@ pub struct Loop {
 pub struct Switch {
     /// What is compared.
     pub value: ExprId,
-    /// Values with the number of the label they go to.
-    pub cases: Vec<(u32, usize)>,
+    /// Ranges of values, first and last in their order, with the number of the label they go to.
+    pub cases: Vec<(i128, i128, usize)>,
     /// The label of all other values.
     pub default: Option<usize>,
     /// How many labels there are.

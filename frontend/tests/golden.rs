@@ -7,6 +7,7 @@ use srp_frontend::message::Messages;
 use srp_frontend::source::SourceMap;
 use srp_frontend::{Include, Options, check, lower, parse};
 use srp_ir::verify;
+use std::collections::HashSet;
 use std::path::Path;
 
 fn compare(path: &Path, found: &str, differences: &mut String) {
@@ -51,7 +52,13 @@ fn trees_and_programs_are_exact() {
             &show(&unit, &sources),
             &mut differences,
         );
-        let checked = check(&[unit], &sources, &mut messages);
+        let program = check::Sources {
+            units: &[unit],
+            library: &[],
+            owned: &HashSet::new(),
+            map: &sources,
+        };
+        let checked = check(&program, &options, &mut messages);
         let Some(checked) = checked else {
             panic!("{}: {:?}", source.name, messages.into_list());
         };

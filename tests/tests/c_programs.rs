@@ -49,7 +49,8 @@ fn programs() -> Vec<Vec<PathBuf>> {
 /// The text of a file of the cases or kernels.
 fn text(name: &str) -> Option<String> {
     let read = |directory: PathBuf| std::fs::read_to_string(directory.join(name)).ok();
-    read(cases()).or_else(|| read(kernels()))
+    let library = || srp_frontend::library::text(name).map(str::to_owned);
+    read(cases()).or_else(|| read(kernels())).or_else(library)
 }
 
 /// Compiles a program; what is wrong with it where that fails.

@@ -2,7 +2,7 @@
 //! what passes [`MAX_DEPTH`] replaced by an error.
 
 use super::*;
-use crate::message::{LIMIT, Messages};
+use crate::message::{LIMIT, Messages, UNSUPPORTED};
 use crate::source::SourceMap;
 use crate::token::Token;
 
@@ -16,6 +16,9 @@ pub(crate) enum Before {
     Label(Label),
     Pragma(Pragma),
 }
+
+/// An operand of `asm`: its constraint and expression, or what is clobbered.
+pub(crate) type AsmOperand = (Rc<[u8]>, Option<ExprId>);
 
 /// A unit in the making. Positions of the grammar are numbers of tokens.
 pub struct Builder<'a> {
@@ -135,6 +138,35 @@ impl<'a> Builder<'a> {
         });
         let depth = chain.max(stmts[then].depth + 1);
         self.stmt_at(StmtKind::If(cond, then, other), depth, self.span(l, r))
+    }
+
+    /// Adds `({ … })`.
+    pub(crate) fn statements(&mut self, body: StmtId, (l, r): (usize, usize)) -> ExprId {
+        let depth = 1 + self.unit.stmts[body].depth;
+        self.expr_at(ExprKind::Statements(body), depth, self.span(l, r))
+    }
+
+    /// Adds an `asm` statement: nothing where it only keeps the compiler from moving things, which
+    /// is what an empty text does; else it is refused.
+    pub(crate) fn assembly(
+        &mut self,
+        text: &[u8],
+        parts: Vec<Vec<AsmOperand>>,
+        (l, r): (usize, usize),
+    ) -> StmtId {
+        let outputs = parts.first().into_iter().flatten();
+        let sets = |constraint: &[u8]| !constraint.starts_with(b"+");
+        if !text.trim_ascii().is_empty() || outputs.into_iter().any(|(c, _)| sets(c)) {
+            let text = "`asm` is supported with an empty text and no outputs only";
+            let span = self.span(l, r);
+            self.messages
+                .push(self.sources.error(UNSUPPORTED, span, text, ""));
+        }
+        let operands = parts.iter().flatten().filter_map(|(_, e)| *e);
+        let used: Vec<_> = operands
+            .map(|e| self.stmt(StmtKind::Expr(e), &[], (l, r)))
+            .collect();
+        self.stmt(StmtKind::Block(used.clone()), &used, (l, r))
     }
 
     /// Adds a statement with labels and pragmas before it; a label goes with the whole.

@@ -50,6 +50,9 @@ impl Printer<'_> {
         self.derived(&function.declarator);
         self.specs(&function.specs);
         self.end();
+        self.indent += 1;
+        function.old_style.iter().for_each(|d| self.declaration(d));
+        self.indent -= 1;
         self.nested(function.body);
     }
 
@@ -110,6 +113,10 @@ impl Printer<'_> {
                     }
                     self.out.push_str("] of ");
                 }
+                Derived::OldStyle(names) => {
+                    let names: Vec<_> = names.iter().map(|(name, _)| &**name).collect();
+                    let _ = write!(self.out, "function({}) to ", names.join(", "));
+                }
                 Derived::Function(params) => {
                     self.out.push_str("function(");
                     for (i, param) in params.list.iter().enumerate() {
@@ -142,6 +149,8 @@ impl Printer<'_> {
                 Spec::Record(record) => self.record(record),
                 Spec::Enum(spec) => self.enumeration(spec),
                 Spec::Attributes(list) => list.iter().for_each(|a| self.attribute(a)),
+                Spec::TypeofExpr(e) => self.form("typeof", &[*e]),
+                Spec::TypeofType(name) => self.of_type("typeof", name),
             }
         }
     }
@@ -218,6 +227,13 @@ impl Printer<'_> {
                         self.expr(*e);
                         self.out.push(']');
                     }
+                    Designator::Range(first, last) => {
+                        self.out.push('[');
+                        self.expr(*first);
+                        self.out.push_str(" ... ");
+                        self.expr(*last);
+                        self.out.push(']');
+                    }
                     Designator::Member(name, _) => {
                         let _ = write!(self.out, ".{name}");
                     }
@@ -245,8 +261,16 @@ impl Printer<'_> {
         self.out.push(')');
     }
 
+    /// `(head [type])`.
+    fn of_type(&mut self, head: &str, name: &TypeName) {
+        let _ = write!(self.out, "({head} [");
+        self.type_name(name);
+        self.out.push_str("])");
+    }
+
     fn expr(&mut self, e: ExprId) {
-        match &self.unit.exprs[e].kind {
+        let unit = self.unit;
+        match &unit.exprs[e].kind {
             ExprKind::Int(int) => {
                 let unsigned = if int.unsigned { "u" } else { "" };
                 let longs = "l".repeat(int.longs.into());
@@ -255,7 +279,10 @@ impl Printer<'_> {
             ExprKind::Float(FloatConst::Single(bits)) => {
                 let _ = write!(self.out, "{:?}f", f32::from_bits(*bits));
             }
-            ExprKind::Float(FloatConst::Double(bits) | FloatConst::LongDouble(bits)) => {
+            ExprKind::Float(
+                FloatConst::Double { double: bits, .. }
+                | FloatConst::LongDouble { double: bits, .. },
+            ) => {
                 let _ = write!(self.out, "{:?}", f64::from_bits(*bits));
             }
             ExprKind::Char(value) => {
@@ -263,6 +290,10 @@ impl Printer<'_> {
             }
             ExprKind::Str(bytes) => {
                 let _ = write!(self.out, "\"{}\"", bytes.escape_ascii());
+            }
+            ExprKind::WideStr(chars) => {
+                let text: String = chars.iter().filter_map(|&c| char::from_u32(c)).collect();
+                let _ = write!(self.out, "L\"{}\"", text.escape_default());
             }
             ExprKind::Name(name) => self.out.push_str(name),
             ExprKind::Call(callee, args) => {
@@ -285,16 +316,35 @@ impl Printer<'_> {
                 self.out.push(')');
             }
             ExprKind::SizeofExpr(a) => self.form("sizeof", &[*a]),
-            ExprKind::SizeofType(name) => {
-                self.out.push_str("(sizeof [");
+            ExprKind::SizeofType(name) => self.of_type("sizeof", name),
+            ExprKind::AlignofType(name) => self.of_type("alignof", name),
+            ExprKind::AlignofExpr(a) => self.form("alignof", &[*a]),
+            ExprKind::VaArg(list, name) => {
+                self.out.push_str("(va-arg [");
                 self.type_name(name);
-                self.out.push_str("])");
+                self.out.push_str("] ");
+                self.expr(*list);
+                self.out.push(')');
             }
-            ExprKind::AlignofType(name) => {
-                self.out.push_str("(alignof [");
-                self.type_name(name);
-                self.out.push_str("])");
+            ExprKind::Statements(body) => {
+                self.out.push_str("(statements");
+                self.end();
+                self.indent += 1;
+                self.nested(*body);
+                self.indent -= 1;
+                self.line(unit.stmts[*body].span, ")");
             }
+            ExprKind::Generic(value, list) => {
+                self.form("generic", &[*value]);
+                for (name, e) in list {
+                    match name {
+                        Some(name) => self.of_type("when", name),
+                        None => self.out.push_str("(default)"),
+                    }
+                    self.expr(*e);
+                }
+            }
+            ExprKind::Otherwise(a, b) => self.form("?:", &[*a, *b]),
             ExprKind::Compound(name, init) => {
                 self.out.push_str("(literal [");
                 self.type_name(name);
@@ -385,7 +435,11 @@ impl Printer<'_> {
             StmtKind::Labelled(labels, body) => {
                 for label in labels {
                     match label {
-                        Label::Case(e, span) => self.with(*span, "case", *e),
+                        Label::Case(e, None, span) => self.with(*span, "case", *e),
+                        Label::Case(e, Some(last), span) => {
+                            self.with(*span, "case from", *e);
+                            self.with(*span, "case to", *last);
+                        }
                         Label::Default(span) => self.plain(*span, "default"),
                         Label::Named(name, span) => self.plain(*span, &format!("label {name}")),
                     }

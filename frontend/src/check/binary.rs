@@ -134,14 +134,14 @@ impl Checker<'_> {
     fn splat(&mut self, e: ExprId, vector: TypeId) -> Option<ExprId> {
         let (from, span) = (self.ty(e), self.span(e));
         let known = self.types.known;
-        let float = *self.types.get(from) == Type::Float;
+        let float = self.types.is_floating(from);
         let lane = match (self.types.vector(vector)?, float) {
             (true, true) => known.float,
             (false, false) => known.int,
             (true, false) => {
                 // Constants that a float holds exactly are plain; others need a word.
-                let exact = |bits: u32| (bits as i32).unsigned_abs() <= 1 << 24;
-                if !self.const_value(e).is_some_and(exact) {
+                let exact = |number: i128| number.unsigned_abs() <= 1 << 24;
+                if !self.const_number(e).is_some_and(exact) {
                     let text = "an integer beside a `float4` may lose bits";
                     self.error_help(OPERANDS, span, text, "cast it to `float`");
                     return None;
@@ -203,11 +203,17 @@ impl Checker<'_> {
             return self.error_value(span);
         }
         let (l, r) = (self.promote(l), self.promote(r));
-        if self.const_value(r).is_some_and(|count| count > 31) {
-            let at = self.span(r);
-            self.warning(SHIFT_RANGE, at, "the count of a shift is below 32");
-        }
         let ty = self.ty(l);
+        let width = 8 * self.types.size(ty).unwrap_or(4);
+        let count = self.const_number(r);
+        if count.is_some_and(|count| !(0..i128::from(width)).contains(&count)) {
+            let at = self.span(r);
+            self.warning(
+                SHIFT_RANGE,
+                at,
+                format!("the count of a shift is below {width}"),
+            );
+        }
         self.make(ExprKind::Binary(op, l, r), ty, span)
     }
 
@@ -232,12 +238,22 @@ impl Checker<'_> {
             self.error(OPERANDS, self.span(i), text, "");
             return self.error_value(span);
         }
-        let i = self.promote(i);
+        let i = self.word_index(i);
         if self.const_value(i) == Some(0) {
             return p;
         }
         let kind = ExprKind::Offset(p, i, sign.wrapping_mul(scale as i32));
         self.make(kind, pt, span)
+    }
+
+    /// An integer as wide as a pointer, to be added to one.
+    fn word_index(&mut self, e: ExprId) -> ExprId {
+        let e = self.promote(e);
+        if !self.types.is_wide(self.ty(e)) {
+            return e;
+        }
+        let int = self.types.known.int;
+        self.convert(e, int)
     }
 
     /// Bytes between neighbours that a pointer of this type steps over.
@@ -247,8 +263,8 @@ impl Checker<'_> {
             self.error(OPERANDS, span, text, "");
             return None;
         };
-        // GNU: a step over `void` is one byte.
-        if to.ty == self.types.known.void {
+        // GNU: a step over `void` or a function is one byte.
+        if matches!(self.types.get(to.ty), Type::Void | Type::Function(_)) {
             return Some(1);
         }
         let size = self.types.size(to.ty);
@@ -274,7 +290,7 @@ impl Checker<'_> {
             return self.error_value(span);
         };
         let kind = ExprKind::Distance(l, r, size.max(1));
-        self.make(kind, self.types.known.int, span)
+        self.make(kind, self.types.known.long, span)
     }
 
     fn relation(
@@ -314,7 +330,7 @@ impl Checker<'_> {
         v: ast::ExprId,
         span: Span,
     ) -> ExprId {
-        let place = self.assignable(a, span);
+        let place = self.assignable(a);
         let value = self.value(v);
         let Some(place) = place else {
             return self.error_value(span);
@@ -375,7 +391,7 @@ impl Checker<'_> {
         let Some(size) = self.step_size(ty, span) else {
             return self.error_value(span);
         };
-        let operand = self.promote(operand);
+        let operand = self.word_index(operand);
         let update = Update {
             place,
             step: Step::Pointer(sign * size as i32),
@@ -387,7 +403,7 @@ impl Checker<'_> {
 
     /// `++` and `--`.
     pub(super) fn step(&mut self, a: ast::ExprId, by: i32, post: bool, span: Span) -> ExprId {
-        let Some(place) = self.assignable(a, span) else {
+        let Some(place) = self.assignable(a) else {
             return self.error_value(span);
         };
         let ty = self.body.places[place].ty.ty;

@@ -1,10 +1,13 @@
 //! Calls: of functions, of pointers, and of operations (`__srp_…`), whose types come from the
 //! opcode table.
 
-use super::{Checker, Operand};
+use super::{Checker, Operand, Symbol};
 use crate::ast;
-use crate::ctype::{QualType, Type, TypeId};
-use crate::message::{CALL, NOT_CONSTANT};
+use crate::ctype::{QualType, Signature, Type, TypeId};
+use crate::library;
+use crate::message::{CALL, IMPLICIT_FUNCTION, NOT_CONSTANT};
+use crate::operator::Support;
+use crate::source::Name;
 use crate::typed::*;
 use srp_archdesc::diagnostic::Span;
 use srp_archdesc::isa::{Class, Kind, Opcode};
@@ -70,14 +73,11 @@ impl Checker<'_> {
                 return self.operation_call(name, operation, args, span);
             }
             if !known {
-                let at = self.unit.exprs[callee].span;
-                let text = format!("the function `{name}` is not declared");
-                let help = "a function is declared before its first call, with its parameters";
-                self.error_help(CALL, at, text, help);
-                for &arg in args {
-                    self.value(arg);
+                if let Some(value) = self.builtin_call(name, args, span) {
+                    return value;
                 }
-                return self.error_value(span);
+                let at = self.unit.exprs[callee].span;
+                self.implicit_function(name, at);
             }
         }
         let (callee, ty) = match self.operand(callee) {
@@ -102,9 +102,13 @@ impl Checker<'_> {
                 return self.error_value(span);
             }
         };
-        if values.len() != signature.params.len() {
+        let more = signature.variadic || signature.open;
+        if values.len() < signature.params.len() && !signature.open
+            || values.len() > signature.params.len() && !more
+        {
+            let least = if signature.variadic { "at least " } else { "" };
             let text = format!(
-                "the function takes {}, not {}",
+                "the function takes {least}{}, not {}",
                 arguments(signature.params.len()),
                 values.len()
             );
@@ -112,13 +116,128 @@ impl Checker<'_> {
             self.messages.push(message);
             return self.error_value(span);
         }
-        let params = values.iter().zip(&signature.params).enumerate();
-        let converted: Vec<_> = params
-            .map(|(i, (&value, &param))| {
-                self.assign_to(value, param, &format!("argument {}", i + 1))
-            })
-            .collect();
+        let fixed = match signature.open {
+            true => &[][..],
+            false => signature.params.as_slice(),
+        };
+        let converted = values
+            .iter()
+            .enumerate()
+            .map(|(i, &value)| match fixed.get(i) {
+                Some(&param) => self.assign_to(value, param, &format!("argument {}", i + 1)),
+                None => self.passed(value),
+            });
+        let converted: Vec<_> = converted.collect();
+        if signature.result != self.types.known.void && !self.is_error(signature.result) {
+            self.complete(signature.result, span, "the result of a function");
+        }
         self.make(ExprKind::Call(callee, converted), signature.result, span)
+    }
+
+    /// An argument that no parameter says the type of.
+    fn passed(&mut self, value: ExprId) -> ExprId {
+        let ty = self.ty(value);
+        match self.types.get(ty) {
+            Type::Float
+                if self
+                    .externals
+                    .names
+                    .contains_key(Support::FloatToDouble.name()) =>
+            {
+                self.convert(value, self.types.known.double)
+            }
+            Type::Float => {
+                let span = self.span(value);
+                let text = "a `float` is passed to a function that is not declared with its type";
+                self.error(CALL, span, text, "");
+                value
+            }
+            Type::Void => {
+                let span = self.span(value);
+                self.error(CALL, span, "an argument is a value, not `void`", "");
+                self.error_value(span)
+            }
+            _ => self.promote(value),
+        }
+    }
+
+    /// Declares a function that is called without having been: as the library has it, or else as
+    /// one that takes anything and returns an `int`.
+    fn implicit_function(&mut self, name: &Name, span: Span) {
+        let plain = library::plain(name);
+        if **name == *plain {
+            let text = format!("the function `{name}` is called but not declared");
+            self.warning(IMPLICIT_FUNCTION, span, text);
+        }
+        if let Some(&symbol @ Symbol::Function(function)) = self.externals.names.get(plain)
+            && self.functions[function].optional
+        {
+            self.scopes[1].names.insert(name.clone(), (symbol, span));
+            return;
+        }
+        let signature = Signature {
+            open: true,
+            ..Signature::of(self.types.known.int, Vec::new())
+        };
+        let ty = self.types.id(Type::Function(signature));
+        let scopes = self.scopes.split_off(2);
+        self.declare_function(name, ty, None, false, span);
+        self.scopes.extend(scopes);
+    }
+
+    /// A call that is known without a declaration: `__builtin_…`.
+    fn builtin_call(&mut self, name: &str, args: &[ast::ExprId], span: Span) -> Option<ExprId> {
+        let known = self.types.known;
+        let builtin = name.strip_prefix("__builtin_")?;
+        match (builtin, args) {
+            ("expect", &[value, expected]) => {
+                self.value(expected);
+                Some(self.value(value))
+            }
+            ("expect_with_probability", &[value, _, _]) => Some(self.value(value)),
+            ("constant_p", &[value]) => {
+                let value = self.value(value);
+                let constant = self.constant(value).is_some();
+                Some(self.int_const(constant.into(), known.int, span))
+            }
+            ("unreachable", &[]) => Some(self.make(ExprKind::Unreachable, known.void, span)),
+            ("trap", &[]) => Some(self.make(ExprKind::Unreachable, known.void, span)),
+            ("va_start", &[list, ..]) => Some(self.va_start(list, span)),
+            ("va_end", &[list]) => {
+                let list = self.value(list);
+                Some(self.make(ExprKind::Convert(list), known.void, span))
+            }
+            ("va_copy", &[to, from]) => Some(self.assign(None, to, from, span)),
+            ("huge_val" | "inf", &[]) => {
+                let bits = f64::INFINITY.to_bits();
+                Some(self.make(ExprKind::Const(bits), known.double, span))
+            }
+            ("huge_valf" | "inff", &[]) => {
+                let bits = f32::INFINITY.to_bits().into();
+                Some(self.make(ExprKind::Const(bits), known.float, span))
+            }
+            ("nan", &[_]) => {
+                let bits = super::constant::double_bits(f64::NAN);
+                Some(self.make(ExprKind::Const(bits), known.double, span))
+            }
+            ("nanf", &[_]) => Some(self.make(ExprKind::Const(0x7fc0_0000), known.float, span)),
+            _ => None,
+        }
+    }
+
+    fn va_start(&mut self, list: ast::ExprId, span: Span) -> ExprId {
+        let ty = self.va_list();
+        let Some(place) = self.assignable(list) else {
+            return self.error_value(span);
+        };
+        if !self.context.variadic || self.body.places[place].ty.ty != ty {
+            let text = "`va_start` sets a `va_list` in a function with `...`";
+            self.error(CALL, span, text, "");
+            return self.error_value(span);
+        }
+        let start = self.make(ExprKind::Variadic, ty, span);
+        let value = self.make(ExprKind::Assign(place, start), ty, span);
+        self.make(ExprKind::Convert(value), self.types.known.void, span)
     }
 
     fn operation_call(
@@ -225,7 +344,7 @@ impl Checker<'_> {
             }
         };
         let limit = if info.class == Class::Io {
-            i32::MAX as u32
+            i32::MAX as u64
         } else {
             3
         };
@@ -233,7 +352,7 @@ impl Checker<'_> {
         for (i, &constant) in constants.iter().enumerate() {
             match self.const_value(constant) {
                 Some(bits) if bits <= limit && self.types.is_integer(self.ty(constant)) => {
-                    imm |= bits << (2 * i);
+                    imm |= (bits as u32) << (2 * i);
                 }
                 _ => {
                     let text = format!("`{name}` takes a constant from 0 to {limit} here");

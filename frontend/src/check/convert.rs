@@ -1,8 +1,11 @@
 //! Conversions.
 
+use super::constant::Constant;
 use super::{Checker, Operand};
 use crate::ctype::{Int, QualType, Quals, Type, TypeId};
-use crate::message::{CONVERSION, DISCARDED_QUALIFIER, OPERANDS};
+use crate::message::{
+    CONVERSION, DISCARDED_QUALIFIER, OPERANDS, OVERFLOW, POINTER_SIGN, POINTER_TYPES,
+};
 use crate::typed::*;
 
 impl Checker<'_> {
@@ -38,9 +41,28 @@ impl Checker<'_> {
                 }
             }
             Type::Record(_) => self.make(ExprKind::Aggregate(place), ty.ty, span),
-            Type::Void => self.make(ExprKind::Const(0), ty.ty, span),
-            _ => self.make(ExprKind::Load(place), ty.ty, span),
+            // What computes the pointer still happens.
+            Type::Void => match self.body.places[place].kind {
+                PlaceKind::Deref(pointer) => self.make(ExprKind::Convert(pointer), ty.ty, span),
+                _ => self.make(ExprKind::Const(0), ty.ty, span),
+            },
+            _ => {
+                let value = self.make(ExprKind::Load(place), ty.ty, span);
+                self.narrowed(place, value)
+            }
         }
+    }
+
+    /// The value of a bit-field of less bits than an `int` as the `int` that it promotes to.
+    fn narrowed(&mut self, place: PlaceId, value: ExprId) -> ExprId {
+        let PlaceKind::Bits(_, _, bits) = self.body.places[place].kind else {
+            return value;
+        };
+        if bits.width >= 32 || *self.types.get(self.ty(value)) == Type::Bool {
+            return value;
+        }
+        let int = self.types.known.int;
+        self.convert(value, int)
     }
 
     /// The address of a place as a pointer of this type.
@@ -57,13 +79,27 @@ impl Checker<'_> {
             }
             return self.make(ExprKind::Convert(target), pointer, span);
         }
-        self.make(ExprKind::AddressOf(place), pointer, span)
+        // A member of what a constant address points to is a constant too, as in `offsetof`.
+        let kind = match self.constant_address(place, 0) {
+            Some(Constant::Scalar(bits)) => ExprKind::Const(bits),
+            _ => ExprKind::AddressOf(place),
+        };
+        self.make(kind, pointer, span)
     }
 
     /// Notes that the variable of a place must have an address.
     pub(super) fn mark_in_memory(&mut self, place: PlaceId) {
         if let Some(local) = self.root(place) {
             self.body.locals[local].in_memory = true;
+        }
+        let mut root = place;
+        while let PlaceKind::Member(outer, _) | PlaceKind::Lane(outer, _) =
+            self.body.places[root].kind
+        {
+            root = outer;
+        }
+        if let PlaceKind::Temporary(e) = self.body.places[root].kind {
+            self.body.places[root].kind = PlaceKind::Stored(e);
         }
     }
 
@@ -72,10 +108,13 @@ impl Checker<'_> {
         loop {
             match &self.body.places[place].kind {
                 PlaceKind::Local(local) | PlaceKind::Literal(local, _) => return Some(*local),
-                PlaceKind::Member(outer, _) | PlaceKind::Lane(outer, _) => place = *outer,
-                PlaceKind::Object(_) | PlaceKind::Deref(_) | PlaceKind::Temporary(_) => {
-                    return None;
-                }
+                PlaceKind::Member(outer, _)
+                | PlaceKind::Bits(outer, ..)
+                | PlaceKind::Lane(outer, _) => place = *outer,
+                PlaceKind::Object(_)
+                | PlaceKind::Deref(_)
+                | PlaceKind::Temporary(_)
+                | PlaceKind::Stored(_) => return None,
             }
         }
     }
@@ -109,7 +148,13 @@ impl Checker<'_> {
         let (a, b) = (self.promoted(a), self.promoted(b));
         match (self.types.get(a), self.types.get(b)) {
             (Type::Error, _) | (_, Type::Error) => self.types.known.error,
+            (Type::Double, _) | (_, Type::Double) => self.types.known.double,
             (Type::Float, _) | (_, Type::Float) => self.types.known.float,
+            (&Type::Int(x), &Type::Int(y)) if x.size().max(y.size()) == 8 => {
+                let wide = |int: Int| int.size() == 8 && !int.signed();
+                let signed = !wide(x) && !wide(y);
+                self.types.int(Int::of_size(8, signed))
+            }
             (Type::Int(x), Type::Int(y)) => {
                 let long = [x, y].iter().any(|i| matches!(i, Int::Long | Int::ULong));
                 let unsigned = !x.signed() || !y.signed();
@@ -141,6 +186,7 @@ impl Checker<'_> {
         let arithmetic = self.types.is_arithmetic(from) && self.types.is_arithmetic(to);
         let to_bool = *self.types.get(to) == Type::Bool && self.types.pointee(from).is_some();
         if arithmetic || to_bool {
+            self.warn_overflow(e, to);
             return self.convert(e, to);
         }
         if self.types.pointee(to).is_some() {
@@ -160,6 +206,19 @@ impl Checker<'_> {
         };
         self.messages.push(message);
         self.error_value(span)
+    }
+
+    /// Warns of a constant that has more bits than the integer type it is converted to.
+    fn warn_overflow(&mut self, e: ExprId, to: TypeId) {
+        let (Some(number), Type::Int(int)) = (self.const_number(e), self.types.get(to)) else {
+            return;
+        };
+        let bits = 8 * int.size();
+        if number < -(1 << (bits - 1)) || number >= 1 << bits {
+            let text = format!("{number} does not fit in {}", self.show(to));
+            let span = self.span(e);
+            self.warning(OVERFLOW, span, text);
+        }
     }
 
     fn conversion_help(&self, from: TypeId, to: TypeId) -> Option<&'static str> {
@@ -205,8 +264,10 @@ impl Checker<'_> {
         }
         let void = self.types.known.void;
         let either_void = source.ty == void || target.ty == void;
-        let functions = self.is_function(source.ty) || self.is_function(target.ty);
-        if (!either_void || functions) && !self.types.compatible(source.ty, target.ty) {
+        if !either_void && self.same_size_integers(source.ty, target.ty) {
+            let text = format!("{what} is {}, not {}", self.show(to), self.show(from));
+            self.warning(POINTER_SIGN, span, text);
+        } else if !either_void && !self.types.compatible(source.ty, target.ty) {
             let text = format!("{what} is {}, not {}", self.show(to), self.show(from));
             self.error_help(CONVERSION, span, text, "a cast converts between pointers");
             return self.error_value(span);
@@ -216,6 +277,14 @@ impl Checker<'_> {
             self.warning(DISCARDED_QUALIFIER, span, text);
         }
         self.convert(e, to)
+    }
+
+    /// Whether two types are different integers of one size.
+    fn same_size_integers(&self, a: TypeId, b: TypeId) -> bool {
+        match (self.types.get(a), self.types.get(b)) {
+            (Type::Int(x), Type::Int(y)) => x != y && x.size() == y.size(),
+            _ => false,
+        }
     }
 
     fn is_function(&self, ty: TypeId) -> bool {
@@ -306,10 +375,17 @@ impl Checker<'_> {
                 let void = self.types.known.void;
                 let ty = if self.types.compatible(x.ty, y.ty) {
                     x.ty
-                } else if x.ty == void || y.ty == void {
-                    void
                 } else {
-                    return None;
+                    if x.ty != void && y.ty != void {
+                        let span = self.span(b);
+                        let text = format!(
+                            "{} and {} point to different things",
+                            self.show(ta),
+                            self.show(tb)
+                        );
+                        self.warning(POINTER_TYPES, span, text);
+                    }
+                    void
                 };
                 let quals = Quals {
                     restrict: false,

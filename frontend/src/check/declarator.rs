@@ -1,12 +1,12 @@
 //! Types from specifiers and declarators.
 
-use super::{Checker, Symbol};
+use super::{Checker, Operand, Symbol};
 use crate::ast;
 use crate::ast::{
     Declarator, Derived, Param, Params, Qualifier, Spec, Specs, Storage, TypeKeyword,
 };
 use crate::ctype::{self, MAX_TYPE_DEPTH, QualType, Quals, Signature, Type, TypeId};
-use crate::message::{BAD_TYPE, DECLARATION, LIMIT, SPECIFIERS, UNDECLARED, UNSUPPORTED};
+use crate::message::{BAD_TYPE, DECLARATION, DOUBLE_AS_FLOAT, LIMIT, SPECIFIERS, UNDECLARED};
 use srp_archdesc::diagnostic::Span;
 
 /// What specifiers say.
@@ -33,35 +33,28 @@ impl Keywords {
     }
 }
 
-/// What the keywords name.
-enum Named {
-    Type(Type),
-    Refused(&'static str, &'static str),
-    Nothing,
-}
-
 /// The type that keywords name together.
-fn named(keywords: &Keywords) -> Named {
+fn named(keywords: &Keywords) -> Option<Type> {
     use TypeKeyword::*;
     let n = |keyword| keywords.of(keyword);
     let alone = |keyword| n(keyword) == 1 && keywords.count.iter().sum::<u8>() == 1;
     let (signed, unsigned) = (n(Signed), n(Unsigned));
     let bases = n(Void) + n(Char) + n(Float) + n(Double) + n(Bool);
     if n(Double) == 1 && n(Long) <= 1 && bases == 1 && signed + unsigned + n(Short) == 0 {
-        return Named::Refused("`double` is not supported", "use `float`");
+        return Some(Type::Double).filter(|_| n(Int) == 0);
     }
     if [Void, Float, Bool].into_iter().any(&alone) {
-        return Named::Type(match () {
+        return Some(match () {
             () if n(Void) == 1 => Type::Void,
             () if n(Float) == 1 => Type::Float,
             () => Type::Bool,
         });
     }
     if signed + unsigned > 1 || n(Int) > 1 || n(Short) > 1 || n(Char) > 1 {
-        return Named::Nothing;
+        return None;
     }
     if n(Void) + n(Float) + n(Double) + n(Bool) > 0 {
-        return Named::Nothing;
+        return None;
     }
     let int = match (n(Char), n(Short), n(Long), n(Int), unsigned == 1) {
         (1, 0, 0, 0, true) => ctype::Int::UChar,
@@ -71,14 +64,13 @@ fn named(keywords: &Keywords) -> Named {
         (0, 1, 0, _, false) => ctype::Int::Short,
         (0, 0, 1, _, true) => ctype::Int::ULong,
         (0, 0, 1, _, false) => ctype::Int::Long,
-        (0, 0, 2, _, _) => {
-            return Named::Refused("`long long` is not supported", "integers have 32 bits");
-        }
+        (0, 0, 2, _, true) => ctype::Int::ULongLong,
+        (0, 0, 2, _, false) => ctype::Int::LongLong,
         (0, 0, 0, _, true) => ctype::Int::UInt,
         (0, 0, 0, _, false) => ctype::Int::Int,
-        _ => return Named::Nothing,
+        _ => return None,
     };
-    Named::Type(Type::Int(int))
+    Some(Type::Int(int))
 }
 
 impl Checker<'_> {
@@ -105,11 +97,23 @@ impl Checker<'_> {
                     *count = count.saturating_add(1);
                 }
                 Spec::Attributes(list) => attributes.extend(list.iter().cloned()),
-                Spec::Named(_) | Spec::Record(_) | Spec::Enum(_) => {
+                Spec::Named(_)
+                | Spec::Record(_)
+                | Spec::Enum(_)
+                | Spec::TypeofExpr(_)
+                | Spec::TypeofType(_) => {
                     let ty = match spec {
                         Spec::Named(name) => self.typedef(name, *span),
                         Spec::Record(record) => QualType::plain(self.record(record, *span, alone)),
                         Spec::Enum(spec) => QualType::plain(self.enumeration(spec, *span)),
+                        Spec::TypeofExpr(e) => {
+                            let operand = self.operand(*e);
+                            match operand {
+                                Operand::Place(place) => self.body.places[place].ty,
+                                _ => QualType::plain(self.operand_type(operand)),
+                            }
+                        }
+                        Spec::TypeofType(name) => self.type_name(name),
                         _ => QualType::plain(self.types.known.error),
                     };
                     conflict |= whole.replace(ty).is_some();
@@ -149,12 +153,16 @@ impl Checker<'_> {
             return error;
         }
         match named(keywords) {
-            Named::Type(ty) => QualType::plain(self.types.id(ty)),
-            Named::Refused(text, help) => {
-                self.error_help(UNSUPPORTED, span, text, help);
-                error
+            Some(Type::Double) if self.double_is_float => {
+                self.note(
+                    DOUBLE_AS_FLOAT,
+                    span,
+                    "`double` is `float` here, as asked for",
+                );
+                QualType::plain(self.types.known.float)
             }
-            Named::Nothing => {
+            Some(ty) => QualType::plain(self.types.id(ty)),
+            None => {
                 self.error(SPECIFIERS, span, "these words together name no type", "");
                 error
             }
@@ -196,6 +204,13 @@ impl Checker<'_> {
                 }
                 Derived::Array(length) => self.array(ty, *length, *span),
                 Derived::Function(params) => self.function_type(ty, params, *span),
+                Derived::OldStyle(_) => {
+                    let open = Params {
+                        list: Vec::new(),
+                        variadic: false,
+                    };
+                    self.function_type(ty, &open, *span)
+                }
             };
             if self.types.depth(ty.ty) > MAX_TYPE_DEPTH {
                 let text = format!("the type is derived in more than {MAX_TYPE_DEPTH} steps");
@@ -219,11 +234,11 @@ impl Checker<'_> {
                 let at = self.unit.exprs[e].span;
                 match self.const_int(e, "the length of an array") {
                     None => return error,
-                    Some((bits, ty)) if !self.types.is_unsigned(ty) && (bits as i32) < 0 => {
+                    Some((length, _)) if length < 0 => {
                         self.error(BAD_TYPE, at, "the length of an array is negative", "");
                         return error;
                     }
-                    Some((bits, _)) => Some(bits),
+                    Some((length, _)) => Some(u32::try_from(length).unwrap_or(u32::MAX)),
                 }
             }
         };
@@ -237,19 +252,18 @@ impl Checker<'_> {
     }
 
     fn function_type(&mut self, result: QualType, params: &Params, span: Span) -> QualType {
-        if params.variadic {
-            let text = "functions with `...` are not supported";
-            self.error(UNSUPPORTED, span, text, "");
-        }
         if let Type::Array(..) | Type::Function(_) = self.types.get(result.ty) {
             let text = format!("a function cannot return {}", self.show(result.ty));
             self.error(BAD_TYPE, span, text, "");
             return QualType::plain(self.types.known.error);
         }
+        let (variadic, open) = (params.variadic, params.list.is_empty());
         let params = self.params(params);
         let signature = Signature {
             result: result.ty,
             params: params.into_iter().map(|(ty, _)| ty.ty).collect(),
+            variadic,
+            open: open && !variadic,
         };
         QualType::plain(self.types.id(Type::Function(signature)))
     }

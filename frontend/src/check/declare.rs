@@ -3,9 +3,11 @@
 use super::declarator::Base;
 use super::link::Definition;
 use super::{Checker, Context, Scope, Symbol};
-use crate::ast::{self, Derived, InitDeclarator, Storage};
-use crate::ctype::{QualType, Type, TypeId};
-use crate::message::{BAD_TYPE, DECLARATION, MISSING_RETURN, REDECLARED, STATIC_ASSERT};
+use crate::ast::{self, Derived, InitDeclarator, Spec, Storage};
+use crate::ctype::{QualType, Signature, Type, TypeId};
+use crate::message::{
+    BAD_TYPE, DECLARATION, IMPLICIT_INT, LIBRARY_TYPE, MISSING_RETURN, REDECLARED, STATIC_ASSERT,
+};
 use crate::source::Name;
 use crate::typed::*;
 use srp_archdesc::diagnostic::Span;
@@ -28,6 +30,13 @@ impl Checker<'_> {
 
     /// A declaration; the statements that set its variables.
     pub(super) fn declaration(&mut self, declaration: &ast::Declaration) -> Vec<StmtId> {
+        // `__attribute__((fallthrough));` declares nothing.
+        let mut specs = declaration.specs.list.iter();
+        if declaration.declarators.is_empty()
+            && specs.all(|(spec, _)| matches!(spec, Spec::Attributes(_)))
+        {
+            return Vec::new();
+        }
         let base = self.specs(&declaration.specs, declaration.declarators.is_empty());
         let items = declaration.declarators.iter();
         items
@@ -137,6 +146,7 @@ impl Checker<'_> {
             ty,
             image: Image::default(),
             defined: false,
+            optional: self.in_library,
             pos: self.sources.pos(span),
         })
     }
@@ -279,11 +289,7 @@ impl Checker<'_> {
         span: Span,
         item: &InitDeclarator,
     ) -> Option<StmtId> {
-        let local = self.body.locals.push(Local {
-            name: name.clone(),
-            ty,
-            in_memory: false,
-        });
+        let local = self.new_local(name, ty);
         self.declare(name, Symbol::Local(local), span);
         let Some(init) = &item.init else {
             self.complete(ty.ty, span, "a variable");
@@ -294,7 +300,7 @@ impl Checker<'_> {
         Some(self.stmt_at(StmtKind::Init(local, parts), span))
     }
 
-    fn declare_function(
+    pub(super) fn declare_function(
         &mut self,
         name: &Name,
         ty: TypeId,
@@ -312,8 +318,14 @@ impl Checker<'_> {
         let function = match self.earlier(name, internal) {
             Some((Symbol::Function(function), before)) => {
                 let old = self.functions[function].ty;
-                let merged = self.same_declaration(name, old, ty, span, before);
-                self.functions[function].ty = merged;
+                // The library's own type of a function of the library is the right one.
+                if !self.functions[function].optional || self.types.compatible(old, ty) {
+                    let merged = self.same_declaration(name, old, ty, span, before);
+                    self.functions[function].ty = merged;
+                } else {
+                    let text = format!("the library's `{name}` is {}", self.show(old));
+                    self.warning(LIBRARY_TYPE, span, text);
+                }
                 if storage == Some(Storage::Static) && !self.functions[function].internal {
                     self.internal(Symbol::Function(function), name, span);
                 }
@@ -329,6 +341,7 @@ impl Checker<'_> {
                     ty,
                     body: None,
                     internal,
+                    optional: false,
                     pos: self.sources.pos(span),
                 });
                 if !internal {
@@ -345,16 +358,16 @@ impl Checker<'_> {
 
     /// A function definition.
     pub(super) fn function(&mut self, definition: &ast::FunctionDefinition) {
-        let base = self.specs(&definition.specs, false);
         let declarator = &definition.declarator;
         let Some((name, span)) = declarator.name.clone() else {
             return;
         };
-        let ty = self.declared_type(base.ty, declarator);
+        let base = self.result_type(&definition.specs, span);
+        let written = self.declared_type(base.ty, declarator);
         let params = match declarator.derived.first() {
-            Some((Derived::Function(params), _)) => params,
+            Some((step @ (Derived::Function(_) | Derived::OldStyle(_)), _)) => step,
             _ => {
-                if !self.is_error(ty.ty) {
+                if !self.is_error(written.ty) {
                     let text = format!("`{name}` has a body but is no function");
                     self.error(DECLARATION, span, text, "");
                 }
@@ -373,11 +386,24 @@ impl Checker<'_> {
                 "",
             );
         }
-        let known = match self.types.get(ty.ty) {
-            Type::Function(signature) => Some(signature.result),
+        // What a program defines itself is not the library's.
+        if self.in_library && storage != Some(Storage::Static) && self.owned.contains(&name) {
+            return;
+        }
+        let mut ty = written.ty;
+        let old_style = match params {
+            Derived::OldStyle(names) => {
+                let list = self.old_style(names, &definition.old_style);
+                ty = self.old_style_type(ty, &list);
+                Some(list)
+            }
             _ => None,
         };
-        let function = self.declare_function(&name, ty.ty, storage, base.inline, span);
+        let known = match self.types.get(ty) {
+            Type::Function(signature) => Some(signature.clone()),
+            _ => None,
+        };
+        let function = self.declare_function(&name, ty, storage, base.inline, span);
         if let Some(function) = function {
             let definition = Definition {
                 span,
@@ -385,59 +411,209 @@ impl Checker<'_> {
                 full: true,
             };
             self.define(Symbol::Function(function), &name, definition);
+            // The body goes by its own parameters.
+            if known.is_some() {
+                self.functions[function].ty = ty;
+            }
         }
-        let result = known.unwrap_or(self.types.known.error);
+        let result = known.as_ref().map_or(self.types.known.error, |s| s.result);
         if result != self.types.known.void && !self.is_error(result) {
             self.complete(result, span, "the result of a function");
         }
-        let body = self.function_body(&name, result, params, definition.body);
-        if let Some(function) = function {
-            self.functions[function].body = Some(body);
-            self.functions[function].pos = self.sources.pos(span);
-        }
-    }
-
-    fn function_body(
-        &mut self,
-        name: &Name,
-        result: TypeId,
-        params: &ast::Params,
-        root: ast::StmtId,
-    ) -> Body {
-        let errors = self.messages.errors();
         self.body = Body::default();
         self.context = Context {
             result: Some(result),
             function: Some(name.clone()),
+            variadic: known.is_some_and(|s| s.variadic),
             ..Context::default()
         };
-        let params = self.params(params);
         self.scopes.push(Scope::default());
-        for (ty, param) in params {
+        let first = match (old_style, params) {
+            (Some(list), _) => self.old_style_params(list),
+            (None, Derived::Function(params)) => self.named_params(params),
+            _ => Vec::new(),
+        };
+        let body = self.function_body(&name, result, first, definition.body);
+        if let Some(function) = function {
+            self.functions[function].body = Some(body);
+            self.functions[function].optional = self.in_library;
+            self.functions[function].pos = self.sources.pos(span);
+        }
+    }
+
+    /// Specifiers of a function definition; without a type it returns an `int`.
+    fn result_type(&mut self, specs: &ast::Specs, span: Span) -> Base {
+        let typed = specs.list.iter().any(|(spec, _)| {
+            !matches!(
+                spec,
+                Spec::Storage(_)
+                    | Spec::Inline
+                    | Spec::Noreturn
+                    | Spec::Qualifier(_)
+                    | Spec::Attributes(_)
+            )
+        });
+        if typed {
+            return self.specs(specs, false);
+        }
+        self.warning(
+            IMPLICIT_INT,
+            span,
+            "the function's result is not declared: `int`",
+        );
+        let mut specs = specs.clone();
+        specs
+            .list
+            .push((Spec::Keyword(ast::TypeKeyword::Int), specs.span));
+        self.specs(&specs, false)
+    }
+
+    /// Parameters that a declarator names and declarations before the body give types.
+    fn old_style(
+        &mut self,
+        names: &[(Name, Span)],
+        declarations: &[ast::Declaration],
+    ) -> Vec<(Name, QualType, Span)> {
+        let int = QualType::plain(self.types.known.int);
+        let mut list: Vec<_> = names
+            .iter()
+            .map(|(name, span)| (name.clone(), None, *span))
+            .collect();
+        for declaration in declarations {
+            let base = self.specs(&declaration.specs, false);
+            for item in &declaration.declarators {
+                let ty = self.declared_type(base.ty, &item.declarator);
+                let ty = self.decayed(ty);
+                let Some((name, span)) = &item.declarator.name else {
+                    continue;
+                };
+                match list.iter_mut().find(|(known, ..)| known == name) {
+                    Some((_, known @ None, _)) => *known = Some(ty),
+                    Some((.., before)) => {
+                        let before = *before;
+                        self.redeclared(name, *span, before);
+                    }
+                    None => {
+                        let text = format!("`{name}` is no parameter of the function");
+                        self.error(DECLARATION, *span, text, "");
+                    }
+                }
+            }
+        }
+        let typed = list.into_iter().map(|(name, ty, span)| match ty {
+            Some(ty) => (name, ty, span),
+            None => {
+                let text = format!("the parameter `{name}` is not declared: `int`");
+                self.warning(IMPLICIT_INT, span, text);
+                (name, int, span)
+            }
+        });
+        typed.collect()
+    }
+
+    /// The type of an old-style function by what it takes: promoted arguments.
+    fn old_style_type(&mut self, ty: TypeId, params: &[(Name, QualType, Span)]) -> TypeId {
+        let Type::Function(signature) = self.types.get(ty).clone() else {
+            return ty;
+        };
+        let params = params.iter().map(|(_, ty, _)| self.passed_type(ty.ty));
+        let signature = Signature {
+            params: params.collect(),
+            ..signature
+        };
+        self.types.id(Type::Function(signature))
+    }
+
+    /// The type as which a value is passed where no parameter's type says it.
+    fn passed_type(&self, ty: TypeId) -> TypeId {
+        match self.types.get(ty) {
+            Type::Float => self.types.known.double,
+            _ => self.promoted(ty),
+        }
+    }
+
+    /// Makes variables of old-style parameters, which begin as what was passed, converted.
+    fn old_style_params(&mut self, list: Vec<(Name, QualType, Span)>) -> Vec<StmtId> {
+        let mut first = Vec::new();
+        for (name, ty, span) in list {
+            if !self.is_error(ty.ty) {
+                self.complete(ty.ty, span, "a parameter");
+            }
+            let passed = self.passed_type(ty.ty);
+            let local = self.new_local(&name, ty);
+            self.declare(&name, Symbol::Local(local), span);
+            if passed == ty.ty {
+                self.body.params.push(local);
+                continue;
+            }
+            let from = self.new_local(&name, QualType::plain(passed));
+            self.body.params.push(from);
+            let place = self.place(PlaceKind::Local(from), QualType::plain(passed), span);
+            let value = self.read_place(place);
+            let value = self.convert(value, ty.ty);
+            let init = Init {
+                zero: false,
+                parts: vec![Part {
+                    offset: 0,
+                    bits: None,
+                    value,
+                }],
+            };
+            first.push(self.stmt_at(StmtKind::Init(local, init), span));
+        }
+        first
+    }
+
+    fn new_local(&mut self, name: &Name, ty: QualType) -> LocalId {
+        self.body.locals.push(Local {
+            name: name.clone(),
+            ty,
+            in_memory: false,
+        })
+    }
+
+    /// Makes variables of the parameters of a function.
+    fn named_params(&mut self, params: &ast::Params) -> Vec<StmtId> {
+        for (ty, param) in self.params(params) {
             if !self.is_error(ty.ty) {
                 self.complete(ty.ty, param.span, "a parameter");
             }
             let (name, span) = match &param.declarator.name {
                 Some((name, span)) => (name.clone(), *span),
                 None => {
-                    self.error(DECLARATION, param.span, "a parameter needs a name here", "");
+                    // A parameter without a name is not used.
+                    let local = self.new_local(&"unnamed".into(), ty);
+                    self.body.params.push(local);
                     continue;
                 }
             };
-            let local = self.body.locals.push(Local {
-                name: name.clone(),
-                ty,
-                in_memory: false,
-            });
+            let local = self.new_local(&name, ty);
             self.body.params.push(local);
             self.declare(&name, Symbol::Local(local), span);
         }
-        let (root_stmt, flow) = self.function_block(root);
+        Vec::new()
+    }
+
+    /// The statements of a function, in the scope of its parameters, after what they begin with.
+    fn function_body(
+        &mut self,
+        name: &Name,
+        result: TypeId,
+        first: Vec<StmtId>,
+        root: ast::StmtId,
+    ) -> Body {
+        let errors = self.messages.errors();
+        let (mut root_stmt, flow) = self.function_block(root);
+        let span = self.unit.stmts[root].span;
+        if !first.is_empty() {
+            let all = first.into_iter().chain([root_stmt]).collect();
+            root_stmt = self.stmt_at(StmtKind::Block(all), span);
+        }
+        self.end_labels();
         self.scopes.pop();
         let returns = result != self.types.known.void && !self.is_error(result);
         let sound = self.messages.errors() == errors;
         if flow && returns && sound && &**name != "main" {
-            let span = self.unit.stmts[root].span;
             let end = Span::new(span.end.saturating_sub(1), span.end);
             let text = format!("`{name}` may end without returning a value");
             let message = self.sources.warning(MISSING_RETURN, end, text, "");

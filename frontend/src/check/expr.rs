@@ -3,12 +3,13 @@
 use super::{Checker, Operand, Symbol};
 use crate::ast::{self, Prefix};
 use crate::ctype::{Int, QualType, Type, TypeId};
-use crate::message::{
-    CONSTANT_RANGE, INDEX_RANGE, MEMBER, NOT_ASSIGNABLE, OPERANDS, UNDECLARED, UNSUPPORTED,
-};
+use crate::message::{CONSTANT_RANGE, DOUBLE_AS_FLOAT, OPERANDS, UNDECLARED};
 use crate::token::{FloatConst, IntConst};
 use crate::typed::*;
 use srp_archdesc::diagnostic::Span;
+
+/// What names the function around, as a string.
+const FUNCTION_NAME: [&str; 3] = ["__func__", "__FUNCTION__", "__PRETTY_FUNCTION__"];
 
 impl Checker<'_> {
     /// An expression as a value.
@@ -25,22 +26,10 @@ impl Checker<'_> {
         use ast::ExprKind as K;
         let value = match kind {
             K::Int(int) => self.int(*int, span),
-            K::Float(FloatConst::Single(bits)) => {
-                let ty = self.types.known.float;
-                self.make(ExprKind::Const(*bits), ty, span)
-            }
-            K::Float(_) => {
-                let text = "`double` constants are not supported";
-                self.error_help(
-                    UNSUPPORTED,
-                    span,
-                    text,
-                    "write it with `f` at the end: `0.5f`",
-                );
-                self.error_value(span)
-            }
-            K::Char(value) => self.int_const(*value as u32, self.types.known.int, span),
+            K::Float(float) => self.float(*float, span),
+            K::Char(value) => self.int_const(*value as u32 as u64, self.types.known.int, span),
             K::Str(bytes) => return Operand::Place(self.string(bytes, span)),
+            K::WideStr(chars) => return Operand::Place(self.wide_string(chars, span)),
             K::Name(name) => return self.name(name, span),
             K::Call(callee, args) => self.call(*callee, args, span),
             K::Index(a, i) => return self.index(*a, *i, span),
@@ -54,6 +43,11 @@ impl Checker<'_> {
             }
             K::SizeofExpr(a) => {
                 let operand = self.operand(*a);
+                if let Operand::Place(place) = operand
+                    && let PlaceKind::Bits(..) = self.body.places[place].kind
+                {
+                    self.error(OPERANDS, span, "a bit-field has no size in bytes", "");
+                }
                 let ty = self.operand_type(operand);
                 self.size_of(ty, span)
             }
@@ -63,9 +57,17 @@ impl Checker<'_> {
             }
             K::AlignofType(name) => {
                 let ty = self.type_name(name).ty;
-                let align = self.types.align(ty);
-                self.int_const(align, self.types.known.uint, span)
+                self.align_of(ty, span)
             }
+            K::AlignofExpr(a) => {
+                let operand = self.operand(*a);
+                let ty = self.operand_type(operand);
+                self.align_of(ty, span)
+            }
+            K::VaArg(list, name) => return self.next_argument(*list, name, span),
+            K::Statements(body) => self.statements(*body, span),
+            K::Generic(e, list) => return self.generic(*e, list, span),
+            K::Otherwise(a, b) => self.otherwise(*a, *b, span),
             K::Compound(name, init) => {
                 let ty = self.type_name(name);
                 return self.compound_literal(ty, init, span);
@@ -79,7 +81,7 @@ impl Checker<'_> {
     }
 
     /// The type of an operand before it is read.
-    fn operand_type(&self, operand: Operand) -> TypeId {
+    pub(super) fn operand_type(&self, operand: Operand) -> TypeId {
         match operand {
             Operand::Place(place) => self.body.places[place].ty.ty,
             Operand::Function(function, _) => self.functions[function].ty,
@@ -87,41 +89,72 @@ impl Checker<'_> {
         }
     }
 
+    /// An integer constant: of the first type that holds it.
     fn int(&mut self, int: IntConst, span: Span) -> ExprId {
-        let value = u32::try_from(int.value);
-        let fits_signed = int.value <= i32::MAX as u64;
-        let ty = match (int.longs, int.unsigned || !fits_signed) {
-            (0, false) => Int::Int,
-            (0, true) => Int::UInt,
-            (_, false) => Int::Long,
-            (_, true) => Int::ULong,
+        let signed = [Int::Int, Int::Long, Int::LongLong];
+        let unsigned = [Int::UInt, Int::ULong, Int::ULongLong];
+        let fits = |ty: &Int| {
+            let bits = 8 * ty.size() - u32::from(ty.signed());
+            int.value >> (bits - 1) <= 1
         };
-        if int.longs > 1 {
-            self.error(UNSUPPORTED, span, "`long long` is not supported", "");
-            return self.error_value(span);
-        }
-        let needs_suffix = int.decimal && !int.unsigned && !fits_signed;
-        match value {
-            Ok(value) if !needs_suffix => {
+        let from = usize::from(int.longs.min(2));
+        let candidates = (from..3).flat_map(|i| match (int.unsigned, int.decimal) {
+            (true, _) => vec![unsigned[i]],
+            (false, true) => vec![signed[i]],
+            (false, false) => vec![signed[i], unsigned[i]],
+        });
+        match candidates.into_iter().find(fits) {
+            Some(ty) => {
                 let ty = self.types.int(ty);
-                self.int_const(value, ty, span)
+                self.int_const(int.value, ty, span)
             }
-            Ok(_) => {
-                let text = "the constant does not fit in an `int`";
+            None => {
+                let text = "the constant does not fit in a `long long`";
                 let help = "write it with `u` at the end to make it `unsigned`";
                 self.error_help(CONSTANT_RANGE, span, text, help);
                 self.error_value(span)
             }
-            Err(_) => {
-                self.error(
-                    CONSTANT_RANGE,
-                    span,
-                    "the constant does not fit in 32 bits",
-                    "",
-                );
-                self.error_value(span)
-            }
         }
+    }
+
+    /// A floating constant.
+    fn float(&mut self, float: FloatConst, span: Span) -> ExprId {
+        let known = self.types.known;
+        let (bits, single) = match float {
+            FloatConst::Single(bits) => {
+                return self.make(ExprKind::Const(bits.into()), known.float, span);
+            }
+            FloatConst::Double { double, single } | FloatConst::LongDouble { double, single } => {
+                (double, single)
+            }
+        };
+        if self.double_is_float || self.single_constants {
+            let text = "the constant is a `float`, as asked for";
+            self.note(DOUBLE_AS_FLOAT, span, text);
+            return self.make(ExprKind::Const(single.into()), known.float, span);
+        }
+        self.make(ExprKind::Const(bits), known.double, span)
+    }
+
+    /// A wide string literal: an array of `int` with static storage.
+    fn wide_string(&mut self, chars: &[u32], span: Span) -> PlaceId {
+        let ended = chars.iter().chain([&0]);
+        let bytes: Vec<u8> = ended.flat_map(|c| c.to_le_bytes()).collect();
+        let int = QualType::plain(self.types.known.int);
+        let length = Some(chars.len() as u32 + 1);
+        let ty = QualType::plain(self.types.id(Type::Array(int, length)));
+        let object = self.objects.push(Object {
+            name: ".str".to_owned(),
+            ty,
+            image: Image {
+                bytes,
+                addresses: Vec::new(),
+            },
+            defined: true,
+            optional: self.in_library,
+            pos: self.sources.pos(span),
+        });
+        self.place(PlaceKind::Object(object), ty, span)
     }
 
     /// A string literal: an array of `char` with static storage.
@@ -141,6 +174,7 @@ impl Checker<'_> {
                         addresses: Vec::new(),
                     },
                     defined: true,
+                    optional: self.in_library,
                     pos: self.sources.pos(span),
                 });
                 self.strings.insert(bytes, object);
@@ -173,7 +207,7 @@ impl Checker<'_> {
                 self.messages.push(message);
                 Operand::Value(self.error_value(span))
             }
-            None if name == "__func__" && self.context.function.is_some() => {
+            None if FUNCTION_NAME.contains(&name) && self.context.function.is_some() => {
                 let function = self.context.function.clone().unwrap_or_else(|| "".into());
                 Operand::Place(self.string(function.as_bytes(), span))
             }
@@ -188,182 +222,24 @@ impl Checker<'_> {
         }
     }
 
+    fn align_of(&mut self, ty: TypeId, span: Span) -> ExprId {
+        let align = self.types.align(ty);
+        self.int_const(align.into(), self.types.known.ulong, span)
+    }
+
     fn size_of(&mut self, ty: TypeId, span: Span) -> ExprId {
+        // GNU: `void` and functions have size 1.
+        if let Type::Void | Type::Function(_) = self.types.get(ty) {
+            return self.int_const(1, self.types.known.ulong, span);
+        }
         match self.types.size(ty) {
-            Some(size) => self.int_const(size, self.types.known.uint, span),
+            Some(size) => self.int_const(size.into(), self.types.known.ulong, span),
             None => {
                 let text = format!("{} has no size", self.show(ty));
                 self.error(OPERANDS, span, text, "");
                 self.error_value(span)
             }
         }
-    }
-
-    fn index(&mut self, a: ast::ExprId, i: ast::ExprId, span: Span) -> Operand {
-        let past_end = std::mem::take(&mut self.past_end);
-        let base = self.operand(a);
-        let base_ty = self.operand_type(base);
-        if let Some(float) = self.types.vector(base_ty) {
-            return self.lane(base, float, i, span);
-        }
-        if let (Operand::Place(place), Type::Array(of, length)) =
-            (base, self.types.get(base_ty).clone())
-        {
-            let index = self.value(i);
-            if let Some(element) = self.fixed_element(place, of, length, index, past_end, span) {
-                return Operand::Place(element);
-            }
-            let base = self.read(base);
-            return self.element(base, index, span);
-        }
-        let base = self.read(base);
-        let index = self.value(i);
-        if self.types.pointee(self.ty(index)).is_some() {
-            return self.element(index, base, span);
-        }
-        self.element(base, index, span)
-    }
-
-    /// An element of an array at a constant index: a part of the same place.
-    fn fixed_element(
-        &mut self,
-        place: PlaceId,
-        of: QualType,
-        length: Option<u32>,
-        index: ExprId,
-        past_end: bool,
-        span: Span,
-    ) -> Option<PlaceId> {
-        let (length, index) = (length?, self.const_value(index)?);
-        let size = self.types.size(of.ty)?;
-        if index < length {
-            let quals = of.quals.and(self.body.places[place].ty.quals);
-            let ty = QualType { ty: of.ty, quals };
-            return Some(self.place(PlaceKind::Member(place, index * size), ty, span));
-        }
-        if index > length || !past_end {
-            let text = format!("index {} is outside the array of {length}", index as i32);
-            self.warning(INDEX_RANGE, span, text);
-        }
-        None
-    }
-
-    fn element(&mut self, base: ExprId, index: ExprId, span: Span) -> Operand {
-        let pointer = self.offset(base, index, 1, span);
-        Operand::Place(self.deref(pointer, span))
-    }
-
-    /// What a pointer points to.
-    pub(super) fn deref(&mut self, pointer: ExprId, span: Span) -> PlaceId {
-        let ty = self.ty(pointer);
-        let target = match self.types.pointee(ty) {
-            Some(target) => target,
-            None => {
-                if !self.is_error(ty) {
-                    let text = format!("{} is no pointer", self.show(ty));
-                    let message = self.sources.error(OPERANDS, span, text, "");
-                    let message = match self.types.get(ty) {
-                        Type::Record(_) => message.help("a struct's own members are `.`"),
-                        _ => message,
-                    };
-                    self.messages.push(message);
-                }
-                QualType::plain(self.types.known.error)
-            }
-        };
-        if let ExprKind::AddressOf(place) = self.body.exprs[pointer].kind
-            && self.body.places[place].ty == target
-        {
-            return place;
-        }
-        let complete = self.types.size(target.ty).is_some();
-        let function = matches!(self.types.get(target.ty), Type::Function(_));
-        if !complete && !function && target.ty != self.types.known.void {
-            let text = format!("{} is not defined here", self.show(target.ty));
-            self.error(OPERANDS, span, text, "");
-        }
-        self.place(PlaceKind::Deref(pointer), target, span)
-    }
-
-    /// A lane of a vector.
-    fn lane(&mut self, base: Operand, float: bool, i: ast::ExprId, span: Span) -> Operand {
-        let known = self.types.known;
-        let ty = if float { known.float } else { known.int };
-        let index = self.value(i);
-        if !self.types.is_integer(self.ty(index)) {
-            let text = format!(
-                "a lane number is an integer, not {}",
-                self.show(self.ty(index))
-            );
-            self.error(OPERANDS, self.span(index), text, "");
-            return Operand::Value(self.error_value(span));
-        }
-        let index = self.promote(index);
-        let fixed = self.const_value(index);
-        if fixed.is_some_and(|i| i > 3) {
-            let text = "lanes are numbered from 0 to 3";
-            self.error(OPERANDS, self.span(index), text, "");
-            return Operand::Value(self.error_value(span));
-        }
-        match base {
-            Operand::Place(place) => {
-                if fixed.is_none() {
-                    self.mark_in_memory(place);
-                }
-                let quals = self.body.places[place].ty.quals;
-                let kind = PlaceKind::Lane(place, index);
-                Operand::Place(self.place(kind, QualType { ty, quals }, span))
-            }
-            _ => {
-                let base = self.read(base);
-                Operand::Value(self.make(ExprKind::Lane(base, index), ty, span))
-            }
-        }
-    }
-
-    fn member(&mut self, a: ast::ExprId, name: &str, at: Span, arrow: bool, span: Span) -> Operand {
-        let base = if arrow {
-            let pointer = self.value(a);
-            self.deref(pointer, span)
-        } else {
-            match self.operand(a) {
-                Operand::Place(place) => place,
-                other => {
-                    let value = self.read(other);
-                    let ty = QualType::plain(self.ty(value));
-                    self.place(PlaceKind::Temporary(value), ty, span)
-                }
-            }
-        };
-        let outer = self.body.places[base].ty;
-        let record = match self.types.get(outer.ty) {
-            Type::Record(record) => *record,
-            ty => {
-                if *ty != Type::Error {
-                    let text = format!("{} has no members", self.show(outer.ty));
-                    let message = self.sources.error(MEMBER, span, text, "");
-                    let pointer = self.types.pointee(outer.ty).map(|to| self.types.get(to.ty));
-                    let message = match pointer {
-                        Some(Type::Record(_)) => {
-                            message.help("the members of what a pointer points to are `->`")
-                        }
-                        _ => message,
-                    };
-                    self.messages.push(message);
-                }
-                return Operand::Value(self.error_value(span));
-            }
-        };
-        let Some((offset, ty)) = self.types.field(record, name) else {
-            let text = format!("{} has no member `{name}`", self.show(outer.ty));
-            self.error(MEMBER, at, text, "");
-            return Operand::Value(self.error_value(span));
-        };
-        let ty = QualType {
-            ty: ty.ty,
-            quals: ty.quals.and(outer.quals),
-        };
-        Operand::Place(self.place(PlaceKind::Member(base, offset), ty, span))
     }
 
     fn prefix(&mut self, op: Prefix, a: ast::ExprId, span: Span) -> Operand {
@@ -393,7 +269,7 @@ impl Checker<'_> {
         let a = self.value(a);
         let ty = self.ty(a);
         let vector = self.types.vector(ty);
-        let float = *self.types.get(ty) == Type::Float || vector == Some(true);
+        let float = self.types.is_floating(ty) || vector == Some(true);
         let number = self.types.is_arithmetic(ty) || vector.is_some();
         if !number || op == Prefix::BitNot && float {
             let text = format!("`{}` does not take {}", op.text(), self.show(ty));
@@ -409,87 +285,6 @@ impl Checker<'_> {
         }
     }
 
-    fn address(&mut self, operand: Operand, span: Span) -> ExprId {
-        match operand {
-            Operand::Function(..) => self.read(operand),
-            Operand::Place(place) => {
-                let Place { kind, ty, .. } = &self.body.places[place];
-                let ty = *ty;
-                if let PlaceKind::Lane(..) | PlaceKind::Temporary(_) = kind {
-                    self.error(OPERANDS, span, "this has no address", "");
-                    return self.error_value(span);
-                }
-                let pointer = self.types.pointer(ty);
-                self.address_of(place, pointer, span)
-            }
-            Operand::Value(e) => {
-                if !self.is_error(self.ty(e)) {
-                    self.error(OPERANDS, span, "a value has no address", "");
-                }
-                self.error_value(span)
-            }
-        }
-    }
-
-    /// The place that an operator assigns to; an error where it cannot be assigned.
-    pub(super) fn assignable(&mut self, a: ast::ExprId, span: Span) -> Option<PlaceId> {
-        let operand = self.operand(a);
-        let at = self.unit.exprs[a].span;
-        let place = match operand {
-            Operand::Place(place) => place,
-            Operand::Value(e) if self.is_error(self.ty(e)) => return None,
-            _ => {
-                self.error(NOT_ASSIGNABLE, at, "a value cannot be assigned to", "");
-                return None;
-            }
-        };
-        let ty = self.body.places[place].ty;
-        let why = match self.types.get(ty.ty) {
-            Type::Error => return None,
-            Type::Array(..) => Some("an array cannot be assigned to"),
-            Type::Void => Some("`void` cannot be assigned to"),
-            Type::Function(_) => Some("a function cannot be assigned to"),
-            _ if ty.quals.constant => Some("this is `const`"),
-            _ if self.has_const_member(ty.ty) => Some("this has `const` members"),
-            _ => None,
-        };
-        let temporary = self.is_temporary(place);
-        let why = why.or(temporary.then_some("a value cannot be assigned to"));
-        if let Some(why) = why {
-            self.error(NOT_ASSIGNABLE, at, why, "");
-            return None;
-        }
-        let _ = span;
-        if let Some(local) = self.root(place) {
-            self.context.assigned.push(local);
-        }
-        Some(place)
-    }
-
-    fn has_const_member(&self, ty: TypeId) -> bool {
-        match self.types.get(ty) {
-            Type::Record(record) => {
-                let fields = self.types.records[*record].fields.as_deref();
-                fields
-                    .unwrap_or(&[])
-                    .iter()
-                    .any(|f| f.ty.quals.constant || self.has_const_member(f.ty.ty))
-            }
-            Type::Array(of, _) => of.quals.constant || self.has_const_member(of.ty),
-            _ => false,
-        }
-    }
-
-    fn is_temporary(&self, mut place: PlaceId) -> bool {
-        loop {
-            match &self.body.places[place].kind {
-                PlaceKind::Temporary(_) => return true,
-                PlaceKind::Member(outer, _) | PlaceKind::Lane(outer, _) => place = *outer,
-                _ => return false,
-            }
-        }
-    }
-
     fn conditional(
         &mut self,
         c: ast::ExprId,
@@ -499,13 +294,41 @@ impl Checker<'_> {
     ) -> ExprId {
         let c = self.condition(c);
         let (a, b) = (self.value(a), self.value(b));
+        self.choice(c, a, b, span)
+    }
+
+    /// `a ?: b`: the first where it is not zero, computed once.
+    fn otherwise(&mut self, a: ast::ExprId, b: ast::ExprId, span: Span) -> ExprId {
+        let a = self.value(a);
+        let a = self.require_scalar(a, "a condition");
+        let b = self.value(b);
+        let ty = QualType::plain(self.ty(a));
+        if self.is_error(ty.ty) || self.context.function.is_none() {
+            return self.choice(a, a, b, span);
+        }
+        let local = self.body.locals.push(Local {
+            name: "condition".into(),
+            ty,
+            in_memory: false,
+        });
+        let place = self.place(PlaceKind::Local(local), ty, span);
+        let condition = self.make(ExprKind::Assign(place, a), ty.ty, span);
+        let again = self.read_place(place);
+        self.choice(condition, again, b, span)
+    }
+
+    /// `c ? a : b`.
+    fn choice(&mut self, c: ExprId, a: ExprId, b: ExprId, span: Span) -> ExprId {
         let (ta, tb) = (self.ty(a), self.ty(b));
         if self.is_error(ta) || self.is_error(tb) || self.is_error(self.ty(c)) {
             return self.error_value(span);
         }
+        let void = self.types.known.void;
         let ty = if self.types.is_arithmetic(ta) && self.types.is_arithmetic(tb) {
             Some(self.common(ta, tb))
-        } else if ta == tb || self.types.compatible(ta, tb) {
+        } else if ta == void || tb == void {
+            Some(void)
+        } else if ta == tb || self.types.pointee(ta).is_none() && self.types.compatible(ta, tb) {
             Some(ta)
         } else {
             self.common_pointer(a, b)
@@ -519,8 +342,131 @@ impl Checker<'_> {
             self.error(OPERANDS, span, text, "");
             return self.error_value(span);
         };
-        let (a, b) = (self.convert(a, ty), self.convert(b, ty));
+        let (a, b) = match self.types.get(ty) {
+            Type::Record(_) => (a, b),
+            _ => (self.convert(a, ty), self.convert(b, ty)),
+        };
         self.make(ExprKind::Conditional(c, a, b), ty, span)
+    }
+
+    /// `({ … })`: what its last expression is.
+    fn statements(&mut self, body: ast::StmtId, span: Span) -> ExprId {
+        if self.context.function.is_none() {
+            let text = "statements in an expression stand in functions only";
+            self.error(OPERANDS, span, text, "");
+            return self.error_value(span);
+        }
+        let ast::StmtKind::Block(list) = &self.unit.stmts[body].kind else {
+            return self.error_value(span);
+        };
+        let (firsts, last) = match list.split_last() {
+            Some((&last, firsts)) => match self.unit.stmts[last].kind {
+                ast::StmtKind::Expr(e) => (firsts, Some(e)),
+                _ => (list.as_slice(), None),
+            },
+            None => (list.as_slice(), None),
+        };
+        self.scopes.push(super::Scope::default());
+        let (first, _) = self.block(firsts, span);
+        let value = last.map(|e| self.value(e));
+        self.scopes.pop();
+        let ty = value.map_or(self.types.known.void, |value| self.ty(value));
+        self.make(ExprKind::Statements(vec![first], value), ty, span)
+    }
+
+    /// `_Generic`: the expression beside the type of the first.
+    fn generic(
+        &mut self,
+        e: ast::ExprId,
+        list: &[(Option<ast::TypeName>, ast::ExprId)],
+        span: Span,
+    ) -> Operand {
+        let value = self.value(e);
+        let wanted = self.ty(value);
+        let mut chosen = None;
+        for (name, e) in list {
+            match name {
+                None => chosen = chosen.or(Some(*e)),
+                Some(name) => {
+                    let ty = self.type_name(name).ty;
+                    if self.types.compatible(ty, wanted) {
+                        chosen = Some(*e);
+                        break;
+                    }
+                }
+            }
+        }
+        match chosen {
+            Some(e) => self.operand(e),
+            None => {
+                if !self.is_error(wanted) {
+                    let text = format!("no alternative is for {}", self.show(wanted));
+                    self.error(OPERANDS, span, text, "");
+                }
+                Operand::Value(self.error_value(span))
+            }
+        }
+    }
+
+    /// `__builtin_va_arg`: the argument that a list of arguments comes to next. Arguments lie one
+    /// after another, each at a multiple of its alignment and of a word.
+    fn next_argument(&mut self, list: ast::ExprId, name: &ast::TypeName, span: Span) -> Operand {
+        let ty = self.type_name(name);
+        let place = self.assignable(list);
+        let Some(place) = place.filter(|_| !self.is_error(ty.ty)) else {
+            return Operand::Value(self.error_value(span));
+        };
+        let known = self.types.known;
+        let list_ty = self.body.places[place].ty.ty;
+        if list_ty != self.va_list() || !self.complete(ty.ty, span, "an argument") {
+            if list_ty != self.va_list() {
+                let text = format!("a list of arguments is wanted, not {}", self.show(list_ty));
+                self.error(OPERANDS, span, text, "");
+            }
+            return Operand::Value(self.error_value(span));
+        }
+        // A float is passed as a double.
+        let single = *self.types.get(ty.ty) == Type::Float;
+        let ty = match single {
+            true => QualType::plain(known.double),
+            false => ty,
+        };
+        let size = self.types.size(ty.ty).unwrap_or(0).next_multiple_of(4);
+        let align = self.types.align(ty.ty).max(4);
+        let before = self.read_place(place);
+        let mut address = self.convert_bits(before, known.uint, span);
+        if align > 4 {
+            let more = self.int_const((align - 1).into(), known.uint, span);
+            let mask = self.int_const(align.wrapping_neg().into(), known.uint, span);
+            let sum = ExprKind::Binary(BinaryOp::Add, address, more);
+            address = self.make(sum, known.uint, span);
+            let rounded = ExprKind::Binary(BinaryOp::And, address, mask);
+            address = self.make(rounded, known.uint, span);
+        }
+        let size = self.int_const(size.into(), known.uint, span);
+        let after = self.make(
+            ExprKind::Binary(BinaryOp::Add, address, size),
+            known.uint,
+            span,
+        );
+        let after = self.convert_bits(after, list_ty, span);
+        let stepped = self.make(ExprKind::Assign(place, after), list_ty, span);
+        let pointer = self.types.pointer(ty);
+        let pointer = self.convert_bits(stepped, pointer, span);
+        let pointer_ty = self.ty(pointer);
+        let back = ExprKind::Offset(pointer, size, -1);
+        let pointer = self.make(back, pointer_ty, span);
+        let place = self.deref(pointer, span);
+        if single {
+            let value = self.read_place(place);
+            return Operand::Value(self.convert(value, known.float));
+        }
+        Operand::Place(place)
+    }
+
+    /// A word as another type of one word.
+    fn convert_bits(&mut self, e: ExprId, ty: TypeId, span: Span) -> ExprId {
+        self.make(ExprKind::Convert(e), ty, span)
     }
 
     /// An object made by `(type){ … }`.
@@ -542,6 +488,7 @@ impl Checker<'_> {
                 ty,
                 image,
                 defined: true,
+                optional: self.in_library,
                 pos: self.sources.pos(span),
             });
             PlaceKind::Object(object)
@@ -565,7 +512,7 @@ impl Checker<'_> {
         };
         let zero = self.int_const(0, lane_ty, span);
         let mut lanes = [zero; 4];
-        for &(offset, value) in &init.parts {
+        for &Part { offset, value, .. } in &init.parts {
             if self.ty(value) == ty {
                 return value;
             }

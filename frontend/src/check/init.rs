@@ -3,13 +3,34 @@
 use super::Checker;
 use super::constant::Constant;
 use crate::ast::{self, Designator, Initialiser, InitialiserKind};
-use crate::ctype::{QualType, Type, TypeId};
+use crate::ctype::{BitRange, QualType, Type, TypeId};
 use crate::message::{INITIALISER, LIMIT, NOT_CONSTANT};
 use crate::typed::*;
 use srp_archdesc::diagnostic::Span;
 
 /// Largest initial image of an object, bytes.
 const MAX_IMAGE: u32 = 1 << 24;
+
+/// Zeros after a string that are set one by one.
+const MAX_FILLED: u32 = 64;
+
+/// A part of an object: its type and where it is.
+#[derive(Clone, Copy)]
+struct Child {
+    ty: TypeId,
+    offset: u32,
+    bits: Option<BitRange>,
+}
+
+impl Child {
+    fn whole(ty: TypeId, offset: u32) -> Child {
+        Child {
+            ty,
+            offset,
+            bits: None,
+        }
+    }
+}
 
 /// One list in braces being gone through.
 struct List<'u> {
@@ -19,6 +40,8 @@ struct List<'u> {
     entered: bool,
     /// The value of the current item, where it was computed to see its type.
     value: Option<ExprId>,
+    /// The elements that a range still gives the current item to.
+    repeat: Option<(u32, u32)>,
 }
 
 impl<'u> List<'u> {
@@ -58,7 +81,7 @@ impl Checker<'_> {
             return None;
         }
         let before = self.messages.errors();
-        let reached = self.whole(ty.ty, 0, init, &mut out);
+        let reached = self.whole(Child::whole(ty.ty, 0), init, &mut out);
         if self.messages.errors() > before {
             return None;
         }
@@ -76,32 +99,44 @@ impl Checker<'_> {
                 return None;
             }
         };
-        let mut covered: Vec<_> = out
-            .parts
-            .iter()
-            .map(|&(offset, e)| (offset, self.types.size(self.ty(e)).unwrap_or(0)))
-            .collect();
-        covered.sort_unstable();
-        covered.dedup();
-        let bytes: u64 = covered.iter().map(|&(_, size)| u64::from(size)).sum();
-        out.zero = bytes < u64::from(size);
+        out.zero = !self.covers(&out, size);
         Some((ty, out))
     }
 
+    /// Whether the parts of an initial value leave no byte of an object out.
+    fn covers(&self, init: &Init, size: u32) -> bool {
+        let range = |part: &Part| {
+            let bytes = self.types.size(self.ty(part.value)).unwrap_or(0);
+            (part.offset, part.offset.saturating_add(bytes))
+        };
+        if init.parts.iter().any(|part| part.bits.is_some()) {
+            return false;
+        }
+        let mut ranges: Vec<_> = init.parts.iter().map(range).collect();
+        ranges.sort_unstable();
+        let mut end = 0;
+        for (from, to) in ranges {
+            if from > end {
+                return false;
+            }
+            end = end.max(to);
+        }
+        end >= size
+    }
+
     /// Initialises an object or part; the number of elements reached, for an array.
-    fn whole(&mut self, ty: TypeId, offset: u32, init: &Initialiser, out: &mut Init) -> u32 {
+    fn whole(&mut self, child: Child, init: &Initialiser, out: &mut Init) -> u32 {
+        let Child { ty, offset, .. } = child;
         match &init.kind {
             InitialiserKind::Expr(e) => {
                 if let Some(length) = self.string_part(ty, offset, *e, out) {
                     return length;
                 }
-                let value = self.value(*e);
                 if let Type::Array(..) = self.types.get(ty) {
-                    let text = "an array is initialised by `{ … }`";
-                    self.error(INITIALISER, init.span, text, "");
-                    return 0;
+                    return self.array_value(ty, offset, *e, init.span, out);
                 }
-                self.part(ty, offset, value, out);
+                let value = self.value(*e);
+                self.part(child, value, out);
                 0
             }
             InitialiserKind::List(items) => {
@@ -113,13 +148,41 @@ impl Checker<'_> {
                     at: 0,
                     entered: false,
                     value: None,
+                    repeat: None,
                 };
                 if self.child_count(ty).is_none() {
-                    return self.braced_scalar(ty, offset, init, items, out);
+                    return self.braced_scalar(child, init, items, out);
                 }
                 self.fill(ty, offset, &mut list, true, &[], out)
             }
         }
+    }
+
+    /// GNU: an array is initialised by a compound literal of its type.
+    fn array_value(
+        &mut self,
+        ty: TypeId,
+        offset: u32,
+        e: ast::ExprId,
+        span: Span,
+        out: &mut Init,
+    ) -> u32 {
+        let unit = self.unit;
+        if let ast::ExprKind::Compound(name, list) = &unit.exprs[e].kind {
+            let of = self.type_name(name).ty;
+            if self.types.compatible(of, ty) {
+                let length = match self.types.get(of) {
+                    Type::Array(_, Some(length)) => Some(*length),
+                    _ => None,
+                };
+                let reached = self.whole(Child::whole(of, offset), list, out);
+                return length.unwrap_or(reached);
+            }
+        }
+        self.value(e);
+        let text = "an array is initialised by `{ … }`";
+        self.error(INITIALISER, span, text, "");
+        0
     }
 
     /// The string of `{ "text" }` for an array of characters.
@@ -139,8 +202,7 @@ impl Checker<'_> {
 
     fn braced_scalar(
         &mut self,
-        ty: TypeId,
-        offset: u32,
+        child: Child,
         init: &Initialiser,
         items: &[(Vec<Designator>, Initialiser)],
         out: &mut Init,
@@ -148,10 +210,10 @@ impl Checker<'_> {
         match items {
             [] => {}
             [(path, only)] if path.is_empty() => {
-                self.whole(ty, offset, only, out);
+                self.whole(child, only, out);
             }
             _ => {
-                let text = format!("{} takes one value", self.show(ty));
+                let text = format!("{} takes one value", self.show(child.ty));
                 self.error(INITIALISER, init.span, text, "");
             }
         }
@@ -159,21 +221,28 @@ impl Checker<'_> {
     }
 
     /// Sets a part to a value.
-    fn part(&mut self, ty: TypeId, offset: u32, value: ExprId, out: &mut Init) {
-        let value = self.assign_to(value, ty, "the object");
-        out.parts.push((offset, value));
+    fn part(&mut self, child: Child, value: ExprId, out: &mut Init) {
+        let value = self.assign_to(value, child.ty, "the object");
+        out.parts.push(Part {
+            offset: child.offset,
+            bits: child.bits,
+            value,
+        });
     }
 
     fn takes_string(&self, ty: TypeId, e: ast::ExprId) -> bool {
-        let string = matches!(self.unit.exprs[e].kind, ast::ExprKind::Str(_));
-        let chars = match self.types.get(ty) {
+        let unit = match self.unit.exprs[e].kind {
+            ast::ExprKind::Str(_) => 1,
+            ast::ExprKind::WideStr(_) => 4,
+            _ => return false,
+        };
+        match self.types.get(ty) {
             Type::Array(of, _) => match self.types.get(of.ty) {
-                Type::Int(int) => int.size() == 1,
+                Type::Int(int) => int.size() == unit,
                 _ => false,
             },
             _ => false,
-        };
-        string && chars
+        }
     }
 
     /// Sets an array of characters to a string; its length.
@@ -189,22 +258,28 @@ impl Checker<'_> {
         }
         let unit = self.unit;
         let ast::Expr { kind, span, .. } = &unit.exprs[e];
-        let (ast::ExprKind::Str(bytes), Type::Array(of, length)) =
-            (kind, self.types.get(ty).clone())
-        else {
+        let (chars, size): (Vec<u32>, u32) = match kind {
+            ast::ExprKind::Str(bytes) => (bytes.iter().map(|&b| b.into()).collect(), 1),
+            ast::ExprKind::WideStr(chars) => (chars.to_vec(), 4),
+            _ => return None,
+        };
+        let Type::Array(of, length) = self.types.get(ty).clone() else {
             return None;
         };
-        let length = length.unwrap_or(bytes.len() as u32 + 1);
-        if bytes.len() as u32 > length {
-            let text = format!("the string has {} characters, not {length}", bytes.len());
+        let length = length.unwrap_or(chars.len() as u32 + 1);
+        if chars.len() as u32 > length {
+            let text = format!("the string has {} characters, not {length}", chars.len());
             self.error(INITIALISER, *span, text, "");
             return Some(length);
         }
-        let terminated = bytes.iter().chain([&0]).take(length as usize);
-        for (i, &byte) in terminated.enumerate() {
-            let value = self.int_const(byte.into(), self.types.known.int, *span);
+        // What the string does not reach is zero, whatever was set before.
+        let ended = chars.iter().copied().chain(std::iter::repeat(0));
+        let few = length.min(chars.len() as u32 + MAX_FILLED);
+        for (i, unit) in ended.take(few as usize).enumerate() {
+            let value = self.int_const(unit.into(), self.types.known.int, *span);
             let value = self.convert(value, of.ty);
-            out.parts.push((offset + i as u32, value));
+            let child = Child::whole(of.ty, offset + i as u32 * size);
+            self.part(child, value, out);
         }
         Some(length)
     }
@@ -224,21 +299,25 @@ impl Checker<'_> {
         }
     }
 
-    /// Type and offset of a part of an aggregate, by its number.
-    fn child(&self, ty: TypeId, index: u32) -> Option<(TypeId, u32)> {
+    /// A part of an aggregate at an offset, by its number.
+    fn child(&self, ty: TypeId, offset: u32, index: u32) -> Option<Child> {
+        let whole = |ty, more: u32| Some(Child::whole(ty, offset.checked_add(more)?));
         match self.types.get(ty) {
             Type::Array(of, _) => {
                 let size = self.types.size(of.ty)?;
-                Some((of.ty, size.checked_mul(index)?))
+                whole(of.ty, size.checked_mul(index)?)
             }
             Type::Vector(float) => {
                 let known = self.types.known;
-                Some((if *float { known.float } else { known.int }, 4 * index))
+                whole(if *float { known.float } else { known.int }, 4 * index)
             }
             Type::Record(record) => {
                 let fields = self.types.records[*record].fields.as_ref()?;
                 let field = fields.get(index as usize)?;
-                Some((field.ty.ty, field.offset))
+                Some(Child {
+                    bits: field.bits,
+                    ..whole(field.ty.ty, field.offset)?
+                })
             }
             _ => None,
         }
@@ -253,17 +332,15 @@ impl Checker<'_> {
         span: Span,
     ) -> Option<(u32, bool)> {
         match (designator, self.types.get(ty).clone()) {
-            (Designator::Index(e), Type::Array(_, length)) => {
+            (Designator::Index(e) | Designator::Range(e, _), Type::Array(_, length)) => {
                 let (index, _) = self.const_int(*e, "the index")?;
-                let inside = match length {
-                    Some(length) => index < length,
-                    None => index <= i32::MAX as u32,
-                };
-                if !inside {
+                let end = length.map_or(i128::from(i32::MAX), i128::from);
+                let index = u32::try_from(index).ok().filter(|&i| i128::from(i) < end);
+                let Some(index) = index else {
                     let at = self.unit.exprs[*e].span;
                     self.error(INITIALISER, at, "the index is outside the array", "");
                     return None;
-                }
+                };
                 Some((index, true))
             }
             (Designator::Member(name, at), Type::Record(record)) => {
@@ -320,6 +397,15 @@ impl Checker<'_> {
                 match self.designated(ty, first, init.span) {
                     Some((found, used)) => {
                         index = found;
+                        if let Designator::Range(_, last) = first {
+                            let last = self.range_end(ty, found, *last);
+                            list.repeat = Some((found, last));
+                            self.repeat(ty, offset, list, &path[1..], out);
+                            index = last + 1;
+                            reached = reached.max(index);
+                            path = &[];
+                            continue;
+                        }
                         rest = if used { &path[1..] } else { path };
                     }
                     None => {
@@ -331,7 +417,7 @@ impl Checker<'_> {
                 path = &[];
             }
             let full = !designated && self.child_count(ty).is_none_or(|count| index >= count);
-            let Some((child, at)) = self.child(ty, index).filter(|_| !full) else {
+            let Some(child) = self.child(ty, offset, index).filter(|_| !full) else {
                 if braced {
                     let text = format!("more values than {} has parts", self.show(ty));
                     self.error(INITIALISER, init.span, text, "");
@@ -339,15 +425,15 @@ impl Checker<'_> {
                 }
                 break;
             };
-            let Some(at) = offset.checked_add(at).filter(|&at| at <= i32::MAX as u32) else {
+            if child.offset > i32::MAX as u32 {
                 self.error(LIMIT, init.span, "the object is larger than memory", "");
                 list.at = list.items.len();
                 break;
-            };
+            }
             if rest.is_empty() {
-                self.next_part(child, at, list, out);
+                self.next_part(child, list, out);
             } else {
-                self.fill(child, at, list, false, rest, out);
+                self.fill(child.ty, child.offset, list, false, rest, out);
             }
             index += 1;
             reached = reached.max(index);
@@ -355,18 +441,76 @@ impl Checker<'_> {
         reached
     }
 
+    /// The last index of a range of elements.
+    fn range_end(&mut self, ty: TypeId, first: u32, last: ast::ExprId) -> u32 {
+        let length = match self.types.get(ty) {
+            Type::Array(_, Some(length)) => i128::from(*length),
+            _ => i128::from(MAX_IMAGE),
+        };
+        let at = self.unit.exprs[last].span;
+        match self.const_int(last, "the index") {
+            Some((last, _)) if last >= i128::from(first) && last < length => last as u32,
+            Some(_) => {
+                self.error(
+                    INITIALISER,
+                    at,
+                    "the range is empty or outside the array",
+                    "",
+                );
+                first
+            }
+            None => first,
+        }
+    }
+
+    /// Gives the current item to each element of a range.
+    fn repeat(
+        &mut self,
+        ty: TypeId,
+        offset: u32,
+        list: &mut List<'_>,
+        rest: &[Designator],
+        out: &mut Init,
+    ) {
+        let Some((first, last)) = list.repeat.take() else {
+            return;
+        };
+        let at = list.at;
+        for index in first..=last {
+            list.at = at;
+            list.entered = true;
+            let Some(child) = self.child(ty, offset, index) else {
+                break;
+            };
+            if out.parts.len() > MAX_IMAGE as usize / 16 {
+                let span = list.items[at].1.span;
+                self.error(LIMIT, span, "the initial value is too large", "");
+                break;
+            }
+            if rest.is_empty() {
+                self.next_part(child, list, out);
+            } else {
+                self.fill(child.ty, child.offset, list, false, rest, out);
+            }
+        }
+        if list.at == at {
+            list.next();
+        }
+    }
+
     /// Initialises one part from the current item of a list, or from several where the part is an
     /// aggregate without braces of its own.
-    fn next_part(&mut self, ty: TypeId, offset: u32, list: &mut List<'_>, out: &mut Init) {
+    fn next_part(&mut self, child: Child, list: &mut List<'_>, out: &mut Init) {
+        let Child { ty, offset, .. } = child;
         let Some((_, init)) = list.current() else {
             return;
         };
         let InitialiserKind::Expr(e) = init.kind else {
-            self.whole(ty, offset, init, out);
+            self.whole(child, init, out);
             list.next();
             return;
         };
-        if list.value.is_none() && self.string_part(ty, offset, e, out).is_some() {
+        if self.string_part(ty, offset, e, out).is_some() {
             list.next();
             return;
         }
@@ -382,7 +526,7 @@ impl Checker<'_> {
         let same = self.types.compatible(from, ty) || self.is_error(from);
         if same || self.child_count(ty).is_none_or(|count| count == 0) {
             list.next();
-            return self.part(ty, offset, value, out);
+            return self.part(child, value, out);
         }
         // Braces left out: the part takes as many values as it has parts.
         list.entered = true;
@@ -397,10 +541,18 @@ impl Checker<'_> {
     pub(super) fn image(&mut self, ty: TypeId, init: &Init) -> Image {
         let mut image = Image::default();
         let size = self.types.size(ty).unwrap_or(0);
-        for &(offset, value) in &init.parts {
+        for &Part {
+            offset,
+            bits: field,
+            value,
+        } in &init.parts
+        {
             let span = self.span(value);
             let value_ty = self.ty(value);
-            let bytes = self.types.size(value_ty).unwrap_or(0);
+            let bytes = match field {
+                Some(field) => field.unit,
+                None => self.types.size(value_ty).unwrap_or(0),
+            };
             let end = offset.saturating_add(bytes);
             if end > size || end > MAX_IMAGE {
                 self.error(LIMIT, span, "the initial value is too large", "");
@@ -414,15 +566,19 @@ impl Checker<'_> {
                 .addresses
                 .retain(|(at, ..)| !range.contains(&(*at as usize)));
             match self.constant(value) {
-                Some(Constant::Word(bits)) => {
-                    let all = bits.to_le_bytes();
-                    image.bytes[range].copy_from_slice(&all[..bytes.min(4) as usize]);
+                Some(Constant::Scalar(bits)) => {
+                    let unit = &mut image.bytes[range];
+                    let bits = match field {
+                        Some(field) => field.insert(little_endian(unit), bits),
+                        None => bits,
+                    };
+                    unit.copy_from_slice(&bits.to_le_bytes()[..bytes.min(8) as usize]);
                 }
                 Some(Constant::Vector(lanes)) => {
                     let all: Vec<u8> = lanes.iter().flat_map(|w| w.to_le_bytes()).collect();
                     image.bytes[range].copy_from_slice(&all);
                 }
-                Some(Constant::Address(address, more)) if bytes == 4 => {
+                Some(Constant::Address(address, more)) if bytes == 4 && field.is_none() => {
                     image.bytes[range].fill(0);
                     image.addresses.push((offset, address, more));
                 }
@@ -458,4 +614,12 @@ impl Checker<'_> {
             .extend(shifted.map(|(at, address, more)| (at + offset, address, more)));
         true
     }
+}
+
+/// The number that bytes are.
+fn little_endian(bytes: &[u8]) -> u64 {
+    bytes
+        .iter()
+        .rev()
+        .fold(0, |number, &byte| number << 8 | u64::from(byte))
 }

@@ -1,7 +1,7 @@
 //! Linkage: one name, one thing, in all sources.
 
 use super::{Checker, Symbol};
-use crate::ctype::{Signature, Type, TypeId};
+use crate::ctype::{Type, TypeId};
 use crate::message::{REDECLARED, UNDEFINED};
 use crate::source::Name;
 use crate::typed::*;
@@ -128,17 +128,22 @@ impl Checker<'_> {
         let Some(&Symbol::Function(main)) = self.externals.names.get("main") else {
             return;
         };
-        let wanted = Type::Function(Signature {
-            result: self.types.known.int,
-            params: Vec::new(),
-        });
         let ty = self.functions[main].ty;
         let definition = self.externals.functions.get(&main).copied();
-        if let Some(definition) = definition
-            && *self.types.get(ty) != wanted
-            && !self.is_error(ty)
-        {
-            let text = "`main` takes nothing and returns an `int`";
+        let (Some(definition), Type::Function(signature)) = (definition, self.types.get(ty)) else {
+            return;
+        };
+        let known = self.types.known;
+        let counts = |&ty: &TypeId| self.types.is_integer(ty) && !self.types.is_wide(ty);
+        let points = |&ty: &TypeId| self.types.pointee(ty).is_some();
+        let params = match signature.params.as_slice() {
+            [] => true,
+            [count] => counts(count),
+            [count, rest @ ..] => rest.len() <= 2 && counts(count) && rest.iter().all(points),
+        };
+        let result = signature.result == known.int || signature.result == known.void;
+        if !result || !params || signature.variadic {
+            let text = "`main` takes nothing, or a count and strings, and returns an `int`";
             let help = "write `int main(void)`";
             self.error_help(REDECLARED, definition.span, text, help);
         }
@@ -170,6 +175,7 @@ impl Checker<'_> {
         }
         match self.types.get(old) {
             Type::Array(_, None) => new,
+            Type::Function(signature) if signature.open => new,
             _ => old,
         }
     }

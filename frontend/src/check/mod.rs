@@ -3,6 +3,7 @@
 //! One `Checker` goes over all sources in order, keeping what has external linkage. Every error
 //! gives a value of [`Type::Error`], which fits everywhere, so that one mistake makes one message.
 
+mod access;
 mod attribute;
 mod binary;
 mod call;
@@ -17,23 +18,48 @@ mod record;
 mod stmt;
 mod trip;
 
+pub(crate) use constant::truth;
+
+use crate::Options;
 use crate::ast;
 use crate::ctype::{QualType, RecordId, Type, TypeId, TypeTable};
 use crate::message::{Code, Messages};
+use crate::operator::Support;
 use crate::source::{Name, SourceMap};
 use crate::typed::*;
 use link::Externals;
-use srp_archdesc::diagnostic::Span;
+use srp_archdesc::diagnostic::{Severity, Span};
 use srp_archdesc::entity::EntityMap;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+/// What is checked together.
+#[derive(Clone, Copy, Debug)]
+pub struct Sources<'a> {
+    /// The program.
+    pub units: &'a [ast::Unit],
+    /// What it was given of the library.
+    pub library: &'a [ast::Unit],
+    /// What of the library's the program defines itself.
+    pub owned: &'a HashSet<Name>,
+    /// The texts of both.
+    pub map: &'a SourceMap,
+}
 
 /// Checks all sources together. `None` where there were errors; `messages` has them.
-pub fn check(units: &[ast::Unit], sources: &SourceMap, messages: &mut Messages) -> Option<Checked> {
+pub fn check(
+    sources: &Sources<'_>,
+    options: &Options<'_>,
+    messages: &mut Messages,
+) -> Option<Checked> {
     let empty = ast::Unit::default();
     let mut checker = Checker::new(&empty, sources, messages);
-    for (number, unit) in units.iter().enumerate() {
+    checker.double_is_float = options.double_is_float;
+    checker.single_constants = options.single_constants;
+    // The library comes first, so that its types are known.
+    for (number, unit) in sources.library.iter().chain(sources.units).enumerate() {
         checker.unit = unit;
         checker.number = number;
+        checker.in_library = number < sources.library.len();
         checker.scopes = vec![checker.built_in(), Scope::default()];
         for item in &unit.items {
             checker.item(item);
@@ -51,7 +77,7 @@ enum Symbol {
     Function(FunctionId),
     Typedef(QualType),
     /// A constant of an `enum`.
-    Constant(u32, TypeId),
+    Constant(u64, TypeId),
 }
 
 /// What a tag stands for.
@@ -80,10 +106,21 @@ enum Operand {
 #[derive(Debug)]
 struct Cases {
     ty: TypeId,
-    cases: Vec<(u32, usize)>,
-    seen: HashMap<u32, Span>,
+    cases: Vec<(i128, i128, usize)>,
+    /// First and last value of each case by first, with its place.
+    seen: BTreeMap<i128, (i128, Span)>,
     default: Option<(usize, Span)>,
     labels: usize,
+    /// How many loops are around the `switch`.
+    loops: usize,
+}
+
+/// A label for `goto`.
+#[derive(Debug)]
+struct Label {
+    number: usize,
+    defined: Option<Span>,
+    used: Option<Span>,
 }
 
 /// What surrounds the current statement.
@@ -97,6 +134,12 @@ struct Context {
     /// How many of them are loops.
     loops: usize,
     switches: Vec<Cases>,
+    /// Labels for `goto`: number, where each stands, and where it is first used.
+    labels: BTreeMap<Name, Label>,
+    /// Whether the function takes arguments by `...`.
+    variadic: bool,
+    /// How many labels and `goto` statements there have been, to see whether a loop has some.
+    jumps: usize,
     /// Variables assigned so far in the function, in order, to see what a loop changes.
     assigned: Vec<LocalId>,
 }
@@ -106,6 +149,8 @@ struct Checker<'a> {
     /// The number of the unit.
     number: usize,
     sources: &'a SourceMap,
+    /// What of the library's the program defines itself.
+    owned: &'a HashSet<Name>,
     messages: &'a mut Messages,
     types: TypeTable,
     objects: EntityMap<ObjectId, Object>,
@@ -120,14 +165,21 @@ struct Checker<'a> {
     context: Context,
     /// The operand of `&` is being checked, so that the end of an array is no mistake.
     past_end: bool,
+    /// The unit is one of the library.
+    in_library: bool,
+    /// `double` means `float`.
+    double_is_float: bool,
+    /// Floating constants without suffix are floats.
+    single_constants: bool,
 }
 
 impl<'a> Checker<'a> {
-    fn new(unit: &'a ast::Unit, sources: &'a SourceMap, messages: &'a mut Messages) -> Checker<'a> {
+    fn new(unit: &'a ast::Unit, sources: &Sources<'a>, messages: &'a mut Messages) -> Checker<'a> {
         Checker {
             unit,
             number: 0,
-            sources,
+            sources: sources.map,
+            owned: sources.owned,
             messages,
             types: TypeTable::default(),
             objects: EntityMap::new(),
@@ -138,12 +190,15 @@ impl<'a> Checker<'a> {
             body: Body::default(),
             context: Context::default(),
             past_end: false,
+            in_library: false,
+            double_is_float: false,
+            single_constants: false,
         }
     }
 
-    fn built_in(&self) -> Scope {
+    fn built_in(&mut self) -> Scope {
         let known = self.types.known;
-        let types = [known.float4, known.int4];
+        let types = [known.float4, known.int4, known.double, self.va_list()];
         let mut scope = Scope::default();
         for (name, ty) in crate::classify::BUILT_IN.into_iter().zip(types) {
             let symbol = Symbol::Typedef(QualType::plain(ty));
@@ -175,8 +230,25 @@ impl<'a> Checker<'a> {
     }
 
     fn warning(&mut self, code: Code, span: Span, text: impl Into<String>) {
+        if self.in_library {
+            return;
+        }
         self.messages
             .push(self.sources.warning(code, span, text, ""));
+    }
+
+    fn note(&mut self, code: Code, span: Span, text: impl Into<String>) {
+        if self.in_library {
+            return;
+        }
+        let message = self.sources.message(Severity::Note, code, span, text, "");
+        self.messages.push(message);
+    }
+
+    /// The type of a list of arguments that `...` stands for.
+    fn va_list(&mut self) -> TypeId {
+        let char = QualType::plain(self.types.known.char);
+        self.types.pointer(char)
     }
 
     fn lookup(&self, name: &str) -> Option<(Symbol, Span)> {
@@ -240,16 +312,23 @@ impl<'a> Checker<'a> {
         self.make(ExprKind::Const(0), ty, span)
     }
 
-    fn int_const(&mut self, value: u32, ty: TypeId, span: Span) -> ExprId {
+    fn int_const(&mut self, value: u64, ty: TypeId, span: Span) -> ExprId {
         self.make(ExprKind::Const(value), ty, span)
     }
 
     /// The constant that an expression is, if it is a scalar one.
-    fn const_value(&self, e: ExprId) -> Option<u32> {
+    fn const_value(&self, e: ExprId) -> Option<u64> {
         match self.body.exprs[e].kind {
             ExprKind::Const(bits) => Some(bits),
             _ => None,
         }
+    }
+
+    /// The number that an expression is, if it is a constant integer.
+    fn const_number(&self, e: ExprId) -> Option<i128> {
+        let ty = self.types.get(self.ty(e));
+        let bits = self.const_value(e)?;
+        matches!(ty, Type::Int(_) | Type::Bool).then(|| constant::number(bits, ty))
     }
 
     fn finish(mut self) -> Option<Checked> {
@@ -257,7 +336,14 @@ impl<'a> Checker<'a> {
         if self.messages.errors() > 0 {
             return None;
         }
+        let support = Support::ALL.iter().filter_map(|&support| {
+            match self.externals.names.get(support.name()) {
+                Some(Symbol::Function(function)) => Some((support, *function)),
+                _ => None,
+            }
+        });
         Some(Checked {
+            support: support.collect(),
             types: self.types,
             files: self.sources.names(),
             objects: self.objects,

@@ -2,10 +2,43 @@
 
 use super::{Checker, Symbol, Tag};
 use crate::ast::{EnumSpec, Member, RecordSpec};
-use crate::ctype::{Field, Int, MAX_TYPE_DEPTH, QualType, Record, RecordId, Type, TypeId};
-use crate::message::{BAD_TYPE, CONSTANT_RANGE, LIMIT, REDECLARED, UNDECLARED, UNSUPPORTED};
+use crate::ctype::{
+    BitRange, Field, Int, MAX_TYPE_DEPTH, QualType, Record, RecordId, Type, TypeId,
+};
+use crate::message::{BAD_TYPE, CONSTANT_RANGE, LIMIT, REDECLARED, UNDECLARED};
 use crate::source::Name;
 use srp_archdesc::diagnostic::Span;
+
+/// A member to be laid out; a bit-field has a width.
+struct Laid {
+    name: Option<Name>,
+    ty: QualType,
+    span: Span,
+    width: Option<u32>,
+}
+
+/// Where a bit-field of a type of so many bytes goes that may start at bit `start`: the offset of
+/// its unit, its bits there, and the first bit after it.
+fn bit_field(start: u64, bytes: u32, width: u32) -> (u64, Option<BitRange>, u64) {
+    let unit = 8 * u64::from(bytes);
+    if width == 0 {
+        return (0, None, start.next_multiple_of(unit));
+    }
+    let first = match start % unit + u64::from(width) > unit {
+        true => start.next_multiple_of(unit),
+        false => start,
+    };
+    // A word of a larger unit where it fits in one.
+    let word = bytes == 8 && first % 32 + u64::from(width) <= 32;
+    let bytes = if word { 4 } else { bytes };
+    let offset = first / (8 * u64::from(bytes)) * u64::from(bytes);
+    let bits = BitRange {
+        unit: bytes,
+        shift: (first - 8 * offset) as u32,
+        width,
+    };
+    (offset, Some(bits), first + u64::from(width))
+}
 
 impl Checker<'_> {
     /// The type of a struct or union specifier. `alone`: nothing else is declared, so that a tag
@@ -86,12 +119,16 @@ impl Checker<'_> {
         self.messages.push(message);
     }
 
-    /// Lays out the members of a record.
+    /// Lays out the members of a record, bit-fields as the x86-64 ABI does: one after another, each
+    /// within an aligned unit of its type.
     fn members(&mut self, record: RecordId, members: &[Member]) {
         let union = self.types.records[record].union;
-        let (mut fields, mut size, mut align) = (Vec::<Field>::new(), 0u64, 1u32);
+        let (mut fields, mut end, mut align) = (Vec::<Field>::new(), 0u64, 1u32);
         let mut spans = Vec::new();
-        for (name, ty, span) in self.member_types(members) {
+        let list = self.member_types(members);
+        let count = list.len();
+        for (number, member) in list.into_iter().enumerate() {
+            let Laid { name, ty, span, .. } = member;
             if let Some(name) = &name {
                 let before = fields.iter().position(|f| f.name.as_ref() == Some(name));
                 if let Some(before) = before {
@@ -103,26 +140,41 @@ impl Checker<'_> {
                 }
             }
             let own = self.types.align(ty.ty);
+            let flexible = matches!(self.types.get(ty.ty), Type::Array(_, None));
+            if flexible && (union || number + 1 < count) {
+                let text = "an array of unknown length is the last member of a struct only";
+                self.error(BAD_TYPE, span, text, "");
+                continue;
+            }
             let bytes = u64::from(self.types.size(ty.ty).unwrap_or(0));
-            let offset = if union {
-                0
-            } else {
-                size.next_multiple_of(own.into())
+            let start = if union { 0 } else { end };
+            let (offset, bits, after) = match member.width {
+                None => {
+                    let offset = start.next_multiple_of(8 * u64::from(own));
+                    (offset / 8, None, offset + 8 * bytes)
+                }
+                Some(width) => {
+                    let (offset, bits, after) = bit_field(start, bytes as u32, width);
+                    (offset, bits, after)
+                }
             };
-            size = if union {
-                size.max(bytes)
-            } else {
-                offset + bytes
-            };
-            align = align.max(own);
+            end = end.max(after);
+            // Only what has a name is aligned; the rest fills.
+            if member.width.is_none() || name.is_some() {
+                align = align.max(own);
+            }
+            if member.width.is_some() && name.is_none() {
+                continue;
+            }
             fields.push(Field {
                 name,
                 ty,
-                offset: offset as u32,
+                offset: u32::try_from(offset).unwrap_or(u32::MAX),
+                bits,
             });
             spans.push(span);
         }
-        let size = size.next_multiple_of(align.into());
+        let size = end.div_ceil(8).next_multiple_of(align.into());
         let nested = fields.iter().map(|f| self.nesting(f.ty.ty)).max();
         if size > i32::MAX as u64 || nested.unwrap_or(0) >= MAX_TYPE_DEPTH {
             let span = self.types.records[record].span;
@@ -148,14 +200,19 @@ impl Checker<'_> {
         }
     }
 
-    fn member_types(&mut self, members: &[Member]) -> Vec<(Option<Name>, QualType, Span)> {
+    fn member_types(&mut self, members: &[Member]) -> Vec<Laid> {
         let mut list = Vec::new();
         for member in members {
             let base = self.specs(&member.specs, false);
             if member.declarators.is_empty() {
                 let record = matches!(self.types.get(base.ty.ty), Type::Record(_));
                 if record && self.complete(base.ty.ty, member.span, "a member") {
-                    list.push((None, base.ty, member.span));
+                    list.push(Laid {
+                        name: None,
+                        ty: base.ty,
+                        span: member.span,
+                        width: None,
+                    });
                 } else if !self.is_error(base.ty.ty) {
                     self.error(BAD_TYPE, member.span, "a member needs a name", "");
                 }
@@ -163,17 +220,13 @@ impl Checker<'_> {
             }
             for item in &member.declarators {
                 let span = item.declarator.span;
-                if let Some(width) = item.width {
-                    let at = span.to(self.unit.exprs[width].span);
-                    self.error(UNSUPPORTED, at, "bit-fields are not supported", "");
-                    continue;
-                }
                 let ty = self.declared_type(base.ty, &item.declarator);
                 let ty = QualType {
                     ty: self.attributed(ty.ty, &item.attributes),
                     quals: ty.quals,
                 };
-                if self.is_error(ty.ty) || !self.complete(ty.ty, span, "a member") {
+                let flexible = matches!(self.types.get(ty.ty), Type::Array(_, None));
+                if self.is_error(ty.ty) || !flexible && !self.complete(ty.ty, span, "a member") {
                     continue;
                 }
                 if ty.quals.global {
@@ -182,10 +235,50 @@ impl Checker<'_> {
                     self.error_help(BAD_TYPE, span, text, help);
                 }
                 let name = item.declarator.name.as_ref().map(|(name, _)| name.clone());
-                list.push((name, ty, span));
+                let width = match item.width {
+                    None => None,
+                    Some(width) => match self.width(ty, width, span, name.is_some()) {
+                        Some(width) => Some(width),
+                        None => continue,
+                    },
+                };
+                list.push(Laid {
+                    name,
+                    ty,
+                    span,
+                    width,
+                });
             }
         }
         list
+    }
+
+    /// The width of a bit-field; an error where it is none of its type.
+    fn width(
+        &mut self,
+        ty: QualType,
+        width: crate::ast::ExprId,
+        span: Span,
+        named: bool,
+    ) -> Option<u32> {
+        let at = self.unit.exprs[width].span;
+        let (width, _) = self.const_int(width, "the width of a bit-field")?;
+        let largest = match self.types.get(ty.ty) {
+            Type::Bool => 1,
+            Type::Int(int) => 8 * int.size(),
+            _ => {
+                let text = format!("a bit-field is an integer, not {}", self.show(ty.ty));
+                self.error(BAD_TYPE, span, text, "");
+                return None;
+            }
+        };
+        let smallest = i128::from(named);
+        if !(smallest..=i128::from(largest)).contains(&width) {
+            let text = format!("the width of this bit-field is from {smallest} to {largest}");
+            self.error(BAD_TYPE, at, text, "");
+            return None;
+        }
+        u32::try_from(width).ok()
     }
 
     /// The integer type of an `enum` specifier: as GCC's, `unsigned` unless a constant is
@@ -208,33 +301,41 @@ impl Checker<'_> {
                 }
             };
         };
-        let int = self.types.known.int;
-        let (mut next, mut negative) = (Some(0i32), false);
+        let known = self.types.known;
+        let (mut next, mut negative, mut ty) = (0i128, false, known.uint);
         for constant in constants {
             let value = match constant.value {
-                Some(e) => self.const_int(e, "the value of an enumeration constant"),
-                None => next.map(|value| (value as u32, int)),
-            };
-            let value = match value {
-                Some((bits, ty)) if !self.types.is_unsigned(ty) || bits <= i32::MAX as u32 => {
-                    bits as i32
-                }
-                None if constant.value.is_some() => 0,
-                _ => {
-                    let text = "the constant does not fit in an `int`";
-                    self.error(CONSTANT_RANGE, constant.span, text, "");
-                    0
-                }
+                Some(e) => match self.const_int(e, "the value of an enumeration constant") {
+                    Some((value, _)) => value,
+                    None => 0,
+                },
+                None => next,
             };
             negative |= value < 0;
-            next = value.checked_add(1);
-            self.declare(
-                &constant.name,
-                Symbol::Constant(value as u32, int),
-                constant.span,
-            );
+            // GNU: a constant that fits no `int` has a larger type.
+            let own = match value {
+                _ if i32::try_from(value).is_ok() => known.int,
+                _ if u32::try_from(value).is_ok() => known.uint,
+                _ if i64::try_from(value).is_ok() => known.llong,
+                _ => {
+                    let text = "the constant does not fit in a `long long`";
+                    self.error(CONSTANT_RANGE, constant.span, text, "");
+                    known.int
+                }
+            };
+            if own == known.llong {
+                ty = known.llong;
+            }
+            next = value + 1;
+            let bits = match self.types.get(own) {
+                Type::Int(int) => int.wrap(value as u64),
+                _ => 0,
+            };
+            self.declare(&constant.name, Symbol::Constant(bits, own), constant.span);
         }
-        let ty = self.types.int(if negative { Int::Int } else { Int::UInt });
+        if ty == known.uint && negative {
+            ty = self.types.int(Int::Int);
+        }
         if let Some((tag, at)) = &spec.tag {
             let (tag, at) = (tag.clone(), *at);
             if let Some(&(_, before)) = self.scope().tags.get(&tag) {

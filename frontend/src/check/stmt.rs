@@ -2,10 +2,12 @@
 
 use super::{Cases, Checker, Scope};
 use crate::ast::{self, Label, Pragma};
-use crate::message::{CONVERSION, PRAGMA, STATEMENT, UNSUPPORTED};
+use crate::ctype::Type;
+use crate::message::{CONVERSION, PRAGMA, STATEMENT, UNDECLARED, UNROLL};
+use crate::source::Name;
 use crate::typed::*;
 use srp_archdesc::diagnostic::Span;
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 /// What pragmas ask of a loop.
 #[derive(Clone, Copy)]
@@ -28,7 +30,7 @@ impl Checker<'_> {
         }
     }
 
-    fn block(&mut self, list: &[ast::StmtId], span: Span) -> (StmtId, bool) {
+    pub(super) fn block(&mut self, list: &[ast::StmtId], span: Span) -> (StmtId, bool) {
         let mut stmts = Vec::new();
         let mut flow = true;
         for &s in list {
@@ -101,9 +103,9 @@ impl Checker<'_> {
             K::Switch(e, body) => return self.switch(*e, *body, span),
             K::Labelled(labels, body) => return self.labelled(labels, *body, span),
             K::Pragmas(pragmas, body) => return self.pragmas(pragmas, *body),
-            K::Goto(..) => {
-                self.error(UNSUPPORTED, span, "`goto` is not supported", "");
-                (StmtKind::Block(Vec::new()), false)
+            K::Goto(name, at) => {
+                let number = self.label(name, None, Some(*at));
+                (StmtKind::Goto(number), false)
             }
             K::Break => {
                 match self.context.breaks.last_mut() {
@@ -223,6 +225,7 @@ impl Checker<'_> {
 
     fn loop_(&mut self, s: ast::StmtId, asked: Asked) -> (StmtId, bool) {
         let ast::Stmt { kind, span, .. } = &self.unit.stmts[s];
+        let jumps = self.context.jumps;
         self.scopes.push(Scope::default());
         let (mut init, mut step, mut trip) = (None, None, None);
         let cond;
@@ -255,6 +258,11 @@ impl Checker<'_> {
         self.scopes.pop();
         let forever = cond.is_none_or(|cond| self.const_truth(cond) == Some(true));
         let cond = cond.filter(|_| !forever);
+        let labelled = self.context.jumps > jumps;
+        if labelled && asked.unroll > 1 {
+            let text = "a loop with labels in it is not unrolled";
+            self.warning(UNROLL, *span, text);
+        }
         let kind = StmtKind::Loop(Loop {
             init,
             cond,
@@ -262,8 +270,9 @@ impl Checker<'_> {
             step,
             body,
             kernel: asked.kernel,
-            unroll: asked.unroll,
+            unroll: if labelled { 1 } else { asked.unroll },
             trip,
+            labelled,
         });
         (self.stmt_at(kind, *span), !forever || breaks)
     }
@@ -281,9 +290,10 @@ impl Checker<'_> {
         self.context.switches.push(Cases {
             ty: self.ty(value),
             cases: Vec::new(),
-            seen: HashMap::new(),
+            seen: BTreeMap::new(),
             default: None,
             labels: 0,
+            loops: self.context.loops,
         });
         self.context.breaks.push(false);
         let (body, flow) = self.inner(body);
@@ -306,11 +316,12 @@ impl Checker<'_> {
         let mut stmts = Vec::new();
         for label in labels {
             let number = match label {
-                Label::Case(e, at) => self.case(*e, *at),
+                Label::Case(e, last, at) => self.case(*e, *last, *at),
                 Label::Default(at) => self.default(*at),
-                Label::Named(_, at) => {
-                    self.error(UNSUPPORTED, *at, "labels for `goto` are not supported", "");
-                    None
+                Label::Named(name, at) => {
+                    let number = self.label(name, Some(*at), None);
+                    stmts.push(self.stmt_at(StmtKind::Target(number), span));
+                    continue;
                 }
             };
             if let Some(number) = number {
@@ -322,30 +333,92 @@ impl Checker<'_> {
         (self.stmt_at(StmtKind::Block(stmts), span), flow)
     }
 
-    fn case(&mut self, e: ast::ExprId, span: Span) -> Option<usize> {
-        let value = self.const_int(e, "the value of a `case`");
+    /// The number of a label for `goto`, which is defined or used here.
+    fn label(&mut self, name: &Name, defined: Option<Span>, used: Option<Span>) -> usize {
+        self.context.jumps += usize::from(defined.is_some());
+        let next = self.context.labels.len();
+        let label = self
+            .context
+            .labels
+            .entry(name.clone())
+            .or_insert(super::Label {
+                number: next,
+                defined: None,
+                used: None,
+            });
+        let number = label.number;
+        label.used = label.used.or(used);
+        let before = label.defined;
+        label.defined = before.or(defined);
+        if let (Some(before), Some(span)) = (before, defined) {
+            let text = format!("a second label `{name}`");
+            let message = self.sources.error(STATEMENT, span, text, "");
+            let message = self.sources.also(message, before, "the first");
+            self.messages.push(message);
+        }
+        number
+    }
+
+    /// At the end of a function: every label that is gone to stands somewhere.
+    pub(super) fn end_labels(&mut self) {
+        let labels = std::mem::take(&mut self.context.labels);
+        self.body.labels = labels.len();
+        for (name, label) in labels {
+            if let (None, Some(used)) = (label.defined, label.used) {
+                let text = format!("there is no label `{name}` in this function");
+                self.error(UNDECLARED, used, text, "");
+            }
+        }
+    }
+
+    /// A `case` of one value or of a range; the number of its label.
+    fn case(&mut self, e: ast::ExprId, last: Option<ast::ExprId>, span: Span) -> Option<usize> {
+        self.jump_into_loop();
+        let first = self.const_int(e, "the value of a `case`");
+        let last = last.map(|e| self.const_int(e, "the value of a `case`"));
         let Some(ty) = self.context.switches.last().map(|cases| cases.ty) else {
             self.error(STATEMENT, span, "`case` outside of a `switch`", "");
             return None;
         };
-        let (bits, from) = value?;
-        let (from, to) = (self.types.get(from), self.types.get(ty));
-        let bits = super::constant::converted(bits, from, to).unwrap_or(bits);
+        let number = |value: i128| match self.types.get(ty) {
+            Type::Int(int) => int.number(int.wrap(value as u64)),
+            _ => value,
+        };
+        let first = number(first?.0);
+        let last = match last {
+            Some(last) => number(last?.0),
+            None => first,
+        };
+        if last < first {
+            self.error(STATEMENT, span, "the range is empty", "");
+            return None;
+        }
         let cases = self.context.switches.last_mut()?;
-        if let Some(before) = cases.seen.insert(bits, span) {
+        let below = cases.seen.range(..=last).next_back();
+        if let Some((_, &(_, before))) = below.filter(|(_, (end, _))| *end >= first) {
             let text = "the value has a `case` already";
             let message = self.sources.error(STATEMENT, span, text, "");
             let message = self.sources.also(message, before, "here");
             self.messages.push(message);
             return None;
         }
+        cases.seen.insert(first, (last, span));
         let label = cases.labels;
         cases.labels += 1;
-        cases.cases.push((bits, label));
+        cases.cases.push((first, last, label));
         Some(label)
     }
 
+    /// Notes a label of a `switch` that stands outside of the innermost loop.
+    fn jump_into_loop(&mut self) {
+        let outside = self.context.switches.last().map(|cases| cases.loops);
+        if outside.is_some_and(|loops| loops < self.context.loops) {
+            self.context.jumps += 1;
+        }
+    }
+
     fn default(&mut self, span: Span) -> Option<usize> {
+        self.jump_into_loop();
         let Some(cases) = self.context.switches.last_mut() else {
             self.error(STATEMENT, span, "`default` outside of a `switch`", "");
             return None;

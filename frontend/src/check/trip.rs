@@ -12,7 +12,7 @@ impl Checker<'_> {
         cond: Option<ExprId>,
         step: Option<ExprId>,
         assigned: &[LocalId],
-    ) -> Option<u32> {
+    ) -> Option<Trip> {
         let ExprKind::Compare(relation, l, r) = self.body.exprs[cond?].kind else {
             return None;
         };
@@ -22,7 +22,7 @@ impl Checker<'_> {
         let by = i64::from(self.step_of(step?, counter)?);
         let local = &self.body.locals[counter];
         let plain = local.ty.ty == self.types.known.int && self.ty(l) == local.ty.ty;
-        if local.in_memory || assigned.contains(&counter) || !plain || local.ty.quals.volatile {
+        if assigned.contains(&counter) || !plain || local.ty.quals.volatile {
             return None;
         }
         let span = match (relation, by) {
@@ -37,7 +37,8 @@ impl Checker<'_> {
         // The counter must not pass the ends of `int`, where it would wrap.
         let last = start + trip * by;
         let fits = i32::try_from(last).is_ok() && span >= 0;
-        u32::try_from(trip).ok().filter(|_| fits)
+        let count = u32::try_from(trip).ok().filter(|_| fits)?;
+        Some(Trip { count, counter })
     }
 
     /// The variable that an expression reads.
@@ -56,10 +57,10 @@ impl Checker<'_> {
     }
 
     /// What a statement sets the counter to.
-    fn start(&self, init: StmtId, counter: LocalId) -> Option<u32> {
+    fn start(&self, init: StmtId, counter: LocalId) -> Option<u64> {
         match &self.body.stmts[init].kind {
             StmtKind::Init(local, init) if *local == counter => match init.parts.as_slice() {
-                [(0, value)] => self.const_value(*value),
+                [only] if only.offset == 0 => self.const_value(only.value),
                 _ => None,
             },
             StmtKind::Expr(e) => match self.body.exprs[*e].kind {

@@ -1,11 +1,12 @@
 //! Structs and unions as values: copies, initial values, calls.
 
 use super::function::{Lowering, passing, values_of};
-use super::place::{Access, Leaf, Location, leaves};
-use crate::ctype::TypeId;
+use super::place::{Access, Base, Field, Leaf, Location, leaves};
+use super::scalar::Scalar;
+use crate::ctype::{Type, TypeId};
 use crate::typed::{Callee, ExprId, ExprKind, Init, LocalId};
 use srp_archdesc::isa::{Opcode, Ty};
-use srp_ir::program::{self, Bits, InstKind, Target, Terminator, Value};
+use srp_ir::program::{self, Bits, InstKind, SlotData, Target, Terminator, Value};
 
 /// Scalars that are copied or cleared one by one; more make a loop.
 const MAX_UNROLLED: usize = 64;
@@ -44,6 +45,10 @@ impl Lowering<'_> {
                 }
                 self.enter(join);
                 to
+            }
+            ExprKind::Statements(list, Some(last)) => {
+                list.iter().for_each(|&s| self.stmt(s));
+                self.aggregate(*last)
             }
             ExprKind::Call(callee, args) => {
                 let to = self.temporary_for_result(expr.ty);
@@ -148,8 +153,16 @@ impl Lowering<'_> {
         if init.zero {
             self.clear(to, ty);
         }
-        for &(offset, e) in &init.parts {
-            self.set(to.plus(offset), e);
+        for part in &init.parts {
+            match part.bits {
+                Some(bits) => {
+                    let value = self.scalar(part.value);
+                    let ty = self.body.exprs[part.value].ty;
+                    let field = Field::bits(to.plus(part.offset), ty, bits);
+                    self.write(field, value);
+                }
+                None => self.set(to.plus(part.offset), part.value),
+            }
         }
     }
 
@@ -160,9 +173,8 @@ impl Lowering<'_> {
             let from = self.aggregate(e);
             self.copy(to, from, ty);
         } else {
-            let value = self.value(e);
-            let access = self.access(ty);
-            self.store(to, access, value);
+            let value = self.scalar(e);
+            self.write_at(to, ty, value);
         }
     }
 
@@ -189,7 +201,7 @@ impl Lowering<'_> {
         callee: Callee,
         args: &[ExprId],
         result: Option<(Location, TypeId)>,
-    ) -> Option<Value> {
+    ) -> Option<Scalar> {
         let pos = self.pos;
         let ty = match callee {
             Callee::Function(function) => self.checked.functions[function].ty,
@@ -207,22 +219,29 @@ impl Lowering<'_> {
         if let (true, Some((to, _))) = (passing.result_by_address, result) {
             values.push(self.address(to));
         }
-        for &arg in args {
-            let ty = self.body.exprs[arg].ty;
-            if !self.is_record(ty) {
-                values.push(self.value(arg));
-                continue;
+        let fixed = match self.checked.types.get(ty) {
+            Type::Function(signature) if signature.open && target.is_some() => args.len(),
+            Type::Function(signature) => signature.params.len().min(args.len()),
+            _ => args.len(),
+        };
+        let (fixed, more) = args.split_at(fixed);
+        fixed
+            .iter()
+            .for_each(|&arg| self.argument(arg, &mut values));
+        if passing.variadic {
+            // A function that is called without being known to take `...` may get too few.
+            while values.len() + 1 < passing.params.len() {
+                values.push(self.word(0));
             }
-            let from = self.aggregate(arg);
-            if values_of(self.checked, ty).is_some() {
-                values.extend(self.take_values(from, ty));
-            } else {
-                let copy = self.temporary_in_memory(ty);
-                self.copy(copy, from, ty);
-                values.push(self.address(copy));
-            }
+            let list = self.arguments_in_memory(more);
+            values.push(list);
+        } else {
+            more.iter().for_each(|&arg| self.effect(arg));
         }
         self.pos = pos;
+        if target.is_none() {
+            values = self.as_passed(values, &passing.params);
+        }
         let callee = match (callee, target) {
             (Callee::Function(function), _) => program::Callee::Func(self.symbols.func(function)),
             (_, target) => {
@@ -241,16 +260,77 @@ impl Lowering<'_> {
                 self.put_values(to, ty, &results);
                 None
             }
-            _ => results.first().copied(),
+            _ => Scalar::of(&results),
         }
+    }
+
+    /// The values that one argument passes as.
+    fn argument(&mut self, arg: ExprId, values: &mut Vec<Value>) {
+        let ty = self.body.exprs[arg].ty;
+        if !self.is_record(ty) {
+            values.extend(self.scalar(arg).values());
+            return;
+        }
+        let from = self.aggregate(arg);
+        if values_of(self.checked, ty).is_some() {
+            values.extend(self.take_values(from, ty));
+        } else {
+            let copy = self.temporary_in_memory(ty);
+            self.copy(copy, from, ty);
+            values.push(self.address(copy));
+        }
+    }
+
+    /// Arguments that `...` stands for: one after another in memory, each at a multiple of its
+    /// alignment and of a word. Their address.
+    fn arguments_in_memory(&mut self, args: &[ExprId]) -> Value {
+        if args.is_empty() {
+            return self.word(0);
+        }
+        let types = &self.checked.types;
+        let (mut end, mut align) = (0u32, 4);
+        let mut offsets = Vec::new();
+        for &arg in args {
+            let ty = self.body.exprs[arg].ty;
+            let own = types.align(ty).max(4);
+            align = align.max(own);
+            let offset = end.next_multiple_of(own);
+            offsets.push(offset);
+            end = offset + types.size(ty).unwrap_or(0).next_multiple_of(4);
+        }
+        let slot = self.func.slots.push(SlotData {
+            name: "arguments".to_owned(),
+            size: end,
+            align: align.min(16),
+        });
+        let room = Location {
+            base: Base::Slot(slot),
+            offset: 0,
+            global: false,
+        };
+        for (&arg, offset) in args.iter().zip(offsets) {
+            self.set(room.plus(offset), arg);
+        }
+        self.address(room)
+    }
+
+    /// Values as a function takes them that may have been called without a declaration: what is
+    /// missing or of another kind is zero.
+    fn as_passed(&mut self, values: Vec<Value>, types: &[Ty]) -> Vec<Value> {
+        let mut values = values.into_iter();
+        let passed = types.iter().map(|&ty| match values.next() {
+            Some(value) if self.func.values[value] == ty => value,
+            _ => self.constant(Bits::zero(ty)),
+        });
+        passed.collect()
     }
 
     /// Ends the function with the value of an expression.
     pub(super) fn return_value(&mut self, e: ExprId) {
         let ty = self.result;
         if !self.is_record(ty) {
-            let value = self.value(e);
-            self.end(Terminator::Return(vec![value]));
+            let value = self.scalar(e);
+            self.end(Terminator::Return(value.values()));
             return;
         }
         let from = self.aggregate(e);
@@ -266,6 +346,6 @@ impl Lowering<'_> {
 
     /// Whether a type is a struct or union.
     pub(super) fn is_record(&self, ty: TypeId) -> bool {
-        matches!(self.checked.types.get(ty), crate::ctype::Type::Record(_))
+        matches!(self.checked.types.get(ty), Type::Record(_))
     }
 }

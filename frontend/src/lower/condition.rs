@@ -20,9 +20,9 @@ impl Lowering<'_> {
             }
             ExprKind::Compare(relation, l, r) => {
                 let class = self.class(body.exprs[*l].ty);
-                let (l, r) = (self.value(*l), self.value(*r));
+                let (l, r) = (self.scalar(*l), self.scalar(*r));
                 self.pos = expr.pos;
-                self.relation(*relation, class, l, r)
+                self.scalar_relation(*relation, class, l, r)
             }
             ExprKind::LogicalNot(a) => {
                 let truth = self.pred(*a);
@@ -37,29 +37,19 @@ impl Lowering<'_> {
             }
             ExprKind::Convert(a) if *self.checked.types.get(expr.ty) == Type::Bool => self.pred(*a),
             _ => {
-                let value = self.value(e);
+                let value = self.scalar(e);
                 self.pos = expr.pos;
-                self.not_zero(value, expr.ty)
+                self.scalar_not_zero(value, expr.ty)
             }
         }
     }
 
     /// Whether a constant is not zero.
-    fn const_truth(&self, bits: u32, ty: TypeId) -> bool {
-        match self.class(ty) {
-            // Both zeros are zero.
-            Class::Float => bits << 1 != 0,
-            _ => bits != 0,
-        }
+    fn const_truth(&self, bits: u64, ty: TypeId) -> bool {
+        crate::check::truth(bits, self.checked.types.get(ty))
     }
 
-    /// Whether a scalar value is not zero.
-    pub(super) fn not_zero(&mut self, value: Value, ty: TypeId) -> Value {
-        let zero = self.word(0);
-        self.relation(Relation::Ne, self.class(ty), value, zero)
-    }
-
-    /// A relation of scalars.
+    /// A relation of single words.
     pub(super) fn relation(
         &mut self,
         relation: Relation,
@@ -151,15 +141,7 @@ impl Lowering<'_> {
             _ => {
                 let cond = self.pred(e);
                 self.pos = expr.pos;
-                let to = |block| Target {
-                    block,
-                    args: Vec::new(),
-                };
-                self.end(Terminator::Branch {
-                    cond,
-                    then: to(then),
-                    other: to(other),
-                });
+                self.go(cond, then, other);
             }
         }
     }

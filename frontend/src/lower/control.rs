@@ -1,8 +1,9 @@
 //! Statements.
 
 use super::function::{Breakable, Lowering};
-use crate::typed::{Loop, StmtId, StmtKind, Switch};
-use srp_archdesc::isa::Opcode;
+use super::scalar::Scalar;
+use crate::ctype::TypeId;
+use crate::typed::{Loop, Relation, StmtId, StmtKind, Switch};
 use srp_ir::program::{Block, KernelMark, Pos, Target, Terminator, Value};
 
 /// Cases of a `switch` that are compared one after another; more are halved first.
@@ -27,6 +28,15 @@ impl Lowering<'_> {
                 self.jump(label, Vec::new());
                 self.enter(label);
             }
+            StmtKind::Target(number) => {
+                let target = self.target(*number);
+                self.jump(target, Vec::new());
+                self.enter(target);
+            }
+            StmtKind::Goto(number) => {
+                let target = self.target(*number);
+                self.jump(target, Vec::new());
+            }
             StmtKind::Break => {
                 let around = self.breakables.last().expect("checked: something to leave");
                 let exit = around.exit;
@@ -38,6 +48,18 @@ impl Lowering<'_> {
             }
             StmtKind::Return(Some(e)) => self.return_value(*e),
             StmtKind::Return(None) => self.end(Terminator::Return(Vec::new())),
+        }
+    }
+
+    /// The block of a label for `goto`.
+    fn target(&mut self, number: usize) -> Block {
+        match self.targets[number] {
+            Some(block) => block,
+            None => {
+                let block = self.new_block(&[]);
+                self.targets[number] = Some(block);
+                block
+            }
         }
     }
 
@@ -106,16 +128,21 @@ impl Lowering<'_> {
         }
     }
 
+    /// How often a loop runs, where that is known.
+    fn trip(&self, data: &Loop) -> Option<u32> {
+        let trip = data.trip?;
+        let counter = &self.body.locals[trip.counter];
+        (!counter.in_memory).then_some(trip.count)
+    }
+
     fn loop_(&mut self, data: &Loop, pos: Pos) {
         if let Some(init) = data.init {
             self.stmt(init);
         }
         let exit = self.new_block(&[]);
-        if data
-            .trip
-            .is_some_and(|trip| trip <= data.unroll && data.unroll > 1)
-        {
-            for _ in 0..data.trip.unwrap_or(0) {
+        let trip = self.trip(data);
+        if trip.is_some_and(|trip| trip <= data.unroll && data.unroll > 1) {
+            for _ in 0..trip.unwrap_or(0) {
                 self.iteration(data, exit);
             }
             self.pos = pos;
@@ -124,14 +151,14 @@ impl Lowering<'_> {
             return;
         }
         let header = self.new_block(&[]);
-        let runs_once = data.body_first || data.trip.is_some_and(|trip| trip > 0);
+        let runs_once = data.body_first || trip.is_some_and(|trip| trip > 0);
         match data.cond {
             Some(cond) if !runs_once => self.branch(cond, header, exit),
             _ => self.jump(header, Vec::new()),
         }
         self.enter(header);
         self.has_inner.push(false);
-        let divides = data.trip.is_some_and(|trip| trip % data.unroll == 0);
+        let divides = trip.is_some_and(|trip| trip % data.unroll == 0);
         for copy in 1..=data.unroll {
             self.iteration(data, exit);
             if let (Some(cond), true, false) = (data.cond, copy < data.unroll, divides) {
@@ -149,7 +176,7 @@ impl Lowering<'_> {
             Some(cond) => self.branch(cond, header, exit),
             None => self.jump(header, Vec::new()),
         }
-        if data.kernel || self.auto_kernel && !has_inner {
+        if data.kernel || self.auto_kernel && !has_inner && !data.labelled {
             self.func.blocks[header].kernel = Some(KernelMark {
                 name: self.kernel_name(),
                 pos,
@@ -160,16 +187,14 @@ impl Lowering<'_> {
     }
 
     fn switch(&mut self, switch: &Switch) {
-        let value = self.value(switch.value);
+        let value = self.scalar(switch.value);
         let labels: Vec<_> = (0..switch.labels).map(|_| self.new_block(&[])).collect();
         let exit = self.new_block(&[]);
         let default = switch.default.map_or(exit, |label| labels[label]);
         let ty = self.body.exprs[switch.value].ty;
-        let unsigned = self.checked.types.is_unsigned(ty);
         let mut cases: Vec<_> = switch.cases.clone();
-        // In the order that the comparison below has.
-        cases.sort_by_key(|&(bits, _)| if unsigned { bits } else { bits ^ 1 << 31 });
-        self.dispatch(value, &cases, &labels, default, unsigned);
+        cases.sort_unstable();
+        self.dispatch((value, ty), &cases, &labels, default);
         self.labels.push(labels);
         self.breakables.push(Breakable {
             exit,
@@ -183,47 +208,65 @@ impl Lowering<'_> {
         self.enter(exit);
     }
 
-    /// Goes to the label of a value among sorted cases.
+    /// Goes to the label of a value, of this type, among sorted cases.
     fn dispatch(
         &mut self,
-        value: Value,
-        cases: &[(u32, usize)],
+        of: (Scalar, TypeId),
+        cases: &[(i128, i128, usize)],
         labels: &[Block],
         default: Block,
-        unsigned: bool,
     ) {
+        if cases.len() > MAX_COMPARED {
+            let (low, high) = cases.split_at(cases.len() / 2);
+            let cond = self.against(Relation::Lt, of, high[0].0);
+            let (below, above) = (self.new_block(&[]), self.new_block(&[]));
+            self.go(cond, below, above);
+            self.enter(below);
+            self.dispatch(of, low, labels, default);
+            self.enter(above);
+            self.dispatch(of, high, labels, default);
+            return;
+        }
+        for &(first, last, label) in cases {
+            let next = self.new_block(&[]);
+            if first == last {
+                let cond = self.against(Relation::Eq, of, first);
+                self.go(cond, labels[label], next);
+            } else {
+                let inside = self.new_block(&[]);
+                let cond = self.against(Relation::Ge, of, first);
+                self.go(cond, inside, next);
+                self.enter(inside);
+                let cond = self.against(Relation::Le, of, last);
+                self.go(cond, labels[label], next);
+            }
+            self.enter(next);
+        }
+        self.jump(default, Vec::new());
+    }
+
+    /// A relation between a value and a constant of its type.
+    fn against(
+        &mut self,
+        relation: Relation,
+        (value, ty): (Scalar, TypeId),
+        number: i128,
+    ) -> Value {
+        let class = self.class(ty);
+        let constant = self.scalar_constant(number as u64, ty);
+        self.scalar_relation(relation, class, value, constant)
+    }
+
+    /// Ends the block with a branch.
+    pub(super) fn go(&mut self, cond: Value, then: Block, other: Block) {
         let to = |block| Target {
             block,
             args: Vec::new(),
         };
-        if cases.len() > MAX_COMPARED {
-            let (low, high) = cases.split_at(cases.len() / 2);
-            let pivot = self.word(high[0].0);
-            let op = if unsigned { Opcode::Ltu } else { Opcode::Lt };
-            let cond = self.op(op, &[value, pivot]);
-            let (below, above) = (self.new_block(&[]), self.new_block(&[]));
-            self.end(Terminator::Branch {
-                cond,
-                then: to(below),
-                other: to(above),
-            });
-            self.enter(below);
-            self.dispatch(value, low, labels, default, unsigned);
-            self.enter(above);
-            self.dispatch(value, high, labels, default, unsigned);
-            return;
-        }
-        for &(bits, label) in cases {
-            let bits = self.word(bits);
-            let cond = self.op(Opcode::Eq, &[value, bits]);
-            let next = self.new_block(&[]);
-            self.end(Terminator::Branch {
-                cond,
-                then: to(labels[label]),
-                other: to(next),
-            });
-            self.enter(next);
-        }
-        self.jump(default, Vec::new());
+        self.end(Terminator::Branch {
+            cond,
+            then: to(then),
+            other: to(other),
+        });
     }
 }

@@ -1,11 +1,12 @@
 //! Scalar and vector expressions.
 
-use super::function::Lowering;
-use crate::ctype::{Int, Type, TypeId};
+use super::function::{Lowering, values_of};
+use super::scalar::Scalar;
+use crate::ctype::TypeId;
 use crate::operator::{self, Class, Plan};
 use crate::typed::{BinaryOp, ExprId, ExprKind, Step, Update};
 use srp_archdesc::isa::{Kind, Opcode, Ty};
-use srp_ir::program::{InstKind, Symbol, Value};
+use srp_ir::program::{InstKind, Symbol, Terminator, Value};
 
 impl Lowering<'_> {
     /// Computes an expression for what it does.
@@ -46,8 +47,14 @@ impl Lowering<'_> {
                 self.effect_op(*op, &args, *imm);
             }
             ExprKind::Const(_) => {}
+            ExprKind::Unreachable => self.end(Terminator::Unreachable),
+            ExprKind::Statements(list, last) => {
+                list.iter().for_each(|&s| self.stmt(s));
+                last.iter().for_each(|&e| self.effect(e));
+            }
+            _ if void => {}
             _ => {
-                self.value(e);
+                self.scalar(e);
             }
         }
     }
@@ -87,8 +94,13 @@ impl Lowering<'_> {
         }
     }
 
-    /// The value of an expression of a scalar, pointer or vector type.
+    /// The value of an expression of one word or a vector.
     pub(super) fn value(&mut self, e: ExprId) -> Value {
+        self.scalar(e).single()
+    }
+
+    /// The value of an expression of a scalar, pointer or vector type.
+    pub(super) fn scalar(&mut self, e: ExprId) -> Scalar {
         let mut chain = Vec::new();
         let mut first = e;
         while let Some(left) = self.left(first) {
@@ -103,17 +115,16 @@ impl Lowering<'_> {
     }
 
     /// The value of an expression that does not go on from another.
-    fn start(&mut self, e: ExprId) -> Value {
+    fn start(&mut self, e: ExprId) -> Scalar {
         let body = self.body;
         let expr = &body.exprs[e];
         self.pos = expr.pos;
-        match &expr.kind {
-            ExprKind::Const(bits) => self.word(*bits),
+        Scalar::Single(match &expr.kind {
+            ExprKind::Const(bits) => return self.scalar_constant(*bits, expr.ty),
             ExprKind::Load(place) => {
-                let location = self.location(*place);
+                let field = self.field(*place);
                 self.pos = expr.pos;
-                let access = self.access(expr.ty);
-                self.load(location, access)
+                return self.read(field);
             }
             ExprKind::AddressOf(place) => {
                 let location = self.location(*place);
@@ -127,23 +138,21 @@ impl Lowering<'_> {
                 let truth = self.pred(e);
                 self.op(Opcode::Ptoi, &[truth])
             }
-            ExprKind::Conditional(c, a, b) => self.choose(*c, *a, *b, expr.ty),
+            ExprKind::Conditional(c, a, b) => return self.choose(*c, *a, *b, expr.ty),
             ExprKind::Assign(place, value) => {
-                let value = self.value(*value);
-                let location = self.location(*place);
+                let value = self.scalar(*value);
+                let field = self.field(*place);
                 self.pos = expr.pos;
-                let access = self.access(expr.ty);
-                self.store(location, access, value);
-                value
+                return self.write(field, value);
             }
-            ExprKind::Update(update) => self.update(update, e),
+            ExprKind::Update(update) => return self.update(update, e),
             ExprKind::Comma(..) => {
                 let last = self.comma(e);
-                self.value(last)
+                return self.scalar(last);
             }
             ExprKind::Call(callee, args) => {
                 let result = self.call(*callee, args, None);
-                result.expect("a call whose value is used has one")
+                return result.expect("a call whose value is used has one");
             }
             ExprKind::Operation(op, args, imm) => self.operation(*op, args, *imm, e),
             ExprKind::Build(lanes) => {
@@ -152,7 +161,18 @@ impl Lowering<'_> {
                 self.build(lanes)
             }
             ExprKind::Lane(vector, index) => self.lane(*vector, *index, expr.pos),
-            ExprKind::Aggregate(_) => unreachable!("a struct has no scalar value"),
+            ExprKind::Variadic => {
+                let start = self.variadic;
+                start.expect("checked: the function takes more arguments")
+            }
+            ExprKind::Statements(list, last) => {
+                list.iter().for_each(|&s| self.stmt(s));
+                let last = last.expect("checked: the statements have a value");
+                return self.scalar(last);
+            }
+            ExprKind::Unreachable | ExprKind::Aggregate(_) => {
+                unreachable!("a struct or nothing has no scalar value")
+            }
             ExprKind::Binary(..)
             | ExprKind::Compare(..)
             | ExprKind::Offset(..)
@@ -161,64 +181,60 @@ impl Lowering<'_> {
             | ExprKind::Splat(_)
             | ExprKind::Negate(_)
             | ExprKind::Complement(_) => unreachable!("these go on from their left operand"),
-        }
+        })
     }
 
     /// The value of an expression from that of its left operand.
-    fn go_on(&mut self, e: ExprId, left: Value) -> Value {
+    fn go_on(&mut self, e: ExprId, left: Scalar) -> Scalar {
         let body = self.body;
         let expr = &body.exprs[e];
-        match &expr.kind {
+        Scalar::Single(match &expr.kind {
             ExprKind::Binary(op, _, right) => {
-                let right = self.value(*right);
+                let right = self.scalar(*right);
                 self.pos = expr.pos;
                 let class = self.class(expr.ty);
-                self.binary(*op, class, left, right)
+                return self.binary(*op, class, left, right);
             }
             ExprKind::Compare(relation, l, right) => {
                 let class = self.class(body.exprs[*l].ty);
-                let right = self.value(*right);
+                let right = self.scalar(*right);
                 self.pos = expr.pos;
                 if class.is_vector() {
-                    return self.vector_relation(*relation, class, left, right);
+                    let (left, right) = (left.single(), right.single());
+                    return Scalar::Single(self.vector_relation(*relation, class, left, right));
                 }
-                let truth = self.relation(*relation, class, left, right);
+                let truth = self.scalar_relation(*relation, class, left, right);
                 self.op(Opcode::Ptoi, &[truth])
             }
             ExprKind::Offset(_, index, scale) => {
                 let index = self.value(*index);
                 self.pos = expr.pos;
-                self.scaled(left, index, *scale)
+                self.scaled(left.single(), index, *scale)
             }
             ExprKind::Distance(_, right, size) => {
                 let right = self.value(*right);
                 self.pos = expr.pos;
-                let bytes = self.op(Opcode::Sub, &[left, right]);
+                let bytes = self.op(Opcode::Sub, &[left.single(), right]);
                 self.divided(bytes, *size)
             }
             ExprKind::Convert(a) => {
                 self.pos = expr.pos;
-                self.convert(left, body.exprs[*a].ty, expr.ty)
+                return self.convert(left, body.exprs[*a].ty, expr.ty);
             }
             ExprKind::Splat(_) => {
                 self.pos = expr.pos;
-                self.op(Opcode::Vsplat, &[left])
+                self.op(Opcode::Vsplat, &[left.single()])
             }
             ExprKind::Negate(_) => {
                 self.pos = expr.pos;
-                self.negate(left, expr.ty)
+                return self.negate(left, expr.ty);
             }
             ExprKind::Complement(_) => {
                 self.pos = expr.pos;
-                let ones = self.word(u32::MAX);
-                if self.checked.types.vector(expr.ty).is_some() {
-                    let ones = self.op(Opcode::Vsplat, &[ones]);
-                    return self.op(Opcode::Vxor, &[left, ones]);
-                }
-                self.op(Opcode::Xor, &[left, ones])
+                return self.complement(left, expr.ty);
             }
             _ => unreachable!("only expressions with a left operand come here"),
-        }
+        })
     }
 
     /// What the values of a type are to the opcodes.
@@ -226,29 +242,59 @@ impl Lowering<'_> {
         Class::of(self.checked.types.get(ty))
     }
 
-    fn negate(&mut self, value: Value, ty: TypeId) -> Value {
-        match self.class(ty) {
-            Class::Float => self.op(Opcode::Fneg, &[value]),
-            Class::Float4 => self.op(Opcode::Vfneg, &[value]),
+    fn negate(&mut self, value: Scalar, ty: TypeId) -> Scalar {
+        let class = self.class(ty);
+        let single = value.single();
+        Scalar::Single(match class {
+            Class::Float => self.op(Opcode::Fneg, &[single]),
+            Class::Float4 => self.op(Opcode::Vfneg, &[single]),
             Class::Int4 => {
                 let zero = self.word(0);
                 let zero = self.op(Opcode::Vsplat, &[zero]);
-                self.op(Opcode::Vsub, &[zero, value])
+                self.op(Opcode::Vsub, &[zero, single])
             }
             Class::Signed | Class::Unsigned => {
                 let zero = self.word(0);
-                self.op(Opcode::Sub, &[zero, value])
+                self.op(Opcode::Sub, &[zero, single])
             }
+            Class::Long | Class::ULong => {
+                let zero = self.scalar_constant(0, ty);
+                return self.pair_binary(BinaryOp::Sub, true, zero, value);
+            }
+            Class::Double => {
+                let sign = self.scalar_constant(1 << 63, ty);
+                return self.pair_binary(BinaryOp::Xor, true, value, sign);
+            }
+        })
+    }
+
+    fn complement(&mut self, value: Scalar, ty: TypeId) -> Scalar {
+        if self.checked.types.is_wide(ty) {
+            let ones = self.scalar_constant(u64::MAX, ty);
+            return self.pair_binary(BinaryOp::Xor, true, value, ones);
         }
+        let ones = self.word(u32::MAX);
+        if self.checked.types.vector(ty).is_some() {
+            let ones = self.op(Opcode::Vsplat, &[ones]);
+            return Scalar::Single(self.op(Opcode::Vxor, &[value.single(), ones]));
+        }
+        Scalar::Single(self.op(Opcode::Xor, &[value.single(), ones]))
     }
 
     /// `l op r`.
-    pub(super) fn binary(&mut self, op: BinaryOp, class: Class, l: Value, r: Value) -> Value {
-        match operator::binary(op, class).expect("the checker refuses operators without a plan") {
-            Plan::Direct(op) => self.op(op, &[l, r]),
+    pub(super) fn binary(&mut self, op: BinaryOp, class: Class, l: Scalar, r: Scalar) -> Scalar {
+        let plan = operator::binary(op, class).expect("the checker refuses operators without one");
+        let (a, b) = (l.single(), r.single());
+        Scalar::Single(match plan {
+            Plan::Direct(op) => self.op(op, &[a, b]),
             Plan::Guarded(op) => {
                 let guard = self.always();
-                self.op(op, &[guard, l, r])
+                self.op(op, &[guard, a, b])
+            }
+            Plan::Pairs => return self.pair_binary(op, class == Class::Long, l, r),
+            Plan::Support(support) => {
+                let args = [l.values(), r.values()].concat();
+                return self.support(support, &args, 2);
             }
             Plan::Lanes => {
                 let scalar = match class {
@@ -256,13 +302,14 @@ impl Lowering<'_> {
                     _ => Class::Signed,
                 };
                 let lanes = [0, 1, 2, 3].map(|lane| {
-                    let l = self.op_imm(Opcode::Vext, &[l], lane);
-                    let r = self.op_imm(Opcode::Vext, &[r], lane);
-                    self.binary(op, scalar, l, r)
+                    let l = self.op_imm(Opcode::Vext, &[a], lane);
+                    let r = self.op_imm(Opcode::Vext, &[b], lane);
+                    self.binary(op, scalar, Scalar::Single(l), Scalar::Single(r))
+                        .single()
                 });
                 self.build(lanes)
             }
-        }
+        })
     }
 
     /// An exact quotient of a distance in bytes.
@@ -279,57 +326,34 @@ impl Lowering<'_> {
         self.op(Opcode::Div, &[guard, bytes, size])
     }
 
-    /// A value of one type in another.
-    pub(super) fn convert(&mut self, value: Value, from: TypeId, to: TypeId) -> Value {
-        let types = &self.checked.types;
-        let (source, target) = (types.get(from), types.get(to));
-        if *target == Type::Bool {
-            if *source == Type::Bool {
-                return value;
-            }
-            let truth = self.not_zero(value, from);
-            return self.op(Opcode::Ptoi, &[truth]);
-        }
-        if let (Type::Int(a), Type::Int(b)) = (source, target)
-            && fits(*a, *b)
-        {
-            return value;
-        }
-        let value = match operator::conversion(source, target) {
-            Some(op) => self.op(op, &[value]),
-            None => value,
-        };
-        match target {
-            Type::Int(int) if *source != Type::Bool => self.cut(value, *int),
-            _ => value,
-        }
-    }
-
     /// `c ? a : b` of scalars or vectors.
-    fn choose(&mut self, c: ExprId, a: ExprId, b: ExprId, ty: TypeId) -> Value {
+    fn choose(&mut self, c: ExprId, a: ExprId, b: ExprId, ty: TypeId) -> Scalar {
         let (then, other) = (self.new_block(&[]), self.new_block(&[]));
-        let join = self.new_block(&[self.access(ty).ty()]);
+        let types = values_of(self.checked, ty).unwrap_or_default();
+        let join = self.new_block(&types);
         self.branch(c, then, other);
         for (block, arm) in [(then, a), (other, b)] {
             self.enter(block);
-            let value = self.value(arm);
-            self.jump(join, vec![value]);
+            let value = self.scalar(arm);
+            self.jump(join, value.values());
         }
         self.enter(join);
-        self.func.blocks[join].params[0]
+        let values = &self.func.blocks[join].params;
+        Scalar::of(values).expect("a scalar is one or two values")
     }
 
     /// A compound assignment, `++` or `--`.
-    fn update(&mut self, update: &Update, e: ExprId) -> Value {
+    fn update(&mut self, update: &Update, e: ExprId) -> Scalar {
         let body = self.body;
         let expr = &body.exprs[e];
-        let operand = self.value(update.operand);
-        let location = self.location(update.place);
+        let operand = self.scalar(update.operand);
+        let field = self.field(update.place);
         self.pos = expr.pos;
-        let access = self.access(expr.ty);
-        let before = self.load(location, access);
+        let before = self.read(field);
         let after = match update.step {
-            Step::Pointer(scale) => self.scaled(before, operand, scale),
+            Step::Pointer(scale) => {
+                Scalar::Single(self.scaled(before.single(), operand.single(), scale))
+            }
             Step::Arithmetic(op, compute) => {
                 let left = self.convert(before, expr.ty, compute);
                 let class = self.class(compute);
@@ -337,7 +361,7 @@ impl Lowering<'_> {
                 self.convert(result, compute, expr.ty)
             }
         };
-        self.store(location, access, after);
+        let after = self.write(field, after);
         if update.post { before } else { after }
     }
 
@@ -366,11 +390,4 @@ impl Lowering<'_> {
             _ => value,
         }
     }
-}
-
-/// Whether every value of one integer type is one of the other.
-fn fits(from: Int, to: Int) -> bool {
-    let wide = to.size() == 4;
-    let same = from.signed() == to.signed();
-    wide || from.size() <= to.size() && same || from.size() < to.size() && !from.signed()
 }

@@ -75,6 +75,10 @@ pub(super) struct Lowering<'a> {
     pub(super) result: TypeId,
     /// Where a large struct result goes.
     pub(super) result_address: Option<Value>,
+    /// The address of the arguments that `...` stands for.
+    pub(super) variadic: Option<Value>,
+    /// Blocks of the labels for `goto`, once one is named.
+    pub(super) targets: Vec<Option<Block>>,
     /// The constant *true* of a block.
     guard: Option<(Block, Value)>,
     kernels: &'a mut KernelNames,
@@ -86,6 +90,8 @@ pub(super) struct Passing {
     pub(super) results: Vec<Ty>,
     /// The first parameter is the address for the result.
     pub(super) result_by_address: bool,
+    /// The last parameter is the address of the arguments that `...` stands for.
+    pub(super) variadic: bool,
 }
 
 /// Lowers one function.
@@ -124,6 +130,8 @@ pub(super) fn lower(
         labels: Vec::new(),
         result,
         result_address: None,
+        variadic: None,
+        targets: vec![None; body.labels],
         guard: None,
         kernels,
     };
@@ -148,6 +156,7 @@ pub(super) fn passing(checked: &Checked, ty: TypeId) -> Passing {
         params: Vec::new(),
         results: Vec::new(),
         result_by_address: false,
+        variadic: false,
     };
     let Type::Function(signature) = checked.types.get(ty) else {
         return passing;
@@ -163,6 +172,10 @@ pub(super) fn passing(checked: &Checked, ty: TypeId) -> Passing {
         let types = values_of(checked, param);
         passing.params.extend(types.unwrap_or(vec![Ty::Word]));
     }
+    if signature.variadic {
+        passing.variadic = true;
+        passing.params.push(Ty::Word);
+    }
     passing
 }
 
@@ -175,6 +188,7 @@ pub(super) fn values_of(checked: &Checked, ty: TypeId) -> Option<Vec<Ty>> {
             let leaves = super::place::leaves(&checked.types, ty, MAX_PASSED)?;
             leaves.iter().map(|leaf| leaf.access.ty()).collect()
         }
+        _ if checked.types.is_wide(ty) => vec![Ty::Word; 2],
         _ => vec![Ty::Word],
     })
 }
@@ -243,6 +257,9 @@ impl Lowering<'_> {
                     self.copy(to, from, ty);
                 }
             }
+        }
+        if passing.variadic {
+            self.variadic = values.next();
         }
     }
 

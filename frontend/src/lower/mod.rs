@@ -19,6 +19,8 @@ mod expr;
 mod function;
 mod place;
 mod reach;
+mod scalar;
+mod start;
 mod vector;
 
 use crate::Options;
@@ -87,6 +89,7 @@ pub fn lower(checked: &Checked, options: &Options<'_>) -> Program {
         let lowered = function::lower(checked, &symbols, function, body, options, &mut kernels);
         program.funcs.push(lowered);
     }
+    start::with_arguments(&mut program);
     program
 }
 

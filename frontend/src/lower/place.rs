@@ -1,7 +1,8 @@
 //! Places: where they are, and reading and writing scalars there.
 
 use super::function::{Lowering, Storage};
-use crate::ctype::{Int, Type, TypeId, TypeTable};
+use super::scalar::Scalar;
+use crate::ctype::{BitRange, Record, Type, TypeId, TypeTable};
 use crate::typed::{ExprId, ExprKind, LocalId, PlaceId, PlaceKind};
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_ir::program::{InstKind, Slot, SlotData, Symbol, Value};
@@ -121,7 +122,8 @@ fn collect(
         }
         Type::Record(record) => {
             let record = &types.records[*record];
-            if record.union {
+            // Bit-fields lie in units that overlap.
+            if record.union || has_bits(record) {
                 let (access, step) = match record.align {
                     16.. => (Access::Vector, 16),
                     4.. => (Access::Word, 4),
@@ -137,9 +139,18 @@ fn collect(
                 }
             }
         }
+        _ if types.is_wide(ty) => {
+            push(out, limit, offset, Access::Word)?;
+            push(out, limit, offset + 4, Access::Word)?;
+        }
         scalar => push(out, limit, offset, Access::of(scalar))?,
     }
     Some(())
+}
+
+fn has_bits(record: &Record) -> bool {
+    let fields = record.fields.as_deref().unwrap_or(&[]);
+    fields.iter().any(|field| field.bits.is_some())
 }
 
 fn push(out: &mut Vec<Leaf>, limit: usize, offset: u32, access: Access) -> Option<()> {
@@ -150,14 +161,14 @@ fn push(out: &mut Vec<Leaf>, limit: usize, offset: u32, access: Access) -> Optio
     Some(())
 }
 
-/// Whether there is a union in a type.
+/// Whether there is a union in a type, or something that is laid out as one.
 fn has_union(types: &TypeTable, ty: TypeId) -> bool {
     match types.get(ty) {
         Type::Array(of, _) => has_union(types, of.ty),
         Type::Record(record) => {
             let record = &types.records[*record];
             let fields = record.fields.as_deref().unwrap_or(&[]);
-            record.union || fields.iter().any(|f| has_union(types, f.ty.ty))
+            record.union || has_bits(record) || fields.iter().any(|f| has_union(types, f.ty.ty))
         }
         _ => false,
     }
@@ -284,11 +295,13 @@ impl Lowering<'_> {
                 global: false,
             },
             PlaceKind::Deref(pointer) => self.pointed(*pointer, data.ty.quals.global),
-            PlaceKind::Member(outer, offset) => self.location(*outer).plus(*offset),
+            PlaceKind::Member(outer, offset) | PlaceKind::Bits(outer, offset, _) => {
+                self.location(*outer).plus(*offset)
+            }
             PlaceKind::Lane(outer, index) => {
                 let outer = self.location(*outer);
                 match body.exprs[*index].kind {
-                    ExprKind::Const(lane) => outer.plus(4 * lane),
+                    ExprKind::Const(lane) => outer.plus(4 * lane as u32),
                     _ => {
                         let base = self.address(outer);
                         let index = self.value(*index);
@@ -298,6 +311,13 @@ impl Lowering<'_> {
                 }
             }
             PlaceKind::Temporary(e) => self.aggregate(*e),
+            PlaceKind::Stored(e) => {
+                let ty = body.exprs[*e].ty;
+                let from = self.aggregate(*e);
+                let to = self.temporary_in_memory(ty);
+                self.copy(to, from, ty);
+                to
+            }
         }
     }
 
@@ -308,7 +328,7 @@ impl Lowering<'_> {
             match self.body.exprs[e].kind {
                 ExprKind::Offset(p, i, scale) => match self.body.exprs[i].kind {
                     ExprKind::Const(i) => {
-                        offset = offset.wrapping_add(i.wrapping_mul(scale as u32));
+                        offset = offset.wrapping_add((i as u32).wrapping_mul(scale as u32));
                         e = p;
                     }
                     _ => break,
@@ -426,18 +446,135 @@ impl Lowering<'_> {
         Access::of(self.checked.types.get(ty))
     }
 
-    /// A word cut to an integer type.
-    pub(super) fn cut(&mut self, value: Value, int: Int) -> Value {
-        let bits = 8 * int.size();
-        if bits == 32 {
+    /// Where the scalar of a place is.
+    pub(super) fn field(&mut self, place: PlaceId) -> Field {
+        let data = &self.body.places[place];
+        let bits = match data.kind {
+            PlaceKind::Bits(_, _, bits) => Some(bits),
+            _ => None,
+        };
+        Field {
+            location: self.location(place),
+            ty: data.ty.ty,
+            bits,
+        }
+    }
+
+    /// Reads a scalar or vector of a type.
+    pub(super) fn read_at(&mut self, location: Location, ty: TypeId) -> Scalar {
+        if self.checked.types.is_wide(ty) {
+            let low = self.load(location, Access::Word);
+            return Scalar::Pair(low, self.load(location.plus(4), Access::Word));
+        }
+        let access = self.access(ty);
+        Scalar::Single(self.load(location, access))
+    }
+
+    /// Writes a scalar or vector.
+    pub(super) fn write_at(&mut self, location: Location, ty: TypeId, value: Scalar) {
+        match value {
+            Scalar::Single(value) => {
+                let access = self.access(ty);
+                self.store(location, access, value);
+            }
+            Scalar::Pair(low, high) => {
+                self.store(location, Access::Word, low);
+                self.store(location.plus(4), Access::Word, high);
+            }
+        }
+    }
+
+    /// Reads a scalar, vector or bit-field.
+    pub(super) fn read(&mut self, field: Field) -> Scalar {
+        let Some(bits) = field.bits else {
+            return self.read_at(field.location, field.ty);
+        };
+        let unit = self.read_unit(field.location, bits);
+        self.extract(unit, bits, field.ty)
+    }
+
+    /// Writes a scalar, vector or bit-field; what it then holds.
+    pub(super) fn write(&mut self, field: Field, value: Scalar) -> Scalar {
+        let Some(bits) = field.bits else {
+            self.write_at(field.location, field.ty, value);
             return value;
+        };
+        let unit = self.read_unit(field.location, bits);
+        let mask = bits.mask() << bits.shift;
+        let Scalar::Pair(low, high) = unit else {
+            let kept = self.word(!mask as u32);
+            let kept = self.op(Opcode::And, &[unit.single(), kept]);
+            let (own, by) = (self.word(bits.mask() as u32), self.word(bits.shift));
+            let own = self.op(Opcode::And, &[value.single(), own]);
+            let own = self.op(Opcode::Shl, &[own, by]);
+            let new = self.op(Opcode::Or, &[kept, own]);
+            self.store(field.location, unit_access(bits), new);
+            return self.extract(value, BitRange { shift: 0, ..bits }, field.ty);
+        };
+        let shifted = self.pair_shift_by(true, false, value, bits.shift);
+        let mut merged = Vec::new();
+        for ((old, new), mask) in [low, high]
+            .into_iter()
+            .zip(shifted.values())
+            .zip([mask, mask >> 32])
+        {
+            let (kept, own) = (self.word(!mask as u32), self.word(mask as u32));
+            let kept = self.op(Opcode::And, &[old, kept]);
+            let own = self.op(Opcode::And, &[new, own]);
+            merged.push(self.op(Opcode::Or, &[kept, own]));
         }
-        if !int.signed() {
-            let mask = self.word((1 << bits) - 1);
-            return self.op(Opcode::And, &[value, mask]);
+        self.write_at(field.location, field.ty, Scalar::Pair(merged[0], merged[1]));
+        self.extract(value, BitRange { shift: 0, ..bits }, field.ty)
+    }
+
+    /// The unit of memory that a bit-field lies in.
+    fn read_unit(&mut self, location: Location, bits: BitRange) -> Scalar {
+        if bits.unit == 8 {
+            let low = self.load(location, Access::Word);
+            return Scalar::Pair(low, self.load(location.plus(4), Access::Word));
         }
-        let count = self.word(32 - bits);
-        let high = self.op(Opcode::Shl, &[value, count]);
-        self.op(Opcode::Sar, &[high, count])
+        Scalar::Single(self.load(location, unit_access(bits)))
+    }
+
+    /// A bit-field as a value of its type from its unit.
+    fn extract(&mut self, unit: Scalar, bits: BitRange, ty: TypeId) -> Scalar {
+        let signed = !self.checked.types.is_unsigned(ty);
+        if let (8, Scalar::Pair(..)) = (bits.unit, unit) {
+            let up = self.pair_shift_by(true, false, unit, 64 - bits.shift - bits.width);
+            return self.pair_shift_by(false, signed, up, 64 - bits.width);
+        }
+        let value = self.bits_of(unit.single(), bits.shift, bits.width, signed);
+        match self.checked.types.is_wide(ty) {
+            true => self.widened(value, signed),
+            false => Scalar::Single(value),
+        }
+    }
+}
+
+/// How the unit of a bit-field of at most a word is read and written.
+fn unit_access(bits: BitRange) -> Access {
+    match bits.unit {
+        1 => Access::Byte(false),
+        2 => Access::Half(false),
+        _ => Access::Word,
+    }
+}
+
+/// Where a scalar is, and which bits of its unit it is.
+#[derive(Clone, Copy)]
+pub(super) struct Field {
+    location: Location,
+    ty: TypeId,
+    bits: Option<BitRange>,
+}
+
+impl Field {
+    /// A bit-field in a unit that is there.
+    pub(super) fn bits(location: Location, ty: TypeId, bits: BitRange) -> Field {
+        Field {
+            location,
+            ty,
+            bits: Some(bits),
+        }
     }
 }

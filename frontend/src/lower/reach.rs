@@ -1,5 +1,6 @@
 //! What a program uses, from the functions that other sources know.
 
+use crate::operator::{self, Class, Plan, Support};
 use crate::typed::*;
 use std::collections::BTreeSet;
 
@@ -16,13 +17,13 @@ pub(super) fn of(checked: &Checked) -> Reached {
     let mut reached = Reached::default();
     let mut work: Vec<Address> = Vec::new();
     for (id, function) in checked.functions.iter() {
-        if !function.internal && function.body.is_some() {
+        if !function.internal && !function.optional && function.body.is_some() {
             work.push(Address::Function(id));
         }
     }
     for (id, object) in checked.objects.iter() {
         // Literals start with a dot.
-        if object.defined && !object.name.starts_with('.') {
+        if object.defined && !object.optional && !object.name.starts_with('.') {
             work.push(Address::Object(id));
         }
     }
@@ -39,7 +40,7 @@ pub(super) fn of(checked: &Checked) -> Reached {
                     continue;
                 };
                 if reached.functions.insert(function) {
-                    uses(body, &mut work);
+                    uses(checked, body, &mut work);
                 }
             }
         }
@@ -47,8 +48,37 @@ pub(super) fn of(checked: &Checked) -> Reached {
     reached
 }
 
-/// What a function names.
-fn uses(body: &Body, work: &mut Vec<Address>) {
+/// What a function names, and what it needs of the library.
+fn uses(checked: &Checked, body: &Body, work: &mut Vec<Address>) {
+    let mut need = |support: Option<Support>| {
+        let function = support.and_then(|support| checked.support.get(&support));
+        work.extend(function.map(|&function| Address::Function(function)));
+    };
+    let class = |ty| Class::of(checked.types.get(ty));
+    let binary = |op, ty| match operator::binary(op, class(ty)) {
+        Some(Plan::Support(support)) => Some(support),
+        _ => None,
+    };
+    let conversion =
+        |from, to| operator::conversion_support(checked.types.get(from), checked.types.get(to));
+    for expr in body.exprs.values() {
+        match &expr.kind {
+            ExprKind::Binary(op, ..) => need(binary(*op, expr.ty)),
+            ExprKind::Compare(relation, l, _) if class(body.exprs[*l].ty) == Class::Double => {
+                need(Some(operator::double_relation(*relation).0));
+            }
+            ExprKind::Convert(a) => need(conversion(body.exprs[*a].ty, expr.ty)),
+            ExprKind::Update(Update {
+                step: Step::Arithmetic(op, compute),
+                ..
+            }) => {
+                need(binary(*op, *compute));
+                need(conversion(expr.ty, *compute));
+                need(conversion(*compute, expr.ty));
+            }
+            _ => {}
+        }
+    }
     for expr in body.exprs.values() {
         match &expr.kind {
             ExprKind::Function(function) | ExprKind::Call(Callee::Function(function), _) => {

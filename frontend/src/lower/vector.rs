@@ -24,7 +24,7 @@ impl Lowering<'_> {
     }
 
     /// The constant that a value made just now is.
-    fn constant_word(&self, value: Value) -> Option<u32> {
+    pub(super) fn constant_word(&self, value: Value) -> Option<u32> {
         let recent = self.func.blocks[self.block].insts.iter().rev().take(8);
         recent.into_iter().find_map(|&inst| {
             let data = &self.func.insts[inst];

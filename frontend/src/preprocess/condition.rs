@@ -88,7 +88,7 @@ impl Preprocessor<'_> {
                 continue;
             };
             let known = self.macros.contains_key(&name.text)
-                || matches!(&*name.text, "__LINE__" | "__FILE__");
+                || matches!(&*name.text, "__LINE__" | "__FILE__" | "__COUNTER__");
             out.push(PpToken {
                 kind: PpKind::Number,
                 text: self.names.name(if known { "1" } else { "0" }),

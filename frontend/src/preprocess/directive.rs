@@ -49,6 +49,8 @@ impl Preprocessor<'_> {
                 self.messages.push(message);
             }
             "pragma" => self.pragma(file, span, rest),
+            // Positions stay those of the text.
+            "line" => {}
             "ident" => {}
             other => {
                 let text = format!("`#{other}` is no directive of this compiler");
@@ -170,14 +172,25 @@ impl Preprocessor<'_> {
         };
         let mut params: Vec<Name> = Vec::new();
         let mut variadic = false;
-        let list = &rest[1..close];
+        let mut list = &rest[1..close];
+        let mut rest_name: Name = "__VA_ARGS__".into();
+        // GNU: the name of the rest.
+        let named;
+        if let [before @ .., name, dots] = list
+            && dots.is("...")
+            && name.kind == PpKind::Ident
+        {
+            rest_name = name.text.clone();
+            named = before.iter().chain([dots]).cloned().collect::<Vec<_>>();
+            list = &named;
+        }
         for (i, token) in list.iter().enumerate() {
             let wanted = i % 2 == 0;
             let fits = match wanted {
                 false => token.is(",") && i + 1 < list.len(),
                 true if token.is("...") => {
                     variadic = true;
-                    params.push("__VA_ARGS__".into());
+                    params.push(rest_name.clone());
                     i + 1 == list.len()
                 }
                 true => {
@@ -212,7 +225,7 @@ impl Preprocessor<'_> {
         })
     }
 
-    fn pragma(&mut self, file: SourceFile, span: Span, rest: &[PpToken]) {
+    pub(super) fn pragma(&mut self, file: SourceFile, span: Span, rest: &[PpToken]) {
         let span = rest.iter().fold(span, |span, token| span.to(token.span));
         let words: Vec<&str> = rest.iter().map(|t| &*t.text).collect();
         match words.as_slice() {
@@ -241,7 +254,7 @@ impl Preprocessor<'_> {
                     .help("there are `#pragma srp kernel` and `#pragma srp unroll N`");
                 self.messages.push(message);
             }
-            ["STDC", "FP_CONTRACT", "OFF"] => {}
+            ["STDC", "FP_CONTRACT", "OFF"] | ["GCC", "diagnostic", ..] => {}
             _ => {
                 let message = self
                     .sources

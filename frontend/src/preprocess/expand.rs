@@ -149,7 +149,7 @@ impl Preprocessor<'_> {
         out
     }
 
-    /// `__LINE__` and `__FILE__`.
+    /// `__LINE__`, `__FILE__` and `__COUNTER__`.
     fn builtin(&mut self, token: &PpToken) -> Option<PpToken> {
         let (kind, text) = match &*token.text {
             "__LINE__" => {
@@ -160,6 +160,10 @@ impl Preprocessor<'_> {
                 let file = self.sources.file(token.span)?;
                 let name = self.sources.name(file);
                 (PpKind::Str, quote(name))
+            }
+            "__COUNTER__" => {
+                self.counter += 1;
+                (PpKind::Number, (self.counter - 1).to_string())
             }
             _ => return None,
         };

@@ -7,7 +7,8 @@ mod condition;
 mod directive;
 mod expand;
 
-use crate::lex::{Interner, PpToken, lex, lex_fragment};
+use crate::lex::{Interner, PpKind, PpToken, lex, lex_fragment};
+use crate::library;
 use crate::message::{Code, DIRECTIVE, INCLUDE, LIMIT, Messages};
 use crate::source::{Name, SourceMap};
 use crate::{Include, Options};
@@ -23,6 +24,50 @@ pub(crate) const MAX_INCLUDES: usize = 100;
 /// Tokens that one source file may come to, headers and macros expanded.
 pub(crate) const MAX_TOKENS: usize = 4_000_000;
 
+/// Macros that are always defined.
+const PREDEFINED: &[(&str, &str)] = &[
+    ("__SRP__", "1"),
+    ("__STDC__", "1"),
+    ("__STDC_HOSTED__", "1"),
+    ("__STDC_VERSION__", "201112L"),
+    ("__STDC_NO_ATOMICS__", "1"),
+    ("__STDC_NO_COMPLEX__", "1"),
+    ("__STDC_NO_THREADS__", "1"),
+    ("__STDC_NO_VLA__", "1"),
+    ("__CHAR_BIT__", "8"),
+    ("__SCHAR_MAX__", "127"),
+    ("__SHRT_MAX__", "32767"),
+    ("__INT_MAX__", "2147483647"),
+    ("__LONG_MAX__", "2147483647L"),
+    ("__LONG_LONG_MAX__", "9223372036854775807LL"),
+    ("__SIZEOF_SHORT__", "2"),
+    ("__SIZEOF_INT__", "4"),
+    ("__SIZEOF_LONG__", "4"),
+    ("__SIZEOF_LONG_LONG__", "8"),
+    ("__SIZEOF_POINTER__", "4"),
+    ("__SIZEOF_FLOAT__", "4"),
+    ("__SIZEOF_DOUBLE__", "8"),
+    ("__SIZEOF_SIZE_T__", "4"),
+    ("__SIZE_TYPE__", "unsigned long"),
+    ("__PTRDIFF_TYPE__", "long"),
+    ("__WCHAR_TYPE__", "int"),
+    ("__INTPTR_TYPE__", "long"),
+    ("__UINTPTR_TYPE__", "unsigned long"),
+    ("__INT32_TYPE__", "int"),
+    ("__UINT32_TYPE__", "unsigned"),
+    ("__INT64_TYPE__", "long long"),
+    ("__UINT64_TYPE__", "unsigned long long"),
+    ("__ORDER_LITTLE_ENDIAN__", "1234"),
+    ("__ORDER_BIG_ENDIAN__", "4321"),
+    ("__BYTE_ORDER__", "__ORDER_LITTLE_ENDIAN__"),
+    ("__FLT_EPSILON__", "0x1p-23f"),
+    ("__FLT_MAX__", "0x1.fffffep127f"),
+    ("__DBL_EPSILON__", "0x1p-52"),
+    ("__DBL_MAX__", "0x1.fffffffffffffp1023"),
+    ("__DATE__", "\"Jan  1 1970\""),
+    ("__TIME__", "\"00:00:00\""),
+];
+
 /// State while one source file is preprocessed.
 struct Preprocessor<'a> {
     sources: &'a mut SourceMap,
@@ -34,6 +79,8 @@ struct Preprocessor<'a> {
     /// Conditional sections around the current line, innermost last.
     sections: Vec<Section>,
     depth: usize,
+    /// What `__COUNTER__` is next.
+    counter: u32,
     /// Tokens that may still be produced.
     budget: usize,
     out: Vec<PpToken>,
@@ -66,16 +113,12 @@ pub(crate) fn preprocess(
         once: HashSet::new(),
         sections: Vec::new(),
         depth: 0,
+        counter: 0,
         budget: MAX_TOKENS,
         out: Vec::new(),
     };
     let nowhere = Span::point(preprocessor.sources.base(file));
-    let fixed = [
-        ("__SRP__", "1"),
-        ("__STDC__", "1"),
-        ("__STDC_VERSION__", "199901L"),
-    ];
-    for (name, body) in fixed {
+    for &(name, body) in PREDEFINED {
         preprocessor.predefine(name, body, nowhere);
     }
     for (name, body) in &options.defines {
@@ -153,9 +196,27 @@ impl Preprocessor<'_> {
 
     /// Expands the text collected so far.
     fn flush(&mut self, text: &mut Vec<PpToken>) {
-        if !text.is_empty() {
-            let expanded = self.expand(std::mem::take(text));
-            self.out.extend(expanded);
+        if text.is_empty() {
+            return;
+        }
+        let mut expanded = self.expand(std::mem::take(text)).into_iter();
+        while let Some(token) = expanded.next() {
+            match expanded.as_slice() {
+                [open, text, close, ..]
+                    if token.is_word("_Pragma")
+                        && open.is("(")
+                        && text.kind == PpKind::Str
+                        && close.is(")") =>
+                {
+                    let line = lex_fragment(&unquoted(&text.text), text.span, &mut self.names);
+                    let span = token.span;
+                    expanded.nth(2);
+                    if let Some(file) = self.sources.file(span) {
+                        self.pragma(file, span, &line);
+                    }
+                }
+                _ => self.out.push(token),
+            }
         }
     }
 
@@ -174,7 +235,10 @@ impl Preprocessor<'_> {
             from: &from,
             system,
         };
-        match self.sources.include(&include, self.resolve) {
+        let resolve = |include: &Include<'_>| {
+            (self.resolve)(include).or_else(|| library::header(include.name))
+        };
+        match self.sources.include(&include, &resolve) {
             None => {
                 let text = format!("file `{name}` was not found");
                 let message = self
@@ -192,6 +256,15 @@ impl Preprocessor<'_> {
             }
         }
     }
+}
+
+/// The text that a string literal stands for in `_Pragma`.
+fn unquoted(literal: &str) -> String {
+    let start = literal.find('"').map_or(0, |at| at + 1);
+    let end = literal.len().saturating_sub(1).max(start);
+    literal[start..end]
+        .replace("\\\"", "\"")
+        .replace("\\\\", "\\")
 }
 
 /// The spelling of tokens, a space where white space stood.

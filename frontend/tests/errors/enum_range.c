@@ -1,4 +1,2 @@
-enum { A = 2147483647, B };
-enum { C = 3000000000u };
-int x = 3;
-enum { D = x };
+enum large { A = 0x7fffffff, B, C = 0xffffffffffffffff };
+enum huge { D = 9223372036854775807, E };

@@ -3,4 +3,4 @@ static int g;
 extern int nowhere;
 int missing(int);
 int f(void) { return nowhere + missing(nowhere); }
-int main(int argc) { return argc; }
+int main(float x) { return 0; }

@@ -1,5 +1,7 @@
 int f(a, b)
-int a, b;
+int a, c;
+int b, a;
 {
     return a + b;
 }
+g(x) { return x; }

@@ -1,11 +1,12 @@
 _Complex float c;
-struct flags { unsigned a : 3; };
-int f(int n, ...);
+_Thread_local int t;
+_Atomic int a;
 int g(int n)
 {
-    int a[n];
-    goto end;
-end:
-    asm("");
-    return _Generic(n, int: 1);
+    int v[n];
+    asm("mov r0, r1");
+    __int128 wide = 0;
+    return (int)wide;
 }
+int h(void) { goto nowhere; here: here: return 0; }
+int f(void) { void *p = &&label; label: return 0; }

@@ -1,0 +1,139 @@
+//! The C library that comes along: headers for `#include <…>`, and sources that give a program
+//! what it uses and does not define itself, as an archive does.
+//!
+//! In the sources, definitions of functions begin in the first column: that is how it is seen
+//! which source defines what without parsing all of them.
+
+use crate::ast::{Derived, ExprKind, Item, Spec, Storage, Unit};
+use crate::source::Name;
+use srp_archdesc::diagnostic::Source;
+use std::collections::{BTreeSet, HashSet};
+
+macro_rules! files {
+    ($($name:literal)*) => {
+        [$(($name, include_str!(concat!("../../kernels/libc/", $name))),)*]
+    };
+}
+
+/// The headers.
+const HEADERS: &[(&str, &str)] = &files![
+    "assert.h" "ctype.h" "errno.h" "float.h" "inttypes.h" "iso646.h" "limits.h" "math.h"
+    "stdarg.h" "stdbool.h" "stddef.h" "stdint.h" "stdio.h" "stdlib.h" "stdnoreturn.h" "string.h"
+    "strings.h" "wchar.h" "stdalign.h"
+];
+
+/// The sources.
+const SOURCES: &[(&str, &str)] =
+    &files!["ctype.c" "math.c" "mathd.c" "stdio.c" "stdlib.c" "string.c" "support.c"];
+
+/// The source with the functions of [`Support`](crate::operator::Support).
+const SUPPORT: &str = "support.c";
+
+fn source((name, text): &(&str, &str)) -> Source {
+    Source::new(format!("kernels/libc/{name}"), *text)
+}
+
+/// A header of the library.
+pub fn header(name: &str) -> Option<Source> {
+    HEADERS
+        .iter()
+        .find(|(header, _)| *header == name)
+        .map(source)
+}
+
+/// The text of a file of the library, by the name that messages know it by.
+pub fn text(name: &str) -> Option<&'static str> {
+    let name = name.strip_prefix("kernels/libc/")?;
+    let mut all = HEADERS.iter().chain(SOURCES);
+    all.find(|(known, _)| *known == name).map(|(_, text)| *text)
+}
+
+/// Which sources a program has been given, and what it may still want.
+#[derive(Default)]
+pub(crate) struct Archive {
+    /// Names that the program mentions.
+    mentioned: HashSet<Name>,
+    /// Names that the program defines itself.
+    pub(crate) owned: HashSet<Name>,
+    support: bool,
+    taken: BTreeSet<&'static str>,
+}
+
+impl Archive {
+    /// What the sources of a program define themselves.
+    pub(crate) fn of(units: &[Unit]) -> Archive {
+        let mut archive = Archive::default();
+        for unit in units {
+            archive.look_at(unit);
+            let functions = unit.items.iter().filter_map(|item| match item {
+                Item::Function(function) => Some(&function.declarator),
+                _ => None,
+            });
+            let objects = unit.items.iter().filter_map(|item| match item {
+                Item::Declaration(declaration) => Some(declaration),
+                _ => None,
+            });
+            let objects = objects
+                .filter(|declaration| {
+                    let mut specs = declaration.specs.list.iter();
+                    !specs.any(|(spec, _)| {
+                        matches!(spec, Spec::Storage(Storage::Typedef | Storage::Extern))
+                    })
+                })
+                .flat_map(|declaration| &declaration.declarators)
+                .map(|item| &item.declarator)
+                .filter(|declarator| {
+                    let first = declarator.derived.first().map(|(step, _)| step);
+                    !matches!(first, Some(Derived::Function(_) | Derived::OldStyle(_)))
+                });
+            let names = functions.chain(objects).filter_map(|d| d.name.as_ref());
+            archive.owned.extend(names.map(|(name, _)| name.clone()));
+        }
+        archive
+    }
+
+    /// Notes what a unit mentions.
+    fn look_at(&mut self, unit: &Unit) {
+        self.support |= unit.wide;
+        for expr in unit.exprs.values() {
+            if let ExprKind::Name(name) = &expr.kind {
+                self.mentioned.insert(plain(name).into());
+            }
+        }
+    }
+
+    /// The next source that defines something that the program mentions. `last` is what came of
+    /// the one before.
+    pub(crate) fn next(&mut self, last: Option<&Unit>) -> Option<Source> {
+        if let Some(unit) = last {
+            self.look_at(unit);
+        }
+        let wanted = |name: &str| self.mentioned.contains(name) && !self.owned.contains(name);
+        let found = SOURCES.iter().find(|(name, text)| {
+            let support = self.support && *name == SUPPORT;
+            !self.taken.contains(name) && (support || defined(text).any(wanted))
+        })?;
+        self.taken.insert(found.0);
+        Some(source(found))
+    }
+}
+
+/// The function that a name stands for: `__builtin_abs` is `abs`.
+pub(crate) fn plain(name: &str) -> &str {
+    name.strip_prefix("__builtin_").unwrap_or(name)
+}
+
+/// The functions that a source of the library defines, and its objects.
+fn defined(text: &'static str) -> impl Iterator<Item = &'static str> {
+    let lines = text.lines().filter(|line| {
+        let first = line.chars().next();
+        let static_ = line.starts_with("static ") || line.starts_with("typedef ");
+        first.is_some_and(|c| c.is_ascii_alphabetic() || c == '_') && !static_
+    });
+    lines.filter_map(|line| {
+        let end = line.find(['(', ';', '=', '['])?;
+        let head = line[..end].trim_end();
+        let start = head.rfind(|c: char| !c.is_ascii_alphanumeric() && c != '_')?;
+        Some(&head[start + 1..])
+    })
+}

@@ -1,4 +1,0 @@
-float half(float x)
-{
-    return x * 0.5;
-}

@@ -1,4 +1,0 @@
-double x;
-long double y;
-long long z;
-float f(double d);
