@@ -14,5 +14,5 @@ int main(void)
     int g = 3, k = f(2); printf("%d %d\n", k, g(4));
     int left = 5, right = 2;
     printf("%d %d %d\n", left + right, twice(inc, 1), id(7));
-    printf("%d %d\n", inc obj, inc
+    printf("%d %d\n", inc(obj), inc
         (8)); return 0; }
