@@ -110,7 +110,7 @@ impl Caster {
                 }
                 0.5 * normal + 0.5
             };
-            let [r, g, b] = colour.to_array().map(|c| (255.0 * c) as u32);
+            let [r, g, b] = colour.to_array().map(|c| u32::from((255.0 * c) as u8));
             let (x, y) = self.pixel(tile, record.ray);
             let address = self.word(156) + 4 * (y * self.word(152) + x);
             bus.cached_store(address, 4, [r | g << 8 | b << 16 | 255 << 24, 0, 0, 0])?;
