@@ -167,6 +167,8 @@ struct Builder<'a> {
     rotating: Vec<Rotating>,
     /// The number of each rotating store in `rotating`.
     rotating_of: BTreeMap<u32, u32>,
+    /// The iteration, modulo the unrolling, that has begun last in the contexts being made.
+    iteration: u32,
 }
 
 impl<'a> Builder<'a> {
@@ -193,11 +195,12 @@ impl<'a> Builder<'a> {
             dests: Vec::new(),
             rotating,
             rotating_of,
+            iteration: 0,
         }
     }
 
     fn cell(&self, cell: Cell) -> Index {
-        self.spec.flat(cell)
+        self.spec.flat(cell, self.iteration)
     }
 
     fn constant(&mut self, bits: Bits) -> Index {
@@ -335,14 +338,21 @@ impl<'a> Builder<'a> {
     fn kernel(&mut self, kernel: &KernelSpec) -> Kernel {
         let spec = self.spec;
         let preloads = kernel.preloads.iter().map(|preset| {
-            let dest = spec.flat(preset.cell);
+            let dest = spec.flat(preset.cell, 0);
             (dest, self.operand(preset.value), preset.ty)
         });
+        let preloads = preloads.collect();
+        let mut contexts = Vec::new();
+        for iteration in 0..kernel.unroll {
+            self.iteration = iteration;
+            contexts.extend(kernel.contexts.iter().map(|c| self.context(c)));
+        }
+        self.iteration = 0;
         Kernel {
-            times: kernel.times(),
-            preloads: preloads.collect(),
-            trip: spec.flat(kernel.trip),
-            contexts: kernel.contexts.iter().map(|c| self.context(c)).collect(),
+            times: kernel.times(kernel.unroll),
+            preloads,
+            trip: spec.flat(kernel.trip, 0),
+            contexts,
             rotating: kernel
                 .stores()
                 .into_iter()
