@@ -1,7 +1,7 @@
 //! The VLIW code: one function per bundle.
 
-use super::expr::{block, number, read};
 use super::comment;
+use super::expr::{block, number, read};
 use crate::spec::{BundleSpec, Control, Position, SimSpec};
 use srp_archdesc::isa::Ty;
 use std::fmt::Write;

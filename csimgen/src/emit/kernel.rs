@@ -1,8 +1,8 @@
 //! A kernel: one function per context.
 
+use super::comment;
 use super::expr::{block, operand, read, write};
 use super::state::{field_type, zero};
-use super::comment;
 use crate::spec::{KernelSpec, Role, SimSpec, Step, Store};
 use srp_archdesc::isa::Ty;
 

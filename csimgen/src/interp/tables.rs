@@ -1,6 +1,7 @@
 //! The interpreter's own tables.
 
-use super::runners::{self, Runner};
+use super::runners;
+use super::state::{Index, Micro, Rotating, State};
 use crate::preamble::ops::V4;
 use crate::preamble::sequencer::KernelTimes;
 use crate::spec::{
@@ -10,23 +11,6 @@ use srp_archdesc::isa::Ty;
 use srp_ir::program::Bits;
 use std::collections::BTreeMap;
 use std::ops::Range;
-
-/// A cell: its index in [`State::cells`].
-pub(super) type Index = u32;
-
-/// One step.
-#[derive(Clone, Copy)]
-pub(super) struct Micro {
-    pub(super) run: Runner,
-    pub(super) operands: [Index; 3],
-    /// The first two cells written; twice the same if there is but one.
-    pub(super) dests: [Index; 2],
-    /// Further cells, a stretch of [`State::dests`].
-    pub(super) more: (u32, u32),
-    /// Offset, immediate, or precision.
-    pub(super) extra: [u32; 2],
-    pub(super) at: u32,
-}
 
 /// A step of VLIW code.
 #[derive(Clone, Copy)]
@@ -102,25 +86,6 @@ pub(super) struct Kernel {
     pub(super) contexts: Vec<Vec<Group>>,
     /// The rotating files that it uses, by number.
     pub(super) rotating: Vec<u32>,
-}
-
-/// A rotating file. Its registers are moved when an iteration begins, so that a name is always the
-/// same cell.
-#[derive(Clone)]
-pub(super) struct Rotating {
-    pub(super) cells: Range<usize>,
-    /// How far they are from their physical order.
-    pub(super) advanced: usize,
-}
-
-/// What changes while a program runs, and what is read with it.
-#[derive(Clone)]
-pub(super) struct State {
-    /// The registers, then constants, then one for results under way.
-    pub(super) cells: Vec<V4>,
-    pub(super) dests: Vec<Index>,
-    pub(super) rotating: Vec<Rotating>,
-    pub(super) result: Index,
 }
 
 /// Program, machine and state.
