@@ -3,7 +3,7 @@
 use crate::cli::{Compile, Form};
 use crate::failure::Failure;
 use crate::pipeline::{self, Compiled, Effort, FrontEnd, Input};
-use crate::{files, interrupt, machine, report, talk};
+use crate::{files, machine, report};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Source;
 use srp_csimgen::{emit, link};
@@ -70,8 +70,7 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
         &arch,
         wants(Form::Schedule),
         wants(Form::Rust),
-    )?;
-    interrupt::end_if_requested()
+    )
 }
 
 /// Says which loops a pragma has asked for in vain.
@@ -81,10 +80,7 @@ pub(crate) fn say_not_pipelined(compiled: &Compiled, arch: &Arch) {
         .iter()
         .filter(|n| n.required)
     {
-        talk::say(format_args!(
-            "warning: {}",
-            report::not_pipelined(n).trim_end()
-        ));
+        eprint!("warning: {}", report::not_pipelined(n));
     }
 }
 
@@ -98,7 +94,7 @@ impl Output<'_> {
     fn write(&self, ending: &str, text: &str) -> Result<(), Failure> {
         let path = self.folder.join(format!("{}.{ending}", self.name));
         files::write(&path, text.as_bytes())?;
-        talk::say(path.display());
+        eprintln!("{}", path.display());
         Ok(())
     }
 }
@@ -161,14 +157,10 @@ fn write_scheduled(
         out.write("sched.xml", &dre::write_scheduled(program, arch))?;
     }
     if rust {
-        // A folder that rustc compiles as it is.
         let spec = link(program, arch).map_err(Failure::message)?;
-        let folder = out.folder.join(format!("{}.csim", out.name));
-        files::make_folder(&folder)?;
-        for (name, text) in &emit(&spec).files {
-            files::write(&folder.join(name), text.as_bytes())?;
+        for (path, text) in &emit(&spec).files {
+            out.write(&path.replace('/', "."), text)?;
         }
-        talk::say(folder.join("lib.rs").display());
     }
     Ok(())
 }

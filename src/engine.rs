@@ -3,7 +3,7 @@
 use crate::cli::Engine;
 use crate::failure::Failure;
 use crate::files;
-use crate::talk::{self, Progress};
+use crate::talk::Progress;
 use srp_archdesc::arch::Arch;
 use srp_csimgen::{CompileError, CompileOptions, Interpreter, SimSpec, Simulator, emit, link};
 use srp_ir::dre::scheduled::ScheduledDre;
@@ -50,9 +50,7 @@ fn generated(spec: &SimSpec) -> Result<Option<Simulator>, Failure> {
             .map(Some)
             .map_err(Failure::message),
         Err(error @ CompileError::NoRustc(_)) => {
-            talk::say(format_args!(
-                "note: {error}; the interpreter simulates instead (slower, same cycles)"
-            ));
+            eprintln!("note: {error}; the interpreter simulates instead (slower, same cycles)");
             Ok(None)
         }
         Err(error) => Err(Failure::message(error)),

@@ -25,14 +25,10 @@ pub(crate) fn run(action: &MachineAction) -> Result<(), Failure> {
     match action {
         MachineAction::Check { file } => {
             let arch = read(file)?;
-            talk::say(format_args!(
-                "{}: machine `{}` is well-formed",
-                file.display(),
-                arch.name
-            ));
+            eprintln!("{}: machine `{}` is well-formed", file.display(), arch.name);
         }
-        MachineAction::Show { file } => talk::print(srp_archdesc::show(&read(file)?))?,
-        MachineAction::Expand { file } => talk::print(xml::write(&read(file)?))?,
+        MachineAction::Show { file } => print!("{}", srp_archdesc::show(&read(file)?)),
+        MachineAction::Expand { file } => print!("{}", xml::write(&read(file)?)),
     }
     Ok(())
 }

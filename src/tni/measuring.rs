@@ -1,8 +1,7 @@
 //! Running T&I units over the views of a scene, several at a time.
 
 use crate::failure::Failure;
-use crate::interrupt;
-use crate::talk::Progress;
+use crate::talk::{self, Progress};
 use srp_archdesc::system::SystemSpec;
 use srp_runtime::bvh::{self, Bvh, Layout};
 use srp_runtime::memory::SystemMemory;
@@ -148,7 +147,7 @@ fn run_view(
     let mut bench = Bench::new(job.spec, memory, *tree, options);
     let mut feed = |rays: Vec<Ray>| {
         count(rays.len());
-        bench.feed(rays, &sampling, &interrupt::requested)
+        bench.feed(rays, &sampling, &talk::interrupted)
     };
     match job.source(view, tree, memory) {
         Some(mut source) => loop {
@@ -173,7 +172,7 @@ fn run_view(
             }
         }
     }
-    bench.finish(&interrupt::requested)
+    bench.finish(&talk::interrupted)
 }
 
 impl From<crate::cli::RayOrder> for Order {

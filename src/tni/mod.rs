@@ -8,7 +8,7 @@ mod text;
 use crate::cli::{Pipeline, RayKind, Tni, TniMemory};
 use crate::failure::Failure;
 use crate::scenes::{self, Views};
-use crate::{files, interrupt, machine, talk};
+use crate::{files, machine};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::system::{self as spec, SystemSpec};
 use srp_runtime::rays::{self, Kind, Order};
@@ -51,14 +51,15 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
         costs: args.heat.is_some(),
     };
     if let Some(pixel) = args.ray {
-        return Ok(talk::print(replay::explain(&job, pixel)?)?);
+        print!("{}", replay::explain(&job, pixel)?);
+        return Ok(());
     }
-    let outcomes = interrupt::looked_for(|| measure(&job))?;
+    let outcomes = measure(&job)?;
     let measured = Measure::of(&outcomes, job.units, arch.system.tni_mhz);
     if let Some(path) = &args.heat {
         let png = heat::picture(&outcomes[0], args.size, args.heat_of)?;
         files::write(path, &png)?;
-        talk::say(path.display());
+        eprintln!("{}", path.display());
     }
     print_measure(args, &arch, &job, &outcomes, &measured)
 }
@@ -71,7 +72,8 @@ fn print_measure(
     measured: &Measure,
 ) -> Result<(), Failure> {
     if !args.json {
-        return Ok(talk::print(text::report(arch, job, outcomes, measured))?);
+        print!("{}", text::report(arch, job, outcomes, measured));
+        return Ok(());
     }
     let views: Vec<Measure> = outcomes
         .iter()
@@ -89,8 +91,11 @@ fn print_measure(
         "views": views,
         "dram": memories,
     });
-    let text = serde_json::to_string_pretty(&json).map_err(Failure::message)?;
-    Ok(talk::print(format!("{text}\n"))?)
+    println!(
+        "{}",
+        serde_json::to_string_pretty(&json).map_err(Failure::message)?
+    );
+    Ok(())
 }
 
 /// The machine, with what the command line changes of it.

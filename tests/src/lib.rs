@@ -1,1 +1,194 @@
-//! Nothing: the tests are in `tests/tests`, their programs in `tests/cases`.
+//! C programs for the tests and benches of this crate: compiled by this front end and by the host's
+//! compiler, and run by each engine.
+
+use srp_archdesc::arch::Arch;
+use srp_archdesc::diagnostic::Source;
+use srp_archdesc::machines;
+use srp_csimgen::{Interpreter, link};
+use srp_frontend::message::render_all;
+use srp_frontend::{Include, Options, compile};
+use srp_ir::dre::{self, Dre, scheduled::ScheduledDre};
+use srp_ir::interp::{self, FlatWorld};
+use srp_ir::layout::Layout;
+use srp_ir::{Program, pass, verify};
+use srp_runtime::solo::{self, Solo};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// How a program ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Ended {
+    /// Its exit status.
+    pub status: i32,
+    /// What it printed.
+    pub output: String,
+}
+
+/// Steps and cycles after which a program is said not to end.
+const LIMIT: u64 = 50_000_000;
+
+/// The repository.
+pub fn root() -> PathBuf {
+    let tests = Path::new(env!("CARGO_MANIFEST_DIR"));
+    tests.parent().expect("tests/ has a parent").to_owned()
+}
+
+/// The C files of a folder of the repository, in order.
+pub fn c_files(folder: &str) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(root().join(folder)).expect("the folder is there");
+    let paths = entries.map(|entry| entry.expect("the folder can be read").path());
+    let mut files: Vec<_> = paths
+        .filter(|p| p.extension().is_some_and(|e| e == "c"))
+        .collect();
+    files.sort();
+    files
+}
+
+/// A program of the loops that are measured.
+pub struct Suite {
+    /// Its name.
+    pub name: String,
+    /// Its sources.
+    pub sources: Vec<PathBuf>,
+    /// Whether it runs by itself: a frame needs a scene.
+    pub runs_alone: bool,
+}
+
+/// The programs with the loops that are measured: those of `kernels/micro`, and the frame.
+pub fn suites() -> Vec<Suite> {
+    let micro = c_files("kernels/micro").into_iter().map(|path| Suite {
+        name: path
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned(),
+        sources: vec![path],
+        runs_alone: true,
+    });
+    let frame = Suite {
+        name: "frame".to_owned(),
+        sources: c_files("kernels"),
+        runs_alone: false,
+    };
+    micro.chain([frame]).collect()
+}
+
+/// The shipped machine with this name.
+pub fn machine(name: &str) -> Arch {
+    let found = machines::ALL.into_iter().find(|m| m.name == name);
+    let machine = found.expect("a shipped machine");
+    srp_archdesc::parse(machine.name, machine.xml).expect("shipped machines are right")
+}
+
+/// Compiles C for a machine, with the headers of `kernels/` and those beside the first source. Loops
+/// become kernels where a pragma says so. The messages where that fails.
+pub fn compiled(sources: &[PathBuf], arch: &Arch) -> Result<Program, String> {
+    let beside = sources.first().and_then(|path| path.parent());
+    let beside = beside.unwrap_or(Path::new(""));
+    let text = |name: &str| {
+        let read = |folder: &Path| std::fs::read_to_string(folder.join(name)).ok();
+        read(beside).or_else(|| read(&root().join("kernels")))
+    };
+    let resolve = |include: &Include<'_>| Some(Source::new(include.name, text(include.name)?));
+    let options = Options {
+        resolve: &resolve,
+        auto_kernel: false,
+        ..Options::default()
+    };
+    let source = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let text = std::fs::read_to_string(path).map_err(|e| format!("{name}: {e}"))?;
+        Ok::<Source, String>(Source::new(name.as_ref(), text))
+    };
+    let sources = sources.iter().map(source).collect::<Result<Vec<_>, _>>()?;
+    let compiled = compile(&sources, &options);
+    let (mut program, _) = compiled.map_err(|messages| render_all(&messages, &text, false))?;
+    let precision = arch.precision;
+    pass::optimise(&mut program, &pass::Options { precision });
+    verify(&program).map_err(|violations| format!("after the passes: {violations:#?}"))?;
+    Ok(program)
+}
+
+/// Runs a program by its meaning: kernels iteration by iteration. The trap where it has one.
+pub fn interpreted(dre: &Dre, arch: &Arch) -> Result<Ended, String> {
+    let layout = Layout::of(&dre.control, arch.system.sram_bytes).map_err(|e| e.to_string())?;
+    let mut world = FlatWorld::new(&layout, arch.system.sram_bytes);
+    let main = dre.control.main.ok_or("there is no main function")?;
+    let options = interp::Options {
+        precision: arch.precision,
+        steps: LIMIT,
+        ..interp::Options::new(&layout)
+    };
+    let outcome = dre::run(dre, main, &[], &mut world, &options);
+    let outcome = outcome.map_err(|trap| trap.show(&dre.control))?;
+    Ok(Ended {
+        status: outcome.status(),
+        output: String::from_utf8_lossy(&world.output).into_owned(),
+    })
+}
+
+/// Runs a scheduled program in the table interpreter.
+pub fn simulated(program: &ScheduledDre, arch: &Arch) -> Result<Ended, String> {
+    let spec = link(program, arch).map_err(|e| e.to_string())?;
+    let mut bus = Solo::new(&program.image, arch.system.sram_bytes);
+    let finish = solo::run(&mut Interpreter::new(&spec), &mut bus, LIMIT);
+    Ok(Ended {
+        status: finish.map_err(|e| e.to_string())?.status,
+        output: String::from_utf8_lossy(&bus.output).into_owned(),
+    })
+}
+
+/// Whether there is a host compiler to compare with.
+pub fn has_host_compiler() -> bool {
+    Command::new("cc").arg("--version").output().is_ok()
+}
+
+/// Compiles with the host's compiler to `binary` and runs that.
+pub fn on_host(sources: &[PathBuf], binary: &Path) -> Result<Ended, String> {
+    let flags = [
+        "-std=gnu11",
+        "-O1",
+        "-ffp-contract=off",
+        "-fwrapv",
+        "-Wno-unknown-pragmas",
+    ];
+    let mut command = Command::new("cc");
+    command.args(flags).arg("-I").arg(root().join("kernels"));
+    command.args(sources).arg("-o").arg(binary).arg("-lm");
+    let built = command.output().map_err(|e| e.to_string())?;
+    if !built.status.success() {
+        return Err(String::from_utf8_lossy(&built.stderr).into_owned());
+    }
+    let run = Command::new(binary).output().map_err(|e| e.to_string())?;
+    Ok(Ended {
+        status: run.status.code().ok_or("it was killed")?,
+        output: String::from_utf8_lossy(&run.stdout).into_owned(),
+    })
+}
+
+/// What goes wrong with the [`suites`], each on its own lines.
+pub fn failures(mut run: impl FnMut(&Suite) -> Result<(), String>) -> String {
+    let mut failures = String::new();
+    for suite in suites() {
+        if let Err(what) = run(&suite) {
+            writeln!(failures, "{}: {what}", suite.name).expect("a string takes everything");
+        }
+    }
+    failures
+}
+
+/// Says in what a program ended otherwise than expected.
+pub fn equal(what: &str, found: &Ended, expected: &Ended) -> Result<(), String> {
+    if found == expected {
+        return Ok(());
+    }
+    Err(format!("{what}: {found:?}, not {expected:?}"))
+}
+
+/// What a program does before it is divided: all of it is control code.
+pub fn meaning(suite: &Suite, arch: &Arch) -> Result<Ended, String> {
+    let control = compiled(&suite.sources, arch)?;
+    let kernels = Default::default();
+    interpreted(&Dre { control, kernels }, arch)
+}

@@ -1,7 +1,7 @@
 //! Steps as statements.
 
 use super::state::{constant, is_single};
-use super::{comment, kernel_module};
+use super::{comment, kernel_module, line};
 use crate::spec::{Action, Cell, Landing, Operand, Position, Role, SimSpec, Step};
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_archdesc::ops;
@@ -20,13 +20,11 @@ fn place(spec: &SimSpec, cell: Cell) -> String {
         }
         _ => format!("srp.{}", store.name),
     };
-    let index = match (cell.index, cell.phase) {
-        _ if is_single(store) => return name,
-        (index, _) if cell.ring == 1 => index.to_string(),
-        (index, 0) => format!("{index} + n % {}", cell.ring),
-        (index, phase) => format!("{index} + (n + {phase}) % {}", cell.ring),
-    };
-    format!("{name}[{}]", index.trim_start_matches("0 + "))
+    if is_single(store) {
+        name
+    } else {
+        format!("{name}[{}]", cell.index)
+    }
 }
 
 /// The value of a cell, read as a `ty`.
@@ -191,17 +189,17 @@ pub(super) fn block(spec: &SimSpec, out: &mut String, steps: &[Step]) {
         };
         let test = format!("    if stages & {:#x} != 0 {{", 1u64 << stage);
         if let [step] = run {
-            put!(out, "{test}{}", step_comment(spec, step));
+            line(out, format_args!("{test}{}", step_comment(spec, step)));
             for statement in statements(spec, step) {
-                put!(out, "        {statement}");
+                line(out, format_args!("        {statement}"));
             }
         } else {
-            put!(out, "{test}");
+            line(out, format_args!("{test}"));
             for step in run {
                 scoped(spec, out, "        ", step);
             }
         }
-        put!(out, "    }}");
+        line(out, format_args!("    }}"));
     }
 }
 
@@ -209,13 +207,13 @@ pub(super) fn block(spec: &SimSpec, out: &mut String, steps: &[Step]) {
 fn scoped(spec: &SimSpec, out: &mut String, indent: &str, step: &Step) {
     let place = step_comment(spec, step);
     match statements(spec, step).as_slice() {
-        [one] => put!(out, "{indent}{one}{place}"),
+        [one] => line(out, format_args!("{indent}{one}{place}")),
         many => {
-            put!(out, "{indent}{{{place}");
+            line(out, format_args!("{indent}{{{place}"));
             for one in many {
-                put!(out, "{indent}    {one}");
+                line(out, format_args!("{indent}    {one}"));
             }
-            put!(out, "{indent}}}");
+            line(out, format_args!("{indent}}}"));
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The structure of a machine's registers.
 
-use super::{comment, kernel_module};
+use super::{comment, kernel_module, line};
 use crate::spec::{Role, SimSpec, Store};
 use srp_archdesc::isa::Ty;
 
@@ -8,73 +8,98 @@ use srp_archdesc::isa::Ty;
 pub(super) fn emit(spec: &SimSpec) -> String {
     let mut text = String::new();
     let out = &mut text;
-    put!(
+    line(
         out,
-        "//! The registers of machine `{}`, by the machine's own names.\n",
-        comment(&spec.machine)
+        format_args!(
+            "//! The registers of machine `{}`, by the machine's own names.\n",
+            comment(&spec.machine)
+        ),
     );
-    put!(
+    line(
         out,
-        "use super::abi::HostBus;\nuse super::border::{{Border, Fault, Stop}};"
+        format_args!("use super::abi::HostBus;\nuse super::border::{{Border, Fault, Stop}};"),
     );
-    put!(
+    line(
         out,
-        "use super::ops::V4;\nuse super::registers::Rotating;\nuse super::sequencer::Issue;\n"
+        format_args!(
+            "use super::ops::V4;\nuse super::registers::Rotating;\nuse super::sequencer::Issue;\n"
+        ),
     );
-    put!(out, "/// What a bundle or a context sees of the world.");
-    put!(out, "pub(crate) type Bus<'a> = Border<'a, HostBus>;");
-    put!(out, "/// A bundle.");
-    put!(
+    line(
         out,
-        "pub(crate) type Bundle = fn(&mut Srp, &mut Issue, &mut Bus<'_>) -> Result<(), Stop>;"
+        format_args!("/// What a bundle or a context sees of the world."),
     );
-    put!(out, "/// One cycle of a kernel.");
-    put!(
+    line(
         out,
-        "pub(crate) type Context = fn(&mut Srp, &mut Bus<'_>, u64) -> Result<(), Box<Fault>>;\n"
+        format_args!("pub(crate) type Bus<'a> = Border<'a, HostBus>;"),
+    );
+    line(out, format_args!("/// A bundle."));
+    line(
+        out,
+        format_args!(
+            "pub(crate) type Bundle = fn(&mut Srp, &mut Issue, &mut Bus<'_>) -> Result<(), Stop>;"
+        ),
+    );
+    line(out, format_args!("/// One cycle of a kernel."));
+    line(
+        out,
+        format_args!(
+            "pub(crate) type Context = fn(&mut Srp, &mut Bus<'_>, u64) -> Result<(), Box<Fault>>;\n"
+        ),
     );
     let files = || spec.stores.iter().filter(|s| s.role == Role::File);
-    put!(
+    line(
         out,
-        "// The first register of each plain file, among all registers."
+        format_args!("// The first register of each plain file, among all registers."),
     );
     for store in files() {
-        put!(
+        line(
             out,
-            "pub(crate) const {}: u32 = {};",
-            constant(store),
-            store.base
+            format_args!(
+                "pub(crate) const {}: u32 = {};",
+                constant(store),
+                store.base
+            ),
         );
     }
-    put!(
+    line(
         out,
-        "\n/// All registers, and what is in flight in kernels."
+        format_args!("\n/// All registers, and what is in flight in kernels."),
     );
-    put!(out, "#[repr(C)]\npub(crate) struct Srp {{");
+    line(out, format_args!("#[repr(C)]\npub(crate) struct Srp {{"));
     for store in machine(spec) {
-        put!(out, "    pub(crate) {}: {},", store.name, field_type(store));
+        line(
+            out,
+            format_args!("    pub(crate) {}: {},", store.name, field_type(store)),
+        );
     }
     for number in 0..spec.kernels.len() {
         let module = kernel_module(spec, number);
-        put!(out, "    pub(crate) {module}: super::{module}::Flight,");
+        line(
+            out,
+            format_args!("    pub(crate) {module}: super::{module}::Flight,"),
+        );
     }
-    put!(
+    line(out, format_args!("}}\n\nimpl Srp {{"));
+    line(out, format_args!("    /// All of it zero."));
+    line(
         out,
-        "    /// The iteration of a kernel that has begun last."
+        format_args!("    pub(crate) fn new() -> Srp {{\n        Srp {{"),
     );
-    put!(out, "    pub(crate) iteration: usize,");
-    put!(out, "}}\n\nimpl Srp {{");
-    put!(out, "    /// All of it zero.");
-    put!(out, "    pub(crate) fn new() -> Srp {{\n        Srp {{");
     for store in machine(spec) {
-        put!(out, "            {}: {},", store.name, zero(store));
+        line(
+            out,
+            format_args!("            {}: {},", store.name, zero(store)),
+        );
     }
     for number in 0..spec.kernels.len() {
         let module = kernel_module(spec, number);
-        put!(out, "            {module}: super::{module}::Flight::new(),");
+        line(
+            out,
+            format_args!("            {module}: super::{module}::Flight::new(),"),
+        );
     }
-    put!(out, "            iteration: 0,");
-    put!(out, "        }}\n    }}\n");
+    line(out, format_args!("        }}\n    }}\n"));
     writer(out, "write_word", "u32", files());
     writer(
         out,
@@ -82,17 +107,17 @@ pub(super) fn emit(spec: &SimSpec) -> String {
         "V4",
         files().filter(|s| s.ty == Ty::Vec),
     );
-    put!(out, "}}");
+    line(out, format_args!("}}"));
     text
 }
 
 /// A function that writes a register by its number.
 fn writer<'a>(out: &mut String, name: &str, ty: &str, stores: impl Iterator<Item = &'a Store>) {
-    put!(
+    line(
         out,
-        "    pub(crate) fn {name}(&mut self, register: u32, value: {ty}) {{"
+        format_args!("    pub(crate) fn {name}(&mut self, register: u32, value: {ty}) {{"),
     );
-    put!(out, "        match register {{");
+    line(out, format_args!("        match register {{"));
     for store in stores {
         let (first, end) = (store.base, store.base + store.size);
         let place = format!("self.{}[(register - {first}) as usize]", store.name);
@@ -101,13 +126,16 @@ fn writer<'a>(out: &mut String, name: &str, ty: &str, stores: impl Iterator<Item
             (Ty::Word, _) | (Ty::Vec, "V4") => format!("{place} = value"),
             (Ty::Vec, _) => format!("{place}.0[0] = value"),
         };
-        put!(out, "            {first}..{end} => {statement},");
+        line(
+            out,
+            format_args!("            {first}..{end} => {statement},"),
+        );
     }
-    put!(
+    line(
         out,
-        "            _ => unreachable!(\"VLIW code writes plain files only\"),"
+        format_args!("            _ => unreachable!(\"VLIW code writes plain files only\"),"),
     );
-    put!(out, "        }}\n    }}");
+    line(out, format_args!("        }}\n    }}"));
 }
 
 /// The stores that are not a kernel's.

@@ -76,15 +76,11 @@ impl Pending {
                     pending.followers[i].push(j);
                     pending.waits[j] += 1;
                 }
-                if first
-                    .reads()
-                    .any(|cell| written.iter().any(|d| d.meets(cell)))
-                {
+                if first.reads().any(|cell| written.contains(&cell)) {
                     pending.overwriters[i].push(j);
                     pending.write_waits[j] += 1;
                 }
-                let meets = |d: &Cell| written.iter().any(|other| other.meets(*d));
-                if i < j && self::written(first).iter().any(meets) {
+                if i < j && self::written(first).iter().any(|d| written.contains(d)) {
                     pending.later_writers[i].push(j);
                     pending.write_waits[j] += 1;
                 }
@@ -174,7 +170,7 @@ mod tests {
     use srp_archdesc::isa::{Opcode, Ty};
 
     fn cell(index: u32) -> Cell {
-        Cell::new(0, index)
+        Cell { store: 0, index }
     }
 
     fn op(op: Opcode, reads: &[u32], writes: &[u32]) -> Step {

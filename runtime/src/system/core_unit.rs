@@ -103,7 +103,9 @@ impl CoreUnit {
             }
             return Ok(false);
         }
-        self.count_stall(now);
+        if let State::Stalled(since) = self.state {
+            self.account.memory_stall += now - since;
+        }
         let mut bus = CoreBus {
             number: self.number,
             sram: &mut self.sram,
@@ -140,14 +142,6 @@ impl CoreUnit {
             self.data.flush();
         }
         Ok(!matches!(self.state, State::Waiting(_)))
-    }
-
-    /// Puts the cycles into the account since which the core, if it does, waits for its data cache.
-    pub(super) fn count_stall(&mut self, now: u64) {
-        if let State::Stalled(since) = &mut self.state {
-            self.account.memory_stall += now - *since;
-            *since = now;
-        }
     }
 }
 

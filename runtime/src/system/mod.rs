@@ -94,6 +94,8 @@ pub enum SystemError {
         /// The limit.
         cycles: u64,
     },
+    /// [`Options::cancelled`] said so.
+    Cancelled,
 }
 
 impl SystemError {
@@ -131,6 +133,7 @@ impl fmt::Display for SystemError {
             SystemError::TooLong { cycles } => {
                 write!(f, "the frame takes more than {cycles} cycles")
             }
+            SystemError::Cancelled => f.write_str("stopped"),
         }
     }
 }
@@ -156,8 +159,7 @@ impl TileQueue {
 }
 
 /// Runs a frame: one SGRT core of the machine for each engine, over the scene in `image`.
-/// The picture is what the cores have written to the frame buffer. A frame that was cancelled has an
-/// account of what it came to, which says that it is not [complete](Report::complete).
+/// The picture is what the cores have written to the frame buffer.
 pub fn render(
     image: SceneImage,
     engines: Vec<Box<dyn Core>>,
@@ -178,7 +180,8 @@ pub fn render(
     let mut sram = options.sram_image.to_vec();
     sram.resize(sram_bytes, 0);
     let mut system = System::new(image, engines, arch, &sram);
-    let cycles = system.run(options.max_cycles, options.progress, options.cancelled)?;
+    let result = system.run(options.max_cycles, options.progress, options.cancelled);
+    let cycles = result?;
     let picture = Picture::of(&system.memory, &system.frame);
     let report = Report::of(&system, cycles, arch, &options.kernel_names);
     Ok((picture, report))
@@ -260,8 +263,7 @@ impl System {
         }
     }
 
-    /// Runs until all cores have halted and everything is written, or the user has had enough.
-    /// Returns the SRP cycles.
+    /// Runs until all cores have halted and everything is written. Returns the SRP cycles.
     fn run(
         &mut self,
         max_cycles: u64,
@@ -299,7 +301,7 @@ impl System {
                         of: self.tiles.count,
                     });
                     if cancelled() {
-                        break;
+                        return Err(SystemError::Cancelled);
                     }
                     if srp > max_cycles {
                         return Err(SystemError::TooLong { cycles: max_cycles });
@@ -308,9 +310,6 @@ impl System {
             }
             self.send_requests(time);
             (srp, tni) = self.skip(srp, tni);
-        }
-        for core in &mut self.cores {
-            core.count_stall(srp);
         }
         let ends = self.cores.iter().map(|c| c.ready);
         Ok(ends.fold(srp, u64::max))

@@ -10,15 +10,6 @@ mod tally;
 
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
-use srp_archdesc::arch::Arch;
-use srp_archdesc::machines;
-
-/// The shipped machine with this name.
-fn machine(name: &str) -> Arch {
-    let found = machines::ALL.into_iter().find(|m| m.name == name);
-    let machine = found.expect("a shipped machine");
-    srp_archdesc::parse(machine.name, machine.xml).expect("shipped machines are right")
-}
 
 /// Random choices.
 struct Dice(Pcg32);

@@ -1,8 +1,6 @@
 //! The program that is damaged, scheduled for a machine, and what it does.
 
-use super::machine;
 use srp_archdesc::arch::Arch;
-use srp_archdesc::diagnostic::Source;
 use srp_archdesc::entity::EntityMap;
 use srp_csimgen::{Interpreter, link};
 use srp_ir::dre::Dre;
@@ -10,10 +8,10 @@ use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledDre};
 use srp_ir::interp::{FlatWorld, Options};
 use srp_ir::layout::Layout;
 use srp_ir::program::Kernel;
-use srp_ir::{dre, pass, split};
+use srp_ir::{dre, split};
 use srp_runtime::solo::{self, Solo};
 use srp_scheduler::sequence::Stretch;
-use std::path::Path;
+use srp_tests::{compiled, machine, root};
 use std::sync::OnceLock;
 
 /// The machines that the program is scheduled for.
@@ -48,7 +46,9 @@ impl Case {
 
     fn new(name: &str) -> Case {
         let arch = machine(name);
-        let divided = split::split(&compiled(&arch));
+        let source = root().join("tests/tests/check/loops.c");
+        let program = compiled(&[source], &arch).unwrap_or_else(|messages| panic!("{messages}"));
+        let divided = split::split(&program);
         assert_eq!(divided.not_pipelined, [], "every kernel runs on the array");
         let dre = divided.dre;
         let layout = Layout::of(&dre.control, arch.system.sram_bytes).expect("it is small");
@@ -117,28 +117,6 @@ impl Case {
             ..self.right.clone()
         })
     }
-}
-
-/// The program after the passes.
-fn compiled(arch: &Arch) -> srp_ir::Program {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let read = |path: &Path| {
-        let text = std::fs::read_to_string(path).expect("it is in the repository");
-        Source::new(path.display().to_string(), text)
-    };
-    let resolve =
-        |include: &srp_frontend::Include<'_>| Some(read(&root.join("kernels").join(include.name)));
-    let options = srp_frontend::Options {
-        resolve: &resolve,
-        auto_kernel: false,
-        ..srp_frontend::Options::default()
-    };
-    let source = read(&root.join("tests/tests/check/loops.c"));
-    let compiled = srp_frontend::compile(&[source], &options);
-    let (mut program, _) = compiled.unwrap_or_else(|messages| panic!("{messages:#?}"));
-    let precision = arch.precision;
-    pass::optimise(&mut program, &pass::Options { precision });
-    program
 }
 
 /// What a program means.
