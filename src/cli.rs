@@ -63,7 +63,7 @@ pub(crate) struct MachineFile {
 /// How hard loops are scheduled.
 #[derive(Args)]
 pub(crate) struct Search {
-    /// Look for the smallest II by SAT too, for so many seconds [60], or prove that there is none
+    /// Look for the smallest II by SAT too, for so many seconds (60), or prove that there is none
     #[arg(long, value_name = "SECONDS", num_args = 0..=1, require_equals = true, default_missing_value = "60")]
     pub(crate) optimal: Option<f64>,
 }
@@ -364,7 +364,7 @@ pub(crate) struct Tni {
     /// Rays to trace
     #[arg(long, value_enum, default_value_t = RayKind::Primary)]
     pub(crate) rays: RayKind,
-    /// Rays as text, one a line: ox oy oz dx dy dz [tmin tmax [any]]
+    /// Rays as text, one a line: ox oy oz dx dy dz, then tmin tmax, then any; the last two may be left out
     #[arg(long, value_name = "FILE")]
     pub(crate) ray_file: Option<PathBuf>,
     /// Form of the traversal units, instead of the machine's

@@ -3,7 +3,7 @@
 use crate::cli::{Compile, Form};
 use crate::failure::Failure;
 use crate::pipeline::{self, Compiled, Effort, FrontEnd, Input};
-use crate::{files, machine, report};
+use crate::{files, interrupt, machine, report, talk};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Source;
 use srp_csimgen::{emit, link};
@@ -70,7 +70,8 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
         &arch,
         wants(Form::Schedule),
         wants(Form::Rust),
-    )
+    )?;
+    interrupt::end_if_requested()
 }
 
 /// Says which loops a pragma has asked for in vain.
@@ -80,7 +81,10 @@ pub(crate) fn say_not_pipelined(compiled: &Compiled, arch: &Arch) {
         .iter()
         .filter(|n| n.required)
     {
-        eprint!("warning: {}", report::not_pipelined(n));
+        talk::say(format_args!(
+            "warning: {}",
+            report::not_pipelined(n).trim_end()
+        ));
     }
 }
 
@@ -94,7 +98,7 @@ impl Output<'_> {
     fn write(&self, ending: &str, text: &str) -> Result<(), Failure> {
         let path = self.folder.join(format!("{}.{ending}", self.name));
         files::write(&path, text.as_bytes())?;
-        eprintln!("{}", path.display());
+        talk::say(path.display());
         Ok(())
     }
 }
@@ -157,10 +161,14 @@ fn write_scheduled(
         out.write("sched.xml", &dre::write_scheduled(program, arch))?;
     }
     if rust {
+        // A folder that rustc compiles as it is.
         let spec = link(program, arch).map_err(Failure::message)?;
-        for (path, text) in &emit(&spec).files {
-            out.write(&path.replace('/', "."), text)?;
+        let folder = out.folder.join(format!("{}.csim", out.name));
+        files::make_folder(&folder)?;
+        for (name, text) in &emit(&spec).files {
+            files::write(&folder.join(name), text.as_bytes())?;
         }
+        talk::say(folder.join("lib.rs").display());
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 use crate::cli::Engine;
 use crate::failure::Failure;
 use crate::files;
-use crate::talk::Progress;
+use crate::talk::{self, Progress};
 use srp_archdesc::arch::Arch;
 use srp_csimgen::{CompileError, CompileOptions, Interpreter, SimSpec, Simulator, emit, link};
 use srp_ir::dre::scheduled::ScheduledDre;
@@ -50,7 +50,9 @@ fn generated(spec: &SimSpec) -> Result<Option<Simulator>, Failure> {
             .map(Some)
             .map_err(Failure::message),
         Err(error @ CompileError::NoRustc(_)) => {
-            eprintln!("note: {error}; the interpreter simulates instead (slower, same cycles)");
+            talk::say(format_args!(
+                "note: {error}; the interpreter simulates instead (slower, same cycles)"
+            ));
             Ok(None)
         }
         Err(error) => Err(Failure::message(error)),

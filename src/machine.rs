@@ -25,10 +25,14 @@ pub(crate) fn run(action: &MachineAction) -> Result<(), Failure> {
     match action {
         MachineAction::Check { file } => {
             let arch = read(file)?;
-            eprintln!("{}: machine `{}` is well-formed", file.display(), arch.name);
+            talk::say(format_args!(
+                "{}: machine `{}` is well-formed",
+                file.display(),
+                arch.name
+            ));
         }
-        MachineAction::Show { file } => print!("{}", srp_archdesc::show(&read(file)?)),
-        MachineAction::Expand { file } => print!("{}", xml::write(&read(file)?)),
+        MachineAction::Show { file } => talk::print(srp_archdesc::show(&read(file)?))?,
+        MachineAction::Expand { file } => talk::print(xml::write(&read(file)?))?,
     }
     Ok(())
 }

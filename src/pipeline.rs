@@ -2,17 +2,18 @@
 
 use crate::failure::Failure;
 use crate::talk::{self, Progress};
-use crate::{cli, files, kernels};
+use crate::{cli, files, interrupt, kernels};
 use srp_archdesc::arch::Arch;
-use srp_archdesc::diagnostic::{Diagnostic, Severity, Source, render};
+use srp_archdesc::diagnostic::{Diagnostic, Source, tally};
 use srp_archdesc::entity::EntityMap;
 use srp_frontend::{Include, Options, library};
 use srp_ir::dre::scheduled::ScheduledDre;
 use srp_ir::dre::{self, Dre};
 use srp_ir::pass;
-use srp_ir::program::{Block, Func, Program};
+use srp_ir::program::{Block, Func, Kernel, Program};
 use srp_ir::split::{NotPipelined, split};
-use srp_scheduler::{Known, LoopFacts, Schedule, ScheduleError, modulo};
+use srp_scheduler::modulo::{self, Unschedulable};
+use srp_scheduler::{Known, LoopFacts, Schedule, ScheduleError};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -35,6 +36,22 @@ pub(crate) struct Compiled {
     pub(crate) dre: Option<Dre>,
     pub(crate) schedule: Schedule,
     pub(crate) not_pipelined: Vec<NotPipelined>,
+}
+
+impl Compiled {
+    /// The program, if there is a function to start with, and nobody wants it to end.
+    pub(crate) fn runnable(&self) -> Result<&ScheduledDre, Failure> {
+        interrupt::end_if_requested()?;
+        match &self.dre {
+            Some(dre) if dre.control.main.is_none() => Err(no_main()),
+            _ => Ok(&self.schedule.program),
+        }
+    }
+}
+
+/// A program that is to run has no `main`.
+pub(crate) fn no_main() -> Failure {
+    Failure::message("the program has no function `main` to start with")
 }
 
 /// Reads C files, or one file of a later form.
@@ -159,7 +176,7 @@ impl<'a> FrontEnd<'a> {
         }
         match self.with(|options| srp_frontend::compile(sources, options)) {
             Ok((program, warnings)) => {
-                eprint!("{}", self.render(&warnings));
+                talk::say_all(&self.render(&warnings));
                 Ok(program)
             }
             Err(diagnostics) => Err(Failure::Reported(self.render(&diagnostics))),
@@ -168,24 +185,12 @@ impl<'a> FrontEnd<'a> {
 
     /// Diagnostics as text, and how many errors they are.
     pub(crate) fn render(&self, diagnostics: &[Diagnostic]) -> String {
-        let texts = self.texts.borrow();
-        let mut out = String::new();
-        for diagnostic in diagnostics {
-            let known = texts.get(&diagnostic.file).map(String::as_str);
-            let text = known.or_else(|| library::text(&diagnostic.file));
-            let text = text.unwrap_or_default();
-            out.push_str(&render(diagnostic, text, talk::colour()));
-            out.push_str("\n\n");
-        }
-        let errors = diagnostics
-            .iter()
-            .filter(|d| d.severity == Severity::Error)
-            .count();
-        match errors {
-            0 => {}
-            1 => out.push_str("1 error\n"),
-            n => out.push_str(&format!("{n} errors\n")),
-        }
+        let text = |name: &str| {
+            let known = self.texts.borrow().get(name).cloned();
+            known.or_else(|| library::text(name).map(str::to_owned))
+        };
+        let mut out = srp_frontend::message::render_all(diagnostics, &text, talk::colour());
+        out.push_str(&tally(diagnostics));
         out
     }
 }
@@ -217,25 +222,53 @@ fn schedule(mut program: Program, arch: &Arch, effort: Effort) -> Result<Compile
                     not_pipelined,
                 });
             }
-            Err(ScheduleError::Kernels(kernels)) => {
-                for (kernel, why) in kernels {
-                    let dfg = &divided.dre.kernels[kernel];
-                    let Some((func, block)) = marked(&program, &dfg.name) else {
-                        return Err(Failure::Message(format!("{}: {}", dfg.name, why.why)));
-                    };
-                    let mark = program.funcs[func].blocks[block].kernel.take();
-                    unschedulable.push(NotPipelined {
-                        name: dfg.name.clone(),
-                        pos: dfg.pos,
-                        reason: why.why,
-                        at: why.node.map_or(dfg.pos, |n| dfg.nodes[n].pos),
-                        required: mark.is_some_and(|m| m.required),
-                    });
+            Err(ScheduleError::Kernels(failed)) => {
+                for (kernel, why) in failed {
+                    unschedulable.push(give_back(&mut program, &divided.dre, kernel, why)?);
                 }
             }
             Err(error) => return Err(Failure::message(error)),
         }
     }
+}
+
+/// Takes the mark from a loop that the array cannot run.
+fn give_back(
+    program: &mut Program,
+    dre: &Dre,
+    kernel: Kernel,
+    why: Unschedulable,
+) -> Result<NotPipelined, Failure> {
+    let dfg = &dre.kernels[kernel];
+    let Some((func, block)) = marked(program, &dfg.name) else {
+        return Err(Failure::Message(format!("{}: {}", dfg.name, why.why)));
+    };
+    let mark = program.funcs[func].blocks[block].kernel.take();
+    Ok(NotPipelined {
+        name: dfg.name.clone(),
+        pos: dfg.pos,
+        reason: why.why,
+        at: why.node.map_or(dfg.pos, |n| dfg.nodes[n].pos),
+        required: mark.is_some_and(|m| m.required),
+    })
+}
+
+/// Why a divided program, whose loops cannot go back to the control code, has no schedule.
+fn refusal(dre: &Dre, error: ScheduleError) -> Failure {
+    let ScheduleError::Kernels(failed) = error else {
+        return Failure::message(error);
+    };
+    let line = |(kernel, why): (Kernel, Unschedulable)| {
+        let dfg = &dre.kernels[kernel];
+        let pos = why.node.map_or(dfg.pos, |n| dfg.nodes[n].pos);
+        let file = dre.control.files.get(pos.file).map_or("", String::as_str);
+        let (name, why) = (&dfg.name, why.why);
+        format!(
+            "{file}:{}:{}: {name} cannot run on the array: {why}",
+            pos.line, pos.column
+        )
+    };
+    Failure::Message(failed.into_iter().map(line).collect::<Vec<_>>().join("\n"))
 }
 
 /// The loop with this kernel name.
@@ -272,7 +305,7 @@ impl Effort {
     /// Runs `f` with the options of this effort.
     pub(crate) fn with<R>(self, f: impl FnOnce(modulo::Options<'_>) -> R) -> R {
         let options = modulo::Options {
-            stop: &talk::interrupted,
+            stop: &interrupt::requested,
             ..modulo::Options::default()
         };
         match self {
@@ -280,7 +313,7 @@ impl Effort {
             Effort::Beyond(time) => f(modulo::Options {
                 beyond: Some(&|| {
                     let start = Instant::now();
-                    Box::new(move || start.elapsed() >= time || talk::interrupted())
+                    Box::new(move || start.elapsed() >= time || interrupt::requested())
                 }),
                 ..options
             }),
@@ -302,7 +335,7 @@ fn schedule_dre(
             progress: &|done| progress.at(done as u64),
             known: Some(known),
         };
-        srp_scheduler::schedule(dre, arch, &options)
+        interrupt::looked_for(|| srp_scheduler::schedule(dre, arch, &options))
     })
 }
 
@@ -320,8 +353,8 @@ pub(crate) fn compile(
         }
         Input::Ir(program) => schedule(*program, arch, effort),
         Input::Dre(dre) => {
-            let schedule =
-                schedule_dre(&dre, arch, effort, &Known::default()).map_err(Failure::message)?;
+            let schedule = schedule_dre(&dre, arch, effort, &Known::default())
+                .map_err(|e| refusal(&dre, e))?;
             Ok(Compiled {
                 dre: Some(*dre),
                 schedule,

@@ -5,11 +5,11 @@ use crate::failure::Failure;
 use crate::pipeline::{self, Compiled, Effort, FrontEnd, Input};
 use crate::scenes::{self, Views};
 use crate::talk::{self, Progress};
-use crate::{compile, engine, files, kernels, machine};
+use crate::{compile, engine, files, interrupt, kernels, machine};
 use srp_archdesc::arch::Arch;
 use srp_runtime::scene::camera::Camera;
 use srp_runtime::scene_image;
-use srp_runtime::system::{self, SystemError};
+use srp_runtime::system;
 use std::path::{Path, PathBuf};
 
 /// Most SRP cycles of a frame; far beyond any that ends.
@@ -27,7 +27,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     let compiled = compile_kernels(args.kernels.as_deref(), &arch)?;
 
     let bvh = scenes::build(&scene, args.bvh);
-    let program = &compiled.schedule.program;
+    let program = compiled.runnable()?;
     let cores = engine::cores(program, &arch, args.engine, arch.system.cores)?;
     let image = scene_image::build(&scene, &bvh, &scene.camera, &arch, args.size)
         .map_err(Failure::message)?;
@@ -41,27 +41,27 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
             .map(|k| k.dfg.name.clone())
             .collect(),
         progress: &mut |p| progress.at(u64::from(p.tiles)),
-        cancelled: &talk::interrupted,
+        cancelled: &interrupt::requested,
     };
-    let rendered = system::render(image, cores, &arch, options);
+    let rendered = interrupt::looked_for(|| system::render(image, cores, &arch, options));
     drop(progress);
-    let (picture, report) = match rendered {
-        Ok(rendered) => rendered,
-        Err(SystemError::Cancelled) => return Err(Failure::Interrupted),
-        Err(error) => return Err(Failure::message(error)),
-    };
+    let (picture, report) = rendered.map_err(Failure::message)?;
 
-    files::write(&args.output, &picture.png())?;
-    let json = || serde_json::to_string_pretty(&report).map_err(Failure::message);
+    if report.complete {
+        files::write(&args.output, &picture.png())?;
+    }
+    let json = || match serde_json::to_string_pretty(&report) {
+        Ok(text) => Ok(format!("{text}\n")),
+        Err(e) => Err(Failure::message(e)),
+    };
     if let Some(path) = &args.report {
-        files::write(path, format!("{}\n", json()?).as_bytes())?;
+        files::write(path, json()?.as_bytes())?;
     }
-    if args.json {
-        println!("{}", json()?);
-    } else {
-        print!("{}", report.text());
+    talk::print(if args.json { json()? } else { report.text() })?;
+    if !report.complete {
+        return Err(Failure::Interrupted);
     }
-    eprintln!("{}", args.output.display());
+    talk::say(args.output.display());
     Ok(())
 }
 

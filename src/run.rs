@@ -3,13 +3,15 @@
 use crate::cli::{Engine, Run, RunEngine};
 use crate::failure::Failure;
 use crate::pipeline::{self, Effort, FrontEnd, Input};
-use crate::{compile, engine, machine};
+use crate::{compile, engine, interrupt, machine, talk};
 use srp_archdesc::arch::Arch;
+use srp_archdesc::entity::Entity;
+use srp_ir::dre::scheduled::ScheduledDre;
 use srp_ir::dre::{self, Dre};
 use srp_ir::interp::{self, FlatWorld};
 use srp_ir::layout::Layout;
-use srp_runtime::solo::{self, Solo};
-use std::io::Write;
+use srp_ir::program::Kernel;
+use srp_runtime::solo::{self, Finish, Solo, SoloError};
 
 /// Runs `srp run`; the program's exit status.
 pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
@@ -23,28 +25,36 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     };
     let compiled = pipeline::compile(input, &front_end, Effort::of(&args.search))?;
     compile::say_not_pipelined(&compiled, &arch);
-    let program = &compiled.schedule.program;
+    let program = compiled.runnable()?;
     let mut cores = engine::cores(program, &arch, simulator, 1)?;
     let mut bus = Solo::new(&program.image, arch.system.sram_bytes);
     let core = cores.first_mut().expect("one core was asked for");
-    let finish = solo::run(core.as_mut(), &mut bus, args.limit);
-    print(&bus.output);
-    let finish = finish.map_err(Failure::message)?;
-    eprintln!(
-        "{} cycles: {} VLIW, {} switching",
-        finish.cycles(),
-        finish.vliw,
-        finish.switch
-    );
-    for (kernel, cycles) in &finish.kernels {
-        let name = program
-            .kernels
-            .values()
-            .nth(*kernel as usize)
-            .map(|k| k.dfg.name.as_str());
-        eprintln!("  {cycles} in {}", name.unwrap_or("a kernel"));
+    let mut account = Finish::default();
+    let ended = interrupt::looked_for(|| {
+        let stop = interrupt::requested;
+        solo::run_until(core.as_mut(), &mut bus, args.limit, &stop, &mut account)
+    });
+    talk::print(&bus.output)?;
+    say_account(&account, program);
+    match ended {
+        Ok(()) => Ok(account.status),
+        Err(SoloError::Stopped) => Err(Failure::Interrupted),
+        Err(error) => Err(Failure::message(error)),
     }
-    Ok(finish.status)
+}
+
+fn say_account(account: &Finish, program: &ScheduledDre) {
+    talk::say(format_args!(
+        "{} cycles: {} VLIW, {} switching",
+        account.cycles(),
+        account.vliw,
+        account.switch
+    ));
+    for (&kernel, cycles) in &account.kernels {
+        let kernel = program.kernels.get(Kernel::new(kernel as usize));
+        let name = kernel.map_or("a kernel", |k| k.dfg.name.as_str());
+        talk::say(format_args!("  {cycles} in {name}"));
+    }
 }
 
 /// Runs the meaning of the intermediate form.
@@ -72,10 +82,7 @@ fn interpret(
         }
     };
     let layout = Layout::of(&dre.control, arch.system.sram_bytes).map_err(Failure::message)?;
-    let main = dre
-        .control
-        .main
-        .ok_or_else(|| Failure::message("the program has no `main`"))?;
+    let main = dre.control.main.ok_or_else(pipeline::no_main)?;
     let mut world = FlatWorld::new(&layout, arch.system.sram_bytes);
     let options = interp::Options {
         precision: arch.precision,
@@ -88,14 +95,8 @@ fn interpret(
     let zero = |&v: &_| srp_ir::program::Bits::zero(dre.control.funcs[main].values[v]);
     let args: Vec<_> = zeros.map(zero).collect();
     let outcome = dre::run(&dre, main, &args, &mut world, &options);
-    print(&world.output);
+    talk::print(&world.output)?;
     let outcome = outcome.map_err(|trap| Failure::Message(trap.show(&dre.control)))?;
-    eprintln!("{} steps", outcome.profile.steps);
+    talk::say(format_args!("{} steps", outcome.profile.steps));
     Ok(outcome.status())
-}
-
-/// What the program has printed; a reader that has gone away is no error.
-fn print(bytes: &[u8]) {
-    let mut out = std::io::stdout().lock();
-    let _ = out.write_all(bytes).and_then(|()| out.flush());
 }

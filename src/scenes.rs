@@ -24,7 +24,7 @@ pub(crate) fn read(path: Option<&Path>, camera: Option<Camera>) -> Result<Scene,
     drop(spinner);
     match loaded {
         Ok(loaded) => {
-            eprint!("{}", loaded.warnings.render(talk::colour()));
+            talk::say_all(&loaded.warnings.render(talk::colour()));
             Ok(loaded.scene)
         }
         Err(messages) => Err(Failure::Reported(messages.render(talk::colour()))),
@@ -46,15 +46,15 @@ pub(crate) fn build(scene: &Scene, builder: BvhBuilder) -> Bvh {
     let bvh = bvh::build(&scene.triangles, &options);
     drop(spinner);
     if bvh.fell_back {
-        eprintln!("note: the tree was too deep for the T&I unit; the sweep's is used instead");
+        talk::say("note: the tree was too deep for the T&I unit; the sweep's is used instead");
     }
-    eprintln!(
+    talk::say(format_args!(
         "{} triangles, BVH by {}: SAH cost {:.1}, {} levels",
         scene.triangles.len(),
         builder.name(),
         bvh.sah_cost(options.traversal_cost),
         bvh.depth()
-    );
+    ));
     bvh
 }
 

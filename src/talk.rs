@@ -1,29 +1,45 @@
 //! Talk: what goes to standard error while a command works. Data goes to standard output.
 
+use crate::files::FileError;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::io::IsTerminal;
-use std::sync::atomic::{AtomicBool, Ordering};
-
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+use std::io::{self, IsTerminal, Write};
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 /// Whether messages may be coloured: a terminal, and no `NO_COLOR`.
 pub(crate) fn colour() -> bool {
-    std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty())
+    io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty())
 }
 
-/// Makes Ctrl-C ask for an end, which long work looks for; a second one ends at once.
-pub(crate) fn catch_interrupts() {
-    // Without a handler Ctrl-C still ends the program, so failing to set one is no error.
-    let _ = ctrlc::set_handler(|| {
-        if INTERRUPTED.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
+/// A line to standard error. Where that cannot be written there is nobody to tell.
+pub(crate) fn say(text: impl std::fmt::Display) {
+    let _ = writeln!(io::stderr(), "{text}");
+}
+
+/// Text that has its own line ends, if any, to standard error.
+pub(crate) fn say_all(text: &str) {
+    let _ = write!(io::stderr(), "{text}");
+}
+
+/// Data to standard output; a reader that has gone away is no error.
+pub(crate) fn print(data: impl AsRef<[u8]>) -> Result<(), FileError> {
+    let mut out = io::stdout().lock();
+    match out.write_all(data.as_ref()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
+            Err(FileError::writing(Path::new("standard output"), e))
         }
-    });
+        _ => Ok(()),
+    }
 }
 
-/// Whether the user has asked for an end.
-pub(crate) fn interrupted() -> bool {
-    INTERRUPTED.load(Ordering::Relaxed)
+/// The bar on the terminal; there is one at a time.
+static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
+
+/// Clears the progress bar from the terminal.
+pub(crate) fn clear() {
+    if let Some(bar) = BAR.lock().unwrap_or_else(PoisonError::into_inner).take() {
+        bar.finish_and_clear();
+    }
 }
 
 /// A progress bar on a terminal, nothing in a pipe. Clears itself when it goes out of scope.
@@ -46,7 +62,7 @@ impl Progress {
     }
 
     fn new(what: &'static str, total: Option<u64>, style: &str) -> Progress {
-        let target = if std::io::stderr().is_terminal() {
+        let target = if io::stderr().is_terminal() {
             ProgressDrawTarget::stderr()
         } else {
             ProgressDrawTarget::hidden()
@@ -55,6 +71,7 @@ impl Progress {
         let style = ProgressStyle::with_template(style).expect("the template is well-formed");
         bar.set_style(style.progress_chars("=> "));
         bar.set_message(what);
+        *BAR.lock().unwrap_or_else(PoisonError::into_inner) = Some(bar.clone());
         Progress(bar)
     }
 
@@ -66,6 +83,6 @@ impl Progress {
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        self.0.finish_and_clear();
+        clear();
     }
 }

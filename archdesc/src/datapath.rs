@@ -4,7 +4,7 @@
 //! A datapath is fully pipelined: it starts a test every cycle, so it has one operator for every
 //! operation of a test.
 
-use crate::arch::Approx;
+use crate::precision::Approx;
 
 /// Ray–triangle tests that an intersection unit can be built for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

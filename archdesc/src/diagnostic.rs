@@ -240,16 +240,18 @@ pub fn render_all(diagnostics: &[Diagnostic], source: &str, colour: bool) -> Str
         text.push_str(&render(diagnostic, source, colour));
         text.push_str("\n\n");
     }
-    let errors = diagnostics
-        .iter()
-        .filter(|d| d.severity == Severity::Error)
-        .count();
-    match errors {
-        0 => {}
-        1 => text.push_str("1 error\n"),
-        n => text.push_str(&format!("{n} errors\n")),
-    }
+    text.push_str(&tally(diagnostics));
     text
+}
+
+/// How many errors there are, as a line; nothing where there is none.
+pub fn tally(diagnostics: &[Diagnostic]) -> String {
+    let is_error = |d: &&Diagnostic| d.severity == Severity::Error;
+    match diagnostics.iter().filter(is_error).count() {
+        0 => String::new(),
+        1 => "1 error\n".to_owned(),
+        n => format!("{n} errors\n"),
+    }
 }
 
 /// The lines that the labels are on, unless there are none or too much of them. Only these go to

@@ -5,7 +5,7 @@
 //! * [`isa`]: the one opcode table.
 //! * [`ops`]: what each opcode computes, written once.
 //! * [`ports`]: the numbers by which programs talk to the units round an SRP.
-//! * [`arch`] and [`system`]: a machine as data. [`parse`] makes it from the XML file an architecture
+//! * [`arch`], [`system`] and [`precision`]: a machine as data. [`parse`] makes it from the XML file an architecture
 //!   designer edits; whatever the file leaves out is filled in there, so nothing downstream knows
 //!   of defaults.
 //! * [`datapath`]: the tests that the T&I unit can be built for, their operators and depths.
@@ -24,6 +24,7 @@ pub mod machines;
 pub mod nearest;
 pub mod ops;
 pub mod ports;
+pub mod precision;
 pub mod resource;
 pub mod show;
 pub mod system;

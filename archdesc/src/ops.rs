@@ -5,8 +5,8 @@
 //! generated simulators by their text ([`SOURCE`], [`call`]). Memory and ports are not computation;
 //! [`loaded`] is what a load makes of the bytes it reads.
 
-use crate::arch::{Approx, Precision};
 use crate::isa::{Class, Opcode};
+use crate::precision::{Approx, Precision};
 
 pub use semantics::lanes::V4;
 

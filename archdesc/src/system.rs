@@ -1,8 +1,8 @@
 //! [`SystemSpec`]: the units round the array. Sizes are bytes, clocks MHz, latencies cycles of the
 //! unit's own clock unless the name says otherwise.
 
-use crate::arch::Approx;
 use crate::datapath::Intersection;
+use crate::precision::Approx;
 
 /// The units round the SRP array.
 #[derive(Clone, Debug, PartialEq)]

@@ -82,14 +82,40 @@ pub enum Role {
     Flight(u32),
 }
 
-/// A cell: register `index` of store `store`. In a rotating store it is the register that many
-/// places (modulo the size) after that of the iteration begun last.
+/// A cell: a register of a store.
+///
+/// In a rotating store it is the register that many places (modulo the size) after that of the
+/// iteration begun last. Of a ring it is register `index + (n + phase) mod ring`, where `n` is the
+/// number of the iteration begun last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Cell {
     /// Index in [`SimSpec::stores`].
     pub store: u32,
     /// Index in the store.
     pub index: u32,
+    /// Registers of the ring; 1 for a plain register.
+    pub ring: u32,
+    /// Less than `ring`.
+    pub phase: u32,
+}
+
+impl Cell {
+    /// A plain cell.
+    pub fn new(store: u32, index: u32) -> Cell {
+        Cell {
+            store,
+            index,
+            ring: 1,
+            phase: 0,
+        }
+    }
+
+    /// Whether two cells are, or may be in some iteration, the same.
+    pub fn meets(self, other: Cell) -> bool {
+        let apart = self.index + self.ring <= other.index || other.index + other.ring <= self.index;
+        let same_ring = (self.index, self.ring) == (other.index, other.ring);
+        self.store == other.store && !apart && (!same_ring || self.phase == other.phase)
+    }
 }
 
 /// Something that is read.
@@ -220,8 +246,9 @@ pub struct KernelSpec {
     pub trip: Cell,
     /// Registers set at entry, in order; rotating files are at their physical register.
     pub preloads: Vec<Preset>,
-    /// The steps of each cycle: `ii` contexts, times the unrolling that modulo variable expansion
-    /// asks for.
+    /// After how many iterations all rings are back at their first register.
+    pub unroll: u32,
+    /// The steps of each of the `ii` cycles between the beginnings of two iterations.
     pub contexts: Vec<Vec<Step>>,
 }
 
@@ -245,9 +272,10 @@ impl SimSpec {
         &self.stores[cell.store as usize]
     }
 
-    /// The index of a cell among those of all stores, at base 0 of a rotating store.
-    pub fn flat(&self, cell: Cell) -> u32 {
-        self.store(cell).base + cell.index
+    /// The index of a cell among those of all stores, as things are when iteration `n` has begun,
+    /// but for rotating stores, which are taken to be at their first iteration.
+    pub fn flat(&self, cell: Cell, n: u32) -> u32 {
+        self.store(cell).base + cell.index + (n + cell.phase) % cell.ring
     }
 
     /// A source position as text, `None` for nowhere.
@@ -307,11 +335,11 @@ impl KernelSpec {
         cells.map(|cell| cell.store).collect()
     }
 
-    /// Its times.
-    pub fn times(&self) -> KernelTimes {
+    /// Its times, for an engine whose contexts begin anew after `repetitions` iterations.
+    pub fn times(&self, repetitions: u32) -> KernelTimes {
         KernelTimes {
             ii: self.ii,
-            contexts: self.contexts.len() as u32,
+            contexts: self.ii * repetitions,
             length: self.length,
             enter_cycles: self.enter_cycles,
             leave_cycles: self.leave_cycles,

@@ -125,6 +125,8 @@ pub enum SoloError {
         /// How many they were.
         limit: u64,
     },
+    /// It was stopped.
+    Stopped,
 }
 
 impl std::fmt::Display for SoloError {
@@ -140,6 +142,7 @@ impl std::fmt::Display for SoloError {
             SoloError::Endless { limit } => {
                 write!(f, "the program has not ended after {limit} cycles")
             }
+            SoloError::Stopped => f.write_str("the program was stopped"),
         }
     }
 }
@@ -153,21 +156,52 @@ impl std::error::Error for SoloError {}
 /// If it traps, waits for ever, or does not end in time.
 pub fn run(core: &mut dyn Core, solo: &mut Solo, limit: u64) -> Result<Finish, SoloError> {
     let mut finish = Finish::default();
+    run_until(core, solo, limit, &|| false, &mut finish)?;
+    Ok(finish)
+}
+
+/// Cycles between two looks at whether to stop.
+const LOOK_INTERVAL: u64 = 1 << 20;
+
+/// The same, until `stop` says so; `finish` counts the cycles, however it ends.
+///
+/// # Errors
+///
+/// Those of [`run`], and [`SoloError::Stopped`].
+pub fn run_until(
+    core: &mut dyn Core,
+    solo: &mut Solo,
+    limit: u64,
+    stop: &dyn Fn() -> bool,
+    finish: &mut Finish,
+) -> Result<(), SoloError> {
+    let mut look = LOOK_INTERVAL;
     loop {
-        let left = limit - finish.cycles();
-        if left == 0 {
+        let done = finish.cycles();
+        if done >= limit {
             return Err(SoloError::Endless { limit });
         }
-        let Run { cycles, activity } = core.run(solo, left).map_err(SoloError::Trap)?;
+        if done >= look {
+            look = done + LOOK_INTERVAL;
+            if stop() {
+                return Err(SoloError::Stopped);
+            }
+        }
+        let budget = limit.min(look) - done;
+        let Run { cycles, activity } = core.run(solo, budget).map_err(SoloError::Trap)?;
         match activity {
             Activity::Vliw => finish.vliw += cycles,
             Activity::Switch => finish.switch += cycles,
             Activity::Array(kernel) => *finish.kernels.entry(kernel).or_default() += cycles,
             Activity::Wait(port) => return Err(SoloError::Deadlock { port }),
-            Activity::Halted(status) => return Ok(Finish { status, ..finish }),
+            Activity::Halted(status) => {
+                finish.status = status;
+                return Ok(());
+            }
         }
         if let Some(status) = solo.exit {
-            return Ok(Finish { status, ..finish });
+            finish.status = status;
+            return Ok(());
         }
     }
 }

@@ -11,6 +11,7 @@ use srp_runtime::memory::BASE;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene::{Scene, demo::demo};
 use srp_runtime::scene_image;
+use srp_runtime::solo::{self, Finish, Solo, SoloError};
 use srp_runtime::system::{self, Options, Report, SystemError};
 use srp_runtime::tni::arithmetic::{NO_HIT, Ray, widening};
 use srp_runtime::tni::{HIT_BYTES, HitRecord, RAY_BYTES};
@@ -110,7 +111,7 @@ impl Caster {
                 }
                 0.5 * normal + 0.5
             };
-            let [r, g, b] = colour.to_array().map(|c| (255.0 * c) as u32);
+            let [r, g, b] = colour.to_array().map(|c| u32::from((255.0 * c) as u8));
             let (x, y) = self.pixel(tile, record.ray);
             let address = self.word(156) + 4 * (y * self.word(152) + x);
             bus.cached_store(address, 4, [r | g << 8 | b << 16 | 255 << 24, 0, 0, 0])?;
@@ -401,8 +402,15 @@ fn frames_stop_when_told() {
             cancelled: &|| true,
         },
     );
-    assert_eq!(result.expect_err("cancelled"), SystemError::Cancelled);
+    let (_, report) = result.expect("what there is until then");
     assert_eq!(told, 1);
+    assert!(!report.complete && report.tiles_taken == 0 && report.tiles == 1);
+    assert_eq!(report.cores[0].vliw, report.cycles);
+    assert!(
+        report.text().starts_with("0 of 1 tiles of 8x8 pixels"),
+        "{}",
+        report.text()
+    );
     let result = system::render(
         image((8, 8)).expect("it fits"),
         forever(),
@@ -438,4 +446,20 @@ fn the_header_tells_the_widening_of_the_machine() {
     let factor = f32::from_le_bytes(bytes.try_into().expect("4 bytes"));
     assert_eq!(factor, widening(arch.precision.rcp));
     assert!(factor > 1.0 + 2.0 / 4096.0);
+}
+
+#[test]
+fn a_core_by_itself_stops_when_told() {
+    let mut core = Simple(|_| run(Activity::Vliw));
+    let mut bus = Solo::new(&[], 64);
+    for (limit, why) in [
+        (u64::MAX, SoloError::Stopped),
+        (1000, SoloError::Endless { limit: 1000 }),
+    ] {
+        let mut account = Finish::default();
+        let end = solo::run_until(&mut core, &mut bus, limit, &|| true, &mut account);
+        assert_eq!(end, Err(why));
+        assert!(account.vliw > 0 && account.cycles() == account.vliw);
+        assert!(account.vliw <= limit);
+    }
 }

@@ -1,33 +1,25 @@
 //! The report as one self-contained page: no script, no network.
 
-use super::{Cell, LoopReport, NotPipelined, Report};
+use super::{Cell, LoopReport, NotPipelined, Report, Step, UnitLoad};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-const STYLE: &str = "
-:root { color-scheme: light dark; --line: #8884; --op: #2f6fab; --move: #b7791f; --faint: #8882; }
-body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 76rem; padding: 0 1rem; }
-h1 { font-size: 1.4rem; } h2 { font-size: 1.15rem; margin: 2.5rem 0 .3rem; }
-code, td, th { font-variant-numeric: tabular-nums; }
-code { font-family: ui-monospace, monospace; font-size: .92em; }
-table { border-collapse: collapse; } th, td { padding: .2rem .6rem; text-align: right; }
-th { font-weight: 600; border-bottom: 1px solid var(--line); } th:first-child, td:first-child { text-align: left; }
-.scroll { overflow-x: auto; }
-table.slots td, table.slots th { border: 1px solid var(--line); padding: .15rem .35rem; text-align: left;
-  min-width: 4.6rem; vertical-align: top; font-size: .8rem; line-height: 1.25; }
-table.slots td.op { background: color-mix(in srgb, var(--op) 22%, transparent); }
-table.slots td.move { background: color-mix(in srgb, var(--move) 20%, transparent); font-style: italic; }
-table.slots small { opacity: .7; display: block; }
-.bar { display: inline-block; height: .7em; background: var(--op); }
-.bar.move { background: var(--move); }
-.units { display: grid; grid-template-columns: repeat(auto-fill, minmax(15rem, 1fr)); gap: 0 1.5rem; font-size: .85rem; }
-.units div { display: grid; grid-template-columns: 5rem 1fr 3rem; align-items: center; }
-.units span.track { background: var(--faint); line-height: 0; }
-.above { color: #c0392b; font-weight: 600; }
-p { margin: .3rem 0; }
-";
+const STYLE: &str = include_str!("page.css");
+
+/// Kinds of operations, as they are coloured: the kind's name, and the classes it is made of.
+const KINDS: [(&str, &[&str]); 6] = [
+    ("integer", &["alu", "imul", "pred", "branch"]),
+    ("float", &["fadd", "fmul", "fma", "cvt"]),
+    (
+        "vector",
+        &["valu", "vmul", "vfadd", "vfmul", "vfma", "vdot"],
+    ),
+    ("lanes", &["lane"]),
+    ("special", &["sfu", "idiv", "fdiv"]),
+    ("memory", &["load", "store", "cload", "cstore", "io"]),
+];
 
 /// The page.
-pub(crate) fn page(report: &Report) -> String {
+pub(super) fn page(report: &Report) -> String {
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -37,33 +29,34 @@ pub(crate) fn page(report: &Report) -> String {
                 title { "Initiation intervals on " (report.machine) }
                 style { (PreEscaped(STYLE)) }
             }
-            body {
+            body { main {
                 h1 { "Initiation intervals on " code { (report.machine) } }
                 (summary(report))
                 @for l in &report.loops { (details(l)) }
-                @if !report.not_pipelined.is_empty() {
-                    h2 { "Loops that are not on the array" }
-                    @for n in &report.not_pipelined { (not_pipelined(n)) }
-                }
-            }
+                @if !report.not_pipelined.is_empty() { (refused(&report.not_pipelined)) }
+            } }
         }
     }
     .into_string()
 }
 
 fn summary(report: &Report) -> Markup {
+    if report.loops.is_empty() {
+        return html! { p { "No loop is on the array." } };
+    }
     html! {
-        div.scroll { table {
+        div.summary.scroll { table {
             tr {
                 th { "kernel" } th { "operations" } th { "moves" } th { "II" } th { "ResMII" }
-                th { "RecMII" } th { "stages" } th { "cycles/ray" }
+                th { "RecMII" } th { "stages" } th { "busy" } th { "cycles/ray" }
             }
             @for l in &report.loops {
                 tr {
                     td { a href={ "#" (l.kernel) } { (l.kernel) } }
                     td { (l.operations) } td { (l.moves) }
-                    td.above[l.ii > bound(l)] { (l.ii) }
+                    td.good[l.ii <= bound(l)].above[l.ii > bound(l)] { (l.ii) }
                     td { (l.res_mii) } td { (l.rec_mii) } td { (l.stages) }
+                    td { (percent(busy(l))) }
                     td { (format!("{:.2}", l.cycles_per_ray)) }
                 }
             }
@@ -75,49 +68,117 @@ fn bound(l: &LoopReport) -> u32 {
     l.res_mii.max(l.rec_mii)
 }
 
+/// The part of the array's issue slots that is taken.
+fn busy(l: &LoopReport) -> f64 {
+    let taken: u32 = l.utilisation.iter().map(UnitLoad::busy).sum();
+    f64::from(taken) / (f64::from(l.ii) * l.utilisation.len().max(1) as f64)
+}
+
+fn percent(part: f64) -> String {
+    format!("{:.0} %", 100.0 * part)
+}
+
 fn details(l: &LoopReport) -> Markup {
+    let facts = [
+        ("operations", l.operations.to_string()),
+        ("moves", l.moves.to_string()),
+        ("stages", l.stages.to_string()),
+        ("cycles an iteration", l.length.to_string()),
+        ("contexts", l.contexts.to_string()),
+        ("registers set at entry", l.preloads.to_string()),
+        ("cycles/ray", format!("{:.2}", l.cycles_per_ray)),
+    ];
     html! {
-        h2 id=(l.kernel) { (l.kernel) ": II = " (l.ii) }
-        p { code { (l.at) } ", " (l.stages) " stages, " (l.length) " cycles an iteration, "
-            (l.contexts) " contexts, " (l.preloads) " registers set at entry" }
-        p { "ResMII " (l.res_mii) ": " (l.res_mii_why) }
-        @if l.recurrence.is_empty() {
-            p { "RecMII 1: no recurrence" }
-        } @else {
-            p { "RecMII " (l.rec_mii) ", set by the recurrence" }
-            ul { @for step in &l.recurrence {
-                li { code { (step.op) } ", " (step.latency) " cycles, " code { (step.at) } }
-            } }
+        section id=(l.kernel) {
+            div.head {
+                h2 { (l.kernel) }
+                code.soft { (l.at) }
+                @if l.ii > bound(l) {
+                    span.ii.above { "II = " (l.ii) ", " (l.ii - bound(l)) " above the bound" }
+                } @else {
+                    span.ii.good { "II = " (l.ii) ", the bound" }
+                }
+            }
+            dl { @for (what, figure) in &facts { div { dt { (what) } dd { (figure) } } } }
+            div.sides {
+                (bounds(l))
+                div { h3 { "Issue slots taken" } (array(l)) }
+            }
+            (slots(l))
         }
-        @if let Some(why) = &l.why_not_lower { p.above { "Not lower: " (why) } }
-        (utilisation(l))
-        (slots(l))
     }
 }
 
-fn utilisation(l: &LoopReport) -> Markup {
-    let percent = |n: u32| 100.0 * f64::from(n) / f64::from(l.ii);
+fn bounds(l: &LoopReport) -> Markup {
     html! {
-        div.units { @for u in &l.utilisation {
-            div {
-                code { (u.unit) }
-                span.track {
-                    span.bar style=(format!("width:{:.1}%", percent(u.operations))) {}
-                    span.bar.move style=(format!("width:{:.1}%", percent(u.moves))) {}
-                }
-                span { (format!("{:.0} %", percent(u.operations + u.moves))) }
+        div.bounds {
+            h3 { "What sets the bound" }
+            p { "ResMII " b { (l.res_mii) } ": " (l.res_mii_why) }
+            @if l.recurrence.is_empty() {
+                p { "RecMII " b { "1" } ": no recurrence" }
+            } @else {
+                p { "RecMII " b { (l.rec_mii) } ": the recurrence, with cycles and lines" }
+                ul.cycle { @for step in &l.recurrence { (recurrence_step(l, step)) } }
             }
-        } }
+            @if let Some(why) = &l.why_not_lower { p.above { "Not lower: " (why) } }
+            @for i in &l.impossible {
+                p { "Proved: no schedule at II = " (i.ii) " up to " (i.slack)
+                    " cycles beyond the critical path" }
+            }
+        }
     }
+}
+
+fn recurrence_step(l: &LoopReport, step: &Step) -> Markup {
+    let place = match step.at.file == l.at.file && step.at.line > 0 {
+        true => format!("{}:{}", step.at.line, step.at.column),
+        false => step.at.to_string(),
+    };
+    html! { li title=(step.at) { code { (step.op) } " " (step.latency) small { (place) } } }
+}
+
+/// How busy the units are, where they stand.
+fn array(l: &LoopReport) -> Markup {
+    let columns = l.utilisation.iter().map(|u| u.column + 1).max();
+    let columns = format!(
+        "grid-template-columns:repeat({},auto)",
+        columns.unwrap_or(1)
+    );
+    let part = |slots: u32| f64::from(slots) / f64::from(l.ii);
+    let width = |slots: u32| format!("width:{:.1}%", 100.0 * part(slots));
+    html! {
+        div.scroll { div.array style=(columns) { @for u in &l.utilisation {
+            @let place = format!("grid-area:{}/{}", u.row + 1, u.column + 1);
+            @let own = u.operations + u.held;
+            div.idle[u.busy() == 0] style=(place) title=(unit_title(u)) {
+                i style=(width(own)) {}
+                @if u.moves > 0 {
+                    i.move style=(format!("left:{:.1}%;{}", 100.0 * part(own), width(u.moves))) {}
+                }
+                code { (u.unit) }
+                b { (percent(part(u.busy()))) }
+            }
+        } } }
+    }
+}
+
+fn unit_title(u: &UnitLoad) -> String {
+    format!(
+        "{}: {} operations, {} moves, {} slots held by an operation before",
+        u.unit, u.operations, u.moves, u.held
+    )
 }
 
 /// The modulo reservation table: a column a unit, a row a slot.
 fn slots(l: &LoopReport) -> Markup {
     html! {
-        p { "Modulo reservation table: what each unit issues in each cycle of the II; the stage and the "
-            "source line below; moves in italics." }
-        div.scroll { table.slots {
-            tr { th { "slot" } @for u in &l.utilisation { th { (u.unit) } } }
+        h3 { "Modulo reservation table: what each unit issues in each cycle of the II, with stage and line" }
+        div.legend {
+            @for (kind, _) in KINDS { span { i class=(kind) {} (kind) } }
+            span { i.moved {} "move" }
+        }
+        div.scroll { table.slots style=(format!("--units:{}", l.utilisation.len())) {
+            tr { th {} @for u in &l.utilisation { th title=(u.unit) { (u.unit) } } }
             @for (slot, row) in l.table.iter().enumerate() {
                 tr { th { (slot) } @for cell in row { (slot_cell(cell.as_ref())) } }
             }
@@ -129,22 +190,36 @@ fn slot_cell(cell: Option<&Cell>) -> Markup {
     let Some(cell) = cell else {
         return html! { td {} };
     };
-    let title = format!(
-        "n{} = {} {}  ({})",
-        cell.node,
-        cell.op,
-        cell.operands.join(", "),
-        cell.at
-    );
-    let class = if cell.is_move { "move" } else { "op" };
+    let kind = KINDS
+        .iter()
+        .find(|(_, classes)| classes.contains(&cell.class));
+    let kind = kind.map_or("integer", |(kind, _)| kind);
+    let class = match cell {
+        Cell { is_move: true, .. } => "moved".to_owned(),
+        Cell { held: true, .. } => format!("held {kind}"),
+        _ => format!("op {kind}"),
+    };
+    let (node, op, operands) = (cell.node, cell.op, cell.operands.join(", "));
     html! {
-        td class=(class) title=(title) {
-            (cell.op)
-            small { "s" (cell.stage) @if cell.at.line > 0 { " · " (cell.at.line) } }
+        td class=(class) title=(format!("n{node} = {op} {operands}  ({})", cell.at)) {
+            @if !cell.held {
+                (op)
+                small { "s" (cell.stage) @if cell.at.line > 0 { " · " (cell.at.line) } }
+            }
         }
     }
 }
 
-fn not_pipelined(n: &NotPipelined) -> Markup {
-    html! { p { code { (n.at) } " " (n.kernel) ": " (n.reason) " (" code { (n.reason_at) } ")" } }
+fn refused(loops: &[NotPipelined]) -> Markup {
+    html! {
+        section {
+            div.head { h2 { "Loops that are not on the array" } }
+            div.scroll { table.refused { @for n in loops {
+                tr {
+                    td { code { (n.at) } } td { (n.kernel) } td { (n.reason) }
+                    td { code.soft { (n.reason_at) } }
+                }
+            } } }
+        }
+    }
 }

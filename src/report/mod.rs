@@ -1,12 +1,16 @@
 //! The report of initiation intervals: what every loop reached, what bounds it, and what stands
 //! where in the modulo reservation table. Text, JSON and one self-contained page show the same data.
 
+mod command;
 mod html;
 mod text;
 
-pub(crate) use html::page;
-pub(crate) use text::{not_pipelined, text};
+pub(crate) use command::run;
+use html::page;
+pub(crate) use text::not_pipelined;
+use text::text;
 
+use crate::interrupt;
 use crate::pipeline::Compiled;
 use serde::Serialize;
 use srp_archdesc::arch::Arch;
@@ -22,6 +26,8 @@ use srp_scheduler::LoopFacts;
 pub(crate) struct Report {
     /// The machine's name.
     pub(crate) machine: String,
+    /// Whether the search for schedules went its whole way; not where it was interrupted.
+    pub(crate) complete: bool,
     /// Loops on the array, in program order.
     pub(crate) loops: Vec<LoopReport>,
     /// Loops that were to run on the array and do not.
@@ -116,10 +122,23 @@ pub(crate) struct Step {
 pub(crate) struct UnitLoad {
     /// The unit's name.
     pub(crate) unit: String,
+    /// Its row, from 0 at the top.
+    pub(crate) row: u32,
+    /// Its column, from 0 at the left.
+    pub(crate) column: u32,
     /// Slots of the II in which it issues an operation of the loop.
     pub(crate) operations: u32,
     /// Slots in which it issues a routing move.
     pub(crate) moves: u32,
+    /// Slots in which it can issue nothing yet, because of an operation before.
+    pub(crate) held: u32,
+}
+
+impl UnitLoad {
+    /// Slots in which it can issue nothing else.
+    fn busy(&self) -> u32 {
+        self.operations + self.moves + self.held
+    }
 }
 
 /// What a unit issues in a slot.
@@ -127,6 +146,10 @@ pub(crate) struct UnitLoad {
 pub(crate) struct Cell {
     /// The operation.
     pub(crate) op: &'static str,
+    /// Its class.
+    pub(crate) class: &'static str,
+    /// Whether it was issued before, and the unit cannot issue again yet.
+    pub(crate) held: bool,
     /// Its number in the loop.
     pub(crate) node: usize,
     /// Whether it only moves the value of that operation.
@@ -157,13 +180,12 @@ pub(crate) struct NotPipelined {
 /// The report of a compiled program.
 pub(crate) fn report(compiled: &Compiled, arch: &Arch) -> Report {
     let program = &compiled.schedule.program;
-    let view = View {
-        files: &program.files,
-        arch,
-    };
+    let files = &program.files;
+    let view = View { files, arch };
     let loops = program.kernels.iter();
     Report {
         machine: arch.name.clone(),
+        complete: !interrupt::requested(),
         loops: loops
             .map(|(k, s)| view.of_loop(s, &compiled.schedule.loops[k]))
             .collect(),
@@ -253,11 +275,15 @@ impl View<'_> {
     fn utilisation(&self, schedule: &ModuloSchedule) -> Vec<UnitLoad> {
         let load = |(fu, spec): (_, &srp_archdesc::arch::FuSpec)| {
             let ops = schedule.ops.values().filter(|op| op.fu == fu);
+            let held = ops.clone().map(|op| self.interval(schedule, op) - 1).sum();
             let (moves, operations): (Vec<_>, Vec<_>) = ops.partition(|op| op.is_move);
             UnitLoad {
                 unit: spec.name.clone(),
+                row: spec.row,
+                column: spec.col,
                 operations: operations.len() as u32,
                 moves: moves.len() as u32,
+                held,
             }
         };
         self.arch.fus.iter().map(load).collect()
@@ -266,22 +292,31 @@ impl View<'_> {
     fn table(&self, schedule: &ModuloSchedule) -> Vec<Vec<Option<Cell>>> {
         let mut table = vec![vec![None; self.arch.fus.len()]; schedule.ii as usize];
         for op in schedule.ops.values() {
-            let slot = (op.time % schedule.ii) as usize;
-            table[slot][op.fu.index()] = Some(self.cell(schedule, op));
+            for after in 0..self.interval(schedule, op) {
+                let slot = ((op.time + after) % schedule.ii) as usize;
+                table[slot][op.fu.index()] = Some(Cell {
+                    held: after > 0,
+                    ..self.cell(schedule, op)
+                });
+            }
         }
         table
+    }
+
+    /// Cycles from an operation's issue until its unit can issue again.
+    fn interval(&self, schedule: &ModuloSchedule, op: &PlacedOp) -> u32 {
+        let class = opcode(&schedule.dfg, op).class();
+        self.arch.fus[op.fu].op(class).map_or(1, |o| o.interval)
     }
 
     fn cell(&self, schedule: &ModuloSchedule, op: &PlacedOp) -> Cell {
         let dfg = &schedule.dfg;
         let data = &dfg.nodes[op.node];
-        let opcode = if op.is_move {
-            Opcode::mov(dfg.ty(op.node).expect("only values are moved"))
-        } else {
-            data.op
-        };
+        let opcode = opcode(dfg, op);
         Cell {
             op: opcode.name(),
+            class: opcode.class().name(),
+            held: false,
             node: op.node.index(),
             is_move: op.is_move,
             stage: op.time / schedule.ii,
@@ -322,5 +357,14 @@ impl View<'_> {
                 )
             }
         }
+    }
+}
+
+/// What a unit is told to do.
+fn opcode(dfg: &Dfg, op: &PlacedOp) -> Opcode {
+    if op.is_move {
+        Opcode::mov(dfg.ty(op.node).expect("only values are moved"))
+    } else {
+        dfg.nodes[op.node].op
     }
 }

@@ -27,6 +27,13 @@ fn summary(out: &mut String, report: &Report) {
         .unwrap_or(0)
         .max(6);
     line(out, format_args!("machine {}", report.machine));
+    if !report.complete {
+        let text = "interrupted: these IIs were reached until then";
+        line(out, format_args!("{text}"));
+    }
+    if report.loops.is_empty() {
+        return line(out, format_args!("no loop is on the array"));
+    }
     line(
         out,
         format_args!(
@@ -68,7 +75,7 @@ fn details(out: &mut String, l: &LoopReport) {
         for step in &l.recurrence {
             line(
                 out,
-                format_args!("    {:8} {} cycles  {}", step.op, step.latency, step.at),
+                format_args!("    {:8} {}  {}", step.op, cycles(step.latency), step.at),
             );
         }
     }
@@ -87,12 +94,15 @@ fn details(out: &mut String, l: &LoopReport) {
     line(
         out,
         format_args!(
-            "  {} stages, {} cycles an iteration, {} contexts, {} registers set at entry",
-            l.stages, l.length, l.contexts, l.preloads
+            "  {}, {} an iteration, {}, {} set at entry",
+            count(l.stages, "stage"),
+            cycles(l.length),
+            count(l.contexts, "context"),
+            count(l.preloads as u32, "register")
         ),
     );
     let busy = |load: &super::UnitLoad| {
-        let percent = 100 * (load.operations + load.moves) / l.ii;
+        let percent = 100 * load.busy() / l.ii;
         format!("{} {percent}%", load.unit)
     };
     let loads: Vec<String> = l.utilisation.iter().map(busy).collect();
@@ -107,6 +117,15 @@ pub(crate) fn not_pipelined(n: &NotPipelined) -> String {
         "{}: {} is not on the array: {}\n  {}\n",
         n.at, n.kernel, n.reason, n.reason_at
     )
+}
+
+fn cycles(n: u32) -> String {
+    count(n, "cycle")
+}
+
+fn count(n: u32, what: &str) -> String {
+    let plural = if n == 1 { "" } else { "s" };
+    format!("{n} {what}{plural}")
 }
 
 fn line(out: &mut String, text: std::fmt::Arguments<'_>) {

@@ -2,6 +2,7 @@
 
 use crate::cli::HeatOf;
 use crate::failure::Failure;
+use crate::talk;
 use srp_runtime::picture::Picture;
 use srp_runtime::tni::standalone::{Outcome, PixelCost};
 
@@ -38,14 +39,14 @@ pub(super) fn picture(
     let mut sorted = values.clone();
     sorted.sort_unstable();
     let most = sorted[(pixels * 995 / 1000).min(pixels - 1)].max(1);
-    eprintln!(
+    talk::say(format_args!(
         "{} a pixel: up to {most} shown, {} at most",
         match of {
             HeatOf::Cycles => "cycles",
             HeatOf::Visits => "node visits",
         },
         sorted[pixels - 1]
-    );
+    ));
     let rgba = values
         .iter()
         .flat_map(|&value| colour((value as f64 / most as f64).min(1.0)))

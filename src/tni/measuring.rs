@@ -1,7 +1,8 @@
 //! Running T&I units over the views of a scene, several at a time.
 
 use crate::failure::Failure;
-use crate::talk::{self, Progress};
+use crate::interrupt;
+use crate::talk::Progress;
 use srp_archdesc::system::SystemSpec;
 use srp_runtime::bvh::{self, Bvh, Layout};
 use srp_runtime::memory::SystemMemory;
@@ -147,7 +148,7 @@ fn run_view(
     let mut bench = Bench::new(job.spec, memory, *tree, options);
     let mut feed = |rays: Vec<Ray>| {
         count(rays.len());
-        bench.feed(rays, &sampling, &talk::interrupted)
+        bench.feed(rays, &sampling, &interrupt::requested)
     };
     match job.source(view, tree, memory) {
         Some(mut source) => loop {
@@ -172,7 +173,7 @@ fn run_view(
             }
         }
     }
-    bench.finish(&talk::interrupted)
+    bench.finish(&interrupt::requested)
 }
 
 impl From<crate::cli::RayOrder> for Order {

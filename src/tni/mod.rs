@@ -8,7 +8,7 @@ mod text;
 use crate::cli::{Pipeline, RayKind, Tni, TniMemory};
 use crate::failure::Failure;
 use crate::scenes::{self, Views};
-use crate::{files, machine};
+use crate::{files, interrupt, machine, talk};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::system::{self as spec, SystemSpec};
 use srp_runtime::rays::{self, Kind, Order};
@@ -51,15 +51,14 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
         costs: args.heat.is_some(),
     };
     if let Some(pixel) = args.ray {
-        print!("{}", replay::explain(&job, pixel)?);
-        return Ok(());
+        return Ok(talk::print(replay::explain(&job, pixel)?)?);
     }
-    let outcomes = measure(&job)?;
+    let outcomes = interrupt::looked_for(|| measure(&job))?;
     let measured = Measure::of(&outcomes, job.units, arch.system.tni_mhz);
     if let Some(path) = &args.heat {
         let png = heat::picture(&outcomes[0], args.size, args.heat_of)?;
         files::write(path, &png)?;
-        eprintln!("{}", path.display());
+        talk::say(path.display());
     }
     print_measure(args, &arch, &job, &outcomes, &measured)
 }
@@ -72,8 +71,7 @@ fn print_measure(
     measured: &Measure,
 ) -> Result<(), Failure> {
     if !args.json {
-        print!("{}", text::report(arch, job, outcomes, measured));
-        return Ok(());
+        return Ok(talk::print(text::report(arch, job, outcomes, measured))?);
     }
     let views: Vec<Measure> = outcomes
         .iter()
@@ -91,11 +89,8 @@ fn print_measure(
         "views": views,
         "dram": memories,
     });
-    println!(
-        "{}",
-        serde_json::to_string_pretty(&json).map_err(Failure::message)?
-    );
-    Ok(())
+    let text = serde_json::to_string_pretty(&json).map_err(Failure::message)?;
+    Ok(talk::print(format!("{text}\n"))?)
 }
 
 /// The machine, with what the command line changes of it.

@@ -115,8 +115,79 @@ fn programs_at_fault_are_refused() {
 }
 
 #[test]
+fn what_is_no_text_is_refused() {
+    let folder = folder("text");
+    std::fs::write(folder.join("latin.c"), b"int x;\n// na\xefve\n").expect("it can be written");
+    refused(&folder, &["run", "latin.c"], &["latin.c", "0xef at 2:6"]);
+    std::fs::create_dir(folder.join("folder.c")).expect("it can be made");
+    refused(&folder, &["run", "folder.c"], &["folder.c"]);
+}
+
+/// Kernels by themselves have reports, schedules and simulators; only to run they need a `main`.
+#[test]
+fn kernels_need_no_main() {
+    let folder = folder("kernels");
+    let text = "void fill(int *p, int n)\n{\n#pragma srp kernel\n    for (int i = 0; i < n; i++)\n        \
+                p[i] = i;\n}\n";
+    write(&folder, "fill.c", text);
+    refused(
+        &folder,
+        &["run", "fill.c", "--machine", "tiny"],
+        &["no function `main`"],
+    );
+    let html = "fill.html";
+    let report = srp(
+        &folder,
+        &["report", "fill.c", "--machine", "tiny", "--html", html],
+    );
+    assert!(report.status.success());
+    let text = String::from_utf8_lossy(&report.stdout);
+    assert!(text.contains("fill.c:4:5: fill at II = "), "{text}");
+    let page = std::fs::read_to_string(folder.join(html)).expect("it was written");
+    assert!(page.contains("fill.c:4:5") && page.ends_with("</html>"));
+
+    let emit = ["--emit", "schedule,rust", "--machine", "tiny", "-o", "out"];
+    let compiled = srp(&folder, &[&["compile", "fill.c"], &emit[..]].concat());
+    let message = String::from_utf8_lossy(&compiled.stderr);
+    assert!(compiled.status.success(), "{message}");
+    assert!(folder.join("out/fill.sched.xml").is_file());
+    // The simulator is a crate of its own, which rustc takes as it is.
+    let rustc = Command::new("rustc")
+        .args([
+            "--edition=2024",
+            "--crate-type=cdylib",
+            "--emit=metadata",
+            "lib.rs",
+        ])
+        .current_dir(folder.join("out/fill.csim"))
+        .output();
+    match rustc {
+        Ok(output) => assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        ),
+        Err(e) => eprintln!("not compiled, for there is no rustc: {e}"),
+    }
+}
+
+#[test]
 fn an_output_that_cannot_be_written_is_refused() {
     let folder = folder("output");
+    write(&folder, "kept.html", "kept");
+    let kept = folder.join("kept.html");
+    let mut permissions = std::fs::metadata(&kept).expect("it is there").permissions();
+    permissions.set_readonly(true);
+    std::fs::set_permissions(&kept, permissions).expect("it is ours");
+    refused(&folder, &["report", "--html", "kept.html"], &["kept.html"]);
+    refused(&folder, &["render", "-o", "."], &["it is a folder"]);
+    if let Ok(full) = std::fs::OpenOptions::new().write(true).open("/dev/full") {
+        let status = Command::new(env!("CARGO_BIN_EXE_srp"))
+            .args(["machine", "expand"])
+            .stdout(full)
+            .status();
+        assert_eq!(status.expect("it can be started").code(), Some(1));
+    }
     refused(
         &folder,
         &["render", "-o", "no/such/folder/out.png"],

@@ -16,8 +16,8 @@ use serde::de::{
 use serde::forward_to_deserialize_any;
 
 use super::findings::Findings;
+use super::quote::quoted;
 use super::tree::{Attribute, Element};
-use super::values::quoted;
 use crate::diagnostic::Span;
 use crate::nearest::nearest;
 

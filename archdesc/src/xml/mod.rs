@@ -14,6 +14,7 @@ mod de;
 mod findings;
 mod limits;
 mod links;
+mod quote;
 mod raw;
 mod rules;
 mod system;
@@ -56,7 +57,7 @@ fn read(xml: &str, found: &Findings) -> Option<Arch> {
 fn wrong_root(found: &Findings, name: &str, span: Span) {
     let message = format!(
         "a machine file is a `<machine>`, not a `<{}>`",
-        values::shortened(name)
+        quote::shortened(name)
     );
     let help = match nearest(name, ["machine"]) {
         Some(near) => format!("did you mean `{near}`?"),

@@ -8,8 +8,8 @@ use super::limits::{self, Limit};
 use super::raw::{self, Text};
 use super::units::unique;
 use super::values;
-use crate::arch::{Approx, Precision};
 use crate::datapath::{FpLatency, Intersection, box_depth};
+use crate::precision::{Approx, Precision};
 use crate::system::{BufferSpec, BusSpec, CacheSpec, DramSpec, Pipeline, SystemSpec, TniSpec};
 
 /// The system of the SGRT paper: its section 4.1, and where it is silent the assumptions that

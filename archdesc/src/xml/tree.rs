@@ -13,7 +13,7 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
 use super::findings::Findings;
-use super::values::{quoted, shortened};
+use super::quote::{quoted, shortened};
 use crate::diagnostic::Span;
 
 /// Elements may be nested this deep; a machine file needs five levels.

@@ -1,12 +1,12 @@
 //! Attribute values: texts to numbers, flags, words and names. Each function reports what is wrong
 //! with a value and then gives the default, so that reading can go on.
 
-use std::borrow::Cow;
 use std::fmt::Display;
 use std::num::IntErrorKind;
 
 use super::findings::Findings;
 use super::limits::{Limit, MAX_NAME};
+use super::quote::quoted;
 use super::raw::Text;
 use crate::diagnostic::Span;
 use crate::nearest::nearest;
@@ -91,19 +91,6 @@ fn show(n: u32, limit: Limit) -> String {
         n if limit.bytes && n >= 1 << 20 && n % (1 << 20) == 0 => format!("{}M", n >> 20),
         n if limit.bytes && n >= 1 << 10 && n % (1 << 10) == 0 => format!("{}K", n >> 10),
         n => n.to_string(),
-    }
-}
-
-/// A value between backquotes, shortened where it is very long.
-pub(super) fn quoted(text: &str) -> String {
-    format!("`{}`", shortened(text))
-}
-
-/// A text, or its beginning where it is very long.
-pub(super) fn shortened(text: &str) -> Cow<'_, str> {
-    match text.char_indices().nth(64) {
-        Some((end, _)) => Cow::Owned(format!("{}…", &text[..end])),
-        None => Cow::Borrowed(text),
     }
 }
 

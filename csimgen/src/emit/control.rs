@@ -1,7 +1,7 @@
 //! The VLIW code: one function per bundle.
 
+use super::comment;
 use super::expr::{block, number, read};
-use super::{comment, line};
 use crate::spec::{BundleSpec, Control, Position, SimSpec};
 use srp_archdesc::isa::Ty;
 use std::fmt::Write;
@@ -10,58 +10,46 @@ use std::fmt::Write;
 pub(super) fn emit(spec: &SimSpec) -> String {
     let mut text = String::new();
     let out = &mut text;
-    line(
+    put!(
         out,
-        format_args!("//! The VLIW code: what issues in one cycle is one function.\n"),
+        "//! The VLIW code: what issues in one cycle is one function.\n"
     );
-    line(
+    put!(out, "use super::border::{{Fault, Stop, divided}};");
+    put!(out, "use super::ops::{{self, V4}};");
+    put!(
         out,
-        format_args!("use super::border::{{Fault, Stop, divided}};"),
+        "use super::sequencer::{{Issue, callee}};\nuse super::state::*;\n"
     );
-    line(out, format_args!("use super::ops::{{self, V4}};"));
-    line(
+    put!(
         out,
-        format_args!("use super::sequencer::{{Issue, callee}};\nuse super::state::*;\n"),
-    );
-    line(
-        out,
-        format_args!("/// The entries of the functions, in the order of their addresses."),
+        "/// The entries of the functions, in the order of their addresses."
     );
     let entries: Vec<String> = spec.functions.iter().map(|(_, b)| b.to_string()).collect();
-    line(
+    put!(
         out,
-        format_args!(
-            "const FUNCTIONS: [u32; {}] = [{}];\n",
-            entries.len(),
-            entries.join(", ")
-        ),
+        "const FUNCTIONS: [u32; {}] = [{}];\n",
+        entries.len(),
+        entries.join(", ")
     );
-    line(out, format_args!("/// The bundles, by number."));
-    line(
+    put!(out, "/// The bundles, by number.");
+    put!(
         out,
-        format_args!(
-            "pub(crate) static BUNDLES: [Bundle; {}] = [",
-            spec.bundles.len()
-        ),
+        "pub(crate) static BUNDLES: [Bundle; {}] = [",
+        spec.bundles.len()
     );
     for chunk in (0..spec.bundles.len()).collect::<Vec<_>>().chunks(16) {
         let names = chunk
             .iter()
             .map(|&number| name(&spec.bundles[number], number));
-        line(
-            out,
-            format_args!("    {},", names.collect::<Vec<_>>().join(", ")),
-        );
+        put!(out, "    {},", names.collect::<Vec<_>>().join(", "));
     }
-    line(
+    put!(
         out,
-        format_args!(
-            "];\n\nfn nop(_: &mut Srp, _: &mut Issue, _: &mut Bus<'_>) -> Result<(), Stop> {{\n    Ok(())\n}}"
-        ),
+        "];\n\nfn nop(_: &mut Srp, _: &mut Issue, _: &mut Bus<'_>) -> Result<(), Stop> {{\n    Ok(())\n}}"
     );
     for (index, bundle) in spec.bundles.iter().enumerate() {
         for (function, _) in spec.functions.iter().filter(|(_, b)| *b as usize == index) {
-            line(out, format_args!("\n// {}", comment(function)));
+            put!(out, "\n// {}", comment(function));
         }
         if !is_empty(bundle) {
             function(spec, out, index, bundle);
@@ -83,32 +71,30 @@ fn name(bundle: &BundleSpec, number: usize) -> String {
 }
 
 fn function(spec: &SimSpec, out: &mut String, index: usize, bundle: &BundleSpec) {
-    line(
+    put!(
         out,
-        format_args!(
-            "\nfn b{index}(srp: &mut Srp, issue: &mut Issue, bus: &mut Bus<'_>) -> Result<(), Stop> {{"
-        ),
+        "\nfn b{index}(srp: &mut Srp, issue: &mut Issue, bus: &mut Bus<'_>) -> Result<(), Stop> {{"
     );
     let (port, steps) = bundle.steps.split_at(usize::from(bundle.talks()));
     for step in port {
-        line(out, format_args!("    issue.meet_bus()?;"));
+        put!(out, "    issue.meet_bus()?;");
         block(spec, out, std::slice::from_ref(step));
     }
     if let Some((control, at)) = &bundle.control {
         if let Control::Launch(kernel) = control {
             let name = comment(&spec.kernels[*kernel as usize].name);
-            line(out, format_args!("    // {name}"));
+            put!(out, "    // {name}");
         }
         let text = transfer(spec, control, *at);
         let place = spec.position(*at).map(|p| format!(" // {}", comment(p)));
-        line(out, format_args!("    {text}{}", place.unwrap_or_default()));
+        put!(out, "    {text}{}", place.unwrap_or_default());
         if matches!(control, Control::Unreachable | Control::StackOverflow) {
-            line(out, format_args!("}}"));
+            put!(out, "}}");
             return;
         }
     }
     block(spec, out, steps);
-    line(out, format_args!("    Ok(())\n}}"));
+    put!(out, "    Ok(())\n}}");
 }
 
 fn transfer(spec: &SimSpec, control: &Control, at: Position) -> String {

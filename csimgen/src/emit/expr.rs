@@ -1,7 +1,7 @@
 //! Steps as statements.
 
 use super::state::{constant, is_single};
-use super::{comment, kernel_module, line};
+use super::{comment, kernel_module};
 use crate::spec::{Action, Cell, Landing, Operand, Position, Role, SimSpec, Step};
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_archdesc::ops;
@@ -20,11 +20,13 @@ fn place(spec: &SimSpec, cell: Cell) -> String {
         }
         _ => format!("srp.{}", store.name),
     };
-    if is_single(store) {
-        name
-    } else {
-        format!("{name}[{}]", cell.index)
-    }
+    let index = match (cell.index, cell.phase) {
+        _ if is_single(store) => return name,
+        (index, _) if cell.ring == 1 => index.to_string(),
+        (index, 0) => format!("{index} + n % {}", cell.ring),
+        (index, phase) => format!("{index} + (n + {phase}) % {}", cell.ring),
+    };
+    format!("{name}[{}]", index.trim_start_matches("0 + "))
 }
 
 /// The value of a cell, read as a `ty`.
@@ -189,17 +191,17 @@ pub(super) fn block(spec: &SimSpec, out: &mut String, steps: &[Step]) {
         };
         let test = format!("    if stages & {:#x} != 0 {{", 1u64 << stage);
         if let [step] = run {
-            line(out, format_args!("{test}{}", step_comment(spec, step)));
+            put!(out, "{test}{}", step_comment(spec, step));
             for statement in statements(spec, step) {
-                line(out, format_args!("        {statement}"));
+                put!(out, "        {statement}");
             }
         } else {
-            line(out, format_args!("{test}"));
+            put!(out, "{test}");
             for step in run {
                 scoped(spec, out, "        ", step);
             }
         }
-        line(out, format_args!("    }}"));
+        put!(out, "    }}");
     }
 }
 
@@ -207,13 +209,13 @@ pub(super) fn block(spec: &SimSpec, out: &mut String, steps: &[Step]) {
 fn scoped(spec: &SimSpec, out: &mut String, indent: &str, step: &Step) {
     let place = step_comment(spec, step);
     match statements(spec, step).as_slice() {
-        [one] => line(out, format_args!("{indent}{one}{place}")),
+        [one] => put!(out, "{indent}{one}{place}"),
         many => {
-            line(out, format_args!("{indent}{{{place}"));
+            put!(out, "{indent}{{{place}");
             for one in many {
-                line(out, format_args!("{indent}    {one}"));
+                put!(out, "{indent}    {one}");
             }
-            line(out, format_args!("{indent}}}"));
+            put!(out, "{indent}}}");
         }
     }
 }

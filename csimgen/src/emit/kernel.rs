@@ -1,9 +1,9 @@
 //! A kernel: one function per context.
 
+use super::comment;
 use super::expr::{block, operand, read, write};
 use super::state::{field_type, zero};
-use super::{comment, line};
-use crate::spec::{Role, SimSpec, Store};
+use crate::spec::{KernelSpec, Role, SimSpec, Step, Store};
 use srp_archdesc::isa::Ty;
 
 /// The file of kernel `number`.
@@ -12,108 +12,98 @@ pub(super) fn emit(spec: &SimSpec, number: usize) -> String {
     let mut text = String::new();
     let out = &mut text;
     let at = spec.position(kernel.at).unwrap_or("-");
-    line(
+    put!(
         out,
-        format_args!(
-            "//! Kernel `{}`, II = {}.  {}\n",
-            comment(&kernel.name),
-            kernel.ii,
-            comment(at)
-        ),
+        "//! Kernel `{}`, II = {}.  {}\n",
+        comment(&kernel.name),
+        kernel.ii,
+        comment(at)
     );
-    line(out, format_args!("use super::border::{{Fault, divided}};"));
-    line(
-        out,
-        format_args!("use super::ops::{{self, V4}};\nuse super::state::*;\n"),
-    );
+    put!(out, "use super::border::{{Fault, divided}};");
+    put!(out, "use super::ops::{{self, V4}};\nuse super::state::*;\n");
     flight(spec, out, number);
-    line(
+    enter(spec, out, kernel);
+    rotate(spec, out, kernel);
+    let slots: Vec<String> = (0..kernel.ii).map(|slot| format!("slot_{slot}")).collect();
+    let list = slots.join(", ");
+    put!(
         out,
-        format_args!("/// The registers that the kernel finds set; gives its trip count."),
+        "/// What happens in each cycle between the beginnings of two iterations."
     );
-    line(
+    put!(
         out,
-        format_args!("pub(crate) fn enter(srp: &mut Srp) -> u32 {{"),
+        "pub(crate) static CONTEXTS: [Context; {}] = [{list}];",
+        slots.len()
     );
-    for store in spec.stores.iter().filter(|s| s.role == Role::Rotating) {
-        line(out, format_args!("    srp.{}.reset();", store.name));
-    }
-    line(
-        out,
-        format_args!("    let trip = {};", read(spec, kernel.trip, Ty::Word)),
-    );
-    for preset in &kernel.preloads {
-        let value = operand(spec, preset.value, preset.ty);
-        line(
-            out,
-            format_args!("    {}", write(spec, preset.cell, preset.ty, &value)),
-        );
-    }
-    line(out, format_args!("    trip\n}}\n"));
-    line(out, format_args!("/// An iteration begins."));
-    line(out, format_args!("pub(crate) fn rotate(srp: &mut Srp) {{"));
-    let used = kernel.stores();
-    let used = used.iter().map(|&store| &spec.stores[store as usize]);
-    for store in used.filter(|store| store.role == Role::Rotating) {
-        line(out, format_args!("    srp.{}.rotate();", store.name));
-    }
-    line(out, format_args!("}}\n"));
-    let names: Vec<String> = (0..kernel.contexts.len())
-        .map(|c| context_name(kernel.ii, c))
-        .collect();
-    line(out, format_args!("/// The contexts, in order."));
-    line(
-        out,
-        format_args!(
-            "pub(crate) static CONTEXTS: [Context; {}] = [{}];",
-            names.len(),
-            names.join(", ")
-        ),
-    );
-    for (steps, name) in kernel.contexts.iter().zip(&names) {
-        line(
-            out,
-            format_args!(
-                "\nfn {name}(srp: &mut Srp, bus: &mut Bus<'_>, stages: u64) -> Result<(), Box<Fault>> {{"
-            ),
-        );
+    for (steps, slot) in kernel.contexts.iter().zip(&slots) {
+        let arguments = "srp: &mut Srp, bus: &mut Bus<'_>, stages: u64";
+        put!(out, "\nfn {slot}({arguments}) -> Result<(), Box<Fault>> {{");
+        if has_rings(steps) {
+            put!(out, "    let n = srp.iteration;");
+        }
         block(spec, out, steps);
-        line(out, format_args!("    Ok(())\n}}"));
+        put!(out, "    Ok(())\n}}");
     }
     text
 }
 
-/// `slot_2`, or, where registers are renamed from iteration to iteration, `slot_2_of_1`.
-fn context_name(ii: u32, context: usize) -> String {
-    let (block, slot) = (context / ii as usize, context % ii as usize);
-    match block {
-        0 => format!("slot_{slot}"),
-        _ => format!("slot_{slot}_of_{block}"),
+fn has_rings(steps: &[Step]) -> bool {
+    let mut cells = steps
+        .iter()
+        .flat_map(|s| s.reads().chain(s.dests.iter().copied()));
+    cells.any(|cell| cell.ring > 1)
+}
+
+/// The function that sets the registers of a kernel.
+fn enter(spec: &SimSpec, out: &mut String, kernel: &KernelSpec) {
+    put!(
+        out,
+        "/// The registers that the kernel finds set; gives its trip count."
+    );
+    put!(out, "pub(crate) fn enter(srp: &mut Srp) -> u32 {{");
+    put!(out, "    srp.iteration = 0;");
+    for store in spec.stores.iter().filter(|s| s.role == Role::Rotating) {
+        put!(out, "    srp.{}.reset();", store.name);
     }
+    let trip = read(spec, kernel.trip, Ty::Word);
+    put!(out, "    let trip = {trip};");
+    for preset in &kernel.preloads {
+        let value = operand(spec, preset.value, preset.ty);
+        let statement = write(spec, preset.cell, preset.ty, &value);
+        put!(out, "    {statement}");
+    }
+    put!(out, "    trip\n}}\n");
+}
+
+/// The function that makes rotating files and rings follow the iterations.
+fn rotate(spec: &SimSpec, out: &mut String, kernel: &KernelSpec) {
+    put!(out, "/// An iteration begins.");
+    put!(out, "pub(crate) fn rotate(srp: &mut Srp) {{");
+    put!(out, "    srp.iteration += 1;");
+    let used = kernel.stores();
+    let used = used.iter().map(|&store| &spec.stores[store as usize]);
+    for store in used.filter(|store| store.role == Role::Rotating) {
+        put!(out, "    srp.{}.rotate();", store.name);
+    }
+    put!(out, "}}\n");
 }
 
 /// The structure of what is in flight.
 fn flight(spec: &SimSpec, out: &mut String, number: usize) {
     let role = Role::Flight(number as u32);
     let stores: Vec<&Store> = spec.stores.iter().filter(|s| s.role == role).collect();
-    line(out, format_args!("/// Results on their way, newest first."));
-    line(out, format_args!("#[repr(C)]\npub(crate) struct Flight {{"));
+    put!(out, "/// Results on their way, newest first.");
+    put!(out, "#[repr(C)]\npub(crate) struct Flight {{");
     for store in &stores {
-        line(
-            out,
-            format_args!("    pub(crate) {}: {},", store.name, field_type(store)),
-        );
+        put!(out, "    pub(crate) {}: {},", store.name, field_type(store));
     }
-    line(
+    put!(
         out,
-        format_args!("}}\n\nimpl Flight {{\n    pub(crate) const fn new() -> Flight {{"),
+        "}}\n\nimpl Flight {{\n    pub(crate) const fn new() -> Flight {{"
     );
-    line(out, format_args!("        Flight {{"));
+    put!(out, "        Flight {{");
     for store in &stores {
-        line(
-            out,
-            format_args!("            {}: {},", store.name, zero(store)),
-        );
+        put!(out, "            {}: {},", store.name, zero(store));
     }
-    line(out, format_args!("        }}\n    }}\n}}\n"));
+    put!(out, "        }}\n    }}\n}}\n");
 }

@@ -6,6 +6,14 @@
 //! machine and program is the hand-written machinery of [`preamble`](crate::preamble), put beside
 //! it as it stands.
 
+/// Appends a line to a string.
+macro_rules! put {
+    ($out:expr, $($arg:tt)*) => {{
+        use std::fmt::Write;
+        writeln!($out, $($arg)*).expect("a string takes all that is written")
+    }};
+}
+
 mod control;
 mod expr;
 mod kernel;
@@ -14,7 +22,6 @@ mod state;
 use crate::spec::SimSpec;
 use srp_ir::dre::scheduled::FUNC_BASE;
 use std::collections::BTreeMap;
-use std::fmt::Write;
 
 /// The source of a simulator: file names, all in one folder, and their text. `lib.rs` is the root
 /// of the crate.
@@ -62,79 +69,60 @@ fn root(spec: &SimSpec) -> String {
         .collect();
     let mut text = String::new();
     let out = &mut text;
-    line(
+    put!(
         out,
-        format_args!(
-            "//! The SRP of machine `{}` with a program.",
-            comment(&spec.machine)
-        ),
+        "//! The SRP of machine `{}` with a program.",
+        comment(&spec.machine)
     );
-    line(
+    put!(
         out,
-        format_args!("#![allow(unused_variables, dead_code, reason = \"generated\")]"),
+        "#![allow(unused_variables, dead_code, reason = \"generated\")]"
     );
     for module in ["abi", "border", "control"] {
-        line(out, format_args!("mod {module};"));
+        put!(out, "mod {module};");
     }
-    line(out, format_args!("#[path = \"core.rs\"]\nmod core_border;"));
+    put!(out, "#[path = \"core.rs\"]\nmod core_border;");
     for module in &modules {
-        line(out, format_args!("mod {module};"));
+        put!(out, "mod {module};");
     }
     for module in ["ops", "registers", "sequencer", "state"] {
-        line(out, format_args!("mod {module};"));
+        put!(out, "mod {module};");
     }
-    line(
+    put!(
         out,
-        format_args!("\nuse sequencer::KernelTimes;\nuse state::{{Context, Srp}};\n"),
+        "\nuse sequencer::KernelTimes;\nuse state::{{Context, Srp}};\n"
     );
-    line(
-        out,
-        format_args!("const FIRST_ADDRESS: u32 = {};", spec.first_address),
-    );
-    line(out, format_args!("const FUNC_BASE: u32 = {FUNC_BASE:#x};"));
-    line(out, format_args!("const START: u32 = {};", spec.start));
-    line(
-        out,
-        format_args!("const BRANCH_DELAY: u32 = {};", spec.branch_delay),
-    );
-    line(
-        out,
-        format_args!("const MAX_LATENCY: u32 = {};\n", spec.max_latency),
-    );
-    line(out, format_args!("/// The kernels, by number."));
-    line(
-        out,
-        format_args!("static KERNELS: [Kernel; {}] = [", modules.len()),
-    );
+    put!(out, "const FIRST_ADDRESS: u32 = {};", spec.first_address);
+    put!(out, "const FUNC_BASE: u32 = {FUNC_BASE:#x};");
+    put!(out, "const START: u32 = {};", spec.start);
+    put!(out, "const BRANCH_DELAY: u32 = {};", spec.branch_delay);
+    put!(out, "const MAX_LATENCY: u32 = {};\n", spec.max_latency);
+    put!(out, "/// The kernels, by number.");
+    put!(out, "static KERNELS: [Kernel; {}] = [", modules.len());
     for (module, kernel) in modules.iter().zip(&spec.kernels) {
-        let times = kernel.times();
-        line(out, format_args!("    Kernel {{"));
-        line(
+        let times = kernel.times(1);
+        put!(out, "    Kernel {{");
+        put!(
             out,
-            format_args!(
-                "        times: KernelTimes {{ ii: {}, contexts: {}, length: {}, enter_cycles: {}, leave_cycles: {} }},",
-                times.ii, times.contexts, times.length, times.enter_cycles, times.leave_cycles
-            ),
+            "        times: KernelTimes {{ ii: {}, contexts: {}, length: {}, enter_cycles: {}, leave_cycles: {} }},",
+            times.ii,
+            times.contexts,
+            times.length,
+            times.enter_cycles,
+            times.leave_cycles
         );
-        line(out, format_args!("        enter: {module}::enter,"));
-        line(out, format_args!("        rotate: {module}::rotate,"));
-        line(out, format_args!("        contexts: &{module}::CONTEXTS,"));
-        line(out, format_args!("    }},"));
+        put!(out, "        enter: {module}::enter,");
+        put!(out, "        rotate: {module}::rotate,");
+        put!(out, "        contexts: &{module}::CONTEXTS,");
+        put!(out, "    }},");
     }
-    line(out, format_args!("];\n"));
+    put!(out, "];\n");
     text.push_str(ROOT);
     text
 }
 
 /// The part of the root that is the same in all simulators.
 const ROOT: &str = include_str!("root.txt");
-
-/// Appends a line.
-fn line(out: &mut String, text: std::fmt::Arguments<'_>) {
-    out.write_fmt(text)
-        .expect("a string takes all that is written");
-    out.push('\n');
-}
 
 /// A name from outside as part of a line comment.
 fn comment(text: &str) -> String {

@@ -1,6 +1,6 @@
 //! The structure of a machine's registers.
 
-use super::{comment, kernel_module, line};
+use super::{comment, kernel_module};
 use crate::spec::{Role, SimSpec, Store};
 use srp_archdesc::isa::Ty;
 
@@ -8,98 +8,73 @@ use srp_archdesc::isa::Ty;
 pub(super) fn emit(spec: &SimSpec) -> String {
     let mut text = String::new();
     let out = &mut text;
-    line(
+    put!(
         out,
-        format_args!(
-            "//! The registers of machine `{}`, by the machine's own names.\n",
-            comment(&spec.machine)
-        ),
+        "//! The registers of machine `{}`, by the machine's own names.\n",
+        comment(&spec.machine)
     );
-    line(
+    put!(
         out,
-        format_args!("use super::abi::HostBus;\nuse super::border::{{Border, Fault, Stop}};"),
+        "use super::abi::HostBus;\nuse super::border::{{Border, Fault, Stop}};"
     );
-    line(
+    put!(
         out,
-        format_args!(
-            "use super::ops::V4;\nuse super::registers::Rotating;\nuse super::sequencer::Issue;\n"
-        ),
+        "use super::ops::V4;\nuse super::registers::Rotating;\nuse super::sequencer::Issue;\n"
     );
-    line(
+    put!(out, "/// What a bundle or a context sees of the world.");
+    put!(out, "pub(crate) type Bus<'a> = Border<'a, HostBus>;");
+    put!(out, "/// A bundle.");
+    put!(
         out,
-        format_args!("/// What a bundle or a context sees of the world."),
+        "pub(crate) type Bundle = fn(&mut Srp, &mut Issue, &mut Bus<'_>) -> Result<(), Stop>;"
     );
-    line(
+    put!(out, "/// One cycle of a kernel.");
+    put!(
         out,
-        format_args!("pub(crate) type Bus<'a> = Border<'a, HostBus>;"),
-    );
-    line(out, format_args!("/// A bundle."));
-    line(
-        out,
-        format_args!(
-            "pub(crate) type Bundle = fn(&mut Srp, &mut Issue, &mut Bus<'_>) -> Result<(), Stop>;"
-        ),
-    );
-    line(out, format_args!("/// One cycle of a kernel."));
-    line(
-        out,
-        format_args!(
-            "pub(crate) type Context = fn(&mut Srp, &mut Bus<'_>, u64) -> Result<(), Box<Fault>>;\n"
-        ),
+        "pub(crate) type Context = fn(&mut Srp, &mut Bus<'_>, u64) -> Result<(), Box<Fault>>;\n"
     );
     let files = || spec.stores.iter().filter(|s| s.role == Role::File);
-    line(
+    put!(
         out,
-        format_args!("// The first register of each plain file, among all registers."),
+        "// The first register of each plain file, among all registers."
     );
     for store in files() {
-        line(
+        put!(
             out,
-            format_args!(
-                "pub(crate) const {}: u32 = {};",
-                constant(store),
-                store.base
-            ),
+            "pub(crate) const {}: u32 = {};",
+            constant(store),
+            store.base
         );
     }
-    line(
+    put!(
         out,
-        format_args!("\n/// All registers, and what is in flight in kernels."),
+        "\n/// All registers, and what is in flight in kernels."
     );
-    line(out, format_args!("#[repr(C)]\npub(crate) struct Srp {{"));
+    put!(out, "#[repr(C)]\npub(crate) struct Srp {{");
     for store in machine(spec) {
-        line(
-            out,
-            format_args!("    pub(crate) {}: {},", store.name, field_type(store)),
-        );
+        put!(out, "    pub(crate) {}: {},", store.name, field_type(store));
     }
     for number in 0..spec.kernels.len() {
         let module = kernel_module(spec, number);
-        line(
-            out,
-            format_args!("    pub(crate) {module}: super::{module}::Flight,"),
-        );
+        put!(out, "    pub(crate) {module}: super::{module}::Flight,");
     }
-    line(out, format_args!("}}\n\nimpl Srp {{"));
-    line(out, format_args!("    /// All of it zero."));
-    line(
+    put!(
         out,
-        format_args!("    pub(crate) fn new() -> Srp {{\n        Srp {{"),
+        "    /// The iteration of a kernel that has begun last."
     );
+    put!(out, "    pub(crate) iteration: usize,");
+    put!(out, "}}\n\nimpl Srp {{");
+    put!(out, "    /// All of it zero.");
+    put!(out, "    pub(crate) fn new() -> Srp {{\n        Srp {{");
     for store in machine(spec) {
-        line(
-            out,
-            format_args!("            {}: {},", store.name, zero(store)),
-        );
+        put!(out, "            {}: {},", store.name, zero(store));
     }
     for number in 0..spec.kernels.len() {
         let module = kernel_module(spec, number);
-        line(
-            out,
-            format_args!("            {module}: super::{module}::Flight::new(),"),
-        );
+        put!(out, "            {module}: super::{module}::Flight::new(),");
     }
-    line(out, format_args!("        }}\n    }}\n"));
+    put!(out, "            iteration: 0,");
+    put!(out, "        }}\n    }}\n");
     writer(out, "write_word", "u32", files());
     writer(
         out,
@@ -107,17 +82,17 @@ pub(super) fn emit(spec: &SimSpec) -> String {
         "V4",
         files().filter(|s| s.ty == Ty::Vec),
     );
-    line(out, format_args!("}}"));
+    put!(out, "}}");
     text
 }
 
 /// A function that writes a register by its number.
 fn writer<'a>(out: &mut String, name: &str, ty: &str, stores: impl Iterator<Item = &'a Store>) {
-    line(
+    put!(
         out,
-        format_args!("    pub(crate) fn {name}(&mut self, register: u32, value: {ty}) {{"),
+        "    pub(crate) fn {name}(&mut self, register: u32, value: {ty}) {{"
     );
-    line(out, format_args!("        match register {{"));
+    put!(out, "        match register {{");
     for store in stores {
         let (first, end) = (store.base, store.base + store.size);
         let place = format!("self.{}[(register - {first}) as usize]", store.name);
@@ -126,16 +101,13 @@ fn writer<'a>(out: &mut String, name: &str, ty: &str, stores: impl Iterator<Item
             (Ty::Word, _) | (Ty::Vec, "V4") => format!("{place} = value"),
             (Ty::Vec, _) => format!("{place}.0[0] = value"),
         };
-        line(
-            out,
-            format_args!("            {first}..{end} => {statement},"),
-        );
+        put!(out, "            {first}..{end} => {statement},");
     }
-    line(
+    put!(
         out,
-        format_args!("            _ => unreachable!(\"VLIW code writes plain files only\"),"),
+        "            _ => unreachable!(\"VLIW code writes plain files only\"),"
     );
-    line(out, format_args!("        }}\n    }}"));
+    put!(out, "        }}\n    }}");
 }
 
 /// The stores that are not a kernel's.

@@ -6,6 +6,7 @@
 //! while it runs.
 
 mod runners;
+mod state;
 mod tables;
 
 use crate::preamble::border::{Border, Fault, Stop};
@@ -15,7 +16,8 @@ use crate::spec::SimSpec;
 use srp_archdesc::isa::Ty;
 use srp_ir::dre::scheduled::FUNC_BASE;
 use srp_runtime::core::{Bus, Core, Run, Trap, TrapKind};
-use tables::{ControlAct, Index, Issued, State, Tables, Talk};
+use state::{Index, State};
+use tables::{ControlAct, Issued, Tables, Talk};
 
 /// A simulated SRP that interprets the tables.
 #[derive(Clone)]

@@ -1,18 +1,13 @@
 //! How each kind of step is carried out: one function each, so that a step is one indirect call
 //! that reads no more than its operands.
 
-use super::tables::{Index, Micro, State};
-use crate::preamble::border::{Border, Fault, divided};
+use super::state::{Index, Micro, Runner, State};
+use crate::preamble::border::{Fault, divided};
 use crate::preamble::ops::{V4, extend_byte, extend_half};
 use crate::spec::{Action, Step};
 use srp_archdesc::arch::{Approx, Precision};
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_archdesc::ops::{self, Extra, semantics};
-use srp_runtime::core::Bus;
-
-/// Carries out a step: reads its operands from the state and writes its result there.
-pub(super) type Runner =
-    for<'a, 'b> fn(&mut State, &Micro, &mut Border<'a, dyn Bus + 'b>) -> Result<(), Box<Fault>>;
 
 /// Something that operations take.
 trait Operand {

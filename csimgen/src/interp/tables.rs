@@ -1,6 +1,7 @@
 //! The interpreter's own tables.
 
-use super::runners::{self, Runner};
+use super::runners;
+use super::state::{Index, Micro, Rotating, State};
 use crate::preamble::ops::V4;
 use crate::preamble::sequencer::KernelTimes;
 use crate::spec::{
@@ -10,23 +11,6 @@ use srp_archdesc::isa::Ty;
 use srp_ir::program::Bits;
 use std::collections::BTreeMap;
 use std::ops::Range;
-
-/// A cell: its index in [`State::cells`].
-pub(super) type Index = u32;
-
-/// One step.
-#[derive(Clone, Copy)]
-pub(super) struct Micro {
-    pub(super) run: Runner,
-    pub(super) operands: [Index; 3],
-    /// The first two cells written; twice the same if there is but one.
-    pub(super) dests: [Index; 2],
-    /// Further cells, a stretch of [`State::dests`].
-    pub(super) more: (u32, u32),
-    /// Offset, immediate, or precision.
-    pub(super) extra: [u32; 2],
-    pub(super) at: u32,
-}
 
 /// A step of VLIW code.
 #[derive(Clone, Copy)]
@@ -104,25 +88,6 @@ pub(super) struct Kernel {
     pub(super) rotating: Vec<u32>,
 }
 
-/// A rotating file. Its registers are moved when an iteration begins, so that a name is always the
-/// same cell.
-#[derive(Clone)]
-pub(super) struct Rotating {
-    pub(super) cells: Range<usize>,
-    /// How far they are from their physical order.
-    pub(super) advanced: usize,
-}
-
-/// What changes while a program runs, and what is read with it.
-#[derive(Clone)]
-pub(super) struct State {
-    /// The registers, then constants, then one for results under way.
-    pub(super) cells: Vec<V4>,
-    pub(super) dests: Vec<Index>,
-    pub(super) rotating: Vec<Rotating>,
-    pub(super) result: Index,
-}
-
 /// Program, machine and state.
 #[derive(Clone)]
 pub(super) struct Tables {
@@ -167,6 +132,8 @@ struct Builder<'a> {
     rotating: Vec<Rotating>,
     /// The number of each rotating store in `rotating`.
     rotating_of: BTreeMap<u32, u32>,
+    /// The iteration, modulo the unrolling, that has begun last in the contexts being made.
+    iteration: u32,
 }
 
 impl<'a> Builder<'a> {
@@ -193,11 +160,12 @@ impl<'a> Builder<'a> {
             dests: Vec::new(),
             rotating,
             rotating_of,
+            iteration: 0,
         }
     }
 
     fn cell(&self, cell: Cell) -> Index {
-        self.spec.flat(cell)
+        self.spec.flat(cell, self.iteration)
     }
 
     fn constant(&mut self, bits: Bits) -> Index {
@@ -335,14 +303,21 @@ impl<'a> Builder<'a> {
     fn kernel(&mut self, kernel: &KernelSpec) -> Kernel {
         let spec = self.spec;
         let preloads = kernel.preloads.iter().map(|preset| {
-            let dest = spec.flat(preset.cell);
+            let dest = spec.flat(preset.cell, 0);
             (dest, self.operand(preset.value), preset.ty)
         });
+        let preloads = preloads.collect();
+        let mut contexts = Vec::new();
+        for iteration in 0..kernel.unroll {
+            self.iteration = iteration;
+            contexts.extend(kernel.contexts.iter().map(|c| self.context(c)));
+        }
+        self.iteration = 0;
         Kernel {
-            times: kernel.times(),
-            preloads: preloads.collect(),
-            trip: spec.flat(kernel.trip),
-            contexts: kernel.contexts.iter().map(|c| self.context(c)).collect(),
+            times: kernel.times(kernel.unroll),
+            preloads,
+            trip: spec.flat(kernel.trip, 0),
+            contexts,
             rotating: kernel
                 .stores()
                 .into_iter()

@@ -2,7 +2,7 @@
 //! they stand in their places, as steps of contexts.
 
 use super::order::sequence;
-use super::{Iteration, LinkError, Linker, Site};
+use super::{LinkError, Linker, Site};
 use crate::spec::{Action, Cell, Landing, Role, Step};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Ty;
@@ -39,7 +39,6 @@ pub(super) struct Contexts {
     kernel: u32,
     ii: u32,
     length: u32,
-    unroll: u32,
     /// The steps of each context, with the latency of what they write: of two that write the same
     /// cell the older stays.
     steps: Vec<Vec<(u32, Step)>>,
@@ -50,23 +49,16 @@ pub(super) struct Contexts {
 }
 
 impl Contexts {
-    /// Empty contexts of a kernel, repeated `unroll` times.
-    pub(super) fn new(kernel: u32, schedule: &ModuloSchedule, unroll: u32) -> Contexts {
+    /// Empty contexts of a kernel.
+    pub(super) fn new(kernel: u32, schedule: &ModuloSchedule) -> Contexts {
         Contexts {
             kernel,
             ii: schedule.ii,
             length: schedule.length,
-            unroll,
-            steps: vec![Vec::new(); (schedule.ii * unroll) as usize],
+            steps: vec![Vec::new(); schedule.ii as usize],
             past: Vec::new(),
             spare: BTreeMap::new(),
         }
-    }
-
-    /// The iterations that are in their cycle `time` in the repetitions of its context.
-    pub(super) fn iterations(&self, time: u32) -> impl Iterator<Item = Iteration> + use<> {
-        let back = i64::from(time / self.ii);
-        (0..i64::from(self.unroll)).map(move |block| Iteration { block, back })
     }
 
     /// Keeps what `place` was in the last `delay` cycles; gives the store, the latest first.
@@ -77,16 +69,13 @@ impl Contexts {
         for index in 0..delay {
             let from = match index {
                 0 => linker.place_cell(place, 0),
-                _ => Cell {
-                    store,
-                    index: index - 1,
-                },
+                _ => Cell::new(store, index - 1),
             };
             self.past.push(Step {
                 stage: None,
                 action: Action::Copy(from),
                 ty: Some(ty),
-                dests: vec![Cell { store, index }],
+                dests: vec![Cell::new(store, index)],
                 landing: Landing::InPlace,
                 at: 0,
             });
@@ -94,8 +83,7 @@ impl Contexts {
         store
     }
 
-    /// Adds the steps of a value: its making, `actions` for each repetition of the contexts, and
-    /// its landing.
+    /// Adds the steps of a value: its making by `action`, and its landing.
     ///
     /// A value with a latency over 1 is made into a flight cell and lands from there. If the next
     /// iteration's value is made before it lands, the cells form a chain along which values move
@@ -104,7 +92,7 @@ impl Contexts {
         &mut self,
         linker: &mut Linker,
         flow: &Flow,
-        actions: Vec<Action>,
+        action: Action,
         site: &Site,
     ) -> Result<(), LinkError> {
         let end = u64::from(flow.time) + u64::from(flow.latency);
@@ -121,25 +109,23 @@ impl Contexts {
             (store, depth)
         });
         let (made, lands) = (Some(flow.time / self.ii), Some(landing / self.ii));
-        for (when, action) in self.iterations(landing).zip(actions) {
-            let dests = flow.dests(linker, when, site)?;
-            let context = |t: u32| when.block as usize * self.ii as usize + (t % self.ii) as usize;
-            let (making, arriving) = (context(flow.time), context(landing));
-            let Some((store, depth)) = chain else {
-                self.steps[making].push((1, flow.step(made, action, dests)));
-                continue;
-            };
-            let cell = |index| Cell { store, index };
-            let step = flow.step(made, action, vec![cell(0)]);
+        let dests = flow.dests(linker, i64::from(landing / self.ii), site)?;
+        let context = |t: u32| (t % self.ii) as usize;
+        let (making, arriving) = (context(flow.time), context(landing));
+        let Some((store, depth)) = chain else {
+            self.steps[making].push((1, flow.step(made, action, dests)));
+            return Ok(());
+        };
+        let cell = |index| Cell::new(store, index);
+        let step = flow.step(made, action, vec![cell(0)]);
+        self.steps[making].push((1, step));
+        for index in 1..depth {
+            let action = Action::Copy(cell(index - 1));
+            let step = flow.step(None, action, vec![cell(index)]);
             self.steps[making].push((1, step));
-            for index in 1..depth {
-                let action = Action::Copy(cell(index - 1));
-                let step = flow.step(None, action, vec![cell(index)]);
-                self.steps[making].push((1, step));
-            }
-            let step = flow.step(lands, Action::Copy(cell(depth - 1)), dests);
-            self.steps[arriving].push((flow.latency, step));
         }
+        let step = flow.step(lands, Action::Copy(cell(depth - 1)), dests);
+        self.steps[arriving].push((flow.latency, step));
         Ok(())
     }
 
@@ -173,18 +159,15 @@ impl Contexts {
             let name = format!("spare_{ty}{number}");
             stores.push(linker.add_store(name, ty, 1, Role::Flight(self.kernel)));
         }
-        Cell {
-            store: stores[number],
-            index: 0,
-        }
+        Cell::new(stores[number], 0)
     }
 }
 
 impl Flow {
-    /// The cells that the value of an iteration is written into.
-    fn dests(&self, linker: &Linker, when: Iteration, site: &Site) -> Result<Vec<Cell>, LinkError> {
+    /// The cells that the value of the iteration `back` before the last is written into.
+    fn dests(&self, linker: &Linker, back: i64, site: &Site) -> Result<Vec<Cell>, LinkError> {
         let cell = |dest: &Dest| match (dest, self.ty) {
-            (Dest::Reg(reg), Some(ty)) => linker.register(*reg, when, ty, site),
+            (Dest::Reg(reg), Some(ty)) => linker.register(*reg, back, ty, site),
             (Dest::Reg(_), None) => Err(site.error(linker, "there is no result to write")),
             (Dest::Place(place), _) => Ok(linker.place_cell(*place, 0)),
         };

@@ -1,12 +1,11 @@
 //! Modulo schedules.
 //!
-//! Every cycle of a kernel is one context: `ii` of them, times the unrolling that rings of
-//! registers ask for. Iteration `i` runs its cycle `t` in context `(t + ii·i) mod contexts`, so
-//! within a context the iteration of a step is known modulo the unrolling, which is all that a ring
-//! needs; a rotating file is addressed relative to the iteration begun last.
+//! Iteration `i` runs its cycle `t` in context `t mod ii`, `t / ii` iterations after it has begun.
+//! So within a context the iteration of a step is known relative to the one begun last, which is
+//! how registers of rotating files and of rings are named.
 
 use super::flow::{Contexts, Dest, Flow};
-use super::{Iteration, LinkError, Linker, Site};
+use super::{LinkError, Linker, Site};
 use crate::spec::{Action, Cell, KernelSpec, MAX_STAGES, Operand, Preset};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Effect, Opcode, Ty};
@@ -28,7 +27,7 @@ pub(super) fn kernel(linker: &mut Linker, kernel: Kernel) -> Result<KernelSpec, 
     let preloads = preloads(linker, schedule, &site)?;
     let mut array = Array {
         schedule,
-        contexts: Contexts::new(kernel.index() as u32, schedule, unroll),
+        contexts: Contexts::new(kernel.index() as u32, schedule),
         delayed: BTreeMap::new(),
     };
     array.add_all(linker)?;
@@ -43,6 +42,7 @@ pub(super) fn kernel(linker: &mut Linker, kernel: Kernel) -> Result<KernelSpec, 
         leave_cycles: linker.arch.mode_switch,
         trip,
         preloads,
+        unroll,
         contexts,
     })
 }
@@ -132,7 +132,7 @@ fn preloads(
             }
         };
         presets.push(Preset {
-            cell: linker.register(at, Iteration::default(), ty, site)?,
+            cell: linker.register(at, 0, ty, site)?,
             value,
             ty,
         });
@@ -220,18 +220,16 @@ impl Array<'_> {
             linker.writes(op.fu, write.file, site)?;
             dests.push(Dest::Reg(*write));
         }
-        let mut issues = Vec::new();
-        for when in self.contexts.iterations(op.time) {
-            let mut operands = Vec::new();
-            for (source, kind) in op.operands.iter().zip(opcode.info().operands) {
-                operands.push(self.source(linker, op, source, kind.ty(), when, site)?);
-            }
-            issues.push(Action::Op {
-                op: opcode,
-                operands,
-                imm,
-            });
+        let back = i64::from(op.time / self.schedule.ii);
+        let mut operands = Vec::new();
+        for (source, kind) in op.operands.iter().zip(opcode.info().operands) {
+            operands.push(self.source(linker, op, source, kind.ty(), back, site)?);
         }
+        let action = Action::Op {
+            op: opcode,
+            operands,
+            imm,
+        };
         let flow = Flow {
             name: format!("op{number}"),
             time: op.time,
@@ -240,7 +238,7 @@ impl Array<'_> {
             dests,
             at: linker.position(site.pos),
         };
-        self.contexts.add_flow(linker, &flow, issues, site)
+        self.contexts.add_flow(linker, &flow, action, site)
     }
 
     /// What an operation is, with its immediate.
@@ -268,14 +266,14 @@ impl Array<'_> {
         Ok((opcode, imm))
     }
 
-    /// Where an operand of iteration `when` is read.
+    /// Where an operand of the iteration `back` before the last is read.
     fn source(
         &self,
         linker: &Linker,
         op: &PlacedOp,
         source: &Source,
         ty: Ty,
-        when: Iteration,
+        back: i64,
         site: &Site,
     ) -> Result<Operand, LinkError> {
         let cell = match source {
@@ -289,16 +287,15 @@ impl Array<'_> {
                 }
                 match linker.arch.links[*link].delay {
                     0 => linker.output(from, ty),
-                    delay => Cell {
-                        store: self.delayed[&linker.output_place(from, ty)],
-                        index: delay - 1,
-                    },
+                    delay => {
+                        let past = self.delayed[&linker.output_place(from, ty)];
+                        Cell::new(past, delay - 1)
+                    }
                 }
             }
             Source::Reg { reg, distance } => {
                 linker.reads(op.fu, reg.file, site)?;
-                let back = when.back + i64::from(*distance);
-                linker.register(*reg, Iteration { back, ..when }, ty, site)?
+                linker.register(*reg, back + i64::from(*distance), ty, site)?
             }
         };
         linker.holds(cell, ty, site)?;
@@ -344,8 +341,6 @@ impl Array<'_> {
         }
         let output = linker.output(from, ty);
         linker.holds(output, ty, site)?;
-        let copies = self.contexts.iterations(transfer.time);
-        let copies = copies.map(|_| Action::Copy(output)).collect();
         let flow = Flow {
             name: format!("transfer{number}"),
             time: transfer.time,
@@ -354,6 +349,7 @@ impl Array<'_> {
             dests: vec![Dest::Reg(transfer.to)],
             at: linker.position(site.pos),
         };
-        self.contexts.add_flow(linker, &flow, copies, site)
+        self.contexts
+            .add_flow(linker, &flow, Action::Copy(output), site)
     }
 }

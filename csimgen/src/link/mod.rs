@@ -187,20 +187,12 @@ impl<'a> Linker<'a> {
     }
 
     fn place_cell(&self, place: Place, index: u32) -> Cell {
-        Cell {
-            store: place.index() as u32,
-            index,
-        }
+        Cell::new(place.index() as u32, index)
     }
 
-    /// The register `reg` names in an iteration, in a file that holds values of type `ty`.
-    fn register(
-        &self,
-        reg: RegAt,
-        when: Iteration,
-        ty: Ty,
-        site: &Site,
-    ) -> Result<Cell, LinkError> {
+    /// The register that `reg` names in the iteration `back` before the one begun last, in a file
+    /// that holds values of type `ty`.
+    fn register(&self, reg: RegAt, back: i64, ty: Ty, site: &Site) -> Result<Cell, LinkError> {
         let file = self.file(reg.file, ty, site)?;
         let spec = &self.arch.files[file];
         let rotating = spec.kind == FileKind::Rotating;
@@ -216,9 +208,16 @@ impl<'a> Linker<'a> {
                 format!("{name}[{last}] is beyond its {} registers", spec.size),
             ));
         }
-        let i = if rotating { 0 } else { when.block } - when.back;
-        let index = reg.physical(i, rotating, spec.size);
-        Ok(self.place_cell(self.graph.file[file], index))
+        let place = self.graph.file[file];
+        if rotating || reg.ring == 1 {
+            return Ok(self.place_cell(place, reg.physical(-back, rotating, spec.size)));
+        }
+        let phase = (-back).rem_euclid(i64::from(reg.ring.max(1)));
+        Ok(Cell {
+            ring: reg.ring.max(1),
+            phase: u32::try_from(phase).expect("a remainder is smaller than its modulus"),
+            ..self.place_cell(place, reg.index)
+        })
     }
 
     /// A plain register that holds values of type `ty`.
@@ -228,7 +227,7 @@ impl<'a> Linker<'a> {
             index: reg.index,
             ring: 1,
         };
-        self.register(at, Iteration::default(), ty, site)
+        self.register(at, 0, ty, site)
     }
 
     fn file(&self, file: RegFile, ty: Ty, site: &Site) -> Result<RegFile, LinkError> {
@@ -312,14 +311,6 @@ impl<'a> Linker<'a> {
         }
         Ok(Operand::Const(bits))
     }
-}
-
-/// An iteration, as seen from a context: the one that began `back` iterations before the last one
-/// that has begun, whose number is `block` modulo the unrolling.
-#[derive(Clone, Copy, Default)]
-struct Iteration {
-    block: i64,
-    back: i64,
 }
 
 /// Where in the schedule something is, for messages.

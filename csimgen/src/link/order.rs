@@ -76,11 +76,15 @@ impl Pending {
                     pending.followers[i].push(j);
                     pending.waits[j] += 1;
                 }
-                if first.reads().any(|cell| written.contains(&cell)) {
+                if first
+                    .reads()
+                    .any(|cell| written.iter().any(|d| d.meets(cell)))
+                {
                     pending.overwriters[i].push(j);
                     pending.write_waits[j] += 1;
                 }
-                if i < j && self::written(first).iter().any(|d| written.contains(d)) {
+                let meets = |d: &Cell| written.iter().any(|other| other.meets(*d));
+                if i < j && self::written(first).iter().any(meets) {
                     pending.later_writers[i].push(j);
                     pending.write_waits[j] += 1;
                 }
@@ -170,7 +174,7 @@ mod tests {
     use srp_archdesc::isa::{Opcode, Ty};
 
     fn cell(index: u32) -> Cell {
-        Cell { store: 0, index }
+        Cell::new(0, index)
     }
 
     fn op(op: Opcode, reads: &[u32], writes: &[u32]) -> Step {

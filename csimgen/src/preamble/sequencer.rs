@@ -11,7 +11,7 @@
 //! * A launch is a bundle like others; from the next cycle on the mode switch takes
 //!   `enter_cycles`, in which results still in flight go on to land. What has not landed then does
 //!   so after the kernel, in the cycles of the switch back. Trip count and preloads are read at
-//!   the end of the switch. A kernel with trip count 0 takes no array cycle.
+//!   the end of the switch. A trip count of 0 stands for 2³².
 
 use super::border::{Border, Fault, Stop};
 use super::core_border::{Activity, Bus, Run, TrapKind};
@@ -37,7 +37,7 @@ pub trait Datapath<B: ?Sized> {
     /// The times of a kernel.
     fn kernel(&self, kernel: u32) -> KernelTimes;
 
-    /// Sets the registers of a kernel and gives its trip count.
+    /// Sets the registers of a kernel and gives its trip count; 0 stands for 2³².
     fn enter(&mut self, kernel: u32) -> u32;
 
     /// One cycle of a kernel; bit `s` of `stages` says whether stage `s` has an iteration.
@@ -97,7 +97,7 @@ struct Array {
     /// Cycles to go.
     left: u64,
     /// Iterations yet to begin.
-    to_begin: u32,
+    to_begin: u64,
     /// Bit `s`: whether stage `s` has an iteration.
     stages: u64,
     /// Cycles since the last iteration began.
@@ -214,11 +214,11 @@ impl Sequencer {
 
     fn start<B: ?Sized>(&mut self, path: &mut impl Datapath<B>, kernel: u32) -> Mode {
         let times = path.kernel(kernel);
-        let trip = path.enter(kernel);
-        let left = match trip {
-            0 => 0,
-            _ => u64::from(times.ii) * u64::from(trip - 1) + u64::from(times.length),
+        let trip = match path.enter(kernel) {
+            0 => 1 << 32,
+            trip => u64::from(trip),
         };
+        let left = u64::from(times.ii) * (trip - 1) + u64::from(times.length);
         Mode::Array(Array {
             kernel,
             times,

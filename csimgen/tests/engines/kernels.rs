@@ -44,14 +44,6 @@ pub(crate) fn all() -> Vec<Case> {
         case.sram.push((1024 + 4 * trip, 256 + trip));
         case
     };
-    let none_at_all = Case::new(
-        "no iteration",
-        launching(doubling(), &[0, 508], none),
-        // Both switches, and the one preload, are as long as ever.
-        &[(Vliw, 3), (Switch, 5), (Vliw, 4)],
-        0,
-    )
-    .sram(&[(1024, 256)]);
     // The trip count comes of a conversion, which lands in the first cycle of the mode switch.
     let mut in_flight = double("in flight at the launch", 6, none);
     let six = op(1, Opcode::Ftoi, &[k(0x40c0_0000)], Some(w(0)), 49);
@@ -59,7 +51,6 @@ pub(crate) fn all() -> Vec<Case> {
     vec![
         double("five iterations", 5, none),
         double("one iteration", 1, none),
-        none_at_all,
         in_flight,
         renaming(),
         crosswise(),
@@ -67,6 +58,7 @@ pub(crate) fn all() -> Vec<Case> {
         predicates_in_words(),
         kernel_misses(),
         kernel_traps(),
+        runs_on(),
     ]
 }
 
@@ -291,6 +283,21 @@ fn kernel_traps() -> Case {
     );
     // The store of the first iteration, 512 further on, comes before.
     let address = 4096 - 8 + 512;
+    case.end = Err((TrapKind::Access { address, bytes: 4 }, 103));
+    case
+}
+
+/// A trip count of 0 stands for 2³²: the loop runs on until its stores leave the SRAM.
+fn runs_on() -> Case {
+    let stores = (4096 - 1024) / 4;
+    let mut case = Case::new(
+        "trip count 0",
+        launching(doubling(), &[0, 508], &[]),
+        &[(Vliw, 3), (Switch, 3), (Array(0), 3 * stores + 5)],
+        0,
+    )
+    .sram(&[(1024, 256), (1028, 258)]);
+    let address = 4096;
     case.end = Err((TrapKind::Access { address, bytes: 4 }, 103));
     case
 }

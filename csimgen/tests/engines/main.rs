@@ -125,7 +125,7 @@ fn both_agree_on_random_programs() {
         density: 12,
         ii: 1,
         iis: 5,
-        ring: 2,
+        ring: 3,
         trip: 1,
         repeat: 3,
         opcodes: |_| true,

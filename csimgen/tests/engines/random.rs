@@ -331,7 +331,11 @@ fn register(arch: &Arch, dice: &mut Dice, shape: &Shape, files: &[RegFile]) -> O
             let ring = 1 + dice.roll(shape.ring) as u32;
             (dice.roll((spec.size - ring) as usize) as u32, ring)
         }
-        FileKind::Central => (1 + dice.roll(spec.size as usize - 2) as u32, 1),
+        FileKind::Central => {
+            let ring = 1 + dice.roll(shape.ring) as u32;
+            let room = (spec.size - 1 - ring) as usize;
+            (1 + dice.roll(room) as u32, ring)
+        }
     };
     Some(RegAt { file, index, ring })
 }

@@ -6,30 +6,35 @@ use crate::program::*;
 use rustc_hash::FxHashMap;
 use srp_archdesc::isa::{Effect, Opcode, Space};
 
-/// Loads of one block that are remembered at a time.
+/// Loads that are remembered at a time.
 const MAX_LOADS: usize = 128;
 
 /// Uses the first of equal pure instructions wherever it dominates the second, and the first of
-/// equal loads, or the value stored there, within a block with no store to the place in between.
-/// Ports, calls and launches may write any memory.
+/// equal loads, or the value stored there, with no store to the place in between: within a block,
+/// and on from it into blocks that are entered from nowhere else. Ports, calls and launches may write
+/// any memory.
 pub fn gvn(func: &mut Function) -> bool {
-    let dominators = Dominators::of(&Cfg::of(func));
+    let cfg = Cfg::of(func);
+    let dominators = Dominators::of(&cfg);
     let mut numbering = Numbering {
         known: FxHashMap::default(),
         renames: Renames::default(),
         loads: Loads::default(),
     };
     // A walk over the tree; leaving a block forgets what it made known.
-    let mut stack = vec![(func.entry(), 0, numbering.block(func, func.entry()))];
-    while let Some((block, next, made)) = stack.last_mut() {
-        match dominators.children(*block).get(*next) {
+    let mut stack = vec![numbering.visit(func, func.entry())];
+    while let Some(visit) = stack.last_mut() {
+        match dominators.children(visit.block).get(visit.next) {
             Some(&child) => {
-                *next += 1;
-                let made = numbering.block(func, child);
-                stack.push((child, 0, made));
+                visit.next += 1;
+                numbering.loads = match cfg.preds[child].iter().all(|&p| p == visit.block) {
+                    true => visit.loads.clone(),
+                    false => Loads::default(),
+                };
+                stack.push(numbering.visit(func, child));
             }
             None => {
-                for key in std::mem::take(made) {
+                for key in std::mem::take(&mut visit.made) {
                     numbering.known.remove(&key);
                 }
                 stack.pop();
@@ -56,11 +61,20 @@ struct Numbering {
     loads: Loads,
 }
 
+/// A block under way, and how many of those below it are done.
+struct Visit {
+    block: Block,
+    next: usize,
+    /// What it has made known.
+    made: Vec<Key>,
+    /// What is known of memory at its end.
+    loads: Loads,
+}
+
 impl Numbering {
-    /// Numbers the values of a block; what is known from here on below it.
-    fn block(&mut self, func: &mut Function, block: Block) -> Vec<Key> {
+    /// Numbers the values of a block.
+    fn visit(&mut self, func: &mut Function, block: Block) -> Visit {
         let mut made = Vec::new();
-        self.loads.known.clear();
         for i in 0..func.blocks[block].insts.len() {
             let inst = &mut func.insts[func.blocks[block].insts[i]];
             inst.kind.for_each_use_mut(|v| *v = self.renames.find(*v));
@@ -83,7 +97,12 @@ impl Numbering {
                 }
             }
         }
-        made
+        Visit {
+            block,
+            next: 0,
+            made,
+            loads: std::mem::take(&mut self.loads),
+        }
     }
 }
 
@@ -104,13 +123,14 @@ fn key_of(kind: &InstKind) -> Option<Key> {
     })
 }
 
-/// What is known of memory within a block.
-#[derive(Default)]
+/// What is known of memory at a point.
+#[derive(Clone, Default)]
 struct Loads {
     known: Vec<Known>,
 }
 
 /// The load `op` of `base + imm` under `guard` would give `value`.
+#[derive(Clone, Copy)]
 struct Known {
     op: Opcode,
     guard: Value,

@@ -13,10 +13,10 @@ pub fn demo() -> Scene {
         materials: materials(),
         lights: vec![Light {
             position: Vec3::new(-5.5, 8.5, 5.0),
-            colour: [1.0, 0.96, 0.88],
+            colour: [1.2, 1.15, 1.05],
         }],
         ambient: [0.16, 0.18, 0.22],
-        background: [0.52, 0.68, 0.88],
+        background: [0.62, 0.86, 1.28],
         camera: Camera::looking_at(Vec3::new(4.6, 3.1, 8.2), Vec3::new(0.0, 0.75, 0.0), 38.0),
     };
     floor(&mut scene);

@@ -15,7 +15,7 @@ use super::{Camera, Material, Scene, Triangle, bounds, default_light, mtl};
 const AMBIENT: [f32; 3] = [0.18; 3];
 
 /// What is behind the scene where a file does not say.
-const BACKGROUND: [f32; 3] = [0.55, 0.7, 0.9];
+const BACKGROUND: [f32; 3] = [0.66, 0.9, 1.36];
 
 /// Most bytes of a scene file: positions in it are counted with 32 bits.
 const MAX_FILE_BYTES: usize = 1 << 30;

@@ -103,9 +103,7 @@ impl CoreUnit {
             }
             return Ok(false);
         }
-        if let State::Stalled(since) = self.state {
-            self.account.memory_stall += now - since;
-        }
+        self.count_stall(now);
         let mut bus = CoreBus {
             number: self.number,
             sram: &mut self.sram,
@@ -142,6 +140,14 @@ impl CoreUnit {
             self.data.flush();
         }
         Ok(!matches!(self.state, State::Waiting(_)))
+    }
+
+    /// Puts the cycles into the account since which the core, if it does, waits for its data cache.
+    pub(super) fn count_stall(&mut self, now: u64) {
+        if let State::Stalled(since) = &mut self.state {
+            self.account.memory_stall += now - *since;
+            *since = now;
+        }
     }
 }
 

@@ -94,8 +94,6 @@ pub enum SystemError {
         /// The limit.
         cycles: u64,
     },
-    /// [`Options::cancelled`] said so.
-    Cancelled,
 }
 
 impl SystemError {
@@ -133,7 +131,6 @@ impl fmt::Display for SystemError {
             SystemError::TooLong { cycles } => {
                 write!(f, "the frame takes more than {cycles} cycles")
             }
-            SystemError::Cancelled => f.write_str("stopped"),
         }
     }
 }
@@ -159,7 +156,8 @@ impl TileQueue {
 }
 
 /// Runs a frame: one SGRT core of the machine for each engine, over the scene in `image`.
-/// The picture is what the cores have written to the frame buffer.
+/// The picture is what the cores have written to the frame buffer. A frame that was cancelled has an
+/// account of what it came to, which says that it is not [complete](Report::complete).
 pub fn render(
     image: SceneImage,
     engines: Vec<Box<dyn Core>>,
@@ -180,8 +178,7 @@ pub fn render(
     let mut sram = options.sram_image.to_vec();
     sram.resize(sram_bytes, 0);
     let mut system = System::new(image, engines, arch, &sram);
-    let result = system.run(options.max_cycles, options.progress, options.cancelled);
-    let cycles = result?;
+    let cycles = system.run(options.max_cycles, options.progress, options.cancelled)?;
     let picture = Picture::of(&system.memory, &system.frame);
     let report = Report::of(&system, cycles, arch, &options.kernel_names);
     Ok((picture, report))
@@ -263,7 +260,8 @@ impl System {
         }
     }
 
-    /// Runs until all cores have halted and everything is written. Returns the SRP cycles.
+    /// Runs until all cores have halted and everything is written, or the user has had enough.
+    /// Returns the SRP cycles.
     fn run(
         &mut self,
         max_cycles: u64,
@@ -301,7 +299,7 @@ impl System {
                         of: self.tiles.count,
                     });
                     if cancelled() {
-                        return Err(SystemError::Cancelled);
+                        break;
                     }
                     if srp > max_cycles {
                         return Err(SystemError::TooLong { cycles: max_cycles });
@@ -310,6 +308,9 @@ impl System {
             }
             self.send_requests(time);
             (srp, tni) = self.skip(srp, tni);
+        }
+        for core in &mut self.cores {
+            core.count_stall(srp);
         }
         let ends = self.cores.iter().map(|c| c.ready);
         Ok(ends.fold(srp, u64::max))

@@ -80,7 +80,8 @@ pub struct CoreReport {
     pub memory_stall: u64,
     /// SRP cycles of waiting for ports.
     pub wait: Vec<PortCycles>,
-    /// SRP cycles after its program had ended.
+    /// SRP cycles after its program had ended; in a part of a frame, those that were not simulated
+    /// yet, too.
     pub idle: u64,
     /// The data cache.
     pub data_cache: CacheCounters,
@@ -99,6 +100,12 @@ pub struct Report {
     pub width: u32,
     /// Rows of the picture.
     pub height: u32,
+    /// Whether the frame was finished; else this is the account of its first cycles.
+    pub complete: bool,
+    /// Tiles that cores have taken.
+    pub tiles_taken: u32,
+    /// Tiles of the frame.
+    pub tiles: u32,
     /// SRP cycles of the frame.
     pub cycles: u64,
     /// Clock of the SRP, MHz.
@@ -155,6 +162,9 @@ impl Report {
         Report {
             width: system.frame.width,
             height: system.frame.height,
+            complete: system.is_over(),
+            tiles_taken: system.tiles.next,
+            tiles: system.tiles.count,
             cycles,
             srp_mhz: arch.system.srp_mhz,
             tni_mhz: arch.system.tni_mhz,
@@ -180,12 +190,19 @@ impl Report {
     pub fn text(&self) -> String {
         let mut text = String::new();
         let out = &mut text;
+        let (width, height) = (self.width, self.height);
+        let _ = match self.complete {
+            true => write!(out, "{width}x{height} pixels in"),
+            false => write!(
+                out,
+                "{} of {} tiles of {width}x{height} pixels begun in the first",
+                self.tiles_taken, self.tiles
+            ),
+        };
         line(
             out,
             format_args!(
-                "{}x{} pixels in {} cycles at {} MHz: {:.3} ms, {} rays, {:.1} Mrays/s",
-                self.width,
-                self.height,
+                " {} cycles at {} MHz: {:.3} ms, {} rays, {:.1} Mrays/s",
                 thousands(self.cycles),
                 self.srp_mhz,
                 self.milliseconds,
@@ -439,6 +456,9 @@ mod tests {
         let report = Report {
             width: 16,
             height: 8,
+            complete: true,
+            tiles_taken: 2,
+            tiles: 2,
             cycles: 10_000,
             srp_mhz: 1000,
             tni_mhz: 500,

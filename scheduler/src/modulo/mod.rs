@@ -58,8 +58,8 @@ pub const FARTHEST: u32 = 15;
 impl Default for Options<'_> {
     fn default() -> Self {
         Options {
-            effort: 3_000_000,
-            conflicts: 6_000,
+            effort: 2_000_000,
+            conflicts: 10_000,
             slack: 3,
             stop: &|| false,
             beyond: None,
@@ -251,11 +251,11 @@ impl Search<'_, '_> {
     fn exactly(&self, exact: &mut Exact, best: u32, limits: Limits<'_>) -> Option<ModuloSchedule> {
         let mut found: Option<ModuloSchedule> = None;
         let mut left = limits.conflicts;
-        let mut share = FIRST_CONFLICTS;
-        loop {
-            let open = exact.open(found.as_ref().map_or(best, |f| f.ii));
-            if open.is_empty() {
-                return found;
+        for round in 0.. {
+            let share = FIRST_CONFLICTS.saturating_mul(5u64.saturating_pow(round));
+            let open = exact.open(found.as_ref().map_or(best, |f| f.ii), round);
+            if open.is_empty() && round > u32::BITS {
+                break;
             }
             for Impossible { ii, slack } in open {
                 if found.as_ref().is_some_and(|f| ii >= f.ii) {
@@ -287,8 +287,8 @@ impl Search<'_, '_> {
                     Answer::TooLarge => exact.give_up(ii, slack),
                 }
             }
-            share *= 4;
         }
+        found
     }
 
     /// Attempts at one II, at least one; what was in the way most often where none succeeds. What
@@ -368,13 +368,14 @@ impl Exact {
         *least = slack.min(*least);
     }
 
-    /// The questions below an II that are open, those with a short horizon first at each II: they
-    /// are soon answered.
-    fn open(&self, below: u32) -> Vec<Impossible> {
+    /// The questions below an II that are open in a round, those with a short horizon first at each
+    /// II: they are soon answered. Each round goes a step further.
+    fn open(&self, below: u32, round: u32) -> Vec<Impossible> {
         let slacks = || {
             (0..u32::BITS)
                 .map(|k| (1 << k) - 1)
                 .take_while(|&s| s <= self.slack)
+                .take(round as usize + 1)
         };
         let is_open = |q: &Impossible| {
             self.proved.get(&q.ii).is_none_or(|&s| s < q.slack)

@@ -62,8 +62,6 @@ pub struct VliwCode {
 /// Why there is no control code for a program on a machine.
 #[derive(Clone, Debug, PartialEq)]
 pub enum VliwError {
-    /// The program has no `main`.
-    NoMain,
     /// The machine has no central file for values of this type.
     NoCentralFile(Ty),
     /// No slot has a branch unit, or one has one that is not free again when a branch's target
@@ -109,7 +107,6 @@ pub enum VliwError {
 impl std::fmt::Display for VliwError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            VliwError::NoMain => f.write_str("the program has no function `main` to start with"),
             VliwError::NoCentralFile(ty) => {
                 write!(
                     f,
@@ -159,14 +156,14 @@ impl std::fmt::Display for VliwError {
 
 impl std::error::Error for VliwError {}
 
-/// Control code for `control` on `arch`, launching `kernels`, with globals as in `layout`.
+/// Control code for `control` on `arch`, launching `kernels`, with globals as in `layout`. Without a
+/// `main`, the start code is one that must not be reached.
 pub fn emit(
     control: &Program,
     kernels: &EntityMap<Kernel, ModuloSchedule>,
     arch: &Arch,
     layout: &Layout,
 ) -> Result<VliwCode, VliwError> {
-    let main = control.main.ok_or(VliwError::NoMain)?;
     let target = Target::of(arch)?;
     let context = select::Context {
         program: control,
@@ -181,7 +178,7 @@ pub fn emit(
         flow::straighten(&mut code);
         Ok(code)
     };
-    let start = allocated(select::start(&context, main))?;
+    let start = allocated(select::start(&context))?;
     let functions = control
         .funcs
         .keys()
@@ -193,7 +190,7 @@ pub fn emit(
     let start_frame = frame(&start)?;
     let depths = calls.depths(|func| u64::from(frames[func].size));
     let floor = layout.image.len() as u64;
-    let needed = u64::from(start_frame.size) + depths[main];
+    let needed = u64::from(start_frame.size) + control.main.map_or(0, |main| depths[main]);
     let available = layout.stack_top.saturating_sub(floor as u32);
     if needed > u64::from(available) {
         return Err(VliwError::StackTooSmall { needed, available });

@@ -46,12 +46,16 @@ pub(super) fn select(cx: &Context<'_>, func: Func, recursive: bool) -> Result<Co
     Ok(selector.finish())
 }
 
-/// The code that runs first: sets up the stack, calls `main` with zeros, and halts with its result.
-pub(super) fn start(cx: &Context<'_>, main: Func) -> Result<Code, VliwError> {
-    let function = &cx.program.funcs[main];
-    let empty = Function::new("start", &[], Vec::new(), function.pos);
+/// The code that runs first: sets up the stack, calls `main`, if there is one, with zeros, and halts
+/// with its result.
+pub(super) fn start(cx: &Context<'_>) -> Result<Code, VliwError> {
+    let main = cx.program.main;
+    let pos = main.map_or(Pos::nowhere(), |main| cx.program.funcs[main].pos);
+    let empty = Function::new("start", &[], Vec::new(), pos);
     let mut selector = Selector::new(cx, &empty);
-    selector.start(main, function)?;
+    if let Some(main) = main {
+        selector.start(main, &cx.program.funcs[main])?;
+    }
     Ok(selector.finish())
 }
 
