@@ -285,6 +285,12 @@ pub(crate) struct Report {
     pub(crate) source: Source,
     #[command(flatten)]
     pub(crate) search: Search,
+    /// Report this kernel only
+    #[arg(long, value_name = "NAME")]
+    pub(crate) kernel: Option<String>,
+    /// Write a DRAT certificate that the II below is impossible; its formula goes to FILE.cnf
+    #[arg(long, value_name = "FILE")]
+    pub(crate) proof: Option<PathBuf>,
     /// Print JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,

@@ -9,6 +9,7 @@ mod interrupt;
 mod kernels;
 mod machine;
 mod pipeline;
+mod proof;
 mod render;
 mod report;
 mod run;

@@ -3,8 +3,11 @@
 use super::{page, report, text};
 use crate::cli;
 use crate::failure::Failure;
-use crate::pipeline::{self, Effort, FrontEnd, Input};
+use crate::pipeline::{self, Compiled, Effort, FrontEnd, Input};
+use crate::proof::{self, Proved};
 use crate::{files, interrupt, kernels, machine, talk};
+use srp_archdesc::arch::Arch;
+use std::path::Path;
 
 /// Runs `srp report`. Interrupted, it reports what the loops had reached.
 pub(crate) fn run(args: &cli::Report) -> Result<(), Failure> {
@@ -19,7 +22,13 @@ pub(crate) fn run(args: &cli::Report) -> Result<(), Failure> {
         pipeline::read(&args.files, &arch)?
     };
     let compiled = pipeline::compile(input, &front_end, Effort::of(&args.search))?;
-    let report = report(&compiled, &arch);
+    if let Some(path) = &args.proof {
+        prove(path, args.kernel.as_deref(), &compiled, &arch)?;
+    }
+    let mut report = report(&compiled, &arch);
+    if let Some(kernel) = &args.kernel {
+        report.keep_only(kernel)?;
+    }
     if let Some(path) = &args.html {
         files::write(path, page(&report).as_bytes())?;
     }
@@ -30,4 +39,25 @@ pub(crate) fn run(args: &cli::Report) -> Result<(), Failure> {
         talk::print(text(&report))?;
     }
     interrupt::end_if_requested()
+}
+
+/// Writes the certificate that a loop's II cannot be lower.
+fn prove(
+    path: &Path,
+    kernel: Option<&str>,
+    compiled: &Compiled,
+    arch: &Arch,
+) -> Result<(), Failure> {
+    let schedule = &compiled.schedule;
+    let schedules = schedule.program.kernels.values();
+    let proved: Vec<Proved<'_>> = schedules
+        .zip(schedule.loops.values())
+        .filter(|(s, _)| kernel.is_none_or(|name| s.dfg.name == name))
+        .map(|(s, facts)| Proved {
+            dfg: &s.dfg,
+            ii: s.ii,
+            impossible: &facts.impossible,
+        })
+        .collect();
+    proof::write(path, &proved, arch)
 }

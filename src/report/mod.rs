@@ -10,6 +10,7 @@ use html::page;
 pub(crate) use text::not_pipelined;
 use text::text;
 
+use crate::failure::Failure;
 use crate::interrupt;
 use crate::pipeline::Compiled;
 use serde::Serialize;
@@ -32,6 +33,25 @@ pub(crate) struct Report {
     pub(crate) loops: Vec<LoopReport>,
     /// Loops that were to run on the array and do not.
     pub(crate) not_pipelined: Vec<NotPipelined>,
+}
+
+impl Report {
+    /// Leaves out all loops but those of one name.
+    pub(crate) fn keep_only(&mut self, kernel: &str) -> Result<(), Failure> {
+        let names = self.loops.iter().map(|l| l.kernel.clone());
+        let names: Vec<String> = names
+            .chain(self.not_pipelined.iter().map(|n| n.kernel.clone()))
+            .collect();
+        self.loops.retain(|l| l.kernel == kernel);
+        self.not_pipelined.retain(|n| n.kernel == kernel);
+        if self.loops.is_empty() && self.not_pipelined.is_empty() {
+            let names = names.join(", ");
+            return Err(Failure::Message(format!(
+                "no kernel is named {kernel}; there are {names}"
+            )));
+        }
+        Ok(())
+    }
 }
 
 /// A loop on the array.

@@ -226,8 +226,8 @@ impl<'a> Problem<'a> {
                 let next = tags.len() as u16;
                 // What nothing depends on need not be in a register that is set before the loop.
                 let set = init.iter().any(|value| *value != Initial::Any);
-                let tag = set
-                    .then(|| Tag::Initial(*tags.entry((*node, init.clone())).or_insert(next)));
+                let tag =
+                    set.then(|| Tag::Initial(*tags.entry((*node, init.clone())).or_insert(next)));
                 let goal = Goal::Operand(to, i as u32);
                 self.add_edge(*node, goal, init.len() as u32, tag);
             }

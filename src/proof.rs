@@ -1,0 +1,63 @@
+//! Certificates that a smaller II is impossible.
+
+use crate::failure::Failure;
+use crate::files;
+use crate::interrupt;
+use crate::talk::Progress;
+use srp_archdesc::arch::Arch;
+use srp_ir::dfg::Dfg;
+use srp_scheduler::modulo::{Certificate, Impossible, certify};
+use std::path::{Path, PathBuf};
+
+/// A loop, its II, and what was proved about smaller ones.
+pub(crate) struct Proved<'a> {
+    pub(crate) dfg: &'a Dfg,
+    pub(crate) ii: u32,
+    pub(crate) impossible: &'a [Impossible],
+}
+
+/// The file of the formula that belongs to a proof.
+pub(crate) fn formula_path(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".cnf");
+    name.into()
+}
+
+/// Writes the certificate that the II one below the loop's is impossible: the proof to `path`, as
+/// DRAT, and its formula beside it, as DIMACS CNF. `loops` must hold one such loop.
+pub(crate) fn write(path: &Path, loops: &[Proved<'_>], arch: &Arch) -> Result<(), Failure> {
+    let below = |l: &Proved<'_>| l.impossible.iter().find(|i| i.ii + 1 == l.ii).copied();
+    let mut proved = loops.iter().filter_map(|l| Some((l.dfg, below(l)?)));
+    let Some((dfg, claim)) = proved.next() else {
+        let why = "no proof to write: of no loop was the II below proved impossible; \
+                   one that reaches its bound needs none, others may need more time";
+        return Err(Failure::message(why));
+    };
+    let more: Vec<&str> = proved.map(|(other, _)| other.name.as_str()).collect();
+    if !more.is_empty() {
+        return Err(Failure::Message(format!(
+            "one proof at a time: choose {} or {} with --kernel",
+            dfg.name,
+            more.join(" or ")
+        )));
+    }
+    let _working = Progress::spinner("proving");
+    let (mut formula, mut steps) = (Vec::new(), Vec::new());
+    let certificate = Certificate {
+        formula: &mut formula,
+        steps: &mut steps,
+    };
+    if !certify(dfg, arch, claim, &interrupt::requested, certificate) {
+        return Err(Failure::Interrupted);
+    }
+    files::write(&formula_path(path), &formula)?;
+    files::write(path, &steps)?;
+    eprintln!(
+        "{}: {} has no schedule at II = {} up to {} cycles beyond the critical path",
+        path.display(),
+        dfg.name,
+        claim.ii,
+        claim.slack
+    );
+    Ok(())
+}
