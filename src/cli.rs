@@ -291,6 +291,9 @@ pub(crate) struct Report {
     /// Write a DRAT certificate that the II below is impossible; its formula goes to FILE.cnf
     #[arg(long, value_name = "FILE")]
     pub(crate) proof: Option<PathBuf>,
+    /// Try small changes of the machine, and say which lower each loop's II
+    #[arg(long)]
+    pub(crate) what_if: bool,
     /// Print JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,

@@ -10,6 +10,7 @@ pub mod check;
 pub mod modulo;
 pub mod sequence;
 pub mod vliw;
+pub mod what_if;
 
 use check::Violation;
 use srp_archdesc::arch::Arch;

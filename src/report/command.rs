@@ -1,12 +1,14 @@
 //! `srp report`
 
-use super::{page, report, text};
+use super::{Change, Report, page, report, text};
 use crate::cli;
 use crate::failure::Failure;
 use crate::pipeline::{self, Compiled, Effort, FrontEnd, Input};
 use crate::proof::{self, Proved};
+use crate::talk::Progress;
 use crate::{files, interrupt, kernels, machine, talk};
 use srp_archdesc::arch::Arch;
+use srp_scheduler::what_if::what_if;
 use std::path::Path;
 
 /// Runs `srp report`. Interrupted, it reports what the loops had reached.
@@ -28,6 +30,9 @@ pub(crate) fn run(args: &cli::Report) -> Result<(), Failure> {
     let mut report = report(&compiled, &arch);
     if let Some(kernel) = &args.kernel {
         report.keep_only(kernel)?;
+    }
+    if args.what_if {
+        try_changes(&mut report, &compiled, &arch);
     }
     if let Some(path) = &args.html {
         files::write(path, page(&report).as_bytes())?;
@@ -60,4 +65,23 @@ fn prove(
         })
         .collect();
     proof::write(path, &proved, arch)
+}
+
+/// Tries changes of the machine for every loop of the report.
+fn try_changes(report: &mut Report, compiled: &Compiled, arch: &Arch) {
+    let progress = Progress::steps("what if", report.loops.len() as u64);
+    for (done, l) in report.loops.iter_mut().enumerate() {
+        progress.at(done as u64);
+        let kernels = &compiled.schedule.program.kernels;
+        let Some(schedule) = kernels.values().find(|s| s.dfg.name == l.kernel) else {
+            continue;
+        };
+        let changes =
+            Effort::Steps.with(|options| what_if(&schedule.dfg, arch, schedule.ii, &options));
+        let change = |c: srp_scheduler::what_if::Change| Change {
+            what: c.what,
+            ii: c.ii,
+        };
+        l.what_if = changes.into_iter().map(change).collect();
+    }
 }

@@ -121,6 +121,9 @@ fn bounds(l: &LoopReport) -> Markup {
                 ul.cycle { @for step in &l.recurrence { (recurrence_step(l, step)) } }
             }
             @if let Some(why) = &l.why_not_lower { p.above { "Not lower: " (why) } }
+            @for change in &l.what_if {
+                p { "With " (change.what) ": II = " b { (change.ii) } }
+            }
             @for i in &l.impossible {
                 p { "Proved: no schedule at II = " (i.ii) " up to " (i.slack)
                     " cycles beyond the critical path" }

@@ -79,6 +79,8 @@ pub(crate) struct LoopReport {
     pub(crate) why_not_lower: Option<String>,
     /// Lower IIs that were proved impossible.
     pub(crate) impossible: Vec<Impossible>,
+    /// Changes of the machine that lower the II; empty unless they were asked for.
+    pub(crate) what_if: Vec<Change>,
     /// Iterations that overlap.
     pub(crate) stages: u32,
     /// Cycles of one iteration from its first issue to its last result.
@@ -94,6 +96,15 @@ pub(crate) struct LoopReport {
     pub(crate) utilisation: Vec<UnitLoad>,
     /// The modulo reservation table: a row a slot, a cell a unit.
     pub(crate) table: Vec<Vec<Option<Cell>>>,
+}
+
+/// A change of the machine.
+#[derive(Serialize)]
+pub(crate) struct Change {
+    /// What changes.
+    pub(crate) what: String,
+    /// The II that the loop then has.
+    pub(crate) ii: u32,
 }
 
 /// A proof that there is no schedule with this II.
@@ -271,6 +282,7 @@ impl View<'_> {
             recurrence: facts.bounds.critical_cycle.iter().map(step).collect(),
             why_not_lower: facts.obstacle.clone(),
             impossible: facts.impossible.iter().map(impossible).collect(),
+            what_if: Vec::new(),
             stages: schedule.stages(),
             length: schedule.length,
             contexts: schedule.contexts(),

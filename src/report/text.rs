@@ -82,6 +82,12 @@ fn details(out: &mut String, l: &LoopReport) {
     if let Some(why) = &l.why_not_lower {
         line(out, format_args!("  not lower: {why}"));
     }
+    for change in &l.what_if {
+        line(
+            out,
+            format_args!("  with {}: II = {}", change.what, change.ii),
+        );
+    }
     for i in &l.impossible {
         line(
             out,

@@ -1,0 +1,166 @@
+//! What a small change to the machine would do to a loop's initiation interval, found by really
+//! scheduling the loop on the changed machine.
+
+use crate::modulo::{self, Options};
+use srp_archdesc::arch::{Arch, FileKind, Fu, FuOp, LinkSpec};
+use srp_archdesc::entity::EntityMap;
+use srp_archdesc::isa::Class;
+use srp_ir::dfg::Dfg;
+use std::collections::BTreeSet;
+
+/// A change that lowers a loop's II.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Change {
+    /// What changes, in words.
+    pub what: String,
+    /// The II on the changed machine.
+    pub ii: u32,
+}
+
+/// Pairs of changes that are tried where no single one helps.
+const PAIRS: usize = 12;
+
+/// The changes that lower a loop's II below `ii`, the best first, those alike in the order of the
+/// machine. Pairs of changes are tried only where no single one helps.
+pub fn what_if(dfg: &Dfg, arch: &Arch, ii: u32, options: &Options<'_>) -> Vec<Change> {
+    let edits = edits(dfg, arch);
+    let mut changes: Vec<Change> = (edits.iter())
+        .filter_map(|edit| {
+            let mut changed = arch.clone();
+            (edit.apply)(&mut changed);
+            attempt(dfg, &changed, ii, options, edit.what.clone())
+        })
+        .collect();
+    if changes.is_empty() {
+        changes = pairs(dfg, arch, ii, options, &edits);
+    }
+    changes.sort_by_key(|change| change.ii);
+    changes
+}
+
+/// One change of a machine.
+struct Edit {
+    what: String,
+    apply: Box<dyn Fn(&mut Arch)>,
+}
+
+fn attempt(dfg: &Dfg, arch: &Arch, ii: u32, options: &Options<'_>, what: String) -> Option<Change> {
+    if (options.stop)() || modulo::bounds(dfg, arch).min_ii() >= ii {
+        return None;
+    }
+    let scheduled = modulo::schedule(dfg, arch, options).ok()?;
+    let reached = scheduled.schedule.ii;
+    (reached < ii).then_some(Change { what, ii: reached })
+}
+
+fn pairs(dfg: &Dfg, arch: &Arch, ii: u32, options: &Options<'_>, edits: &[Edit]) -> Vec<Change> {
+    let mut changes = Vec::new();
+    let mut tried = 0;
+    for (i, first) in edits.iter().enumerate() {
+        for second in &edits[..i] {
+            let mut changed = arch.clone();
+            (second.apply)(&mut changed);
+            (first.apply)(&mut changed);
+            if modulo::bounds(dfg, &changed).min_ii() >= ii {
+                continue;
+            }
+            if tried == PAIRS {
+                return changes;
+            }
+            tried += 1;
+            let what = format!("{} and {}", second.what, first.what);
+            changes.extend(attempt(dfg, &changed, ii, options, what));
+        }
+    }
+    changes
+}
+
+/// The changes worth a try for a loop.
+fn edits(dfg: &Dfg, arch: &Arch) -> Vec<Edit> {
+    let classes: BTreeSet<Class> = dfg.nodes.values().map(|n| n.op.class()).collect();
+    let mut edits = Vec::new();
+    for (resource, spec) in arch.resources.iter() {
+        edits.push(Edit {
+            what: format!("one more {}", spec.name),
+            apply: Box::new(move |arch| arch.resources[resource].count += 1),
+        });
+    }
+    for &class in &classes {
+        edits.extend(one_more_unit(arch, class));
+        let slow = |op: &FuOp| op.class == class && op.interval > 1;
+        if arch.fus.values().any(|fu| fu.ops.iter().any(slow)) {
+            edits.push(of_class(class, "issued every cycle", |op| op.interval = 1));
+        }
+        let long = |op: &FuOp| op.class == class && op.latency > op.interval.max(1);
+        if arch.fus.values().any(|fu| fu.ops.iter().any(long)) {
+            edits.push(of_class(class, "a cycle faster", |op| {
+                op.latency = (op.latency - 1).max(op.interval).max(1);
+            }));
+        }
+    }
+    edits.push(Edit {
+        what: "local register files twice the size".into(),
+        apply: Box::new(|arch| {
+            let local = |kind| kind != FileKind::Central;
+            let files = arch.files.iter_mut().map(|(_, file)| file);
+            files.filter(|f| local(f.kind)).for_each(|f| f.size *= 2);
+        }),
+    });
+    edits.push(Edit {
+        what: "one more port to read and to write in every register file".into(),
+        apply: Box::new(|arch| {
+            for (_, file) in arch.files.iter_mut() {
+                file.read_ports += 1;
+                file.write_ports += 1;
+            }
+        }),
+    });
+    edits.push(Edit {
+        what: "links to the diagonal neighbours too".into(),
+        apply: Box::new(link_diagonals),
+    });
+    edits
+}
+
+fn of_class(class: Class, how: &str, change: impl Fn(&mut FuOp) + 'static) -> Edit {
+    Edit {
+        what: format!("{} {how}", class.name()),
+        apply: Box::new(move |arch| {
+            let ops = arch.fus.iter_mut().flat_map(|(_, fu)| fu.ops.iter_mut());
+            ops.filter(|op| op.class == class).for_each(&change);
+        }),
+    }
+}
+
+/// A class on the first unit that is wide enough and lacks it, as the first that has it runs it.
+fn one_more_unit(arch: &Arch, class: Class) -> Option<Edit> {
+    let (_, model) = arch.fus.iter().find(|(_, fu)| fu.op(class).is_some())?;
+    let op = model.op(class)?.clone();
+    let lacks = |fu: Fu| arch.fus[fu].op(class).is_none() && arch.fus[fu].width >= model.width;
+    let fu = arch.fus.keys().rev().find(|&fu| lacks(fu))?;
+    Some(Edit {
+        what: format!("{} on {} too", class.name(), arch.fus[fu].name),
+        apply: Box::new(move |arch| {
+            let ops = &mut arch.fus[fu].ops;
+            ops.push(op.clone());
+            ops.sort_by_key(|op| op.class);
+        }),
+    })
+}
+
+/// Adds the links that are missing between diagonal neighbours, each like the first link into its
+/// target.
+fn link_diagonals(arch: &mut Arch) {
+    let cells: EntityMap<Fu, (u32, u32)> = arch.fus.values().map(|fu| (fu.row, fu.col)).collect();
+    for (from, &(row, col)) in cells.iter() {
+        for (to, &(r, c)) in cells.iter() {
+            let diagonal = row.abs_diff(r) == 1 && col.abs_diff(c) == 1;
+            let linked = arch.links.values().any(|l| (l.from, l.to) == (from, to));
+            let wide = |l: &&LinkSpec| l.to == to && l.width > 1;
+            let model = arch.links.values().find(wide).cloned();
+            if let Some(model) = model.filter(|_| diagonal && !linked) {
+                arch.links.push(LinkSpec { from, to, ..model });
+            }
+        }
+    }
+}
