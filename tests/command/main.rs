@@ -103,7 +103,7 @@ fn programs_at_fault_are_refused() {
     write(
         &folder,
         "unsupported.c",
-        "int main(void)\n{\n    goto end;\nend:\n    return 0;\n}\n",
+        "int main(void)\n{\n    _Complex float z;\n    return 0;\n}\n",
     );
     refused(&folder, &["run", "syntax.c"], &["syntax.c:3:15"]);
     refused(&folder, &["run", "type.c"], &["type.c:3:14"]);
