@@ -22,9 +22,10 @@ entity! {
 /// A machine: the array with its units, files and links, and the system round it.
 ///
 /// Always holds: names are unique in their kind; every entity mentioned exists; latencies and
-/// intervals are at least 1; each class that the compiler needs ([`Class::ALL`]) is run by at
-/// least one unit, and those that control code needs by at least one VLIW slot.
-/// Made only by [`parse`](crate::parse) and the generators of standard arrays.
+/// intervals are at least 1; where there are VLIW slots, they run between them all that control code
+/// needs ([`Class::ALL`]), and there is a central file for each type. A machine without slots is an
+/// array alone, onto which graphs can be mapped but not programs compiled.
+/// Made only by [`parse`](crate::parse).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arch {
     /// The machine's name.

@@ -244,3 +244,70 @@ fn example_of_the_reference_is_a_machine() {
     let arch = read("FORMAT.md", &reference[start..start + length]);
     assert_eq!(arch.fus.len(), 4);
 }
+
+#[test]
+fn standard_arrays_are_machines() {
+    use srp_archdesc::xml::{ArrayTopology, StandardArray, standard};
+    let plain = StandardArray::mesh(4, 4);
+    let text = standard(&plain).expect("a mesh there is");
+    let mesh = read("mesh", &text);
+    assert_eq!(xml::parse("again", &xml::write(&mesh)), Ok(mesh.clone()));
+    assert_eq!((mesh.fus.len(), mesh.links.len()), (16, 48));
+    assert!(mesh.slots().is_empty());
+    // One output, its own registers, every scalar operation in one cycle.
+    let graph = ResourceGraph::of(&mesh);
+    assert_eq!(graph.places.len(), 32);
+    for unit in mesh.fus.values() {
+        assert!(
+            unit.ops
+                .iter()
+                .all(|op| (op.latency, op.interval) == (1, 1))
+        );
+        assert!(unit.runs(Opcode::Fma).is_some() && unit.runs(Opcode::Gsw).is_some());
+    }
+    let links = |topology| {
+        let text = standard(&StandardArray {
+            topology,
+            ..plain.clone()
+        });
+        read("mesh", &text.expect("it is one")).links.len()
+    };
+    assert_eq!(links(ArrayTopology::Diagonal), 48 + 2 * 2 * 9);
+    assert_eq!(links(ArrayTopology::Torus), 64);
+    assert_eq!(links(ArrayTopology::OneHop), 48 + 2 * 2 * 8);
+    let memory = standard(&StandardArray {
+        memory_columns: Some(1),
+        registers: 0,
+        latency: 2,
+        ..plain.clone()
+    });
+    let memory = read("mesh", &memory.expect("it is one"));
+    assert!(memory.files.is_empty());
+    for unit in memory.fus.values() {
+        assert_eq!(unit.runs(Opcode::Lw).is_some(), unit.col == 0);
+        assert_eq!(unit.runs(Opcode::Add).map(|op| op.latency), Some(2));
+    }
+    let refused = [
+        StandardArray {
+            rows: 0,
+            ..plain.clone()
+        },
+        StandardArray {
+            cols: 65,
+            ..plain.clone()
+        },
+        StandardArray {
+            memory_columns: Some(5),
+            ..plain.clone()
+        },
+        StandardArray {
+            classes: Vec::new(),
+            ..plain.clone()
+        },
+        StandardArray {
+            classes: vec![srp_archdesc::Class::Branch],
+            ..plain
+        },
+    ];
+    assert!(refused.iter().all(|array| standard(array).is_err()));
+}

@@ -14,9 +14,13 @@ use std::collections::BTreeMap;
 pub const RESERVED_WORDS: u32 = 2;
 
 /// The central file for values of type `ty`.
+///
+/// # Panics
+///
+/// If there is none, which only a machine without VLIW slots can be like.
 pub fn file(arch: &Arch, ty: Ty) -> RegFile {
     arch.central(ty)
-        .expect("a checked machine has a central file for every type")
+        .expect("a machine with VLIW slots has a central file for every type")
 }
 
 /// Registers of the central file of `ty` that can hold values: the first ones.
@@ -60,11 +64,12 @@ pub fn reserved(arch: &Arch) -> Vec<Reg> {
         .collect()
 }
 
-/// Where values of these types pass; `None` for those that find no register.
+/// Where values of these types pass; `None` for those that find no register, as all do where there
+/// is no central file.
 pub fn passing(arch: &Arch, types: impl IntoIterator<Item = Ty>) -> Vec<Option<Reg>> {
     let mut next = BTreeMap::new();
     let place = |ty: Ty| {
-        let file = file(arch, ty);
+        let file = arch.central(ty)?;
         let index = next.entry(file).or_insert(0);
         let reg = (*index < allocatable(arch, ty)).then_some(Reg {
             file,

@@ -17,12 +17,14 @@ mod links;
 mod quote;
 mod raw;
 mod rules;
+mod standard;
 mod system;
 mod tree;
 mod units;
 mod values;
 mod write;
 
+pub use standard::{ArrayTopology, StandardArray, scalar_classes, standard};
 pub use write::write;
 
 use crate::arch::Arch;
@@ -106,7 +108,6 @@ fn resolve(machine: &raw::Machine, at: Span, found: &Findings) -> Option<Arch> {
     };
     let places = rules::Places {
         array: array.span,
-        vliw: machine.vliw.as_ref().map_or(array.span, |v| v.span),
         units: &units,
         files: &file_spans,
     };

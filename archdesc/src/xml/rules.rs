@@ -14,8 +14,6 @@ use crate::isa::{Class, Kind, Opcode, Ty};
 pub(super) struct Places<'p> {
     /// The `<array>`.
     pub(super) array: Span,
-    /// The `<vliw>`, or the array where there is none.
-    pub(super) vliw: Span,
     /// What each unit was made from.
     pub(super) units: &'p Units,
     /// Each register file.
@@ -34,8 +32,10 @@ pub(super) fn check(found: &Findings, arch: &Arch, places: &Places<'_>) {
     if !found.suspects_any(&["fu-type", "type", "op", "class", "classes", "width"]) {
         classes(found, arch, places);
     }
-    for ty in Ty::ALL {
-        central_file(found, arch, places, ty);
+    if arch.fus.values().any(|unit| unit.slot.is_some()) {
+        for ty in Ty::ALL {
+            central_file(found, arch, places, ty);
+        }
     }
 }
 
@@ -95,7 +95,7 @@ fn names(found: &Findings, arch: &Arch, places: &Places<'_>) {
     }
 }
 
-/// Slots are numbered from 0 without gaps or repetitions, and there is one.
+/// Slots are numbered from 0 without gaps or repetitions.
 fn slots(found: &Findings, arch: &Arch, places: &Places<'_>) {
     let mut slots: BTreeMap<u32, Fu> = BTreeMap::new();
     for (fu, unit) in arch.fus.iter() {
@@ -115,14 +115,6 @@ fn slots(found: &Findings, arch: &Arch, places: &Places<'_>) {
         } else {
             slots.insert(slot, fu);
         }
-    }
-    if slots.is_empty() {
-        let message = "no unit is a VLIW slot, so nothing can run control code";
-        found.push(
-            found
-                .error("A0502", places.vliw, message, "no slots")
-                .help("give `<vliw slots=\"…\">` a number, or units a `slot`"),
-        );
     }
     if let Some((gap, (_, &fu))) = (0..).zip(&slots).find(|&(n, (&slot, _))| n != slot) {
         let message = format!("there is no VLIW slot {gap}");

@@ -62,6 +62,8 @@ pub struct VliwCode {
 /// Why there is no control code for a program on a machine.
 #[derive(Clone, Debug, PartialEq)]
 pub enum VliwError {
+    /// The machine has no VLIW slots.
+    NoSlots,
     /// The machine has no central file for values of this type.
     NoCentralFile(Ty),
     /// No slot has a branch unit, or one has one that is not free again when a branch's target
@@ -107,6 +109,10 @@ pub enum VliwError {
 impl std::fmt::Display for VliwError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
+            VliwError::NoSlots => f.write_str(
+                "no unit of the machine is a VLIW slot, so nothing can run control code; bare \
+                 graphs can be mapped onto it",
+            ),
             VliwError::NoCentralFile(ty) => {
                 write!(
                     f,

@@ -28,6 +28,9 @@ pub(super) struct Target<'a> {
 impl<'a> Target<'a> {
     /// The VLIW engine of `arch`.
     pub(super) fn of(arch: &'a Arch) -> Result<Target<'a>, VliwError> {
+        if arch.slots().is_empty() {
+            return Err(VliwError::NoSlots);
+        }
         for ty in Ty::ALL {
             if arch.central(ty).is_none() {
                 return Err(VliwError::NoCentralFile(ty));
