@@ -3,6 +3,7 @@
 //! * [`program`]: SSA with block parameters, what the front end makes and the passes change.
 //! * [`dfg`]: one loop body as a dataflow graph, what the modulo scheduler places.
 //! * [`dre`]: the program divided between VLIW engine and array, unscheduled and scheduled.
+//! * [`graph`]: dataflow graphs that come from elsewhere, read.
 //! * [`split`]: makes a `Dre` of a `Program`.
 //! * [`flow`]: predecessors, dominators, loops.
 //! * [`layout`]: where globals live.
@@ -14,6 +15,7 @@
 pub mod dfg;
 pub mod dre;
 pub mod flow;
+pub mod graph;
 pub mod interp;
 pub mod layout;
 pub mod pass;

@@ -23,7 +23,10 @@ pub(super) fn kernel(linker: &mut Linker, kernel: Kernel) -> Result<KernelSpec, 
         pos: schedule.dfg.pos,
     };
     let unroll = unrolling(linker, schedule, &site)?;
-    let trip = live_in(linker, schedule, schedule.dfg.trip, Ty::Word, &site)?;
+    let Some(trip) = schedule.dfg.trip else {
+        return Err(site.error(linker, "a graph without a trip count cannot be launched"));
+    };
+    let trip = live_in(linker, schedule, trip, Ty::Word, &site)?;
     let preloads = preloads(linker, schedule, &site)?;
     let mut array = Array {
         schedule,

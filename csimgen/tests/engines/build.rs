@@ -206,7 +206,7 @@ pub(crate) fn kernel(
             name: name.to_owned(),
             pos: pos(99),
             live_ins: (0..=live_ins).map(live_in).collect(),
-            trip: 0,
+            trip: Some(0),
             nodes: nodes.collect(),
             order: Vec::new(),
             live_outs: Vec::new(),

@@ -303,7 +303,7 @@ fn random_kernel(arch: &Arch, dice: &mut Dice, shape: &Shape, number: usize) -> 
                 ty: Ty::Word,
                 pos: Pos::nowhere(),
             }],
-            trip: 0,
+            trip: Some(0),
             nodes,
             order: Vec::new(),
             live_outs: Vec::new(),

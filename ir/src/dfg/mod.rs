@@ -29,6 +29,11 @@ pub const MAX_OVERLAP: u32 = 1 << 16;
 ///
 /// Always holds: operands fit the opcode table; edges of distance 0 form no cycle; an operand at
 /// distance `d` has `d` initial values, the value before iteration 0 first.
+///
+/// A graph without a trip count is *bare*: it can be scheduled but not launched. Of its operations
+/// only class and result count. They take any number of operands, each of its producer's type, and
+/// orders may be between any two of them. Graphs that come without a program are such
+/// ([`graph`](crate::graph)).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dfg {
     /// The kernel's name.
@@ -37,8 +42,8 @@ pub struct Dfg {
     pub pos: Pos,
     /// Values that come from outside and do not change, by number. The launch brings them.
     pub live_ins: Vec<LiveIn>,
-    /// The live-in word that holds the trip count; 0 stands for 2³².
-    pub trip: u32,
+    /// The live-in word that holds the trip count; 0 stands for 2³². `None` in a bare graph.
+    pub trip: Option<u32>,
     /// The operations, in source order.
     pub nodes: EntityMap<Node, NodeData>,
     /// Order between memory accesses that no value carries. Accesses that meet only after
@@ -238,6 +243,20 @@ impl Dfg {
             }
         }
         order
+    }
+
+    /// Whether nothing says how often the loop runs, so that only its dependences count.
+    pub fn is_bare(&self) -> bool {
+        self.trip.is_none()
+    }
+
+    /// The storage of what an operand brings; `None` where it names nothing.
+    pub fn operand_ty(&self, operand: &Operand) -> Option<Ty> {
+        match operand {
+            Operand::Const(bits) => Some(bits.ty()),
+            Operand::LiveIn(i) => self.live_ins.get(*i as usize).map(|l| l.ty),
+            Operand::Node { node, .. } => self.nodes.get(*node)?.op.result(),
+        }
     }
 
     /// The storage of a node's result.

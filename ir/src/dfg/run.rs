@@ -36,7 +36,7 @@ impl History {
 ///
 /// # Panics
 ///
-/// If the live-ins are not as many as the graph has.
+/// If the live-ins are not as many as the graph has, or the graph is bare.
 pub fn run(
     dfg: &Dfg,
     live_ins: &[Bits],
@@ -61,7 +61,8 @@ pub fn run(
         })
         .collect();
     let order = dfg.topological();
-    let trip = match live_ins[dfg.trip as usize].lanes()[0] {
+    let trip = dfg.trip.expect("a bare graph is not launched");
+    let trip = match live_ins[trip as usize].lanes()[0] {
         0 => 1 << 32,
         trip => u64::from(trip),
     };

@@ -37,6 +37,9 @@ impl std::fmt::Display for Violation {
 /// * orders are between memory accesses and from a node to itself only across iterations;
 /// * live-outs have a result;
 /// * within an iteration, no value or order leads in a circle.
+///
+/// Of a bare graph, operands need only exist, with initial values of their type, and orders may be
+/// between any nodes.
 pub(super) fn verify(dfg: &Dfg) -> Result<(), Vec<Violation>> {
     let mut check = Check {
         dfg,
@@ -45,13 +48,12 @@ pub(super) fn verify(dfg: &Dfg) -> Result<(), Vec<Violation>> {
     if dfg.nodes.is_empty() {
         check.graph("it has no nodes".to_owned());
     }
-    match dfg.live_ins.get(dfg.trip as usize) {
-        None => check.graph(format!(
-            "the trip count is live-in {}, which is none",
-            dfg.trip
-        )),
-        Some(l) if l.ty != Ty::Word => check.graph("the trip count is not a word".to_owned()),
-        Some(_) => {}
+    if let Some(trip) = dfg.trip {
+        match dfg.live_ins.get(trip as usize) {
+            None => check.graph(format!("the trip count is live-in {trip}, which is none")),
+            Some(l) if l.ty != Ty::Word => check.graph("the trip count is not a word".to_owned()),
+            Some(_) => {}
+        }
     }
     for (node, data) in dfg.nodes.iter() {
         check.node(node, data);
@@ -99,7 +101,7 @@ impl Check<'_> {
     fn node(&mut self, node: Node, data: &NodeData) {
         let info = data.op.info();
         let (expected, found) = (info.operands.len(), data.operands.len());
-        if expected != found {
+        if expected != found && !self.dfg.is_bare() {
             self.at(
                 node,
                 format!("`{}` takes {expected} operands, not {found}", data.op),
@@ -111,11 +113,21 @@ impl Check<'_> {
         if !info.immediate && data.imm != 0 {
             self.at(node, format!("`{}` has no immediate", data.op));
         }
-        for (i, (operand, kind)) in data.operands.iter().zip(info.operands).enumerate() {
-            if let Err(what) = self.operand(operand, kind.ty()) {
+        for (i, operand) in data.operands.iter().enumerate() {
+            let ty = self.wanted(data, i);
+            if let Err(what) = ty.map_or(Ok(()), |ty| self.operand(operand, ty)) {
                 self.at(node, format!("operand {i}: {what}"));
             }
         }
+    }
+
+    /// The type that operand `i` must have: the table's, or in a bare graph the one it has.
+    fn wanted(&self, data: &NodeData, i: usize) -> Option<Ty> {
+        if self.dfg.is_bare() {
+            let own = self.dfg.operand_ty(&data.operands[i]);
+            return Some(own.unwrap_or(Ty::Word));
+        }
+        data.op.info().operands.get(i).map(|kind| kind.ty())
     }
 
     fn operand(&self, operand: &Operand, ty: Ty) -> Result<(), String> {
@@ -151,7 +163,7 @@ impl Check<'_> {
             for end in [order.from, order.to] {
                 match self.dfg.nodes.get(end) {
                     None => self.graph(format!("an order names {end}, which does not exist")),
-                    Some(data) if data.op.space().is_none() => {
+                    Some(data) if data.op.space().is_none() && !self.dfg.is_bare() => {
                         self.at(end, "is in an order but accesses no memory".to_owned());
                     }
                     Some(_) => {}

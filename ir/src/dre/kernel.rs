@@ -3,6 +3,7 @@
 use super::terms::{self, Files, Names};
 use super::tree::{Element, Read, Tag, Text, Xml};
 use crate::dfg::{Dfg, Initial, LiveIn, Node, NodeData, Operand, Order};
+use srp_archdesc::diagnostic::Span;
 use srp_archdesc::entity;
 use srp_archdesc::entity::EntityMap;
 
@@ -16,7 +17,7 @@ pub(super) fn open(xml: &mut Xml, dfg: &Dfg) {
     xml.open(
         Tag::new("kernel")
             .attr("name", &dfg.name)
-            .attr("trip", format!("in{}", dfg.trip))
+            .attr_if("trip", dfg.trip.map(|trip| format!("in{trip}")))
             .attr_if("at", terms::pos(dfg.pos)),
     );
     for (i, live_in) in dfg.live_ins.iter().enumerate() {
@@ -50,7 +51,7 @@ pub(super) fn open(xml: &mut Xml, dfg: &Dfg) {
     }
 }
 
-fn operand(operand: &Operand) -> String {
+pub(crate) fn operand(operand: &Operand) -> String {
     match operand {
         Operand::Const(bits) => bits.to_string(),
         Operand::LiveIn(i) => format!("in{i}"),
@@ -127,6 +128,43 @@ impl KernelNames {
     }
 }
 
+/// What an element would say, where it stands in another form.
+pub(crate) struct Part<'x> {
+    name: &'static str,
+    span: Span,
+    /// Names, values and the places of these.
+    pub(crate) attributes: Vec<(&'static str, &'x str, Span)>,
+}
+
+impl<'x> Part<'x> {
+    pub(crate) fn new(name: &'static str, span: Span) -> Part<'x> {
+        let attributes = Vec::new();
+        Part {
+            name,
+            span,
+            attributes,
+        }
+    }
+
+    fn element(self) -> Element<'x> {
+        Element::made(self.name, self.span, self.attributes)
+    }
+}
+
+/// A kernel whose elements stand in another form; a mistake with its place.
+pub(crate) fn read_parts(
+    kernel: Part<'_>,
+    children: Vec<Part<'_>>,
+    files: &Files,
+) -> Result<Dfg, (Span, String)> {
+    let mut element = kernel.element();
+    element.children = children.into_iter().map(Part::element).collect();
+    match read(&element, files) {
+        Ok((dfg, _)) => Ok(dfg),
+        Err(fault) => Err((fault.span, fault.message)),
+    }
+}
+
 /// The children of a kernel that describe its graph.
 pub(super) const CHILDREN: [&str; 4] = ["live-in", "node", "order", "live-out"];
 
@@ -177,7 +215,7 @@ pub(super) fn read(element: &Element<'_>, files: &Files) -> Read<(Dfg, KernelNam
     let dfg = Dfg {
         name: element.required("name")?.text.to_owned(),
         pos: terms::read_pos(element, "at", files)?,
-        trip: names.input(element.required("trip")?)?,
+        trip: (element.optional("trip").map(|t| names.input(t))).transpose()?,
         live_ins,
         nodes,
         order,
@@ -185,6 +223,11 @@ pub(super) fn read(element: &Element<'_>, files: &Files) -> Read<(Dfg, KernelNam
     };
     check(element, &dfg)?;
     Ok((dfg, names))
+}
+
+/// Refuses a bare graph, which nothing can launch.
+pub(super) fn launchable(element: &Element<'_>) -> Read<()> {
+    element.required("trip").map(|_| ())
 }
 
 /// Refuses a graph that breaks its rules, at the element of the first that does.

@@ -50,7 +50,9 @@ mod terms;
 mod tree;
 mod verify;
 
+pub(crate) use kernel::{Part, operand as operand_text, read_parts as read_kernel};
 pub use run::run;
+pub(crate) use terms::pos as pos_text;
 
 /// The version of the files.
 const VERSION: u32 = 1;
@@ -152,6 +154,7 @@ fn read_dre(root: &Element<'_>) -> Read<Dre> {
         if let Some(other) = element.children.iter().find(|c| !known(c)) {
             return other.misplaced(&kernel::CHILDREN);
         }
+        kernel::launchable(element)?;
         kernels.push(kernel::read(element, &files)?.0);
     }
     let control = control::read_program(root, files, &names)?;
@@ -205,6 +208,26 @@ pub fn write_scheduled(dre: &scheduled::ScheduledDre, arch: &Arch) -> String {
     let mut xml = Xml::new();
     placed::write_scheduled(&mut xml, dre, &machine::Machine::of(arch));
     xml.text
+}
+
+/// The file of modulo schedules without a program: kernels as in a scheduled program, with no trip
+/// count where the graph is bare, in a `<scheduled-loops>`.
+///
+/// # Panics
+///
+/// If a schedule names parts that the machine does not have.
+pub fn write_loops(scheduled: &scheduled::ScheduledLoops, arch: &Arch) -> String {
+    let mut xml = Xml::new();
+    placed::write_loops(&mut xml, scheduled, &machine::Machine::of(arch));
+    xml.text
+}
+
+/// Reads what [`write_loops`] writes, as [`read_scheduled`] reads programs.
+pub fn read_loops(xml: &str, arch: &Arch) -> Result<scheduled::ScheduledLoops, DreError> {
+    let in_text = |fault: tree::Fault| fault.in_text(xml);
+    let root = tree::parse(xml, placed::LOOPS).map_err(in_text)?;
+    check_version(&root).map_err(in_text)?;
+    placed::read_loops(&root, &machine::Machine::of(arch)).map_err(in_text)
 }
 
 /// Reads the file of a scheduled program for this machine. Its names are resolved and its registers

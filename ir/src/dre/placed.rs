@@ -47,6 +47,24 @@ pub(super) fn write_scheduled(xml: &mut Xml, dre: &ScheduledDre, machine: &Machi
     xml.close();
 }
 
+pub(super) fn write_loops(xml: &mut Xml, scheduled: &ScheduledLoops, machine: &Machine<'_>) {
+    xml.open(
+        Tag::new(LOOPS)
+            .attr("version", super::VERSION)
+            .attr("machine", &scheduled.machine),
+    );
+    terms::write_files(xml, &scheduled.files);
+    for schedule in &scheduled.loops {
+        kernel::open(xml, &schedule.dfg);
+        write_schedule(xml, schedule, machine);
+        xml.close();
+    }
+    xml.close();
+}
+
+/// The root element of modulo schedules by themselves.
+pub(super) const LOOPS: &str = "scheduled-loops";
+
 fn write_bundle(
     xml: &mut Xml,
     dre: &ScheduledDre,
@@ -145,13 +163,7 @@ fn write_schedule(xml: &mut Xml, schedule: &ModuloSchedule, machine: &Machine<'_
 
 pub(super) fn read_scheduled(root: &Element<'_>, machine: &Machine<'_>) -> Read<ScheduledDre> {
     root.only(&["version", "machine", "start"])?;
-    let name = root.required("machine")?;
-    if name.text != machine.arch.name {
-        return name.fault(format!(
-            "this schedule is for machine `{}`, not for `{}`",
-            name.text, machine.arch.name
-        ));
-    }
+    let name = machine_name(root, machine)?;
     const CHILDREN: [&str; 6] = ["file", "image", "symbol", "function", "bundle", "kernel"];
     if let Some(other) = root.children.iter().find(|c| !CHILDREN.contains(&c.name)) {
         return other.misplaced(&CHILDREN);
@@ -166,7 +178,7 @@ pub(super) fn read_scheduled(root: &Element<'_>, machine: &Machine<'_>) -> Read<
         kernels: &kernels,
     };
     let mut dre = ScheduledDre {
-        machine: name.text.to_owned(),
+        machine: name,
         files: Files::new(),
         image: Vec::new(),
         symbols: Vec::new(),
@@ -181,12 +193,46 @@ pub(super) fn read_scheduled(root: &Element<'_>, machine: &Machine<'_>) -> Read<
             "symbol" => dre.symbols.push(read_symbol(child)?),
             "function" => dre.functions.push(reader.function(child)?),
             "bundle" => drop(dre.bundles.push(reader.bundle(child)?)),
-            "kernel" => drop(dre.kernels.push(reader.kernel(child)?)),
+            "kernel" => {
+                kernel::launchable(child)?;
+                dre.kernels.push(read_kernel(child, machine, &files)?);
+            }
             _ => {}
         }
     }
     dre.files = files;
     Ok(dre)
+}
+
+pub(super) fn read_loops(root: &Element<'_>, machine: &Machine<'_>) -> Read<ScheduledLoops> {
+    root.only(&["version", "machine"])?;
+    let name = machine_name(root, machine)?;
+    const CHILDREN: [&str; 2] = ["file", "kernel"];
+    if let Some(other) = root.children.iter().find(|c| !CHILDREN.contains(&c.name)) {
+        return other.misplaced(&CHILDREN);
+    }
+    let files = terms::read_files(root)?;
+    let kernels = root.children.iter().filter(|c| c.name == "kernel");
+    let loops: Read<Vec<ModuloSchedule>> = kernels
+        .map(|kernel| read_kernel(kernel, machine, &files))
+        .collect();
+    Ok(ScheduledLoops {
+        machine: name,
+        loops: loops?,
+        files,
+    })
+}
+
+/// The machine that a schedule is for, which must be this one.
+fn machine_name(root: &Element<'_>, machine: &Machine<'_>) -> Read<String> {
+    let name = root.required("machine")?;
+    if name.text != machine.arch.name {
+        return name.fault(format!(
+            "this schedule is for machine `{}`, not for `{}`",
+            name.text, machine.arch.name
+        ));
+    }
+    Ok(name.text.to_owned())
 }
 
 fn read_image(element: &Element<'_>, image: &mut Vec<u8>) -> Read<()> {
@@ -314,91 +360,110 @@ impl Reader<'_> {
         element.only(&with_pos)?;
         Ok(control)
     }
+}
 
-    fn kernel(&self, element: &Element<'_>) -> Read<ModuloSchedule> {
-        let (dfg, names) = kernel::read(element, self.files)?;
-        let mut schedules = element.children.iter().filter(|c| c.name == "schedule");
-        let (Some(schedule), None) = (schedules.next(), schedules.next()) else {
-            return element.fault("a scheduled kernel needs one `<schedule>`");
-        };
-        let known = |c: &&Element<'_>| kernel::CHILDREN.contains(&c.name) || c.name == "schedule";
-        if let Some(other) = element.children.iter().find(|c| !known(c)) {
-            return other.misplaced(&["live-in", "node", "order", "live-out", "schedule"]);
-        }
-        schedule.only(&["ii", "length", "live-ins", "live-outs"])?;
-        let ii = schedule.required("ii")?;
-        if ii.u32()? == 0 {
-            return ii.fault("the initiation interval is at least 1");
-        }
-        let regs = |name: &str| -> Read<Vec<Reg>> {
-            let words = schedule.words(name);
-            words.map(|r| self.machine.read_reg(r)).collect()
-        };
-        let mut result = ModuloSchedule {
-            dfg,
-            ii: ii.u32()?,
-            length: schedule.required("length")?.u32()?,
-            ops: EntityMap::new(),
-            transfers: Vec::new(),
-            preloads: Vec::new(),
-            live_in_regs: regs("live-ins")?,
-            live_out_regs: regs("live-outs")?,
-        };
-        for child in &schedule.children {
-            match child.name {
-                "place" | "move" => drop(result.ops.push(self.placed(child, &names)?)),
-                "transfer" => result.transfers.push(self.transfer(child, &names)?),
-                "preload" => result.preloads.push(self.preload(child, &names)?),
-                _ => return child.misplaced(&["place", "move", "transfer", "preload"]),
-            }
-        }
-        Ok(result)
+/// A kernel with its schedule.
+fn read_kernel(
+    element: &Element<'_>,
+    machine: &Machine<'_>,
+    files: &Files,
+) -> Read<ModuloSchedule> {
+    let (dfg, names) = kernel::read(element, files)?;
+    let mut schedules = element.children.iter().filter(|c| c.name == "schedule");
+    let (Some(schedule), None) = (schedules.next(), schedules.next()) else {
+        return element.fault("a scheduled kernel needs one `<schedule>`");
+    };
+    let known = |c: &&Element<'_>| kernel::CHILDREN.contains(&c.name) || c.name == "schedule";
+    if let Some(other) = element.children.iter().find(|c| !known(c)) {
+        return other.misplaced(&["live-in", "node", "order", "live-out", "schedule"]);
     }
+    schedule.only(&["ii", "length", "live-ins", "live-outs"])?;
+    let ii = schedule.required("ii")?;
+    if ii.u32()? == 0 {
+        return ii.fault("the initiation interval is at least 1");
+    }
+    let regs = |name: &str| -> Read<Vec<Reg>> {
+        let words = schedule.words(name);
+        words.map(|r| machine.read_reg(r)).collect()
+    };
+    let mut result = ModuloSchedule {
+        dfg,
+        ii: ii.u32()?,
+        length: schedule.required("length")?.u32()?,
+        ops: EntityMap::new(),
+        transfers: Vec::new(),
+        preloads: Vec::new(),
+        live_in_regs: regs("live-ins")?,
+        live_out_regs: regs("live-outs")?,
+    };
+    for child in &schedule.children {
+        match child.name {
+            "place" | "move" => drop(result.ops.push(read_placed(child, machine, &names)?)),
+            "transfer" => result
+                .transfers
+                .push(read_transfer(child, machine, &names)?),
+            "preload" => result.preloads.push(read_preload(child, machine, &names)?),
+            _ => return child.misplaced(&["place", "move", "transfer", "preload"]),
+        }
+    }
+    Ok(result)
+}
 
-    fn placed(&self, element: &Element<'_>, names: &kernel::KernelNames) -> Read<PlacedOp> {
-        element.only(&["node", "fu", "time", "from", "to"])?;
-        let operands: Read<Vec<Source>> = element
-            .words("from")
-            .map(|s| self.machine.read_source(s))
-            .collect();
-        let writes: Read<Vec<RegAt>> = element
-            .words("to")
-            .map(|r| self.machine.read_reg_at(r))
-            .collect();
-        Ok(PlacedOp {
-            node: names.nodes.get(element.required("node")?)?,
-            is_move: element.name == "move",
-            fu: self.machine.read_fu(element.required("fu")?)?,
-            time: element.required("time")?.u32()?,
-            operands: operands?,
-            writes: writes?,
-        })
-    }
+fn read_placed(
+    element: &Element<'_>,
+    machine: &Machine<'_>,
+    names: &kernel::KernelNames,
+) -> Read<PlacedOp> {
+    element.only(&["node", "fu", "time", "from", "to"])?;
+    let operands: Read<Vec<Source>> = element
+        .words("from")
+        .map(|s| machine.read_source(s))
+        .collect();
+    let writes: Read<Vec<RegAt>> = element
+        .words("to")
+        .map(|r| machine.read_reg_at(r))
+        .collect();
+    Ok(PlacedOp {
+        node: names.nodes.get(element.required("node")?)?,
+        is_move: element.name == "move",
+        fu: machine.read_fu(element.required("fu")?)?,
+        time: element.required("time")?.u32()?,
+        operands: operands?,
+        writes: writes?,
+    })
+}
 
-    fn transfer(&self, element: &Element<'_>, names: &kernel::KernelNames) -> Read<PlacedTransfer> {
-        element.only(&["node", "link", "time", "to"])?;
-        Ok(PlacedTransfer {
-            node: names.nodes.get(element.required("node")?)?,
-            link: self.machine.read_link(element.required("link")?)?,
-            time: element.required("time")?.u32()?,
-            to: self.machine.read_reg_at(element.required("to")?)?,
-        })
-    }
+fn read_transfer(
+    element: &Element<'_>,
+    machine: &Machine<'_>,
+    names: &kernel::KernelNames,
+) -> Read<PlacedTransfer> {
+    element.only(&["node", "link", "time", "to"])?;
+    Ok(PlacedTransfer {
+        node: names.nodes.get(element.required("node")?)?,
+        link: machine.read_link(element.required("link")?)?,
+        time: element.required("time")?.u32()?,
+        to: machine.read_reg_at(element.required("to")?)?,
+    })
+}
 
-    fn preload(&self, element: &Element<'_>, names: &kernel::KernelNames) -> Read<Preload> {
-        element.only(&["to", "type", "value"])?;
-        let Reg { file, index } = self.machine.read_reg(element.required("to")?)?;
-        let value = element.required("value")?;
-        let ty: Ty = terms::read_ty(element.required("type")?)?;
-        let initial = names.initial(value)?;
-        if initial == Initial::Any {
-            return value.fault("a register is set to a value; leave it out where any will do");
-        }
-        Ok(Preload {
-            file,
-            index,
-            value: initial,
-            ty,
-        })
+fn read_preload(
+    element: &Element<'_>,
+    machine: &Machine<'_>,
+    names: &kernel::KernelNames,
+) -> Read<Preload> {
+    element.only(&["to", "type", "value"])?;
+    let Reg { file, index } = machine.read_reg(element.required("to")?)?;
+    let value = element.required("value")?;
+    let ty: Ty = terms::read_ty(element.required("type")?)?;
+    let initial = names.initial(value)?;
+    if initial == Initial::Any {
+        return value.fault("a register is set to a value; leave it out where any will do");
     }
+    Ok(Preload {
+        file,
+        index,
+        value: initial,
+        ty,
+    })
 }

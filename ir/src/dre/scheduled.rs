@@ -249,6 +249,17 @@ pub struct Preload {
     pub ty: Ty,
 }
 
+/// Modulo schedules without a program around them, as those of bare graphs are.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScheduledLoops {
+    /// The machine's name.
+    pub machine: String,
+    /// Files that positions name.
+    pub files: EntityMap<SourceFile, String>,
+    /// The schedules.
+    pub loops: Vec<ModuloSchedule>,
+}
+
 impl RegAt {
     /// The physical register in iteration `i` (which may be negative), in a file of `size`
     /// registers that rotates or not.

@@ -17,7 +17,7 @@ const MAX_DATA: usize = 256 << 20;
 pub(super) type Files = EntityMap<SourceFile, String>;
 
 /// `file:line:column`, files by number; nothing for no position.
-pub(super) fn pos(pos: Pos) -> Option<String> {
+pub(crate) fn pos(pos: Pos) -> Option<String> {
     let Pos { file, line, column } = pos;
     (pos != Pos::nowhere()).then(|| format!("{}:{line}:{column}", file.index()))
 }

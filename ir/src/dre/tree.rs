@@ -162,6 +162,28 @@ struct Attribute<'x> {
     value_span: Span,
 }
 
+impl<'x> Element<'x> {
+    /// An element that stands in no XML, with names, values and places of its attributes.
+    pub(super) fn made(
+        name: &'x str,
+        span: Span,
+        attributes: Vec<(&'x str, &'x str, Span)>,
+    ) -> Element<'x> {
+        let attribute = |(name, value, span): (&'x str, &'x str, Span)| Attribute {
+            name,
+            name_span: span,
+            value: Cow::Borrowed(value),
+            value_span: span,
+        };
+        Element {
+            name,
+            span,
+            attributes: attributes.into_iter().map(attribute).collect(),
+            children: Vec::new(),
+        }
+    }
+}
+
 impl Element<'_> {
     pub(super) fn fault<T>(&self, message: impl Into<String>) -> Read<T> {
         fault(self.span, message)

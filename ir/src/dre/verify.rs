@@ -8,7 +8,7 @@ use srp_archdesc::isa::Ty;
 
 impl Dre {
     /// Checks the control code ([`verify`](crate::verify())), every kernel ([`Dfg::verify`]), that
-    /// kernels have different names, and that each launch is of a kernel that exists, with values
+    /// kernels have different names and trip counts, and that each launch is of a kernel that exists, with values
     /// of its live-ins' types and results of its live-outs'.
     pub fn verify(&self) -> Result<(), Vec<Violation>> {
         let mut found = crate::verify(&self.control).err().unwrap_or_default();
@@ -29,6 +29,9 @@ impl Dre {
                     "{kernel}: a second kernel called `{}`",
                     dfg.name
                 )));
+            }
+            if dfg.is_bare() {
+                found.push(whole(format!("{kernel} ({}) has no trip count", dfg.name)));
             }
             for violation in dfg.verify().err().unwrap_or_default() {
                 found.push(whole(format!("{kernel} ({}): {violation}", dfg.name)));

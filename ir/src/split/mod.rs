@@ -169,7 +169,7 @@ fn take_loop(
         name: mark.name.clone(),
         pos: mark.pos,
         live_ins: std::mem::take(&mut body.live_ins),
-        trip,
+        trip: Some(trip),
         nodes: std::mem::take(&mut body.nodes),
         order,
         live_outs: launch.live_outs,

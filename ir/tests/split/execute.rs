@@ -33,7 +33,8 @@ pub(crate) struct Run<'a> {
 
 impl<'a> Run<'a> {
     pub(crate) fn new(dfg: &'a Dfg, live_ins: &'a [Bits]) -> Run<'a> {
-        let trip = live_ins[dfg.trip as usize].lanes()[0] as usize;
+        let trip = dfg.trip.expect("loops of programs have one");
+        let trip = live_ins[trip as usize].lanes()[0] as usize;
         Run {
             dfg,
             live_ins,

@@ -8,11 +8,13 @@ mod whole;
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
 use srp_archdesc::arch::{Arch, Fu, Link, RegFile};
+use srp_archdesc::diagnostic::{self, render_all};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::{Opcode, Ty};
-use srp_ir::dfg::{Dfg, Initial, Node};
+use srp_ir::dfg::{self, Dfg, Initial, Node};
 use srp_ir::dre::scheduled::*;
 use srp_ir::dre::{self, Dre};
+use srp_ir::graph;
 use srp_ir::pass::compact_program;
 use srp_ir::program::*;
 use srp_ir::split::split;
@@ -41,6 +43,19 @@ fn read_back(dre: &Dre) {
     let file = dre::write(dre);
     let again = dre::read(&file).unwrap_or_else(|e| panic!("{e}\n{file}"));
     assert!(again == *dre, "read differently:\n{file}");
+    for dfg in dre.kernels.values() {
+        drawn_back(dfg, &dre.control.files);
+    }
+}
+
+/// What Graphviz is to draw is read back as well.
+fn drawn_back(dfg: &Dfg, files: &EntityMap<SourceFile, String>) {
+    let drawn = dfg::dot(dfg, files);
+    let source = diagnostic::Source::new("loop.dot", drawn);
+    let again = graph::read_dot(&source, &graph::Options::default());
+    let again = again.unwrap_or_else(|e| panic!("{}", render_all(&e, &source.text, false)));
+    assert!(again.dfg == *dfg, "read differently:\n{}", source.text);
+    assert_eq!(again.files, *files);
 }
 
 struct Scheduler<'a> {

@@ -65,7 +65,7 @@ fn graph(rng: &mut Pcg32) -> Dfg {
             ty: Ty::Word,
             pos: Pos::nowhere(),
         }],
-        trip: 0,
+        trip: Some(0),
         nodes,
         order,
         live_outs: Vec::new(),

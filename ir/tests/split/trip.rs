@@ -240,7 +240,7 @@ fn trip_counts_are_exact() {
                 Func::new(0),
                 &args,
                 &mut world,
-                &mut Count(dfg.trip),
+                &mut Count(dfg.trip.expect("loops of programs have one")),
                 &Options::new(&layout),
             );
             let found = outcome.expect("runs").end;

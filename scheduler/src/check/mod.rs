@@ -6,14 +6,15 @@
 //!   another: values, memory, transfers.
 //! * [`check_kernels`] runs each kernel with *tokens* for values (node and iteration) through the
 //!   array, by the rules of time of [`ResourceGraph`](srp_archdesc::ResourceGraph), and looks
-//!   whether each operand finds the token that the dataflow graph asks for.
+//!   whether each operand finds the token that the dataflow graph asks for. [`check_loop`] does so
+//!   for one modulo schedule by itself.
 //!
 //! [`Rule`] lists the rules.
 
 mod modulo;
 mod vliw;
 
-pub use modulo::check_kernels;
+pub use modulo::{check_kernels, check_loop};
 pub use vliw::{check_control, check_sequence};
 
 use srp_archdesc::arch::Arch;

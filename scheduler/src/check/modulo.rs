@@ -12,24 +12,47 @@ use srp_archdesc::isa::{Opcode, Ty};
 use srp_ir::dre::scheduled::{ModuloSchedule, Placed, PlacedOp, ScheduledDre};
 use srp_ir::program::Kernel;
 
-/// All rules that the kernels of `dre` break on `arch`, by kernel.
+/// All rules that the kernels of `dre` break on `arch`, by kernel. They are launched, so none is a
+/// bare graph.
 pub fn check_kernels(dre: &ScheduledDre, arch: &Arch) -> Vec<Violation> {
     let graph = ResourceGraph::of(arch);
     let mut violations = Vec::new();
     for (kernel, schedule) in dre.kernels.iter() {
-        let mut checker = Checker {
-            arch,
-            graph: &graph,
-            kernel,
-            schedule,
-            violations: Vec::new(),
-        };
-        checker.check();
-        checker.violations.sort();
-        checker.violations.dedup();
-        violations.append(&mut checker.violations);
+        if schedule.dfg.is_bare() {
+            violations.push(Violation {
+                at: Place::Kernel(kernel),
+                rule: Rule::Form,
+                message: "has no trip count".to_owned(),
+            });
+        }
+        violations.append(&mut checked(schedule, kernel, arch, &graph));
     }
     violations
+}
+
+/// All rules that a modulo schedule by itself breaks on `arch`, as those of kernel 0. The loop may be
+/// a bare graph.
+pub fn check_loop(schedule: &ModuloSchedule, arch: &Arch) -> Vec<Violation> {
+    checked(schedule, Kernel::new(0), arch, &ResourceGraph::of(arch))
+}
+
+fn checked(
+    schedule: &ModuloSchedule,
+    kernel: Kernel,
+    arch: &Arch,
+    graph: &ResourceGraph,
+) -> Vec<Violation> {
+    let mut checker = Checker {
+        arch,
+        graph,
+        kernel,
+        schedule,
+        violations: Vec::new(),
+    };
+    checker.check();
+    checker.violations.sort();
+    checker.violations.dedup();
+    checker.violations
 }
 
 struct Checker<'a> {

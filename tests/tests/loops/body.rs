@@ -55,7 +55,7 @@ pub(crate) fn random(random: &mut Pcg64) -> Dre {
                 pos: Pos::nowhere(),
             })
             .collect(),
-        trip: 0,
+        trip: Some(0),
         nodes: body.nodes,
         order: body.order,
         live_outs,

@@ -153,7 +153,7 @@ fn kernel(extra: &[Ty]) -> Dfg {
         name: "turn".to_owned(),
         pos,
         live_ins: types.iter().map(live_in).collect(),
-        trip: 0,
+        trip: Some(0),
         nodes,
         order: Vec::new(),
         live_outs: (0..3).map(Node::new).collect(),

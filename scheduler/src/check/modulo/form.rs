@@ -58,7 +58,8 @@ impl Checker<'_> {
     /// The dataflow graph itself.
     fn graph_form(&mut self, dfg: &Dfg) {
         let live_in = |k: u32| dfg.live_ins.get(k as usize);
-        if live_in(dfg.trip).is_none_or(|l| l.ty != Ty::Word) {
+        let word = |trip: u32| live_in(trip).is_some_and(|l| l.ty == Ty::Word);
+        if dfg.trip.is_some_and(|trip| !word(trip)) {
             self.report(Rule::Form, "the trip count is no live-in word".to_owned());
         }
         let fits = |operand: &Operand, ty: Ty| match operand {
@@ -75,13 +76,18 @@ impl Checker<'_> {
             }
         };
         for (node, data) in dfg.nodes.iter() {
-            let kinds = data.op.info().operands;
-            let all = data
-                .operands
-                .iter()
-                .zip(kinds)
-                .all(|(o, k)| fits(o, k.ty()));
-            if kinds.len() != data.operands.len() || !all {
+            let types = if dfg.is_bare() {
+                // Any number of operands, each of its producer's type.
+                let own = |o: &Operand| dfg.operand_ty(o);
+                data.operands.iter().map(own).collect()
+            } else {
+                let kinds = data.op.info().operands.iter();
+                kinds.map(|k| Some(k.ty())).collect::<Vec<Option<Ty>>>()
+            };
+            let mut all = data.operands.iter().zip(&types);
+            if types.len() != data.operands.len()
+                || !all.all(|(o, ty)| ty.is_some_and(|ty| fits(o, ty)))
+            {
                 self.report(Rule::Form, format!("{node} has the wrong operands"));
             }
         }
@@ -281,6 +287,12 @@ impl Checker<'_> {
 
     /// The types of an operation's operands.
     pub(super) fn operand_types(&self, op: &PlacedOp) -> Vec<Ty> {
+        let dfg = &self.schedule.dfg;
+        if dfg.is_bare() && !op.is_move {
+            let operands = dfg.nodes[op.node].operands.iter();
+            let ty = |o| dfg.operand_ty(o).expect("operands were found to exist");
+            return operands.map(ty).collect();
+        }
         let kinds = self.opcode(op).info().operands;
         kinds.iter().map(|kind| kind.ty()).collect()
     }
