@@ -1,5 +1,7 @@
 //! The command line.
 
+pub(crate) mod map;
+
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -22,6 +24,7 @@ Examples:
   srp report kernels.c --html report.html      initiation intervals, and what sets them
   srp compile kernels.c --emit ir,dfg -o build
   srp machine check my-machine.xml
+  srp map conv.dot --mesh 4x4                  a bare dataflow graph onto a standard array
 
 Exit status: 0 done, 1 the input is at fault or a check failed, 2 the command line is."
 )]
@@ -43,7 +46,9 @@ pub(crate) enum Command {
     Report(Report),
     /// Run T&I units alone on rays, and account for every cycle.
     Tni(Tni),
-    /// Check a machine file, show what it describes, or write it out in full.
+    /// Map bare dataflow graphs onto an array: initiation intervals, bounds, and what sets them.
+    Map(map::Map),
+    /// Check a machine file, show what it describes, write it out in full, or make one.
     Machine(Machine),
     /// Print a completion script for a shell.
     Completions {
@@ -466,6 +471,8 @@ pub(crate) enum MachineAction {
         #[arg(default_value = "sgrt")]
         file: PathBuf,
     },
+    /// Write the machine file of a standard array: a mesh of equal units, or the like.
+    Mesh(map::Mesh),
 }
 
 fn parse_views(text: &str) -> Result<Views, String> {

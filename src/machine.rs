@@ -1,9 +1,12 @@
 //! `srp machine`, and machine files for every other command.
 
 use crate::cli::MachineAction;
+use crate::cli::map::{Mesh, parse_class};
 use crate::failure::Failure;
 use crate::{files, talk};
 use srp_archdesc::arch::Arch;
+use srp_archdesc::isa::Class;
+use srp_archdesc::xml::StandardArray;
 use srp_archdesc::{diagnostic, machines, xml};
 use std::path::Path;
 
@@ -14,8 +17,12 @@ pub(crate) fn read(path: &Path) -> Result<Arch, Failure> {
         Some(machine) => machine.xml.to_owned(),
         None => files::read_text(path)?,
     };
-    xml::parse(&name, &text).map_err(|errors| {
-        let rendered = diagnostic::render_all(&errors, &text, talk::colour());
+    parse(&name, &text)
+}
+
+fn parse(name: &str, text: &str) -> Result<Arch, Failure> {
+    xml::parse(name, text).map_err(|errors| {
+        let rendered = diagnostic::render_all(&errors, text, talk::colour());
         Failure::Reported(rendered)
     })
 }
@@ -33,6 +40,37 @@ pub(crate) fn run(action: &MachineAction) -> Result<(), Failure> {
         }
         MachineAction::Show { file } => talk::print(srp_archdesc::show(&read(file)?))?,
         MachineAction::Expand { file } => talk::print(xml::write(&read(file)?))?,
+        MachineAction::Mesh(args) => files::write(&args.output, mesh(args)?.as_bytes())?,
     }
     Ok(())
+}
+
+/// The file of a standard array.
+fn mesh(args: &Mesh) -> Result<String, Failure> {
+    let classes = match args.ops.as_str() {
+        "all" => xml::scalar_classes(),
+        list => {
+            let classes: Result<Vec<Class>, String> = list.split(',').map(parse_class).collect();
+            let mut classes = classes.map_err(Failure::Message)?;
+            classes.sort();
+            classes.dedup();
+            classes
+        }
+    };
+    let array = StandardArray {
+        topology: args.topology.into(),
+        registers: args.registers,
+        memory_columns: args.memory_columns,
+        classes,
+        latency: args.latency,
+        contexts: args.contexts,
+        ..StandardArray::mesh(args.rows, args.cols)
+    };
+    xml::standard(&array).map_err(Failure::Message)
+}
+
+/// The mesh of `--mesh ROWSxCOLS`.
+pub(crate) fn standard_mesh(rows: u32, cols: u32) -> Result<Arch, Failure> {
+    let text = xml::standard(&StandardArray::mesh(rows, cols)).map_err(Failure::Message)?;
+    parse("--mesh", &text)
 }

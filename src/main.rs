@@ -8,6 +8,7 @@ mod files;
 mod interrupt;
 mod kernels;
 mod machine;
+mod map;
 mod pipeline;
 mod proof;
 mod render;
@@ -31,6 +32,7 @@ fn main() -> ExitCode {
         Command::Run(args) => run::run(args),
         Command::Report(args) => report::run(args).map(|()| 0),
         Command::Tni(args) => tni::run(args).map(|()| 0),
+        Command::Map(args) => map::run(args),
         Command::Machine(args) => machine::run(&args.action).map(|()| 0),
         Command::Completions { shell } => {
             let mut script = Vec::new();

@@ -1,0 +1,101 @@
+//! The table as text to read.
+
+use super::{Row, Table};
+use std::fmt::Write;
+
+/// Nodes of a recurrence that are listed.
+const SHOWN: usize = 16;
+
+/// The table, and below it what kept graphs from more.
+pub(super) fn table(table: &Table) -> String {
+    let mut out = String::new();
+    write_table(&mut out, table).expect("writing to a string does not fail");
+    out
+}
+
+fn write_table(out: &mut String, table: &Table) -> std::fmt::Result {
+    let names = table.graphs.iter().map(|row| row.graph.chars().count());
+    let width = names.max().unwrap_or(0).clamp(5, 40);
+    writeln!(
+        out,
+        "{:width$}  nodes  edges  ResMII  RecMII    II  stages  moves      time",
+        "graph"
+    )?;
+    for row in &table.graphs {
+        let name: String = row.graph.chars().take(width).collect();
+        write!(out, "{name:width$}  {:>5}  {:>5}", row.nodes, row.edges)?;
+        match &row.mapping {
+            Some(m) => write!(
+                out,
+                "  {:>6}  {:>6}  {:>4}  {:>6}  {:>5}",
+                m.res_mii, m.rec_mii, m.ii, m.stages, m.moves
+            )?,
+            None => write!(
+                out,
+                "  {:>6}  {:>6}  {:>4}  {:>6}  {:>5}",
+                "-", "-", "-", "-", "-"
+            )?,
+        }
+        writeln!(out, "  {:>6.2} s", row.seconds)?;
+    }
+    let single = table.graphs.len() == 1;
+    for row in &table.graphs {
+        write_remarks(out, row, single)?;
+    }
+    let reached = |row: &&Row| {
+        let mapping = row.mapping.as_ref();
+        mapping.is_some_and(|m| m.ii == m.res_mii.max(m.rec_mii))
+    };
+    let mapped = table.graphs.iter().filter(|row| row.mapping.is_some());
+    let (all, at_bound) = (mapped.count(), table.graphs.iter().filter(reached).count());
+    writeln!(
+        out,
+        "\n{all} of {} graphs mapped onto `{}`, {at_bound} at their bound",
+        table.graphs.len(),
+        table.machine
+    )
+}
+
+/// What there is to say about one graph; its bounds too where it is the only one.
+fn write_remarks(out: &mut String, row: &Row, single: bool) -> std::fmt::Result {
+    let mut remarks = Vec::new();
+    if row.timed_out {
+        remarks.push(match row.mapping {
+            Some(_) => "the search was cut short; this is the best so far".to_owned(),
+            None => "the search was cut short before there was a schedule".to_owned(),
+        });
+    }
+    if let Some(error) = &row.error {
+        remarks.push(error.clone());
+    }
+    if let Some(m) = &row.mapping {
+        for proof in &m.impossible {
+            remarks.push(format!(
+                "proved: no schedule with II = {} up to {} cycles beyond the critical path",
+                proof.ii, proof.slack
+            ));
+        }
+        remarks.extend(m.why_not_lower.clone());
+        if single {
+            remarks.push(format!("ResMII {}: {}", m.res_mii, m.res_mii_why));
+            if !m.recurrence.is_empty() {
+                let mut nodes: Vec<&str> = m.recurrence.iter().map(String::as_str).collect();
+                if nodes.len() > SHOWN {
+                    nodes.truncate(SHOWN);
+                    nodes.push("…");
+                }
+                nodes.push(&m.recurrence[0]);
+                remarks.push(format!("RecMII {}: {}", m.rec_mii, nodes.join(" → ")));
+            }
+        }
+    }
+    remarks.extend(row.notes.iter().cloned());
+    if remarks.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "\n{}:", row.graph)?;
+    for line in remarks.iter().flat_map(|remark| remark.lines()) {
+        writeln!(out, "  {line}")?;
+    }
+    Ok(())
+}
