@@ -46,6 +46,10 @@ pub(crate) enum Command {
     Report(Report),
     /// Run T&I units alone on rays, and account for every cycle.
     Tni(Tni),
+    /// Hold the T&I units against the figures of the SGRT paper.
+    Paper(Paper),
+    /// Count what the T&I unit of a machine is made of, its area and its energy.
+    Area(Area),
     /// Map bare dataflow graphs onto an array: initiation intervals, bounds, and what sets them.
     Map(map::Map),
     /// Check a machine file, show what it describes, write it out in full, or make one.
@@ -329,6 +333,16 @@ pub(crate) enum Pipeline {
     Parallel,
 }
 
+/// Latencies by name.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Latencies {
+    /// Those with which the unit has the rates of the paper
+    Calibrated,
+    /// Those of a 65 nm synthesis: a lower bound
+    #[value(name = "65nm")]
+    Synthesis65nm,
+}
+
 /// Who shares a memory.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum TniMemory {
@@ -384,6 +398,9 @@ pub(crate) struct Tni {
     /// Form of the traversal units, instead of the machine's
     #[arg(long, value_enum)]
     pub(crate) pipeline: Option<Pipeline>,
+    /// Latencies of the unit by name, instead of the machine's
+    #[arg(long, value_enum)]
+    pub(crate) latencies: Option<Latencies>,
     /// Number of T&I units; the machine's cores where none is given
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
     pub(crate) units: Option<u32>,
@@ -423,6 +440,9 @@ pub(crate) struct Tni {
     /// How the bounding volume hierarchy is built
     #[arg(long, value_enum, default_value_t = BvhBuilder::Sweep)]
     pub(crate) bvh: BvhBuilder,
+    /// Most triangles of a leaf
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=255))]
+    pub(crate) max_leaf: Option<u32>,
     /// Threads of the host; they change no figure
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) threads: usize,
@@ -438,6 +458,56 @@ pub(crate) struct Tni {
     /// Print JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// Tables of the paper.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Table {
+    /// One unit, traversal with a single and with parallel pipelines
+    Table4,
+    /// Four units: utilisation, steps, hit rates, bandwidth
+    Table5,
+}
+
+/// `srp paper`
+#[derive(Args)]
+#[command(after_help = "\
+Views come from a cameras.json beside the scene or one folder above that names it. The paper's figures
+are those of the scene of the same name; for others only ours are printed.
+
+Examples:
+  srp paper table4 sibenik.obj
+  srp paper table5 sibenik.obj --size 1024x768 --sample 1/64 --threads 2")]
+pub(crate) struct Paper {
+    /// Which table
+    pub(crate) table: Table,
+    /// Scenes to compare on
+    pub(crate) scenes: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) machine: MachineFile,
+    /// Width and height of the image in pixels
+    #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = parse_size)]
+    pub(crate) size: (u32, u32),
+    /// Measure one run of packets of secondary rays in N
+    #[arg(long, value_name = "1/N", default_value = "1/128", value_parser = parse_sample)]
+    pub(crate) sample: u64,
+    /// Measure one run of packets of primary rays in N
+    #[arg(long, value_name = "1/N", default_value = "1/4", value_parser = parse_sample)]
+    pub(crate) sample_primary: u64,
+    /// Most triangles of a leaf
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=255))]
+    pub(crate) max_leaf: Option<u32>,
+    /// Threads of the host; they change no figure
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) threads: usize,
+}
+
+/// `srp area`
+#[derive(Args)]
+pub(crate) struct Area {
+    /// Machine file, or one of the machines that come along: sgrt, tiny, wide
+    #[arg(default_value = "sgrt")]
+    pub(crate) file: PathBuf,
 }
 
 /// Views to run: all of them, or this one.

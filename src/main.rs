@@ -1,5 +1,6 @@
 //! The command `srp`: reads files, calls the stages, writes files.
 
+mod area;
 mod cli;
 mod compile;
 mod engine;
@@ -9,6 +10,7 @@ mod interrupt;
 mod kernels;
 mod machine;
 mod map;
+mod paper;
 mod pipeline;
 mod proof;
 mod render;
@@ -31,6 +33,8 @@ fn main() -> ExitCode {
         Command::Compile(args) => compile::run(args).map(|()| 0),
         Command::Run(args) => run::run(args),
         Command::Report(args) => report::run(args).map(|()| 0),
+        Command::Paper(args) => paper::run(args).map(|()| 0),
+        Command::Area(args) => area::run(args).map(|()| 0),
         Command::Tni(args) => tni::run(args).map(|()| 0),
         Command::Map(args) => map::run(args),
         Command::Machine(args) => machine::run(&args.action).map(|()| 0),

@@ -26,7 +26,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     let scene = scenes::read(args.scene.as_deref(), camera)?;
     let compiled = compile_kernels(args.kernels.as_deref(), &arch)?;
 
-    let bvh = scenes::build(&scene, args.bvh);
+    let bvh = scenes::build(&scene, args.bvh, None);
     let program = compiled.runnable()?;
     let cores = engine::cores(program, &arch, args.engine, arch.system.cores)?;
     let image = scene_image::build(&scene, &bvh, &scene.camera, &arch, args.size)

@@ -31,17 +31,19 @@ pub(crate) fn read(path: Option<&Path>, camera: Option<Camera>) -> Result<Scene,
     }
 }
 
-/// Builds the tree of a scene and says what came of it.
-pub(crate) fn build(scene: &Scene, builder: BvhBuilder) -> Bvh {
+/// Builds the tree of a scene, with leaves of so many triangles at most, and says what came of it.
+pub(crate) fn build(scene: &Scene, builder: BvhBuilder, max_leaf: Option<u32>) -> Bvh {
     let builder = match builder {
         BvhBuilder::Sweep => Builder::Sweep,
         BvhBuilder::SweepReinsertion => Builder::SweepReinsertion,
         BvhBuilder::Ploc => Builder::Ploc,
     };
     let spinner = Progress::spinner("building the BVH");
+    let default = bvh::Options::default();
     let options = bvh::Options {
         builder,
-        ..bvh::Options::default()
+        max_leaf: max_leaf.unwrap_or(default.max_leaf),
+        ..default
     };
     let bvh = bvh::build(&scene.triangles, &options);
     drop(spinner);

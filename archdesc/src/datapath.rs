@@ -5,6 +5,7 @@
 //! operation of a test.
 
 use crate::precision::Approx;
+use crate::system::TniSpec;
 
 /// Ray–triangle tests that an intersection unit can be built for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,6 +71,65 @@ pub struct FpLatency {
     /// Reciprocal or divider.
     pub rcp: u32,
 }
+
+/// Latencies of a whole T&I unit by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Latencies {
+    /// Those with which the unit has the rates of the SGRT paper: deep operators.
+    Calibrated,
+    /// Those of the 65 nm synthesis that SimTRaX ships, whose areas the paper prints: a lower
+    /// bound, far shallower than the paper's rates ask for.
+    Synthesis65nm,
+}
+
+impl Latencies {
+    /// All of them.
+    pub const ALL: [Latencies; 2] = [Latencies::Calibrated, Latencies::Synthesis65nm];
+
+    /// The name in machine files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Latencies::Calibrated => "calibrated",
+            Latencies::Synthesis65nm => "65nm",
+        }
+    }
+
+    /// Gives a unit these latencies: of its two tests what follows from the operators, of fetch and
+    /// stack what is left of a visit.
+    pub fn apply(self, tni: &mut TniSpec) {
+        let (pre, post, fp) = match self {
+            Latencies::Calibrated => (CALIBRATED_PRE, CALIBRATED_POST, CALIBRATED),
+            Latencies::Synthesis65nm => (1, 2, SYNTHESIS_65NM),
+        };
+        (tni.pre_latency, tni.post_latency) = (pre, post);
+        tni.aabb_latency = box_depth(fp);
+        tni.ist_latency = match self {
+            Latencies::Calibrated => CALIBRATED_IST,
+            Latencies::Synthesis65nm => tni.intersection.depth(tni.rcp, fp),
+        };
+    }
+}
+
+/// Operators of 65 nm, SimTRaX's.
+pub const SYNTHESIS_65NM: FpLatency = FpLatency {
+    add: 2,
+    mul: 2,
+    cmp: 1,
+    rcp: 16,
+};
+
+/// Deep operators, as of a library of pipelined parts.
+const CALIBRATED: FpLatency = FpLatency {
+    add: 5,
+    mul: 5,
+    cmp: 2,
+    rcp: 16,
+};
+
+/// Depth of TRV_PRE and TRV_POST with them, and of a triangle test.
+const CALIBRATED_PRE: u32 = 6;
+const CALIBRATED_POST: u32 = 14;
+const CALIBRATED_IST: u32 = 37;
 
 /// One ray–box test: both planes of each axis subtracted and multiplied; 3 comparisons to put them
 /// in order, 3 for the latest entry, 3 for the earliest exit, one between the two and one with the
@@ -171,14 +231,6 @@ impl Intersection {
 mod tests {
     use super::*;
 
-    /// Adders and multipliers of 2 cycles, comparators of 1, a reciprocal of 16: a 65 nm synthesis.
-    const SHALLOW: FpLatency = FpLatency {
-        add: 2,
-        mul: 2,
-        cmp: 1,
-        rcp: 16,
-    };
-
     #[test]
     fn operators_are_those_of_the_papers_table_1() {
         let trv = BOX_TEST.times(4);
@@ -188,13 +240,46 @@ mod tests {
     }
 
     #[test]
+    fn the_shipped_machine_has_the_calibrated_latencies() {
+        let file = crate::machines::SGRT;
+        let arch = crate::parse(file.name, file.xml).expect("the shipped machine is valid");
+        let mut tni = arch.system.tni;
+        Latencies::Synthesis65nm.apply(&mut tni);
+        assert_eq!(
+            (tni.pre_latency, tni.aabb_latency, tni.post_latency),
+            (1, 8, 2)
+        );
+        Latencies::Calibrated.apply(&mut tni);
+        assert_eq!(tni, arch.system.tni);
+        let asked = file.xml.replace("ist-latency=\"37\"", "").replace(
+            "pre-latency=\"6\" aabb-latency=\"18\" post-latency=\"14\"",
+            "latencies=\"65nm\" aabb-latency=\"9\"",
+        );
+        let asked = crate::parse(file.name, &asked)
+            .expect("valid too")
+            .system
+            .tni;
+        assert_eq!(
+            (asked.pre_latency, asked.aabb_latency, asked.post_latency),
+            (1, 9, 2)
+        );
+        assert_eq!(
+            asked.ist_latency,
+            Intersection::AnchorWaldScaled.depth(Approx::Exact, SYNTHESIS_65NM)
+        );
+    }
+
+    #[test]
     fn depths_follow_from_latencies() {
         let table = Approx::Table { bits: 12, steps: 1 };
-        assert_eq!(box_depth(SHALLOW), 8);
-        assert_eq!(Intersection::Wald.depth(table, SHALLOW), 37);
-        assert_eq!(Intersection::Wald.depth(Approx::Exact, SHALLOW), 35);
-        assert_eq!(Intersection::AnchorWald.depth(table, SHALLOW), 35);
-        assert_eq!(Intersection::AnchorWaldScaled.depth(table, SHALLOW), 36);
-        assert_eq!(Intersection::Woop.depth(table, SHALLOW), 33);
+        assert_eq!(box_depth(SYNTHESIS_65NM), 8);
+        assert_eq!(Intersection::Wald.depth(table, SYNTHESIS_65NM), 37);
+        assert_eq!(Intersection::Wald.depth(Approx::Exact, SYNTHESIS_65NM), 35);
+        assert_eq!(Intersection::AnchorWald.depth(table, SYNTHESIS_65NM), 35);
+        assert_eq!(
+            Intersection::AnchorWaldScaled.depth(table, SYNTHESIS_65NM),
+            36
+        );
+        assert_eq!(Intersection::Woop.depth(table, SYNTHESIS_65NM), 33);
     }
 }

@@ -8,6 +8,7 @@
 //! * [`arch`], [`system`] and [`precision`]: a machine as data. [`parse`] makes it from the XML file an architecture
 //!   designer edits; whatever the file leaves out is filled in there, so nothing downstream knows
 //!   of defaults.
+//! * [`area`]: what a T&I unit costs.
 //! * [`datapath`]: the tests that the T&I unit can be built for, their operators and depths.
 //! * [`resource`]: the machine as a router sees it, derived from [`Arch`].
 //! * [`machines`]: the machine files that the toolchain ships.
@@ -16,6 +17,7 @@
 //!   it too.
 
 pub mod arch;
+pub mod area;
 pub mod datapath;
 pub mod diagnostic;
 pub mod entity;

@@ -5,11 +5,12 @@ mod measuring;
 mod replay;
 mod text;
 
-use crate::cli::{Pipeline, RayKind, Tni, TniMemory};
+use crate::cli::{self, Pipeline, RayKind, Tni, TniMemory};
 use crate::failure::Failure;
 use crate::scenes::{self, Views};
 use crate::{files, interrupt, machine, talk};
 use srp_archdesc::arch::Arch;
+use srp_archdesc::datapath::Latencies;
 use srp_archdesc::system::{self as spec, SystemSpec};
 use srp_runtime::rays::{self, Kind, Order};
 use srp_runtime::scene::{Camera, Scene};
@@ -31,7 +32,7 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
     let views = views(args)?;
     let scene = scenes::read(args.scene.as_deref(), first_camera(args, &views)?)?;
     let cameras = cameras(args, &views, &scene)?;
-    let bvh = scenes::build(&scene, args.bvh);
+    let bvh = scenes::build(&scene, args.bvh, args.max_leaf);
     let rays = rays_of(args, &views, &scene)?;
     let job = Job {
         scene: &scene,
@@ -97,6 +98,13 @@ fn print_measure(
 fn machine_for(args: &Tni) -> Result<Arch, Failure> {
     let mut arch = machine::read(&args.machine.machine)?;
     set_pipeline(&mut arch.system, args.pipeline);
+    if let Some(latencies) = args.latencies {
+        let latencies = match latencies {
+            cli::Latencies::Calibrated => Latencies::Calibrated,
+            cli::Latencies::Synthesis65nm => Latencies::Synthesis65nm,
+        };
+        latencies.apply(&mut arch.system.tni);
+    }
     system::check(&arch.system).map_err(Failure::Message)?;
     Ok(arch)
 }

@@ -197,6 +197,7 @@ raw! {
         triangle_bytes: Option<Text>,
         intersection: Option<Text>,
         any_hit: Option<Text>,
+        latencies: Option<Text>,
         fp: Option<Spanned<Fp>>,
         trv_l1: Option<Spanned<Cache>>,
         trv_l2: Option<Spanned<Cache>>,

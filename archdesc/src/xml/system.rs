@@ -8,7 +8,7 @@ use super::limits::{self, Limit};
 use super::raw::{self, Text};
 use super::units::unique;
 use super::values;
-use crate::datapath::{FpLatency, Intersection, box_depth};
+use crate::datapath::{FpLatency, Intersection, Latencies, box_depth};
 use crate::precision::{Approx, Precision};
 use crate::system::{BufferSpec, BusSpec, CacheSpec, DramSpec, Pipeline, SystemSpec, TniSpec};
 
@@ -38,8 +38,8 @@ const DEFAULT: SystemSpec = SystemSpec {
         stacks: 16,
         stack_depth: 64,
         pre_latency: 6,
-        aabb_latency: 24,
-        post_latency: 5,
+        aabb_latency: 18,
+        post_latency: 14,
         ist_latency: 37,
         fifo: 16,
         rau_rows: 16,
@@ -249,6 +249,15 @@ fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, default: TniSpec) -> T
     let intersection = values::word(found, &raw.intersection, "intersection", &intersections)
         .unwrap_or(default.intersection);
     let rcp = tni_rcp(found, &raw.special);
+    let mut default = TniSpec {
+        intersection,
+        rcp,
+        ..default
+    };
+    let presets = Latencies::ALL.map(|l| (l.name(), l));
+    if let Some(preset) = values::word(found, &raw.latencies, "latencies", &presets) {
+        preset.apply(&mut default);
+    }
     let pipeline = values::word(found, &raw.pipeline, "pipeline", &PIPELINES);
     let depths = fp_latency(found, &raw.fp).map(|fp| Depths {
         aabb: box_depth(fp),

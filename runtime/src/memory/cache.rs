@@ -154,7 +154,13 @@ impl Cache {
 
     #[inline]
     fn set(&self, line: u32) -> std::ops::Range<usize> {
-        let start = (line % self.sets) as usize * self.ways;
+        // A power of two in every machine file.
+        let set = if self.sets.is_power_of_two() {
+            line & (self.sets - 1)
+        } else {
+            line % self.sets
+        };
+        let start = set as usize * self.ways;
         start..start + self.ways
     }
 

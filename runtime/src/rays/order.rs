@@ -97,9 +97,36 @@ fn quantise(x: f64) -> u32 {
     ((x * steps) as u32).min((1 << BITS) - 1)
 }
 
-/// The low [`BITS`] bits of a number, `step` places apart.
+/// The low [`BITS`] bits of a number, `step` places apart: 2 or 6.
 fn spread(n: u32, step: u32) -> u128 {
-    (0..BITS).fold(0, |key, bit| key | u128::from(n >> bit & 1) << (bit * step))
+    let table = match step {
+        2 => &BY_2,
+        _ => &BY_6,
+    };
+    (0..BITS / CHUNK).fold(0, |key, i| {
+        let chunk = (n >> (i * CHUNK)) & ((1 << CHUNK) - 1);
+        key | u128::from(table[chunk as usize]) << (i * CHUNK * step)
+    })
+}
+
+/// Bits that are spread at once.
+const CHUNK: u32 = 7;
+
+static BY_2: [u64; 1 << CHUNK] = spread_chunks(2);
+static BY_6: [u64; 1 << CHUNK] = spread_chunks(6);
+
+const fn spread_chunks(step: u32) -> [u64; 1 << CHUNK] {
+    let mut table = [0; 1 << CHUNK];
+    let mut n = 0;
+    while n < table.len() {
+        let mut bit = 0;
+        while bit < CHUNK {
+            table[n] |= ((n as u64 >> bit) & 1) << (bit * step);
+            bit += 1;
+        }
+        n += 1;
+    }
+    table
 }
 
 #[cfg(test)]

@@ -26,6 +26,7 @@ mod walk;
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use srp_archdesc::system::TniSpec;
 
@@ -102,11 +103,13 @@ impl Context<'_> {
     /// Prepares a ray for the visit of the node of its walk.
     fn begin_visit(&self, ray: &mut RayState) {
         ray.phase = Phase::Visit;
+        ray.direct = false;
         if ray.walk.node.is_leaf() {
             ray.need_nothing();
         } else {
             let address = self.function.pair_address(ray.walk.node.index);
-            ray.need(address, self.function.pair_bytes(), self.spec().trv_l1.line);
+            let shift = self.spec().trv_l1.line.trailing_zeros();
+            ray.need(address, self.function.pair_bytes(), shift);
         }
     }
 
@@ -120,14 +123,15 @@ impl Context<'_> {
 
     fn begin_triangle(&self, ray: &mut RayState) {
         let address = self.function.triangle_address(ray.triangle);
-        ray.need(address, TRIANGLE_BYTES, self.spec().ist_l1.line);
+        let shift = self.spec().ist_l1.line.trailing_zeros();
+        ray.need(address, TRIANGLE_BYTES, shift);
     }
 }
 
 /// The unit.
 #[derive(Clone, Debug)]
 pub struct Tni {
-    spec: TniSpec,
+    spec: Arc<TniSpec>,
     tree: Tree,
     max_submissions: usize,
     trvs: Vec<Trv>,
@@ -138,6 +142,8 @@ pub struct Tni {
     submissions: VecDeque<Submission>,
     /// Submissions that were finished and taken before the first of `submissions`.
     taken: u64,
+    /// Submissions all of whose rays have been dispatched.
+    dispatched: u64,
     next_trv: usize,
     requests: VecDeque<(Client, u32)>,
     lines: Vec<u32>,
@@ -161,7 +167,7 @@ impl Tni {
             Trv::new(spec, first as Slot..(first + spec.stacks) as Slot)
         };
         Tni {
-            spec: *spec,
+            spec: Arc::new(*spec),
             tree,
             max_submissions: max_submissions.max(1) as usize,
             trvs: (0..spec.trvs).map(trv).collect(),
@@ -171,6 +177,7 @@ impl Tni {
             results: VecDeque::with_capacity(resident as usize),
             submissions: VecDeque::new(),
             taken: 0,
+            dispatched: 0,
             next_trv: 0,
             requests: VecDeque::new(),
             lines: Vec::new(),
@@ -208,6 +215,7 @@ impl Tni {
     pub fn take_finished(&mut self) -> Option<Runs> {
         let submission = self.submissions.pop_front_if(|s| s.is_complete())?;
         self.taken += 1;
+        self.dispatched = self.dispatched.max(self.taken);
         Some(submission.runs())
     }
 
@@ -271,7 +279,8 @@ impl Tni {
             self.trvs[trv as usize].fetch.fill(line);
         }
         let log = self.log.take().map(RefCell::new);
-        let (spec, tree) = (self.spec, self.tree);
+        let tree = self.tree;
+        let spec = Arc::clone(&self.spec);
         let context = Context {
             function: Function {
                 spec: &spec,
@@ -319,10 +328,16 @@ impl Tni {
     /// Ray dispatch: the next ray of the oldest submission that has one, to the next traversal
     /// unit in turn that has room.
     fn dispatch(&mut self, now: u64, sram: &[u8], context: &Context<'_>) {
-        let waiting = |s: &Submission| s.dispatched < s.count;
-        let Some(order) = self.submissions.iter().position(waiting) else {
-            self.counters.dispatch.empty += 1;
-            return;
+        let order = loop {
+            let order = (self.dispatched - self.taken) as usize;
+            match self.submissions.get(order) {
+                None => {
+                    self.counters.dispatch.empty += 1;
+                    return;
+                }
+                Some(s) if s.dispatched == s.count => self.dispatched += 1,
+                Some(_) => break order,
+            }
         };
         let count = self.trvs.len();
         let Some(turn) = (0..count).find(|i| self.trvs[(self.next_trv + i) % count].has_room())

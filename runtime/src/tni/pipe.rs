@@ -180,22 +180,24 @@ impl Pipe {
         Some(slot)
     }
 
-    /// Ends cycle `now`. `waits`: rays that could enter wait for memory.
+    /// Ends cycle `now`. `waits`: rays that could enter wait for memory. Says whether any ray is in
+    /// the pipeline.
     #[inline]
-    pub(super) fn count(&mut self, now: u64, waits: bool) {
+    pub(super) fn count(&mut self, now: u64, waits: bool) -> bool {
         let busy = !self.flight.is_empty();
         self.counters.busy_cycles += u64::from(busy);
         let account = &mut self.counters.account;
-        let part = match std::mem::replace(&mut self.entered, Entered::Nothing) {
-            Entered::Work => &mut account.work,
-            Entered::Bypass => &mut account.bypass,
-            Entered::Recirculated => &mut account.recirculate,
-            Entered::Nothing if self.free > now => &mut account.occupied,
-            Entered::Nothing if waits => &mut account.memory,
-            Entered::Nothing if busy => &mut account.latency,
-            Entered::Nothing => &mut account.elsewhere,
-        };
-        *part += 1;
+        match self.entered {
+            Entered::Nothing if self.free > now => account.occupied += 1,
+            Entered::Nothing if waits => account.memory += 1,
+            Entered::Nothing if busy => account.latency += 1,
+            Entered::Nothing => account.elsewhere += 1,
+            Entered::Work => account.work += 1,
+            Entered::Bypass => account.bypass += 1,
+            Entered::Recirculated => account.recirculate += 1,
+        }
+        self.entered = Entered::Nothing;
+        busy
     }
 
     /// Whether no ray is in it.

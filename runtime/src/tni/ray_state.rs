@@ -25,7 +25,9 @@ pub(super) struct RayState {
     /// What TRV_AABB found: the children and where the ray enters them.
     pub(super) children: [NodeRef; 2],
     pub(super) enter: [Option<f32>; 2],
-    /// What TRV_POST decided.
+    /// Whether TRV_AABB knows what comes next, so that TRV_POST has nothing to do.
+    pub(super) direct: bool,
+    /// What was decided.
     pub(super) next: Next,
     /// Lines still to be read: the next, and the last.
     pub(super) line: u32,
@@ -54,6 +56,7 @@ impl RayState {
             phase: Phase::Visit,
             children: [NodeRef::default(); 2],
             enter: [None; 2],
+            direct: false,
             next: Next::Finished,
             line: 1,
             last_line: 0,
@@ -68,10 +71,11 @@ impl RayState {
         }
     }
 
-    /// Needs the lines that hold `bytes` bytes from `address` on.
-    pub(super) fn need(&mut self, address: u32, bytes: u32, line: u32) {
-        self.line = address / line;
-        self.last_line = (address + bytes - 1) / line;
+    /// Needs the lines of 2^`shift` bytes that hold `bytes` bytes from `address` on.
+    #[inline]
+    pub(super) fn need(&mut self, address: u32, bytes: u32, shift: u32) {
+        self.line = address >> shift;
+        self.last_line = (address + bytes - 1) >> shift;
     }
 
     /// Needs nothing.

@@ -1,16 +1,18 @@
 //! A traversal unit: TRV_PRE, TRV_AABB and TRV_POST with their buffers (SGRT section 3.3.1,
 //! Figure 4).
 //!
-//! A visit of an inner node reads its two children in TRV_PRE, tests both boxes in TRV_AABB, one a
-//! cycle, and goes to the nearer in TRV_POST, which keeps the stack. A leaf goes from TRV_PRE to
-//! the intersection unit, and the ray comes back to TRV_POST.
+//! A visit of an inner node reads its two children in TRV_PRE and tests both boxes in TRV_AABB, one
+//! a cycle. Where the ray enters one of them it goes there; where it enters both or none, TRV_POST
+//! pushes the farther or pops the stack. A leaf goes from TRV_PRE to the intersection unit, and the
+//! ray comes back to TRV_POST.
 //!
 //! In the parallel form each sub-pipeline feeds only those that can come next. In the single form
 //! they are one deep pipeline, and a ray passes through what it does not need.
 //!
 //! There may be several of each sub-pipeline in the parallel form. Each kind has one FIFO in front,
 //! from which every sub-pipeline of the kind takes a ray a cycle, and the crossbar has these paths
-//! only: RD→PRE, PRE→AABB, PRE→IST, AABB→POST, IST→POST, POST→PRE, POST→SRP. In the single form the
+//! only: RD→PRE, PRE→AABB, PRE→IST, AABB→PRE, AABB→POST, IST→POST,
+//! POST→PRE, POST→SRP. In the single form the
 //! last stage feeds IST and RD's FIFO instead, and IST comes back there.
 //!
 //! Nothing blocks: a ray that cannot leave, because the buffer behind is full, passes through its
@@ -51,13 +53,6 @@ impl Stage {
         Stage {
             input: VecDeque::with_capacity(resident),
             pipes: vec![Pipe::new(latency, resident); count.max(1) as usize],
-        }
-    }
-
-    #[inline]
-    fn count(&mut self, now: u64, waits: bool) {
-        for pipe in &mut self.pipes {
-            pipe.count(now, waits);
         }
     }
 }
@@ -167,13 +162,9 @@ impl Trv {
                 self.leave_post(now, i, slot, rays, context, exits);
             }
         }
-        for pipe in &mut self.aabb.pipes {
-            if let Some(slot) = pipe.leave(now) {
-                if self.post.input.len() < self.capacity {
-                    self.post.input.push_back(slot);
-                } else {
-                    pipe.recirculate(now, slot);
-                }
+        for i in 0..self.aabb.pipes.len() {
+            if let Some(slot) = self.aabb.pipes[i].leave(now) {
+                self.leave_aabb(now, i, slot, rays, context);
             }
         }
         for i in 0..self.pre.len() {
@@ -187,20 +178,18 @@ impl Trv {
         self.count(now);
     }
 
+    #[inline]
     fn count(&mut self, now: u64) {
         let waits = self.fetch.waiting() > 0;
         self.fetch.count();
+        let mut busy = false;
         for pipe in &mut self.pre {
-            pipe.count(now, waits);
+            busy |= pipe.count(now, waits);
         }
-        self.aabb.count(now, false);
-        self.post.count(now, false);
-        let mut pipes = self
-            .pre
-            .iter()
-            .chain(&self.aabb.pipes)
-            .chain(&self.post.pipes);
-        self.counters.busy_cycles += u64::from(pipes.any(|p| !p.is_empty()));
+        for pipe in self.aabb.pipes.iter_mut().chain(&mut self.post.pipes) {
+            busy |= pipe.count(now, false);
+        }
+        self.counters.busy_cycles += u64::from(busy);
     }
 
     fn leave_post(
@@ -225,6 +214,30 @@ impl Trv {
             }
             Next::Visit | Next::Intersect => self.post.pipes[pipe].recirculate(now, slot),
         }
+    }
+
+    fn leave_aabb(
+        &mut self,
+        now: u64,
+        pipe: usize,
+        slot: Slot,
+        rays: &mut [RayState],
+        context: &Context<'_>,
+    ) {
+        let ray = &mut rays[slot as usize];
+        let to_pre = context.spec().pipeline == Pipeline::Parallel && ray.direct;
+        let buffer = if to_pre {
+            &mut self.fetch.input
+        } else {
+            &mut self.post.input
+        };
+        if buffer.len() >= self.capacity {
+            return self.aabb.pipes[pipe].recirculate(now, slot);
+        }
+        if to_pre {
+            context.begin_visit(ray);
+        }
+        buffer.push_back(slot);
     }
 
     fn leave_pre(
@@ -262,6 +275,10 @@ impl Trv {
             };
             let ray = &mut rays[slot as usize];
             let is_leaf = ray.walk.node.is_leaf();
+            if ray.phase == Phase::Visit && ray.direct {
+                pipe.bypass(now, slot);
+                continue;
+            }
             if ray.phase == Phase::Visit && is_leaf {
                 ray.next = Next::Intersect;
                 pipe.bypass(now, slot);
@@ -300,6 +317,13 @@ impl Trv {
             }
             let found = context.function.boxes(ray.walk.node, &ray.ray, ray.hit.t);
             (ray.children, ray.enter) = found;
+            ray.direct = ray.walk.is_direct(found.1);
+            if ray.direct {
+                let (children, enter) = found;
+                (ray.next, _) = ray
+                    .walk
+                    .descend(children, enter, ray.hit.t, &mut self.stacks);
+            }
             context.log(now, slot, || Event::Boxes {
                 children: found.0,
                 enter: found.1,

@@ -1,7 +1,7 @@
 //! T&I units without SRPs: rays in, hits and counters out.
 //!
 //! A [`Bench`] has some units, which share one memory or have each their own. It is fed packets of
-//! rays, dealt to the units in turn, and every unit takes them as fast as it can. Units that share
+//! rays, dealt in blocks to the units in turn, and every unit takes them as fast as it can. Units that share
 //! nothing may run on threads of their own; the counters are the same.
 
 mod group;
@@ -24,6 +24,9 @@ use crate::rays::{Sampling, relative_error};
 
 pub use group::Memories;
 pub use measure::Measure;
+
+/// Packets that go to the same unit one after another: neighbours share what its caches hold.
+const BLOCK: u64 = 16;
 
 /// How units are run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -140,7 +143,8 @@ impl<'a> Bench<'a> {
     }
 
     fn deal(&mut self, packet: Packet) {
-        let unit = (packet.number % u64::from(self.options.units.max(1))) as usize;
+        let block = packet.number / BLOCK;
+        let unit = (block % u64::from(self.options.units.max(1))) as usize;
         match self.options.memories {
             Memories::Shared => self.groups[0].stations[unit].push(packet),
             Memories::Private => self.groups[unit].stations[0].push(packet),

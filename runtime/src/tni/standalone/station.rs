@@ -10,6 +10,10 @@ use super::{Options, PixelCost};
 use crate::tni::arithmetic::Ray;
 use crate::tni::{HIT_BYTES, HitRecord, RAY_BYTES, Runs, Tni, Tree};
 
+/// Buffers for packets in front of a unit: so many that it never waits for rays because of one that
+/// takes long.
+const BUFFERS: u32 = 32;
+
 /// A packet of rays.
 #[derive(Clone, Debug)]
 pub(super) struct Packet {
@@ -39,9 +43,8 @@ pub(super) struct Answer {
 pub(super) struct Station {
     pub(super) tni: Tni,
     sram: Vec<u8>,
-    /// Packets of the machine's size, and buffers for them.
+    /// Rays of a packet.
     packet: u32,
-    buffers: u32,
     waiting: VecDeque<Packet>,
     under_way: VecDeque<Packet>,
     /// Packets that were given to the unit, and packets that have come back.
@@ -57,16 +60,14 @@ pub(super) struct Station {
 impl Station {
     pub(super) fn new(spec: &SystemSpec, tree: Tree, options: &Options) -> Station {
         let packet = spec.buffers.rays.max(1);
-        let buffers = spec.buffers.ray_buffers.max(1);
-        let mut tni = Tni::new(&spec.tni, tree, buffers);
+        let mut tni = Tni::new(&spec.tni, tree, BUFFERS);
         if options.costs {
             tni.note_costs();
         }
         Station {
             tni,
-            sram: vec![0; (buffers * packet * (RAY_BYTES + HIT_BYTES)) as usize],
+            sram: vec![0; (BUFFERS * packet * (RAY_BYTES + HIT_BYTES)) as usize],
             packet,
-            buffers,
             waiting: VecDeque::new(),
             under_way: VecDeque::new(),
             sent: 0,
@@ -96,7 +97,7 @@ impl Station {
     /// used it last has been taken.
     #[inline]
     pub(super) fn fill(&mut self) {
-        while self.tni.submissions() < self.buffers as usize {
+        while self.tni.submissions() < BUFFERS as usize {
             let Some(packet) = self.waiting.pop_front() else {
                 return;
             };
@@ -183,8 +184,8 @@ impl Station {
 
     /// Addresses of the ray and the hit buffer of a packet.
     fn buffer(&self, packet: u64) -> (u32, u32) {
-        let buffer = (packet % u64::from(self.buffers)) as u32;
-        let hits = self.buffers * self.packet * RAY_BYTES;
+        let buffer = (packet % u64::from(BUFFERS)) as u32;
+        let hits = BUFFERS * self.packet * RAY_BYTES;
         (
             buffer * self.packet * RAY_BYTES,
             hits + buffer * self.packet * HIT_BYTES,

@@ -1,0 +1,264 @@
+//! What a T&I unit costs: operators, register files, caches, and from them area and energy, as in
+//! Tables 1 and 2 of the SGRT paper.
+//!
+//! Areas of single parts are the paper's, which come from 65 nm synthesis and CACTI. Caches of
+//! other sizes lie on the curve through the two sizes that it gives, and everything is counted from
+//! the machine; nothing is taken over but prices. Energies are those of the same synthesis, which
+//! SimTRaX (Spjut et al., 2009) ships: the paper prints the areas of that source.
+
+use crate::datapath::{BOX_TEST, Operations};
+use crate::system::{BufferSpec, CacheSpec, Pipeline, TniSpec};
+
+/// Area in mm² of an operator.
+pub const FP_ADD: f64 = 0.003;
+/// Of a multiplier.
+pub const FP_MUL: f64 = 0.01;
+/// Of a reciprocal or divider.
+pub const FP_RCP: f64 = 0.11;
+/// Of a comparator.
+pub const FP_CMP: f64 = 0.00072;
+/// Of an integer adder.
+pub const INT_ADD: f64 = 0.00066;
+/// Of 4 KiB of registers.
+pub const RF_4K: f64 = 0.019;
+/// Control logic, as a part of the operators' area.
+pub const CONTROL: f64 = 0.233;
+/// Wiring, as a part of everything else.
+pub const WIRING: f64 = 0.30;
+/// Integer adders of each traversal and each intersection unit, for addresses and counters: the
+/// paper has 20 in its five units.
+pub const INT_ADDERS: u32 = 4;
+
+/// A cache of 16 KiB and one of 128 KiB: kibibytes and mm².
+const CACHES: [(f64, f64); 2] = [(16.0, 0.06), (128.0, 0.64)];
+
+/// Bytes of a stack entry: a node and where the ray enters it.
+const STACK_ENTRY: u32 = 8;
+
+/// Bytes that a ray's number takes in a row of an accumulation unit.
+const RAY_NUMBER: u32 = 2;
+
+/// One kind of unit of the T&I unit, all of the kind together.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Complexity {
+    /// Operators.
+    pub operations: Operations,
+    /// Bytes of registers.
+    pub registers: u32,
+    /// Bytes of level-1 caches.
+    pub level1: u32,
+    /// Bytes of level-2 cache.
+    pub level2: u32,
+}
+
+/// A line of Table 2.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Item {
+    /// What it is.
+    pub name: &'static str,
+    /// Area of one, mm²; `None` where it is a part of others' area.
+    pub unit: Option<f64>,
+    /// How many.
+    pub count: u32,
+    /// Area of all, mm².
+    pub total: f64,
+}
+
+/// What a T&I unit is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Area {
+    /// Traversal units.
+    pub trv: Complexity,
+    /// Intersection units.
+    pub ist: Complexity,
+    /// The lines of Table 2.
+    pub items: Vec<Item>,
+    /// Area of the unit, mm².
+    pub total: f64,
+}
+
+/// Area in mm² of a cache of so many bytes.
+pub fn cache_area(bytes: u32) -> f64 {
+    let [(size, area), (larger, more)] = CACHES;
+    let power = (more / area).ln() / (larger / size).ln();
+    area * (f64::from(bytes) / 1024.0 / size).powf(power)
+}
+
+/// Registers of one traversal unit: each resident ray with its hit and stack, the FIFOs of rays in
+/// front of its sub-pipelines, and the rows of the accumulation unit with line, address and rays.
+fn trv_registers(tni: &TniSpec, buffers: &BufferSpec) -> u32 {
+    let ray = buffers.ray_bytes + buffers.hit_bytes + STACK_ENTRY * tni.stack_depth;
+    let fifos = match tni.pipeline {
+        Pipeline::Single => 1,
+        Pipeline::Parallel => 3,
+    };
+    let fifo = fifos * tni.fifo * buffers.ray_bytes;
+    tni.stacks * ray + fifo + rau_registers(tni, tni.trv_l1.line)
+}
+
+/// Registers of one intersection unit: the FIFO of rays with their hits in front, the rays in its
+/// pipeline, and the accumulation unit.
+fn ist_registers(tni: &TniSpec, buffers: &BufferSpec) -> u32 {
+    let ray = buffers.ray_bytes + buffers.hit_bytes;
+    (tni.fifo + tni.ist_latency) * ray + rau_registers(tni, tni.ist_l1.line)
+}
+
+fn rau_registers(tni: &TniSpec, line: u32) -> u32 {
+    tni.rau_rows * (line + 4 + RAY_NUMBER * tni.rau_rays)
+}
+
+/// What the T&I unit of a machine is made of.
+pub fn area(tni: &TniSpec, buffers: &BufferSpec) -> Area {
+    let trv = Complexity {
+        operations: BOX_TEST.times(tni.trvs * tni.aabbs),
+        registers: tni.trvs * trv_registers(tni, buffers),
+        level1: tni.trvs * tni.trv_l1.bytes,
+        level2: tni.trv_l2.bytes,
+    };
+    let ist = Complexity {
+        operations: tni.intersection.operations(tni.rcp).times(tni.ists),
+        registers: tni.ists * ist_registers(tni, buffers),
+        level1: tni.ists * tni.ist_l1.bytes,
+        level2: 0,
+    };
+    let items = items(tni, trv, ist);
+    let total = items.iter().map(|item| item.total).sum();
+    Area {
+        trv,
+        ist,
+        items,
+        total,
+    }
+}
+
+fn items(tni: &TniSpec, trv: Complexity, ist: Complexity) -> Vec<Item> {
+    let item = |name, unit: f64, count: u32| Item {
+        name,
+        unit: Some(unit),
+        count,
+        total: unit * f64::from(count),
+    };
+    let all = trv.operations.plus(ist.operations);
+    let mut items = vec![
+        item("FP adder", FP_ADD, all.add),
+        item("FP multiplier", FP_MUL, all.mul),
+        item("FP reciprocal", FP_RCP, all.rcp),
+        item("FP comparator", FP_CMP, all.cmp),
+        item("integer adder", INT_ADD, INT_ADDERS * (tni.trvs + tni.ists)),
+    ];
+    let sum = |items: &[Item]| items.iter().map(|item| item.total).sum::<f64>();
+    items.push(Item {
+        name: "control",
+        unit: None,
+        count: 1,
+        total: CONTROL * sum(&items),
+    });
+    let registers = (trv.registers + ist.registers).div_ceil(4096);
+    let cache = |name, spec: &CacheSpec, count| item(name, cache_area(spec.bytes), count);
+    items.push(cache("TRV L1", &tni.trv_l1, tni.trvs));
+    items.push(cache("TRV L2", &tni.trv_l2, 1));
+    items.push(cache("IST L1", &tni.ist_l1, tni.ists));
+    items.push(item("4 KiB of registers", RF_4K, registers));
+    items.push(Item {
+        name: "wiring",
+        unit: None,
+        count: 1,
+        total: WIRING * sum(&items),
+    });
+    items
+}
+
+/// Energy in nJ of an addition, a multiplication, a reciprocal, a comparison.
+const ENERGY: [f64; 4] = [0.0074, 0.0142, 0.1563, 0.000_536];
+
+/// Energy in nJ of an access to a cache of so many KiB, lines of 64 bytes, one bank.
+const CACHE_ENERGY: [(f64, f64); 10] = [
+    (1.0, 0.057_617),
+    (2.0, 0.062_554),
+    (4.0, 0.072_368),
+    (8.0, 0.091_666),
+    (16.0, 0.126_381),
+    (32.0, 0.168_217),
+    (64.0, 0.235_799),
+    (128.0, 0.321_923),
+    (256.0, 0.457_809),
+    (1024.0, 0.904_345),
+];
+
+/// Energy in nJ of so many operations.
+pub fn operations_energy(operations: Operations) -> f64 {
+    let Operations { add, mul, rcp, cmp } = operations;
+    [add, mul, rcp, cmp]
+        .iter()
+        .zip(ENERGY)
+        .map(|(&count, each)| f64::from(count) * each)
+        .sum()
+}
+
+/// Energy in nJ of one access to a cache of so many bytes, between the sizes that are known on a
+/// straight line, outside them as at the nearest.
+pub fn cache_energy(bytes: u32) -> f64 {
+    let kib = f64::from(bytes) / 1024.0;
+    let above = CACHE_ENERGY.iter().position(|(size, _)| *size >= kib);
+    match above {
+        Some(0) => CACHE_ENERGY[0].1,
+        None => CACHE_ENERGY[CACHE_ENERGY.len() - 1].1,
+        Some(i) => {
+            let ((small, less), (large, more)) = (CACHE_ENERGY[i - 1], CACHE_ENERGY[i]);
+            less + (more - less) * (kib - small) / (large - small)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::datapath::Intersection;
+    use crate::system::SystemSpec;
+
+    fn machine() -> SystemSpec {
+        let file = crate::machines::SGRT;
+        let arch = crate::parse(file.name, file.xml).expect("the shipped machine is valid");
+        arch.system
+    }
+
+    #[test]
+    fn the_papers_machine_has_about_the_papers_area() {
+        let mut system = machine();
+        system.tni.intersection = Intersection::Wald;
+        let parallel = area(&system.tni, &system.buffers);
+        let sum = parallel.trv.operations.plus(parallel.ist.operations);
+        assert_eq!((sum.add, sum.mul, sum.rcp, sum.cmp), (36, 34, 1, 49));
+        assert!(
+            (parallel.total / 3.32 - 1.0).abs() < 0.03,
+            "{}",
+            parallel.total
+        );
+        system.tni.pipeline = Pipeline::Single;
+        let single = area(&system.tni, &system.buffers);
+        assert!(single.total < parallel.total);
+        assert!((single.total / 3.28 - 1.0).abs() < 0.03, "{}", single.total);
+    }
+
+    #[test]
+    fn caches_lie_on_a_curve_through_the_known_sizes() {
+        assert!((cache_area(16 << 10) - 0.06).abs() < 1e-12);
+        assert!((cache_area(128 << 10) - 0.64).abs() < 1e-12);
+        assert!(cache_area(64 << 10) > cache_area(32 << 10));
+        assert_eq!(cache_energy(16 << 10), 0.126_381);
+        let between = cache_energy(24 << 10);
+        assert!(between > 0.1264 && between < 0.1682);
+    }
+
+    #[test]
+    fn costlier_tests_take_more() {
+        let of = |test: Intersection| {
+            let mut system = machine();
+            system.tni.intersection = test;
+            area(&system.tni, &system.buffers).total
+        };
+        let [wald, anchor, scaled, woop] = Intersection::ALL.map(of);
+        assert_eq!(wald, anchor);
+        assert!(scaled > anchor && woop > scaled);
+    }
+}

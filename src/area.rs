@@ -1,0 +1,210 @@
+//! `srp area`: what the T&I unit of a machine costs, in the form of the paper's Tables 1 and 2.
+
+use crate::cli;
+use crate::failure::Failure;
+use crate::{machine, talk};
+use srp_archdesc::arch::Arch;
+use srp_archdesc::area::{self, Area, Complexity};
+use srp_archdesc::datapath::{BOX_TEST, Intersection};
+use srp_archdesc::system::{Pipeline, TniSpec};
+use std::fmt::Write as _;
+
+/// The paper's figures, printed beside ours: area with a parallel and with a single pipeline, mm².
+const PAPER_PARALLEL: f64 = 3.32;
+const PAPER_SINGLE: f64 = 3.28;
+/// Kilobytes of registers in traversal and intersection units.
+const PAPER_REGISTERS: (f64, f64) = (49.0, 8.0);
+
+/// Runs `srp area`.
+pub(crate) fn run(args: &cli::Area) -> Result<(), Failure> {
+    let arch = machine::read(&args.file)?;
+    let mut out = String::new();
+    write_area(&mut out, &arch).expect("writing to a String does not fail");
+    Ok(talk::print(out)?)
+}
+
+fn write_area(out: &mut String, arch: &Arch) -> std::fmt::Result {
+    let tni = &arch.system.tni;
+    let costs = area::area(tni, &arch.system.buffers);
+    writeln!(out, "T&I unit of `{}`, 65 nm", arch.name)?;
+    complexity(out, tni, &costs)?;
+    items(out, &costs)?;
+    forms(out, arch)?;
+    deviations(out, tni, &costs)?;
+    tests(out, arch)?;
+    energy(out, tni)
+}
+
+/// Table 1.
+fn complexity(out: &mut String, tni: &TniSpec, costs: &Area) -> std::fmt::Result {
+    writeln!(
+        out,
+        "\n{:10} {:>5} {:>5} {:>5} {:>5} {:>9} {:>9} {:>9}",
+        "unit", "ADD", "MUL", "RCP", "CMP", "RF KiB", "L1 KiB", "L2 KiB"
+    )?;
+    let mut row = |name: &str, c: &Complexity| {
+        let kib = |bytes: u32| f64::from(bytes) / 1024.0;
+        let o = c.operations;
+        writeln!(
+            out,
+            "{name:10} {:>5} {:>5} {:>5} {:>5} {:>9.1} {:>9.0} {:>9.0}",
+            o.add,
+            o.mul,
+            o.rcp,
+            o.cmp,
+            kib(c.registers),
+            kib(c.level1),
+            kib(c.level2)
+        )
+    };
+    let (trv, ist) = (&costs.trv, &costs.ist);
+    row(&format!("TRV × {}", tni.trvs), trv)?;
+    row(&format!("IST × {}", tni.ists), ist)?;
+    row(
+        "total",
+        &Complexity {
+            operations: trv.operations.plus(ist.operations),
+            registers: trv.registers + ist.registers,
+            level1: trv.level1 + ist.level1,
+            level2: trv.level2,
+        },
+    )
+}
+
+/// Table 2.
+fn items(out: &mut String, costs: &Area) -> std::fmt::Result {
+    writeln!(
+        out,
+        "\n{:20} {:>9} {:>6} {:>9}",
+        "part", "mm² each", "count", "mm²"
+    )?;
+    for item in &costs.items {
+        match item.unit {
+            Some(unit) => writeln!(
+                out,
+                "{:20} {unit:>9.5} {:>6} {:>9.3}",
+                item.name, item.count, item.total
+            )?,
+            None => writeln!(
+                out,
+                "{:20} {:>9} {:>6} {:>9.3}",
+                item.name, "", "", item.total
+            )?,
+        }
+    }
+    writeln!(
+        out,
+        "{:20} {:>9} {:>6} {:>9.3}",
+        "total", "", "", costs.total
+    )
+}
+
+/// Both forms of the traversal unit.
+fn forms(out: &mut String, arch: &Arch) -> std::fmt::Result {
+    let of = |pipeline| {
+        let tni = TniSpec {
+            pipeline,
+            ..arch.system.tni
+        };
+        area::area(&tni, &arch.system.buffers).total
+    };
+    let (single, parallel) = (of(Pipeline::Single), of(Pipeline::Parallel));
+    writeln!(
+        out,
+        "\nparallel pipelines {parallel:.2} mm² (the paper {PAPER_PARALLEL}), single pipeline \
+         {single:.2} mm² (the paper {PAPER_SINGLE}): {:+.1} % for two FIFOs a TRV (the paper {:+.1} % \
+         by these figures, 3.6 % in its text)",
+        100.0 * (parallel / single - 1.0),
+        100.0 * (PAPER_PARALLEL / PAPER_SINGLE - 1.0)
+    )
+}
+
+/// Why it is not what the paper has.
+fn deviations(out: &mut String, tni: &TniSpec, costs: &Area) -> std::fmt::Result {
+    let kib = |bytes: u32| f64::from(bytes) / 1024.0;
+    writeln!(out, "\nAgainst the paper's unit:")?;
+    let wired = |mm2: f64| mm2 * (1.0 + area::WIRING);
+    let wald = Intersection::Wald.operations(srp_archdesc::arch::Approx::Exact);
+    let test = tni.intersection.operations(tni.rcp);
+    let price = |o: srp_archdesc::datapath::Operations| {
+        (f64::from(o.add) * area::FP_ADD
+            + f64::from(o.mul) * area::FP_MUL
+            + f64::from(o.rcp) * area::FP_RCP
+            + f64::from(o.cmp) * area::FP_CMP)
+            * (1.0 + area::CONTROL)
+    };
+    writeln!(
+        out,
+        "  the test `{}` takes {:+} ADD, {:+} MUL, {:+} CMP against Wald's: {:+.3} mm² an IST",
+        tni.intersection.name(),
+        i64::from(test.add) - i64::from(wald.add),
+        i64::from(test.mul) - i64::from(wald.mul),
+        i64::from(test.cmp) - i64::from(wald.cmp),
+        wired(price(test) - price(wald))
+    )?;
+    writeln!(
+        out,
+        "  registers: {:.1} KiB in TRVs (the paper {}), {:.1} in ISTs (the paper {}): {:+.3} mm². \
+         Counted are rays, hits, stacks of {} entries, FIFOs and accumulation units; the paper \
+         does not say what its are",
+        kib(costs.trv.registers),
+        PAPER_REGISTERS.0,
+        kib(costs.ist.registers),
+        PAPER_REGISTERS.1,
+        wired(
+            area::RF_4K
+                * (kib(costs.trv.registers + costs.ist.registers)
+                    - PAPER_REGISTERS.0
+                    - PAPER_REGISTERS.1)
+                / 4.0
+        ),
+        tni.stack_depth
+    )?;
+    writeln!(
+        out,
+        "  the paper's text gives a TRV 4 adders and 4 multipliers, its Table 1 six of each; one \
+         box test a cycle takes {} and {}",
+        BOX_TEST.add, BOX_TEST.mul
+    )
+}
+
+/// What each ray-triangle test would cost.
+fn tests(out: &mut String, arch: &Arch) -> std::fmt::Result {
+    writeln!(
+        out,
+        "\n{:20} {:>5} {:>5} {:>5} {:>5} {:>9} {:>9}",
+        "triangle test", "ADD", "MUL", "RCP", "CMP", "mm² T&I", "nJ each"
+    )?;
+    for test in Intersection::ALL {
+        let tni = TniSpec {
+            intersection: test,
+            ..arch.system.tni
+        };
+        let o = test.operations(tni.rcp);
+        writeln!(
+            out,
+            "{:20} {:>5} {:>5} {:>5} {:>5} {:>9.3} {:>9.3}",
+            test.name(),
+            o.add,
+            o.mul,
+            o.rcp,
+            o.cmp,
+            area::area(&tni, &arch.system.buffers).total,
+            area::operations_energy(o)
+        )?;
+    }
+    Ok(())
+}
+
+fn energy(out: &mut String, tni: &TniSpec) -> std::fmt::Result {
+    writeln!(
+        out,
+        "\nenergy, nJ: box test {:.3}, triangle test {:.3}, access to TRV L1 {:.3}, TRV L2 {:.3}, \
+         IST L1 {:.3}\n(`srp tni` multiplies them by what it counts)",
+        area::operations_energy(BOX_TEST),
+        area::operations_energy(tni.intersection.operations(tni.rcp)),
+        area::cache_energy(tni.trv_l1.bytes),
+        area::cache_energy(tni.trv_l2.bytes),
+        area::cache_energy(tni.ist_l1.bytes)
+    )
+}

@@ -1,0 +1,309 @@
+//! `srp paper`: the figures of the SGRT paper's Tables 4 and 5, ours, and their ratios.
+//!
+//! The paper's figures are only printed and compared with; nothing in the model knows them.
+
+mod figures;
+
+use crate::cli::{self, BvhBuilder};
+use crate::failure::Failure;
+use crate::scenes::{self, Views};
+use crate::tni::{self, Job, Rays, measure};
+use crate::{interrupt, machine, talk};
+use figures::{Figures, PAPER, PaperScene};
+use srp_archdesc::arch::Arch;
+use srp_runtime::bvh::Bvh;
+use srp_runtime::rays::{Kind, Order};
+use srp_runtime::scene::{Camera, Scene};
+use srp_runtime::tni::standalone::{Measure, Memories};
+use std::path::{Path, PathBuf};
+
+/// Secondary rays a pixel, as in the paper.
+const SAMPLES: u32 = 32;
+
+/// One scene to compare on.
+struct Case {
+    scene: Scene,
+    bvh: Bvh,
+    cameras: Vec<Camera>,
+    radius: f32,
+    paper: Option<&'static PaperScene>,
+}
+
+/// Runs `srp paper`.
+pub(crate) fn run(args: &cli::Paper) -> Result<(), Failure> {
+    let arch = machine::read(&args.machine.machine)?;
+    srp_runtime::system::check(&arch.system).map_err(Failure::Message)?;
+    for (i, path) in scenes(args)?.iter().enumerate() {
+        let case = case(path.as_deref(), args)?;
+        if i == 0 {
+            head(args, &arch)?;
+        }
+        put(format_args!("\n{}", name(&case)))?;
+        match args.table {
+            cli::Table::Table4 => table4(&case, args, &arch)?,
+            cli::Table::Table5 => table5(&case, args, &arch)?,
+        }
+    }
+    Ok(())
+}
+
+/// The scenes of the command line; without any, the default scene.
+fn scenes(args: &cli::Paper) -> Result<Vec<Option<PathBuf>>, Failure> {
+    if args.scenes.is_empty() {
+        talk::say(format_args!(
+            "note: no scene is given, so the default scene is used, which the paper has not"
+        ));
+        return Ok(vec![None]);
+    }
+    Ok(args.scenes.iter().cloned().map(Some).collect())
+}
+
+fn case(path: Option<&Path>, args: &cli::Paper) -> Result<Case, Failure> {
+    let views = path.map_or(Ok(None), Views::beside)?;
+    let first = views.as_ref().map(|v| v.camera(0)).transpose()?;
+    let scene = scenes::read(path, first)?;
+    let cameras = match &views {
+        Some(views) => {
+            let all = (0..views.points.views.len()).map(|n| views.camera(n));
+            all.collect::<Result<_, _>>()?
+        }
+        None => vec![scene.camera],
+    };
+    let known = views.as_ref().and_then(|v| v.points.ao_radius);
+    let stem = path.and_then(Path::file_stem).and_then(|n| n.to_str());
+    Ok(Case {
+        bvh: scenes::build(&scene, BvhBuilder::Sweep, args.max_leaf),
+        radius: known.unwrap_or_else(|| tni::ao_radius(&scene)),
+        paper: stem.and_then(|stem| PAPER.iter().find(|p| p.name.eq_ignore_ascii_case(stem))),
+        scene,
+        cameras,
+    })
+}
+
+fn name(case: &Case) -> String {
+    let triangles = case.scene.triangles.len();
+    let views = case.cameras.len();
+    match case.paper {
+        Some(_) => format!(
+            "{}, {triangles} triangles, {views} view(s)",
+            case.scene.name
+        ),
+        None => format!(
+            "{}, {triangles} triangles, {views} view(s); not one of the paper's scenes",
+            case.scene.name
+        ),
+    }
+}
+
+/// A line of data.
+fn put(text: std::fmt::Arguments<'_>) -> Result<(), Failure> {
+    Ok(talk::print(format!("{text}\n"))?)
+}
+
+fn head(args: &cli::Paper, arch: &Arch) -> Result<(), Failure> {
+    put(format_args!(
+        "machine `{}`, {}x{} pixels, {SAMPLES} samples, primary rays one run in {}, others one in {}",
+        arch.name, args.size.0, args.size.1, args.sample_primary, args.sample
+    ))
+}
+
+/// The three kinds of rays.
+fn kinds(case: &Case) -> [Kind; 3] {
+    [
+        Kind::Primary,
+        Kind::AmbientOcclusion {
+            samples: SAMPLES,
+            radius: case.radius,
+        },
+        Kind::Diffuse { samples: SAMPLES },
+    ]
+}
+
+/// Measures one kind of rays over all views.
+fn run_kind(
+    case: &Case,
+    kind: Kind,
+    args: &cli::Paper,
+    arch: &Arch,
+    (units, memories): (u32, Memories),
+) -> Result<Measure, Failure> {
+    let one_in = match kind {
+        Kind::Primary => args.sample_primary,
+        _ => args.sample,
+    };
+    let job = Job {
+        scene: &case.scene,
+        bvh: &case.bvh,
+        spec: &arch.system,
+        cameras: &case.cameras,
+        size: args.size,
+        rays: &Rays::Of(kind),
+        order: Order::Morton,
+        one_in,
+        units,
+        memories,
+        threads: args.threads,
+        costs: false,
+    };
+    let outcomes = interrupt::looked_for(|| measure(&job))?;
+    Ok(Measure::of(&outcomes, units, arch.system.tni_mhz))
+}
+
+fn title(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Primary => "primary",
+        Kind::AmbientOcclusion { .. } => "AO",
+        Kind::Diffuse { .. } => "diffuse",
+    }
+}
+
+/// The paper's figures for a kind of rays.
+fn paper(case: &Case, kind: Kind) -> Option<&'static Figures> {
+    case.paper.map(|p| match kind {
+        Kind::Primary => &p.primary,
+        Kind::AmbientOcclusion { .. } => &p.ao,
+        Kind::Diffuse { .. } => &p.diffuse,
+    })
+}
+
+/// One line: the paper's figure, ours, and ours over the paper's.
+fn line(what: &str, paper: Option<f64>, ours: f64) -> Result<(), Failure> {
+    match paper {
+        Some(paper) => put(format_args!(
+            "  {what:34} {paper:>9.2} {ours:>9.2} {:>7.2}",
+            ours / paper
+        )),
+        None => put(format_args!(
+            "  {what:34} {:>9} {ours:>9.2} {:>7}",
+            "–", "–"
+        )),
+    }
+}
+
+fn line_head(kind: Kind, error: Option<f64>) -> Result<(), Failure> {
+    let error = error.map_or(String::new(), |e| format!(" ± {:.1} %", 100.0 * e));
+    put(format_args!(
+        "{:36} {:>9} {:>9} {:>7}{error}",
+        title(kind),
+        "paper",
+        "ours",
+        "ratio"
+    ))
+}
+
+/// Table 4: one unit, both forms of the traversal unit.
+fn table4(case: &Case, args: &cli::Paper, arch: &Arch) -> Result<(), Failure> {
+    let mut gains = Vec::new();
+    for kind in kinds(case) {
+        let of = |pipeline| {
+            let mut arch = arch.clone();
+            tni::set_pipeline(&mut arch.system, Some(pipeline));
+            run_kind(case, kind, args, &arch, (1, Memories::Private))
+        };
+        let single = of(cli::Pipeline::Single)?;
+        let parallel = of(cli::Pipeline::Parallel)?;
+        let p = paper(case, kind);
+        line_head(kind, parallel.relative_error)?;
+        line(
+            "steps a ray, single: sub-pipelines",
+            p.map(|p| p.steps_sp),
+            single.passes,
+        )?;
+        line(
+            "steps a ray, parallel: node visits",
+            p.map(|p| p.steps_pp),
+            parallel.inner_visits + parallel.leaf_visits,
+        )?;
+        line(
+            "Mrays/s, single",
+            p.map(|p| p.mrays_sp),
+            single.mrays_per_second,
+        )?;
+        line(
+            "Mrays/s, parallel",
+            p.map(|p| p.mrays_pp),
+            parallel.mrays_per_second,
+        )?;
+        let gain = parallel.mrays_per_second / single.mrays_per_second;
+        line(
+            "parallel over single",
+            p.map(|p| p.mrays_pp / p.mrays_sp),
+            gain,
+        )?;
+        line(
+            "cycles a node visit, parallel",
+            None,
+            parallel.cycles_per_visit,
+        )?;
+        explain(p.map(|p| (p.steps_pp, p.mrays_pp)), &parallel)?;
+        gains.push(gain);
+    }
+    put(format_args!(
+        "mean of parallel over single: {:.3} (the paper's mean over its scenes 1.26)",
+        gains.iter().sum::<f64>() / gains.len() as f64
+    ))?;
+    Ok(())
+}
+
+/// Table 5: four units, with a memory each and with one memory.
+fn table5(case: &Case, args: &cli::Paper, arch: &Arch) -> Result<(), Failure> {
+    for kind in kinds(case) {
+        let units = arch.system.cores;
+        let private = run_kind(case, kind, args, arch, (units, Memories::Private))?;
+        let shared = run_kind(case, kind, args, arch, (units, Memories::Shared))?;
+        let figures = paper(case, kind);
+        let p = figures.and_then(|p| p.table5);
+        line_head(kind, private.relative_error)?;
+        let m = &private;
+        line(
+            "Mrays/s, a memory each",
+            p.map(|p| p.mrays),
+            m.mrays_per_second,
+        )?;
+        line(
+            "Mrays/s, one memory",
+            p.map(|p| p.mrays),
+            shared.mrays_per_second,
+        )?;
+        line("TRV busy %", p.map(|p| p.trv_util), 100.0 * m.trv_busy)?;
+        line("IST busy %", p.map(|p| p.ist_util), 100.0 * m.ist_busy)?;
+        line(
+            "TRV steps: node visits",
+            p.map(|p| p.trv_steps),
+            m.inner_visits + m.leaf_visits,
+        )?;
+        line(
+            "IST steps: triangle tests",
+            p.map(|p| p.ist_steps),
+            m.triangle_tests,
+        )?;
+        line("TRV L1 hits %", p.map(|p| p.trv_l1), 100.0 * m.trv_l1)?;
+        line("TRV L2 hits %", p.map(|p| p.trv_l2), 100.0 * m.trv_l2)?;
+        line("IST L1 hits %", p.map(|p| p.ist_l1), 100.0 * m.ist_l1)?;
+        line("GB/s", p.map(|p| p.gb_s), m.gigabytes_per_second)?;
+        line("cycles a node visit", None, m.cycles_per_visit)?;
+        line("lines outstanding a unit", None, m.outstanding)?;
+        explain(p.map(|p| (p.trv_steps, p.mrays / f64::from(units))), m)?;
+    }
+    Ok(())
+}
+
+/// What makes the rate another than the paper's: the cycles a ray is in the unit, taken apart.
+/// The paper's residence is that of 64 rays at 500 MHz by Little's law.
+fn explain(paper: Option<(f64, f64)>, ours: &Measure) -> Result<(), Failure> {
+    let Some((steps, mrays)) = paper else {
+        return Ok(());
+    };
+    let theirs = 64.0 * 500.0 / mrays;
+    let visits = ours.inner_visits + ours.leaf_visits;
+    let walking = visits * ours.cycles_per_visit;
+    put(format_args!(
+        "  a ray is in the unit for {:.0} cycles (the paper: {theirs:.0}): {:.0} for the paper's {steps} \
+         steps,\n    {:+.0} for {:+.2} visits more than these, {:.0} at the IST",
+        ours.residence,
+        steps * ours.cycles_per_visit,
+        walking - steps * ours.cycles_per_visit,
+        visits - steps,
+        ours.residence - walking
+    ))
+}
