@@ -96,8 +96,9 @@ fn default_machine_is_the_papers() {
         (64, 3, 2)
     );
     assert_eq!((tni.trvs, tni.ists, tni.stacks), (4, 1, 16));
-    let visit = tni.pre_latency + tni.aabb_latency + tni.post_latency + tni.trv_l1.latency;
-    assert_eq!(visit, 36);
+    // A visit without and with a stack operation; the second box takes a cycle more.
+    let visit = tni.pre_latency + tni.trv_l1.latency + tni.aabb_latency;
+    assert_eq!((visit, visit + tni.post_latency), (25, 39));
     assert!(SGRT.xml.lines().count() <= 150);
 }
 

@@ -96,6 +96,20 @@ fn variants() -> Vec<(&'static str, SystemSpec)> {
             }),
         ),
         (
+            "several of each",
+            with(&|s| {
+                s.tni.pres = 2;
+                s.tni.aabbs = 3;
+                s.tni.posts = 2;
+                s.tni.rau_rays = 1;
+                s.tni.any_hit = false;
+            }),
+        ),
+        (
+            "latencies of 65 nm",
+            with(&|s| srp_archdesc::datapath::Latencies::Synthesis65nm.apply(&mut s.tni)),
+        ),
+        (
             "small caches",
             with(&|s| {
                 s.tni.trv_l1.bytes = 256;
@@ -148,7 +162,9 @@ fn passes_and_visits_add_up() {
     let parallel = drive(&machine(), &tree, &rays).counters;
     assert_eq!(parallel.pre.passes, parallel.node_visits());
     assert_eq!(parallel.aabb.passes, parallel.trv.inner_visits);
-    assert_eq!(parallel.post.passes, parallel.node_visits());
+    // The rest enters one child only, and leaves the stack alone.
+    let direct = parallel.node_visits() - parallel.post.passes;
+    assert!(direct > parallel.node_visits() / 4);
     assert_eq!(
         parallel.pre.bypasses + parallel.aabb.bypasses + parallel.post.bypasses,
         0
@@ -160,9 +176,37 @@ fn passes_and_visits_add_up() {
     spec.tni.pipeline = Pipeline::Single;
     let single = drive(&spec, &tree, &rays).counters;
     // A leaf passes through the rest of the pipeline, and again from its start on the way back.
-    assert_eq!(single.post.bypasses, single.trv.leaf_visits);
+    assert_eq!(single.post.bypasses, single.trv.leaf_visits + direct);
     assert_eq!(single.aabb.bypasses, 2 * single.trv.leaf_visits);
     assert_eq!(single.pre.bypasses, single.trv.leaf_visits);
+    assert_eq!(single.stacks, parallel.stacks);
+}
+
+#[test]
+fn every_cycle_of_every_part_is_accounted_for() {
+    let mut random = Random::new(9);
+    let triangles = soup(&mut random, 500);
+    let tree = image(&triangles, Builder::Sweep);
+    let rays = rays(&mut random, 1000, Vec3::splat(-0.5), Vec3::splat(1.5));
+    for (name, spec) in variants() {
+        let c = drive(&spec, &tree, &rays).counters;
+        let active = c.unit.active_cycles;
+        assert_eq!(c.unit.dispatch.total(), active, "{name}");
+        assert_eq!(c.unit.dispatch.work, rays.len() as u64, "{name}");
+        let trvs = u64::from(spec.tni.trvs) * active;
+        for (pipe, count) in [
+            (&c.pre, trvs * u64::from(spec.tni.pres)),
+            (&c.aabb, trvs * u64::from(spec.tni.aabbs)),
+            (&c.post, trvs * u64::from(spec.tni.posts)),
+            (&c.ist, active * u64::from(spec.tni.ists)),
+        ] {
+            let account = &pipe.account;
+            assert_eq!(account.total(), count, "{name}: {account:?}");
+            assert_eq!(account.work, pipe.passes, "{name}");
+            assert_eq!(account.bypass, pipe.bypasses, "{name}");
+            assert!(pipe.busy_cycles <= count, "{name}");
+        }
+    }
 }
 
 #[test]
