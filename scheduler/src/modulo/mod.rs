@@ -37,9 +37,9 @@ pub struct Options<'a> {
     /// Steps of the router over all attempts of the heuristic at one loop, about 3 million a
     /// second. The first II that works is looked for beyond them.
     pub effort: u64,
-    /// Conflicts of the exact search over all IIs of one loop, some 10 thousand a second; 0 leaves
-    /// it out.
-    pub conflicts: u64,
+    /// Steps of the exact search over all IIs of one loop, some 10 thousand a second; 0 leaves it
+    /// out. A conflict is some steps, the more the larger the formula, and so is making one.
+    pub exact_effort: u64,
     /// Cycles beyond the critical path in which the exact search may issue operations.
     pub slack: u32,
     /// Asked now and then: true ends the search with the best schedule so far.
@@ -59,7 +59,7 @@ impl Default for Options<'_> {
     fn default() -> Self {
         Options {
             effort: 2_000_000,
-            conflicts: 10_000,
+            exact_effort: 40_000,
             slack: 3,
             stop: &|| false,
             beyond: None,
@@ -140,14 +140,14 @@ pub fn schedule(dfg: &Dfg, arch: &Arch, options: &Options<'_>) -> Result<Schedul
         }
     };
     let steps = Limits {
-        conflicts: options.conflicts,
+        effort: options.exact_effort,
         stop: options.stop,
     };
     improve(&mut exact, steps);
     if let Some(beyond) = options.beyond {
         exact.extend(FARTHEST);
         let limits = Limits {
-            conflicts: u64::MAX,
+            effort: u64::MAX,
             stop: &beyond(),
         };
         improve(&mut exact, limits);
@@ -186,6 +186,7 @@ pub fn certify(
         ii: claim.ii,
         slack: claim.slack,
         conflicts: u64::MAX,
+        effort: u64::MAX,
         fixed: &fixed,
         stop,
     };
@@ -250,7 +251,7 @@ impl Search<'_, '_> {
     /// the others waiting.
     fn exactly(&self, exact: &mut Exact, best: u32, limits: Limits<'_>) -> Option<ModuloSchedule> {
         let mut found: Option<ModuloSchedule> = None;
-        let mut left = limits.conflicts;
+        let mut left = limits.effort;
         for round in 0.. {
             let share = FIRST_CONFLICTS.saturating_mul(5u64.saturating_pow(round));
             let open = exact.open(found.as_ref().map_or(best, |f| f.ii), round);
@@ -267,7 +268,8 @@ impl Search<'_, '_> {
                 let question = exact::Question {
                     ii,
                     slack,
-                    conflicts: share.min(left),
+                    conflicts: share,
+                    effort: left,
                     fixed: &self.fixed,
                     stop: limits.stop,
                 };
@@ -329,7 +331,8 @@ impl Search<'_, '_> {
 
 /// How far an exact search goes.
 struct Limits<'a> {
-    conflicts: u64,
+    /// Steps.
+    effort: u64,
     stop: &'a dyn Fn() -> bool,
 }
 

@@ -32,6 +32,8 @@ pub(super) struct Question<'a> {
     pub(super) slack: u32,
     /// Conflicts after which the solver gives up.
     pub(super) conflicts: u64,
+    /// Steps after which it gives up.
+    pub(super) effort: u64,
     /// Registers that hold something else.
     pub(super) fixed: &'a [Reg],
     /// Asked now and then; true gives up.
@@ -52,10 +54,15 @@ pub(super) enum Answer {
 
 /// Variables of the largest formula that is tried: about half a gigabyte of memory.
 const LARGEST_FORMULA: usize = 500_000;
+/// Steps that a conflict takes in a small formula, and variables for which it takes one more.
+const CONFLICT: u64 = 3;
+const VARIABLES_A_CONFLICT_STEP: u64 = 40_000;
+/// Variables that are made in a step.
+const VARIABLES_A_STEP: u64 = 50;
 /// Times that a formula is tightened because a model's values found no registers.
 const TIGHTENINGS: u32 = 6;
 
-/// Answers a question, with the conflicts that it took. The formula and, line by line, the proof go
+/// Answers a question, with the steps that it took. The formula and, line by line, the proof go
 /// to `proof`.
 pub(super) fn solve(
     problem: &Problem<'_>,
@@ -70,9 +77,13 @@ pub(super) fn solve(
             return (Answer::TooLarge, spent);
         };
         let proof = proof.as_mut().filter(|_| tightening == 0);
-        let left = question.conflicts.saturating_sub(spent);
-        let (outcome, conflicts) = run(&encoding.formula, left, question.stop, proof);
-        spent += conflicts;
+        let variables = encoding.formula.variables() as u64;
+        spent += variables / VARIABLES_A_STEP;
+        let price = CONFLICT + variables / VARIABLES_A_CONFLICT_STEP;
+        let affordable = question.effort.saturating_sub(spent) / price;
+        let limit = question.conflicts.min(affordable);
+        let (outcome, conflicts) = run(&encoding.formula, limit, question.stop, proof);
+        spent += conflicts * price;
         match outcome {
             Outcome::Unsatisfiable if tightening == 0 => return (Answer::Impossible, spent),
             Outcome::Unsatisfiable | Outcome::GaveUp => return (Answer::Unknown, spent),
