@@ -13,7 +13,10 @@ use std::collections::{BTreeMap, BTreeSet};
 /// What is wrong between bundles.
 pub(super) fn check(dre: &ScheduledDre, arch: &Arch) -> Vec<Violation> {
     let (numbers, count) = numbering(arch);
+    let mut everything = Defined::none(count);
+    (0..count).for_each(|number| everything.insert(number));
     let mut flow = Flow {
+        everything: everything.clone(),
         dre,
         arch,
         numbers,
@@ -32,8 +35,6 @@ pub(super) fn check(dre: &ScheduledDre, arch: &Arch) -> Vec<Violation> {
     flow.arrive(start, State::idle(Defined::none(count)));
     flow.settle();
     // Of functions that nobody calls it is not known what they are called with.
-    let mut all = Defined::none(count);
-    (0..count).for_each(|number| all.insert(number));
     for bundle in flow.entries.clone() {
         let node = Node {
             owner: bundle,
@@ -41,7 +42,7 @@ pub(super) fn check(dre: &ScheduledDre, arch: &Arch) -> Vec<Violation> {
             pending: None,
         };
         if !flow.states.contains_key(&node) {
-            flow.arrive(node, State::idle(all.clone()));
+            flow.arrive(node, State::idle(everything.clone()));
             flow.settle();
         }
     }
@@ -74,6 +75,8 @@ struct Flow<'a> {
     dre: &'a ScheduledDre,
     arch: &'a Arch,
     numbers: Numbering,
+    /// Every register.
+    everything: Defined,
     entries: BTreeSet<Bundle>,
     states: BTreeMap<Node, State>,
     work: BTreeSet<Node>,
@@ -326,9 +329,14 @@ impl Flow<'_> {
     }
 
     fn call(&mut self, callee: Option<Bundle>, back: Node, defined: Defined) {
-        let callees: Vec<Bundle> = match callee {
-            Some(entry) => vec![entry],
-            None => self.entries.iter().copied().collect(),
+        // A call through a pointer may go to every function; which registers the right ones take
+        // their arguments in is not to be seen in the code.
+        let (callees, passed) = match callee {
+            Some(entry) => (vec![entry], defined.clone()),
+            None => (
+                self.entries.iter().copied().collect(),
+                self.everything.clone(),
+            ),
         };
         for entry in callees {
             let first = Node {
@@ -336,7 +344,7 @@ impl Flow<'_> {
                 bundle: entry,
                 pending: None,
             };
-            self.arrive(first, State::idle(defined.clone()));
+            self.arrive(first, State::idle(passed.clone()));
             let sites = self.sites.entry(entry).or_default();
             sites.insert(back, defined.clone());
             if let Some(exit) = self.exits.get(&entry) {
