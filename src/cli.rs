@@ -15,6 +15,8 @@ use std::path::PathBuf;
 #[command(
     name = "srp",
     version,
+    arg_required_else_help = true,
+    args_conflicts_with_subcommands = true,
     propagate_version = true,
     after_help = "\
 Examples:
@@ -30,7 +32,10 @@ Exit status: 0 done, 1 the input is at fault or a check failed, 2 the command li
 )]
 pub(crate) struct Cli {
     #[command(subcommand)]
-    pub(crate) command: Command,
+    pub(crate) command: Option<Command>,
+    /// Say what the code of a message stands for, such as C0502
+    #[arg(long, value_name = "CODE")]
+    pub(crate) explain: Option<String>,
 }
 
 /// What to do.
@@ -96,6 +101,31 @@ pub(crate) struct Source {
     /// suffix are floats
     #[arg(short = 'f', value_name = "FEATURE", value_enum)]
     pub(crate) feature: Vec<Feature>,
+    /// Warnings: NAME, no-NAME, error, error=NAME, no-error=NAME, none
+    #[arg(short = 'W', value_name = "NAME")]
+    pub(crate) warnings: Vec<String>,
+    /// Remarks: `pass` says of every loop whether it runs on the array, and what stands in the way
+    #[arg(short = 'R', value_name = "KIND", value_enum)]
+    pub(crate) remarks: Vec<RemarkKind>,
+    /// How messages are written: for people, or one JSON object a line in rustc's shape
+    #[arg(long, value_name = "FORMAT", value_enum, default_value_t = ErrorFormat::Human)]
+    pub(crate) error_format: ErrorFormat,
+}
+
+/// What `-R` asks for.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum RemarkKind {
+    /// Loops on the array, and loops that are not
+    Pass,
+}
+
+/// How messages are written.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ErrorFormat {
+    /// With the lines of the text and carets
+    Human,
+    /// One object a line
+    Json,
 }
 
 /// What `double` is.

@@ -1,6 +1,6 @@
 //! `srp compile`
 
-use crate::cli::{Compile, Form};
+use crate::cli::{self, Compile, Form};
 use crate::failure::Failure;
 use crate::pipeline::{self, Compiled, Effort, FrontEnd, Input};
 use crate::{files, interrupt, machine, report, talk};
@@ -53,7 +53,7 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
         return Ok(());
     }
     let compiled = pipeline::compile(input, &front_end, Effort::of(&args.search))?;
-    say_not_pipelined(&compiled, &arch);
+    say_not_pipelined(&compiled, &arch, &args.source);
     if wants(Form::Dfg) || wants(Form::Dre) {
         match &compiled.dre {
             Some(dre) => write_divided(&out, dre, wants(Form::Dfg), wants(Form::Dre))?,
@@ -74,15 +74,25 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
     interrupt::end_if_requested()
 }
 
-/// Says which loops a pragma has asked for in vain.
-pub(crate) fn say_not_pipelined(compiled: &Compiled, arch: &Arch) {
-    for n in report::report(compiled, arch)
+/// Says which loops a pragma has asked for in vain; with `-Rpass`, of every loop whether it runs on
+/// the array, and else what stands in the way.
+pub(crate) fn say_not_pipelined(compiled: &Compiled, arch: &Arch, source: &cli::Source) {
+    let remarks = source.remarks.contains(&cli::RemarkKind::Pass);
+    let report = report::report(compiled, arch);
+    for done in report.loops.iter().filter(|_| remarks) {
+        talk::say(format_args!(
+            "remark: {}: {} is on the array at II = {}",
+            done.at, done.kernel, done.ii
+        ));
+    }
+    for n in report
         .not_pipelined
         .iter()
-        .filter(|n| n.required)
+        .filter(|n| n.required || remarks)
     {
+        let kind = if n.required { "warning" } else { "remark" };
         talk::say(format_args!(
-            "warning: {}",
+            "{kind}: {}",
             report::not_pipelined(n).trim_end()
         ));
     }

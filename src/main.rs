@@ -3,6 +3,7 @@
 mod area;
 mod cli;
 mod compile;
+mod diagnostics;
 mod engine;
 mod failure;
 mod files;
@@ -28,7 +29,10 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     let cli = Cli::parse();
     interrupt::catch();
-    let result = match &cli.command {
+    let Some(command) = &cli.command else {
+        return explain(cli.explain.as_deref().unwrap_or_default());
+    };
+    let result = match command {
         Command::Render(args) => render::run(args).map(|()| 0),
         Command::Compile(args) => compile::run(args).map(|()| 0),
         Command::Run(args) => run::run(args),
@@ -58,6 +62,22 @@ fn main() -> ExitCode {
         Err(Failure::Interrupted) => {
             talk::say("interrupted");
             ExitCode::from(interrupt::STATUS)
+        }
+    }
+}
+
+/// Says what the code of a message stands for.
+fn explain(code: &str) -> ExitCode {
+    match srp_frontend::message::explain(code) {
+        Some(text) => match talk::print(format!("{text}\n")) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(_) => ExitCode::from(1),
+        },
+        None => {
+            talk::say(format_args!(
+                "error: no message of the compiler has the code `{code}`"
+            ));
+            ExitCode::from(1)
         }
     }
 }

@@ -2,9 +2,9 @@
 
 use crate::failure::Failure;
 use crate::talk::{self, Progress};
-use crate::{cli, files, interrupt, kernels};
+use crate::{cli, diagnostics, files, interrupt, kernels};
 use srp_archdesc::arch::Arch;
-use srp_archdesc::diagnostic::{Diagnostic, Source, tally};
+use srp_archdesc::diagnostic::{Diagnostic, Severity, Source};
 use srp_archdesc::entity::EntityMap;
 use srp_frontend::{Include, Options, library};
 use srp_ir::dre::scheduled::ScheduledDre;
@@ -174,12 +174,20 @@ impl<'a> FrontEnd<'a> {
                 .borrow_mut()
                 .insert(source.name.clone(), source.text.clone());
         }
-        match self.with(|options| srp_frontend::compile(sources, options)) {
-            Ok((program, warnings)) => {
-                talk::say_all(&self.render(&warnings));
+        diagnostics::check_names(self.source)?;
+        let (program, messages) = match self.with(|options| srp_frontend::compile(sources, options))
+        {
+            Ok((program, messages)) => (Some(program), messages),
+            Err(messages) => (None, messages),
+        };
+        let messages = diagnostics::chosen(messages, self.source);
+        let refused = messages.iter().any(|m| m.severity == Severity::Error);
+        match program {
+            Some(program) if !refused => {
+                talk::say_all(&self.render(&messages));
                 Ok(program)
             }
-            Err(diagnostics) => Err(Failure::Reported(self.render(&diagnostics))),
+            _ => Err(Failure::Reported(self.render(&messages))),
         }
     }
 
@@ -189,9 +197,7 @@ impl<'a> FrontEnd<'a> {
             let known = self.texts.borrow().get(name).cloned();
             known.or_else(|| library::text(name).map(str::to_owned))
         };
-        let mut out = srp_frontend::message::render_all(diagnostics, &text, talk::colour());
-        out.push_str(&tally(diagnostics));
-        out
+        diagnostics::show(diagnostics, self.source.error_format, &text)
     }
 }
 

@@ -89,6 +89,9 @@ fn compile_kernels(folder: Option<&Path>, arch: &Arch) -> Result<Compiled, Failu
         no_auto_kernel: true,
         double: cli::Double::Soft,
         feature: Vec::new(),
+        warnings: Vec::new(),
+        remarks: Vec::new(),
+        error_format: cli::ErrorFormat::Human,
     };
     let front_end = FrontEnd::new(&none, arch);
     let input = match folder {
@@ -96,7 +99,7 @@ fn compile_kernels(folder: Option<&Path>, arch: &Arch) -> Result<Compiled, Failu
         Some(folder) => pipeline::read(&c_files(folder)?, arch)?,
     };
     let compiled = pipeline::compile(input, &front_end, Effort::Steps)?;
-    compile::say_not_pipelined(&compiled, arch);
+    compile::say_not_pipelined(&compiled, arch, &none);
     Ok(compiled)
 }
 

@@ -24,7 +24,7 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
         RunEngine::Ir => return interpret(input, &front_end, &arch, args.limit),
     };
     let compiled = pipeline::compile(input, &front_end, Effort::of(&args.search))?;
-    compile::say_not_pipelined(&compiled, &arch);
+    compile::say_not_pipelined(&compiled, &arch, &args.source);
     let program = compiled.runnable()?;
     let mut cores = engine::cores(program, &arch, simulator, 1)?;
     let mut bus = Solo::new(&program.image, arch.system.sram_bytes);

@@ -108,6 +108,46 @@ codes! {
     DOUBLE_AS_FLOAT = "C0915";
 }
 
+/// The name of a warning on the command line.
+const NAMES: &[(Code, &str)] = &[
+    (MISSING_RETURN, "return-type"),
+    (DISCARDED_QUALIFIER, "discarded-qualifiers"),
+    (IGNORED, "attributes"),
+    (INDEX_RANGE, "array-bounds"),
+    (DIVISION_BY_ZERO, "div-by-zero"),
+    (USER_WARNING, "cpp"),
+    (MACRO_REDEFINED, "macro-redefined"),
+    (SHIFT_RANGE, "shift-count"),
+    (POINTER_SIGN, "pointer-sign"),
+    (POINTER_TYPES, "compare-pointer-types"),
+    (IMPLICIT_FUNCTION, "implicit-function-declaration"),
+    (IMPLICIT_INT, "implicit-int"),
+    (OVERFLOW, "overflow"),
+    (UNROLL, "unroll"),
+    (DOUBLE_AS_FLOAT, "double-as-float"),
+    (LIBRARY_TYPE, "builtin-declaration-mismatch"),
+];
+
+/// The name of the warning with a code, for `-W`.
+pub fn warning_name(code: &str) -> Option<&'static str> {
+    let found = NAMES.iter().find(|(known, _)| known.0 == code);
+    found.map(|(_, name)| *name)
+}
+
+/// The names of all warnings, in the order of their codes.
+pub fn warning_names() -> impl Iterator<Item = &'static str> {
+    NAMES.iter().map(|(_, name)| *name)
+}
+
+/// What a code stands for.
+pub fn explain(code: &str) -> Option<String> {
+    let (code, text) = Code::ALL.iter().find(|(known, _)| known.0 == code)?;
+    let name = warning_name(code.0).map(|name| {
+        format!("\n\nThe warning `{name}`: `-W no-{name}` turns it off, `-W error={name}` makes it an error.")
+    });
+    Some(format!("{}:{text}{}", code.0, name.unwrap_or_default()))
+}
+
 /// Messages as a terminal shows them, an empty line after each. `text` gives the text of a file by
 /// the name that messages know it by; where it has none, the message comes without the lines.
 pub fn render_all(
@@ -167,6 +207,14 @@ impl Messages {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn warnings_have_names() {
+        for (code, _) in Code::ALL.iter().filter(|(code, _)| code.0 >= "C09") {
+            assert!(warning_name(code.0).is_some(), "{code:?}");
+            assert!(explain(code.0).is_some_and(|text| text.contains("-W")));
+        }
+    }
 
     #[test]
     fn codes_are_unique() {
