@@ -93,8 +93,12 @@ pub fn parse(
 /// Whether a token may bring in numbers of 64 bits; `...` takes floats as doubles.
 fn is_wide(tok: &Tok) -> bool {
     match tok {
-        Tok::Fixed(fixed) => matches!(fixed, Fixed::Double | Fixed::Long | Fixed::Ellipsis),
+        Tok::Fixed(fixed) => matches!(
+            fixed,
+            Fixed::Double | Fixed::Long | Fixed::Ellipsis | Fixed::VaArg
+        ),
         Tok::TypeName(name) => &**name == "__srp_double",
+        Tok::Ident(name) => name.starts_with("__builtin_"),
         Tok::Int(int) => int.longs > 1 || int.value > u64::from(u32::MAX / 2),
         Tok::Float(float) => !matches!(float, FloatConst::Single(_)),
         _ => false,

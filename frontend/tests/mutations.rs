@@ -1,5 +1,5 @@
 //! No input panics: programs with random changes of their tokens are refused or compiled, and what
-//! compiles holds all rules of a program.
+//! compiles holds all rules of a program. `SRP_MUTATE_SECONDS` says for how long.
 
 use srp_archdesc::diagnostic::Source;
 use srp_frontend::{Include, Options, compile};
@@ -151,6 +151,31 @@ const POOL: &[&str] = &[
     "_Static_assert(",
     "__func__",
     "[1]=",
+    "[0 ... 3]=",
+    "double ",
+    "long long ",
+    "1e300",
+    "0x123456789ULL",
+    "x:",
+    ": 3;",
+    "({",
+    "})",
+    "typeof(",
+    "_Generic(",
+    "default:",
+    "__builtin_va_arg(",
+    "__builtin_va_list ",
+    "__builtin_huge_val()",
+    "__builtin_unreachable()",
+    "?:",
+    "case 2 ... 5:",
+    "asm(\"\");",
+    "L\"wide\"",
+    "'abcd'",
+    "(double)",
+    "(long long)",
+    "__VA_ARGS__",
+    "\n_Pragma(\"once\")\n",
 ];
 
 fn mutated(texts: &[String], random: &mut Random) -> String {
@@ -197,9 +222,11 @@ fn changed_programs_do_not_panic() {
         resolve: &resolve,
         ..Options::default()
     };
+    let seconds = std::env::var("SRP_MUTATE_SECONDS").ok();
+    let seconds = seconds.and_then(|s| s.parse().ok()).unwrap_or(1);
     let start = Instant::now();
     let (mut seed, mut compiled) = (0, 0);
-    while start.elapsed() < Duration::from_secs(1) || compiled == 0 {
+    while start.elapsed() < Duration::from_secs(seconds) || compiled == 0 {
         let text = mutated(&texts, &mut Random(seed));
         let outcome = catch_unwind(AssertUnwindSafe(|| {
             match compile(&[Source::new("m.c", &text)], &options) {

@@ -1,14 +1,21 @@
-//! Each program of `cases/` means the same to the host's C compiler and to `ir::interp`, as it is
-//! lowered and after the passes: the same output, and exit status 0, as the programs check what
-//! they compute. A directory is one program of several sources.
+//! Each program of `cases/` means the same to the host's C compiler, to `ir::interp`, as it is
+//! lowered and after the passes, and on the machine: the same output, and exit status 0, as the
+//! programs check what they compute. A directory is one program of several sources. A few go
+//! through the array and the generated simulator too.
 
-use srp_archdesc::arch::Precision;
+use srp_archdesc::arch::{Arch, Precision};
 use srp_archdesc::diagnostic::Source;
+use srp_archdesc::machines;
+use srp_csimgen::{CompileError, CompileOptions, Interpreter, Simulator, emit, link};
 use srp_frontend::message::render_all;
 use srp_frontend::{Include, Options, compile};
 use srp_ir::interp::{self, FlatWorld};
 use srp_ir::layout::Layout;
+use srp_ir::split::split;
 use srp_ir::{Program, pass, verify};
+use srp_runtime::core::Core;
+use srp_runtime::solo::{self, Solo};
+use srp_scheduler::{Schedule, ScheduleError, schedule};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -53,11 +60,24 @@ fn text(name: &str) -> Option<String> {
     read(cases()).or_else(|| read(kernels())).or_else(library)
 }
 
+/// Programs whose loops go to the array, and that the generated simulator runs.
+const ON_THE_ARRAY: [&str; 4] = [
+    "kernels_auto.c",
+    "matrix_float.c",
+    "function_pointers.c",
+    "long_long_calls.c",
+];
+
 /// Compiles a program; what is wrong with it where that fails.
 fn compiled(paths: &[PathBuf]) -> Result<Program, String> {
+    compiled_with(paths, true)
+}
+
+fn compiled_with(paths: &[PathBuf], auto_kernel: bool) -> Result<Program, String> {
     let resolve = |include: &Include<'_>| Some(Source::new(include.name, text(include.name)?));
     let options = Options {
         resolve: &resolve,
+        auto_kernel,
         ..Options::default()
     };
     let sources: Vec<_> = paths
@@ -83,15 +103,58 @@ fn compiled(paths: &[PathBuf]) -> Result<Program, String> {
 }
 
 /// The program as the machine is to run it.
-fn optimised(mut program: Program) -> Result<Program, String> {
-    let options = pass::Options {
-        precision: Precision::EXACT,
-    };
+fn optimised(program: Program) -> Result<Program, String> {
+    optimised_for(program, Precision::EXACT)
+}
+
+fn optimised_for(mut program: Program, precision: Precision) -> Result<Program, String> {
+    let options = pass::Options { precision };
     pass::optimise(&mut program, &options);
     match verify(&program) {
         Ok(()) => Ok(program),
         Err(violations) => Err(format!("after the passes: {violations:#?}")),
     }
+}
+
+/// The machine that the programs run on, its special functions exact as the host's.
+fn machine() -> Arch {
+    let mut arch =
+        srp_archdesc::parse(machines::SGRT.name, machines::SGRT.xml).expect("it is shipped");
+    arch.precision = Precision::EXACT;
+    arch
+}
+
+/// A program scheduled for a machine; loops that the array cannot run stay in the control code.
+fn scheduled(mut program: Program, arch: &Arch) -> Result<Schedule, String> {
+    loop {
+        let divided = split(&program).dre;
+        match schedule(&divided, arch, &srp_scheduler::Options::default()) {
+            Ok(schedule) => return Ok(schedule),
+            Err(ScheduleError::Kernels(failed)) => {
+                let names: Vec<_> = failed
+                    .iter()
+                    .map(|(kernel, _)| divided.kernels[*kernel].name.clone())
+                    .collect();
+                for func in program.funcs.values_mut() {
+                    for block in func.blocks.values_mut() {
+                        block.kernel.take_if(|mark| names.contains(&mark.name));
+                    }
+                }
+            }
+            Err(error) => return Err(error.to_string()),
+        }
+    }
+}
+
+/// Exit status and output of a simulated core.
+fn simulated(
+    core: &mut dyn Core,
+    schedule: &Schedule,
+    arch: &Arch,
+) -> Result<(i32, Vec<u8>), String> {
+    let mut bus = Solo::new(&schedule.program.image, arch.system.sram_bytes);
+    let finish = solo::run(core, &mut bus, 500_000_000).map_err(|e| e.to_string())?;
+    Ok((finish.status, bus.output))
 }
 
 /// Exit status and output by `ir::interp`, or the trap.
@@ -177,4 +240,67 @@ fn programs_mean_the_same_to_the_host() {
     });
     std::fs::remove_dir_all(&directory).expect("what was made can be removed");
     assert!(failures.is_empty(), "{failures}");
+}
+
+/// What is wrong with a result.
+fn compared(found: (i32, Vec<u8>), expected: &(i32, Vec<u8>)) -> Result<(), String> {
+    succeeded(&found)?;
+    match found.1 == expected.1 {
+        true => Ok(()),
+        false => Err(format!(
+            "the output is\n{}",
+            String::from_utf8_lossy(&found.1)
+        )),
+    }
+}
+
+#[test]
+fn programs_mean_the_same_on_the_machine() {
+    let arch = machine();
+    let failures = failures(|paths| {
+        let program = optimised(compiled_with(paths, false)?)?;
+        let expected = interpreted(&program)?;
+        let schedule = scheduled(program, &arch)?;
+        let spec = link(&schedule.program, &arch).map_err(|e| e.to_string())?;
+        let found = simulated(&mut Interpreter::new(&spec), &schedule, &arch)?;
+        compared(found, &expected)
+    });
+    assert!(failures.is_empty(), "{failures}");
+}
+
+#[test]
+fn programs_mean_the_same_on_the_array() {
+    let arch = machine();
+    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("simulators");
+    for name in ON_THE_ARRAY {
+        let run = || -> Result<(), String> {
+            let program = optimised(compiled(&[cases().join(name)])?)?;
+            let expected = interpreted(&program)?;
+            let schedule = scheduled(program, &arch)?;
+            let spec = link(&schedule.program, &arch).map_err(|e| e.to_string())?;
+            let found = simulated(&mut Interpreter::new(&spec), &schedule, &arch)?;
+            compared(found, &expected)?;
+            let options = CompileOptions {
+                rustc: "rustc".into(),
+                cache: cache.clone(),
+            };
+            match srp_csimgen::compile(&emit(&spec), &options, &mut |_| {}) {
+                Ok(library) => {
+                    let simulator = Simulator::load(&library, &spec).map_err(|e| e.to_string())?;
+                    compared(
+                        simulated(&mut simulator.core(), &schedule, &arch)?,
+                        &expected,
+                    )
+                }
+                Err(CompileError::NoRustc(_)) => {
+                    eprintln!("no rustc: nothing to generate a simulator with");
+                    Ok(())
+                }
+                Err(error) => Err(error.to_string()),
+            }
+        };
+        if let Err(what) = run() {
+            panic!("{name}: {what}");
+        }
+    }
 }

@@ -118,7 +118,8 @@ pub(super) fn lower(
         checked,
         symbols,
         body,
-        auto_kernel: options.auto_kernel,
+        // The loops of the library are short and irregular: not worth the switch.
+        auto_kernel: options.auto_kernel && !function.optional,
         block: func.entry(),
         order: vec![func.entry()],
         func,
