@@ -160,19 +160,30 @@ pub struct Trap {
     pub func: Option<Func>,
     /// The position of the instruction.
     pub pos: Pos,
+    /// The open calls, innermost first: who called, and where. At most [`MAX_TOLD_CALLS`].
+    pub calls: Vec<(Func, Pos)>,
 }
 
+/// Open calls that a trap tells of.
+pub const MAX_TOLD_CALLS: usize = 16;
+
 impl Trap {
-    /// The message, with the position as `file:line:column` and the function's name.
+    /// The message, with the position as `file:line:column` and the function's name, and a line for
+    /// each open call whose position is known.
     pub fn show(&self, program: &Program) -> String {
-        let place = match self.func.and_then(|f| program.funcs.get(f)) {
+        let name = |func: Func| match program.funcs.get(func) {
             Some(func) => format!(" (in {})", func.name),
             None => String::new(),
         };
-        match self.pos.line {
+        let place = self.func.map(name).unwrap_or_default();
+        let mut text = match self.pos.line {
             0 => format!("{}{place}", self.kind),
             _ => format!("{}: {}{place}", program.show_pos(self.pos), self.kind),
+        };
+        for &(func, pos) in self.calls.iter().filter(|(_, pos)| pos.line > 0) {
+            text += &format!("\n  called at {}{}", program.show_pos(pos), name(func));
         }
+        text
     }
 }
 
@@ -211,6 +222,7 @@ impl TrapKind {
             kind: self,
             func: None,
             pos: Pos::nowhere(),
+            calls: Vec::new(),
         }
     }
 }

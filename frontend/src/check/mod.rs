@@ -229,8 +229,14 @@ impl<'a> Checker<'a> {
         self.messages.push(message);
     }
 
+    /// Whether a place is the library's, of which only errors are told.
+    fn is_library(&self, span: Span) -> bool {
+        let file = || self.sources.file(span).map(|file| self.sources.name(file));
+        self.in_library || file().is_some_and(|name| crate::library::text(name).is_some())
+    }
+
     fn warning(&mut self, code: Code, span: Span, text: impl Into<String>) {
-        if self.in_library {
+        if self.is_library(span) {
             return;
         }
         self.messages
@@ -238,7 +244,7 @@ impl<'a> Checker<'a> {
     }
 
     fn note(&mut self, code: Code, span: Span, text: impl Into<String>) {
-        if self.in_library {
+        if self.is_library(span) {
             return;
         }
         let message = self.sources.message(Severity::Note, code, span, text, "");

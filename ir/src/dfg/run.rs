@@ -73,6 +73,7 @@ pub fn run(
                 kind,
                 func: None,
                 pos: data.pos,
+                calls: Vec::new(),
             };
             *steps = steps.checked_sub(1).ok_or(trap(TrapKind::StepLimit))?;
             let mut args = [Value::default(); 3];

@@ -1,6 +1,8 @@
 //! The loop that runs a program.
 
-use super::{End, Kernels, Options, Outcome, Profile, Stop, Trap, TrapKind, World, operate};
+use super::{
+    End, Kernels, MAX_TOLD_CALLS, Options, Outcome, Profile, Stop, Trap, TrapKind, World, operate,
+};
 use crate::dre::scheduled::FUNC_BASE;
 use crate::program::{
     self, Bits, Block, Callee, Func, Function, Inst, InstKind, Pos, Program, Slot, Symbol, Target,
@@ -103,6 +105,7 @@ impl<'a> Machine<'a> {
                         kind,
                         func: Some(frame.func),
                         pos,
+                        calls: self.open_calls(),
                     });
                 }
             }
@@ -112,6 +115,17 @@ impl<'a> Machine<'a> {
             end,
             profile: self.profile,
         })
+    }
+
+    /// Who called whom, innermost first.
+    fn open_calls(&self) -> Vec<(Func, Pos)> {
+        let call = |frame: &Frame| {
+            let func = &self.program.funcs[frame.func];
+            let call = func.blocks[frame.block].insts[frame.next - 1];
+            (frame.func, func.insts[call].pos)
+        };
+        let callers = self.callers.iter().rev().take(MAX_TOLD_CALLS);
+        callers.map(call).collect()
     }
 
     fn address(&self, func: Func) -> u32 {
