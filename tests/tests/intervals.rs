@@ -1,0 +1,123 @@
+//! Initiation intervals of the loops of `kernels/micro` and of the frame, which do not get worse than
+//! those of `tests/micro.txt`; and what runs at them is what was meant.
+//!
+//! `BLESS=1` writes that table anew.
+
+use srp_archdesc::arch::Arch;
+use srp_ir::split;
+use srp_scheduler::{Options, Schedule};
+use srp_tests::{Suite, compiled, equal, failures, machine, meaning, root, simulated};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// The arrays that the table is about.
+const MACHINES: [&str; 2] = ["sgrt", "wide"];
+
+/// The II that a loop reaches on a machine, and its bound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Reached {
+    ii: u32,
+    bound: u32,
+}
+
+/// By loop, then in the order of [`MACHINES`].
+type Table = BTreeMap<String, Vec<Reached>>;
+
+const HEADER: &str = "\
+# Initiation intervals of the loops of kernels/micro and of the frame, and their lower bounds.
+# BLESS=1 cargo test -p srp-tests --test intervals writes this anew.
+";
+
+fn show(table: &Table) -> String {
+    let mut text = HEADER.to_owned();
+    let width = table.keys().map(String::len).max().unwrap_or(0);
+    let mut line = format!("{:width$}", "# loop");
+    MACHINES
+        .iter()
+        .for_each(|name| line += &format!("  {name:>4} bound"));
+    text += &format!("{line}\n");
+    for (name, all) in table {
+        let mut line = format!("{name:width$}");
+        for Reached { ii, bound } in all {
+            line += &format!("  {ii:4} {bound:5}");
+        }
+        text += &format!("{line}\n");
+    }
+    text
+}
+
+fn read(text: &str) -> Table {
+    let lines = text.lines().filter(|line| !line.starts_with('#'));
+    let entry = |line: &str| {
+        let mut words = line.split_whitespace();
+        let name = words.next().expect("no line is empty").to_owned();
+        let numbers = words.map(|word| word.parse().expect("a number"));
+        let numbers: Vec<u32> = numbers.collect();
+        let reached = numbers.chunks(2).map(|pair| Reached {
+            ii: pair[0],
+            bound: pair[1],
+        });
+        (name, reached.collect())
+    };
+    lines.map(entry).collect()
+}
+
+fn scheduled(suite: &Suite, arch: &Arch) -> Result<Schedule, String> {
+    let divided = split::split(&compiled(&suite.sources, arch)?);
+    let options = Options {
+        threads: std::thread::available_parallelism().map_or(1, usize::from),
+        ..Options::default()
+    };
+    srp_scheduler::schedule(&divided.dre, arch, &options).map_err(|e| e.to_string())
+}
+
+#[test]
+fn intervals_do_not_get_worse() {
+    let mut table = Table::new();
+    let mut wrong = String::new();
+    for name in MACHINES {
+        let arch = machine(name);
+        wrong += &failures(|suite| {
+            let schedule = scheduled(suite, &arch)?;
+            let kernels = schedule.program.kernels.values();
+            for (kernel, facts) in kernels.zip(schedule.loops.values()) {
+                let row = table.entry(kernel.dfg.name.clone()).or_default();
+                row.push(Reached {
+                    ii: kernel.ii,
+                    bound: facts.bounds.min_ii(),
+                });
+            }
+            if !suite.runs_alone {
+                return Ok(());
+            }
+            let expected = meaning(suite, &arch)?;
+            equal(name, &simulated(&schedule.program, &arch)?, &expected)
+        });
+    }
+    assert!(wrong.is_empty(), "{wrong}");
+    let path = root().join("tests/micro.txt");
+    if std::env::var_os("BLESS").is_some() {
+        std::fs::write(&path, show(&table)).expect("the table can be written");
+        return;
+    }
+    let golden = read(&std::fs::read_to_string(&path).expect("the table is there"));
+    let names = |table: &Table| table.keys().cloned().collect::<Vec<_>>();
+    assert_eq!(
+        names(&table),
+        names(&golden),
+        "BLESS=1 takes up other loops"
+    );
+    let mut worse = String::new();
+    for (name, all) in &table {
+        for ((machine, found), known) in MACHINES.iter().zip(all).zip(&golden[name]) {
+            if found.ii > known.ii {
+                let (ii, before) = (found.ii, known.ii);
+                writeln!(worse, "{name} on {machine}: II {ii}, was {before}")
+                    .expect("a string takes everything");
+            } else if found != known {
+                println!("{name} on {machine}: {found:?}, was {known:?}; BLESS=1 keeps that");
+            }
+        }
+    }
+    assert!(worse.is_empty(), "{worse}");
+}
