@@ -519,10 +519,10 @@ pub(crate) struct Paper {
     #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = parse_size)]
     pub(crate) size: (u32, u32),
     /// Measure one run of packets of secondary rays in N
-    #[arg(long, value_name = "1/N", default_value = "1/128", value_parser = parse_sample)]
+    #[arg(long, value_name = "1/N", default_value = "1/64", value_parser = parse_sample)]
     pub(crate) sample: u64,
     /// Measure one run of packets of primary rays in N
-    #[arg(long, value_name = "1/N", default_value = "1/4", value_parser = parse_sample)]
+    #[arg(long, value_name = "1/N", default_value = "1/1", value_parser = parse_sample)]
     pub(crate) sample_primary: u64,
     /// Most triangles of a leaf
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=255))]

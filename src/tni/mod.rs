@@ -1,5 +1,6 @@
 //! `srp tni`: T&I units alone, fed with rays.
 
+mod energy;
 mod heat;
 mod measuring;
 mod replay;
@@ -87,6 +88,7 @@ fn print_measure(
         "size": [job.size.0, job.size.1],
         "sample": job.one_in,
         "all": measured,
+        "energy_mj": energy::Energy::of(&arch.system.tni, &measured.counters),
         "views": views,
         "dram": memories,
     });

@@ -1,6 +1,7 @@
 //! A measurement as text, for people.
 
 use super::Job;
+use super::energy::Energy;
 use srp_archdesc::arch::Arch;
 use srp_runtime::tni::standalone::{Measure, Outcome};
 use srp_runtime::tni::{PipeCounters, TniCounters};
@@ -44,7 +45,7 @@ fn write_report(
         "\n{:.2}{error} Mrays/s: {} cycles, {:.2} a ray and unit",
         all.mrays_per_second,
         all.cycles,
-        all.cycles as f64 * f64::from(all.units) / all.rays.max(1) as f64
+        all.counters.unit.active_cycles as f64 / all.rays.max(1) as f64
     )?;
     if views.len() > 1 {
         let each = views.iter().map(|view| {
@@ -87,6 +88,17 @@ fn write_report(
         all.waiting_rays, all.outstanding
     )?;
     counters(out, &all.counters)?;
+    let energy = Energy::of(&arch.system.tni, &all.counters);
+    writeln!(
+        out,
+        "energy of tests and caches: {:.4} mJ, {:.2} nJ a ray: boxes {:.0} %, triangles {:.0} %, caches \
+         {:.0} %",
+        energy.total(),
+        1e6 * energy.total() / all.rays.max(1) as f64,
+        100.0 * energy.boxes / energy.total(),
+        100.0 * energy.triangles / energy.total(),
+        100.0 * energy.caches / energy.total()
+    )?;
     accounts(out, &all.counters)
 }
 

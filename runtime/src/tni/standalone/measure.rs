@@ -11,11 +11,12 @@ use crate::tni::TniCounters;
 pub struct Measure {
     /// Rays traced.
     pub rays: u64,
-    /// Cycles of the T&I clock.
+    /// Cycles of the T&I clock until the last unit was done.
     pub cycles: u64,
     /// Units.
     pub units: u32,
-    /// Million rays per second of simulated time, of all units together.
+    /// Million rays per second of simulated time, of all units together while they have rays: that
+    /// one unit ends before another does not count.
     pub mrays_per_second: f64,
     /// Half the width of its 95 % confidence interval over it; `None` of fewer than two runs.
     pub relative_error: Option<f64>,
@@ -74,14 +75,15 @@ impl Measure {
         let c = &counters;
         let over = |n: u64, of: u64| if of == 0 { 0.0 } else { n as f64 / of as f64 };
         let a_ray = |n: u64| over(n, c.unit.rays);
-        let seconds = cycles as f64 / (f64::from(mhz) * 1e6);
-        let per_second = |n: u64| if cycles == 0 { 0.0 } else { n as f64 / seconds };
+        let active = c.unit.active_cycles;
+        let seconds = active as f64 / f64::from(units.max(1)) / (f64::from(mhz) * 1e6);
+        let per_second = |n: u64| if active == 0 { 0.0 } else { n as f64 / seconds };
         let pipes = [&c.pre, &c.aabb, &c.post];
         let idle = pipes.map(|p| p.bypasses + p.recirculated).iter().sum();
         let work: u64 = pipes.map(|p| p.passes).iter().sum();
-        // The parts are counted over all views, but their number only once a view.
-        let views = views.len().max(1) as u64;
-        let of_cycles = |n: u64, parts: u64| over(n, cycles * parts / views);
+        // Cycles are counted by unit and view, and so are the parts.
+        let counted = views.len().max(1) as u64 * u64::from(units.max(1));
+        let of_cycles = |n: u64, parts: u64| over(n, active * parts / counted);
         let rate = CacheCounters::hit_rate;
         Measure {
             rays: c.unit.rays,
@@ -105,14 +107,8 @@ impl Measure {
             trv_l1: rate(&c.trv_l1),
             trv_l2: rate(&c.trv_l2),
             ist_l1: rate(&c.ist_l1),
-            waiting_rays: over(
-                c.trv_rau.occupancy + c.ist_rau.occupancy,
-                cycles * u64::from(units),
-            ),
-            outstanding: over(
-                c.trv_rau.outstanding + c.ist_rau.outstanding,
-                cycles * u64::from(units),
-            ),
+            waiting_rays: over(c.trv_rau.occupancy + c.ist_rau.occupancy, active),
+            outstanding: over(c.trv_rau.outstanding + c.ist_rau.outstanding, active),
             gigabytes_per_second: per_second(bytes) / 1e9,
             counters,
         }
