@@ -5,7 +5,7 @@
 //! * [`isa`]: the one opcode table.
 //! * [`ops`]: what each opcode computes, written once.
 //! * [`ports`]: the numbers by which programs talk to the units round an SRP.
-//! * [`arch`], [`system`] and [`precision`]: a machine as data. [`parse`] makes it from the XML file an architecture
+//! * [`arch`], [`system`], [`dram`] and [`precision`]: a machine as data. [`parse`] makes it from the XML file an architecture
 //!   designer edits; whatever the file leaves out is filled in there, so nothing downstream knows
 //!   of defaults.
 //! * [`area`]: what a T&I unit costs.
@@ -20,6 +20,7 @@ pub mod arch;
 pub mod area;
 pub mod datapath;
 pub mod diagnostic;
+pub mod dram;
 pub mod entity;
 pub mod isa;
 pub mod machines;

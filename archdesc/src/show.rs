@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use crate::arch::{Approx, Arch, FileKind, FuOp, FuSpec, Precision};
+use crate::dram::{DramModel, DramSpec, RowPolicy};
 use crate::isa::Class;
 use crate::system::{CacheSpec, Pipeline};
 
@@ -280,11 +281,60 @@ fn show_system(out: &mut String, arch: &Arch) -> std::fmt::Result {
         "bus: {} bytes at {} MHz, latency {}",
         s.bus.width, s.bus.mhz, s.bus.latency
     )?;
-    let d = &s.dram;
+    show_dram(out, &s.dram)
+}
+
+fn show_dram(out: &mut String, d: &DramSpec) -> std::fmt::Result {
     let peak = f64::from(d.mhz) * 2.0 * f64::from(d.channels) * f64::from(d.bits) / 8.0 / 1000.0;
+    let whose = match d.shared {
+        true => "shared by all cores",
+        false => "one for each core",
+    };
     writeln!(
         out,
-        "DRAM: {} channel(s) of {} bits at {} MHz, peak {peak} GB/s, latency {} ns",
+        "DRAM, {whose}: {} channel(s) of {} bits at {} MHz, peak {peak} GB/s, {} ns on top",
         d.channels, d.bits, d.mhz, d.latency_ns
+    )?;
+    let DramModel::Banked(b) = &d.model else {
+        return Ok(());
+    };
+    let t = &b.timing;
+    writeln!(
+        out,
+        "  {} banks of {} rows of {}, bursts of {}",
+        b.banks,
+        b.rows,
+        bytes(b.columns * d.bits / 8),
+        bytes(b.burst_bytes(d.bits)),
+    )?;
+    writeln!(
+        out,
+        "  CL {} CWL {} RCD {} RP {} RAS {} RC {} RRD {} FAW {} WTR {} RTW {} WR {} RTP {} CCD {} \
+         RFC {} REFI {}",
+        t.cl,
+        t.cwl,
+        t.rcd,
+        t.rp,
+        t.ras,
+        t.rc,
+        t.rrd,
+        t.faw,
+        t.wtr,
+        t.rtw,
+        t.wr,
+        t.rtp,
+        t.ccd,
+        t.rfc,
+        t.refi
+    )?;
+    let c = &b.controller;
+    let policy = match c.row_policy {
+        RowPolicy::Open => "open",
+        RowPolicy::Closed => "closed",
+    };
+    writeln!(
+        out,
+        "  queues of {} reads, {} writes and {} commands a bank; rows {policy}, {} hits at a time",
+        c.read_queue, c.write_queue, c.command_queue, c.row_hits
     )
 }

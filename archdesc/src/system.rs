@@ -2,6 +2,7 @@
 //! unit's own clock unless the name says otherwise.
 
 use crate::datapath::Intersection;
+use crate::dram::DramSpec;
 use crate::precision::Approx;
 
 /// The units round the SRP array.
@@ -137,17 +138,4 @@ pub struct BusSpec {
     pub mhz: u32,
     /// Cycles from request to memory, and again from memory back.
     pub latency: u32,
-}
-
-/// System memory: every access takes the same time, and each channel moves its peak rate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct DramSpec {
-    /// Memory clock, MHz; data moves on both edges.
-    pub mhz: u32,
-    /// Channels.
-    pub channels: u32,
-    /// Bits of one channel.
-    pub bits: u32,
-    /// Nanoseconds from request at the controller to the first data.
-    pub latency_ns: u32,
 }

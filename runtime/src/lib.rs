@@ -6,6 +6,7 @@
 
 pub mod bvh;
 pub mod core;
+pub mod digits;
 pub mod memory;
 pub mod picture;
 pub mod rays;

@@ -4,6 +4,7 @@ mod support;
 
 use glam::Vec3;
 use srp_archdesc::arch::Approx;
+use srp_archdesc::dram::{DramSpec, FIXED};
 use srp_archdesc::system::{Pipeline, SystemSpec};
 use srp_runtime::bvh::Builder;
 use srp_runtime::scene::Triangle;
@@ -121,7 +122,10 @@ fn variants() -> Vec<(&'static str, SystemSpec)> {
             "fast memory, odd clocks",
             with(&|s| {
                 s.tni_mhz = 333;
-                s.dram.latency_ns = 1;
+                s.dram = DramSpec {
+                    latency_ns: 1,
+                    ..FIXED
+                };
                 s.bus.latency = 0;
             }),
         ),

@@ -3,7 +3,7 @@
 //! [`parse`] goes through four forms, and each step reports all it finds and goes on: the text
 //! becomes a tree with positions (`tree`), serde makes the tree into the file's own structs (`de`,
 //! `raw`), these become an [`Arch`] with every name resolved and every default filled in (`units`,
-//! `array`, `links`, `system`), and `rules` are checked on the whole.
+//! `array`, `links`, `system`, `dram`), and `rules` are checked on the whole.
 //!
 //! Codes of messages: `A01xx` not XML, `A02xx` not an element or attribute of a machine file,
 //! `A03xx` not a value, `A04xx` names, cells and links, `A05xx` rules of the machine, `A06xx` the
@@ -11,6 +11,7 @@
 
 mod array;
 mod de;
+mod dram;
 mod findings;
 mod limits;
 mod links;

@@ -222,9 +222,48 @@ raw! {
 
     /// `<dram>`
     Dram {
+        kind: Option<Text>,
+        preset: Option<Text>,
+        shared: Option<Text>,
         mhz: Option<Text>,
         channels: Option<Text>,
         bits: Option<Text>,
         latency_ns: Option<Text>,
+        banks: Option<Text>,
+        rows: Option<Text>,
+        columns: Option<Text>,
+        burst: Option<Text>,
+        mapping: Option<Text>,
+        timing: Option<Spanned<DramTiming>>,
+        controller: Option<Spanned<Controller>>,
+    }
+
+    /// `<timing>` in `<dram>`
+    DramTiming {
+        cl: Option<Text>,
+        cwl: Option<Text>,
+        rcd: Option<Text>,
+        rp: Option<Text>,
+        ras: Option<Text>,
+        rc: Option<Text>,
+        rrd: Option<Text>,
+        faw: Option<Text>,
+        wtr: Option<Text>,
+        rtw: Option<Text>,
+        wr: Option<Text>,
+        rtp: Option<Text>,
+        ccd: Option<Text>,
+        rfc: Option<Text>,
+        refi: Option<Text>,
+    }
+
+    /// `<controller>` in `<dram>`
+    Controller {
+        read_queue: Option<Text>,
+        write_queue: Option<Text>,
+        command_queue: Option<Text>,
+        row_policy: Option<Text>,
+        row_hits: Option<Text>,
+        write_drain: Option<Text>,
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::de::Spanned;
+use super::dram;
 use super::findings::Findings;
 use super::limits::{self, Limit};
 use super::raw::{self, Text};
@@ -10,61 +11,58 @@ use super::units::unique;
 use super::values;
 use crate::datapath::{FpLatency, Intersection, Latencies, box_depth};
 use crate::precision::{Approx, Precision};
-use crate::system::{BufferSpec, BusSpec, CacheSpec, DramSpec, Pipeline, SystemSpec, TniSpec};
+use crate::system::{BufferSpec, BusSpec, CacheSpec, Pipeline, SystemSpec, TniSpec};
 
 /// The system of the SGRT paper: its section 4.1, and where it is silent the assumptions that
 /// `FORMAT.md` lists.
-const DEFAULT: SystemSpec = SystemSpec {
-    cores: 4,
-    srp_mhz: 1000,
-    tni_mhz: 500,
-    sram_bytes: 240 << 10,
-    data_cache: cache(4, 2, 1, 1, 4),
-    texture_cache: cache(32, 4, 1, 1, 8),
-    buffers: BufferSpec {
-        rays: 64,
-        ray_buffers: 3,
-        hit_buffers: 2,
-        ray_bytes: 64,
-        hit_bytes: 24,
-    },
-    tni: TniSpec {
-        trvs: 4,
-        ists: 1,
-        pipeline: Pipeline::Parallel,
-        pres: 1,
-        aabbs: 1,
-        posts: 1,
-        stacks: 16,
-        stack_depth: 64,
-        pre_latency: 6,
-        aabb_latency: 18,
-        post_latency: 14,
-        ist_latency: 37,
-        fifo: 16,
-        rau_rows: 16,
-        rau_rays: 16,
-        trv_l1: cache(16, 2, 1, 1, 8),
-        trv_l2: cache(128, 2, 20, 8, 16),
-        ist_l1: cache(128, 4, 1, 1, 8),
-        node_bytes: 32,
-        triangle_bytes: 48,
-        rcp: Approx::Exact,
-        intersection: Intersection::AnchorWaldScaled,
-        any_hit: true,
-    },
-    bus: BusSpec {
-        width: 16,
-        mhz: 1000,
-        latency: 4,
-    },
-    dram: DramSpec {
-        mhz: 800,
-        channels: 2,
-        bits: 32,
-        latency_ns: 340,
-    },
-};
+fn default() -> SystemSpec {
+    SystemSpec {
+        cores: 4,
+        srp_mhz: 1000,
+        tni_mhz: 500,
+        sram_bytes: 240 << 10,
+        data_cache: cache(4, 2, 1, 1, 4),
+        texture_cache: cache(32, 4, 1, 1, 8),
+        buffers: BufferSpec {
+            rays: 64,
+            ray_buffers: 3,
+            hit_buffers: 2,
+            ray_bytes: 64,
+            hit_bytes: 24,
+        },
+        tni: TniSpec {
+            trvs: 4,
+            ists: 1,
+            pipeline: Pipeline::Parallel,
+            pres: 1,
+            aabbs: 1,
+            posts: 1,
+            stacks: 16,
+            stack_depth: 64,
+            pre_latency: 6,
+            aabb_latency: 18,
+            post_latency: 14,
+            ist_latency: 37,
+            fifo: 16,
+            rau_rows: 16,
+            rau_rays: 16,
+            trv_l1: cache(16, 2, 1, 1, 8),
+            trv_l2: cache(128, 2, 20, 8, 16),
+            ist_l1: cache(128, 4, 1, 1, 8),
+            node_bytes: 32,
+            triangle_bytes: 48,
+            rcp: Approx::Exact,
+            intersection: Intersection::AnchorWaldScaled,
+            any_hit: true,
+        },
+        bus: BusSpec {
+            width: 16,
+            mhz: 1000,
+            latency: 4,
+        },
+        dram: dram::default(),
+    }
+}
 
 const fn cache(kib: u32, ways: u32, latency: u32, banks: u32, misses: u32) -> CacheSpec {
     CacheSpec {
@@ -80,9 +78,9 @@ const fn cache(kib: u32, ways: u32, latency: u32, banks: u32, misses: u32) -> Ca
 /// The system that the file describes.
 pub(super) fn system(found: &Findings, raw: &Option<Spanned<raw::System>>) -> SystemSpec {
     let Some(raw) = raw else {
-        return DEFAULT;
+        return default();
     };
-    let default = DEFAULT;
+    let default = default();
     let number = |text, limit, default| values::number(found, text, limit, default);
     let no_sram = raw::Sram::default();
     let sram = raw.sram.as_ref().map_or(&no_sram, |sram| &sram.value);
@@ -102,7 +100,7 @@ pub(super) fn system(found: &Findings, raw: &Option<Spanned<raw::System>>) -> Sy
         buffers: buffers(found, &raw.buffers, default.buffers),
         tni: tni(found, &raw.tni, default.tni),
         bus: bus(found, &raw.bus, default.bus),
-        dram: dram(found, &raw.dram, default.dram),
+        dram: dram::dram(found, &raw.dram),
     };
     buffers_fit(found, raw, &system);
     system
@@ -122,24 +120,6 @@ fn multiple(found: &Findings, text: &Option<Text>, limit: Limit, of: u32, defaul
     }
 }
 
-/// A number that must be a power of two.
-fn power(found: &Findings, text: &Option<Text>, limit: Limit, default: u32) -> u32 {
-    let n = values::number(found, text, limit, default);
-    if let Some(text) = text
-        && !n.is_power_of_two()
-    {
-        let message = format!("`{}` is not a power of two", limit.name);
-        let below = 1 << n.ilog2();
-        found.push(
-            found
-                .error("A0602", text.span, message, "not a power of two")
-                .help(format!("the nearest are {below} and {}", below * 2)),
-        );
-        return default;
-    }
-    n
-}
-
 fn cache_spec(
     found: &Findings,
     element: &str,
@@ -154,9 +134,9 @@ fn cache_spec(
     let cache = CacheSpec {
         bytes: number(&raw.size, limits::CACHE_SIZE, default.bytes),
         ways: number(&raw.ways, limits::WAYS, default.ways),
-        line: power(found, &raw.line, limits::LINE, default.line),
+        line: values::power(found, &raw.line, limits::LINE, default.line),
         latency: number(&raw.latency, limits::CACHE_LATENCY, default.latency),
-        banks: power(found, &raw.banks, limits::BANKS, default.banks),
+        banks: values::power(found, &raw.banks, limits::BANKS, default.banks),
         misses: number(&raw.misses, limits::MISSES, default.misses),
     };
     if found.len() > before {
@@ -342,22 +322,9 @@ fn bus(found: &Findings, raw: &Option<Spanned<raw::Bus>>, default: BusSpec) -> B
         return default;
     };
     BusSpec {
-        width: power(found, &raw.width, limits::BUS_WIDTH, default.width),
+        width: values::power(found, &raw.width, limits::BUS_WIDTH, default.width),
         mhz: values::number(found, &raw.mhz, limits::MHZ, default.mhz),
         latency: values::number(found, &raw.latency, limits::BUS_LATENCY, default.latency),
-    }
-}
-
-fn dram(found: &Findings, raw: &Option<Spanned<raw::Dram>>, default: DramSpec) -> DramSpec {
-    let Some(raw) = raw else {
-        return default;
-    };
-    let number = |text, limit, default| values::number(found, text, limit, default);
-    DramSpec {
-        mhz: number(&raw.mhz, limits::MHZ, default.mhz),
-        channels: power(found, &raw.channels, limits::CHANNELS, default.channels),
-        bits: power(found, &raw.bits, limits::DRAM_BITS, default.bits),
-        latency_ns: number(&raw.latency_ns, limits::LATENCY_NS, default.latency_ns),
     }
 }
 

@@ -50,6 +50,24 @@ pub(super) fn number(found: &Findings, text: &Option<Text>, limit: Limit, defaul
     }
 }
 
+/// A number that must be a power of two.
+pub(super) fn power(found: &Findings, text: &Option<Text>, limit: Limit, default: u32) -> u32 {
+    let n = number(found, text, limit, default);
+    if let Some(text) = text
+        && !n.is_power_of_two()
+    {
+        let message = format!("`{}` is not a power of two", limit.name);
+        let below = 1 << n.ilog2();
+        found.push(
+            found
+                .error("A0602", text.span, message, "not a power of two")
+                .help(format!("the nearest are {below} and {}", below * 2)),
+        );
+        return default;
+    }
+    n
+}
+
 /// A number that has no default; reported as missing from the element called `element` at `at`.
 pub(super) fn required_number(
     found: &Findings,

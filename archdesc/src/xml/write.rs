@@ -3,9 +3,11 @@
 
 use std::fmt::Write;
 
+use super::dram::{PARTS, ROW_POLICIES};
 use super::links::{TOPOLOGIES, Topology};
 use super::system::FUNCTIONS;
 use crate::arch::{Approx, Arch, FileKind, FileSpec, Fu, FuSpec};
+use crate::dram::{BankedSpec, DramModel, DramSpec};
 use crate::system::{CacheSpec, Pipeline, SystemSpec};
 
 /// The machine file that spells out `arch`. [`parse`](super::parse) gives the same machine back.
@@ -177,11 +179,7 @@ fn write_system(out: &mut String, system: &SystemSpec) -> std::fmt::Result {
         out,
         "    <bus width=\"{width}\" mhz=\"{mhz}\" latency=\"{latency}\"/>"
     )?;
-    writeln!(
-        out,
-        "    <dram mhz=\"{}\" channels=\"{}\" bits=\"{}\" latency-ns=\"{}\"/>",
-        dram.mhz, dram.channels, dram.bits, dram.latency_ns
-    )?;
+    write_dram(out, dram)?;
     writeln!(out, "  </system>")
 }
 
@@ -222,4 +220,74 @@ fn write_tni(out: &mut String, system: &SystemSpec) -> std::fmt::Result {
     write_cache(out, "      ", "ist-l1", &tni.ist_l1)?;
     write_special(out, "      ", "rcp", tni.rcp)?;
     writeln!(out, "    </tni>")
+}
+
+fn write_dram(out: &mut String, dram: &DramSpec) -> std::fmt::Result {
+    let kind = match dram.model {
+        DramModel::Fixed => "fixed",
+        DramModel::Banked(_) => "banked",
+    };
+    write!(
+        out,
+        "    <dram kind=\"{kind}\" mhz=\"{}\" channels=\"{}\" bits=\"{}\" shared=\"{}\" \
+         latency-ns=\"{}\"",
+        dram.mhz, dram.channels, dram.bits, dram.shared, dram.latency_ns
+    )?;
+    match &dram.model {
+        DramModel::Fixed => writeln!(out, "/>"),
+        DramModel::Banked(banked) => write_banks(out, banked),
+    }
+}
+
+fn write_banks(out: &mut String, banked: &BankedSpec) -> std::fmt::Result {
+    let fields = banked.mapping.iter().map(|field| {
+        let word = PARTS.iter().find(|(_, part)| *part == field.part);
+        format!("{}:{}", word.map_or("", |(word, _)| word), field.bits)
+    });
+    writeln!(
+        out,
+        "\n          banks=\"{}\" rows=\"{}\" columns=\"{}\" burst=\"{}\"\n          \
+         mapping=\"{}\">",
+        banked.banks,
+        banked.rows,
+        banked.columns,
+        banked.burst,
+        fields.collect::<Vec<_>>().join(" ")
+    )?;
+    let t = &banked.timing;
+    writeln!(
+        out,
+        "      <timing cl=\"{}\" cwl=\"{}\" rcd=\"{}\" rp=\"{}\" ras=\"{}\" rc=\"{}\" rrd=\"{}\" \
+         faw=\"{}\"\n              wtr=\"{}\" rtw=\"{}\" wr=\"{}\" rtp=\"{}\" ccd=\"{}\" \
+         rfc=\"{}\" refi=\"{}\"/>",
+        t.cl,
+        t.cwl,
+        t.rcd,
+        t.rp,
+        t.ras,
+        t.rc,
+        t.rrd,
+        t.faw,
+        t.wtr,
+        t.rtw,
+        t.wr,
+        t.rtp,
+        t.ccd,
+        t.rfc,
+        t.refi
+    )?;
+    let c = &banked.controller;
+    let policy = ROW_POLICIES.iter().find(|(_, p)| *p == c.row_policy);
+    writeln!(
+        out,
+        "      <controller read-queue=\"{}\" write-queue=\"{}\" command-queue=\"{}\" \
+         row-policy=\"{}\"\n                  row-hits=\"{}\" write-drain=\"{}\"/>",
+        c.read_queue,
+        c.write_queue,
+        c.command_queue,
+        policy.map_or("", |(word, _)| word),
+        c.row_hits,
+        c.write_drain
+    )?;
+    writeln!(out, "    </dram>")
 }

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 
 use srp_archdesc::system::{BusSpec, SystemSpec};
 
-use super::dram::{Dram, DramCounters, FixedLatency, Request};
+use super::dram::{self, Dram, DramCounters, Request};
 
 /// A clock: cycle `n` starts at [`Clock::start`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +52,8 @@ pub struct MemoryPath {
     answers: VecDeque<(u64, Request)>,
     done: Vec<(u64, Request)>,
     in_flight: u32,
+    /// A time, in ps, before which nothing arrives at the memory or leaves it.
+    wakes: u64,
     /// Bus cycles in which the request channel moved something.
     pub request_cycles: u64,
     /// Bus cycles in which the answer channel moved something.
@@ -61,15 +63,15 @@ pub struct MemoryPath {
 impl MemoryPath {
     /// An idle path with the memory that the machine names.
     pub fn new(spec: &SystemSpec) -> MemoryPath {
-        MemoryPath::with_dram(spec, Box::new(FixedLatency::new(&spec.dram)))
+        MemoryPath::of(spec.bus, spec.dram.mhz, dram::device(&spec.dram))
     }
 
-    /// The same with another device, which runs at the machine's memory clock.
-    pub fn with_dram(spec: &SystemSpec, dram: Box<dyn Dram>) -> MemoryPath {
+    /// An idle path to `dram`, whose clock is of `mhz` MHz.
+    pub fn of(bus: BusSpec, mhz: u32, dram: Box<dyn Dram>) -> MemoryPath {
         MemoryPath {
-            bus: spec.bus,
-            bus_clock: Clock::new(spec.bus.mhz),
-            dram_clock: Clock::new(spec.dram.mhz),
+            bus,
+            bus_clock: Clock::new(bus.mhz),
+            dram_clock: Clock::new(mhz),
             dram,
             request_free: 0,
             answer_free: 0,
@@ -77,6 +79,7 @@ impl MemoryPath {
             answers: VecDeque::new(),
             done: Vec::new(),
             in_flight: 0,
+            wakes: u64::MAX,
             request_cycles: 0,
             answer_cycles: 0,
         }
@@ -95,8 +98,9 @@ impl MemoryPath {
         self.request_free = start + beats;
         self.request_cycles += beats;
         let arrival = start + beats - 1 + u64::from(self.bus.latency);
-        self.to_dram
-            .push_back((self.bus_clock.start(arrival), request));
+        let arrival = self.bus_clock.start(arrival);
+        self.to_dram.push_back((arrival, request));
+        self.wakes = self.wakes.min(arrival);
         self.in_flight += 1;
     }
 
@@ -106,7 +110,9 @@ impl MemoryPath {
         if self.in_flight == 0 {
             return None;
         }
-        self.advance(now);
+        if self.wakes <= now {
+            self.advance(now);
+        }
         let (_, request) = self.answers.pop_front_if(|(at, _)| *at <= now)?;
         self.in_flight -= 1;
         Some(request)
@@ -115,10 +121,11 @@ impl MemoryPath {
     /// A time before which [`answer`](Self::answer) has nothing to give; `None` where nothing is
     /// on the way.
     pub fn next_event(&self) -> Option<u64> {
-        let arriving = self.to_dram.front().map(|(at, _)| *at);
-        let in_dram = self.dram.next_event().map(|c| self.dram_clock.start(c));
-        let answered = self.answers.front().map(|(at, _)| *at);
-        [arriving, in_dram, answered].into_iter().flatten().min()
+        if self.in_flight == 0 {
+            return None;
+        }
+        let answered = self.answers.front().map_or(u64::MAX, |(at, _)| *at);
+        Some(answered.min(self.wakes))
     }
 
     /// How many requests are on the way.
@@ -140,25 +147,26 @@ impl MemoryPath {
             && at <= now
         {
             let cycle = self.dram_clock.cycle_from(at);
-            self.advance_dram(cycle);
-            if !self.dram.offer(cycle, request) {
-                // Offered again in the device's next cycle.
-                self.to_dram[0].0 = self.dram_clock.start(cycle + 1).max(at + 1);
-                continue;
+            match self.dram.offer(cycle, request) {
+                Ok(()) => drop(self.to_dram.pop_front()),
+                Err(from) => self.to_dram[0].0 = self.dram_clock.start(from).max(at + 1),
             }
-            self.to_dram.pop_front();
         }
         // The cycle that is over by now, if one is.
         if let Some(cycle) = self.dram_clock.cycle_from(now + 1).checked_sub(1) {
-            self.advance_dram(cycle);
+            self.dram.advance(cycle, &mut self.done);
+            self.send_answers();
         }
+        let arriving = self.to_dram.front().map(|(at, _)| *at);
+        let in_dram = self.dram.next_event().map(|c| self.dram_clock.start(c));
+        self.wakes = [arriving, in_dram]
+            .into_iter()
+            .flatten()
+            .min()
+            .unwrap_or(u64::MAX);
     }
 
-    fn advance_dram(&mut self, cycle: u64) {
-        if self.dram.next_event().is_none_or(|event| event > cycle) {
-            return;
-        }
-        self.dram.advance(cycle, &mut self.done);
+    fn send_answers(&mut self) {
         for (over, request) in self.done.drain(..) {
             let beats = if request.is_write {
                 1
@@ -179,35 +187,25 @@ impl MemoryPath {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use srp_archdesc::system::DramSpec;
+    use srp_archdesc::dram::{DramSpec, FIXED, presets};
 
     const BUS: BusSpec = BusSpec {
         width: 16,
         mhz: 1000,
         latency: 4,
     };
-    const DRAM: DramSpec = DramSpec {
-        mhz: 800,
-        channels: 1,
-        bits: 32,
-        latency_ns: 100,
-    };
 
-    fn path() -> MemoryPath {
-        MemoryPath {
-            bus: BUS,
-            bus_clock: Clock::new(BUS.mhz),
-            dram_clock: Clock::new(DRAM.mhz),
-            dram: Box::new(FixedLatency::new(&DRAM)),
-            request_free: 0,
-            answer_free: 0,
-            to_dram: VecDeque::new(),
-            answers: VecDeque::new(),
-            done: Vec::new(),
-            in_flight: 0,
-            request_cycles: 0,
-            answer_cycles: 0,
-        }
+    fn path(dram: &DramSpec) -> MemoryPath {
+        MemoryPath::of(BUS, dram.mhz, dram::device(dram))
+    }
+
+    /// One channel in which every access takes 100 ns.
+    fn fixed() -> MemoryPath {
+        path(&DramSpec {
+            channels: 1,
+            latency_ns: 100,
+            ..FIXED
+        })
     }
 
     fn read(source: u32) -> Request {
@@ -232,7 +230,7 @@ mod tests {
 
     #[test]
     fn a_read_crosses_the_bus_twice() {
-        let mut path = path();
+        let mut path = fixed();
         path.request(0, read(0));
         // 4 ns there (3.2 memory cycles, so from cycle 4 on), 88 memory cycles of 1.25 ns, then
         // 4 beats of which the last starts 3 ns later, and 4 ns back.
@@ -243,7 +241,7 @@ mod tests {
 
     #[test]
     fn requests_queue_for_the_memory() {
-        let mut path = path();
+        let mut path = fixed();
         for i in 0..3 {
             path.request(0, read(i));
         }
@@ -253,5 +251,39 @@ mod tests {
         // One channel moves a line in 8 memory cycles: 10 ns.
         assert_eq!(times[1].0 - times[0].0, 10_000);
         assert_eq!(times[2].0 - times[1].0, 10_000);
+    }
+
+    /// Looking more often changes nothing: the memory is simulated to the same end.
+    #[test]
+    fn answers_do_not_depend_on_when_they_are_asked_for() {
+        for preset in presets() {
+            let (mut often, mut seldom) = (path(&preset.spec), path(&preset.spec));
+            let mut expected = Vec::new();
+            let mut answered = Vec::new();
+            let mut state = 1u32;
+            for now in (0..3_000_000).step_by(1000) {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                if state >> 24 < 60 {
+                    let request = Request {
+                        address: (state >> 3) & 0xf_ffc0,
+                        bytes: 64,
+                        is_write: state & 1 << 23 != 0,
+                        source: now as u32,
+                    };
+                    often.request(now, request);
+                    seldom.request(now, request);
+                }
+                while let Some(request) = often.answer(now) {
+                    expected.push((now, request));
+                }
+                if seldom.next_event().is_some_and(|at| at <= now) {
+                    while let Some(request) = seldom.answer(now) {
+                        answered.push((now, request));
+                    }
+                }
+            }
+            assert!(expected.len() > 300, "{} answers", expected.len());
+            assert_eq!(answered, expected, "{}", preset.name);
+        }
     }
 }

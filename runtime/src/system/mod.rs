@@ -236,7 +236,8 @@ struct System {
     cores: Vec<CoreUnit>,
     memory: SystemMemory,
     frame: crate::scene_image::FrameBuffer,
-    path: MemoryPath,
+    /// The bus and memory of all cores, or those of each core.
+    paths: Vec<MemoryPath>,
     tiles: TileQueue,
     srp: Clock,
     tni: Clock,
@@ -246,9 +247,10 @@ impl System {
     fn new(image: SceneImage, engines: Vec<Box<dyn Core>>, arch: &Arch, sram: &[u8]) -> System {
         let spec = &arch.system;
         let core = |(i, engine)| CoreUnit::new(i as u32, engine, spec, sram.to_vec(), image.tree);
+        let paths = if spec.dram.shared { 1 } else { engines.len() };
         System {
             cores: engines.into_iter().enumerate().map(core).collect(),
-            path: MemoryPath::new(spec),
+            paths: (0..paths).map(|_| MemoryPath::new(spec)).collect(),
             tiles: TileQueue {
                 next: 0,
                 count: image.tiles,
@@ -286,7 +288,7 @@ impl System {
                     moved |= core.step(srp, &mut self.memory, &mut self.tiles)?;
                 }
                 let results = self.cores.iter().map(|c| c.tni.results()).sum();
-                if moved || results != last_results || self.path.in_flight() > 0 {
+                if moved || results != last_results || self.in_flight() > 0 {
                     (last_progress, last_results) = (srp, results);
                 }
                 self.check_silence(srp, srp - last_progress)?;
@@ -320,21 +322,27 @@ impl System {
         self.cores
             .iter()
             .all(|c| c.state == State::Halted && c.tni.is_idle())
-            && self.path.in_flight() == 0
+            && self.in_flight() == 0
+    }
+
+    /// How many requests are on the way to the memory and back.
+    fn in_flight(&self) -> u32 {
+        self.paths.iter().map(MemoryPath::in_flight).sum()
     }
 
     fn take_answers(&mut self, time: u64, tni_cycle: u64) {
-        while let Some(answer) = self.path.answer(time) {
-            if answer.is_write {
-                continue;
-            }
-            let core = &mut self.cores[(answer.source / CLIENTS) as usize];
-            match answer.source % CLIENTS {
-                0 => core.data.fill(answer.address),
-                1 => core.tni.fill(tni_cycle, Client::TrvL2, answer.address),
-                i => core
-                    .tni
-                    .fill(tni_cycle, Client::IstL1(i - 2), answer.address),
+        for path in &mut self.paths {
+            while let Some(answer) = path.answer(time) {
+                if answer.is_write {
+                    continue;
+                }
+                let core = &mut self.cores[(answer.source / CLIENTS) as usize];
+                let address = answer.address;
+                match answer.source % CLIENTS {
+                    0 => core.data.fill(address),
+                    1 => core.tni.fill(tni_cycle, Client::TrvL2, address),
+                    i => core.tni.fill(tni_cycle, Client::IstL1(i - 2), address),
+                }
             }
         }
     }
@@ -342,10 +350,12 @@ impl System {
     fn send_requests(&mut self, time: u64) {
         for (i, core) in self.cores.iter_mut().enumerate() {
             let source = i as u32 * CLIENTS;
+            let path = i % self.paths.len();
+            let path = &mut self.paths[path];
             // A miss of a core that has run ahead is sent when its time has come.
             if self.srp.start(core.ready) <= time + self.srp.start(1) {
                 while let Some(request) = core.data.take_request(source) {
-                    self.path.request(time, request);
+                    path.request(time, request);
                 }
             }
             while let Some((client, address, bytes)) = core.tni.take_request() {
@@ -359,7 +369,7 @@ impl System {
                     is_write: false,
                     source: source + client,
                 };
-                self.path.request(time, request);
+                path.request(time, request);
             }
         }
     }
@@ -380,7 +390,8 @@ impl System {
                 State::Running | State::Stalled(_) => return (srp, tni),
             }
         }
-        until = until.min(self.path.next_event().unwrap_or(u64::MAX));
+        let events = self.paths.iter().filter_map(MemoryPath::next_event);
+        until = events.fold(until, u64::min);
         if until == u64::MAX {
             return (srp, tni);
         }
@@ -413,7 +424,7 @@ impl System {
                 core.tni.describe_state()
             ));
         }
-        let in_flight = self.path.in_flight();
+        let in_flight = self.in_flight();
         text.push_str(&format!("  {in_flight} memory requests are on the way"));
         text
     }

@@ -8,8 +8,10 @@ use srp_archdesc::Arch;
 
 use super::{System, port_name};
 use crate::core::{Activity, Run};
+use crate::digits::thousands;
 use crate::memory::cache::CacheCounters;
-use crate::memory::dram::DramCounters;
+use crate::memory::dram::{DramCounters, DramReport};
+use crate::memory::path::Clock;
 use crate::tni::{PipeCounters, TniCounters};
 
 /// The cycles of one core by what it did in them.
@@ -121,9 +123,7 @@ pub struct Report {
     /// The cores.
     pub cores: Vec<CoreReport>,
     /// System memory.
-    pub dram: DramCounters,
-    /// Gigabytes a second that moved between system memory and the cores.
-    pub gigabytes_per_second: f64,
+    pub dram: DramReport,
 }
 
 impl Report {
@@ -157,7 +157,13 @@ impl Report {
         let cores: Vec<CoreReport> = system.cores.iter().map(core).collect();
         let seconds = cycles as f64 / (f64::from(arch.system.srp_mhz) * 1e6);
         let rays = cores.iter().map(|c| c.tni.unit.rays).sum();
-        let dram = system.path.counters();
+        let mut dram = DramCounters::default();
+        for path in &system.paths {
+            dram.add(&path.counters());
+        }
+        let spec = &arch.system.dram;
+        let end = Clock::new(arch.system.srp_mhz).start(cycles);
+        let dram_cycles = Clock::new(spec.mhz).cycle_from(end);
         let per_second = |n: u64| if cycles == 0 { 0.0 } else { n as f64 / seconds };
         Report {
             width: system.frame.width,
@@ -172,8 +178,7 @@ impl Report {
             rays,
             mrays_per_second: per_second(rays) / 1e6,
             cores,
-            dram,
-            gigabytes_per_second: per_second(dram.bytes_read + dram.bytes_written) / 1e9,
+            dram: DramReport::of(spec, system.paths.len() as u32, dram_cycles, dram),
         }
     }
 
@@ -345,15 +350,7 @@ impl Report {
                 ),
             );
         }
-        line(
-            out,
-            format_args!(
-                "memory: {} bytes read, {} written, {:.2} GB/s",
-                thousands(self.dram.bytes_read),
-                thousands(self.dram.bytes_written),
-                self.gigabytes_per_second
-            ),
-        );
+        out.push_str(&self.dram.text());
     }
 }
 
@@ -384,23 +381,12 @@ fn share(part: f64) -> String {
     format!("{:.1} %", 100.0 * part)
 }
 
-/// A number with its digits in groups of three.
-fn thousands(n: u64) -> String {
-    let digits = n.to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(' ');
-        }
-        text.push(digit);
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::memory::dram::ChannelCounters;
     use crate::tni::TrvCounters;
+    use srp_archdesc::dram::presets;
 
     fn core(kernel: &str, cycles: u64) -> CoreReport {
         let pipe = |passes| PipeCounters {
@@ -451,6 +437,31 @@ mod tests {
         }
     }
 
+    /// Two channels that have worked for 10,000 cycles.
+    fn dram() -> DramReport {
+        let [paper, ..] = presets();
+        let channel = ChannelCounters {
+            reads: 1500,
+            writes: 500,
+            read_row_hits: 1000,
+            activates: 700,
+            refreshes: 3,
+            busy_cycles: 4000,
+            queued_cycles: 25_000,
+            ..ChannelCounters::default()
+        };
+        let counters = DramCounters {
+            reads: 1000,
+            bytes_read: 64_000,
+            bytes_written: 512,
+            read_cycles: 45_000,
+            max_read_cycles: 180,
+            channels: vec![channel, ChannelCounters::default()],
+            ..DramCounters::default()
+        };
+        DramReport::of(&paper.spec, 1, 10_000, counters)
+    }
+
     #[test]
     fn text_shows_where_the_cycles_went() {
         let report = Report {
@@ -466,12 +477,7 @@ mod tests {
             rays: 128,
             mrays_per_second: 12.8,
             cores: vec![core("primary", 5000), core("shade", 8450)],
-            dram: DramCounters {
-                bytes_read: 1_234_567,
-                bytes_written: 512,
-                ..DramCounters::default()
-            },
-            gigabytes_per_second: 123.5,
+            dram: dram(),
         };
         let expected = "\
 16x8 pixels in 10 000 cycles at 1000 MHz: 0.010 ms, 128 rays, 12.8 Mrays/s
@@ -497,7 +503,10 @@ TRV L1              1 800           20  98.9 %
 TRV L2                  0            0 100.0 %
 IST L1                  0            0 100.0 %
 SRP data            2 000            2  99.9 %
-memory: 1 234 567 bytes read, 512 written, 123.50 GB/s
+memory: 64 000 bytes read, 512 written, 6.451 GB/s of 16.0; reads take 45.0 ns, at most 180.0
+channel             GB/s    busy        reads       writes row hits       opened refreshes  queued
+0                  3.200  40.0 %        1 500          500   50.0 %          700         3    2.50
+1                  0.000   0.0 %            0            0    0.0 %            0         0    0.00
 ";
         assert_eq!(report.text(), expected);
     }
