@@ -28,7 +28,8 @@ Examples:
   srp machine check my-machine.xml
   srp map conv.dot --mesh 4x4                  a bare dataflow graph onto a standard array
 
-Exit status: 0 done, 1 the input is at fault or a check failed, 2 the command line is."
+Exit status: 0 done, 1 the input is at fault or a check failed, 2 the command line is, 130 interrupted
+(what is known by then is printed)."
 )]
 pub(crate) struct Cli {
     #[command(subcommand)]

@@ -11,7 +11,7 @@ use srp_ir::dre::scheduled::ScheduledDre;
 use srp_ir::dre::{self, Dre};
 use srp_ir::pass;
 use srp_ir::program::{Block, Func, Kernel, Program};
-use srp_ir::split::{NotPipelined, split};
+use srp_ir::split::{NotPipelined, Remark, split};
 use srp_scheduler::modulo::{self, Unschedulable};
 use srp_scheduler::{Known, LoopFacts, Schedule, ScheduleError};
 use std::cell::RefCell;
@@ -36,6 +36,8 @@ pub(crate) struct Compiled {
     pub(crate) dre: Option<Dre>,
     pub(crate) schedule: Schedule,
     pub(crate) not_pipelined: Vec<NotPipelined>,
+    /// Memory accesses of the kernels that are kept in order for want of knowledge.
+    pub(crate) remarks: Vec<Remark>,
 }
 
 impl Compiled {
@@ -226,6 +228,7 @@ fn schedule(mut program: Program, arch: &Arch, effort: Effort) -> Result<Compile
                     dre: Some(divided.dre),
                     schedule,
                     not_pipelined,
+                    remarks: divided.remarks,
                 });
             }
             Err(ScheduleError::Kernels(failed)) => {
@@ -365,6 +368,7 @@ pub(crate) fn compile(
                 dre: Some(*dre),
                 schedule,
                 not_pipelined: Vec::new(),
+                remarks: Vec::new(),
             })
         }
         Input::Scheduled(program) => {
@@ -384,6 +388,7 @@ pub(crate) fn compile(
                 dre: None,
                 schedule,
                 not_pipelined: Vec::new(),
+                remarks: Vec::new(),
             })
         }
     }

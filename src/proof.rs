@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::files;
 use crate::interrupt;
-use crate::talk::Progress;
+use crate::talk::{self, Progress};
 use srp_archdesc::arch::Arch;
 use srp_ir::dfg::Dfg;
 use srp_scheduler::modulo::{Certificate, Impossible, certify};
@@ -52,12 +52,12 @@ pub(crate) fn write(path: &Path, loops: &[Proved<'_>], arch: &Arch) -> Result<()
     }
     files::write(&formula_path(path), &formula)?;
     files::write(path, &steps)?;
-    eprintln!(
+    talk::say(format_args!(
         "{}: {} has no schedule at II = {} up to {} cycles beyond the critical path",
         path.display(),
         dfg.name,
         claim.ii,
         claim.slack
-    );
+    ));
     Ok(())
 }

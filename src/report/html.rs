@@ -31,6 +31,9 @@ pub(super) fn page(report: &Report) -> String {
             }
             body { main {
                 h1 { "Initiation intervals on " code { (report.machine) } }
+                @if !report.complete {
+                    p.above { "Interrupted: these IIs were reached until then." }
+                }
                 (summary(report))
                 @for l in &report.loops { (details(l)) }
                 @if !report.not_pipelined.is_empty() { (refused(&report.not_pipelined)) }
@@ -123,6 +126,14 @@ fn bounds(l: &LoopReport) -> Markup {
             @if let Some(why) = &l.why_not_lower { p.above { "Not lower: " (why) } }
             @for change in &l.what_if {
                 p { "With " (change.what) ": II = " b { (change.ii) } }
+            }
+            @if !l.ordered.is_empty() {
+                details {
+                    summary { (l.ordered.len()) " pairs of memory accesses are kept in order" }
+                    ul { @for o in &l.ordered {
+                        li { code { (o.first) } " and " code { (o.second) } ": " (o.why) }
+                    } }
+                }
             }
             @for i in &l.impossible {
                 p { "Proved: no schedule at II = " (i.ii) " up to " (i.slack)

@@ -20,6 +20,7 @@ use srp_archdesc::isa::Opcode;
 use srp_ir::dfg::{Dfg, Node, Operand};
 use srp_ir::dre::scheduled::{ModuloSchedule, PlacedOp, Source};
 use srp_ir::program::{Pos, SourceFile};
+use srp_ir::split::Remark;
 use srp_scheduler::LoopFacts;
 
 /// The report of a program on a machine.
@@ -81,6 +82,8 @@ pub(crate) struct LoopReport {
     pub(crate) impossible: Vec<Impossible>,
     /// Changes of the machine that lower the II; empty unless they were asked for.
     pub(crate) what_if: Vec<Change>,
+    /// Accesses that are kept in order because nothing shows that they need not be.
+    pub(crate) ordered: Vec<Ordered>,
     /// Iterations that overlap.
     pub(crate) stages: u32,
     /// Cycles of one iteration from its first issue to its last result.
@@ -115,6 +118,17 @@ pub(crate) struct Impossible {
     /// It holds where no operation is issued later than so many cycles after its latest start on
     /// the critical path.
     pub(crate) slack: u32,
+}
+
+/// Two memory accesses that are kept in order.
+#[derive(Serialize)]
+pub(crate) struct Ordered {
+    /// The one.
+    pub(crate) first: Position,
+    /// The other.
+    pub(crate) second: Position,
+    /// What is not known of them.
+    pub(crate) why: String,
 }
 
 /// A source position.
@@ -212,7 +226,11 @@ pub(crate) struct NotPipelined {
 pub(crate) fn report(compiled: &Compiled, arch: &Arch) -> Report {
     let program = &compiled.schedule.program;
     let files = &program.files;
-    let view = View { files, arch };
+    let view = View {
+        files,
+        arch,
+        remarks: &compiled.remarks,
+    };
     let loops = program.kernels.iter();
     Report {
         machine: arch.name.clone(),
@@ -232,6 +250,7 @@ pub(crate) fn report(compiled: &Compiled, arch: &Arch) -> Report {
 struct View<'a> {
     files: &'a EntityMap<SourceFile, String>,
     arch: &'a Arch,
+    remarks: &'a [Remark],
 }
 
 impl View<'_> {
@@ -283,6 +302,7 @@ impl View<'_> {
             why_not_lower: facts.obstacle.clone(),
             impossible: facts.impossible.iter().map(impossible).collect(),
             what_if: Vec::new(),
+            ordered: self.ordered(&dfg.name),
             stages: schedule.stages(),
             length: schedule.length,
             contexts: schedule.contexts(),
@@ -291,6 +311,16 @@ impl View<'_> {
             utilisation: self.utilisation(schedule),
             table: self.table(schedule),
         }
+    }
+
+    fn ordered(&self, kernel: &str) -> Vec<Ordered> {
+        let of_kernel = self.remarks.iter().filter(|r| r.kernel == kernel);
+        let ordered = |r: &Remark| Ordered {
+            first: self.position(r.first),
+            second: self.position(r.second),
+            why: r.text.clone(),
+        };
+        of_kernel.map(ordered).collect()
     }
 
     fn latency(&self, schedule: &ModuloSchedule, node: Node) -> u32 {

@@ -3,6 +3,9 @@
 use super::{LoopReport, NotPipelined, Report};
 use std::fmt::Write;
 
+/// Pairs of accesses that are shown of a loop.
+const MOST_ORDERED: usize = 4;
+
 /// The whole report.
 pub(crate) fn text(report: &Report) -> String {
     let mut out = String::new();
@@ -86,6 +89,18 @@ fn details(out: &mut String, l: &LoopReport) {
         line(
             out,
             format_args!("  with {}: II = {}", change.what, change.ii),
+        );
+    }
+    for o in l.ordered.iter().take(MOST_ORDERED) {
+        line(
+            out,
+            format_args!("  {} and {}: {}", o.first, o.second, o.why),
+        );
+    }
+    if let more @ 1.. = l.ordered.len().saturating_sub(MOST_ORDERED) {
+        line(
+            out,
+            format_args!("  and {more} more such pairs of accesses"),
         );
     }
     for i in &l.impossible {

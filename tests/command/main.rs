@@ -127,8 +127,8 @@ fn what_is_no_text_is_refused() {
 #[test]
 fn kernels_need_no_main() {
     let folder = folder("kernels");
-    let text = "void fill(int *p, int n)\n{\n#pragma srp kernel\n    for (int i = 0; i < n; i++)\n        \
-                p[i] = i;\n}\n";
+    let text = "void fill(int *p, int *q, int n)\n{\n#pragma srp kernel\n    for (int i = 0; i < n; i++)\n        \
+                p[i] = q[i];\n}\n";
     write(&folder, "fill.c", text);
     refused(
         &folder,
@@ -143,6 +143,7 @@ fn kernels_need_no_main() {
     assert!(report.status.success());
     let text = String::from_utf8_lossy(&report.stdout);
     assert!(text.contains("fill.c:4:5: fill at II = "), "{text}");
+    assert!(text.contains("these two accesses may alias"), "{text}");
     let page = std::fs::read_to_string(folder.join(html)).expect("it was written");
     assert!(page.contains("fill.c:4:5") && page.ends_with("</html>"));
 
