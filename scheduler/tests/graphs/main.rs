@@ -1,0 +1,164 @@
+//! Bare graphs on standard arrays: schedules pass the checker and read back, other mappers' graphs
+//! reach the intervals that are known of them, and larger machines are never worse.
+
+mod monotone;
+
+use srp_archdesc::arch::Arch;
+use srp_archdesc::diagnostic::{Source, render_all};
+use srp_archdesc::entity::EntityMap;
+use srp_archdesc::xml::{StandardArray, standard};
+use srp_ir::dre::scheduled::ScheduledLoops;
+use srp_ir::graph::{Graph, Options, read_dot, read_edges};
+use srp_scheduler::check::check_loop;
+use srp_scheduler::modulo::{self, Scheduled};
+use std::path::Path;
+
+/// A machine from its file.
+fn machine(xml: &str) -> Arch {
+    srp_archdesc::parse("array.xml", xml)
+        .unwrap_or_else(|errors| panic!("{}", render_all(&errors, xml, false)))
+}
+
+fn mesh(rows: u32, cols: u32) -> Arch {
+    machine(&standard(&StandardArray::mesh(rows, cols)).expect("a mesh there is"))
+}
+
+/// The schedule of a graph, checked.
+fn map(graph: &Graph, arch: &Arch) -> Scheduled {
+    let name = &graph.dfg.name;
+    assert_eq!(graph.dfg.verify(), Ok(()), "{name}");
+    let scheduled = modulo::schedule(&graph.dfg, arch, &modulo::Options::default())
+        .unwrap_or_else(|e| panic!("{name}: {}", e.why));
+    let wrong = check_loop(&scheduled.schedule, arch);
+    assert!(wrong.is_empty(), "{name}: {wrong:?}");
+    scheduled
+}
+
+const RECURRENCES: &str = "digraph {
+    node [op=add];
+    a -> b [operand=0]; b -> c; c -> a [distance=1]; a -> a [operand=3, distance=2];
+    x [op=load]; x -> a; x -> y; y [op=store]; y -> x [distance=1, kind=order];
+    c -> d [distance=3]; c -> d; d -> d [distance=1];
+    alone;
+}";
+
+#[test]
+fn bare_graphs_are_scheduled_and_read_back() {
+    let arch = mesh(3, 3);
+    let source = Source::new("recurrences.dot", RECURRENCES);
+    let graph = read_dot(&source, &Options::default()).expect("a graph");
+    let scheduled = map(&graph, &arch);
+    assert_eq!(scheduled.bounds.recurrences, 3);
+    assert_eq!(scheduled.schedule.ii, 3);
+    assert!(
+        scheduled.schedule.preloads.is_empty(),
+        "nothing is set for values that do not matter"
+    );
+    let loops = ScheduledLoops {
+        machine: arch.name.clone(),
+        files: graph.files.clone(),
+        loops: vec![scheduled.schedule.clone(); 2],
+    };
+    let file = srp_ir::dre::write_loops(&loops, &arch);
+    let again = srp_ir::dre::read_loops(&file, &arch).unwrap_or_else(|e| panic!("{e}\n{file}"));
+    assert!(again == loops, "read differently:\n{file}");
+    // A program cannot launch it.
+    let program = srp_ir::dre::scheduled::ScheduledDre {
+        machine: arch.name.clone(),
+        files: EntityMap::new(),
+        image: Vec::new(),
+        symbols: Vec::new(),
+        bundles: EntityMap::new(),
+        functions: Vec::new(),
+        start: srp_archdesc::entity::Entity::new(0),
+        kernels: [scheduled.schedule].into_iter().collect(),
+    };
+    let refused = srp_scheduler::check::check_kernels(&program, &arch);
+    assert!(
+        refused.iter().any(|v| v.message.contains("trip count")),
+        "{refused:?}"
+    );
+}
+
+#[test]
+fn the_checker_follows_values_of_bare_graphs() {
+    let arch = mesh(3, 3);
+    let source = Source::new("recurrences.dot", RECURRENCES);
+    let graph = read_dot(&source, &Options::default()).expect("a graph");
+    let right = map(&graph, &arch).schedule;
+    let mut noticed = 0;
+    for (number, op) in right.ops.iter() {
+        for later in [1, 2] {
+            let mut wrong = right.clone();
+            wrong.ops[number].time += later;
+            wrong.length += later;
+            noticed += u32::from(!check_loop(&wrong, &arch).is_empty());
+        }
+        for operand in 1..op.operands.len() {
+            let mut wrong = right.clone();
+            wrong.ops[number].operands.swap(operand - 1, operand);
+            let same = op.operands[operand - 1] == op.operands[operand];
+            let found = check_loop(&wrong, &arch);
+            let nodes: Vec<_> = right.dfg.nodes[op.node].operands.clone();
+            assert!(
+                same || nodes[operand - 1] == nodes[operand] || !found.is_empty(),
+                "{number}"
+            );
+        }
+    }
+    assert!(noticed > right.ops.len() as u32 / 2, "{noticed}");
+}
+
+/// IIs of `/work/shared/graphs/README.md` on a 4×4 mesh, for graphs of at most 40 nodes.
+const REFERENCE: &[(&str, u32)] = &[
+    ("morpher_sum", 1),
+    ("morpher_mac", 1),
+    ("morpher_matrixmultiply", 1),
+    ("morpher_conv2", 2),
+    ("morpher_accumulate", 2),
+    ("morpher_mults1", 4),
+    ("morpher_array_add", 4),
+    ("morpher_conv3", 2),
+    ("morpher_cap", 2),
+    ("morpher_mults2", 2),
+    ("morpher_mac2", 2),
+    ("morpher_atax", 4),
+    ("morpher_cholesky", 4),
+    ("morpher_doitgen", 4),
+    ("morpher_2mm", 4),
+    ("morpher_bicg", 4),
+    ("revamp_gemm", 4),
+    ("revamp_spmv", 4),
+    ("revamp_stencil", 4),
+    ("revamp_ellpack", 4),
+    ("morpher_finalSAD", 4),
+    ("revamp_convolution2d", 4),
+];
+
+/// Where other mappers' graphs are on hosts that have them.
+const FOLDER: &str = "/work/shared/graphs";
+
+#[test]
+fn graphs_of_other_mappers_reach_their_known_intervals() {
+    let folder = Path::new(FOLDER);
+    if !folder.is_dir() {
+        println!("skipped: there is no {FOLDER}");
+        return;
+    }
+    let arch = mesh(4, 4);
+    let mut worse = Vec::new();
+    for (name, known) in REFERENCE {
+        let read = |ending: &str| {
+            let path = folder.join(format!("{name}.{ending}"));
+            let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path:?}: {e}"));
+            Source::new(path.display().to_string(), text)
+        };
+        let graph = read_edges(&read("edges"), &read("ops"), &Options::default());
+        let graph = graph.unwrap_or_else(|mistakes| panic!("{mistakes:?}"));
+        let ii = map(&graph, &arch).schedule.ii;
+        if ii > *known {
+            worse.push(format!("{name}: II {ii}, {known} is known"));
+        }
+    }
+    assert!(worse.is_empty(), "{}", worse.join("\n"));
+}
