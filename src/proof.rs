@@ -36,7 +36,7 @@ pub(crate) fn write(path: &Path, loops: &[Proved<'_>], arch: &Arch) -> Result<()
     let more: Vec<&str> = proved.map(|(other, _)| other.name.as_str()).collect();
     if !more.is_empty() {
         return Err(Failure::Message(format!(
-            "one proof at a time: choose {} or {} with --kernel",
+            "one proof at a time: choose {} or {} (a kernel with --kernel, a graph by its file)",
             dfg.name,
             more.join(" or ")
         )));

@@ -39,6 +39,9 @@ pub(crate) struct Map {
     pub(crate) any_op: Option<Class>,
     #[command(flatten)]
     pub(crate) search: super::Search,
+    /// Write a DRAT certificate that the II below is impossible; its formula goes to FILE.cnf
+    #[arg(long, value_name = "FILE")]
+    pub(crate) proof: Option<PathBuf>,
     /// Steps of the heuristic for each graph, about 3 million a second
     #[arg(long, value_name = "N")]
     pub(crate) effort: Option<u64>,

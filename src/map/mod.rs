@@ -7,6 +7,7 @@ mod text;
 use crate::cli::map::{Map, Target};
 use crate::failure::Failure;
 use crate::pipeline::Effort;
+use crate::proof::{self, Proved};
 use crate::talk::{self, Progress};
 use crate::{files, interrupt, machine};
 use input::Found;
@@ -15,7 +16,7 @@ use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_ir::dfg::Dfg;
 use srp_ir::dre;
-use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledLoops};
+use srp_ir::dre::scheduled::ScheduledLoops;
 use srp_ir::graph::{self, Graph};
 use srp_ir::program::{Pos, SourceFile};
 use srp_scheduler::{check, modulo};
@@ -116,6 +117,17 @@ pub(crate) fn run(args: &Map) -> Result<i32, Failure> {
         let loops = together(&arch, &results);
         files::write(path, dre::write_loops(&loops, &arch).as_bytes())?;
     }
+    if let Some(path) = &args.proof {
+        let mapped = results.iter().filter_map(|r| r.mapped.as_ref());
+        let proved: Vec<Proved<'_>> = mapped
+            .map(|(graph, scheduled)| Proved {
+                dfg: &graph.dfg,
+                ii: scheduled.schedule.ii,
+                impossible: &scheduled.impossible,
+            })
+            .collect();
+        proof::write(path, &proved, &arch)?;
+    }
     let table = Table {
         machine: arch.name.clone(),
         graphs: results.into_iter().map(|r| r.row).collect(),
@@ -143,8 +155,8 @@ fn target(target: &Target) -> Result<Arch, Failure> {
 /// What became of a graph.
 struct Outcome {
     row: Row,
-    /// The graph and its schedule, if there is one.
-    mapped: Option<(Graph, ModuloSchedule)>,
+    /// The graph and what the scheduler found, if it has a schedule.
+    mapped: Option<(Graph, modulo::Scheduled)>,
 }
 
 /// Maps all graphs, on as many threads as the host has; as far as Ctrl-C lets it.
@@ -219,7 +231,7 @@ fn map_one(found: &Found, options: &graph::Options, args: &Map, arch: &Arch) -> 
     let mapped = match checked(result, arch) {
         Ok(scheduled) => {
             row.mapping = Some(mapping(&graph, &scheduled));
-            Some((graph, scheduled.schedule))
+            Some((graph, scheduled))
         }
         Err(why) => {
             row.error = Some(why);
@@ -297,7 +309,8 @@ fn together(arch: &Arch, outcomes: &[Outcome]) -> ScheduledLoops {
         files: EntityMap::new(),
         loops: Vec::new(),
     };
-    for (graph, schedule) in outcomes.iter().filter_map(|o| o.mapped.as_ref()) {
+    for (graph, scheduled) in outcomes.iter().filter_map(|o| o.mapped.as_ref()) {
+        let schedule = &scheduled.schedule;
         let first = all.files.len();
         for file in graph.files.values() {
             all.files.push(file.clone());

@@ -59,7 +59,7 @@ impl Default for Options<'_> {
     fn default() -> Self {
         Options {
             effort: 2_000_000,
-            exact_effort: 40_000,
+            exact_effort: 80_000,
             slack: 3,
             stop: &|| false,
             beyond: None,
@@ -187,6 +187,7 @@ pub fn certify(
         slack: claim.slack,
         conflicts: u64::MAX,
         effort: u64::MAX,
+        seed: 0,
         fixed: &fixed,
         stop,
     };
@@ -253,7 +254,7 @@ impl Search<'_, '_> {
         let mut found: Option<ModuloSchedule> = None;
         let mut left = limits.effort;
         for round in 0.. {
-            let share = FIRST_CONFLICTS.saturating_mul(5u64.saturating_pow(round));
+            let share = FIRST_CONFLICTS.saturating_mul(2u64.saturating_pow(round));
             let open = exact.open(found.as_ref().map_or(best, |f| f.ii), round);
             if open.is_empty() && round > u32::BITS {
                 break;
@@ -270,6 +271,7 @@ impl Search<'_, '_> {
                     slack,
                     conflicts: share,
                     effort: left,
+                    seed: round,
                     fixed: &self.fixed,
                     stop: limits.stop,
                 };

@@ -34,6 +34,8 @@ pub(super) struct Question<'a> {
     pub(super) conflicts: u64,
     /// Steps after which it gives up.
     pub(super) effort: u64,
+    /// Tells tries of one question apart: the order in which the solver looks at variables.
+    pub(super) seed: u32,
     /// Registers that hold something else.
     pub(super) fixed: &'a [Reg],
     /// Asked now and then; true gives up.
@@ -82,7 +84,13 @@ pub(super) fn solve(
         let price = CONFLICT + variables / VARIABLES_A_CONFLICT_STEP;
         let affordable = question.effort.saturating_sub(spent) / price;
         let limit = question.conflicts.min(affordable);
-        let (outcome, conflicts) = run(&encoding.formula, limit, question.stop, proof);
+        let (outcome, conflicts) = run(
+            &encoding.formula,
+            limit,
+            question.seed,
+            question.stop,
+            proof,
+        );
         spent += conflicts * price;
         match outcome {
             Outcome::Unsatisfiable if tightening == 0 => return (Answer::Impossible, spent),
@@ -155,6 +163,7 @@ fn dimacs(literal: batsat::Lit) -> Lit {
 fn run(
     formula: &Formula,
     limit: u64,
+    seed: u32,
     stop: &dyn Fn() -> bool,
     mut proof: Option<&mut Certificate<'_>>,
 ) -> (Outcome, u64) {
@@ -169,7 +178,12 @@ fn run(
         proof,
         failed,
     };
-    let mut solver = Solver::new(batsat::SolverOpts::default(), watch);
+    let options = batsat::SolverOpts {
+        rnd_init_act: seed > 0,
+        random_seed: f64::from(seed) + 91_648_253.0,
+        ..batsat::SolverOpts::default()
+    };
+    let mut solver = Solver::new(options, watch);
     let variables: Vec<batsat::Var> = (0..formula.variables())
         .map(|_| solver.new_var_default())
         .collect();
