@@ -99,7 +99,6 @@ static TABLE: &[Aliases] = &[
             "cast",
             "inttoptr",
             "ptrtoint",
-            "ptoi",
             "freeze",
             "loopstart",
             "loopend",
