@@ -1,5 +1,6 @@
 //! The command line.
 
+pub(crate) mod dram;
 pub(crate) mod map;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -25,6 +26,7 @@ Examples:
   srp run program.c --engine interp            compile, schedule and simulate main()
   srp report kernels.c --html report.html      initiation intervals, and what sets them
   srp compile kernels.c --emit ir,dfg -o build
+  srp dram requests.trace --preset lpddr3-1600
   srp machine check my-machine.xml
   srp map conv.dot --mesh 4x4                  a bare dataflow graph onto a standard array
 
@@ -58,6 +60,8 @@ pub(crate) enum Command {
     Area(Area),
     /// Map bare dataflow graphs onto an array: initiation intervals, bounds, and what sets them.
     Map(map::Map),
+    /// Run a trace of requests through a memory: bandwidth, rows, latency.
+    Dram(dram::Dram),
     /// Check a machine file, show what it describes, write it out in full, or make one.
     Machine(Machine),
     /// Print a completion script for a shell.

@@ -4,6 +4,7 @@ mod area;
 mod cli;
 mod compile;
 mod diagnostics;
+mod dram;
 mod engine;
 mod failure;
 mod files;
@@ -41,6 +42,7 @@ fn main() -> ExitCode {
         Command::Area(args) => area::run(args).map(|()| 0),
         Command::Tni(args) => tni::run(args).map(|()| 0),
         Command::Map(args) => map::run(args),
+        Command::Dram(args) => dram::run(args).map(|()| 0),
         Command::Machine(args) => machine::run(&args.action).map(|()| 0),
         Command::Completions { shell } => {
             let mut script = Vec::new();
