@@ -13,7 +13,7 @@ pub(crate) struct Random(Pcg32);
 
 impl Random {
     pub(crate) fn new(seed: u64) -> Random {
-        Random(Pcg32::new(seed, 0xa02b_dbf7_bb3c_0a7))
+        Random(Pcg32::new(seed, 0x0a02_bdbf_7bb3_c0a7))
     }
 
     pub(crate) fn below(&mut self, n: u32) -> u32 {
@@ -21,32 +21,32 @@ impl Random {
     }
 
     /// From `lo` to `hi`, both included.
-    fn from_to(&mut self, lo: u32, hi: u32) -> u32 {
+    fn between(&mut self, lo: u32, hi: u32) -> u32 {
         lo + self.below(hi - lo + 1)
     }
 
     fn power(&mut self, lo: u32, hi: u32) -> u32 {
-        1 << self.from_to(lo, hi)
+        1 << self.between(lo, hi)
     }
 }
 
 /// A memory of any times and sizes.
 pub(crate) fn memory(random: &mut Random) -> (DramSpec, BankedSpec) {
     let timing = DramTiming {
-        cl: random.from_to(1, 20),
-        cwl: random.from_to(1, 20),
-        rcd: random.from_to(1, 25),
-        rp: random.from_to(1, 25),
-        ras: random.from_to(0, 60),
-        rc: random.from_to(0, 80),
-        rrd: random.from_to(0, 20),
-        faw: random.from_to(0, 80),
-        wtr: random.from_to(0, 12),
-        rtw: random.from_to(0, 12),
-        wr: random.from_to(0, 20),
-        rtp: random.from_to(0, 12),
-        ccd: random.from_to(0, 8),
-        rfc: random.from_to(0, 200),
+        cl: random.between(1, 20),
+        cwl: random.between(1, 20),
+        rcd: random.between(1, 25),
+        rp: random.between(1, 25),
+        ras: random.between(0, 60),
+        rc: random.between(0, 80),
+        rrd: random.between(0, 20),
+        faw: random.between(0, 80),
+        wtr: random.between(0, 12),
+        rtw: random.between(0, 12),
+        wr: random.between(0, 20),
+        rtp: random.between(0, 12),
+        ccd: random.between(0, 8),
+        rfc: random.between(0, 200),
         refi: 0,
     };
     let burst = random.power(1, 4);
@@ -59,17 +59,17 @@ pub(crate) fn memory(random: &mut Random) -> (DramSpec, BankedSpec) {
         mapping: Vec::new(),
         timing,
         controller: ControllerSpec {
-            read_queue: random.from_to(1, 40),
-            write_queue: random.from_to(1, 40),
-            command_queue: random.from_to(1, 12),
+            read_queue: random.between(1, 40),
+            write_queue: random.between(1, 40),
+            command_queue: random.between(1, 12),
             row_policy: [RowPolicy::Open, RowPolicy::Closed][random.below(2) as usize],
-            row_hits: random.from_to(1, 20),
-            write_drain: random.from_to(0, 20),
+            row_hits: random.between(1, 20),
+            write_drain: random.between(0, 20),
         },
     };
     if random.below(3) > 0 {
         let least = spec.refresh_and_access();
-        spec.timing.refi = random.from_to(least, 3 * least);
+        spec.timing.refi = random.between(least, 3 * least);
     }
     let mut parts = spec.address_bits(channels);
     for i in (1..parts.len()).rev() {
