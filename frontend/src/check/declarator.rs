@@ -291,7 +291,12 @@ impl Checker<'_> {
                     self.error(DECLARATION, span, text, "");
                 }
             }
-            let ty = self.declared_type(base.ty, &param.declarator);
+            // The length of an array as a parameter says nothing: it is a pointer.
+            let mut declarator = param.declarator.clone();
+            if let Some((Derived::Array(length), _)) = declarator.derived.first_mut() {
+                *length = None;
+            }
+            let ty = self.declared_type(base.ty, &declarator);
             let mut ty = self.decayed(ty);
             if ty.ty == self.types.known.void {
                 self.error(BAD_TYPE, param.span, "a parameter cannot be `void`", "");
