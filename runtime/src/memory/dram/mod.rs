@@ -1,7 +1,7 @@
 //! System memory as a device that takes time.
 //!
 //! [`Dram`] is the border: requests go in, and come out when they are over. Behind it is either
-//! [`FixedLatency`], or [`Banked`]: banks with rows ([`device`]) behind controllers that reorder.
+//! [`FixedLatency`], or [`Banked`]: banks with rows ([`mod@device`]) behind controllers that reorder.
 
 mod bank_queue;
 mod banked;
