@@ -1,30 +1,19 @@
 //! The kernels of the frame have a native twin: the same C, compiled by the host's compiler. Both
 //! engines and the intermediate form must fill the same buffers with the same bits.
 
-use srp_archdesc::arch::Arch;
-use srp_archdesc::diagnostic::Source;
-use srp_archdesc::machines;
 use srp_csimgen::{CompileError, CompileOptions, Interpreter, Simulator, emit, link};
-use srp_frontend::{Include, Options, compile};
 use srp_ir::interp::{self, FlatWorld};
 use srp_ir::layout::Layout;
-use srp_ir::program::Program;
-use srp_ir::{dre, pass, split};
+use srp_ir::{dre, split};
 use srp_runtime::core::Core;
 use srp_runtime::solo::{self, Solo};
 use srp_scheduler::schedule;
+use srp_tests::{compiled, machine, root};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Bytes of system memory that the test uses.
 const MEMORY: usize = 32768;
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .parent()
-        .expect("tests/ has a parent")
-        .to_owned()
-}
 
 /// The test's program and the kernels that it calls.
 fn sources() -> Vec<PathBuf> {
@@ -33,11 +22,6 @@ fn sources() -> Vec<PathBuf> {
         .into_iter()
         .chain(kernels)
         .collect()
-}
-
-fn read(path: &Path) -> Source {
-    let text = std::fs::read_to_string(path).expect("the kernels are there");
-    Source::new(path.display().to_string(), text)
 }
 
 /// What the host's compiler makes of it; `None` where there is none.
@@ -92,25 +76,6 @@ fn native() -> Option<Vec<u8>> {
     Some(output.stdout)
 }
 
-fn program(arch: &Arch) -> Program {
-    let resolve = |include: &Include<'_>| Some(read(&root().join("kernels").join(include.name)));
-    let options = Options {
-        resolve: &resolve,
-        auto_kernel: false,
-        ..Options::default()
-    };
-    let sources: Vec<Source> = sources().iter().map(|p| read(p)).collect();
-    let (mut program, _) =
-        compile(&sources, &options).unwrap_or_else(|messages| panic!("{messages:#?}"));
-    pass::optimise(
-        &mut program,
-        &pass::Options {
-            precision: arch.precision,
-        },
-    );
-    program
-}
-
 /// The globals named `out_*`, one after the other in their order.
 fn outputs(symbols: &[(String, u32, u32)], sram: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::new();
@@ -152,8 +117,8 @@ fn kernels_equal_their_native_twin() {
         return;
     };
     let twin = words(&twin);
-    let arch = srp_archdesc::parse(machines::SGRT.name, machines::SGRT.xml).expect("it is shipped");
-    let program = program(&arch);
+    let arch = machine("sgrt");
+    let program = compiled(&sources(), &arch).unwrap_or_else(|messages| panic!("{messages}"));
     let layout = Layout::of(&program, arch.system.sram_bytes).expect("the buffers fit");
     let symbols: Vec<(String, u32, u32)> = layout
         .symbols(&program)
