@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 
 /// Runs `srp compile`.
 pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
-    let arch = machine::read(&args.machine.machine)?;
-    let front_end = FrontEnd::new(&args.source, &arch);
+    let arch = machine::read(&args.compilation.machine.machine)?;
+    let front_end = FrontEnd::new(&args.compilation.source, &arch);
     let mut input = pipeline::read(&args.files, &arch)?;
     files::make_folder(&args.output)?;
     let out = Output {
@@ -52,8 +52,8 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
     {
         return Ok(());
     }
-    let compiled = pipeline::compile(input, &front_end, Effort::of(&args.search))?;
-    say_not_pipelined(&compiled, &arch, &args.source);
+    let compiled = pipeline::compile(input, &front_end, Effort::of(&args.compilation.search))?;
+    say_not_pipelined(&compiled, &arch, &args.compilation.source);
     if wants(Form::Dfg) || wants(Form::Dre) {
         match &compiled.dre {
             Some(dre) => write_divided(&out, dre, wants(Form::Dfg), wants(Form::Dre))?,

@@ -72,7 +72,7 @@ fn case(path: Option<&Path>, args: &cli::Paper) -> Result<Case, Failure> {
     let known = views.as_ref().and_then(|v| v.points.ao_radius);
     let stem = path.and_then(Path::file_stem).and_then(|n| n.to_str());
     Ok(Case {
-        bvh: scenes::build(&scene, BvhBuilder::Sweep, args.max_leaf),
+        bvh: scenes::build(&scene, BvhBuilder::Sweep, args.measuring.max_leaf),
         radius: known.unwrap_or_else(|| tni::ao_radius(&scene)),
         paper: stem.and_then(|stem| PAPER.iter().find(|p| p.name.eq_ignore_ascii_case(stem))),
         scene,
@@ -142,7 +142,7 @@ fn run_kind(
         one_in,
         units,
         memories,
-        threads: args.threads,
+        threads: args.measuring.threads,
         costs: false,
     };
     let outcomes = interrupt::looked_for(|| measure(&job))?;

@@ -67,7 +67,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
 
 /// The camera that the command line asks for, if it does.
 fn camera(args: &Render) -> Result<Option<Camera>, Failure> {
-    if let Some(text) = &args.camera {
+    if let Some(text) = &args.camera.camera {
         return Camera::parse(text).map(Some).map_err(Failure::message);
     }
     let Some(which) = &args.cameras else {

@@ -15,16 +15,16 @@ use srp_runtime::solo::{self, Finish, Solo, SoloError};
 
 /// Runs `srp run`; the program's exit status.
 pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
-    let arch = machine::read(&args.machine.machine)?;
-    let front_end = FrontEnd::new(&args.source, &arch);
+    let arch = machine::read(&args.compilation.machine.machine)?;
+    let front_end = FrontEnd::new(&args.compilation.source, &arch);
     let input = pipeline::read(&args.files, &arch)?;
     let simulator = match args.engine {
         RunEngine::Csim => Engine::Csim,
         RunEngine::Interp => Engine::Interp,
         RunEngine::Ir => return interpret(input, &front_end, &arch, args.limit),
     };
-    let compiled = pipeline::compile(input, &front_end, Effort::of(&args.search))?;
-    compile::say_not_pipelined(&compiled, &arch, &args.source);
+    let compiled = pipeline::compile(input, &front_end, Effort::of(&args.compilation.search))?;
+    compile::say_not_pipelined(&compiled, &arch, &args.compilation.source);
     let program = compiled.runnable()?;
     let mut cores = engine::cores(program, &arch, simulator, 1)?;
     let mut bus = Solo::new(&program.image, arch.system.sram_bytes);

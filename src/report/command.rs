@@ -16,14 +16,14 @@ pub(crate) fn run(args: &cli::Report) -> Result<(), Failure> {
     if let Some(path) = &args.html {
         files::check_writable(path)?;
     }
-    let arch = machine::read(&args.machine.machine)?;
-    let front_end = FrontEnd::new(&args.source, &arch);
+    let arch = machine::read(&args.compilation.machine.machine)?;
+    let front_end = FrontEnd::new(&args.compilation.source, &arch);
     let input = if args.files.is_empty() {
         Input::C(kernels::sources())
     } else {
         pipeline::read(&args.files, &arch)?
     };
-    let compiled = pipeline::compile(input, &front_end, Effort::of(&args.search))?;
+    let compiled = pipeline::compile(input, &front_end, Effort::of(&args.compilation.search))?;
     if let Some(path) = &args.proof {
         prove(path, args.kernel.as_deref(), &compiled, &arch)?;
     }

@@ -33,7 +33,7 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
     let views = views(args)?;
     let scene = scenes::read(args.scene.as_deref(), first_camera(args, &views)?)?;
     let cameras = cameras(args, &views, &scene)?;
-    let bvh = scenes::build(&scene, args.bvh, args.max_leaf);
+    let bvh = scenes::build(&scene, args.bvh, args.measuring.max_leaf);
     let rays = rays_of(args, &views, &scene)?;
     let job = Job {
         scene: &scene,
@@ -49,7 +49,7 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
             TniMemory::Shared => Memories::Shared,
             TniMemory::Private => Memories::Private,
         },
-        threads: args.threads,
+        threads: args.measuring.threads,
         costs: args.heat.is_some(),
     };
     if let Some(pixel) = args.ray {
@@ -126,7 +126,7 @@ pub(crate) fn set_pipeline(system: &mut SystemSpec, pipeline: Option<Pipeline>) 
 
 /// The viewpoints that the command line names, or that lie beside the scene.
 fn views(args: &Tni) -> Result<Option<Views>, Failure> {
-    if args.camera.is_some() {
+    if args.camera.camera.is_some() {
         return Ok(None);
     }
     let Some(which) = &args.cameras else {
@@ -141,7 +141,7 @@ fn views(args: &Tni) -> Result<Option<Views>, Failure> {
 }
 
 fn first_camera(args: &Tni, views: &Option<Views>) -> Result<Option<Camera>, Failure> {
-    if let Some(text) = &args.camera {
+    if let Some(text) = &args.camera.camera {
         return Camera::parse(text).map(Some).map_err(Failure::message);
     }
     views.as_ref().map(|v| v.camera(0)).transpose()

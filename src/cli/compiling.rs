@@ -1,0 +1,196 @@
+//! The command lines of what compiles programs: `srp compile`, `srp run`, `srp report`.
+
+use super::{MachineFile, Search};
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+/// For which machine, how C is compiled, and how hard loops are scheduled.
+#[derive(Args)]
+pub(crate) struct Compilation {
+    #[command(flatten)]
+    pub(crate) machine: MachineFile,
+    #[command(flatten)]
+    pub(crate) source: Source,
+    #[command(flatten)]
+    pub(crate) search: Search,
+}
+
+/// How C is compiled.
+#[derive(Args)]
+pub(crate) struct Source {
+    /// Folder to look for included files in, after that of the including file
+    #[arg(short = 'I', value_name = "DIR")]
+    pub(crate) include: Vec<PathBuf>,
+    /// Define a macro
+    #[arg(short = 'D', value_name = "NAME[=VALUE]")]
+    pub(crate) define: Vec<String>,
+    /// Put only loops with `#pragma srp kernel` on the array
+    #[arg(long)]
+    pub(crate) no_auto_kernel: bool,
+    /// What `double` is: binary64 in software, or `float`
+    #[arg(long, value_enum, default_value_t = Double::Soft)]
+    pub(crate) double: Double,
+    /// `no-auto-kernel`, as the option of that name; `single-precision-constant`: constants without
+    /// suffix are floats
+    #[arg(short = 'f', value_name = "FEATURE", value_enum)]
+    pub(crate) feature: Vec<Feature>,
+    /// Warnings: NAME, no-NAME, error, error=NAME, no-error=NAME, none
+    #[arg(short = 'W', value_name = "NAME")]
+    pub(crate) warnings: Vec<String>,
+    /// Remarks: `pass` says of every loop whether it runs on the array, and what stands in the way
+    #[arg(short = 'R', value_name = "KIND", value_enum)]
+    pub(crate) remarks: Vec<RemarkKind>,
+    /// How messages are written: for people, or one JSON object a line in rustc's shape
+    #[arg(long, value_name = "FORMAT", value_enum, default_value_t = ErrorFormat::Human)]
+    pub(crate) error_format: ErrorFormat,
+}
+
+/// What `-R` asks for.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum RemarkKind {
+    /// Loops on the array, and loops that are not
+    Pass,
+}
+
+/// How messages are written.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ErrorFormat {
+    /// With the lines of the text and carets
+    Human,
+    /// One object a line
+    Json,
+}
+
+/// What `double` is.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Double {
+    /// Binary64, by functions of the library
+    Soft,
+    /// The same as `float`; each use is told
+    Float,
+}
+
+/// What `-f` asks for.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Feature {
+    /// Put only loops with `#pragma srp kernel` on the array
+    NoAutoKernel,
+    /// Floating constants without suffix are floats; each is told
+    SinglePrecisionConstant,
+}
+
+/// What all `-f` together ask for.
+pub(crate) struct Features {
+    pub(crate) no_auto_kernel: bool,
+    pub(crate) single_constants: bool,
+}
+
+impl Source {
+    /// What all `-f` together ask for.
+    pub(crate) fn features(&self) -> Features {
+        Features {
+            no_auto_kernel: self.feature.contains(&Feature::NoAutoKernel),
+            single_constants: self.feature.contains(&Feature::SinglePrecisionConstant),
+        }
+    }
+}
+
+/// What runs a program.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum RunEngine {
+    /// A simulator generated for the program and compiled by rustc
+    Csim,
+    /// The interpreter of the same tables
+    Interp,
+    /// The meaning of the intermediate form: no machine, no cycles
+    Ir,
+}
+
+/// Forms of a program.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Form {
+    /// The syntax tree
+    Ast,
+    /// The intermediate form, after the passes
+    Ir,
+    /// The dataflow graph of each kernel, for Graphviz
+    Dfg,
+    /// The program divided between VLIW engine and array, XML
+    Dre,
+    /// The scheduled program, XML
+    Schedule,
+    /// The generated simulator
+    Rust,
+}
+
+/// `srp compile`
+#[derive(Args)]
+#[command(after_help = "\
+The files may be C, or one file of a later form (.ir, .dre.xml, .sched.xml), from which compilation goes on.
+
+Examples:
+  srp compile shade.c -I kernels --emit ast,ir,dfg,dre,schedule,rust -o build
+  srp compile build/shade.dre.xml --machine wide --emit schedule -o build")]
+pub(crate) struct Compile {
+    /// C files, or one file of a later form
+    #[arg(required = true)]
+    pub(crate) files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) compilation: Compilation,
+    /// Forms to write
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "schedule")]
+    pub(crate) emit: Vec<Form>,
+    /// Folder to write them into
+    #[arg(short, long, value_name = "DIR", default_value = ".")]
+    pub(crate) output: PathBuf,
+}
+
+/// `srp run`
+#[derive(Args)]
+#[command(after_help = "\
+The program's output goes to standard output, cycles to standard error.
+
+Examples:
+  srp run program.c
+  srp run program.c --engine ir")]
+pub(crate) struct Run {
+    /// C files, or one file of a later form
+    #[arg(required = true)]
+    pub(crate) files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) compilation: Compilation,
+    /// What runs it; without rustc, csim gives way to interp
+    #[arg(long, value_enum, default_value_t = RunEngine::Csim)]
+    pub(crate) engine: RunEngine,
+    /// Stop after so many cycles (steps of --engine ir)
+    #[arg(long, value_name = "N", default_value_t = 20_000_000_000)]
+    pub(crate) limit: u64,
+}
+
+/// `srp report`
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  srp report shade.c -I kernels
+  srp report shade.c -I kernels --machine wide --html report.html --json")]
+pub(crate) struct Report {
+    /// C files, or one file of a later form; the kernels that come along where none is given
+    pub(crate) files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) compilation: Compilation,
+    /// Report this kernel only
+    #[arg(long, value_name = "NAME")]
+    pub(crate) kernel: Option<String>,
+    /// Write a DRAT certificate that the II below is impossible; its formula goes to FILE.cnf
+    #[arg(long, value_name = "FILE")]
+    pub(crate) proof: Option<PathBuf>,
+    /// Try small changes of the machine, and say which lower each loop's II
+    #[arg(long)]
+    pub(crate) what_if: bool,
+    /// Print JSON instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Write a self-contained page too
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) html: Option<PathBuf>,
+}

@@ -1,0 +1,45 @@
+//! The command lines of what machine files are for by themselves: `srp machine`, `srp area`.
+
+use super::map;
+use clap::{Args, Subcommand};
+use std::path::PathBuf;
+
+/// `srp area`
+#[derive(Args)]
+pub(crate) struct Area {
+    /// Machine file, or one of the machines that come along: sgrt, tiny, wide
+    #[arg(default_value = "sgrt")]
+    pub(crate) file: PathBuf,
+}
+
+/// `srp machine`
+#[derive(Args)]
+pub(crate) struct Machine {
+    /// What to do with it
+    #[command(subcommand)]
+    pub(crate) action: MachineAction,
+}
+
+/// What to do with a machine file.
+#[derive(Subcommand)]
+pub(crate) enum MachineAction {
+    /// Say everything that is wrong with it.
+    Check {
+        /// The file
+        file: PathBuf,
+    },
+    /// Show the array, the units and the peak rate.
+    Show {
+        /// The file, or one of the machines that come along: sgrt, tiny, wide
+        #[arg(default_value = "sgrt")]
+        file: PathBuf,
+    },
+    /// Write it with every unit, link, file and default spelled out.
+    Expand {
+        /// The file, or one of the machines that come along: sgrt, tiny, wide
+        #[arg(default_value = "sgrt")]
+        file: PathBuf,
+    },
+    /// Write the machine file of a standard array: a mesh of equal units, or the like.
+    Mesh(map::Mesh),
+}

@@ -1,0 +1,300 @@
+//! The command lines of what works on scenes: `srp render`, `srp tni`, `srp paper`.
+
+use super::{Engine, MachineFile};
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+/// A camera of one's own.
+#[derive(Args)]
+pub(crate) struct Camera {
+    /// Position, direction and angle of view (degrees, of the shorter side of the image)
+    #[arg(
+        long,
+        value_name = "X,Y,Z/DX,DY,DZ/FOV",
+        conflicts_with = "cameras",
+        allow_hyphen_values = true
+    )]
+    pub(crate) camera: Option<String>,
+}
+
+/// What changes how units alone are measured, and no view.
+#[derive(Args)]
+pub(crate) struct Measuring {
+    /// Most triangles of a leaf
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=255))]
+    pub(crate) max_leaf: Option<u32>,
+    /// Threads of the host; they change no figure
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) threads: usize,
+}
+
+/// How the bounding volume hierarchy is built.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum BvhBuilder {
+    /// Full-sweep surface area heuristic
+    Sweep,
+    /// The same, then improved by reinsertion
+    #[value(name = "sweep+reinsertion")]
+    SweepReinsertion,
+    /// Parallel locally-ordered clustering
+    Ploc,
+}
+
+/// `srp render`
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  srp render
+  srp render sibenik.obj --cameras cameras.json:sibenik/0 --size 320x240 -o sibenik.png
+  srp render scene.obj --camera 0,1,5/0,0,-1/60 --machine wide --report frame.json")]
+pub(crate) struct Render {
+    /// Scene to render; the default scene where none is given
+    pub(crate) scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) machine: MachineFile,
+    #[command(flatten)]
+    pub(crate) camera: Camera,
+    /// View N of the scene NAME in a file of cameras
+    #[arg(long, value_name = "FILE.json:NAME/N")]
+    pub(crate) cameras: Option<String>,
+    /// Width and height of the image in pixels
+    #[arg(long, value_name = "WxH", default_value = "320x240", value_parser = parse_size)]
+    pub(crate) size: (u32, u32),
+    /// What simulates the SRP; without rustc, csim gives way to interp
+    #[arg(long, value_enum, default_value_t = Engine::Csim)]
+    pub(crate) engine: Engine,
+    /// Folder with the kernels in C, instead of those that come along
+    #[arg(long, value_name = "DIR")]
+    pub(crate) kernels: Option<PathBuf>,
+    /// How the bounding volume hierarchy is built
+    #[arg(long, value_enum, default_value_t = BvhBuilder::Sweep)]
+    pub(crate) bvh: BvhBuilder,
+    /// The image
+    #[arg(short, long, value_name = "FILE.png", default_value = "out.png")]
+    pub(crate) output: PathBuf,
+    /// Write the whole account as JSON too
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) report: Option<PathBuf>,
+    /// Print the account as JSON instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Kinds of rays.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum RayKind {
+    /// Through the pixel centres
+    Primary,
+    /// Ambient occlusion: short, any hit
+    Ao,
+    /// Diffuse reflection: the nearest hit
+    Diffuse,
+    /// Those of --ray-file
+    File,
+}
+
+/// Forms of the traversal unit.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Pipeline {
+    /// One deep pipeline
+    Single,
+    /// Three sub-pipelines side by side
+    Parallel,
+}
+
+/// Latencies by name.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Latencies {
+    /// Those with which the unit has the rates of the paper
+    Calibrated,
+    /// Those of a 65 nm synthesis: a lower bound
+    #[value(name = "65nm")]
+    Synthesis65nm,
+}
+
+/// Who shares a memory.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum TniMemory {
+    /// All units have one
+    Shared,
+    /// Every unit has its own
+    Private,
+}
+
+/// Orders of rays.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum RayOrder {
+    /// By a Morton key of origin and direction, in batches of 2^20
+    Morton,
+    /// Pixels along a Z-curve, a pixel's rays together
+    Pixels,
+    /// Pixels row by row
+    Rows,
+    /// Shuffled
+    Random,
+}
+
+/// What a heat map shows.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum HeatOf {
+    /// Cycles from dispatch to result
+    Cycles,
+    /// Nodes visited
+    Visits,
+}
+
+/// `srp tni`
+#[derive(Args)]
+#[command(after_help = "\
+Views come from --cameras, or from a cameras.json beside the scene or one folder above that names it.
+
+Examples:
+  srp tni sibenik.obj --rays primary --size 1024x768
+  srp tni sibenik.obj --rays diffuse --spp 32 --sample 1/64 --units 4 --threads 2
+  srp tni sibenik.obj --views 2 --heat heat.png --heat-of visits
+  srp tni sibenik.obj --views 2 --ray 160,120")]
+pub(crate) struct Tni {
+    /// Scene; the default scene where none is given
+    pub(crate) scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) machine: MachineFile,
+    /// Rays to trace
+    #[arg(long, value_enum, default_value_t = RayKind::Primary)]
+    pub(crate) rays: RayKind,
+    /// Rays as text, one a line: ox oy oz dx dy dz, then tmin tmax, then any; the last two may be left out
+    #[arg(long, value_name = "FILE")]
+    pub(crate) ray_file: Option<PathBuf>,
+    /// Form of the traversal units, instead of the machine's
+    #[arg(long, value_enum)]
+    pub(crate) pipeline: Option<Pipeline>,
+    /// Latencies of the unit by name, instead of the machine's
+    #[arg(long, value_enum)]
+    pub(crate) latencies: Option<Latencies>,
+    /// Number of T&I units; the machine's cores where none is given
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
+    pub(crate) units: Option<u32>,
+    /// Who shares a memory
+    #[arg(long, value_enum, default_value_t = TniMemory::Shared)]
+    pub(crate) memory: TniMemory,
+    #[command(flatten)]
+    pub(crate) camera: Camera,
+    /// Views of the scene NAME in a file of cameras
+    #[arg(long, value_name = "FILE.json:NAME")]
+    pub(crate) cameras: Option<String>,
+    /// Run all views, or view N
+    #[arg(long, value_name = "all|N", default_value = "all", value_parser = parse_views)]
+    pub(crate) views: Views,
+    /// Width and height of the image in pixels
+    #[arg(long, value_name = "WxH", default_value = "320x240", value_parser = parse_size)]
+    pub(crate) size: (u32, u32),
+    /// Secondary rays a pixel
+    #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub(crate) spp: u32,
+    /// Length of ambient-occlusion rays; else what the file of cameras says, or a tenth of the
+    /// scene's diagonal
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
+    pub(crate) radius: Option<f32>,
+    /// Measure one run of packets in N
+    #[arg(long, value_name = "1/N", default_value = "1/1", value_parser = parse_sample)]
+    pub(crate) sample: u64,
+    /// Order of the rays
+    #[arg(long, value_enum, default_value_t = RayOrder::Morton)]
+    pub(crate) order: RayOrder,
+    /// How the bounding volume hierarchy is built
+    #[arg(long, value_enum, default_value_t = BvhBuilder::Sweep)]
+    pub(crate) bvh: BvhBuilder,
+    #[command(flatten)]
+    pub(crate) measuring: Measuring,
+    /// Write what each pixel of the first view costs as a picture
+    #[arg(long, value_name = "FILE.png")]
+    pub(crate) heat: Option<PathBuf>,
+    /// What the picture shows
+    #[arg(long, value_enum, default_value_t = HeatOf::Cycles)]
+    pub(crate) heat_of: HeatOf,
+    /// Trace the first ray of this pixel alone, and tell all that happens to it
+    #[arg(long, value_name = "X,Y", value_parser = parse_pixel)]
+    pub(crate) ray: Option<(u32, u32)>,
+    /// Print JSON instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Tables of the paper.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Table {
+    /// One unit, traversal with a single and with parallel pipelines
+    Table4,
+    /// Four units: utilisation, steps, hit rates, bandwidth
+    Table5,
+}
+
+/// `srp paper`
+#[derive(Args)]
+#[command(after_help = "\
+Views come from a cameras.json beside the scene or one folder above that names it. The paper's figures
+are those of the scene of the same name; for others only ours are printed.
+
+Examples:
+  srp paper table4 sibenik.obj
+  srp paper table5 sibenik.obj --size 1024x768 --sample 1/64 --threads 2")]
+pub(crate) struct Paper {
+    /// Which table
+    pub(crate) table: Table,
+    /// Scenes to compare on
+    pub(crate) scenes: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) machine: MachineFile,
+    /// Width and height of the image in pixels
+    #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = parse_size)]
+    pub(crate) size: (u32, u32),
+    /// Measure one run of packets of secondary rays in N
+    #[arg(long, value_name = "1/N", default_value = "1/64", value_parser = parse_sample)]
+    pub(crate) sample: u64,
+    /// Measure one run of packets of primary rays in N
+    #[arg(long, value_name = "1/N", default_value = "1/1", value_parser = parse_sample)]
+    pub(crate) sample_primary: u64,
+    #[command(flatten)]
+    pub(crate) measuring: Measuring,
+}
+
+/// Views to run: all of them, or this one.
+pub(crate) type Views = Option<usize>;
+
+fn parse_views(text: &str) -> Result<Views, String> {
+    match text {
+        "all" => Ok(None),
+        n => n
+            .parse()
+            .map(Some)
+            .map_err(|_| "write `all` or the number of a view, from 0".to_owned()),
+    }
+}
+
+fn parse_sample(text: &str) -> Result<u64, String> {
+    let n = text.strip_prefix("1/").and_then(|n| n.parse().ok());
+    n.filter(|n| (1..=1 << 20).contains(n))
+        .ok_or_else(|| "a part is 1/N, N from 1 to 1048576".to_owned())
+}
+
+fn parse_length(text: &str) -> Result<f32, String> {
+    let length = text.parse().ok();
+    length
+        .filter(|l: &f32| *l > 0.0 && l.is_finite())
+        .ok_or_else(|| "a length is a number above 0".to_owned())
+}
+
+fn parse_pixel(text: &str) -> Result<(u32, u32), String> {
+    text.split_once(',')
+        .and_then(|(x, y)| Some((x.trim().parse().ok()?, y.trim().parse().ok()?)))
+        .ok_or_else(|| "a pixel is X,Y, from 0,0 in the upper left corner".to_owned())
+}
+
+/// Largest side of an image.
+const MAX_SIDE: u32 = 16_384;
+
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let side = |s: &str| s.parse().ok().filter(|n| (1..=MAX_SIDE).contains(n));
+    text.split_once(['x', 'X'])
+        .and_then(|(w, h)| Some((side(w)?, side(h)?)))
+        .ok_or_else(|| format!("a size is WIDTHxHEIGHT, each from 1 to {MAX_SIDE}"))
+}
