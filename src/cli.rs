@@ -7,7 +7,7 @@ pub(crate) mod map;
 mod scene;
 
 pub(crate) use compiling::{
-    Compile, Double, ErrorFormat, Form, RemarkKind, Report, Run, RunEngine, Source,
+    Compile, Double, ErrorFormat, Form, Loops, RemarkKind, Report, Run, RunEngine, Source,
 };
 pub(crate) use machine::{Area, Machine, MachineAction};
 pub(crate) use scene::{

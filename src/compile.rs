@@ -18,6 +18,7 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
     let front_end = FrontEnd::new(&args.compilation.source, &arch);
     let mut input = pipeline::read(&args.files, &arch)?;
     files::make_folder(&args.output)?;
+    let loops = report::Loops::to(&args.loops.loops)?;
     let out = Output {
         folder: &args.output,
         name: stem(&args.files[0]),
@@ -46,14 +47,13 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
             }
         }
     }
-    if ![Form::Dfg, Form::Dre, Form::Schedule, Form::Rust]
-        .into_iter()
-        .any(wants)
-    {
+    let later = [Form::Dfg, Form::Dre, Form::Schedule, Form::Rust];
+    if !later.into_iter().any(wants) && args.loops.loops.is_empty() {
         return Ok(());
     }
     let compiled = pipeline::compile(input, &front_end, Effort::of(&args.compilation.search))?;
     say_not_pipelined(&compiled, &arch, &args.compilation.source);
+    loops.write(&compiled, &arch)?;
     if wants(Form::Dfg) || wants(Form::Dre) {
         match &compiled.dre {
             Some(dre) => write_divided(&out, dre, wants(Form::Dfg), wants(Form::Dre))?,

@@ -19,6 +19,7 @@ mod render;
 mod report;
 mod run;
 mod scenes;
+mod stopwatch;
 mod talk;
 mod tni;
 
@@ -37,7 +38,7 @@ fn main() -> ExitCode {
         Command::Render(args) => render::run(args).map(|()| 0),
         Command::Compile(args) => compile::run(args).map(|()| 0),
         Command::Run(args) => run::run(args),
-        Command::Report(args) => report::run(args).map(|()| 0),
+        Command::Report(args) => report::run(args),
         Command::Paper(args) => paper::run(args).map(|()| 0),
         Command::Area(args) => area::run(args).map(|()| 0),
         Command::Tni(args) => tni::run(args).map(|()| 0),

@@ -1,13 +1,14 @@
 //! From files to a scheduled program: every stage in its order.
 
 use crate::failure::Failure;
+use crate::stopwatch::Stopwatch;
 use crate::talk::{self, Progress};
 use crate::{cli, diagnostics, files, interrupt, kernels};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::{Diagnostic, Severity, Source};
 use srp_archdesc::entity::EntityMap;
 use srp_frontend::{Include, Options, library};
-use srp_ir::dre::scheduled::ScheduledDre;
+use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledDre};
 use srp_ir::dre::{self, Dre};
 use srp_ir::pass;
 use srp_ir::program::{Block, Func, Kernel, Program};
@@ -38,6 +39,8 @@ pub(crate) struct Compiled {
     pub(crate) not_pipelined: Vec<NotPipelined>,
     /// Memory accesses of the kernels that are kept in order for want of knowledge.
     pub(crate) remarks: Vec<Remark>,
+    /// How long the schedule of each kernel was looked for, by name.
+    pub(crate) searched: BTreeMap<String, Duration>,
 }
 
 impl Compiled {
@@ -217,11 +220,11 @@ pub(crate) fn optimise(mut program: Program, arch: &Arch) -> Program {
 /// Divides a program and schedules it. Loops that the array cannot run go back to the control code.
 fn schedule(mut program: Program, arch: &Arch, effort: Effort) -> Result<Compiled, Failure> {
     let mut unschedulable = Vec::new();
-    let known = Known::default();
+    let (known, stopwatch) = (Known::default(), Stopwatch::default());
     loop {
         let divided = split(&program);
         let mut not_pipelined = divided.not_pipelined;
-        match schedule_dre(&divided.dre, arch, effort, &known) {
+        match schedule_dre(&divided.dre, arch, effort, &known, &stopwatch) {
             Ok(schedule) => {
                 not_pipelined.extend(unschedulable);
                 return Ok(Compiled {
@@ -229,6 +232,7 @@ fn schedule(mut program: Program, arch: &Arch, effort: Effort) -> Result<Compile
                     schedule,
                     not_pipelined,
                     remarks: divided.remarks,
+                    searched: stopwatch.times(),
                 });
             }
             Err(ScheduleError::Kernels(failed)) => {
@@ -335,17 +339,33 @@ fn schedule_dre(
     arch: &Arch,
     effort: Effort,
     known: &Known,
+    stopwatch: &Stopwatch,
 ) -> Result<Schedule, ScheduleError> {
     let progress = Progress::steps("scheduling", dre.kernels.len() as u64);
     effort.with(|modulo| {
         let options = srp_scheduler::Options {
             modulo,
             threads: std::thread::available_parallelism().map_or(1, usize::from),
-            progress: &|done| progress.at(done as u64),
+            progress: &|step| match step {
+                srp_scheduler::Progress::Begins(dfg) => stopwatch.start(&dfg.name),
+                srp_scheduler::Progress::Ends(dfg, done) => {
+                    stopwatch.stop(&dfg.name);
+                    progress.at(done as u64);
+                }
+            },
             known: Some(known),
         };
         interrupt::looked_for(|| srp_scheduler::schedule(dre, arch, &options))
     })
+}
+
+/// What is known of a loop whose schedule was made before.
+pub(crate) fn facts_alone(schedule: &ModuloSchedule, arch: &Arch) -> LoopFacts {
+    LoopFacts {
+        bounds: modulo::bounds(&schedule.dfg, arch),
+        obstacle: None,
+        impossible: Vec::new(),
+    }
 }
 
 /// Takes an input all the way to a schedule.
@@ -362,24 +382,22 @@ pub(crate) fn compile(
         }
         Input::Ir(program) => schedule(*program, arch, effort),
         Input::Dre(dre) => {
-            let schedule = schedule_dre(&dre, arch, effort, &Known::default())
+            let stopwatch = Stopwatch::default();
+            let schedule = schedule_dre(&dre, arch, effort, &Known::default(), &stopwatch)
                 .map_err(|e| refusal(&dre, e))?;
             Ok(Compiled {
                 dre: Some(*dre),
                 schedule,
                 not_pipelined: Vec::new(),
                 remarks: Vec::new(),
+                searched: stopwatch.times(),
             })
         }
         Input::Scheduled(program) => {
             srp_scheduler::check::check(&program, arch)
                 .map_err(|v| Failure::message(ScheduleError::Wrong(v)))?;
-            let facts = |schedule: &srp_ir::dre::scheduled::ModuloSchedule| LoopFacts {
-                bounds: modulo::bounds(&schedule.dfg, arch),
-                obstacle: None,
-                impossible: Vec::new(),
-            };
-            let loops: EntityMap<_, _> = program.kernels.values().map(facts).collect();
+            let loops = program.kernels.values();
+            let loops: EntityMap<_, _> = loops.map(|s| facts_alone(s, arch)).collect();
             let schedule = Schedule {
                 program: *program,
                 loops,
@@ -389,6 +407,7 @@ pub(crate) fn compile(
                 schedule,
                 not_pipelined: Vec::new(),
                 remarks: Vec::new(),
+                searched: BTreeMap::new(),
             })
         }
     }

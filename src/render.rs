@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::pipeline::{self, Compiled, Effort, FrontEnd, Input};
 use crate::scenes::{self, Views};
 use crate::talk::{self, Progress};
-use crate::{compile, engine, files, interrupt, kernels, machine};
+use crate::{compile, engine, files, interrupt, kernels, machine, report};
 use srp_archdesc::arch::Arch;
 use srp_runtime::scene::camera::Camera;
 use srp_runtime::scene_image;
@@ -21,10 +21,12 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     if let Some(report) = &args.report {
         files::check_writable(report)?;
     }
+    let loops = report::Loops::to(&args.loops.loops)?;
     let arch = machine::read(&args.machine.machine)?;
     let camera = camera(args)?;
     let scene = scenes::read(args.scene.as_deref(), camera)?;
     let compiled = compile_kernels(args.kernels.as_deref(), &arch)?;
+    loops.write(&compiled, &arch)?;
 
     let bvh = scenes::build(&scene, args.bvh, None);
     let program = compiled.runnable()?;

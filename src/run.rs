@@ -3,7 +3,7 @@
 use crate::cli::{Engine, Run, RunEngine};
 use crate::failure::Failure;
 use crate::pipeline::{self, Effort, FrontEnd, Input};
-use crate::{compile, engine, interrupt, machine, talk};
+use crate::{compile, engine, interrupt, machine, report, talk};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::Entity;
 use srp_ir::dre::scheduled::ScheduledDre;
@@ -17,14 +17,21 @@ use srp_runtime::solo::{self, Finish, Solo, SoloError};
 pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     let arch = machine::read(&args.compilation.machine.machine)?;
     let front_end = FrontEnd::new(&args.compilation.source, &arch);
+    let loops = report::Loops::to(&args.loops.loops)?;
     let input = pipeline::read(&args.files, &arch)?;
     let simulator = match args.engine {
         RunEngine::Csim => Engine::Csim,
         RunEngine::Interp => Engine::Interp,
+        RunEngine::Ir if !args.loops.loops.is_empty() => {
+            return Err(Failure::message(
+                "--engine ir schedules no loop: there is nothing to write for --loops",
+            ));
+        }
         RunEngine::Ir => return interpret(input, &front_end, &arch, args.limit),
     };
     let compiled = pipeline::compile(input, &front_end, Effort::of(&args.compilation.search))?;
     compile::say_not_pipelined(&compiled, &arch, &args.compilation.source);
+    loops.write(&compiled, &arch)?;
     let program = compiled.runnable()?;
     let mut cores = engine::cores(program, &arch, simulator, 1)?;
     let mut bus = Solo::new(&program.image, arch.system.sram_bytes);

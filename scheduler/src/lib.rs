@@ -7,8 +7,10 @@
 
 pub mod abi;
 pub mod check;
+pub mod demand;
 pub mod modulo;
 pub mod sequence;
+pub mod usage;
 pub mod vliw;
 pub mod what_if;
 
@@ -30,10 +32,18 @@ pub struct Options<'a> {
     pub modulo: modulo::Options<'a>,
     /// Threads to use; the result does not depend on it.
     pub threads: usize,
-    /// Called with the number of loops done whenever one is.
-    pub progress: &'a (dyn Fn(usize) + Sync),
+    /// Called whenever the search for a loop's schedule begins or ends.
+    pub progress: &'a (dyn Fn(Progress<'_>) + Sync),
     /// Loops scheduled before for this machine, with these options; those of this call are added.
     pub known: Option<&'a Known>,
+}
+
+/// What happens while loops are scheduled.
+pub enum Progress<'a> {
+    /// The search for a schedule of this loop begins.
+    Begins(&'a Dfg),
+    /// It has ended, as that of so many loops.
+    Ends(&'a Dfg, usize),
 }
 
 /// Loops and what came of scheduling them.
@@ -196,6 +206,7 @@ fn schedule_loops(
             let Some(dfg) = kernels.get(Kernel::new(index)) else {
                 return;
             };
+            (options.progress)(Progress::Begins(dfg));
             let result = options.known.and_then(|k| k.of(dfg)).unwrap_or_else(|| {
                 let result = modulo::schedule(dfg, arch, &options.modulo);
                 options.known.inspect(|k| k.add(dfg, &result));
@@ -204,7 +215,8 @@ fn schedule_loops(
             *results[index]
                 .lock()
                 .expect("no thread panics with the lock held") = Some(result);
-            (options.progress)(done.fetch_add(1, Ordering::Relaxed) + 1);
+            let all = done.fetch_add(1, Ordering::Relaxed) + 1;
+            (options.progress)(Progress::Ends(dfg, all));
         }
     };
     std::thread::scope(|scope| {

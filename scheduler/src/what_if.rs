@@ -17,13 +17,23 @@ pub struct Change {
     pub ii: u32,
 }
 
+/// What became of trying changes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WhatIf {
+    /// How many were tried, those that a bound rules out included.
+    pub tried: u32,
+    /// Those that lower the II, the best first, those alike in the order of the machine.
+    pub changes: Vec<Change>,
+}
+
 /// Pairs of changes that are tried where no single one helps.
 const PAIRS: usize = 12;
 
-/// The changes that lower a loop's II below `ii`, the best first, those alike in the order of the
-/// machine. Pairs of changes are tried only where no single one helps.
-pub fn what_if(dfg: &Dfg, arch: &Arch, ii: u32, options: &Options<'_>) -> Vec<Change> {
-    let edits = edits(dfg, arch);
+/// Tries changes that might lower a loop's II below `ii`. Pairs of changes are tried only where no
+/// single one helps; nothing is tried where `ii` is 1.
+pub fn what_if(dfg: &Dfg, arch: &Arch, ii: u32, options: &Options<'_>) -> WhatIf {
+    let edits = if ii > 1 { edits(dfg, arch) } else { Vec::new() };
+    let mut tried = edits.len() as u32;
     let mut changes: Vec<Change> = (edits.iter())
         .filter_map(|edit| {
             let mut changed = arch.clone();
@@ -32,10 +42,12 @@ pub fn what_if(dfg: &Dfg, arch: &Arch, ii: u32, options: &Options<'_>) -> Vec<Ch
         })
         .collect();
     if changes.is_empty() {
-        changes = pairs(dfg, arch, ii, options, &edits);
+        let pairs = pairs(dfg, arch, ii, options, &edits);
+        tried += pairs.tried;
+        changes = pairs.changes;
     }
     changes.sort_by_key(|change| change.ii);
-    changes
+    WhatIf { tried, changes }
 }
 
 /// One change of a machine.
@@ -53,26 +65,28 @@ fn attempt(dfg: &Dfg, arch: &Arch, ii: u32, options: &Options<'_>, what: String)
     (reached < ii).then_some(Change { what, ii: reached })
 }
 
-fn pairs(dfg: &Dfg, arch: &Arch, ii: u32, options: &Options<'_>, edits: &[Edit]) -> Vec<Change> {
+fn pairs(dfg: &Dfg, arch: &Arch, ii: u32, options: &Options<'_>, edits: &[Edit]) -> WhatIf {
+    let (mut tried, mut examined) = (0, 0);
     let mut changes = Vec::new();
-    let mut tried = 0;
     for (i, first) in edits.iter().enumerate() {
         for second in &edits[..i] {
             let mut changed = arch.clone();
             (second.apply)(&mut changed);
             (first.apply)(&mut changed);
-            if modulo::bounds(dfg, &changed).min_ii() >= ii {
-                continue;
-            }
-            if tried == PAIRS {
-                return changes;
+            let ruled_out = modulo::bounds(dfg, &changed).min_ii() >= ii;
+            if !ruled_out && examined == PAIRS {
+                return WhatIf { tried, changes };
             }
             tried += 1;
+            if ruled_out {
+                continue;
+            }
+            examined += 1;
             let what = format!("{} and {}", second.what, first.what);
             changes.extend(attempt(dfg, &changed, ii, options, what));
         }
     }
-    changes
+    WhatIf { tried, changes }
 }
 
 /// The changes worth a try for a loop.
@@ -115,10 +129,42 @@ fn edits(dfg: &Dfg, arch: &Arch) -> Vec<Edit> {
             }
         }),
     });
-    edits.push(Edit {
-        what: "links to the diagonal neighbours too".into(),
-        apply: Box::new(link_diagonals),
-    });
+    edits.extend(link_edits(arch));
+    edits
+}
+
+/// Changes of the links: those to neighbours and beyond that are missing, and no delay.
+fn link_edits(arch: &Arch) -> Vec<Edit> {
+    type Near = fn(u32, u32) -> bool;
+    let ways: [(&str, Near); 3] = [
+        ("links to all four neighbours", |rows, cols| {
+            rows + cols == 1
+        }),
+        ("links to the diagonal neighbours too", |rows, cols| {
+            (rows, cols) == (1, 1)
+        }),
+        ("links to the units two steps away too", |rows, cols| {
+            rows + cols == 2 && rows != cols
+        }),
+    ];
+    let adds = |near: Near| {
+        let mut changed = arch.clone();
+        add_links(&mut changed, near);
+        changed.links.len() > arch.links.len()
+    };
+    let mut edits: Vec<Edit> = (ways.into_iter())
+        .filter(|&(_, near)| adds(near))
+        .map(|(what, near)| Edit {
+            what: what.into(),
+            apply: Box::new(move |arch| add_links(arch, near)),
+        })
+        .collect();
+    if arch.links.values().any(|l| l.delay > 0) {
+        edits.push(Edit {
+            what: "links without registers along them".into(),
+            apply: Box::new(|arch| arch.links.values_mut().for_each(|l| l.delay = 0)),
+        });
+    }
     edits
 }
 
@@ -148,17 +194,25 @@ fn one_more_unit(arch: &Arch, class: Class) -> Option<Edit> {
     })
 }
 
-/// Adds the links that are missing between diagonal neighbours, each like the first link into its
-/// target.
-fn link_diagonals(arch: &mut Arch) {
+/// Adds the links that are missing between units so many rows and columns apart, each like the
+/// first link into its target, or like the first of all.
+fn add_links(arch: &mut Arch, near: fn(u32, u32) -> bool) {
     let cells: EntityMap<Fu, (u32, u32)> = arch.fus.values().map(|fu| (fu.row, fu.col)).collect();
     for (from, &(row, col)) in cells.iter() {
         for (to, &(r, c)) in cells.iter() {
-            let diagonal = row.abs_diff(r) == 1 && col.abs_diff(c) == 1;
+            let wanted = near(row.abs_diff(r), col.abs_diff(c));
             let linked = arch.links.values().any(|l| (l.from, l.to) == (from, to));
-            let wide = |l: &&LinkSpec| l.to == to && l.width > 1;
-            let model = arch.links.values().find(wide).cloned();
-            if let Some(model) = model.filter(|_| diagonal && !linked) {
+            let wide = |l: &&LinkSpec| l.width > 1;
+            let into = arch.links.values().filter(wide).find(|l| l.to == to);
+            let model = into.or_else(|| arch.links.values().find(wide));
+            let plain = LinkSpec {
+                from,
+                to,
+                delay: 0,
+                width: arch.fus[from].width,
+            };
+            let model = model.cloned().unwrap_or(plain);
+            if wanted && !linked {
                 arch.links.push(LinkSpec { from, to, ..model });
             }
         }

@@ -15,6 +15,14 @@ pub(crate) struct Compilation {
     pub(crate) search: Search,
 }
 
+/// Where the report of the loops goes, beside what a command is for.
+#[derive(Args)]
+pub(crate) struct Loops {
+    /// Write what `srp report` says of every loop too: JSON, or a page (.html) or text (.txt) by FILE's name
+    #[arg(long, value_name = "FILE")]
+    pub(crate) loops: Vec<PathBuf>,
+}
+
 /// How C is compiled.
 #[derive(Args)]
 pub(crate) struct Source {
@@ -137,6 +145,8 @@ pub(crate) struct Compile {
     pub(crate) files: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) compilation: Compilation,
+    #[command(flatten)]
+    pub(crate) loops: Loops,
     /// Forms to write
     #[arg(long, value_enum, value_delimiter = ',', default_value = "schedule")]
     pub(crate) emit: Vec<Form>,
@@ -152,6 +162,7 @@ The program's output goes to standard output, cycles to standard error.
 
 Examples:
   srp run program.c
+  srp run program.c --loops loops.html
   srp run program.c --engine ir")]
 pub(crate) struct Run {
     /// C files, or one file of a later form
@@ -159,6 +170,8 @@ pub(crate) struct Run {
     pub(crate) files: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) compilation: Compilation,
+    #[command(flatten)]
+    pub(crate) loops: Loops,
     /// What runs it; without rustc, csim gives way to interp
     #[arg(long, value_enum, default_value_t = RunEngine::Csim)]
     pub(crate) engine: RunEngine,
@@ -172,7 +185,11 @@ pub(crate) struct Run {
 #[command(after_help = "\
 Examples:
   srp report shade.c -I kernels
-  srp report shade.c -I kernels --machine wide --html report.html --json")]
+  srp report shade.c -I kernels --machine wide --html report.html --json
+  srp report shade.c -I kernels --what-if
+  srp report --json > old.json; …; srp report --json > new.json; srp report --diff old.json new.json
+
+docs/report.md is the reference of the JSON. Exit status of --diff: 0 nothing got worse, 1 something did.")]
 pub(crate) struct Report {
     /// C files, or one file of a later form; the kernels that come along where none is given
     pub(crate) files: Vec<PathBuf>,
@@ -187,6 +204,12 @@ pub(crate) struct Report {
     /// Try small changes of the machine, and say which lower each loop's II
     #[arg(long)]
     pub(crate) what_if: bool,
+    /// Compare two reports in JSON, and name what got worse
+    #[arg(long, num_args = 2, value_names = ["OLD.json", "NEW.json"], conflicts_with_all = ["files", "kernel", "proof", "what_if", "times", "html"])]
+    pub(crate) diff: Option<Vec<PathBuf>>,
+    /// Say how long each schedule was looked for on this host
+    #[arg(long)]
+    pub(crate) times: bool,
     /// Print JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,

@@ -1,6 +1,6 @@
 //! The command lines of what works on scenes: `srp render`, `srp tni`, `srp paper`.
 
-use super::{Engine, MachineFile};
+use super::{Engine, Loops, MachineFile};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -46,7 +46,7 @@ pub(crate) enum BvhBuilder {
 Examples:
   srp render
   srp render sibenik.obj --cameras cameras.json:sibenik/0 --size 320x240 -o sibenik.png
-  srp render scene.obj --camera 0,1,5/0,0,-1/60 --machine wide --report frame.json")]
+  srp render scene.obj --camera 0,1,5/0,0,-1/60 --machine wide --report frame.json --loops loops.html")]
 pub(crate) struct Render {
     /// Scene to render; the default scene where none is given
     pub(crate) scene: Option<PathBuf>,
@@ -75,6 +75,8 @@ pub(crate) struct Render {
     /// Write the whole account as JSON too
     #[arg(long, value_name = "FILE.json")]
     pub(crate) report: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) loops: Loops,
     /// Print the account as JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,

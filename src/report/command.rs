@@ -1,87 +1,150 @@
 //! `srp report`
 
-use super::{Change, Report, page, report, text};
+use super::model::Report;
+use super::{diff, html, output, report, report_loops, text, trial};
 use crate::cli;
 use crate::failure::Failure;
 use crate::pipeline::{self, Compiled, Effort, FrontEnd, Input};
 use crate::proof::{self, Proved};
-use crate::talk::Progress;
 use crate::{files, interrupt, kernels, machine, talk};
 use srp_archdesc::arch::Arch;
-use srp_scheduler::what_if::what_if;
-use std::path::Path;
+use srp_archdesc::entity::EntityMap;
+use srp_ir::dre;
+use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledLoops};
+use srp_scheduler::modulo::Impossible;
+use std::path::{Path, PathBuf};
 
-/// Runs `srp report`. Interrupted, it reports what the loops had reached.
-pub(crate) fn run(args: &cli::Report) -> Result<(), Failure> {
+/// Runs `srp report`; 1 where two reports are compared and something got worse. Interrupted, it
+/// reports what the loops had reached.
+pub(crate) fn run(args: &cli::Report) -> Result<i32, Failure> {
+    if let Some([old, new]) = args.diff.as_deref() {
+        return compare(old, new, args.json);
+    }
     if let Some(path) = &args.html {
         files::check_writable(path)?;
     }
     let arch = machine::read(&args.compilation.machine.machine)?;
-    let front_end = FrontEnd::new(&args.compilation.source, &arch);
-    let input = if args.files.is_empty() {
-        Input::C(kernels::sources())
-    } else {
-        pipeline::read(&args.files, &arch)?
-    };
-    let compiled = pipeline::compile(input, &front_end, Effort::of(&args.compilation.search))?;
+    let subject = Subject::of(args, &arch)?;
     if let Some(path) = &args.proof {
-        prove(path, args.kernel.as_deref(), &compiled, &arch)?;
+        prove(path, args.kernel.as_deref(), &subject, &arch)?;
     }
-    let mut report = report(&compiled, &arch);
+    let mut report = subject.report(&arch);
     if let Some(kernel) = &args.kernel {
         report.keep_only(kernel)?;
     }
+    if let (Subject::Program(compiled), true) = (&subject, args.times) {
+        for l in &mut report.loops {
+            l.seconds = compiled.searched.get(&l.kernel).map(|t| t.as_secs_f64());
+        }
+    }
     if args.what_if {
-        try_changes(&mut report, &compiled, &arch);
+        trial::try_changes(&mut report, &subject.schedules(), &arch);
     }
     if let Some(path) = &args.html {
-        files::write(path, page(&report).as_bytes())?;
+        files::write(path, html::page(&report).as_bytes())?;
     }
-    if args.json {
-        let text = serde_json::to_string_pretty(&report).map_err(Failure::message)?;
-        talk::print(format!("{text}\n"))?;
-    } else {
-        talk::print(text(&report))?;
+    talk::print(match args.json {
+        true => output::json(&report)?,
+        false => text::text(&report),
+    })?;
+    interrupt::end_if_requested()?;
+    Ok(0)
+}
+
+/// Compares two reports; 1 where something got worse.
+fn compare(old: &Path, new: &Path, json: bool) -> Result<i32, Failure> {
+    let differences = diff::diff(&diff::read(old)?, &diff::read(new)?);
+    talk::print(match json {
+        true => output::json(&differences)?,
+        false => diff::text(&differences),
+    })?;
+    Ok(i32::from(differences.is_worse()))
+}
+
+/// What is reported on.
+enum Subject {
+    /// A program's loops.
+    Program(Box<Compiled>),
+    /// Schedules without a program.
+    Loops(ScheduledLoops),
+}
+
+impl Subject {
+    fn of(args: &cli::Report, arch: &Arch) -> Result<Subject, Failure> {
+        if let Some(loops) = scheduled_loops(&args.files, arch)? {
+            return Ok(Subject::Loops(loops));
+        }
+        let front_end = FrontEnd::new(&args.compilation.source, arch);
+        let input = if args.files.is_empty() {
+            Input::C(kernels::sources())
+        } else {
+            pipeline::read(&args.files, arch)?
+        };
+        let effort = Effort::of(&args.compilation.search);
+        let compiled = pipeline::compile(input, &front_end, effort)?;
+        Ok(Subject::Program(Box::new(compiled)))
     }
-    interrupt::end_if_requested()
+
+    fn report(&self, arch: &Arch) -> Report {
+        match self {
+            Subject::Program(compiled) => report(compiled, arch),
+            Subject::Loops(loops) => {
+                let facts = loops.loops.iter().map(|s| pipeline::facts_alone(s, arch));
+                report_loops(loops, &facts.collect::<EntityMap<_, _>>(), arch)
+            }
+        }
+    }
+
+    fn schedules(&self) -> Vec<&ModuloSchedule> {
+        match self {
+            Subject::Program(compiled) => compiled.schedule.program.kernels.values().collect(),
+            Subject::Loops(loops) => loops.loops.iter().collect(),
+        }
+    }
+}
+
+/// The schedules of a file that `srp map` has written, if it is one.
+fn scheduled_loops(paths: &[PathBuf], arch: &Arch) -> Result<Option<ScheduledLoops>, Failure> {
+    let [path] = paths else {
+        return Ok(None);
+    };
+    let name = path.display().to_string();
+    if !name.ends_with(".sched.xml") {
+        return Ok(None);
+    }
+    let text = files::read_text(path)?;
+    if !text.contains("<scheduled-loops") {
+        return Ok(None);
+    }
+    let loops = dre::read_loops(&text, arch)
+        .map_err(|e| Failure::Message(format!("{name}:{}:{}: {}", e.line, e.column, e.message)))?;
+    for schedule in &loops.loops {
+        let wrong = srp_scheduler::check::check_loop(schedule, arch);
+        if let Some(first) = wrong.first() {
+            let kernel = &schedule.dfg.name;
+            return Err(Failure::Message(format!("{name}: {kernel}: {first}")));
+        }
+    }
+    Ok(Some(loops))
 }
 
 /// Writes the certificate that a loop's II cannot be lower.
-fn prove(
-    path: &Path,
-    kernel: Option<&str>,
-    compiled: &Compiled,
-    arch: &Arch,
-) -> Result<(), Failure> {
-    let schedule = &compiled.schedule;
-    let schedules = schedule.program.kernels.values();
-    let proved: Vec<Proved<'_>> = schedules
-        .zip(schedule.loops.values())
+fn prove(path: &Path, kernel: Option<&str>, subject: &Subject, arch: &Arch) -> Result<(), Failure> {
+    let impossible: Vec<&[Impossible]> = match subject {
+        Subject::Program(compiled) => {
+            let facts = compiled.schedule.loops.values();
+            facts.map(|facts| facts.impossible.as_slice()).collect()
+        }
+        Subject::Loops(loops) => vec![&[]; loops.loops.len()],
+    };
+    let schedules = subject.schedules();
+    let proved: Vec<Proved<'_>> = (schedules.into_iter().zip(impossible))
         .filter(|(s, _)| kernel.is_none_or(|name| s.dfg.name == name))
-        .map(|(s, facts)| Proved {
+        .map(|(s, impossible)| Proved {
             dfg: &s.dfg,
             ii: s.ii,
-            impossible: &facts.impossible,
+            impossible,
         })
         .collect();
     proof::write(path, &proved, arch)
-}
-
-/// Tries changes of the machine for every loop of the report.
-fn try_changes(report: &mut Report, compiled: &Compiled, arch: &Arch) {
-    let progress = Progress::steps("what if", report.loops.len() as u64);
-    for (done, l) in report.loops.iter_mut().enumerate() {
-        progress.at(done as u64);
-        let kernels = &compiled.schedule.program.kernels;
-        let Some(schedule) = kernels.values().find(|s| s.dfg.name == l.kernel) else {
-            continue;
-        };
-        let changes =
-            Effort::Steps.with(|options| what_if(&schedule.dfg, arch, schedule.ii, &options));
-        let change = |c: srp_scheduler::what_if::Change| Change {
-            what: c.what,
-            ii: c.ii,
-        };
-        l.what_if = changes.into_iter().map(change).collect();
-    }
 }

@@ -1,17 +1,26 @@
-//! The report as text.
+//! The report as text. What to do comes first, then each loop in full.
 
-use super::{LoopReport, NotPipelined, Report};
+use super::model::{
+    Advice, FileKind, FileLoad, LinkLoad, LoopReport, NotPipelined, Report, Status,
+};
+use super::model::{Position, UnitLoad, part};
 use std::fmt::Write;
 
 /// Pairs of accesses that are shown of a loop.
 const MOST_ORDERED: usize = 4;
+/// Changes of the machine that are shown at the top.
+const MOST_ADVICE: usize = 6;
+/// Resources that are shown of a loop.
+const MOST_RESOURCES: usize = 5;
+/// Links and register files that are shown of a loop, the busiest.
+const MOST_LISTED: usize = 12;
 
 /// The whole report.
-pub(crate) fn text(report: &Report) -> String {
+pub(super) fn text(report: &Report) -> String {
     let mut out = String::new();
     summary(&mut out, report);
     for l in &report.loops {
-        details(&mut out, l);
+        details(&mut out, l, report.machine.contexts);
     }
     for n in &report.not_pipelined {
         out.push('\n');
@@ -20,16 +29,16 @@ pub(crate) fn text(report: &Report) -> String {
     out
 }
 
-/// One line a loop.
+/// One line a loop, and what would help.
 fn summary(out: &mut String, report: &Report) {
-    let width = report
-        .loops
-        .iter()
-        .map(|l| l.kernel.len())
-        .max()
-        .unwrap_or(0)
-        .max(6);
-    line(out, format_args!("machine {}", report.machine));
+    let machine = &report.machine;
+    line(
+        out,
+        format_args!(
+            "machine {}: {}×{} units",
+            machine.name, machine.rows, machine.columns
+        ),
+    );
     if !report.complete {
         let text = "interrupted: these IIs were reached until then";
         line(out, format_args!("{text}"));
@@ -37,71 +46,182 @@ fn summary(out: &mut String, report: &Report) {
     if report.loops.is_empty() {
         return line(out, format_args!("no loop is on the array"));
     }
+    let names = report.loops.iter().map(|l| l.kernel.chars().count());
+    let width = names.max().unwrap_or(0).max(6);
     line(
         out,
         format_args!(
-            "{:width$}  {:>4} {:>5} {:>4} {:>6} {:>6} {:>6} {:>10}",
-            "kernel", "ops", "moves", "II", "ResMII", "RecMII", "stages", "cycles/ray"
+            "{:width$}  {:>4} {:>5} {:>4} {:>6} {:>6} {:>6} {:>6} {:>5} {:>10}",
+            "kernel", "ops", "moves", "II", "ResMII", "RecMII", "", "stages", "busy", "cycles/ray"
         ),
     );
     for l in &report.loops {
         line(
             out,
             format_args!(
-                "{:width$}  {:>4} {:>5} {:>4} {:>6} {:>6} {:>6} {:>10.2}",
+                "{:width$}  {:>4} {:>5} {:>4} {:>6} {:>6} {:>6} {:>6} {:>5} {:>10.2}",
                 l.kernel,
                 l.operations,
                 l.moves,
                 l.ii,
                 l.res_mii,
                 l.rec_mii,
+                status(l.status),
                 l.stages,
+                percent(l.busy()),
                 l.cycles_per_ray
+            ),
+        );
+    }
+    advice(out, &report.advice);
+}
+
+/// What a status is called in the table.
+pub(super) fn status(status: Status) -> &'static str {
+    match status {
+        Status::Bound => "bound",
+        Status::Proved => "proved",
+        Status::Open => "open",
+    }
+}
+
+fn advice(out: &mut String, advice: &[Advice]) {
+    if advice.is_empty() {
+        return;
+    }
+    line(out, format_args!("\nchanges that were tried and help:"));
+    for a in advice.iter().take(MOST_ADVICE) {
+        line(out, format_args!("  {}: {}", a.what, lowered(a)));
+    }
+    more(out, advice.len(), MOST_ADVICE, "of them");
+}
+
+/// The loops that a change helps, each with its IIs.
+pub(super) fn lowered(advice: &Advice) -> String {
+    let lowered = advice.lowers.iter();
+    let lowered = lowered.map(|l| format!("{} {} → {}", l.kernel, l.from, l.to));
+    lowered.collect::<Vec<_>>().join(", ")
+}
+
+/// How an II stands to its bound, in words.
+pub(super) fn standing(l: &LoopReport) -> String {
+    match l.status {
+        Status::Bound => "the bound".to_owned(),
+        Status::Proved => format!(
+            "{} above the bound, less is proved impossible",
+            l.ii - l.bound()
+        ),
+        Status::Open => format!("{} above the bound", l.ii - l.bound()),
+    }
+}
+
+fn details(out: &mut String, l: &LoopReport, contexts: u32) {
+    let (at, kernel, ii) = (&l.at, &l.kernel, l.ii);
+    line(
+        out,
+        format_args!("\n{at}: {kernel} at II = {ii}, {}", standing(l)),
+    );
+    line(out, format_args!("  what to do: {}", l.hint));
+    changes(out, l);
+    bounds(out, l);
+    obstacles(out, l);
+    line(
+        out,
+        format_args!(
+            "  {}, {} an iteration, {} of {contexts} contexts, {} set at entry",
+            count(l.stages, "stage"),
+            cycles(l.length),
+            l.contexts,
+            count(l.preloads, "register")
+        ),
+    );
+    if let Some(seconds) = l.seconds {
+        line(out, format_args!("  {seconds:.3} s of search"));
+    }
+    units(out, l);
+    links(out, l);
+    files(out, l);
+}
+
+/// The other changes that help, beside that of the hint.
+fn changes(out: &mut String, l: &LoopReport) {
+    let others = l.what_if.iter().flat_map(|w| w.changes.iter().skip(1));
+    for change in others {
+        line(
+            out,
+            format_args!("    or {}: II = {}", change.what, change.ii),
+        );
+    }
+}
+
+fn bounds(out: &mut String, l: &LoopReport) {
+    line(
+        out,
+        format_args!("  ResMII {}: {}", l.res_mii, l.res_mii_why),
+    );
+    let width = l
+        .resources
+        .iter()
+        .take(MOST_RESOURCES)
+        .map(|r| r.resource.len());
+    let width = width.max().unwrap_or(0).min(40);
+    for r in l.resources.iter().take(MOST_RESOURCES) {
+        let offered = match r.shared {
+            true => format!("{} a cycle", r.offered),
+            false => format!("on {}", count(r.offered, "unit")),
+        };
+        line(
+            out,
+            format_args!(
+                "    {:width$}  {:>16}  {:10}  at least {}",
+                r.resource,
+                count(r.uses, if r.shared { "use" } else { "issue cycle" }),
+                offered,
+                r.bound
+            ),
+        );
+    }
+    if l.recurrence.is_empty() {
+        return line(out, format_args!("  RecMII 1: no recurrence"));
+    }
+    line(
+        out,
+        format_args!("  RecMII {}: {}", l.rec_mii, recurrence(l)),
+    );
+    for step in &l.recurrence {
+        let later = match step.distance {
+            0 => String::new(),
+            n => format!(", then {} later", count(n, "iteration")),
+        };
+        line(
+            out,
+            format_args!(
+                "    {:8} {:9}  {}{later}",
+                step.op,
+                cycles(step.latency),
+                step.at
             ),
         );
     }
 }
 
-fn details(out: &mut String, l: &LoopReport) {
-    line(
-        out,
-        format_args!("\n{}: {} at II = {}", l.at, l.kernel, l.ii),
-    );
-    line(
-        out,
-        format_args!("  ResMII {}: {}", l.res_mii, l.res_mii_why),
-    );
-    if l.recurrence.is_empty() {
-        line(out, format_args!("  RecMII 1: no recurrence"));
-    } else {
-        line(out, format_args!("  RecMII {}: the recurrence", l.rec_mii));
-        for step in &l.recurrence {
-            line(
-                out,
-                format_args!("    {:8} {}  {}", step.op, cycles(step.latency), step.at),
-            );
+/// The recurrence's cycles and iterations.
+pub(super) fn recurrence(l: &LoopReport) -> String {
+    let latency = l.recurrence.iter().map(|s| s.latency).sum();
+    let distance = l.recurrence.iter().map(|s| s.distance).sum();
+    format!(
+        "a recurrence of {} over {}",
+        cycles(latency),
+        count(distance, "iteration")
+    )
+}
+
+fn obstacles(out: &mut String, l: &LoopReport) {
+    if let Some(obstacle) = &l.why_not_lower {
+        line(out, format_args!("  not lower: {}", obstacle.text));
+        for operation in &obstacle.operations {
+            line(out, format_args!("    {:8} {}", operation.op, operation.at));
         }
-    }
-    if let Some(why) = &l.why_not_lower {
-        line(out, format_args!("  not lower: {why}"));
-    }
-    for change in &l.what_if {
-        line(
-            out,
-            format_args!("  with {}: II = {}", change.what, change.ii),
-        );
-    }
-    for o in l.ordered.iter().take(MOST_ORDERED) {
-        line(
-            out,
-            format_args!("  {} and {}: {}", o.first, o.second, o.why),
-        );
-    }
-    if let more @ 1.. = l.ordered.len().saturating_sub(MOST_ORDERED) {
-        line(
-            out,
-            format_args!("  and {more} more such pairs of accesses"),
-        );
     }
     for i in &l.impossible {
         line(
@@ -112,39 +232,151 @@ fn details(out: &mut String, l: &LoopReport) {
             ),
         );
     }
+    for o in l.ordered.iter().take(MOST_ORDERED) {
+        line(
+            out,
+            format_args!("  {} and {}: {}", o.first, o.second, o.why),
+        );
+    }
+    more(out, l.ordered.len(), MOST_ORDERED, "such pairs");
+}
+
+/// How busy the units are, where they stand, and the shared resources.
+fn units(out: &mut String, l: &LoopReport) {
+    line(out, format_args!("  units, {} busy:", percent(l.busy())));
+    let busy = |u: &UnitLoad| format!("{} {}", u.unit, percent(part(u.busy(), l.ii)));
+    let width = l.units.iter().map(|u| busy(u).chars().count()).max();
+    for row in l.units.chunk_by(|a, b| a.row == b.row) {
+        let row: Vec<String> = row.iter().map(busy).collect();
+        rows(out, &row, 8, width.unwrap_or(0));
+    }
+    let shared = l.shared.iter().filter(|s| s.uses.iter().any(|&n| n > 0));
+    let of = |s: &super::model::SharedLoad| {
+        let uses: u32 = s.uses.iter().sum();
+        format!("{} {}", s.resource, percent(part(uses, s.offered * l.ii)))
+    };
+    columns(out, &shared.map(of).collect::<Vec<_>>(), 8);
+}
+
+fn links(out: &mut String, l: &LoopReport) {
+    let mut used: Vec<&LinkLoad> = l.links.iter().filter(|link| link.slots > 0).collect();
     line(
         out,
         format_args!(
-            "  {}, {} an iteration, {}, {} set at entry",
-            count(l.stages, "stage"),
-            cycles(l.length),
-            count(l.contexts, "context"),
-            count(l.preloads as u32, "register")
+            "  links, {} of {} used, {} busy:",
+            used.len(),
+            l.links.len(),
+            percent(l.links_busy())
         ),
     );
-    let busy = |load: &super::UnitLoad| {
-        let percent = 100 * load.busy() / l.ii;
-        format!("{} {percent}%", load.unit)
+    used.sort_by_key(|link| std::cmp::Reverse(link.slots));
+    let busy = |link: &&LinkLoad| format!("{} {}", link.name(), percent(part(link.slots, l.ii)));
+    columns(
+        out,
+        &used.iter().take(MOST_LISTED).map(busy).collect::<Vec<_>>(),
+        4,
+    );
+    more(out, used.len(), MOST_LISTED, "links in use");
+}
+
+fn files(out: &mut String, l: &LoopReport) {
+    let of_kind = |kind: FileKind| {
+        let files = l.files.iter().filter(|f| f.kind == kind);
+        let (live, capacity) = (
+            files.clone().map(|f| f.live).sum(),
+            files.map(|f| f.capacity).sum(),
+        );
+        (kind, live, capacity)
     };
-    let loads: Vec<String> = l.utilisation.iter().map(busy).collect();
-    for row in loads.chunks(8) {
-        line(out, format_args!("  {}", row.join("  ")));
+    let kinds = [FileKind::Rotating, FileKind::Static, FileKind::Central].map(of_kind);
+    let totals = kinds
+        .iter()
+        .filter(|&&(_, _, capacity): &&(_, u32, u32)| capacity > 0);
+    let totals: Vec<String> = totals
+        .map(|(kind, live, capacity)| format!("{live} of {capacity} {}", kind.name()))
+        .collect();
+    if totals.is_empty() {
+        return;
+    }
+    line(
+        out,
+        format_args!("  registers in the fullest cycle, {}:", totals.join(", ")),
+    );
+    let mut used: Vec<&FileLoad> = l.files.iter().filter(|f| f.live > 0).collect();
+    used.sort_by(|a, b| part(b.live, b.capacity).total_cmp(&part(a.live, a.capacity)));
+    let full = |f: &&FileLoad| format!("{} {}/{} in {}", f.file, f.live, f.capacity, f.live_slot);
+    columns(
+        out,
+        &used.iter().take(MOST_LISTED).map(full).collect::<Vec<_>>(),
+        4,
+    );
+    more(out, used.len(), MOST_LISTED, "files in use");
+    let ports = used.iter().flat_map(|f| full_ports(f)).collect::<Vec<_>>();
+    if !ports.is_empty() {
+        line(
+            out,
+            format_args!("  ports that are all taken in some cycle:"),
+        );
+        columns(
+            out,
+            &ports.iter().take(MOST_LISTED).cloned().collect::<Vec<_>>(),
+            4,
+        );
+        more(out, ports.len(), MOST_LISTED, "such ports");
+    }
+}
+
+/// The directions in which a file's ports are all taken in some cycle.
+fn full_ports(f: &FileLoad) -> Vec<String> {
+    let ways = [("read", &f.read), ("write", &f.write)];
+    let full = ways
+        .into_iter()
+        .filter(|(_, p)| p.most > 0 && p.most >= p.ports);
+    full.map(|(way, p)| format!("{} {way} {}/{} in {}", f.file, p.most, p.ports, p.most_slot))
+        .collect()
+}
+
+/// Entries in aligned columns.
+fn columns(out: &mut String, entries: &[String], columns: usize) {
+    let width = entries.iter().map(|e| e.chars().count()).max();
+    rows(out, entries, columns, width.unwrap_or(0));
+}
+
+/// Entries in columns of a width.
+fn rows(out: &mut String, entries: &[String], columns: usize, width: usize) {
+    for row in entries.chunks(columns) {
+        let row: Vec<String> = row.iter().map(|e| format!("{e:width$}")).collect();
+        line(out, format_args!("    {}", row.join("  ").trim_end()));
+    }
+}
+
+/// Says how many more there are than are shown.
+fn more(out: &mut String, all: usize, shown: usize, what: &str) {
+    if let more @ 1.. = all.saturating_sub(shown) {
+        line(out, format_args!("    and {more} more {what}"));
     }
 }
 
 /// Why a loop is not on the array.
 pub(crate) fn not_pipelined(n: &NotPipelined) -> String {
+    let (at, kernel, reason): (&Position, _, _) = (&n.at, &n.kernel, &n.reason);
     format!(
-        "{}: {} is not on the array: {}\n  {}\n",
-        n.at, n.kernel, n.reason, n.reason_at
+        "{at}: {kernel} is not on the array: {reason}\n  {}\n",
+        n.reason_at
     )
+}
+
+/// A part as a whole number of percent.
+pub(super) fn percent(part: f64) -> String {
+    format!("{:.0}%", 100.0 * part)
 }
 
 fn cycles(n: u32) -> String {
     count(n, "cycle")
 }
 
-fn count(n: u32, what: &str) -> String {
+/// A number of things.
+pub(super) fn count(n: u32, what: &str) -> String {
     let plural = if n == 1 { "" } else { "s" };
     format!("{n} {what}{plural}")
 }

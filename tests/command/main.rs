@@ -1,6 +1,8 @@
 //! The command itself: input that is at fault ends with status 1, a message that says where, no
 //! panic, and no output file; the default frame is the same by both engines.
 
+mod report;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 

@@ -1,10 +1,11 @@
 //! Lower bounds on the initiation interval, each with what sets it.
 
 use super::problem::Problem;
+use crate::demand::{Demand, Dependence, Need};
 use srp_archdesc::arch::Fu;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Class;
-use srp_ir::dfg::Node;
+use srp_ir::dfg::{Dfg, Node};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Lower bounds of one loop on one machine.
@@ -14,11 +15,15 @@ pub struct Bounds {
     pub resources: u32,
     /// What sets it, in words: operation classes and the units or the resource they need.
     pub resources_why: String,
+    /// What the loop needs of each resource, the scarcest first.
+    pub demands: Vec<Demand>,
     /// Smallest II at which every recurrence fits: the maximum over all dependence cycles of
     /// latency by distance, rounded up. At least 1.
     pub recurrences: u32,
     /// A cycle that sets it, in order; empty where there is no recurrence.
     pub critical_cycle: Vec<Node>,
+    /// How each node of that cycle leads to the next, the last to the first.
+    pub critical_dependences: Vec<Dependence>,
 }
 
 impl Bounds {
@@ -29,19 +34,57 @@ impl Bounds {
 
     pub(super) fn of(problem: &Problem<'_>) -> Bounds {
         let (recurrences, critical_cycle) = problem.dfg.rec_mii(|n| problem.min_latency(n));
-        let (units, units_why) = unit_bound(problem);
-        let (shared, shared_why) = shared_bound(problem);
-        let (resources, resources_why) = if shared > units {
-            (shared, shared_why)
-        } else {
-            (units, units_why)
+        let critical_dependences =
+            dependences(problem.dfg, &critical_cycle, |n| problem.min_latency(n));
+        let units = unit_bound(problem);
+        let shared = shared_demands(problem);
+        let scarcest = shared.iter().rev().max_by_key(|d| d.bound);
+        let (resources, resources_why) = match scarcest.filter(|d| d.bound > units.ii) {
+            Some(demand) => (demand.bound, shared_in_words(problem, demand)),
+            None => (units.ii, units.why),
         };
+        let mut demands = shared;
+        demands.extend(class_demands(problem));
+        demands.extend(units.cut);
+        // The sort is stable: among equals, what is shared comes first, then classes in their order.
+        demands.sort_by_key(|d| std::cmp::Reverse(d.bound));
         Bounds {
             resources,
             resources_why,
+            demands,
             recurrences: recurrences.max(1),
             critical_cycle,
+            critical_dependences,
         }
+    }
+}
+
+/// The dependences along a cycle of nodes: where there are several between two nodes, those of the
+/// largest ratio of delay to distance over the whole cycle.
+fn dependences(dfg: &Dfg, cycle: &[Node], latency: impl Fn(Node) -> u32) -> Vec<Dependence> {
+    let next = cycle.iter().cycle().skip(1);
+    let ways = cycle.iter().zip(next).map(|(&from, &to)| {
+        let between = dfg.deps().filter(|&(f, t, _)| (f, t) == (from, to));
+        let ways = between.map(|(_, _, dep)| Dependence {
+            delay: dfg.delay(from, dep, latency(from)),
+            distance: dep.distance,
+        });
+        ways.collect::<Vec<_>>()
+    });
+    let ways: Vec<Vec<Dependence>> = ways.collect();
+    let sum = |of: &[Dependence], what: fn(&Dependence) -> u32| -> i64 {
+        of.iter().map(|d| i64::from(what(d))).sum()
+    };
+    let (mut delay, mut distance) = (0, 1);
+    loop {
+        let gain = |d: &Dependence| i64::from(d.delay) * distance - i64::from(d.distance) * delay;
+        let best = |ways: &Vec<Dependence>| ways.iter().copied().max_by_key(|d| gain(d));
+        let chosen: Vec<Dependence> = ways.iter().filter_map(best).collect();
+        let (d, n) = (sum(&chosen, |d| d.delay), sum(&chosen, |d| d.distance));
+        if n == 0 || d * distance <= delay * n {
+            return chosen;
+        }
+        (delay, distance) = (d, n);
     }
 }
 
@@ -58,10 +101,7 @@ fn groups(problem: &Problem<'_>) -> Vec<Group> {
     let mut groups: BTreeMap<(Vec<Fu>, u32), Group> = BTreeMap::new();
     for node in problem.nodes() {
         let units = &problem.units[node];
-        let interval = (units.iter())
-            .map(|&fu| problem.timing(node, fu).interval)
-            .min()
-            .unwrap_or(1);
+        let interval = least_interval(problem, node);
         let group = groups
             .entry((units.clone(), interval))
             .or_insert_with(|| Group {
@@ -101,28 +141,48 @@ impl Share {
     }
 }
 
+/// The bound that the units set.
+struct UnitBound {
+    ii: u32,
+    why: String,
+    /// The classes that do not fit one below, where they are several.
+    cut: Option<Demand>,
+}
+
 /// The smallest II at which the operations can be shared out among the units. What sets it is the
 /// cut one below.
-fn unit_bound(problem: &Problem<'_>) -> (u32, String) {
+fn unit_bound(problem: &Problem<'_>) -> UnitBound {
     let groups = groups(problem);
     let intervals: BTreeSet<u32> = groups.iter().map(|g| g.interval).collect();
     let mut ii = intervals.last().copied().unwrap_or(1);
-    let mut why = "one operation at a time".to_owned();
+    let mut why = match groups.iter().find(|g| g.interval == ii && ii > 1) {
+        Some(slowest) => {
+            let names: Vec<&str> = slowest.classes.iter().map(|c| c.name()).collect();
+            let names = names.join(", ");
+            format!("an operation of {names} keeps its unit for {ii} cycles")
+        }
+        None => "no unit has to issue more than one operation".to_owned(),
+    };
     let by_operation = |&interval: &u32| Share::Operations { interval };
     let shares: Vec<Share> = (std::iter::once(Share::Cycles))
         .chain(intervals.iter().filter(|&&k| k > 1).map(by_operation))
         .collect();
-    while let Some((share, cut)) =
+    let mut cut = None;
+    while let Some((share, unmet)) =
         (shares.iter()).find_map(|&share| Some((share, unmet(problem, &groups, share, ii)?)))
     {
-        why = in_words(&groups, share, &cut);
         ii += 1;
+        let classes: Demand;
+        (why, classes) = in_words(&groups, share, &unmet, ii);
+        cut = Some(classes);
     }
-    (ii, why)
+    let several = |d: &Demand| matches!(&d.need, Need::Units(classes) if classes.len() > 1);
+    let cut = cut.filter(several);
+    UnitBound { ii, why, cut }
 }
 
-/// Why the groups of a cut need more cycles than there are.
-fn in_words(groups: &[Group], share: Share, cut: &[usize]) -> String {
+/// Why the groups of a cut need the II `ii`.
+fn in_words(groups: &[Group], share: Share, cut: &[usize], ii: u32) -> (String, Demand) {
     let cut: Vec<&Group> = (cut.iter().map(|&g| &groups[g]))
         .filter(|g| share.demand(g) > 0)
         .collect();
@@ -133,14 +193,27 @@ fn in_words(groups: &[Group], share: Share, cut: &[usize]) -> String {
     let names: Vec<&str> = classes.iter().map(|c| c.name()).collect();
     let issue = match share {
         _ if cycles == count => String::new(),
-        Share::Cycles => format!(" ({cycles} issue cycles)"),
-        Share::Operations { interval } => format!(" ({interval} issue cycles each)"),
+        Share::Cycles => format!(", {cycles} issue cycles together,"),
+        Share::Operations { interval } => format!(", {interval} issue cycles each,"),
     };
-    format!(
-        "{count} operations of {}{issue} on {} units",
-        names.join(", "),
-        units.len()
-    )
+    let offered = units.len() as u32;
+    let (one, many) = (plural(count), plural(offered));
+    let why = format!(
+        "{count} operation{one} of {}{issue} on {offered} unit{many}",
+        names.join(", ")
+    );
+    let demand = Demand {
+        need: Need::Units(classes.into_iter().collect()),
+        operations: count,
+        cycles,
+        offered,
+        bound: ii,
+    };
+    (why, demand)
+}
+
+fn plural(count: u32) -> &'static str {
+    if count == 1 { "" } else { "s" }
 }
 
 /// Groups that cannot all be given their share at `ii`, with all the units that could take them:
@@ -204,24 +277,75 @@ fn augment(
     Err(queue)
 }
 
-/// The smallest II at which the shared resources suffice.
-fn shared_bound(problem: &Problem<'_>) -> (u32, String) {
-    let mut worst = (1, String::new());
-    for (resource, spec) in problem.arch.resources.iter() {
-        let needs = |n: Node| {
-            let units = &problem.units[n];
-            let all = units
-                .iter()
-                .all(|&fu| problem.timing(n, fu).uses.contains(&resource));
-            let cycles = units.iter().map(|&fu| problem.timing(n, fu).interval).min();
-            cycles.filter(|_| all && !units.is_empty())
-        };
-        let demand: u32 = problem.nodes().filter_map(needs).sum();
-        let bound = demand.div_ceil(spec.count.max(1));
-        if bound > worst.0 {
-            let (count, name) = (spec.count, &spec.name);
-            worst = (bound, format!("{demand} uses of {name}, {count} a cycle"));
-        }
+/// What each class of operations, and all of them together, need of the units.
+fn class_demands(problem: &Problem<'_>) -> Vec<Demand> {
+    let mut classes: BTreeMap<Class, Vec<Node>> = BTreeMap::new();
+    for node in problem.nodes() {
+        let class = problem.dfg.nodes[node].op.class();
+        classes.entry(class).or_default().push(node);
     }
-    worst
+    let demand = |need: Need, nodes: &[Node]| {
+        let units: BTreeSet<Fu> = (nodes.iter())
+            .flat_map(|&n| problem.units[n].iter().copied())
+            .collect();
+        let intervals = nodes.iter().map(|&n| least_interval(problem, n));
+        let (cycles, least) = (intervals.clone().sum(), intervals.min().unwrap_or(1));
+        let (operations, offered) = (nodes.len() as u32, units.len() as u32);
+        // A unit takes whole operations only.
+        let shared_out = operations.div_ceil(offered.max(1)) * least;
+        Demand {
+            need,
+            operations,
+            cycles,
+            offered,
+            bound: shared_out.max(cycles.div_ceil(offered.max(1))),
+        }
+    };
+    let all: Vec<Node> = problem.nodes().collect();
+    let mut demands: Vec<Demand> = (classes.iter())
+        .map(|(&class, nodes)| demand(Need::Units(vec![class]), nodes))
+        .collect();
+    if !all.is_empty() {
+        demands.push(demand(Need::Array, &all));
+    }
+    demands
+}
+
+/// Fewest cycles for which an operation keeps its unit.
+fn least_interval(problem: &Problem<'_>, node: Node) -> u32 {
+    let units = problem.units[node].iter();
+    let intervals = units.map(|&fu| problem.timing(node, fu).interval);
+    intervals.min().unwrap_or(1)
+}
+
+/// What the loop needs of each shared resource that it cannot do without.
+fn shared_demands(problem: &Problem<'_>) -> Vec<Demand> {
+    let of_resource = |(resource, spec): (_, &srp_archdesc::arch::ResourceSpec)| {
+        let needs = |&n: &Node| {
+            let mut units = problem.units[n].iter();
+            !problem.units[n].is_empty()
+                && units.all(|&fu| problem.timing(n, fu).uses.contains(&resource))
+        };
+        let nodes: Vec<Node> = problem.nodes().filter(needs).collect();
+        let cycles: u32 = nodes.iter().map(|&n| least_interval(problem, n)).sum();
+        let offered = spec.count;
+        (cycles > 0).then(|| Demand {
+            need: Need::Shared(resource),
+            operations: nodes.len() as u32,
+            cycles,
+            offered,
+            bound: cycles.div_ceil(offered.max(1)),
+        })
+    };
+    let resources = problem.arch.resources.iter();
+    resources.filter_map(of_resource).collect()
+}
+
+fn shared_in_words(problem: &Problem<'_>, demand: &Demand) -> String {
+    let name = match demand.need {
+        Need::Shared(resource) => problem.arch.resources[resource].name.as_str(),
+        Need::Units(_) | Need::Array => "the units",
+    };
+    let (uses, count) = (demand.cycles, demand.offered);
+    format!("{uses} use{} of {name}, {count} a cycle", plural(uses))
 }

@@ -3,6 +3,7 @@
 
 mod body;
 mod machine;
+mod usage;
 
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
@@ -45,6 +46,7 @@ fn trial(seed: u64) -> Trial {
             "seed {seed}: II {} below its bound {bound}",
             schedule.ii
         );
+        usage::agrees(schedule, &arch, seed);
     }
     let meant = meaning(&dre, &arch, seed);
     let spec = link(&scheduled.program, &arch).unwrap_or_else(|e| panic!("seed {seed}: {e}"));

@@ -1,0 +1,93 @@
+//! The sentence that helps: what to do for a lower II, from what is known of a loop.
+
+use super::model::{Advice, LoopReport, Lowered, Position, Status, WhatIf};
+
+/// What to do about a loop.
+pub(super) fn of(l: &LoopReport) -> String {
+    if l.ii == 1 {
+        return "an iteration starts every cycle: nothing is to be gained".to_owned();
+    }
+    match &l.what_if {
+        Some(what_if) => tried(l, what_if),
+        None => untried(l),
+    }
+}
+
+/// What trying changes has shown.
+fn tried(l: &LoopReport, what_if: &WhatIf) -> String {
+    match what_if.changes.first() {
+        Some(best) => format!("{} would give II = {}", best.what, best.ii),
+        None => {
+            let tried = what_if.tried;
+            format!(
+                "none of {tried} changes that were tried would help; {}",
+                untried(l)
+            )
+        }
+    }
+}
+
+/// What the bounds say.
+fn untried(l: &LoopReport) -> String {
+    let scarce = l.resources.iter().find(|r| r.bound == l.res_mii);
+    let by_resources = match scarce {
+        Some(r) if r.shared => format!("more of {}, or fewer uses of it", r.resource),
+        Some(r) if r.resource == "all operations" => "more units, or fewer operations".to_owned(),
+        Some(r) => format!("more units for {}, or fewer such operations", r.resource),
+        None => "more units".to_owned(),
+    };
+    let by_recurrence = match through_memory(l) {
+        true => {
+            "accesses along the recurrence to arrays that are known to differ (named ones, not pointers)"
+        }
+        false => "fewer or faster operations along the recurrence",
+    };
+    match l.status {
+        Status::Proved => format!(
+            "II = {} is proved impossible with the links and registers there are; the bound is {}",
+            l.ii - 1,
+            l.bound()
+        ),
+        Status::Open => format!(
+            "the bound is {}: more links or registers, or a longer search (--optimal)",
+            l.bound()
+        ),
+        Status::Bound if l.res_mii == l.rec_mii => {
+            format!("a lower II takes both {by_resources} and {by_recurrence}")
+        }
+        Status::Bound if l.res_mii > l.rec_mii => format!("a lower II takes {by_resources}"),
+        Status::Bound => format!("a lower II takes {by_recurrence}"),
+    }
+}
+
+/// Whether the recurrence passes through accesses that are kept in order for want of knowledge.
+fn through_memory(l: &LoopReport) -> bool {
+    let ends = |at: &Position| l.ordered.iter().any(|o| o.first == *at || o.second == *at);
+    l.recurrence.iter().filter(|step| ends(&step.at)).count() > 1
+}
+
+/// What helps several loops or one: each change with the loops whose II it lowers, those first that
+/// save the most cycles, loop by loop.
+pub(super) fn advice(loops: &[LoopReport]) -> Vec<Advice> {
+    let mut advice: Vec<Advice> = Vec::new();
+    for l in loops {
+        let changes = l.what_if.iter().flat_map(|w| &w.changes);
+        for change in changes {
+            let lowered = Lowered {
+                kernel: l.kernel.clone(),
+                from: l.ii,
+                to: change.ii,
+            };
+            match advice.iter_mut().find(|a| a.what == change.what) {
+                Some(known) => known.lowers.push(lowered),
+                None => advice.push(Advice {
+                    what: change.what.clone(),
+                    lowers: vec![lowered],
+                }),
+            }
+        }
+    }
+    let saved = |a: &Advice| a.lowers.iter().map(|l| l.from - l.to).sum::<u32>();
+    advice.sort_by_key(|a| std::cmp::Reverse((a.lowers.len(), saved(a))));
+    advice
+}

@@ -1,0 +1,48 @@
+//! Writing the report of a program's loops, for every command that compiles one.
+
+use super::{html, model::Report, report, text};
+use crate::failure::Failure;
+use crate::files;
+use crate::pipeline::Compiled;
+use srp_archdesc::arch::Arch;
+use std::path::{Path, PathBuf};
+
+/// The files that a report of the loops is written to.
+pub(crate) struct Loops<'a>(&'a [PathBuf]);
+
+impl<'a> Loops<'a> {
+    /// These files; fails now if one cannot be written later.
+    pub(crate) fn to(paths: &'a [PathBuf]) -> Result<Loops<'a>, Failure> {
+        for path in paths {
+            files::check_writable(path)?;
+        }
+        Ok(Loops(paths))
+    }
+
+    /// Writes the report of a program.
+    pub(crate) fn write(&self, compiled: &Compiled, arch: &Arch) -> Result<(), Failure> {
+        if self.0.is_empty() {
+            return Ok(());
+        }
+        let report = report(compiled, arch);
+        self.0.iter().try_for_each(|path| write(path, &report))
+    }
+}
+
+/// Writes a report in the form that the name of its file asks for.
+fn write(path: &Path, report: &Report) -> Result<(), Failure> {
+    let ending = path.extension().and_then(|e| e.to_str());
+    let contents = match ending {
+        Some("html" | "htm") => html::page(report),
+        Some("txt") => text::text(report),
+        _ => json(report)?,
+    };
+    files::write(path, contents.as_bytes())?;
+    Ok(())
+}
+
+/// Anything as JSON, with a line end.
+pub(super) fn json(value: &impl serde::Serialize) -> Result<String, Failure> {
+    let text = serde_json::to_string_pretty(value).map_err(Failure::message)?;
+    Ok(text + "\n")
+}

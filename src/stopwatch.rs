@@ -1,0 +1,42 @@
+//! How long things take on this host.
+
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Times of named things, which may overlap and come again.
+#[derive(Default)]
+pub(crate) struct Stopwatch(Mutex<BTreeMap<String, Lap>>);
+
+/// The time of one of them.
+#[derive(Default)]
+struct Lap {
+    before: Duration,
+    started: Option<Instant>,
+}
+
+impl Stopwatch {
+    /// Starts the time of `name`, which goes on from where it stopped.
+    pub(crate) fn start(&self, name: &str) {
+        self.with(name, |lap| lap.started = Some(Instant::now()));
+    }
+
+    /// Stops the time of `name`.
+    pub(crate) fn stop(&self, name: &str) {
+        self.with(name, |lap| {
+            lap.before += lap.started.take().map_or(Duration::ZERO, |s| s.elapsed());
+        });
+    }
+
+    fn with(&self, name: &str, change: impl FnOnce(&mut Lap)) {
+        let mut laps = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        change(laps.entry(name.to_owned()).or_default());
+    }
+
+    /// All times.
+    pub(crate) fn times(&self) -> BTreeMap<String, Duration> {
+        let laps = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let time = |(name, lap): (&String, &Lap)| (name.clone(), lap.before);
+        laps.iter().map(time).collect()
+    }
+}
