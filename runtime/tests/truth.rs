@@ -1,5 +1,6 @@
 //! The hits of every test and of both pipelines against brute force in binary64, on rays that nobody
-//! has aimed. `SRP_TRUTH_RAYS` says how many; they are spread over the scenes that are there.
+//! has aimed. `SRP_TRUTH_RAYS` says how many; they are spread over the scenes that are there. Brute
+//! force is made bearable by a tree, which is compared with it.
 //!
 //! A ray that passes an edge as closely as binary32 can tell may hit either side, and of triangles
 //! that are equally far as binary32 can tell any may be named. Beyond that nothing is excused but
@@ -10,12 +11,12 @@ mod support;
 use glam::Vec3;
 use srp_archdesc::datapath::Intersection;
 use srp_archdesc::system::{Pipeline, SystemSpec, TniSpec};
-use srp_runtime::bvh::Builder;
+use srp_runtime::bvh::{Builder, TreeImage};
 use srp_runtime::scene::{Triangle, bounds, demo::demo};
 use srp_runtime::tni::Tracer;
 use srp_runtime::tni::arithmetic::{Hit, Ray};
 use srp_runtime::tni::standalone::{drive, place_for};
-use support::{NearestTree, Random, image_for, machine, shared_scene, truth};
+use support::{NearestTree, Random, image_for, machine, nearest, shared_scene, truth};
 
 /// How closely binary32 tells whether a ray passes an edge: parts of the coordinates on the way.
 const EDGE: f64 = 2e-6;
@@ -23,9 +24,11 @@ const EDGE: f64 = 2e-6;
 /// How closely it tells distances.
 const DISTANCE: f64 = 1e-4;
 
-fn count() -> usize {
+/// How many rays, and how many of them go through both pipelines.
+fn counts() -> (usize, usize) {
     let all = std::env::var("SRP_TRUTH_RAYS");
-    all.map_or(100_000, |n| n.parse().expect("SRP_TRUTH_RAYS is a number"))
+    let all = all.map(|n| n.parse().expect("SRP_TRUTH_RAYS is a number"));
+    all.map_or((100_000, 10_000), |n| (n, n))
 }
 
 fn scenes() -> Vec<(&'static str, Vec<Triangle>)> {
@@ -67,9 +70,8 @@ fn passes(ray: &Ray, triangle: &Triangle) -> Option<(f64, f64)> {
     Some((t, inside * height * slope.abs() / size))
 }
 
-/// What is wrong with a hit, if anything is.
-fn wrong(ray: &Ray, hit: &Hit, triangles: &[Triangle], tree: &NearestTree<'_>) -> Option<String> {
-    let sure = tree.nearest(ray);
+/// What is wrong with a hit, if anything is; `sure` is where the nearest really is.
+fn wrong(ray: &Ray, hit: &Hit, sure: Option<f64>, triangles: &[Triangle]) -> Option<String> {
     let got = hit.is_hit().then(|| f64::from(hit.t));
     let near = |a: f64, b: f64| {
         let coordinate = f64::from(Vec3::from(ray.origin).abs().max_element());
@@ -110,57 +112,94 @@ fn with(test: Intersection) -> SystemSpec {
     }
 }
 
-#[test]
-fn every_test_hits_what_brute_force_hits() {
-    let scenes = scenes();
-    let each = count().div_ceil(scenes.len());
-    let mut lost_by_wald = 0;
-    for (name, triangles) in &scenes {
-        let truth = NearestTree::new(triangles);
-        let rays = rays(triangles, each, &mut Random::new(21));
-        for test in Intersection::ALL {
-            let spec = with(test);
-            let image = image_for(&spec.tni, triangles, Builder::Sweep);
-            let (memory, tree) = place_for(&spec, &image);
-            let mut tracer = Tracer::new(&spec.tni, &tree, &memory);
-            let mut wrongs = Vec::new();
-            for ray in &rays {
-                wrongs.extend(wrong(ray, &tracer.trace(ray).hit, triangles, &truth));
+/// Rays that are in memory at once.
+const CHUNK: usize = 1 << 18;
+
+/// A machine with one of the ray–triangle tests, and the scene's tree for it.
+struct Bench {
+    spec: SystemSpec,
+    image: TreeImage,
+}
+
+impl Bench {
+    fn new(test: Intersection, triangles: &[Triangle]) -> Bench {
+        let spec = with(test);
+        let image = image_for(&spec.tni, triangles, Builder::Sweep);
+        Bench { spec, image }
+    }
+
+    fn test(&self) -> Intersection {
+        self.spec.tni.intersection
+    }
+
+    /// Traces the rays, and the first `piped` of them with both pipelines too, which have to agree.
+    fn hits(&self, rays: &[Ray], piped: usize) -> Vec<Hit> {
+        let (memory, tree) = place_for(&self.spec, &self.image);
+        let mut tracer = Tracer::new(&self.spec.tni, &tree, &memory);
+        let hits: Vec<Hit> = rays.iter().map(|ray| tracer.trace(ray).hit).collect();
+        let piped = &rays[..piped.min(rays.len())];
+        for pipeline in [Pipeline::Single, Pipeline::Parallel] {
+            let mut spec = self.spec.clone();
+            spec.tni.pipeline = pipeline;
+            for (record, hit) in drive(&spec, &self.image, piped).hits.iter().zip(&hits) {
+                assert_eq!(record.hit, *hit, "{}, {pipeline:?}", self.test().name());
             }
-            println!("{name}, {}: {} of {each} wrong", test.name(), wrongs.len());
-            if matches!(test, Intersection::Wald | Intersection::AnchorWald) {
-                lost_by_wald += wrongs.len();
-            } else {
-                assert!(wrongs.is_empty(), "{name}, {}: {}", test.name(), wrongs[0]);
+        }
+        hits
+    }
+}
+
+/// How many hits of each test are wrong, in its order, of `count` rays, and one that is.
+fn wrongs(triangles: &[Triangle], count: usize, piped: usize) -> [(usize, Option<String>); 4] {
+    let tree = NearestTree::new(triangles);
+    let benches = Intersection::ALL.map(|test| Bench::new(test, triangles));
+    let mut found = [const { (0, None) }; 4];
+    let mut random = Random::new(21);
+    for start in (0..count).step_by(CHUNK) {
+        let rays = rays(triangles, CHUNK.min(count - start), &mut random);
+        let truths: Vec<Option<f64>> = rays.iter().map(|ray| tree.nearest(ray)).collect();
+        for (bench, (number, example)) in benches.iter().zip(&mut found) {
+            let hits = bench.hits(&rays, piped.saturating_sub(start));
+            for ((ray, hit), truth) in rays.iter().zip(&hits).zip(&truths) {
+                if let Some(wrong) = wrong(ray, hit, *truth, triangles) {
+                    *number += 1;
+                    *example = Some(wrong);
+                }
             }
         }
     }
-    println!("lost between triangles by the tests without a remedy: {lost_by_wald}");
+    found
 }
 
 #[test]
-fn both_pipelines_hit_what_the_arithmetic_says() {
-    let mut random = Random::new(22);
-    for (name, triangles) in &scenes()[..2.min(scenes().len())] {
-        let rays = rays(triangles, count().min(1_000_000) / 20, &mut random);
-        for test in Intersection::ALL {
-            for pipeline in [Pipeline::Single, Pipeline::Parallel] {
-                let mut spec = with(test);
-                spec.tni.pipeline = pipeline;
-                let image = image_for(&spec.tni, triangles, Builder::Sweep);
-                let hits = drive(&spec, &image, &rays).hits;
-                let (memory, tree) = place_for(&spec, &image);
-                let mut tracer = Tracer::new(&spec.tni, &tree, &memory);
-                for (ray, record) in rays.iter().zip(&hits) {
-                    let expected = tracer.trace(ray).hit;
-                    assert_eq!(
-                        record.hit,
-                        expected,
-                        "{name}, {}, {pipeline:?}",
-                        test.name()
-                    );
-                }
+fn every_test_and_pipeline_hits_what_brute_force_hits() {
+    let scenes = scenes();
+    let (all, piped) = counts();
+    let (each, piped) = (all.div_ceil(scenes.len()), piped.div_ceil(scenes.len()));
+    let mut lost_without_remedy = 0;
+    for (name, triangles) in &scenes {
+        let wrongs = wrongs(triangles, each, piped);
+        for (test, (wrong, example)) in Intersection::ALL.into_iter().zip(wrongs) {
+            println!("{name}, {}: {wrong} of {each} wrong", test.name());
+            if matches!(test, Intersection::Wald | Intersection::AnchorWald) {
+                lost_without_remedy += wrong;
+            } else {
+                assert_eq!(example, None, "{name}, {}: {wrong} wrong", test.name());
             }
+        }
+    }
+    println!("lost between triangles by the tests without a remedy: {lost_without_remedy}");
+}
+
+/// The tree of boxes that stands for brute force leaves out no triangle that is hit.
+#[test]
+fn the_tree_in_binary64_is_brute_force() {
+    for (name, triangles) in scenes() {
+        let tree = NearestTree::new(&triangles);
+        let count = (counts().0 * 20 / triangles.len()).clamp(20, 2000);
+        for ray in rays(&triangles, count, &mut Random::new(23)) {
+            let brute = nearest(&ray, triangles.iter());
+            assert_eq!(tree.nearest(&ray), brute, "{name}: {ray:?}");
         }
     }
 }

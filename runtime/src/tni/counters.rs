@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::pipe::Pipes;
 use super::{PipeCounters, RauCounters, StackCounters, Tni, TrvCounters};
 use crate::memory::cache::CacheCounters;
 
@@ -94,12 +95,13 @@ impl TniCounters {
             trv_l2: tni.level2.cache.counters,
             ..TniCounters::default()
         };
+        let active = tni.counters.active_cycles;
         for trv in &tni.trvs {
             sum.trv.add(&trv.counters);
             let idle = trv.counters.idle_cycles;
-            let stage = |into: &mut PipeCounters, pipes: &[super::pipe::Pipe]| {
-                for pipe in pipes {
-                    into.add(&pipe.counters);
+            let stage = |into: &mut PipeCounters, pipes: &Pipes| {
+                for pipe in pipes.iter() {
+                    into.add(&pipe.counters(tni.end, active - idle));
                     into.account.idle += idle;
                 }
             };
@@ -114,7 +116,7 @@ impl TniCounters {
             sum.triangle_tests += ist.tests;
             sum.accepted += ist.accepted;
             sum.ist_cycles += ist.resident_cycles;
-            sum.ist.add(&ist.pipe.counters);
+            sum.ist.add(&ist.pipe.counters(tni.end, active));
             sum.ist_rau.add(&ist.fetch.counters);
             sum.ist_l1.add(&ist.fetch.cache.counters);
         }

@@ -11,16 +11,66 @@ use serde::Serialize;
 use srp_archdesc::system::CacheSpec;
 
 use super::Slot;
+use super::ring::Ring;
 use crate::memory::cache::{Access, Cache};
 
-/// One row: rays that wait for the same line.
+/// Rows of rays that wait for the same line, part by part.
 #[derive(Clone, Debug)]
-struct Row {
-    line: u32,
-    /// The line is here, and the rays may leave.
-    valid: bool,
-    /// Empty where the row is free; its length is the occupancy counter.
-    rays: VecDeque<Slot>,
+struct Rows {
+    /// The line of each, or [`FREE`].
+    lines: Vec<u32>,
+    /// Whether the line is here, and the rays may leave.
+    valid: Vec<bool>,
+    /// The rays of each; their number is the occupancy counter.
+    rays: Vec<VecDeque<Slot>>,
+    /// Rays in valid rows.
+    ready: u32,
+}
+
+/// Number of no line: lines have two bytes or more.
+const FREE: u32 = u32::MAX;
+
+impl Rows {
+    fn new(count: usize) -> Rows {
+        Rows {
+            lines: vec![FREE; count],
+            valid: vec![false; count],
+            rays: vec![VecDeque::new(); count],
+            ready: 0,
+        }
+    }
+
+    fn find(&self, line: u32) -> Option<usize> {
+        self.lines.iter().position(|&l| l == line)
+    }
+
+    /// The next ray of the first valid row.
+    fn take_ready(&mut self) -> Option<Slot> {
+        if self.ready == 0 {
+            return None;
+        }
+        let row = self.valid.iter().position(|&valid| valid)?;
+        let slot = self.rays[row].pop_front()?;
+        self.ready -= 1;
+        if self.rays[row].is_empty() {
+            (self.lines[row], self.valid[row]) = (FREE, false);
+        }
+        Some(slot)
+    }
+
+    fn join(&mut self, row: usize, slot: Slot) {
+        self.rays[row].push_back(slot);
+        self.ready += u32::from(self.valid[row]);
+    }
+
+    fn fill(&mut self, line: u32) {
+        if let Some(row) = self.find(line)
+            && !self.valid[row]
+        {
+            self.valid[row] = true;
+            self.ready += self.rays[row].len() as u32;
+        }
+    }
 }
 
 /// What a ray accumulation unit did.
@@ -53,10 +103,10 @@ impl RauCounters {
 #[derive(Clone, Debug)]
 pub(super) struct Fetch {
     /// Rays that need a line, or have everything already.
-    pub(super) input: VecDeque<Slot>,
+    pub(super) input: Ring<Slot>,
     pub(super) cache: Cache,
     pub(super) counters: RauCounters,
-    rows: Vec<Row>,
+    rows: Rows,
     rays_per_row: usize,
     waiting: u32,
 }
@@ -73,28 +123,27 @@ pub(super) enum Need {
 impl Fetch {
     /// `rows` rows of `rays` rays each, in front of a cache.
     pub(super) fn new((rows, rays): (u32, u32), cache: &CacheSpec, resident: usize) -> Fetch {
-        let row = Row {
-            line: 0,
-            valid: false,
-            rays: VecDeque::new(),
-        };
         Fetch {
-            input: VecDeque::with_capacity(resident),
+            input: Ring::new(resident),
             cache: Cache::new(cache),
             counters: RauCounters::default(),
-            rows: vec![row; rows.max(1) as usize],
+            rows: Rows::new(rows.max(1) as usize),
             rays_per_row: rays.max(1) as usize,
             waiting: 0,
         }
     }
 
-    /// Ends a cycle.
+    /// Counts cycles in which rays wait as they do now.
     #[inline]
-    pub(super) fn count(&mut self) {
-        if self.waiting > 0 {
-            self.counters.occupancy += u64::from(self.waiting);
-            self.counters.outstanding += self.cache.outstanding() as u64;
-        }
+    pub(super) fn count(&mut self, cycles: u64) {
+        self.counters.occupancy += cycles * u64::from(self.waiting);
+        self.counters.outstanding += cycles * self.cache.outstanding() as u64;
+    }
+
+    /// Whether a port's cycle would do anything.
+    #[inline]
+    pub(super) fn has_work(&self) -> bool {
+        !self.input.is_empty() || self.rows.ready > 0
     }
 
     /// One port's cycle: at most one ray gets its line, or needs none, and is returned. `need` says
@@ -105,26 +154,21 @@ impl Fetch {
         need: impl Fn(Slot) -> Need,
         request: impl FnOnce(u32),
     ) -> Option<Slot> {
-        if self.waiting > 0
-            && let Some(row) = self.rows.iter_mut().find(|r| r.valid && !r.rays.is_empty())
-        {
+        if let Some(slot) = self.rows.take_ready() {
             self.waiting -= 1;
-            return row.rays.pop_front();
+            return Some(slot);
         }
         let slot = self.input.pop_front()?;
         let Need::Line(line) = need(slot) else {
             return Some(slot);
         };
         if self.waiting > 0
-            && let Some(row) = self
-                .rows
-                .iter_mut()
-                .find(|r| r.line == line && !r.rays.is_empty())
+            && let Some(row) = self.rows.find(line)
         {
-            if row.rays.len() == self.rays_per_row {
+            if self.rows.rays[row].len() == self.rays_per_row {
                 return self.retry(slot);
             }
-            row.rays.push_back(slot);
+            self.rows.join(row, slot);
             self.waiting += 1;
             self.counters.joined += 1;
             self.cache.counters.joined += 1;
@@ -133,7 +177,7 @@ impl Fetch {
         if self.cache.hit(line) {
             return Some(slot);
         }
-        let Some(free) = self.rows.iter().position(|r| r.rays.is_empty()) else {
+        let Some(free) = self.rows.find(FREE) else {
             // Asking would start a miss that no row waits for.
             return self.retry(slot);
         };
@@ -141,9 +185,8 @@ impl Fetch {
             Access::Hit => Some(slot),
             Access::Miss => {
                 request(line);
-                let row = &mut self.rows[free];
-                (row.line, row.valid) = (line, false);
-                row.rays.push_back(slot);
+                self.rows.lines[free] = line;
+                self.rows.join(free, slot);
                 self.waiting += 1;
                 self.counters.opened += 1;
                 None
@@ -161,16 +204,7 @@ impl Fetch {
     /// A requested line arrives.
     pub(super) fn fill(&mut self, line: u32) {
         self.cache.fill(line);
-        for row in &mut self.rows {
-            if row.line == line && !row.rays.is_empty() {
-                row.valid = true;
-            }
-        }
-    }
-
-    /// Rays in input buffer and rows.
-    pub(super) fn is_empty(&self) -> bool {
-        self.input.is_empty() && self.waiting == 0
+        self.rows.fill(line);
     }
 
     /// Rays that wait for lines.

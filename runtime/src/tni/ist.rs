@@ -1,14 +1,13 @@
 //! The intersection unit: one triangle a cycle, looping over the triangles of a leaf
 //! (SGRT section 3.3).
 
-use std::collections::VecDeque;
-
 use srp_archdesc::system::TniSpec;
 
 use super::fetch::Fetch;
 use super::pipe::Pipe;
 use super::ray_state::RayState;
 use super::replay::Event;
+use super::tick::{Counted, Tick};
 use super::trv::Trv;
 use super::{Context, Slot};
 
@@ -24,6 +23,9 @@ pub(super) struct Ist {
     pub(super) accepted: u64,
     /// Cycles from a traversal unit and back to it, summed over the visits.
     pub(super) resident_cycles: u64,
+    /// Before this cycle nothing happens here, unless something comes from outside.
+    pub(super) wakes: u64,
+    counted: Counted,
 }
 
 impl Ist {
@@ -35,32 +37,53 @@ impl Ist {
             tests: 0,
             accepted: 0,
             resident_cycles: 0,
+            wakes: u64::MAX,
+            counted: Counted::default(),
         }
     }
 
-    /// Whether no ray is in it.
-    pub(super) fn is_empty(&self) -> bool {
-        self.fetch.is_empty() && self.pipe.is_empty()
+    /// A leaf arrives in cycle `now`, to be visible in the next.
+    pub(super) fn arrive(&mut self, now: u64, slot: Slot) {
+        self.fetch.input.push_back(slot);
+        self.wakes = self.wakes.min(now + 1);
     }
 
-    /// One cycle: a ray leaves the pipeline, then another enters it.
+    /// A line arrives before cycle `now`.
+    pub(super) fn fill(&mut self, now: u64, line: u32) {
+        self.wakes = self.wakes.min(now);
+        self.fetch.fill(line);
+    }
+
+    /// Counts the cycles before `tick` that are not counted yet. Whatever changes what they count
+    /// as comes after this.
+    pub(super) fn count_until(&mut self, tick: Tick) {
+        if let Some((first, cycles)) = self.counted.until(tick)
+            && self.fetch.waiting() > 0
+        {
+            self.fetch.count(cycles);
+            self.pipe.wait(first, cycles);
+        }
+    }
+
+    /// One cycle: a ray leaves the pipeline, then another enters it. It may be left out before
+    /// [`wakes`](Self::wakes).
     pub(super) fn tick(
         &mut self,
-        now: u64,
+        tick: Tick,
         rays: &mut [RayState],
         context: &Context<'_>,
         trvs: &mut [Trv],
         lines: &mut Vec<u32>,
     ) {
-        if self.is_empty() {
-            // Its visitors are with the traversal units.
-            self.pipe.counters.account.elsewhere += 1;
-            return;
-        }
+        self.count_until(tick);
+        let now = tick.now;
         self.leave(now, rays, context, trvs);
         self.enter(now, rays, context, lines);
-        self.pipe.count(now, self.fetch.waiting() > 0);
-        self.fetch.count();
+        let enters = match self.fetch.has_work() {
+            true => self.pipe.free().max(now + 1),
+            false => u64::MAX,
+        };
+        self.wakes = self.pipe.next().min(enters);
     }
 
     fn leave(&mut self, now: u64, rays: &mut [RayState], context: &Context<'_>, trvs: &mut [Trv]) {
@@ -75,7 +98,7 @@ impl Ist {
         let trv = &mut trvs[slot as usize / context.spec().stacks as usize];
         if trv.can_return(context.spec().pipeline) {
             self.resident_cycles += now - ray.ist_since;
-            trv.come_back(slot, ray, context.spec().pipeline);
+            trv.come_back(now, slot, ray, context.spec().pipeline);
         } else {
             self.pipe.recirculate(now, slot);
         }
@@ -130,13 +153,4 @@ impl Ist {
             context.begin_triangle(ray);
         }
     }
-}
-
-/// The input buffer of the least busy unit, and its size: where a leaf goes.
-pub(super) fn input(ists: &mut [Ist]) -> (&mut VecDeque<Slot>, usize) {
-    let ist = ists
-        .iter_mut()
-        .min_by_key(|ist| ist.fetch.input.len())
-        .expect("a T&I unit has an intersection unit");
-    (&mut ist.fetch.input, ist.capacity)
 }

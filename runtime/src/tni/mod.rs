@@ -19,8 +19,10 @@ mod level2;
 mod pipe;
 mod ray_state;
 mod replay;
+mod ring;
 pub mod standalone;
 mod submission;
+mod tick;
 mod trv;
 mod walk;
 
@@ -36,6 +38,7 @@ use self::ist::Ist;
 use self::level2::Level2;
 use self::ray_state::{Phase, RayState};
 use self::submission::Submission;
+use self::tick::Tick;
 use self::trv::{Exits, Trv};
 use crate::bvh::{NodeRef, TRIANGLE_BYTES};
 use crate::memory::SystemMemory;
@@ -148,6 +151,8 @@ pub struct Tni {
     requests: VecDeque<(Client, u32)>,
     lines: Vec<u32>,
     counters: UnitCounters,
+    /// The cycle after the last.
+    end: u64,
     /// What each ray cost, in the order of their return, where that is wanted.
     costs: Option<Vec<RayCost>>,
     /// What happened to each ray, where that is wanted.
@@ -182,6 +187,7 @@ impl Tni {
             requests: VecDeque::new(),
             lines: Vec::new(),
             counters: UnitCounters::default(),
+            end: 0,
             costs: None,
             log: None,
         }
@@ -243,9 +249,14 @@ impl Tni {
     pub fn fill(&mut self, now: u64, client: Client, address: u32) {
         match client {
             Client::TrvL2 => self.level2.fill(now, address),
-            Client::IstL1(i) => self.ists[i as usize]
-                .fetch
-                .fill(address / self.spec.ist_l1.line),
+            Client::IstL1(i) => {
+                let ist = &mut self.ists[i as usize];
+                ist.count_until(Tick {
+                    now,
+                    index: self.counters.active_cycles,
+                });
+                ist.fill(now, address / self.spec.ist_l1.line);
+            }
         }
     }
 
@@ -272,11 +283,16 @@ impl Tni {
     /// One cycle. Cycles are numbered from anywhere, ascending; those in which the unit
     /// [is idle](Self::is_idle) may be left out.
     pub fn tick(&mut self, now: u64, memory: &SystemMemory, sram: &mut [u8]) {
+        let index = self.counters.active_cycles;
         self.counters.active_cycles += 1;
-        self.give_back(now, sram);
+        self.end = now + 1;
+        let tick = Tick { now, index };
+        self.give_back(tick, sram);
         while let Some((trv, address)) = self.level2.answer(now) {
             let line = address / self.spec.trv_l1.line;
-            self.trvs[trv as usize].fetch.fill(line);
+            let trv = &mut self.trvs[trv as usize];
+            trv.count_until(tick);
+            trv.fill(now, line);
         }
         let log = self.log.take().map(RefCell::new);
         let tree = self.tree;
@@ -289,18 +305,21 @@ impl Tni {
             },
             log: log.as_ref(),
         };
-        self.tick_units(now, &context);
+        self.tick_units(tick, &context);
         let requests = &mut self.requests;
         self.level2
             .tick(now, |address| requests.push_back((Client::TrvL2, address)));
-        self.dispatch(now, sram, &context);
+        self.dispatch(tick, sram, &context);
         self.log = log.map(RefCell::into_inner);
     }
 
-    fn tick_units(&mut self, now: u64, context: &Context<'_>) {
+    fn tick_units(&mut self, tick: Tick, context: &Context<'_>) {
         for (i, ist) in self.ists.iter_mut().enumerate() {
+            if ist.wakes > tick.now {
+                continue;
+            }
             ist.tick(
-                now,
+                tick,
                 &mut self.rays,
                 context,
                 &mut self.trvs,
@@ -311,14 +330,15 @@ impl Tni {
                 .extend(self.lines.drain(..).map(|address| (client, address)));
         }
         for (i, trv) in self.trvs.iter_mut().enumerate() {
-            let (ist, ist_capacity) = ist::input(&mut self.ists);
+            if trv.wakes > tick.now {
+                continue;
+            }
             let mut exits = Exits {
-                ist,
-                ist_capacity,
+                ists: &mut self.ists,
                 results: &mut self.results,
                 lines: &mut self.lines,
             };
-            trv.tick(now, &mut self.rays, context, &mut exits);
+            trv.tick(tick, &mut self.rays, context, &mut exits);
             for address in self.lines.drain(..) {
                 self.level2.request(i as u32, address);
             }
@@ -327,7 +347,8 @@ impl Tni {
 
     /// Ray dispatch: the next ray of the oldest submission that has one, to the next traversal
     /// unit in turn that has room.
-    fn dispatch(&mut self, now: u64, sram: &[u8], context: &Context<'_>) {
+    fn dispatch(&mut self, tick: Tick, sram: &[u8], context: &Context<'_>) {
+        let now = tick.now;
         let order = loop {
             let order = (self.dispatched - self.taken) as usize;
             match self.submissions.get(order) {
@@ -339,14 +360,22 @@ impl Tni {
                 Some(_) => break order,
             }
         };
+        if self.counters.rays - self.counters.results == self.rays.len() as u64 {
+            self.counters.dispatch.full += 1;
+            return;
+        }
         let count = self.trvs.len();
-        let Some(turn) = (0..count).find(|i| self.trvs[(self.next_trv + i) % count].has_room())
-        else {
+        let mut in_turn = (self.next_trv..count).chain(0..self.next_trv);
+        let Some(trv) = in_turn.find(|&i| self.trvs[i].has_room()) else {
             self.counters.dispatch.full += 1;
             return;
         };
-        let trv = (self.next_trv + turn) % count;
-        self.next_trv = (trv + 1) % count;
+        self.next_trv = if trv + 1 == count { 0 } else { trv + 1 };
+        // What is counted of this cycle is what the unit had before.
+        self.trvs[trv].count_until(Tick {
+            now: now + 1,
+            index: tick.index + 1,
+        });
         let slot = self.trvs[trv]
             .free
             .pop()
@@ -371,7 +400,7 @@ impl Tni {
                 ray.ray = prepared;
                 ray.walk.start(root);
                 context.begin_visit(ray);
-                self.trvs[trv].fetch.input.push_back(slot);
+                self.trvs[trv].arrive(now, slot);
             }
             (prepared, _) => {
                 self.counters.void_rays += u64::from(prepared.is_none());
@@ -381,7 +410,8 @@ impl Tni {
     }
 
     /// One finished ray a cycle goes back to the SRP.
-    fn give_back(&mut self, now: u64, sram: &mut [u8]) {
+    fn give_back(&mut self, tick: Tick, sram: &mut [u8]) {
+        let now = tick.now;
         let Some(slot) = self.results.pop_front() else {
             return;
         };
@@ -418,12 +448,20 @@ impl Tni {
             submission.write_hits(sram);
         }
         let trv = slot as usize / self.spec.stacks as usize;
+        self.trvs[trv].count_until(tick);
         self.trvs[trv].free.push(slot);
     }
 
     /// What the unit did so far.
     pub fn counters(&self) -> TniCounters {
-        TniCounters::of(self)
+        let mut tni = self.clone();
+        let end = Tick {
+            now: tni.end,
+            index: tni.counters.active_cycles,
+        };
+        tni.trvs.iter_mut().for_each(|trv| trv.count_until(end));
+        tni.ists.iter_mut().for_each(|ist| ist.count_until(end));
+        TniCounters::of(&tni)
     }
 
     /// Rays that have come and results that have gone so far: grows as long as the unit works.

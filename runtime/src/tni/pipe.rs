@@ -1,11 +1,10 @@
 //! A fully pipelined stretch of logic of fixed depth: TRV_PRE, TRV_AABB, TRV_POST or the triangle
 //! test. And the account of its cycles.
 
-use std::collections::VecDeque;
-
 use serde::Serialize;
 
 use super::Slot;
+use super::ring::Ring;
 
 /// What the first stage of a pipeline did in each cycle: every cycle counts in exactly one of
 /// these.
@@ -91,13 +90,83 @@ impl PipeCounters {
     }
 }
 
-/// What entered in the present cycle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Entered {
-    Nothing,
-    Work,
-    Bypass,
-    Recirculated,
+/// The pipelines of a kind, which take rays from the same FIFO.
+#[derive(Clone, Debug)]
+pub(super) struct Pipes {
+    all: Vec<Pipe>,
+    /// The cycle in which the next ray leaves one of them.
+    leaves: u64,
+    /// The cycle from which on a ray can enter one of them.
+    free: u64,
+}
+
+impl Pipes {
+    /// `count` ≥ 1 empty pipelines of `latency` ≥ 1 stages.
+    pub(super) fn new(count: u32, latency: u32, resident: usize) -> Pipes {
+        Pipes {
+            all: vec![Pipe::new(latency, resident); count.max(1) as usize],
+            leaves: u64::MAX,
+            free: 0,
+        }
+    }
+
+    /// Whether a ray leaves in cycle `now`.
+    #[inline]
+    pub(super) fn leave(&self, now: u64) -> bool {
+        self.leaves <= now
+    }
+
+    /// Whether a ray can enter in cycle `now`.
+    #[inline]
+    pub(super) fn take(&self, now: u64) -> bool {
+        self.free <= now
+    }
+
+    /// All of them.
+    pub(super) fn iter(&self) -> impl Iterator<Item = &Pipe> {
+        self.all.iter()
+    }
+
+    /// Each of them, for rays to enter and leave; after that comes [`changed`](Self::changed).
+    #[inline]
+    pub(super) fn each(&mut self) -> impl Iterator<Item = &mut Pipe> {
+        self.all.iter_mut()
+    }
+
+    /// Rays have entered or left.
+    #[inline]
+    pub(super) fn changed(&mut self) {
+        let (first, others) = self.all.split_first().expect("there is one at least");
+        (self.leaves, self.free) = (first.next, first.free);
+        for pipe in others {
+            self.leaves = self.leaves.min(pipe.next);
+            self.free = self.free.min(pipe.free);
+        }
+    }
+
+    /// When something can happen after cycle `now`, where rays wait to enter or not.
+    #[inline]
+    pub(super) fn next_event(&self, now: u64, waits: bool) -> u64 {
+        let enters = if waits {
+            self.free.max(now + 1)
+        } else {
+            u64::MAX
+        };
+        self.leaves.min(enters)
+    }
+
+    /// Whether no ray is in any of them.
+    #[inline]
+    pub(super) fn is_empty(&self) -> bool {
+        self.leaves == u64::MAX
+    }
+
+    /// As [`Pipe::wait`], for all of them.
+    pub(super) fn wait(&mut self, first: u64, cycles: u64) {
+        for pipe in &mut self.all {
+            pipe.wait(first, cycles);
+        }
+    }
 }
 
 /// A pipeline and the rays in it.
@@ -105,13 +174,20 @@ enum Entered {
 pub(super) struct Pipe {
     latency: u64,
     /// Rays with the cycle in which they leave, in order.
-    flight: VecDeque<(u64, Slot)>,
+    flight: Ring<(u64, Slot)>,
     /// The cycle in which the first of them leaves.
     next: u64,
     /// Cycle from which the first stage is free.
     free: u64,
-    entered: Entered,
-    pub(super) counters: PipeCounters,
+    /// The cycle since which there has been a ray, where there is one.
+    busy_since: u64,
+    /// Rays that took the first stage again only after the ray before.
+    late: u64,
+    /// Cycles in which the first stage was free and rays waited for memory; and those of them in
+    /// which a ray was further down.
+    waited: u64,
+    waited_busy: u64,
+    counters: PipeCounters,
 }
 
 impl Pipe {
@@ -119,10 +195,13 @@ impl Pipe {
     pub(super) fn new(latency: u32, resident: usize) -> Pipe {
         Pipe {
             latency: u64::from(latency.max(1)),
-            flight: VecDeque::with_capacity(resident),
+            flight: Ring::new(resident),
             next: u64::MAX,
             free: 0,
-            entered: Entered::Nothing,
+            busy_since: 0,
+            late: 0,
+            waited: 0,
+            waited_busy: 0,
             counters: PipeCounters::default(),
         }
     }
@@ -137,7 +216,6 @@ impl Pipe {
     #[inline]
     pub(super) fn issue(&mut self, now: u64, slot: Slot, cycles: u64) {
         self.counters.passes += 1;
-        self.entered = Entered::Work;
         self.enter(now, slot, cycles);
     }
 
@@ -145,26 +223,24 @@ impl Pipe {
     #[inline]
     pub(super) fn bypass(&mut self, now: u64, slot: Slot) {
         self.counters.bypasses += 1;
-        self.entered = Entered::Bypass;
         self.enter(now, slot, 1);
     }
 
     /// A ray that cannot leave enters again. It goes before any other in this cycle.
     pub(super) fn recirculate(&mut self, now: u64, slot: Slot) {
         self.counters.recirculated += 1;
-        if self.free <= now {
-            self.entered = Entered::Recirculated;
-        }
-        self.enter(now.max(self.free), slot, 1);
+        self.late += u64::from(self.free > now);
+        self.enter(now, slot, 1);
     }
 
     #[inline]
     fn enter(&mut self, now: u64, slot: Slot, cycles: u64) {
-        self.free = now + cycles;
+        self.free = now.max(self.free) + cycles;
         self.counters.issue_cycles += cycles;
-        let leaves = now + cycles - 1 + self.latency;
-        if self.flight.is_empty() {
+        let leaves = self.free - 1 + self.latency;
+        if self.next == u64::MAX {
             self.next = leaves;
+            self.busy_since = now;
         }
         self.flight.push_back((leaves, slot));
     }
@@ -176,33 +252,57 @@ impl Pipe {
             return None;
         }
         let (_, slot) = self.flight.pop_front()?;
-        self.next = self.flight.front().map_or(u64::MAX, |(at, _)| *at);
+        self.next = match self.flight.front() {
+            Some((at, _)) => at,
+            None => {
+                self.counters.busy_cycles += now - self.busy_since;
+                u64::MAX
+            }
+        };
         Some(slot)
     }
 
-    /// Ends cycle `now`. `waits`: rays that could enter wait for memory. Says whether any ray is in
-    /// the pipeline.
-    #[inline]
-    pub(super) fn count(&mut self, now: u64, waits: bool) -> bool {
-        let busy = !self.flight.is_empty();
-        self.counters.busy_cycles += u64::from(busy);
-        let account = &mut self.counters.account;
-        match self.entered {
-            Entered::Nothing if self.free > now => account.occupied += 1,
-            Entered::Nothing if waits => account.memory += 1,
-            Entered::Nothing if busy => account.latency += 1,
-            Entered::Nothing => account.elsewhere += 1,
-            Entered::Work => account.work += 1,
-            Entered::Bypass => account.bypass += 1,
-            Entered::Recirculated => account.recirculate += 1,
+    /// In `cycles` from `first` on, in the first of which at most rays have left and entered, rays
+    /// wait for memory.
+    pub(super) fn wait(&mut self, first: u64, cycles: u64) {
+        let waited = cycles - self.free.saturating_sub(first).min(cycles);
+        self.waited += waited;
+        if self.next != u64::MAX {
+            self.waited_busy += waited;
         }
-        self.entered = Entered::Nothing;
-        busy
     }
 
-    /// Whether no ray is in it.
+    /// What it did before cycle `end`, of the `cycles` in which there were rays that it is for.
+    pub(super) fn counters(&self, end: u64, cycles: u64) -> PipeCounters {
+        let mut all = self.counters;
+        if self.next != u64::MAX {
+            all.busy_cycles += end - self.busy_since;
+        }
+        all.issue_cycles -= self.free.saturating_sub(end).min(all.issue_cycles);
+        let recirculate = all.recirculated - self.late;
+        let entered = all.passes + all.bypasses + recirculate;
+        all.account = StallAccount {
+            work: all.passes,
+            occupied: all.issue_cycles - entered,
+            bypass: all.bypasses,
+            recirculate,
+            memory: self.waited,
+            latency: all.busy_cycles - all.issue_cycles - self.waited_busy,
+            elsewhere: cycles - all.busy_cycles - (self.waited - self.waited_busy),
+            idle: 0,
+        };
+        all
+    }
+
+    /// The cycle in which the next ray leaves.
     #[inline]
-    pub(super) fn is_empty(&self) -> bool {
-        self.flight.is_empty()
+    pub(super) fn next(&self) -> u64 {
+        self.next
+    }
+
+    /// The cycle from which on a ray can enter.
+    #[inline]
+    pub(super) fn free(&self) -> u64 {
+        self.free
     }
 }

@@ -24,35 +24,45 @@ use serde::Serialize;
 use srp_archdesc::system::{Pipeline, TniSpec};
 
 use super::fetch::{Fetch, Need};
-use super::pipe::Pipe;
+use super::ist::Ist;
+use super::pipe::Pipes;
 use super::ray_state::{Phase, RayState};
 use super::replay::Event;
+use super::ring::Ring;
+use super::tick::{Counted, Tick};
 use super::walk::{Next, StackCounters};
 use super::{Context, Slot};
 
 /// Where rays that leave a traversal unit go.
 pub(super) struct Exits<'a> {
-    /// Input buffer of the intersection unit, and its size.
-    pub(super) ist: &'a mut VecDeque<Slot>,
-    pub(super) ist_capacity: usize,
+    /// The intersection units; the least busy takes a leaf.
+    pub(super) ists: &'a mut [Ist],
     /// Finished rays.
     pub(super) results: &'a mut VecDeque<Slot>,
     /// Byte addresses of lines that the level-1 cache asks for.
     pub(super) lines: &'a mut Vec<u32>,
 }
 
+impl Exits<'_> {
+    /// An intersection unit that can take a ray, if one can.
+    fn ist(&mut self) -> Option<&mut Ist> {
+        let ist = self.ists.iter_mut().min_by_key(|i| i.fetch.input.len())?;
+        (ist.fetch.input.len() < ist.capacity).then_some(ist)
+    }
+}
+
 /// A kind of sub-pipeline: those of the kind, and the FIFO in front of them.
 #[derive(Clone, Debug)]
 pub(super) struct Stage {
-    pub(super) input: VecDeque<Slot>,
-    pub(super) pipes: Vec<Pipe>,
+    pub(super) input: Ring<Slot>,
+    pub(super) pipes: Pipes,
 }
 
 impl Stage {
     fn new(count: u32, latency: u32, resident: usize) -> Stage {
         Stage {
-            input: VecDeque::with_capacity(resident),
-            pipes: vec![Pipe::new(latency, resident); count.max(1) as usize],
+            input: Ring::new(resident),
+            pipes: Pipes::new(count, latency, resident),
         }
     }
 }
@@ -87,30 +97,35 @@ pub(super) struct Trv {
     pub(super) free: Vec<Slot>,
     /// The FIFO in front of TRV_PRE, with accumulation unit and cache.
     pub(super) fetch: Fetch,
-    pub(super) pre: Vec<Pipe>,
+    pub(super) pre: Pipes,
     pub(super) aabb: Stage,
     pub(super) post: Stage,
     capacity: usize,
     pub(super) stacks: StackCounters,
     pub(super) counters: TrvCounters,
     resident: usize,
+    /// Before this cycle nothing happens here, unless something comes from outside.
+    pub(super) wakes: u64,
+    counted: Counted,
 }
 
 impl Trv {
     pub(super) fn new(spec: &TniSpec, slots: std::ops::Range<Slot>) -> Trv {
         let resident = slots.len();
-        let pre = Pipe::new(spec.pre_latency + spec.trv_l1.latency, resident);
+        let pre_latency = spec.pre_latency + spec.trv_l1.latency;
         Trv {
             // The lowest slot is taken first.
             free: slots.rev().collect(),
             fetch: Fetch::new((spec.rau_rows, spec.rau_rays), &spec.trv_l1, resident),
-            pre: vec![pre; spec.pres.max(1) as usize],
+            pre: Pipes::new(spec.pres, pre_latency, resident),
             aabb: Stage::new(spec.aabbs, spec.aabb_latency, resident),
             post: Stage::new(spec.posts, spec.post_latency, resident),
             capacity: spec.fifo.max(1) as usize,
             stacks: StackCounters::default(),
             counters: TrvCounters::default(),
             resident,
+            wakes: u64::MAX,
+            counted: Counted::default(),
         }
     }
 
@@ -135,8 +150,21 @@ impl Trv {
         buffer.len() < self.capacity
     }
 
-    /// A ray comes back from the intersection unit.
-    pub(super) fn come_back(&mut self, slot: Slot, ray: &mut RayState, pipeline: Pipeline) {
+    /// A ray comes from dispatch in cycle `now`, to be visible in the next.
+    pub(super) fn arrive(&mut self, now: u64, slot: Slot) {
+        self.fetch.input.push_back(slot);
+        self.wakes = self.wakes.min(now + 1);
+    }
+
+    /// A ray comes back from the intersection unit in cycle `now`.
+    pub(super) fn come_back(
+        &mut self,
+        now: u64,
+        slot: Slot,
+        ray: &mut RayState,
+        pipeline: Pipeline,
+    ) {
+        self.wakes = self.wakes.min(now);
         ray.phase = Phase::Pop;
         ray.need_nothing();
         match pipeline {
@@ -145,142 +173,166 @@ impl Trv {
         }
     }
 
-    /// One cycle: rays leave the pipelines, then others enter them.
+    /// A line arrives before cycle `now`.
+    pub(super) fn fill(&mut self, now: u64, line: u32) {
+        self.wakes = self.wakes.min(now);
+        self.fetch.fill(line);
+    }
+
+    /// Counts the cycles before `tick` that are not counted yet. Whatever changes what they count
+    /// as comes after this.
+    #[inline]
+    pub(super) fn count_until(&mut self, tick: Tick) {
+        let Some((first, cycles)) = self.counted.until(tick) else {
+            return;
+        };
+        if self.is_empty() {
+            self.counters.idle_cycles += cycles;
+            return;
+        }
+        let (aabb, post) = (&self.aabb.pipes, &self.post.pipes);
+        if !(self.pre.is_empty() && aabb.is_empty() && post.is_empty()) {
+            self.counters.busy_cycles += cycles;
+        }
+        if self.fetch.waiting() > 0 {
+            self.fetch.count(cycles);
+            self.pre.wait(first, cycles);
+        }
+    }
+
+    /// When something can happen here after cycle `now`, if nothing comes from outside.
+    #[inline]
+    fn next_event(&self, now: u64) -> u64 {
+        let stage = |stage: &Stage| stage.pipes.next_event(now, !stage.input.is_empty());
+        let pre = self.pre.next_event(now, self.fetch.has_work());
+        pre.min(stage(&self.aabb)).min(stage(&self.post))
+    }
+
+    /// One cycle: rays leave the pipelines, then others enter them. It may be left out before
+    /// [`wakes`](Self::wakes).
     pub(super) fn tick(
         &mut self,
-        now: u64,
+        tick: Tick,
         rays: &mut [RayState],
         context: &Context<'_>,
         exits: &mut Exits<'_>,
     ) {
-        if self.is_empty() {
-            self.counters.idle_cycles += 1;
-            return;
+        self.count_until(tick);
+        let now = tick.now;
+        if self.post.pipes.leave(now) {
+            self.leave_post(now, rays, context, exits);
         }
-        for i in 0..self.post.pipes.len() {
-            if let Some(slot) = self.post.pipes[i].leave(now) {
-                self.leave_post(now, i, slot, rays, context, exits);
-            }
+        if self.aabb.pipes.leave(now) {
+            self.leave_aabb(now, rays, context);
         }
-        for i in 0..self.aabb.pipes.len() {
-            if let Some(slot) = self.aabb.pipes[i].leave(now) {
-                self.leave_aabb(now, i, slot, rays, context);
-            }
+        if self.pre.leave(now) {
+            self.leave_pre(now, rays, context, exits);
         }
-        for i in 0..self.pre.len() {
-            if let Some(slot) = self.pre[i].leave(now) {
-                self.leave_pre(now, i, slot, rays, context, exits);
-            }
+        if !self.post.input.is_empty() && self.post.pipes.take(now) {
+            self.enter_post(now, rays, context);
         }
-        self.enter_post(now, rays, context);
-        self.enter_aabb(now, rays, context);
-        self.enter_pre(now, rays, context, exits);
-        self.count(now);
-    }
-
-    #[inline]
-    fn count(&mut self, now: u64) {
-        let waits = self.fetch.waiting() > 0;
-        self.fetch.count();
-        let mut busy = false;
-        for pipe in &mut self.pre {
-            busy |= pipe.count(now, waits);
+        if !self.aabb.input.is_empty() && self.aabb.pipes.take(now) {
+            self.enter_aabb(now, rays, context);
         }
-        for pipe in self.aabb.pipes.iter_mut().chain(&mut self.post.pipes) {
-            busy |= pipe.count(now, false);
+        if self.fetch.has_work() && self.pre.take(now) {
+            self.enter_pre(now, rays, context, exits);
         }
-        self.counters.busy_cycles += u64::from(busy);
+        self.wakes = self.next_event(now);
     }
 
     fn leave_post(
         &mut self,
         now: u64,
-        pipe: usize,
-        slot: Slot,
         rays: &mut [RayState],
         context: &Context<'_>,
         exits: &mut Exits<'_>,
     ) {
-        let ray = &mut rays[slot as usize];
-        match ray.next {
-            Next::Finished => exits.results.push_back(slot),
-            Next::Visit if self.fetch.input.len() < self.capacity => {
-                context.begin_visit(ray);
-                self.fetch.input.push_back(slot);
+        let pipes = &mut self.post.pipes;
+        for pipe in pipes.each() {
+            let Some(slot) = pipe.leave(now) else {
+                continue;
+            };
+            let ray = &mut rays[slot as usize];
+            match ray.next {
+                Next::Finished => exits.results.push_back(slot),
+                Next::Visit if self.fetch.input.len() < self.capacity => {
+                    context.begin_visit(ray);
+                    self.fetch.input.push_back(slot);
+                }
+                Next::Intersect if let Some(ist) = exits.ist() => {
+                    context.begin_leaf(now, ray);
+                    ist.arrive(now, slot);
+                }
+                Next::Visit | Next::Intersect => pipe.recirculate(now, slot),
             }
-            Next::Intersect if exits.ist.len() < exits.ist_capacity => {
-                context.begin_leaf(now, ray);
-                exits.ist.push_back(slot);
-            }
-            Next::Visit | Next::Intersect => self.post.pipes[pipe].recirculate(now, slot),
         }
+        pipes.changed();
     }
 
-    fn leave_aabb(
-        &mut self,
-        now: u64,
-        pipe: usize,
-        slot: Slot,
-        rays: &mut [RayState],
-        context: &Context<'_>,
-    ) {
-        let ray = &mut rays[slot as usize];
-        let to_pre = context.spec().pipeline == Pipeline::Parallel && ray.direct;
-        let buffer = if to_pre {
-            &mut self.fetch.input
-        } else {
-            &mut self.post.input
-        };
-        if buffer.len() >= self.capacity {
-            return self.aabb.pipes[pipe].recirculate(now, slot);
+    fn leave_aabb(&mut self, now: u64, rays: &mut [RayState], context: &Context<'_>) {
+        let pipes = &mut self.aabb.pipes;
+        for pipe in pipes.each() {
+            let Some(slot) = pipe.leave(now) else {
+                continue;
+            };
+            let ray = &mut rays[slot as usize];
+            let to_pre = context.spec().pipeline == Pipeline::Parallel && ray.direct;
+            let buffer = match to_pre {
+                true => &mut self.fetch.input,
+                false => &mut self.post.input,
+            };
+            if buffer.len() >= self.capacity {
+                pipe.recirculate(now, slot);
+                continue;
+            }
+            if to_pre {
+                context.begin_visit(ray);
+            }
+            buffer.push_back(slot);
         }
-        if to_pre {
-            context.begin_visit(ray);
-        }
-        buffer.push_back(slot);
+        pipes.changed();
     }
 
     fn leave_pre(
         &mut self,
         now: u64,
-        pipe: usize,
-        slot: Slot,
         rays: &mut [RayState],
         context: &Context<'_>,
         exits: &mut Exits<'_>,
     ) {
-        let ray = &mut rays[slot as usize];
-        let to_ist = context.spec().pipeline == Pipeline::Parallel && ray.walk.node.is_leaf();
-        let (buffer, capacity) = if to_ist {
-            (&mut *exits.ist, exits.ist_capacity)
-        } else {
-            (&mut self.aabb.input, self.capacity)
-        };
-        if buffer.len() >= capacity {
-            return self.pre[pipe].recirculate(now, slot);
+        for pipe in self.pre.each() {
+            let Some(slot) = pipe.leave(now) else {
+                continue;
+            };
+            let ray = &mut rays[slot as usize];
+            let to_ist = context.spec().pipeline == Pipeline::Parallel && ray.walk.node.is_leaf();
+            if to_ist && let Some(ist) = exits.ist() {
+                context.begin_leaf(now, ray);
+                ist.arrive(now, slot);
+            } else if !to_ist && self.aabb.input.len() < self.capacity {
+                self.aabb.input.push_back(slot);
+            } else {
+                pipe.recirculate(now, slot);
+            }
         }
-        if to_ist {
-            context.begin_leaf(now, ray);
-        }
-        buffer.push_back(slot);
+        self.pre.changed();
     }
 
     fn enter_post(&mut self, now: u64, rays: &mut [RayState], context: &Context<'_>) {
-        for pipe in &mut self.post.pipes {
+        let pipes = &mut self.post.pipes;
+        for pipe in pipes.each() {
             if !pipe.is_free(now) {
                 continue;
             }
             let Some(slot) = self.post.input.pop_front() else {
-                return;
+                break;
             };
             let ray = &mut rays[slot as usize];
             let is_leaf = ray.walk.node.is_leaf();
-            if ray.phase == Phase::Visit && ray.direct {
-                pipe.bypass(now, slot);
-                continue;
-            }
-            if ray.phase == Phase::Visit && is_leaf {
-                ray.next = Next::Intersect;
+            if ray.phase == Phase::Visit && (ray.direct || is_leaf) {
+                if !ray.direct {
+                    ray.next = Next::Intersect;
+                }
                 pipe.bypass(now, slot);
                 continue;
             }
@@ -300,15 +352,17 @@ impl Trv {
             // The stack gives one entry a cycle.
             pipe.issue(now, slot, u64::from(popped.max(1)));
         }
+        pipes.changed();
     }
 
     fn enter_aabb(&mut self, now: u64, rays: &mut [RayState], context: &Context<'_>) {
-        for pipe in &mut self.aabb.pipes {
+        let pipes = &mut self.aabb.pipes;
+        for pipe in pipes.each() {
             if !pipe.is_free(now) {
                 continue;
             }
             let Some(slot) = self.aabb.input.pop_front() else {
-                return;
+                break;
             };
             let ray = &mut rays[slot as usize];
             if ray.phase == Phase::Pop || ray.walk.node.is_leaf() {
@@ -331,6 +385,7 @@ impl Trv {
             // Two boxes, one a cycle.
             pipe.issue(now, slot, 2);
         }
+        pipes.changed();
     }
 
     fn enter_pre(
@@ -341,8 +396,8 @@ impl Trv {
         exits: &mut Exits<'_>,
     ) {
         let line = context.spec().trv_l1.line;
-        for pipe in &mut self.pre {
-            if !pipe.is_free(now) || self.fetch.is_empty() {
+        for pipe in self.pre.each() {
+            if !pipe.is_free(now) || !self.fetch.has_work() {
                 continue;
             }
             let need = |slot: Slot| -> Need { rays[slot as usize].needs() };
@@ -373,5 +428,6 @@ impl Trv {
             });
             pipe.issue(now, slot, 1);
         }
+        self.pre.changed();
     }
 }

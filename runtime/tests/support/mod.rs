@@ -221,7 +221,8 @@ impl<'a> NearestTree<'a> {
             let (a, b) = ((*lo - origin) * inverse, (*hi - origin) * inverse);
             let enter = a.min(b).max_element();
             let leave = a.max(b).min_element();
-            if enter <= leave && leave >= 0.0 {
+            let before = best.is_none_or(|best| enter <= best);
+            if enter <= leave && leave >= 0.0 && before {
                 if range.len() <= LEAF {
                     let triangles = self.order[range.clone()]
                         .iter()
