@@ -92,6 +92,9 @@ fn pairs(dfg: &Dfg, arch: &Arch, ii: u32, options: &Options<'_>, edits: &[Edit])
 /// The changes worth a try for a loop.
 fn edits(dfg: &Dfg, arch: &Arch) -> Vec<Edit> {
     let classes: BTreeSet<Class> = dfg.nodes.values().map(|n| n.op.class()).collect();
+    let bounds = modulo::bounds(dfg, arch);
+    // Elsewhere latencies change an II by luck only.
+    let latencies_count = bounds.recurrences >= bounds.resources;
     let mut edits = Vec::new();
     for (resource, spec) in arch.resources.iter() {
         edits.push(Edit {
@@ -106,20 +109,22 @@ fn edits(dfg: &Dfg, arch: &Arch) -> Vec<Edit> {
             edits.push(of_class(class, "issued every cycle", |op| op.interval = 1));
         }
         let long = |op: &FuOp| op.class == class && op.latency > op.interval.max(1);
-        if arch.fus.values().any(|fu| fu.ops.iter().any(long)) {
+        if latencies_count && arch.fus.values().any(|fu| fu.ops.iter().any(long)) {
             edits.push(of_class(class, "a cycle faster", |op| {
                 op.latency = (op.latency - 1).max(op.interval).max(1);
             }));
         }
     }
-    edits.push(Edit {
-        what: "local register files twice the size".into(),
-        apply: Box::new(|arch| {
-            let local = |kind| kind != FileKind::Central;
-            let files = arch.files.iter_mut().map(|(_, file)| file);
-            files.filter(|f| local(f.kind)).for_each(|f| f.size *= 2);
-        }),
-    });
+    for (times, factor) in [("twice", 2), ("four times", 4)] {
+        edits.push(Edit {
+            what: format!("local register files {times} the size"),
+            apply: Box::new(move |arch| {
+                let files = arch.files.values_mut();
+                let local = files.filter(|f| f.kind != FileKind::Central);
+                local.for_each(|f| f.size *= factor);
+            }),
+        });
+    }
     edits.push(Edit {
         what: "one more port to read and to write in every register file".into(),
         apply: Box::new(|arch| {

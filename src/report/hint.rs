@@ -20,7 +20,7 @@ fn tried(l: &LoopReport, what_if: &WhatIf) -> String {
         None => {
             let tried = what_if.tried;
             format!(
-                "none of {tried} changes that were tried would help; {}",
+                "none of {tried} changes that were tried would help: {}",
                 untried(l)
             )
         }
@@ -48,16 +48,35 @@ fn untried(l: &LoopReport) -> String {
             l.ii - 1,
             l.bound()
         ),
-        Status::Open => format!(
-            "the bound is {}: more links or registers, or a longer search (--optimal)",
-            l.bound()
-        ),
+        Status::Open => open(l),
         Status::Bound if l.res_mii == l.rec_mii => {
-            format!("a lower II takes both {by_resources} and {by_recurrence}")
+            format!("both {by_resources}, and {by_recurrence}")
         }
-        Status::Bound if l.res_mii > l.rec_mii => format!("a lower II takes {by_resources}"),
-        Status::Bound => format!("a lower II takes {by_recurrence}"),
+        Status::Bound if l.res_mii > l.rec_mii => by_resources,
+        Status::Bound => by_recurrence.to_owned(),
     }
+}
+
+/// What to do where the II is above its bounds and nothing is proved.
+fn open(l: &LoopReport) -> String {
+    let Some(obstacle) = &l.why_not_lower else {
+        let bound = l.bound();
+        return format!(
+            "the bound is {bound}: a longer search (--optimal), or more links or registers"
+        );
+    };
+    let remedy = match obstacle.text.as_str() {
+        text if text.contains("registers of") => {
+            "larger register files, or fewer values that live long"
+        }
+        text if text.contains("no route") => "more links, or registers to wait in",
+        text if text.contains("no unit") => "more units for it",
+        _ => "more links or registers",
+    };
+    format!(
+        "{}: {remedy}, or a longer search (--optimal)",
+        obstacle.text
+    )
 }
 
 /// Whether the recurrence passes through accesses that are kept in order for want of knowledge.

@@ -44,7 +44,8 @@ fn summary(out: &mut String, report: &Report) {
         line(out, format_args!("{text}"));
     }
     if report.loops.is_empty() {
-        return line(out, format_args!("no loop is on the array"));
+        line(out, format_args!("no loop is on the array"));
+        return refused(out, report);
     }
     let names = report.loops.iter().map(|l| l.kernel.chars().count());
     let width = names.max().unwrap_or(0).max(6);
@@ -73,7 +74,18 @@ fn summary(out: &mut String, report: &Report) {
             ),
         );
     }
+    refused(out, report);
     advice(out, &report.advice);
+}
+
+/// The loops that are not on the array although a pragma asks for it.
+fn refused(out: &mut String, report: &Report) {
+    for n in report.not_pipelined.iter().filter(|n| n.required) {
+        line(
+            out,
+            format_args!("{} is not on the array: {}", n.kernel, n.reason),
+        );
+    }
 }
 
 /// What a status is called in the table.

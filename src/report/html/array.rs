@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 /// Width and height of a unit, and the gap between units.
 const UNIT: (f64, f64) = (104.0, 58.0);
 const GAP: (f64, f64) = (38.0, 34.0);
-/// Room round the array, for links that go round it.
-const MARGIN: f64 = 30.0;
+/// Room round the array, and where links go round it.
+const MARGIN: (f64, f64) = (18.0, 62.0);
 /// How far links of opposite directions are apart from the middle.
 const APART: f64 = 6.0;
 /// Letters of a unit's name that fit.
@@ -29,15 +29,26 @@ struct Grid<'a> {
 impl<'a> Grid<'a> {
     fn of(l: &'a LoopReport) -> Grid<'a> {
         let step = (UNIT.0 + GAP.0, UNIT.1 + GAP.1);
+        let cell: BTreeMap<&str, (u32, u32)> = (l.units.iter())
+            .map(|u| (u.unit.as_str(), (u.row, u.column)))
+            .collect();
+        let is_far = |link: &LinkLoad| match (cell.get(&*link.from), cell.get(&*link.to)) {
+            (Some(a), Some(b)) => a.0.abs_diff(b.0).max(a.1.abs_diff(b.1)) > 1,
+            _ => false,
+        };
+        let margin = match l.links.iter().any(is_far) {
+            true => MARGIN.1,
+            false => MARGIN.0,
+        };
         let corner = |u: &UnitLoad| {
             let (row, column) = (f64::from(u.row), f64::from(u.column));
-            (MARGIN + column * step.0, MARGIN + row * step.1)
+            (margin + column * step.0, margin + row * step.1)
         };
         let last = |of: fn(&UnitLoad) -> u32| l.units.iter().map(of).max().unwrap_or(0) + 1;
         Grid {
             size: (
-                2.0 * MARGIN + f64::from(last(|u| u.column)) * step.0 - GAP.0,
-                2.0 * MARGIN + f64::from(last(|u| u.row)) * step.1 - GAP.1,
+                2.0 * margin + f64::from(last(|u| u.column)) * step.0 - GAP.0,
+                2.0 * margin + f64::from(last(|u| u.row)) * step.1 - GAP.1,
             ),
             at: l
                 .units

@@ -69,6 +69,9 @@ fn summary(report: &Report) -> Markup {
                     }
                 }
             }
+            @for n in report.not_pipelined.iter().filter(|n| n.required) {
+                p.above { a href="#refused" { (n.kernel) } " is not on the array: " (n.reason) }
+            }
             @if !report.advice.is_empty() {
                 h3 { "Changes that were tried and help" }
                 ul.advice { @for a in &report.advice {
@@ -194,7 +197,7 @@ fn place(at: &Position, l: &LoopReport) -> String {
 
 fn refused(loops: &[NotPipelined]) -> Markup {
     html! {
-        section {
+        section id="refused" {
             div.head { h2 { "Loops that are not on the array" } }
             div.scroll { table.refused { @for n in loops {
                 tr {
