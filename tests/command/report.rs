@@ -277,6 +277,106 @@ fn what_is_no_report_is_refused() {
     assert_eq!(both.status.code(), Some(2), "files and --diff");
 }
 
+/// What trying changes promises is what the changed machine gives.
+#[test]
+fn what_to_do_holds_on_the_changed_machine() {
+    let folder = folder("report_what_if");
+    let text = "\
+static int a[64], b[64], c[64], d[64];
+static float x[64], y[64];
+void add(int n)
+{
+#pragma srp kernel
+    for (int i = 0; i < n; i++)
+        d[i] = a[i] + b[i] + c[i];
+}
+void invert(int n)
+{
+#pragma srp kernel
+    for (int i = 0; i < n; i++)
+        y[i] = 1.0f / x[i];
+}
+";
+    write(&folder, "loops.c", &text);
+    let machines = Path::new(env!("CARGO_MANIFEST_DIR")).join("archdesc/machines/sgrt.xml");
+    let sgrt = std::fs::read_to_string(machines).expect("the machine is there");
+    let edited = |name: &str, from: &str, to: &str| {
+        assert!(sgrt.contains(from), "{from}");
+        write(&folder, name, &sgrt.replace(from, to));
+    };
+    let port = |n: u32| format!("name=\"sram_port\" count=\"{n}\"");
+    edited("one.xml", &port(4), &port(1));
+    edited("two.xml", &port(4), &port(2));
+    let division = "class=\"fdiv\" latency=\"12\" interval=";
+    edited(
+        "slow.xml",
+        &format!("{division}\"4\""),
+        &format!("{division}\"8\""),
+    );
+    edited(
+        "quick.xml",
+        &format!("{division}\"4\""),
+        &format!("{division}\"1\""),
+    );
+    let cases = [
+        ("one.xml", "two.xml", "add", "one more sram_port"),
+        ("slow.xml", "quick.xml", "invert", "fdiv issued every cycle"),
+    ];
+    for (before, after, kernel, what) in cases {
+        let of = |machine: &str| {
+            let args = [
+                "report",
+                "loops.c",
+                "--kernel",
+                kernel,
+                "--what-if",
+                "--json",
+                "--machine",
+            ];
+            let json = stdout(&folder, &[&args[..], &[machine]].concat(), 0);
+            let json: Value = serde_json::from_str(&json).expect("JSON");
+            json["loops"][0].clone()
+        };
+        let (now, then) = (of(before), of(after));
+        let changes = now["what_if"]["changes"].as_array().expect("a list");
+        let promised = changes.iter().find(|c| c["what"] == what);
+        let promised = promised.unwrap_or_else(|| panic!("no {what:?} in {changes:?}"));
+        assert_eq!(promised["ii"], then["ii"], "{what}");
+        assert!(now["ii"].as_u64() > then["ii"].as_u64(), "{what}");
+        let hint = now["hint"].as_str().expect("text");
+        assert!(hint.contains("would give II = "), "{hint}");
+    }
+}
+
+/// Schedules of bare graphs have a report as well.
+#[test]
+fn mapped_graphs_have_a_report() {
+    let folder = folder("report_graphs");
+    write(&folder, "accumulate.dot", super::GRAPH);
+    let mesh = [
+        "machine", "mesh", "--rows", "2", "--cols", "2", "-o", "mesh.xml",
+    ];
+    stdout(&folder, &mesh, 0);
+    let map = [
+        "map",
+        "accumulate.dot",
+        "--machine",
+        "mesh.xml",
+        "-o",
+        "all.sched.xml",
+    ];
+    stdout(&folder, &map, 0);
+    let report = ["report", "all.sched.xml", "--machine", "mesh.xml"];
+    let text = stdout(&folder, &report, 0);
+    assert!(text.contains("accumulate at II = 1, the bound"), "{text}");
+    assert!(text.contains("accumulate.dot:"), "{text}");
+    refused(
+        &folder,
+        &["report", "all.sched.xml", "--machine", "tiny"],
+        &["all.sched.xml:", "tiny"],
+    );
+}
+
 /// Other commands write the same report.
 #[test]
 fn any_command_writes_the_report() {

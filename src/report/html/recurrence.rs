@@ -143,7 +143,7 @@ fn snake(steps: &[Step]) -> Drawing<'_> {
     let rows = steps.len().div_ceil(IN_A_ROW);
     let size = (
         2.0 * MARGIN + columns as f64 * (BOX.0 + GAP.0) - GAP.0,
-        MARGIN / 2.0 + rows as f64 * (BOX.1 + GAP.1) + 12.0,
+        MARGIN / 2.0 + rows as f64 * (BOX.1 + GAP.1) + 22.0,
     );
     Drawing {
         size: (size.0.max(260.0), size.1),
@@ -198,7 +198,7 @@ fn way_round(a: (f64, f64), b: (f64, f64), step: &Step) -> Way {
     Way {
         path,
         label: label(step.latency, step.distance),
-        label_at: (((x + left) / 2.0).max(left + 90.0), low - 5.0),
+        label_at: (((x + left) / 2.0).max(left + 90.0), low + 14.0),
         critical: true,
         back: true,
     }
