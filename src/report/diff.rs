@@ -4,7 +4,7 @@
 //! moves or contexts are its price and only told; where it did not, they are worse.
 
 use super::model::{FORMAT, FileKind, LoopReport, Report, Status, VERSION};
-use super::text::{percent, status};
+use super::text::{count, percent, status};
 use crate::failure::Failure;
 use crate::files;
 use serde::{Deserialize, Serialize};
@@ -14,6 +14,13 @@ use std::path::Path;
 
 /// What a file of differences calls itself.
 const DIFF_FORMAT: &str = "srp-report-diff";
+
+/// Whether a loop is on the array at all.
+const ON_ARRAY: &str = "loop on the array";
+const INTERVAL: &str = "II";
+const PROOF: &str = "proof";
+/// The figures that come first.
+const FIRST: [&str; 3] = [ON_ARRAY, INTERVAL, PROOF];
 
 /// The differences between two reports.
 #[derive(Serialize)]
@@ -114,7 +121,7 @@ pub(super) fn diff(old: &Report, new: &Report) -> Differences {
         let was = old.not_pipelined.iter().any(|n| n.kernel == after.kernel);
         let difference = Difference {
             kernel: after.kernel.clone(),
-            figure: "loop on the array".to_owned(),
+            figure: ON_ARRAY.to_owned(),
             old: was.then(|| "not on the array".to_owned()),
             new: Some(format!("II = {}", after.ii)),
         };
@@ -122,6 +129,15 @@ pub(super) fn diff(old: &Report, new: &Report) -> Differences {
             true => all.better.push(difference),
             false => all.changed.push(difference),
         }
+    }
+    // What counts most comes first, then loop by loop.
+    for list in [&mut all.worse, &mut all.better, &mut all.changed] {
+        list.sort_by_key(|d| {
+            FIRST
+                .iter()
+                .position(|f| *f == d.figure)
+                .unwrap_or(FIRST.len())
+        });
     }
     all
 }
@@ -161,17 +177,17 @@ impl Differences {
         let refused = new.not_pipelined.iter().find(|n| n.kernel == before.kernel);
         self.worse.push(Difference {
             kernel: before.kernel.clone(),
-            figure: "loop on the array".to_owned(),
+            figure: ON_ARRAY.to_owned(),
             old: Some(format!("II = {}", before.ii)),
             new: refused.map(|n| format!("not on the array: {}", n.reason)),
         });
     }
 
     fn compare(&mut self, before: &LoopReport, after: &LoopReport) {
-        let interval = Figure::count("II", before.ii, after.ii);
+        let interval = Figure::count(INTERVAL, before.ii, after.ii);
         let faster = interval.order == Ordering::Less;
         let proof = Figure {
-            name: "proof".to_owned(),
+            name: PROOF.to_owned(),
             old: status(before.status).to_owned(),
             new: status(after.status).to_owned(),
             order: rank(after.status).cmp(&rank(before.status)),
@@ -293,6 +309,6 @@ fn write_text(out: &mut String, d: &Differences) -> std::fmt::Result {
             )?;
         }
     }
-    let (worse, better, same) = (d.worse.len(), d.better.len(), d.same);
-    writeln!(out, "{worse} worse, {better} better, {same} loops the same")
+    let (worse, better, same) = (d.worse.len(), d.better.len(), count(d.same, "loop"));
+    writeln!(out, "{worse} worse, {better} better, {same} the same")
 }

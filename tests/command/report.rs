@@ -297,7 +297,7 @@ void invert(int n)
         y[i] = 1.0f / x[i];
 }
 ";
-    write(&folder, "loops.c", &text);
+    write(&folder, "loops.c", text);
     let machines = Path::new(env!("CARGO_MANIFEST_DIR")).join("archdesc/machines/sgrt.xml");
     let sgrt = std::fs::read_to_string(machines).expect("the machine is there");
     let edited = |name: &str, from: &str, to: &str| {
