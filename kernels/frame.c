@@ -56,9 +56,10 @@ static void submit(job j, int n)
     waiting++;
 }
 
-/* log2 of the width of a tile, a power of two. */
+/* log2 of the width of a tile, a power of two, and the pixels of a tile. */
 static int shift;
 static int mask;
+static int tile_rays;
 static int tiles_x;
 
 static void begin_tile(int tile)
@@ -73,8 +74,8 @@ static void begin_tile(int tile)
     float4 corner = scene->corner + right * srp_itof(tile % tiles_x * scene->tile_width) +
                     down * srp_itof(tile / tiles_x * scene->tile_height);
     generate_primary(rays[j.rays], views[j.rays], scene->eye, corner, right, down, scene->widening, scene->far,
-                     mask, shift, SRP_RAYS);
-    submit(j, SRP_RAYS);
+                     mask, shift, tile_rays);
+    submit(j, tile_rays);
 }
 
 static void finish_tile(job j)
@@ -83,7 +84,7 @@ static void finish_tile(job j)
     int x = j.tile % tiles_x * scene->tile_width;
     int y = j.tile / tiles_x * scene->tile_height;
     unsigned target = scene->framebuffer + 4u * (unsigned)(y * scene->stride + x);
-    resolve(out[j.pixels], target, scene->stride, mask, shift, SRP_RAYS);
+    resolve(out[j.pixels], target, scene->stride, mask, shift, tile_rays);
     give_back(&free_pixels, j.pixels);
 }
 
@@ -133,6 +134,7 @@ int main(void)
     SRP_GLOBAL const srp_scene *scene = SRP_SCENE;
     tiles_x = scene->tiles_x;
     mask = scene->tile_width - 1;
+    tile_rays = scene->tile_width * scene->tile_height;
     while (1 << shift < scene->tile_width)
         shift++;
     for (int more = 1; more || waiting;) {

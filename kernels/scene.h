@@ -42,7 +42,7 @@ typedef struct {
     float4 colour;     /* 112: its rgb, the same at every distance */
     int width;         /* 128: of the frame, pixels */
     int height;        /* 132 */
-    int tile_width;    /* 136: of a tile, pixels; tile_width * tile_height == SRP_RAYS */
+    int tile_width;    /* 136: of a tile, pixels; tile_width * tile_height <= SRP_RAYS */
     int tile_height;   /* 140 */
     int tiles_x;       /* 144: tiles in a row; tile n has the column n % tiles_x, row n / tiles_x */
     int tiles_y;       /* 148 */

@@ -9,7 +9,7 @@ use crate::failure::Failure;
 use crate::scenes::{self, Views};
 use crate::tni::{self, Job, Rays, measure};
 use crate::{interrupt, machine, talk};
-use figures::{Figures, PAPER, PaperScene};
+use figures::{Figures, PAPER, PaperScene, Table5};
 use srp_archdesc::arch::Arch;
 use srp_runtime::bvh::Bvh;
 use srp_runtime::rays::{Kind, Order};
@@ -119,13 +119,21 @@ fn kinds(case: &Case) -> [Kind; 3] {
     ]
 }
 
+/// What is varied of a measurement.
+#[derive(Clone, Copy)]
+struct How {
+    units: u32,
+    memories: Memories,
+    order: Order,
+}
+
 /// Measures one kind of rays over all views.
 fn run_kind(
     case: &Case,
     kind: Kind,
     args: &cli::Paper,
     arch: &Arch,
-    (units, memories): (u32, Memories),
+    how: How,
 ) -> Result<Measure, Failure> {
     let one_in = match kind {
         Kind::Primary => args.sample_primary,
@@ -138,15 +146,15 @@ fn run_kind(
         cameras: &case.cameras,
         size: args.size,
         rays: &Rays::Of(kind),
-        order: Order::Morton,
+        order: how.order,
         one_in,
-        units,
-        memories,
+        units: how.units,
+        memories: how.memories,
         threads: args.measuring.threads,
         costs: false,
     };
     let outcomes = interrupt::looked_for(|| measure(&job))?;
-    Ok(Measure::of(&outcomes, units, arch.system.tni_mhz))
+    Ok(Measure::of(&outcomes, how.units, &arch.system))
 }
 
 fn title(kind: Kind) -> &'static str {
@@ -194,11 +202,16 @@ fn line_head(kind: Kind, error: Option<f64>) -> Result<(), Failure> {
 /// Table 4: one unit, both forms of the traversal unit.
 fn table4(case: &Case, args: &cli::Paper, arch: &Arch) -> Result<(), Failure> {
     let mut gains = Vec::new();
+    let how = How {
+        units: 1,
+        memories: Memories::Private,
+        order: args.order.into(),
+    };
     for kind in kinds(case) {
         let of = |pipeline| {
             let mut arch = arch.clone();
             tni::set_pipeline(&mut arch.system, Some(pipeline));
-            run_kind(case, kind, args, &arch, (1, Memories::Private))
+            run_kind(case, kind, args, &arch, how)
         };
         let single = of(cli::Pipeline::Single)?;
         let parallel = of(cli::Pipeline::Parallel)?;
@@ -236,6 +249,8 @@ fn table4(case: &Case, args: &cli::Paper, arch: &Arch) -> Result<(), Failure> {
             parallel.cycles_per_visit,
         )?;
         explain(p.map(|p| (p.steps_pp, p.mrays_pp)), &parallel)?;
+        let table5 = p.and_then(|p| p.table5);
+        unsorted(case, kind, args, arch, how, (p.map(|p| p.mrays_pp), table5))?;
         gains.push(gain);
     }
     put(format_args!(
@@ -247,10 +262,19 @@ fn table4(case: &Case, args: &cli::Paper, arch: &Arch) -> Result<(), Failure> {
 
 /// Table 5: four units, with a memory each and with one memory.
 fn table5(case: &Case, args: &cli::Paper, arch: &Arch) -> Result<(), Failure> {
+    let units = arch.system.cores;
+    let each = How {
+        units,
+        memories: Memories::Private,
+        order: args.order.into(),
+    };
+    let one = How {
+        memories: Memories::Shared,
+        ..each
+    };
     for kind in kinds(case) {
-        let units = arch.system.cores;
-        let private = run_kind(case, kind, args, arch, (units, Memories::Private))?;
-        let shared = run_kind(case, kind, args, arch, (units, Memories::Shared))?;
+        let private = run_kind(case, kind, args, arch, each)?;
+        let shared = run_kind(case, kind, args, arch, one)?;
         let figures = paper(case, kind);
         let p = figures.and_then(|p| p.table5);
         line_head(kind, private.relative_error)?;
@@ -284,8 +308,32 @@ fn table5(case: &Case, args: &cli::Paper, arch: &Arch) -> Result<(), Failure> {
         line("cycles a node visit", None, m.cycles_per_visit)?;
         line("lines outstanding a unit", None, m.outstanding)?;
         explain(p.map(|p| (p.trv_steps, p.mrays / f64::from(units))), m)?;
+        unsorted(case, kind, args, arch, each, (p.map(|p| p.mrays), p))?;
     }
     Ok(())
+}
+
+/// Secondary rays once more, in the order of their pixels where they were sorted: what caches hit
+/// depends on it, and the paper does not state it.
+fn unsorted(
+    case: &Case,
+    kind: Kind,
+    args: &cli::Paper,
+    arch: &Arch,
+    how: How,
+    (mrays, paper): (Option<f64>, Option<Table5>),
+) -> Result<(), Failure> {
+    if kind == Kind::Primary || how.order != Order::Morton {
+        return Ok(());
+    }
+    let order = Order::Pixels;
+    let m = run_kind(case, kind, args, arch, How { order, ..how })?;
+    put(format_args!("  not sorted, in the order of the pixels:"))?;
+    line("  Mrays/s", mrays, m.mrays_per_second)?;
+    line("  TRV L1 hits %", paper.map(|p| p.trv_l1), 100.0 * m.trv_l1)?;
+    line("  TRV L2 hits %", paper.map(|p| p.trv_l2), 100.0 * m.trv_l2)?;
+    line("  IST L1 hits %", paper.map(|p| p.ist_l1), 100.0 * m.ist_l1)?;
+    line("  cycles a node visit", None, m.cycles_per_visit)
 }
 
 /// What makes the rate another than the paper's: the cycles a ray is in the unit, taken apart.

@@ -133,6 +133,29 @@ pub struct DramTiming {
     pub refi: u32,
 }
 
+impl DramTiming {
+    /// All of them under their names in a machine file, in the order in which they are written.
+    pub fn rows(&self) -> [(&'static str, u32); 15] {
+        [
+            ("cl", self.cl),
+            ("cwl", self.cwl),
+            ("rcd", self.rcd),
+            ("rp", self.rp),
+            ("ras", self.ras),
+            ("rc", self.rc),
+            ("rrd", self.rrd),
+            ("faw", self.faw),
+            ("wtr", self.wtr),
+            ("rtw", self.rtw),
+            ("wr", self.wr),
+            ("rtp", self.rtp),
+            ("ccd", self.ccd),
+            ("rfc", self.rfc),
+            ("refi", self.refi),
+        ]
+    }
+}
+
 /// The controller of one channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ControllerSpec {

@@ -298,7 +298,6 @@ fn show_dram(out: &mut String, d: &DramSpec) -> std::fmt::Result {
     let DramModel::Banked(b) = &d.model else {
         return Ok(());
     };
-    let t = &b.timing;
     writeln!(
         out,
         "  {} banks of {} rows of {}, bursts of {}",
@@ -307,26 +306,11 @@ fn show_dram(out: &mut String, d: &DramSpec) -> std::fmt::Result {
         bytes(b.columns * d.bits / 8),
         bytes(b.burst_bytes(d.bits)),
     )?;
-    writeln!(
-        out,
-        "  CL {} CWL {} RCD {} RP {} RAS {} RC {} RRD {} FAW {} WTR {} RTW {} WR {} RTP {} CCD {} \
-         RFC {} REFI {}",
-        t.cl,
-        t.cwl,
-        t.rcd,
-        t.rp,
-        t.ras,
-        t.rc,
-        t.rrd,
-        t.faw,
-        t.wtr,
-        t.rtw,
-        t.wr,
-        t.rtp,
-        t.ccd,
-        t.rfc,
-        t.refi
-    )?;
+    write!(out, " ")?;
+    for (name, cycles) in b.timing.rows() {
+        write!(out, " {} {cycles}", name.to_uppercase())?;
+    }
+    writeln!(out)?;
     let c = &b.controller;
     let policy = match c.row_policy {
         RowPolicy::Open => "open",

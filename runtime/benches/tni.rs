@@ -111,7 +111,7 @@ fn main() {
         let start = Instant::now();
         let outcome = bench.finish(&|| false).expect("nobody cancels it");
         seconds += start.elapsed().as_secs_f64();
-        let m = Measure::of(std::slice::from_ref(&outcome), 4, spec.tni_mhz);
+        let m = Measure::of(std::slice::from_ref(&outcome), 4, &spec);
         println!(
             "{pipeline:?}, {threads} thread(s): {seconds:.2} s; of 4 units, a second: {:.2} M cycles \
              of the SRP's clock, {:.2} M of the T&I units', {:.0} rays",

@@ -158,15 +158,12 @@ impl fmt::Display for ImageError {
 
 impl std::error::Error for ImageError {}
 
-/// Width and height of a tile that holds one packet of `rays` rays: 8 pixels wide where that
-/// divides the packet.
+/// Width and height of a tile for packets of `rays` rays: about a square, as many pixels as a packet
+/// has rays or less. The width is a power of two, for the kernels divide by it.
 pub fn tile_size(rays: u32) -> (u32, u32) {
     let rays = rays.max(1);
-    if rays.is_multiple_of(8) {
-        (8, rays / 8)
-    } else {
-        (rays, 1)
-    }
+    let width = 1 << (rays.ilog2() / 2);
+    (width, rays / width)
 }
 
 /// Lays out system memory for a frame of `width`×`height` pixels. `bvh` is built over the scene's
@@ -473,11 +470,14 @@ mod tests {
     }
 
     #[test]
-    fn tiles_hold_a_packet() {
+    fn packets_hold_a_tile() {
         for rays in 1..200 {
             let (width, height) = tile_size(rays);
-            assert_eq!(width * height, rays);
+            assert!(width.is_power_of_two() && width <= height);
+            assert!((0..width).contains(&(rays - width * height)), "{rays}");
         }
+        assert_eq!(tile_size(63), (4, 15));
         assert_eq!(tile_size(64), (8, 8));
+        assert_eq!(tile_size(128), (8, 16));
     }
 }

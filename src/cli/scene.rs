@@ -121,6 +121,8 @@ pub(crate) enum TniMemory {
     Shared,
     /// Every unit has its own
     Private,
+    /// One after the other
+    Both,
 }
 
 /// Orders of rays.
@@ -175,9 +177,9 @@ pub(crate) struct Tni {
     /// Number of T&I units; the machine's cores where none is given
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
     pub(crate) units: Option<u32>,
-    /// Who shares a memory
-    #[arg(long, value_enum, default_value_t = TniMemory::Shared)]
-    pub(crate) memory: TniMemory,
+    /// Who shares a memory, instead of what the machine says
+    #[arg(long, value_enum)]
+    pub(crate) memory: Option<TniMemory>,
     #[command(flatten)]
     pub(crate) camera: Camera,
     /// Views of the scene NAME in a file of cameras
@@ -255,6 +257,9 @@ pub(crate) struct Paper {
     /// Measure one run of packets of primary rays in N
     #[arg(long, value_name = "1/N", default_value = "1/1", value_parser = parse_sample)]
     pub(crate) sample_primary: u64,
+    /// Order of the rays
+    #[arg(long, value_enum, default_value_t = RayOrder::Morton)]
+    pub(crate) order: RayOrder,
     #[command(flatten)]
     pub(crate) measuring: Measuring,
 }

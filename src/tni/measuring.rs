@@ -132,7 +132,20 @@ pub(crate) fn measure(job: &Job<'_>) -> Result<Vec<Outcome>, Failure> {
     });
     let outcomes = outcomes.into_inner().expect("no thread panics with it");
     let outcomes: Option<Vec<Outcome>> = outcomes.into_iter().collect();
-    outcomes.ok_or(Failure::Interrupted)
+    let outcomes = outcomes.ok_or(Failure::Interrupted)?;
+    if outcomes.iter().all(|o| o.counters.unit.rays == 0) {
+        return Err(Failure::Message(format!(
+            "there are no {} rays to measure: {}",
+            job.rays.name(),
+            match job.rays {
+                Rays::Given(_) => "the file has none",
+                _ if job.one_in > 1 =>
+                    "the sample has none, or nothing is seen that they start from",
+                _ => "nothing is seen that they start from",
+            }
+        )));
+    }
+    Ok(outcomes)
 }
 
 fn run_view(

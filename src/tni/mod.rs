@@ -45,9 +45,9 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
         order: Order::from(args.order),
         one_in: args.sample,
         units: args.units.unwrap_or(arch.system.cores),
-        memories: match args.memory {
-            TniMemory::Shared => Memories::Shared,
-            TniMemory::Private => Memories::Private,
+        memories: match (args.memory, arch.system.dram.shared) {
+            (Some(TniMemory::Shared | TniMemory::Both), _) | (None, true) => Memories::Shared,
+            (Some(TniMemory::Private), _) | (None, false) => Memories::Private,
         },
         threads: args.measuring.threads,
         costs: args.heat.is_some(),
@@ -56,13 +56,28 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
         return Ok(talk::print(replay::explain(&job, pixel)?)?);
     }
     let outcomes = interrupt::looked_for(|| measure(&job))?;
-    let measured = Measure::of(&outcomes, job.units, arch.system.tni_mhz);
+    let measured = Measure::of(&outcomes, job.units, job.spec);
+    let private = match args.memory {
+        Some(TniMemory::Both) => Some(measure_private(&job)?),
+        _ => None,
+    };
     if let Some(path) = &args.heat {
         let png = heat::picture(&outcomes[0], args.size, args.heat_of)?;
         files::write(path, &png)?;
         talk::say(path.display());
     }
-    print_measure(args, &arch, &job, &outcomes, &measured)
+    print_measure(args, &arch, &job, &outcomes, &measured, private.as_ref())
+}
+
+/// The same with a memory for every unit.
+fn measure_private(job: &Job<'_>) -> Result<Measure, Failure> {
+    let job = Job {
+        memories: Memories::Private,
+        costs: false,
+        ..*job
+    };
+    let outcomes = interrupt::looked_for(|| measure(&job))?;
+    Ok(Measure::of(&outcomes, job.units, job.spec))
 }
 
 fn print_measure(
@@ -71,15 +86,16 @@ fn print_measure(
     job: &Job<'_>,
     outcomes: &[Outcome],
     measured: &Measure,
+    private: Option<&Measure>,
 ) -> Result<(), Failure> {
     if !args.json {
-        return Ok(talk::print(text::report(arch, job, outcomes, measured))?);
+        let text = text::report(arch, job, outcomes, measured, private);
+        return Ok(talk::print(text)?);
     }
     let views: Vec<Measure> = outcomes
         .iter()
-        .map(|o| Measure::of(std::slice::from_ref(o), job.units, arch.system.tni_mhz))
+        .map(|o| Measure::of(std::slice::from_ref(o), job.units, job.spec))
         .collect();
-    let memories: Vec<_> = outcomes.iter().map(|o| &o.dram).collect();
     let json = serde_json::json!({
         "machine": arch.name,
         "scene": job.scene.name,
@@ -88,9 +104,9 @@ fn print_measure(
         "size": [job.size.0, job.size.1],
         "sample": job.one_in,
         "all": measured,
+        "all_with_private_memories": private,
         "energy_mj": energy::Energy::of(&arch.system.tni, &measured.counters),
         "views": views,
-        "dram": memories,
     });
     let text = serde_json::to_string_pretty(&json).map_err(Failure::message)?;
     Ok(talk::print(format!("{text}\n"))?)

@@ -56,9 +56,12 @@ fn tell(out: &mut String, ray: &Ray, events: &[Logged], spec: &TniSpec) -> std::
     let [dx, dy, dz] = ray.direction;
     writeln!(
         out,
-        "ray from ({ox}, {oy}, {oz}) along ({dx}, {dy}, {dz}), {} to {}{}\n",
+        "ray from ({ox}, {oy}, {oz}) along ({dx}, {dy}, {dz}), from {} {}{}\n",
         ray.tmin,
-        ray.tmax,
+        match ray.tmax {
+            f32::MAX => "on".to_owned(),
+            tmax => format!("to {tmax}"),
+        },
         if ray.flags & 1 == 1 { ", any hit" } else { "" }
     )?;
     writeln!(out, "{:>7} {:>6}  what", "cycle", "after")?;

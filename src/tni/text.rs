@@ -8,9 +8,24 @@ use srp_runtime::tni::{PipeCounters, TniCounters};
 use std::fmt::Write as _;
 
 /// The whole report.
-pub(super) fn report(arch: &Arch, job: &Job<'_>, views: &[Outcome], all: &Measure) -> String {
+pub(super) fn report(
+    arch: &Arch,
+    job: &Job<'_>,
+    views: &[Outcome],
+    all: &Measure,
+    private: Option<&Measure>,
+) -> String {
     let mut out = String::new();
     write_report(&mut out, arch, job, views, all).expect("writing to a String does not fail");
+    if let Some(private) = private {
+        out += &format!(
+            "\nwith a memory for each unit: {:.2} Mrays/s, {:.3} of the above, {:.1} cycles a node visit\n{}",
+            private.mrays_per_second,
+            private.mrays_per_second / all.mrays_per_second,
+            private.cycles_per_visit,
+            private.memory.text()
+        );
+    }
     out
 }
 
@@ -49,7 +64,7 @@ fn write_report(
     )?;
     if views.len() > 1 {
         let each = views.iter().map(|view| {
-            let one = Measure::of(std::slice::from_ref(view), job.units, arch.system.tni_mhz);
+            let one = Measure::of(std::slice::from_ref(view), job.units, job.spec);
             format!("{:.2}", one.mrays_per_second)
         });
         let each: Vec<String> = each.collect();
@@ -99,7 +114,8 @@ fn write_report(
         100.0 * energy.triangles / energy.total(),
         100.0 * energy.caches / energy.total()
     )?;
-    accounts(out, &all.counters)
+    accounts(out, &all.counters)?;
+    write!(out, "\n{}", all.memory.text())
 }
 
 fn counters(out: &mut String, c: &TniCounters) -> std::fmt::Result {

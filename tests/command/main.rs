@@ -2,6 +2,7 @@
 //! panic, and no output file; the default frame is the same by both engines.
 
 mod report;
+mod units;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -310,57 +311,4 @@ fn both_engines_give_the_same_picture_and_cycles() {
     let (interp, csim) = (frame(&folder, "interp"), frame(&folder, "csim"));
     assert!(interp.0 == csim.0, "the pictures differ");
     assert!(interp.1 == csim.1, "the accounts differ");
-}
-
-#[test]
-fn units_alone_give_the_same_figures_on_any_number_of_threads() {
-    let folder = folder("tni");
-    let json = |more: &[&str]| {
-        let mut args = vec!["tni", "--size", "40x30", "--spp", "4", "--json"];
-        args.extend(more);
-        let output = srp(&folder, &args);
-        let message = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "srp {args:?}: {message}");
-        String::from_utf8(output.stdout).expect("JSON is text")
-    };
-    for rays in ["primary", "ao", "diffuse"] {
-        for memory in ["shared", "private"] {
-            let one = json(&["--rays", rays, "--memory", memory, "--threads", "1"]);
-            let two = json(&["--rays", rays, "--memory", memory, "--threads", "2"]);
-            assert_eq!(one, two, "{rays}, {memory}");
-        }
-    }
-    write(&folder, "rays.txt", "0 1 9 0 0 -1\n0 1 9 0 0 -1 0 1 any\n");
-    let given = json(&["--rays", "file", "--ray-file", "rays.txt"]);
-    assert!(given.contains("\"rays\": 2"), "{given}");
-    let told = srp(&folder, &["tni", "--size", "40x30", "--ray", "20,15"]);
-    let told = String::from_utf8_lossy(&told.stdout).into_owned();
-    assert!(
-        told.contains("RD     to TRV 0") && told.contains("result "),
-        "{told}"
-    );
-    write(&folder, "bad.txt", "0 1 9 0 0 -1\n0 1 nine 0 0 -1\n");
-    refused(
-        &folder,
-        &["tni", "--rays", "file", "--ray-file", "bad.txt"],
-        &["bad.txt:2: `nine` is not a number"],
-    );
-    refused(&folder, &["tni", "--views", "3"], &["there is no view 3"]);
-}
-
-#[test]
-fn areas_are_those_of_the_machine() {
-    let folder = folder("area");
-    let of = |machine: &str| {
-        let output = srp(&folder, &["area", machine]);
-        assert!(output.status.success());
-        String::from_utf8(output.stdout).expect("a report is text")
-    };
-    let sgrt = of("sgrt");
-    assert!(
-        sgrt.contains("TRV × 4       24    24     0    44"),
-        "{sgrt}"
-    );
-    assert!(sgrt.contains("wald"), "{sgrt}");
-    assert_ne!(sgrt, of("tiny"));
 }

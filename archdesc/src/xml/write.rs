@@ -254,27 +254,14 @@ fn write_banks(out: &mut String, banked: &BankedSpec) -> std::fmt::Result {
         banked.burst,
         fields.collect::<Vec<_>>().join(" ")
     )?;
-    let t = &banked.timing;
+    let timing = banked.timing.rows();
+    let attributes = timing.map(|(name, cycles)| format!("{name}=\"{cycles}\""));
+    let (first, second) = attributes.split_at(8);
     writeln!(
         out,
-        "      <timing cl=\"{}\" cwl=\"{}\" rcd=\"{}\" rp=\"{}\" ras=\"{}\" rc=\"{}\" rrd=\"{}\" \
-         faw=\"{}\"\n              wtr=\"{}\" rtw=\"{}\" wr=\"{}\" rtp=\"{}\" ccd=\"{}\" \
-         rfc=\"{}\" refi=\"{}\"/>",
-        t.cl,
-        t.cwl,
-        t.rcd,
-        t.rp,
-        t.ras,
-        t.rc,
-        t.rrd,
-        t.faw,
-        t.wtr,
-        t.rtw,
-        t.wr,
-        t.rtp,
-        t.ccd,
-        t.rfc,
-        t.refi
+        "      <timing {}\n              {}/>",
+        first.join(" "),
+        second.join(" ")
     )?;
     let c = &banked.controller;
     let policy = ROW_POLICIES.iter().find(|(_, p)| *p == c.row_policy);

@@ -67,13 +67,27 @@ impl DramCounters {
 
     /// Adds what another memory did; its channels follow those that are here.
     pub fn add(&mut self, other: &DramCounters) {
+        self.add_requests(other);
+        self.channels.extend_from_slice(&other.channels);
+    }
+
+    /// Adds what the same memory, or one like it, did at another time: channel by channel.
+    pub fn add_run(&mut self, other: &DramCounters) {
+        self.add_requests(other);
+        let channels = self.channels.len().max(other.channels.len());
+        self.channels.resize(channels, ChannelCounters::default());
+        for (channel, other) in self.channels.iter_mut().zip(&other.channels) {
+            channel.add(other);
+        }
+    }
+
+    fn add_requests(&mut self, other: &DramCounters) {
         self.reads += other.reads;
         self.writes += other.writes;
         self.bytes_read += other.bytes_read;
         self.bytes_written += other.bytes_written;
         self.read_cycles += other.read_cycles;
         self.max_read_cycles = self.max_read_cycles.max(other.max_read_cycles);
-        self.channels.extend_from_slice(&other.channels);
     }
 }
 
@@ -113,6 +127,24 @@ pub struct ChannelCounters {
 }
 
 impl ChannelCounters {
+    fn add(&mut self, other: &ChannelCounters) {
+        self.reads += other.reads;
+        self.writes += other.writes;
+        self.activates += other.activates;
+        self.precharges += other.precharges;
+        self.refreshes += other.refreshes;
+        self.read_row_hits += other.read_row_hits;
+        self.write_row_hits += other.write_row_hits;
+        self.forwarded_reads += other.forwarded_reads;
+        self.joined_reads += other.joined_reads;
+        self.merged_writes += other.merged_writes;
+        self.read_bursts += other.read_bursts;
+        self.read_cycles += other.read_cycles;
+        self.max_read_cycles = self.max_read_cycles.max(other.max_read_cycles);
+        self.busy_cycles += other.busy_cycles;
+        self.queued_cycles += other.queued_cycles;
+    }
+
     /// Read and write commands that found their row open, among all, from 0 to 1; 0 where there
     /// were none.
     pub fn row_hit_rate(&self) -> f64 {

@@ -2,8 +2,12 @@
 
 use serde::Serialize;
 
+use srp_archdesc::system::SystemSpec;
+
 use super::Outcome;
 use crate::memory::cache::CacheCounters;
+use crate::memory::dram::{DramCounters, DramReport};
+use crate::memory::path::Clock;
 use crate::tni::TniCounters;
 
 /// Figures of one or several views, summed over all units.
@@ -56,13 +60,16 @@ pub struct Measure {
     pub outstanding: f64,
     /// Gigabytes per second of simulated time that moved between units and memories.
     pub gigabytes_per_second: f64,
+    /// What the memory did, or the memories of all units.
+    pub memory: DramReport,
     /// All counters.
     pub counters: TniCounters,
 }
 
 impl Measure {
-    /// The figures of views that ran one after another on `units` units at `mhz` MHz.
-    pub fn of(views: &[Outcome], units: u32, mhz: u32) -> Measure {
+    /// The figures of views that ran one after another on `units` units of a machine.
+    pub fn of(views: &[Outcome], units: u32, spec: &SystemSpec) -> Measure {
+        let mhz = spec.tni_mhz;
         let mut counters = TniCounters::default();
         let (mut cycles, mut bytes, mut error) = (0, 0, Some(0.0));
         for view in views {
@@ -110,7 +117,24 @@ impl Measure {
             waiting_rays: over(c.trv_rau.occupancy + c.ist_rau.occupancy, active),
             outstanding: over(c.trv_rau.outstanding + c.ist_rau.outstanding, active),
             gigabytes_per_second: per_second(bytes) / 1e9,
+            memory: memory(views, cycles, spec),
             counters,
         }
     }
+}
+
+/// What the memories did in all views, `cycles` of the T&I clock long.
+fn memory(views: &[Outcome], cycles: u64, spec: &SystemSpec) -> DramReport {
+    let memories = views.iter().map(|v| v.dram.len()).max().unwrap_or(0);
+    let mut all = DramCounters::default();
+    for memory in 0..memories {
+        let mut runs = DramCounters::default();
+        for counters in views.iter().filter_map(|v| v.dram.get(memory)) {
+            runs.add_run(counters);
+        }
+        all.add(&runs);
+    }
+    let time = Clock::new(spec.tni_mhz).start(cycles);
+    let cycles = Clock::new(spec.dram.mhz).cycle_from(time);
+    DramReport::of(&spec.dram, memories as u32, cycles, all)
 }
