@@ -9,6 +9,7 @@ pub mod abi;
 pub mod check;
 pub mod demand;
 pub mod modulo;
+mod parallel;
 pub mod sequence;
 pub mod usage;
 pub mod vliw;
@@ -197,39 +198,17 @@ fn schedule_loops(
     arch: &Arch,
     options: &Options<'_>,
 ) -> Vec<LoopResult> {
-    let results: Vec<Mutex<Option<LoopResult>>> =
-        kernels.values().map(|_| Mutex::new(None)).collect();
-    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let work = || {
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(dfg) = kernels.get(Kernel::new(index)) else {
-                return;
-            };
-            (options.progress)(Progress::Begins(dfg));
-            let result = options.known.and_then(|k| k.of(dfg)).unwrap_or_else(|| {
-                let result = modulo::schedule(dfg, arch, &options.modulo);
-                options.known.inspect(|k| k.add(dfg, &result));
-                result
-            });
-            *results[index]
-                .lock()
-                .expect("no thread panics with the lock held") = Some(result);
-            let all = done.fetch_add(1, Ordering::Relaxed) + 1;
-            (options.progress)(Progress::Ends(dfg, all));
-        }
-    };
-    std::thread::scope(|scope| {
-        for _ in 1..options.threads.clamp(1, kernels.len().max(1)) {
-            scope.spawn(work);
-        }
-        work();
-    });
-    let taken = |slot: Mutex<Option<LoopResult>>| {
-        let result = slot
-            .into_inner()
-            .expect("no thread panics with the lock held");
-        result.expect("every loop is taken by a thread")
-    };
-    results.into_iter().map(taken).collect()
+    let done = AtomicUsize::new(0);
+    parallel::map(kernels.len(), options.threads, |index| {
+        let dfg = &kernels[Kernel::new(index)];
+        (options.progress)(Progress::Begins(dfg));
+        let result = options.known.and_then(|k| k.of(dfg)).unwrap_or_else(|| {
+            let result = modulo::schedule(dfg, arch, &options.modulo);
+            options.known.inspect(|k| k.add(dfg, &result));
+            result
+        });
+        let all = done.fetch_add(1, Ordering::Relaxed) + 1;
+        (options.progress)(Progress::Ends(dfg, all));
+        result
+    })
 }

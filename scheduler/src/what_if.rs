@@ -2,6 +2,7 @@
 //! scheduling the loop on the changed machine.
 
 use crate::modulo::{self, Options};
+use crate::parallel;
 use srp_archdesc::arch::{Arch, FileKind, Fu, FuOp, LinkSpec};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Class;
@@ -29,22 +30,30 @@ pub struct WhatIf {
 /// Pairs of changes that are tried where no single one helps.
 const PAIRS: usize = 12;
 
-/// Tries changes that might lower a loop's II below `ii`. Pairs of changes are tried only where no
-/// single one helps; nothing is tried where `ii` is 1.
-pub fn what_if(dfg: &Dfg, arch: &Arch, ii: u32, options: &Options<'_>) -> WhatIf {
+/// Tries changes that might lower a loop's II below `ii`, on so many threads; the result does not
+/// depend on it. Pairs of changes are tried only where no single one helps; nothing is tried where
+/// `ii` is 1.
+pub fn what_if(dfg: &Dfg, arch: &Arch, ii: u32, options: &Options<'_>, threads: usize) -> WhatIf {
     let edits = if ii > 1 { edits(dfg, arch) } else { Vec::new() };
+    let attempts = |trials: &[Trial]| {
+        let attempt = |i: usize| attempt(dfg, &trials[i], ii, options);
+        let reached = parallel::map(trials.len(), threads, attempt);
+        reached.into_iter().flatten().collect::<Vec<Change>>()
+    };
+    let single = |edit: &Edit| {
+        let mut changed = arch.clone();
+        (edit.apply)(&mut changed);
+        Trial {
+            what: edit.what.clone(),
+            arch: changed,
+        }
+    };
     let mut tried = edits.len() as u32;
-    let mut changes: Vec<Change> = (edits.iter())
-        .filter_map(|edit| {
-            let mut changed = arch.clone();
-            (edit.apply)(&mut changed);
-            attempt(dfg, &changed, ii, options, edit.what.clone())
-        })
-        .collect();
+    let mut changes = attempts(&edits.iter().map(single).collect::<Vec<_>>());
     if changes.is_empty() {
-        let pairs = pairs(dfg, arch, ii, options, &edits);
-        tried += pairs.tried;
-        changes = pairs.changes;
+        let (pairs, looked_at) = pairs(dfg, arch, ii, &edits);
+        tried += looked_at;
+        changes = attempts(&pairs);
     }
     changes.sort_by_key(|change| change.ii);
     WhatIf { tried, changes }
@@ -56,37 +65,59 @@ struct Edit {
     apply: Box<dyn Fn(&mut Arch)>,
 }
 
-fn attempt(dfg: &Dfg, arch: &Arch, ii: u32, options: &Options<'_>, what: String) -> Option<Change> {
-    if (options.stop)() || modulo::bounds(dfg, arch).min_ii() >= ii {
-        return None;
-    }
-    let scheduled = modulo::schedule(dfg, arch, options).ok()?;
-    let reached = scheduled.schedule.ii;
-    (reached < ii).then_some(Change { what, ii: reached })
+/// A changed machine.
+struct Trial {
+    what: String,
+    arch: Arch,
 }
 
-fn pairs(dfg: &Dfg, arch: &Arch, ii: u32, options: &Options<'_>, edits: &[Edit]) -> WhatIf {
-    let (mut tried, mut examined) = (0, 0);
-    let mut changes = Vec::new();
+/// Most changes do not help, so each is tried with a part of the effort first.
+fn attempt(dfg: &Dfg, trial: &Trial, ii: u32, options: &Options<'_>) -> Option<Change> {
+    let bound = modulo::bounds(dfg, &trial.arch).min_ii();
+    if (options.stop)() || bound >= ii {
+        return None;
+    }
+    let reached = |options: &Options<'_>| {
+        let scheduled = modulo::schedule(dfg, &trial.arch, options).ok()?;
+        Some(scheduled.schedule.ii)
+    };
+    let part = Options {
+        effort: options.effort / 4,
+        exact_effort: options.exact_effort / 8,
+        ..*options
+    };
+    let first = reached(&part).filter(|&reached| reached < ii)?;
+    let best = match first > bound {
+        true => reached(options).map_or(first, |again| again.min(first)),
+        false => first,
+    };
+    Some(Change {
+        what: trial.what.clone(),
+        ii: best,
+    })
+}
+
+/// The first pairs of changes that no bound rules out, and how many were looked at.
+fn pairs(dfg: &Dfg, arch: &Arch, ii: u32, edits: &[Edit]) -> (Vec<Trial>, u32) {
+    let (mut pairs, mut looked_at) = (Vec::new(), 0);
     for (i, first) in edits.iter().enumerate() {
         for second in &edits[..i] {
+            if pairs.len() == PAIRS {
+                return (pairs, looked_at);
+            }
             let mut changed = arch.clone();
             (second.apply)(&mut changed);
             (first.apply)(&mut changed);
-            let ruled_out = modulo::bounds(dfg, &changed).min_ii() >= ii;
-            if !ruled_out && examined == PAIRS {
-                return WhatIf { tried, changes };
+            looked_at += 1;
+            if modulo::bounds(dfg, &changed).min_ii() < ii {
+                pairs.push(Trial {
+                    what: format!("{} and {}", second.what, first.what),
+                    arch: changed,
+                });
             }
-            tried += 1;
-            if ruled_out {
-                continue;
-            }
-            examined += 1;
-            let what = format!("{} and {}", second.what, first.what);
-            changes.extend(attempt(dfg, &changed, ii, options, what));
         }
     }
-    WhatIf { tried, changes }
+    (pairs, looked_at)
 }
 
 /// The changes worth a try for a loop.

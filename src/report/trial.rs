@@ -27,7 +27,9 @@ pub(super) fn try_changes(report: &mut Report, schedules: &[&ModuloSchedule], ar
 }
 
 fn of_loop(l: &LoopReport, schedule: &ModuloSchedule, arch: &Arch) -> WhatIf {
-    let found = quickly(|options| what_if(&schedule.dfg, arch, schedule.ii, options));
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let found =
+        Effort::Steps.with(|options| what_if(&schedule.dfg, arch, schedule.ii, &options, threads));
     let machine = found.changes.into_iter();
     let mut changes: Vec<Change> = machine
         .map(|c| Change {
@@ -42,17 +44,6 @@ fn of_loop(l: &LoopReport, schedule: &ModuloSchedule, arch: &Arch) -> WhatIf {
     }
     changes.sort_by_key(|c| c.ii);
     WhatIf { tried, changes }
-}
-
-/// Runs `f` with a part of the usual effort: there are many changes to try.
-fn quickly<R>(f: impl FnOnce(&modulo::Options<'_>) -> R) -> R {
-    Effort::Steps.with(|options| {
-        f(&modulo::Options {
-            effort: options.effort / 4,
-            exact_effort: options.exact_effort / 8,
-            ..options
-        })
-    })
 }
 
 /// The loop without the orders that are kept only for want of knowledge; `None` where it has none.
@@ -78,7 +69,7 @@ fn unordered(free: &Dfg, arch: &Arch, ii: u32) -> Option<Change> {
     if interrupt::requested() || modulo::bounds(free, arch).min_ii() >= ii {
         return None;
     }
-    let scheduled = quickly(|options| modulo::schedule(free, arch, options));
+    let scheduled = Effort::Steps.with(|options| modulo::schedule(free, arch, &options));
     let reached = scheduled.ok()?.schedule.ii;
     (reached < ii).then(|| Change {
         what: "accesses known never to meet (named arrays, not pointers)".to_owned(),

@@ -348,6 +348,42 @@ void invert(int n)
     }
 }
 
+/// One unit divides, four cycles at a time: what is in the way below the II is named, and where.
+#[test]
+fn what_is_in_the_way_has_a_place() {
+    let folder = folder("report_obstacle");
+    let text = "\
+void divide(const int *x, int *y, int n, int d)
+{
+#pragma srp kernel
+    for (int i = 0; i < n; i++)
+        y[i] = x[i] / d +
+            x[i] % 7;
+}
+";
+    write(&folder, "divide.c", text);
+    let json = stdout(&folder, &["report", "divide.c", "--json"], 0);
+    let json: Value = serde_json::from_str(&json).expect("JSON");
+    let l = &json["loops"][0];
+    assert_eq!(l["status"], "proved", "{l}");
+    let operations = l["why_not_lower"]["operations"].as_array().expect("a list");
+    assert!(!operations.is_empty(), "{}", l["why_not_lower"]);
+    for operation in operations {
+        let at = &operation["at"];
+        assert_eq!(at["file"], "divide.c");
+        assert!(
+            (5..=6).contains(&at["line"].as_u64().expect("a number")),
+            "{at}"
+        );
+        assert!(at["column"].as_u64() > Some(8), "{at}");
+    }
+    let text = stdout(&folder, &["report", "divide.c"], 0);
+    assert!(
+        text.contains("  not lower: ") && text.contains("divide.c:5:"),
+        "{text}"
+    );
+}
+
 /// Schedules of bare graphs have a report as well.
 #[test]
 fn mapped_graphs_have_a_report() {
