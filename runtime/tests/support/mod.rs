@@ -159,7 +159,15 @@ pub(crate) fn check(ray: &Ray, record: &HitRecord, truth: Option<f64>) -> Result
 pub(crate) struct NearestTree<'a> {
     triangles: &'a [Triangle],
     order: Vec<u32>,
-    nodes: Vec<(DVec3, DVec3, std::ops::Range<usize>)>,
+    nodes: Vec<Node>,
+}
+
+struct Node {
+    lo: DVec3,
+    hi: DVec3,
+    range: std::ops::Range<usize>,
+    /// The first node that is not below this one.
+    next: usize,
 }
 
 const LEAF: usize = 8;
@@ -185,7 +193,13 @@ impl<'a> NearestTree<'a> {
             .iter()
             .fold(start, |(lo, hi), &p| (lo.min(p), hi.max(p)));
         let pad = DVec3::splat(1e-6 * (1.0 + lo.abs().max(hi.abs()).max_element()));
-        self.nodes.push((lo - pad, hi + pad, range.clone()));
+        let node = self.nodes.len();
+        self.nodes.push(Node {
+            lo: lo - pad,
+            hi: hi + pad,
+            range: range.clone(),
+            next: 0,
+        });
         if range.len() > LEAF {
             let size = hi - lo;
             let axis = if size.x >= size.y && size.x >= size.z {
@@ -207,6 +221,7 @@ impl<'a> NearestTree<'a> {
             self.build(range.start..middle);
             self.build(middle..range.end);
         }
+        self.nodes[node].next = self.nodes.len();
     }
 
     /// As [`nearest`] over all triangles.
@@ -216,8 +231,8 @@ impl<'a> NearestTree<'a> {
         let mut best: Option<f64> = None;
         let mut at = 0;
         // Nodes stand in depth-first order; a node that is missed is skipped with all below it.
-        while at < self.nodes.len() {
-            let (lo, hi, range) = &self.nodes[at];
+        while let Some(node) = self.nodes.get(at) {
+            let Node { lo, hi, range, .. } = node;
             let (a, b) = ((*lo - origin) * inverse, (*hi - origin) * inverse);
             let enter = a.min(b).max_element();
             let leave = a.max(b).min_element();
@@ -232,18 +247,9 @@ impl<'a> NearestTree<'a> {
                 }
                 at += 1;
             } else {
-                at += subtree(range.len());
+                at = node.next;
             }
         }
         best
-    }
-}
-
-/// Nodes of a tree over `count` triangles.
-fn subtree(count: usize) -> usize {
-    if count <= LEAF {
-        1
-    } else {
-        1 + subtree(count / 2) + subtree(count - count / 2)
     }
 }
