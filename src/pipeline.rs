@@ -8,6 +8,7 @@ use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::{Diagnostic, Severity, Source};
 use srp_archdesc::entity::EntityMap;
 use srp_frontend::{Include, Options, library};
+use srp_ir::dfg::Dfg;
 use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledDre};
 use srp_ir::dre::{self, Dre};
 use srp_ir::pass;
@@ -39,6 +40,8 @@ pub(crate) struct Compiled {
     pub(crate) not_pipelined: Vec<NotPipelined>,
     /// Memory accesses of the kernels that are kept in order for want of knowledge.
     pub(crate) remarks: Vec<Remark>,
+    /// Loops that the array could not run, and that went back to the control code.
+    pub(crate) refused: Vec<Dfg>,
     /// How long the schedule of each kernel was looked for, by name.
     pub(crate) searched: BTreeMap<String, Duration>,
 }
@@ -219,7 +222,7 @@ pub(crate) fn optimise(mut program: Program, arch: &Arch) -> Program {
 
 /// Divides a program and schedules it. Loops that the array cannot run go back to the control code.
 fn schedule(mut program: Program, arch: &Arch, effort: Effort) -> Result<Compiled, Failure> {
-    let mut unschedulable = Vec::new();
+    let (mut unschedulable, mut refused) = (Vec::new(), Vec::new());
     let (known, stopwatch) = (Known::default(), Stopwatch::default());
     loop {
         let divided = split(&program);
@@ -232,11 +235,13 @@ fn schedule(mut program: Program, arch: &Arch, effort: Effort) -> Result<Compile
                     schedule,
                     not_pipelined,
                     remarks: divided.remarks,
+                    refused,
                     searched: stopwatch.times(),
                 });
             }
             Err(ScheduleError::Kernels(failed)) => {
                 for (kernel, why) in failed {
+                    refused.push(divided.dre.kernels[kernel].clone());
                     unschedulable.push(give_back(&mut program, &divided.dre, kernel, why)?);
                 }
             }
@@ -390,6 +395,7 @@ pub(crate) fn compile(
                 schedule,
                 not_pipelined: Vec::new(),
                 remarks: Vec::new(),
+                refused: Vec::new(),
                 searched: stopwatch.times(),
             })
         }
@@ -407,6 +413,7 @@ pub(crate) fn compile(
                 schedule,
                 not_pipelined: Vec::new(),
                 remarks: Vec::new(),
+                refused: Vec::new(),
                 searched: BTreeMap::new(),
             })
         }

@@ -165,6 +165,10 @@ fn edits(dfg: &Dfg, arch: &Arch) -> Vec<Edit> {
             }
         }),
     });
+    edits.push(Edit {
+        what: "twice the contexts".into(),
+        apply: Box::new(|arch| arch.contexts *= 2),
+    });
     edits.extend(link_edits(arch));
     edits
 }

@@ -9,6 +9,7 @@ use crate::proof::{self, Proved};
 use crate::{files, interrupt, kernels, machine, talk};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::EntityMap;
+use srp_ir::dfg::Dfg;
 use srp_ir::dre;
 use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledLoops};
 use srp_scheduler::modulo::Impossible;
@@ -38,7 +39,7 @@ pub(crate) fn run(args: &cli::Report) -> Result<i32, Failure> {
         }
     }
     if args.what_if {
-        trial::try_changes(&mut report, &subject.schedules(), &arch);
+        trial::try_changes(&mut report, &subject.schedules(), subject.refused(), &arch);
     }
     if let Some(path) = &args.html {
         files::write(path, html::page(&report).as_bytes())?;
@@ -92,6 +93,14 @@ impl Subject {
                 let facts = loops.loops.iter().map(|s| pipeline::facts_alone(s, arch));
                 report_loops(loops, &facts.collect::<EntityMap<_, _>>(), arch)
             }
+        }
+    }
+
+    /// Loops that the array could not run.
+    fn refused(&self) -> &[Dfg] {
+        match self {
+            Subject::Program(compiled) => &compiled.refused,
+            Subject::Loops(_) => &[],
         }
     }
 

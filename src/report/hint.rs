@@ -1,6 +1,6 @@
 //! The sentence that helps: what to do for a lower II, from what is known of a loop.
 
-use super::model::{Advice, LoopReport, Lowered, Position, Status, WhatIf};
+use super::model::{Advice, LoopReport, Lowered, Position, Report, Status, WhatIf};
 
 /// What to do about a loop.
 pub(super) fn of(l: &LoopReport) -> String {
@@ -86,15 +86,23 @@ fn through_memory(l: &LoopReport) -> bool {
 }
 
 /// What helps several loops or one: each change with the loops whose II it lowers, those first that
-/// save the most cycles, loop by loop.
-pub(super) fn advice(loops: &[LoopReport]) -> Vec<Advice> {
+/// bring loops onto the array, then those that help most loops.
+pub(super) fn advice(report: &Report) -> Vec<Advice> {
     let mut advice: Vec<Advice> = Vec::new();
-    for l in loops {
-        let changes = l.what_if.iter().flat_map(|w| &w.changes);
+    let on_array = report
+        .loops
+        .iter()
+        .map(|l| (&l.kernel, Some(l.ii), &l.what_if));
+    let refused = report
+        .not_pipelined
+        .iter()
+        .map(|n| (&n.kernel, None, &n.what_if));
+    for (kernel, from, what_if) in refused.chain(on_array) {
+        let changes = what_if.iter().flat_map(|w| &w.changes);
         for change in changes {
             let lowered = Lowered {
-                kernel: l.kernel.clone(),
-                from: l.ii,
+                kernel: kernel.clone(),
+                from,
                 to: change.ii,
             };
             match advice.iter_mut().find(|a| a.what == change.what) {
@@ -106,7 +114,9 @@ pub(super) fn advice(loops: &[LoopReport]) -> Vec<Advice> {
             }
         }
     }
-    let saved = |a: &Advice| a.lowers.iter().map(|l| l.from - l.to).sum::<u32>();
-    advice.sort_by_key(|a| std::cmp::Reverse((a.lowers.len(), saved(a))));
+    let cycles = |l: &Lowered| l.from.map_or(0, |from| from - l.to);
+    let saved = |a: &Advice| a.lowers.iter().map(cycles).sum::<u32>();
+    let new = |a: &Advice| a.lowers.iter().filter(|l| l.from.is_none()).count();
+    advice.sort_by_key(|a| std::cmp::Reverse((new(a), a.lowers.len(), saved(a))));
     advice
 }

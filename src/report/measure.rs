@@ -40,6 +40,7 @@ impl View<'_> {
             reason: n.reason.clone(),
             reason_at: self.position(n.at),
             required: n.required,
+            what_if: None,
         }
     }
 

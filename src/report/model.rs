@@ -76,8 +76,8 @@ pub(crate) struct Advice {
 pub(crate) struct Lowered {
     /// Its kernel.
     pub(crate) kernel: String,
-    /// Its II on the machine as it is.
-    pub(crate) from: u32,
+    /// Its II on the machine as it is; null where it is not on the array.
+    pub(crate) from: Option<u32>,
     /// Its II on the changed machine.
     pub(crate) to: u32,
 }
@@ -486,4 +486,7 @@ pub(crate) struct NotPipelined {
     pub(crate) reason_at: Position,
     /// Whether a pragma asked for it.
     pub(crate) required: bool,
+    /// What became of trying changes of the machine, where it is the machine that is in the way and
+    /// that was asked for.
+    pub(crate) what_if: Option<WhatIf>,
 }

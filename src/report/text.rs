@@ -45,7 +45,8 @@ fn summary(out: &mut String, report: &Report) {
     }
     if report.loops.is_empty() {
         line(out, format_args!("no loop is on the array"));
-        return refused(out, report);
+        refused(out, report);
+        return advice(out, &report.advice);
     }
     let names = report.loops.iter().map(|l| l.kernel.chars().count());
     let width = names.max().unwrap_or(0).max(6);
@@ -110,8 +111,10 @@ fn advice(out: &mut String, advice: &[Advice]) {
 
 /// The loops that a change helps, each with its IIs.
 pub(super) fn lowered(advice: &Advice) -> String {
-    let lowered = advice.lowers.iter();
-    let lowered = lowered.map(|l| format!("{} {} → {}", l.kernel, l.from, l.to));
+    let lowered = advice.lowers.iter().map(|l| match l.from {
+        Some(from) => format!("{} {from} → {}", l.kernel, l.to),
+        None => format!("{} on the array at II = {}", l.kernel, l.to),
+    });
     lowered.collect::<Vec<_>>().join(", ")
 }
 

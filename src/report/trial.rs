@@ -11,39 +11,60 @@ use srp_ir::dre::scheduled::ModuloSchedule;
 use srp_scheduler::modulo;
 use srp_scheduler::what_if::what_if;
 
-/// Tries changes of the machine, and of what is known of the accesses, for every loop of a report.
-pub(super) fn try_changes(report: &mut Report, schedules: &[&ModuloSchedule], arch: &Arch) {
-    let progress = Progress::steps("what if", report.loops.len() as u64);
-    for (done, l) in report.loops.iter_mut().enumerate() {
-        progress.at(done as u64);
+/// Tries changes of the machine, and of what is known of the accesses, for every loop of a report,
+/// and for loops that the machine kept from the array.
+pub(super) fn try_changes(
+    report: &mut Report,
+    schedules: &[&ModuloSchedule],
+    refused: &[Dfg],
+    arch: &Arch,
+) {
+    let all = report.loops.len() + report.not_pipelined.len();
+    let progress = Progress::steps("what if", all as u64);
+    let mut done = 0;
+    let mut step = || {
+        progress.at(done);
+        done += 1;
+    };
+    for l in &mut report.loops {
+        step();
         let Some(schedule) = schedules.iter().find(|s| s.dfg.name == l.kernel) else {
             continue;
         };
         l.what_if = Some(interrupt::looked_for(|| of_loop(l, schedule, arch)));
         l.hint = hint::of(l);
     }
+    for n in &mut report.not_pipelined {
+        step();
+        let dfg = refused.iter().find(|dfg| dfg.name == n.kernel);
+        n.what_if = dfg.map(|dfg| interrupt::looked_for(|| of_machine(dfg, arch, u32::MAX)));
+    }
     report.complete = report.complete && !interrupt::requested();
-    report.advice = hint::advice(&report.loops);
+    report.advice = hint::advice(report);
+}
+
+/// Changes of the machine alone that bring an II below `ii`.
+fn of_machine(dfg: &Dfg, arch: &Arch, ii: u32) -> WhatIf {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let found = Effort::Steps.with(|options| what_if(dfg, arch, ii, &options, threads));
+    let change = |c: srp_scheduler::what_if::Change| Change {
+        what: c.what,
+        ii: c.ii,
+    };
+    WhatIf {
+        tried: found.tried,
+        changes: found.changes.into_iter().map(change).collect(),
+    }
 }
 
 fn of_loop(l: &LoopReport, schedule: &ModuloSchedule, arch: &Arch) -> WhatIf {
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let found =
-        Effort::Steps.with(|options| what_if(&schedule.dfg, arch, schedule.ii, &options, threads));
-    let machine = found.changes.into_iter();
-    let mut changes: Vec<Change> = machine
-        .map(|c| Change {
-            what: c.what,
-            ii: c.ii,
-        })
-        .collect();
-    let mut tried = found.tried;
+    let mut all = of_machine(&schedule.dfg, arch, schedule.ii);
     if let Some(free) = without_doubtful_orders(&schedule.dfg, &l.ordered) {
-        tried += 1;
-        changes.extend(unordered(&free, arch, schedule.ii));
+        all.tried += 1;
+        all.changes.extend(unordered(&free, arch, schedule.ii));
     }
-    changes.sort_by_key(|c| c.ii);
-    WhatIf { tried, changes }
+    all.changes.sort_by_key(|c| c.ii);
+    all
 }
 
 /// The loop without the orders that are kept only for want of knowledge; `None` where it has none.

@@ -290,6 +290,12 @@ void add(int n)
     for (int i = 0; i < n; i++)
         d[i] = a[i] + b[i] + c[i];
 }
+void mix(int n)
+{
+#pragma srp kernel
+    for (int i = 0; i < n; i++)
+        d[i] = (a[i] + b[i]) * (c[i] ^ (b[i] << 3)) + (a[i] >> 2) * (c[i] & 15);
+}
 void invert(int n)
 {
 #pragma srp kernel
@@ -322,6 +328,29 @@ void invert(int n)
         ("one.xml", "two.xml", "add", "one more sram_port"),
         ("slow.xml", "quick.xml", "invert", "fdiv issued every cycle"),
     ];
+    // Without its links between rows the array cannot run the loop: the report says what brings it back.
+    let full = stdout(&folder, &["machine", "expand", "one.xml"], 0);
+    let same_row = |line: &&str| {
+        let row = |end: &str| line.split(end).nth(1).and_then(|rest| rest.chars().next());
+        !line.contains("<link ") || row("from=\"fu_") == row("to=\"fu_")
+    };
+    let rows: Vec<&str> = full.lines().filter(same_row).collect();
+    write(&folder, "rows.xml", &rows.join("\n"));
+    let args = [
+        "report",
+        "loops.c",
+        "--machine",
+        "rows.xml",
+        "--what-if",
+        "--kernel",
+        "mix",
+    ];
+    let text = stdout(&folder, &args, 0);
+    assert!(text.contains("mix is not on the array"), "{text}");
+    assert!(
+        text.contains("links to all four neighbours: mix on the array at II = "),
+        "{text}"
+    );
     for (before, after, kernel, what) in cases {
         let of = |machine: &str| {
             let args = [

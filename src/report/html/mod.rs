@@ -46,28 +46,12 @@ pub(super) fn page(report: &Report) -> String {
 }
 
 fn summary(report: &Report) -> Markup {
-    if report.loops.is_empty() {
-        return html! { p { "No loop is on the array." } };
-    }
     html! {
         div.summary.scroll {
-            table {
-                tr {
-                    th { "kernel" } th { "II" } th { "ResMII" } th { "RecMII" } th { "" }
-                    th { "operations" } th { "moves" } th { "stages" } th { "busy" } th { "cycles/ray" }
-                    th.words { "for a lower II" }
-                }
-                @for (i, l) in report.loops.iter().enumerate() {
-                    tr {
-                        td { a href=(format!("#loop-{i}")) { (l.kernel) } }
-                        td.good[l.status != Status::Open].above[l.status == Status::Open] { b { (l.ii) } }
-                        td { (l.res_mii) } td { (l.rec_mii) } td.soft { (status(l.status)) }
-                        td { (l.operations) } td { (l.moves) } td { (l.stages) }
-                        td { (percent(l.busy())) }
-                        td { (format!("{:.2}", l.cycles_per_ray)) }
-                        td.words { (l.hint) }
-                    }
-                }
+            @if report.loops.is_empty() {
+                p { "No loop is on the array." }
+            } @else {
+                (table(report))
             }
             @for n in report.not_pipelined.iter().filter(|n| n.required) {
                 p.above { a href="#refused" { (n.kernel) } " is not on the array: " (n.reason) }
@@ -77,6 +61,30 @@ fn summary(report: &Report) -> Markup {
                 ul.advice { @for a in &report.advice {
                     li { b { (a.what) } ": " (lowered(a)) }
                 } }
+            }
+        }
+    }
+}
+
+/// One row a loop.
+fn table(report: &Report) -> Markup {
+    html! {
+        table {
+            tr {
+                th { "kernel" } th { "II" } th { "ResMII" } th { "RecMII" } th { "" }
+                th { "operations" } th { "moves" } th { "stages" } th { "busy" } th { "cycles/ray" }
+                th.words { "for a lower II" }
+            }
+            @for (i, l) in report.loops.iter().enumerate() {
+                tr {
+                    td { a href=(format!("#loop-{i}")) { (l.kernel) } }
+                    td.good[l.status != Status::Open].above[l.status == Status::Open] { b { (l.ii) } }
+                    td { (l.res_mii) } td { (l.rec_mii) } td.soft { (status(l.status)) }
+                    td { (l.operations) } td { (l.moves) } td { (l.stages) }
+                    td { (percent(l.busy())) }
+                    td { (format!("{:.2}", l.cycles_per_ray)) }
+                    td.words { (l.hint) }
+                }
             }
         }
     }
