@@ -8,12 +8,17 @@ use srp_archdesc::isa::{Class, Opcode, Ty};
 use srp_archdesc::resource::{Place, PlaceKind, ReadPath, ResourceGraph};
 use srp_ir::dfg::{Dfg, Initial, Node, Operand};
 
+/// A unit, and the cycle in which it issues; cycles may be negative.
+pub(super) type Position = (Fu, i32);
+
 /// A loop and a machine.
 pub(super) struct Problem<'a> {
     pub(super) dfg: &'a Dfg,
     pub(super) arch: &'a Arch,
     pub(super) graph: ResourceGraph,
-    /// Units that can run each node, with their timing.
+    /// The class of each node's operation.
+    classes: EntityMap<Node, Class>,
+    /// Units that can run each node, in order.
     pub(super) units: EntityMap<Node, Vec<Fu>>,
     /// Values that have to be routed.
     pub(super) edges: Vec<Edge>,
@@ -134,6 +139,7 @@ impl<'a> Problem<'a> {
             })
             .collect();
         let mut problem = Problem {
+            classes: dfg.nodes.values().map(|n| n.op.class()).collect(),
             units: EntityMap::new(),
             edges: Vec::new(),
             edges_of: EntityMap::filled(dfg.nodes.len(), Vec::new()),
@@ -296,7 +302,7 @@ impl<'a> Problem<'a> {
 
     /// How a unit runs a node.
     pub(super) fn timing(&self, node: Node, fu: Fu) -> &'a FuOp {
-        self.class_timing(self.dfg.nodes[node].op.class(), fu)
+        self.class_timing(self.classes[node], fu)
             .expect("only units that run it are asked")
     }
 

@@ -8,7 +8,7 @@
 use super::problem::{MoveWay, Problem, Tag, UNREACHABLE};
 use super::table::{Item, Table, Via};
 use srp_archdesc::arch::Fu;
-use srp_archdesc::entity::{Entity, EntityMap};
+use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Ty;
 use srp_archdesc::resource::Place;
 use srp_ir::dfg::Node;
@@ -16,7 +16,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// What steps cost. Units and their outputs are what runs out first; registers are cheap.
-const MOVE: u32 = 60;
+pub(super) const MOVE: u32 = 60;
 const HOLD_OUT: u32 = 14;
 const HOLD_REGISTER: u32 = 2;
 const WRITE: u32 = 5;
@@ -149,8 +149,6 @@ struct Search<'s, 'p> {
     paid_from: i32,
     /// The last cycle in which the value may still be on its way.
     last: i32,
-    /// Extra cost per place, learned from failures.
-    history: &'s EntityMap<Place, u32>,
     /// Files that are out of the question.
     banned: &'s [Place],
 }
@@ -162,7 +160,6 @@ impl Router {
         problem: &Problem<'_>,
         table: &Table,
         request: &Request,
-        history: &EntityMap<Place, u32>,
         banned: &[Place],
     ) -> Option<(Route, u32)> {
         let last = match request.target {
@@ -189,7 +186,6 @@ impl Router {
             width,
             paid_from: table.last_cycle(request.from).max(request.ready),
             last,
-            history,
             banned,
         }
         .run(&mut self.expanded)
@@ -331,10 +327,7 @@ impl Search<'_, '_> {
             let kept = self.take_cost(Item::Kept(file, tag), 0)?;
             return Some(kept + self.take_cost(Item::Written(file, time, tag, via), price)?);
         }
-        let held = self.take_cost(
-            Item::Held(file, time, tag),
-            HOLD_REGISTER + self.history[file],
-        )?;
+        let held = self.take_cost(Item::Held(file, time, tag), HOLD_REGISTER)?;
         Some(held + self.take_cost(Item::Written(file, time, tag, via), price)?)
     }
 
@@ -425,7 +418,7 @@ impl Search<'_, '_> {
             (Item::Held(place, time + 1, tag), HOLD_REGISTER)
         };
         if self.improves(place, tag, time + 1, cost)
-            && let Some(extra) = self.take_cost(item, price + self.history[place])
+            && let Some(extra) = self.take_cost(item, price)
         {
             self.relax(place, tag, time + 1, cost + extra, Step::Hold, before);
         }
@@ -489,7 +482,7 @@ impl Search<'_, '_> {
             cost += self.take_cost(Item::Read(place, time, Tag::Plain, way.fu), 1)?;
         }
         let lands = time + way.cycles;
-        Some(cost + self.take_cost(Item::Out(way.out, lands), self.history[way.out])?)
+        Some(cost + self.take_cost(Item::Out(way.out, lands), 0)?)
     }
 
     /// The route that ends in `state`.

@@ -1,0 +1,304 @@
+//! Placement: one attempt to give every node of a loop a unit and a cycle at one II, with every
+//! value routed.
+//!
+//! There are two ways. [`Attempt::one_by_one`] is iterative modulo scheduling (Rau 1994) with
+//! edge-centric routing (Park et al. 2008): a node goes where its values can be routed most cheaply
+//! to and from everything placed already; where nothing fits it is [forced](force) in, and what is
+//! in its way is routed anew or displaced and placed again later. [`Attempt::all_at_once`] takes
+//! positions for all nodes, routes what can be routed, and [repairs](repair) the rest. The first is
+//! quick where there is room, the second finds its way where there is little.
+
+mod force;
+mod position;
+mod repair;
+mod take;
+
+pub(super) use take::{constants_of, invariant_reads};
+
+use super::order::Freedom;
+use super::problem::{Position, Problem};
+use super::registers::Registers;
+use super::route::{Route, Router};
+use super::table::Table;
+use repair::Journal;
+use rustc_hash::FxHashMap;
+use srp_archdesc::arch::Fu;
+use srp_archdesc::entity::EntityMap;
+use srp_archdesc::isa::Ty;
+use srp_archdesc::resource::Place;
+use srp_ir::dfg::Node;
+use srp_ir::dre::scheduled::Reg;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Best positions that are all tried by routing before the node is forced.
+const TRIES: usize = 12;
+/// Successful positions compared.
+const CHOICES: usize = 2;
+/// The weight of an edge that failed again and again, and that of others, for the next attempt.
+const HEAVIEST: u32 = 6;
+pub(super) const LIGHTEST: u32 = 2;
+
+/// Where and when everything is, at one II.
+pub(in crate::modulo) struct Placement {
+    pub(in crate::modulo) table: Table,
+    /// Unit and issue cycle of each node; cycles may be negative.
+    pub(in crate::modulo) at: EntityMap<Node, Position>,
+    /// The route of each edge.
+    pub(in crate::modulo) routes: Vec<Route>,
+    /// The registers of values and loop invariants.
+    pub(in crate::modulo) registers: Registers,
+}
+
+/// What most often stood in the way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(in crate::modulo) enum Obstacle {
+    /// No unit was free for this node.
+    Unit(Node),
+    /// This edge found no route.
+    Route(usize),
+    /// Values did not fit in the registers of this place.
+    Registers(Place),
+}
+
+/// One attempt.
+pub(in crate::modulo) struct Attempt<'a, 'p> {
+    problem: &'a Problem<'p>,
+    table: Table,
+    freedom: &'a Freedom,
+    seed: u32,
+    at: EntityMap<Node, Option<Position>>,
+    routes: Vec<Option<Route>>,
+    registers: Registers,
+    router: &'a mut Router,
+    forced: FxHashMap<(Node, Fu, usize), u32>,
+    scarcity: EntityMap<Fu, u32>,
+    obstacles: BTreeMap<Obstacle, u32>,
+    /// How often each node had to be forced.
+    trouble: EntityMap<Node, u32>,
+    /// What is taken out, while somebody wants to know.
+    journal: Option<Journal>,
+}
+
+impl<'a, 'p> Attempt<'a, 'p> {
+    pub(in crate::modulo) fn new(
+        problem: &'a Problem<'p>,
+        ii: u32,
+        seed: u32,
+        freedom: &'a Freedom,
+        fixed: &[Reg],
+        router: &'a mut Router,
+    ) -> Attempt<'a, 'p> {
+        let mut table = Table::new(problem, ii);
+        for ty in Ty::ALL {
+            let count = problem.dfg.live_ins.iter().filter(|l| l.ty == ty).count() as u32;
+            if let Some(rf) = problem.arch.central(ty) {
+                table.keep(problem.graph.file[rf], count);
+            }
+        }
+        Attempt {
+            table,
+            freedom,
+            seed,
+            at: EntityMap::filled(problem.dfg.nodes.len(), None),
+            routes: vec![None; problem.edges.len()],
+            registers: Registers::new(problem, ii, fixed),
+            router,
+            forced: FxHashMap::default(),
+            scarcity: scarcity(problem),
+            obstacles: BTreeMap::new(),
+            trouble: EntityMap::filled(problem.dfg.nodes.len(), 0),
+            journal: None,
+            problem,
+        }
+    }
+
+    /// Places the nodes in this order, or says what stood in the way most often.
+    pub(in crate::modulo) fn one_by_one(
+        &mut self,
+        order: &[Node],
+    ) -> Result<Placement, Option<Obstacle>> {
+        let mut rank = EntityMap::filled(order.len(), 0);
+        order.iter().enumerate().for_each(|(i, &n)| rank[n] = i);
+        let mut queue: BTreeSet<(usize, Node)> = order.iter().map(|&n| (rank[n], n)).collect();
+        let mut budget = 60 + 3 * order.len();
+        while let Some((_, node)) = queue.pop_first() {
+            if budget == 0 {
+                return Err(self.worst());
+            }
+            budget -= 1;
+            if self.place(node) {
+                continue;
+            }
+            self.trouble[node] += 1;
+            let Some(displaced) = self.force(node) else {
+                return Err(self.worst());
+            };
+            queue.extend(displaced.into_iter().map(|n| (rank[n], n)));
+        }
+        // A position that was forced and given up again can leave an edge behind.
+        self.placement().ok_or_else(|| self.worst())
+    }
+
+    /// Takes these positions, routes between them and moves nodes until all is routed or the router
+    /// has made `limit` steps, `spent` of them for the positions; or says what stood in the way most
+    /// often.
+    pub(in crate::modulo) fn all_at_once(
+        &mut self,
+        positions: &EntityMap<Node, Position>,
+        spent: u64,
+        limit: u64,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Placement, Option<Obstacle>> {
+        self.router.expanded += spent;
+        self.begin_with(positions);
+        self.repair(limit, stop).ok_or_else(|| self.worst())
+    }
+
+    /// Takes positions found otherwise, those that can be had, and routes between them what can be
+    /// routed.
+    fn begin_with(&mut self, positions: &EntityMap<Node, Position>) {
+        for (node, &(fu, time)) in positions.iter() {
+            if self.is_free(node, fu, time) {
+                self.occupy(node, fu, time);
+            }
+        }
+        self.route_all(0..self.routes.len());
+    }
+
+    /// Everything as it stands, if it is complete.
+    fn placement(&self) -> Option<Placement> {
+        Some(Placement {
+            at: self.at.values().copied().collect::<Option<_>>()?,
+            routes: self.routes.iter().cloned().collect::<Option<_>>()?,
+            registers: self.registers.clone(),
+            table: self.table.clone(),
+        })
+    }
+
+    /// The file whose registers did not suffice, if any.
+    fn full(&self) -> Option<Place> {
+        self.obstacles.keys().find_map(|obstacle| match obstacle {
+            Obstacle::Registers(place) => Some(*place),
+            _ => None,
+        })
+    }
+
+    /// Adds what gave trouble in this attempt to what did before, and makes the edges that found no
+    /// route weigh more.
+    pub(in crate::modulo) fn report(
+        &self,
+        trouble: &mut EntityMap<Node, u32>,
+        weights: &mut [u32],
+    ) {
+        for (node, &times) in self.trouble.iter() {
+            trouble[node] += times;
+        }
+        for obstacle in self.obstacles.keys() {
+            if let Obstacle::Route(e) = obstacle {
+                weights[*e] = (weights[*e] + 1).min(HEAVIEST);
+            }
+        }
+    }
+
+    fn blame(&mut self, obstacle: Obstacle) {
+        *self.obstacles.entry(obstacle).or_insert(0) += 1;
+    }
+
+    fn worst(&self) -> Option<Obstacle> {
+        self.obstacles
+            .iter()
+            .max_by_key(|&(o, &n)| (n, std::cmp::Reverse(*o)))
+            .map(|(o, _)| *o)
+    }
+
+    /// Places a node where its routes are cheapest; false where no position works.
+    fn place(&mut self, node: Node) -> bool {
+        let positions = self.positions(node, false);
+        if positions.is_empty() {
+            self.blame(Obstacle::Unit(node));
+            return false;
+        }
+        let mut found: Vec<(u32, Fu, i32)> = Vec::new();
+        for rank in ranks().take_while(|&rank| rank < positions.len()) {
+            let (estimate, fu, time) = positions[rank];
+            if let Some(cost) = self.try_position(node, fu, time) {
+                found.push((estimate + cost, fu, time));
+                self.remove(node);
+                if found.len() == CHOICES {
+                    break;
+                }
+            }
+        }
+        // Registers are packed otherwise by now, so that even these may fail.
+        found.sort_unstable();
+        (found.iter()).any(|&(_, fu, time)| self.try_position(node, fu, time).is_some())
+    }
+
+    /// Places a node here and routes its edges to placed neighbours; the cost of the routes, or
+    /// `None`, and nothing changed, where that fails.
+    fn try_position(&mut self, node: Node, fu: Fu, time: i32) -> Option<u32> {
+        if !self.is_free(node, fu, time) || !self.occupy(node, fu, time) {
+            return None;
+        }
+        let mut sum = 0;
+        for e in self.edges_by_slack(node) {
+            match self.route(e) {
+                Some(cost) => sum += cost,
+                None => {
+                    self.blame(Obstacle::Route(e));
+                    self.remove(node);
+                    return None;
+                }
+            }
+        }
+        Some(sum)
+    }
+}
+
+/// The placement of units, cycles and routes that were found otherwise; the file whose registers do
+/// not suffice for them.
+pub(super) fn adopt(
+    problem: &Problem<'_>,
+    ii: u32,
+    freedom: &Freedom,
+    fixed: &[Reg],
+    at: &EntityMap<Node, Position>,
+    routes: Vec<Route>,
+) -> Result<Placement, Place> {
+    let mut router = Router::default();
+    let mut attempt = Attempt::new(problem, ii, 0, freedom, fixed, &mut router);
+    for (node, &(fu, time)) in at.iter() {
+        if !attempt.occupy(node, fu, time) {
+            return Err(attempt.full().expect("only registers can run out"));
+        }
+    }
+    for (edge, route) in problem.edges.iter().zip(&routes) {
+        assert!(attempt.take(edge, route), "routes that were found fit");
+        if let Some(full) = attempt.hold(edge, route) {
+            return Err(full);
+        }
+    }
+    attempt.routes = routes.into_iter().map(Some).collect();
+    Ok(attempt
+        .placement()
+        .expect("everything is placed and routed"))
+}
+
+/// The ranks of the positions that are tried: all of the first, then fewer and fewer.
+fn ranks() -> impl Iterator<Item = usize> {
+    std::iter::successors(Some(0), |&rank: &usize| {
+        Some(rank + 1 + rank.saturating_sub(TRIES) / 4)
+    })
+}
+
+/// How precious each unit is: the share of the demand for its classes that rests on it.
+fn scarcity(problem: &Problem<'_>) -> EntityMap<Fu, u32> {
+    let mut scarcity = EntityMap::filled(problem.arch.fus.len(), 0);
+    for node in problem.nodes() {
+        let units = &problem.units[node];
+        for &fu in units {
+            scarcity[fu] += 40 / units.len() as u32;
+        }
+    }
+    scarcity
+}
