@@ -158,7 +158,10 @@ impl Core for GeneratedCore {
         unsafe { (self.simulator.functions.run)(self.core, &mut host, budget, &mut outcome) };
         match outcome.read() {
             Some(Ok(run)) => Ok(run),
-            Some(Err((kind, at))) => Err(crate::interp::trap(kind, at, &self.simulator.positions)),
+            Some(Err((kind, at, calls))) => {
+                let positions = &self.simulator.positions;
+                Err(crate::interp::trap(kind, at, calls.into_iter(), positions))
+            }
             None => unreachable!("the library has the same list of outcomes"),
         }
     }

@@ -121,7 +121,7 @@ pub enum Spec {
     Record(RecordSpec),
     /// `enum`.
     Enum(EnumSpec),
-    /// `__attribute__((…))`.
+    /// `__attribute__((…))`, or `_Alignas(…)`.
     Attributes(Vec<Attribute>),
     /// `typeof(expression)`.
     TypeofExpr(ExprId),
@@ -230,6 +230,81 @@ pub struct Attribute {
     pub args: Vec<ExprId>,
     /// Where it is.
     pub span: Span,
+}
+
+/// Attributes that say nothing about what a program does.
+const HARMLESS: &[&str] = &[
+    "alloc_align",
+    "alloc_size",
+    "always_inline",
+    "artificial",
+    "assume_aligned",
+    "cold",
+    "const",
+    "deprecated",
+    "designated_init",
+    "externally_visible",
+    "fallthrough",
+    "flatten",
+    "format",
+    "format_arg",
+    "gnu_inline",
+    "hot",
+    "inline",
+    "leaf",
+    "malloc",
+    "may_alias",
+    "no_icf",
+    "no_reorder",
+    "noclone",
+    "noinline",
+    "noipa",
+    "nonnull",
+    "nonstring",
+    "noreturn",
+    "nothrow",
+    "optimize",
+    "pure",
+    "returns_nonnull",
+    "sentinel",
+    "stack_protect",
+    "unused",
+    "used",
+    "visibility",
+    "warn_if_not_aligned",
+    "warn_unused_result",
+    "error",
+    "warning",
+];
+
+/// Attributes that change a layout or what is called, so that they cannot be left out.
+const EFFECTIVE: &[&str] = &[
+    "alias",
+    "aligned",
+    "cleanup",
+    "constructor",
+    "destructor",
+    "ifunc",
+    "mode",
+    "ms_struct",
+    "packed",
+    "scalar_storage_order",
+    "section",
+    "transparent_union",
+    "vector_size",
+    "weak",
+];
+
+impl Attribute {
+    /// Whether it changes a type, a layout or what is called.
+    pub fn has_effect(&self) -> bool {
+        EFFECTIVE.contains(&&*self.name)
+    }
+
+    /// Whether it is known to change nothing.
+    pub fn is_harmless(&self) -> bool {
+        HARMLESS.contains(&&*self.name)
+    }
 }
 
 /// A name and what is derived from the specifiers' type for it.
@@ -364,6 +439,8 @@ pub enum ExprKind {
     AlignofExpr(ExprId),
     /// `__builtin_va_arg(list, type)`.
     VaArg(ExprId, Box<TypeName>),
+    /// `__builtin_types_compatible_p(type, type)`.
+    SameType(Box<(TypeName, TypeName)>),
     /// `({ … })`.
     Statements(StmtId),
     /// `_Generic(a, type: b, default: c)`; `None` is `default`.

@@ -209,7 +209,12 @@ impl Reader {
             }
             if depth == 0 {
                 let after = fixed(i + 1);
-                return after.is_some_and(|f| f == Fixed::LBrace || names_type(f))
+                let named = tokens.get(i + 1).is_some_and(|token| match &token.tok {
+                    Tok::Ident(name) => self.is_type(name),
+                    _ => false,
+                });
+                return named
+                    || after.is_some_and(|f| f == Fixed::LBrace || names_type(f))
                     || matches!(
                         after,
                         Some(Fixed::Register | Fixed::Const | Fixed::Volatile)
@@ -365,7 +370,7 @@ impl Reader {
         let names_type = match fixed {
             _ if names_type(fixed) => true,
             Typedef | Extern | Static | Auto | Register | Inline | Noreturn | Const | Volatile
-            | Restrict | Global | Attribute => false,
+            | Restrict | Global | Attribute | Alignas => false,
             Else | Do => return,
             _ => return self.expression(),
         };
@@ -392,7 +397,7 @@ impl Reader {
     fn open_paren(&mut self, before: Option<Fixed>) {
         use Fixed::*;
         let holds = match before {
-            Some(Attribute | Typeof | Asm) => Holds::Expr,
+            Some(Attribute | Alignas | Typeof | Asm) => Holds::Expr,
             Some(For) => Holds::For,
             Some(If | While | Switch) => Holds::Condition,
             _ => match self.frame().at {

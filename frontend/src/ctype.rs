@@ -47,6 +47,9 @@ pub enum Type {
 }
 
 /// The integer types.
+///
+/// What a bit-field of more bits than an `int` holds has, as with GCC, a type of just as many bits,
+/// in which it is computed with; it cannot be named.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[allow(missing_docs)] // each is its C name
 pub enum Int {
@@ -61,6 +64,10 @@ pub enum Int {
     ULong,
     LongLong,
     ULongLong,
+    /// Of a signed bit-field of 33 to 63 bits.
+    Bits(u8),
+    /// Of an unsigned bit-field of 33 to 63 bits.
+    UBits(u8),
 }
 
 impl Int {
@@ -70,7 +77,15 @@ impl Int {
             Int::Char | Int::SChar | Int::UChar => 1,
             Int::Short | Int::UShort => 2,
             Int::Int | Int::UInt | Int::Long | Int::ULong => 4,
-            Int::LongLong | Int::ULongLong => 8,
+            Int::LongLong | Int::ULongLong | Int::Bits(_) | Int::UBits(_) => 8,
+        }
+    }
+
+    /// How many bits its values have.
+    pub fn width(self) -> u32 {
+        match self {
+            Int::Bits(width) | Int::UBits(width) => width.into(),
+            _ => 8 * self.size(),
         }
     }
 
@@ -78,7 +93,7 @@ impl Int {
     pub fn signed(self) -> bool {
         !matches!(
             self,
-            Int::UChar | Int::UShort | Int::UInt | Int::ULong | Int::ULongLong
+            Int::UChar | Int::UShort | Int::UInt | Int::ULong | Int::ULongLong | Int::UBits(_)
         )
     }
 
@@ -92,6 +107,11 @@ impl Int {
             Int::UShort => u32::from(value as u16),
             Int::Int | Int::UInt | Int::Long | Int::ULong => value as u32,
             Int::LongLong | Int::ULongLong => return value,
+            Int::Bits(width) => {
+                let up = 64 - u32::from(width);
+                return ((value << up) as i64 >> up) as u64;
+            }
+            Int::UBits(width) => return value & u64::MAX >> (64 - u32::from(width)),
         };
         u64::from(word)
     }
@@ -119,6 +139,15 @@ impl Int {
         }
     }
 
+    /// The integer type of so many bits, from 33 to 64.
+    pub fn of_width(width: u32, signed: bool) -> Int {
+        match (width, signed) {
+            (64.., signed) => Int::of_size(8, signed),
+            (width, true) => Int::Bits(width as u8),
+            (width, false) => Int::UBits(width as u8),
+        }
+    }
+
     fn name(self) -> &'static str {
         match self {
             Int::Char => "char",
@@ -132,6 +161,8 @@ impl Int {
             Int::ULong => "unsigned long",
             Int::LongLong => "long long",
             Int::ULongLong => "unsigned long long",
+            Int::Bits(_) => "a wide bit-field",
+            Int::UBits(_) => "an unsigned wide bit-field",
         }
     }
 }

@@ -24,10 +24,13 @@ const HEADERS: &[(&str, &str)] = &files![
 
 /// The sources.
 const SOURCES: &[(&str, &str)] =
-    &files!["ctype.c" "math.c" "mathd.c" "stdio.c" "stdlib.c" "string.c" "support.c"];
+    &files!["builtin.c" "ctype.c" "math.c" "mathd.c" "stdio.c" "stdlib.c" "string.c" "support.c"];
 
 /// The source with the functions of [`Support`](crate::operator::Support).
 const SUPPORT: &str = "support.c";
+
+/// The function that computes what may overflow, for `__builtin_add_overflow` and its like.
+pub(crate) const OVERFLOW: &str = "__srp_overflow";
 
 fn source((name, text): &(&str, &str)) -> Source {
     Source::new(format!("kernels/libc/{name}"), *text)
@@ -51,9 +54,10 @@ pub fn text(name: &str) -> Option<&'static str> {
 /// Which sources a program has been given, and what it may still want.
 #[derive(Default)]
 pub(crate) struct Archive {
-    /// Names that the program mentions.
+    /// Names that the program mentions and does not define.
     mentioned: HashSet<Name>,
-    /// Names that the program defines itself.
+    /// Names that the program defines itself, for all of its sources. The library goes by its own
+    /// definitions of them.
     pub(crate) owned: HashSet<Name>,
     support: bool,
     taken: BTreeSet<&'static str>,
@@ -66,7 +70,13 @@ impl Archive {
         for unit in units {
             archive.look_at(unit);
             let functions = unit.items.iter().filter_map(|item| match item {
-                Item::Function(function) => Some(&function.declarator),
+                Item::Function(function) => {
+                    let mut specs = function.specs.list.iter();
+                    let internal = specs.any(|(spec, _)| {
+                        matches!(spec, Spec::Storage(Storage::Static) | Spec::Inline)
+                    });
+                    (!internal).then_some(&function.declarator)
+                }
                 _ => None,
             });
             let objects = unit.items.iter().filter_map(|item| match item {
@@ -77,7 +87,10 @@ impl Archive {
                 .filter(|declaration| {
                     let mut specs = declaration.specs.list.iter();
                     !specs.any(|(spec, _)| {
-                        matches!(spec, Spec::Storage(Storage::Typedef | Storage::Extern))
+                        matches!(
+                            spec,
+                            Spec::Storage(Storage::Typedef | Storage::Extern | Storage::Static)
+                        )
                     })
                 })
                 .flat_map(|declaration| &declaration.declarators)
@@ -89,6 +102,8 @@ impl Archive {
             let names = functions.chain(objects).filter_map(|d| d.name.as_ref());
             archive.owned.extend(names.map(|(name, _)| name.clone()));
         }
+        let owned = &archive.owned;
+        archive.mentioned.retain(|name| !owned.contains(name));
         archive
     }
 
@@ -98,6 +113,10 @@ impl Archive {
         for expr in unit.exprs.values() {
             if let ExprKind::Name(name) = &expr.kind {
                 self.mentioned.insert(plain(name).into());
+                self.mentioned.insert(name.clone());
+                if name.starts_with("__builtin_") && name.ends_with("_overflow") {
+                    self.mentioned.insert(OVERFLOW.into());
+                }
             }
         }
     }
@@ -108,7 +127,7 @@ impl Archive {
         if let Some(unit) = last {
             self.look_at(unit);
         }
-        let wanted = |name: &str| self.mentioned.contains(name) && !self.owned.contains(name);
+        let wanted = |name: &str| self.mentioned.contains(name);
         let found = SOURCES.iter().find(|(name, text)| {
             let support = self.support && *name == SUPPORT;
             !self.taken.contains(name) && (support || defined(text).any(wanted))

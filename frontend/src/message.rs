@@ -104,6 +104,8 @@ codes! {
     LIBRARY_TYPE = "C0916";
     /// A loop that cannot be unrolled.
     UNROLL = "C0914";
+    /// A `return` with a value where there is none, or without one where there is.
+    RETURN_VALUE = "C0917";
     /// A use of `double` where `float` was asked for.
     DOUBLE_AS_FLOAT = "C0915";
 }
@@ -123,6 +125,7 @@ const NAMES: &[(Code, &str)] = &[
     (IMPLICIT_FUNCTION, "implicit-function-declaration"),
     (IMPLICIT_INT, "implicit-int"),
     (OVERFLOW, "overflow"),
+    (RETURN_VALUE, "return-mismatch"),
     (UNROLL, "unroll"),
     (DOUBLE_AS_FLOAT, "double-as-float"),
     (LIBRARY_TYPE, "builtin-declaration-mismatch"),

@@ -37,8 +37,8 @@ impl Class {
             Type::Double => Class::Double,
             Type::Vector(true) => Class::Float4,
             Type::Vector(false) => Class::Int4,
-            Type::Int(Int::LongLong) => Class::Long,
-            Type::Int(Int::ULongLong) => Class::ULong,
+            Type::Int(int) if int.size() == 8 && int.signed() => Class::Long,
+            Type::Int(int) if int.size() == 8 => Class::ULong,
             Type::Int(int) if int.signed() => Class::Signed,
             _ => Class::Unsigned,
         }

@@ -22,6 +22,8 @@ struct File {
     base: u32,
     /// Offset within the text of the start of each line.
     lines: Vec<u32>,
+    /// Offsets of the bytes that go on with a character.
+    inner: Vec<u32>,
 }
 
 /// A macro call: what it is called and where it was defined.
@@ -58,10 +60,14 @@ impl SourceMap {
         let newlines = source.text.bytes().enumerate().filter(|(_, b)| *b == b'\n');
         let starts = newlines.map(|(at, _)| at as u32 + 1);
         let lines = std::iter::once(0).chain(starts).collect();
+        let bytes = source.text.bytes().enumerate();
+        let inner = bytes.filter(|(_, b)| b & 0xc0 == 0x80);
+        let inner = inner.map(|(at, _)| at as u32).collect();
         Some(self.files.push(File {
             source,
             base,
             lines,
+            inner,
         }))
     }
 
@@ -112,11 +118,13 @@ impl SourceMap {
         let text = &data.source.text;
         let at = text.floor_char_boundary((span.start - data.base) as usize);
         let line = data.lines.partition_point(|&start| start as usize <= at);
-        let start = data.lines[line - 1] as usize;
+        let start = data.lines[line - 1];
+        let at = at as u32;
+        let inner = |end: u32| data.inner.partition_point(|&byte| byte < end) as u32;
         Pos {
             file,
             line: line as u32,
-            column: 1 + text[start..at].chars().count() as u32,
+            column: 1 + (at - start) - (inner(at) - inner(start)),
         }
     }
 

@@ -36,10 +36,11 @@ fixed! {
     Signed "signed" | "__signed" | "__signed__"; Sizeof "sizeof"; Static "static";
     Struct "struct"; Switch "switch"; Typedef "typedef"; Union "union"; Unsigned "unsigned";
     Void "void"; Volatile "volatile" | "__volatile" | "__volatile__"; While "while"; Bool "_Bool";
-    Alignof "_Alignof" | "__alignof__" | "__alignof"; Noreturn "_Noreturn";
+    Alignas "_Alignas"; Alignof "_Alignof" | "__alignof__" | "__alignof"; Noreturn "_Noreturn";
     StaticAssert "_Static_assert"; Attribute "__attribute__" | "__attribute";
     Typeof "typeof" | "__typeof__" | "__typeof"; Asm "asm" | "__asm" | "__asm__";
-    Generic "_Generic"; VaArg "__builtin_va_arg";
+    Generic "_Generic"; VaArg "__builtin_va_arg"; Offsetof "__builtin_offsetof";
+    TypesCompatible "__builtin_types_compatible_p";
     Global "__srp_global";
     LBrace "{"; RBrace "}"; LParen "("; RParen ")"; LBracket "["; RBracket "]"; Dot ".";
     Arrow "->"; Increment "++"; Decrement "--"; Amp "&"; Star "*"; Plus "+"; Minus "-"; Tilde "~";
@@ -54,7 +55,6 @@ fixed! {
 const REFUSED: &[&str] = &[
     "_Complex",
     "_Imaginary",
-    "_Alignas",
     "_Atomic",
     "_Thread_local",
     "__int128",

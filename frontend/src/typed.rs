@@ -56,6 +56,8 @@ pub struct Object {
     pub defined: bool,
     /// Of the library, so that it goes where nothing uses it.
     pub optional: bool,
+    /// The alignment asked for beyond that of its type, bytes.
+    pub align: u32,
     /// Where it is declared.
     pub pos: Pos,
 }
@@ -123,7 +125,12 @@ pub struct Local {
     pub ty: QualType,
     /// Its address is used, so that it must lie in memory as one piece.
     pub in_memory: bool,
+    /// The alignment asked for beyond that of its type, bytes: up to [`MAX_LOCAL_ALIGN`].
+    pub align: u32,
 }
+
+/// Largest alignment of a variable of a function, that of the stack.
+pub const MAX_LOCAL_ALIGN: u32 = 16;
 
 /// An expression.
 #[derive(Clone, Debug)]

@@ -66,7 +66,12 @@ pub struct Trap {
     pub kind: TrapKind,
     /// Source position, `file:line:column`, where known.
     pub at: Option<String>,
+    /// Source positions of the open calls, innermost first: at most [`MAX_TOLD_CALLS`].
+    pub calls: Vec<String>,
 }
+
+/// Open calls that a trap tells of.
+pub const MAX_TOLD_CALLS: usize = 16;
 
 /// Kinds of traps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,7 +109,10 @@ impl std::fmt::Display for Trap {
             TrapKind::StackOverflow => f.write_str("stack overflow"),
             TrapKind::BadCall(target) => write!(f, "call of {target:#x}, which is no function"),
             TrapKind::Unreachable => f.write_str("unreachable code was reached"),
-        }
+        }?;
+        self.calls
+            .iter()
+            .try_for_each(|call| write!(f, "\n  called at {call}"))
     }
 }
 

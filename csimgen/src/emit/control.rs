@@ -121,7 +121,7 @@ fn transfer(spec: &SimSpec, control: &Control, at: Position) -> String {
             let link = number(spec, link);
             write!(
                 out,
-                "issue.land({latency}, {link}, {back}); issue.jump({target});"
+                "issue.land({latency}, {link}, {back}); issue.call({target}, {at});"
             )
         }
         Control::CallReg {
@@ -133,11 +133,11 @@ fn transfer(spec: &SimSpec, control: &Control, at: Position) -> String {
             let (address, link) = (word(target), number(spec, link));
             write!(
                 out,
-                "issue.jump(callee(&FUNCTIONS, super::FUNC_BASE, {address}, {at})?); \
+                "issue.call(callee(&FUNCTIONS, super::FUNC_BASE, {address}, {at})?, {at}); \
                  issue.land({latency}, {link}, {back});"
             )
         }
-        Control::Return(cell) => write!(out, "issue.jump({});", word(cell)),
+        Control::Return(cell) => write!(out, "issue.give_back({});", word(cell)),
         Control::Launch(kernel) => write!(out, "issue.launch({kernel});"),
         Control::Halt(cell) => write!(out, "issue.halt({});", word(cell)),
         Control::Unreachable => write!(out, "Err(Fault::unreachable({at}).into())"),

@@ -15,7 +15,7 @@ use crate::preamble::sequencer::{Datapath, Issue, KernelTimes, Sequencer, callee
 use crate::spec::SimSpec;
 use srp_archdesc::isa::Ty;
 use srp_ir::dre::scheduled::FUNC_BASE;
-use srp_runtime::core::{Bus, Core, Run, Trap, TrapKind};
+use srp_runtime::core::{Bus, Core, MAX_TOLD_CALLS, Run, Trap, TrapKind};
 use state::{Index, State};
 use tables::{ControlAct, Issued, Tables, Talk};
 
@@ -51,18 +51,29 @@ impl std::fmt::Debug for Interpreter {
 impl Core for Interpreter {
     fn run(&mut self, bus: &mut dyn Bus, budget: u64) -> Result<Run, Trap> {
         let mut border = Border::new(bus, self.first_address);
-        self.sequencer
-            .run(&mut self.tables, &mut border, budget)
-            .map_err(|fault| trap(fault.kind, fault.at, &self.positions))
+        let result = self.sequencer.run(&mut self.tables, &mut border, budget);
+        result.map_err(|fault| {
+            let calls = self.sequencer.open_calls();
+            trap(fault.kind, fault.at, calls, &self.positions)
+        })
     }
 }
 
-/// A trap with its place in words.
-pub(crate) fn trap(kind: TrapKind, at: u32, positions: &[String]) -> Trap {
-    let at = positions.get(at as usize);
+/// A trap with its place and those of the open calls in words.
+pub(crate) fn trap(
+    kind: TrapKind,
+    at: u32,
+    calls: impl Iterator<Item = u32>,
+    positions: &[String],
+) -> Trap {
+    let place = |at: u32| {
+        let text = positions.get(at as usize);
+        text.filter(|text| !text.is_empty()).cloned()
+    };
     Trap {
         kind,
-        at: at.filter(|text| !text.is_empty()).cloned(),
+        at: place(at),
+        calls: calls.take(MAX_TOLD_CALLS).filter_map(place).collect(),
     }
 }
 
@@ -210,7 +221,7 @@ impl Tables {
                 latency,
             } => {
                 issue.land(latency, link, back);
-                issue.jump(target);
+                issue.call(target, at);
             }
             ControlAct::CallReg {
                 target,
@@ -221,9 +232,9 @@ impl Tables {
                 let address = self.get(target).as_word();
                 let target = callee(&self.functions, FUNC_BASE, address, at)?;
                 issue.land(latency, link, back);
-                issue.jump(target);
+                issue.call(target, at);
             }
-            ControlAct::Return(cell) => issue.jump(self.get(cell).as_word()),
+            ControlAct::Return(cell) => issue.give_back(self.get(cell).as_word()),
             ControlAct::Launch(kernel) => issue.launch(kernel),
             ControlAct::Halt(cell) => issue.halt(self.get(cell).as_word()),
             ControlAct::Unreachable => return Err(Fault::unreachable(at)),

@@ -3,11 +3,11 @@
 //!
 //! The library exports `srp_abi_version`, `srp_new`, `srp_run` and `srp_free`.
 
-use super::core_border::{Activity, Bus, Lanes, Run, TrapKind};
+use super::core_border::{Activity, Bus, Lanes, MAX_TOLD_CALLS, Run, TrapKind};
 use std::ffi::c_void;
 
 /// The version of these structures and functions.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// A [`Bus`] as a library sees it.
 ///
@@ -86,7 +86,14 @@ pub struct Outcome {
     pub detail: u32,
     /// Size of a trapped access.
     pub bytes: u32,
+    /// Of a trap: how many calls are told.
+    pub call_count: u32,
+    /// Their places, innermost first.
+    pub calls: [u32; MAX_TOLD_CALLS],
 }
+
+/// What is wrong, where, and the places of the open calls, innermost first.
+pub type Told = (TrapKind, u32, Vec<u32>);
 
 const VLIW: u32 = 0;
 const ARRAY: u32 = 1;
@@ -118,7 +125,7 @@ impl Outcome {
     }
 
     /// The outcome of a trap.
-    pub fn of_trap(kind: TrapKind, at: u32) -> Outcome {
+    pub fn of_trap(kind: TrapKind, at: u32, open: impl Iterator<Item = u32>) -> Outcome {
         let (outcome, detail, bytes) = match kind {
             TrapKind::Access { address, bytes } => (ACCESS, address, bytes),
             TrapKind::DivisionByZero => (DIVISION_BY_ZERO, 0, 0),
@@ -126,17 +133,25 @@ impl Outcome {
             TrapKind::BadCall(target) => (BAD_CALL, target, 0),
             TrapKind::Unreachable => (UNREACHABLE, 0, 0),
         };
+        let mut calls = [0; MAX_TOLD_CALLS];
+        let mut call_count = 0;
+        for (told, call) in calls.iter_mut().zip(open) {
+            *told = call;
+            call_count += 1;
+        }
         Outcome {
             outcome,
             at,
             detail,
             bytes,
+            call_count,
+            calls,
             ..Outcome::default()
         }
     }
 
     /// The run, or the trap and where it was; `None` if it is neither.
-    pub fn read(self) -> Option<Result<Run, (TrapKind, u32)>> {
+    pub fn read(self) -> Option<Result<Run, Told>> {
         let detail = self.detail;
         let activity = match self.outcome {
             VLIW => Activity::Vliw,
@@ -144,7 +159,11 @@ impl Outcome {
             SWITCH => Activity::Switch,
             WAIT => Activity::Wait(detail),
             HALTED => Activity::Halted(detail as i32),
-            _ => return self.trap().map(|kind| Err((kind, self.at))),
+            _ => {
+                let calls = self.calls.iter().take(self.call_count as usize);
+                let calls = calls.copied().collect();
+                return self.trap().map(|kind| Err((kind, self.at, calls)));
+            }
         };
         Some(Ok(Run {
             cycles: self.cycles,
@@ -199,7 +218,8 @@ mod tests {
             TrapKind::Unreachable,
         ];
         for kind in traps {
-            assert_eq!(Outcome::of_trap(kind, 9).read(), Some(Err((kind, 9))));
+            let outcome = Outcome::of_trap(kind, 9, [3, 4].into_iter());
+            assert_eq!(outcome.read(), Some(Err((kind, 9, vec![3, 4]))));
         }
     }
 }

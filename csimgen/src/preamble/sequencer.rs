@@ -111,6 +111,8 @@ pub struct Sequencer {
     pc: u32,
     mode: Mode,
     issue: Issue,
+    /// The places of the open calls, outermost first.
+    calls: Vec<u32>,
 }
 
 impl Sequencer {
@@ -126,7 +128,13 @@ impl Sequencer {
                 next_mode: None,
                 behind: false,
             },
+            calls: Vec::new(),
         }
+    }
+
+    /// The places of the open calls, innermost first.
+    pub fn open_calls(&self) -> impl Iterator<Item = u32> + '_ {
+        self.calls.iter().rev().copied()
     }
 
     /// Runs at most `budget` cycles of one kind; see [`Core::run`](super::core_border::Core::run).
@@ -181,7 +189,19 @@ impl Sequencer {
                 Err(Stop::Behind) => break,
             }
             self.issue.in_flight.tick(path);
-            self.pc = self.issue.next(self.pc);
+            self.pc = match self.issue.next() {
+                None => self.pc.wrapping_add(1),
+                Some(transfer) => {
+                    match transfer.kind {
+                        TransferKind::Jump => {}
+                        TransferKind::Call { at } => self.calls.push(at),
+                        TransferKind::Return => {
+                            self.calls.pop();
+                        }
+                    }
+                    transfer.target
+                }
+            };
             self.issue.behind = true;
             cycles += 1;
             let stalled = bus.cycle_stalled();
@@ -276,12 +296,26 @@ enum NextMode {
     Halt(i32),
 }
 
+/// A transfer of control under way.
+#[derive(Clone, Copy, Debug)]
+struct Transfer {
+    target: u32,
+    kind: TransferKind,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum TransferKind {
+    Jump,
+    Call { at: u32 },
+    Return,
+}
+
 /// What a bundle leaves behind for later cycles.
 #[derive(Clone, Debug)]
 pub struct Issue {
     in_flight: Flight,
     /// Targets of the branches under way, a ring: the first applies at the end of this cycle.
-    targets: Vec<Option<u32>>,
+    targets: Vec<Option<Transfer>>,
     first_target: usize,
     next_mode: Option<NextMode>,
     behind: bool,
@@ -310,10 +344,24 @@ impl Issue {
 
     /// Makes `target` issue after the branch delay.
     pub fn jump(&mut self, target: u32) {
+        self.transfer(target, TransferKind::Jump);
+    }
+
+    /// The same for a call at the place `at`.
+    pub fn call(&mut self, target: u32, at: u32) {
+        self.transfer(target, TransferKind::Call { at });
+    }
+
+    /// The same for a return.
+    pub fn give_back(&mut self, target: u32) {
+        self.transfer(target, TransferKind::Return);
+    }
+
+    fn transfer(&mut self, target: u32, kind: TransferKind) {
         // The ring is as long as the delay and one, so the last place is just before the first.
         let last = self.first_target + self.targets.len() - 1;
         let last = last % self.targets.len();
-        self.targets[last] = Some(target);
+        self.targets[last] = Some(Transfer { target, kind });
     }
 
     /// Makes the array run a kernel from the next cycle on.
@@ -326,14 +374,14 @@ impl Issue {
         self.next_mode = Some(NextMode::Halt(status as i32));
     }
 
-    /// The bundle after `pc`.
-    fn next(&mut self, pc: u32) -> u32 {
-        let target = self.targets[self.first_target].take();
+    /// The transfer that applies at the end of this cycle.
+    fn next(&mut self) -> Option<Transfer> {
+        let transfer = self.targets[self.first_target].take();
         self.first_target += 1;
         if self.first_target == self.targets.len() {
             self.first_target = 0;
         }
-        target.unwrap_or(pc.wrapping_add(1))
+        transfer
     }
 }
 

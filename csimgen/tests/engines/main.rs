@@ -76,6 +76,7 @@ fn expected(suite: &Suite, number: usize) -> Record {
     let end = case.end.map_err(|(kind, line)| Trap {
         kind,
         at: (line > 0).then(|| format!("case.c:{line}:1")),
+        calls: Vec::new(),
     });
     Record {
         activities,

@@ -4,7 +4,7 @@
 use super::*;
 use crate::message::{LIMIT, Messages, UNSUPPORTED};
 use crate::source::SourceMap;
-use crate::token::Token;
+use crate::token::{IntConst, Token};
 
 /// Depth of expressions and statements. Chains of operators of one level, and of `else if`, do
 /// not count: no visitor recurses along them.
@@ -15,6 +15,12 @@ pub const MAX_DEPTH: u32 = 200;
 pub(crate) enum Before {
     Label(Label),
     Pragma(Pragma),
+}
+
+/// What may stand between a `*` and what it belongs to.
+pub(crate) enum PointerWord {
+    Qualifier((Qualifier, Span)),
+    Attributes(Vec<Attribute>),
 }
 
 /// An operand of `asm`: its constraint and expression, or what is clobbered.
@@ -146,24 +152,103 @@ impl<'a> Builder<'a> {
         self.expr_at(ExprKind::Statements(body), depth, self.span(l, r))
     }
 
+    /// The member `id` of an object of type `ty` at address 0.
+    pub(crate) fn member_at_zero(
+        &mut self,
+        mut ty: TypeName,
+        id: (Name, Span),
+        at: (usize, usize),
+    ) -> ExprId {
+        let span = ty.span;
+        let derived = &mut ty.declarator.derived;
+        derived.insert(0, (Derived::Pointer(Vec::new()), span));
+        let zero = IntConst {
+            value: 0,
+            unsigned: false,
+            longs: 0,
+            decimal: true,
+        };
+        let zero = self.expr(ExprKind::Int(zero), &[], at);
+        let object = self.expr(ExprKind::Cast(Box::new(ty), zero), &[zero], at);
+        self.expr(ExprKind::Member(object, id.0, id.1, true), &[object], at)
+    }
+
+    /// The address of a member of an object at address 0, as a number.
+    pub(crate) fn offset(&mut self, member: ExprId, at: (usize, usize)) -> ExprId {
+        let span = self.span(at.0, at.1);
+        let address = self.expr(ExprKind::Prefix(Prefix::AddressOf, member), &[member], at);
+        let words = [TypeKeyword::Unsigned, TypeKeyword::Long];
+        let list = words.map(|word| (Spec::Keyword(word), span)).to_vec();
+        let size = TypeName {
+            specs: Specs { list, span },
+            declarator: self.no_declarator(at.0),
+            span,
+        };
+        self.expr(ExprKind::Cast(Box::new(size), address), &[address], at)
+    }
+
+    /// The qualifiers of a pointer. Its attributes say nothing, or are refused.
+    pub(crate) fn pointer(&mut self, words: Vec<PointerWord>) -> Vec<(Qualifier, Span)> {
+        let mut qualifiers = Vec::new();
+        for word in words {
+            match word {
+                PointerWord::Qualifier(qualifier) => qualifiers.push(qualifier),
+                PointerWord::Attributes(list) => {
+                    let told = list.iter().filter(|a| a.has_effect());
+                    for attribute in told {
+                        let text = format!("the attribute `{}` cannot stand here", attribute.name);
+                        let message = self.sources.error(UNSUPPORTED, attribute.span, text, "");
+                        self.messages.push(message);
+                    }
+                }
+            }
+        }
+        qualifiers
+    }
+
     /// Adds an `asm` statement: nothing where it only keeps the compiler from moving things, which
-    /// is what an empty text does; else it is refused.
+    /// is what an empty text does; else it is refused. An output that an input shares its register
+    /// with is set to that.
     pub(crate) fn assembly(
         &mut self,
         text: &[u8],
         parts: Vec<Vec<AsmOperand>>,
         (l, r): (usize, usize),
     ) -> StmtId {
-        let outputs = parts.first().into_iter().flatten();
-        let sets = |constraint: &[u8]| !constraint.starts_with(b"+");
-        if !text.trim_ascii().is_empty() || outputs.into_iter().any(|(c, _)| sets(c)) {
-            let text = "`asm` is supported with an empty text and no outputs only";
+        let mut refused = !text.trim_ascii().is_empty();
+        let outputs = parts.first().map_or(&[][..], Vec::as_slice);
+        let mut values = Vec::new();
+        for (number, (constraint, output)) in outputs.iter().enumerate() {
+            let Some(output) = *output else {
+                refused = true;
+                continue;
+            };
+            if constraint.starts_with(b"+") {
+                values.push(output);
+                continue;
+            }
+            let same = |c: &[u8]| c.trim_ascii() == number.to_string().as_bytes();
+            let inputs = parts.get(1).into_iter().flatten();
+            match inputs.into_iter().find(|(c, _)| same(c)) {
+                Some((_, Some(input))) => {
+                    let kind = ExprKind::Assign(None, output, *input);
+                    values.push(self.expr(kind, &[output, *input], (l, r)));
+                }
+                _ => refused = true,
+            }
+        }
+        if refused {
+            let text = "`asm` is supported with an empty text only, its outputs being inputs too";
             let span = self.span(l, r);
             self.messages
                 .push(self.sources.error(UNSUPPORTED, span, text, ""));
         }
-        let operands = parts.iter().flatten().filter_map(|(_, e)| *e);
-        let used: Vec<_> = operands
+        let plain = |constraint: &[u8]| !constraint.first().is_some_and(u8::is_ascii_digit);
+        let inputs = parts.iter().skip(1).flatten();
+        let inputs = inputs.filter(|(constraint, _)| plain(constraint));
+        values.extend(inputs.filter_map(|(_, e)| *e));
+        let used: Vec<_> = values
+            .into_iter()
             .map(|e| self.stmt(StmtKind::Expr(e), &[], (l, r)))
             .collect();
         self.stmt(StmtKind::Block(used.clone()), &used, (l, r))

@@ -319,6 +319,13 @@ impl Printer<'_> {
             ExprKind::SizeofType(name) => self.of_type("sizeof", name),
             ExprKind::AlignofType(name) => self.of_type("alignof", name),
             ExprKind::AlignofExpr(a) => self.form("alignof", &[*a]),
+            ExprKind::SameType(names) => {
+                self.out.push_str("(same-type [");
+                self.type_name(&names.0);
+                self.out.push_str("] [");
+                self.type_name(&names.1);
+                self.out.push_str("])");
+            }
             ExprKind::VaArg(list, name) => {
                 self.out.push_str("(va-arg [");
                 self.type_name(name);

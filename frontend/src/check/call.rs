@@ -65,6 +65,27 @@ fn unsigned_result(op: Opcode) -> bool {
     matches!(op, Minu | Maxu | Mulhu | Ftou | Shr)
 }
 
+/// What `add_overflow`, `smull_overflow` and their like do, as that function numbers it.
+fn overflow_operation(name: &str) -> Option<u64> {
+    let name = name.strip_suffix("_overflow")?;
+    let operation = |name: &str| {
+        ["add", "sub", "mul"]
+            .iter()
+            .position(|&known| known == name)
+    };
+    let typed = || {
+        let name = name.strip_prefix(['s', 'u'])?;
+        operation(
+            name.strip_suffix("ll")
+                .or(name.strip_suffix('l'))
+                .unwrap_or(name),
+        )
+    };
+    // `mul` ends in `l` itself.
+    let typed = || typed().or_else(|| operation(name.strip_prefix(['s', 'u'])?));
+    operation(name).or_else(typed).map(|n| n as u64)
+}
+
 impl Checker<'_> {
     pub(super) fn call(&mut self, callee: ast::ExprId, args: &[ast::ExprId], span: Span) -> ExprId {
         if let ast::ExprKind::Name(name) = &self.unit.exprs[callee].kind {
@@ -165,12 +186,15 @@ impl Checker<'_> {
     /// one that takes anything and returns an `int`.
     fn implicit_function(&mut self, name: &Name, span: Span) {
         let plain = library::plain(name);
-        if **name == *plain {
+        let builtin = **name != *plain;
+        if !builtin {
             let text = format!("the function `{name}` is called but not declared");
             self.warning(IMPLICIT_FUNCTION, span, text);
         }
-        if let Some(&symbol @ Symbol::Function(function)) = self.externals.names.get(plain)
-            && self.functions[function].optional
+        let externals = &self.externals.names;
+        let found = externals.get(name).or_else(|| externals.get(plain));
+        if let Some(&symbol @ Symbol::Function(function)) = found
+            && (self.functions[function].optional || builtin)
         {
             self.scopes[1].names.insert(name.clone(), (symbol, span));
             return;
@@ -190,11 +214,28 @@ impl Checker<'_> {
         let known = self.types.known;
         let builtin = name.strip_prefix("__builtin_")?;
         match (builtin, args) {
-            ("expect", &[value, expected]) => {
-                self.value(expected);
-                Some(self.value(value))
+            ("expect" | "expect_with_probability", &[value, expected, ..]) => {
+                Some(self.expected(value, expected, span))
             }
-            ("expect_with_probability", &[value, _, _]) => Some(self.value(value)),
+            ("assume_aligned", &[pointer, ..]) => Some(self.value(pointer)),
+            ("object_size", &[_, kind]) => {
+                let unknown = match self.const_int(kind, "the kind of a size") {
+                    Some((0 | 1, _)) => u64::from(u32::MAX),
+                    _ => 0,
+                };
+                Some(self.int_const(unknown, known.ulong, span))
+            }
+            ("choose_expr", &[condition, a, b]) => {
+                match self.const_int(condition, "the condition") {
+                    Some((0, _)) => Some(self.value(b)),
+                    Some(_) => Some(self.value(a)),
+                    None => Some(self.error_value(span)),
+                }
+            }
+            (name, &[a, b, result]) if overflow_operation(name).is_some() => {
+                let operation = overflow_operation(name)?;
+                Some(self.overflow(operation, a, b, result, span))
+            }
             ("constant_p", &[value]) => {
                 let value = self.value(value);
                 let constant = self.constant(value).is_some();
@@ -223,6 +264,109 @@ impl Checker<'_> {
             ("nanf", &[_]) => Some(self.make(ExprKind::Const(0x7fc0_0000), known.float, span)),
             _ => None,
         }
+    }
+
+    /// `__builtin_expect`: the first value, after both are computed.
+    fn expected(&mut self, value: ast::ExprId, expected: ast::ExprId, span: Span) -> ExprId {
+        let value = self.value(value);
+        let expected = self.value(expected);
+        if self.const_value(expected).is_some() || self.context.function.is_none() {
+            return value;
+        }
+        let kept = self.kept(value, span);
+        let again = self.read_place(kept.1);
+        let ty = self.ty(value);
+        let both = self.make(ExprKind::Comma(expected, again), ty, span);
+        self.make(ExprKind::Comma(kept.0, both), ty, span)
+    }
+
+    /// A value put into a variable of its own: the assignment, and the variable.
+    fn kept(&mut self, value: ExprId, span: Span) -> (ExprId, PlaceId) {
+        let ty = QualType::plain(self.ty(value));
+        let local = self.body.locals.push(Local {
+            name: "kept".into(),
+            ty,
+            in_memory: false,
+            align: 1,
+        });
+        let place = self.place(PlaceKind::Local(local), ty, span);
+        let assign = self.make(ExprKind::Assign(place, value), ty.ty, span);
+        (assign, place)
+    }
+
+    /// `__builtin_add_overflow` and its like: sets what `result` points to, and says whether the
+    /// exact result does not fit there.
+    fn overflow(
+        &mut self,
+        operation: u64,
+        a: ast::ExprId,
+        b: ast::ExprId,
+        result: ast::ExprId,
+        span: Span,
+    ) -> ExprId {
+        let known = self.types.known;
+        let (a, b, result) = (self.value(a), self.value(b), self.value(result));
+        let target = self.types.pointee(self.ty(result)).map(|to| to.ty);
+        let into = match target.map(|ty| self.types.get(ty)) {
+            Some(&Type::Int(int)) => Some(int),
+            _ => None,
+        };
+        let support = self.externals.names.get(library::OVERFLOW).copied();
+        let integers = [a, b].iter().all(|&e| self.types.is_integer(self.ty(e)));
+        let (Some(into), Some(Symbol::Function(support)), true) = (into, support, integers) else {
+            let text = "two integers and a pointer to one are wanted";
+            self.error(CALL, span, text, "");
+            return self.error_value(span);
+        };
+        if self.context.function.is_none() {
+            self.error(NOT_CONSTANT, span, "this is computed in functions only", "");
+            return self.error_value(span);
+        }
+        self.externals.use_function(support, span);
+        let mut first = Vec::new();
+        let mut args = vec![self.int_const(operation, known.int, span)];
+        for operand in [a, b] {
+            let (assign, place) = self.kept(operand, span);
+            first.push(assign);
+            let value = self.read_place(place);
+            let again = self.read_place(place);
+            let zero = self.int_const(0, self.ty(value), span);
+            args.push(self.convert(value, known.ullong));
+            // Never, of what has no sign.
+            let negative = match self.types.is_unsigned(self.ty(again)) {
+                true => self.int_const(0, known.int, span),
+                false => self.make(
+                    ExprKind::Compare(Relation::Lt, again, zero),
+                    known.int,
+                    span,
+                ),
+            };
+            args.push(negative);
+        }
+        let (assign, target) = self.kept(result, span);
+        first.push(assign);
+        let zero = self.int_const(0, known.ullong, span);
+        let (assign, low) = self.kept(zero, span);
+        first.push(assign);
+        let pointer = self.types.pointer(QualType::plain(known.ullong));
+        args.push(self.int_const(8 * u64::from(into.size()), known.int, span));
+        args.push(self.int_const(into.signed().into(), known.int, span));
+        args.push(self.address_of(low, pointer, span));
+        let call = ExprKind::Call(Callee::Function(support), args);
+        let call = self.make(call, known.int, span);
+        let (assign, flag) = self.kept(call, span);
+        first.push(assign);
+        let target = self.read_place(target);
+        let target = self.deref(target, span);
+        let low = self.read_place(low);
+        let ty = self.body.places[target].ty.ty;
+        let low = self.convert(low, ty);
+        first.push(self.make(ExprKind::Assign(target, low), ty, span));
+        let flag = self.read_place(flag);
+        let flag = self.convert(flag, known.bool);
+        first.into_iter().rev().fold(flag, |rest, step| {
+            self.make(ExprKind::Comma(step, rest), known.bool, span)
+        })
     }
 
     fn va_start(&mut self, list: ast::ExprId, span: Span) -> ExprId {

@@ -53,16 +53,24 @@ impl Checker<'_> {
         }
     }
 
-    /// The value of a bit-field of less bits than an `int` as the `int` that it promotes to.
+    /// The value of a bit-field of less bits than an `int` as the `int` that it promotes to, of more
+    /// bits in the type of that many.
     fn narrowed(&mut self, place: PlaceId, value: ExprId) -> ExprId {
         let PlaceKind::Bits(_, _, bits) = self.body.places[place].kind else {
             return value;
         };
-        if bits.width >= 32 || *self.types.get(self.ty(value)) == Type::Bool {
-            return value;
-        }
-        let int = self.types.known.int;
-        self.convert(value, int)
+        let own = match *self.types.get(self.ty(value)) {
+            Type::Int(own) => own,
+            _ => return value,
+        };
+        let narrow = match bits.width {
+            ..=31 => Int::Int,
+            32 if own.size() == 8 => Int::of_size(4, own.signed()),
+            width @ 33..=63 => Int::of_width(width, own.signed()),
+            _ => return value,
+        };
+        let narrow = self.types.int(narrow);
+        self.convert(value, narrow)
     }
 
     /// The address of a place as a pointer of this type.
@@ -151,9 +159,10 @@ impl Checker<'_> {
             (Type::Double, _) | (_, Type::Double) => self.types.known.double,
             (Type::Float, _) | (_, Type::Float) => self.types.known.float,
             (&Type::Int(x), &Type::Int(y)) if x.size().max(y.size()) == 8 => {
-                let wide = |int: Int| int.size() == 8 && !int.signed();
-                let signed = !wide(x) && !wide(y);
-                self.types.int(Int::of_size(8, signed))
+                let most = x.width().max(y.width());
+                let unsigned = |int: Int| int.width() == most && !int.signed();
+                let signed = !unsigned(x) && !unsigned(y);
+                self.types.int(Int::of_width(most, signed))
             }
             (Type::Int(x), Type::Int(y)) => {
                 let long = [x, y].iter().any(|i| matches!(i, Int::Long | Int::ULong));
@@ -213,7 +222,7 @@ impl Checker<'_> {
         let (Some(number), Type::Int(int)) = (self.const_number(e), self.types.get(to)) else {
             return;
         };
-        let bits = 8 * int.size();
+        let bits = int.width();
         if number < -(1 << (bits - 1)) || number >= 1 << bits {
             let text = format!("{number} does not fit in {}", self.show(to));
             let span = self.span(e);
@@ -305,6 +314,9 @@ impl Checker<'_> {
         if to == self.types.known.void {
             return self.make(ExprKind::Convert(e), to, span);
         }
+        if let Some(value) = self.union_of(e, to, span) {
+            return value;
+        }
         let pointers = (self.types.pointee(from), self.types.pointee(to));
         let fits = match pointers {
             (Some(a), Some(b)) => {
@@ -339,6 +351,44 @@ impl Checker<'_> {
             return e;
         }
         self.make(ExprKind::Convert(e), to, span)
+    }
+
+    /// GNU: a value as the member of its type of a union.
+    fn union_of(
+        &mut self,
+        e: ExprId,
+        to: TypeId,
+        span: srp_archdesc::diagnostic::Span,
+    ) -> Option<ExprId> {
+        let from = self.ty(e);
+        let Type::Record(record) = *self.types.get(to) else {
+            return None;
+        };
+        let record = &self.types.records[record];
+        if !record.union || from == to {
+            return None;
+        }
+        let fields = record.fields.as_deref().unwrap_or(&[]);
+        let mut members = fields.iter().filter(|field| field.bits.is_none());
+        members.find(|field| self.types.compatible(field.ty.ty, from))?;
+        self.context.function.as_ref()?;
+        let ty = QualType::plain(to);
+        let local = self.body.locals.push(Local {
+            name: "literal".into(),
+            ty,
+            in_memory: false,
+            align: 1,
+        });
+        let init = Init {
+            zero: self.types.size(from) != self.types.size(to),
+            parts: vec![Part {
+                offset: 0,
+                bits: None,
+                value: e,
+            }],
+        };
+        let place = self.place(PlaceKind::Literal(local, init), ty, span);
+        Some(self.read_place(place))
     }
 
     /// A condition: any scalar.

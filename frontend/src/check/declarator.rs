@@ -6,7 +6,10 @@ use crate::ast::{
     Declarator, Derived, Param, Params, Qualifier, Spec, Specs, Storage, TypeKeyword,
 };
 use crate::ctype::{self, MAX_TYPE_DEPTH, QualType, Quals, Signature, Type, TypeId};
-use crate::message::{BAD_TYPE, DECLARATION, DOUBLE_AS_FLOAT, LIMIT, SPECIFIERS, UNDECLARED};
+use crate::message::{
+    BAD_TYPE, DECLARATION, DOUBLE_AS_FLOAT, IMPLICIT_INT, LIMIT, SPECIFIERS, UNDECLARED,
+    UNSUPPORTED,
+};
 use srp_archdesc::diagnostic::Span;
 
 /// What specifiers say.
@@ -15,6 +18,8 @@ pub(super) struct Base {
     pub(super) ty: QualType,
     pub(super) storage: Option<(Storage, Span)>,
     pub(super) inline: bool,
+    /// The alignment asked for, bytes, or 1.
+    pub(super) align: u32,
 }
 
 /// How often each keyword is written.
@@ -82,7 +87,17 @@ impl Checker<'_> {
         let (mut storage, mut inline) = (None, false);
         let mut conflict = false;
         let mut attributes = Vec::new();
-        for (spec, span) in &specs.list {
+        for (i, (spec, span)) in specs.list.iter().enumerate() {
+            let before = i.checked_sub(1).map(|i| &specs.list[i].0);
+            let own_record = match (before, whole) {
+                (Some(Spec::Record(spec)), Some(ty)) if spec.members.is_some() => {
+                    match self.types.get(ty.ty) {
+                        Type::Record(record) => Some(*record),
+                        _ => None,
+                    }
+                }
+                _ => None,
+            };
             match spec {
                 Spec::Storage(found) => {
                     if storage.replace((*found, *span)).is_some() {
@@ -96,7 +111,11 @@ impl Checker<'_> {
                     let count = &mut keywords.count[*keyword as usize];
                     *count = count.saturating_add(1);
                 }
-                Spec::Attributes(list) => attributes.extend(list.iter().cloned()),
+                // After the members of a struct they are its own.
+                Spec::Attributes(list) => match own_record {
+                    Some(record) => self.align_record(record, list),
+                    None => attributes.extend(list.iter().cloned()),
+                },
                 Spec::Named(_)
                 | Spec::Record(_)
                 | Spec::Enum(_)
@@ -120,8 +139,14 @@ impl Checker<'_> {
                 }
             }
         }
+        let implicit = !keywords.any() && whole.is_none() && !alone && !specs.list.is_empty();
+        if implicit {
+            let text = "the type is not declared: `int`";
+            self.warning(IMPLICIT_INT, specs.span, text);
+            keywords.count[TypeKeyword::Int as usize] = 1;
+        }
         let base = self.base_type(&keywords, whole, conflict, specs.span);
-        let ty = self.attributed(base.ty, &attributes);
+        let (ty, align) = self.attributed(base.ty, &attributes);
         Base {
             ty: QualType {
                 ty,
@@ -129,6 +154,7 @@ impl Checker<'_> {
             },
             storage,
             inline,
+            align,
         }
     }
 
@@ -291,10 +317,16 @@ impl Checker<'_> {
                     self.error(DECLARATION, span, text, "");
                 }
             }
+            self.no_alignment(base.align, param.span);
             // The length of an array as a parameter says nothing: it is a pointer.
             let mut declarator = param.declarator.clone();
-            if let Some((Derived::Array(length), _)) = declarator.derived.first_mut() {
-                *length = None;
+            if let Some((Derived::Array(length), _)) = declarator.derived.first_mut()
+                && let Some(length) = length.take()
+                && self.has_effect(length)
+            {
+                let at = self.unit.exprs[length].span;
+                let text = "the length of a parameter that is an array is not computed";
+                self.error(UNSUPPORTED, at, text, "");
             }
             let ty = self.declared_type(base.ty, &declarator);
             let mut ty = self.decayed(ty);
@@ -308,12 +340,28 @@ impl Checker<'_> {
         list
     }
 
+    /// Whether an expression may do more than compute a value.
+    fn has_effect(&self, e: ast::ExprId) -> bool {
+        use ast::ExprKind as K;
+        match &self.unit.exprs[e].kind {
+            K::Assign(..) | K::Postfix(..) | K::Call(..) | K::Statements(_) | K::VaArg(..) => true,
+            K::Prefix(ast::Prefix::Increment | ast::Prefix::Decrement, _) => true,
+            K::Prefix(_, a) | K::Cast(_, a) | K::Member(a, ..) => self.has_effect(*a),
+            K::Infix(_, a, b) | K::Index(a, b) | K::Otherwise(a, b) => {
+                self.has_effect(*a) || self.has_effect(*b)
+            }
+            K::Conditional(c, a, b) => [c, a, b].into_iter().any(|&e| self.has_effect(e)),
+            _ => false,
+        }
+    }
+
     /// The type that a type's name names.
     pub(super) fn type_name(&mut self, name: &ast::TypeName) -> QualType {
         let base = self.specs(&name.specs, false);
         if let Some((_, span)) = base.storage {
             self.error(SPECIFIERS, span, "a type's name has no storage class", "");
         }
+        self.no_alignment(base.align, name.span);
         self.declared_type(base.ty, &name.declarator)
     }
 

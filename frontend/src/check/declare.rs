@@ -6,11 +6,13 @@ use super::{Checker, Context, Scope, Symbol};
 use crate::ast::{self, Derived, InitDeclarator, Spec, Storage};
 use crate::ctype::{QualType, Signature, Type, TypeId};
 use crate::message::{
-    BAD_TYPE, DECLARATION, IMPLICIT_INT, LIBRARY_TYPE, MISSING_RETURN, REDECLARED, STATIC_ASSERT,
+    BAD_TYPE, DECLARATION, IMPLICIT_INT, INITIALISER, LIBRARY_TYPE, MISSING_RETURN, REDECLARED,
+    STATIC_ASSERT,
 };
 use crate::source::Name;
 use crate::typed::*;
 use srp_archdesc::diagnostic::Span;
+use srp_archdesc::entity::Entity;
 
 impl Checker<'_> {
     /// Puts a name into the innermost scope; an error where it is there already.
@@ -46,7 +48,8 @@ impl Checker<'_> {
 
     fn declarator(&mut self, base: Base, item: &InitDeclarator) -> Option<StmtId> {
         let (name, span) = item.declarator.name.clone()?;
-        let lane = self.attributed(base.ty.ty, &item.attributes);
+        let (lane, align) = self.attributed(base.ty.ty, &item.attributes);
+        let align = align.max(base.align);
         let base_ty = QualType {
             ty: lane,
             quals: base.ty.quals,
@@ -54,6 +57,7 @@ impl Checker<'_> {
         let ty = self.declared_type(base_ty, &item.declarator);
         let storage = base.storage.map(|(storage, _)| storage);
         if storage == Some(Storage::Typedef) {
+            self.align_typedef(ty.ty, align, span);
             self.declare_type(&name, ty, span, item.init.as_ref());
             return None;
         }
@@ -80,9 +84,19 @@ impl Checker<'_> {
         }
         if self.at_file_level() || matches!(storage, Some(Storage::Static | Storage::Extern)) {
             self.declare_object(&name, ty, storage, span, item);
+            if let Some((Symbol::Object(object), _)) = self.lookup(&name) {
+                let known = &mut self.objects[object].align;
+                *known = align.max(*known);
+            }
             None
         } else {
-            self.declare_local(&name, ty, span, item)
+            if self.types.align(ty.ty).max(align) > MAX_LOCAL_ALIGN {
+                let text = format!(
+                    "a variable of a function is aligned to at most {MAX_LOCAL_ALIGN} bytes"
+                );
+                self.error(BAD_TYPE, span, text, "");
+            }
+            self.declare_local(&name, ty, align, span, item)
         }
     }
 
@@ -104,6 +118,7 @@ impl Checker<'_> {
             name: name.clone(),
             ty,
             in_memory: false,
+            align: 1,
         });
         let symbol = if self.at_file_level() {
             Symbol::Object(self.new_object(name, ty, span))
@@ -147,6 +162,7 @@ impl Checker<'_> {
             image: Image::default(),
             defined: false,
             optional: self.in_library,
+            align: 1,
             pos: self.sources.pos(span),
         })
     }
@@ -166,6 +182,16 @@ impl Checker<'_> {
             return None;
         }
         let external = self.externals.names.get(name).copied();
+        // What a program defines itself is not the library's.
+        let external = external.filter(|symbol| {
+            !self.owned.contains(name)
+                || self.in_library
+                || match symbol {
+                    Symbol::Object(object) => object.index() >= self.library_end.0,
+                    Symbol::Function(function) => function.index() >= self.library_end.1,
+                    _ => true,
+                }
+        });
         external.map(|symbol| (symbol, self.definition_span(symbol)))
     }
 
@@ -210,7 +236,7 @@ impl Checker<'_> {
             self.scope().names.insert(name.clone(), (symbol, span));
             let known_internal = self.is_internal(symbol);
             if !internal && !known_internal {
-                self.externals.names.entry(name.clone()).or_insert(symbol);
+                self.externals.names.insert(name.clone(), symbol);
             } else if !known_internal {
                 self.internal(symbol, name, span);
             }
@@ -286,16 +312,23 @@ impl Checker<'_> {
         &mut self,
         name: &Name,
         ty: QualType,
+        align: u32,
         span: Span,
         item: &InitDeclarator,
     ) -> Option<StmtId> {
         let local = self.new_local(name, ty);
+        self.body.locals[local].align = align;
         self.declare(name, Symbol::Local(local), span);
         let Some(init) = &item.init else {
             self.complete(ty.ty, span, "a variable");
             return None;
         };
         let (ty, parts) = self.initialise(ty, init, span)?;
+        if self.reaches_past_end(ty.ty, &parts) {
+            let text = "only a static object has values for a member of unknown length";
+            self.error(INITIALISER, span, text, "");
+            return None;
+        }
         self.body.locals[local].ty = ty;
         Some(self.stmt_at(StmtKind::Init(local, parts), span))
     }
@@ -385,10 +418,6 @@ impl Checker<'_> {
                 format!("a function cannot be `{word}`"),
                 "",
             );
-        }
-        // What a program defines itself is not the library's.
-        if self.in_library && storage != Some(Storage::Static) && self.owned.contains(&name) {
-            return;
         }
         let mut ty = written.ty;
         let old_style = match params {
@@ -569,6 +598,7 @@ impl Checker<'_> {
             name: name.clone(),
             ty,
             in_memory: false,
+            align: 1,
         })
     }
 

@@ -62,7 +62,21 @@ impl Checker<'_> {
             K::AlignofExpr(a) => {
                 let operand = self.operand(*a);
                 let ty = self.operand_type(operand);
-                self.align_of(ty, span)
+                let own = match operand {
+                    Operand::Place(place) => match self.body.places[place].kind {
+                        PlaceKind::Local(local) => self.body.locals[local].align,
+                        PlaceKind::Object(object) => self.objects[object].align,
+                        _ => 1,
+                    },
+                    _ => 1,
+                };
+                let align = self.types.align(ty).max(own);
+                self.int_const(align.into(), self.types.known.ulong, span)
+            }
+            K::SameType(names) => {
+                let [a, b] = [&names.0, &names.1].map(|name| self.type_name(name).ty);
+                let same = self.types.compatible(a, b);
+                self.int_const(same.into(), self.types.known.int, span)
             }
             K::VaArg(list, name) => return self.next_argument(*list, name, span),
             K::Statements(body) => self.statements(*body, span),
@@ -152,6 +166,7 @@ impl Checker<'_> {
             },
             defined: true,
             optional: self.in_library,
+            align: 1,
             pos: self.sources.pos(span),
         });
         self.place(PlaceKind::Object(object), ty, span)
@@ -175,6 +190,7 @@ impl Checker<'_> {
                     },
                     defined: true,
                     optional: self.in_library,
+                    align: 1,
                     pos: self.sources.pos(span),
                 });
                 self.strings.insert(bytes, object);
@@ -310,6 +326,7 @@ impl Checker<'_> {
             name: "condition".into(),
             ty,
             in_memory: false,
+            align: 1,
         });
         let place = self.place(PlaceKind::Local(local), ty, span);
         let condition = self.make(ExprKind::Assign(place, a), ty.ty, span);
@@ -489,6 +506,7 @@ impl Checker<'_> {
                 image,
                 defined: true,
                 optional: self.in_library,
+                align: 1,
                 pos: self.sources.pos(span),
             });
             PlaceKind::Object(object)
@@ -497,6 +515,7 @@ impl Checker<'_> {
                 name: "literal".into(),
                 ty,
                 in_memory: false,
+                align: 1,
             });
             PlaceKind::Literal(local, parts)
         };

@@ -103,6 +103,31 @@ impl Checker<'_> {
         Some((ty, out))
     }
 
+    /// Whether an initial value goes on in a member of unknown length.
+    pub(super) fn reaches_past_end(&self, ty: TypeId, init: &Init) -> bool {
+        let size = self.types.size(ty).unwrap_or(u32::MAX);
+        let end = |part: &Part| {
+            let bytes = self.types.size(self.ty(part.value)).unwrap_or(0);
+            part.offset.saturating_add(bytes)
+        };
+        init.parts
+            .iter()
+            .any(|part| part.bits.is_none() && end(part) > size)
+    }
+
+    /// Whether the last member of a struct has no length.
+    fn is_open(&self, ty: TypeId) -> bool {
+        let Type::Record(record) = self.types.get(ty) else {
+            return false;
+        };
+        let fields = self.types.records[*record].fields.as_ref();
+        let last = fields.and_then(|fields| fields.last());
+        last.is_some_and(|field| match self.types.get(field.ty.ty) {
+            Type::Array(_, length) => length.unwrap_or(0) == 0,
+            _ => self.is_open(field.ty.ty),
+        })
+    }
+
     /// Whether the parts of an initial value leave no byte of an object out.
     fn covers(&self, init: &Init, size: u32) -> bool {
         let range = |part: &Part| {
@@ -554,7 +579,7 @@ impl Checker<'_> {
                 None => self.types.size(value_ty).unwrap_or(0),
             };
             let end = offset.saturating_add(bytes);
-            if end > size || end > MAX_IMAGE {
+            if end > size && !self.is_open(ty) || end > MAX_IMAGE {
                 self.error(LIMIT, span, "the initial value is too large", "");
                 return image;
             }

@@ -175,7 +175,8 @@ impl Checker<'_> {
         }
         match self.types.get(old) {
             Type::Array(_, None) => new,
-            Type::Function(signature) if signature.open => new,
+            // One defined in the old style stays as it takes its arguments.
+            Type::Function(signature) if signature.open && signature.params.is_empty() => new,
             _ => old,
         }
     }

@@ -65,6 +65,9 @@ pub fn check(
             checker.item(item);
         }
         checker.end_of_unit();
+        if checker.in_library {
+            checker.library_end = (checker.objects.len(), checker.functions.len());
+        }
     }
     checker.finish()
 }
@@ -85,6 +88,8 @@ enum Symbol {
 enum Tag {
     Record(RecordId),
     Enum(TypeId),
+    /// An enumeration whose constants are not known yet.
+    Announced(TypeId),
 }
 
 /// The names of a block or file.
@@ -167,6 +172,8 @@ struct Checker<'a> {
     past_end: bool,
     /// The unit is one of the library.
     in_library: bool,
+    /// How many objects and functions the library has.
+    library_end: (usize, usize),
     /// `double` means `float`.
     double_is_float: bool,
     /// Floating constants without suffix are floats.
@@ -191,6 +198,7 @@ impl<'a> Checker<'a> {
             context: Context::default(),
             past_end: false,
             in_library: false,
+            library_end: (0, 0),
             double_is_float: false,
             single_constants: false,
         }

@@ -1,12 +1,13 @@
 //! Structs, unions and enumerations.
 
 use super::{Checker, Symbol, Tag};
-use crate::ast::{EnumSpec, Member, RecordSpec};
+use crate::ast::{Attribute, EnumSpec, Member, RecordSpec};
 use crate::ctype::{
     BitRange, Field, Int, MAX_TYPE_DEPTH, QualType, Record, RecordId, Type, TypeId,
 };
-use crate::message::{BAD_TYPE, CONSTANT_RANGE, LIMIT, REDECLARED, UNDECLARED};
+use crate::message::{BAD_TYPE, CONSTANT_RANGE, LIMIT, REDECLARED};
 use crate::source::Name;
+use crate::typed::MAX_LOCAL_ALIGN;
 use srp_archdesc::diagnostic::Span;
 
 /// A member to be laid out; a bit-field has a width.
@@ -15,6 +16,8 @@ struct Laid {
     ty: QualType,
     span: Span,
     width: Option<u32>,
+    /// The alignment asked for, or 1.
+    align: u32,
 }
 
 /// Where a bit-field of a type of so many bytes goes that may start at bit `start`: the offset of
@@ -44,8 +47,6 @@ impl Checker<'_> {
     /// The type of a struct or union specifier. `alone`: nothing else is declared, so that a tag
     /// without members is declared anew in this scope.
     pub(super) fn record(&mut self, spec: &RecordSpec, span: Span, alone: bool) -> TypeId {
-        let plain = self.types.known.error;
-        self.attributed(plain, &spec.attributes);
         let record = match &spec.tag {
             Some((tag, at)) => {
                 let here = alone || spec.members.is_some();
@@ -69,7 +70,50 @@ impl Checker<'_> {
             self.types.records[record].span = span;
             self.members(record, members);
         }
+        if !spec.attributes.is_empty() {
+            self.align_record(record, &spec.attributes);
+        }
         self.types.id(Type::Record(record))
+    }
+
+    /// Follows the attributes of a record.
+    pub(super) fn align_record(&mut self, record: RecordId, attributes: &[Attribute]) {
+        let whole = self.types.id(Type::Record(record));
+        let (_, align) = self.attributed(whole, attributes);
+        let span = self.types.records[record].span;
+        self.set_record_align(record, align, span);
+    }
+
+    /// Gives a record at least this alignment.
+    fn set_record_align(&mut self, record: RecordId, align: u32, span: Span) {
+        if align > MAX_LOCAL_ALIGN {
+            let text = format!("a struct is aligned to at most {MAX_LOCAL_ALIGN} bytes");
+            self.error(BAD_TYPE, span, text, "");
+            return;
+        }
+        let record = &mut self.types.records[record];
+        if align > record.align {
+            record.align = align;
+            record.size = record.size.next_multiple_of(align);
+        }
+    }
+
+    /// Gives the type that a `typedef` names an alignment, which only a struct without a tag can
+    /// have, whose size it divides: another type is the same type by any name.
+    pub(super) fn align_typedef(&mut self, ty: TypeId, align: u32, span: Span) {
+        if align <= 1 {
+            return;
+        }
+        match *self.types.get(ty) {
+            Type::Record(record)
+                if self.types.records[record].tag.is_none()
+                    && self.types.records[record].size.is_multiple_of(align) =>
+            {
+                self.set_record_align(record, align, span);
+            }
+            _ if align <= self.types.align(ty) => {}
+            _ => self.no_alignment(align, span),
+        }
     }
 
     fn new_record(&mut self, tag: Option<Name>, union: bool, span: Span) -> RecordId {
@@ -139,7 +183,7 @@ impl Checker<'_> {
                     continue;
                 }
             }
-            let own = self.types.align(ty.ty);
+            let own = self.types.align(ty.ty).max(member.align);
             let flexible = matches!(self.types.get(ty.ty), Type::Array(_, None));
             if flexible && (union || number + 1 < count) {
                 let text = "an array of unknown length is the last member of a struct only";
@@ -212,6 +256,7 @@ impl Checker<'_> {
                         ty: base.ty,
                         span: member.span,
                         width: None,
+                        align: base.align,
                     });
                 } else if !self.is_error(base.ty.ty) {
                     self.error(BAD_TYPE, member.span, "a member needs a name", "");
@@ -221,8 +266,9 @@ impl Checker<'_> {
             for item in &member.declarators {
                 let span = item.declarator.span;
                 let ty = self.declared_type(base.ty, &item.declarator);
+                let (attributed, align) = self.attributed(ty.ty, &item.attributes);
                 let ty = QualType {
-                    ty: self.attributed(ty.ty, &item.attributes),
+                    ty: attributed,
                     quals: ty.quals,
                 };
                 let flexible = matches!(self.types.get(ty.ty), Type::Array(_, None));
@@ -247,6 +293,7 @@ impl Checker<'_> {
                     ty,
                     span,
                     width,
+                    align: align.max(base.align).min(MAX_LOCAL_ALIGN),
                 });
             }
         }
@@ -289,15 +336,17 @@ impl Checker<'_> {
                 return self.types.known.error;
             };
             return match self.lookup_tag(tag) {
-                Some((Tag::Enum(ty), _)) => ty,
+                Some((Tag::Enum(ty) | Tag::Announced(ty), _)) => ty,
                 Some((_, other)) => {
                     self.other_tag(tag, *at, other);
                     self.types.known.error
                 }
+                // GNU: the constants may follow.
                 None => {
-                    let text = format!("`enum {tag}` is not defined");
-                    self.error(UNDECLARED, *at, text, "");
-                    self.types.known.error
+                    let (tag, at) = (tag.clone(), *at);
+                    let ty = self.types.known.uint;
+                    self.scope().tags.insert(tag, (Tag::Announced(ty), at));
+                    ty
                 }
             };
         };
@@ -338,8 +387,10 @@ impl Checker<'_> {
         }
         if let Some((tag, at)) = &spec.tag {
             let (tag, at) = (tag.clone(), *at);
-            if let Some(&(_, before)) = self.scope().tags.get(&tag) {
-                self.other_tag(&tag, span, before);
+            match self.scope().tags.get(&tag) {
+                Some((Tag::Announced(before), _)) if *before == ty => {}
+                Some(&(_, before)) => self.other_tag(&tag, span, before),
+                None => {}
             }
             self.scope().tags.insert(tag, (Tag::Enum(ty), at));
         }

@@ -3,7 +3,7 @@
 use super::{Cases, Checker, Scope};
 use crate::ast::{self, Label, Pragma};
 use crate::ctype::Type;
-use crate::message::{CONVERSION, PRAGMA, STATEMENT, UNDECLARED, UNROLL};
+use crate::message::{PRAGMA, RETURN_VALUE, STATEMENT, UNDECLARED, UNROLL};
 use crate::source::Name;
 use crate::typed::*;
 use srp_archdesc::diagnostic::Span;
@@ -134,12 +134,11 @@ impl Checker<'_> {
         let value = match value {
             Some(e) => {
                 let value = self.value(e);
-                if void && self.ty(value) != result {
-                    let at = self.span(value);
-                    self.error(CONVERSION, at, "the function returns nothing", "");
-                    return StmtKind::Return(None);
-                }
                 if void {
+                    if self.ty(value) != result {
+                        let at = self.span(value);
+                        self.warning(RETURN_VALUE, at, "the function returns nothing");
+                    }
                     // `return f();` in a function that returns nothing as `f` does.
                     let call = self.stmt_at(StmtKind::Expr(value), span);
                     let leave = self.stmt_at(StmtKind::Return(None), span);
@@ -149,7 +148,7 @@ impl Checker<'_> {
             }
             None if !void => {
                 let text = format!("the function returns {}", self.show(result));
-                self.error(CONVERSION, span, text, "");
+                self.warning(RETURN_VALUE, span, text);
                 None
             }
             None => None,

@@ -325,6 +325,14 @@ impl Lowering<'_> {
         passed.collect()
     }
 
+    /// Ends the function without a value that anyone may use.
+    pub(super) fn return_zeros(&mut self) {
+        let zeros = self.func.results.clone();
+        let zeros = zeros.into_iter().map(|ty| self.constant(Bits::zero(ty)));
+        let zeros = zeros.collect();
+        self.end(Terminator::Return(zeros));
+    }
+
     /// Ends the function with the value of an expression.
     pub(super) fn return_value(&mut self, e: ExprId) {
         let ty = self.result;

@@ -47,7 +47,7 @@ impl Lowering<'_> {
                 self.jump(next, Vec::new());
             }
             StmtKind::Return(Some(e)) => self.return_value(*e),
-            StmtKind::Return(None) => self.end(Terminator::Return(Vec::new())),
+            StmtKind::Return(None) => self.return_zeros(),
         }
     }
 

@@ -110,6 +110,11 @@ impl Lowering<'_> {
         let mut value = self.start(first);
         for e in chain.into_iter().rev() {
             value = self.go_on(e, value);
+            if let ExprKind::Binary(..) | ExprKind::Negate(_) | ExprKind::Complement(_) =
+                self.body.exprs[e].kind
+            {
+                value = self.cut_pair(value, self.body.exprs[e].ty);
+            }
         }
         value
     }

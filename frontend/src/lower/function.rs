@@ -141,12 +141,7 @@ pub(super) fn lower(
     if let Some(root) = body.root {
         lowering.stmt(root);
     }
-    let zeros: Vec<_> = passing
-        .results
-        .iter()
-        .map(|&ty| lowering.constant(Bits::zero(ty)))
-        .collect();
-    lowering.end(Terminator::Return(zeros));
+    lowering.return_zeros();
     lay_out(&mut lowering.func, lowering.order);
     lowering.func
 }
@@ -219,7 +214,7 @@ impl Lowering<'_> {
                     self.split.push(parts);
                     Storage::Split(self.split.len() - 1)
                 }
-                _ => Storage::Slot(self.slot(local.ty.ty, &local.name)),
+                _ => Storage::Slot(self.aligned_slot(local.ty.ty, &local.name, local.align)),
             };
             self.storage.push(storage);
         }
@@ -227,10 +222,15 @@ impl Lowering<'_> {
 
     /// A slot for an object of a type.
     pub(super) fn slot(&mut self, ty: TypeId, name: &str) -> Slot {
+        self.aligned_slot(ty, name, 1)
+    }
+
+    /// A slot for an object of a type with at least this alignment.
+    fn aligned_slot(&mut self, ty: TypeId, name: &str, align: u32) -> Slot {
         self.func.slots.push(SlotData {
             name: name.to_owned(),
             size: self.checked.types.size(ty).unwrap_or(0),
-            align: self.checked.types.align(ty).max(1),
+            align: self.checked.types.align(ty).max(align),
         })
     }
 

@@ -71,8 +71,10 @@ pub fn lower(checked: &Checked, options: &Options<'_>) -> Program {
         });
         program.globals.push(GlobalData {
             name: object.name.clone(),
-            size: checked.types.size(object.ty.ty).unwrap_or(0),
-            align: checked.types.align(object.ty.ty).max(1),
+            // An initial value may go on in a member of unknown length.
+            size: (checked.types.size(object.ty.ty).unwrap_or(0))
+                .max(object.image.bytes.len() as u32),
+            align: checked.types.align(object.ty.ty).max(object.align),
             init: object.image.bytes.clone(),
             relocs: relocs.collect(),
             pos: object.pos,

@@ -306,13 +306,17 @@ impl Lowering<'_> {
             let made = self.support(support, &value.values(), results);
             return match target {
                 Type::Int(int) if !wide => Scalar::Single(self.cut(made.single(), *int)),
-                _ => made,
+                _ => self.cut_pair(made, to),
             };
         }
         if wide {
             return match value {
-                Scalar::Pair(..) => value,
-                Scalar::Single(low) => self.widened(low, !types.is_unsigned(from)),
+                Scalar::Pair(..) if self.is_contained(from, to) => value,
+                Scalar::Pair(..) => self.cut_pair(value, to),
+                Scalar::Single(low) => {
+                    let value = self.widened(low, !types.is_unsigned(from));
+                    self.cut_pair(value, to)
+                }
             };
         }
         let value = match (value, operator::conversion(source, target)) {
@@ -323,6 +327,30 @@ impl Lowering<'_> {
             Type::Int(int) if *source != Type::Bool => self.cut(value, *int),
             _ => value,
         })
+    }
+
+    /// Whether every value of one integer type of 64 bits or less is one of another.
+    fn is_contained(&self, from: TypeId, to: TypeId) -> bool {
+        match (self.checked.types.get(from), self.checked.types.get(to)) {
+            (Type::Int(a), Type::Int(b)) => {
+                b.width() == 64
+                    || a.width() <= b.width() && a.signed() == b.signed()
+                    || a.width() < b.width() && !a.signed()
+            }
+            _ => true,
+        }
+    }
+
+    /// A pair cut to its type, where that has less than 64 bits.
+    pub(super) fn cut_pair(&mut self, value: Scalar, ty: TypeId) -> Scalar {
+        match *self.checked.types.get(ty) {
+            Type::Int(int @ (Int::Bits(_) | Int::UBits(_))) => {
+                let by = 64 - int.width();
+                let up = self.pair_shift_by(true, false, value, by);
+                self.pair_shift_by(false, int.signed(), up, by)
+            }
+            _ => value,
+        }
     }
 
     /// A word cut to an integer type.

@@ -254,6 +254,23 @@ impl Preprocessor<'_> {
                     .help("there are `#pragma srp kernel` and `#pragma srp unroll N`");
                 self.messages.push(message);
             }
+            ["push_macro", "(", name, ")"] if name.starts_with('"') => {
+                let name = self.names.name(name.trim_matches('"'));
+                let now = self.macros.get(&name).cloned();
+                self.pushed.entry(name).or_default().push(now);
+            }
+            ["pop_macro", "(", name, ")"] if name.starts_with('"') => {
+                let name = self.names.name(name.trim_matches('"'));
+                match self.pushed.get_mut(&name).and_then(Vec::pop) {
+                    Some(Some(before)) => {
+                        self.macros.insert(name, before);
+                    }
+                    Some(None) => {
+                        self.macros.remove(&name);
+                    }
+                    None => {}
+                }
+            }
             ["STDC", "FP_CONTRACT", "OFF"] | ["GCC", "diagnostic", ..] => {}
             _ => {
                 let message = self

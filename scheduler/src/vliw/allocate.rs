@@ -11,7 +11,8 @@ use super::target::Target;
 use super::{VliwError, spill};
 use srp_archdesc::arch::RegFile;
 use srp_archdesc::entity::{Entity, EntityMap};
-use std::collections::{BTreeMap, BTreeSet};
+use std::cmp::{Ordering, Reverse};
+use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
 /// Rounds of colouring: each value is spilled at most twice, all that fail in a round at once.
 const MAX_ROUNDS: u32 = 64;
@@ -227,11 +228,19 @@ fn simplify(code: &Code, palette: &Palette<'_>, rivals: &BTreeMap<Vreg, Vec<Vreg
         .filter(|&(&r, &d)| d < room(r))
         .map(|(&r, _)| r)
         .collect();
+    let mut spills: Option<Spills> = None;
     let mut order = Vec::with_capacity(rivals.len());
-    while let Some(node) = easy
-        .pop_first()
-        .or_else(|| cheapest(code, palette.graph, rivals, &degree, room))
-    {
+    loop {
+        let node = match easy.pop_first() {
+            Some(node) => node,
+            None => {
+                let spills = spills.get_or_insert_with(|| Spills::of(code, palette, rivals));
+                match spills.cheapest(&degree) {
+                    Some(node) => node,
+                    None => return order,
+                }
+            }
+        };
         degree.remove(&node);
         order.push(node);
         for rival in &rivals[&node] {
@@ -243,34 +252,81 @@ fn simplify(code: &Code, palette: &Palette<'_>, rivals: &BTreeMap<Vreg, Vec<Vreg
             }
         }
     }
-    order
 }
 
-/// The node that is best spilled: one that no register is left for in any case (it lives across a
-/// call), else that of the least cost for the room it makes.
-fn cheapest(
-    code: &Code,
-    graph: &Interference,
-    rivals: &BTreeMap<Vreg, Vec<Vreg>>,
-    degree: &BTreeMap<Vreg, usize>,
-    room: impl Fn(Vreg) -> usize,
-) -> Option<Vreg> {
-    let rank = |node: Vreg, degree: usize| {
-        let fixed = rivals[&node]
-            .iter()
-            .filter(|&&r| graph.is_physical(r))
-            .count();
-        if code.regs[node].split == Split::Atom {
-            f64::INFINITY
-        } else if fixed >= room(node) {
-            -1.0
-        } else {
-            graph.cost[node] / degree.max(1) as f64
+/// What spilling a node costs for the room it makes, the best first.
+#[derive(Clone, Copy, PartialEq)]
+struct Rank(f64);
+
+impl Eq for Rank {}
+
+impl Ord for Rank {
+    fn cmp(&self, other: &Rank) -> Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}
+
+impl PartialOrd for Rank {
+    fn partial_cmp(&self, other: &Rank) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// The nodes by how well they are spilled: best are those that no register is left for in any case
+/// (they live across a call), then those of the least cost for the room they make.
+struct Spills {
+    /// Cost of each node; negative where no register is left for it.
+    cost: EntityMap<Vreg, f64>,
+    /// Nodes by the rank that they had when they were put here. A rank only grows as nodes leave the
+    /// graph, so that the first whose rank is still right is the best.
+    queue: BinaryHeap<Reverse<(Rank, Vreg)>>,
+}
+
+impl Spills {
+    fn of(code: &Code, palette: &Palette<'_>, rivals: &BTreeMap<Vreg, Vec<Vreg>>) -> Spills {
+        let graph = palette.graph;
+        let mut cost = EntityMap::filled(code.regs.len(), 0.0);
+        for (&node, list) in rivals {
+            let fixed = list.iter().filter(|&&r| graph.is_physical(r)).count();
+            cost[node] = if code.regs[node].split == Split::Atom {
+                f64::INFINITY
+            } else if fixed >= palette.colours(graph.file[node]).len() {
+                -1.0
+            } else {
+                graph.cost[node]
+            };
         }
-    };
-    let ranked = degree.iter().map(|(&node, &d)| (rank(node, d), node));
-    let best = ranked.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    best.map(|(_, node)| node)
+        let queue = rivals.iter().map(|(&node, list)| {
+            let rank = Rank::of(cost[node], list.len());
+            Reverse((rank, node))
+        });
+        let queue = queue.collect();
+        Spills { cost, queue }
+    }
+
+    /// Takes out the best node of those that have a degree.
+    fn cheapest(&mut self, degree: &BTreeMap<Vreg, usize>) -> Option<Vreg> {
+        while let Some(Reverse((before, node))) = self.queue.pop() {
+            let Some(&d) = degree.get(&node) else {
+                continue;
+            };
+            let rank = Rank::of(self.cost[node], d);
+            if rank == before {
+                return Some(node);
+            }
+            self.queue.push(Reverse((rank, node)));
+        }
+        None
+    }
+}
+
+impl Rank {
+    fn of(cost: f64, degree: usize) -> Rank {
+        match cost < 0.0 {
+            true => Rank(cost),
+            false => Rank(cost / degree.max(1) as f64),
+        }
+    }
 }
 
 /// Whether an operation only makes a value that can be made again anywhere: a constant, or an

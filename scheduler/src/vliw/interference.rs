@@ -7,6 +7,7 @@ use super::target::Target;
 use rustc_hash::FxHashSet;
 use srp_archdesc::arch::RegFile;
 use srp_archdesc::entity::{Entity, EntityMap};
+use std::collections::BTreeSet;
 
 /// The interference graph of one function. Registers that were coalesced are one node, that of
 /// their representative.
@@ -47,14 +48,18 @@ impl Interference {
         for &label in &code.order {
             let block = &code.blocks[label];
             let weight = 10f64.powi(block.depth.min(8) as i32);
-            let mut live = out[label].clone();
+            // Few registers are live at once, of which there may be many.
+            let mut live: BTreeSet<Vreg> = out[label].iter().collect();
             for reg in block.end.uses() {
                 live.insert(reg);
                 graph.cost[reg] += weight;
             }
             for inst in block.insts.iter().rev() {
                 graph.visit(inst, &live, weight, block.depth);
-                liveness::step(&mut live, inst);
+                for reg in inst.defs.iter().chain(&inst.clobbers) {
+                    live.remove(reg);
+                }
+                live.extend(inst.uses());
             }
         }
         graph
@@ -63,14 +68,14 @@ impl Interference {
         graph
     }
 
-    fn visit(&mut self, inst: &Inst, live: &liveness::RegSet, weight: f64, depth: u32) {
+    fn visit(&mut self, inst: &Inst, live: &BTreeSet<Vreg>, weight: f64, depth: u32) {
         let copy = inst.as_copy();
         if let Some((dst, src)) = copy {
             self.copies.push((dst, src, depth));
         }
         let source = copy.map(|(_, src)| src);
         for &def in inst.defs.iter().chain(&inst.clobbers) {
-            for other in live.iter().filter(|&r| Some(r) != source) {
+            for &other in live.iter().filter(|&&r| Some(r) != source) {
                 self.add(def, other);
             }
         }
