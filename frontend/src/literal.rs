@@ -1,7 +1,50 @@
 //! Constants: numbers, characters and strings as C writes them.
 
 use crate::message::{CONSTANT_RANGE, Code, LEXICAL, UNSUPPORTED};
-use crate::token::{FloatConst, IntConst, Tok};
+use std::rc::Rc;
+
+/// An integer constant as written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct IntConst {
+    /// Its value.
+    pub value: u64,
+    /// It has a `u` suffix.
+    pub unsigned: bool,
+    /// How many `l` its suffix has.
+    pub longs: u8,
+    /// It is written in decimal, so that without suffix it is never unsigned.
+    pub decimal: bool,
+}
+
+/// The bits of a floating constant, by its suffix.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FloatConst {
+    /// `f`: binary32.
+    Single(u32),
+    /// None: binary64, and what it would be with `f`.
+    Double {
+        /// As binary64.
+        double: u64,
+        /// As binary32.
+        single: u32,
+    },
+    /// `l`: kept as binary64.
+    LongDouble {
+        /// As binary64.
+        double: u64,
+        /// As binary32.
+        single: u32,
+    },
+}
+
+/// A constant.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Literal {
+    Int(IntConst),
+    Float(FloatConst),
+    Str(Rc<[u8]>),
+    WideStr(Rc<[u32]>),
+}
 
 /// Why a spelling is no constant.
 pub(crate) struct Bad {
@@ -17,15 +60,15 @@ fn bad<T>(code: Code, text: impl Into<String>) -> Result<T, Bad> {
 }
 
 /// An integer or floating constant.
-pub(crate) fn number(text: &str) -> Result<Tok, Bad> {
+pub(crate) fn number(text: &str) -> Result<Literal, Bad> {
     let lower = text.to_ascii_lowercase();
     let hex = lower.starts_with("0x");
     let floating = lower.contains('.')
         || lower.contains(if hex { 'p' } else { 'e' }) && !lower.starts_with("0b");
     if floating {
-        float(&lower, hex).map(Tok::Float)
+        float(&lower, hex).map(Literal::Float)
     } else {
-        integer(&lower, text).map(Tok::Int)
+        integer(&lower, text).map(Literal::Int)
     }
 }
 
@@ -204,11 +247,11 @@ pub(crate) fn character(text: &str) -> Result<i32, Bad> {
 }
 
 /// A string literal with its quotes.
-pub(crate) fn string(text: &str) -> Result<Tok, Bad> {
+pub(crate) fn string(text: &str) -> Result<Literal, Bad> {
     let (wide, units) = unquote(text)?;
     Ok(match wide {
-        true => Tok::WideStr(units.into()),
-        false => Tok::Str(units.iter().map(|&unit| unit as u8).collect()),
+        true => Literal::WideStr(units.into()),
+        false => Literal::Str(units.iter().map(|&unit| unit as u8).collect()),
     })
 }
 
@@ -315,7 +358,7 @@ mod tests {
 
     fn single(text: &str) -> Option<u32> {
         match number(text) {
-            Ok(Tok::Float(FloatConst::Single(bits))) => Some(bits),
+            Ok(Literal::Float(FloatConst::Single(bits))) => Some(bits),
             _ => None,
         }
     }
@@ -343,7 +386,7 @@ mod tests {
     #[test]
     fn integers() {
         let value = |text: &str| match number(text) {
-            Ok(Tok::Int(int)) => Some((int.value, int.unsigned, int.longs)),
+            Ok(Literal::Int(int)) => Some((int.value, int.unsigned, int.longs)),
             _ => None,
         };
         assert_eq!(value("0"), Some((0, false, 0)));
@@ -362,6 +405,6 @@ mod tests {
         assert_eq!(character("'ab'").ok(), Some(0x6162));
         assert_eq!(character("L'\\xffff'").ok(), Some(0xffff));
         let text = string(r#""a\101\n""#).ok();
-        assert_eq!(text, Some(Tok::Str(b"aA\n".as_slice().into())));
+        assert_eq!(text, Some(Literal::Str(b"aA\n".as_slice().into())));
     }
 }

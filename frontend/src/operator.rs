@@ -5,8 +5,35 @@
 //! too long for that, and all arithmetic of `double`, are functions of the library ([`Support`]).
 
 use crate::ctype::{Int, Type};
-use crate::typed::{BinaryOp, Relation};
 use srp_archdesc::isa::Opcode;
+
+/// Arithmetic operators.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)] // each is its C operator
+pub enum BinaryOp {
+    Add,
+    Sub,
+    Mul,
+    Div,
+    Rem,
+    And,
+    Or,
+    Xor,
+    Shl,
+    Shr,
+}
+
+/// Relations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)] // each is its C operator
+pub enum Relation {
+    Eq,
+    Ne,
+    Lt,
+    Le,
+    Gt,
+    Ge,
+}
 
 /// What a type's values are to the opcodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

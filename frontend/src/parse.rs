@@ -1,48 +1,21 @@
 //! A source file to its syntax tree: preprocessing, classification, the generated parser, and
 //! words for what the parser did not understand.
 
-use crate::Options;
 use crate::ast::Unit;
 use crate::ast::build::Builder;
 use crate::classify::classify;
 use crate::message::{LIMIT, Messages, SYNTAX};
+use crate::options::Options;
 use crate::preprocess::preprocess;
 use crate::source::SourceMap;
 use crate::token::{Fixed, FloatConst, Tok, Token, tokens};
-use lalrpop_util::{ErrorRecovery, ParseError};
+use crate::trouble::Trouble;
 use srp_archdesc::diagnostic::{Diagnostic, Source, Span};
 
 #[allow(missing_docs, unreachable_pub, unused, clippy::all, clippy::pedantic)]
 mod grammar {
     lalrpop_util::lalrpop_mod!(pub file, "/grammar.rs");
     pub use file::*;
-}
-
-/// Something the parser did not understand.
-#[derive(Clone, Debug)]
-pub(crate) struct Trouble {
-    /// The number of the token where it stopped.
-    at: usize,
-    /// Names of the tokens that could stand there.
-    expected: Vec<String>,
-}
-
-impl Trouble {
-    /// From the parser's report.
-    pub(crate) fn of(recovery: ErrorRecovery<usize, Tok, ()>) -> Trouble {
-        Trouble::of_error(recovery.error)
-    }
-
-    fn of_error(error: ParseError<usize, Tok, ()>) -> Trouble {
-        let (at, expected) = match error {
-            ParseError::UnrecognizedToken { token, expected } => (token.0, expected),
-            ParseError::UnrecognizedEof { expected, .. } => (usize::MAX, expected),
-            ParseError::ExtraToken { token } => (token.0, Vec::new()),
-            ParseError::InvalidToken { location } => (location, Vec::new()),
-            ParseError::User { .. } => (usize::MAX, Vec::new()),
-        };
-        Trouble { at, expected }
-    }
 }
 
 /// Parses one source file. What is wrong goes to `messages`; the tree has what was understood.

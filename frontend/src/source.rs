@@ -1,8 +1,8 @@
 //! [`SourceMap`]: all texts of one compilation in one space of offsets, so that a [`Span`] alone
 //! says which file and where.
 
-use crate::Include;
 use crate::message::Code;
+use crate::options::Include;
 use srp_archdesc::diagnostic::{Diagnostic, Severity, Source, Span};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_ir::program::{Pos, SourceFile};

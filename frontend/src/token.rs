@@ -1,11 +1,13 @@
 //! [`Tok`]: the tokens that the grammar knows, and how preprocessing tokens become them.
 
 use crate::lex::{PpKind, PpToken};
-use crate::literal;
+use crate::literal::{self, Literal};
 use crate::message::{LEXICAL, Messages, UNSUPPORTED};
 use crate::source::{Name, SourceMap};
 use srp_archdesc::diagnostic::Span;
 use std::rc::Rc;
+
+pub use crate::literal::{FloatConst, IntConst};
 
 macro_rules! fixed {
     ($($name:ident $text:literal $(| $alias:literal)*;)*) => {
@@ -63,40 +65,6 @@ const REFUSED: &[&str] = &[
     "__label__",
     "__thread",
 ];
-
-/// An integer constant as written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct IntConst {
-    /// Its value.
-    pub value: u64,
-    /// It has a `u` suffix.
-    pub unsigned: bool,
-    /// How many `l` its suffix has.
-    pub longs: u8,
-    /// It is written in decimal, so that without suffix it is never unsigned.
-    pub decimal: bool,
-}
-
-/// The bits of a floating constant, by its suffix.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FloatConst {
-    /// `f`: binary32.
-    Single(u32),
-    /// None: binary64, and what it would be with `f`.
-    Double {
-        /// As binary64.
-        double: u64,
-        /// As binary32.
-        single: u32,
-    },
-    /// `l`: kept as binary64.
-    LongDouble {
-        /// As binary64.
-        double: u64,
-        /// As binary32.
-        single: u32,
-    },
-}
 
 /// A token of the grammar.
 #[derive(Clone, Debug, PartialEq)]
@@ -196,12 +164,16 @@ fn token(pp: &PpToken, sources: &SourceMap, messages: &mut Messages) -> Tok {
                 format!("`{}` has a meaning only in directives", pp.text),
             ),
         },
-        PpKind::Number => literal::number(&pp.text).unwrap_or_else(|why| error(why.code, why.text)),
+        PpKind::Number => {
+            literal::number(&pp.text).map_or_else(|why| error(why.code, why.text), Tok::from)
+        }
         PpKind::Char => match literal::character(&pp.text) {
             Ok(value) => Tok::Char(value),
             Err(why) => error(why.code, why.text),
         },
-        PpKind::Str => literal::string(&pp.text).unwrap_or_else(|why| error(why.code, why.text)),
+        PpKind::Str => {
+            literal::string(&pp.text).map_or_else(|why| error(why.code, why.text), Tok::from)
+        }
         PpKind::Unterminated => error(LEXICAL, "quote without its partner on this line".into()),
         PpKind::Stray => {
             let c = pp.text.chars().next().unwrap_or(' ');
@@ -211,5 +183,16 @@ fn token(pp: &PpToken, sources: &SourceMap, messages: &mut Messages) -> Tok {
             Some(Ok(count)) => Tok::Unroll(count),
             _ => Tok::Kernel,
         },
+    }
+}
+
+impl From<Literal> for Tok {
+    fn from(literal: Literal) -> Tok {
+        match literal {
+            Literal::Int(int) => Tok::Int(int),
+            Literal::Float(float) => Tok::Float(float),
+            Literal::Str(bytes) => Tok::Str(bytes),
+            Literal::WideStr(chars) => Tok::WideStr(chars),
+        }
     }
 }

@@ -5,6 +5,7 @@
 
 use crate::ctype::{BitRange, QualType, TypeId, TypeTable};
 use crate::operator::Support;
+pub use crate::operator::{BinaryOp, Relation};
 use crate::source::Name;
 use srp_archdesc::diagnostic::Span;
 use srp_archdesc::entity;
@@ -223,34 +224,6 @@ pub enum Step {
     Arithmetic(BinaryOp, TypeId),
     /// A pointer, by this many bytes times the operand.
     Pointer(i32),
-}
-
-/// Arithmetic operators.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)] // each is its C operator
-pub enum BinaryOp {
-    Add,
-    Sub,
-    Mul,
-    Div,
-    Rem,
-    And,
-    Or,
-    Xor,
-    Shl,
-    Shr,
-}
-
-/// Relations.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)] // each is its C operator
-pub enum Relation {
-    Eq,
-    Ne,
-    Lt,
-    Le,
-    Gt,
-    Ge,
 }
 
 /// Who is called.

@@ -117,6 +117,44 @@ fn programs_at_fault_are_refused() {
     );
 }
 
+/// Traps: what is wrong, and the lines of the calls that are open.
+const TRAPS: [(&str, &str, &[u32]); 3] = [
+    ("10 / zero", "integer division by zero", &[3, 3, 4]),
+    (
+        "*(int *)(zero + 0x7fffff0)",
+        "access of 4 bytes",
+        &[3, 3, 4],
+    ),
+    ("down(n)", "stack overflow", &[3; 16]),
+];
+
+#[test]
+fn traps_tell_their_place_and_the_open_calls() {
+    let folder = folder("traps");
+    for (trapping, what, lines) in TRAPS {
+        let text = format!(
+            "int zero, made[400];\nint down(int n)\n{{ int own[99]; own[n & 1] = n; int r = n ? down(n - 1) + 1 : {trapping}; return own[0] + r; }}\n\
+             int main(void) {{ return down(2); }}\n"
+        );
+        write(&folder, "trap.c", &text);
+        for engine in ["ir", "interp", "csim"] {
+            let output = srp(&folder, &["run", "trap.c", "--engine", engine]);
+            let message = String::from_utf8_lossy(&output.stderr);
+            assert_ne!(output.status.code(), Some(0), "{engine}: {message}");
+            let head = message.lines().find(|line| line.contains(what));
+            let head = head.unwrap_or_else(|| panic!("{engine} does not say {what:?}: {message}"));
+            assert!(head.contains("trap.c:"), "{engine}: {message}");
+            let calls = message.lines().filter_map(|line| {
+                let place = line.trim().strip_prefix("called at trap.c:")?;
+                place.split(':').next()?.parse::<u32>().ok()
+            });
+            // The call of `main` by the start code has the place of `main` or none.
+            let calls: Vec<u32> = calls.take(lines.len()).collect();
+            assert_eq!(calls, lines, "{engine}: {message}");
+        }
+    }
+}
+
 #[test]
 fn what_is_no_text_is_refused() {
     let folder = folder("text");

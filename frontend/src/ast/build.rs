@@ -34,7 +34,7 @@ pub struct Builder<'a> {
     pub(crate) messages: &'a mut Messages,
     tokens: &'a [Token],
     /// What the parser did not understand, by number of the token.
-    pub(crate) trouble: Vec<crate::parse::Trouble>,
+    pub(crate) trouble: Vec<crate::trouble::Trouble>,
 }
 
 impl std::fmt::Debug for Builder<'_> {

@@ -6,12 +6,15 @@
 mod access;
 mod attribute;
 mod binary;
+mod builtin;
 mod call;
 mod constant;
 mod convert;
 mod declarator;
 mod declare;
 mod expr;
+mod function;
+mod image;
 mod init;
 mod link;
 mod record;
@@ -20,11 +23,11 @@ mod trip;
 
 pub(crate) use constant::truth;
 
-use crate::Options;
 use crate::ast;
 use crate::ctype::{QualType, RecordId, Type, TypeId, TypeTable};
 use crate::message::{Code, Messages};
 use crate::operator::Support;
+use crate::options::Options;
 use crate::source::{Name, SourceMap};
 use crate::typed::*;
 use link::Externals;

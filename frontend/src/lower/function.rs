@@ -2,8 +2,8 @@
 
 use super::Symbols;
 use super::place::Part;
-use crate::Options;
 use crate::ctype::{Type, TypeId};
+use crate::options::Options;
 use crate::typed::{self, Body, Checked, LocalId};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Opcode, Ty};

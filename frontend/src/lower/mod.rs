@@ -23,7 +23,7 @@ mod scalar;
 mod start;
 mod vector;
 
-use crate::Options;
+use crate::options::Options;
 use crate::typed::{Address, Checked, FunctionId, ObjectId};
 use function::KernelNames;
 use srp_archdesc::entity::{Entity, EntityMap};

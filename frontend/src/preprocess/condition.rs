@@ -2,9 +2,8 @@
 
 use super::Preprocessor;
 use crate::lex::{PpKind, PpToken};
-use crate::literal;
+use crate::literal::{self, Literal};
 use crate::message::{CONDITION, Code, LIMIT};
-use crate::token::Tok;
 use srp_archdesc::diagnostic::Span;
 
 /// Depth of brackets and operators in a condition.
@@ -218,7 +217,7 @@ impl Reader<'_> {
         match token.kind {
             PpKind::Ident => Ok(signed(0)),
             PpKind::Number => match literal::number(&token.text) {
-                Ok(Tok::Int(int)) => Ok(Number {
+                Ok(Literal::Int(int)) => Ok(Number {
                     bits: int.value as i64,
                     unsigned: int.unsigned || int.value > i64::MAX as u64,
                 }),

@@ -2,7 +2,7 @@
 
 use crate::generate;
 #[path = "../program/generate.rs"]
-#[allow(dead_code)]
+#[expect(dead_code, reason = "the tests of programs use more of it")]
 mod whole;
 
 use rand_pcg::Pcg32;

@@ -1,12 +1,12 @@
-//! How long 10,000 lines of C take from text to the divided program:
-//! `cargo run --release -p srp-tests --example compile_speed`.
+//! How long 10,000 lines of C take from text to the divided program, the best of several runs:
+//! `cargo bench -p srp-tests --bench compile`. It fails where that is not below a second.
 
 use srp_archdesc::arch::Precision;
 use srp_archdesc::diagnostic::Source;
 use srp_frontend::{Options, compile};
 use srp_ir::{pass, split};
 use std::fmt::Write;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Functions of 20 lines each: loops, arrays, structs, conditions, floats, calls.
 fn text(functions: usize) -> String {
@@ -49,9 +49,11 @@ int f{i}(int x)
     out
 }
 
-fn main() {
-    let text = text(500);
-    let lines = text.lines().count();
+/// Runs, of which the best counts: others use the machine too.
+const RUNS: usize = 7;
+
+/// The times until the program is lowered, simplified and divided.
+fn run(text: &str) -> [Duration; 3] {
     let start = Instant::now();
     let compiled = compile(&[Source::new("speed.c", text)], &Options::default());
     let (mut program, _) = compiled.unwrap_or_else(|messages| panic!("{messages:#?}"));
@@ -60,11 +62,22 @@ fn main() {
         precision: Precision::EXACT,
     };
     pass::optimise(&mut program, &options);
-    let optimised = start.elapsed();
+    let simplified = start.elapsed();
     let divided = split::split(&program);
+    let whole = start.elapsed();
+    assert!(!divided.dre.kernels.is_empty(), "there are loops");
+    [lowered, simplified, whole]
+}
+
+fn main() {
+    let text = text(500);
+    let lines = text.lines().count();
+    let runs = (0..RUNS).map(|_| run(&text));
+    let best = runs.min_by_key(|&[.., whole]| whole);
+    let [lowered, simplified, whole] = best.expect("there are runs");
     println!(
-        "{lines} lines: lowered after {lowered:.2?}, simplified after {optimised:.2?}, divided after {:.2?}; {} kernels",
-        start.elapsed(),
-        divided.dre.kernels.len()
+        "{lines} lines: lowered after {lowered:.2?}, simplified after {simplified:.2?}, divided \
+         after {whole:.2?}"
     );
+    assert!(whole < Duration::from_secs(1), "more than a second");
 }

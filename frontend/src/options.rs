@@ -1,0 +1,52 @@
+//! What the caller of the front end decides.
+
+use srp_archdesc::diagnostic::Source;
+
+/// A file that a source asks for with `#include`.
+#[derive(Clone, Copy, Debug)]
+pub struct Include<'a> {
+    /// The name as written.
+    pub name: &'a str,
+    /// The name of the file that asks.
+    pub from: &'a str,
+    /// Written `<name>`, not `"name"`.
+    pub system: bool,
+}
+
+/// What the caller decides.
+#[derive(Clone)]
+pub struct Options<'a> {
+    /// Macros defined before each source: name and body.
+    pub defines: Vec<(String, String)>,
+    /// Finds included files. The name of the source it gives is shown in messages, and the same
+    /// for the same file.
+    pub resolve: &'a dyn Fn(&Include<'_>) -> Option<Source>,
+    /// Marks innermost loops as kernels where no pragma does.
+    pub auto_kernel: bool,
+    /// `double` means `float`; each place where it does is told.
+    pub double_is_float: bool,
+    /// Floating constants without suffix are floats; each is told.
+    pub single_constants: bool,
+}
+
+impl Default for Options<'_> {
+    /// No macros, no included files, innermost loops marked.
+    fn default() -> Self {
+        Options {
+            defines: Vec::new(),
+            resolve: &|_| None,
+            auto_kernel: true,
+            double_is_float: false,
+            single_constants: false,
+        }
+    }
+}
+
+impl std::fmt::Debug for Options<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Options")
+            .field("defines", &self.defines)
+            .field("auto_kernel", &self.auto_kernel)
+            .finish_non_exhaustive()
+    }
+}
