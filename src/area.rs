@@ -18,9 +18,40 @@ const PAPER_REGISTERS: (f64, f64) = (49.0, 8.0);
 /// Runs `srp area`.
 pub(crate) fn run(args: &cli::Area) -> Result<(), Failure> {
     let arch = machine::read(&args.file)?;
+    if args.json {
+        let json = serde_json::to_string_pretty(&json(&arch)).map_err(Failure::message)?;
+        return Ok(talk::print(json + "\n")?);
+    }
     let mut out = String::new();
     write_area(&mut out, &arch).expect("writing to a String does not fail");
     Ok(talk::print(out)?)
+}
+
+/// The unit as it is, in both forms, and what each operation takes.
+fn json(arch: &Arch) -> serde_json::Value {
+    let tni = &arch.system.tni;
+    serde_json::json!({
+        "machine": arch.name,
+        "tni": area::area(tni, &arch.system.buffers),
+        "parallel_mm2": form(arch, Pipeline::Parallel),
+        "single_mm2": form(arch, Pipeline::Single),
+        "energy_nj": {
+            "box_test": area::operations_energy(BOX_TEST),
+            "triangle_test": area::operations_energy(tni.intersection.operations(tni.rcp)),
+            "trv_l1": area::cache_energy(tni.trv_l1.bytes),
+            "trv_l2": area::cache_energy(tni.trv_l2.bytes),
+            "ist_l1": area::cache_energy(tni.ist_l1.bytes),
+        },
+    })
+}
+
+/// Area in mm² with traversal units of this form.
+fn form(arch: &Arch, pipeline: Pipeline) -> f64 {
+    let tni = TniSpec {
+        pipeline,
+        ..arch.system.tni
+    };
+    area::area(&tni, &arch.system.buffers).total
 }
 
 fn write_area(out: &mut String, arch: &Arch) -> std::fmt::Result {
@@ -101,14 +132,7 @@ fn items(out: &mut String, costs: &Area) -> std::fmt::Result {
 
 /// Both forms of the traversal unit.
 fn forms(out: &mut String, arch: &Arch) -> std::fmt::Result {
-    let of = |pipeline| {
-        let tni = TniSpec {
-            pipeline,
-            ..arch.system.tni
-        };
-        area::area(&tni, &arch.system.buffers).total
-    };
-    let (single, parallel) = (of(Pipeline::Single), of(Pipeline::Parallel));
+    let (single, parallel) = (form(arch, Pipeline::Single), form(arch, Pipeline::Parallel));
     writeln!(
         out,
         "\nparallel pipelines {parallel:.2} mm² (the paper {PAPER_PARALLEL}), single pipeline \

@@ -6,6 +6,8 @@
 //! the machine; nothing is taken over but prices. Energies are those of the same synthesis, which
 //! SimTRaX (Spjut et al., 2009) ships: the paper prints the areas of that source.
 
+use serde::Serialize;
+
 use crate::datapath::{BOX_TEST, Operations};
 use crate::system::{BufferSpec, CacheSpec, Pipeline, TniSpec};
 
@@ -39,7 +41,7 @@ const STACK_ENTRY: u32 = 8;
 const RAY_NUMBER: u32 = 2;
 
 /// One kind of unit of the T&I unit, all of the kind together.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Complexity {
     /// Operators.
     pub operations: Operations,
@@ -52,7 +54,7 @@ pub struct Complexity {
 }
 
 /// A line of Table 2.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Item {
     /// What it is.
     pub name: &'static str,
@@ -65,7 +67,7 @@ pub struct Item {
 }
 
 /// What a T&I unit is made of.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Area {
     /// Traversal units.
     pub trv: Complexity,

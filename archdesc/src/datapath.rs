@@ -4,6 +4,8 @@
 //! A datapath is fully pipelined: it starts a test every cycle, so it has one operator for every
 //! operation of a test.
 
+use serde::Serialize;
+
 use crate::precision::Approx;
 use crate::system::TniSpec;
 
@@ -25,7 +27,7 @@ pub enum Intersection {
 }
 
 /// Operators of a datapath.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Operations {
     /// Additions and subtractions.
     pub add: u32,

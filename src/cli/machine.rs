@@ -10,6 +10,9 @@ pub(crate) struct Area {
     /// Machine file, or one of the machines that come along: sgrt, tiny, wide
     #[arg(default_value = "sgrt")]
     pub(crate) file: PathBuf,
+    /// Print JSON instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 /// `srp machine`

@@ -66,6 +66,11 @@ fn areas_are_those_of_the_machine() {
         "{sgrt}"
     );
     assert!(sgrt.contains("wald"), "{sgrt}");
+    let numbers = json(&folder, &["area", "sgrt"]);
+    assert_eq!(numbers["tni"]["trv"]["operations"]["add"], 24);
+    assert_eq!(numbers["tni"]["total"], numbers["parallel_mm2"]);
+    let mm2 = |name: &str| numbers[name].as_f64().expect("a number");
+    assert!(mm2("single_mm2") < mm2("parallel_mm2"));
     assert_ne!(sgrt, of("tiny"));
 }
 
