@@ -14,7 +14,7 @@ use input::Found;
 use serde::Serialize;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::{Entity, EntityMap};
-use srp_ir::dfg::Dfg;
+use srp_ir::dfg::{Dfg, Node};
 use srp_ir::dre;
 use srp_ir::dre::scheduled::ScheduledLoops;
 use srp_ir::graph::{self, Graph};
@@ -294,12 +294,22 @@ fn notes(graph: &Graph, arch: &Arch) -> Vec<String> {
         let mut ways = arch.fus.values().filter_map(|fu| fu.op(class));
         !ways.any(|way| way.latency == latency)
     };
-    match graph.latencies.iter().filter(differs).count() {
-        0 => Vec::new(),
-        n => vec![format!(
-            "{n} operations have another latency on this machine than in the graph; the machine's holds"
-        )],
+    let mut notes = Vec::new();
+    let others = graph.latencies.iter().filter(differs).count();
+    if others > 0 {
+        notes.push(format!(
+            "{others} operations have another latency on this machine than in the graph; the machine's holds"
+        ));
     }
+    let name = |node: &Node| graph.names[*node].as_str();
+    let carried: Vec<&str> = graph.carried.iter().map(name).collect();
+    if !carried.is_empty() {
+        let names = carried.join(", ");
+        notes.push(format!(
+            "edges from a node to itself have no distance, which is taken to be 1: {names}"
+        ));
+    }
+    notes
 }
 
 /// All schedules in one file.

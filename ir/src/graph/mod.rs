@@ -58,6 +58,8 @@ pub struct Graph {
     /// Edges with a latency of their own: the producer, and the cycles. The machine's latencies hold;
     /// these are for whoever wants to compare.
     pub latencies: Vec<(Node, u32)>,
+    /// Nodes with an edge to themselves that had no distance: it is taken to be 1.
+    pub carried: Vec<Node>,
 }
 
 /// What goes wrong in reading: at least one message, at most 21.

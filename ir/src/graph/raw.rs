@@ -180,13 +180,14 @@ impl<'a> Raw<'a> {
     }
 
     /// The graph of operations, if it is one.
-    pub(super) fn build(self, options: &Options, found: &mut Found) -> Option<Graph> {
+    pub(super) fn build(mut self, options: &Options, found: &mut Found) -> Option<Graph> {
         if self.nodes.is_empty() {
             let message = "the graph has no nodes";
             found.error("G0204", &self.node_file.at(Span::point(0)), message);
             return None;
         }
         let ops = self.opcodes(options, found);
+        let carried = self.carry();
         self.refuse_cycle(found);
         let (operands, order) = self.operands(found);
         let mut data = EntityMap::new();
@@ -226,7 +227,23 @@ impl<'a> Raw<'a> {
             files,
             names: self.nodes.values().map(|n| n.name.clone()).collect(),
             latencies,
+            carried,
         })
+    }
+
+    /// Gives edges from a node to itself the distance 1 where they have none: no other can be meant.
+    /// The nodes that have such edges.
+    fn carry(&mut self) -> Vec<Node> {
+        let mut carried = Vec::new();
+        for edge in &mut self.edges {
+            if edge.from == edge.to && edge.distance == 0 {
+                edge.distance = 1;
+                carried.push(edge.from);
+            }
+        }
+        carried.sort();
+        carried.dedup();
+        carried
     }
 
     /// What each node does. A store that passes a value on is a load, which takes the same ports and

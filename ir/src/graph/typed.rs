@@ -57,6 +57,7 @@ pub(super) fn read(source: &Source, tree: &Tree, found: &mut Found) -> Option<Gr
                 dfg,
                 files,
                 latencies: Vec::new(),
+                carried: Vec::new(),
             })
         }
         Err((span, message)) => {

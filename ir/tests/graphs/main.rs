@@ -79,6 +79,18 @@ fn the_forms_of_the_reference_are_one_graph() {
     assert_eq!(graph.dfg.nodes[Node::new(2)].operands[1], carried);
 }
 
+#[test]
+fn an_edge_to_itself_is_carried() {
+    let graph = edges("a a\na b\nb b 2\n", "a add\nb add\n").expect("it was read");
+    assert_eq!(graph.carried, [Node::new(0)]);
+    let distances = graph.dfg.nodes.values().flat_map(|n| &n.operands);
+    let distances = distances.map(|o| match o {
+        Operand::Node { init, .. } => init.len(),
+        _ => 0,
+    });
+    assert_eq!(distances.collect::<Vec<_>>(), [1, 0, 2]);
+}
+
 /// A random graph in all three forms.
 fn forms(random: &mut Pcg32) -> [String; 4] {
     let mut below = |n: u32| random.next_u32() % n;
