@@ -173,7 +173,7 @@ pub fn schedule(dfg: &Dfg, arch: &Arch, options: &Options<'_>) -> Result<Schedul
     Ok(Scheduled {
         impossible: agenda.impossible(schedule.ii),
         obstacle: heuristic
-            .obstacle(schedule.ii)
+            .obstacle(schedule.ii - 1)
             .filter(|_| schedule.ii > bound),
         schedule,
         bounds,
