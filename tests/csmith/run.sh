@@ -20,7 +20,8 @@ i=0
 while [ "$i" -lt "$count" ]; do
     s=$((seed + i))
     i=$((i + 1))
-    csmith --seed "$s" --no-packed-struct --no-argc --concise > "$work/p.c"
+    # It leaves a file where it runs.
+    (cd "$work" && csmith --seed "$s" --no-packed-struct --no-argc --concise) > "$work/p.c"
     cc $m32 -w -fwrapv -O1 -I "$here" -o "$work/p" "$work/p.c" || continue
     timeout 5 "$work/p" > "$work/expected" || continue
     for engine in ir interp; do
