@@ -31,7 +31,7 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
         if wants(Form::Ast) {
             write_trees(&out, sources, &front_end)?;
         }
-        input = Input::Ir(Box::new(pipeline::optimise(program, &arch)));
+        input = Input::Ir(Box::new(front_end.optimise(program)));
     } else if wants(Form::Ast) {
         return Err(Failure::message(
             "only C has a syntax tree: give C files for --emit ast",

@@ -175,6 +175,18 @@ impl<'a> FrontEnd<'a> {
         Some(found)
     }
 
+    /// The program after the passes.
+    pub(crate) fn optimise(&self, mut program: Program) -> Program {
+        let options = pass::Options {
+            precision: self.arch.precision,
+            associative_math: self.source.features().associative_math,
+        };
+        // What stands in a loop's way is said again, with the loop's name, when it is divided.
+        let _remarks = pass::optimise(&mut program, &options);
+        debug_assert_eq!(srp_ir::verify(&program), Ok(()));
+        program
+    }
+
     /// Compiles to the intermediate form, before the passes. Warnings go to standard error.
     pub(crate) fn compile(&self, sources: &[Source]) -> Result<Program, Failure> {
         for source in sources {
@@ -207,17 +219,6 @@ impl<'a> FrontEnd<'a> {
         };
         diagnostics::show(diagnostics, self.source.error_format, &text)
     }
-}
-
-/// The program after the passes.
-pub(crate) fn optimise(mut program: Program, arch: &Arch) -> Program {
-    let options = pass::Options {
-        precision: arch.precision,
-    };
-    // What stands in a loop's way is said again, with the loop's name, when it is divided.
-    let _remarks = pass::optimise(&mut program, &options);
-    debug_assert_eq!(srp_ir::verify(&program), Ok(()));
-    program
 }
 
 /// Divides a program and schedules it. Loops that the array cannot run go back to the control code.
@@ -383,7 +384,7 @@ pub(crate) fn compile(
     match input {
         Input::C(sources) => {
             let program = front_end.compile(&sources)?;
-            schedule(optimise(program, arch), arch, effort)
+            schedule(front_end.optimise(program), arch, effort)
         }
         Input::Ir(program) => schedule(*program, arch, effort),
         Input::Dre(dre) => {

@@ -13,6 +13,7 @@ mod mem2reg;
 mod params;
 mod pipeline;
 mod preheader;
+mod reassociate;
 mod rename;
 mod strength;
 
@@ -29,6 +30,7 @@ pub use inline::{MAX_SIZE, SMALL, inline, prune};
 pub use licm::licm;
 pub use mem2reg::mem2reg;
 pub use pipeline::{Options, optimise};
+pub use reassociate::reassociate;
 pub use strength::strength;
 
 /// What stood in a pass's way, for the user to know.

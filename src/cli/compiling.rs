@@ -39,7 +39,7 @@ pub(crate) struct Source {
     #[arg(long, value_enum, default_value_t = Double::Soft)]
     pub(crate) double: Double,
     /// `no-auto-kernel`, as the option of that name; `single-precision-constant`: constants without
-    /// suffix are floats
+    /// suffix are floats; `associative-math`: floating-point sums and products in any order
     #[arg(short = 'f', value_name = "FEATURE", value_enum)]
     pub(crate) feature: Vec<Feature>,
     /// Warnings: NAME, no-NAME, error, error=NAME, no-error=NAME, none
@@ -85,12 +85,15 @@ pub(crate) enum Feature {
     NoAutoKernel,
     /// Floating constants without suffix are floats; each is told
     SinglePrecisionConstant,
+    /// Sums and products of floating-point numbers may be associated otherwise
+    AssociativeMath,
 }
 
 /// What all `-f` together ask for.
 pub(crate) struct Features {
     pub(crate) no_auto_kernel: bool,
     pub(crate) single_constants: bool,
+    pub(crate) associative_math: bool,
 }
 
 impl Source {
@@ -99,6 +102,7 @@ impl Source {
         Features {
             no_auto_kernel: self.feature.contains(&Feature::NoAutoKernel),
             single_constants: self.feature.contains(&Feature::SinglePrecisionConstant),
+            associative_math: self.feature.contains(&Feature::AssociativeMath),
         }
     }
 }

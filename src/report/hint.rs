@@ -44,8 +44,10 @@ fn untried(l: &LoopReport) -> String {
     };
     match l.status {
         Status::Proved => format!(
-            "II = {} is proved impossible with the links and registers there are; the bound is {}",
+            "II = {} is proved impossible up to {} cycles beyond the critical path; the bound is {}; \
+             --optimal looks further",
             l.ii - 1,
+            l.horizon(),
             l.bound()
         ),
         Status::Open => open(l),

@@ -152,6 +152,11 @@ impl LoopReport {
         self.res_mii.max(self.rec_mii)
     }
 
+    /// Cycles beyond the critical path up to which all proofs hold.
+    pub(crate) fn horizon(&self) -> u32 {
+        self.impossible.iter().map(|i| i.slack).min().unwrap_or(0)
+    }
+
     /// The part of the array's issue slots that is taken.
     pub(crate) fn busy(&self) -> f64 {
         let taken: u32 = self.units.iter().map(UnitLoad::busy).sum();

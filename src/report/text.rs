@@ -123,8 +123,9 @@ pub(super) fn standing(l: &LoopReport) -> String {
     match l.status {
         Status::Bound => "the bound".to_owned(),
         Status::Proved => format!(
-            "{} above the bound, less is proved impossible",
-            l.ii - l.bound()
+            "{} above the bound, less is proved impossible up to {} cycles beyond the critical path",
+            l.ii - l.bound(),
+            l.horizon()
         ),
         Status::Open => format!("{} above the bound", l.ii - l.bound()),
     }

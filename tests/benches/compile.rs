@@ -60,6 +60,7 @@ fn run(text: &str) -> [Duration; 3] {
     let lowered = start.elapsed();
     let options = pass::Options {
         precision: Precision::EXACT,
+        associative_math: false,
     };
     pass::optimise(&mut program, &options);
     let simplified = start.elapsed();

@@ -105,7 +105,13 @@ pub fn compiled(sources: &[PathBuf], arch: &Arch) -> Result<Program, String> {
     let compiled = compile(&sources, &options);
     let (mut program, _) = compiled.map_err(|messages| render_all(&messages, &text, false))?;
     let precision = arch.precision;
-    pass::optimise(&mut program, &pass::Options { precision });
+    pass::optimise(
+        &mut program,
+        &pass::Options {
+            precision,
+            associative_math: false,
+        },
+    );
     verify(&program).map_err(|violations| format!("after the passes: {violations:#?}"))?;
     Ok(program)
 }

@@ -108,7 +108,10 @@ fn optimised(program: Program) -> Result<Program, String> {
 }
 
 fn optimised_for(mut program: Program, precision: Precision) -> Result<Program, String> {
-    let options = pass::Options { precision };
+    let options = pass::Options {
+        precision,
+        associative_math: false,
+    };
     pass::optimise(&mut program, &options);
     match verify(&program) {
         Ok(()) => Ok(program),

@@ -68,6 +68,7 @@ fn interpreted(text: &str, optimise: bool) -> Result<Option<String>, String> {
     if optimise {
         let options = pass::Options {
             precision: Precision::EXACT,
+            associative_math: false,
         };
         pass::optimise(&mut program, &options);
         verify(&program).map_err(|v| format!("after the passes: {v:#?}"))?;

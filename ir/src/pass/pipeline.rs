@@ -9,6 +9,8 @@ use srp_archdesc::arch::Precision;
 pub struct Options {
     /// How exact the special functions of the machine are: constants are folded by them.
     pub precision: Precision,
+    /// Whether sums and products of floating-point numbers may be associated otherwise.
+    pub associative_math: bool,
 }
 
 /// Rounds of simplification, at most: each may make the next possible.
@@ -27,6 +29,9 @@ pub fn optimise(program: &mut Program, options: &Options) -> Vec<Remark> {
         licm(f);
         remarks.extend(ifconvert(f));
         simplify(f, options, &mut remarks);
+        if options.associative_math && reassociate(f) {
+            simplify(f, options, &mut remarks);
+        }
         licm(f);
         strength(f);
         simplify(f, options, &mut remarks);

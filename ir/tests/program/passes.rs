@@ -13,6 +13,7 @@ type Pass = fn(&mut Program) -> Vec<Remark>;
 
 const OPTIONS: pass::Options = pass::Options {
     precision: Precision::EXACT,
+    associative_math: false,
 };
 
 /// Applies a pass to each function.

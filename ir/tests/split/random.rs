@@ -98,6 +98,7 @@ fn divided_programs_mean_the_same() {
         compare(&program, seed, &mut plain);
         let options = pass::Options {
             precision: Precision::EXACT,
+            associative_math: false,
         };
         pass::optimise(&mut program, &options);
         compare(&program, seed, &mut optimised);

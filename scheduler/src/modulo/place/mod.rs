@@ -154,11 +154,11 @@ impl<'a, 'p> Attempt<'a, 'p> {
         self.repair(limit, stop).ok_or_else(|| self.worst())
     }
 
-    /// Takes positions found otherwise, those that can be had, and routes between them what can be
-    /// routed.
+    /// Takes positions found otherwise, those that can be had and keep the memory orders, and routes
+    /// between them what can be routed.
     fn begin_with(&mut self, positions: &EntityMap<Node, Position>) {
         for (node, &(fu, time)) in positions.iter() {
-            if self.is_free(node, fu, time) {
+            if self.is_free(node, fu, time) && self.keeps_orders(node, time) {
                 self.occupy(node, fu, time);
             }
         }

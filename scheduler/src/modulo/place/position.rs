@@ -58,6 +58,22 @@ impl Attempt<'_, '_> {
         }
     }
 
+    /// Whether a node that issues in a cycle keeps its memory orders with all that is placed.
+    pub(super) fn keeps_orders(&self, node: Node, time: i32) -> bool {
+        let issued = |n: Node| match n == node {
+            true => Some(time),
+            false => self.at[n].map(|(_, t)| t),
+        };
+        self.problem.orders_of[node].iter().all(|&o| {
+            let order = &self.problem.orders[o];
+            let span = self.table.ii as i32 * order.distance as i32;
+            match (issued(order.from), issued(order.to)) {
+                (Some(from), Some(to)) => to + span >= from + order.delay as i32,
+                _ => true,
+            }
+        })
+    }
+
     /// Positions of a node with an estimate of their cost, cheapest first. Positions whose unit is
     /// taken are left out unless `occupied` asks for them.
     pub(super) fn positions(&self, node: Node, occupied: bool) -> Vec<(u32, Fu, i32)> {
