@@ -22,9 +22,8 @@ const UNROUTED: i64 = 8;
 const NEIGHBOURS: usize = 50;
 /// Effort of one move beside its routes.
 const MOVE_EFFORT: u64 = 40;
-/// Edges that are too many to begin with when they have no routes: one in so many, but not of few.
+/// A share of the edges that is too large to begin with when they have no routes: one in so many.
 const HOPELESS: usize = 5;
-const FEW: usize = 16;
 /// Effort after which a search that got no better is given up.
 const PATIENCE: u64 = 1_000_000;
 
@@ -56,7 +55,7 @@ impl Attempt<'_, '_> {
     /// does not get better.
     pub(super) fn repair(&mut self, limit: u64, stop: &dyn Fn() -> bool) -> Option<Placement> {
         self.place_the_rest()?;
-        if self.unrouted().count() > FEW.max(self.routes.len() / HOPELESS) {
+        if self.unrouted().count() > self.routes.len() / HOPELESS + 1 {
             return None;
         }
         let mut weights = vec![1; self.routes.len()];
