@@ -6,13 +6,14 @@
 //! then rationed slot by slot.
 
 use super::formula::{Formula, Lit};
+use super::rations::Rations;
 use super::{LARGEST_FORMULA, Question};
 use crate::modulo::order::Freedom;
 use crate::modulo::place::{constants_of, invariant_reads};
 use crate::modulo::problem::{Edge, Goal, Problem, Tag, UNREACHABLE};
 use crate::modulo::table::{Item, Via};
 use rustc_hash::FxHashMap;
-use srp_archdesc::arch::{Fu, FuOp, Resource};
+use srp_archdesc::arch::Fu;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Ty;
 use srp_archdesc::resource::{Place, PlaceKind};
@@ -48,77 +49,6 @@ pub(super) fn encode(
     encoder.rations.landings(problem, &encoder.encoding);
     encoder.ration(spare);
     Some(encoder.encoding)
-}
-
-/// Literals that compete in each slot, by resource.
-struct Rations {
-    ii: i32,
-    issue: EntityMap<Fu, Vec<Vec<Lit>>>,
-    outs: EntityMap<Place, Vec<Vec<Lit>>>,
-    held: EntityMap<Place, Vec<Vec<Lit>>>,
-    reads: EntityMap<Place, Vec<Vec<Lit>>>,
-    writes: EntityMap<Place, Vec<Vec<Lit>>>,
-    shared: EntityMap<Resource, Vec<Vec<Lit>>>,
-}
-
-impl Rations {
-    fn new(problem: &Problem<'_>, ii: u32) -> Rations {
-        let slots = vec![Vec::new(); ii as usize];
-        let places = || EntityMap::filled(problem.graph.places.len(), slots.clone());
-        Rations {
-            ii: ii as i32,
-            issue: EntityMap::filled(problem.arch.fus.len(), slots.clone()),
-            outs: places(),
-            held: places(),
-            reads: places(),
-            writes: places(),
-            shared: EntityMap::filled(problem.arch.resources.len(), slots.clone()),
-        }
-    }
-
-    fn slot(&self, time: i32) -> usize {
-        time.rem_euclid(self.ii) as usize
-    }
-
-    fn issue(&mut self, fu: Fu, time: i32, timing: &FuOp, literal: Lit) {
-        for k in 0..timing.interval as i32 {
-            let slot = self.slot(time + k);
-            self.issue[fu][slot].push(literal);
-            for &resource in &timing.uses {
-                self.shared[resource][slot].push(literal);
-            }
-        }
-    }
-
-    fn item(&mut self, item: Item, literal: Lit) {
-        let (resource, time) = match item {
-            Item::Out(place, time) => (&mut self.outs[place], time),
-            Item::Held(place, time, _) => (&mut self.held[place], time),
-            Item::Written(place, time, ..) => (&mut self.writes[place], time),
-            Item::Read(place, time, ..) => (&mut self.reads[place], time),
-            Item::Move(..) | Item::Kept(..) => return,
-        };
-        resource[time.rem_euclid(self.ii) as usize].push(literal);
-    }
-
-    /// Results that nobody waits for take their output all the same.
-    fn landings(&mut self, problem: &Problem<'_>, encoding: &Encoding) {
-        for (node, starts) in encoding.starts.iter() {
-            for &(fu, time, literal) in starts {
-                let op = problem.dfg.nodes[node].op;
-                let Some(place) = problem.graph.result_place(fu, op) else {
-                    continue;
-                };
-                let lands = time + problem.timing(node, fu).latency as i32;
-                if !encoding
-                    .items
-                    .contains_key(&(node, Item::Out(place, lands)))
-                {
-                    self.item(Item::Out(place, lands), literal);
-                }
-            }
-        }
-    }
 }
 
 struct Encoder<'e, 'p> {

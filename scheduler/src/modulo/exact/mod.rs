@@ -15,6 +15,7 @@
 mod decode;
 mod encode;
 mod formula;
+mod rations;
 
 use super::Certificate;
 use super::order::Freedom;
