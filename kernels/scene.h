@@ -87,8 +87,23 @@ typedef struct {
     float4 ks;    /* 16: specular rgb; w: exponent Ns */
     float4 ke;    /* 32: emitted rgb; w: index of refraction Ni */
     int illum;    /* 48: illumination model */
-    int spare[3]; /* 52: 0 */
+    unsigned map_kd; /* 52: address of the srp_texture_map that kd is multiplied by, 0 for none */
+    unsigned map_ks; /* 56: of the one for ks */
+    unsigned map_d;  /* 60: of the one whose alpha d is multiplied by */
 } srp_material;
+
+/* 16 bytes: a texture, as srp_texture takes its address. Its texels are words, red in the low byte,
+ * then green, blue and alpha, the colours in sRGB; they lie in tiles of 4 x 4, each row by row, of 64
+ * bytes: texel (x, y) is 64 * (y / 4 * ((width + 3) / 4) + x / 4) + 16 * (y % 4) + 4 * (x % 4) bytes
+ * behind the first. Row 0 is the one at v = 0, the lowest of a picture. */
+typedef struct {
+    unsigned texels; /*  0: address, a multiple of 64 */
+    unsigned width;  /*  4: texels of a row, 1 to 65536 */
+    unsigned height; /*  8: rows */
+    unsigned flags;  /* 12: SRP_TEXTURE_* */
+} srp_texture_map;
+
+#define SRP_TEXTURE_CLAMP 1 /* coordinates stop at the edges; else they wrap round */
 
 /* 64 bytes, in SRAM: a ray as the T&I unit takes it from a ray buffer.
  * A ray with a NaN in it, an infinite origin or direction, a direction of length 0, or

@@ -68,8 +68,15 @@
  *   __srp_vltu     int4 (int4, int4)                      unsigned <   vltu
  *   __srp_dot3     float (float4, float4)                              dot3
  *   __srp_dot4     float (float4, float4)                              dot4
+ *   __srp_tex      float4 (int descriptor, float4 uv)     bilinear     tex
  *   __srp_in       int (constant port)                    may wait     in
  *   __srp_out      void (constant port, int value)        may wait     out
+ *
+ * srp_texture(descriptor, u, v) samples a texture: descriptor is the address of an
+ * srp_texture_map (scene.h) in system memory, (0, 0) the outer corner of the first texel, (1, 1) that of the last.
+ * It gives red, green, blue and alpha, linear, from 0 to 1, bilinear filtered; a descriptor of 0
+ * gives 1 1 1 1. srp_texture4 takes u and v in lanes 0 and 1. archdesc/src/ops/semantics/texture.rs
+ * has the details.
  */
 #ifndef SRP_H
 #define SRP_H
@@ -156,6 +163,9 @@
 #define srp_ltu4 __srp_vltu
 #define srp_dot3 __srp_dot3
 #define srp_dot4 __srp_dot4
+
+#define srp_texture4 __srp_tex
+#define srp_texture(descriptor, u, v) __srp_tex(descriptor, __srp_vins(__srp_vsplat(u), v, 1))
 
 #define srp_in __srp_in
 #define srp_out __srp_out

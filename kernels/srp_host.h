@@ -283,6 +283,133 @@ SRP_HOST int4 srp_ltu4(int4 a, int4 b) { int4 v = SRP_HOST_LANES2(srp_host_ltu, 
 SRP_HOST float srp_dot3(float4 a, float4 b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 SRP_HOST float srp_dot4(float4 a, float4 b) { return srp_dot3(a, b) + a[3] * b[3]; }
 
+/* The texture unit. srp_host_memory points to the bytes at SRP_MEMORY_BASE (scene.h); a program
+ * that samples textures brings it. The weights have as many bits as the machine's. */
+#ifndef SRP_TEXTURE_WEIGHT_BITS
+#define SRP_TEXTURE_WEIGHT_BITS 8
+#endif
+
+extern unsigned char *srp_host_memory;
+
+SRP_HOST unsigned srp_host_word(unsigned address)
+{
+	unsigned word;
+	memcpy(&word, srp_host_memory + (address - 0x80000000u), 4);
+	return word;
+}
+
+/* A channel of a texel in units of 2^-24: the colours from sRGB, alpha as it is. */
+SRP_HOST uint64_t srp_host_decoded(unsigned texel, int channel)
+{
+	static const unsigned linear[256] = {
+		0, 5092, 10185, 15277, 20369, 25462, 30554, 35646, 40739, 45831, 50923, 56146, 61682,
+		67524, 73676, 80144, 86931, 94043, 101483, 109255, 117364, 125813, 134607, 143749, 153244,
+		163095, 173306, 183880, 194821, 206133, 217819, 229883, 242327, 255157, 268373, 281981,
+		295983, 310382, 325182, 340386, 355996, 372016, 388449, 405298, 422565, 440255, 458369,
+		476910, 495881, 515286, 535127, 555406, 576126, 597291, 618902, 640963, 663476, 686443,
+		709868, 733752, 758099, 782910, 808189, 833938, 860159, 886854, 914027, 941680, 969814,
+		998433, 1027538, 1057133, 1087218, 1117798, 1148873, 1180447, 1212520, 1245097, 1278179,
+		1311767, 1345865, 1380475, 1415598, 1451237, 1487394, 1524071, 1561270, 1598994, 1637244,
+		1676023, 1715332, 1755173, 1795550, 1836463, 1877915, 1919907, 1962442, 2005522, 2049149,
+		2093324, 2138049, 2183328, 2229161, 2275550, 2322497, 2370005, 2418074, 2466708, 2515908,
+		2565675, 2616012, 2666920, 2718402, 2770458, 2823092, 2876304, 2930097, 2984472, 3039432,
+		3094977, 3151110, 3207832, 3265145, 3323052, 3381553, 3440650, 3500346, 3560641, 3621538,
+		3683038, 3745144, 3807855, 3871176, 3935106, 3999648, 4064803, 4130573, 4196960, 4263965,
+		4331589, 4399836, 4468706, 4538200, 4608321, 4679069, 4750448, 4822457, 4895099, 4968376,
+		5042288, 5116838, 5192027, 5267856, 5344328, 5421443, 5499204, 5577611, 5656667, 5736372,
+		5816729, 5897738, 5979402, 6061722, 6144699, 6228335, 6312631, 6397589, 6483210, 6569496,
+		6656448, 6744068, 6832357, 6921317, 7010948, 7101253, 7192233, 7283889, 7376223, 7469237,
+		7562930, 7657306, 7752366, 7848110, 7944540, 8041658, 8139465, 8237963, 8337152, 8437035,
+		8537612, 8638885, 8740855, 8843524, 8946893, 9050964, 9155737, 9261215, 9367397, 9474287,
+		9581885, 9690192, 9799210, 9908940, 10019383, 10130542, 10242416, 10355008, 10468318,
+		10582349, 10697100, 10812575, 10928773, 11045697, 11163346, 11281724, 11400831, 11520668,
+		11641236, 11762538, 11884573, 12007344, 12130852, 12255098, 12380082, 12505807, 12632274,
+		12759484, 12887438, 13016137, 13145583, 13275776, 13406719, 13538412, 13670857, 13804054,
+		13938006, 14072712, 14208175, 14344396, 14481375, 14619114, 14757615, 14896878, 15036905,
+		15177696, 15319253, 15461578, 15604671, 15748533, 15893166, 16038571, 16184750, 16331702,
+		16479430, 16627934, 16777216,
+	};
+	unsigned byte = texel >> (8 * channel) & 255;
+	return channel == 3 ? ((byte << 24) + 127) / 255 : linear[byte];
+}
+
+/* The two texels of an axis that a coordinate lies between, and the weight of the second. */
+SRP_HOST void srp_host_between(float coordinate, int64_t size, int clamp, int64_t texels[2], uint64_t *weight)
+{
+	unsigned bits = srp_bits(coordinate);
+	int power = (int)(bits >> 23 & 255), down, i;
+	int64_t mantissa = bits & 0x7fffff, position = 0, unit = (int64_t)1 << SRP_TEXTURE_WEIGHT_BITS;
+	*weight = 0;
+	if (coordinate != coordinate) {
+		mantissa = 0;
+		power = 1;
+	} else if (power == 0) {
+		power = 1;
+	} else {
+		mantissa |= 0x800000;
+	}
+	if (power >= 150) {
+		if (clamp) {
+			texels[0] = texels[1] = bits >> 31 ? 0 : size - 1;
+			return;
+		}
+	} else {
+		position = (bits >> 31 ? -mantissa : mantissa) * size;
+		down = 150 - power - SRP_TEXTURE_WEIGHT_BITS;
+		if (down > 62)
+			down = 62;
+		if (down <= 0)
+			position *= (int64_t)1 << -down;
+		else if (SRP_TEXTURE_WEIGHT_BITS == 0)
+			position >>= down;
+		else
+			position = (position + ((int64_t)1 << (down - 1))) >> down;
+	}
+	position -= unit / 2;
+	*weight = (uint64_t)(position & (unit - 1));
+	position >>= SRP_TEXTURE_WEIGHT_BITS;
+	for (i = 0; i < 2; i++, position++) {
+		if (clamp)
+			texels[i] = position < 0 ? 0 : position >= size ? size - 1 : position;
+		else
+			texels[i] = (position % size + size) % size;
+	}
+}
+
+SRP_HOST float4 srp_texture4(unsigned texture, float4 uv)
+{
+	uint64_t unit = (uint64_t)1 << SRP_TEXTURE_WEIGHT_BITS, x_weight, y_weight;
+	int64_t width, height, x[2], y[2];
+	float4 filtered = srp_float4(1.0f, 1.0f, 1.0f, 1.0f);
+	unsigned texels[4];
+	int clamp, channel, i;
+	if (texture == 0)
+		return filtered;
+	width = srp_minu(srp_maxu(srp_host_word(texture + 4), 1), 65536);
+	height = srp_minu(srp_maxu(srp_host_word(texture + 8), 1), 65536);
+	clamp = (int)(srp_host_word(texture + 12) & 1);
+	srp_host_between(uv[0], width, clamp, x, &x_weight);
+	srp_host_between(uv[1], height, clamp, y, &y_weight);
+	for (i = 0; i < 4; i++) {
+		unsigned column = (unsigned)x[i & 1], row = (unsigned)y[i >> 1];
+		unsigned tile = row / 4 * (unsigned)((width + 3) / 4) + column / 4;
+		texels[i] = srp_host_word(srp_host_word(texture) + 64 * tile + 16 * (row % 4) + 4 * (column % 4));
+	}
+	for (channel = 0; channel < 4; channel++) {
+		uint64_t sum = (unit - x_weight) * (unit - y_weight) * srp_host_decoded(texels[0], channel) +
+		               x_weight * (unit - y_weight) * srp_host_decoded(texels[1], channel) +
+		               (unit - x_weight) * y_weight * srp_host_decoded(texels[2], channel) +
+		               x_weight * y_weight * srp_host_decoded(texels[3], channel);
+		filtered[channel] = (float)((double)sum / ((double)(unit * unit) * 16777216.0));
+	}
+	return filtered;
+}
+
+SRP_HOST float4 srp_texture(unsigned texture, float u, float v)
+{
+	return srp_texture4(texture, srp_float4(u, v, 0.0f, 0.0f));
+}
+
 /* Ports. A program that brings the outside with it defines SRP_HOST_PORTS and these two; without,
  * only what a program needs to print and to end is there. */
 #ifdef SRP_HOST_PORTS

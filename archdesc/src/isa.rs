@@ -104,7 +104,7 @@ pub enum Effect {
 pub enum Space {
     /// The core's own SRAM: fixed latency.
     Sram,
-    /// System memory through the data cache: a miss stalls the core.
+    /// System memory, through the data cache or the texture cache: a miss stalls the core.
     Cached,
 }
 
@@ -169,6 +169,8 @@ classes! {
     Cload = "cload";
     /// Stores through the data cache.
     Cstore = "cstore";
+    /// The texture unit: bilinear filtered texels through the texture cache.
+    Tex = "tex";
     /// Ports to the outside.
     Io = "io";
     /// Control transfer of the VLIW engine; no opcode of the table has it.
@@ -381,6 +383,10 @@ opcodes! {
     Gsw "gsw" (P I W): Cstore imm store;
     Gsv "gsv" (P I V): Cstore imm store;
 
+    // The texture unit: guard, address of a descriptor, u and v in lanes 0 and 1. See
+    // `ops::semantics::texture`.
+    Tex "tex" (P I F4) -> F4: Tex load;
+
     // Ports: `in` waits until the port has a word, `out` until it takes one. VLIW only.
     In "in" () -> W: Io imm io;
     Out "out" (W): Io imm io;
@@ -421,12 +427,13 @@ impl Opcode {
     pub fn space(self) -> Option<Space> {
         match self.class() {
             Class::Load | Class::Store => Some(Space::Sram),
-            Class::Cload | Class::Cstore => Some(Space::Cached),
+            Class::Cload | Class::Cstore | Class::Tex => Some(Space::Cached),
             _ => None,
         }
     }
 
-    /// How many bytes of memory it reads or writes; `None` for anything but loads and stores.
+    /// How many bytes it reads or writes at its second operand plus its immediate; `None` for what
+    /// accesses no memory, and for the texture unit, which reads where a descriptor says.
     pub fn access_bytes(self) -> Option<u32> {
         use Opcode::*;
         Some(match self {
@@ -493,7 +500,8 @@ mod tests {
         for &op in Opcode::ALL {
             let first = op.info().operands.first();
             assert!(!op.is_guarded() || first == Some(&Kind::P), "{op}");
-            assert_eq!(op.access_bytes().is_some(), op.space().is_some(), "{op}");
+            let addressed = op.space().is_some() && op.class() != Class::Tex;
+            assert_eq!(op.access_bytes().is_some(), addressed, "{op}");
             assert!(
                 !op.info().commutative || op.info().operands[0] == op.info().operands[1],
                 "{op}"

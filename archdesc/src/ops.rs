@@ -15,6 +15,7 @@ pub use semantics::lanes::V4;
 pub mod semantics {
     pub mod elementary;
     pub mod lanes;
+    pub mod texture;
     pub mod word;
 }
 
@@ -28,6 +29,8 @@ pub const SOURCE: &str = concat!(
     include_str!("ops/semantics/lanes.rs"),
     "}\n\npub mod elementary {\n",
     include_str!("ops/semantics/elementary.rs"),
+    "}\n\npub mod texture {\n",
+    include_str!("ops/semantics/texture.rs"),
     "}\n\npub use elementary::*;\npub use lanes::*;\npub use word::*;\n",
 );
 

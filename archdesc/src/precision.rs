@@ -1,6 +1,6 @@
 //! [`Precision`]: how exact a machine's approximate units are.
 
-/// How exact the special functions are.
+/// How exact the special functions and the texture unit are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Precision {
     /// Reciprocal.
@@ -15,10 +15,12 @@ pub struct Precision {
     pub log2: Approx,
     /// Sine and cosine.
     pub sincos: Approx,
+    /// Fraction bits of the weights by which texels are filtered, 0 to 12; 0 takes the nearest.
+    pub texture_weight_bits: u32,
 }
 
 impl Precision {
-    /// Everything [`Approx::Exact`].
+    /// Everything [`Approx::Exact`], texels weighted as machines do where nothing else is said.
     pub const EXACT: Precision = Precision {
         rcp: Approx::Exact,
         rsqrt: Approx::Exact,
@@ -26,6 +28,7 @@ impl Precision {
         exp2: Approx::Exact,
         log2: Approx::Exact,
         sincos: Approx::Exact,
+        texture_weight_bits: 8,
     };
 }
 

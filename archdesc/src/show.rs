@@ -181,6 +181,7 @@ fn show_engine(out: &mut String, arch: &Arch) -> std::fmt::Result {
         exp2,
         log2,
         sincos,
+        texture_weight_bits: _,
     } = arch.precision;
     let functions = [
         ("rcp", rcp),
@@ -228,6 +229,8 @@ fn show_system(out: &mut String, arch: &Arch) -> std::fmt::Result {
     writeln!(out, "SRAM: {}", bytes(s.sram_bytes))?;
     writeln!(out, "{}", cache("data cache", &s.data_cache))?;
     writeln!(out, "{}", cache("texture cache", &s.texture_cache))?;
+    let bits = arch.precision.texture_weight_bits;
+    writeln!(out, "texture unit: weights of {bits} bits")?;
     let b = &s.buffers;
     writeln!(
         out,

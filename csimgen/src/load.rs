@@ -149,6 +149,8 @@ impl Core for GeneratedCore {
             host: (&raw mut bus).cast(),
             cached_load,
             cached_store,
+            texture_descriptor,
+            texels,
             port_in,
             port_out,
         };
@@ -191,6 +193,29 @@ extern "C" fn cached_load(host: &mut HostBus, address: u32, bytes: u32, value: &
 
 extern "C" fn cached_store(host: &mut HostBus, address: u32, bytes: u32, value: &Lanes) -> u32 {
     u32::from(with_bus(host, |bus| bus.cached_store(address, bytes, *value)).is_some())
+}
+
+extern "C" fn texture_descriptor(host: &mut HostBus, address: u32, value: &mut Lanes) -> u32 {
+    match with_bus(host, |bus| bus.texture_descriptor(address)) {
+        Some(words) => {
+            *value = words;
+            1
+        }
+        None => 0,
+    }
+}
+
+extern "C" fn texels(host: &mut HostBus, lanes: &mut Lanes) -> u32 {
+    match with_bus(host, |bus| bus.texels(*lanes)) {
+        Ok(texels) => {
+            *lanes = texels;
+            1
+        }
+        Err(address) => {
+            lanes[0] = address;
+            0
+        }
+    }
 }
 
 extern "C" fn port_in(host: &mut HostBus, port: u32, value: &mut u32) -> u32 {

@@ -11,6 +11,7 @@ use crate::program::{Bits, Block, Func, Kernel, Pos, Program};
 use srp_archdesc::arch::Precision;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Effect, Opcode, Space};
+use srp_archdesc::ops::semantics::texture;
 use srp_archdesc::ops::{self, Fault, Value};
 use std::fmt;
 
@@ -281,6 +282,10 @@ pub fn operate(
         Effect::Pure => ops::eval(op, args, imm, precision).map_err(|fault| match fault {
             Fault::DivisionByZero => Stop::Trap(TrapKind::DivisionByZero),
         }),
+        Effect::Load if op == Opcode::Tex => {
+            let result = sample(args, precision.texture_weight_bits, world);
+            result.map(Some).map_err(Stop::Trap)
+        }
         Effect::Load | Effect::Store => access(op, args, imm, world).map_err(Stop::Trap),
         Effect::Io => port(op, args, imm as u32, world),
     }
@@ -313,6 +318,33 @@ fn access(
     }
     let raw = world.load(space, address, bytes).ok_or(trap)?;
     Ok(Some(ops::loaded(op, raw)))
+}
+
+/// What the texture unit gives, from guard, address of a descriptor, and coordinates.
+fn sample(args: &[Value], weight_bits: u32, world: &mut dyn World) -> Result<Value, TrapKind> {
+    if !args[0].as_pred() {
+        return Ok(Value::default());
+    }
+    let address = args[1].as_word();
+    if address == 0 {
+        return Ok(texture::NO_TEXTURE);
+    }
+    let mut read = |address, bytes| {
+        let space = Space::Cached;
+        let trap = TrapKind::Access {
+            space,
+            address,
+            bytes,
+        };
+        world.load(space, address, bytes).ok_or(trap)
+    };
+    let descriptor = read(address, 16)?;
+    let footprint = texture::footprint(descriptor, args[2], weight_bits);
+    let mut texels = Value::default();
+    for (texel, address) in texels.0.iter_mut().zip(footprint.addresses) {
+        *texel = read(address, 4)?.as_word();
+    }
+    Ok(texture::filter(texels, footprint.weights, weight_bits))
 }
 
 fn port(

@@ -25,6 +25,18 @@ pub trait Bus {
     /// Writes 1, 2, 4 or 16 bytes of system memory through the data cache. `None` as above.
     fn cached_store(&mut self, address: u32, bytes: u32, value: Lanes) -> Option<()>;
 
+    /// Reads the 16 bytes of a texture's descriptor through the texture cache; a miss shows as
+    /// [`stalled`](Self::stalled). `None` where the address is not mapped or not aligned.
+    fn texture_descriptor(&mut self, address: u32) -> Option<Lanes>;
+
+    /// Reads four texels of 4 bytes through the texture cache, one access for each line that they
+    /// lie in; misses as above.
+    ///
+    /// # Errors
+    ///
+    /// The first of the addresses that is not mapped or not aligned.
+    fn texels(&mut self, addresses: Lanes) -> Result<Lanes, u32>;
+
     /// Whether the core must stand still after the cycle that made the last access.
     fn stalled(&self) -> bool;
 

@@ -90,7 +90,9 @@ const MATERIAL: &Fields = &[
     ("ks", 16),
     ("ke", 32),
     ("illum", 48),
-    ("spare", 52),
+    ("map_kd", 52),
+    ("map_ks", 56),
+    ("map_d", 60),
 ];
 const MATERIAL_BYTES: u32 = 64;
 

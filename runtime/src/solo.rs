@@ -66,6 +66,18 @@ impl Bus for Solo {
         Some(())
     }
 
+    fn texture_descriptor(&mut self, address: u32) -> Option<Lanes> {
+        self.cached_load(address, 16)
+    }
+
+    fn texels(&mut self, addresses: Lanes) -> Result<Lanes, u32> {
+        let mut texels = Lanes::default();
+        for (texel, address) in texels.iter_mut().zip(addresses) {
+            *texel = self.cached_load(address, 4).ok_or(address)?[0];
+        }
+        Ok(texels)
+    }
+
     /// True when the program has ended, so that an engine goes no further.
     fn stalled(&self) -> bool {
         self.exit.is_some()

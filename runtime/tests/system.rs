@@ -243,7 +243,13 @@ fn a_frame_is_drawn_and_accounted_for() {
     for core in &report.cores {
         let array: u64 = core.array.iter().map(|k| k.cycles).sum();
         let wait: u64 = core.wait.iter().map(|w| w.cycles).sum();
-        let sum = core.vliw + array + core.switch + core.memory_stall + wait + core.idle;
+        let sum = core.vliw
+            + array
+            + core.switch
+            + core.memory_stall
+            + core.texture_stall
+            + wait
+            + core.idle;
         assert_eq!(sum, report.cycles);
         assert!(core.memory_stall > 0 && wait > 0);
     }

@@ -1,5 +1,6 @@
-//! The kernels of the frame have a native twin: the same C, compiled by the host's compiler. Both
-//! engines and the intermediate form must fill the same buffers with the same bits.
+//! The kernels of the frame and the texture unit have a native twin: the same C, compiled by the
+//! host's compiler. Both engines and the intermediate form must fill the same buffers with the same
+//! bits.
 
 use srp_csimgen::{CompileError, CompileOptions, Interpreter, Simulator, emit, link};
 use srp_ir::interp::{self, FlatWorld};
@@ -15,18 +16,11 @@ use std::process::Command;
 /// Bytes of system memory that the test uses.
 const MEMORY: usize = 32768;
 
-/// The test's program and the kernels that it calls.
-fn sources() -> Vec<PathBuf> {
-    let kernels = ["generate.c", "shade.c", "resolve.c"].map(|k| root().join("kernels").join(k));
-    [root().join("tests/twin/rgs.c")]
-        .into_iter()
-        .chain(kernels)
-        .collect()
-}
-
-/// What the host's compiler makes of it; `None` where there is none.
-fn native() -> Option<Vec<u8>> {
-    let exe = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("twin-{}", std::process::id()));
+/// What the host's compiler makes of a program; `None` where there is none.
+fn native(sources: &[PathBuf]) -> Option<Vec<u8>> {
+    let stem = sources[0].file_stem().unwrap_or_default().to_string_lossy();
+    let name = format!("twin-{stem}-{}", std::process::id());
+    let exe = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let host = root().join("tests/twin/host.h");
     let flags = [
         "-std=gnu11",
@@ -37,7 +31,7 @@ fn native() -> Option<Vec<u8>> {
     ];
     let mut command = Command::new("cc");
     command.args(flags).arg("-I").arg(root().join("kernels"));
-    let main = &sources()[0];
+    let main = &sources[0];
     // Only the program itself has the host's memory; the kernels refer to it.
     command
         .arg("-include")
@@ -57,7 +51,7 @@ fn native() -> Option<Vec<u8>> {
         .args(flags)
         .arg("-I")
         .arg(root().join("kernels"))
-        .args(&sources()[1..]);
+        .args(&sources[1..]);
     command
         .arg(exe.with_extension("o"))
         .arg("-lm")
@@ -112,13 +106,26 @@ fn compare(engine: &str, twin: &[u32], ours: &[u8]) {
 
 #[test]
 fn kernels_equal_their_native_twin() {
-    let Some(twin) = native() else {
+    let kernels = ["generate.c", "shade.c", "resolve.c"].map(|k| root().join("kernels").join(k));
+    let mut sources = vec![root().join("tests/twin/rgs.c")];
+    sources.extend(kernels);
+    all_are_equal(&sources, 6);
+}
+
+#[test]
+fn textures_equal_their_native_twin() {
+    all_are_equal(&[root().join("tests/twin/texture.c")], 2);
+}
+
+/// Runs a program, the first of the files, that has so many kernels in every way there is.
+fn all_are_equal(sources: &[PathBuf], kernels: usize) {
+    let Some(twin) = native(sources) else {
         println!("skipped: there is no C compiler `cc`");
         return;
     };
     let twin = words(&twin);
     let arch = machine("sgrt");
-    let program = compiled(&sources(), &arch).unwrap_or_else(|messages| panic!("{messages}"));
+    let program = compiled(sources, &arch).unwrap_or_else(|messages| panic!("{messages}"));
     let layout = Layout::of(&program, arch.system.sram_bytes).expect("the buffers fit");
     let symbols: Vec<(String, u32, u32)> = layout
         .symbols(&program)
@@ -146,7 +153,7 @@ fn kernels_equal_their_native_twin() {
 
     let divided = split::split(&program);
     assert_eq!(divided.not_pipelined, [], "every kernel runs on the array");
-    assert_eq!(divided.dre.kernels.len(), 6, "six kernels");
+    assert_eq!(divided.dre.kernels.len(), kernels);
     let options = srp_scheduler::Options::default();
     let scheduled = schedule(&divided.dre, &arch, &options).unwrap_or_else(|e| panic!("{e}"));
     let spec = link(&scheduled.program, &arch).unwrap_or_else(|e| panic!("{e}"));

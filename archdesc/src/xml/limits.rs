@@ -78,6 +78,7 @@ pub(super) const LINE: Limit = bytes("line", 16, 512);
 pub(super) const CACHE_LATENCY: Limit = count("latency", 1, 256);
 pub(super) const BANKS: Limit = count("banks", 1, 64);
 pub(super) const MISSES: Limit = count("misses", 1, 256);
+pub(super) const WEIGHT_BITS: Limit = count("weight-bits", 0, 12);
 pub(super) const RAYS: Limit = count("rays", 1, 4096);
 pub(super) const RAY_BUFFERS: Limit = count("ray-buffers", 1, 64);
 pub(super) const HIT_BUFFERS: Limit = count("hit-buffers", 1, 64);

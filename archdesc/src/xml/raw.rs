@@ -146,6 +146,7 @@ raw! {
         sram: Option<Spanned<Sram>>,
         data_cache: Option<Spanned<Cache>>,
         texture_cache: Option<Spanned<Cache>>,
+        texture: Option<Spanned<Texture>>,
         buffers: Option<Spanned<Buffers>>,
         tni: Option<Spanned<Tni>>,
         bus: Option<Spanned<Bus>>,
@@ -165,6 +166,11 @@ raw! {
         latency: Option<Text>,
         banks: Option<Text>,
         misses: Option<Text>,
+    }
+
+    /// `<texture>`
+    Texture {
+        weight_bits: Option<Text>,
     }
 
     /// `<buffers>`

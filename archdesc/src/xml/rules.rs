@@ -129,7 +129,8 @@ fn classes(found: &Findings, arch: &Arch, places: &Places<'_>) {
     if slots.is_empty() {
         return;
     }
-    for &class in Class::ALL {
+    // Not every machine has a texture unit; code that needs one is refused when it is compiled.
+    for &class in Class::ALL.iter().filter(|&&class| class != Class::Tex) {
         let runs = |fu: &Fu| arch.fus[*fu].op(class).is_some();
         let narrow =
             operations(class).find(|&op| !slots.iter().any(|&fu| arch.fus[fu].runs(op).is_some()));

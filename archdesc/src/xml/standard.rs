@@ -82,7 +82,10 @@ pub fn scalar_classes() -> Vec<Class> {
 
 fn is_vector(class: Class) -> bool {
     use Class::*;
-    matches!(class, Lane | Valu | Vmul | Vfadd | Vfmul | Vfma | Vdot)
+    matches!(
+        class,
+        Lane | Valu | Vmul | Vfadd | Vfmul | Vfma | Vdot | Tex
+    )
 }
 
 fn is_memory(class: Class) -> bool {

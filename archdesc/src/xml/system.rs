@@ -360,9 +360,25 @@ pub(super) const FUNCTIONS: [Function; 6] = [
     function("sincos", false, |p| &mut p.sincos),
 ];
 
-/// The precision of the special functions; exact where the file says nothing.
-pub(super) fn precision(found: &Findings, raw: &[Spanned<raw::Special>]) -> Precision {
-    specials(found, raw, &FUNCTIONS.map(|f| f.name))
+/// The precision of the special functions, exact where the file says nothing, and of the texture
+/// unit.
+pub(super) fn precision(
+    found: &Findings,
+    raw: &[Spanned<raw::Special>],
+    system: &Option<Spanned<raw::System>>,
+) -> Precision {
+    let mut precision = specials(found, raw, &FUNCTIONS.map(|f| f.name));
+    let texture = system.as_ref().and_then(|s| s.value.texture.as_ref());
+    if let Some(texture) = texture {
+        let bits = &mut precision.texture_weight_bits;
+        *bits = values::number(
+            found,
+            &texture.value.weight_bits,
+            limits::WEIGHT_BITS,
+            *bits,
+        );
+    }
+    precision
 }
 
 /// The precision of the reciprocal in the T&I unit, which has no other special function.

@@ -30,6 +30,7 @@ const DEFAULT_LATENCY: &[(Class, u32)] = &[
     (Class::Vdot, 6),
     (Class::Load, 3),
     (Class::Cload, 4),
+    (Class::Tex, 12),
 ];
 
 /// Issue interval of each class where the file gives none and it is not 1.

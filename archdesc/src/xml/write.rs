@@ -54,7 +54,7 @@ fn write_machine(out: &mut String, arch: &Arch) -> std::fmt::Result {
         "  <vliw slots=\"0\" branch-delay=\"{}\" mode-switch=\"{}\" preload-width=\"{}\"/>",
         arch.branch_delay, arch.mode_switch, arch.preload_width
     )?;
-    write_system(out, &arch.system)?;
+    write_system(out, arch)?;
     writeln!(out, "</machine>")
 }
 
@@ -143,7 +143,8 @@ fn write_cache(
     )
 }
 
-fn write_system(out: &mut String, system: &SystemSpec) -> std::fmt::Result {
+fn write_system(out: &mut String, arch: &Arch) -> std::fmt::Result {
+    let system = &arch.system;
     let SystemSpec {
         cores,
         srp_mhz,
@@ -163,6 +164,8 @@ fn write_system(out: &mut String, system: &SystemSpec) -> std::fmt::Result {
     writeln!(out, "    <sram size=\"{sram_bytes}\"/>")?;
     write_cache(out, "    ", "data-cache", data_cache)?;
     write_cache(out, "    ", "texture-cache", texture_cache)?;
+    let bits = arch.precision.texture_weight_bits;
+    writeln!(out, "    <texture weight-bits=\"{bits}\"/>")?;
     writeln!(
         out,
         "    <buffers rays=\"{}\" ray-buffers=\"{}\" hit-buffers=\"{}\" ray-bytes=\"{}\" \

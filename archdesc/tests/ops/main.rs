@@ -6,4 +6,5 @@ mod elementary;
 mod host;
 mod ieee;
 mod integer;
+mod texture;
 mod values;

@@ -105,14 +105,14 @@ pub(super) fn value(spec: &SimSpec, step: &Step) -> String {
                         text
                     }
                 }
-                None => access(*op, args, *imm, step.at),
+                None => access(spec, *op, args, *imm, step.at),
             }
         }
     }
 }
 
 /// A load, a store or a port operation.
-fn access(op: Opcode, mut args: Vec<String>, imm: i32, at: Position) -> String {
+fn access(spec: &SimSpec, op: Opcode, mut args: Vec<String>, imm: i32, at: Position) -> String {
     use Opcode::*;
     let (imm, at) = (imm as u32, word(at));
     let bytes = op.access_bytes().unwrap_or(0);
@@ -121,6 +121,10 @@ fn access(op: Opcode, mut args: Vec<String>, imm: i32, at: Position) -> String {
     }
     let list = args.join(", ");
     match op {
+        Tex => {
+            let bits = spec.precision.texture_weight_bits;
+            format!("bus.texture({list}, {bits}, {at})?")
+        }
         In => format!("bus.port_in({imm})?"),
         Out => format!("bus.port_out({imm}, {list})?"),
         Lb => format!(

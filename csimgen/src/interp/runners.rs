@@ -126,6 +126,9 @@ pub(super) fn extra(op: Opcode, imm: i32, precision: &Precision) -> [u32; 2] {
         Approx::Exact => [0, 0],
         Approx::Table { bits, steps } => [bits, steps],
     };
+    if op == Opcode::Tex {
+        return [precision.texture_weight_bits, 0];
+    }
     match ops::call(op).map(|call| call.extra) {
         Some(Extra::Steps(of) | Extra::Bits(of)) => table(of(precision)),
         Some(Extra::Immediate | Extra::Nothing) | None => [imm as u32, 0],
@@ -175,6 +178,12 @@ fn accessing(op: Opcode) -> Option<Runner> {
         Glhu => load!(cached_load::<2>, V4::as_word),
         Glw => load!(cached_load::<4>, V4::as_word),
         Glv => load!(cached_load::<16>, as_it_is),
+        Tex => |state, micro, bus| {
+            let (guard, descriptor) = (operand!(state, micro, 0), operand!(state, micro, 1));
+            let uv = operand!(state, micro, 2);
+            let filtered = bus.texture(guard, descriptor, uv, micro.extra[0], micro.at)?;
+            filtered.put(state, micro)
+        },
         Sb => store!(store::<1>, as_it_is),
         Sh => store!(store::<2>, as_it_is),
         Sw => store!(store::<4>, as_it_is),

@@ -7,7 +7,7 @@ use super::core_border::{Activity, Bus, Lanes, MAX_TOLD_CALLS, Run, TrapKind};
 use std::ffi::c_void;
 
 /// The version of these structures and functions.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// A [`Bus`] as a library sees it.
 ///
@@ -30,6 +30,11 @@ pub struct HostBus {
         extern "C" fn(&mut HostBus, address: u32, bytes: u32, value: &mut Lanes) -> u32,
     /// [`Bus::cached_store`]: 1, or 0.
     pub cached_store: extern "C" fn(&mut HostBus, address: u32, bytes: u32, value: &Lanes) -> u32,
+    /// [`Bus::texture_descriptor`]: 1 and the words, or 0.
+    pub texture_descriptor: extern "C" fn(&mut HostBus, address: u32, value: &mut Lanes) -> u32,
+    /// [`Bus::texels`]: 1 and the texels in place of their addresses, or 0 and the address that is
+    /// at fault in the first.
+    pub texels: extern "C" fn(&mut HostBus, lanes: &mut Lanes) -> u32,
     /// [`Bus::port_in`]: 1 and the word, or 0.
     pub port_in: extern "C" fn(&mut HostBus, port: u32, value: &mut u32) -> u32,
     /// [`Bus::port_out`]: 1, or 0.
@@ -54,6 +59,18 @@ impl Bus for HostBus {
 
     fn cached_store(&mut self, address: u32, bytes: u32, value: Lanes) -> Option<()> {
         ((self.cached_store)(self, address, bytes, &value) != 0).then_some(())
+    }
+
+    fn texture_descriptor(&mut self, address: u32) -> Option<Lanes> {
+        let mut value = Lanes::default();
+        ((self.texture_descriptor)(self, address, &mut value) != 0).then_some(value)
+    }
+
+    fn texels(&mut self, mut lanes: Lanes) -> Result<Lanes, u32> {
+        match (self.texels)(self, &mut lanes) {
+            0 => Err(lanes[0]),
+            _ => Ok(lanes),
+        }
     }
 
     #[inline(always)]

@@ -2,7 +2,7 @@
 //! engines.
 
 use super::core_border::{Bus, TrapKind};
-use super::ops::V4;
+use super::ops::{V4, texture};
 
 /// What has gone wrong in a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -203,6 +203,32 @@ impl<'a, B: Bus + ?Sized> Border<'a, B> {
         match self.bus.cached_store(address, N as u32, value.0) {
             Some(()) => Ok(()),
             None => Err(access(address, N as u32, at)),
+        }
+    }
+
+    /// What the texture unit gives; zero where the guard is false.
+    pub fn texture(
+        &mut self,
+        guard: bool,
+        descriptor: u32,
+        uv: V4,
+        weight_bits: u32,
+        at: u32,
+    ) -> Result<V4, Fault> {
+        if !guard {
+            return Ok(V4::default());
+        }
+        if descriptor == 0 {
+            return Ok(texture::NO_TEXTURE);
+        }
+        self.accessed = true;
+        let Some(words) = self.bus.texture_descriptor(descriptor) else {
+            return Err(access(descriptor, 16, at));
+        };
+        let footprint = texture::footprint(V4(words), uv, weight_bits);
+        match self.bus.texels(footprint.addresses) {
+            Ok(texels) => Ok(texture::filter(V4(texels), footprint.weights, weight_bits)),
+            Err(address) => Err(access(address, 4, at)),
         }
     }
 

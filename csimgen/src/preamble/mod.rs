@@ -16,5 +16,6 @@ pub use srp_runtime::core as core_border;
 pub mod ops {
     pub use srp_archdesc::ops::semantics::elementary::*;
     pub use srp_archdesc::ops::semantics::lanes::*;
+    pub use srp_archdesc::ops::semantics::texture;
     pub use srp_archdesc::ops::semantics::word::*;
 }

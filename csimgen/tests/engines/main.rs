@@ -135,7 +135,7 @@ fn both_agree_on_random_programs() {
     let spec = link(&program, &delayed()).unwrap_or_else(|error| panic!("{error}"));
     let simulator = compiled(&spec);
     let run = |core: &mut dyn Core, budget| {
-        let image: Vec<u8> = (0..random::BYTES).map(|i| i as u8).collect();
+        let image = memory();
         let mut solo = Solo::new(&image, 8192);
         solo.memory = image;
         let mut world = World {
@@ -165,4 +165,13 @@ fn compiled(spec: &SimSpec) -> Simulator {
     let library = compile(&emit(spec), &options, &mut |_| {});
     let library = library.unwrap_or_else(|error| panic!("{error}"));
     Simulator::load(&library, spec).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// System memory at the start: a texture of 13 × 5 texels, which are where programs store.
+fn memory() -> Vec<u8> {
+    let mut memory: Vec<u8> = (0..random::BYTES).map(|i| i as u8).collect();
+    let descriptor = [random::MEMORY + 64, 13, 5, 0];
+    let words = descriptor.iter().flat_map(|word: &u32| word.to_le_bytes());
+    memory.splice(0..16, words);
+    memory
 }

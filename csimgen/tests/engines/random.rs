@@ -45,7 +45,7 @@ impl Dice {
 }
 
 /// Where system memory begins, and how much of it random programs use.
-const MEMORY: u32 = 0x8000_0000;
+pub(crate) const MEMORY: u32 = 0x8000_0000;
 pub(crate) const BYTES: u32 = 1024;
 
 /// The operands of `op` that keep it from trapping: an address within bounds, a divisor other
@@ -56,6 +56,10 @@ fn safe_operand(dice: &mut Dice, op: Opcode, operand: usize) -> Option<Bits> {
             let offset = 64 + dice.roll(((BYTES - 64) / bytes) as usize) as u32 * bytes;
             let cached = matches!(op.class(), Class::Cload | Class::Cstore);
             Some(Bits::Word(if cached { MEMORY } else { 0 } + offset))
+        }
+        // The one descriptor, or none.
+        (None, 1) if op == Opcode::Tex => {
+            Some(Bits::Word(if dice.roll(4) > 0 { MEMORY } else { 0 }))
         }
         (None, 2) if op.class() == Class::Idiv => Some(Bits::Word(1 + dice.roll(9) as u32)),
         _ => None,

@@ -49,6 +49,16 @@ impl Bus for World {
         self.solo.cached_store(address, bytes, value)
     }
 
+    fn texture_descriptor(&mut self, address: u32) -> Option<Lanes> {
+        self.access(address);
+        self.solo.texture_descriptor(address)
+    }
+
+    fn texels(&mut self, addresses: Lanes) -> Result<Lanes, u32> {
+        addresses.iter().for_each(|&address| self.access(address));
+        self.solo.texels(addresses)
+    }
+
     fn stalled(&self) -> bool {
         self.stall > 0
     }

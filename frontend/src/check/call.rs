@@ -37,7 +37,7 @@ fn operation(name: &str) -> Option<Operation> {
         "asfloat4" => return Some(Operation::Bits(true, true)),
         _ => {}
     }
-    let usable = |op: &Opcode| !op.is_guarded();
+    let usable = |op: &Opcode| !op.is_guarded() || *op == Opcode::Tex;
     let has = |op: Opcode, kind: Kind| {
         let info = op.info();
         info.operands.contains(&kind) || info.result == Some(kind)
@@ -274,7 +274,9 @@ impl Checker<'_> {
             (true, Opcode::Swz) => 4,
             (true, _) => 1,
         };
-        let operands = info.operands.len();
+        // A guard is always true.
+        let kinds = &info.operands[usize::from(op.is_guarded())..];
+        let operands = kinds.len();
         if values.len() != operands + constants {
             let text = format!(
                 "`{name}` takes {}, not {}",
@@ -310,7 +312,10 @@ impl Checker<'_> {
             }
         }
         let mut args = Vec::new();
-        for (i, (&value, &kind)) in values.iter().zip(info.operands).enumerate() {
+        if op.is_guarded() {
+            args.push(self.int_const(1, self.types.known.int, span));
+        }
+        for (i, (&value, &kind)) in values.iter().zip(kinds).enumerate() {
             let what = format!("argument {}", i + 1);
             args.push(match kind {
                 Kind::P => self.require_scalar(value, &what),

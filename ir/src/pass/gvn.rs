@@ -155,6 +155,8 @@ impl Loads {
             }
         };
         match (op.info().effect, op.space()) {
+            // Where a texture is read is no sum of two operands.
+            (Effect::Load, _) if op.access_bytes().is_none() => {}
             (Effect::Load, _) => {
                 let same =
                     |k: &&Known| (k.op, k.guard, k.base, k.imm) == (op, args[0], args[1], imm);

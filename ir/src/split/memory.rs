@@ -25,7 +25,7 @@ struct Access {
     is_store: bool,
     space: Space,
     bytes: u32,
-    /// The address, offset included.
+    /// The address, offset included, if it is one that is known.
     address: Option<Affine>,
     objects: Objects,
     /// What is known to hold when the access is made.
@@ -120,7 +120,7 @@ fn accesses(lp: &Loop<'_>, body: &Body<'_>, inductions: &Inductions<'_>) -> Vec<
         let InstKind::Op { op, args, imm } = &data.kind else {
             continue;
         };
-        let (Some(space), Some(bytes)) = (op.space(), op.access_bytes()) else {
+        let Some(space) = op.space() else {
             continue;
         };
         let node = match data.results.first() {
@@ -134,7 +134,10 @@ fn accesses(lp: &Loop<'_>, body: &Body<'_>, inductions: &Inductions<'_>) -> Vec<
             continue;
         }
         let offset = *imm as u32;
-        let affine = inductions.affine(*address).map(|a| Affine {
+        // The texture unit reads where a descriptor says.
+        let bytes = op.access_bytes();
+        let known = inductions.affine(*address).filter(|_| bytes.is_some());
+        let affine = known.map(|a| Affine {
             base: a.base.plus_constant(offset),
             stride: a.stride,
         });
@@ -144,9 +147,12 @@ fn accesses(lp: &Loop<'_>, body: &Body<'_>, inductions: &Inductions<'_>) -> Vec<
             node,
             is_store: op.info().effect == Effect::Store,
             space,
-            bytes,
+            bytes: bytes.unwrap_or(0),
             address: affine,
-            objects: objects_of(lp, *address),
+            objects: match bytes {
+                Some(_) => objects_of(lp, *address),
+                None => Objects::default(),
+            },
             guard: facts,
             pos: data.pos,
         });

@@ -14,8 +14,8 @@ use srp_ir::program::*;
 
 /// Bytes of each global, of each array slot, and of the window of system memory that is used.
 const WINDOW: u32 = 64;
-/// Bytes of system memory.
-const MEMORY: usize = WINDOW as usize;
+/// Bytes of system memory: behind the window, the descriptor of the texture that it is.
+const MEMORY: usize = WINDOW as usize + 16;
 /// Bytes of SRAM.
 const SRAM: u32 = 64 << 10;
 /// The port that programs write values to.
@@ -122,7 +122,11 @@ fn has_identities(op: Opcode) -> bool {
 pub(crate) fn run(program: &Program) -> (Result<Outcome, Trap>, FlatWorld) {
     let layout = Layout::of(program, SRAM).expect("random programs are small");
     let mut world = FlatWorld::new(&layout, SRAM);
-    world.memory = (0..MEMORY).map(|i| (i * 37) as u8).collect();
+    world.memory = (0..WINDOW).map(|i| (i * 37) as u8).collect();
+    for word in [interp::SYSTEM_BASE, 4, 4, 0] {
+        world.memory.extend(word.to_le_bytes());
+    }
+    assert_eq!(world.memory.len(), MEMORY);
     world.inputs.insert(
         SOURCE as u32,
         (1..100_000)
@@ -362,9 +366,21 @@ impl<'a> Maker<'a> {
 
     /// An access at a place of its own in its window, computed or constant.
     fn memory(&mut self) {
-        let accesses = |op: &&Opcode| op.access_bytes().is_some();
+        let accesses = |op: &&Opcode| op.space().is_some();
         let ops: Vec<Opcode> = Opcode::ALL.iter().filter(accesses).copied().collect();
         let op = ops[self.below(ops.len() as u32) as usize];
+        if op == Opcode::Tex {
+            let guard = self.any(Ty::Pred);
+            let none = self.below(4) == 0;
+            let texture = self.word(if none {
+                0
+            } else {
+                interp::SYSTEM_BASE + WINDOW
+            });
+            let coordinates = self.any(Ty::Vec);
+            self.op(op, &[guard, texture, coordinates], 0);
+            return;
+        }
         let bytes = op.access_bytes().expect("an access");
         let mut at = bytes * self.below(WINDOW / bytes);
         let base = match (op.space(), self.below(3)) {

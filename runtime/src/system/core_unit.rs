@@ -1,4 +1,4 @@
-//! One SGRT core: an SRP engine, its SRAM and data cache, its T&I unit, and the account of its
+//! One SGRT core: an SRP engine, its SRAM, data cache and texture cache, its T&I unit, and the account of its
 //! cycles.
 
 use srp_archdesc::ports;
@@ -6,14 +6,24 @@ use srp_archdesc::system::SystemSpec;
 
 use super::data_cache::DataCache;
 use super::report::Account;
+use super::texture_cache::TextureCache;
 use super::{SystemError, TileQueue};
 use crate::core::{Activity, Bus, Core, Lanes};
 use crate::memory::SystemMemory;
 use crate::tni::{Runs, SubmitError, Tni, Tree};
 
 /// Cycles that an engine may run ahead: nothing from outside reaches it but through ports, which
-/// it talks to in the first cycle of a run only, and the data cache, where a miss ends the run.
+/// it talks to in the first cycle of a run only, and the caches, where a miss ends the run.
 const AHEAD: u64 = 1 << 16;
+
+/// What a core waits for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Miss {
+    /// Its data cache, and perhaps its texture cache too.
+    Data,
+    /// Its texture cache.
+    Texture,
+}
 
 /// What a core does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,8 +32,8 @@ pub(super) enum State {
     Running,
     /// It waits for the port, and asks again in every cycle.
     Waiting(u32),
-    /// It waits for its data cache since this cycle.
-    Stalled(u64),
+    /// It waits for a cache since this cycle.
+    Stalled(u64, Miss),
     /// It has ended.
     Halted,
 }
@@ -48,6 +58,7 @@ pub(super) struct CoreUnit {
     engine: Box<dyn Core>,
     sram: Vec<u8>,
     pub(super) data: DataCache,
+    pub(super) texture: TextureCache,
     pub(super) tni: Tni,
     pub(super) ports: Ports,
     pub(super) state: State,
@@ -69,6 +80,7 @@ impl CoreUnit {
             engine,
             sram,
             data: DataCache::new(&spec.data_cache),
+            texture: TextureCache::new(&spec.texture_cache),
             tni: Tni::new(&spec.tni, tree, spec.buffers.ray_buffers),
             ports: Ports::default(),
             state: State::Running,
@@ -97,17 +109,16 @@ impl CoreUnit {
         if now < self.ready {
             return Ok(true);
         }
-        if self.data.waits() {
-            if !matches!(self.state, State::Stalled(_)) {
-                self.state = State::Stalled(now);
-            }
+        self.count_stall(now);
+        if let Some(miss) = self.misses() {
+            self.state = State::Stalled(now, miss);
             return Ok(false);
         }
-        self.count_stall(now);
         let mut bus = CoreBus {
             number: self.number,
             sram: &mut self.sram,
             data: &mut self.data,
+            texture: &mut self.texture,
             tni: &mut self.tni,
             ports: &mut self.ports,
             memory,
@@ -142,10 +153,22 @@ impl CoreUnit {
         Ok(!matches!(self.state, State::Waiting(_)))
     }
 
-    /// Puts the cycles into the account since which the core, if it does, waits for its data cache.
+    /// The cache that the core has to wait for.
+    pub(super) fn misses(&self) -> Option<Miss> {
+        if self.data.waits() {
+            Some(Miss::Data)
+        } else {
+            self.texture.lines.waits().then_some(Miss::Texture)
+        }
+    }
+
+    /// Puts the cycles into the account since which the core, if it does, waits for a cache.
     pub(super) fn count_stall(&mut self, now: u64) {
-        if let State::Stalled(since) = &mut self.state {
-            self.account.memory_stall += now - *since;
+        if let State::Stalled(since, miss) = &mut self.state {
+            match miss {
+                Miss::Data => self.account.memory_stall += now - *since,
+                Miss::Texture => self.account.texture_stall += now - *since,
+            }
             *since = now;
         }
     }
@@ -156,6 +179,7 @@ struct CoreBus<'a> {
     number: u32,
     sram: &'a mut Vec<u8>,
     data: &'a mut DataCache,
+    texture: &'a mut TextureCache,
     tni: &'a mut Tni,
     ports: &'a mut Ports,
     memory: &'a mut SystemMemory,
@@ -167,6 +191,20 @@ fn is_aligned(address: u32, bytes: u32) -> bool {
     matches!(bytes, 1 | 2 | 4 | 16) && address.is_multiple_of(bytes)
 }
 
+impl CoreBus<'_> {
+    /// What system memory holds, zero-extended.
+    fn words(&self, address: u32, bytes: u32) -> Option<Lanes> {
+        let source = self.memory.get(address, bytes)?;
+        let mut padded = [0; 16];
+        padded[..bytes as usize].copy_from_slice(source);
+        let word = |i: usize| {
+            let bytes = padded[4 * i..4 * i + 4].try_into();
+            u32::from_le_bytes(bytes.expect("a word has 4 bytes"))
+        };
+        Some([word(0), word(1), word(2), word(3)])
+    }
+}
+
 impl Bus for CoreBus<'_> {
     fn sram(&mut self) -> &mut [u8] {
         self.sram
@@ -176,15 +214,9 @@ impl Bus for CoreBus<'_> {
         if !is_aligned(address, bytes) {
             return None;
         }
-        let source = self.memory.get(address, bytes)?;
-        let mut padded = [0; 16];
-        padded[..bytes as usize].copy_from_slice(source);
-        let word = |i: usize| {
-            let bytes = padded[4 * i..4 * i + 4].try_into();
-            u32::from_le_bytes(bytes.expect("a word has 4 bytes"))
-        };
+        let value = self.words(address, bytes)?;
         self.data.load(address);
-        Some([word(0), word(1), word(2), word(3)])
+        Some(value)
     }
 
     fn cached_store(&mut self, address: u32, bytes: u32, value: Lanes) -> Option<()> {
@@ -202,9 +234,28 @@ impl Bus for CoreBus<'_> {
         Some(())
     }
 
+    fn texture_descriptor(&mut self, address: u32) -> Option<Lanes> {
+        if !is_aligned(address, 16) {
+            return None;
+        }
+        let words = self.words(address, 16)?;
+        self.texture.descriptor(address);
+        Some(words)
+    }
+
+    fn texels(&mut self, addresses: Lanes) -> Result<Lanes, u32> {
+        let mut texels = Lanes::default();
+        for (texel, address) in texels.iter_mut().zip(addresses) {
+            let word = is_aligned(address, 4).then(|| self.words(address, 4));
+            *texel = word.flatten().ok_or(address)?[0];
+        }
+        self.texture.texels(addresses);
+        Ok(texels)
+    }
+
     /// Also true when the program has ended, so that the engine goes no further.
     fn stalled(&self) -> bool {
-        self.data.waits() || self.ports.exit.is_some()
+        self.data.waits() || self.texture.lines.waits() || self.ports.exit.is_some()
     }
 
     fn port_in(&mut self, port: u32) -> Option<u32> {

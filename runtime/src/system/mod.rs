@@ -8,12 +8,13 @@
 mod core_unit;
 mod data_cache;
 mod report;
+mod texture_cache;
 
 use std::fmt;
 
 use srp_archdesc::{Arch, SystemSpec, ports};
 
-use self::core_unit::{CoreUnit, State};
+use self::core_unit::{CoreUnit, Miss, State};
 use crate::bvh::{NODE_BYTES, TRIANGLE_BYTES};
 use crate::core::{Core, Trap};
 use crate::memory::SystemMemory;
@@ -216,6 +217,7 @@ pub fn check(spec: &SystemSpec) -> Result<(), String> {
     }
     for (name, cache) in [
         ("data", &spec.data_cache),
+        ("texture", &spec.texture_cache),
         ("TRV L1", &tni.trv_l1),
         ("TRV L2", &tni.trv_l2),
         ("IST L1", &tni.ist_l1),
@@ -229,8 +231,10 @@ pub fn check(spec: &SystemSpec) -> Result<(), String> {
 }
 
 /// Who a request belongs to: this many numbers a core, of which the data cache has 0, the level-2
-/// cache 1, and the intersection units those after.
+/// cache 1, the texture cache 2, and the intersection units those after.
 const CLIENTS: u32 = 1 << 16;
+const TEXTURE: u32 = 2;
+const IST: u32 = 3;
 
 struct System {
     cores: Vec<CoreUnit>,
@@ -341,7 +345,8 @@ impl System {
                 match answer.source % CLIENTS {
                     0 => core.data.fill(address),
                     1 => core.tni.fill(tni_cycle, Client::TrvL2, address),
-                    i => core.tni.fill(tni_cycle, Client::IstL1(i - 2), address),
+                    TEXTURE => core.texture.lines.fill(address),
+                    i => core.tni.fill(tni_cycle, Client::IstL1(i - IST), address),
                 }
             }
         }
@@ -357,11 +362,14 @@ impl System {
                 while let Some(request) = core.data.take_request(source) {
                     path.request(time, request);
                 }
+                while let Some(request) = core.texture.lines.take_request(source + TEXTURE) {
+                    path.request(time, request);
+                }
             }
             while let Some((client, address, bytes)) = core.tni.take_request() {
                 let client = match client {
                     Client::TrvL2 => 1,
-                    Client::IstL1(i) => i + 2,
+                    Client::IstL1(i) => i + IST,
                 };
                 let request = Request {
                     address,
@@ -386,8 +394,8 @@ impl System {
                 State::Running if core.ready > srp => {
                     until = until.min(self.srp.start(core.ready - 1))
                 }
-                State::Stalled(_) if core.data.waits() => {}
-                State::Running | State::Stalled(_) => return (srp, tni),
+                State::Stalled(_, miss) if core.misses() == Some(miss) => {}
+                State::Running | State::Stalled(..) => return (srp, tni),
             }
         }
         let events = self.paths.iter().filter_map(MemoryPath::next_event);
@@ -416,7 +424,13 @@ impl System {
             let what = match core.state {
                 State::Running => "runs".to_owned(),
                 State::Halted => "has ended".to_owned(),
-                State::Stalled(since) => format!("waits for its data cache since cycle {since}"),
+                State::Stalled(since, miss) => {
+                    let cache = match miss {
+                        Miss::Data => "data",
+                        Miss::Texture => "texture",
+                    };
+                    format!("waits for its {cache} cache since cycle {since}")
+                }
                 State::Waiting(port) => format!("waits for port {port} ({})", port_name(port)),
             };
             text.push_str(&format!(

@@ -25,6 +25,8 @@ pub struct Account {
     pub switch: u64,
     /// Stood still because of its data cache.
     pub memory_stall: u64,
+    /// Stood still because of its texture cache alone.
+    pub texture_stall: u64,
     /// Waited for a port.
     pub wait: BTreeMap<u32, u64>,
 }
@@ -46,6 +48,7 @@ impl Account {
             + self.array.values().sum::<u64>()
             + self.switch
             + self.memory_stall
+            + self.texture_stall
             + self.wait.values().sum::<u64>()
     }
 }
@@ -68,8 +71,8 @@ pub struct PortCycles {
     pub cycles: u64,
 }
 
-/// One core. `vliw`, `array`, `switch`, `memory_stall`, `wait` and `idle` sum to the cycles of the
-/// frame.
+/// One core. `vliw`, `array`, `switch`, `memory_stall`, `texture_stall`, `wait` and `idle` sum to
+/// the cycles of the frame.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CoreReport {
     /// SRP cycles in which VLIW bundles were issued.
@@ -80,6 +83,8 @@ pub struct CoreReport {
     pub switch: u64,
     /// SRP cycles in which the core stood still because of its data cache.
     pub memory_stall: u64,
+    /// SRP cycles in which it stood still because of its texture cache alone.
+    pub texture_stall: u64,
     /// SRP cycles of waiting for ports.
     pub wait: Vec<PortCycles>,
     /// SRP cycles after its program had ended; in a part of a frame, those that were not simulated
@@ -87,6 +92,12 @@ pub struct CoreReport {
     pub idle: u64,
     /// The data cache.
     pub data_cache: CacheCounters,
+    /// The texture cache: an access for each line that a sample needs.
+    pub texture_cache: CacheCounters,
+    /// Bytes that the texture cache has read from memory.
+    pub texture_bytes: u64,
+    /// Samples that the texture unit has filtered.
+    pub texture_samples: u64,
     /// The T&I unit.
     pub tni: TniCounters,
     /// What the program returned.
@@ -142,6 +153,7 @@ impl Report {
                 .collect(),
             switch: core.account.switch,
             memory_stall: core.account.memory_stall,
+            texture_stall: core.account.texture_stall,
             wait: (core.account.wait.iter())
                 .map(|(&port, &cycles)| PortCycles {
                     port: port_name(port).to_owned(),
@@ -150,6 +162,10 @@ impl Report {
                 .collect(),
             idle: cycles - core.account.total(),
             data_cache: core.data.cache.counters,
+            texture_cache: core.texture.lines.cache.counters,
+            texture_bytes: core.texture.lines.cache.counters.misses
+                * u64::from(arch.system.texture_cache.line),
+            texture_samples: core.texture.samples,
             tni: core.tni.counters(),
             exit_status: core.ports.exit.unwrap_or(0),
             output: String::from_utf8_lossy(&core.ports.output).into_owned(),
@@ -239,6 +255,7 @@ impl Report {
         }
         row("mode switch", &|c| c.switch);
         row("memory stall", &|c| c.memory_stall);
+        row("texture stall", &|c| c.texture_stall);
         for port in names(self.cores.iter().flat_map(|c| &c.wait).map(|w| &w.port)) {
             row(&format!("wait: {port}"), &|c| {
                 let of_port = c.wait.iter().filter(|w| w.port == port);
@@ -323,9 +340,13 @@ impl Report {
 
     fn text_of_memory(&self, out: &mut String) {
         let tni = self.tni();
-        let mut data = CacheCounters::default();
+        let (mut data, mut texture) = (CacheCounters::default(), CacheCounters::default());
+        let (mut samples, mut texture_bytes) = (0, 0);
         for core in &self.cores {
             data.add(&core.data_cache);
+            texture.add(&core.texture_cache);
+            samples += core.texture_samples;
+            texture_bytes += core.texture_bytes;
         }
         line(
             out,
@@ -339,6 +360,7 @@ impl Report {
             ("TRV L2", &tni.trv_l2),
             ("IST L1", &tni.ist_l1),
             ("SRP data", &data),
+            ("texture", &texture),
         ] {
             line(
                 out,
@@ -348,6 +370,13 @@ impl Report {
                     thousands(cache.misses),
                     share(cache.hit_rate()),
                 ),
+            );
+        }
+        if samples > 0 {
+            let (samples, bytes) = (thousands(samples), thousands(texture_bytes));
+            line(
+                out,
+                format_args!("textures: {samples} samples, {bytes} bytes read"),
             );
         }
         out.push_str(&self.dram.text());
@@ -421,16 +450,24 @@ mod tests {
             }],
             switch: 0,
             memory_stall: 250,
+            texture_stall: 50,
             wait: vec![PortCycles {
                 port: "a finished submission".to_owned(),
                 cycles: 300,
             }],
-            idle: 8450 - cycles,
+            idle: 8400 - cycles,
             data_cache: CacheCounters {
                 hits: 999,
                 misses: 1,
                 ..CacheCounters::default()
             },
+            texture_cache: CacheCounters {
+                hits: 90,
+                misses: 10,
+                ..CacheCounters::default()
+            },
+            texture_bytes: 640,
+            texture_samples: 64,
             tni,
             exit_status: 0,
             output: String::new(),
@@ -476,7 +513,7 @@ mod tests {
             milliseconds: 0.01,
             rays: 128,
             mrays_per_second: 12.8,
-            cores: vec![core("primary", 5000), core("shade", 8450)],
+            cores: vec![core("primary", 5000), core("shade", 8400)],
             dram: dram(),
         };
         let expected = "\
@@ -485,10 +522,11 @@ mod tests {
 SRP cycles                    share         core 0         core 1
 VLIW                         10.0 %          1 000          1 000
 array: primary               25.0 %          5 000              0
-array: shade                 42.2 %              0          8 450
+array: shade                 42.0 %              0          8 400
 memory stall                  2.5 %            250            250
+texture stall                 0.5 %             50             50
 wait: a finished submission   3.0 %            300            300
-idle                         17.2 %          3 450              0
+idle                         17.0 %          3 400              0
 
 T&I: 128 rays, 120 hits; a ray: 14.06 inner nodes, 1.56 leaves, 1.88 triangle tests, 200.0 cycles resident
 unit               passes    busy issuing   bypassed   repeated
@@ -503,6 +541,8 @@ TRV L1              1 800           20  98.9 %
 TRV L2                  0            0 100.0 %
 IST L1                  0            0 100.0 %
 SRP data            2 000            2  99.9 %
+texture               200           20  90.0 %
+textures: 128 samples, 1 280 bytes read
 memory: 64 000 bytes read, 512 written, 6.451 GB/s of 16.0; reads take 45.0 ns, at most 180.0
 channel             GB/s    busy        reads       writes row hits       opened refreshes  queued
 0                  3.200  40.0 %        1 500          500   50.0 %          700         3    2.50

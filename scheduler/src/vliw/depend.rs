@@ -45,14 +45,15 @@ struct Access {
     space: Space,
     base: Base,
     offset: i32,
-    bytes: u32,
+    /// `None`: anywhere.
+    bytes: Option<u32>,
     private: bool,
 }
 
 impl Access {
     fn of(index: usize, op: &Step, writes: &BTreeMap<Reg, u32>) -> Option<Access> {
         let space = op.op.space()?;
-        let bytes = op.op.access_bytes()?;
+        let bytes = op.op.access_bytes();
         let (base, offset) = match op.srcs[1] {
             Src::Const(bits) => match bits {
                 Bits::Word(address) => (Base::Zero, op.imm.wrapping_add_unsigned(address)),
@@ -79,9 +80,12 @@ impl Access {
         if self.space != other.space || self.private != other.private {
             return true;
         }
+        let (Some(bytes), Some(others)) = (self.bytes, other.bytes) else {
+            return false;
+        };
         // Addresses are numbers modulo 2^32.
         let ahead = other.offset.wrapping_sub(self.offset) as u32;
-        self.base == other.base && ahead >= self.bytes && ahead.wrapping_neg() >= other.bytes
+        self.base == other.base && ahead >= bytes && ahead.wrapping_neg() >= others
     }
 }
 

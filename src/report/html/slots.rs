@@ -13,7 +13,7 @@ const KINDS: [(&str, &[&str]); 6] = [
     ),
     ("lanes", &["lane"]),
     ("special", &["sfu", "idiv", "fdiv"]),
-    ("memory", &["load", "store", "cload", "cstore", "io"]),
+    ("memory", &["load", "store", "cload", "cstore", "tex", "io"]),
 ];
 
 /// The table of a loop.

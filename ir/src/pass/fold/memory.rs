@@ -17,6 +17,9 @@ impl Folder<'_> {
             }
             return;
         }
+        if op.access_bytes().is_none() {
+            return self.out.push(inst);
+        }
         let (base, offset) = self.without_constant(args[1], 0);
         if base != args[1] {
             args[1] = base;

@@ -307,14 +307,15 @@ struct Location {
     /// What is in the register that the offset is counted from; none where that is zero.
     base: Option<Token>,
     offset: u32,
-    bytes: u32,
+    /// `None`: anywhere.
+    bytes: Option<u32>,
 }
 
 impl Access {
     fn of(step: usize, data: &Step, tokens: &[Option<Token>]) -> Option<Access> {
         let effect = data.op.info().effect;
-        let place = match (data.op.space(), data.op.access_bytes()) {
-            (Some(space), Some(bytes)) => {
+        let place = match data.op.space() {
+            Some(space) => {
                 let fixed = match data.srcs.get(1) {
                     Some(Src::Const(Bits::Word(address))) => *address,
                     _ => 0,
@@ -324,7 +325,7 @@ impl Access {
                     private: data.private,
                     base: tokens.get(1).copied().flatten(),
                     offset: fixed.wrapping_add_signed(data.imm),
-                    bytes,
+                    bytes: data.op.access_bytes(),
                 })
             }
             _ if effect == Effect::Io => None,
@@ -351,7 +352,10 @@ impl Access {
 impl Location {
     /// Whether both are counted from the same address and share no byte.
     fn is_beside(&self, other: &Location) -> bool {
+        let (Some(bytes), Some(others)) = (self.bytes, other.bytes) else {
+            return false;
+        };
         let ahead = other.offset.wrapping_sub(self.offset);
-        self.base == other.base && ahead >= self.bytes && ahead.wrapping_neg() >= other.bytes
+        self.base == other.base && ahead >= bytes && ahead.wrapping_neg() >= others
     }
 }

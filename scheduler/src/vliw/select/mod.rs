@@ -197,7 +197,7 @@ impl<'a> Selector<'a> {
         let mut inst = Inst::op(op, Vec::with_capacity(args.len()), pos);
         inst.imm = imm;
         for (i, &arg) in args.iter().enumerate() {
-            let arg = if op.space().is_some() && i == 1 {
+            let arg = if op.access_bytes().is_some() && i == 1 {
                 self.address(arg, &mut inst)
             } else {
                 self.arg(arg, pos)?
