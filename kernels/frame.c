@@ -2,59 +2,83 @@
  * 7). Ray tracing's recursion is this loop; the VLIW engine runs it, and nothing outside the SRP
  * decides anything.
  *
- * There are as many jobs in the T&I unit as there are hit buffers. While they are traced, the
- * kernels shade the hits of the oldest and make the rays of the next in a ray buffer of their own:
- * hence one ray buffer more than hit buffers. */
+ * There are as many jobs as hit buffers. Each has a tile, for which it sends one packet after the
+ * other: primary rays, a shadow packet for each light, ambient occlusion, then the rays that wait,
+ * the deepest first, and the next sample of its pixels. While the packets of the other jobs are
+ * traced, the kernels shade the hits of one and make the rays of its next packet in a ray buffer of
+ * their own: hence one ray buffer more than hit buffers.
+ *
+ * What a pixel gets, and in which order, depends on its tile alone, never on the time. */
 #include "rgs.h"
 
+#if SRP_HIT_BUFFERS < SRP_RAY_BUFFERS
+#define JOBS SRP_HIT_BUFFERS
+#else
+#define JOBS (SRP_RAY_BUFFERS - 1)
+#endif
+
+/* A packet makes at most SRP_BRANCHES packets of waiting rays, each a bounce deeper, and the
+ * deepest wait least: of all bounces but the last, one packet less than that is left. */
+#define WAITING (SRP_RAYS * (SRP_BOUNCES * (SRP_BRANCHES - 1) + 1) + 1)
+
+/* Surfaces in a row that a shadow ray goes through; what is behind more of them is dark. */
+#define MOST_LAYERS 32
+
+enum { NONE, PRIMARY, SECONDARY, SHADOW, OCCLUSION };
+
 typedef struct {
-    int tile;
-    int rays;   /* ray buffer */
-    int hits;   /* hit buffer */
-    int pixels; /* buffers of base and out */
+    int tile; /* -1: there is none */
+    int sample;
+    int kind; /* of the packet that is being traced */
+    int rays; /* its ray buffer */
+    int layers; /* surfaces that its shadow rays have gone through */
+    int surfaces; /* left for lights */
+    int light; /* the next light, or behind the lights the next occlusion sample */
+    int waiting; /* rays that wait */
 } job;
 
+static job jobs[JOBS];
+
 static srp_ray rays[SRP_RAY_BUFFERS][SRP_RAYS];
-static srp_hit hits[SRP_HIT_BUFFERS][SRP_RAYS];
-static float4 views[SRP_RAY_BUFFERS][SRP_RAYS]; /* of each buffer of primary rays */
-static float4 base[SRP_RAY_BUFFERS][SRP_RAYS]; /* of each tile, light that needs no shadow ray */
-static float4 out[SRP_RAY_BUFFERS][SRP_RAYS];  /* of each tile, what its pixels get */
-static float4 lit[SRP_RAY_BUFFERS][SRP_RAYS];  /* of each ray buffer, light that shadow rays bring */
+static srp_hit hits[JOBS][SRP_RAYS];
+static float4 views[SRP_RAY_BUFFERS][SRP_RAYS]; /* of each buffer of rays */
+static float4 base[JOBS][SRP_RAYS]; /* of each tile, light that needs no shadow ray, or the sum */
+#if SRP_SUMS || !SRP_EFFECT(shadow)
+#define out base
+#else
+static float4 out[JOBS][SRP_RAYS]; /* of each tile, what its pixels get */
+#endif
+#if SRP_EFFECT(shadow) || SRP_EFFECT(occlusion)
+static float4 lit[SRP_RAY_BUFFERS][SRP_RAYS]; /* of each ray buffer, light that shadow rays bring */
+#define LIT(buffer) lit[buffer]
+#else
+#define LIT(buffer) 0
+#endif
+#if SRP_SURFACES
+static srp_surface surfaces[JOBS][SRP_RAYS];
+#define SURFACES(j) surfaces[j]
+#else
+#define SURFACES(j) 0
+#endif
+#if SRP_SECONDARY
+static float4 weights[SRP_RAY_BUFFERS][SRP_RAYS];
+static srp_waiting waiting[JOBS][WAITING];
+static int onward[SRP_RAYS + 1];
+#define WEIGHTS(buffer) weights[buffer]
+#define ONWARD onward
+#else
+#define WEIGHTS(buffer) 0
+#define ONWARD 0
+#endif
 
-/* Jobs in the T&I unit, a ring: the oldest is the first to come back. */
-static job queue[SRP_HIT_BUFFERS];
-static int oldest, waiting;
+#if SRP_EFFECT(tinted_shadow)
+static float4 blocked[SRP_RAYS];
+#endif
 
-/* Free buffers, as bits. */
-static unsigned free_rays = (1u << SRP_RAY_BUFFERS) - 1;
-static unsigned free_hits = (1u << SRP_HIT_BUFFERS) - 1;
-static unsigned free_pixels = (1u << SRP_RAY_BUFFERS) - 1;
-
-static int take(unsigned *pool)
-{
-    int i = 0;
-    while (!(*pool >> i & 1u))
-        i++;
-    *pool &= ~(1u << i);
-    return i;
-}
-
-static void give_back(unsigned *pool, int i)
-{
-    *pool |= 1u << i;
-}
-
-static void submit(job j, int n)
-{
-    srp_out(SRP_PORT_TNI_RAYS, (int)rays[j.rays]);
-    srp_out(SRP_PORT_TNI_HITS, (int)hits[j.hits]);
-    srp_out(SRP_PORT_TNI_START, n);
-    int place = oldest + waiting;
-    if (place >= SRP_HIT_BUFFERS)
-        place -= SRP_HIT_BUFFERS;
-    queue[place] = j;
-    waiting++;
-}
+static srp_line curve[SRGB_PIECES];
+static srp_shading shading;
+static float4 light, colour; /* the first */
+static int lights;
 
 /* log2 of the width of a tile, a power of two, and the pixels of a tile. */
 static int shift;
@@ -62,91 +86,281 @@ static int mask;
 static int tile_rays;
 static int tiles_x;
 
-static void begin_tile(int tile)
+/* Free ray buffers, as bits. */
+static unsigned free_rays = (1u << SRP_RAY_BUFFERS) - 1;
+
+static int take(void)
+{
+    int i = 0;
+    while (!(free_rays >> i & 1u))
+        i++;
+    free_rays &= ~(1u << i);
+    return i;
+}
+
+static void give_back(int buffer)
+{
+    free_rays |= 1u << buffer;
+}
+
+/* What the pixels of a tile get: without lights, what needs no shadow ray. */
+static float4 *pixels(int j)
+{
+    return lights ? out[j] : base[j];
+}
+
+static void submit(int j, int kind, int buffer, int n)
+{
+    jobs[j].kind = kind;
+    jobs[j].rays = buffer;
+    srp_out(SRP_PORT_TNI_RAYS, (int)rays[buffer]);
+    srp_out(SRP_PORT_TNI_HITS, (int)hits[j]);
+    srp_out(SRP_PORT_TNI_START, n);
+}
+
+/* The upper left corner of a tile, in pixels. */
+static int left_of(int tile)
+{
+    return tile % tiles_x * SRP_SCENE->tile_width;
+}
+
+static int top_of(int tile)
+{
+    return tile / tiles_x * SRP_SCENE->tile_height;
+}
+
+/* Writes the tile that is finished, if one is, and sends the primary rays of the next sample of a
+ * job's tile, if it has one. */
+static void turn_to(int j, int finished)
 {
     SRP_GLOBAL const srp_scene *scene = SRP_SCENE;
-    job j;
-    j.tile = tile;
-    j.rays = take(&free_rays);
-    j.hits = take(&free_hits);
-    j.pixels = take(&free_pixels);
+    int tile = jobs[j].tile;
+    int stride = scene->stride;
+    unsigned target = scene->framebuffer;
+    if (finished >= 0)
+        target += 4u * (unsigned)(top_of(finished) * stride + left_of(finished));
+    int buffer = take();
     float4 right = scene->right, down = scene->down;
-    float4 corner = scene->corner + right * srp_itof(tile % tiles_x * scene->tile_width) +
-                    down * srp_itof(tile / tiles_x * scene->tile_height);
-    generate_primary(rays[j.rays], views[j.rays], scene->eye, corner, right, down, scene->widening, scene->far,
-                     mask, shift, tile_rays);
-    submit(j, tile_rays);
+    float4 corner = scene->corner + right * srp_itof(left_of(tile)) + down * srp_itof(top_of(tile));
+    float scale = 1.0f, spread = 0.0f, shift_x = 0.0f, shift_y = 0.0f;
+#if SRP_EFFECT(antialiasing)
+    /* The places of the samples: multiples of powers of 1 / 1.3247, which fill the square evenly. */
+    scale = 1.0f / srp_itof(scene->samples);
+    spread = srp_select(scene->samples > 1, 1.0f, 0.0f);
+    shift_x = fraction((unsigned)jobs[j].sample * 0xc13fa9a9u);
+    shift_y = fraction((unsigned)jobs[j].sample * 0x91e10da5u);
+#endif
+    turn(pixels(j), curve, target, scale, stride, finished >= 0, rays[buffer], views[buffer],
+         scene->eye, corner, right, down, scene->widening, scene->far, spread, shift_x, shift_y,
+         (unsigned)tile, mask, shift, tile_rays);
+    if (tile >= 0)
+        submit(j, PRIMARY, buffer, tile_rays);
+    else
+        give_back(buffer);
 }
 
-static void finish_tile(job j)
+#if SRP_SURFACES
+/* Sends the packet of the next light or occlusion sample of the surfaces in hand; whether there was
+ * one to be sent. */
+static int send_light(int j)
 {
     SRP_GLOBAL const srp_scene *scene = SRP_SCENE;
-    int x = j.tile % tiles_x * scene->tile_width;
-    int y = j.tile / tiles_x * scene->tile_height;
-    unsigned target = scene->framebuffer + 4u * (unsigned)(y * scene->stride + x);
-    resolve(out[j.pixels], target, scene->stride, mask, shift, tile_rays);
-    give_back(&free_pixels, j.pixels);
+    int n = jobs[j].surfaces;
+    if (!n)
+        return 0;
+#if SRP_EFFECT(light)
+    while (jobs[j].light < lights) {
+        SRP_GLOBAL const srp_light *next = SRP_AT(const srp_light, scene->lights) + jobs[j].light++;
+#if SRP_EFFECT(shadow)
+        int buffer = take();
+        shade_light(surfaces[j], rays[buffer], lit[buffer], base[j], next->position, next->colour,
+                    scene->widening, n);
+        submit(j, SHADOW, buffer, n);
+        jobs[j].layers = 0;
+        return 1;
+#else
+        shade_light(surfaces[j], 0, 0, base[j], next->position, next->colour, scene->widening, n);
+#endif
+    }
+#endif
+#if SRP_EFFECT(occlusion)
+    int sample = jobs[j].light - lights;
+    if (sample < scene->occlusion) {
+        /* A Hammersley set: the sample's number, and its bits backwards. */
+        unsigned bits = (unsigned)sample, backwards = 0;
+        for (int i = 0; i < 32; i++) {
+            backwards = backwards << 1 | (bits & 1u);
+            bits >>= 1;
+        }
+        float share = 1.0f / srp_itof(scene->occlusion);
+        int buffer = take();
+        jobs[j].light++;
+        occlude(surfaces[j], rays[buffer], lit[buffer], scene->ambient * share,
+                scene->occlusion_radius, scene->widening, fraction(backwards),
+                srp_itof(sample) * share, (unsigned)(jobs[j].tile + (jobs[j].sample << 20)), n);
+        submit(j, OCCLUSION, buffer, n);
+        return 1;
+    }
+#endif
+    return 0;
+}
+#endif
+
+#if SRP_SECONDARY
+/* Sends a packet of the rays that wait; whether there were any. */
+static int send_waiting(int j)
+{
+    SRP_GLOBAL const srp_scene *scene = SRP_SCENE;
+    int n = srp_min(jobs[j].waiting, SRP_RAYS);
+    if (!n)
+        return 0;
+    int buffer = take();
+    jobs[j].waiting -= n;
+    launch(waiting[j] + jobs[j].waiting, rays[buffer], views[buffer], weights[buffer],
+           scene->widening, scene->far, n);
+    submit(j, SECONDARY, buffer, n);
+    return 1;
+}
+#endif
+
+/* Shades n hits of rays that are not shadow rays. Whether their shadow packet has been sent. */
+static int shade(int j, const srp_hit *h, int primary, int first, int n)
+{
+    int from = jobs[j].rays;
+    int buffer = 0;
+#if SRP_EFFECT(shadow) && !SRP_SURFACES
+    buffer = take();
+#endif
+    shading.primary = primary;
+    shading.first = first;
+    int onwards = shade_hit(h, views[from], WEIGHTS(from), base[j], rays[buffer], LIT(buffer),
+                            SURFACES(j), ONWARD, &shading, light, colour, n);
+#if SRP_EFFECT(reflection) || SRP_EFFECT(transparency)
+    if (onwards)
+        jobs[j].waiting += scatter(surfaces[j], onward, waiting[j] + jobs[j].waiting,
+                                   shading.materials, onwards);
+#endif
+#if SRP_EFFECT(inter_reflection)
+    if (shading.inter_reflections)
+        jobs[j].waiting += inter_reflect(surfaces[j], waiting[j] + jobs[j].waiting, shading.bounces,
+                                         shading.inter_reflections,
+                                         (unsigned)(jobs[j].tile + (jobs[j].sample << 20)), n);
+#endif
+#if SRP_SURFACES
+    jobs[j].surfaces = n;
+    jobs[j].light = 0;
+#elif SRP_EFFECT(shadow)
+    if (lights) {
+        submit(j, SHADOW, buffer, n);
+        jobs[j].layers = 0;
+        return 1;
+    }
+    give_back(buffer);
+#endif
+    return 0;
 }
 
-static void finish_job(void)
+/* Shades the packet that has come back, and sends what follows from it; whether there was anything
+ * to be sent. */
+static int finish_packet(int j)
 {
     SRP_GLOBAL const srp_scene *scene = SRP_SCENE;
-    job j = queue[oldest];
-    if (++oldest == SRP_HIT_BUFFERS)
-        oldest = 0;
-    waiting--;
+    int from = jobs[j].rays;
 
     /* The T&I unit has sorted the hits into four runs. */
     int shadow_hits = srp_in(SRP_PORT_TNI_DONE);
     int shadow_misses = srp_in(SRP_PORT_TNI_SHADOW_MISSES);
     int other_hits = srp_in(SRP_PORT_TNI_OTHER_HITS);
     int other_misses = srp_in(SRP_PORT_TNI_OTHER_MISSES);
-    const srp_hit *h = hits[j.hits];
-    if (shadow_hits)
-        shade_shadowed(h, rays[j.rays], base[j.pixels], out[j.pixels], shadow_hits);
-    h += shadow_hits;
+    const srp_hit *h = hits[j];
+    int sent = 0;
+#if SRP_EFFECT(shadow) || SRP_EFFECT(occlusion)
     if (shadow_misses)
-        shade_lit(h, rays[j.rays], base[j.pixels], lit[j.rays], out[j.pixels], shadow_misses);
-    h += shadow_misses;
-
-    job shadow = j;
-    if (other_hits) {
-        shadow.rays = take(&free_rays);
-        shade_hit(h, views[j.rays], base[j.pixels], rays[shadow.rays], lit[shadow.rays],
-                  scene->triangles, scene->materials, scene->ambient, scene->light, scene->colour,
-                  scene->widening, scene->offset, other_hits);
+        shade_lit(h + shadow_hits, lit[from], base[j], out[j], shadow_misses);
+#if !SRP_SUMS
+    if (shadow_hits)
+        shade_shadowed(h, lit[from], base[j], out[j], shadow_hits);
+#endif
+#if SRP_EFFECT(tinted_shadow)
+    if (shadow_hits && jobs[j].kind == SHADOW && jobs[j].layers++ < MOST_LAYERS) {
+        int buffer = take();
+        float4 towards = light;
+#if SRP_SURFACES
+        towards = (SRP_AT(const srp_light, scene->lights) + (jobs[j].light - 1))->position;
+#endif
+        int n = shade_tinted(h, lit[from], blocked, rays[buffer], lit[buffer], &shading, towards,
+                             shadow_hits);
+        sent = n > 0;
+        if (sent)
+            submit(j, SHADOW, buffer, n);
+        else
+            give_back(buffer);
     }
-    h += other_hits;
+#endif
+#endif
+    h += shadow_hits + shadow_misses;
+    int primary = jobs[j].kind == PRIMARY, first = primary && jobs[j].sample == 0;
     if (other_misses)
-        shade_miss(h, views[j.rays], out[j.pixels], scene->background, other_misses);
-
-    give_back(&free_rays, j.rays);
-    if (other_hits) {
-        submit(shadow, other_hits);
-    } else {
-        give_back(&free_hits, j.hits);
-        finish_tile(j);
-    }
+        shade_miss(h + other_hits, views[from], WEIGHTS(from), pixels(j), scene->background, primary,
+                   first, other_misses);
+    if (other_hits)
+        sent = shade(j, h, primary, first, other_hits);
+    give_back(from);
+#if SRP_SURFACES
+    if (!sent)
+        sent = send_light(j);
+#endif
+#if SRP_SECONDARY
+    if (!sent)
+        sent = send_waiting(j);
+#endif
+    return sent;
 }
 
 int main(void)
 {
     SRP_GLOBAL const srp_scene *scene = SRP_SCENE;
+    int samples = SRP_EFFECT(antialiasing) ? scene->samples : 1;
     tiles_x = scene->tiles_x;
     mask = scene->tile_width - 1;
     tile_rays = scene->tile_width * scene->tile_height;
     while (1 << shift < scene->tile_width)
         shift++;
-    for (int more = 1; more || waiting;) {
-        while (more && waiting < SRP_HIT_BUFFERS && waiting + 1 < SRP_RAY_BUFFERS) {
-            int tile = srp_in(SRP_PORT_TILE);
-            if (tile < 0)
-                more = 0;
-            else
-                begin_tile(tile);
+    lights = (int)scene->light_count;
+    light = scene->light;
+    colour = scene->colour;
+    shading.triangles = scene->triangles;
+    shading.materials = scene->materials;
+    shading.texcoords = scene->texcoords;
+    shading.ambient = scene->ambient;
+    shading.widening = scene->widening;
+    shading.offset = scene->offset;
+    shading.lamps = lights;
+    shading.bounces = srp_min(scene->bounces, SRP_BOUNCES);
+    shading.inter_reflections = scene->inter_reflections;
+#if SRP_EFFECT(occlusion)
+    /* Ambient light is then what occlusion rays bring. */
+    if (scene->occlusion)
+        shading.ambient = srp_splat(0.0f);
+#endif
+    make_curve(curve);
+    int working = JOBS;
+    for (int j = 0; j < JOBS; j++)
+        jobs[j].kind = NONE;
+    for (int j = 0; working; j = j + 1 == JOBS ? 0 : j + 1) {
+        if (jobs[j].tile < 0 || (jobs[j].kind != NONE && finish_packet(j)))
+            continue;
+        /* All that is to be known of the sample is. */
+        int finished = -1;
+        if (jobs[j].kind == NONE || ++jobs[j].sample >= samples) {
+            if (jobs[j].kind != NONE)
+                finished = jobs[j].tile;
+            jobs[j].sample = 0;
+            jobs[j].tile = srp_in(SRP_PORT_TILE);
+            working -= jobs[j].tile < 0;
         }
-        if (waiting)
-            finish_job();
+        if (finished >= 0 || jobs[j].tile >= 0)
+            turn_to(j, finished);
     }
     return 0;
 }

@@ -1,25 +1,27 @@
-/* Ray generation: no branches, whatever the ray. */
+/* Rays that have waited for their turn. */
 #include "rgs.h"
 
-void generate_primary(srp_ray *rays, float4 *views, float4 eye, float4 corner, float4 right, float4 down,
-                      float widening, float far, int mask, int shift, int n)
+#if SRP_SECONDARY
+void launch(const srp_waiting *waiting, srp_ray *rays, float4 *views, float4 *weights,
+            float widening, float far, int n)
 {
-    eye[3] = 0.0f; /* tmin */
 #pragma srp kernel
     for (int i = 0; i < n; i++) {
-        float4 across = right * srp_itof(i & mask);
-        float4 direction = corner + across + down * srp_itof(i >> shift);
+        float4 origin = waiting[i].origin, direction = waiting[i].direction;
         float4 reciprocal = srp_float4(srp_rcp(direction[0]), srp_rcp(direction[1]),
                                        srp_rcp(direction[2]), 0.0f);
         float4 view = direction;
-        view[3] = srp_float((unsigned)i);
+        view[3] = origin[3];
         views[i] = view;
         float4 widened = reciprocal * widening;
-        widened[3] = srp_float(0u); /* any ray but a shadow ray */
+        widened[3] = srp_float(0u);
+        origin[3] = 0.0f;
         direction[3] = far;
-        rays[i].origin = eye;
+        rays[i].origin = origin;
         rays[i].direction = direction;
         rays[i].reciprocal = reciprocal;
         rays[i].far = widened;
+        weights[i] = waiting[i].weight;
     }
 }
+#endif

@@ -3,33 +3,163 @@
 #ifndef RGS_H
 #define RGS_H
 
+#include "effects.h"
 #include "scene.h"
+#include "vector.h"
 
-/* Primary rays through n pixels of a tile; ray i belongs to pixel i, which has the column i & mask
- * and the row i >> shift. `corner` is the direction through the first of them. What shading needs
- * of a ray is kept in views: its direction, and in lane 3 its pixel. */
-void generate_primary(srp_ray *rays, float4 *views, float4 eye, float4 corner, float4 right, float4 down,
-                      float widening, float far, int mask, int shift, int n);
+/* What a ray is of, a word that goes with it: its pixel in the
+ * tile, how many secondary rays led to it, how many of these were diffuse reflections, and whether
+ * the last was one. */
+#define PIXEL(word) ((word) & 0xffffu)
+#define DEPTH(word) ((int)((word) >> 16 & 0xffu))
+#define ONE_DEEPER 0x10000u
+#define DIFFUSE(word) ((int)((word) >> 24 & 0x7fu))
+#define ONE_MORE_DIFFUSE 0x1000000u
+#define IS_DIFFUSE 0x80000000u
 
-/* Shades n hits of primary rays: what reaches each pixel without the light goes to base, and what
- * the light adds where nothing is in its way to lit[i], with shadow ray i to find that out. */
-void shade_hit(const srp_hit *hits, const float4 *views, float4 *base, srp_ray *shadow_rays,
-               float4 *lit, unsigned triangles, unsigned materials, float4 ambient, float4 light,
-               float4 colour, float widening, float offset, int n);
+/* A ray that could bring less than this to its pixel is not sent. */
+#define LEAST_WEIGHT 0.002f
 
-/* The background, for n primary rays that leave the scene. */
-void shade_miss(const srp_hit *hits, const float4 *views, float4 *out, float4 background, int n);
+/* What is kept of a surface that a ray has hit. */
+typedef struct {
+    float4 point;     /* lane 3: how far secondary origins move off it */
+    float4 normal;    /* for shading, on the side of the ray; lane 3: the ray's word */
+    float4 geometric; /* on the side of the ray; lane 3: 1 where that is the outer side, else 0 */
+    float4 direction; /* of the ray, of length 1; lane 3: how much of the surface is there (map_d) */
+    float4 diffuse;   /* colour times the ray's weight; lane 3: index of the material */
+    float4 specular;  /* the same; lane 3: exponent */
+    float4 weight;    /* of the ray */
+} srp_surface;
 
-/* n shadow rays that found the light: the pixel, in lane 3 of the ray's reciprocal, takes base and
- * light. */
-void shade_lit(const srp_hit *hits, const srp_ray *rays, const float4 *base, const float4 *lit,
-               float4 *out, int n);
+/* A ray that waits for its turn. */
+typedef struct {
+    float4 origin;    /* lane 3: its word */
+    float4 direction; /* of length 1 */
+    float4 weight;    /* by which what it finds is multiplied */
+} srp_waiting;
+
+/* Rays, views and weights of n waiting rays. */
+void launch(const srp_waiting *waiting, srp_ray *rays, float4 *views, float4 *weights,
+            float widening, float far, int n);
+
+/* What shading needs of the scene and of where it stands, the same for a packet. */
+typedef struct {
+    unsigned triangles, materials, texcoords;
+    float4 ambient; /* what no ray is sent for */
+    float widening, offset;
+    int primary; /* whether its rays come from the camera, with the weight 1 */
+    int first;   /* whether they are the first of their pixels, so that there is nothing to add to */
+    int lamps;   /* whether emission is left out at the end of diffuse rays: lights stand for it */
+    int bounces, inter_reflections;
+} srp_shading;
+
+/* Shades n hits. What needs no shadow ray goes to base. Where there is nothing else to be done with
+ * them but one light, what it adds goes to lit[i], with the word in lane 3, and shadow ray i finds
+ * out whether it does. Otherwise the surfaces are kept; `onward` gets the indices of those that
+ * mirror or let light through, and the result is how many they are. */
+int shade_hit(const srp_hit *hits, const float4 *views, const float4 *weights, float4 *base,
+              srp_ray *shadow_rays, float4 *lit, srp_surface *surfaces, int *onward,
+              const srp_shading *shading, float4 light, float4 colour, int n);
+
+/* The background, for n rays that leave the scene. */
+void shade_miss(const srp_hit *hits, const float4 *views, const float4 *weights, float4 *out,
+                float4 background, int primary, int first, int n);
+
+/* n shadow rays that found the light: the pixel takes base and light. */
+void shade_lit(const srp_hit *hits, const float4 *lit, const float4 *base, float4 *out, int n);
 
 /* n shadow rays that found something before the light: the pixel takes base alone. */
-void shade_shadowed(const srp_hit *hits, const srp_ray *rays, const float4 *base, float4 *out, int n);
+void shade_shadowed(const srp_hit *hits, const float4 *lit, const float4 *base, float4 *out, int n);
 
-/* Writes n finished pixels of a tile to the frame buffer as sRGB bytes; `target` is the address of
- * the tile's first pixel, and a row of the frame has `stride` pixels. */
-void resolve(const float4 *out, unsigned target, int stride, int mask, int shift, int n);
+/* The same where surfaces may let light through: those rays that go on, with what is left of their
+ * light, and how many they are. blocked is room for n. */
+int shade_tinted(const srp_hit *hits, const float4 *lit, float4 *blocked, srp_ray *onward,
+                 float4 *left, const srp_shading *shading, float4 light, int n);
+
+/* A light on n surfaces: lit[i], and shadow ray i; without shadows, it goes to sums. */
+void shade_light(const srp_surface *surfaces, srp_ray *shadow_rays, float4 *lit, float4 *sums,
+                 float4 light, float4 colour, float widening, int n);
+
+/* Ambient occlusion of n surfaces: lit[i], and ray i as far as the radius. `turn` and `fan` are the
+ * sample's place in the unit square, and `seed` the tile's number. */
+void occlude(const srp_surface *surfaces, srp_ray *shadow_rays, float4 *lit, float4 ambient,
+             float radius, float widening, float turn, float fan, unsigned seed, int n);
+
+/* Mirrored rays and rays through n surfaces; how many. */
+int scatter(const srp_surface *surfaces, const int *onward, srp_waiting *waiting,
+            unsigned materials, int n);
+
+/* Diffuse reflection rays of n surfaces; how many. */
+int inter_reflect(const srp_surface *surfaces, srp_waiting *waiting, int bounces,
+                  int inter_reflections, unsigned seed, int n);
+
+/* A piece of the sRGB curve, as a line: 255 times the value, and a half. */
+typedef struct {
+    float start, slope;
+} srp_line;
+
+#define SRGB_PIECES 104
+
+/* Computes the pieces. */
+void make_curve(srp_line *curve);
+
+/* Ends a tile and begins another in one loop, for the one needs what the other leaves free.
+ *
+ * Where it is finished, writes n pixels of a tile to the frame buffer as sRGB bytes: sums times
+ * `scale`. `target` is the address of the tile's first pixel, and a row of the frame has `stride`
+ * pixels.
+ *
+ * Makes primary rays through n pixels of a tile; ray i belongs to pixel i, which has the column
+ * i & mask and the row i >> shift. `corner` is the direction through the first of them. What shading
+ * needs of a ray is kept in views: its direction, and in lane 3 its word. With several rays a pixel,
+ * `spread` is 1, `shift_x` and `shift_y` are the sample's place, and `seed` the tile's number: each
+ * pixel turns the places by its own amount. */
+void turn(const float4 *out, const srp_line *curve, unsigned target, float scale, int stride,
+          int finished, srp_ray *rays, float4 *views, float4 eye, float4 corner, float4 right,
+          float4 down, float widening, float far, float spread, float shift_x, float shift_y,
+          unsigned seed, int mask, int shift, int n);
+
+/* A shadow ray from `start` as far as `reach`; below 0 it is empty, so that the T&I unit
+ * need not trace it. */
+static inline void shadow_ray(srp_ray *ray, float4 start, float4 way, float reach, float widening,
+                              unsigned flags)
+{
+    float4 reciprocal = srp_float4(srp_rcp(way[0]), srp_rcp(way[1]), srp_rcp(way[2]), 0.0f);
+    float4 widened = reciprocal * widening;
+    widened[3] = srp_float(flags);
+    start[3] = 0.0f;
+    way[3] = reach;
+    ray->origin = start;
+    ray->direction = way;
+    ray->reciprocal = reciprocal;
+    ray->far = widened;
+}
+
+#if SRP_EFFECT(tinted_shadow)
+#define SHADOW_FLAGS (SRP_RAY_SHADOW | SRP_RAY_NEAREST)
+#else
+#define SHADOW_FLAGS SRP_RAY_SHADOW
+#endif
+
+/* Phong: what a point light brings to the eye, and in lane 3 whether it is on the side of the
+ * surface and of its normal on which there is light. `back` points to the eye and has length 1. */
+static inline float4 phong(float4 to_light, float4 normal, float4 geometric, float4 back,
+                           float4 diffuse, float4 specular, float4 colour)
+{
+    float4 l = unit3(to_light, normal);
+    float along = srp_dot3(normal, l);
+    float cosine = srp_fmax(along, 0.0f);
+    float4 brought = diffuse * cosine;
+#if SRP_EFFECT(highlight)
+    float seen = srp_dot3(normal * (cosine + cosine) - l, back);
+    float highlight = power(srp_fmin(srp_fmax(seen, 0.0f), 1.0f), specular[3]);
+    brought = brought + specular * highlight;
+#endif
+    /* No light from behind the surface, nor a highlight where there is no light. */
+    float reaches = srp_select(srp_dot3(geometric, l) > 0.0f && along > 0.0f, 1.0f, 0.0f);
+    brought = colour * brought * reaches;
+    brought[3] = reaches;
+    return brought;
+}
 
 #endif

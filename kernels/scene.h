@@ -38,8 +38,8 @@ typedef struct {
     float4 down;       /*  48: what to add to it from one row to the next below; w 0 */
     float4 background; /*  64: rgb where a ray leaves the scene */
     float4 ambient;    /*  80: rgb, multiplied by the diffuse colour of what is hit */
-    float4 light;      /*  96: position of the point light; w 1 */
-    float4 colour;     /* 112: its rgb, the same at every distance */
+    float4 light;      /*  96: position of the first light; w 1 */
+    float4 colour;     /* 112: its rgb */
     int width;         /* 128: of the frame, pixels */
     int height;        /* 132 */
     int tile_width;    /* 136: of a tile, pixels; tile_width * tile_height <= SRP_RAYS */
@@ -55,21 +55,27 @@ typedef struct {
     unsigned materials;      /* 168: address of srp_material[material_count] */
     unsigned material_count; /* 172 */
     unsigned texcoords;      /* 176: address of srp_texcoords[triangle_count], by primitive id */
-    unsigned light_count;    /* 180: 0 or 1 */
+    unsigned light_count;    /* 180: only lights that send out any */
     float widening; /* 184: what to multiply a reciprocal direction by for srp_ray.far; covers the
                        error of this machine's srp_rcp */
     float far;      /* 188: tmax of a ray without end: beyond everything in the scene */
     float offset;   /* 192: how far to move a secondary origin off the surface along the geometric
                        normal, as a fraction of the largest absolute coordinate of the vertices
                        hit: P + n * (offset * max) */
-    int reserved[7]; /* 196: 0 */
+    unsigned lights;       /* 196: address of srp_light[light_count] */
+    int bounces;           /* 200: most secondary rays in a row */
+    int samples;           /* 204: rays through each pixel */
+    int occlusion;         /* 208: ambient occlusion rays from each point, or 0 */
+    float occlusion_radius; /* 212: how far they reach */
+    int inter_reflections; /* 216: most diffuse reflections in a row */
+    int reserved;          /* 220: 0 */
 } srp_scene;
 
 /* 96 bytes: what shading needs of a triangle. With hit weights u, v and w = 1 - u - v the point is
  * w * v0 + u * v1 + v * v2, which is a better origin of secondary rays than origin + t * direction. */
 typedef struct {
     float4 n0; /*  0: unit shading normal at vertex 0; lane 3: index of the material, an integer */
-    float4 n1; /* 16: at vertex 1; lane 3: 0 */
+    float4 n1; /* 16: at vertex 1; lane 3: an integer, 1 where all three are the geometric normal */
     float4 n2; /* 32: at vertex 2; lane 3: 0 */
     float4 v0; /* 48: vertex 0; lane 3: x of the geometric unit normal (v1 - v0) x (v2 - v0) */
     float4 v1; /* 64: vertex 1; lane 3: y of it */
@@ -81,15 +87,24 @@ typedef struct {
     float u0, v0, u1, v1, u2, v2, spare0, spare1;
 } srp_texcoords;
 
-/* 64 bytes: a material as MTL means it. */
+/* 32 bytes: a point light. */
 typedef struct {
-    float4 kd;    /*  0: diffuse rgb; w: dissolve d, 1 is opaque */
-    float4 ks;    /* 16: specular rgb; w: exponent Ns */
-    float4 ke;    /* 32: emitted rgb; w: index of refraction Ni */
-    int illum;    /* 48: illumination model */
+    float4 position; /*  0: w 1 */
+    float4 colour;   /* 16: rgb, the same at every distance */
+} srp_light;
+
+/* 128 bytes: a material, its MTL illumination model worked out (runtime/src/scene/surface.rs). */
+typedef struct {
+    float4 kd;      /*  0: diffuse rgb; w: dissolve d, already in the colours */
+    float4 ks;      /* 16: rgb of the highlight; w: exponent Ns */
+    float4 ke;      /* 32: emitted rgb; w: 1 where it mirrors or lets light through, else 0 */
+    int illum;      /* 48: illumination model */
     unsigned map_kd; /* 52: address of the srp_texture_map that kd is multiplied by, 0 for none */
     unsigned map_ks; /* 56: of the one for ks */
     unsigned map_d;  /* 60: of the one whose alpha d is multiplied by */
+    float4 mirror;  /* 64: rgb that it mirrors; w: 0 at every angle, 1 as a conductor, 2 as glass */
+    float4 through; /* 80: rgb that goes through; w: index of refraction, 1 straight through */
+    int padding[8]; /* 96: 0 */
 } srp_material;
 
 /* 16 bytes: a texture, as srp_texture takes its address. Its texels are words, red in the low byte,
@@ -116,6 +131,7 @@ typedef struct {
 } srp_ray;
 
 #define SRP_RAY_SHADOW 1 /* any hit will do; sorted into the shadow runs */
+#define SRP_RAY_NEAREST 2 /* with SRP_RAY_SHADOW: the nearest hit, for the ray may go on behind it */
 
 /* 24 bytes, in SRAM: a hit as the T&I unit writes it to a hit buffer, in four runs: shadow hits,
  * shadow misses, other hits, other misses, each in the order of the rays. */

@@ -1,100 +1,196 @@
 /* Shading: one loop for each of the four classes of hits. */
 #include "rgs.h"
 
-/* The largest of the first three lanes. */
-static inline float largest3(float4 v)
+int shade_hit(const srp_hit *hits, const float4 *views, const float4 *weights, float4 *base,
+              srp_ray *shadow_rays, float4 *lit, srp_surface *surfaces, int *onward,
+              const srp_shading *shading, float4 light, float4 colour, int n)
 {
-    return srp_fmax(srp_fmax(v[0], v[1]), v[2]);
-}
-
-/* x to the power n for 0 <= x <= 1, n >= 0; 0 to the power 0 is 1. */
-static inline float power(float x, float n)
-{
-    return srp_exp2(n * srp_log2(srp_fmax(x, 1.0e-30f)));
-}
-
-void shade_hit(const srp_hit *hits, const float4 *views, float4 *base, srp_ray *shadow_rays,
-               float4 *lit, unsigned triangles, unsigned materials, float4 ambient, float4 light,
-               float4 colour, float widening, float offset, int n)
-{
+    unsigned triangles = shading->triangles, materials = shading->materials;
+    float4 ambient = shading->ambient;
+    float offset = shading->offset;
+#if SRP_EFFECT(shadow) && !SRP_SURFACES
+    float widening = shading->widening;
+#endif
+    int primary = shading->primary, first = shading->first, lamps = shading->lamps;
+    int bounces = shading->bounces, inter_reflections = shading->inter_reflections;
+    int going_on = 0;
 #pragma srp kernel
     for (int i = 0; i < n; i++) {
         float u = hits[i].u, v = hits[i].v;
         SRP_GLOBAL const srp_triangle *t =
             SRP_AT(const srp_triangle, triangles) + hits[i].primitive;
         float4 direction = views[hits[i].ray];
-        unsigned pixel = srp_bits(direction[3]);
-        float4 n0 = t->n0, v0 = t->v0, v1 = t->v1, v2 = t->v2;
-        SRP_GLOBAL const srp_material *m = SRP_AT(const srp_material, materials) + srp_bits(n0[3]);
-        float4 kd = m->kd, ks = m->ks, ke = m->ke;
+        unsigned word = srp_bits(direction[3]);
+        direction = plain_unit3(direction);
+        unsigned pixel = PIXEL(word);
+        float4 v0 = t->v0, v1 = t->v1, v2 = t->v2;
+        unsigned material = srp_bits(t->n0[3]);
+        SRP_GLOBAL const srp_material *m = SRP_AT(const srp_material, materials) + material;
+        float4 kd = m->kd, ke = m->ke;
 
         /* The point hit, from the vertices: it lies on the triangle however exact t is. */
         float w = 1.0f - u - v;
         float4 point = v0 * w + v1 * u + v2 * v;
-        float4 normal = n0 * w + t->n1 * u + t->n2 * v;
         float4 geometric = srp_float4(v0[3], v1[3], v2[3], 0.0f);
+        float off = offset * largest3(srp_fmax4(srp_fmax4(srp_fabs4(v0), srp_fabs4(v1)),
+                                                srp_fabs4(v2)));
 
         /* Both normals on the viewer's side. */
-        float facing = srp_dot3(geometric, direction);
-        geometric = srp_select4(facing > 0.0f, -geometric, geometric);
-        normal = srp_select4(srp_dot3(normal, geometric) < 0.0f, -normal, normal);
-        float length2 = srp_dot3(normal, normal);
-        normal = srp_select4(length2 > 1.0e-20f, normal * srp_rsqrt(length2), geometric);
+        int inside = srp_dot3(geometric, direction) > 0.0f;
+        geometric = srp_select4(inside, -geometric, geometric);
+        float4 normal = geometric;
+#if SRP_EFFECT(normals)
+        float4 n1 = t->n1;
+        float4 between = t->n0 * w + n1 * u + t->n2 * v;
+        between = srp_select4(srp_dot3(between, geometric) < 0.0f, -between, between);
+        float length2 = srp_dot3(between, between);
+        int flat = srp_bits(n1[3]) != 0u || length2 < 1.0e-12f;
+        normal = srp_select4(flat, geometric, between * srp_rsqrt(length2));
+#endif
 
-        /* Phong. */
+        float4 specular = srp_splat(0.0f);
+#if SRP_EFFECT(highlight)
+        specular = m->ks;
+#endif
+        float4 own = srp_splat(0.0f);
+#if SRP_EFFECT(emission)
+        own = srp_select4((int)word < 0 && lamps, own, ke);
+#endif
+        float4 diffuse = kd;
+        float4 around = ambient;
+#if SRP_EFFECT(inter_reflection)
+        int reflects = DIFFUSE(word) < inter_reflections && DEPTH(word) < bounces;
+        around = srp_select4(reflects, srp_splat(0.0f), around);
+#endif
+#if SRP_SECONDARY
+        float4 weight = srp_select4(primary, srp_splat(1.0f), weights[hits[i].ray]);
+        float exponent = specular[3];
+        diffuse = diffuse * weight;
+        specular = specular * weight;
+        specular[3] = exponent;
+        own = own * weight;
+#endif
+        float4 here = around * diffuse + own;
+
+#if SRP_EFFECT(light) && !SRP_SURFACES
         float4 to_light = light - point;
-        float4 l = to_light * srp_rsqrt(srp_dot3(to_light, to_light));
-        float cosine = srp_fmax(srp_dot3(normal, l), 0.0f);
-        float4 mirrored = normal * (cosine + cosine) - l;
-        float along = -srp_dot3(mirrored, direction) * srp_rsqrt(srp_dot3(direction, direction));
-        float highlight = power(srp_fmax(along, 0.0f), ks[3]);
-        /* No light from behind the surface, nor a highlight where there is no light. */
-        float faces = srp_dot3(geometric, to_light);
-        float reaches = srp_select(faces > 0.0f && cosine > 0.0f, 1.0f, 0.0f);
-        base[pixel] = ambient * kd + ke;
-        lit[i] = colour * (kd * cosine + ks * highlight) * reaches;
-
+        float4 brought = phong(to_light, normal, geometric, -direction, diffuse, specular, colour);
+#if SRP_EFFECT(shadow)
         /* A ray from just off the surface to the light, which is at t = 1. */
-        float4 start = point + geometric * (offset * largest3(srp_fmax4(
-                                   srp_fmax4(srp_fabs4(v0), srp_fabs4(v1)), srp_fabs4(v2))));
-        float4 way = light - start;
-        float4 reciprocal = srp_float4(srp_rcp(way[0]), srp_rcp(way[1]), srp_rcp(way[2]),
-                                       srp_float(pixel));
-        float4 widened = reciprocal * widening;
-        widened[3] = srp_float(SRP_RAY_SHADOW);
-        start[3] = 0.0f;
-        /* A ray that could bring nothing is empty, so that the T&I unit need not trace it. */
-        way[3] = srp_select(reaches > 0.0f, 1.0f, -1.0f);
-        shadow_rays[i].origin = start;
-        shadow_rays[i].direction = way;
-        shadow_rays[i].reciprocal = reciprocal;
-        shadow_rays[i].far = widened;
+        float reach = srp_select(brought[3] > 0.0f, 1.0f, -1.0f);
+        float4 start = point + geometric * off;
+        brought[3] = srp_float(word);
+        lit[i] = brought;
+        shadow_ray(shadow_rays + i, start, light - start, reach, widening,
+                   SHADOW_FLAGS);
+#else
+        here = here + brought;
+#endif
+#endif
+
+#if SRP_SUMS
+        base[pixel] = srp_select4(first, srp_splat(0.0f), base[pixel]) + here;
+#else
+        base[pixel] = here;
+#endif
+
+#if SRP_SURFACES
+        srp_surface *s = surfaces + i;
+        point[3] = off;
+        normal[3] = srp_float(word);
+        geometric[3] = srp_select(inside, 0.0f, 1.0f);
+        direction[3] = 1.0f;
+        diffuse[3] = srp_float(material);
+        s->point = point;
+        s->normal = normal;
+        s->geometric = geometric;
+        s->direction = direction;
+        s->diffuse = diffuse;
+        s->specular = specular;
+#if SRP_SECONDARY
+        s->weight = weight;
+        onward[going_on] = i;
+        going_on += ke[3] > 0.0f && DEPTH(word) < bounces;
+#endif
+#endif
     }
+    return going_on;
 }
 
-void shade_miss(const srp_hit *hits, const float4 *views, float4 *out, float4 background, int n)
-{
-#pragma srp kernel
-    for (int i = 0; i < n; i++)
-        out[srp_bits(views[hits[i].ray][3])] = background;
-}
-
-void shade_lit(const srp_hit *hits, const srp_ray *rays, const float4 *base, const float4 *lit,
-               float4 *out, int n)
+void shade_miss(const srp_hit *hits, const float4 *views, const float4 *weights, float4 *out,
+                float4 background, int primary, int first, int n)
 {
 #pragma srp kernel
     for (int i = 0; i < n; i++) {
         int ray = hits[i].ray;
-        unsigned pixel = srp_bits(rays[ray].reciprocal[3]);
-        out[pixel] = base[pixel] + lit[ray];
+        unsigned pixel = PIXEL(srp_bits(views[ray][3]));
+        float4 light = background;
+#if SRP_SECONDARY
+        light = light * srp_select4(primary, srp_splat(1.0f), weights[ray]);
+#endif
+#if SRP_SUMS
+        light = srp_select4(first, srp_splat(0.0f), out[pixel]) + light;
+#endif
+        out[pixel] = light;
     }
 }
 
-void shade_shadowed(const srp_hit *hits, const srp_ray *rays, const float4 *base, float4 *out, int n)
+#if SRP_EFFECT(shadow)
+void shade_lit(const srp_hit *hits, const float4 *lit, const float4 *base, float4 *out, int n)
 {
 #pragma srp kernel
     for (int i = 0; i < n; i++) {
-        unsigned pixel = srp_bits(rays[hits[i].ray].reciprocal[3]);
+        float4 light = lit[hits[i].ray];
+        unsigned pixel = PIXEL(srp_bits(light[3]));
+        out[pixel] = base[pixel] + light;
+    }
+}
+
+#if !SRP_SUMS
+void shade_shadowed(const srp_hit *hits, const float4 *lit, const float4 *base, float4 *out, int n)
+{
+#pragma srp kernel
+    for (int i = 0; i < n; i++) {
+        unsigned pixel = PIXEL(srp_bits(lit[hits[i].ray][3]));
         out[pixel] = base[pixel];
     }
 }
+#endif
+#endif
+
+#if SRP_EFFECT(tinted_shadow)
+int shade_tinted(const srp_hit *hits, const float4 *lit, float4 *blocked, srp_ray *onward,
+                 float4 *left, const srp_shading *shading, float4 light, int n)
+{
+    unsigned triangles = shading->triangles, materials = shading->materials;
+    float widening = shading->widening, offset = shading->offset;
+    int going_on = 0;
+#pragma srp kernel
+    for (int i = 0; i < n; i++)
+        blocked[i] = lit[hits[i].ray];
+#pragma srp kernel
+    for (int i = 0; i < n; i++) {
+        float u = hits[i].u, v = hits[i].v;
+        SRP_GLOBAL const srp_triangle *t =
+            SRP_AT(const srp_triangle, triangles) + hits[i].primitive;
+        unsigned material = srp_bits(t->n0[3]);
+        float4 through = (SRP_AT(const srp_material, materials) + material)->through;
+        float4 v0 = t->v0, v1 = t->v1, v2 = t->v2;
+        float4 geometric = srp_float4(v0[3], v1[3], v2[3], 0.0f);
+        int inside = srp_dot3(geometric, light - v0) > 0.0f;
+        float off = offset * largest3(srp_fmax4(srp_fmax4(srp_fabs4(v0), srp_fabs4(v1)),
+                                                srp_fabs4(v2)));
+        off = srp_select(inside, off, -off);
+        float4 start = v0 * (1.0f - u - v) + v1 * u + v2 * v + geometric * off;
+        /* What bends light filters it where it enters. */
+        int leaves = inside && through[3] != 1.0f && largest3(through) > 0.0f;
+        float4 rest = blocked[i] * srp_select4(leaves, srp_splat(1.0f), through);
+        rest[3] = blocked[i][3];
+        left[going_on] = rest;
+        shadow_ray(onward + going_on, start, light - start, 1.0f, widening,
+                   SRP_RAY_SHADOW | SRP_RAY_NEAREST);
+        going_on += largest3(rest) > LEAST_WEIGHT;
+    }
+    return going_on;
+}
+#endif

@@ -11,8 +11,8 @@ pub(crate) use compiling::{
 };
 pub(crate) use machine::{Area, Machine, MachineAction};
 pub(crate) use scene::{
-    BvhBuilder, HeatOf, Latencies, Paper, Pipeline, RayKind, RayOrder, Render, Table, Tni,
-    TniMemory,
+    BvhBuilder, Camera, Effects, HeatOf, Latencies, Paper, Pipeline, RayKind, RayOrder, Render,
+    Shading, Table, Tni, TniMemory,
 };
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -58,6 +58,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Render a scene: the kernels run on the simulated SRPs beside their T&I units.
     Render(Render),
+    /// Say which effects a scene calls for, why, and what they cost.
+    Effects(Effects),
     /// Compile C to any of its forms on the way to a simulator.
     Compile(Compile),
     /// Compile, schedule and simulate a C program; its status is the command's.

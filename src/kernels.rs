@@ -3,19 +3,26 @@
 use srp_archdesc::diagnostic::Source;
 
 /// The headers, which any source can include.
-const HEADERS: [(&str, &str); 4] = [
+const HEADERS: [(&str, &str); 6] = [
     ("srp.h", include_str!("../kernels/srp.h")),
     ("srp_host.h", include_str!("../kernels/srp_host.h")),
     ("scene.h", include_str!("../kernels/scene.h")),
+    ("effects.h", include_str!("../kernels/effects.h")),
+    ("vector.h", include_str!("../kernels/vector.h")),
     ("rgs.h", include_str!("../kernels/rgs.h")),
 ];
 
 /// The sources of the frame: ray generation, shading, output, and the job queue.
-const SOURCES: [(&str, &str); 4] = [
+const SOURCES: [(&str, &str); 6] = [
     ("kernels/frame.c", include_str!("../kernels/frame.c")),
     ("kernels/generate.c", include_str!("../kernels/generate.c")),
-    ("kernels/resolve.c", include_str!("../kernels/resolve.c")),
+    ("kernels/light.c", include_str!("../kernels/light.c")),
+    (
+        "kernels/secondary.c",
+        include_str!("../kernels/secondary.c"),
+    ),
     ("kernels/shade.c", include_str!("../kernels/shade.c")),
+    ("kernels/tile.c", include_str!("../kernels/tile.c")),
 ];
 
 /// A header that comes along.

@@ -5,6 +5,7 @@ mod cli;
 mod compile;
 mod diagnostics;
 mod dram;
+mod effects;
 mod engine;
 mod failure;
 mod files;
@@ -36,6 +37,7 @@ fn main() -> ExitCode {
     };
     let result = match command {
         Command::Render(args) => render::run(args).map(|()| 0),
+        Command::Effects(args) => effects::run(args).map(|()| 0),
         Command::Compile(args) => compile::run(args).map(|()| 0),
         Command::Run(args) => run::run(args),
         Command::Report(args) => report::run(args),

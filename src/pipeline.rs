@@ -222,13 +222,18 @@ impl<'a> FrontEnd<'a> {
 }
 
 /// Divides a program and schedules it. Loops that the array cannot run go back to the control code.
-fn schedule(mut program: Program, arch: &Arch, effort: Effort) -> Result<Compiled, Failure> {
+fn schedule(
+    mut program: Program,
+    arch: &Arch,
+    effort: Effort,
+    known: &Known,
+) -> Result<Compiled, Failure> {
     let (mut unschedulable, mut refused) = (Vec::new(), Vec::new());
-    let (known, stopwatch) = (Known::default(), Stopwatch::default());
+    let stopwatch = Stopwatch::default();
     loop {
         let divided = split(&program);
         let mut not_pipelined = divided.not_pipelined;
-        match schedule_dre(&divided.dre, arch, effort, &known, &stopwatch) {
+        match schedule_dre(&divided.dre, arch, effort, known, &stopwatch) {
             Ok(schedule) => {
                 not_pipelined.extend(unschedulable);
                 return Ok(Compiled {
@@ -380,16 +385,26 @@ pub(crate) fn compile(
     front_end: &FrontEnd<'_>,
     effort: Effort,
 ) -> Result<Compiled, Failure> {
+    compile_knowing(input, front_end, effort, &Known::default())
+}
+
+/// The same; loops that are known are not scheduled again, and those that are become known.
+pub(crate) fn compile_knowing(
+    input: Input,
+    front_end: &FrontEnd<'_>,
+    effort: Effort,
+    known: &Known,
+) -> Result<Compiled, Failure> {
     let arch = front_end.arch;
     match input {
         Input::C(sources) => {
             let program = front_end.compile(&sources)?;
-            schedule(front_end.optimise(program), arch, effort)
+            schedule(front_end.optimise(program), arch, effort, known)
         }
-        Input::Ir(program) => schedule(*program, arch, effort),
+        Input::Ir(program) => schedule(*program, arch, effort, known),
         Input::Dre(dre) => {
             let stopwatch = Stopwatch::default();
-            let schedule = schedule_dre(&dre, arch, effort, &Known::default(), &stopwatch)
+            let schedule = schedule_dre(&dre, arch, effort, known, &stopwatch)
                 .map_err(|e| refusal(&dre, e))?;
             Ok(Compiled {
                 dre: Some(*dre),

@@ -1,19 +1,18 @@
 //! `srp render`
 
-use crate::cli::{self, Render, Source as SourceArgs};
+use crate::cli::{self, Render};
+use crate::effects::compile_kernels;
 use crate::failure::Failure;
-use crate::pipeline::{self, Compiled, Effort, FrontEnd, Input};
 use crate::scenes::{self, Views};
 use crate::talk::{self, Progress};
-use crate::{compile, engine, files, interrupt, kernels, machine, report};
-use srp_archdesc::arch::Arch;
+use crate::{engine, files, interrupt, machine, report};
 use srp_runtime::scene::camera::Camera;
 use srp_runtime::scene_image;
 use srp_runtime::system;
-use std::path::{Path, PathBuf};
+use srp_scheduler::Known;
 
 /// Most SRP cycles of a frame; far beyond any that ends.
-const MAX_CYCLES: u64 = 1 << 44;
+pub(crate) const MAX_CYCLES: u64 = 1 << 44;
 
 /// Runs `srp render`.
 pub(crate) fn run(args: &Render) -> Result<(), Failure> {
@@ -23,9 +22,13 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     }
     let loops = report::Loops::to(&args.loops.loops)?;
     let arch = machine::read(&args.machine.machine)?;
-    let camera = camera(args)?;
-    let scene = scenes::read(args.scene.as_deref(), camera)?;
-    let compiled = compile_kernels(args.kernels.as_deref(), &arch)?;
+    let camera = camera(&args.camera, args.cameras.as_deref())?;
+    let mut scene = scenes::read(args.scene.as_deref(), camera)?;
+    scenes::set_up(&mut scene, &args.shading)?;
+    let (built, guard) = scenes::effects(&scene, args.shading.effects.as_deref())?;
+    let folder = args.kernels.as_deref();
+    let bounces = scene.options.bounces;
+    let compiled = compile_kernels(folder, &arch, built, bounces, &Known::default())?;
     loops.write(&compiled, &arch)?;
 
     let bvh = scenes::build(&scene, args.bvh, None);
@@ -35,6 +38,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         .map_err(Failure::message)?;
     let progress = Progress::steps("rendering", u64::from(image.tiles));
     let options = system::Options {
+        guard,
         max_cycles: MAX_CYCLES,
         sram_image: &program.image,
         kernel_names: program
@@ -68,11 +72,11 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
 }
 
 /// The camera that the command line asks for, if it does.
-fn camera(args: &Render) -> Result<Option<Camera>, Failure> {
-    if let Some(text) = &args.camera.camera {
+pub(crate) fn camera(own: &cli::Camera, cameras: Option<&str>) -> Result<Option<Camera>, Failure> {
+    if let Some(text) = &own.camera {
         return Camera::parse(text).map(Some).map_err(Failure::message);
     }
-    let Some(which) = &args.cameras else {
+    let Some(which) = cameras else {
         return Ok(None);
     };
     let Some((path, name, Some(number))) = scenes::parse_cameras(which) else {
@@ -81,44 +85,4 @@ fn camera(args: &Render) -> Result<Option<Camera>, Failure> {
         )));
     };
     Views::read(path, name)?.camera(number).map(Some)
-}
-
-/// Compiles the kernels that come along, or all C files of a folder.
-fn compile_kernels(folder: Option<&Path>, arch: &Arch) -> Result<Compiled, Failure> {
-    let none = SourceArgs {
-        include: Vec::new(),
-        define: Vec::new(),
-        no_auto_kernel: true,
-        double: cli::Double::Soft,
-        feature: Vec::new(),
-        warnings: Vec::new(),
-        remarks: Vec::new(),
-        error_format: cli::ErrorFormat::Human,
-    };
-    let front_end = FrontEnd::new(&none, arch);
-    let input = match folder {
-        None => Input::C(kernels::sources()),
-        Some(folder) => pipeline::read(&c_files(folder)?, arch)?,
-    };
-    let compiled = pipeline::compile(input, &front_end, Effort::Steps)?;
-    compile::say_not_pipelined(&compiled, arch, &none);
-    Ok(compiled)
-}
-
-/// The C files of a folder, by name.
-fn c_files(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let error = |e: std::io::Error| {
-        Failure::Message(format!("cannot read the folder {}: {e}", folder.display()))
-    };
-    let entries: Result<Vec<_>, _> = std::fs::read_dir(folder).map_err(error)?.collect();
-    let mut paths: Vec<PathBuf> = entries.map_err(error)?.iter().map(|e| e.path()).collect();
-    paths.retain(|p| p.extension().is_some_and(|e| e == "c"));
-    paths.sort();
-    if paths.is_empty() {
-        return Err(Failure::Message(format!(
-            "there is no C file in {}",
-            folder.display()
-        )));
-    }
-    Ok(paths)
 }

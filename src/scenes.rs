@@ -1,12 +1,13 @@
 //! Scenes, their viewpoints and their trees, for every command that needs one.
 
-use crate::cli::BvhBuilder;
+use crate::cli::{BvhBuilder, Shading};
 use crate::failure::Failure;
 use crate::files;
 use crate::talk::{self, Progress};
 use srp_runtime::bvh::{self, Builder, Bvh};
+use srp_runtime::effect::{self, Effects, Guard};
 use srp_runtime::scene::camera::{Camera, Viewpoints};
-use srp_runtime::scene::{self, Scene};
+use srp_runtime::scene::{self, MAX_LIGHTS, Scene};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -29,6 +30,44 @@ pub(crate) fn read(path: Option<&Path>, camera: Option<Camera>) -> Result<Scene,
         }
         Err(messages) => Err(Failure::Reported(messages.render(talk::colour()))),
     }
+}
+
+/// Changes a scene as the command line says.
+pub(crate) fn set_up(scene: &mut Scene, args: &Shading) -> Result<(), Failure> {
+    let options = &mut scene.options;
+    options.samples = args.samples.unwrap_or(options.samples);
+    options.bounces = args.bounces.unwrap_or(options.bounces);
+    options.inter_reflections = args.inter_reflections.unwrap_or(options.inter_reflections);
+    if let Some((count, radius)) = args.occlusion {
+        options.occlusion = count;
+        let (lo, hi) = scene::bounds(&scene.triangles).unwrap_or_default();
+        options.occlusion_radius = radius.unwrap_or(0.1 * (hi - lo).length());
+    }
+    if !args.light.is_empty() {
+        scene.lights.clone_from(&args.light);
+    }
+    match scene.lights.len() > MAX_LIGHTS {
+        true => Err(Failure::Message(format!(
+            "there are {} lights, and no more than {MAX_LIGHTS} are possible",
+            scene.lights.len()
+        ))),
+        false => Ok(()),
+    }
+}
+
+/// What kernels are built for: what the scene calls for, changed as a list says, and the guard that
+/// stops a frame which calls for more. What a list leaves out is not guarded: it is not wanted.
+pub(crate) fn effects(scene: &Scene, list: Option<&str>) -> Result<(Effects, Guard), Failure> {
+    let needed: Effects = effect::find(scene).into_iter().collect();
+    let Some(list) = list else {
+        return Ok((needed, Guard::default()));
+    };
+    let (built, whole) = needed.parse(list).map_err(Failure::message)?;
+    let guard = match whole {
+        true => Guard::of(scene, built).map_err(Failure::message)?,
+        false => Guard::default(),
+    };
+    Ok((built, guard))
 }
 
 /// Builds the tree of a scene, with leaves of so many triangles at most, and says what came of it.

@@ -7,6 +7,7 @@
 pub mod bvh;
 pub mod core;
 pub mod digits;
+pub mod effect;
 pub mod memory;
 pub mod picture;
 pub mod rays;

@@ -12,7 +12,7 @@ use srp_archdesc::Arch;
 
 use crate::bvh::{self, Bvh, Layout, TreeImage};
 use crate::memory::{BASE, MAX_BYTES, SystemMemory};
-use crate::scene::{Camera, MAX_COORDINATE, Material, Scene, Triangle};
+use crate::scene::{Camera, Fresnel, Light, MAX_COORDINATE, Material, Scene, Surface, Triangle};
 use crate::tni::{Tree, arithmetic};
 
 /// Distance of a ray without end: beyond everything in a scene, and finite.
@@ -56,7 +56,13 @@ const SCENE: &Fields = &[
     ("widening", 184),
     ("far", 188),
     ("offset", 192),
-    ("reserved", 196),
+    ("lights", 196),
+    ("bounces", 200),
+    ("samples", 204),
+    ("occlusion", 208),
+    ("occlusion_radius", 212),
+    ("inter_reflections", 216),
+    ("reserved", 220),
 ];
 const SCENE_BYTES: u32 = 224;
 
@@ -93,8 +99,15 @@ const MATERIAL: &Fields = &[
     ("map_kd", 52),
     ("map_ks", 56),
     ("map_d", 60),
+    ("mirror", 64),
+    ("through", 80),
+    ("padding", 96),
 ];
-const MATERIAL_BYTES: u32 = 64;
+const MATERIAL_BYTES: u32 = 128;
+
+/// `srp_light`.
+const LIGHT: &Fields = &[("position", 0), ("colour", 16)];
+const LIGHT_BYTES: u32 = 32;
 
 /// Where the picture arises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -190,6 +203,9 @@ pub fn build(
     for (i, material) in (0..).zip(&scene.materials) {
         image.material(parts.materials + i * u64::from(MATERIAL_BYTES), material);
     }
+    for (i, light) in (0..).zip(lights(scene)) {
+        image.light(parts.lights + i * u64::from(LIGHT_BYTES), light);
+    }
     for (i, triangle) in (0..).zip(&scene.triangles) {
         image.triangle(parts.triangles + i * u64::from(TRIANGLE_BYTES), triangle);
         image.texcoords(parts.texcoords + i * u64::from(TEXCOORDS_BYTES), triangle);
@@ -214,6 +230,11 @@ pub fn build(
         tiles: tiling.across * tiling.down,
         widening,
     })
+}
+
+/// The lights that send out any.
+fn lights(scene: &Scene) -> impl Iterator<Item = &Light> {
+    scene.lights.iter().filter(|light| light.emits())
 }
 
 /// How a frame is divided into tiles.
@@ -248,6 +269,7 @@ impl Tiling {
 struct Parts {
     header: u64,
     materials: u64,
+    lights: u64,
     nodes: u64,
     records: u64,
     triangles: u64,
@@ -268,6 +290,7 @@ impl Parts {
         let parts = Parts {
             header: part(u64::from(SCENE_BYTES)),
             materials: part(scene.materials.len() as u64 * u64::from(MATERIAL_BYTES)),
+            lights: part(lights(scene).count() as u64 * u64::from(LIGHT_BYTES)),
             nodes: part(tree.nodes.len() as u64),
             records: part(tree.triangles.len() as u64),
             triangles: part(count * u64::from(TRIANGLE_BYTES)),
@@ -315,7 +338,7 @@ impl Bytes {
         at.vector("down", fan.down, 0);
         at.vector("background", Vec3::from(scene.background), 0);
         at.vector("ambient", Vec3::from(scene.ambient), 0);
-        let light = scene.lights.first();
+        let light = lights(scene).next();
         let (position, colour) = light.map_or((Vec3::ZERO, [0.0; 3]), |l| (l.position, l.colour));
         at.vector("light", position, 1.0f32.to_bits());
         at.vector("colour", Vec3::from(colour), 0);
@@ -333,7 +356,13 @@ impl Bytes {
             ("materials", parts.materials as u32),
             ("material_count", scene.materials.len() as u32),
             ("texcoords", parts.texcoords as u32),
-            ("light_count", u32::from(light.is_some())),
+            ("light_count", lights(scene).count() as u32),
+            ("lights", parts.lights as u32),
+            ("bounces", scene.options.bounces),
+            ("samples", scene.options.samples),
+            ("occlusion", scene.options.occlusion),
+            ("occlusion_radius", scene.options.occlusion_radius.to_bits()),
+            ("inter_reflections", scene.options.inter_reflections),
             ("widening", widening.to_bits()),
             ("far", FAR.to_bits()),
             ("offset", OFFSET.to_bits()),
@@ -348,10 +377,31 @@ impl Bytes {
             address,
             fields: MATERIAL,
         };
-        at.vector("kd", Vec3::from(m.diffuse), m.dissolve.to_bits());
-        at.vector("ks", Vec3::from(m.specular), m.exponent.to_bits());
-        at.vector("ke", Vec3::from(m.emission), m.refraction_index.to_bits());
+        let surface = Surface::of(m);
+        let fresnel: f32 = match surface.fresnel {
+            Fresnel::None => 0.0,
+            Fresnel::Conductor => 1.0,
+            Fresnel::Dielectric => 2.0,
+        };
+        let exponent = surface.exponent.to_bits();
+        at.vector("kd", Vec3::from(surface.diffuse), m.dissolve.to_bits());
+        at.vector("ks", Vec3::from(surface.specular), exponent);
+        let goes_on = f32::from(u8::from(surface.mirrors() || surface.transmits()));
+        at.vector("ke", Vec3::from(surface.emission), goes_on.to_bits());
+        at.vector("mirror", Vec3::from(surface.mirror), fresnel.to_bits());
+        let index = surface.index.to_bits();
+        at.vector("through", Vec3::from(surface.through), index);
         at.word("illum", u32::from(m.illumination));
+    }
+
+    fn light(&mut self, address: u64, light: &Light) {
+        let mut at = Structure {
+            image: self,
+            address,
+            fields: LIGHT,
+        };
+        at.vector("position", light.position, 1.0f32.to_bits());
+        at.vector("colour", Vec3::from(light.colour), 0);
     }
 
     fn triangle(&mut self, address: u64, t: &Triangle) {
@@ -362,7 +412,7 @@ impl Bytes {
         };
         let normal = t.geometric_normal();
         at.vector("n0", t.normals[0], t.material);
-        at.vector("n1", t.normals[1], 0);
+        at.vector("n1", t.normals[1], u32::from(t.is_flat()));
         at.vector("n2", t.normals[2], 0);
         at.vector("v0", t.positions[0], normal.x.to_bits());
         at.vector("v1", t.positions[1], normal.y.to_bits());
@@ -458,6 +508,7 @@ mod tests {
             ("srp_triangle", TRIANGLE, TRIANGLE_BYTES),
             ("srp_texcoords", TEXCOORDS, TEXCOORDS_BYTES),
             ("srp_material", MATERIAL, MATERIAL_BYTES),
+            ("srp_light", LIGHT, LIGHT_BYTES),
         ] {
             let expected: Vec<_> = fields.iter().map(|(n, o)| ((*n).to_owned(), *o)).collect();
             assert_eq!(of_header(name), (expected, bytes), "{name}");

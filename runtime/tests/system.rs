@@ -7,6 +7,7 @@ use srp_archdesc::arch::Approx;
 use srp_archdesc::{Arch, ports};
 use srp_runtime::bvh;
 use srp_runtime::core::{Activity, Bus, Core, Run, Trap};
+use srp_runtime::effect::Guard;
 use srp_runtime::memory::BASE;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene::{Scene, demo::demo};
@@ -214,6 +215,7 @@ fn frame(
     let image = scene_image::build(scene, &bvh, &scene.camera, arch, size)
         .expect("a small scene fits in memory");
     let options = Options {
+        guard: Guard::default(),
         max_cycles: 1_000_000_000,
         sram_image: b"data",
         kernel_names: vec!["primary".to_owned()],
@@ -401,6 +403,7 @@ fn frames_stop_when_told() {
         forever(),
         &arch,
         Options {
+            guard: Guard::default(),
             max_cycles: u64::MAX,
             sram_image: &[],
             kernel_names: Vec::new(),
@@ -422,6 +425,7 @@ fn frames_stop_when_told() {
         forever(),
         &arch,
         Options {
+            guard: Guard::default(),
             max_cycles: 100_000,
             sram_image: &[],
             kernel_names: Vec::new(),

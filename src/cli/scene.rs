@@ -2,6 +2,7 @@
 
 use super::{Engine, Loops, MachineFile};
 use clap::{Args, ValueEnum};
+use srp_runtime::scene::{Light, MAX_BOUNCES, MAX_COORDINATE, MAX_SAMPLES};
 use std::path::PathBuf;
 
 /// A camera of one's own.
@@ -26,6 +27,64 @@ pub(crate) struct Measuring {
     /// Threads of the host; they change no figure
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) threads: usize,
+}
+
+/// How far light is followed, and what the kernels are built for.
+#[derive(Args)]
+pub(crate) struct Shading {
+    /// Build the kernels for more or less than the scene calls for: +NAME and -NAME change its set,
+    /// names alone are a set, and a frame that meets what is not in it stops (see `srp effects`)
+    #[arg(long, value_name = "LIST", allow_hyphen_values = true)]
+    pub(crate) effects: Option<String>,
+    /// Rays through each pixel
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
+    pub(crate) samples: Option<u32>,
+    /// Most secondary rays in a row
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_BOUNCES)))]
+    pub(crate) bounces: Option<u32>,
+    /// Ambient occlusion rays from each point, and how far they reach (a tenth of the scene)
+    #[arg(long, value_name = "N[/RADIUS]", value_parser = parse_occlusion)]
+    pub(crate) occlusion: Option<(u32, Option<f32>)>,
+    /// Diffuse reflections in a row that are followed, one ray for each
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_BOUNCES)))]
+    pub(crate) inter_reflections: Option<u32>,
+    /// A point light, instead of the scene's; several are possible
+    #[arg(long, value_name = "X,Y,Z[/R,G,B]", allow_hyphen_values = true, value_parser = parse_light)]
+    pub(crate) light: Vec<Light>,
+}
+
+/// Samples, and the radius behind a slash.
+fn parse_occlusion(text: &str) -> Result<(u32, Option<f32>), String> {
+    let (count, radius) = match text.split_once('/') {
+        Some((count, radius)) => (count, Some(radius)),
+        None => (text, None),
+    };
+    let count = count.parse().ok().filter(|&n| n <= MAX_SAMPLES);
+    let count = count.ok_or_else(|| format!("`{text}` is not a number up to {MAX_SAMPLES}"))?;
+    let positive = |r: &f32| r.is_finite() && *r > 0.0;
+    match radius.map(|r| r.parse().ok().filter(positive)) {
+        Some(None) => Err(format!("`{text}`: the radius is not a positive number")),
+        radius => Ok((count, radius.flatten())),
+    }
+}
+
+/// A position, and a colour behind a slash.
+fn parse_light(text: &str) -> Result<Light, String> {
+    let (position, colour) = text.split_once('/').unwrap_or((text, "1,1,1"));
+    let three = |part: &str| {
+        let numbers: Option<Vec<f32>> = part.split(',').map(|n| n.trim().parse().ok()).collect();
+        let numbers = numbers.filter(|n| n.iter().all(|x| x.abs() <= MAX_COORDINATE));
+        <[f32; 3]>::try_from(numbers?).ok()
+    };
+    let wrong = || format!("`{text}` is not X,Y,Z or X,Y,Z/R,G,B");
+    let colour = three(colour).ok_or_else(wrong)?;
+    match colour.iter().any(|&c| c < 0.0) {
+        true => Err(format!("`{text}`: a colour is not negative")),
+        false => Ok(Light {
+            position: three(position).ok_or_else(wrong)?.into(),
+            colour,
+        }),
+    }
 }
 
 /// How the bounding volume hierarchy is built.
@@ -57,6 +116,8 @@ pub(crate) struct Render {
     /// View N of the scene NAME in a file of cameras
     #[arg(long, value_name = "FILE.json:NAME/N")]
     pub(crate) cameras: Option<String>,
+    #[command(flatten)]
+    pub(crate) shading: Shading,
     /// Width and height of the image in pixels
     #[arg(long, value_name = "WxH", default_value = "320x240", value_parser = parse_size)]
     pub(crate) size: (u32, u32),
@@ -78,6 +139,45 @@ pub(crate) struct Render {
     #[command(flatten)]
     pub(crate) loops: Loops,
     /// Print the account as JSON instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// `srp effects`
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  srp effects scene.obj
+  srp effects scene.obj --no-costs --json
+  srp effects --effects +antialiasing,-shadow --html effects.html")]
+pub(crate) struct Effects {
+    /// Scene to look at; the default scene where none is given
+    pub(crate) scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) machine: MachineFile,
+    #[command(flatten)]
+    pub(crate) camera: Camera,
+    /// View N of the scene NAME in a file of cameras
+    #[arg(long, value_name = "FILE.json:NAME/N")]
+    pub(crate) cameras: Option<String>,
+    #[command(flatten)]
+    pub(crate) shading: Shading,
+    /// Measure nothing: only which effects, and why
+    #[arg(long)]
+    pub(crate) no_costs: bool,
+    /// Width and height of the frames that are measured
+    #[arg(long, value_name = "WxH", default_value = "64x48", value_parser = parse_size)]
+    pub(crate) size: (u32, u32),
+    /// What simulates the SRP in these frames
+    #[arg(long, value_enum, default_value_t = Engine::Interp)]
+    pub(crate) engine: Engine,
+    /// How the bounding volume hierarchy is built
+    #[arg(long, value_enum, default_value_t = BvhBuilder::Sweep)]
+    pub(crate) bvh: BvhBuilder,
+    /// Write the report as a page too
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) html: Option<PathBuf>,
+    /// Print the report as JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,
 }

@@ -84,6 +84,15 @@ pub fn machine(name: &str) -> Arch {
 /// Compiles C for a machine, with the headers of `kernels/` and those beside the first source. Loops
 /// become kernels where a pragma says so. The messages where that fails.
 pub fn compiled(sources: &[PathBuf], arch: &Arch) -> Result<Program, String> {
+    compiled_for(sources, arch, Vec::new())
+}
+
+/// The same with macros: names and values.
+pub fn compiled_for(
+    sources: &[PathBuf],
+    arch: &Arch,
+    defines: Vec<(String, String)>,
+) -> Result<Program, String> {
     let beside = sources.first().and_then(|path| path.parent());
     let beside = beside.unwrap_or(Path::new(""));
     let text = |name: &str| {
@@ -92,6 +101,7 @@ pub fn compiled(sources: &[PathBuf], arch: &Arch) -> Result<Program, String> {
     };
     let resolve = |include: &Include<'_>| Some(Source::new(include.name, text(include.name)?));
     let options = Options {
+        defines,
         resolve: &resolve,
         auto_kernel: false,
         ..Options::default()

@@ -7,20 +7,29 @@ use srp_ir::interp::{self, FlatWorld};
 use srp_ir::layout::Layout;
 use srp_ir::{dre, split};
 use srp_runtime::core::Core;
+use srp_runtime::effect::Effects;
 use srp_runtime::solo::{self, Solo};
 use srp_scheduler::schedule;
-use srp_tests::{compiled, machine, root};
+use srp_tests::{compiled_for, machine, root};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Bytes of system memory that the test uses.
 const MEMORY: usize = 32768;
 
+/// The macros of kernels that are built for a set of effects.
+fn defines(effects: Effects) -> Vec<(String, String)> {
+    effects.defines().collect()
+}
+
 /// What the host's compiler makes of a program; `None` where there is none.
-fn native(sources: &[PathBuf]) -> Option<Vec<u8>> {
+fn native(sources: &[PathBuf], effects: Effects) -> Option<Vec<u8>> {
     let stem = sources[0].file_stem().unwrap_or_default().to_string_lossy();
-    let name = format!("twin-{stem}-{}", std::process::id());
+    let count = effects.iter().count();
+    let name = format!("twin-{stem}-{}-{count}", std::process::id());
     let exe = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let defined = defines(effects);
+    let defined: Vec<String> = defined.iter().map(|(n, v)| format!("-D{n}={v}")).collect();
     let host = root().join("tests/twin/host.h");
     let flags = [
         "-std=gnu11",
@@ -30,7 +39,11 @@ fn native(sources: &[PathBuf]) -> Option<Vec<u8>> {
         "-Wno-unknown-pragmas",
     ];
     let mut command = Command::new("cc");
-    command.args(flags).arg("-I").arg(root().join("kernels"));
+    command
+        .args(flags)
+        .args(&defined)
+        .arg("-I")
+        .arg(root().join("kernels"));
     let main = &sources[0];
     // Only the program itself has the host's memory; the kernels refer to it.
     command
@@ -49,6 +62,7 @@ fn native(sources: &[PathBuf]) -> Option<Vec<u8>> {
     let mut command = Command::new("cc");
     command
         .args(flags)
+        .args(&defined)
         .arg("-I")
         .arg(root().join("kernels"))
         .args(&sources[1..]);
@@ -106,26 +120,40 @@ fn compare(engine: &str, twin: &[u32], ours: &[u8]) {
 
 #[test]
 fn kernels_equal_their_native_twin() {
-    let kernels = ["generate.c", "shade.c", "resolve.c"].map(|k| root().join("kernels").join(k));
-    let mut sources = vec![root().join("tests/twin/rgs.c")];
-    sources.extend(kernels);
-    all_are_equal(&sources, 6);
+    all_are_equal(&kernels_of_the_frame(), Effects::all(), 12);
+}
+
+#[test]
+fn kernels_of_few_effects_equal_theirs() {
+    let few = "normals,emission,light,highlight,shadow";
+    let (few, _) = Effects::NONE.parse(few).expect("they are names");
+    all_are_equal(&kernels_of_the_frame(), few, 6);
 }
 
 #[test]
 fn textures_equal_their_native_twin() {
-    all_are_equal(&[root().join("tests/twin/texture.c")], 2);
+    all_are_equal(&[root().join("tests/twin/texture.c")], Effects::all(), 2);
 }
 
-/// Runs a program, the first of the files, that has so many kernels in every way there is.
-fn all_are_equal(sources: &[PathBuf], kernels: usize) {
-    let Some(twin) = native(sources) else {
+/// The test's program and the kernels that it calls.
+fn kernels_of_the_frame() -> Vec<PathBuf> {
+    let kernels = ["generate.c", "light.c", "secondary.c", "shade.c", "tile.c"];
+    let mut sources = vec![root().join("tests/twin/rgs.c")];
+    sources.extend(kernels.map(|k| root().join("kernels").join(k)));
+    sources
+}
+
+/// Runs a program, the first of the files, that has so many kernels when it is built for these
+/// effects, in every way there is.
+fn all_are_equal(sources: &[PathBuf], effects: Effects, kernels: usize) {
+    let Some(twin) = native(sources, effects) else {
         println!("skipped: there is no C compiler `cc`");
         return;
     };
     let twin = words(&twin);
     let arch = machine("sgrt");
-    let program = compiled(sources, &arch).unwrap_or_else(|messages| panic!("{messages}"));
+    let program = compiled_for(sources, &arch, defines(effects));
+    let program = program.unwrap_or_else(|messages| panic!("{messages}"));
     let layout = Layout::of(&program, arch.system.sram_bytes).expect("the buffers fit");
     let symbols: Vec<(String, u32, u32)> = layout
         .symbols(&program)

@@ -9,16 +9,33 @@
 #define MATERIALS_AT (SRP_MEMORY_BASE + 8192)
 #define FRAME_AT (SRP_MEMORY_BASE + 16384)
 
+srp_line out_curve[SRGB_PIECES];
 srp_ray out_primary[N];
 float4 out_views[N];
 float4 out_base[N];
+float4 out_sums[N];
 srp_ray out_shadow[N];
 float4 out_lit[N];
 float4 out_missed[N];
 float4 out_found[N];
 float4 out_shadowed[N];
+srp_surface out_surfaces[N];
+int out_onward[N + 1];
+srp_ray out_other_shadow[N];
+float4 out_other_lit[N];
+srp_ray out_tinted[N + 1];
+float4 out_left[N + 1];
+srp_ray out_occluded[N];
+float4 out_ambient[N];
+srp_waiting out_waiting[3 * N + 1];
+srp_ray out_secondary[N];
+float4 out_secondary_views[N];
+float4 out_weights[N];
+int out_counts[4];
 unsigned out_frame[8 * 8];
 
+static float4 weights[N];
+static float4 blocked[N];
 static srp_hit hits[N];
 static float4 colours[N];
 
@@ -60,7 +77,15 @@ static void make_scene(void)
         ks[3] = i == 0 ? 0.0f : i == 1 ? 1000.0f : number(1.0f, 60.0f);
         m[i].kd = vector(0.0f, 1.0f);
         m[i].ks = ks;
-        m[i].ke = i == 2 ? vector(0.0f, 1.0f) : srp_splat(0.0f);
+        float4 ke = i == 2 ? vector(0.0f, 1.0f) : srp_splat(0.0f);
+        ke[3] = i > 2 ? 1.0f : 0.0f;
+        m[i].ke = ke;
+        float4 mirror = i > 2 ? vector(0.0f, 1.0f) : srp_splat(0.0f);
+        mirror[3] = srp_itof(i % 3);
+        m[i].mirror = mirror;
+        float4 through = i > 3 ? vector(0.0f, 1.0f) : srp_splat(0.0f);
+        through[3] = i == 4 ? 1.0f : number(1.0f, 2.0f);
+        m[i].through = through;
     }
 }
 
@@ -75,6 +100,7 @@ static void make_hits(void)
         hits[i].ray = i * 17 % N;
         hits[i].flags = 0;
         colours[i] = vector(-0.2f, 1.3f);
+        weights[i] = vector(0.0f, 1.0f);
     }
 }
 
@@ -83,27 +109,68 @@ int main(void)
     make_scene();
     make_hits();
     float4 eye = vector(-3.0f, 3.0f), corner = vector(-1.0f, 1.0f);
-    generate_primary(out_primary, out_views, eye, corner, srp_float4(0.01f, 0.0f, 0.002f, 0.0f),
-                     srp_float4(0.0f, -0.01f, 0.0f, 0.0f), 1.0000005f, 1.0e30f, 7, 3, N);
-    float4 ambient = vector(0.0f, 0.3f), light = vector(-5.0f, 5.0f), colour = vector(0.5f, 2.0f);
-    shade_hit(hits, out_views, out_base, out_shadow, out_lit, TRIANGLES_AT, MATERIALS_AT, ambient,
-              light, colour, 1.0000005f, 1.0e-6f, N);
-    shade_miss(hits, out_views, out_missed, vector(0.0f, 1.0f), N);
-    shade_lit(hits, out_shadow, out_base, out_lit, out_found, N);
-    shade_shadowed(hits, out_shadow, out_base, out_shadowed, N);
-    resolve(colours, FRAME_AT, 8, 7, 3, N);
+    make_curve(out_curve);
+    turn(colours, out_curve, FRAME_AT, 0.75f, 8, 1, out_primary, out_views, eye, corner,
+         srp_float4(0.01f, 0.0f, 0.002f, 0.0f), srp_float4(0.0f, -0.01f, 0.0f, 0.0f), 1.0000005f,
+         1.0e30f, 1.0f, 0.3f, 0.8f, 77u, 7, 3, N);
+    float4 light = vector(-5.0f, 5.0f), colour = vector(0.5f, 2.0f);
+    srp_shading shading = {
+        .triangles = TRIANGLES_AT,
+        .materials = MATERIALS_AT,
+        .ambient = vector(0.0f, 0.3f),
+        .widening = 1.0000005f,
+        .offset = 1.0e-6f,
+        .first = 1,
+        .bounces = 3,
+        .inter_reflections = 2,
+    };
+    int onward = shade_hit(hits, out_views, weights, out_base, out_shadow, out_lit, out_surfaces,
+                           out_onward, &shading, light, colour, N);
+    shade_miss(hits, out_views, weights, out_missed, vector(0.0f, 1.0f), 0, 1, N);
+#if SRP_SURFACES
+    out_counts[0] = onward;
+    shade_light(out_surfaces, out_other_shadow, out_other_lit, out_sums, light, colour, 1.0000005f,
+                N);
+    out_counts[1] =
+        shade_tinted(hits, out_other_lit, blocked, out_tinted, out_left, &shading, light, N);
+    shade_lit(hits, out_other_lit, out_base, out_found, N);
+    occlude(out_surfaces, out_occluded, out_ambient, vector(0.0f, 1.0f), 2.0f, 1.0000005f, 0.25f,
+            0.6f, 99u, N);
+    out_counts[2] = scatter(out_surfaces, out_onward, out_waiting, MATERIALS_AT, onward);
+    out_counts[3] = inter_reflect(out_surfaces, out_waiting + out_counts[2], 3, 2, 99u, N);
+    launch(out_waiting, out_secondary, out_secondary_views, out_weights, 1.0000005f, 1.0e30f,
+           srp_min(out_counts[2] + out_counts[3], N));
+#else
+    shade_lit(hits, out_lit, out_base, out_found, N);
+    shade_shadowed(hits, out_lit, out_base, out_shadowed, N);
+#endif
     SRP_GLOBAL unsigned *frame = SRP_AT(unsigned, FRAME_AT);
     for (int i = 0; i < N; i++)
         out_frame[i] = frame[i];
 #ifndef __SRP__
+    srp_twin_write(out_curve, sizeof out_curve);
     srp_twin_write(out_primary, sizeof out_primary);
     srp_twin_write(out_views, sizeof out_views);
     srp_twin_write(out_base, sizeof out_base);
+    srp_twin_write(out_sums, sizeof out_sums);
     srp_twin_write(out_shadow, sizeof out_shadow);
     srp_twin_write(out_lit, sizeof out_lit);
     srp_twin_write(out_missed, sizeof out_missed);
     srp_twin_write(out_found, sizeof out_found);
     srp_twin_write(out_shadowed, sizeof out_shadowed);
+    srp_twin_write(out_surfaces, sizeof out_surfaces);
+    srp_twin_write(out_onward, sizeof out_onward);
+    srp_twin_write(out_other_shadow, sizeof out_other_shadow);
+    srp_twin_write(out_other_lit, sizeof out_other_lit);
+    srp_twin_write(out_tinted, sizeof out_tinted);
+    srp_twin_write(out_left, sizeof out_left);
+    srp_twin_write(out_occluded, sizeof out_occluded);
+    srp_twin_write(out_ambient, sizeof out_ambient);
+    srp_twin_write(out_waiting, sizeof out_waiting);
+    srp_twin_write(out_secondary, sizeof out_secondary);
+    srp_twin_write(out_secondary_views, sizeof out_secondary_views);
+    srp_twin_write(out_weights, sizeof out_weights);
+    srp_twin_write(out_counts, sizeof out_counts);
     srp_twin_write(out_frame, sizeof out_frame);
 #endif
     return 0;

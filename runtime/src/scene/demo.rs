@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use super::angle::turn;
-use super::{Camera, Light, Material, Scene, Triangle};
+use super::{Camera, Light, Material, Options, Scene, Triangle};
 
 /// The default scene: about ten thousand triangles, no textures.
 pub fn demo() -> Scene {
@@ -17,6 +17,7 @@ pub fn demo() -> Scene {
         }],
         ambient: [0.16, 0.18, 0.22],
         background: [0.62, 0.86, 1.28],
+        options: Options::default(),
         camera: Camera::looking_at(Vec3::new(4.6, 3.1, 8.2), Vec3::new(0.0, 0.75, 0.0), 38.0),
     };
     floor(&mut scene);

@@ -10,13 +10,19 @@ mod light;
 mod lines;
 mod mtl;
 mod obj;
+mod options;
 mod read;
+mod surface;
+
+use std::collections::BTreeMap;
 
 use glam::{Vec2, Vec3};
 
 pub use camera::Camera;
 pub use light::default_light;
+pub use options::{MAX_BOUNCES, MAX_LIGHTS, MAX_SAMPLES, Options};
 pub use read::{Loaded, Messages, read};
+pub use surface::{Fresnel, Surface};
 
 /// Largest absolute coordinate of a vertex. Beyond it, products of coordinates could overflow
 /// binary32 in the T&I unit.
@@ -35,7 +41,7 @@ pub struct Scene {
     pub triangles: Vec<Triangle>,
     /// The materials; never empty.
     pub materials: Vec<Material>,
-    /// Point lights: none or one.
+    /// Point lights, at most [`MAX_LIGHTS`].
     pub lights: Vec<Light>,
     /// Light that reaches every surface, rgb.
     pub ambient: [f32; 3],
@@ -43,6 +49,8 @@ pub struct Scene {
     pub background: [f32; 3],
     /// The viewpoint.
     pub camera: Camera,
+    /// How far light is followed.
+    pub options: Options,
 }
 
 /// One triangle.
@@ -60,6 +68,13 @@ pub struct Triangle {
 }
 
 impl Triangle {
+    /// Whether its normals at the vertices are that of its plane, so that there is nothing to
+    /// interpolate.
+    pub fn is_flat(&self) -> bool {
+        let geometric = self.geometric_normal();
+        self.normals.iter().all(|&n| n == geometric)
+    }
+
     /// The unit normal of its plane, on the side from which the vertices run counter-clockwise;
     /// 0 where it has no area. Computed in binary64, so that neither tiny nor huge ones vanish.
     pub fn geometric_normal(&self) -> Vec3 {
@@ -85,6 +100,8 @@ pub struct Material {
     pub dissolve: f32,
     /// Index of refraction, `Ni`.
     pub refraction_index: f32,
+    /// Transmission filter, `Tf`.
+    pub filter: [f32; 3],
     /// Illumination model, `illum`.
     pub illumination: u8,
     /// Name of the diffuse texture, `map_Kd`, as the file writes it.
@@ -93,6 +110,26 @@ pub struct Material {
     pub specular_texture: Option<String>,
     /// Name of the dissolve texture, `map_d`.
     pub dissolve_texture: Option<String>,
+    /// Where it is defined; nowhere, if it is made by code.
+    pub origin: Option<Origin>,
+}
+
+/// Where a material is defined.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Origin {
+    /// The material library.
+    pub file: String,
+    /// Line of its `newmtl`, from 1.
+    pub line: u32,
+    /// Line of each of its statements, by keyword; the last, where there are several.
+    pub statements: BTreeMap<String, u32>,
+}
+
+impl Origin {
+    /// The line of a statement; that of the whole material, where it has none.
+    pub fn line_of(&self, keyword: &str) -> u32 {
+        self.statements.get(keyword).copied().unwrap_or(self.line)
+    }
 }
 
 impl Material {
@@ -106,16 +143,25 @@ impl Material {
             exponent: 1.0,
             dissolve: 1.0,
             refraction_index: 1.0,
+            filter: [1.0; 3],
             illumination: 1,
             diffuse_texture: None,
             specular_texture: None,
             dissolve_texture: None,
+            origin: None,
         }
     }
 
     /// Whether it sends out light.
     pub fn emits(&self) -> bool {
         self.emission.iter().any(|&c| c > 0.0)
+    }
+}
+
+impl Light {
+    /// Whether any light comes from it.
+    pub fn emits(&self) -> bool {
+        self.colour.iter().any(|&c| c > 0.0)
     }
 }
 

@@ -4,25 +4,37 @@
 //! file name, and has no line numbers. It gets a plain rewriting with complete colours and bare
 //! texture names.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use srp_archdesc::diagnostic::Diagnostic;
 
+use super::Origin;
 use super::lines::{Findings, Line, join_continued, lines, number, numbers};
 
-/// Checks `text` line by line; mistakes go to `findings`. Returns the rewriting for `tobj`.
-pub(super) fn check(file: &str, text: &str, findings: &mut Findings) -> String {
+/// Checks `text` line by line; mistakes go to `findings`. Returns the rewriting for `tobj`, and by
+/// name where each material is defined.
+pub(super) fn check(
+    file: &str,
+    text: &str,
+    findings: &mut Findings,
+) -> (String, BTreeMap<String, Origin>) {
     let joined = join_continued(text);
     let mut reader = Reader {
         file,
         findings,
         plain: String::with_capacity(text.len()),
         names: Vec::new(),
+        origins: BTreeMap::new(),
     };
+    let (mut number, mut counted) = (1, 0);
     for line in lines(&joined) {
+        number += joined[counted..line.key.start].matches('\n').count() as u32;
+        counted = line.key.start;
         reader.line(&line);
+        reader.remember(&line, number);
     }
-    reader.plain
+    (reader.plain, reader.origins)
 }
 
 struct Reader<'a> {
@@ -30,6 +42,7 @@ struct Reader<'a> {
     findings: &'a mut Findings,
     plain: String,
     names: Vec<String>,
+    origins: BTreeMap<String, Origin>,
 }
 
 impl Reader<'_> {
@@ -43,7 +56,7 @@ impl Reader<'_> {
             return;
         }
         match key {
-            "Ka" | "Kd" | "Ks" | "Ke" => self.colour(line),
+            "Ka" | "Kd" | "Ks" | "Ke" | "Tf" => self.colour(line),
             "Ns" | "Ni" => {
                 if let Some(value) = self.scalar(line, f32::MIN, f32::MAX) {
                     self.plain(format_args!("{key} {value:?}"));
@@ -54,6 +67,23 @@ impl Reader<'_> {
             "map_Kd" | "map_Ks" | "map_d" => self.texture(line),
             // What is read by nobody yet is not judged.
             _ => {}
+        }
+    }
+
+    /// Keeps where the material in hand and its statements stand.
+    fn remember(&mut self, line: &Line<'_>, number: u32) {
+        let Some(name) = self.names.last() else {
+            return;
+        };
+        if line.key.text == "newmtl" {
+            let origin = Origin {
+                file: self.file.to_owned(),
+                line: number,
+                statements: BTreeMap::new(),
+            };
+            self.origins.insert(name.clone(), origin);
+        } else if let Some(origin) = self.origins.get_mut(name) {
+            origin.statements.insert(line.key.text.to_owned(), number);
         }
     }
 

@@ -9,7 +9,7 @@ use srp_archdesc::diagnostic::{Diagnostic, Severity, Source, render};
 
 use super::lines::Findings;
 use super::obj::{self, Checked};
-use super::{Camera, Material, Scene, Triangle, bounds, default_light, mtl};
+use super::{Camera, Material, Options, Origin, Scene, Triangle, bounds, default_light, mtl};
 
 /// Light that reaches every surface where a file does not say.
 const AMBIENT: [f32; 3] = [0.18; 3];
@@ -140,6 +140,7 @@ pub fn read(
             ambient: AMBIENT,
             background: BACKGROUND,
             camera,
+            options: Options::default(),
         },
         warnings: messages,
     })
@@ -203,15 +204,16 @@ fn libraries(
 
 fn library(name: &str, text: String, found: &mut Found, messages: &mut Messages) {
     let mut findings = Findings::new();
-    let plain = mtl::check(name, &text, &mut findings);
+    let (plain, mut origins) = mtl::check(name, &text, &mut findings);
     found.complete &= findings.errors == 0;
     if findings.errors == 0 {
         match tobj::load_mtl_buf(&mut plain.as_bytes()) {
             Ok((materials, _)) => {
                 for material in materials {
+                    let origin = origins.remove(&material.name);
                     found
                         .materials
-                        .insert(material.name.clone(), convert(material));
+                        .insert(material.name.clone(), convert(material, origin));
                 }
             }
             Err(why) => findings.push(Diagnostic::error(
@@ -224,7 +226,8 @@ fn library(name: &str, text: String, found: &mut Found, messages: &mut Messages)
     messages.add(findings, name, text);
 }
 
-fn convert(m: tobj::Material) -> Material {
+fn convert(m: tobj::Material, origin: Option<Origin>) -> Material {
+    let filter = m.unknown_param.get("Tf").map(|text| rgb(text));
     Material {
         diffuse: m.diffuse.unwrap_or([0.8; 3]),
         specular: m.specular.unwrap_or([0.0; 3]),
@@ -232,12 +235,21 @@ fn convert(m: tobj::Material) -> Material {
         exponent: m.shininess.unwrap_or(1.0),
         dissolve: m.dissolve.unwrap_or(1.0),
         refraction_index: m.optical_density.unwrap_or(1.0),
-        illumination: m.illumination_model.unwrap_or(1),
+        filter: filter.unwrap_or([1.0; 3]),
+        // A highlight without a model is meant to be seen.
+        illumination: m.illumination_model.unwrap_or(2),
         diffuse_texture: m.diffuse_texture,
         specular_texture: m.specular_texture,
         dissolve_texture: m.dissolve_texture,
         name: m.name,
+        origin,
     }
+}
+
+/// The three numbers that the check has written.
+fn rgb(text: &str) -> [f32; 3] {
+    let mut numbers = text.split_whitespace().map_while(|w| w.parse().ok());
+    [(); 3].map(|()| numbers.next().unwrap_or(1.0))
 }
 
 /// The material of faces that name none, or one that is not found.

@@ -9,6 +9,7 @@ use super::report::Account;
 use super::texture_cache::TextureCache;
 use super::{SystemError, TileQueue};
 use crate::core::{Activity, Bus, Core, Lanes};
+use crate::effect::{Guard, Missing};
 use crate::memory::SystemMemory;
 use crate::tni::{Runs, SubmitError, Tni, Tree};
 
@@ -50,6 +51,8 @@ pub(super) struct Ports {
     pub(super) exit: Option<i32>,
     /// A submission that cannot be made.
     fault: Option<SubmitError>,
+    /// What the program was not built for and has met.
+    missing: Option<Missing>,
 }
 
 /// One SGRT core.
@@ -102,6 +105,7 @@ impl CoreUnit {
         now: u64,
         memory: &mut SystemMemory,
         tiles: &mut TileQueue,
+        guard: &Guard,
     ) -> Result<bool, SystemError> {
         if self.state == State::Halted {
             return Ok(false);
@@ -123,6 +127,7 @@ impl CoreUnit {
             ports: &mut self.ports,
             memory,
             tiles,
+            guard,
         };
         let run = self
             .engine
@@ -133,6 +138,12 @@ impl CoreUnit {
             })?;
         if let Some(fault) = self.ports.fault {
             return Err(SystemError::submission(self.number, fault));
+        }
+        if let Some(missing) = self.ports.missing.take() {
+            return Err(SystemError::Effect {
+                core: self.number,
+                missing,
+            });
         }
         self.ready = now + run.cycles;
         self.account.add(run);
@@ -184,6 +195,7 @@ struct CoreBus<'a> {
     ports: &'a mut Ports,
     memory: &'a mut SystemMemory,
     tiles: &'a mut TileQueue,
+    guard: &'a Guard,
 }
 
 /// Whether an access of this size may be made at this address.
@@ -262,6 +274,12 @@ impl Bus for CoreBus<'_> {
         match port {
             ports::TILE => Some(self.tiles.take()),
             ports::TNI_DONE => {
+                if !self.guard.is_idle()
+                    && let Some(missing) = self.guard.check(self.tni.finished()?)
+                {
+                    // The system stops after this run.
+                    self.ports.missing = Some(missing.clone());
+                }
                 self.ports.runs = self.tni.take_finished()?;
                 Some(self.ports.runs.shadow_hits)
             }

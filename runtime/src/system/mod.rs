@@ -17,6 +17,7 @@ use srp_archdesc::{Arch, SystemSpec, ports};
 use self::core_unit::{CoreUnit, Miss, State};
 use crate::bvh::{NODE_BYTES, TRIANGLE_BYTES};
 use crate::core::{Core, Trap};
+use crate::effect::{Guard, Missing};
 use crate::memory::SystemMemory;
 use crate::memory::dram::Request;
 use crate::memory::path::{Clock, MemoryPath};
@@ -41,6 +42,8 @@ pub struct Options<'a> {
     pub max_cycles: u64,
     /// What each SRAM holds at the start, from address 0: the program's data. The rest is zero.
     pub sram_image: &'a [u8],
+    /// Stops the frame where the program meets what it was not built for.
+    pub guard: Guard,
     /// Names of the kernels, by their number in the scheduled program.
     pub kernel_names: Vec<String>,
     /// Told from time to time how far the frame is.
@@ -82,6 +85,13 @@ pub enum SystemError {
         address: u32,
         /// Its size in bytes.
         bytes: u32,
+    },
+    /// The program has met what it was not built for.
+    Effect {
+        /// The core.
+        core: u32,
+        /// What it is.
+        missing: Missing,
     },
     /// Nobody moves any more.
     Deadlock {
@@ -126,6 +136,7 @@ impl fmt::Display for SystemError {
                 "core {core} handed its T&I unit a buffer of {bytes} bytes at {address:#x}, which \
                  is outside the SRAM or not aligned to 4 bytes"
             ),
+            SystemError::Effect { core, missing } => write!(f, "core {core} stops: {missing}"),
             SystemError::Deadlock { cycle, waits } => {
                 write!(f, "nobody moves any more in cycle {cycle}:\n{waits}")
             }
@@ -179,7 +190,12 @@ pub fn render(
     let mut sram = options.sram_image.to_vec();
     sram.resize(sram_bytes, 0);
     let mut system = System::new(image, engines, arch, &sram);
-    let cycles = system.run(options.max_cycles, options.progress, options.cancelled)?;
+    let cycles = system.run(
+        options.max_cycles,
+        options.progress,
+        options.cancelled,
+        &options.guard,
+    )?;
     let picture = Picture::of(&system.memory, &system.frame);
     let report = Report::of(&system, cycles, arch, &options.kernel_names);
     Ok((picture, report))
@@ -273,6 +289,7 @@ impl System {
         max_cycles: u64,
         progress: &mut dyn FnMut(Progress),
         cancelled: &dyn Fn() -> bool,
+        guard: &Guard,
     ) -> Result<u64, SystemError> {
         let (mut srp, mut tni) = (0, 0);
         let (mut last_progress, mut last_results, mut look_up) = (0, 0, 0);
@@ -289,7 +306,7 @@ impl System {
             if srp_time == time {
                 let mut moved = false;
                 for core in &mut self.cores {
-                    moved |= core.step(srp, &mut self.memory, &mut self.tiles)?;
+                    moved |= core.step(srp, &mut self.memory, &mut self.tiles, guard)?;
                 }
                 let results = self.cores.iter().map(|c| c.tni.results()).sum();
                 if moved || results != last_results || self.in_flight() > 0 {

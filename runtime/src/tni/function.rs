@@ -4,7 +4,7 @@
 use srp_archdesc::system::TniSpec;
 
 use super::Tree;
-use super::arithmetic::{ANY_HIT, Hit, Prepared, Ray};
+use super::arithmetic::{ANY_HIT, Hit, NEAREST, Prepared, Ray};
 use super::walk::{Next, StackCounters, Walk};
 use crate::bvh::{NODE_BYTES, NodeRef, PairRecord, TRIANGLE_BYTES, TriangleRecord};
 use crate::memory::SystemMemory;
@@ -73,7 +73,7 @@ impl Function<'_> {
     /// Whether a ray with these flags needs no other hit than the one it has.
     #[inline]
     pub(super) fn is_settled(&self, flags: u32, hit: &Hit) -> bool {
-        self.spec.any_hit && flags & ANY_HIT != 0 && hit.is_hit()
+        self.spec.any_hit && flags & (ANY_HIT | NEAREST) == ANY_HIT && hit.is_hit()
     }
 }
 

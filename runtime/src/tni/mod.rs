@@ -225,6 +225,12 @@ impl Tni {
         Some(submission.runs())
     }
 
+    /// The hits of the oldest submission, once it is finished.
+    pub fn finished(&self) -> Option<&[HitRecord]> {
+        let submission = self.submissions.front()?;
+        submission.is_complete().then_some(&submission.records)
+    }
+
     /// Submissions in the unit, finished ones included.
     pub fn submissions(&self) -> usize {
         self.submissions.len()

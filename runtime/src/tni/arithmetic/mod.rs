@@ -58,12 +58,15 @@ pub struct Ray {
     pub payload: u32,
     /// The reciprocal times [`widening`].
     pub far: [f32; 3],
-    /// Bit 0: any hit will do.
+    /// Bit 0: a shadow ray, for which any hit will do; bit 1: but the nearest is wanted.
     pub flags: u32,
 }
 
 /// Flag of a ray for which any hit will do.
 pub const ANY_HIT: u32 = 1;
+
+/// Flag of a shadow ray that wants the nearest hit all the same: it may go on behind it.
+pub const NEAREST: u32 = 2;
 
 impl Ray {
     /// A ray with exact reciprocals.

@@ -1,0 +1,80 @@
+/* Vectors: forms that stay right where the obvious ones overflow, vanish or cancel. */
+#ifndef VECTOR_H
+#define VECTOR_H
+
+#include "srp.h"
+
+/* The largest of the first three lanes. */
+static inline float largest3(float4 v)
+{
+    return srp_fmax(srp_fmax(v[0], v[1]), v[2]);
+}
+
+/* v times the power of two that brings its largest lane to 1 or a little more, so that squares
+ * neither overflow nor vanish. */
+static inline float4 scaled3(float4 v)
+{
+    unsigned exponent = srp_bits(largest3(srp_fabs4(v))) & 0x7f800000u;
+    return v * srp_float(0x7f000000u - srp_minu(exponent, 0x7e800000u));
+}
+
+/* The unit vector along v, of any length; `fallback` where it has none. */
+static inline float4 unit3(float4 v, float4 fallback)
+{
+    float4 s = scaled3(v);
+    float length2 = srp_dot3(s, s);
+    return srp_select4(length2 > 0.0f, s * srp_rsqrt(length2), fallback);
+}
+
+/* The unit vector along v, whose length is nowhere near the limits of float. */
+static inline float4 plain_unit3(float4 v)
+{
+    return v * srp_rsqrt(srp_dot3(v, v));
+}
+
+/* a * b - c * d to 1.5 units of the last place, also where the products nearly cancel (Kahan). */
+static inline float difference_of_products(float a, float b, float c, float d)
+{
+    float cd = c * d;
+    return srp_fma(a, b, -cd) + srp_fma(-c, d, cd);
+}
+
+/* `direction` mirrored at a surface with the unit normal `normal`. */
+static inline float4 mirrored3(float4 direction, float4 normal)
+{
+    float along = srp_dot3(direction, normal);
+    return direction - normal * (along + along);
+}
+
+/* A vector in the coordinates of which z is the unit vector n (Duff et al. 2017). */
+static inline float4 around3(float4 n, float x, float y, float z)
+{
+    float sign = srp_select(n[2] < 0.0f, -1.0f, 1.0f);
+    float a = -srp_rcp(sign + n[2]);
+    float b = n[0] * n[1] * a;
+    float4 u = srp_float4(1.0f + sign * (n[0] * n[0] * a), sign * b, -(sign * n[0]), 0.0f);
+    float4 v = srp_float4(b, sign + n[1] * n[1] * a, -n[1], 0.0f);
+    return u * x + v * y + n * z;
+}
+
+/* x to the power n for 0 <= x <= 1, n >= 0; 0 to the power 0 is 1. */
+static inline float power(float x, float n)
+{
+    return srp_exp2(n * srp_log2(srp_fmax(x, 1.0e-30f)));
+}
+
+/* 32 bits that look random, another for each x. */
+static inline unsigned scrambled(unsigned x)
+{
+    x = (x ^ x >> 16) * 0x7feb352du;
+    x = (x ^ x >> 15) * 0x846ca68bu;
+    return x ^ x >> 16;
+}
+
+/* The first 24 of 32 bits as a number from 0 to below 1. */
+static inline float fraction(unsigned bits)
+{
+    return srp_utof(bits >> 8) * 5.9604645e-8f;
+}
+
+#endif

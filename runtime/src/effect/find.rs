@@ -1,0 +1,279 @@
+//! Which effects a scene calls for, and how one can tell.
+//!
+//! Only what is reachable counts: materials of faces, lights that send out light. What a finding
+//! says is the witness: for an effect that is on, the first material, line and the number of
+//! faces; for one that is off, the count that proves its absence.
+
+use super::{Effect, Effects, TABLE};
+use crate::scene::{Fresnel, Scene, Surface};
+
+/// Whether a scene calls for an effect, and why.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// The effect.
+    pub effect: Effect,
+    /// Whether the scene calls for it.
+    pub on: bool,
+    /// The witness.
+    pub why: String,
+}
+
+/// A material that faces use.
+struct Used {
+    index: usize,
+    surface: Surface,
+    faces: usize,
+}
+
+/// What the findings are made of.
+struct View<'a> {
+    scene: &'a Scene,
+    used: Vec<Used>,
+    lights: usize,
+    curved: usize,
+}
+
+/// All effects, in the order of the table, and whether a scene calls for them.
+pub fn find(scene: &Scene) -> Vec<Finding> {
+    let view = View::of(scene);
+    let mut set = Effects::NONE;
+    let mut findings = Vec::with_capacity(TABLE.len());
+    for entry in &TABLE {
+        let absent = entry.needs.iter().find(|&&e| !set.contains(e));
+        let (on, why) = match absent {
+            Some(&e) => (
+                false,
+                format!("there is nothing for it without `{}`", e.name()),
+            ),
+            None => view.look_for(entry.effect),
+        };
+        if on {
+            set = set.with(entry.effect);
+        }
+        findings.push(Finding {
+            effect: entry.effect,
+            on,
+            why,
+        });
+    }
+    findings
+}
+
+/// The effects that a scene calls for.
+impl FromIterator<Finding> for Effects {
+    fn from_iter<I: IntoIterator<Item = Finding>>(findings: I) -> Effects {
+        let on = findings.into_iter().filter(|f| f.on);
+        on.map(|f| f.effect).collect()
+    }
+}
+
+impl View<'_> {
+    fn of(scene: &Scene) -> View<'_> {
+        let mut faces = vec![0; scene.materials.len()];
+        for triangle in &scene.triangles {
+            faces[triangle.material as usize] += 1;
+        }
+        let materials = scene.materials.iter().zip(faces).enumerate();
+        let used = materials.filter(|(_, (_, faces))| *faces > 0);
+        View {
+            scene,
+            used: used
+                .map(|(index, (material, faces))| Used {
+                    index,
+                    surface: Surface::of(material),
+                    faces,
+                })
+                .collect(),
+            lights: scene.lights.iter().filter(|l| l.emits()).count(),
+            curved: scene.triangles.iter().filter(|t| !t.is_flat()).count(),
+        }
+    }
+
+    fn look_for(&self, effect: Effect) -> (bool, String) {
+        let options = &self.scene.options;
+        match effect {
+            Effect::Normals => self.normals(),
+            Effect::Emission => self.materials(&["Ke"], |s| s.emission.iter().any(|&c| c > 0.0)),
+            Effect::Light => self.count(1),
+            Effect::Lights => self.count(2),
+            Effect::Highlight => self.materials(&["Ks", "illum"], Surface::shines),
+            Effect::Shadow => match self.scene.triangles.len() {
+                0 => (false, "there are no faces to stand in the light".to_owned()),
+                n => (true, format!("{n} faces may stand in the light")),
+            },
+            Effect::TintedShadow => self.materials(&["Tf", "d", "illum"], Surface::transmits),
+            Effect::Reflection | Effect::Transparency | Effect::Fresnel | Effect::Refraction
+                if options.bounces == 0 =>
+            {
+                (
+                    false,
+                    "no secondary rays are asked for (--bounces 0)".to_owned(),
+                )
+            }
+            Effect::Reflection => self.materials(&["illum", "Ks"], Surface::mirrors),
+            Effect::Transparency => self.materials(&["Tf", "d", "illum"], Surface::transmits),
+            Effect::Refraction => {
+                self.materials(&["Ni", "illum"], |s| s.transmits() && s.index != 1.0)
+            }
+            Effect::Fresnel => {
+                self.materials(&["illum"], |s| s.mirrors() && s.fresnel != Fresnel::None)
+            }
+            Effect::Occlusion => asked("--occlusion", options.occlusion, 1),
+            Effect::InterReflection => match options.bounces {
+                0 => asked("--bounces", 0, 1),
+                _ => asked("--inter-reflections", options.inter_reflections, 1),
+            },
+            Effect::Antialiasing => asked("--samples", options.samples, 2),
+        }
+    }
+
+    fn normals(&self) -> (bool, String) {
+        let all = self.scene.triangles.len();
+        let Some(first) = self.scene.triangles.iter().position(|t| !t.is_flat()) else {
+            return (false, format!("0 of {all} faces have normals of their own"));
+        };
+        let material = self.name_of(self.scene.triangles[first].material as usize, &[]);
+        let count = self.curved;
+        (
+            true,
+            format!("{count} of {all} faces, the first of {material}"),
+        )
+    }
+
+    fn count(&self, least: usize) -> (bool, String) {
+        let (emit, all) = (self.lights, self.scene.lights.len());
+        (
+            emit >= least,
+            format!("{emit} of {all} lights send out light"),
+        )
+    }
+
+    /// Whether there is a used material of a kind; the first is the witness, and of its statements
+    /// the first there is.
+    fn materials(&self, keywords: &[&str], is: impl Fn(&Surface) -> bool) -> (bool, String) {
+        let found: Vec<&Used> = self.used.iter().filter(|u| is(&u.surface)).collect();
+        let (used, all) = (self.used.len(), self.scene.materials.len());
+        let Some(first) = found.first() else {
+            return (false, format!("0 of {used} used materials, of {all}"));
+        };
+        let faces: usize = found.iter().map(|u| u.faces).sum();
+        let name = self.name_of(first.index, keywords);
+        let others = match found.len() {
+            1 => String::new(),
+            n => format!(" and {} more", n - 1),
+        };
+        (true, format!("{name}{others}, {faces} faces"))
+    }
+
+    fn name_of(&self, index: usize, keywords: &[&str]) -> String {
+        let material = &self.scene.materials[index];
+        let mut text = format!("`{}`", material.name);
+        if let Some(origin) = &material.origin {
+            let stated = keywords
+                .iter()
+                .find(|&&k| origin.statements.contains_key(k));
+            let line = stated.map_or(origin.line, |k| origin.line_of(k));
+            text.push_str(&format!(" ({}:{line})", origin.file));
+        }
+        text
+    }
+}
+
+fn asked(option: &str, value: u32, least: u32) -> (bool, String) {
+    (value >= least, format!("{option} {value}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Light, Material, demo::demo};
+    use glam::Vec3;
+
+    /// Something that makes a scene call for an effect, and nothing else does there.
+    type Change = fn(&mut Scene);
+
+    /// The default scene with flat, dull, opaque faces and a light.
+    fn plain() -> Scene {
+        let mut scene = demo();
+        for triangle in &mut scene.triangles {
+            triangle.normals = [triangle.geometric_normal(); 3];
+            triangle.material = 0;
+        }
+        scene.materials = vec![Material::diffuse("plain", [0.5; 3])];
+        scene
+    }
+
+    fn effects(scene: &Scene) -> String {
+        find(scene).into_iter().collect::<Effects>().to_string()
+    }
+
+    #[test]
+    fn a_witness_more_switches_an_effect_on_and_unused_ones_do_not() {
+        assert_eq!(effects(&plain()), "light,shadow");
+        let changes: [(&str, Change); 7] = [
+            ("light,shadow", |s| s.materials[1].specular = [0.5; 3]),
+            ("emission,light,shadow", |s| {
+                s.materials[1].emission = [1.0; 3]
+            }),
+            ("light,highlight,shadow", |s| {
+                s.materials[1].specular = [0.5; 3];
+                s.materials[1].illumination = 2;
+            }),
+            ("light,highlight,shadow,reflection", |s| {
+                s.materials[1].specular = [0.5; 3];
+                s.materials[1].illumination = 3;
+            }),
+            ("light,shadow,tinted_shadow,transparency", |s| {
+                s.materials[1].dissolve = 0.5;
+            }),
+            (
+                "light,shadow,tinted_shadow,reflection,transparency,refraction,fresnel",
+                |s| {
+                    s.materials[1].illumination = 7;
+                    s.materials[1].refraction_index = 1.5;
+                },
+            ),
+            ("light,shadow,tinted_shadow", |s| {
+                s.materials[1].dissolve = 0.5;
+                s.options.bounces = 0;
+            }),
+        ];
+        for (expected, change) in changes {
+            let mut scene = plain();
+            scene.materials.push(Material::diffuse("special", [0.5; 3]));
+            change(&mut scene);
+            assert_eq!(effects(&scene), "light,shadow", "nobody uses it");
+            let last = scene.triangles.len() - 1;
+            scene.triangles[last].material = 1;
+            assert_eq!(effects(&scene), expected);
+        }
+    }
+
+    #[test]
+    fn lights_that_are_black_and_options_that_are_off_switch_nothing_on() {
+        let mut scene = plain();
+        let black = Light {
+            position: Vec3::ONE,
+            colour: [0.0; 3],
+        };
+        scene.lights.push(black);
+        assert_eq!(effects(&scene), "light,shadow");
+        scene.lights[0].colour = [0.0; 3];
+        assert_eq!(effects(&scene), "none");
+        scene.lights = vec![
+            Light {
+                colour: [1.0; 3],
+                ..black
+            };
+            2
+        ];
+        assert_eq!(effects(&scene), "light,lights,shadow");
+        scene.options.samples = 2;
+        scene.options.occlusion = 1;
+        scene.options.inter_reflections = 1;
+        let expected = "light,lights,shadow,occlusion,inter_reflection,antialiasing";
+        assert_eq!(effects(&scene), expected);
+        scene.triangles[0].normals[1] = Vec3::X;
+        assert!(effects(&scene).starts_with("normals,"));
+    }
+}

@@ -1,0 +1,144 @@
+//! What effects cost: frames of simulators that are built with and without them.
+
+use super::{Report, compile_kernels};
+use crate::cli::Effects as Args;
+use crate::failure::Failure;
+use crate::talk::Progress;
+use crate::{engine, interrupt, render, scenes};
+use serde::Serialize;
+use srp_archdesc::arch::Arch;
+use srp_runtime::bvh::Bvh;
+use srp_runtime::effect::{Effects, Guard, TABLE};
+use srp_runtime::picture::Picture;
+use srp_runtime::scene::Scene;
+use srp_runtime::scene_image;
+use srp_runtime::system;
+use srp_scheduler::Known;
+use std::time::Instant;
+
+/// Frames of which the quickest counts.
+const TRIES: u32 = 3;
+
+/// What an effect costs: the frame with it less that without it and all that needs it.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(super) struct Cost {
+    /// SRP cycles.
+    pub(super) cycles: i64,
+    /// Seconds of the host.
+    pub(super) host_seconds: f64,
+    /// Whether the picture is the same without it.
+    pub(super) same_picture: bool,
+}
+
+/// A simulator, and what a frame takes it.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Measured {
+    /// What it is: `this`, or `universal`.
+    pub(super) name: &'static str,
+    /// Number of effects that it is built for.
+    pub(super) effects: usize,
+    /// SRP cycles of the frame.
+    pub(super) cycles: u64,
+    /// Seconds of the host, without compiling.
+    pub(super) host_seconds: f64,
+    /// Whether its picture is that of the first.
+    pub(super) same_picture: bool,
+}
+
+/// A frame of one simulator.
+struct Frame {
+    cycles: u64,
+    seconds: f64,
+    picture: Picture,
+}
+
+/// What all frames share.
+struct Studio<'a> {
+    scene: &'a Scene,
+    bvh: Bvh,
+    arch: &'a Arch,
+    args: &'a Args,
+    known: Known,
+}
+
+impl Studio<'_> {
+    fn frame(&self, built: Effects) -> Result<Frame, Failure> {
+        let (scene, arch) = (self.scene, self.arch);
+        let compiled = compile_kernels(None, arch, built, scene.options.bounces, &self.known)?;
+        let program = compiled.runnable()?;
+        let image = scene_image::build(scene, &self.bvh, &scene.camera, arch, self.args.size)
+            .map_err(Failure::message)?;
+        let mut frame: Option<Frame> = None;
+        for _ in 0..TRIES {
+            let cores = engine::cores(program, arch, self.args.engine, arch.system.cores)?;
+            let options = system::Options {
+                max_cycles: render::MAX_CYCLES,
+                sram_image: &program.image,
+                guard: Guard::default(),
+                kernel_names: Vec::new(),
+                progress: &mut |_| {},
+                cancelled: &interrupt::requested,
+            };
+            let start = Instant::now();
+            let rendered =
+                interrupt::looked_for(|| system::render(image.clone(), cores, arch, options));
+            let (picture, report) = rendered.map_err(Failure::message)?;
+            interrupt::end_if_requested()?;
+            let seconds = start.elapsed().as_secs_f64();
+            let seconds = frame.map_or(seconds, |f| f.seconds.min(seconds));
+            frame = Some(Frame {
+                cycles: report.cycles,
+                seconds,
+                picture,
+            });
+        }
+        Ok(frame.expect("there is at least one try"))
+    }
+}
+
+/// Measures what every effect of the report costs, and the universal simulator.
+pub(super) fn measure(
+    report: &mut Report,
+    scene: &Scene,
+    built: Effects,
+    arch: &Arch,
+    args: &Args,
+) -> Result<(), Failure> {
+    let studio = Studio {
+        scene,
+        bvh: scenes::build(scene, args.bvh, None),
+        arch,
+        args,
+        known: Known::default(),
+    };
+    let progress = Progress::steps("measuring", TABLE.len() as u64 + 2);
+    let own = studio.frame(built)?;
+    progress.at(1);
+    for (i, (entry, line)) in TABLE.iter().zip(&mut report.effects).enumerate() {
+        let has = built.contains(entry.effect);
+        let other = studio.frame(match has {
+            true => built.without(entry.effect),
+            false => built.with(entry.effect),
+        })?;
+        let (with, without) = if has { (&own, &other) } else { (&other, &own) };
+        line.cost = Some(Cost {
+            cycles: with.cycles as i64 - without.cycles as i64,
+            host_seconds: with.seconds - without.seconds,
+            same_picture: own.picture == other.picture,
+        });
+        progress.at(i as u64 + 2);
+    }
+    let all = studio.frame(Effects::all())?;
+    let measured = |name, effects: Effects, frame: &Frame| Measured {
+        name,
+        effects: effects.iter().count(),
+        cycles: frame.cycles,
+        host_seconds: frame.seconds,
+        same_picture: frame.picture == own.picture,
+    };
+    report.simulators = vec![
+        measured("this", built, &own),
+        measured("universal", Effects::all(), &all),
+    ];
+    Ok(())
+}
