@@ -23,6 +23,7 @@ mod scenes;
 mod stopwatch;
 mod talk;
 mod tni;
+mod variant;
 
 use clap::{CommandFactory, Parser};
 use cli::{Cli, Command};

@@ -1,11 +1,10 @@
 //! `srp render`
 
 use crate::cli::{self, Render};
-use crate::effects::compile_kernels;
 use crate::failure::Failure;
 use crate::scenes::{self, Views};
 use crate::talk::{self, Progress};
-use crate::{engine, files, interrupt, machine, report};
+use crate::{engine, files, interrupt, machine, report, variant};
 use srp_runtime::scene::camera::Camera;
 use srp_runtime::scene_image;
 use srp_runtime::system;
@@ -28,7 +27,12 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     let (built, guard) = scenes::effects(&scene, args.shading.effects.as_deref())?;
     let folder = args.kernels.as_deref();
     let bounces = scene.options.bounces;
-    let compiled = compile_kernels(folder, &arch, built, bounces, &Known::default())?;
+    let known = Known::default();
+    // What was kept says nothing of how its loops were scheduled.
+    let compiled = match folder {
+        None if args.loops.loops.is_empty() => variant::kept(&arch, built, bounces, &known)?,
+        folder => variant::compile_kernels(folder, &arch, built, bounces, &known)?,
+    };
     loops.write(&compiled, &arch)?;
 
     let bvh = scenes::build(&scene, args.bvh, None);

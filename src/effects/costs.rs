@@ -1,10 +1,10 @@
 //! What effects cost: frames of simulators that are built with and without them.
 
-use super::{Report, compile_kernels};
+use super::Report;
 use crate::cli::Effects as Args;
 use crate::failure::Failure;
 use crate::talk::Progress;
-use crate::{engine, interrupt, render, scenes};
+use crate::{engine, interrupt, render, scenes, variant};
 use serde::Serialize;
 use srp_archdesc::arch::Arch;
 use srp_runtime::bvh::Bvh;
@@ -64,7 +64,7 @@ struct Studio<'a> {
 impl Studio<'_> {
     fn frame(&self, built: Effects) -> Result<Frame, Failure> {
         let (scene, arch) = (self.scene, self.arch);
-        let compiled = compile_kernels(None, arch, built, scene.options.bounces, &self.known)?;
+        let compiled = variant::kept(arch, built, scene.options.bounces, &self.known)?;
         let program = compiled.runnable()?;
         let image = scene_image::build(scene, &self.bvh, &scene.camera, arch, self.args.size)
             .map_err(Failure::message)?;

@@ -104,7 +104,7 @@ fn literals(line: &str) -> Vec<i32> {
 #[test]
 fn certificates_hold() {
     let arch = machine("tiny");
-    let sources = [root().join("kernels/generate.c")];
+    let sources = [root().join("tests/certificate/rays.c")];
     let program = compiled(&sources, &arch).unwrap_or_else(|e| panic!("{e}"));
     let dfg = &split::split(&program)
         .dre

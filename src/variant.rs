@@ -1,0 +1,116 @@
+//! Variants of the kernels: programs that are built for some effects, and where they are kept.
+
+use crate::cli::{self, Source as SourceArgs};
+use crate::failure::Failure;
+use crate::pipeline::{self, Compiled, Effort, FrontEnd, Input};
+use crate::{compile, files, kernels};
+use srp_archdesc::arch::Arch;
+use srp_runtime::effect::Effects;
+use srp_scheduler::Known;
+use std::path::{Path, PathBuf};
+
+/// Names a simulator: another for other effects, another room for rays, another machine and another
+/// version of the tools (FNV-1a of all that).
+pub(crate) fn key(built: Effects, bounces: u32, arch: &Arch) -> String {
+    let machine = srp_archdesc::xml::write(arch);
+    let text = format!("{} {built} {bounces} {machine}", env!("CARGO_PKG_VERSION"));
+    let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    format!("{hash:016x}")
+}
+
+/// The same for the kernels that come along, scheduled: as soon as it is known, what a simulator is
+/// generated from is read and not looked for again. Whoever builds the tools anew has other ones.
+pub(crate) fn kept(
+    arch: &Arch,
+    built: Effects,
+    bounces: u32,
+    known: &Known,
+) -> Result<Compiled, Failure> {
+    let Some(path) = place(built, bounces, arch) else {
+        return compile_kernels(None, arch, built, bounces, known);
+    };
+    if path.is_file()
+        && let Ok(input) = pipeline::read(std::slice::from_ref(&path), arch)
+        && let Ok(compiled) = compile_input(input, arch, built, bounces, known)
+    {
+        return Ok(compiled);
+    }
+    let compiled = compile_kernels(None, arch, built, bounces, known)?;
+    if compiled.not_pipelined.is_empty() {
+        let text = srp_ir::dre::write_scheduled(&compiled.schedule.program, arch);
+        // What cannot be kept is made again.
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let _ = files::make_folder(folder).and_then(|()| files::write(&path, text.as_bytes()));
+    }
+    Ok(compiled)
+}
+
+/// Where the program is kept; nowhere, where the tools do not know when they were made.
+fn place(built: Effects, bounces: u32, arch: &Arch) -> Option<PathBuf> {
+    let tools = std::env::current_exe().and_then(std::fs::metadata).ok()?;
+    let made = tools.modified().ok()?;
+    let made = made.duration_since(std::time::UNIX_EPOCH).ok()?.as_nanos();
+    let name = format!("{}-{made:x}.sched.xml", key(built, bounces, arch));
+    Some(files::cache_folder().join("frame").join(name))
+}
+
+/// Compiles the kernels that come along, or all C files of a folder, for some effects and for so
+/// many secondary rays in a row. Loops that are known are not scheduled again.
+pub(crate) fn compile_kernels(
+    folder: Option<&Path>,
+    arch: &Arch,
+    built: Effects,
+    bounces: u32,
+    known: &Known,
+) -> Result<Compiled, Failure> {
+    let input = match folder {
+        None => Input::C(kernels::sources()),
+        Some(folder) => pipeline::read(&c_files(folder)?, arch)?,
+    };
+    compile_input(input, arch, built, bounces, known)
+}
+
+fn compile_input(
+    input: Input,
+    arch: &Arch,
+    built: Effects,
+    bounces: u32,
+    known: &Known,
+) -> Result<Compiled, Failure> {
+    let mut define: Vec<String> = built.defines().map(|(n, v)| format!("{n}={v}")).collect();
+    define.push(format!("SRP_BOUNCES={}", bounces.max(1)));
+    let source = SourceArgs {
+        include: Vec::new(),
+        define,
+        no_auto_kernel: true,
+        double: cli::Double::Soft,
+        feature: Vec::new(),
+        warnings: Vec::new(),
+        remarks: Vec::new(),
+        error_format: cli::ErrorFormat::Human,
+    };
+    let front_end = FrontEnd::new(&source, arch);
+    let compiled = pipeline::compile_knowing(input, &front_end, Effort::Steps, known)?;
+    compile::say_not_pipelined(&compiled, arch, &source);
+    Ok(compiled)
+}
+
+/// The C files of a folder, by name.
+fn c_files(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let error = |e: std::io::Error| {
+        Failure::Message(format!("cannot read the folder {}: {e}", folder.display()))
+    };
+    let entries: Result<Vec<_>, _> = std::fs::read_dir(folder).map_err(error)?.collect();
+    let mut paths: Vec<PathBuf> = entries.map_err(error)?.iter().map(|e| e.path()).collect();
+    paths.retain(|p| p.extension().is_some_and(|e| e == "c"));
+    paths.sort();
+    if paths.is_empty() {
+        return Err(Failure::Message(format!(
+            "there is no C file in {}",
+            folder.display()
+        )));
+    }
+    Ok(paths)
+}
