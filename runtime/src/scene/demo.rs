@@ -1,4 +1,4 @@
-//! The default scene, made by code: a chequered floor, spheres, a ring and boxes in one light.
+//! The default scene, made by code: a chequered floor, a mirror, glass, a ring and boxes in one light.
 
 use glam::{Vec2, Vec3};
 
@@ -21,17 +21,17 @@ pub fn demo() -> Scene {
         camera: Camera::looking_at(Vec3::new(4.6, 3.1, 8.2), Vec3::new(0.0, 0.75, 0.0), 38.0),
     };
     floor(&mut scene);
-    sphere(&mut scene, Vec3::new(0.0, 1.3, 0.0), 1.3, 32, RED);
+    sphere(&mut scene, Vec3::new(0.0, 1.3, 0.0), 1.3, 32, SILVER);
     sphere(&mut scene, Vec3::new(2.3, 0.65, 1.5), 0.65, 22, GOLD);
-    sphere(&mut scene, Vec3::new(-1.1, 0.42, 2.3), 0.42, 18, TEAL);
-    ring(&mut scene, Vec3::new(-2.7, 0.95, 0.9), 0.7, 0.25, BLUE);
+    sphere(&mut scene, Vec3::new(-0.75, 0.6, 2.75), 0.6, 24, GLASS);
+    sphere(&mut scene, Vec3::new(0.95, 0.3, 3.1), 0.3, 14, TEAL);
+    ring(&mut scene, Vec3::new(-2.7, 0.95, 0.9), 0.7, 0.25, RED);
     let boxes = [
-        (Vec3::new(-2.2, 1.1, -2.4), Vec3::new(0.9, 1.1, 0.9), 24.0),
-        (Vec3::new(2.4, 0.7, -2.0), Vec3::new(0.7, 0.7, 0.7), -31.0),
-        (Vec3::new(0.9, 0.25, 2.9), Vec3::new(0.25, 0.25, 0.25), 52.0),
+        (Vec3::new(-2.2, 1.1, -2.4), Vec3::new(0.9, 1.1, 0.9), 24.0, STONE),
+        (Vec3::new(2.4, 0.7, -2.0), Vec3::new(0.7, 0.7, 0.7), -31.0, BLUE),
     ];
-    for (centre, half, degrees) in boxes {
-        cuboid(&mut scene, centre, half, degrees, STONE);
+    for (centre, half, degrees, material) in boxes {
+        cuboid(&mut scene, centre, half, degrees, material);
     }
     scene
 }
@@ -43,6 +43,8 @@ const GOLD: u32 = 3;
 const TEAL: u32 = 4;
 const BLUE: u32 = 5;
 const STONE: u32 = 6;
+const SILVER: u32 = 7;
+const GLASS: u32 = 8;
 
 fn materials() -> Vec<Material> {
     let plain = Material::diffuse;
@@ -60,6 +62,20 @@ fn materials() -> Vec<Material> {
         glossy("teal", [0.08, 0.55, 0.50], 0.5, 90.0),
         glossy("blue", [0.16, 0.27, 0.68], 0.6, 45.0),
         glossy("stone", [0.66, 0.64, 0.60], 0.1, 8.0),
+        Material {
+            specular: [0.86, 0.87, 0.90],
+            exponent: 400.0,
+            illumination: 5,
+            ..Material::diffuse("silver", [0.03; 3])
+        },
+        Material {
+            specular: [0.9; 3],
+            exponent: 300.0,
+            filter: [0.93, 0.97, 0.95],
+            refraction_index: 1.5,
+            illumination: 7,
+            ..Material::diffuse("glass", [0.0; 3])
+        },
     ]
 }
 
