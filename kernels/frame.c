@@ -75,6 +75,7 @@ static int onward[SRP_RAYS + 1];
 static float4 blocked[SRP_RAYS];
 #endif
 
+static srp_scene scene; /* a copy: packets would drive the header out of the data cache */
 static srp_line curve[SRGB_PIECES];
 static srp_shading shading;
 static float4 light, colour; /* the first */
@@ -121,37 +122,36 @@ static void submit(int j, int kind, int buffer, int n)
 /* The upper left corner of a tile, in pixels. */
 static int left_of(int tile)
 {
-    return tile % tiles_x * SRP_SCENE->tile_width;
+    return tile % tiles_x * scene.tile_width;
 }
 
 static int top_of(int tile)
 {
-    return tile / tiles_x * SRP_SCENE->tile_height;
+    return tile / tiles_x * scene.tile_height;
 }
 
 /* Writes the tile that is finished, if one is, and sends the primary rays of the next sample of a
  * job's tile, if it has one. */
 static void turn_to(int j, int finished)
 {
-    SRP_GLOBAL const srp_scene *scene = SRP_SCENE;
     int tile = jobs[j].tile;
-    int stride = scene->stride;
-    unsigned target = scene->framebuffer;
+    int stride = scene.stride;
+    unsigned target = scene.framebuffer;
     if (finished >= 0)
         target += 4u * (unsigned)(top_of(finished) * stride + left_of(finished));
     int buffer = take();
-    float4 right = scene->right, down = scene->down;
-    float4 corner = scene->corner + right * srp_itof(left_of(tile)) + down * srp_itof(top_of(tile));
+    float4 right = scene.right, down = scene.down;
+    float4 corner = scene.corner + right * srp_itof(left_of(tile)) + down * srp_itof(top_of(tile));
     float scale = 1.0f, spread = 0.0f, shift_x = 0.0f, shift_y = 0.0f;
 #if SRP_EFFECT(antialiasing)
     /* The places of the samples: multiples of powers of 1 / 1.3247, which fill the square evenly. */
-    scale = 1.0f / srp_itof(scene->samples);
-    spread = srp_select(scene->samples > 1, 1.0f, 0.0f);
+    scale = 1.0f / srp_itof(scene.samples);
+    spread = srp_select(scene.samples > 1, 1.0f, 0.0f);
     shift_x = fraction((unsigned)jobs[j].sample * 0xc13fa9a9u);
     shift_y = fraction((unsigned)jobs[j].sample * 0x91e10da5u);
 #endif
     turn(pixels(j), curve, target, scale, stride, finished >= 0, rays[buffer], views[buffer],
-         scene->eye, corner, right, down, scene->widening, scene->far, spread, shift_x, shift_y,
+         scene.eye, corner, right, down, scene.widening, scene.far, spread, shift_x, shift_y,
          (unsigned)tile, mask, shift, tile_rays);
     if (tile >= 0)
         submit(j, PRIMARY, buffer, tile_rays);
@@ -164,39 +164,38 @@ static void turn_to(int j, int finished)
  * one to be sent. */
 static int send_light(int j)
 {
-    SRP_GLOBAL const srp_scene *scene = SRP_SCENE;
     int n = jobs[j].surfaces;
     if (!n)
         return 0;
 #if SRP_EFFECT(light)
     while (jobs[j].light < lights) {
-        SRP_GLOBAL const srp_light *next = SRP_AT(const srp_light, scene->lights) + jobs[j].light++;
+        SRP_GLOBAL const srp_light *next = SRP_AT(const srp_light, scene.lights) + jobs[j].light++;
 #if SRP_EFFECT(shadow)
         int buffer = take();
         shade_light(surfaces[j], rays[buffer], lit[buffer], base[j], next->position, next->colour,
-                    scene->widening, n);
+                    scene.widening, n);
         submit(j, SHADOW, buffer, n);
         jobs[j].layers = 0;
         return 1;
 #else
-        shade_light(surfaces[j], 0, 0, base[j], next->position, next->colour, scene->widening, n);
+        shade_light(surfaces[j], 0, 0, base[j], next->position, next->colour, scene.widening, n);
 #endif
     }
 #endif
 #if SRP_EFFECT(occlusion)
     int sample = jobs[j].light - lights;
-    if (sample < scene->occlusion) {
+    if (sample < scene.occlusion) {
         /* A Hammersley set: the sample's number, and its bits backwards. */
         unsigned bits = (unsigned)sample, backwards = 0;
         for (int i = 0; i < 32; i++) {
             backwards = backwards << 1 | (bits & 1u);
             bits >>= 1;
         }
-        float share = 1.0f / srp_itof(scene->occlusion);
+        float share = 1.0f / srp_itof(scene.occlusion);
         int buffer = take();
         jobs[j].light++;
-        occlude(surfaces[j], rays[buffer], lit[buffer], scene->ambient * share,
-                scene->occlusion_radius, scene->widening, fraction(backwards),
+        occlude(surfaces[j], rays[buffer], lit[buffer], scene.ambient * share,
+                scene.occlusion_radius, scene.widening, fraction(backwards),
                 srp_itof(sample) * share, (unsigned)(jobs[j].tile + (jobs[j].sample << 20)), n);
         submit(j, OCCLUSION, buffer, n);
         return 1;
@@ -210,14 +209,13 @@ static int send_light(int j)
 /* Sends a packet of the rays that wait; whether there were any. */
 static int send_waiting(int j)
 {
-    SRP_GLOBAL const srp_scene *scene = SRP_SCENE;
     int n = srp_min(jobs[j].waiting, SRP_RAYS);
     if (!n)
         return 0;
     int buffer = take();
     jobs[j].waiting -= n;
     launch(waiting[j] + jobs[j].waiting, rays[buffer], views[buffer], weights[buffer],
-           scene->widening, scene->far, n);
+           scene.widening, scene.far, n);
     submit(j, SECONDARY, buffer, n);
     return 1;
 }
@@ -264,7 +262,6 @@ static int shade(int j, const srp_hit *h, int primary, int first, int n)
  * to be sent. */
 static int finish_packet(int j)
 {
-    SRP_GLOBAL const srp_scene *scene = SRP_SCENE;
     int from = jobs[j].rays;
 
     /* The T&I unit has sorted the hits into four runs. */
@@ -286,7 +283,7 @@ static int finish_packet(int j)
         int buffer = take();
         float4 towards = light;
 #if SRP_SURFACES
-        towards = (SRP_AT(const srp_light, scene->lights) + (jobs[j].light - 1))->position;
+        towards = (SRP_AT(const srp_light, scene.lights) + (jobs[j].light - 1))->position;
 #endif
         int n = shade_tinted(h, lit[from], blocked, rays[buffer], lit[buffer], &shading, towards,
                              shadow_hits);
@@ -301,7 +298,7 @@ static int finish_packet(int j)
     h += shadow_hits + shadow_misses;
     int primary = jobs[j].kind == PRIMARY, first = primary && jobs[j].sample == 0;
     if (other_misses)
-        shade_miss(h + other_hits, views[from], WEIGHTS(from), pixels(j), scene->background, primary,
+        shade_miss(h + other_hits, views[from], WEIGHTS(from), pixels(j), scene.background, primary,
                    first, other_misses);
     if (other_hits)
         sent = shade(j, h, primary, first, other_hits);
@@ -319,28 +316,28 @@ static int finish_packet(int j)
 
 int main(void)
 {
-    SRP_GLOBAL const srp_scene *scene = SRP_SCENE;
-    int samples = SRP_EFFECT(antialiasing) ? scene->samples : 1;
-    tiles_x = scene->tiles_x;
-    mask = scene->tile_width - 1;
-    tile_rays = scene->tile_width * scene->tile_height;
-    while (1 << shift < scene->tile_width)
+    scene = *SRP_SCENE;
+    int samples = SRP_EFFECT(antialiasing) ? scene.samples : 1;
+    tiles_x = scene.tiles_x;
+    mask = scene.tile_width - 1;
+    tile_rays = scene.tile_width * scene.tile_height;
+    while (1 << shift < scene.tile_width)
         shift++;
-    lights = (int)scene->light_count;
-    light = scene->light;
-    colour = scene->colour;
-    shading.triangles = scene->triangles;
-    shading.materials = scene->materials;
-    shading.texcoords = scene->texcoords;
-    shading.ambient = scene->ambient;
-    shading.widening = scene->widening;
-    shading.offset = scene->offset;
+    lights = (int)scene.light_count;
+    light = scene.light;
+    colour = scene.colour;
+    shading.triangles = scene.triangles;
+    shading.materials = scene.materials;
+    shading.texcoords = scene.texcoords;
+    shading.ambient = scene.ambient;
+    shading.widening = scene.widening;
+    shading.offset = scene.offset;
     shading.lamps = lights;
-    shading.bounces = srp_min(scene->bounces, SRP_BOUNCES);
-    shading.inter_reflections = scene->inter_reflections;
+    shading.bounces = srp_min(scene.bounces, SRP_BOUNCES);
+    shading.inter_reflections = scene.inter_reflections;
 #if SRP_EFFECT(occlusion)
     /* Ambient light is then what occlusion rays bring. */
-    if (scene->occlusion)
+    if (scene.occlusion)
         shading.ambient = srp_splat(0.0f);
 #endif
     make_curve(curve);
