@@ -11,15 +11,18 @@
  * What a pixel gets, and in which order, depends on its tile alone, never on the time. */
 #include "rgs.h"
 
-#if SRP_HIT_BUFFERS < SRP_RAY_BUFFERS
-#define JOBS SRP_HIT_BUFFERS
-#else
-#define JOBS (SRP_RAY_BUFFERS - 1)
-#endif
-
 /* A packet makes at most SRP_BRANCHES packets of waiting rays, each a bounce deeper, and the
  * deepest wait least: of all bounces but the last, one packet less than that is left. */
 #define WAITING (SRP_RAYS * (SRP_BOUNCES * (SRP_BRANCHES - 1) + 1) + 1)
+
+/* Bytes of the SRAM that a job takes, and that are left for jobs: on a small machine there are fewer
+ * jobs than hit buffers. */
+#define JOB_BYTES \
+    (SRP_RAYS * (64 + 112 * SRP_SURFACES) + SRP_SECONDARY * WAITING * (int)sizeof(srp_waiting))
+#define LEFT_BYTES (SRP_SRAM_BYTES - SRP_RAYS * (112 * SRP_RAY_BUFFERS + 32) - 8192)
+#define LEAST(a, b) ((a) < (b) ? (a) : (b))
+#define MOST_JOBS LEAST(SRP_HIT_BUFFERS, SRP_RAY_BUFFERS - 1)
+#define JOBS (LEFT_BYTES < 2 * JOB_BYTES ? 1 : LEAST(MOST_JOBS, LEFT_BYTES / JOB_BYTES))
 
 /* Surfaces in a row that a shadow ray goes through; what is behind more of them is dark. */
 #define MOST_LAYERS 32

@@ -105,6 +105,9 @@
 #ifndef SRP_HIT_BUFFERS
 #define SRP_HIT_BUFFERS 2
 #endif
+#ifndef SRP_SRAM_BYTES
+#define SRP_SRAM_BYTES 245760
+#endif
 
 #ifdef __SRP__
 

@@ -142,6 +142,10 @@ impl<'a> FrontEnd<'a> {
                 buffers.ray_buffers.to_string(),
             ),
             (
+                "SRP_SRAM_BYTES".to_owned(),
+                self.arch.system.sram_bytes.to_string(),
+            ),
+            (
                 "SRP_HIT_BUFFERS".to_owned(),
                 buffers.hit_buffers.to_string(),
             ),
