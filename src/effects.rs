@@ -22,6 +22,8 @@ struct Report {
     /// Names of the effects that it is built for.
     built: Vec<&'static str>,
     effects: Vec<Line>,
+    /// What the scene asks for and nobody has.
+    lacks: Vec<String>,
     /// Pixels of the frames that were measured.
     size: (u32, u32),
     /// Simulators by what they are built for, where they were measured.
@@ -59,6 +61,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         key: variant::key(built, scene.options.bounces, &arch),
         built: built.iter().map(effect::Effect::name).collect(),
         effects: lines(&scene, built),
+        lacks: (effect::lacks(&scene).iter())
+            .map(ToString::to_string)
+            .collect(),
         size: args.size,
         simulators: Vec::new(),
     };

@@ -26,6 +26,9 @@ pub(crate) fn read(path: Option<&Path>, camera: Option<Camera>) -> Result<Scene,
     match loaded {
         Ok(loaded) => {
             talk::say_all(&loaded.warnings.render(talk::colour()));
+            for lack in effect::lacks(&loaded.scene) {
+                talk::say(format_args!("warning: {lack}"));
+            }
             Ok(loaded.scene)
         }
         Err(messages) => Err(Failure::Reported(messages.render(talk::colour()))),

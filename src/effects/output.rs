@@ -50,11 +50,12 @@ fn heading(report: &Report) -> String {
 
 /// The sentences behind the table.
 fn remarks(report: &Report) -> Vec<String> {
+    let mut remarks = report.lacks.clone();
     let [own, all] = &report.simulators[..] else {
-        return Vec::new();
+        return remarks;
     };
     let (width, height) = report.size;
-    vec![
+    remarks.extend([
         format!(
             "Costs are those of a frame of {width}x{height} pixels with the effect, less the frame \
              without it and all that need it."
@@ -74,7 +75,8 @@ fn remarks(report: &Report) -> Vec<String> {
                 "another"
             }
         ),
-    ]
+    ]);
+    remarks
 }
 
 /// The report as text.

@@ -6,10 +6,12 @@
 
 mod find;
 mod guard;
+mod lack;
 mod set;
 
 pub use find::{Finding, find};
 pub use guard::{Guard, Missing};
+pub use lack::{Lack, lacks};
 pub use set::{Effects, UnknownEffect};
 
 /// Something that kernels can be built for; `SRP_EFFECT(name)` in C.

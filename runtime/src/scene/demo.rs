@@ -27,8 +27,18 @@ pub fn demo() -> Scene {
     sphere(&mut scene, Vec3::new(0.95, 0.3, 3.1), 0.3, 14, TEAL);
     ring(&mut scene, Vec3::new(-2.7, 0.95, 0.9), 0.7, 0.25, RED);
     let boxes = [
-        (Vec3::new(-2.2, 1.1, -2.4), Vec3::new(0.9, 1.1, 0.9), 24.0, STONE),
-        (Vec3::new(2.4, 0.7, -2.0), Vec3::new(0.7, 0.7, 0.7), -31.0, BLUE),
+        (
+            Vec3::new(-2.2, 1.1, -2.4),
+            Vec3::new(0.9, 1.1, 0.9),
+            24.0,
+            STONE,
+        ),
+        (
+            Vec3::new(2.4, 0.7, -2.0),
+            Vec3::new(0.7, 0.7, 0.7),
+            -31.0,
+            BLUE,
+        ),
     ];
     for (centre, half, degrees, material) in boxes {
         cuboid(&mut scene, centre, half, degrees, material);
