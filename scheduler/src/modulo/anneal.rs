@@ -30,6 +30,12 @@ const HOT: u32 = 240;
 /// Temperatures, and what each is of the one before, in 65536ths: the last is 8.
 const STEPS: u32 = 48;
 const COOLING: u64 = 61052;
+/// Nodes of a loop in which values rarely wait for long: every other run does without
+/// [`restage`](Anneal::restage), so that not all runs go the same way.
+const SMALL: usize = 40;
+/// The part of a unit's registers, in 16ths, beyond which it counts as crowded: the estimate does not
+/// see how values get in each other's way.
+const PART: u32 = 6;
 /// Cycles beyond the least in which a node without consumers may be put.
 const SPREAD: i32 = 3;
 
@@ -73,6 +79,11 @@ pub(super) struct Anneal<'a, 'p> {
     lands: EntityMap<Place, Vec<Option<Node>>>,
     shared: EntityMap<Resource, Vec<u32>>,
     results: EntityMap<Node, Option<Ty>>,
+    /// Cycles for which each value needs a register, and their sum over the values of each unit.
+    life: EntityMap<Node, i32>,
+    load: EntityMap<Fu, i32>,
+    /// Cycles of registers that each unit has.
+    capacity: EntityMap<Fu, i32>,
     seed: u64,
     draws: u64,
 }
@@ -101,11 +112,20 @@ impl<'a, 'p> Anneal<'a, 'p> {
             lands: EntityMap::filled(problem.graph.places.len(), vec![None; slots]),
             shared: EntityMap::filled(problem.arch.resources.len(), vec![0; slots]),
             results: problem.dfg.nodes.values().map(|n| n.op.result()).collect(),
+            life: EntityMap::filled(problem.dfg.nodes.len(), 0),
+            load: EntityMap::filled(units, 0),
+            capacity: problem
+                .arch
+                .fus
+                .keys()
+                .map(|fu| capacity(problem, fu, ii))
+                .collect(),
             seed: u64::from(seed),
             draws: 0,
         };
         anneal.add_wires(weights);
         anneal.start(freedom)?;
+        anneal.count_all();
         Some(anneal)
     }
 
@@ -258,10 +278,82 @@ impl<'a, 'p> Anneal<'a, 'p> {
                 waiting.min(way.direct + route::move_price(1))
             };
         }
-        if (MOVE..2 * MOVE).contains(&price) && !self.has_room(from, to, ready, gap as i32) {
+        if (MOVE..2 * MOVE).contains(&price)
+            && !self.has_room(wire.ty, from, to, ready, ready + gap as i32)
+        {
             price += LATE;
         }
         price * wire.weight
+    }
+
+    /// Cycles for which a value needs a register: none where it can stay in its unit's output for as
+    /// long as somebody needs it.
+    fn lifetime(&self, node: Node) -> i32 {
+        let (fu, issued) = self.at[node];
+        let ready = issued + self.timing(node, fu).latency as i32;
+        let from_here = (self.wires_of[node].iter())
+            .map(|&w| &self.wires[w as usize])
+            .filter(|wire| wire.from == node);
+        let longest = from_here
+            .map(|wire| self.at[wire.to].1 + wire.span - ready)
+            .max();
+        let longest = longest.unwrap_or(0).max(0);
+        if self.stands(node, ready, longest) {
+            0
+        } else {
+            longest
+        }
+    }
+
+    /// Counts all registers anew.
+    fn count_all(&mut self) {
+        self.load.values_mut().for_each(|load| *load = 0);
+        for node in self.problem.nodes() {
+            self.life[node] = self.lifetime(node);
+            self.load[self.at[node].0] += self.life[node];
+        }
+    }
+
+    /// What the registers that a unit has too few of cost: as much as moving their values away.
+    fn crowd(&self, fu: Fu) -> i64 {
+        let over = (self.load[fu] - self.capacity[fu]).max(0);
+        i64::from(over) * i64::from(MOVE) / i64::from(self.ii)
+    }
+
+    /// Counts the registers of nodes and of the values they read anew; by how much the price of
+    /// crowds has risen.
+    fn recount(&mut self, nodes: &[Node], homes: &[(Node, Fu)]) -> i64 {
+        let mut change = 0;
+        let mut add = |a: &mut Self, fu: Fu, by: i32| {
+            if by != 0 {
+                change -= a.crowd(fu);
+                a.load[fu] += by;
+                change += a.crowd(fu);
+            }
+        };
+        for &(node, home) in homes {
+            let life = self.life[node];
+            add(self, home, -life);
+            let fu = self.at[node].0;
+            add(self, fu, life);
+        }
+        for &node in nodes {
+            for k in 0..=self.wires_of[node].len() {
+                let value = match k {
+                    0 => node,
+                    _ => self.wires[self.wires_of[node][k - 1] as usize].from,
+                };
+                if k > 0 && value == node {
+                    continue;
+                }
+                let life = self.lifetime(value);
+                let more = life - self.life[value];
+                self.life[value] = life;
+                let fu = self.at[value].0;
+                add(self, fu, more);
+            }
+        }
+        change
     }
 
     /// Whether a value can stay in its unit's output for some cycles after it lands there.
@@ -273,13 +365,32 @@ impl<'a, 'p> Anneal<'a, 'p> {
         cycles < self.ii && (1..=cycles).all(|k| lands[self.slot(ready + k)].is_none())
     }
 
-    /// Whether a unit on the way has an issue slot for a move.
-    fn has_room(&self, from: Fu, to: Fu, ready: i32, cycles: i32) -> bool {
+    /// Whether a unit can move a value that stands in an output from `ready` on to a consumer that
+    /// reads it at `arrival`. The unit takes it from the output while it stands there, or, its own,
+    /// from its registers; and keeps it in its output until it is read, or, the consumer's own, in
+    /// its registers.
+    fn has_room(&self, ty: Ty, from: Fu, to: Fu, ready: i32, arrival: i32) -> bool {
+        let gone = (ready..arrival).find(|&t| self.is_overwritten(ty, from, t + 1));
+        let gone = gone.unwrap_or(arrival).min(arrival - 1);
         let between = &self.between[from.index() * self.problem.arch.fus.len() + to.index()];
-        (0..cycles.min(self.ii)).any(|k| {
-            let slot = self.slot(ready + k);
-            between.iter().any(|&fu| self.issue[fu][slot].is_none())
+        between.iter().any(|&fu| {
+            let last = if fu == from { arrival - 1 } else { gone };
+            for t in (ready.max(last - self.ii + 1)..=last).rev() {
+                let free =
+                    self.issue[fu][self.slot(t)].is_none() && !self.is_overwritten(ty, fu, t + 1);
+                let kept =
+                    || fu == to || (t + 2..=arrival).all(|t| !self.is_overwritten(ty, fu, t));
+                if free && kept() {
+                    return true;
+                }
+            }
+            false
         })
+    }
+
+    /// Whether a result lands in a unit's output in a cycle.
+    fn is_overwritten(&self, ty: Ty, fu: Fu, time: i32) -> bool {
+        self.lands[out_of(self.problem, ty, fu)][self.slot(time)].is_some()
     }
 
     /// The price of everything around nodes, and of the values whose stay in an output they end.
@@ -433,13 +544,15 @@ impl<'a, 'p> Anneal<'a, 'p> {
         if self.is_free(node, new.0, new.1) {
             self.put(node, new);
             let beside = [before_old, self.predecessor(node)];
-            let after = whole(self, &beside);
+            let after = whole(self, &beside) + self.recount(&[node], &[(node, old.0)]);
             self.lift(node);
             self.put(node, old);
             let change = after - whole(self, &beside);
             if self.accepts(change, temperature) {
                 self.lift(node);
                 self.put(node, new);
+            } else {
+                self.recount(&[node], &[(node, new.0)]);
             }
             return;
         }
@@ -471,7 +584,8 @@ impl<'a, 'p> Anneal<'a, 'p> {
             if self.is_free(other, old.0, nearest) {
                 self.put(other, (old.0, nearest));
                 let beside = [a, b, self.predecessor(node), self.predecessor(other)];
-                let after = i64::from(self.price_around(&[node, other], &beside));
+                let after = i64::from(self.price_around(&[node, other], &beside))
+                    + self.recount(&[node, other], &[(node, old.0), (other, theirs.0)]);
                 self.lift(node);
                 self.lift(other);
                 self.put(node, old);
@@ -482,6 +596,8 @@ impl<'a, 'p> Anneal<'a, 'p> {
                     self.lift(other);
                     self.put(node, new);
                     self.put(other, (old.0, nearest));
+                } else {
+                    self.recount(&[node, other], &[(node, new.0), (other, old.0)]);
                 }
                 return;
             }
@@ -491,12 +607,93 @@ impl<'a, 'p> Anneal<'a, 'p> {
         self.put(other, theirs);
     }
 
+    /// Tries to bring the ends of every value that waits for an II or more closer together: moves one
+    /// of them, with all that has to go with it, to the next iteration or the one before. That
+    /// changes no slot, so nothing is in the way.
+    fn restage(&mut self, temperature: u32) {
+        for w in 0..self.wires.len() {
+            for (later, whole) in [(true, false), (false, false), (true, true), (false, true)] {
+                let wire = &self.wires[w];
+                if self.slack(wire) >= self.ii {
+                    let (start, end) = if later {
+                        (wire.from, wire.to)
+                    } else {
+                        (wire.to, wire.from)
+                    };
+                    self.shift(start, end, later, whole, temperature);
+                }
+            }
+        }
+    }
+
+    /// Cycles that a value has beyond what its way takes.
+    fn slack(&self, wire: &Wire) -> i32 {
+        let ((from, issued), (to, read)) = (self.at[wire.from], self.at[wire.to]);
+        let units = self.problem.arch.fus.len();
+        let way = self.ways[wire.ty as usize][from.index() * units + to.index()];
+        let latency = self.timing(wire.from, from).latency as i32;
+        read + wire.span - issued - latency - way.reach.min(units as u32) as i32
+    }
+
+    /// Shifts a node by an II, later or earlier, and with it every node that would otherwise come
+    /// too late or too early; not `end`.
+    fn shift(&mut self, start: Node, end: Node, later: bool, whole: bool, temperature: u32) {
+        let mut moved = vec![false; self.at.len()];
+        let mut list = vec![start];
+        moved[start.index()] = true;
+        let mut next = 0;
+        while let Some(&node) = list.get(next) {
+            next += 1;
+            let wires = self.wires_of[node].iter().map(|&w| {
+                let wire = &self.wires[w as usize];
+                (wire.from, wire.to, self.slack(wire))
+            });
+            let orders = self.problem.orders_of[node].iter().map(|&o| {
+                let order = &self.problem.orders[o];
+                let span = self.ii * order.distance as i32;
+                let slack = self.at[order.to].1 + span - self.at[order.from].1 - order.delay as i32;
+                (order.from, order.to, slack)
+            });
+            for (from, to, slack) in wires.chain(orders) {
+                let (here, there) = if later { (from, to) } else { (to, from) };
+                let other = if here == node { there } else { here };
+                if (here == node || whole) && slack < self.ii && !moved[other.index()] {
+                    moved[other.index()] = true;
+                    list.push(other);
+                }
+            }
+            if moved[end.index()] {
+                return;
+            }
+        }
+        let boundary: Vec<usize> = (0..self.wires.len())
+            .filter(|&w| moved[self.wires[w].from.index()] != moved[self.wires[w].to.index()])
+            .collect();
+        let sum = |a: &Self| -> i64 {
+            boundary
+                .iter()
+                .map(|&w| i64::from(a.price(&a.wires[w])))
+                .sum()
+        };
+        let before = sum(self);
+        let by = if later { self.ii } else { -self.ii };
+        list.iter().for_each(|&n| self.at[n].1 += by);
+        let change = sum(self) - before;
+        if !self.accepts(change, temperature) {
+            list.iter().for_each(|&n| self.at[n].1 -= by);
+        }
+    }
+
     /// Anneals with so many proposals for each node at each temperature; each node's position then.
     pub(super) fn run(mut self, proposals: u32) -> EntityMap<Node, Position> {
         for temperature in temperatures() {
             for _ in 0..self.at.len() as u32 * proposals {
                 self.step(temperature);
             }
+            if self.at.len() > SMALL || self.seed % 2 == 1 {
+                self.restage(temperature);
+            }
+            self.count_all();
         }
         self.at
     }
@@ -512,6 +709,25 @@ fn temperatures() -> impl Iterator<Item = u32> {
     std::iter::successors(Some(u64::from(HOT) << 16), |t| Some((t * COOLING) >> 16))
         .map(|t| (t >> 16) as u32)
         .take(STEPS as usize)
+}
+
+/// Cycles of registers, out of each II, that a unit has for results of its own: a share of each file
+/// that it writes.
+fn capacity(problem: &Problem<'_>, fu: Fu, ii: u32) -> i32 {
+    let share = |&file: &Place| {
+        let writers = problem
+            .graph
+            .writes
+            .values()
+            .filter(|w| w.contains(&file))
+            .count();
+        let size = problem
+            .graph
+            .as_file(file)
+            .map_or(0, |rf| problem.arch.files[rf].size);
+        size / writers.max(1) as u32
+    };
+    (problem.graph.writes[fu].iter().map(share).sum::<u32>() * ii * PART / 16) as i32
 }
 
 /// Where a unit's results of a type stand.
