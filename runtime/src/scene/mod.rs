@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 use glam::{Vec2, Vec3};
 
 pub use camera::Camera;
-pub use light::default_light;
+pub use light::default_lights;
 pub use options::{MAX_BOUNCES, MAX_LIGHTS, MAX_SAMPLES, Options};
 pub use read::{Loaded, Messages, read};
 pub use surface::{Fresnel, Surface};

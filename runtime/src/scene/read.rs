@@ -9,7 +9,7 @@ use srp_archdesc::diagnostic::{Diagnostic, Severity, Source, render};
 
 use super::lines::Findings;
 use super::obj::{self, Checked};
-use super::{Camera, Material, Options, Origin, Scene, Triangle, bounds, default_light, mtl};
+use super::{Camera, Material, Options, Origin, Scene, Triangle, bounds, default_lights, mtl};
 
 /// Light that reaches every surface where a file does not say.
 const AMBIENT: [f32; 3] = [0.18; 3];
@@ -85,7 +85,7 @@ impl std::error::Error for Messages {}
 ///
 /// A missing material library or material is a warning; its faces are grey. The camera looks at
 /// the whole scene from its upper right front, unless `camera` is given; the light follows
-/// [`default_light`].
+/// [`default_lights`].
 pub fn read(
     path: &Path,
     camera: Option<Camera>,
@@ -130,11 +130,11 @@ pub fn read(
     })?;
     let stem = path.file_stem().unwrap_or_default();
     let camera = camera.unwrap_or_else(|| overview(&triangles));
-    let lights = default_light(&triangles, &materials, &camera);
+    let lights = default_lights(&triangles, &materials, &camera);
     Ok(Loaded {
         scene: Scene {
             name: stem.to_string_lossy().into_owned(),
-            lights: lights.into_iter().collect(),
+            lights,
             triangles,
             materials,
             ambient: AMBIENT,
