@@ -11,6 +11,15 @@
 #ifndef SRP_EFFECT_normals
 #define SRP_EFFECT_normals 1 /* normals interpolated between vertices */
 #endif
+#ifndef SRP_EFFECT_texture
+#define SRP_EFFECT_texture 1 /* diffuse colours from pictures */
+#endif
+#ifndef SRP_EFFECT_highlight_texture
+#define SRP_EFFECT_highlight_texture 1 /* colours of highlights from pictures */
+#endif
+#ifndef SRP_EFFECT_alpha
+#define SRP_EFFECT_alpha 1 /* surfaces with holes, from pictures */
+#endif
 #ifndef SRP_EFFECT_emission
 #define SRP_EFFECT_emission 1 /* surfaces that send out light */
 #endif
@@ -55,6 +64,10 @@
 #ifndef SRP_BOUNCES
 #define SRP_BOUNCES 4
 #endif
+
+/* Whether pictures are looked at. */
+#define SRP_TEXTURES \
+    (SRP_EFFECT(texture) || SRP_EFFECT(highlight_texture) || SRP_EFFECT(alpha))
 
 /* Whether there are rays that wait for their turn, and in how many ways a ray can go on. */
 #define SRP_BRANCHES \

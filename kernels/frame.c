@@ -38,6 +38,7 @@ typedef struct {
     int surfaces; /* left for lights */
     int light; /* the next light, or behind the lights the next occlusion sample */
     int waiting; /* rays that wait */
+    int left, top; /* of its tile, in pixels */
 } job;
 
 static job jobs[JOBS];
@@ -88,7 +89,6 @@ static int lights;
 static int shift;
 static int mask;
 static int tile_rays;
-static int tiles_x;
 
 /* Free ray buffers, as bits. */
 static unsigned free_rays = (1u << SRP_RAY_BUFFERS) - 1;
@@ -122,29 +122,31 @@ static void submit(int j, int kind, int buffer, int n)
     srp_out(SRP_PORT_TNI_START, n);
 }
 
-/* The upper left corner of a tile, in pixels. */
-static int left_of(int tile)
+/* Where a pixel is in the frame buffer. */
+static unsigned pixel_at(int left, int top)
 {
-    return tile % tiles_x * scene.tile_width;
+    return scene.framebuffer + 4u * (unsigned)(top * scene.stride + left);
 }
 
-static int top_of(int tile)
+/* Takes the next tile, if there is one. */
+static void take_tile(int j)
 {
-    return tile / tiles_x * scene.tile_height;
+    int tile = srp_in(SRP_PORT_TILE);
+    int row = tile / scene.tiles_x;
+    jobs[j].tile = tile;
+    jobs[j].top = row * scene.tile_height;
+    jobs[j].left = (tile - row * scene.tiles_x) * scene.tile_width;
+    jobs[j].sample = 0;
 }
 
-/* Writes the tile that is finished, if one is, and sends the primary rays of the next sample of a
+/* Writes the tile that is finished to its place, and sends the primary rays of the next sample of a
  * job's tile, if it has one. */
-static void turn_to(int j, int finished)
+static void turn_to(int j, unsigned target, int finished)
 {
     int tile = jobs[j].tile;
-    int stride = scene.stride;
-    unsigned target = scene.framebuffer;
-    if (finished >= 0)
-        target += 4u * (unsigned)(top_of(finished) * stride + left_of(finished));
     int buffer = take();
     float4 right = scene.right, down = scene.down;
-    float4 corner = scene.corner + right * srp_itof(left_of(tile)) + down * srp_itof(top_of(tile));
+    float4 corner = scene.corner + right * srp_itof(jobs[j].left) + down * srp_itof(jobs[j].top);
     float scale = 1.0f, spread = 0.0f, shift_x = 0.0f, shift_y = 0.0f;
 #if SRP_EFFECT(antialiasing)
     /* The places of the samples: multiples of powers of 1 / 1.3247, which fill the square evenly. */
@@ -153,7 +155,7 @@ static void turn_to(int j, int finished)
     shift_x = fraction((unsigned)jobs[j].sample * 0xc13fa9a9u);
     shift_y = fraction((unsigned)jobs[j].sample * 0x91e10da5u);
 #endif
-    turn(pixels(j), curve, target, scale, stride, finished >= 0, rays[buffer], views[buffer],
+    turn(pixels(j), curve, target, scale, scene.stride, finished, rays[buffer], views[buffer],
          scene.eye, corner, right, down, scene.widening, scene.far, spread, shift_x, shift_y,
          (unsigned)tile, mask, shift, tile_rays);
     if (tile >= 0)
@@ -176,12 +178,13 @@ static int send_light(int j)
 #if SRP_EFFECT(shadow)
         int buffer = take();
         shade_light(surfaces[j], rays[buffer], lit[buffer], base[j], next->position, next->colour,
-                    scene.widening, n);
+                    scene.scale, scene.widening, n);
         submit(j, SHADOW, buffer, n);
         jobs[j].layers = 0;
         return 1;
 #else
-        shade_light(surfaces[j], 0, 0, base[j], next->position, next->colour, scene.widening, n);
+        shade_light(surfaces[j], 0, 0, base[j], next->position, next->colour,
+                    scene.scale, scene.widening, n);
 #endif
     }
 #endif
@@ -321,7 +324,6 @@ int main(void)
 {
     scene = *SRP_SCENE;
     int samples = SRP_EFFECT(antialiasing) ? scene.samples : 1;
-    tiles_x = scene.tiles_x;
     mask = scene.tile_width - 1;
     tile_rays = scene.tile_width * scene.tile_height;
     while (1 << shift < scene.tile_width)
@@ -335,6 +337,7 @@ int main(void)
     shading.ambient = scene.ambient;
     shading.widening = scene.widening;
     shading.offset = scene.offset;
+    shading.scale = scene.scale;
     shading.lamps = lights;
     shading.bounces = srp_min(scene.bounces, SRP_BOUNCES);
     shading.inter_reflections = scene.inter_reflections;
@@ -351,16 +354,15 @@ int main(void)
         if (jobs[j].tile < 0 || (jobs[j].kind != NONE && finish_packet(j)))
             continue;
         /* All that is to be known of the sample is. */
-        int finished = -1;
-        if (jobs[j].kind == NONE || ++jobs[j].sample >= samples) {
-            if (jobs[j].kind != NONE)
-                finished = jobs[j].tile;
-            jobs[j].sample = 0;
-            jobs[j].tile = srp_in(SRP_PORT_TILE);
+        int begins = jobs[j].kind == NONE;
+        int finished = !begins && ++jobs[j].sample >= samples;
+        unsigned target = pixel_at(jobs[j].left, jobs[j].top);
+        if (begins || finished) {
+            take_tile(j);
             working -= jobs[j].tile < 0;
         }
-        if (finished >= 0 || jobs[j].tile >= 0)
-            turn_to(j, finished);
+        if (finished || jobs[j].tile >= 0)
+            turn_to(j, target, finished);
     }
     return 0;
 }

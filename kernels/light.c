@@ -3,14 +3,14 @@
 
 #if SRP_EFFECT(light) && SRP_SURFACES
 void shade_light(const srp_surface *surfaces, srp_ray *shadow_rays, float4 *lit, float4 *sums,
-                 float4 light, float4 colour, float widening, int n)
+                 float4 light, float4 colour, float scale, float widening, int n)
 {
 #pragma srp kernel
     for (int i = 0; i < n; i++) {
         const srp_surface *s = surfaces + i;
         float4 point = s->point, normal = s->normal, geometric = s->geometric;
         unsigned word = srp_bits(normal[3]);
-        float4 brought = phong(light - point, normal, geometric, -s->direction, s->diffuse,
+        float4 brought = phong((light - point) * scale, normal, geometric, -s->direction, s->diffuse,
                                s->specular, colour);
 #if SRP_EFFECT(shadow)
         float reach = srp_select(brought[3] > 0.0f, 1.0f, -1.0f);

@@ -47,6 +47,7 @@ typedef struct {
     unsigned triangles, materials, texcoords;
     float4 ambient; /* what no ray is sent for */
     float widening, offset;
+    float scale; /* a power of two, by which lengths in the scene are ordinary numbers */
     int primary; /* whether its rays come from the camera, with the weight 1 */
     int first;   /* whether they are the first of their pixels, so that there is nothing to add to */
     int lamps;   /* whether emission is left out at the end of diffuse rays: lights stand for it */
@@ -78,7 +79,7 @@ int shade_tinted(const srp_hit *hits, const float4 *lit, float4 *blocked, srp_ra
 
 /* A light on n surfaces: lit[i], and shadow ray i; without shadows, it goes to sums. */
 void shade_light(const srp_surface *surfaces, srp_ray *shadow_rays, float4 *lit, float4 *sums,
-                 float4 light, float4 colour, float widening, int n);
+                 float4 light, float4 colour, float scale, float widening, int n);
 
 /* Ambient occlusion of n surfaces: lit[i], and ray i as far as the radius. `turn` and `fan` are the
  * sample's place in the unit square, and `seed` the tile's number. */
@@ -135,6 +136,23 @@ static inline void shadow_ray(srp_ray *ray, float4 start, float4 way, float reac
     ray->far = widened;
 }
 
+#if SRP_TEXTURES
+/* Where a hit is in pictures: the coordinates in lanes 0 and 1. */
+static inline float4 texture_place(unsigned texcoords, int primitive, float u, float v)
+{
+    SRP_GLOBAL const float4 *at = SRP_AT(const float4, texcoords) + 2 * primitive;
+    float4 first = at[0], last = at[1]; /* u0 v0 u1 v1, u2 v2 */
+    return first * (1.0f - u - v) + srp_swizzle(first, 2, 3, 2, 3) * u + last * v;
+}
+
+/* Descriptors of the pictures of a material: map_kd, map_ks and map_d in lanes 1 to 3. */
+static inline int4 texture_maps(unsigned materials, unsigned material)
+{
+    SRP_GLOBAL const srp_material *m = SRP_AT(const srp_material, materials) + material;
+    return *(SRP_GLOBAL const int4 *)&m->illum;
+}
+#endif
+
 #if SRP_EFFECT(tinted_shadow)
 #define SHADOW_FLAGS (SRP_RAY_SHADOW | SRP_RAY_NEAREST)
 #else
@@ -142,11 +160,12 @@ static inline void shadow_ray(srp_ray *ray, float4 start, float4 way, float reac
 #endif
 
 /* Phong: what a point light brings to the eye, and in lane 3 whether it is on the side of the
- * surface and of its normal on which there is light. `back` points to the eye and has length 1. */
+ * surface and of its normal on which there is light. `to_light` is as long as the scene is large, at
+ * scale 1, so that its square is an ordinary number; `back` points to the eye and has length 1. */
 static inline float4 phong(float4 to_light, float4 normal, float4 geometric, float4 back,
                            float4 diffuse, float4 specular, float4 colour)
 {
-    float4 l = unit3(to_light, normal);
+    float4 l = to_light * srp_rsqrt(srp_dot3(to_light, to_light));
     float along = srp_dot3(normal, l);
     float cosine = srp_fmax(along, 0.0f);
     float4 brought = diffuse * cosine;
@@ -156,10 +175,10 @@ static inline float4 phong(float4 to_light, float4 normal, float4 geometric, flo
     brought = brought + specular * highlight;
 #endif
     /* No light from behind the surface, nor a highlight where there is no light. */
-    float reaches = srp_select(srp_dot3(geometric, l) > 0.0f && along > 0.0f, 1.0f, 0.0f);
-    brought = colour * brought * reaches;
-    brought[3] = reaches;
-    return brought;
+    int reaches = srp_dot3(geometric, l) > 0.0f && along > 0.0f;
+    brought = colour * brought;
+    brought[3] = 1.0f;
+    return srp_select4(reaches, brought, srp_splat(0.0f));
 }
 
 #endif

@@ -68,7 +68,8 @@ typedef struct {
     int occlusion;         /* 208: ambient occlusion rays from each point, or 0 */
     float occlusion_radius; /* 212: how far they reach */
     int inter_reflections; /* 216: most diffuse reflections in a row */
-    int reserved;          /* 220: 0 */
+    float scale;           /* 220: a power of two: what a length of the scene's size is to be
+                              multiplied by before it is squared */
 } srp_scene;
 
 /* 96 bytes: what shading needs of a triangle. With hit weights u, v and w = 1 - u - v the point is

@@ -31,7 +31,6 @@ int scatter(const srp_surface *surfaces, const int *onward, srp_waiting *waiting
 
 #if SRP_EFFECT(transparency)
         float4 through = m->through;
-        float there = direction[3];
         int outside = geometric[3] > 0.0f;
         float4 onwards = direction;
         float4 filter = through;
@@ -63,7 +62,11 @@ int scatter(const srp_surface *surfaces, const int *onward, srp_waiting *waiting
         mirror = srp_select4(total, srp_fmax4(mirror, filter), mirror);
         filter = srp_select4(total, srp_splat(0.0f), filter);
 #endif
-        float4 rest = weight * (filter * there + (1.0f - there));
+#if SRP_EFFECT(alpha)
+        float there = direction[3];
+        filter = filter * there + (1.0f - there);
+#endif
+        float4 rest = weight * filter;
         float4 inward = point - away;
         inward[3] = word;
         waiting[sent].origin = inward;
@@ -77,8 +80,8 @@ int scatter(const srp_surface *surfaces, const int *onward, srp_waiting *waiting
         float4 back = mirrored3(direction, normal);
         back = srp_select4(srp_dot3(back, geometric) > 0.0f, back, mirrored3(direction, geometric));
         float4 seen = weight * mirror;
-#if SRP_EFFECT(transparency)
-        seen = seen * there;
+#if SRP_EFFECT(alpha)
+        seen = seen * direction[3];
 #endif
         float4 outward = point + away;
         outward[3] = word;

@@ -6,8 +6,14 @@ int shade_hit(const srp_hit *hits, const float4 *views, const float4 *weights, f
               const srp_shading *shading, float4 light, float4 colour, int n)
 {
     unsigned triangles = shading->triangles, materials = shading->materials;
+#if SRP_TEXTURES
+    unsigned texcoords = shading->texcoords;
+#endif
     float4 ambient = shading->ambient;
     float offset = shading->offset;
+#if SRP_EFFECT(light) && !SRP_SURFACES
+    float scale = shading->scale;
+#endif
 #if SRP_EFFECT(shadow) && !SRP_SURFACES
     float widening = shading->widening;
 #endif
@@ -24,7 +30,8 @@ int shade_hit(const srp_hit *hits, const float4 *views, const float4 *weights, f
         direction = plain_unit3(direction);
         unsigned pixel = PIXEL(word);
         float4 v0 = t->v0, v1 = t->v1, v2 = t->v2;
-        unsigned material = srp_bits(t->n0[3]);
+        float4 n0 = t->n0;
+        unsigned material = srp_bits(n0[3]);
         SRP_GLOBAL const srp_material *m = SRP_AT(const srp_material, materials) + material;
         float4 kd = m->kd, ke = m->ke;
 
@@ -41,11 +48,12 @@ int shade_hit(const srp_hit *hits, const float4 *views, const float4 *weights, f
         float4 normal = geometric;
 #if SRP_EFFECT(normals)
         float4 n1 = t->n1;
-        float4 between = t->n0 * w + n1 * u + t->n2 * v;
+        float4 between = n0 * w + n1 * u + t->n2 * v;
         between = srp_select4(srp_dot3(between, geometric) < 0.0f, -between, between);
         float length2 = srp_dot3(between, between);
         int flat = srp_bits(n1[3]) != 0u || length2 < 1.0e-12f;
-        normal = srp_select4(flat, geometric, between * srp_rsqrt(length2));
+        normal = srp_select4(flat, geometric, between) *
+                 srp_select(flat, 1.0f, srp_rsqrt(length2));
 #endif
 
         float4 specular = srp_splat(0.0f);
@@ -57,6 +65,27 @@ int shade_hit(const srp_hit *hits, const float4 *views, const float4 *weights, f
         own = srp_select4((int)word < 0 && lamps, own, ke);
 #endif
         float4 diffuse = kd;
+        float there = 1.0f;
+#if SRP_TEXTURES
+        float4 place = texture_place(texcoords, hits[i].primitive, u, v);
+        int4 maps = texture_maps(materials, material);
+#endif
+#if SRP_EFFECT(texture)
+        diffuse = diffuse * srp_texture4((unsigned)maps[1], place);
+#endif
+#if SRP_EFFECT(highlight_texture)
+        float shininess = specular[3];
+        specular = specular * srp_texture4((unsigned)maps[2], place);
+        specular[3] = shininess;
+#endif
+#if SRP_EFFECT(alpha)
+        there = srp_texture4((unsigned)maps[3], place)[3];
+        float sharpness = specular[3];
+        diffuse = diffuse * there;
+        specular = specular * there;
+        specular[3] = sharpness;
+        own = own * there;
+#endif
         float4 around = ambient;
 #if SRP_EFFECT(inter_reflection)
         int reflects = DIFFUSE(word) < inter_reflections && DEPTH(word) < bounces;
@@ -73,8 +102,7 @@ int shade_hit(const srp_hit *hits, const float4 *views, const float4 *weights, f
         float4 here = around * diffuse + own;
 
 #if SRP_EFFECT(light) && !SRP_SURFACES
-        float4 to_light = light - point;
-        float4 brought = phong(to_light, normal, geometric, -direction, diffuse, specular, colour);
+        float4 brought = phong((light - point) * scale, normal, geometric, -direction, diffuse, specular, colour);
 #if SRP_EFFECT(shadow)
         /* A ray from just off the surface to the light, which is at t = 1. */
         float reach = srp_select(brought[3] > 0.0f, 1.0f, -1.0f);
@@ -99,7 +127,7 @@ int shade_hit(const srp_hit *hits, const float4 *views, const float4 *weights, f
         point[3] = off;
         normal[3] = srp_float(word);
         geometric[3] = srp_select(inside, 0.0f, 1.0f);
-        direction[3] = 1.0f;
+        direction[3] = there;
         diffuse[3] = srp_float(material);
         s->point = point;
         s->normal = normal;
@@ -163,6 +191,9 @@ int shade_tinted(const srp_hit *hits, const float4 *lit, float4 *blocked, srp_ra
                  float4 *left, const srp_shading *shading, float4 light, int n)
 {
     unsigned triangles = shading->triangles, materials = shading->materials;
+#if SRP_EFFECT(alpha)
+    unsigned texcoords = shading->texcoords;
+#endif
     float widening = shading->widening, offset = shading->offset;
     int going_on = 0;
 #pragma srp kernel
@@ -184,7 +215,13 @@ int shade_tinted(const srp_hit *hits, const float4 *lit, float4 *blocked, srp_ra
         float4 start = v0 * (1.0f - u - v) + v1 * u + v2 * v + geometric * off;
         /* What bends light filters it where it enters. */
         int leaves = inside && through[3] != 1.0f && largest3(through) > 0.0f;
-        float4 rest = blocked[i] * srp_select4(leaves, srp_splat(1.0f), through);
+        float4 filter = srp_select4(leaves, srp_splat(1.0f), through);
+#if SRP_EFFECT(alpha)
+        float4 place = texture_place(texcoords, hits[i].primitive, u, v);
+        float there = srp_texture4((unsigned)texture_maps(materials, material)[3], place)[3];
+        filter = filter * there + (1.0f - there);
+#endif
+        float4 rest = blocked[i] * filter;
         rest[3] = blocked[i][3];
         left[going_on] = rest;
         shadow_ray(onward + going_on, start, light - start, 1.0f, widening,

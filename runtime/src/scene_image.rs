@@ -62,7 +62,7 @@ const SCENE: &Fields = &[
     ("occlusion", 208),
     ("occlusion_radius", 212),
     ("inter_reflections", 216),
-    ("reserved", 220),
+    ("scale", 220),
 ];
 const SCENE_BYTES: u32 = 224;
 
@@ -237,6 +237,17 @@ fn lights(scene: &Scene) -> impl Iterator<Item = &Light> {
     scene.lights.iter().filter(|light| light.emits())
 }
 
+/// The power of two that brings the extent of a scene and its lights to 1 or a little more.
+fn scale(scene: &Scene) -> f32 {
+    let corners = crate::scene::bounds(&scene.triangles).unwrap_or_default();
+    let start = [corners.0, corners.1];
+    let lights = lights(scene).map(|l| l.position);
+    let (lo, hi) = lights.fold((start[0], start[1]), |(lo, hi), p| (lo.min(p), hi.max(p)));
+    let size = (hi.as_dvec3() - lo.as_dvec3()).max_element();
+    let exponent = (size.to_bits() >> 52) as i32 - 1023;
+    f32::from_bits(((127 - exponent.clamp(-100, 100)) as u32) << 23)
+}
+
 /// How a frame is divided into tiles.
 struct Tiling {
     frame: (u32, u32),
@@ -363,6 +374,7 @@ impl Bytes {
             ("occlusion", scene.options.occlusion),
             ("occlusion_radius", scene.options.occlusion_radius.to_bits()),
             ("inter_reflections", scene.options.inter_reflections),
+            ("scale", scale(scene).to_bits()),
             ("widening", widening.to_bits()),
             ("far", FAR.to_bits()),
             ("offset", OFFSET.to_bits()),
@@ -386,7 +398,8 @@ impl Bytes {
         let exponent = surface.exponent.to_bits();
         at.vector("kd", Vec3::from(surface.diffuse), m.dissolve.to_bits());
         at.vector("ks", Vec3::from(surface.specular), exponent);
-        let goes_on = f32::from(u8::from(surface.mirrors() || surface.transmits()));
+        let goes_on = surface.mirrors() || surface.transmits() || m.dissolve_texture.is_some();
+        let goes_on = f32::from(u8::from(goes_on));
         at.vector("ke", Vec3::from(surface.emission), goes_on.to_bits());
         at.vector("mirror", Vec3::from(surface.mirror), fresnel.to_bits());
         let index = surface.index.to_bits();

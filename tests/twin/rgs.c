@@ -7,6 +7,9 @@
 #define MATERIALS 7
 #define TRIANGLES_AT SRP_MEMORY_BASE
 #define MATERIALS_AT (SRP_MEMORY_BASE + 8192)
+#define TEXCOORDS_AT (SRP_MEMORY_BASE + 10240)
+#define MAP_AT (SRP_MEMORY_BASE + 12288)
+#define TEXELS_AT (SRP_MEMORY_BASE + 12352)
 #define FRAME_AT (SRP_MEMORY_BASE + 16384)
 
 srp_line out_curve[SRGB_PIECES];
@@ -71,6 +74,16 @@ static void make_scene(void)
         t[i].v1 = v1;
         t[i].v2 = v2;
     }
+    SRP_GLOBAL float *texcoords = SRP_AT(float, TEXCOORDS_AT);
+    for (int i = 0; i < 8 * TRIANGLES; i++)
+        texcoords[i] = number(-2.0f, 3.0f);
+    SRP_GLOBAL srp_texture_map *map = SRP_AT(srp_texture_map, MAP_AT);
+    map->texels = TEXELS_AT;
+    map->width = 4;
+    map->height = 3;
+    SRP_GLOBAL unsigned *texels = SRP_AT(unsigned, TEXELS_AT);
+    for (int i = 0; i < 16; i++)
+        texels[i] = srp_bits(number(1.0f, 2.0f)) << 9;
     SRP_GLOBAL srp_material *m = SRP_AT(srp_material, MATERIALS_AT);
     for (int i = 0; i < MATERIALS; i++) {
         float4 ks = vector(0.0f, 1.0f);
@@ -80,6 +93,9 @@ static void make_scene(void)
         float4 ke = i == 2 ? vector(0.0f, 1.0f) : srp_splat(0.0f);
         ke[3] = i > 2 ? 1.0f : 0.0f;
         m[i].ke = ke;
+        m[i].map_kd = i & 1 ? MAP_AT : 0;
+        m[i].map_ks = i & 2 ? MAP_AT : 0;
+        m[i].map_d = i & 4 ? MAP_AT : 0;
         float4 mirror = i > 2 ? vector(0.0f, 1.0f) : srp_splat(0.0f);
         mirror[3] = srp_itof(i % 3);
         m[i].mirror = mirror;
@@ -117,9 +133,11 @@ int main(void)
     srp_shading shading = {
         .triangles = TRIANGLES_AT,
         .materials = MATERIALS_AT,
+        .texcoords = TEXCOORDS_AT,
         .ambient = vector(0.0f, 0.3f),
         .widening = 1.0000005f,
         .offset = 1.0e-6f,
+        .scale = 0.125f,
         .first = 1,
         .bounces = 3,
         .inter_reflections = 2,
@@ -129,8 +147,8 @@ int main(void)
     shade_miss(hits, out_views, weights, out_missed, vector(0.0f, 1.0f), 0, 1, N);
 #if SRP_SURFACES
     out_counts[0] = onward;
-    shade_light(out_surfaces, out_other_shadow, out_other_lit, out_sums, light, colour, 1.0000005f,
-                N);
+    shade_light(out_surfaces, out_other_shadow, out_other_lit, out_sums, light, colour, 0.125f,
+                1.0000005f, N);
     out_counts[1] =
         shade_tinted(hits, out_other_lit, blocked, out_tinted, out_left, &shading, light, N);
     shade_lit(hits, out_other_lit, out_base, out_found, N);

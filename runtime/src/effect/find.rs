@@ -5,7 +5,7 @@
 //! faces; for one that is off, the count that proves its absence.
 
 use super::{Effect, Effects, TABLE};
-use crate::scene::{Fresnel, Scene, Surface};
+use crate::scene::{Fresnel, Material, Scene, Surface};
 
 /// Whether a scene calls for an effect, and why.
 #[derive(Clone, Debug, PartialEq)]
@@ -93,6 +93,9 @@ impl View<'_> {
         let options = &self.scene.options;
         match effect {
             Effect::Normals => self.normals(),
+            Effect::Texture => self.pictures("map_Kd", |m| m.diffuse_texture.is_some()),
+            Effect::HighlightTexture => self.pictures("map_Ks", |m| m.specular_texture.is_some()),
+            Effect::Alpha => self.pictures("map_d", |m| m.dissolve_texture.is_some()),
             Effect::Emission => self.materials(&["Ke"], |s| s.emission.iter().any(|&c| c > 0.0)),
             Effect::Light => self.count(1),
             Effect::Lights => self.count(2),
@@ -101,7 +104,7 @@ impl View<'_> {
                 0 => (false, "there are no faces to stand in the light".to_owned()),
                 n => (true, format!("{n} faces may stand in the light")),
             },
-            Effect::TintedShadow => self.materials(&["Tf", "d", "illum"], Surface::transmits),
+            Effect::TintedShadow => self.passing(),
             Effect::Reflection | Effect::Transparency | Effect::Fresnel | Effect::Refraction
                 if options.bounces == 0 =>
             {
@@ -111,7 +114,7 @@ impl View<'_> {
                 )
             }
             Effect::Reflection => self.materials(&["illum", "Ks"], Surface::mirrors),
-            Effect::Transparency => self.materials(&["Tf", "d", "illum"], Surface::transmits),
+            Effect::Transparency => self.passing(),
             Effect::Refraction => {
                 self.materials(&["Ni", "illum"], |s| s.transmits() && s.index != 1.0)
             }
@@ -148,10 +151,27 @@ impl View<'_> {
         )
     }
 
+    /// Whether light goes through a used material, or through holes in it.
+    fn passing(&self) -> (bool, String) {
+        let keywords = ["map_d", "Tf", "d", "illum"];
+        let has_holes = |u: &Used| self.scene.materials[u.index].dissolve_texture.is_some();
+        self.used(&keywords, |u| u.surface.transmits() || has_holes(u))
+    }
+
+    /// Whether a used material has a picture.
+    fn pictures(&self, keyword: &str, is: impl Fn(&Material) -> bool) -> (bool, String) {
+        self.used(&[keyword], |u| is(&self.scene.materials[u.index]))
+    }
+
+    /// Whether there is a used material with a surface of a kind.
+    fn materials(&self, keywords: &[&str], is: impl Fn(&Surface) -> bool) -> (bool, String) {
+        self.used(keywords, |u| is(&u.surface))
+    }
+
     /// Whether there is a used material of a kind; the first is the witness, and of its statements
     /// the first there is.
-    fn materials(&self, keywords: &[&str], is: impl Fn(&Surface) -> bool) -> (bool, String) {
-        let found: Vec<&Used> = self.used.iter().filter(|u| is(&u.surface)).collect();
+    fn used(&self, keywords: &[&str], is: impl Fn(&Used) -> bool) -> (bool, String) {
+        let found: Vec<&Used> = self.used.iter().filter(|u| is(u)).collect();
         let (used, all) = (self.used.len(), self.scene.materials.len());
         let Some(first) = found.first() else {
             return (false, format!("0 of {used} used materials, of {all}"));

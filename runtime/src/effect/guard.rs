@@ -44,6 +44,9 @@ impl Guard {
     pub fn of(scene: &Scene, built: Effects) -> Result<Guard, Missing> {
         let on_surfaces = [
             Effect::Normals,
+            Effect::Texture,
+            Effect::HighlightTexture,
+            Effect::Alpha,
             Effect::Emission,
             Effect::Highlight,
             Effect::TintedShadow,
@@ -83,10 +86,23 @@ impl Guard {
     }
 
     fn material(&mut self, scene: &Scene, i: usize, needed: Effects, built: Effects) -> [u32; 2] {
-        let surface = Surface::of(&scene.materials[i]);
-        let emits = scene.materials[i].emits();
-        let passes = surface.transmits();
+        let material = &scene.materials[i];
+        let surface = Surface::of(material);
+        let emits = material.emits();
+        let holes = material.dissolve_texture.is_some();
+        let passes = surface.transmits() || holes;
         let seen = [
+            (
+                material.diffuse_texture.is_some(),
+                Effect::Texture,
+                "map_Kd",
+            ),
+            (
+                material.specular_texture.is_some(),
+                Effect::HighlightTexture,
+                "map_Ks",
+            ),
+            (holes, Effect::Alpha, "map_d"),
             (emits, Effect::Emission, "Ke"),
             (surface.shines(), Effect::Highlight, "Ks"),
             (surface.mirrors(), Effect::Reflection, "illum"),

@@ -19,6 +19,8 @@ pub use set::{Effects, UnknownEffect};
 pub enum Effect {
     /// Normals interpolated between vertices.
     Normals,
+    /// Diffuse colours from pictures.
+    Texture,
     /// Surfaces that send out light.
     Emission,
     /// A point light.
@@ -27,6 +29,8 @@ pub enum Effect {
     Lights,
     /// Phong's highlights.
     Highlight,
+    /// Colours of highlights from pictures.
+    HighlightTexture,
     /// Shadow rays.
     Shadow,
     /// Shadow rays that go on through what is transparent.
@@ -35,6 +39,8 @@ pub enum Effect {
     Reflection,
     /// Rays through surfaces.
     Transparency,
+    /// Surfaces with holes, from pictures.
+    Alpha,
     /// Rays bent at surfaces.
     Refraction,
     /// Mirrors that depend on the angle.
@@ -75,12 +81,18 @@ const fn entry(
 }
 
 /// All effects, in the order of [`Effect`].
-pub const TABLE: [Entry; 14] = [
+pub const TABLE: [Entry; 17] = [
     entry(
         Effect::Normals,
         "normals",
         &[],
         "normals interpolated between vertices",
+    ),
+    entry(
+        Effect::Texture,
+        "texture",
+        &[],
+        "diffuse colours from pictures (map_Kd)",
     ),
     entry(
         Effect::Emission,
@@ -95,6 +107,12 @@ pub const TABLE: [Entry; 14] = [
         "highlight",
         &[Effect::Light],
         "Phong's highlights (Ks, Ns)",
+    ),
+    entry(
+        Effect::HighlightTexture,
+        "highlight_texture",
+        &[Effect::Highlight],
+        "highlights from pictures (map_Ks)",
     ),
     entry(Effect::Shadow, "shadow", &[Effect::Light], "shadow rays"),
     entry(
@@ -114,6 +132,12 @@ pub const TABLE: [Entry; 14] = [
         "transparency",
         &[],
         "rays through surfaces (d, Tf, illum 4, 6, 7, 9)",
+    ),
+    entry(
+        Effect::Alpha,
+        "alpha",
+        &[Effect::Transparency],
+        "holes from pictures (map_d)",
     ),
     entry(
         Effect::Refraction,
