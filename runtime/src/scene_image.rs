@@ -1,18 +1,22 @@
 //! The scene as it lies in system memory: what `kernels/scene.h` declares, byte by byte.
 //!
 //! From [`BASE`] on: the header, materials, nodes and triangles of the T&I unit, shading records,
-//! texture coordinates, and the frame buffer, which is all that cores may write. Each part starts
+//! texture coordinates, textures, and the frame buffer, which is all that cores may write. Each part starts
 //! at a multiple of 64 bytes. The structures are written by field name from the tables below, and
 //! a test holds the tables against the C header.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use glam::Vec3;
 use srp_archdesc::Arch;
+use srp_archdesc::ops::semantics::texture::CLAMP;
 
 use crate::bvh::{self, Bvh, Layout, TreeImage};
 use crate::memory::{BASE, MAX_BYTES, SystemMemory};
-use crate::scene::{Camera, Fresnel, Light, MAX_COORDINATE, Material, Scene, Surface, Triangle};
+use crate::scene::{
+    Camera, Fresnel, Light, MAX_COORDINATE, Map, Material, Scene, Surface, Triangle,
+};
 use crate::tni::{Tree, arithmetic};
 
 /// Distance of a ray without end: beyond everything in a scene, and finite.
@@ -109,6 +113,10 @@ const MATERIAL_BYTES: u32 = 128;
 const LIGHT: &Fields = &[("position", 0), ("colour", 16)];
 const LIGHT_BYTES: u32 = 32;
 
+/// `srp_texture_map`.
+const TEXTURE_MAP: &Fields = &[("texels", 0), ("width", 4), ("height", 8), ("flags", 12)];
+const TEXTURE_MAP_BYTES: u32 = 16;
+
 /// Where the picture arises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameBuffer {
@@ -201,7 +209,14 @@ pub fn build(
     image.put(parts.nodes, &tree.nodes);
     image.put(parts.records, &tree.triangles);
     for (i, material) in (0..).zip(&scene.materials) {
-        image.material(parts.materials + i * u64::from(MATERIAL_BYTES), material);
+        let address = parts.materials + i * u64::from(MATERIAL_BYTES);
+        image.material(address, material, &parts.maps);
+    }
+    for (map, &address) in &parts.maps {
+        image.texture_map(address, *map, scene, &parts);
+    }
+    for (texture, &address) in scene.textures.iter().zip(&parts.texels) {
+        image.put(address, &texture.tiles());
     }
     for (i, light) in (0..).zip(lights(scene)) {
         image.light(parts.lights + i * u64::from(LIGHT_BYTES), light);
@@ -285,6 +300,10 @@ struct Parts {
     records: u64,
     triangles: u64,
     texcoords: u64,
+    /// The descriptor of each texture in use, with and without clamping.
+    maps: BTreeMap<Map, u64>,
+    /// The texels of each texture.
+    texels: Vec<u64>,
     framebuffer: u64,
     end: u64,
 }
@@ -298,6 +317,7 @@ impl Parts {
             end = (end + bytes).next_multiple_of(64);
             start
         };
+        let maps: BTreeSet<Map> = scene.materials.iter().flat_map(Material::maps).collect();
         let parts = Parts {
             header: part(u64::from(SCENE_BYTES)),
             materials: part(scene.materials.len() as u64 * u64::from(MATERIAL_BYTES)),
@@ -306,6 +326,14 @@ impl Parts {
             records: part(tree.triangles.len() as u64),
             triangles: part(count * u64::from(TRIANGLE_BYTES)),
             texcoords: part(count * u64::from(TEXCOORDS_BYTES)),
+            maps: {
+                let bytes = u64::from(TEXTURE_MAP_BYTES);
+                let start = part(maps.len() as u64 * bytes);
+                maps.into_iter()
+                    .zip((start..).step_by(bytes as usize))
+                    .collect()
+            },
+            texels: scene.textures.iter().map(|t| part(t.bytes())).collect(),
             framebuffer: part(u64::from(tiling.stride()) * u64::from(tiling.rows()) * 4),
             end: part(0),
         };
@@ -383,7 +411,7 @@ impl Bytes {
         }
     }
 
-    fn material(&mut self, address: u64, m: &Material) {
+    fn material(&mut self, address: u64, m: &Material, maps: &BTreeMap<Map, u64>) {
         let mut at = Structure {
             image: self,
             address,
@@ -398,13 +426,30 @@ impl Bytes {
         let exponent = surface.exponent.to_bits();
         at.vector("kd", Vec3::from(surface.diffuse), m.dissolve.to_bits());
         at.vector("ks", Vec3::from(surface.specular), exponent);
-        let goes_on = surface.mirrors() || surface.transmits() || m.dissolve_texture.is_some();
+        let goes_on = surface.mirrors() || surface.transmits() || m.dissolve_map.is_some();
         let goes_on = f32::from(u8::from(goes_on));
         at.vector("ke", Vec3::from(surface.emission), goes_on.to_bits());
         at.vector("mirror", Vec3::from(surface.mirror), fresnel.to_bits());
         let index = surface.index.to_bits();
         at.vector("through", Vec3::from(surface.through), index);
         at.word("illum", u32::from(m.illumination));
+        let descriptor = |map: Option<Map>| map.map_or(0, |map| maps[&map] as u32);
+        at.word("map_kd", descriptor(m.diffuse_map));
+        at.word("map_ks", descriptor(m.specular_map));
+        at.word("map_d", descriptor(m.dissolve_map));
+    }
+
+    fn texture_map(&mut self, address: u64, map: Map, scene: &Scene, parts: &Parts) {
+        let texture = &scene.textures[map.texture as usize];
+        let mut at = Structure {
+            image: self,
+            address,
+            fields: TEXTURE_MAP,
+        };
+        at.word("texels", parts.texels[map.texture as usize] as u32);
+        at.word("width", texture.width);
+        at.word("height", texture.height);
+        at.word("flags", if map.clamp { CLAMP } else { 0 });
     }
 
     fn light(&mut self, address: u64, light: &Light) {
@@ -522,6 +567,7 @@ mod tests {
             ("srp_texcoords", TEXCOORDS, TEXCOORDS_BYTES),
             ("srp_material", MATERIAL, MATERIAL_BYTES),
             ("srp_light", LIGHT, LIGHT_BYTES),
+            ("srp_texture_map", TEXTURE_MAP, TEXTURE_MAP_BYTES),
         ] {
             let expected: Vec<_> = fields.iter().map(|(n, o)| ((*n).to_owned(), *o)).collect();
             assert_eq!(of_header(name), (expected, bytes), "{name}");

@@ -87,7 +87,7 @@ fn what_obj_files_may_hold_is_understood() {
         f 1/1 2/1 3/1\r\n\
         f 1//1 2 3//1\r\nl 1 2\r\np 1\r\n";
     let library = "newmtl deep red\nKd 0.5\nKs 0.1 0.2 0.3 # shiny\nNs 32\nd 0.25\nNi 1.5\nillum 7\nKe 1 0 0\n\
-        map_Kd -s 2 2 1 -clamp on my texture.png\n";
+        map_Kd -s 1 1 1 -clamp on my texture.png\n";
     let loaded = read(
         Path::new("dir/a.obj"),
         None,
@@ -98,7 +98,9 @@ fn what_obj_files_may_hold_is_understood() {
         },
     )
     .expect("a correct scene");
-    assert_eq!(loaded.warnings.render(false), "");
+    let warnings = loaded.warnings.render(false);
+    assert!(warnings.starts_with("warning[R0212]: cannot read the texture `my texture.png`"));
+    assert_eq!(loaded.warnings.diagnostics.len(), 1);
     let scene = loaded.scene;
     assert_eq!(scene.triangles.len(), 4);
     assert_eq!(scene.name, "a");
@@ -117,7 +119,7 @@ fn what_obj_files_may_hold_is_understood() {
         (32.0, 0.25, 1.5)
     );
     assert_eq!((red.illumination, red.emission), (7, [1.0, 0.0, 0.0]));
-    assert_eq!(red.diffuse_texture.as_deref(), Some("my texture.png"));
+    assert_eq!(red.diffuse_map, None);
     assert_eq!(scene.triangles[2].uvs[0].to_array(), [0.25, 0.5]);
     // A face of which one corner has no normal is flat.
     assert_eq!(scene.triangles[3].normals[0].to_array(), [0.0, 0.0, 1.0]);

@@ -93,9 +93,9 @@ impl View<'_> {
         let options = &self.scene.options;
         match effect {
             Effect::Normals => self.normals(),
-            Effect::Texture => self.pictures("map_Kd", |m| m.diffuse_texture.is_some()),
-            Effect::HighlightTexture => self.pictures("map_Ks", |m| m.specular_texture.is_some()),
-            Effect::Alpha => self.pictures("map_d", |m| m.dissolve_texture.is_some()),
+            Effect::Texture => self.pictures("map_Kd", |m| m.diffuse_map.is_some()),
+            Effect::HighlightTexture => self.pictures("map_Ks", |m| m.specular_map.is_some()),
+            Effect::Alpha => self.pictures("map_d", |m| m.dissolve_map.is_some()),
             Effect::Emission => self.materials(&["Ke"], |s| s.emission.iter().any(|&c| c > 0.0)),
             Effect::Light => self.count(1),
             Effect::Lights => self.count(2),
@@ -154,7 +154,7 @@ impl View<'_> {
     /// Whether light goes through a used material, or through holes in it.
     fn passing(&self) -> (bool, String) {
         let keywords = ["map_d", "Tf", "d", "illum"];
-        let has_holes = |u: &Used| self.scene.materials[u.index].dissolve_texture.is_some();
+        let has_holes = |u: &Used| self.scene.materials[u.index].dissolve_map.is_some();
         self.used(&keywords, |u| u.surface.transmits() || has_holes(u))
     }
 

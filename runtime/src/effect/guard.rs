@@ -89,16 +89,12 @@ impl Guard {
         let material = &scene.materials[i];
         let surface = Surface::of(material);
         let emits = material.emits();
-        let holes = material.dissolve_texture.is_some();
+        let holes = material.dissolve_map.is_some();
         let passes = surface.transmits() || holes;
         let seen = [
+            (material.diffuse_map.is_some(), Effect::Texture, "map_Kd"),
             (
-                material.diffuse_texture.is_some(),
-                Effect::Texture,
-                "map_Kd",
-            ),
-            (
-                material.specular_texture.is_some(),
+                material.specular_map.is_some(),
                 Effect::HighlightTexture,
                 "map_Ks",
             ),

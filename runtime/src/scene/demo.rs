@@ -11,6 +11,7 @@ pub fn demo() -> Scene {
         name: "demo".to_owned(),
         triangles: Vec::new(),
         materials: materials(),
+        textures: Vec::new(),
         lights: vec![Light {
             position: Vec3::new(-5.5, 8.5, 5.0),
             colour: [1.2, 1.15, 1.05],

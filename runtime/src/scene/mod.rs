@@ -8,11 +8,13 @@ pub mod camera;
 pub mod demo;
 mod light;
 mod lines;
+mod map;
 mod mtl;
 mod obj;
 mod options;
 mod read;
 mod surface;
+mod texture;
 
 use std::collections::BTreeMap;
 
@@ -23,6 +25,7 @@ pub use light::default_lights;
 pub use options::{MAX_BOUNCES, MAX_LIGHTS, MAX_SAMPLES, Options};
 pub use read::{Loaded, Messages, read};
 pub use surface::{Fresnel, Surface};
+pub use texture::{Channel, MAX_TEXTURE_SIDE, Map, Texture};
 
 /// Largest absolute coordinate of a vertex. Beyond it, products of coordinates could overflow
 /// binary32 in the T&I unit.
@@ -41,6 +44,8 @@ pub struct Scene {
     pub triangles: Vec<Triangle>,
     /// The materials; never empty.
     pub materials: Vec<Material>,
+    /// The pictures that materials name.
+    pub textures: Vec<Texture>,
     /// Point lights, at most [`MAX_LIGHTS`].
     pub lights: Vec<Light>,
     /// Light that reaches every surface, rgb.
@@ -104,12 +109,12 @@ pub struct Material {
     pub filter: [f32; 3],
     /// Illumination model, `illum`.
     pub illumination: u8,
-    /// Name of the diffuse texture, `map_Kd`, as the file writes it.
-    pub diffuse_texture: Option<String>,
-    /// Name of the specular texture, `map_Ks`.
-    pub specular_texture: Option<String>,
-    /// Name of the dissolve texture, `map_d`.
-    pub dissolve_texture: Option<String>,
+    /// What its diffuse colour is multiplied by, `map_Kd`.
+    pub diffuse_map: Option<Map>,
+    /// What its specular colour is multiplied by, `map_Ks`.
+    pub specular_map: Option<Map>,
+    /// What its dissolve is multiplied by, `map_d`.
+    pub dissolve_map: Option<Map>,
     /// Where it is defined; nowhere, if it is made by code.
     pub origin: Option<Origin>,
 }
@@ -145,11 +150,28 @@ impl Material {
             refraction_index: 1.0,
             filter: [1.0; 3],
             illumination: 1,
-            diffuse_texture: None,
-            specular_texture: None,
-            dissolve_texture: None,
+            diffuse_map: None,
+            specular_map: None,
+            dissolve_map: None,
             origin: None,
         }
+    }
+
+    /// Its textures.
+    pub fn maps(&self) -> impl Iterator<Item = Map> {
+        [self.diffuse_map, self.specular_map, self.dissolve_map]
+            .into_iter()
+            .flatten()
+    }
+
+    /// Its textures, to be changed.
+    fn maps_mut(&mut self) -> impl Iterator<Item = &mut Map> {
+        let maps = [
+            &mut self.diffuse_map,
+            &mut self.specular_map,
+            &mut self.dissolve_map,
+        ];
+        maps.into_iter().flatten()
     }
 
     /// Whether it sends out light.

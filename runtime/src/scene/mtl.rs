@@ -11,6 +11,7 @@ use srp_archdesc::diagnostic::Diagnostic;
 
 use super::Origin;
 use super::lines::{Findings, Line, join_continued, lines, number, numbers};
+use super::map;
 
 /// Checks `text` line by line; mistakes go to `findings`. Returns the rewriting for `tobj`, and by
 /// name where each material is defined.
@@ -211,28 +212,12 @@ impl Reader<'_> {
         }
     }
 
-    /// Drops the options; the name is what follows them, blanks included.
+    /// Drops the options, which [`map`] reads.
     fn texture(&mut self, line: &Line<'_>) {
-        let mut words = line.words.iter().peekable();
-        while let Some(option) = words.next_if(|w| w.text.starts_with('-')) {
-            let numeric = matches!(option.text, "-o" | "-s" | "-t");
-            let least = if option.text == "-mm" { 2 } else { 1 };
-            let mut taken = 0;
-            while let Some(word) = words.peek() {
-                let number = word.text.parse::<f32>().is_ok();
-                if taken < least || (numeric && number && taken < 3) {
-                    words.next();
-                    taken += 1;
-                } else {
-                    break;
-                }
-            }
-        }
-        let Some(first) = words.peek() else {
+        let Some(name) = map::file(line) else {
             let message = format!("`{}` without a file name", line.key.text);
             return self.error(line, "R0210", message);
         };
-        let name = &line.rest.text[first.start - line.rest.start..];
         self.plain(format_args!("{} {name}", line.key.text));
     }
 }

@@ -9,7 +9,8 @@ use srp_archdesc::diagnostic::{Diagnostic, Severity, Source, render};
 
 use super::lines::Findings;
 use super::obj::{self, Checked};
-use super::{Camera, Material, Options, Origin, Scene, Triangle, bounds, default_lights, mtl};
+use super::texture::{Channel, Map, Pictures, Texture};
+use super::{Camera, Material, Options, Origin, Scene, Triangle, bounds, default_lights, map, mtl};
 
 /// Light that reaches every surface where a file does not say.
 const AMBIENT: [f32; 3] = [0.18; 3];
@@ -83,7 +84,11 @@ impl std::error::Error for Messages {}
 /// Reads the scene in the OBJ file at `path`. `load` gives the bytes of a file; material libraries
 /// are asked for beside the OBJ file. Text that is not UTF-8 is taken where it does not matter.
 ///
-/// A missing material library or material is a warning; its faces are grey. The camera looks at
+/// A missing material library or material is a warning, and its faces are grey; so is a texture that
+/// cannot be read, and its material is the same everywhere. Pictures, png or jpg, are asked for
+/// beside the library that names them.
+///
+/// The camera looks at
 /// the whole scene from its upper right front, unless `camera` is given; the light follows
 /// [`default_lights`].
 pub fn read(
@@ -114,7 +119,8 @@ pub fn read(
     let checked = obj::check(&name, &text, &mut findings);
     let mut of_libraries = Messages::default();
     let found = libraries(path, &checked, &mut findings, &mut of_libraries, load);
-    let (materials, indices) = resolve(&checked, &found, &name, &mut findings);
+    let (mut materials, indices) = resolve(&checked, &found, &name, &mut findings);
+    let textures = in_use(found.pictures.textures, &mut materials);
     messages.add(findings, &name, text);
     messages.diagnostics.extend(of_libraries.diagnostics);
     messages.sources.extend(of_libraries.sources);
@@ -137,6 +143,7 @@ pub fn read(
             lights,
             triangles,
             materials,
+            textures,
             ambient: AMBIENT,
             background: BACKGROUND,
             camera,
@@ -150,9 +157,11 @@ fn into_text(bytes: Vec<u8>) -> String {
     String::from_utf8(bytes).unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned())
 }
 
-/// The materials of the libraries by name; `complete` where all libraries could be read.
+/// The materials of the libraries by name, with their pictures; `complete` where all libraries could
+/// be read.
 struct Found {
     materials: BTreeMap<String, Material>,
+    pictures: Pictures,
     complete: bool,
 }
 
@@ -165,6 +174,7 @@ fn libraries(
 ) -> Found {
     let mut found = Found {
         materials: BTreeMap::new(),
+        pictures: Pictures::default(),
         complete: true,
     };
     let beside = |name: &str| path.parent().unwrap_or(Path::new("")).join(name);
@@ -182,12 +192,7 @@ fn libraries(
             seen.push(name);
             let at = beside(name);
             match load(&at) {
-                Ok(bytes) => library(
-                    &at.display().to_string(),
-                    into_text(bytes),
-                    &mut found,
-                    messages,
-                ),
+                Ok(bytes) => library(&at, into_text(bytes), &mut found, messages, load),
                 Err(why) => {
                     found.complete = false;
                     let message = format!("cannot read the material library `{name}`: {why}");
@@ -202,7 +207,14 @@ fn libraries(
     found
 }
 
-fn library(name: &str, text: String, found: &mut Found, messages: &mut Messages) {
+fn library(
+    path: &Path,
+    text: String,
+    found: &mut Found,
+    messages: &mut Messages,
+    load: &mut dyn FnMut(&Path) -> io::Result<Vec<u8>>,
+) {
+    let name = &path.display().to_string();
     let mut findings = Findings::new();
     let (plain, mut origins) = mtl::check(name, &text, &mut findings);
     found.complete &= findings.errors == 0;
@@ -223,7 +235,62 @@ fn library(name: &str, text: String, found: &mut Found, messages: &mut Messages)
             )),
         }
     }
+    if findings.errors == 0 {
+        maps(path, &text, found, &mut findings, load);
+    }
     messages.add(findings, name, text);
+}
+
+/// Gives the materials of a library their textures.
+fn maps(
+    path: &Path,
+    text: &str,
+    found: &mut Found,
+    findings: &mut Findings,
+    load: &mut dyn FnMut(&Path) -> io::Result<Vec<u8>>,
+) {
+    let library = path.display().to_string();
+    for statement in map::statements(&library, text, findings) {
+        let Some(material) = found.materials.get_mut(&statement.material) else {
+            continue;
+        };
+        let (place, channel) = match statement.keyword.as_str() {
+            "map_Kd" => (&mut material.diffuse_map, Channel::Colour),
+            "map_Ks" => (&mut material.specular_map, Channel::Colour),
+            _ => (&mut material.dissolve_map, Channel::Dissolve),
+        };
+        // Files from other systems write their own separators.
+        let file = statement.file.replace('\\', "/");
+        let at = path.parent().unwrap_or(Path::new("")).join(file);
+        *place = match found.pictures.read(&at, channel, load) {
+            Ok(texture) => Some(Map {
+                texture,
+                clamp: statement.clamp,
+            }),
+            Err(why) => {
+                let message = format!("cannot read the texture `{}`: {why}", statement.file);
+                let label = "the material is the same everywhere";
+                findings.push(
+                    Diagnostic::warning("R0212", &library, message).at(statement.span, label),
+                );
+                None
+            }
+        };
+    }
+}
+
+/// The pictures that materials name, which are numbered anew.
+fn in_use(pictures: Vec<Texture>, materials: &mut [Material]) -> Vec<Texture> {
+    let mut numbers = BTreeMap::new();
+    for map in materials.iter_mut().flat_map(Material::maps_mut) {
+        let next = numbers.len() as u32;
+        map.texture = *numbers.entry(map.texture).or_insert(next);
+    }
+    let numbered = (0..)
+        .zip(pictures)
+        .filter_map(|(old, t)| Some((*numbers.get(&old)?, t)));
+    let numbered: BTreeMap<u32, Texture> = numbered.collect();
+    numbered.into_values().collect()
 }
 
 fn convert(m: tobj::Material, origin: Option<Origin>) -> Material {
@@ -238,9 +305,9 @@ fn convert(m: tobj::Material, origin: Option<Origin>) -> Material {
         filter: filter.unwrap_or([1.0; 3]),
         // A highlight without a model is meant to be seen.
         illumination: m.illumination_model.unwrap_or(2),
-        diffuse_texture: m.diffuse_texture,
-        specular_texture: m.specular_texture,
-        dissolve_texture: m.dissolve_texture,
+        diffuse_map: None,
+        specular_map: None,
+        dissolve_map: None,
         name: m.name,
         origin,
     }
