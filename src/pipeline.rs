@@ -427,6 +427,7 @@ pub(crate) fn compile_knowing(
             let schedule = Schedule {
                 program: *program,
                 loops,
+                control: Vec::new(),
             };
             Ok(Compiled {
                 dre: None,

@@ -82,6 +82,8 @@ pub struct Schedule {
     pub program: ScheduledDre,
     /// For each kernel, what bounds its II and what kept it from the bound.
     pub loops: EntityMap<Kernel, LoopFacts>,
+    /// What is known of the control code of each function; nothing for a program that was read.
+    pub control: Vec<vliw::FunctionFacts>,
 }
 
 /// What is known of a loop besides its schedule.
@@ -187,7 +189,11 @@ pub fn schedule(dre: &Dre, arch: &Arch, options: &Options<'_>) -> Result<Schedul
     if !wrong.is_empty() {
         return Err(ScheduleError::Wrong(wrong));
     }
-    Ok(Schedule { program, loops })
+    Ok(Schedule {
+        program,
+        loops,
+        control: code.facts,
+    })
 }
 
 type LoopResult = Result<modulo::Scheduled, modulo::Unschedulable>;

@@ -20,13 +20,14 @@ pub(crate) use text::not_pipelined;
 use crate::interrupt;
 use crate::pipeline::Compiled;
 use measure::View;
-use model::{FORMAT, Machine, Report, VERSION};
+use model::{FORMAT, FunctionReport, Machine, Report, VERSION};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::EntityMap;
 use srp_ir::dre::scheduled::ScheduledLoops;
 use srp_ir::program::{Kernel, SourceFile};
 use srp_ir::split::NotPipelined;
 use srp_scheduler::LoopFacts;
+use srp_scheduler::vliw::FunctionFacts;
 
 /// The report of a compiled program.
 pub(crate) fn report(compiled: &Compiled, arch: &Arch) -> Report {
@@ -39,7 +40,18 @@ pub(crate) fn report(compiled: &Compiled, arch: &Arch) -> Report {
     let loops = (program.kernels.iter())
         .map(|(k, s)| view.of_loop(s, &compiled.schedule.loops[k]))
         .collect();
-    with_loops(arch, loops, &view, &compiled.not_pipelined)
+    let function = |f: &FunctionFacts| FunctionReport {
+        function: f.name.clone(),
+        operations: f.operations,
+        bundles: f.bundles,
+        least: f.least,
+        frame: f.frame,
+        spilled: f.spilled,
+    };
+    Report {
+        functions: compiled.schedule.control.iter().map(function).collect(),
+        ..with_loops(arch, loops, &view, &compiled.not_pipelined)
+    }
 }
 
 /// The report of schedules without a program, with what is known of each.
@@ -81,6 +93,7 @@ fn with_loops(
             .iter()
             .map(|n| view.not_pipelined(n))
             .collect(),
+        functions: Vec::new(),
         advice: Vec::new(),
     }
 }

@@ -25,13 +25,16 @@ pub(crate) struct Report {
     pub(crate) loops: Vec<LoopReport>,
     /// Loops that were to run on the array and do not.
     pub(crate) not_pipelined: Vec<NotPipelined>,
+    /// Functions on the VLIW engine, in program order.
+    #[serde(default)]
+    pub(crate) functions: Vec<FunctionReport>,
     /// What lowers the II of several loops or of one, the most helpful first; empty unless changes
     /// were tried.
     pub(crate) advice: Vec<Advice>,
 }
 
 impl Report {
-    /// Leaves out all loops but those of one name.
+    /// Leaves out everything but the loops of one name.
     pub(crate) fn keep_only(&mut self, kernel: &str) -> Result<(), Failure> {
         let names = self.loops.iter().map(|l| l.kernel.clone());
         let names: Vec<String> = names
@@ -39,6 +42,7 @@ impl Report {
             .collect();
         self.loops.retain(|l| l.kernel == kernel);
         self.not_pipelined.retain(|n| n.kernel == kernel);
+        self.functions.clear();
         if self.loops.is_empty() && self.not_pipelined.is_empty() {
             let names = names.join(", ");
             return Err(Failure::Message(format!(
@@ -47,6 +51,23 @@ impl Report {
         }
         Ok(())
     }
+}
+
+/// The control code of a function.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct FunctionReport {
+    /// Its name.
+    pub(crate) function: String,
+    /// Operations, without control transfers.
+    pub(crate) operations: u32,
+    /// Bundles.
+    pub(crate) bundles: u32,
+    /// Bundles that its stretches of code take at least, by their longest chains and their operations.
+    pub(crate) least: u32,
+    /// Bytes of its stack frame.
+    pub(crate) frame: u32,
+    /// Values that found no register and live on the stack.
+    pub(crate) spilled: u32,
 }
 
 /// The machine, as far as the report needs it.

@@ -1,7 +1,7 @@
 //! The report as text. What to do comes first, then each loop in full.
 
 use super::model::{
-    Advice, FileKind, FileLoad, LinkLoad, LoopReport, NotPipelined, Report, Status,
+    Advice, FileKind, FileLoad, FunctionReport, LinkLoad, LoopReport, NotPipelined, Report, Status,
 };
 use super::model::{Position, UnitLoad, part};
 use std::fmt::Write;
@@ -26,7 +26,33 @@ pub(super) fn text(report: &Report) -> String {
         out.push('\n');
         out.push_str(&not_pipelined(n));
     }
+    functions(&mut out, &report.functions);
     out
+}
+
+/// One line a function on the VLIW engine.
+fn functions(out: &mut String, functions: &[FunctionReport]) {
+    if functions.is_empty() {
+        return;
+    }
+    let names = functions.iter().map(|f| f.function.chars().count());
+    let width = names.max().unwrap_or(0).max(12);
+    line(
+        out,
+        format_args!(
+            "\n{:width$}  {:>5} {:>7} {:>5} {:>7} {:>7}",
+            "control code", "ops", "bundles", "least", "spilled", "frame"
+        ),
+    );
+    for f in functions {
+        line(
+            out,
+            format_args!(
+                "{:width$}  {:>5} {:>7} {:>5} {:>7} {:>7}",
+                f.function, f.operations, f.bundles, f.least, f.spilled, f.frame
+            ),
+        );
+    }
 }
 
 /// One line a loop, and what would help.

@@ -4,7 +4,7 @@ use super::lir::{Code, FrameLayout, Label};
 use super::list::{self, Packed};
 use super::region::{self, Frames, Region, Transfer};
 use super::target::Target;
-use super::{VliwCode, VliwError, place};
+use super::{FunctionFacts, VliwCode, VliwError, place};
 use crate::abi;
 use crate::sequence::{Step, Stretch};
 use srp_archdesc::arch::Fu;
@@ -23,6 +23,8 @@ pub(super) struct Linker<'a> {
     entries: Vec<Bundle>,
     /// What the bundles do, one operation after another.
     sequence: Vec<Stretch>,
+    /// What is known of each, in the same order as the entries.
+    facts: Vec<FunctionFacts>,
 }
 
 impl<'a> Linker<'a> {
@@ -35,6 +37,7 @@ impl<'a> Linker<'a> {
             calls: Vec::new(),
             entries: Vec::new(),
             sequence: Vec::new(),
+            facts: Vec::new(),
         }
     }
 
@@ -50,6 +53,7 @@ impl<'a> Linker<'a> {
         let mut labels: EntityMap<Label, Option<Bundle>> =
             EntityMap::filled(code.blocks.len(), None);
         let mut jumps: Vec<(Bundle, Label)> = Vec::new();
+        let (mut least, mut operations) = (0, 0);
         let frames = Frames {
             layout: frame,
             limit,
@@ -65,6 +69,8 @@ impl<'a> Linker<'a> {
                         at: place(self.program, &code.name, op.pos),
                     }
                 })?;
+                least += packed.least;
+                operations += region.ops.len() as u32;
                 self.append(&region, &packed, &mut jumps);
             }
         }
@@ -76,6 +82,14 @@ impl<'a> Linker<'a> {
                 _ => unreachable!("only bundles with jumps were noted"),
             }
         }
+        self.facts.push(FunctionFacts {
+            name: code.name.clone(),
+            operations,
+            bundles: (self.bundles.len() - entry.index()) as u32,
+            least,
+            frame: frame.size,
+            spilled: code.frame.homes.len() as u32,
+        });
         Ok(entry)
     }
 
@@ -152,6 +166,7 @@ impl<'a> Linker<'a> {
             bundles: self.bundles,
             functions,
             start,
+            facts: self.facts.split_off(1),
         }
     }
 }

@@ -17,6 +17,8 @@ pub(super) struct Packed {
     pub(super) bundles: Vec<Vec<(Fu, usize)>>,
     /// The bundle with the transfer.
     pub(super) exit: Option<usize>,
+    /// Bundles that it takes at least: the longest chain, or the operations by the slots.
+    pub(super) least: u32,
 }
 
 /// An operation that no slot can run with its operands.
@@ -226,6 +228,15 @@ impl<'a> Problem<'a> {
         }
     }
 
+    /// Bundles that no order of the operations can do without.
+    fn least(&self) -> u32 {
+        let chain = self.height.iter().max().copied().unwrap_or(0);
+        let operations = self.region.ops.len().div_ceil(self.target.slots.len()) as u32;
+        let exit = self.region.exit;
+        let transfer = exit.map_or(0, |(transfer, _)| self.slack(transfer).max(1));
+        chain.max(operations).max(transfer)
+    }
+
     fn bundles(&self, times: &Times<'_>, exit: Option<u32>, length: u32) -> Packed {
         let mut bundles = vec![Vec::new(); length as usize];
         for (i, &(cycle, fu)) in times.slots.iter().enumerate() {
@@ -238,6 +249,7 @@ impl<'a> Problem<'a> {
         Packed {
             bundles,
             exit: exit.map(|cycle| cycle as usize),
+            least: self.least(),
         }
     }
 }

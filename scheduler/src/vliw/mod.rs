@@ -57,6 +57,26 @@ pub struct VliwCode {
     pub start: Bundle,
     /// What the bundles do, one operation after another, in the order of the bundles.
     pub sequence: Vec<Stretch>,
+    /// What is known of the functions besides, in their order.
+    pub facts: Vec<FunctionFacts>,
+}
+
+/// What is known of a function's code besides the code.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FunctionFacts {
+    /// Its name.
+    pub name: String,
+    /// Operations, without control transfers.
+    pub operations: u32,
+    /// Bundles.
+    pub bundles: u32,
+    /// Bundles that its stretches of code take at least, each by itself: the longest chain of
+    /// operations that wait for each other, with the branch delay, or the operations by the slots.
+    pub least: u32,
+    /// Bytes of its stack frame.
+    pub frame: u32,
+    /// Values that found no register and live on the stack.
+    pub spilled: u32,
 }
 
 /// Why there is no control code for a program on a machine.

@@ -6,7 +6,7 @@ mod recurrence;
 mod slots;
 mod takes;
 
-use super::model::{LoopReport, NotPipelined, Position, Report, Resource, Status};
+use super::model::{FunctionReport, LoopReport, NotPipelined, Position, Report, Resource, Status};
 use super::text::{count, lowered, percent, recurrence as recurrence_in_words, standing, status};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -37,6 +37,7 @@ pub(super) fn page(report: &Report) -> String {
                         (details(i, l, report.machine.contexts))
                     }
                     @if !report.not_pipelined.is_empty() { (refused(&report.not_pipelined)) }
+                    @if !report.functions.is_empty() { (functions(&report.functions)) }
                 }
                 script { (PreEscaped(SCRIPT)) }
             }
@@ -213,6 +214,25 @@ fn refused(loops: &[NotPipelined]) -> Markup {
                     td { code.soft { (n.reason_at) } }
                 }
             } } }
+        }
+    }
+}
+
+fn functions(functions: &[FunctionReport]) -> Markup {
+    html! {
+        section id="control" {
+            div.head { h2 { "Control code on the VLIW engine" } }
+            div.scroll { table {
+                tr {
+                    th { "function" } th { "operations" } th { "bundles" } th { "least" }
+                    th { "spilled" } th { "frame" }
+                }
+                @for f in functions { tr {
+                    td { (f.function) } td { (f.operations) }
+                    td.good[f.bundles == f.least] { (f.bundles) } td { (f.least) }
+                    td.above[f.spilled > 0] { (f.spilled) } td { (f.frame) }
+                } }
+            } }
         }
     }
 }
