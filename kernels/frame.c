@@ -333,7 +333,6 @@ int main(void)
     colour = scene.colour;
     shading.triangles = scene.triangles;
     shading.materials = scene.materials;
-    shading.texcoords = scene.texcoords;
     shading.ambient = scene.ambient;
     shading.widening = scene.widening;
     shading.offset = scene.offset;

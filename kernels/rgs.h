@@ -44,7 +44,7 @@ void launch(const srp_waiting *waiting, srp_ray *rays, float4 *views, float4 *we
 
 /* What shading needs of the scene and of where it stands, the same for a packet. */
 typedef struct {
-    unsigned triangles, materials, texcoords;
+    unsigned triangles, materials;
     float4 ambient; /* what no ray is sent for */
     float widening, offset;
     float scale; /* a power of two, by which lengths in the scene are ordinary numbers */
@@ -138,11 +138,10 @@ static inline void shadow_ray(srp_ray *ray, float4 start, float4 way, float reac
 
 #if SRP_TEXTURES
 /* Where a hit is in pictures: the coordinates in lanes 0 and 1. */
-static inline float4 texture_place(unsigned texcoords, int primitive, float u, float v)
+static inline float4 texture_place(SRP_GLOBAL const srp_triangle *t, float u, float v)
 {
-    SRP_GLOBAL const float4 *at = SRP_AT(const float4, texcoords) + 2 * primitive;
-    float4 first = at[0], last = at[1]; /* u0 v0 u1 v1, u2 v2 */
-    return first * (1.0f - u - v) + srp_swizzle(first, 2, 3, 2, 3) * u + last * v;
+    float4 first = t->st01;
+    return first * (1.0f - u - v) + srp_swizzle(first, 2, 3, 2, 3) * u + t->st2 * v;
 }
 
 /* Descriptors of the pictures of a material: map_kd, map_ks and map_d in lanes 1 to 3. */

@@ -54,7 +54,7 @@ typedef struct {
     unsigned triangle_count; /* 164 */
     unsigned materials;      /* 168: address of srp_material[material_count] */
     unsigned material_count; /* 172 */
-    unsigned texcoords;      /* 176: address of srp_texcoords[triangle_count], by primitive id */
+    unsigned reserved;       /* 176: 0 */
     unsigned light_count;    /* 180: only lights that send out any */
     float widening; /* 184: what to multiply a reciprocal direction by for srp_ray.far; covers the
                        error of this machine's srp_rcp */
@@ -72,21 +72,19 @@ typedef struct {
                               multiplied by before it is squared */
 } srp_scene;
 
-/* 96 bytes: what shading needs of a triangle. With hit weights u, v and w = 1 - u - v the point is
+/* 128 bytes, two lines of the data cache: what shading needs of a triangle; the first line will do
+ * where nothing is interpolated. With hit weights u, v and w = 1 - u - v the point is
  * w * v0 + u * v1 + v * v2, which is a better origin of secondary rays than origin + t * direction. */
 typedef struct {
-    float4 n0; /*  0: unit shading normal at vertex 0; lane 3: index of the material, an integer */
-    float4 n1; /* 16: at vertex 1; lane 3: an integer, 1 where all three are the geometric normal */
-    float4 n2; /* 32: at vertex 2; lane 3: 0 */
-    float4 v0; /* 48: vertex 0; lane 3: x of the geometric unit normal (v1 - v0) x (v2 - v0) */
-    float4 v1; /* 64: vertex 1; lane 3: y of it */
-    float4 v2; /* 80: vertex 2; lane 3: z of it; a triangle of no area has the normal 0 0 0 */
+    float4 v0;   /*   0: vertex 0; lane 3: x of the geometric unit normal (v1 - v0) x (v2 - v0) */
+    float4 v1;   /*  16: vertex 1; lane 3: y of it */
+    float4 v2;   /*  32: vertex 2; lane 3: z of it; a triangle of no area has the normal 0 0 0 */
+    float4 n0;   /*  48: unit shading normal at vertex 0; lane 3: index of the material, an integer */
+    float4 n1;   /*  64: at vertex 1; lane 3: an integer, 1 where all three are the geometric normal */
+    float4 n2;   /*  80: at vertex 2; lane 3: 0 */
+    float4 st01; /*  96: texture coordinates of vertex 0, then of vertex 1; 0 where there are none */
+    float4 st2;  /* 112: of vertex 2, 0 0 */
 } srp_triangle;
-
-/* 32 bytes: texture coordinates at the vertices, 0 where the file gives none. */
-typedef struct {
-    float u0, v0, u1, v1, u2, v2, spare0, spare1;
-} srp_texcoords;
 
 /* 32 bytes: a point light. */
 typedef struct {
@@ -96,7 +94,7 @@ typedef struct {
 
 /* 128 bytes: a material, its MTL illumination model worked out (runtime/src/scene/surface.rs). */
 typedef struct {
-    float4 kd;      /*  0: diffuse rgb; w: dissolve d, already in the colours */
+    float4 kd;      /*  0: diffuse rgb; w: map_kd again, an integer */
     float4 ks;      /* 16: rgb of the highlight; w: exponent Ns */
     float4 ke;      /* 32: emitted rgb; w: 1 where it mirrors or lets light through, else 0 */
     int illum;      /* 48: illumination model */

@@ -6,9 +6,6 @@ int shade_hit(const srp_hit *hits, const float4 *views, const float4 *weights, f
               const srp_shading *shading, float4 light, float4 colour, int n)
 {
     unsigned triangles = shading->triangles, materials = shading->materials;
-#if SRP_TEXTURES
-    unsigned texcoords = shading->texcoords;
-#endif
     float4 ambient = shading->ambient;
     float offset = shading->offset;
 #if SRP_EFFECT(light) && !SRP_SURFACES
@@ -67,11 +64,13 @@ int shade_hit(const srp_hit *hits, const float4 *views, const float4 *weights, f
         float4 diffuse = kd;
         float there = 1.0f;
 #if SRP_TEXTURES
-        float4 place = texture_place(texcoords, hits[i].primitive, u, v);
+        float4 place = texture_place(t, u, v);
+#endif
+#if SRP_EFFECT(highlight_texture) || SRP_EFFECT(alpha)
         int4 maps = texture_maps(materials, material);
 #endif
 #if SRP_EFFECT(texture)
-        diffuse = diffuse * srp_texture4((unsigned)maps[1], place);
+        diffuse = diffuse * srp_texture4(srp_bits(kd[3]), place);
 #endif
 #if SRP_EFFECT(highlight_texture)
         float shininess = specular[3];
@@ -191,9 +190,6 @@ int shade_tinted(const srp_hit *hits, const float4 *lit, float4 *blocked, srp_ra
                  float4 *left, const srp_shading *shading, float4 light, int n)
 {
     unsigned triangles = shading->triangles, materials = shading->materials;
-#if SRP_EFFECT(alpha)
-    unsigned texcoords = shading->texcoords;
-#endif
     float widening = shading->widening, offset = shading->offset;
     int going_on = 0;
 #pragma srp kernel
@@ -217,7 +213,7 @@ int shade_tinted(const srp_hit *hits, const float4 *lit, float4 *blocked, srp_ra
         int leaves = inside && through[3] != 1.0f && largest3(through) > 0.0f;
         float4 filter = srp_select4(leaves, srp_splat(1.0f), through);
 #if SRP_EFFECT(alpha)
-        float4 place = texture_place(texcoords, hits[i].primitive, u, v);
+        float4 place = texture_place(t, u, v);
         float there = srp_texture4((unsigned)texture_maps(materials, material)[3], place)[3];
         filter = filter * there + (1.0f - there);
 #endif

@@ -1,7 +1,7 @@
 //! The scene as it lies in system memory: what `kernels/scene.h` declares, byte by byte.
 //!
 //! From [`BASE`] on: the header, materials, nodes and triangles of the T&I unit, shading records,
-//! texture coordinates, textures, and the frame buffer, which is all that cores may write. Each part starts
+//! textures, and the frame buffer, which is all that cores may write. Each part starts
 //! at a multiple of 64 bytes. The structures are written by field name from the tables below, and
 //! a test holds the tables against the C header.
 
@@ -55,7 +55,7 @@ const SCENE: &Fields = &[
     ("triangle_count", 164),
     ("materials", 168),
     ("material_count", 172),
-    ("texcoords", 176),
+    ("reserved", 176),
     ("light_count", 180),
     ("widening", 184),
     ("far", 188),
@@ -72,27 +72,16 @@ const SCENE_BYTES: u32 = 224;
 
 /// `srp_triangle`.
 const TRIANGLE: &Fields = &[
-    ("n0", 0),
-    ("n1", 16),
-    ("n2", 32),
-    ("v0", 48),
-    ("v1", 64),
-    ("v2", 80),
+    ("v0", 0),
+    ("v1", 16),
+    ("v2", 32),
+    ("n0", 48),
+    ("n1", 64),
+    ("n2", 80),
+    ("st01", 96),
+    ("st2", 112),
 ];
-const TRIANGLE_BYTES: u32 = 96;
-
-/// `srp_texcoords`.
-const TEXCOORDS: &Fields = &[
-    ("u0", 0),
-    ("v0", 4),
-    ("u1", 8),
-    ("v1", 12),
-    ("u2", 16),
-    ("v2", 20),
-    ("spare0", 24),
-    ("spare1", 28),
-];
-const TEXCOORDS_BYTES: u32 = 32;
+const TRIANGLE_BYTES: u32 = 128;
 
 /// `srp_material`.
 const MATERIAL: &Fields = &[
@@ -223,7 +212,6 @@ pub fn build(
     }
     for (i, triangle) in (0..).zip(&scene.triangles) {
         image.triangle(parts.triangles + i * u64::from(TRIANGLE_BYTES), triangle);
-        image.texcoords(parts.texcoords + i * u64::from(TEXCOORDS_BYTES), triangle);
     }
     let widening = arithmetic::widening(arch.precision.rcp);
     image.header(scene, camera, &parts, &tiling, widening);
@@ -299,7 +287,6 @@ struct Parts {
     nodes: u64,
     records: u64,
     triangles: u64,
-    texcoords: u64,
     /// The descriptor of each texture in use, with and without clamping.
     maps: BTreeMap<Map, u64>,
     /// The texels of each texture.
@@ -325,7 +312,6 @@ impl Parts {
             nodes: part(tree.nodes.len() as u64),
             records: part(tree.triangles.len() as u64),
             triangles: part(count * u64::from(TRIANGLE_BYTES)),
-            texcoords: part(count * u64::from(TEXCOORDS_BYTES)),
             maps: {
                 let bytes = u64::from(TEXTURE_MAP_BYTES);
                 let start = part(maps.len() as u64 * bytes);
@@ -394,7 +380,6 @@ impl Bytes {
             ("triangle_count", scene.triangles.len() as u32),
             ("materials", parts.materials as u32),
             ("material_count", scene.materials.len() as u32),
-            ("texcoords", parts.texcoords as u32),
             ("light_count", lights(scene).count() as u32),
             ("lights", parts.lights as u32),
             ("bounces", scene.options.bounces),
@@ -424,7 +409,9 @@ impl Bytes {
             Fresnel::Dielectric => 2.0,
         };
         let exponent = surface.exponent.to_bits();
-        at.vector("kd", Vec3::from(surface.diffuse), m.dissolve.to_bits());
+        let descriptor = |map: Option<Map>| map.map_or(0, |map| maps[&map] as u32);
+        let map_kd = descriptor(m.diffuse_map);
+        at.vector("kd", Vec3::from(surface.diffuse), map_kd);
         at.vector("ks", Vec3::from(surface.specular), exponent);
         let goes_on = surface.mirrors() || surface.transmits() || m.dissolve_map.is_some();
         let goes_on = f32::from(u8::from(goes_on));
@@ -433,8 +420,7 @@ impl Bytes {
         let index = surface.index.to_bits();
         at.vector("through", Vec3::from(surface.through), index);
         at.word("illum", u32::from(m.illumination));
-        let descriptor = |map: Option<Map>| map.map_or(0, |map| maps[&map] as u32);
-        at.word("map_kd", descriptor(m.diffuse_map));
+        at.word("map_kd", map_kd);
         at.word("map_ks", descriptor(m.specular_map));
         at.word("map_d", descriptor(m.dissolve_map));
     }
@@ -475,19 +461,9 @@ impl Bytes {
         at.vector("v0", t.positions[0], normal.x.to_bits());
         at.vector("v1", t.positions[1], normal.y.to_bits());
         at.vector("v2", t.positions[2], normal.z.to_bits());
-    }
-
-    fn texcoords(&mut self, address: u64, t: &Triangle) {
-        let mut at = Structure {
-            image: self,
-            address,
-            fields: TEXCOORDS,
-        };
-        let names = [("u0", "v0"), ("u1", "v1"), ("u2", "v2")];
-        for ((u, v), uv) in names.into_iter().zip(t.uvs) {
-            at.word(u, uv.x.to_bits());
-            at.word(v, uv.y.to_bits());
-        }
+        let [st0, st1, st2] = t.uvs;
+        at.vector("st01", st0.extend(st1.x), st1.y.to_bits());
+        at.vector("st2", st2.extend(0.0), 0);
     }
 }
 
@@ -564,7 +540,6 @@ mod tests {
         for (name, fields, bytes) in [
             ("srp_scene", SCENE, SCENE_BYTES),
             ("srp_triangle", TRIANGLE, TRIANGLE_BYTES),
-            ("srp_texcoords", TEXCOORDS, TEXCOORDS_BYTES),
             ("srp_material", MATERIAL, MATERIAL_BYTES),
             ("srp_light", LIGHT, LIGHT_BYTES),
             ("srp_texture_map", TEXTURE_MAP, TEXTURE_MAP_BYTES),

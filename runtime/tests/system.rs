@@ -98,7 +98,7 @@ impl Caster {
             let colour = if record.hit.primitive == NO_HIT {
                 self.vector(64)
             } else {
-                let triangle = self.word(160) + 96 * record.hit.primitive;
+                let triangle = self.word(160) + 128 * record.hit.primitive;
                 let mut normal = Vec3::ZERO;
                 let weights = [
                     1.0 - record.hit.u - record.hit.v,
@@ -106,7 +106,7 @@ impl Caster {
                     record.hit.v,
                 ];
                 for (k, weight) in weights.into_iter().enumerate() {
-                    let lanes = bus.cached_load(triangle + 16 * k as u32, 16)?;
+                    let lanes = bus.cached_load(triangle + 48 + 16 * k as u32, 16)?;
                     let n = [0, 1, 2].map(|i| f32::from_bits(lanes[i]));
                     normal += weight * Vec3::from(n);
                 }

@@ -7,7 +7,6 @@
 #define MATERIALS 7
 #define TRIANGLES_AT SRP_MEMORY_BASE
 #define MATERIALS_AT (SRP_MEMORY_BASE + 8192)
-#define TEXCOORDS_AT (SRP_MEMORY_BASE + 10240)
 #define MAP_AT (SRP_MEMORY_BASE + 12288)
 #define TEXELS_AT (SRP_MEMORY_BASE + 12352)
 #define FRAME_AT (SRP_MEMORY_BASE + 16384)
@@ -73,10 +72,9 @@ static void make_scene(void)
         t[i].v0 = v0;
         t[i].v1 = v1;
         t[i].v2 = v2;
+        t[i].st01 = vector(-2.0f, 3.0f);
+        t[i].st2 = vector(-2.0f, 3.0f);
     }
-    SRP_GLOBAL float *texcoords = SRP_AT(float, TEXCOORDS_AT);
-    for (int i = 0; i < 8 * TRIANGLES; i++)
-        texcoords[i] = number(-2.0f, 3.0f);
     SRP_GLOBAL srp_texture_map *map = SRP_AT(srp_texture_map, MAP_AT);
     map->texels = TEXELS_AT;
     map->width = 4;
@@ -88,7 +86,9 @@ static void make_scene(void)
     for (int i = 0; i < MATERIALS; i++) {
         float4 ks = vector(0.0f, 1.0f);
         ks[3] = i == 0 ? 0.0f : i == 1 ? 1000.0f : number(1.0f, 60.0f);
-        m[i].kd = vector(0.0f, 1.0f);
+        float4 kd = vector(0.0f, 1.0f);
+        kd[3] = srp_float(i & 1 ? MAP_AT : 0);
+        m[i].kd = kd;
         m[i].ks = ks;
         float4 ke = i == 2 ? vector(0.0f, 1.0f) : srp_splat(0.0f);
         ke[3] = i > 2 ? 1.0f : 0.0f;
@@ -133,7 +133,6 @@ int main(void)
     srp_shading shading = {
         .triangles = TRIANGLES_AT,
         .materials = MATERIALS_AT,
-        .texcoords = TEXCOORDS_AT,
         .ambient = vector(0.0f, 0.3f),
         .widening = 1.0000005f,
         .offset = 1.0e-6f,

@@ -93,9 +93,11 @@ impl View<'_> {
         let options = &self.scene.options;
         match effect {
             Effect::Normals => self.normals(),
-            Effect::Texture => self.pictures("map_Kd", |m| m.diffuse_map.is_some()),
-            Effect::HighlightTexture => self.pictures("map_Ks", |m| m.specular_map.is_some()),
-            Effect::Alpha => self.pictures("map_d", |m| m.dissolve_map.is_some()),
+            Effect::Texture => self.pictures("map_Kd", |m| self.scene.colours(m.diffuse_map)),
+            Effect::HighlightTexture => {
+                self.pictures("map_Ks", |m| self.scene.colours(m.specular_map))
+            }
+            Effect::Alpha => self.pictures("map_d", |m| self.scene.has_holes(m.dissolve_map)),
             Effect::Emission => self.materials(&["Ke"], |s| s.emission.iter().any(|&c| c > 0.0)),
             Effect::Light => self.count(1),
             Effect::Lights => self.count(2),
@@ -154,7 +156,10 @@ impl View<'_> {
     /// Whether light goes through a used material, or through holes in it.
     fn passing(&self) -> (bool, String) {
         let keywords = ["map_d", "Tf", "d", "illum"];
-        let has_holes = |u: &Used| self.scene.materials[u.index].dissolve_map.is_some();
+        let has_holes = |u: &Used| {
+            self.scene
+                .has_holes(self.scene.materials[u.index].dissolve_map)
+        };
         self.used(&keywords, |u| u.surface.transmits() || has_holes(u))
     }
 
@@ -206,7 +211,7 @@ fn asked(option: &str, value: u32, least: u32) -> (bool, String) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Light, Material, demo::demo};
+    use crate::scene::{Light, Map, Material, demo::demo};
     use glam::Vec3;
 
     /// Something that makes a scene call for an effect, and nothing else does there.
@@ -230,7 +235,14 @@ mod tests {
     #[test]
     fn a_witness_more_switches_an_effect_on_and_unused_ones_do_not() {
         assert_eq!(effects(&plain()), "light,shadow");
-        let changes: [(&str, Change); 7] = [
+        let changes: [(&str, Change); 9] = [
+            ("texture,light,shadow", |s| {
+                s.materials[1].diffuse_map = Some(Map::default())
+            }),
+            ("light,shadow", |s| {
+                s.materials[1].diffuse_map = Some(Map::default());
+                s.textures[0].texels.fill(u32::MAX);
+            }),
             ("light,shadow", |s| s.materials[1].specular = [0.5; 3]),
             ("emission,light,shadow", |s| {
                 s.materials[1].emission = [1.0; 3]

@@ -89,12 +89,16 @@ impl Guard {
         let material = &scene.materials[i];
         let surface = Surface::of(material);
         let emits = material.emits();
-        let holes = material.dissolve_map.is_some();
+        let holes = scene.has_holes(material.dissolve_map);
         let passes = surface.transmits() || holes;
         let seen = [
-            (material.diffuse_map.is_some(), Effect::Texture, "map_Kd"),
             (
-                material.specular_map.is_some(),
+                scene.colours(material.diffuse_map),
+                Effect::Texture,
+                "map_Kd",
+            ),
+            (
+                scene.colours(material.specular_map),
                 Effect::HighlightTexture,
                 "map_Ks",
             ),

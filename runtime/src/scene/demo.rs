@@ -1,17 +1,19 @@
-//! The default scene, made by code: a chequered floor, a mirror, glass, a ring and boxes in one light.
+//! The default scene, made by code: a tiled floor, a mirror, glass, a ring and boxes in one light.
+
+mod tiles;
 
 use glam::{Vec2, Vec3};
 
 use super::angle::turn;
-use super::{Camera, Light, Material, Options, Scene, Triangle};
+use super::{Camera, Light, Map, Material, Options, Scene, Triangle};
 
-/// The default scene: about ten thousand triangles, no textures.
+/// The default scene: about ten thousand triangles and a picture.
 pub fn demo() -> Scene {
     let mut scene = Scene {
         name: "demo".to_owned(),
         triangles: Vec::new(),
         materials: materials(),
-        textures: Vec::new(),
+        textures: vec![tiles::tiles()],
         lights: vec![Light {
             position: Vec3::new(-5.5, 8.5, 5.0),
             colour: [1.2, 1.15, 1.05],
@@ -47,18 +49,16 @@ pub fn demo() -> Scene {
     scene
 }
 
-const LIGHT_TILE: u32 = 0;
-const DARK_TILE: u32 = 1;
-const RED: u32 = 2;
-const GOLD: u32 = 3;
-const TEAL: u32 = 4;
-const BLUE: u32 = 5;
-const STONE: u32 = 6;
-const SILVER: u32 = 7;
-const GLASS: u32 = 8;
+const TILES: u32 = 0;
+const RED: u32 = 1;
+const GOLD: u32 = 2;
+const TEAL: u32 = 3;
+const BLUE: u32 = 4;
+const STONE: u32 = 5;
+const SILVER: u32 = 6;
+const GLASS: u32 = 7;
 
 fn materials() -> Vec<Material> {
-    let plain = Material::diffuse;
     let glossy = |name: &str, diffuse, specular: f32, exponent| Material {
         specular: [specular; 3],
         exponent,
@@ -66,8 +66,13 @@ fn materials() -> Vec<Material> {
         ..Material::diffuse(name, diffuse)
     };
     vec![
-        plain("light tile", [0.82, 0.80, 0.74]),
-        plain("dark tile", [0.20, 0.23, 0.28]),
+        Material {
+            diffuse_map: Some(Map {
+                texture: 0,
+                clamp: false,
+            }),
+            ..Material::diffuse("tiles", [0.97; 3])
+        },
         glossy("red", [0.72, 0.13, 0.10], 0.6, 60.0),
         glossy("gold", [0.85, 0.58, 0.16], 0.7, 30.0),
         glossy("teal", [0.08, 0.55, 0.50], 0.5, 90.0),
@@ -102,18 +107,15 @@ fn quad(scene: &mut Scene, corners: [Vec3; 4], normals: [Vec3; 4], material: u32
     }
 }
 
+/// Squares of two by two tiles, each with the whole picture.
 fn floor(scene: &mut Scene) {
-    const TILES: i32 = 14;
-    for z in -TILES..TILES {
-        for x in -TILES..TILES {
-            let corner = |dx: i32, dz: i32| Vec3::new((x + dx) as f32, 0.0, (z + dz) as f32);
-            let material = if (x + z) % 2 == 0 {
-                LIGHT_TILE
-            } else {
-                DARK_TILE
-            };
+    const SQUARES: i32 = 7;
+    for z in -SQUARES..SQUARES {
+        for x in -SQUARES..SQUARES {
+            let corner =
+                |dx: i32, dz: i32| Vec3::new((2 * (x + dx)) as f32, 0.0, (2 * (z + dz)) as f32);
             let corners = [corner(0, 0), corner(0, 1), corner(1, 1), corner(1, 0)];
-            quad(scene, corners, [Vec3::Y; 4], material);
+            quad(scene, corners, [Vec3::Y; 4], TILES);
         }
     }
 }

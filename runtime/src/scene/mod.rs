@@ -58,6 +58,23 @@ pub struct Scene {
     pub options: Options,
 }
 
+impl Scene {
+    /// Whether a texture changes colours: a white one does not.
+    pub fn colours(&self, map: Option<Map>) -> bool {
+        map.is_some_and(|map| self.has_texel(map, |texel| texel & 0xff_ffff != 0xff_ffff))
+    }
+
+    /// Whether a texture has holes.
+    pub fn has_holes(&self, map: Option<Map>) -> bool {
+        map.is_some_and(|map| self.has_texel(map, |texel| texel >> 24 != 255))
+    }
+
+    fn has_texel(&self, map: Map, is: impl Fn(u32) -> bool) -> bool {
+        let texture = self.textures.get(map.texture as usize);
+        texture.is_some_and(|t| t.texels.iter().any(|&texel| is(texel)))
+    }
+}
+
 /// One triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Triangle {

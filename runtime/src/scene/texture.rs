@@ -59,7 +59,7 @@ pub enum Channel {
 }
 
 /// A texture on a material.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Map {
     /// Its index among the textures of the scene.
     pub texture: u32,
