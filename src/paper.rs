@@ -1,8 +1,10 @@
-//! `srp paper`: the figures of the SGRT paper's Tables 4 and 5, ours, and their ratios.
+//! `srp paper`: the figures of the SGRT paper's Tables 3 to 6, ours, and their ratios.
 //!
 //! The paper's figures are only printed and compared with; nothing in the model knows them.
 
 mod figures;
+mod frames;
+mod sheet;
 
 use crate::cli::{self, BvhBuilder};
 use crate::failure::Failure;
@@ -10,6 +12,7 @@ use crate::scenes::{self, Views};
 use crate::tni::{self, Job, Rays, measure};
 use crate::{interrupt, machine, talk};
 use figures::{Figures, PAPER, PaperScene, Table5};
+use sheet::Sheet;
 use srp_archdesc::arch::Arch;
 use srp_runtime::bvh::Bvh;
 use srp_runtime::rays::{Kind, Order};
@@ -33,18 +36,21 @@ struct Case {
 pub(crate) fn run(args: &cli::Paper) -> Result<(), Failure> {
     let arch = machine::read(&args.machine.machine)?;
     srp_runtime::system::check(&arch.system).map_err(Failure::Message)?;
+    let mut sheet = Sheet::new(args.json);
     for (i, path) in scenes(args)?.iter().enumerate() {
         let case = case(path.as_deref(), args)?;
         if i == 0 {
-            head(args, &arch)?;
+            head(args, &arch, &mut sheet)?;
         }
-        put(format_args!("\n{}", name(&case)))?;
+        sheet.scene(name(&case))?;
         match args.table {
-            cli::Table::Table4 => table4(&case, args, &arch)?,
-            cli::Table::Table5 => table5(&case, args, &arch)?,
+            cli::Table::Table3 => frames::table3(&case, args, &arch, &mut sheet)?,
+            cli::Table::Table4 => table4(&case, args, &arch, &mut sheet)?,
+            cli::Table::Table5 => table5(&case, args, &arch, &mut sheet)?,
+            cli::Table::Table6 => frames::table6(&case, args, &arch, &mut sheet)?,
         }
     }
-    Ok(())
+    sheet.finish(args.table.name())
 }
 
 /// The scenes of the command line; without any, the default scene.
@@ -95,15 +101,15 @@ fn name(case: &Case) -> String {
     }
 }
 
-/// A line of data.
-fn put(text: std::fmt::Arguments<'_>) -> Result<(), Failure> {
-    Ok(talk::print(format!("{text}\n"))?)
-}
-
-fn head(args: &cli::Paper, arch: &Arch) -> Result<(), Failure> {
-    put(format_args!(
+fn head(args: &cli::Paper, arch: &Arch, sheet: &mut Sheet) -> Result<(), Failure> {
+    let (width, height) = args.size();
+    if matches!(args.table, cli::Table::Table3 | cli::Table::Table6) {
+        let name = &arch.name;
+        return sheet.heading(format!("machine `{name}`, {width}x{height} pixels"));
+    }
+    sheet.heading(format!(
         "machine `{}`, {}x{} pixels, {SAMPLES} samples, primary rays one run in {}, others one in {}",
-        arch.name, args.size.0, args.size.1, args.sample_primary, args.sample
+        arch.name, width, height, args.sample_primary, args.sample
     ))
 }
 
@@ -144,7 +150,7 @@ fn run_kind(
         bvh: &case.bvh,
         spec: &arch.system,
         cameras: &case.cameras,
-        size: args.size,
+        size: args.size(),
         rays: &Rays::Of(kind),
         order: how.order,
         one_in,
@@ -174,33 +180,8 @@ fn paper(case: &Case, kind: Kind) -> Option<&'static Figures> {
     })
 }
 
-/// One line: the paper's figure, ours, and ours over the paper's.
-fn line(what: &str, paper: Option<f64>, ours: f64) -> Result<(), Failure> {
-    match paper {
-        Some(paper) => put(format_args!(
-            "  {what:34} {paper:>9.2} {ours:>9.2} {:>7.2}",
-            ours / paper
-        )),
-        None => put(format_args!(
-            "  {what:34} {:>9} {ours:>9.2} {:>7}",
-            "–", "–"
-        )),
-    }
-}
-
-fn line_head(kind: Kind, error: Option<f64>) -> Result<(), Failure> {
-    let error = error.map_or(String::new(), |e| format!(" ± {:.1} %", 100.0 * e));
-    put(format_args!(
-        "{:36} {:>9} {:>9} {:>7}{error}",
-        title(kind),
-        "paper",
-        "ours",
-        "ratio"
-    ))
-}
-
 /// Table 4: one unit, both forms of the traversal unit.
-fn table4(case: &Case, args: &cli::Paper, arch: &Arch) -> Result<(), Failure> {
+fn table4(case: &Case, args: &cli::Paper, arch: &Arch, sheet: &mut Sheet) -> Result<(), Failure> {
     let mut gains = Vec::new();
     let how = How {
         units: 1,
@@ -216,44 +197,52 @@ fn table4(case: &Case, args: &cli::Paper, arch: &Arch) -> Result<(), Failure> {
         let single = of(cli::Pipeline::Single)?;
         let parallel = of(cli::Pipeline::Parallel)?;
         let p = paper(case, kind);
-        line_head(kind, parallel.relative_error)?;
-        line(
+        sheet.group(title(kind), parallel.relative_error)?;
+        sheet.line(
             "steps a ray, single: sub-pipelines",
             p.map(|p| p.steps_sp),
             single.passes,
         )?;
-        line(
+        sheet.line(
             "steps a ray, parallel: node visits",
             p.map(|p| p.steps_pp),
             parallel.inner_visits + parallel.leaf_visits,
         )?;
-        line(
+        sheet.line(
             "Mrays/s, single",
             p.map(|p| p.mrays_sp),
             single.mrays_per_second,
         )?;
-        line(
+        sheet.line(
             "Mrays/s, parallel",
             p.map(|p| p.mrays_pp),
             parallel.mrays_per_second,
         )?;
         let gain = parallel.mrays_per_second / single.mrays_per_second;
-        line(
+        sheet.line(
             "parallel over single",
             p.map(|p| p.mrays_pp / p.mrays_sp),
             gain,
         )?;
-        line(
+        sheet.line(
             "cycles a node visit, parallel",
             None,
             parallel.cycles_per_visit,
         )?;
-        explain(p.map(|p| (p.steps_pp, p.mrays_pp)), &parallel)?;
+        explain(sheet, p.map(|p| (p.steps_pp, p.mrays_pp)), &parallel)?;
         let table5 = p.and_then(|p| p.table5);
-        unsorted(case, kind, args, arch, how, (p.map(|p| p.mrays_pp), table5))?;
+        unsorted(
+            sheet,
+            case,
+            kind,
+            args,
+            arch,
+            how,
+            (p.map(|p| p.mrays_pp), table5),
+        )?;
         gains.push(gain);
     }
-    put(format_args!(
+    sheet.note(format!(
         "mean of parallel over single: {:.3} (the paper's mean over its scenes 1.26)",
         gains.iter().sum::<f64>() / gains.len() as f64
     ))?;
@@ -261,7 +250,7 @@ fn table4(case: &Case, args: &cli::Paper, arch: &Arch) -> Result<(), Failure> {
 }
 
 /// Table 5: four units, with a memory each and with one memory.
-fn table5(case: &Case, args: &cli::Paper, arch: &Arch) -> Result<(), Failure> {
+fn table5(case: &Case, args: &cli::Paper, arch: &Arch, sheet: &mut Sheet) -> Result<(), Failure> {
     let units = arch.system.cores;
     let each = How {
         units,
@@ -277,38 +266,42 @@ fn table5(case: &Case, args: &cli::Paper, arch: &Arch) -> Result<(), Failure> {
         let shared = run_kind(case, kind, args, arch, one)?;
         let figures = paper(case, kind);
         let p = figures.and_then(|p| p.table5);
-        line_head(kind, private.relative_error)?;
+        sheet.group(title(kind), private.relative_error)?;
         let m = &private;
-        line(
+        sheet.line(
             "Mrays/s, a memory each",
             p.map(|p| p.mrays),
             m.mrays_per_second,
         )?;
-        line(
+        sheet.line(
             "Mrays/s, one memory",
             p.map(|p| p.mrays),
             shared.mrays_per_second,
         )?;
-        line("TRV busy %", p.map(|p| p.trv_util), 100.0 * m.trv_busy)?;
-        line("IST busy %", p.map(|p| p.ist_util), 100.0 * m.ist_busy)?;
-        line(
+        sheet.line("TRV busy %", p.map(|p| p.trv_util), 100.0 * m.trv_busy)?;
+        sheet.line("IST busy %", p.map(|p| p.ist_util), 100.0 * m.ist_busy)?;
+        sheet.line(
             "TRV steps: node visits",
             p.map(|p| p.trv_steps),
             m.inner_visits + m.leaf_visits,
         )?;
-        line(
+        sheet.line(
             "IST steps: triangle tests",
             p.map(|p| p.ist_steps),
             m.triangle_tests,
         )?;
-        line("TRV L1 hits %", p.map(|p| p.trv_l1), 100.0 * m.trv_l1)?;
-        line("TRV L2 hits %", p.map(|p| p.trv_l2), 100.0 * m.trv_l2)?;
-        line("IST L1 hits %", p.map(|p| p.ist_l1), 100.0 * m.ist_l1)?;
-        line("GB/s", p.map(|p| p.gb_s), m.gigabytes_per_second)?;
-        line("cycles a node visit", None, m.cycles_per_visit)?;
-        line("lines outstanding a unit", None, m.outstanding)?;
-        explain(p.map(|p| (p.trv_steps, p.mrays / f64::from(units))), m)?;
-        unsorted(case, kind, args, arch, each, (p.map(|p| p.mrays), p))?;
+        sheet.line("TRV L1 hits %", p.map(|p| p.trv_l1), 100.0 * m.trv_l1)?;
+        sheet.line("TRV L2 hits %", p.map(|p| p.trv_l2), 100.0 * m.trv_l2)?;
+        sheet.line("IST L1 hits %", p.map(|p| p.ist_l1), 100.0 * m.ist_l1)?;
+        sheet.line("GB/s", p.map(|p| p.gb_s), m.gigabytes_per_second)?;
+        sheet.line("cycles a node visit", None, m.cycles_per_visit)?;
+        sheet.line("lines outstanding a unit", None, m.outstanding)?;
+        explain(
+            sheet,
+            p.map(|p| (p.trv_steps, p.mrays / f64::from(units))),
+            m,
+        )?;
+        unsorted(sheet, case, kind, args, arch, each, (p.map(|p| p.mrays), p))?;
     }
     Ok(())
 }
@@ -316,6 +309,7 @@ fn table5(case: &Case, args: &cli::Paper, arch: &Arch) -> Result<(), Failure> {
 /// Secondary rays once more, in the order of their pixels where they were sorted: what caches hit
 /// depends on it, and the paper does not state it.
 fn unsorted(
+    sheet: &mut Sheet,
     case: &Case,
     kind: Kind,
     args: &cli::Paper,
@@ -328,24 +322,24 @@ fn unsorted(
     }
     let order = Order::Pixels;
     let m = run_kind(case, kind, args, arch, How { order, ..how })?;
-    put(format_args!("  not sorted, in the order of the pixels:"))?;
-    line("  Mrays/s", mrays, m.mrays_per_second)?;
-    line("  TRV L1 hits %", paper.map(|p| p.trv_l1), 100.0 * m.trv_l1)?;
-    line("  TRV L2 hits %", paper.map(|p| p.trv_l2), 100.0 * m.trv_l2)?;
-    line("  IST L1 hits %", paper.map(|p| p.ist_l1), 100.0 * m.ist_l1)?;
-    line("  cycles a node visit", None, m.cycles_per_visit)
+    sheet.note("  not sorted, in the order of the pixels:".to_owned())?;
+    sheet.line("  Mrays/s", mrays, m.mrays_per_second)?;
+    sheet.line("  TRV L1 hits %", paper.map(|p| p.trv_l1), 100.0 * m.trv_l1)?;
+    sheet.line("  TRV L2 hits %", paper.map(|p| p.trv_l2), 100.0 * m.trv_l2)?;
+    sheet.line("  IST L1 hits %", paper.map(|p| p.ist_l1), 100.0 * m.ist_l1)?;
+    sheet.line("  cycles a node visit", None, m.cycles_per_visit)
 }
 
 /// What makes the rate another than the paper's: the cycles a ray is in the unit, taken apart.
 /// The paper's residence is that of 64 rays at 500 MHz by Little's law.
-fn explain(paper: Option<(f64, f64)>, ours: &Measure) -> Result<(), Failure> {
+fn explain(sheet: &mut Sheet, paper: Option<(f64, f64)>, ours: &Measure) -> Result<(), Failure> {
     let Some((steps, mrays)) = paper else {
         return Ok(());
     };
     let theirs = 64.0 * 500.0 / mrays;
     let visits = ours.inner_visits + ours.leaf_visits;
     let walking = visits * ours.cycles_per_visit;
-    put(format_args!(
+    sheet.note(format!(
         "  a ray is in the unit for {:.0} cycles (the paper: {theirs:.0}): {:.0} for the paper's {steps} \
          steps,\n    {:+.0} for {:+.2} visits more than these, {:.0} at the IST",
         ours.residence,

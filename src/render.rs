@@ -43,6 +43,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     let progress = Progress::steps("rendering", u64::from(image.tiles));
     let options = system::Options {
         guard,
+        recorded_hits: false,
         max_cycles: MAX_CYCLES,
         sram_image: &program.image,
         kernel_names: program

@@ -211,11 +211,22 @@ fn frame(
     engines: Vec<Box<dyn Core>>,
     arch: &Arch,
 ) -> Result<(Picture, Report), SystemError> {
+    frame_of(scene, size, engines, arch, false)
+}
+
+fn frame_of(
+    scene: &Scene,
+    size: (u32, u32),
+    engines: Vec<Box<dyn Core>>,
+    arch: &Arch,
+    recorded_hits: bool,
+) -> Result<(Picture, Report), SystemError> {
     let bvh = bvh::build(&scene.triangles, &bvh::Options::default());
     let image = scene_image::build(scene, &bvh, &scene.camera, arch, size)
         .expect("a small scene fits in memory");
     let options = Options {
         guard: Guard::default(),
+        recorded_hits,
         max_cycles: 1_000_000_000,
         sram_image: b"data",
         kernel_names: vec!["primary".to_owned()],
@@ -282,6 +293,16 @@ fn a_frame_is_drawn_and_accounted_for() {
     let (alone, slower) = frame(&scene, size, casters(1), &arch).expect("the frame ends");
     assert_eq!(alone, picture);
     assert!(slower.cycles > 2 * report.cycles);
+
+    // With hits that are there at once, nothing is left of the T&I units but what they answer.
+    let fed = frame_of(&scene, size, casters(4), &arch, true).expect("the frame ends");
+    assert_eq!(fed.0, picture);
+    assert_eq!(
+        (fed.1.rays, fed.1.tni().unit.hits),
+        (report.rays, report.tni().unit.hits)
+    );
+    assert_eq!(fed.1.tni().trv_l1.hits + fed.1.tni().pre.passes, 0);
+    assert!(fed.1.cycles < report.cycles);
 }
 
 /// An engine that does one thing for ever, or once.
@@ -404,6 +425,7 @@ fn frames_stop_when_told() {
         &arch,
         Options {
             guard: Guard::default(),
+            recorded_hits: false,
             max_cycles: u64::MAX,
             sram_image: &[],
             kernel_names: Vec::new(),
@@ -426,6 +448,7 @@ fn frames_stop_when_told() {
         &arch,
         Options {
             guard: Guard::default(),
+            recorded_hits: false,
             max_cycles: 100_000,
             sram_image: &[],
             kernel_names: Vec::new(),

@@ -326,10 +326,26 @@ pub(crate) struct Tni {
 /// Tables of the paper.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Table {
+    /// Ray generation and shading by themselves, fed by recorded hits
+    Table3,
     /// One unit, traversal with a single and with parallel pipelines
     Table4,
     /// Four units: utilisation, steps, hit rates, bandwidth
     Table5,
+    /// Frames per second of the whole system
+    Table6,
+}
+
+impl Table {
+    /// Its name on the command line.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Table::Table3 => "table3",
+            Table::Table4 => "table4",
+            Table::Table5 => "table5",
+            Table::Table6 => "table6",
+        }
+    }
 }
 
 /// `srp paper`
@@ -339,8 +355,10 @@ Views come from a cameras.json beside the scene or one folder above that names i
 are those of the scene of the same name; for others only ours are printed.
 
 Examples:
+  srp paper table3 sibenik.obj --effects -texture
   srp paper table4 sibenik.obj
-  srp paper table5 sibenik.obj --size 1024x768 --sample 1/64 --threads 2")]
+  srp paper table5 sibenik.obj --size 1024x768 --sample 1/64 --threads 2
+  srp paper table6 lamborghini.obj --json")]
 pub(crate) struct Paper {
     /// Which table
     pub(crate) table: Table,
@@ -348,9 +366,18 @@ pub(crate) struct Paper {
     pub(crate) scenes: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) machine: MachineFile,
-    /// Width and height of the image in pixels
-    #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = parse_size)]
-    pub(crate) size: (u32, u32),
+    /// Width and height of the image in pixels [default: 1024x768; table6: 1920x1080]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<(u32, u32)>,
+    /// In tables 3 and 6 effects to add to those the scene calls for or to leave out: -texture,…
+    #[arg(long, value_name = "LIST", allow_hyphen_values = true)]
+    pub(crate) effects: Option<String>,
+    /// What runs the kernels in tables 3 and 6
+    #[arg(long, value_enum, default_value_t = Engine::Csim)]
+    pub(crate) engine: Engine,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
     /// Measure one run of packets of secondary rays in N
     #[arg(long, value_name = "1/N", default_value = "1/64", value_parser = parse_sample)]
     pub(crate) sample: u64,
@@ -362,6 +389,16 @@ pub(crate) struct Paper {
     pub(crate) order: RayOrder,
     #[command(flatten)]
     pub(crate) measuring: Measuring,
+}
+
+impl Paper {
+    /// Width and height of the image in pixels: the paper's, unless others are asked for.
+    pub(crate) fn size(&self) -> (u32, u32) {
+        self.size.unwrap_or(match self.table {
+            Table::Table6 => (1920, 1080),
+            _ => (1024, 768),
+        })
+    }
 }
 
 /// Views to run: all of them, or this one.

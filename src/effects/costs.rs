@@ -72,6 +72,7 @@ impl Studio<'_> {
         for _ in 0..TRIES {
             let cores = engine::cores(program, arch, self.args.engine, arch.system.cores)?;
             let options = system::Options {
+                recorded_hits: false,
                 max_cycles: render::MAX_CYCLES,
                 sram_image: &program.image,
                 guard: Guard::default(),

@@ -1,4 +1,4 @@
-//! Figures of Tables 4 and 5 of W.-J. Lee et al., "SGRT: a mobile GPU architecture for real-time ray
+//! Figures of Tables 3 to 6 of W.-J. Lee et al., "SGRT: a mobile GPU architecture for real-time ray
 //! tracing", HPG 2013. Data to compare with.
 
 /// What the paper has for one scene.
@@ -8,6 +8,41 @@ pub(super) struct PaperScene {
     pub(super) primary: Figures,
     pub(super) ao: Figures,
     pub(super) diffuse: Figures,
+    /// Table 3, primary rays.
+    pub(super) shaded: Table3,
+    /// Table 3, forced specular rays.
+    pub(super) forced: Table3,
+    /// Table 6.
+    pub(super) frames_per_second: Option<f64>,
+}
+
+/// Table 3 for one kind of rays.
+pub(super) struct Table3 {
+    pub(super) texture_hit: Option<f64>,
+    pub(super) data_hit: f64,
+    pub(super) gb_s: f64,
+    pub(super) mrays: f64,
+}
+
+/// Cores and clock of Table 3.
+pub(super) const CORES: f64 = 4.0;
+pub(super) const SRP_MHZ: f64 = 1000.0;
+
+/// Table 6: the other platforms, where nothing is said at 1280x720.
+pub(super) const OTHERS: [(&str, u32); 4] = [
+    ("a GeForce GTX 680 with OptiX, 1920x1200", 37),
+    ("Intel MIC, 1920x1200", 29),
+    ("the multiprocessor of Spjut et al. 2012", 9),
+    ("the multiprocessor of Kim et al. 2012", 2),
+];
+
+const fn table3(texture_hit: Option<f64>, [data_hit, gb_s, mrays]: [f64; 3]) -> Table3 {
+    Table3 {
+        texture_hit,
+        data_hit,
+        gb_s,
+        mrays,
+    }
 }
 
 /// Table 4 for one kind of rays, and Table 5 where it has the scene.
@@ -89,6 +124,9 @@ pub(super) const PAPER: [PaperScene; 4] = [
             [11.0, 15.0],
             table5([49.0, 38.0, 29.93, 4.5, 72.0, 65.0, 88.0, 2.6, 61.0]),
         ),
+        shaded: table3(None, [96.76, 0.5, 182.11]),
+        forced: table3(None, [91.24, 1.9, 172.25]),
+        frames_per_second: None,
     },
     PaperScene {
         name: "fairy",
@@ -107,12 +145,18 @@ pub(super) const PAPER: [PaperScene; 4] = [
             [19.0, 24.0],
             table5([49.0, 67.0, 18.99, 4.21, 73.0, 63.0, 91.0, 3.7, 97.0]),
         ),
+        shaded: table3(Some(93.25), [96.87, 0.8, 175.66]),
+        forced: table3(Some(81.49), [94.91, 1.9, 147.45]),
+        frames_per_second: Some(34.0),
     },
     PaperScene {
         name: "ferrari",
         primary: table4([68.86, 25.52], [23.0, 29.0], None),
         ao: table4([30.64, 11.32], [54.0, 64.0], None),
         diffuse: table4([92.24, 59.2], [20.0, 25.0], None),
+        shaded: table3(Some(86.12), [98.09, 0.6, 183.28]),
+        forced: table3(Some(75.95), [95.71, 2.0, 163.67]),
+        frames_per_second: None,
     },
     PaperScene {
         name: "conference",
@@ -131,5 +175,8 @@ pub(super) const PAPER: [PaperScene; 4] = [
             [33.0, 44.0],
             table5([62.0, 64.0, 14.59, 3.82, 90.0, 70.0, 96.0, 3.3, 178.0]),
         ),
+        shaded: table3(None, [98.44, 0.2, 198.32]),
+        forced: table3(None, [95.72, 0.8, 158.79]),
+        frames_per_second: None,
     },
 ];

@@ -104,6 +104,25 @@ fn odd_scenes_are_measured_or_refused() {
     refused(&folder, &none, &["the file has none"]);
 }
 
+#[test]
+fn the_papers_tables_are_data_too() {
+    let folder = folder("paper");
+    let of = ["paper", "table5", "--size", "40x30", "--sample", "1/1"];
+    let report = json(&folder, &of);
+    let groups = &report["scenes"][0]["groups"];
+    let kinds: Vec<_> = (0..3).map(|i| &groups[i]["rays"]).collect();
+    assert_eq!(kinds, ["primary", "AO", "diffuse"]);
+    let rate = &groups[0]["figures"][0];
+    assert!(
+        rate["ours"].as_f64() > Some(1.0) && rate["paper"].is_null(),
+        "{rate}"
+    );
+    let text = printed(&folder, &of);
+    let line = text.lines().find(|l| l.contains("Mrays/s, a memory each"));
+    let shown = format!("{:.2}", rate["ours"].as_f64().unwrap_or(0.0));
+    assert!(line.is_some_and(|l| l.contains(&shown)), "{shown}: {text}");
+}
+
 /// The machine says who shares a memory, the command line may say otherwise, and both can be had.
 #[test]
 fn memories_are_shared_or_not() {

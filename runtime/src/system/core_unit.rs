@@ -63,6 +63,8 @@ pub(super) struct CoreUnit {
     pub(super) data: DataCache,
     pub(super) texture: TextureCache,
     pub(super) tni: Tni,
+    /// Whether the T&I unit answers at once.
+    pub(super) recorded_hits: bool,
     pub(super) ports: Ports,
     pub(super) state: State,
     /// The cycle from which the engine can go on.
@@ -85,6 +87,7 @@ impl CoreUnit {
             data: DataCache::new(&spec.data_cache),
             texture: TextureCache::new(&spec.texture_cache),
             tni: Tni::new(&spec.tni, tree, spec.buffers.ray_buffers),
+            recorded_hits: false,
             ports: Ports::default(),
             state: State::Running,
             ready: 0,
@@ -124,6 +127,7 @@ impl CoreUnit {
             data: &mut self.data,
             texture: &mut self.texture,
             tni: &mut self.tni,
+            recorded_hits: self.recorded_hits,
             ports: &mut self.ports,
             memory,
             tiles,
@@ -192,6 +196,7 @@ struct CoreBus<'a> {
     data: &'a mut DataCache,
     texture: &'a mut TextureCache,
     tni: &'a mut Tni,
+    recorded_hits: bool,
     ports: &'a mut Ports,
     memory: &'a mut SystemMemory,
     tiles: &'a mut TileQueue,
@@ -298,6 +303,7 @@ impl Bus for CoreBus<'_> {
             ports::TNI_START => {
                 let Ports { rays, hits, .. } = *self.ports;
                 match self.tni.submit(rays, hits, value, self.sram.len()) {
+                    Ok(()) if self.recorded_hits => self.tni.answer_at_once(self.memory, self.sram),
                     Ok(()) => {}
                     Err(SubmitError::Busy) => return false,
                     // The system stops after this run.

@@ -44,6 +44,9 @@ pub struct Options<'a> {
     pub sram_image: &'a [u8],
     /// Stops the frame where the program meets what it was not built for.
     pub guard: Guard,
+    /// Whether T&I units answer at once and without memory accesses, so that the kernels can be
+    /// measured by themselves.
+    pub recorded_hits: bool,
     /// Names of the kernels, by their number in the scheduled program.
     pub kernel_names: Vec<String>,
     /// Told from time to time how far the frame is.
@@ -190,6 +193,9 @@ pub fn render(
     let mut sram = options.sram_image.to_vec();
     sram.resize(sram_bytes, 0);
     let mut system = System::new(image, engines, arch, &sram);
+    for core in &mut system.cores {
+        core.recorded_hits = options.recorded_hits;
+    }
     let cycles = system.run(
         options.max_cycles,
         options.progress,

@@ -18,6 +18,7 @@ mod ist;
 mod level2;
 mod pipe;
 mod ray_state;
+mod recorded;
 mod replay;
 mod ring;
 pub mod standalone;

@@ -1,0 +1,35 @@
+//! Hits that are there at once: what the unit answers, without its time and its memory accesses, for
+//! measuring what the kernels take by themselves.
+
+use std::sync::Arc;
+
+use super::function::Tracer;
+use super::{RAY_BYTES, Tni, read_ray};
+use crate::memory::SystemMemory;
+use crate::tni::submission::HitRecord;
+
+impl Tni {
+    /// Answers all submissions in the cycle in which they come.
+    pub fn answer_at_once(&mut self, memory: &SystemMemory, sram: &mut [u8]) {
+        let (spec, tree) = (Arc::clone(&self.spec), self.tree);
+        let mut tracer = Tracer::new(&spec, &tree, memory);
+        let waiting = self.submissions.iter_mut().filter(|s| !s.is_complete());
+        for submission in waiting {
+            for ray in submission.dispatched..submission.count {
+                let at = (submission.rays + ray * RAY_BYTES) as usize;
+                let source = read_ray(&sram[at..at + RAY_BYTES as usize]);
+                let hit = tracer.trace(&source).hit;
+                self.counters.hits += u64::from(hit.is_hit());
+                self.counters.rays += 1;
+                self.counters.results += 1;
+                submission.records.push(HitRecord {
+                    hit,
+                    ray,
+                    flags: source.flags,
+                });
+            }
+            submission.dispatched = submission.count;
+            submission.write_hits(sram);
+        }
+    }
+}

@@ -1,0 +1,214 @@
+//! Table 3, ray generation and shading by themselves, and Table 6, frames of the whole system.
+//!
+//! For Table 3 the T&I unit answers at once and without memory accesses, so that what is left is
+//! the kernels', the job queue's, and their caches'. There are no shadow rays, which the paper does
+//! not mention: primary rays are shaded with Phong's model and textures, and forced specular rays
+//! are two mirrorings of each, on scenes all of whose materials mirror a half.
+
+use super::sheet::Sheet;
+use super::{Case, figures};
+use crate::cli;
+use crate::failure::Failure;
+use crate::{engine, interrupt, render, talk, variant};
+use srp_archdesc::arch::Arch;
+use srp_runtime::effect::{Effect, Effects, Guard, find};
+use srp_runtime::memory::cache::CacheCounters;
+use srp_runtime::scene::{Camera, Scene};
+use srp_runtime::system::{self, Report};
+use srp_runtime::{bvh::Bvh, scene_image};
+use srp_scheduler::Known;
+
+/// Mirrorings of forced specular rays.
+const FORCED_BOUNCES: u32 = 2;
+
+/// What a frame is made of.
+struct Take<'a> {
+    scene: &'a Scene,
+    bvh: &'a Bvh,
+    camera: &'a Camera,
+    built: Effects,
+    recorded: bool,
+}
+
+/// What the kernels are built for: what the scene calls for, and what the command line says.
+fn built(scene: &Scene, args: &cli::Paper) -> Result<Effects, Failure> {
+    let needed: Effects = find(scene).into_iter().collect();
+    match &args.effects {
+        None => Ok(needed),
+        Some(list) => Ok(needed.parse(list).map_err(Failure::message)?.0),
+    }
+}
+
+fn shoot(
+    take: &Take<'_>,
+    args: &cli::Paper,
+    arch: &Arch,
+    size: (u32, u32),
+) -> Result<Report, Failure> {
+    let compiled = variant::kept(
+        arch,
+        take.built,
+        take.scene.options.bounces,
+        &Known::default(),
+    )?;
+    let program = compiled.runnable()?;
+    let cores = engine::cores(program, arch, args.engine, arch.system.cores)?;
+    let image = scene_image::build(take.scene, take.bvh, take.camera, arch, size)
+        .map_err(Failure::message)?;
+    let progress = talk::Progress::steps("rendering", u64::from(image.tiles));
+    let options = system::Options {
+        guard: Guard::default(),
+        recorded_hits: take.recorded,
+        max_cycles: render::MAX_CYCLES,
+        sram_image: &program.image,
+        kernel_names: (program.kernels.values())
+            .map(|k| k.dfg.name.clone())
+            .collect(),
+        progress: &mut |p| progress.at(u64::from(p.tiles)),
+        cancelled: &interrupt::requested,
+    };
+    let rendered = interrupt::looked_for(|| system::render(image, cores, arch, options));
+    drop(progress);
+    let (_, report) = rendered.map_err(Failure::message)?;
+    interrupt::end_if_requested()?;
+    Ok(report)
+}
+
+/// Figures of several frames together.
+#[derive(Default)]
+struct Sum {
+    rays: u64,
+    cycles: u64,
+    /// Cycles of all cores.
+    at_work: u64,
+    stalled: u64,
+    bytes: u64,
+    data: CacheCounters,
+    texture: CacheCounters,
+    cores: u64,
+    mhz: f64,
+}
+
+impl Sum {
+    fn add(&mut self, report: &Report) {
+        self.rays += report.rays;
+        self.cycles += report.cycles;
+        self.cores = report.cores.len() as u64;
+        self.mhz = f64::from(report.srp_mhz);
+        let dram = &report.dram.counters;
+        self.bytes += dram.bytes_read + dram.bytes_written;
+        for core in &report.cores {
+            self.at_work += report.cycles - core.idle;
+            self.stalled += core.memory_stall + core.texture_stall;
+            self.data.add(&core.data_cache);
+            self.texture.add(&core.texture_cache);
+        }
+    }
+
+    fn mrays_per_second(&self) -> f64 {
+        self.rays as f64 * self.mhz / self.cycles.max(1) as f64
+    }
+
+    /// SRP cycles of one core for a ray of its own.
+    fn cycles_per_ray(&self) -> f64 {
+        (self.cycles * self.cores) as f64 / self.rays.max(1) as f64
+    }
+}
+
+/// Table 3.
+pub(super) fn table3(
+    case: &Case,
+    args: &cli::Paper,
+    arch: &Arch,
+    sheet: &mut Sheet,
+) -> Result<(), Failure> {
+    for forced in [false, true] {
+        let mut scene = case.scene.clone();
+        scene.options.bounces = 0;
+        if forced {
+            scene.options.bounces = FORCED_BOUNCES;
+            for material in &mut scene.materials {
+                material.specular = [0.5; 3];
+                material.illumination = 3;
+                material.dissolve = 1.0;
+                material.dissolve_map = None;
+            }
+        }
+        let built = built(&scene, args)?.without(Effect::Shadow);
+        let mut sum = Sum::default();
+        for camera in &case.cameras {
+            let take = Take {
+                scene: &scene,
+                bvh: &case.bvh,
+                camera,
+                built,
+                recorded: true,
+            };
+            sum.add(&shoot(&take, args, arch, args.size())?);
+        }
+        let paper = case
+            .paper
+            .map(|p| if forced { &p.forced } else { &p.shaded });
+        let title = if forced {
+            "forced specular rays"
+        } else {
+            "primary"
+        };
+        sheet.group(title, None)?;
+        sheet.line("Mrays/s", paper.map(|p| p.mrays), sum.mrays_per_second())?;
+        let per_ray = |mrays: f64| figures::CORES * figures::SRP_MHZ / mrays;
+        let theirs = paper.map(|p| per_ray(p.mrays));
+        sheet.line("SRP cycles a ray, each core", theirs, sum.cycles_per_ray())?;
+        let data = 100.0 * sum.data.hit_rate();
+        sheet.line("data cache hits %", paper.map(|p| p.data_hit), data)?;
+        if sum.texture.hits + sum.texture.misses > 0 {
+            let texture = 100.0 * sum.texture.hit_rate();
+            let theirs = paper.and_then(|p| p.texture_hit);
+            sheet.line("texture cache hits %", theirs, texture)?;
+        }
+        let seconds = sum.cycles as f64 / (sum.mhz * 1e6);
+        let rate = sum.bytes as f64 / seconds / 1e9;
+        sheet.line("GB/s", paper.map(|p| p.gb_s), rate)?;
+        let stalled = 100.0 * sum.stalled as f64 / sum.at_work.max(1) as f64;
+        sheet.line("cycles stalled by caches %", None, stalled)?;
+        sheet.note(format!("  kernels built for: {built}"))?;
+    }
+    Ok(())
+}
+
+/// Table 6.
+pub(super) fn table6(
+    case: &Case,
+    args: &cli::Paper,
+    arch: &Arch,
+    sheet: &mut Sheet,
+) -> Result<(), Failure> {
+    let built = built(&case.scene, args)?;
+    let mut sum = Sum::default();
+    for camera in &case.cameras[..1] {
+        let take = Take {
+            scene: &case.scene,
+            bvh: &case.bvh,
+            camera,
+            built,
+            recorded: false,
+        };
+        sum.add(&shoot(&take, args, arch, args.size())?);
+    }
+    let seconds = sum.cycles as f64 / (sum.mhz * 1e6);
+    sheet.group("whole frames", None)?;
+    let paper = case.paper.and_then(|p| p.frames_per_second);
+    sheet.line("frames per second", paper, 1.0 / seconds)?;
+    let pixels = f64::from(args.size().0) * f64::from(args.size().1);
+    sheet.line("rays a pixel", None, sum.rays as f64 / pixels)?;
+    sheet.line("Mrays/s", None, sum.mrays_per_second())?;
+    sheet.line("data cache hits %", None, 100.0 * sum.data.hit_rate())?;
+    if sum.texture.hits + sum.texture.misses > 0 {
+        sheet.line("texture cache hits %", None, 100.0 * sum.texture.hit_rate())?;
+    }
+    sheet.line("GB/s", None, sum.bytes as f64 / seconds / 1e9)?;
+    for (name, fps) in figures::OTHERS {
+        sheet.note(format!("  the paper on {name}: {fps} frames per second"))?;
+    }
+    sheet.note(format!("  kernels built for: {built}"))
+}

@@ -1,0 +1,78 @@
+//! Frames of a scene by the kernels that come along, through the whole chain of tools.
+
+use crate::{c_files, compiled_for, machine};
+use srp_archdesc::arch::Arch;
+use srp_csimgen::{Interpreter, link};
+use srp_ir::split;
+use srp_runtime::bvh::{self, Bvh};
+use srp_runtime::core::Core;
+use srp_runtime::effect::{Effects, Guard};
+use srp_runtime::picture::Picture;
+use srp_runtime::scene::Scene;
+use srp_runtime::scene_image;
+use srp_runtime::system::{self, Report, SystemError};
+use srp_scheduler::{Known, Options, schedule};
+
+/// A scene, and what all its frames share.
+pub struct Studio {
+    /// The machine.
+    pub arch: Arch,
+    /// The scene.
+    pub scene: Scene,
+    size: (u32, u32),
+    bvh: Bvh,
+    known: Known,
+}
+
+impl Studio {
+    /// Frames of so many pixels, on the default machine.
+    pub fn of(scene: Scene, size: (u32, u32)) -> Studio {
+        Studio {
+            arch: machine("sgrt"),
+            bvh: bvh::build(&scene.triangles, &bvh::Options::default()),
+            scene,
+            size,
+            known: Known::default(),
+        }
+    }
+
+    /// A frame of kernels that are built for some effects.
+    ///
+    /// # Errors
+    ///
+    /// Why it was not finished.
+    pub fn frame(&self, built: Effects, guard: Guard) -> Result<(Picture, Report), SystemError> {
+        let Studio { arch, scene, .. } = self;
+        let program = compiled_for(&c_files("kernels"), arch, built.defines().collect());
+        let program = program.unwrap_or_else(|messages| panic!("{built}: {messages}"));
+        let divided = split::split(&program);
+        assert_eq!(divided.not_pipelined, [], "{built}");
+        let options = Options {
+            threads: std::thread::available_parallelism().map_or(1, usize::from),
+            known: Some(&self.known),
+            ..Options::default()
+        };
+        let scheduled = schedule(&divided.dre, arch, &options);
+        let scheduled = scheduled.unwrap_or_else(|e| panic!("{built}: {e}"));
+        let spec = link(&scheduled.program, arch).unwrap_or_else(|e| panic!("{built}: {e}"));
+        let image = scene_image::build(scene, &self.bvh, &scene.camera, arch, self.size);
+        let cores =
+            (0..arch.system.cores).map(|_| Box::new(Interpreter::new(&spec)) as Box<dyn Core>);
+        let options = system::Options {
+            recorded_hits: false,
+            max_cycles: 1_000_000_000,
+            sram_image: &scheduled.program.image,
+            guard,
+            kernel_names: Vec::new(),
+            progress: &mut |_| {},
+            cancelled: &|| false,
+        };
+        system::render(image.expect("it fits"), cores.collect(), arch, options)
+    }
+
+    /// The picture of a frame that is finished.
+    pub fn picture(&self, built: Effects) -> Picture {
+        let frame = self.frame(built, Guard::default());
+        frame.unwrap_or_else(|e| panic!("{built}: {e}")).0
+    }
+}

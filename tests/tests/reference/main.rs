@@ -1,0 +1,127 @@
+//! Pictures of the kernels against an independent renderer in binary64, which shares with them the
+//! document of the shading and nothing else.
+//!
+//! Where binary32 decides otherwise (an edge, a shadow's border) a pixel flips: such pixels are
+//! counted, and all others must agree to 45 dB.
+
+mod geometry;
+mod shade;
+
+use shade::Renderer;
+use srp_runtime::effect::{Effect, Effects, find};
+use srp_runtime::scene::{Map, Material, Scene, Texture, camera::Viewpoints, demo::demo, read};
+use srp_tests::studio::Studio;
+use std::path::Path;
+
+/// A channel that differs by more levels has had another decision.
+const FLIPPED: f64 = 8.0;
+
+fn compare(scene: Scene, size: (u32, u32)) {
+    let name = scene.name.clone();
+    let studio = Studio::of(scene, size);
+    let built: Effects = find(&studio.scene).into_iter().collect();
+    let ours = studio.picture(built);
+    let expected = Renderer::of(&studio.scene).picture(size);
+    let (mut flipped, mut squares, mut channels) = (0, 0.0, 0);
+    for (pixel, expected) in ours.rgba.chunks_exact(4).zip(&expected) {
+        let off = |i: usize| f64::from(pixel[i]) - expected[i].round();
+        let off = [off(0), off(1), off(2)];
+        if off.iter().any(|d| d.abs() > FLIPPED) {
+            flipped += 1;
+            continue;
+        }
+        squares += off.iter().map(|d| d * d).sum::<f64>();
+        channels += 3;
+    }
+    let mean = (squares / f64::from(channels)).max(1e-9);
+    let decibels = 10.0 * (255.0 * 255.0 / mean).log10();
+    let pixels = size.0 * size.1;
+    println!("{name}: {decibels:.1} dB, {flipped} of {pixels} pixels flipped");
+    assert!(decibels >= 45.0, "{name}: {decibels:.1} dB");
+    assert!(
+        flipped * 1000 <= pixels,
+        "{name}: {flipped} of {pixels} flipped"
+    );
+}
+
+/// Coarse texels with holes, so that every filter and border shows.
+fn cloth() -> Texture {
+    let texels = (0..7 * 5u32).map(|i| {
+        let byte = |n: u32| (i * n % 251) as u8;
+        u32::from_le_bytes([byte(97), byte(53), byte(29), byte(71)])
+    });
+    Texture {
+        name: "cloth".to_owned(),
+        width: 7,
+        height: 5,
+        texels: texels.collect(),
+    }
+}
+
+#[test]
+fn the_default_scene() {
+    compare(demo(), (96, 64));
+}
+
+/// The default scene with textures on everything flat, one with holes, and two lights.
+#[test]
+fn textures_holes_and_two_lights() {
+    let mut scene = demo();
+    scene.textures = vec![cloth()];
+    let map = |clamp| Some(Map { texture: 0, clamp });
+    for (i, material) in scene.materials.iter_mut().enumerate() {
+        material.diffuse_map = map(i % 2 == 0);
+        material.specular_map = map(i % 2 == 1).filter(|_| i > 1);
+        material.dissolve_map = map(false).filter(|_| material.name == "stone");
+    }
+    let mut second = scene.lights[0];
+    second.position.x = -second.position.x;
+    second.colour = [0.2, 0.3, 0.5];
+    scene.lights.push(second);
+    let found: Effects = find(&scene).into_iter().collect();
+    assert!(found.contains(Effect::Texture) && found.contains(Effect::Alpha));
+    compare(scene, (96, 64));
+}
+
+/// Glass, veils and mirrors of every illumination model in turn.
+#[test]
+fn every_illumination_model() {
+    for first in [0u8, 4, 8] {
+        let mut scene = demo();
+        for (i, material) in scene.materials.iter_mut().enumerate().skip(2) {
+            *material = Material {
+                illumination: (first + i as u8) % 10,
+                dissolve: if i % 3 == 0 { 0.6 } else { 1.0 },
+                refraction_index: 1.3,
+                filter: [0.9, 0.7, 0.8],
+                ..material.clone()
+            };
+        }
+        scene.name = format!("illum from {first}");
+        compare(scene, (60, 40));
+    }
+}
+
+/// Scenes that nobody here made, where they are at hand.
+#[test]
+fn scenes_at_hand() {
+    let folder = srp_tests::root().join("../shared/scenes");
+    let Ok(views) = std::fs::read(folder.join("cameras.json")) else {
+        println!("skipped: there is no {}", folder.display());
+        return;
+    };
+    let views: serde_json::Value = serde_json::from_slice(&views).expect("JSON");
+    for (name, file) in [
+        ("sibenik", "sibenik/sibenik.obj"),
+        ("lamborghini", "lamborghini/lamborghini.obj"),
+        ("cornell", "cornell/CornellBox-Sphere.obj"),
+        ("cornell", "cornell/CornellBox-Water.obj"),
+    ] {
+        let views: Viewpoints =
+            serde_json::from_value(views[name].clone()).expect("the scene's views");
+        let camera = views.camera(0).expect("a view");
+        let load = &mut |path: &Path| std::fs::read(path);
+        let loaded = read(&folder.join(file), Some(camera), load);
+        compare(loaded.unwrap_or_else(|e| panic!("{e}")).scene, (120, 90));
+    }
+}
