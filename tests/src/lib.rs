@@ -1,6 +1,8 @@
 //! C programs for the tests and benches of this crate: compiled by this front end and by the host's
 //! compiler, and run by each engine.
 
+pub mod studio;
+
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Source;
 use srp_archdesc::machines;

@@ -6,73 +6,13 @@
 
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
-use srp_archdesc::arch::Arch;
-use srp_csimgen::{Interpreter, link};
-use srp_ir::split;
-use srp_runtime::bvh::{self, Bvh};
-use srp_runtime::core::Core;
 use srp_runtime::effect::{Effect, Effects, Guard, TABLE, find};
-use srp_runtime::picture::Picture;
 use srp_runtime::scene::{Scene, demo::demo};
-use srp_runtime::scene_image;
-use srp_runtime::system::{self, Report, SystemError};
-use srp_scheduler::{Known, Options, schedule};
-use srp_tests::{c_files, compiled_for, machine};
+use srp_runtime::system::SystemError;
+use srp_tests::studio::Studio;
 
 /// Pixels of a frame.
 const SIZE: (u32, u32) = (40, 32);
-
-/// A scene, and what all its frames share.
-struct Studio {
-    arch: Arch,
-    scene: Scene,
-    bvh: Bvh,
-    known: Known,
-}
-
-impl Studio {
-    fn of(scene: Scene) -> Studio {
-        Studio {
-            arch: machine("sgrt"),
-            bvh: bvh::build(&scene.triangles, &bvh::Options::default()),
-            scene,
-            known: Known::default(),
-        }
-    }
-
-    fn frame(&self, built: Effects, guard: Guard) -> Result<(Picture, Report), SystemError> {
-        let Studio { arch, scene, .. } = self;
-        let program = compiled_for(&c_files("kernels"), arch, built.defines().collect());
-        let program = program.unwrap_or_else(|messages| panic!("{built}: {messages}"));
-        let divided = split::split(&program);
-        assert_eq!(divided.not_pipelined, [], "{built}");
-        let options = Options {
-            threads: std::thread::available_parallelism().map_or(1, usize::from),
-            known: Some(&self.known),
-            ..Options::default()
-        };
-        let scheduled = schedule(&divided.dre, arch, &options);
-        let scheduled = scheduled.unwrap_or_else(|e| panic!("{built}: {e}"));
-        let spec = link(&scheduled.program, arch).unwrap_or_else(|e| panic!("{built}: {e}"));
-        let image = scene_image::build(scene, &self.bvh, &scene.camera, arch, SIZE);
-        let cores =
-            (0..arch.system.cores).map(|_| Box::new(Interpreter::new(&spec)) as Box<dyn Core>);
-        let options = system::Options {
-            max_cycles: 100_000_000,
-            sram_image: &scheduled.program.image,
-            guard,
-            kernel_names: Vec::new(),
-            progress: &mut |_| {},
-            cancelled: &|| false,
-        };
-        system::render(image.expect("it fits"), cores.collect(), arch, options)
-    }
-
-    fn picture(&self, built: Effects) -> Picture {
-        let frame = self.frame(built, Guard::default());
-        frame.unwrap_or_else(|e| panic!("{built}: {e}")).0
-    }
-}
 
 /// The default scene without mirrors and glass: it calls for few effects.
 fn dull() -> Scene {
@@ -118,7 +58,7 @@ fn supersets(least: Effects) -> Vec<Effects> {
 
 #[test]
 fn effects_that_a_scene_does_not_call_for_change_no_bit() {
-    let studio = Studio::of(dull());
+    let studio = Studio::of(dull(), SIZE);
     let least = needed(&studio.scene);
     assert!(!least.contains(Effect::Reflection) && least.contains(Effect::Shadow));
     let expected = studio.picture(least);
@@ -134,7 +74,7 @@ fn effects_that_a_scene_does_not_call_for_change_no_bit() {
 
 #[test]
 fn a_simulator_stops_at_what_it_was_not_built_for() {
-    let studio = Studio::of(demo());
+    let studio = Studio::of(demo(), SIZE);
     let least = needed(&studio.scene);
     let guarded = |built: Effects| Guard::of(&studio.scene, built);
     let built = least.without(Effect::Highlight);
