@@ -325,6 +325,9 @@ pub enum Derived {
     Pointer(Vec<(Qualifier, Span)>),
     /// An array of this length.
     Array(Option<ExprId>),
+    /// An array as only a parameter can be written: with qualifiers of the pointer that it is, and
+    /// `static` or `*`.
+    ParamArray(Vec<(Qualifier, Span)>, Option<ExprId>),
     /// A function.
     Function(Params),
     /// A function whose parameters are named here and declared before its body.

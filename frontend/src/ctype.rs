@@ -302,6 +302,33 @@ impl TypeTable {
         self.id(Type::Pointer(to))
     }
 
+    /// The same type, where the qualifiers of an array are those of its elements (C17 6.7.3).
+    pub fn qualified(&mut self, ty: QualType) -> QualType {
+        match *self.get(ty.ty) {
+            Type::Array(of, length) if ty.quals != Quals::NONE => {
+                let quals = of.quals.and(ty.quals);
+                let of = self.qualified(QualType { quals, ..of });
+                QualType::plain(self.id(Type::Array(of, length)))
+            }
+            _ => ty,
+        }
+    }
+
+    /// An array without the qualifiers of its elements, and with these itself; any other type as it
+    /// is.
+    pub fn bare(&mut self, ty: QualType) -> QualType {
+        match *self.get(ty.ty) {
+            Type::Array(of, length) => {
+                let of = self.bare(of);
+                QualType {
+                    ty: self.id(Type::Array(QualType::plain(of.ty), length)),
+                    quals: ty.quals.and(of.quals),
+                }
+            }
+            _ => ty,
+        }
+    }
+
     /// Size in bytes; `None` where it has none or it is not known.
     pub fn size(&self, id: TypeId) -> Option<u32> {
         Some(match self.get(id) {

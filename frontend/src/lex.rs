@@ -154,14 +154,14 @@ impl Cursor<'_> {
     }
 }
 
-/// Whether an identifier may start with it.
+/// Whether an identifier may start with it: letters of any script, and GNU's `$`.
 fn starts_ident(c: char) -> bool {
-    c.is_ascii_alphabetic() || c == '_'
+    c.is_alphabetic() || c == '_' || c == '$'
 }
 
 /// Whether an identifier may go on with it.
 fn continues_ident(c: char) -> bool {
-    c.is_ascii_alphanumeric() || c == '_'
+    c.is_alphanumeric() || c == '_' || c == '$'
 }
 
 /// The tokens of a file.

@@ -103,6 +103,10 @@ int __builtin_isnan(double x) { return x != x; }
 
 int __builtin_isinf(double x) { return double_bits(x) << 1 == 0x7ffull << 53; }
 
+int __builtin_isnanf(float x) { return x != x; }
+
+int __builtin_isinff(float x) { return __builtin_isinf(x); }
+
 int __builtin_isinf_sign(double x) { return __builtin_isinf(x) ? x < 0 ? -1 : 1 : 0; }
 
 int __builtin_isfinite(double x) { return (double_bits(x) >> 52 & 0x7ff) != 0x7ff; }

@@ -113,6 +113,16 @@ impl Printer<'_> {
                     }
                     self.out.push_str("] of ");
                 }
+                Derived::ParamArray(qualifiers, length) => {
+                    self.out.push_str("array[");
+                    for (qualifier, _) in qualifiers {
+                        let _ = write!(self.out, "{} ", word(qualifier));
+                    }
+                    if let Some(length) = length {
+                        self.expr(*length);
+                    }
+                    self.out.push_str("] of ");
+                }
                 Derived::OldStyle(names) => {
                     let names: Vec<_> = names.iter().map(|(name, _)| &**name).collect();
                     let _ = write!(self.out, "function({}) to ", names.join(", "));

@@ -89,8 +89,12 @@ impl Checker<'_> {
             return place;
         }
         let complete = self.types.size(target.ty).is_some();
-        let function = matches!(self.types.get(target.ty), Type::Function(_));
-        if !complete && !function && target.ty != self.types.known.void {
+        // These are used through their address only.
+        let kept = matches!(
+            self.types.get(target.ty),
+            Type::Function(_) | Type::Array(_, None)
+        );
+        if !complete && !kept && target.ty != self.types.known.void {
             let text = format!("{} is not defined here", self.show(target.ty));
             self.error(OPERANDS, span, text, "");
         }

@@ -265,6 +265,8 @@ impl Checker<'_> {
             self.error_help(CONVERSION, span, text, help);
             return self.error_value(span);
         };
+        // Qualifiers of the elements are as good as those of the array (C23 6.7.4.1).
+        let (source, target) = (self.types.bare(source), self.types.bare(target));
         if source.quals.global != target.quals.global && !self.is_function(source.ty) {
             let text = format!("{what} is {}, not {}", self.show(to), self.show(from));
             let help = "pointers to SRAM and to system memory do not convert to each other";

@@ -126,7 +126,7 @@ impl Checker<'_> {
                         Spec::Record(record) => QualType::plain(self.record(record, *span, alone)),
                         Spec::Enum(spec) => QualType::plain(self.enumeration(spec, *span)),
                         Spec::TypeofExpr(e) => {
-                            let operand = self.operand(*e);
+                            let operand = self.unevaluated(*e);
                             match operand {
                                 Operand::Place(place) => self.body.places[place].ty,
                                 _ => QualType::plain(self.operand_type(operand)),
@@ -147,11 +147,9 @@ impl Checker<'_> {
         }
         let base = self.base_type(&keywords, whole, conflict, specs.span);
         let (ty, align) = self.attributed(base.ty, &attributes);
+        let quals = base.quals.and(quals);
         Base {
-            ty: QualType {
-                ty,
-                quals: base.quals.and(quals),
-            },
+            ty: self.types.qualified(QualType { ty, quals }),
             storage,
             inline,
             align,
@@ -229,6 +227,12 @@ impl Checker<'_> {
                     }
                 }
                 Derived::Array(length) => self.array(ty, *length, *span),
+                Derived::ParamArray(..) => {
+                    let text = "`static`, `*` and qualifiers stand in the outermost brackets of a \
+                                parameter only";
+                    self.error(BAD_TYPE, *span, text, "");
+                    QualType::plain(self.types.known.error)
+                }
                 Derived::Function(params) => self.function_type(ty, params, *span),
                 Derived::OldStyle(_) => {
                     let open = Params {
@@ -320,6 +324,15 @@ impl Checker<'_> {
             self.no_alignment(base.align, param.span);
             // The length of an array as a parameter says nothing: it is a pointer.
             let mut declarator = param.declarator.clone();
+            let mut quals = Quals::NONE;
+            if let Some((first, _)) = declarator.derived.first_mut()
+                && let Derived::ParamArray(qualifiers, length) = first
+            {
+                for (qualifier, _) in qualifiers {
+                    qualify(&mut quals, *qualifier);
+                }
+                *first = Derived::Array(*length);
+            }
             if let Some((Derived::Array(length), _)) = declarator.derived.first_mut()
                 && let Some(length) = length.take()
                 && self.has_effect(length)
@@ -330,13 +343,14 @@ impl Checker<'_> {
             }
             let ty = self.declared_type(base.ty, &declarator);
             let mut ty = self.decayed(ty);
+            ty.quals = ty.quals.and(quals);
             if ty.ty == self.types.known.void {
                 self.error(BAD_TYPE, param.span, "a parameter cannot be `void`", "");
                 ty = QualType::plain(self.types.known.error);
             }
             list.push((ty, param));
         }
-        self.scopes.pop();
+        self.close_scope();
         list
     }
 

@@ -42,7 +42,7 @@ impl Checker<'_> {
                 self.cast(a, ty.ty, span)
             }
             K::SizeofExpr(a) => {
-                let operand = self.operand(*a);
+                let operand = self.unevaluated(*a);
                 if let Operand::Place(place) = operand
                     && let PlaceKind::Bits(..) = self.body.places[place].kind
                 {
@@ -386,7 +386,7 @@ impl Checker<'_> {
         self.scopes.push(super::Scope::default());
         let (first, _) = self.block(firsts, span);
         let value = last.map(|e| self.value(e));
-        self.scopes.pop();
+        self.close_scope();
         let ty = value.map_or(self.types.known.void, |value| self.ty(value));
         self.make(ExprKind::Statements(vec![first], value), ty, span)
     }
@@ -398,7 +398,8 @@ impl Checker<'_> {
         list: &[(Option<ast::TypeName>, ast::ExprId)],
         span: Span,
     ) -> Operand {
-        let value = self.value(e);
+        let operand = self.unevaluated(e);
+        let value = self.read(operand);
         let wanted = self.ty(value);
         let mut chosen = None;
         for (name, e) in list {

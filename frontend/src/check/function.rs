@@ -262,7 +262,7 @@ impl Checker<'_> {
             root_stmt = self.stmt_at(StmtKind::Block(all), span);
         }
         self.end_labels();
-        self.scopes.pop();
+        self.close_scope();
         let returns = result != self.types.known.void && !self.is_error(result);
         let sound = self.messages.errors() == errors;
         if flow && returns && sound && &**name != "main" {

@@ -1,6 +1,7 @@
 //! Linkage: one name, one thing, in all sources.
 
 use super::{Checker, Symbol};
+use crate::ast;
 use crate::ctype::{Type, TypeId};
 use crate::message::{REDECLARED, UNDEFINED};
 use crate::source::Name;
@@ -27,19 +28,33 @@ pub(super) struct Externals {
     /// First use of each.
     used_objects: BTreeMap<ObjectId, Span>,
     used_functions: BTreeMap<FunctionId, Span>,
+    /// How many operands around are not evaluated: what they name needs no definition.
+    unevaluated: u32,
 }
 
 impl Externals {
     pub(super) fn use_object(&mut self, object: ObjectId, span: Span) {
-        self.used_objects.entry(object).or_insert(span);
+        if self.unevaluated == 0 {
+            self.used_objects.entry(object).or_insert(span);
+        }
     }
 
     pub(super) fn use_function(&mut self, function: FunctionId, span: Span) {
-        self.used_functions.entry(function).or_insert(span);
+        if self.unevaluated == 0 {
+            self.used_functions.entry(function).or_insert(span);
+        }
     }
 }
 
 impl Checker<'_> {
+    /// An operand of which only the type counts.
+    pub(super) fn unevaluated(&mut self, e: ast::ExprId) -> super::Operand {
+        self.externals.unevaluated += 1;
+        let operand = self.operand(e);
+        self.externals.unevaluated -= 1;
+        operand
+    }
+
     /// Notes a definition; a second one is an error.
     pub(super) fn define(&mut self, symbol: Symbol, name: &str, definition: Definition) {
         let before = match symbol {

@@ -68,6 +68,7 @@ pub fn check(
             checker.item(item);
         }
         checker.end_of_unit();
+        checker.close_scope();
         if checker.in_library {
             checker.library_end = (checker.objects.len(), checker.functions.len());
         }

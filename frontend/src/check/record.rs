@@ -328,6 +328,24 @@ impl Checker<'_> {
         u32::try_from(width).ok()
     }
 
+    /// Ends a scope: what it has announced must have been declared.
+    pub(super) fn close_scope(&mut self) {
+        let scope = self.scopes.pop().unwrap_or_default();
+        let announced = scope
+            .tags
+            .iter()
+            .filter_map(|(tag, (kind, at))| match kind {
+                Tag::Announced(_) => Some((*at, tag.clone())),
+                _ => None,
+            });
+        let mut announced: Vec<_> = announced.collect();
+        announced.sort();
+        for (at, tag) in announced {
+            let text = format!("the constants of `enum {tag}` are listed nowhere in its scope");
+            self.error(BAD_TYPE, at, text, "");
+        }
+    }
+
     /// The integer type of an `enum` specifier: as GCC's, `unsigned` unless a constant is
     /// negative.
     pub(super) fn enumeration(&mut self, spec: &EnumSpec, span: Span) -> TypeId {

@@ -65,7 +65,7 @@ impl Checker<'_> {
     fn inner(&mut self, s: ast::StmtId) -> (StmtId, bool) {
         self.scopes.push(Scope::default());
         let result = self.stmt(s);
-        self.scopes.pop();
+        self.close_scope();
         result
     }
 
@@ -89,7 +89,7 @@ impl Checker<'_> {
             K::Block(list) => {
                 self.scopes.push(Scope::default());
                 let result = self.block(list, span);
-                self.scopes.pop();
+                self.close_scope();
                 return result;
             }
             K::If(..) => return self.if_chain(s),
@@ -250,11 +250,11 @@ impl Checker<'_> {
                 trip = self.trip(init, cond, step, &self.context.assigned[before..]);
             }
             _ => {
-                self.scopes.pop();
+                self.close_scope();
                 return self.stmt(s);
             }
         }
-        self.scopes.pop();
+        self.close_scope();
         let forever = cond.is_none_or(|cond| self.const_truth(cond) == Some(true));
         let cond = cond.filter(|_| !forever);
         let labelled = self.context.jumps > jumps;

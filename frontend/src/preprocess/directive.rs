@@ -271,6 +271,10 @@ impl Preprocessor<'_> {
                     None => {}
                 }
             }
+            ["pack" | "scalar_storage_order", ..] => {
+                let text = "a pragma that lays out structs otherwise is not supported";
+                self.error(PRAGMA, span, text, "");
+            }
             ["STDC", "FP_CONTRACT", "OFF"] | ["GCC", "diagnostic", ..] => {}
             _ => {
                 let message = self

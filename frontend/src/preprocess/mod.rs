@@ -34,6 +34,8 @@ const PREDEFINED: &[(&str, &str)] = &[
     ("__STDC_NO_COMPLEX__", "1"),
     ("__STDC_NO_THREADS__", "1"),
     ("__STDC_NO_VLA__", "1"),
+    ("__ILP32__", "1"),
+    ("_ILP32", "1"),
     ("__CHAR_BIT__", "8"),
     ("__SCHAR_MAX__", "127"),
     ("__SHRT_MAX__", "32767"),

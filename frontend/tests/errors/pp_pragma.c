@@ -3,3 +3,4 @@
 #pragma omp parallel
 #pragma srp unroll x
 int x = undeclared;
+#pragma pack(push, 1)
