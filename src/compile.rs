@@ -1,6 +1,6 @@
 //! `srp compile`
 
-use crate::cli::{self, Compile, Form};
+use crate::cli::{self, Compile, Form, RemarkKind};
 use crate::failure::Failure;
 use crate::pipeline::{self, Compiled, Effort, FrontEnd, Input};
 use crate::{files, interrupt, machine, report, talk};
@@ -47,9 +47,11 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
             }
         }
     }
-    let later = [Form::Dfg, Form::Dre, Form::Schedule, Form::Rust];
-    if !later.into_iter().any(wants) && args.loops.loops.is_empty() {
-        return Ok(());
+    let scheduled = [Form::Schedule, Form::Rust].into_iter().any(wants)
+        || !args.loops.loops.is_empty()
+        || args.compilation.source.remarks.contains(&RemarkKind::Pass);
+    if !scheduled {
+        return write_divided_alone(&out, input, &arch, wants(Form::Dfg), wants(Form::Dre));
     }
     let compiled = pipeline::compile(input, &front_end, Effort::of(&args.compilation.search))?;
     say_not_pipelined(&compiled, &arch, &args.compilation.source);
@@ -75,7 +77,7 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
 }
 
 /// Says which loops a pragma has asked for in vain; with `-Rpass`, of every loop whether it runs on
-/// the array, and else what stands in the way.
+/// the array, what `restrict` would buy, and else what stands in the way.
 pub(crate) fn say_not_pipelined(compiled: &Compiled, arch: &Arch, source: &cli::Source) {
     let remarks = source.remarks.contains(&cli::RemarkKind::Pass);
     let report = report::report(compiled, arch);
@@ -85,17 +87,46 @@ pub(crate) fn say_not_pipelined(compiled: &Compiled, arch: &Arch, source: &cli::
             done.at, done.kernel, done.ii
         ));
     }
+    for aliased in report.loops.iter().filter(|_| remarks) {
+        say_restrict(aliased);
+    }
     for n in report
         .not_pipelined
         .iter()
         .filter(|n| n.required || remarks)
     {
-        let kind = if n.required { "warning" } else { "remark" };
+        say_obstacle(n);
+    }
+}
+
+/// Says what `restrict` would buy, and where.
+fn say_restrict(aliased: &report::LoopReport) {
+    let Some(bound) = aliased.restrict_bound else {
+        return;
+    };
+    for pair in &aliased.ordered {
         talk::say(format_args!(
-            "{kind}: {}",
-            report::not_pipelined(n).trim_end()
+            "remark: {}: {}: it and {}: {}",
+            pair.first, aliased.kernel, pair.second, pair.why
         ));
     }
+    talk::say(format_args!(
+        "remark: {}: `restrict` on these pointers of {} would lower the bound of its II from {} to \
+         {bound}",
+        aliased.at,
+        aliased.kernel,
+        aliased.bound()
+    ));
+}
+
+fn say_obstacle(obstacle: &report::Obstacle) {
+    let kind = if obstacle.required {
+        "warning"
+    } else {
+        "remark"
+    };
+    let text = report::not_pipelined(obstacle);
+    talk::say(format_args!("{kind}: {}", text.trim_end()));
 }
 
 /// Where forms are written.
@@ -144,6 +175,34 @@ fn write_trees(
         .write("ast", &srp_frontend::ast::show::show(&unit, &map))?;
     }
     Ok(())
+}
+
+/// Divides a program and writes that, with no look for schedules.
+fn write_divided_alone(
+    out: &Output<'_>,
+    input: Input,
+    arch: &Arch,
+    dfg: bool,
+    whole: bool,
+) -> Result<(), Failure> {
+    if !dfg && !whole {
+        return Ok(());
+    }
+    match input {
+        Input::Ir(mut program) => {
+            let divided = pipeline::divide(&mut program, arch)?;
+            let required = divided.not_pipelined().filter(|n| n.required);
+            let files = &divided.dre.control.files;
+            for obstacle in &report::obstacles(required, files, arch) {
+                say_obstacle(obstacle);
+            }
+            write_divided(out, &divided.dre, dfg, whole)
+        }
+        Input::Dre(dre) => write_divided(out, &dre, dfg, whole),
+        Input::C(_) | Input::Scheduled(_) => Err(Failure::message(
+            "the file is scheduled already: no --emit dfg, dre",
+        )),
+    }
 }
 
 fn write_divided(out: &Output<'_>, dre: &Dre, dfg: bool, whole: bool) -> Result<(), Failure> {

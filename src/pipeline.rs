@@ -8,7 +8,7 @@ use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::{Diagnostic, Severity, Source};
 use srp_archdesc::entity::EntityMap;
 use srp_frontend::{Include, Options, library};
-use srp_ir::dfg::Dfg;
+use srp_ir::dfg::{Dfg, Order};
 use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledDre};
 use srp_ir::dre::{self, Dre};
 use srp_ir::pass;
@@ -40,6 +40,8 @@ pub(crate) struct Compiled {
     pub(crate) not_pipelined: Vec<NotPipelined>,
     /// Memory accesses of the kernels that are kept in order for want of knowledge.
     pub(crate) remarks: Vec<Remark>,
+    /// The memory orders of each kernel that would be left if pointers were `restrict`.
+    pub(crate) relaxed: BTreeMap<String, Vec<Order>>,
     /// Loops that the array could not run, and that went back to the control code.
     pub(crate) refused: Vec<Dfg>,
     /// How long the schedule of each kernel was looked for, by name.
@@ -225,6 +227,50 @@ impl<'a> FrontEnd<'a> {
     }
 }
 
+/// A divided program, and the loops that stay in the control code.
+pub(crate) struct Divided {
+    pub(crate) dre: Dre,
+    not_pipelined: Vec<NotPipelined>,
+    remarks: Vec<Remark>,
+    relaxed: BTreeMap<String, Vec<Order>>,
+    /// Loops that went back to the control code because the array cannot run them.
+    refused: Vec<Dfg>,
+    /// What stands in their way.
+    returned: Vec<NotPipelined>,
+}
+
+/// Divides a program, whose loops that are none for the array lose their marks.
+pub(crate) fn divide(program: &mut Program, arch: &Arch) -> Result<Divided, Failure> {
+    let (mut returned, mut refused) = (Vec::new(), Vec::new());
+    loop {
+        let divided = split(program);
+        let kernels = divided.dre.kernels.iter();
+        let failed = kernels.filter_map(|(k, dfg)| Some((k, modulo::admit(dfg, arch).err()?)));
+        let failed: Vec<_> = failed.collect();
+        if failed.is_empty() {
+            return Ok(Divided {
+                dre: divided.dre,
+                not_pipelined: divided.not_pipelined,
+                remarks: divided.remarks,
+                relaxed: divided.relaxed,
+                refused,
+                returned,
+            });
+        }
+        for (kernel, why) in failed {
+            refused.push(divided.dre.kernels[kernel].clone());
+            returned.push(give_back(program, &divided.dre, kernel, why)?);
+        }
+    }
+}
+
+impl Divided {
+    /// The loops that stay in the control code, with what stands in their way.
+    pub(crate) fn not_pipelined(&self) -> impl Iterator<Item = &NotPipelined> {
+        self.not_pipelined.iter().chain(&self.returned)
+    }
+}
+
 /// Divides a program and schedules it. Loops that the array cannot run go back to the control code.
 fn schedule(
     mut program: Program,
@@ -235,8 +281,10 @@ fn schedule(
     let (mut unschedulable, mut refused) = (Vec::new(), Vec::new());
     let stopwatch = Stopwatch::default();
     loop {
-        let divided = split(&program);
+        let divided = divide(&mut program, arch)?;
         let mut not_pipelined = divided.not_pipelined;
+        unschedulable.extend(divided.returned);
+        refused.extend(divided.refused);
         match schedule_dre(&divided.dre, arch, effort, known, &stopwatch) {
             Ok(schedule) => {
                 not_pipelined.extend(unschedulable);
@@ -245,6 +293,7 @@ fn schedule(
                     schedule,
                     not_pipelined,
                     remarks: divided.remarks,
+                    relaxed: divided.relaxed,
                     refused,
                     searched: stopwatch.times(),
                 });
@@ -415,6 +464,7 @@ pub(crate) fn compile_knowing(
                 schedule,
                 not_pipelined: Vec::new(),
                 remarks: Vec::new(),
+                relaxed: BTreeMap::new(),
                 refused: Vec::new(),
                 searched: stopwatch.times(),
             })
@@ -434,6 +484,7 @@ pub(crate) fn compile_knowing(
                 schedule,
                 not_pipelined: Vec::new(),
                 remarks: Vec::new(),
+                relaxed: BTreeMap::new(),
                 refused: Vec::new(),
                 searched: BTreeMap::new(),
             })

@@ -15,6 +15,7 @@ mod pipeline;
 mod preheader;
 mod reassociate;
 mod rename;
+mod restrict;
 mod strength;
 
 use crate::program::Pos;
@@ -31,6 +32,7 @@ pub use licm::licm;
 pub use mem2reg::mem2reg;
 pub use pipeline::{Options, optimise};
 pub use reassociate::reassociate;
+pub(crate) use restrict::{restrict_number, settle_restrict};
 pub use strength::strength;
 
 /// What stood in a pass's way, for the user to know.

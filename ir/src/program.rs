@@ -206,6 +206,10 @@ pub struct KernelMark {
     pub pos: Pos,
     /// Asked for by a pragma, so that a failure is worth a message.
     pub required: bool,
+    /// The `restrict` pointers in scope around the loop, by the numbers, from 1, of the `mov`s that
+    /// make their values: while the loop runs, what is reached through one of them is reached in no
+    /// other way, if it is written (C17 6.7.3.1).
+    pub restrict: Vec<u32>,
 }
 
 /// A stack slot: storage in SRAM for the time of one call.
@@ -241,7 +245,8 @@ pub enum InstKind {
         op: Opcode,
         /// Operands, as the table has them.
         args: Vec<Value>,
-        /// The immediate, 0 where the opcode has none.
+        /// The immediate, 0 where the opcode has none. A `mov` with the number of a
+        /// [`restrict`](KernelMark::restrict) pointer makes its value.
         imm: i32,
     },
     /// The address of a global or a function, plus an offset in bytes.

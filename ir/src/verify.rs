@@ -333,6 +333,8 @@ impl<'a> Checker<'a> {
             Opcode::Vext | Opcode::Vins => 0..=3,
             Opcode::Swz => 0..=255,
             Opcode::In | Opcode::Out => 0..=i32::MAX,
+            // The number of a `restrict` pointer.
+            Opcode::Mov => 0..=i32::MAX,
             _ if op.info().immediate => i32::MIN..=i32::MAX,
             _ => 0..=0,
         };

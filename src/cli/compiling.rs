@@ -45,7 +45,8 @@ pub(crate) struct Source {
     /// Warnings: NAME, no-NAME, error, error=NAME, no-error=NAME, none
     #[arg(short = 'W', value_name = "NAME")]
     pub(crate) warnings: Vec<String>,
-    /// Remarks: `pass` says of every loop whether it runs on the array, and what stands in the way
+    /// Remarks: `pass` says of every loop whether it runs on the array, what stands in the way, and what
+    /// `restrict` would buy
     #[arg(short = 'R', value_name = "KIND", value_enum)]
     pub(crate) remarks: Vec<RemarkKind>,
     /// How messages are written: for people, or one JSON object a line in rustc's shape
@@ -56,7 +57,7 @@ pub(crate) struct Source {
 /// What `-R` asks for.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum RemarkKind {
-    /// Loops on the array, and loops that are not
+    /// Loops on the array, loops that are not, and accesses that `restrict` would let overlap
     Pass,
 }
 
@@ -127,7 +128,7 @@ pub(crate) enum Form {
     Ir,
     /// The dataflow graph of each kernel, for Graphviz
     Dfg,
-    /// The program divided between VLIW engine and array, XML
+    /// The program divided between VLIW engine and array, XML; no schedules are looked for
     Dre,
     /// The scheduled program, XML
     Schedule,

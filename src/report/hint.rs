@@ -38,7 +38,7 @@ fn untried(l: &LoopReport) -> String {
     };
     let by_recurrence = match through_memory(l) {
         true => {
-            "accesses along the recurrence to arrays that are known to differ (named ones, not pointers)"
+            "accesses along the recurrence to arrays that are known to differ (named ones, or `restrict` pointers)"
         }
         false => "fewer or faster operations along the recurrence",
     };

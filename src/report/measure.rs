@@ -7,12 +7,13 @@ use super::model::{
 use super::obstacle;
 use srp_archdesc::arch::{self, Arch};
 use srp_archdesc::entity::{Entity, EntityMap};
-use srp_ir::dfg::{Dep, Dfg, Node, Operand};
+use srp_ir::dfg::{Dep, Dfg, Node, Operand, Order};
 use srp_ir::dre::scheduled::{ModuloSchedule, PlacedOp, Source};
 use srp_ir::program::{Pos, SourceFile};
 use srp_ir::split::{self, Remark};
 use srp_scheduler::LoopFacts;
 use srp_scheduler::demand::{Demand, Dependence, Need};
+use srp_scheduler::modulo::{self, Bounds};
 use srp_scheduler::usage::{self, FileUse, LinkUse, Taker, Usage, opcode, usage};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,6 +22,8 @@ pub(super) struct View<'a> {
     pub(super) files: &'a EntityMap<SourceFile, String>,
     pub(super) arch: &'a Arch,
     pub(super) remarks: &'a [Remark],
+    /// The memory orders of each loop that would be left if pointers were `restrict`.
+    pub(super) relaxed: &'a BTreeMap<String, Vec<Order>>,
 }
 
 impl View<'_> {
@@ -70,6 +73,7 @@ impl View<'_> {
             what_if: None,
             hint: String::new(),
             ordered: self.ordered(&dfg.name),
+            restrict_bound: self.restrict_bound(dfg, bounds),
             stages: schedule.stages(),
             length: schedule.length,
             contexts: schedule.contexts(),
@@ -190,6 +194,16 @@ impl View<'_> {
             text: text.to_owned(),
             operations: nodes.map(|n| self.operation(dfg, n)).collect(),
         }
+    }
+
+    /// The bound of the II if the pointers that may alias were `restrict`, where that is lower.
+    fn restrict_bound(&self, dfg: &Dfg, bounds: &Bounds) -> Option<u32> {
+        let relaxed = Dfg {
+            order: self.relaxed.get(&dfg.name)?.clone(),
+            ..dfg.clone()
+        };
+        let bound = modulo::bounds(&relaxed, self.arch).min_ii();
+        (bound < bounds.min_ii()).then_some(bound)
     }
 
     fn ordered(&self, kernel: &str) -> Vec<Ordered> {

@@ -14,6 +14,7 @@ mod text;
 mod trial;
 
 pub(crate) use command::run;
+pub(crate) use model::{LoopReport, NotPipelined as Obstacle};
 pub(crate) use output::Loops;
 pub(crate) use text::not_pipelined;
 
@@ -28,6 +29,7 @@ use srp_ir::program::{Kernel, SourceFile};
 use srp_ir::split::NotPipelined;
 use srp_scheduler::LoopFacts;
 use srp_scheduler::vliw::FunctionFacts;
+use std::collections::BTreeMap;
 
 /// The report of a compiled program.
 pub(crate) fn report(compiled: &Compiled, arch: &Arch) -> Report {
@@ -36,6 +38,7 @@ pub(crate) fn report(compiled: &Compiled, arch: &Arch) -> Report {
         files: &program.files,
         arch,
         remarks: &compiled.remarks,
+        relaxed: &compiled.relaxed,
     };
     let loops = (program.kernels.iter())
         .map(|(k, s)| view.of_loop(s, &compiled.schedule.loops[k]))
@@ -54,6 +57,22 @@ pub(crate) fn report(compiled: &Compiled, arch: &Arch) -> Report {
     }
 }
 
+/// What stands in the way of loops that stay in the control code, where the files of their program
+/// are these.
+pub(crate) fn obstacles<'a>(
+    loops: impl Iterator<Item = &'a NotPipelined>,
+    files: &EntityMap<SourceFile, String>,
+    arch: &Arch,
+) -> Vec<Obstacle> {
+    let view = View {
+        files,
+        arch,
+        remarks: &[],
+        relaxed: &BTreeMap::new(),
+    };
+    loops.map(|n| view.not_pipelined(n)).collect()
+}
+
 /// The report of schedules without a program, with what is known of each.
 fn report_loops(
     scheduled: &ScheduledLoops,
@@ -65,6 +84,7 @@ fn report_loops(
         files,
         arch,
         remarks: &[],
+        relaxed: &BTreeMap::new(),
     };
     let loops = (scheduled.loops.iter().zip(facts.values()))
         .map(|(s, facts)| view.of_loop(s, facts))

@@ -141,6 +141,8 @@ pub(crate) struct LoopReport {
     pub(crate) hint: String,
     /// Accesses that are kept in order because nothing shows that they need not be.
     pub(crate) ordered: Vec<Ordered>,
+    /// The bound of the II if the pointers of such accesses were `restrict`, where that is lower.
+    pub(crate) restrict_bound: Option<u32>,
     /// Iterations that overlap.
     pub(crate) stages: u32,
     /// Cycles of one iteration from its first issue to its last result.

@@ -281,6 +281,15 @@ fn obstacles(out: &mut String, l: &LoopReport) {
         );
     }
     more(out, l.ordered.len(), MOST_ORDERED, "such pairs");
+    if let Some(bound) = l.restrict_bound {
+        let now = l.bound();
+        line(
+            out,
+            format_args!(
+                "  `restrict` on these pointers would lower the bound from {now} to {bound}"
+            ),
+        );
+    }
 }
 
 /// How busy the units are, where they stand, and the shared resources.

@@ -93,7 +93,7 @@ fn unordered(free: &Dfg, arch: &Arch, ii: u32) -> Option<Change> {
     let scheduled = Effort::Steps.with(|options| modulo::schedule(free, arch, &options));
     let reached = scheduled.ok()?.schedule.ii;
     (reached < ii).then(|| Change {
-        what: "accesses known never to meet (named arrays, not pointers)".to_owned(),
+        what: "accesses known never to meet (named arrays, or `restrict` pointers)".to_owned(),
         ii: reached,
     })
 }

@@ -161,6 +161,11 @@ impl Lowering<'_> {
                     let field = Field::bits(to.plus(part.offset), ty, bits);
                     self.write(field, value);
                 }
+                None if self.is_restrict(local) => {
+                    let value = self.scalar(part.value).single();
+                    let value = self.restrict(local, value);
+                    self.write_at(to, ty, Scalar::Single(value));
+                }
                 None => self.set(to.plus(part.offset), part.value),
             }
         }

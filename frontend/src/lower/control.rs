@@ -16,11 +16,19 @@ impl Lowering<'_> {
         let stmt = &body.stmts[s];
         self.pos = stmt.pos;
         match &stmt.kind {
-            StmtKind::Block(list) => list.iter().for_each(|&s| self.stmt(s)),
+            StmtKind::Block(list) => {
+                let outside = self.restrict.len();
+                list.iter().for_each(|&s| self.stmt(s));
+                self.restrict.truncate(outside);
+            }
             StmtKind::Expr(e) => self.effect(*e),
             StmtKind::Init(local, init) => self.init(*local, init),
             StmtKind::If(..) => self.if_chain(s),
-            StmtKind::Loop(data) => self.loop_(data, stmt.pos),
+            StmtKind::Loop(data) => {
+                let outside = self.restrict.len();
+                self.loop_(data, stmt.pos);
+                self.restrict.truncate(outside);
+            }
             StmtKind::Switch(switch) => self.switch(switch),
             StmtKind::Label(number) => {
                 let labels = self.labels.last().expect("labels stand in a `switch`");
@@ -181,6 +189,7 @@ impl Lowering<'_> {
                 name: self.kernel_name(),
                 pos,
                 required: data.kernel,
+                restrict: self.restrict.clone(),
             });
         }
         self.enter(exit);

@@ -4,7 +4,7 @@ use super::Symbols;
 use super::place::Part;
 use crate::ctype::{Type, TypeId};
 use crate::options::Options;
-use crate::typed::{self, Body, Checked, LocalId};
+use crate::typed::{self, Body, Checked, LocalId, StmtKind};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_ir::program::*;
@@ -13,9 +13,13 @@ use std::collections::BTreeSet;
 /// Scalars that a struct may have to pass as its members.
 pub(super) const MAX_PASSED: usize = 16;
 
-/// Names of kernels, each used once.
+/// Names of kernels, each used once, and numbers of `restrict` pointers.
 #[derive(Default)]
-pub(super) struct KernelNames(BTreeSet<String>);
+pub(super) struct KernelNames {
+    names: BTreeSet<String>,
+    /// The last number.
+    restrict: u32,
+}
 
 impl KernelNames {
     /// A name after that of a function.
@@ -23,7 +27,7 @@ impl KernelNames {
         let base = function.replace('.', "_");
         let mut name = base.clone();
         let mut number = 1;
-        while !self.0.insert(name.clone()) {
+        while !self.names.insert(name.clone()) {
             number += 1;
             name = format!("{base}_{number}");
         }
@@ -82,6 +86,8 @@ pub(super) struct Lowering<'a> {
     /// The constant *true* of a block.
     guard: Option<(Block, Value)>,
     kernels: &'a mut KernelNames,
+    /// The numbers of the `restrict` pointers in scope that the loops of this function may count on.
+    pub(super) restrict: Vec<u32>,
 }
 
 /// How a function passes values.
@@ -135,6 +141,7 @@ pub(super) fn lower(
         targets: vec![None; body.labels],
         guard: None,
         kernels,
+        restrict: Vec::new(),
     };
     lowering.locals();
     lowering.params(&passing);
@@ -244,7 +251,10 @@ impl Lowering<'_> {
             let ty = self.body.locals[local].ty.ty;
             match values_of(self.checked, ty) {
                 Some(types) => {
-                    let values: Vec<_> = values.by_ref().take(types.len()).collect();
+                    let mut values: Vec<_> = values.by_ref().take(types.len()).collect();
+                    if let [pointer] = &mut values[..] {
+                        *pointer = self.restrict(local, *pointer);
+                    }
                     let location = self.local(local);
                     self.put_values(location, ty, &values);
                 }
@@ -262,6 +272,28 @@ impl Lowering<'_> {
         if passing.variadic {
             self.variadic = values.next();
         }
+    }
+
+    /// The value that a variable begins with, which is known as its own if it is a `restrict`
+    /// pointer. Not in loops, where it would be another in each iteration, and not in functions
+    /// without loops, which would only be harder to simplify.
+    pub(super) fn restrict(&mut self, local: LocalId, value: Value) -> Value {
+        let is_loop = |s: &typed::Stmt| matches!(s.kind, StmtKind::Loop(_));
+        if !self.is_restrict(local)
+            || !self.has_inner.is_empty()
+            || !self.body.stmts.values().any(is_loop)
+        {
+            return value;
+        }
+        self.kernels.restrict += 1;
+        self.restrict.push(self.kernels.restrict);
+        self.op_imm(Opcode::Mov, &[value], self.kernels.restrict as i32)
+    }
+
+    /// Whether a variable is a `restrict` pointer.
+    pub(super) fn is_restrict(&self, local: LocalId) -> bool {
+        let ty = self.body.locals[local].ty;
+        ty.quals.restrict && matches!(self.checked.types.get(ty.ty), Type::Pointer(_))
     }
 
     /// A name for a kernel in this function.

@@ -338,6 +338,7 @@ impl Reader<'_> {
                 name: name.text.to_owned(),
                 pos: terms::read_pos(element, "kernel-at", &self.names.files)?,
                 required: element.required("required")?.bool()?,
+                restrict: Vec::new(),
             }),
         };
         let Some((last, insts)) = element.children.split_last() else {

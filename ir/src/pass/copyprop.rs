@@ -7,7 +7,7 @@ use rustc_hash::FxHashMap;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Opcode;
 
-/// Uses the source of each move, and what all jumps to a block bring for a parameter, instead of
+/// Uses the source of each move that makes no `restrict` pointer, and what all jumps to a block bring for a parameter, instead of
 /// the copy. Constants count by their bits.
 pub fn copyprop(func: &mut Function) -> bool {
     let mut renames = Renames::default();
@@ -17,7 +17,7 @@ pub fn copyprop(func: &mut Function) -> bool {
             if let InstKind::Op {
                 op: Opcode::Mov | Opcode::Pmov | Opcode::Vmov,
                 args,
-                ..
+                imm: 0,
             } = &data.kind
             {
                 let (copy, source) = (data.results[0], renames.find(args[0]));

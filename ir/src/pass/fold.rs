@@ -248,7 +248,7 @@ impl Folder<'_> {
         use Opcode::*;
         let [a, b, c] = args;
         match op {
-            Mov | Pmov | Vmov => Some(a),
+            Mov | Pmov | Vmov => (imm == 0).then_some(a),
             Sel | Psel | Vsel => self.selection(op, a, b, c),
             Add | Sub | And | Or | Xor | Shl | Shr | Sar | Min | Max | Minu | Maxu | Mul => {
                 self.integer(op, a, b)

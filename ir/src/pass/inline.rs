@@ -3,6 +3,7 @@
 
 use super::Remark;
 use super::compact::compact;
+use super::restrict::{FreshNumbers, forget_unused};
 use crate::flow::{Cfg, Dominators, Loops};
 use crate::program::*;
 use srp_archdesc::entity::{Entity, EntityMap};
@@ -17,11 +18,15 @@ pub use prune::prune;
 /// Instructions of a function that is inlined wherever it is called.
 pub const SMALL: usize = 32;
 
-/// Instructions that a function may grow to by inlining.
+/// Instructions that a function may grow to by inlining what is not in a kernel loop: beyond, a call
+/// is nothing beside the rest, and the passes take longer.
+const LARGE: usize = 4_000;
+
+/// Instructions that a function may grow to by inlining into its kernel loops.
 pub const MAX_SIZE: usize = 50_000;
 
-/// Inlines every call in a marked loop, however deep, and elsewhere the calls of small functions and
-/// of functions that are called at one place only. Calls of recursive functions stay. Functions that
+/// Inlines every call in a marked loop, however deep, and elsewhere, until a function is [`LARGE`],
+/// the calls of small functions and of functions that are called at one place only. Calls of recursive functions stay. Functions that
 /// nothing needs any more are [dropped](prune).
 ///
 /// The marked loops of an inlined function are copied with it; each copy gets a kernel name of its
@@ -32,6 +37,8 @@ pub fn inline(program: &mut Program) -> Vec<Remark> {
     let mut inliner = Inliner {
         names: kernel_names(program),
         copies: BTreeMap::new(),
+        numbers: BTreeMap::new(),
+        restrict: FreshNumbers::of(program),
         remarks: Vec::new(),
     };
     for &id in &graph.callees_first {
@@ -43,6 +50,7 @@ pub fn inline(program: &mut Program) -> Vec<Remark> {
         program.funcs[id] = func;
     }
     prune(program);
+    program.funcs.values_mut().for_each(forget_unused);
     restore_names(program, &inliner.copies);
     inliner.remarks
 }
@@ -89,13 +97,14 @@ fn kernel_names(program: &Program) -> BTreeSet<String> {
 fn restore_names(program: &mut Program, copies: &BTreeMap<String, String>) {
     let mut taken = kernel_names(program);
     taken.retain(|name| !copies.contains_key(name));
+    let mut numbers = BTreeMap::<&String, u32>::new();
     for func in program.funcs.values_mut() {
         for i in 0..func.layout.len() {
             if let Some(mark) = &mut func.blocks[func.layout[i]].kernel
                 && let Some(original) = copies.get(&mark.name)
             {
                 mark.name = match taken.contains(original) {
-                    true => numbered(original, &taken),
+                    true => numbered(original, numbers.entry(original).or_insert(1), &taken),
                     false => original.clone(),
                 };
                 taken.insert(mark.name.clone());
@@ -104,12 +113,15 @@ fn restore_names(program: &mut Program, copies: &BTreeMap<String, String>) {
     }
 }
 
-/// The name with the first number from 2 on that makes it new.
-fn numbered(name: &str, taken: &BTreeSet<String>) -> String {
-    (2u32..)
-        .map(|n| format!("{name}_{n}"))
-        .find(|fresh| !taken.contains(fresh))
-        .expect("there are more numbers than kernels")
+/// The name with the first number behind `last` that makes it new; that number is the last then.
+fn numbered(name: &str, last: &mut u32, taken: &BTreeSet<String>) -> String {
+    loop {
+        *last += 1;
+        let fresh = format!("{name}_{last}");
+        if !taken.contains(&fresh) {
+            return fresh;
+        }
+    }
 }
 
 struct Inliner {
@@ -117,6 +129,9 @@ struct Inliner {
     names: BTreeSet<String>,
     /// The original name of each copy.
     copies: BTreeMap<String, String>,
+    /// The last number that a copy of each original got.
+    numbers: BTreeMap<String, u32>,
+    restrict: FreshNumbers,
     remarks: Vec<Remark>,
 }
 
@@ -192,10 +207,11 @@ impl Inliner {
             }
             let size = size(data);
             let worth = size <= SMALL || graph.is_called_once(callee);
-            if item.kernel.is_none() && !(item.own && worth) {
+            let grown = func.insts.len() + size;
+            if item.kernel.is_none() && !(item.own && worth && grown <= LARGE) {
                 continue;
             }
-            if func.insts.len() + size > MAX_SIZE {
+            if grown > MAX_SIZE {
                 stays(&format!(
                     "with {} it would have more than {MAX_SIZE} instructions",
                     data.name
@@ -280,6 +296,10 @@ impl Inliner {
         }
         let layout = callee.layout.iter();
         let copied: Vec<Block> = layout.map(|b| Block::new(blocks + b.index())).collect();
+        let marks = func.blocks.values_mut().skip(blocks);
+        let marks = marks.filter_map(|data| data.kernel.as_mut());
+        self.restrict
+            .renumber(func.insts.values_mut().skip(insts), marks);
         for &block in &copied {
             if let Some(mark) = &mut func.blocks[block].kernel {
                 self.name_copy(&mut mark.name);
@@ -291,7 +311,8 @@ impl Inliner {
     /// Gives the copy of a kernel a name that is not taken.
     fn name_copy(&mut self, name: &mut String) {
         let original = self.copies.get(name).unwrap_or(name).clone();
-        let fresh = numbered(&original, &self.names);
+        let last = self.numbers.entry(original.clone()).or_insert(1);
+        let fresh = numbered(&original, last, &self.names);
         self.names.insert(fresh.clone());
         self.copies.insert(fresh.clone(), original);
         *name = fresh;

@@ -5,7 +5,8 @@
 use super::preheader::{find, with_preheaders};
 use crate::flow::LoopData;
 use crate::program::*;
-use srp_archdesc::entity::EntityMap;
+use rustc_hash::FxHashMap;
+use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::{Opcode, Ty};
 use std::collections::BTreeMap;
 
@@ -17,14 +18,56 @@ use linear::{Linear, Linearity};
 /// with the loop, where that makes the loop shorter.
 pub fn strength(func: &mut Function) -> bool {
     let (cfg, _, loops) = with_preheaders(func);
+    if loops.loops.values().all(|data| data.blocks.len() > 1) {
+        return false;
+    }
+    let mut counts = Counts::of(func);
     let mut changed = false;
     for data in loops.loops.values() {
         if data.blocks.len() == 1 {
             let before = find(func, &cfg, data).expect("every loop was given a preheader");
-            changed |= reduce(func, data, before);
+            changed |= reduce(func, data, before, &mut counts);
         }
     }
     changed
+}
+
+/// What is counted once for all loops of a function, and kept right while they change.
+struct Counts {
+    /// The words that are constants.
+    constants: FxHashMap<Value, u32>,
+    /// How often each value is used.
+    uses: EntityMap<Value, u32>,
+}
+
+impl Counts {
+    fn of(func: &Function) -> Counts {
+        let mut counts = Counts {
+            constants: FxHashMap::default(),
+            uses: EntityMap::filled(func.values.len(), 0),
+        };
+        for &block in &func.layout {
+            for &inst in &func.blocks[block].insts {
+                let data = &func.insts[inst];
+                if let InstKind::Const(Bits::Word(word)) = data.kind {
+                    counts.constants.insert(data.results[0], word);
+                }
+                data.kind.for_each_use(|v| counts.uses[v] += 1);
+            }
+            func.blocks[block].end.for_each_use(|v| counts.uses[v] += 1);
+        }
+        counts
+    }
+
+    /// Notes uses of values, which may be new.
+    fn used(&mut self, values: &[Value]) {
+        for &value in values {
+            while self.uses.len() <= value.index() {
+                self.uses.push(0);
+            }
+            self.uses[value] += 1;
+        }
+    }
 }
 
 /// Addresses that differ by constants: induction variable and its scale, and what does not change
@@ -38,9 +81,9 @@ struct Use {
     constant: u32,
 }
 
-fn reduce(func: &mut Function, data: &LoopData, before: Block) -> bool {
+fn reduce(func: &mut Function, data: &LoopData, before: Block, counts: &mut Counts) -> bool {
     let header = data.header;
-    let linearity = Linearity::of(func, header);
+    let linearity = Linearity::of(func, header, &counts.constants);
     let uses = uses(func, header, &linearity);
     let mut pointers = BTreeMap::<Group, Option<Value>>::new();
     for item in &uses {
@@ -49,13 +92,13 @@ fn reduce(func: &mut Function, data: &LoopData, before: Block) -> bool {
         pointers.insert(item.group.clone(), itself);
     }
     let added = pointers.values().filter(|p| p.is_none()).count();
-    if uses.is_empty() || removed(func, header, &uses) <= added {
+    if uses.is_empty() || removed(func, header, &uses, &counts.uses) <= added {
         return false;
     }
     for (group, pointer) in &mut pointers {
         if pointer.is_none() {
             let step = linearity.step(group.0).wrapping_mul(group.1);
-            *pointer = Some(add_pointer(func, header, before, group, step));
+            *pointer = Some(Appender { func, counts }.pointer(header, before, group, step));
         }
     }
     for Use {
@@ -67,6 +110,8 @@ fn reduce(func: &mut Function, data: &LoopData, before: Block) -> bool {
         if let InstKind::Op { args, imm, .. } = &mut func.insts[inst].kind
             && let Some(pointer) = pointers[&group]
         {
+            counts.uses[args[1]] -= 1;
+            counts.used(&[pointer]);
             args[1] = pointer;
             *imm = imm.wrapping_add_unsigned(constant);
         }
@@ -103,15 +148,8 @@ fn uses(func: &Function, header: Block, linearity: &Linearity) -> Vec<Use> {
 }
 
 /// How many instructions of the block nothing needs once the addresses are computed otherwise.
-fn removed(func: &Function, block: Block, uses: &[Use]) -> usize {
+fn removed(func: &Function, block: Block, uses: &[Use], count: &EntityMap<Value, u32>) -> usize {
     let mut defs = BTreeMap::new();
-    let mut count = EntityMap::<Value, u32>::filled(func.values.len(), 0);
-    for &at in &func.layout {
-        for &inst in &func.blocks[at].insts {
-            func.insts[inst].kind.for_each_use(|v| count[v] += 1);
-        }
-        func.blocks[at].end.for_each_use(|v| count[v] += 1);
-    }
     for &inst in &func.blocks[block].insts {
         let data = &func.insts[inst];
         if data.kind.is_pure() {
@@ -123,9 +161,11 @@ fn removed(func: &Function, block: Block, uses: &[Use]) -> usize {
         .filter_map(|item| func.insts[item.inst].kind.args().get(1).copied())
         .collect();
     let mut removed = 0;
+    let mut gone = FxHashMap::<Value, u32>::default();
     while let Some(value) = work.pop() {
-        count[value] -= 1;
-        if count[value] == 0
+        let gone = gone.entry(value).or_insert(0);
+        *gone += 1;
+        if count[value] == *gone
             && let Some(&inst) = defs.get(&value)
         {
             // Constants cost nothing.
@@ -136,52 +176,69 @@ fn removed(func: &Function, block: Block, uses: &[Use]) -> usize {
     removed
 }
 
-/// Adds a parameter to the loop that is the address of a group in each iteration.
-fn add_pointer(
-    func: &mut Function,
-    header: Block,
-    before: Block,
-    (iv, scale, invariant): &Group,
-    step: u32,
-) -> Value {
-    let pos = func.blocks[header].end_pos;
-    let place = func.blocks[header].params.iter().position(|p| p == iv);
-    let place = place.expect("an induction variable is a parameter of its loop");
-    let first = match &func.blocks[before].end {
-        Terminator::Jump(target) => target.args[place],
-        _ => unreachable!("a preheader ends in a jump"),
-    };
-    let mut start = scaled(func, before, first, *scale, pos);
-    for &(value, scale) in invariant {
-        let part = scaled(func, before, value, scale, pos);
-        start = append(func, before, Opcode::Add, &[start, part], pos);
-    }
-    let pointer = func.add_param(header, Ty::Word);
-    let step = func.append_const(before, Bits::Word(step), pos);
-    let next = append(func, header, Opcode::Add, &[pointer, step], pos);
-    for (block, arg) in [(before, start), (header, next)] {
-        for target in func.blocks[block].end.targets_mut() {
-            if target.block == header {
-                target.args.push(arg);
+/// Adds to a function and counts what it adds.
+struct Appender<'a> {
+    func: &'a mut Function,
+    counts: &'a mut Counts,
+}
+
+impl Appender<'_> {
+    /// Adds a parameter to the loop that is the address of a group in each iteration.
+    fn pointer(
+        &mut self,
+        header: Block,
+        before: Block,
+        (iv, scale, invariant): &Group,
+        step: u32,
+    ) -> Value {
+        let pos = self.func.blocks[header].end_pos;
+        let params = &self.func.blocks[header].params;
+        let place = params.iter().position(|p| p == iv);
+        let place = place.expect("an induction variable is a parameter of its loop");
+        let first = match &self.func.blocks[before].end {
+            Terminator::Jump(target) => target.args[place],
+            _ => unreachable!("a preheader ends in a jump"),
+        };
+        let mut start = self.scaled(before, first, *scale, pos);
+        for &(value, scale) in invariant {
+            let part = self.scaled(before, value, scale, pos);
+            start = self.op(before, Opcode::Add, &[start, part], pos);
+        }
+        let pointer = self.func.add_param(header, Ty::Word);
+        let step = self.constant(before, step, pos);
+        let next = self.op(header, Opcode::Add, &[pointer, step], pos);
+        for (block, arg) in [(before, start), (header, next)] {
+            for target in self.func.blocks[block].end.targets_mut() {
+                if target.block == header {
+                    target.args.push(arg);
+                    self.counts.used(&[arg]);
+                }
             }
         }
+        pointer
     }
-    pointer
-}
 
-fn scaled(func: &mut Function, block: Block, value: Value, scale: u32, pos: Pos) -> Value {
-    if scale == 1 {
-        return value;
+    fn scaled(&mut self, block: Block, value: Value, scale: u32, pos: Pos) -> Value {
+        if scale == 1 {
+            return value;
+        }
+        let (op, by) = match scale.is_power_of_two() {
+            true => (Opcode::Shl, scale.trailing_zeros()),
+            false => (Opcode::Mul, scale),
+        };
+        let by = self.constant(block, by, pos);
+        self.op(block, op, &[value, by], pos)
     }
-    let (op, by) = match scale.is_power_of_two() {
-        true => (Opcode::Shl, scale.trailing_zeros()),
-        false => (Opcode::Mul, scale),
-    };
-    let by = func.append_const(block, Bits::Word(by), pos);
-    append(func, block, op, &[value, by], pos)
-}
 
-fn append(func: &mut Function, block: Block, op: Opcode, args: &[Value], pos: Pos) -> Value {
-    let value = func.append_op(block, op, args, 0, pos);
-    value.expect("arithmetic has a result")
+    fn constant(&mut self, block: Block, word: u32, pos: Pos) -> Value {
+        let value = self.func.append_const(block, Bits::Word(word), pos);
+        self.counts.constants.insert(value, word);
+        value
+    }
+
+    fn op(&mut self, block: Block, op: Opcode, args: &[Value], pos: Pos) -> Value {
+        self.counts.used(args);
+        let value = self.func.append_op(block, op, args, 0, pos);
+        value.expect("arithmetic has a result")
+    }
 }

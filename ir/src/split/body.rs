@@ -89,7 +89,8 @@ impl<'a> Body<'a> {
             let node = self.nodes.push(NodeData {
                 op,
                 operands: Vec::new(),
-                imm,
+                // What makes a `restrict` pointer is a move like others here.
+                imm: if op == Opcode::Mov { 0 } else { imm },
                 pos: data.pos,
             });
             match result {

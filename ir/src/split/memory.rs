@@ -12,7 +12,7 @@ use super::linear::{Affine, first_in_window};
 use super::objects::{Objects, objects_of};
 use super::shape::Loop;
 use crate::dfg::{MAX_OVERLAP, Node, Order};
-use crate::program::{Bits, InstKind, Pos, Value};
+use crate::program::{Bits, InstKind, KernelMark, Pos, Value};
 use srp_archdesc::isa::{Effect, Opcode, Space};
 use std::collections::BTreeSet;
 
@@ -57,17 +57,27 @@ const ANYTHING: Meeting = Meeting {
     exact: false,
 };
 
-/// The memory order of a loop, and what could not be told. `trip` is the number of iterations,
-/// where it is known.
+/// The memory order of a loop.
+pub(super) struct MemoryOrder {
+    /// What must stay in order.
+    pub(super) orders: Vec<Order>,
+    /// What would have to, if pointers that may alias were `restrict`; where that is less.
+    pub(super) relaxed: Option<Vec<Order>>,
+    /// What could not be told.
+    pub(super) remarks: Vec<Remark>,
+}
+
+/// The memory order of a loop with this mark. `trip` is the number of iterations, where it is known.
 pub(super) fn order(
     lp: &Loop<'_>,
     body: &Body<'_>,
     trip: Option<u32>,
-    kernel: &str,
-) -> (Vec<Order>, Vec<Remark>) {
+    mark: &KernelMark,
+) -> MemoryOrder {
     let inductions = Inductions::of(lp, true);
-    let accesses = accesses(lp, body, &inductions);
+    let accesses = accesses(lp, body, &inductions, &mark.restrict);
     let mut orders = Vec::new();
+    let mut relaxed = Vec::new();
     let mut remarks = Vec::new();
     for (i, first) in accesses.iter().enumerate() {
         for second in &accesses[i + 1..] {
@@ -85,20 +95,35 @@ pub(super) fn order(
             let (a, b) = (first.node, second.node);
             let forward = meeting.forward.filter(possible);
             let backward = meeting.backward.filter(possible);
-            orders.extend(forward.map(|d| edge(a, b, d)));
-            orders.extend(backward.map(|d| edge(b, a, d)));
-            if !meeting.exact && (forward.is_some() || backward.is_some()) {
-                remarks.push(remark(kernel, first, second));
+            let found = forward.map(|d| edge(a, b, d)).into_iter();
+            let found = found.chain(backward.map(|d| edge(b, a, d)));
+            let before = orders.len();
+            orders.extend(found);
+            let restrict = first.objects.could_be_apart_from(lp, &second.objects);
+            if !restrict {
+                relaxed.extend_from_slice(&orders[before..]);
+            }
+            if !meeting.exact && orders.len() > before {
+                remarks.push(remark(&mark.name, first, second, restrict));
             }
         }
     }
     remarks.sort();
     remarks.dedup();
-    (super::reduce::without_implied(&body.nodes, orders), remarks)
+    let without_implied = |orders| super::reduce::without_implied(&body.nodes, orders);
+    MemoryOrder {
+        relaxed: (relaxed.len() < orders.len()).then(|| without_implied(relaxed)),
+        orders: without_implied(orders),
+        remarks,
+    }
 }
 
-fn remark(kernel: &str, first: &Access, second: &Access) -> Remark {
-    let text = if first.objects.is_known() && second.objects.is_known() {
+/// Says of two accesses that nothing shows that they need no order, and whether `restrict` would.
+fn remark(kernel: &str, first: &Access, second: &Access, restrict: bool) -> Remark {
+    let text = if restrict {
+        "these two accesses may alias, so they stay in order from iteration to iteration; \
+         `restrict` on the pointers would let them overlap"
+    } else if first.objects.is_known() && second.objects.is_known() {
         "these two accesses may touch the same element, so they stay in order from iteration to \
          iteration"
     } else {
@@ -112,7 +137,12 @@ fn remark(kernel: &str, first: &Access, second: &Access) -> Remark {
     }
 }
 
-fn accesses(lp: &Loop<'_>, body: &Body<'_>, inductions: &Inductions<'_>) -> Vec<Access> {
+fn accesses(
+    lp: &Loop<'_>,
+    body: &Body<'_>,
+    inductions: &Inductions<'_>,
+    restrict: &[u32],
+) -> Vec<Access> {
     let mut accesses = Vec::new();
     let mut stores = body.stores.iter();
     for &inst in &lp.func.blocks[lp.block].insts {
@@ -150,7 +180,7 @@ fn accesses(lp: &Loop<'_>, body: &Body<'_>, inductions: &Inductions<'_>) -> Vec<
             bytes: bytes.unwrap_or(0),
             address: affine,
             objects: match bytes {
-                Some(_) => objects_of(lp, *address),
+                Some(_) => objects_of(lp, restrict, *address),
                 None => Objects::default(),
             },
             guard: facts,

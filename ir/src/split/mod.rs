@@ -13,19 +13,23 @@ mod induction;
 mod linear;
 mod memory;
 mod objects;
+mod places;
 mod reduce;
 mod shape;
 mod trip;
 mod words;
 
-use crate::dfg::{Dfg, Node};
+use crate::dfg::{Dfg, Node, Order};
 use crate::dre::Dre;
-use crate::pass::{compact, dce};
+use crate::pass::{compact, dce, settle_restrict};
 use crate::program::{
-    Block, Func, Function, InstKind, Kernel, KernelMark, Pos, Program, Terminator, Value,
+    Block, Func, Function, Inst, InstKind, Kernel, KernelMark, Pos, Program, Target, Terminator,
+    Value,
 };
 use body::{After, Body};
 use induction::Inductions;
+use memory::MemoryOrder;
+use places::Places;
 use shape::Loop;
 use srp_archdesc::entity::{Entity, EntityMap};
 use std::collections::{BTreeMap, BTreeSet};
@@ -40,6 +44,9 @@ pub struct Split {
     pub not_pipelined: Vec<NotPipelined>,
     /// What could not be told of the memory accesses of the kernels, in program order.
     pub remarks: Vec<Remark>,
+    /// The memory orders that would be left of a kernel's, by its name, if the pointers of which that
+    /// cannot be told were `restrict`. Kernels of which none would go are not listed.
+    pub relaxed: BTreeMap<String, Vec<Order>>,
 }
 
 /// A loop that was to run on the array and cannot.
@@ -86,9 +93,11 @@ pub fn split(program: &Program) -> Split {
         },
         not_pipelined: Vec::new(),
         remarks: Vec::new(),
+        relaxed: BTreeMap::new(),
     };
     let mut names = BTreeSet::new();
     for func in program.funcs.keys() {
+        let mut places = None;
         for &block in &program.funcs[func].layout {
             if let Some(mark) = &program.funcs[func].blocks[block].kernel {
                 let name = unused_name(&mark.name, &mut names);
@@ -96,9 +105,11 @@ pub fn split(program: &Program) -> Split {
                     name,
                     ..mark.clone()
                 };
-                split_loop(&mut result, func, block, &mark);
+                let places = places.get_or_insert_with(|| Places::of(&program.funcs[func]));
+                split_loop(&mut result, func, places, block, &mark);
             }
         }
+        settle_restrict(&mut result.dre.control.funcs[func]);
         // What led to a loop's end test alone is dead now.
         dce(&mut result.dre.control.funcs[func]);
         compact(&mut result.dre.control.funcs[func]);
@@ -116,14 +127,23 @@ fn unused_name(name: &str, taken: &mut BTreeSet<String>) -> String {
     free
 }
 
-fn split_loop(result: &mut Split, func: Func, block: Block, mark: &KernelMark) {
+fn split_loop(
+    result: &mut Split,
+    func: Func,
+    places: &mut Places,
+    block: Block,
+    mark: &KernelMark,
+) {
     let program = &mut result.dre.control;
     program.funcs[func].blocks[block].kernel = None;
     let kernel = result.dre.kernels.keys().len();
-    let taken = take_loop(program, func, block, mark, Kernel::new(kernel));
+    let taken = take_loop(program, func, places, block, mark, Kernel::new(kernel));
     match taken {
-        Ok((dfg, remarks)) => {
-            result.remarks.extend(remarks);
+        Ok((dfg, order)) => {
+            result.remarks.extend(order.remarks);
+            if let Some(relaxed) = order.relaxed {
+                result.relaxed.insert(mark.name.clone(), relaxed);
+            }
             result.dre.kernels.push(dfg);
         }
         Err(Refusal { pos, reason }) => result.not_pipelined.push(NotPipelined {
@@ -140,12 +160,12 @@ fn split_loop(result: &mut Split, func: Func, block: Block, mark: &KernelMark) {
 fn take_loop(
     program: &mut Program,
     func: Func,
+    places: &mut Places,
     block: Block,
     mark: &KernelMark,
     kernel: Kernel,
-) -> Result<(Dfg, Vec<Remark>), Refusal> {
-    let mut new = program.funcs[func].clone();
-    let lp = Loop::of(program, &program.funcs[func], block)?;
+) -> Result<(Dfg, MemoryOrder), Refusal> {
+    let lp = Loop::of(program, &program.funcs[func], places, block)?;
     let mut body = Body::of(&lp, mark.pos)?;
     if body.nodes.is_empty() {
         return Err(Refusal {
@@ -153,7 +173,7 @@ fn take_loop(
             reason: "it computes nothing that is used".to_owned(),
         });
     }
-    let mut words = Words::new(&lp, &mut new, mark.pos);
+    let mut words = Words::new(&lp, mark.pos);
     let trip = trip::trip_count(&lp, &Inductions::of(&lp, false), &mut words)?;
     let known_trip = match trip {
         Word::Const(trip) if trip > 0 => Some(trip),
@@ -161,23 +181,25 @@ fn take_loop(
     };
     let trip = words.value(trip);
     let trip = body.trip_live_in(trip);
-    let (order, remarks) = memory::order(&lp, &body, known_trip, &mark.name);
+    let mut order = memory::order(&lp, &body, known_trip, mark);
     let launch = finish(&lp, &body, kernel, &mut words);
-    let insts = std::mem::take(&mut words.insts);
-    replace_block(&lp, &body, &mut new, insts, &launch.renamed);
+    let mut insts = body.kept_insts();
+    insts.append(&mut words.insts);
+    let Words { added, .. } = words;
     let dfg = Dfg {
         name: mark.name.clone(),
         pos: mark.pos,
         live_ins: std::mem::take(&mut body.live_ins),
         trip: Some(trip),
         nodes: std::mem::take(&mut body.nodes),
-        order,
+        order: std::mem::take(&mut order.orders),
         live_outs: launch.live_outs,
     };
-    drop(body);
-    drop(lp);
-    program.funcs[func] = new;
-    Ok((dfg, remarks))
+    let exit = lp.exit.clone();
+    let func = &mut program.funcs[func];
+    added.apply(func);
+    replace_block(func, places, block, insts, exit, &launch.renamed);
+    Ok((dfg, order))
 }
 
 /// What a launch returns, and where.
@@ -225,10 +247,11 @@ fn finish(lp: &Loop<'_>, body: &Body<'_>, kernel: Kernel, words: &mut Words<'_>)
 
 /// Puts the instructions in the loop's place and renames parameters after it.
 fn replace_block(
-    lp: &Loop<'_>,
-    body: &Body<'_>,
     func: &mut Function,
-    insts: Vec<crate::program::Inst>,
+    places: &mut Places,
+    block: Block,
+    insts: Vec<Inst>,
+    exit: Target,
     renamed: &BTreeMap<Value, Value>,
 ) {
     let rename = |v: &mut Value| {
@@ -236,17 +259,22 @@ fn replace_block(
             *v = new;
         }
     };
-    for &block in lp.func.layout.iter().filter(|b| **b != lp.block) {
-        for inst in func.blocks[block].insts.clone() {
+    places.remove(func, block);
+    let users = renamed.keys().flat_map(|v| places.users(*v));
+    let users: BTreeSet<Block> = users.copied().collect();
+    for &user in &users {
+        places.remove_uses(func, user);
+        for i in 0..func.blocks[user].insts.len() {
+            let inst = func.blocks[user].insts[i];
             func.insts[inst].kind.for_each_use_mut(rename);
         }
-        func.blocks[block].end.for_each_use_mut(rename);
+        func.blocks[user].end.for_each_use_mut(rename);
+        places.add(func, user);
     }
-    let mut exit = lp.exit.clone();
-    exit.args.iter_mut().for_each(rename);
-    let mut all = body.kept_insts();
-    all.extend(insts);
-    let data = &mut func.blocks[lp.block];
-    data.insts = all;
-    data.end = Terminator::Jump(exit);
+    let mut end = Terminator::Jump(exit);
+    end.for_each_use_mut(rename);
+    let data = &mut func.blocks[block];
+    data.insts = insts;
+    data.end = end;
+    places.add(func, block);
 }

@@ -1,21 +1,13 @@
 //! Which loops the array can run, as far as their shape goes: one block that jumps back to itself.
 
 use super::Refusal;
+use super::places::{Def, Places};
 use crate::program::{
     Bits, Block, Callee, Function, InstKind, Pos, Program, Target, Terminator, Value,
 };
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Effect, Opcode, Ty};
 use std::collections::BTreeSet;
-
-/// Where a value is defined.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Def {
-    /// Parameter of a block, by position.
-    Param(Block, usize),
-    /// Result of an instruction.
-    Inst(Block, crate::program::Inst),
-}
 
 /// A value from outside the loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,7 +23,7 @@ pub(super) struct Loop<'a> {
     pub(super) func: &'a Function,
     /// Header, body and latch.
     pub(super) block: Block,
-    pub(super) defs: EntityMap<Value, Option<Def>>,
+    places: &'a Places,
     /// For each parameter, its value in the next iteration.
     pub(super) next: Vec<Value>,
     /// For each parameter, its value in the first iteration. Where the loop is entered with
@@ -51,6 +43,7 @@ impl<'a> Loop<'a> {
     pub(super) fn of(
         program: &'a Program,
         func: &'a Function,
+        places: &'a Places,
         block: Block,
     ) -> Result<Loop<'a>, Refusal> {
         let data = &func.blocks[block];
@@ -64,20 +57,19 @@ impl<'a> Loop<'a> {
                     (true, false) => (*cond, true, then, other),
                     (false, true) => (*cond, false, other, then),
                     (true, true) => return Err(refuse(data.end_pos, "the loop never ends")),
-                    (false, false) => return Err(why_not_one_block(program, func, block)),
+                    (false, false) => return Err(why_not_one_block(program, func, places, block)),
                 }
             }
             Terminator::Jump(t) if t.block == block => {
                 return Err(refuse(data.end_pos, "the loop never ends"));
             }
-            _ => return Err(why_not_one_block(program, func, block)),
+            _ => return Err(why_not_one_block(program, func, places, block)),
         };
         check_insts(program, func, block)?;
-        let defs = definitions(func);
         let mut l = Loop {
             func,
             block,
-            defs,
+            places,
             next: back.args.clone(),
             initial: Vec::new(),
             exit: exit.clone(),
@@ -94,9 +86,14 @@ impl<'a> Loop<'a> {
         &self.func.blocks[self.block].params
     }
 
+    /// Where `value` is defined.
+    pub(super) fn def(&self, value: Value) -> Option<Def> {
+        self.places.defs[value]
+    }
+
     /// The position of `value` among the loop's parameters, if it is one.
     pub(super) fn param_index(&self, value: Value) -> Option<usize> {
-        match self.defs[value] {
+        match self.def(value) {
             Some(Def::Param(block, i)) if block == self.block => Some(i),
             _ => None,
         }
@@ -104,7 +101,7 @@ impl<'a> Loop<'a> {
 
     /// Whether `value` is defined in the loop.
     pub(super) fn is_inside(&self, value: Value) -> bool {
-        match self.defs[value] {
+        match self.def(value) {
             Some(Def::Param(block, _) | Def::Inst(block, _)) => block == self.block,
             None => false,
         }
@@ -112,7 +109,7 @@ impl<'a> Loop<'a> {
 
     /// The instruction that defines `value`, in the loop or before it.
     pub(super) fn inst(&self, value: Value) -> Option<&'a crate::program::InstData> {
-        match self.defs[value] {
+        match self.def(value) {
             Some(Def::Inst(_, inst)) => Some(&self.func.insts[inst]),
             _ => None,
         }
@@ -150,7 +147,7 @@ impl<'a> Loop<'a> {
 
     /// The jumps to `block` with the blocks they are in.
     pub(super) fn jumps_to(&self, block: Block) -> impl Iterator<Item = (Block, &'a Target)> {
-        self.func.layout.iter().flat_map(move |&from| {
+        self.places.preds(block).iter().flat_map(move |&from| {
             let targets = self.func.blocks[from].end.targets();
             targets
                 .filter(move |t| t.block == block)
@@ -179,38 +176,14 @@ impl<'a> Loop<'a> {
     }
 
     fn values_used_after(&self) -> BTreeSet<Value> {
-        let mut used = BTreeSet::new();
-        let mut note = |v: Value| {
-            if self.is_inside(v) {
-                used.insert(v);
-            }
-        };
-        self.exit.args.iter().copied().for_each(&mut note);
-        for &block in self.func.layout.iter().filter(|b| **b != self.block) {
-            let data = &self.func.blocks[block];
-            for &inst in &data.insts {
-                self.func.insts[inst].kind.for_each_use(&mut note);
-            }
-            data.end.for_each_use(&mut note);
-        }
-        used
+        let data = &self.func.blocks[self.block];
+        let results = data.insts.iter().flat_map(|&i| &self.func.insts[i].results);
+        let elsewhere = |v: &Value| self.places.users(*v).iter().any(|b| *b != self.block);
+        let inside = data.params.iter().chain(results).copied();
+        let used = inside.filter(elsewhere);
+        let brought = self.exit.args.iter().copied();
+        used.chain(brought.filter(|v| self.is_inside(*v))).collect()
     }
-}
-
-fn definitions(func: &Function) -> EntityMap<Value, Option<Def>> {
-    let mut defs = EntityMap::filled(func.values.len(), None);
-    for &block in &func.layout {
-        let data = &func.blocks[block];
-        for (i, &param) in data.params.iter().enumerate() {
-            defs[param] = Some(Def::Param(block, i));
-        }
-        for &inst in &data.insts {
-            for &result in &func.insts[inst].results {
-                defs[result] = Some(Def::Inst(block, inst));
-            }
-        }
-    }
-    defs
 }
 
 /// Refuses calls and ports.
@@ -240,14 +213,18 @@ fn check_insts(program: &Program, func: &Function, block: Block) -> Result<(), R
     Ok(())
 }
 
-/// Blocks that `from` leads to, without passing through `barrier`.
-fn reached(func: &Function, from: Block, barrier: Block) -> BTreeSet<Block> {
-    let mut seen = BTreeSet::new();
+/// Blocks that `next` leads to from `from`, in one step or more.
+fn reached<I: IntoIterator<Item = Block>>(
+    func: &Function,
+    from: Block,
+    next: impl Fn(Block) -> I,
+) -> EntityMap<Block, bool> {
+    let mut seen = EntityMap::filled(func.blocks.len(), false);
     let mut open = vec![from];
     while let Some(block) = open.pop() {
-        for target in func.blocks[block].end.targets() {
-            if seen.insert(target.block) && target.block != barrier {
-                open.push(target.block);
+        for target in next(block) {
+            if !std::mem::replace(&mut seen[target], true) {
+                open.push(target);
             }
         }
     }
@@ -255,15 +232,17 @@ fn reached(func: &Function, from: Block, barrier: Block) -> BTreeSet<Block> {
 }
 
 /// What keeps the loop with this header from being one block.
-fn why_not_one_block(program: &Program, func: &Function, header: Block) -> Refusal {
-    let forward = reached(func, header, header);
-    let leads_back = |b: &Block| *b == header || reached(func, *b, header).contains(&header);
-    let body: Vec<Block> = func
-        .layout
-        .iter()
-        .copied()
-        .filter(|b| forward.contains(b) && leads_back(b))
-        .collect();
+fn why_not_one_block(
+    program: &Program,
+    func: &Function,
+    places: &Places,
+    header: Block,
+) -> Refusal {
+    let targets = |b: Block| func.blocks[b].end.targets().map(|t| t.block);
+    let after = reached(func, header, targets);
+    let before = reached(func, header, |b| places.preds(b).iter().copied());
+    let in_body = |b: &Block| after[*b] && before[*b];
+    let body: Vec<Block> = func.layout.iter().copied().filter(in_body).collect();
     let pos = func.blocks[header].end_pos;
     if body.is_empty() {
         let reason = "no path leads back to the start of the loop".to_owned();
@@ -274,21 +253,17 @@ fn why_not_one_block(program: &Program, func: &Function, header: Block) -> Refus
             return refusal;
         }
     }
-    let inner = body
-        .iter()
-        .copied()
-        .filter(|b| *b != header)
-        .find(|b| reached(func, *b, header).contains(b));
+    let inner = body.iter().copied().filter(|b| *b != header).find(|b| {
+        let inner = |b: Block| targets(b).filter(|t| *t != header && in_body(t));
+        reached(func, *b, inner)[*b]
+    });
     if let Some(inner) = inner {
         return Refusal {
             pos: func.blocks[inner].end_pos,
             reason: "there is another loop inside it".to_owned(),
         };
     }
-    let leaves = |b: &Block| {
-        let mut targets = func.blocks[*b].end.targets();
-        targets.any(|t| !body.contains(&t.block))
-    };
+    let leaves = |b: &Block| targets(*b).any(|t| !in_body(&t));
     let exits: Vec<Block> = body.iter().copied().filter(leaves).collect();
     if let [_, second, ..] = exits[..] {
         return Refusal {

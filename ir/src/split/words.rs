@@ -1,8 +1,9 @@
 //! Control code that computes a word before a loop starts, with constants folded on the way.
 
 use super::linear::{Atom, Linear};
+use super::places::Additions;
 use super::shape::{Loop, Outer};
-use crate::program::{Bits, Function, Inst, InstData, InstKind, Pos, Value};
+use crate::program::{Bits, Inst, InstData, InstKind, Pos, Value};
 use srp_archdesc::isa::{Opcode, Ty};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -23,7 +24,8 @@ pub(super) enum Flag {
 /// Instructions for the end of the block that takes a loop's place.
 pub(super) struct Words<'a> {
     lp: &'a Loop<'a>,
-    func: &'a mut Function,
+    /// What the function gets.
+    pub(super) added: Additions,
     /// The instructions so far.
     pub(super) insts: Vec<Inst>,
     constants: BTreeMap<Bits, Value>,
@@ -33,10 +35,10 @@ pub(super) struct Words<'a> {
 }
 
 impl<'a> Words<'a> {
-    pub(super) fn new(lp: &'a Loop<'a>, func: &'a mut Function, pos: Pos) -> Words<'a> {
+    pub(super) fn new(lp: &'a Loop<'a>, pos: Pos) -> Words<'a> {
         Words {
             lp,
-            func,
+            added: Additions::to(lp.func),
             insts: Vec::new(),
             constants: BTreeMap::new(),
             copies: BTreeMap::new(),
@@ -46,9 +48,11 @@ impl<'a> Words<'a> {
 
     /// Appends an instruction with one result.
     fn push(&mut self, kind: InstKind, ty: Ty, pos: Pos) -> Value {
-        let inst = self.func.make_inst(kind, &[ty], pos);
+        let result = self.added.value(ty);
+        let results = vec![result];
+        let inst = self.added.inst(InstData { kind, results, pos });
         self.insts.push(inst);
-        self.func.insts[inst].results[0]
+        result
     }
 
     pub(super) fn constant(&mut self, bits: Bits) -> Value {
@@ -218,7 +222,7 @@ impl<'a> Words<'a> {
 
     /// Appends the launch or whatever else ends the block's instructions.
     pub(super) fn append(&mut self, kind: InstKind, results: Vec<Value>) {
-        let inst = self.func.insts.push(InstData {
+        let inst = self.added.inst(InstData {
             kind,
             results,
             pos: self.pos,
@@ -228,7 +232,7 @@ impl<'a> Words<'a> {
 
     /// A new value, to be defined by [`append`](Self::append).
     pub(super) fn fresh(&mut self, ty: Ty) -> Value {
-        self.func.values.push(ty)
+        self.added.value(ty)
     }
 }
 

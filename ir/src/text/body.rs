@@ -98,6 +98,10 @@ impl Body {
             self.func.blocks[block].kernel = Some(KernelMark {
                 name: line.name()?,
                 required: line.eat_word("required"),
+                restrict: match line.eat_word("restrict") {
+                    true => comma_list(line, |line| line.number())?,
+                    false => Vec::new(),
+                },
                 pos,
             });
         } else if line.pos.is_some() {

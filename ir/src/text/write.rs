@@ -201,7 +201,12 @@ impl Writer<'_> {
             Some(mark) => {
                 let required = if mark.required { " required" } else { "" };
                 let name = word(&mark.name);
-                self.line(format_args!("{head} kernel {name}{required}"), mark.pos);
+                let restrict = match &mark.restrict[..] {
+                    [] => String::new(),
+                    numbers => format!(" restrict {}", list(numbers, u32::to_string)),
+                };
+                let text = format_args!("{head} kernel {name}{required}{restrict}");
+                self.line(text, mark.pos);
             }
             None => self.line(head, Pos::nowhere()),
         }

@@ -94,7 +94,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         }
         Err(match self.obstacle(deepest) {
             Some(obstacle) => format!("no II up to {deepest} was found: {obstacle}"),
-            None => format!("its II is at least {bound}; there are {deepest} contexts"),
+            None => super::beyond_contexts(bound, self.problem.arch),
         })
     }
 

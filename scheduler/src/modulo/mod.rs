@@ -119,19 +119,47 @@ pub fn bounds(dfg: &Dfg, arch: &Arch) -> Bounds {
     Bounds::of(&Problem::new(dfg, arch))
 }
 
+/// Refuses a loop that can be seen to have no schedule before one is looked for: values come in
+/// without room in the central registers, no unit runs an operation, or the II takes more contexts
+/// than there are. [`schedule`] may still find none.
+pub fn admit(dfg: &Dfg, arch: &Arch) -> Result<(), Unschedulable> {
+    live_in_registers(dfg, arch)?;
+    for (node, data) in dfg.nodes.iter() {
+        if !arch.fus.values().any(|fu| fu.runs(data.op).is_some()) {
+            return Err(no_unit(dfg, node));
+        }
+    }
+    // Small loops have room.
+    if dfg.nodes.len() > arch.contexts as usize {
+        let bound = bounds(dfg, arch).min_ii();
+        if bound > arch.contexts {
+            let why = beyond_contexts(bound, arch);
+            return Err(Unschedulable { node: None, why });
+        }
+    }
+    Ok(())
+}
+
+fn no_unit(dfg: &Dfg, node: Node) -> Unschedulable {
+    let op = dfg.nodes[node].op;
+    let why = format!("no unit of the array runs `{op}` (class {})", op.class());
+    Unschedulable {
+        node: Some(node),
+        why,
+    }
+}
+
+fn beyond_contexts(bound: u32, arch: &Arch) -> String {
+    let contexts = arch.contexts;
+    format!("its II is at least {bound}; there are {contexts} contexts")
+}
+
 /// Schedules a loop.
 pub fn schedule(dfg: &Dfg, arch: &Arch, options: &Options<'_>) -> Result<Scheduled, Unschedulable> {
     let problem = Problem::new(dfg, arch);
     let live_ins = live_in_registers(dfg, arch)?;
-    for node in problem.nodes() {
-        if problem.units[node].is_empty() {
-            let op = dfg.nodes[node].op;
-            let why = format!("no unit of the array runs `{op}` (class {})", op.class());
-            return Err(Unschedulable {
-                node: Some(node),
-                why,
-            });
-        }
+    if let Some(node) = problem.nodes().find(|n| problem.units[*n].is_empty()) {
+        return Err(no_unit(dfg, node));
     }
     let bounds = Bounds::of(&problem);
     let bound = bounds.min_ii();

@@ -92,15 +92,16 @@ impl Palette<'_> {
         colours.binary_search(&(reg.index() as u32)).is_ok()
     }
 
-    /// The neighbours that take a colour from a node.
-    fn rivals(&self, node: Vreg) -> Vec<Vreg> {
-        let mut list = self.graph.neighbours(node);
-        list.retain(|&r| !self.graph.is_physical(r) || self.is_allocatable(r));
-        list
+    /// The neighbours that take a colour from a node, in order.
+    fn rivals(&self, node: Vreg) -> impl Iterator<Item = Vreg> + '_ {
+        let all = self.graph.neighbours(node).iter().copied();
+        all.filter(|&r| !self.graph.is_physical(r) || self.is_allocatable(r))
     }
 
     fn is_easy(&self, node: Vreg) -> bool {
-        self.rivals(node).len() < self.colours(self.graph.file[node]).len()
+        let machine = self.graph.machine_neighbours(node);
+        let others = machine.filter(|&r| !self.is_allocatable(r)).count();
+        self.graph.neighbours(node).len() - others < self.colours(self.graph.file[node]).len()
     }
 }
 
@@ -137,22 +138,22 @@ fn coalesce(code: &Code, target: &Target<'_>, graph: &mut Interference) {
 
 /// Whether every neighbour of `b` is easy to colour or interferes with machine register `a` already.
 fn george(palette: &Palette<'_>, a: Vreg, b: Vreg) -> bool {
-    palette.rivals(b).into_iter().all(|r| {
+    palette.rivals(b).all(|r| {
         palette.graph.is_physical(r) || palette.graph.interfere(a, r) || palette.is_easy(r)
     })
 }
 
 /// Whether the merged node would have fewer neighbours that are hard to colour than colours.
 fn briggs(palette: &Palette<'_>, a: Vreg, b: Vreg) -> bool {
-    let both: BTreeSet<Vreg> = palette
+    let room = palette.colours(palette.graph.file[a]).len();
+    let other = palette
+        .rivals(b)
+        .filter(|&r| !palette.graph.interfere(a, r));
+    let hard = palette
         .rivals(a)
-        .into_iter()
-        .chain(palette.rivals(b))
-        .collect();
-    let hard = both
-        .into_iter()
+        .chain(other)
         .filter(|&r| palette.graph.is_physical(r) || !palette.is_easy(r));
-    hard.count() < palette.colours(palette.graph.file[a]).len()
+    hard.take(room).count() < room
 }
 
 struct Colouring {
@@ -179,7 +180,10 @@ fn colour(code: &Code, target: &Target<'_>, graph: &Interference) -> Colouring {
         partners.entry(a).or_default().push(b);
         partners.entry(b).or_default().push(a);
     }
-    let rivals: BTreeMap<Vreg, Vec<Vreg>> = used.iter().map(|&r| (r, palette.rivals(r))).collect();
+    let rivals: BTreeMap<Vreg, Vec<Vreg>> = used
+        .iter()
+        .map(|&r| (r, palette.rivals(r).collect()))
+        .collect();
     let order = simplify(code, &palette, &rivals);
     let mut result = Colouring {
         colours: EntityMap::filled(code.regs.len(), None),

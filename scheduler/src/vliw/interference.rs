@@ -4,7 +4,6 @@
 use super::lir::{Code, Inst, Kind, Vreg};
 use super::liveness;
 use super::target::Target;
-use rustc_hash::FxHashSet;
 use srp_archdesc::arch::RegFile;
 use srp_archdesc::entity::{Entity, EntityMap};
 use std::collections::BTreeSet;
@@ -15,9 +14,11 @@ pub(super) struct Interference {
     /// The central file each register belongs to.
     pub(super) file: EntityMap<Vreg, RegFile>,
     physical: usize,
-    edges: FxHashSet<(Vreg, Vreg)>,
-    neighbours: EntityMap<Vreg, Vec<Vreg>>,
+    /// What each node must differ from.
+    neighbours: EntityMap<Vreg, BTreeSet<Vreg>>,
     leader: EntityMap<Vreg, Vreg>,
+    /// What each node leads besides itself.
+    followers: EntityMap<Vreg, Vec<Vreg>>,
     /// Moves between registers with the depth of their loops, deepest first.
     pub(super) copies: Vec<(Vreg, Vreg, u32)>,
     /// What spilling a register would cost: accesses, each weighted with the depth of its loops.
@@ -38,9 +39,9 @@ impl Interference {
         let mut graph = Interference {
             file: file.collect(),
             physical,
-            edges: FxHashSet::default(),
-            neighbours: EntityMap::filled(code.regs.len(), Vec::new()),
+            neighbours: EntityMap::filled(code.regs.len(), BTreeSet::new()),
             leader: code.regs.keys().collect(),
+            followers: EntityMap::filled(code.regs.len(), Vec::new()),
             copies: Vec::new(),
             cost: EntityMap::filled(code.regs.len(), 0.0),
         };
@@ -95,10 +96,8 @@ impl Interference {
         if a == b || both_physical || self.file[a] != self.file[b] {
             return;
         }
-        if self.edges.insert((a.min(b), a.max(b))) {
-            self.neighbours[a].push(b);
-            self.neighbours[b].push(a);
-        }
+        self.neighbours[a].insert(b);
+        self.neighbours[b].insert(a);
     }
 
     /// Whether it is a register of the machine.
@@ -107,39 +106,38 @@ impl Interference {
     }
 
     /// The node that a register is part of.
-    pub(super) fn find(&self, mut reg: Vreg) -> Vreg {
-        while self.leader[reg] != reg {
-            reg = self.leader[reg];
-        }
-        reg
+    pub(super) fn find(&self, reg: Vreg) -> Vreg {
+        self.leader[reg]
     }
 
     /// Whether two nodes must differ.
     pub(super) fn interfere(&self, a: Vreg, b: Vreg) -> bool {
-        self.edges.contains(&(a.min(b), a.max(b)))
+        self.neighbours[b].contains(&a)
     }
 
-    /// The nodes that a node must differ from, in order, each once.
-    pub(super) fn neighbours(&self, node: Vreg) -> Vec<Vreg> {
-        let mut list: Vec<Vreg> = self.neighbours[node]
-            .iter()
-            .map(|&r| self.find(r))
-            .collect();
-        list.sort_unstable();
-        list.dedup();
-        list
+    /// The nodes that a node must differ from, those of the machine first.
+    pub(super) fn neighbours(&self, node: Vreg) -> &BTreeSet<Vreg> {
+        &self.neighbours[node]
+    }
+
+    /// The registers of the machine that a node must differ from.
+    pub(super) fn machine_neighbours(&self, node: Vreg) -> impl Iterator<Item = Vreg> + '_ {
+        let machine = ..Vreg::new(self.physical);
+        self.neighbours[node].range(machine).copied()
     }
 
     /// Makes `b` part of `a`, which must not interfere.
     pub(super) fn merge(&mut self, a: Vreg, b: Vreg) {
-        self.leader[b] = a;
         self.cost[a] += self.cost[b];
         for other in std::mem::take(&mut self.neighbours[b]) {
-            let other = self.find(other);
-            if self.edges.insert((a.min(other), a.max(other))) {
-                self.neighbours[a].push(other);
-                self.neighbours[other].push(a);
-            }
+            self.neighbours[other].remove(&b);
+            self.neighbours[other].insert(a);
+            self.neighbours[a].insert(other);
+        }
+        let followers = std::mem::take(&mut self.followers[b]);
+        for follower in followers.into_iter().chain([b]) {
+            self.leader[follower] = a;
+            self.followers[a].push(follower);
         }
     }
 }

@@ -65,15 +65,14 @@ pub(super) struct Linearity {
 }
 
 impl Linearity {
-    pub(super) fn of(func: &Function, header: Block) -> Linearity {
+    /// The sums of the loop with this header; `constants` are the words of the function that are some.
+    pub(super) fn of(
+        func: &Function,
+        header: Block,
+        constants: &FxHashMap<Value, u32>,
+    ) -> Linearity {
         let block = &func.blocks[header];
-        let mut constants = FxHashMap::default();
-        for &inst in func.layout.iter().flat_map(|&b| &func.blocks[b].insts) {
-            if let InstKind::Const(Bits::Word(word)) = func.insts[inst].kind {
-                constants.insert(func.insts[inst].results[0], word);
-            }
-        }
-        let steps = steps(func, header, &constants);
+        let steps = steps(func, header, constants);
         let mut linearity = Linearity {
             known: FxHashMap::default(),
             steps,

@@ -1,0 +1,98 @@
+//! The moves that make the values of `restrict` pointers. They stand in the way of nothing but
+//! [copy propagation](super::copyprop), and go when no loop needs to know of them any more.
+
+use super::rename::Renames;
+use crate::program::*;
+use srp_archdesc::isa::Opcode;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The number of the `restrict` pointer that an instruction makes.
+pub(crate) fn restrict_number(kind: &InstKind) -> Option<u32> {
+    match *kind {
+        InstKind::Op {
+            op: Opcode::Mov,
+            imm: number @ 1..,
+            ..
+        } => Some(number.unsigned_abs()),
+        _ => None,
+    }
+}
+
+/// Forgets that the moves of a function make `restrict` pointers where no loop of it counts on that.
+pub(super) fn forget_unused(func: &mut Function) {
+    let marks = func.layout.iter().map(|&b| &func.blocks[b].kernel);
+    let used: BTreeSet<u32> = marks.flatten().flat_map(|m| &m.restrict).copied().collect();
+    for inst in func.insts.values_mut() {
+        if restrict_number(&inst.kind).is_some_and(|number| !used.contains(&number))
+            && let InstKind::Op { imm, .. } = &mut inst.kind
+        {
+            *imm = 0;
+        }
+    }
+}
+
+/// Takes the moves that make `restrict` pointers out of a function: nothing asks for them after the
+/// split.
+pub(crate) fn settle_restrict(func: &mut Function) {
+    let mut renames = Renames::default();
+    for &block in &func.layout {
+        let insts = &func.insts;
+        let mut kept = std::mem::take(&mut func.blocks[block].insts);
+        kept.retain(|&inst| {
+            let data = &insts[inst];
+            let found = restrict_number(&data.kind).is_some();
+            if found {
+                let source = renames.find(data.kind.args()[0]);
+                // Code that is never reached may move values in a circle.
+                if source == data.results[0] {
+                    return true;
+                }
+                renames.replace(data.results[0], source);
+            }
+            !found
+        });
+        func.blocks[block].insts = kept;
+    }
+    renames.apply(func);
+}
+
+/// Numbers for the `restrict` pointers of copied functions.
+pub(super) struct FreshNumbers(u32);
+
+impl FreshNumbers {
+    /// Numbers that a program does not have.
+    pub(super) fn of(program: &Program) -> FreshNumbers {
+        let insts = program.funcs.values().flat_map(|f| f.insts.values());
+        let numbers = insts.filter_map(|inst| restrict_number(&inst.kind));
+        let marks = program.funcs.values().flat_map(|f| f.blocks.values());
+        let listed = marks
+            .filter_map(|b| b.kernel.as_ref())
+            .flat_map(|m| &m.restrict);
+        FreshNumbers(numbers.chain(listed.copied()).max().unwrap_or(0))
+    }
+
+    /// Numbers anew what a copy of a function has: `insts` and the marks of `blocks`.
+    pub(super) fn renumber<'a>(
+        &mut self,
+        insts: impl Iterator<Item = &'a mut InstData>,
+        marks: impl Iterator<Item = &'a mut KernelMark>,
+    ) {
+        let mut fresh = BTreeMap::new();
+        let mut number = |old: u32| {
+            *fresh.entry(old).or_insert_with(|| {
+                self.0 += 1;
+                self.0
+            })
+        };
+        for inst in insts {
+            if let Some(old) = restrict_number(&inst.kind)
+                && let InstKind::Op { imm, .. } = &mut inst.kind
+            {
+                *imm = i32::try_from(number(old)).unwrap_or(0);
+            }
+        }
+        for mark in marks {
+            mark.restrict.iter_mut().for_each(|n| *n = number(*n));
+        }
+    }
+}
