@@ -83,13 +83,13 @@ fn remarks(report: &Report) -> Vec<String> {
 pub(super) fn text(report: &Report) -> String {
     let mut text = heading(report);
     let measured = report.effects.iter().any(|l| l.cost.is_some());
-    text.push_str("\n\neffect            state   ");
+    text.push_str("\n\neffect             state   ");
     if measured {
         text.push_str("       cycles        host  picture");
     }
     text.push_str("  why\n");
     for line in &report.effects {
-        let _ = write!(text, "{:17} {:8}", line.effect, state(line));
+        let _ = write!(text, "{:18} {:8}", line.effect, state(line));
         if measured {
             let (cycles, seconds) = (cycles(line), seconds(line));
             let _ = write!(text, "{cycles:>13} {seconds:>11}  {:7}", picture(line));
