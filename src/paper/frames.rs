@@ -208,7 +208,9 @@ pub(super) fn table6(
     }
     sheet.line("GB/s", None, sum.bytes as f64 / seconds / 1e9)?;
     for (name, fps) in figures::OTHERS {
-        sheet.note(format!("  the paper on {name}: {fps} frames per second"))?;
+        sheet.note(format!(
+            "  the paper's Fairy on {name}: {fps} frames per second"
+        ))?;
     }
     sheet.note(format!("  kernels built for: {built}"))
 }
