@@ -84,14 +84,16 @@ fn textures_holes_and_two_lights() {
 }
 
 /// Glass, veils and mirrors of every illumination model. One curved glass seen through another
-/// magnifies what binary32 rounds, so rays go on twice only.
+/// magnifies what binary32 rounds, so rays go on twice only. Nothing goes through the blocks, blue and stone,
+/// whose lower faces are where the floor is: which of the two a ray finds is anybody's choice.
 #[test]
 fn every_illumination_model() {
+    const MODELS: [u8; 8] = [0, 6, 7, 4, 1, 5, 2, 3];
     let mut scene = demo();
     scene.options.bounces = 2;
     for (i, material) in scene.materials.iter_mut().enumerate() {
         *material = Material {
-            illumination: i as u8 % 10,
+            illumination: MODELS[i % MODELS.len()],
             dissolve: if i % 3 == 0 { 0.6 } else { 1.0 },
             refraction_index: 1.3,
             filter: [0.9, 0.7, 0.8],
