@@ -346,6 +346,9 @@ int main(void)
         shading.ambient = srp_splat(0.0f);
 #endif
     make_curve(curve);
+#if SRP_FORM(power) == SRP_POWER_TABLE
+    make_powers();
+#endif
     int working = JOBS;
     for (int j = 0; j < JOBS; j++)
         jobs[j].kind = NONE;

@@ -4,6 +4,7 @@
 #define RGS_H
 
 #include "effects.h"
+#include "forms.h"
 #include "scene.h"
 #include "vector.h"
 
@@ -94,15 +95,51 @@ int scatter(const srp_surface *surfaces, const int *onward, srp_waiting *waiting
 int inter_reflect(const srp_surface *surfaces, srp_waiting *waiting, int bounces,
                   int inter_reflections, unsigned seed, int n);
 
-/* A piece of the sRGB curve, as a line: 255 times the value, and a half. */
+/* A piece of a curve, as a line. */
 typedef struct {
     float start, slope;
 } srp_line;
 
+/* Those of the sRGB curve: 255 times the value, and a half. */
 #define SRGB_PIECES 104
 
 /* Computes the pieces. */
 void make_curve(srp_line *curve);
+
+#if SRP_FORM(power) == SRP_POWER_TABLE
+/* Pieces of log2 from 1 to 2, and of exp2 from 0 to 1. */
+#define POWER_PIECES 64
+extern srp_line log2_pieces[POWER_PIECES];
+extern srp_line exp2_pieces[POWER_PIECES];
+
+/* Computes them. */
+void make_powers(void);
+
+/* x to the power n for 0 <= x <= 1, n >= 0, from the tables; 0 to the power 0 is 1. */
+static inline float table_power(float x, float n)
+{
+    unsigned bits = srp_bits(srp_fmax(x, 1.0e-30f));
+    int piece = (int)(bits >> 17 & 63u);
+    float rest = srp_float((bits & 0x7fffffu) | 0x3f800000u) - 1.0f;
+    float whole = srp_itof((int)(bits >> 23) - 127);
+    float log2 = whole + (log2_pieces[piece].start + log2_pieces[piece].slope * rest);
+    float exponent = srp_fmax(srp_fmin(n * log2, 0.0f), -126.0f);
+    float down = srp_floor(exponent);
+    rest = exponent - down;
+    piece = srp_min(srp_ftoi(rest * 64.0f), POWER_PIECES - 1);
+    float y = exp2_pieces[piece].start + exp2_pieces[piece].slope * rest;
+    return srp_float(srp_bits(y) + ((unsigned)srp_ftoi(down) << 23));
+}
+#endif
+
+/* A cosine to the exponent of a highlight, in the form that is asked for. */
+#if SRP_FORM(power) == SRP_POWER_SQUARING
+#define SHARPENED whole_power
+#elif SRP_FORM(power) == SRP_POWER_TABLE
+#define SHARPENED table_power
+#else
+#define SHARPENED power
+#endif
 
 /* Ends a tile and begins another in one loop, for the one needs what the other leaves free.
  *
@@ -170,7 +207,7 @@ static inline float4 phong(float4 to_light, float4 normal, float4 geometric, flo
     float4 brought = diffuse * cosine;
 #if SRP_EFFECT(highlight)
     float seen = srp_dot3(normal * (cosine + cosine) - l, back);
-    float highlight = power(srp_fmin(srp_fmax(seen, 0.0f), 1.0f), specular[3]);
+    float highlight = SHARPENED(srp_fmin(srp_fmax(seen, 0.0f), 1.0f), specular[3]);
     brought = brought + specular * highlight;
 #endif
     /* No light from behind the surface, nor a highlight where there is no light. */

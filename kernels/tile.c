@@ -26,6 +26,30 @@ void make_curve(srp_line *curve)
     }
 }
 
+#if SRP_FORM(power) == SRP_POWER_TABLE
+srp_line log2_pieces[POWER_PIECES];
+srp_line exp2_pieces[POWER_PIECES];
+
+/* The line through (x0, y0) and (x1, y1), where x1 is a piece further. */
+static inline void make_piece(srp_line *line, float x0, float y0, float y1)
+{
+    float slope = (y1 - y0) * (float)POWER_PIECES;
+    line->slope = slope;
+    line->start = y0 - slope * x0;
+}
+
+void make_powers(void)
+{
+#pragma srp kernel
+    for (int i = 0; i < POWER_PIECES; i++) {
+        float x0 = srp_itof(i) * (1.0f / POWER_PIECES);
+        float x1 = srp_itof(i + 1) * (1.0f / POWER_PIECES);
+        make_piece(log2_pieces + i, x0, srp_log2(1.0f + x0), srp_log2(1.0f + x1));
+        make_piece(exp2_pieces + i, x0, srp_exp2(x0), srp_exp2(x1));
+    }
+}
+#endif
+
 /* The byte of an intensity, from the line of the piece that it is in: off by less than an eighth. */
 static inline int srgb_byte(const srp_line *curve, float x, int piece)
 {

@@ -63,6 +63,29 @@ static inline float power(float x, float n)
     return srp_exp2(n * srp_log2(srp_fmax(x, 1.0e-30f)));
 }
 
+/* The same for the nearest whole n up to 4095, by squaring: no tables, but errors that grow with n. */
+static inline float whole_power(float x, float n)
+{
+    int k = srp_ftoi(srp_fmin(n + 0.5f, 4095.0f));
+    float y = srp_select(k & 1, x, 1.0f);
+#define NEXT_BIT(bit) \
+    x = x * x; \
+    y = srp_select(k & bit, y * x, y)
+    NEXT_BIT(2);
+    NEXT_BIT(4);
+    NEXT_BIT(8);
+    NEXT_BIT(16);
+    NEXT_BIT(32);
+    NEXT_BIT(64);
+    NEXT_BIT(128);
+    NEXT_BIT(256);
+    NEXT_BIT(512);
+    NEXT_BIT(1024);
+    NEXT_BIT(2048);
+#undef NEXT_BIT
+    return y;
+}
+
 /* 32 bits that look random, another for each x. */
 static inline unsigned scrambled(unsigned x)
 {

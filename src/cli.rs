@@ -7,12 +7,12 @@ pub(crate) mod map;
 mod scene;
 
 pub(crate) use compiling::{
-    Compile, Double, ErrorFormat, Form, Loops, RemarkKind, Report, Run, RunEngine, Source,
+    Compile, Double, ErrorFormat, Feature, Form, Loops, RemarkKind, Report, Run, RunEngine, Source,
 };
 pub(crate) use machine::{Area, Machine, MachineAction};
 pub(crate) use scene::{
-    BvhBuilder, Camera, Effects, HeatOf, Latencies, Paper, Pipeline, RayKind, RayOrder, Render,
-    Shading, Table, Tni, TniMemory,
+    Building, BvhBuilder, Camera, Effects, HeatOf, Latencies, Paper, Pipeline, RayKind, RayOrder,
+    Render, Shading, Table, Tni, TniMemory,
 };
 
 use clap::{Args, Parser, Subcommand, ValueEnum};

@@ -55,10 +55,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut scene = scenes::read(args.scene.as_deref(), camera)?;
     scenes::set_up(&mut scene, &args.shading)?;
     let (built, _) = scenes::effects(&scene, args.shading.effects.as_deref())?;
+    let build = variant::Build::new(built, scene.options.bounces).asked(&args.building)?;
     let mut report = Report {
         scene: scene.name.clone(),
         triangles: scene.triangles.len(),
-        key: variant::key(built, scene.options.bounces, &arch),
+        key: variant::key(&build, &arch),
         built: built.iter().map(effect::Effect::name).collect(),
         effects: lines(&scene, built),
         lacks: (effect::lacks(&scene).iter())
@@ -68,7 +69,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         simulators: Vec::new(),
     };
     if !args.no_costs {
-        costs::measure(&mut report, &scene, built, &arch, args)?;
+        costs::measure(&mut report, &scene, &build, &arch, args)?;
     }
     if let Some(html) = &args.html {
         files::write(html, output::page(&report).as_bytes())?;

@@ -3,11 +3,12 @@
 use srp_archdesc::diagnostic::Source;
 
 /// The headers, which any source can include.
-const HEADERS: [(&str, &str); 6] = [
+const HEADERS: [(&str, &str); 7] = [
     ("srp.h", include_str!("../kernels/srp.h")),
     ("srp_host.h", include_str!("../kernels/srp_host.h")),
     ("scene.h", include_str!("../kernels/scene.h")),
     ("effects.h", include_str!("../kernels/effects.h")),
+    ("forms.h", include_str!("../kernels/forms.h")),
     ("vector.h", include_str!("../kernels/vector.h")),
     ("rgs.h", include_str!("../kernels/rgs.h")),
 ];

@@ -26,12 +26,12 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     scenes::set_up(&mut scene, &args.shading)?;
     let (built, guard) = scenes::effects(&scene, args.shading.effects.as_deref())?;
     let folder = args.kernels.as_deref();
-    let bounces = scene.options.bounces;
+    let build = variant::Build::new(built, scene.options.bounces).asked(&args.building)?;
     let known = Known::default();
     // What was kept says nothing of how its loops were scheduled.
     let compiled = match folder {
-        None if args.loops.loops.is_empty() => variant::kept(&arch, built, bounces, &known)?,
-        folder => variant::compile_kernels(folder, &arch, built, bounces, &known)?,
+        None if args.loops.loops.is_empty() => variant::kept(&arch, &build, &known)?,
+        folder => variant::compile_kernels(folder, &arch, &build, &known)?,
     };
     loops.write(&compiled, &arch)?;
 

@@ -1,19 +1,66 @@
-//! Variants of the kernels: programs that are built for some effects, and where they are kept.
+//! Variants of the kernels: programs that are built for some effects and in some forms, and where
+//! they are kept.
 
 use crate::cli::{self, Source as SourceArgs};
 use crate::failure::Failure;
 use crate::pipeline::{self, Compiled, Effort, FrontEnd, Input};
 use crate::{compile, files, kernels};
+use clap::ValueEnum;
 use srp_archdesc::arch::Arch;
 use srp_runtime::effect::Effects;
+use srp_runtime::form::Forms;
 use srp_scheduler::Known;
 use std::path::{Path, PathBuf};
 
-/// Names a simulator: another for other effects, another room for rays, another machine and another
-/// version of the tools (FNV-1a of all that).
-pub(crate) fn key(built: Effects, bounces: u32, arch: &Arch) -> String {
+/// What the program of a frame is built for, besides the machine.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Build {
+    /// Effects that the kernels have.
+    pub(crate) effects: Effects,
+    /// Secondary rays in a row that there is room for.
+    pub(crate) bounces: u32,
+    /// How the kernels compute what can be computed in several ways.
+    pub(crate) forms: Forms,
+    /// What the compiler may do besides (`-f`).
+    pub(crate) features: Vec<cli::Feature>,
+}
+
+impl Build {
+    /// Kernels in their usual forms, compiled as usual.
+    pub(crate) fn new(effects: Effects, bounces: u32) -> Build {
+        Build {
+            effects,
+            bounces,
+            forms: Forms::default(),
+            features: Vec::new(),
+        }
+    }
+
+    /// The same as the command line says.
+    pub(crate) fn asked(self, args: &cli::Building) -> Result<Build, Failure> {
+        let choose = |forms: Forms, choice: &String| forms.with(choice).map_err(Failure::message);
+        Ok(Build {
+            forms: args.form.iter().try_fold(self.forms, choose)?,
+            features: args.feature.clone(),
+            ..self
+        })
+    }
+
+    /// All of it as text, the same for what compiles the same.
+    fn text(&self) -> String {
+        let all = cli::Feature::value_variants().iter();
+        let features = all.filter(|f| self.features.contains(f));
+        let features: Vec<String> = features.map(cli::Feature::name).collect();
+        let (effects, bounces, forms) = (self.effects, self.bounces, self.forms);
+        format!("{effects} {bounces} {forms} {}", features.join(","))
+    }
+}
+
+/// Names a simulator: another for another build, another machine and another version of the tools
+/// (FNV-1a of all that).
+pub(crate) fn key(build: &Build, arch: &Arch) -> String {
     let machine = srp_archdesc::xml::write(arch);
-    let text = format!("{} {built} {bounces} {machine}", env!("CARGO_PKG_VERSION"));
+    let text = format!("{} {} {machine}", env!("CARGO_PKG_VERSION"), build.text());
     let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325u64, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
     });
@@ -22,22 +69,17 @@ pub(crate) fn key(built: Effects, bounces: u32, arch: &Arch) -> String {
 
 /// The same for the kernels that come along, scheduled: as soon as it is known, what a simulator is
 /// generated from is read and not looked for again. Whoever builds the tools anew has other ones.
-pub(crate) fn kept(
-    arch: &Arch,
-    built: Effects,
-    bounces: u32,
-    known: &Known,
-) -> Result<Compiled, Failure> {
-    let Some(path) = place(built, bounces, arch) else {
-        return compile_kernels(None, arch, built, bounces, known);
+pub(crate) fn kept(arch: &Arch, build: &Build, known: &Known) -> Result<Compiled, Failure> {
+    let Some(path) = place(build, arch) else {
+        return compile_kernels(None, arch, build, known);
     };
     if path.is_file()
         && let Ok(input) = pipeline::read(std::slice::from_ref(&path), arch)
-        && let Ok(compiled) = compile_input(input, arch, built, bounces, known)
+        && let Ok(compiled) = compile_input(input, arch, build, known)
     {
         return Ok(compiled);
     }
-    let compiled = compile_kernels(None, arch, built, bounces, known)?;
+    let compiled = compile_kernels(None, arch, build, known)?;
     if compiled.not_pipelined.is_empty() {
         let text = srp_ir::dre::write_scheduled(&compiled.schedule.program, arch);
         // What cannot be kept is made again.
@@ -48,45 +90,43 @@ pub(crate) fn kept(
 }
 
 /// Where the program is kept; nowhere, where the tools do not know when they were made.
-fn place(built: Effects, bounces: u32, arch: &Arch) -> Option<PathBuf> {
+fn place(build: &Build, arch: &Arch) -> Option<PathBuf> {
     let tools = std::env::current_exe().and_then(std::fs::metadata).ok()?;
     let made = tools.modified().ok()?;
     let made = made.duration_since(std::time::UNIX_EPOCH).ok()?.as_nanos();
-    let name = format!("{}-{made:x}.sched.xml", key(built, bounces, arch));
+    let name = format!("{}-{made:x}.sched.xml", key(build, arch));
     Some(files::cache_folder().join("frame").join(name))
 }
 
-/// Compiles the kernels that come along, or all C files of a folder, for some effects and for so
-/// many secondary rays in a row. Loops that are known are not scheduled again.
+/// Compiles the kernels that come along, or all C files of a folder. Loops that are known are not scheduled again.
 pub(crate) fn compile_kernels(
     folder: Option<&Path>,
     arch: &Arch,
-    built: Effects,
-    bounces: u32,
+    build: &Build,
     known: &Known,
 ) -> Result<Compiled, Failure> {
     let input = match folder {
         None => Input::C(kernels::sources()),
         Some(folder) => pipeline::read(&c_files(folder)?, arch)?,
     };
-    compile_input(input, arch, built, bounces, known)
+    compile_input(input, arch, build, known)
 }
 
 fn compile_input(
     input: Input,
     arch: &Arch,
-    built: Effects,
-    bounces: u32,
+    build: &Build,
     known: &Known,
 ) -> Result<Compiled, Failure> {
-    let mut define: Vec<String> = built.defines().map(|(n, v)| format!("{n}={v}")).collect();
-    define.push(format!("SRP_BOUNCES={}", bounces.max(1)));
+    let defines = build.effects.defines().chain(build.forms.defines());
+    let mut define: Vec<String> = defines.map(|(n, v)| format!("{n}={v}")).collect();
+    define.push(format!("SRP_BOUNCES={}", build.bounces.max(1)));
     let source = SourceArgs {
         include: Vec::new(),
         define,
         no_auto_kernel: true,
         double: cli::Double::Soft,
-        feature: Vec::new(),
+        feature: build.features.clone(),
         warnings: Vec::new(),
         remarks: Vec::new(),
         error_format: cli::ErrorFormat::Human,

@@ -80,7 +80,7 @@ pub(crate) enum Double {
 }
 
 /// What `-f` asks for.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Feature {
     /// Put only loops with `#pragma srp kernel` on the array
     NoAutoKernel,
@@ -88,6 +88,14 @@ pub(crate) enum Feature {
     SinglePrecisionConstant,
     /// Sums and products of floating-point numbers may be associated otherwise
     AssociativeMath,
+}
+
+impl Feature {
+    /// Its name on the command line.
+    pub(crate) fn name(&self) -> String {
+        let value = self.to_possible_value();
+        value.map_or_else(String::new, |v| v.get_name().to_owned())
+    }
 }
 
 /// What all `-f` together ask for.

@@ -1,7 +1,8 @@
 //! The command lines of what works on scenes: `srp render`, `srp tni`, `srp paper`.
 
-use super::{Engine, Loops, MachineFile};
+use super::{Engine, Feature, Loops, MachineFile};
 use clap::{Args, ValueEnum};
+use srp_runtime::form;
 use srp_runtime::scene::{Light, MAX_BOUNCES, MAX_COORDINATE, MAX_SAMPLES};
 use std::path::PathBuf;
 
@@ -51,6 +52,29 @@ pub(crate) struct Shading {
     /// A point light, instead of the scene's; several are possible
     #[arg(long, value_name = "X,Y,Z[/R,G,B]", allow_hyphen_values = true, value_parser = parse_light)]
     pub(crate) light: Vec<Light>,
+}
+
+/// How the kernels of a frame are built.
+#[derive(Args)]
+pub(crate) struct Building {
+    #[arg(long, value_name = "NAME=VALUE", help = form_help())]
+    pub(crate) form: Vec<String>,
+    /// What the compiler may do besides, as of `srp compile`
+    #[arg(short = 'f', value_name = "FEATURE", value_enum)]
+    pub(crate) feature: Vec<Feature>,
+}
+
+/// What forms there are, and their values.
+fn form_help() -> String {
+    let forms = form::TABLE.iter().map(|form| {
+        let values: Vec<&str> = form.values.iter().map(|(value, _)| *value).collect();
+        format!("{} ({}): {}", form.name, form.what, values.join(", "))
+    });
+    let forms: Vec<String> = forms.collect();
+    format!(
+        "Form of the kernels, the first of its values by default: {}",
+        forms.join("; ")
+    )
 }
 
 /// Samples, and the radius behind a slash.
@@ -118,6 +142,8 @@ pub(crate) struct Render {
     pub(crate) cameras: Option<String>,
     #[command(flatten)]
     pub(crate) shading: Shading,
+    #[command(flatten)]
+    pub(crate) building: Building,
     /// Width and height of the image in pixels
     #[arg(long, value_name = "WxH", default_value = "320x240", value_parser = parse_size)]
     pub(crate) size: (u32, u32),
@@ -162,6 +188,8 @@ pub(crate) struct Effects {
     pub(crate) cameras: Option<String>,
     #[command(flatten)]
     pub(crate) shading: Shading,
+    #[command(flatten)]
+    pub(crate) building: Building,
     /// Measure nothing: only which effects, and why
     #[arg(long)]
     pub(crate) no_costs: bool,
@@ -372,6 +400,8 @@ pub(crate) struct Paper {
     /// In tables 3 and 6 effects to add to those the scene calls for or to leave out: -texture,…
     #[arg(long, value_name = "LIST", allow_hyphen_values = true)]
     pub(crate) effects: Option<String>,
+    #[command(flatten)]
+    pub(crate) building: Building,
     /// What runs the kernels in tables 3 and 6
     #[arg(long, value_enum, default_value_t = Engine::Csim)]
     pub(crate) engine: Engine,

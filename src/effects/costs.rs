@@ -56,15 +56,20 @@ struct Frame {
 struct Studio<'a> {
     scene: &'a Scene,
     bvh: Bvh,
+    build: &'a variant::Build,
     arch: &'a Arch,
     args: &'a Args,
     known: Known,
 }
 
 impl Studio<'_> {
-    fn frame(&self, built: Effects) -> Result<Frame, Failure> {
+    fn frame(&self, effects: Effects) -> Result<Frame, Failure> {
         let (scene, arch) = (self.scene, self.arch);
-        let compiled = variant::kept(arch, built, scene.options.bounces, &self.known)?;
+        let build = variant::Build {
+            effects,
+            ..self.build.clone()
+        };
+        let compiled = variant::kept(arch, &build, &self.known)?;
         let program = compiled.runnable()?;
         let image = scene_image::build(scene, &self.bvh, &scene.camera, arch, self.args.size)
             .map_err(Failure::message)?;
@@ -101,13 +106,15 @@ impl Studio<'_> {
 pub(super) fn measure(
     report: &mut Report,
     scene: &Scene,
-    built: Effects,
+    build: &variant::Build,
     arch: &Arch,
     args: &Args,
 ) -> Result<(), Failure> {
+    let built = build.effects;
     let studio = Studio {
         scene,
         bvh: scenes::build(scene, args.bvh, None),
+        build,
         arch,
         args,
         known: Known::default(),

@@ -45,12 +45,9 @@ fn shoot(
     arch: &Arch,
     size: (u32, u32),
 ) -> Result<Report, Failure> {
-    let compiled = variant::kept(
-        arch,
-        take.built,
-        take.scene.options.bounces,
-        &Known::default(),
-    )?;
+    let build = variant::Build::new(take.built, take.scene.options.bounces);
+    let build = build.asked(&args.building)?;
+    let compiled = variant::kept(arch, &build, &Known::default())?;
     let program = compiled.runnable()?;
     let cores = engine::cores(program, arch, args.engine, arch.system.cores)?;
     let image = scene_image::build(take.scene, take.bvh, take.camera, arch, size)

@@ -8,6 +8,7 @@ use srp_ir::layout::Layout;
 use srp_ir::{dre, split};
 use srp_runtime::core::Core;
 use srp_runtime::effect::Effects;
+use srp_runtime::form::{self, Forms};
 use srp_runtime::solo::{self, Solo};
 use srp_scheduler::schedule;
 use srp_tests::{compiled_for, machine, root};
@@ -17,18 +18,18 @@ use std::process::Command;
 /// Bytes of system memory that the test uses.
 const MEMORY: usize = 32768;
 
-/// The macros of kernels that are built for a set of effects.
-fn defines(effects: Effects) -> Vec<(String, String)> {
-    effects.defines().collect()
+/// The macros of kernels that are built for a set of effects, in some forms.
+fn defines((effects, forms): (Effects, Forms)) -> Vec<(String, String)> {
+    effects.defines().chain(forms.defines()).collect()
 }
 
 /// What the host's compiler makes of a program; `None` where there is none.
-fn native(sources: &[PathBuf], effects: Effects) -> Option<Vec<u8>> {
+fn native(sources: &[PathBuf], build: (Effects, Forms)) -> Option<Vec<u8>> {
     let stem = sources[0].file_stem().unwrap_or_default().to_string_lossy();
-    let count = effects.iter().count();
-    let name = format!("twin-{stem}-{}-{count}", std::process::id());
+    let (count, forms) = (build.0.iter().count(), build.1.to_string());
+    let name = format!("twin-{stem}-{}-{count}{forms}", std::process::id());
     let exe = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let defined = defines(effects);
+    let defined = defines(build);
     let defined: Vec<String> = defined.iter().map(|(n, v)| format!("-D{n}={v}")).collect();
     let host = root().join("tests/twin/host.h");
     let flags = [
@@ -120,19 +121,49 @@ fn compare(engine: &str, twin: &[u32], ours: &[u8]) {
 
 #[test]
 fn kernels_equal_their_native_twin() {
-    all_are_equal(&kernels_of_the_frame(), Effects::all(), 12);
+    all_are_equal(
+        &kernels_of_the_frame(),
+        (Effects::all(), Forms::default()),
+        12,
+    );
 }
 
 #[test]
 fn kernels_of_few_effects_equal_theirs() {
     let few = "normals,emission,light,highlight,shadow";
     let (few, _) = Effects::NONE.parse(few).expect("they are names");
-    all_are_equal(&kernels_of_the_frame(), few, 6);
+    all_are_equal(&kernels_of_the_frame(), (few, Forms::default()), 6);
+}
+
+/// Every value of every form, in as many builds as the form with most has values.
+#[test]
+fn kernels_in_other_forms_equal_theirs() {
+    let few = "normals,emission,light,highlight,shadow";
+    let (few, _) = Effects::NONE.parse(few).expect("they are names");
+    let most = form::TABLE.iter().map(|form| form.values.len()).max();
+    for number in 1..most.unwrap_or(0) {
+        let choose = |forms: Forms, form: &form::Form| {
+            let (value, _) = form.values[number % form.values.len()];
+            let chosen = forms.with(&format!("{}={value}", form.name));
+            chosen.expect("it is in the table")
+        };
+        let forms = form::TABLE.iter().fold(Forms::default(), choose);
+        let tables = usize::from(forms.to_string().contains("power=table"));
+        let (effects, kernels) = match number % 2 {
+            0 => (few, 6),
+            _ => (Effects::all(), 12),
+        };
+        all_are_equal(&kernels_of_the_frame(), (effects, forms), kernels + tables);
+    }
 }
 
 #[test]
 fn textures_equal_their_native_twin() {
-    all_are_equal(&[root().join("tests/twin/texture.c")], Effects::all(), 2);
+    all_are_equal(
+        &[root().join("tests/twin/texture.c")],
+        (Effects::all(), Forms::default()),
+        2,
+    );
 }
 
 /// The test's program and the kernels that it calls.
@@ -144,15 +175,15 @@ fn kernels_of_the_frame() -> Vec<PathBuf> {
 }
 
 /// Runs a program, the first of the files, that has so many kernels when it is built for these
-/// effects, in every way there is.
-fn all_are_equal(sources: &[PathBuf], effects: Effects, kernels: usize) {
-    let Some(twin) = native(sources, effects) else {
+/// effects and forms, in every way there is.
+fn all_are_equal(sources: &[PathBuf], build: (Effects, Forms), kernels: usize) {
+    let Some(twin) = native(sources, build) else {
         println!("skipped: there is no C compiler `cc`");
         return;
     };
     let twin = words(&twin);
     let arch = machine("sgrt");
-    let program = compiled_for(sources, &arch, defines(effects));
+    let program = compiled_for(sources, &arch, defines(build));
     let program = program.unwrap_or_else(|messages| panic!("{messages}"));
     let layout = Layout::of(&program, arch.system.sram_bytes).expect("the buffers fit");
     let symbols: Vec<(String, u32, u32)> = layout

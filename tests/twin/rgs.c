@@ -126,6 +126,9 @@ int main(void)
     make_hits();
     float4 eye = vector(-3.0f, 3.0f), corner = vector(-1.0f, 1.0f);
     make_curve(out_curve);
+#if SRP_FORM(power) == SRP_POWER_TABLE
+    make_powers();
+#endif
     turn(colours, out_curve, FRAME_AT, 0.75f, 8, 1, out_primary, out_views, eye, corner,
          srp_float4(0.01f, 0.0f, 0.002f, 0.0f), srp_float4(0.0f, -0.01f, 0.0f, 0.0f), 1.0000005f,
          1.0e30f, 1.0f, 0.3f, 0.8f, 77u, 7, 3, N);
