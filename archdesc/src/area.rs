@@ -6,6 +6,10 @@
 //! the machine; nothing is taken over but prices. Energies are those of the same synthesis, which
 //! SimTRaX (Spjut et al., 2009) ships: the paper prints the areas of that source.
 
+mod array;
+
+pub use array::{function_area, function_energy, operation_energy, srp_area};
+
 use serde::Serialize;
 
 use crate::datapath::{BOX_TEST, Operations};
@@ -144,7 +148,7 @@ fn items(tni: &TniSpec, trv: Complexity, ist: Complexity) -> Vec<Item> {
     let mut items = vec![
         item("FP adder", FP_ADD, all.add),
         item("FP multiplier", FP_MUL, all.mul),
-        item("FP reciprocal", FP_RCP, all.rcp),
+        item("FP reciprocal", function_area(tni.rcp), all.rcp),
         item("FP comparator", FP_CMP, all.cmp),
         item("integer adder", INT_ADD, INT_ADDERS * (tni.trvs + tni.ists)),
     ];

@@ -12,6 +12,7 @@ pub mod form;
 pub mod memory;
 pub mod picture;
 pub mod rays;
+pub mod reference;
 pub mod scene;
 pub mod scene_image;
 pub mod solo;

@@ -4,12 +4,11 @@
 //! Where binary32 decides otherwise (an edge, a shadow's border) a pixel flips: such pixels are
 //! counted, and all others must agree to 45 dB.
 
-mod geometry;
-mod shade;
-
-use shade::Renderer;
 use srp_runtime::effect::{Effect, Effects, find};
-use srp_runtime::scene::{Map, Material, Scene, Texture, camera::Viewpoints, demo::demo, read};
+use srp_runtime::reference;
+use srp_runtime::scene::{
+    Map, Material, Options, Scene, Texture, camera::Viewpoints, demo::demo, read,
+};
 use srp_tests::studio::Studio;
 use std::path::Path;
 
@@ -21,7 +20,13 @@ fn compare(scene: Scene, size: (u32, u32)) {
     let studio = Studio::of(scene, size);
     let built: Effects = find(&studio.scene).into_iter().collect();
     let ours = studio.picture(built);
-    let expected = Renderer::of(&studio.scene).picture(size);
+    let options = reference::Options {
+        size,
+        packet: studio.arch.system.buffers.rays,
+        threads: 1,
+        cancelled: &|| false,
+    };
+    let expected = reference::picture(&studio.scene, &options).expect("nobody cancels");
     let (mut flipped, mut squares, mut channels) = (0, 0.0, 0);
     for (pixel, expected) in ours.rgba.chunks_exact(4).zip(&expected) {
         let off = |i: usize| f64::from(pixel[i]) - expected[i].round();
@@ -81,6 +86,20 @@ fn textures_holes_and_two_lights() {
     let found: Effects = find(&scene).into_iter().collect();
     assert!(found.contains(Effect::Texture) && found.contains(Effect::Alpha));
     compare(scene, (64, 48));
+}
+
+/// Several rays a pixel, occlusion rays and diffuse reflection.
+#[test]
+fn samples() {
+    let mut scene = demo();
+    scene.options = Options {
+        bounces: 2,
+        samples: 3,
+        occlusion: 4,
+        occlusion_radius: 1.5,
+        inter_reflections: 2,
+    };
+    compare(scene, (32, 24));
 }
 
 /// Glass, veils and mirrors of every illumination model. One curved glass seen through another

@@ -1,15 +1,15 @@
 //! Rays and triangles in binary64: a tree divided at medians, and the test of Möller and Trumbore.
 
+use crate::scene::Triangle;
 use glam::DVec3;
-use srp_runtime::scene::Triangle;
 
 /// A hit: distance in lengths of the direction, triangle, weights of its second and third vertex.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Hit {
-    pub(crate) t: f64,
-    pub(crate) triangle: usize,
-    pub(crate) u: f64,
-    pub(crate) v: f64,
+pub(super) struct Hit {
+    pub(super) t: f64,
+    pub(super) triangle: usize,
+    pub(super) u: f64,
+    pub(super) v: f64,
 }
 
 enum Node {
@@ -18,13 +18,13 @@ enum Node {
 }
 
 /// The triangles of a scene.
-pub(crate) struct Geometry {
+pub(super) struct Geometry {
     corners: Vec<[DVec3; 3]>,
     root: Node,
 }
 
 impl Geometry {
-    pub(crate) fn of(triangles: &[Triangle]) -> Geometry {
+    pub(super) fn of(triangles: &[Triangle]) -> Geometry {
         let corners: Vec<[DVec3; 3]> = triangles
             .iter()
             .map(|t| t.positions.map(|p| p.as_dvec3()))
@@ -34,7 +34,7 @@ impl Geometry {
     }
 
     /// The nearest hit beyond 0 and up to `end`.
-    pub(crate) fn nearest(&self, origin: DVec3, direction: DVec3, end: f64) -> Option<Hit> {
+    pub(super) fn nearest(&self, origin: DVec3, direction: DVec3, end: f64) -> Option<Hit> {
         let mut hit = None;
         self.visit(&self.root, origin, direction, end, &mut hit);
         hit
@@ -47,7 +47,7 @@ impl Geometry {
                     let limit = hit.map_or(end, |h: Hit| h.t);
                     if let Some((t, u, v)) = meet(self.corners[triangle], origin, direction)
                         && t > 0.0
-                        && t <= limit
+                        && (t < limit || t == limit && hit.is_none_or(|h| triangle < h.triangle))
                     {
                         *hit = Some(Hit { t, triangle, u, v });
                     }
