@@ -15,10 +15,14 @@ use srp_archdesc::ops::semantics::texture;
 use srp_archdesc::ops::{self, Fault, Value};
 use std::fmt;
 
+mod decode;
 mod exec;
 mod flat;
+mod observe;
 
+pub use decode::Code;
 pub use flat::{FlatWorld, SYSTEM_BASE};
+pub use observe::{Done, Observer, Values};
 
 /// Memory and ports.
 pub trait World {
@@ -29,11 +33,47 @@ pub trait World {
     /// Writes 1, 2, 4 or 16 bytes, the low ones of the value. `None` as above.
     fn store(&mut self, space: Space, address: u32, bytes: u32, value: Value) -> Option<()>;
 
+    /// Reads the 16 bytes of a texture's descriptor, as the texture unit does.
+    fn texture_descriptor(&mut self, address: u32) -> Option<Value> {
+        self.load(Space::Cached, address, 16)
+    }
+
+    /// Reads a texel of 4 bytes, as the texture unit does.
+    fn texel(&mut self, address: u32) -> Option<u32> {
+        self.load(Space::Cached, address, 4).map(Value::as_word)
+    }
+
     /// Takes a word from an input port; `None` where the program would wait for ever.
     fn port_in(&mut self, port: u32) -> Option<u32>;
 
     /// Gives a word to an output port.
     fn port_out(&mut self, port: u32, value: u32) -> PortOut;
+}
+
+impl<W: World + ?Sized> World for &mut W {
+    fn load(&mut self, space: Space, address: u32, bytes: u32) -> Option<Value> {
+        (**self).load(space, address, bytes)
+    }
+
+    fn store(&mut self, space: Space, address: u32, bytes: u32, value: Value) -> Option<()> {
+        (**self).store(space, address, bytes, value)
+    }
+
+    fn texture_descriptor(&mut self, address: u32) -> Option<Value> {
+        (**self).texture_descriptor(address)
+    }
+
+    fn texel(&mut self, address: u32) -> Option<u32> {
+        (**self).texel(address)
+    }
+
+    fn port_in(&mut self, port: u32) -> Option<u32> {
+        (**self).port_in(port)
+    }
+
+    fn port_out(&mut self, port: u32, value: u32) -> PortOut {
+        (**self).port_out(port, value)
+    }
 }
 
 /// What comes of a word given to an output port.
@@ -148,6 +188,26 @@ impl Profile {
             steps: 0,
             calls: EntityMap::filled(program.funcs.len(), 0),
             blocks: program.funcs.values().map(counts).collect(),
+        }
+    }
+}
+
+impl Profile {
+    /// Adds what another run of the program did beyond a third.
+    ///
+    /// # Panics
+    ///
+    /// If they are not profiles of one program.
+    pub fn add_beyond(&mut self, run: &Profile, base: &Profile) {
+        let add = |to: &mut u64, run: u64, base: u64| *to += run.saturating_sub(base);
+        add(&mut self.steps, run.steps, base.steps);
+        for (func, calls) in self.calls.iter_mut() {
+            add(calls, run.calls[func], base.calls[func]);
+        }
+        for (func, blocks) in self.blocks.iter_mut() {
+            for (block, count) in blocks.iter_mut() {
+                add(count, run.blocks[func][block], base.blocks[func][block]);
+            }
         }
     }
 }
@@ -271,17 +331,15 @@ pub enum Stop {
 ///
 /// `args` are the operands that the opcode table asks for. `Ok(None)` where the opcode has no
 /// result.
-pub fn operate(
+pub fn operate<W: World + ?Sized>(
     op: Opcode,
     args: &[Value],
     imm: i32,
     precision: &Precision,
-    world: &mut dyn World,
+    world: &mut W,
 ) -> Result<Option<Value>, Stop> {
     match op.info().effect {
-        Effect::Pure => ops::eval(op, args, imm, precision).map_err(|fault| match fault {
-            Fault::DivisionByZero => Stop::Trap(TrapKind::DivisionByZero),
-        }),
+        Effect::Pure => pure(op, args, imm, precision),
         Effect::Load if op == Opcode::Tex => {
             let result = sample(args, precision.texture_weight_bits, world);
             result.map(Some).map_err(Stop::Trap)
@@ -291,11 +349,22 @@ pub fn operate(
     }
 }
 
-fn access(
+fn pure(
     op: Opcode,
     args: &[Value],
     imm: i32,
-    world: &mut dyn World,
+    precision: &Precision,
+) -> Result<Option<Value>, Stop> {
+    ops::eval(op, args, imm, precision).map_err(|fault| match fault {
+        Fault::DivisionByZero => Stop::Trap(TrapKind::DivisionByZero),
+    })
+}
+
+fn access<W: World + ?Sized>(
+    op: Opcode,
+    args: &[Value],
+    imm: i32,
+    world: &mut W,
 ) -> Result<Option<Value>, TrapKind> {
     let (Some(space), Some(bytes)) = (op.space(), op.access_bytes()) else {
         return Ok(None);
@@ -321,7 +390,11 @@ fn access(
 }
 
 /// What the texture unit gives, from guard, address of a descriptor, and coordinates.
-fn sample(args: &[Value], weight_bits: u32, world: &mut dyn World) -> Result<Value, TrapKind> {
+fn sample<W: World + ?Sized>(
+    args: &[Value],
+    weight_bits: u32,
+    world: &mut W,
+) -> Result<Value, TrapKind> {
     if !args[0].as_pred() {
         return Ok(Value::default());
     }
@@ -329,29 +402,26 @@ fn sample(args: &[Value], weight_bits: u32, world: &mut dyn World) -> Result<Val
     if address == 0 {
         return Ok(texture::NO_TEXTURE);
     }
-    let mut read = |address, bytes| {
-        let space = Space::Cached;
-        let trap = TrapKind::Access {
-            space,
-            address,
-            bytes,
-        };
-        world.load(space, address, bytes).ok_or(trap)
+    let trap = |address, bytes| TrapKind::Access {
+        space: Space::Cached,
+        address,
+        bytes,
     };
-    let descriptor = read(address, 16)?;
+    let descriptor = world.texture_descriptor(address);
+    let descriptor = descriptor.ok_or(trap(address, 16))?;
     let footprint = texture::footprint(descriptor, args[2], weight_bits);
     let mut texels = Value::default();
     for (texel, address) in texels.0.iter_mut().zip(footprint.addresses) {
-        *texel = read(address, 4)?.as_word();
+        *texel = world.texel(address).ok_or(trap(address, 4))?;
     }
     Ok(texture::filter(texels, footprint.weights, weight_bits))
 }
 
-fn port(
+fn port<W: World + ?Sized>(
     op: Opcode,
     args: &[Value],
     port: u32,
-    world: &mut dyn World,
+    world: &mut W,
 ) -> Result<Option<Value>, Stop> {
     let blocked = Stop::Trap(TrapKind::Port(port));
     if op == Opcode::In {
@@ -383,9 +453,23 @@ pub fn run_with(
     program: &Program,
     func: Func,
     args: &[Bits],
-    world: &mut dyn World,
+    mut world: &mut dyn World,
     kernels: &mut dyn Kernels,
     options: &Options<'_>,
 ) -> Result<Outcome, Trap> {
-    exec::Machine::new(program, world, kernels, options).run(func, args)
+    let code = Code::of(program, options.layout);
+    exec::Machine::new(&code, &mut world, kernels, &mut (), options).run(func, args)
+}
+
+/// Runs a function of a program that is made ready and launches no kernels, and tells an observer
+/// of everything. The layout is that of the code.
+pub fn run_observed<W: World>(
+    code: &Code<'_>,
+    func: Func,
+    args: &[Bits],
+    world: &mut W,
+    observer: &mut impl Observer<W>,
+    options: &Options<'_>,
+) -> Result<Outcome, Trap> {
+    exec::Machine::new(code, world, &mut NoKernels, observer, options).run(func, args)
 }

@@ -2,14 +2,15 @@
 
 use crate::{c_files, compiled_for, machine};
 use srp_archdesc::arch::Arch;
+use srp_csimgen::functional::{self, Frame, FunctionalError};
 use srp_csimgen::{Interpreter, link};
-use srp_ir::split;
+use srp_ir::{Program, split};
 use srp_runtime::bvh::{self, Bvh};
 use srp_runtime::core::Core;
 use srp_runtime::effect::{Effects, Guard};
 use srp_runtime::picture::Picture;
 use srp_runtime::scene::Scene;
-use srp_runtime::scene_image;
+use srp_runtime::scene_image::{self, SceneImage};
 use srp_runtime::system::{self, Report, SystemError};
 use srp_scheduler::{Known, Options, schedule};
 
@@ -36,15 +37,50 @@ impl Studio {
         }
     }
 
+    /// The kernels built for some effects, after the passes.
+    pub fn program(&self, built: Effects) -> Program {
+        let defines = built.defines().collect();
+        let program = compiled_for(&c_files("kernels"), &self.arch, defines);
+        program.unwrap_or_else(|messages| panic!("{built}: {messages}"))
+    }
+
+    /// The scene in memory.
+    pub fn image(&self) -> SceneImage {
+        let Studio { arch, scene, .. } = self;
+        let image = scene_image::build(scene, &self.bvh, &scene.camera, arch, self.size);
+        image.expect("it fits")
+    }
+
+    /// A frame without a clock, by so many threads.
+    ///
+    /// # Errors
+    ///
+    /// Why it was not finished.
+    pub fn functional(
+        &self,
+        program: &Program,
+        guard: &Guard,
+        threads: usize,
+    ) -> Result<Frame, FunctionalError> {
+        let options = functional::Options {
+            guard,
+            threads,
+            tiles: None,
+            steps: functional::MAX_STEPS,
+            progress: &mut |_| {},
+            cancelled: &|| false,
+        };
+        functional::render(&self.image(), program, &self.arch, options)
+    }
+
     /// A frame of kernels that are built for some effects.
     ///
     /// # Errors
     ///
     /// Why it was not finished.
     pub fn frame(&self, built: Effects, guard: Guard) -> Result<(Picture, Report), SystemError> {
-        let Studio { arch, scene, .. } = self;
-        let program = compiled_for(&c_files("kernels"), arch, built.defines().collect());
-        let program = program.unwrap_or_else(|messages| panic!("{built}: {messages}"));
+        let Studio { arch, .. } = self;
+        let program = self.program(built);
         let divided = split::split(&program);
         assert_eq!(divided.not_pipelined, [], "{built}");
         let options = Options {
@@ -55,7 +91,6 @@ impl Studio {
         let scheduled = schedule(&divided.dre, arch, &options);
         let scheduled = scheduled.unwrap_or_else(|e| panic!("{built}: {e}"));
         let spec = link(&scheduled.program, arch).unwrap_or_else(|e| panic!("{built}: {e}"));
-        let image = scene_image::build(scene, &self.bvh, &scene.camera, arch, self.size);
         let cores =
             (0..arch.system.cores).map(|_| Box::new(Interpreter::new(&spec)) as Box<dyn Core>);
         let options = system::Options {
@@ -67,7 +102,7 @@ impl Studio {
             progress: &mut |_| {},
             cancelled: &|| false,
         };
-        system::render(image.expect("it fits"), cores.collect(), arch, options)
+        system::render(self.image(), cores.collect(), arch, options)
     }
 
     /// The picture of a frame that is finished.

@@ -1,42 +1,19 @@
 //! The loop that runs a program.
 
+use super::decode::{Code, FuncCode, NONE, OpStep, Step};
+use super::observe::{Done, Observer, Values};
 use super::{
     End, Kernels, MAX_TOLD_CALLS, Options, Outcome, Profile, Stop, Trap, TrapKind, World, operate,
+    pure,
 };
 use crate::dre::scheduled::FUNC_BASE;
 use crate::program::{
-    self, Bits, Block, Callee, Func, Function, Inst, InstKind, Pos, Program, Slot, Symbol, Target,
+    self, Bits, Block, Callee, Func, Function, Inst, InstKind, Pos, Program, Symbol, Target,
     Terminator,
 };
-use srp_archdesc::entity::{Entity, EntityMap};
+use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Ty;
 use srp_archdesc::ops::Value;
-
-/// Most operands of an opcode.
-const MAX_OPERANDS: usize = 3;
-
-/// Where the slots of a function lie in its frame.
-struct Frames {
-    offsets: EntityMap<Slot, u32>,
-    /// A multiple of 16.
-    size: u64,
-}
-
-impl Frames {
-    fn of(func: &Function) -> Frames {
-        let mut next = 0u64;
-        let mut offsets = EntityMap::new();
-        for slot in func.slots.values() {
-            next = next.next_multiple_of(u64::from(slot.align.max(1)));
-            offsets.push(u32::try_from(next).unwrap_or(u32::MAX));
-            next += u64::from(slot.size);
-        }
-        Frames {
-            offsets,
-            size: next.next_multiple_of(16),
-        }
-    }
-}
 
 /// A call in progress.
 struct Frame {
@@ -50,12 +27,13 @@ struct Frame {
     sp: u32,
 }
 
-pub(super) struct Machine<'a> {
+pub(super) struct Machine<'a, W, O> {
+    code: &'a Code<'a>,
     program: &'a Program,
-    world: &'a mut dyn World,
+    world: &'a mut W,
     kernels: &'a mut dyn Kernels,
+    observer: &'a mut O,
     options: &'a Options<'a>,
-    slots: EntityMap<Func, Frames>,
     /// Values of all open calls.
     values: Vec<Value>,
     callers: Vec<Frame>,
@@ -65,22 +43,24 @@ pub(super) struct Machine<'a> {
     moving: Vec<Value>,
 }
 
-impl<'a> Machine<'a> {
+impl<'a, W: World, O: Observer<W>> Machine<'a, W, O> {
     pub(super) fn new(
-        program: &'a Program,
-        world: &'a mut dyn World,
+        code: &'a Code<'a>,
+        world: &'a mut W,
         kernels: &'a mut dyn Kernels,
+        observer: &'a mut O,
         options: &'a Options<'a>,
     ) -> Self {
         Machine {
-            program,
+            code,
+            program: code.program,
             world,
             kernels,
+            observer,
             options,
-            slots: program.funcs.values().map(Frames::of).collect(),
             values: Vec::new(),
             callers: Vec::new(),
-            profile: Profile::new(program),
+            profile: Profile::new(code.program),
             steps_left: options.steps,
             moving: Vec::new(),
         }
@@ -93,7 +73,7 @@ impl<'a> Machine<'a> {
         }
         self.moving = args.iter().map(|bits| Value::from(*bits)).collect();
         let mut frame = self
-            .enter(func, self.options.layout.stack_top)
+            .enter(func, self.code.layout.stack_top)
             .map_err(|kind| kind.nowhere())?;
         let end = loop {
             match self.run_block(&mut frame) {
@@ -129,7 +109,7 @@ impl<'a> Machine<'a> {
     }
 
     fn address(&self, func: Func) -> u32 {
-        self.options.layout.address(Symbol::Func(func))
+        self.code.layout.address(Symbol::Func(func))
     }
 
     /// Whether a function exists, takes these arguments and, if asked, has these results.
@@ -150,9 +130,9 @@ impl<'a> Machine<'a> {
         if self.callers.len() >= self.options.depth {
             return Err(TrapKind::StackOverflow);
         }
-        let floor = self.options.layout.image.len() as u64;
+        let floor = self.code.layout.image.len() as u64;
         let sp = u64::from(sp)
-            .checked_sub(self.slots[func].size)
+            .checked_sub(self.code.funcs[func].frame)
             .filter(|&sp| sp >= floor)
             .ok_or(TrapKind::StackOverflow)?;
         let data = &self.program.funcs[func];
@@ -165,6 +145,7 @@ impl<'a> Machine<'a> {
         };
         self.values
             .resize(frame.base + data.values.len(), Value::default());
+        self.observer.enter(frame.base, data.values.len());
         self.profile.calls[func] += 1;
         self.profile.blocks[func][frame.block] += 1;
         self.place(&frame, &data.blocks[frame.block].params);
@@ -200,15 +181,31 @@ impl<'a> Machine<'a> {
     /// Runs to the end of a block or into a call; results if the first call returned.
     fn run_block(&mut self, frame: &mut Frame) -> Result<Option<Vec<Bits>>, (Stop, Pos)> {
         let func = &self.program.funcs[frame.func];
+        let code: &'a FuncCode = &self.code.funcs[frame.func];
         let block = &func.blocks[frame.block];
-        while let Some(&inst) = block.insts.get(frame.next) {
-            let pos = func.insts[inst].pos;
+        let steps = &code.blocks[frame.block];
+        let at = |step: &Step| match step {
+            Step::Op(OpStep { inst, .. }) | Step::Other(inst) => func.insts[*inst].pos,
+            Step::Const { .. } | Step::Slot { .. } => Pos::nowhere(),
+        };
+        while let Some(step) = steps.get(frame.next) {
+            if self.take_step().is_err() {
+                let pos = func.insts[block.insts[frame.next]].pos;
+                return Err((Stop::Trap(TrapKind::StepLimit), pos));
+            }
             frame.next += 1;
-            self.take_step().map_err(|stop| (stop, pos))?;
-            let called = self.inst(frame, func, inst)?;
-            if let Some(callee) = called {
-                self.callers.push(std::mem::replace(frame, callee));
-                return Ok(None);
+            match step {
+                Step::Const { to, value } => self.set(frame, *to, *value),
+                Step::Slot { to, offset } => {
+                    self.set(frame, *to, Value::word(frame.sp.wrapping_add(*offset)));
+                }
+                Step::Op(op) => self.op(frame, op).map_err(|stop| (stop, at(step)))?,
+                Step::Other(inst) => {
+                    if let Some(callee) = self.leave_block(frame, func, *inst)? {
+                        self.callers.push(std::mem::replace(frame, callee));
+                        return Ok(None);
+                    }
+                }
             }
         }
         let at_end = |stop| (stop, block.end_pos);
@@ -217,6 +214,8 @@ impl<'a> Machine<'a> {
             Terminator::Jump(target) => self.jump(frame, target),
             Terminator::Branch { cond, then, other } => {
                 let taken = self.value(frame, *cond).as_pred();
+                let number = frame.base + cond.index();
+                self.observer.branch(number, taken, block.end_pos);
                 self.jump(frame, if taken { then } else { other });
             }
             Terminator::Return(results) => return Ok(self.leave(frame, results)),
@@ -225,13 +224,53 @@ impl<'a> Machine<'a> {
         Ok(None)
     }
 
+    /// A value that has no operands.
+    #[inline]
+    fn set(&mut self, frame: &Frame, to: u32, value: Value) {
+        let to = frame.base + to as usize;
+        self.values[to] = value;
+        self.observer.constant(to);
+    }
+
+    /// Runs an operation.
+    #[inline]
+    fn op(&mut self, frame: &Frame, step: &OpStep) -> Result<(), Stop> {
+        let args = step.args.map(|arg| frame.base + arg as usize);
+        let operands = args.map(|arg| self.values[arg]);
+        let precision = &self.options.precision;
+        let value = if step.pure {
+            pure(step.op, &operands, step.imm, precision)?
+        } else {
+            operate(step.op, &operands, step.imm, precision, self.world)?
+        };
+        let value = value.filter(|_| step.to != NONE);
+        let result = value.map(|value| (frame.base + step.to as usize, value));
+        if let Some((to, value)) = result {
+            self.values[to] = value;
+        }
+        let done = Done {
+            func: frame.func,
+            inst: step.inst,
+            op: step.op,
+            imm: step.imm,
+            args,
+            operands: &operands,
+            result,
+        };
+        self.observer.done(&done, self.world);
+        Ok(())
+    }
+
     fn jump(&mut self, frame: &mut Frame, target: &Target) {
         // All arguments are read before the first parameter is written.
+        let params = &self.program.funcs[frame.func].blocks[target.block].params;
         self.pick(frame, &target.args);
-        self.place(
-            frame,
-            &self.program.funcs[frame.func].blocks[target.block].params,
-        );
+        self.place(frame, params);
+        let of = |values| Values {
+            base: frame.base,
+            values,
+        };
+        self.observer.moved(of(&target.args), of(params));
         frame.block = target.block;
         frame.next = 0;
         self.profile.blocks[frame.func][target.block] += 1;
@@ -240,7 +279,10 @@ impl<'a> Machine<'a> {
     /// Closes a call; its results if it was the first.
     fn leave(&mut self, frame: &mut Frame, results: &[program::Value]) -> Option<Vec<Bits>> {
         self.pick(frame, results);
-        self.values.truncate(frame.base);
+        let from = Values {
+            base: frame.base,
+            values: results,
+        };
         let Some(caller) = self.callers.pop() else {
             let tys = &self.program.funcs[frame.func].results;
             let bits = |(value, &ty): (&Value, &Ty)| Bits::of_lanes(ty, value.0);
@@ -249,12 +291,21 @@ impl<'a> Machine<'a> {
         *frame = caller;
         let func = &self.program.funcs[frame.func];
         let call = func.blocks[frame.block].insts[frame.next - 1];
-        self.place(frame, &func.insts[call].results);
+        let to = &func.insts[call].results;
+        self.place(frame, to);
+        self.observer.moved(
+            from,
+            Values {
+                base: frame.base,
+                values: to,
+            },
+        );
+        self.values.truncate(from.base);
         None
     }
 
-    /// Runs an instruction; the new frame if it is a call.
-    fn inst(
+    /// Runs a call or a launch; the new frame if it is a call.
+    fn leave_block(
         &mut self,
         frame: &Frame,
         func: &Function,
@@ -262,28 +313,19 @@ impl<'a> Machine<'a> {
     ) -> Result<Option<Frame>, (Stop, Pos)> {
         let data = &func.insts[inst];
         let here = |stop| (stop, data.pos);
-        let result = match &data.kind {
-            InstKind::Const(bits) => Some(Value::from(*bits)),
-            InstKind::SymbolAddr(symbol, offset) => {
-                let address = self.options.layout.address(*symbol);
-                Some(Value::word(address.wrapping_add_signed(*offset)))
-            }
-            InstKind::SlotAddr(slot, offset) => {
-                let address = frame.sp.wrapping_add(self.slots[frame.func].offsets[*slot]);
-                Some(Value::word(address.wrapping_add_signed(*offset)))
-            }
-            InstKind::Op { op, args, imm } => {
-                let mut operands = [Value::default(); MAX_OPERANDS];
-                for (operand, &arg) in operands.iter_mut().zip(args) {
-                    *operand = self.value(frame, arg);
-                }
-                operate(*op, &operands, *imm, &self.options.precision, self.world).map_err(here)?
-            }
+        match &data.kind {
             InstKind::Call { callee, args } => {
                 let callee = self.callee(frame, func, callee, args).map_err(here)?;
                 self.pick(frame, args);
                 let callee = self.enter(callee, frame.sp);
-                return callee.map(Some).map_err(|kind| here(Stop::Trap(kind)));
+                let callee = callee.map_err(|kind| here(Stop::Trap(kind)))?;
+                let to = &self.program.funcs[callee.func];
+                let of = |base, values| Values { base, values };
+                self.observer.moved(
+                    of(frame.base, args),
+                    of(callee.base, &to.blocks[callee.block].params),
+                );
+                Ok(Some(callee))
             }
             InstKind::Launch { kernel, args } => {
                 let bits: Vec<Bits> = args
@@ -299,13 +341,13 @@ impl<'a> Machine<'a> {
                     })?;
                 self.moving = outs.into_iter().map(Value::from).collect();
                 self.place(frame, &data.results);
-                None
+                for to in &data.results {
+                    self.observer.constant(frame.base + to.index());
+                }
+                Ok(None)
             }
-        };
-        if let (Some(value), Some(to)) = (result, data.results.first()) {
-            self.values[frame.base + to.index()] = value;
+            _ => unreachable!("constants, addresses and operations have steps of their own"),
         }
-        Ok(None)
     }
 
     fn callee(

@@ -25,6 +25,7 @@ pub mod standalone;
 mod submission;
 mod tick;
 mod trv;
+mod untimed;
 mod walk;
 
 use std::cell::RefCell;
@@ -51,6 +52,7 @@ pub use pipe::{PipeCounters, StallAccount};
 pub use replay::{Event, Logged, RayCost};
 pub use submission::{HitRecord, Runs, SubmitError};
 pub use trv::TrvCounters;
+pub use untimed::{RayCounts, Untimed};
 pub use walk::StackCounters;
 
 /// Bytes of a ray that the unit reads.
@@ -206,15 +208,8 @@ impl Tni {
         if self.submissions.len() == self.max_submissions {
             return Err(SubmitError::Busy);
         }
-        for (address, size) in [(rays, RAY_BYTES), (hits, HIT_BYTES)] {
-            let bytes = u64::from(size) * u64::from(count);
-            if u64::from(address) + bytes > sram_bytes as u64 || !address.is_multiple_of(4) {
-                let bytes = bytes.try_into().unwrap_or(u32::MAX);
-                return Err(SubmitError::OutOfBounds { address, bytes });
-            }
-        }
-        self.submissions
-            .push_back(Submission::new(rays, hits, count));
+        let submission = Submission::within(rays, hits, count, sram_bytes)?;
+        self.submissions.push_back(submission);
         Ok(())
     }
 

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use super::function::Tracer;
 use super::{RAY_BYTES, Tni, read_ray};
 use crate::memory::SystemMemory;
-use crate::tni::submission::HitRecord;
 
 impl Tni {
     /// Answers all submissions in the cycle in which they come.
@@ -22,13 +21,8 @@ impl Tni {
                 self.counters.hits += u64::from(hit.is_hit());
                 self.counters.rays += 1;
                 self.counters.results += 1;
-                submission.records.push(HitRecord {
-                    hit,
-                    ray,
-                    flags: source.flags,
-                });
+                submission.answer(ray, hit, source.flags);
             }
-            submission.dispatched = submission.count;
             submission.write_hits(sram);
         }
     }

@@ -1,6 +1,7 @@
 //! What passes between SRP and T&I unit: submissions of rays, and their hits in four runs.
 
 use super::arithmetic::{ANY_HIT, Hit};
+use super::{HIT_BYTES, RAY_BYTES};
 
 /// Why a submission cannot be made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,14 +87,27 @@ pub(super) struct Submission {
 }
 
 impl Submission {
-    pub(super) fn new(rays: u32, hits: u32, count: u32) -> Submission {
-        Submission {
+    /// A submission whose buffers lie in an SRAM of `sram_bytes`.
+    pub(super) fn within(
+        rays: u32,
+        hits: u32,
+        count: u32,
+        sram_bytes: usize,
+    ) -> Result<Submission, SubmitError> {
+        for (address, size) in [(rays, RAY_BYTES), (hits, HIT_BYTES)] {
+            let bytes = u64::from(size) * u64::from(count);
+            if u64::from(address) + bytes > sram_bytes as u64 || !address.is_multiple_of(4) {
+                let bytes = bytes.try_into().unwrap_or(u32::MAX);
+                return Err(SubmitError::OutOfBounds { address, bytes });
+            }
+        }
+        Ok(Submission {
             rays,
             hits,
             count,
             dispatched: 0,
             records: Vec::with_capacity(count as usize),
-        }
+        })
     }
 
     /// Whether all its rays are back.
