@@ -1,11 +1,13 @@
 //! The command line.
 
+mod accuracy;
 mod compiling;
 pub(crate) mod dram;
 mod machine;
 pub(crate) mod map;
 mod scene;
 
+pub(crate) use accuracy::Accuracy;
 pub(crate) use compiling::{
     Compile, Double, ErrorFormat, Feature, Form, Loops, RemarkKind, Report, Run, RunEngine, Source,
 };
@@ -60,6 +62,8 @@ pub(crate) enum Command {
     Render(Render),
     /// Say which effects a scene calls for, why, and what they cost.
     Effects(Effects),
+    /// Say what accuracy costs in time: many settings, each compiled and simulated
+    Accuracy(Box<Accuracy>),
     /// Compile C to any of its forms on the way to a simulator.
     Compile(Compile),
     /// Compile, schedule and simulate a C program; its status is the command's.

@@ -1,5 +1,6 @@
 //! The command `srp`: reads files, calls the stages, writes files.
 
+mod accuracy;
 mod area;
 mod cli;
 mod compile;
@@ -13,6 +14,7 @@ mod interrupt;
 mod kernels;
 mod machine;
 mod map;
+mod page;
 mod paper;
 mod pipeline;
 mod proof;
@@ -39,6 +41,7 @@ fn main() -> ExitCode {
     let result = match command {
         Command::Render(args) => render::run(args).map(|()| 0),
         Command::Effects(args) => effects::run(args).map(|()| 0),
+        Command::Accuracy(args) => accuracy::run(args).map(|()| 0),
         Command::Compile(args) => compile::run(args).map(|()| 0),
         Command::Run(args) => run::run(args),
         Command::Report(args) => report::run(args),

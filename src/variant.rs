@@ -56,15 +56,30 @@ impl Build {
     }
 }
 
-/// Names a simulator: another for another build, another machine and another version of the tools
-/// (FNV-1a of all that).
+/// Names a simulator: another for another build, another machine and another version of the tools.
 pub(crate) fn key(build: &Build, arch: &Arch) -> String {
     let machine = srp_archdesc::xml::write(arch);
-    let text = format!("{} {} {machine}", env!("CARGO_PKG_VERSION"), build.text());
+    hash(&format!(
+        "{} {} {machine}",
+        env!("CARGO_PKG_VERSION"),
+        build.text()
+    ))
+}
+
+/// A name for a text, by FNV-1a.
+pub(crate) fn hash(text: &str) -> String {
     let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325u64, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
     });
     format!("{hash:016x}")
+}
+
+/// When the tools were made, as a name; `None` where they do not know.
+pub(crate) fn tools() -> Option<String> {
+    let tools = std::env::current_exe().and_then(std::fs::metadata).ok()?;
+    let made = tools.modified().ok()?;
+    let made = made.duration_since(std::time::UNIX_EPOCH).ok()?.as_nanos();
+    Some(format!("{made:x}"))
 }
 
 /// The same for the kernels that come along, scheduled: as soon as it is known, what a simulator is
@@ -91,10 +106,7 @@ pub(crate) fn kept(arch: &Arch, build: &Build, known: &Known) -> Result<Compiled
 
 /// Where the program is kept; nowhere, where the tools do not know when they were made.
 fn place(build: &Build, arch: &Arch) -> Option<PathBuf> {
-    let tools = std::env::current_exe().and_then(std::fs::metadata).ok()?;
-    let made = tools.modified().ok()?;
-    let made = made.duration_since(std::time::UNIX_EPOCH).ok()?.as_nanos();
-    let name = format!("{}-{made:x}.sched.xml", key(build, arch));
+    let name = format!("{}-{}.sched.xml", key(build, arch), tools()?);
     Some(files::cache_folder().join("frame").join(name))
 }
 

@@ -466,7 +466,7 @@ fn parse_pixel(text: &str) -> Result<(u32, u32), String> {
 /// Largest side of an image.
 const MAX_SIDE: u32 = 16_384;
 
-fn parse_size(text: &str) -> Result<(u32, u32), String> {
+pub(super) fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let side = |s: &str| s.parse().ok().filter(|n| (1..=MAX_SIDE).contains(n));
     text.split_once(['x', 'X'])
         .and_then(|(w, h)| Some((side(w)?, side(h)?)))

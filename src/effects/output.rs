@@ -1,7 +1,7 @@
 //! The report as text and as a page.
 
 use super::{Line, Report};
-use maud::{DOCTYPE, Markup, html};
+use maud::{Markup, html};
 use srp_runtime::digits::thousands;
 use std::fmt::Write as _;
 
@@ -102,51 +102,37 @@ pub(super) fn text(report: &Report) -> String {
     text
 }
 
-const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;max-width:70rem;margin:2rem auto;\
-padding:0 1rem;color:#222;background:#fff}table{border-collapse:collapse;width:100%}\
-th,td{text-align:left;padding:.3rem .7rem;border-bottom:1px solid #ddd;vertical-align:top}\
-td.n,th.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}\
-tr.off td{color:#888}small{color:#777}\
-@media(prefers-color-scheme:dark){body{color:#ddd;background:#181818}\
-th,td{border-color:#333}tr.off td{color:#777}}";
+const STYLE: &str = "td.why{white-space:normal;min-width:18rem}tr.off td{color:var(--soft)}";
 
 /// The report as one page without network.
 pub(super) fn page(report: &Report) -> String {
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { "Effects of " (report.scene) }
-                style { (STYLE) }
-            }
-            body {
-                h1 { "Effects of " (report.scene) }
-                p { (heading(report)) }
-                (table(report))
-                @for remark in remarks(report) { p { (remark) } }
-            }
+    let title = format!("Effects of {}", report.scene);
+    let body = html! {
+        main {
+            h1 { (title) }
+            p { (heading(report)) }
+            div.summary.scroll { (table(report)) }
+            @for remark in remarks(report) { p { (remark) } }
         }
-    }
-    .into_string()
+    };
+    crate::page::page(&title, STYLE, &body)
 }
 
 fn table(report: &Report) -> Markup {
     html! {
         table {
             tr {
-                th { "Effect" } th { "State" } th.n { "Cycles" } th.n { "Host" }
-                th { "Picture" } th { "Why" }
+                th { "Effect" } th { "State" } th { "Cycles" } th { "Host" }
+                th { "Picture" } th.words { "Why" }
             }
             @for line in &report.effects {
                 tr class=(if line.built { "on" } else { "off" }) {
                     td { code { (line.effect) } br; small { (line.what) } }
                     td { (state(line)) }
-                    td.n { (cycles(line)) }
-                    td.n { (seconds(line)) }
+                    td { (cycles(line)) }
+                    td { (seconds(line)) }
                     td { (picture(line)) }
-                    td { (line.why) }
+                    td.words.why { (line.why) }
                 }
             }
         }

@@ -9,7 +9,7 @@ use srp_runtime::tni::TniCounters;
 
 /// Energy in mJ, without registers, control, clock and the memory outside.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct Energy {
+pub(crate) struct Energy {
     /// Ray-box tests.
     pub(super) boxes: f64,
     /// Ray-triangle tests.
@@ -20,7 +20,7 @@ pub(super) struct Energy {
 
 impl Energy {
     /// What these counters come to.
-    pub(super) fn of(tni: &TniSpec, c: &TniCounters) -> Energy {
+    pub(crate) fn of(tni: &TniSpec, c: &TniCounters) -> Energy {
         const MJ: f64 = 1e-6;
         let test = operations_energy(tni.intersection.operations(tni.rcp));
         let cache = |spec: &CacheSpec, c: &CacheCounters| {
@@ -38,7 +38,7 @@ impl Energy {
     }
 
     /// All of it.
-    pub(super) fn total(&self) -> f64 {
+    pub(crate) fn total(&self) -> f64 {
         self.boxes + self.triangles + self.caches
     }
 }

@@ -6,6 +6,8 @@ mod measuring;
 mod replay;
 mod text;
 
+pub(crate) use energy::Energy;
+
 use crate::cli::{self, Pipeline, RayKind, Tni, TniMemory};
 use crate::failure::Failure;
 use crate::scenes::{self, Views};

@@ -8,42 +8,33 @@ mod takes;
 
 use super::model::{FunctionReport, LoopReport, NotPipelined, Position, Report, Resource, Status};
 use super::text::{count, lowered, percent, recurrence as recurrence_in_words, standing, status};
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use crate::page as shell;
+use maud::{Markup, PreEscaped, html};
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
 /// The page.
 pub(super) fn page(report: &Report) -> String {
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { "Initiation intervals on " (report.machine.name) }
-                style { (PreEscaped(STYLE)) }
+    let title = format!("Initiation intervals on {}", report.machine.name);
+    let body = html! {
+        @if let Some(first) = report.loops.first() { (array::shared(first)) }
+        main {
+            h1 { "Initiation intervals on " code { (report.machine.name) }
+                small.soft { " " (report.machine.rows) "×" (report.machine.columns) " units" } }
+            @if !report.complete {
+                p.above { "Interrupted: these IIs were reached until then." }
             }
-            body {
-                @if let Some(first) = report.loops.first() { (array::shared(first)) }
-                main {
-                    h1 { "Initiation intervals on " code { (report.machine.name) }
-                        small.soft { " " (report.machine.rows) "×" (report.machine.columns) " units" } }
-                    @if !report.complete {
-                        p.above { "Interrupted: these IIs were reached until then." }
-                    }
-                    (summary(report))
-                    @for (i, l) in report.loops.iter().enumerate() {
-                        (details(i, l, report.machine.contexts))
-                    }
-                    @if !report.not_pipelined.is_empty() { (refused(&report.not_pipelined)) }
-                    @if !report.functions.is_empty() { (functions(&report.functions)) }
-                }
-                script { (PreEscaped(SCRIPT)) }
+            (summary(report))
+            @for (i, l) in report.loops.iter().enumerate() {
+                (details(i, l, report.machine.contexts))
             }
+            @if !report.not_pipelined.is_empty() { (refused(&report.not_pipelined)) }
+            @if !report.functions.is_empty() { (functions(&report.functions)) }
         }
-    }
-    .into_string()
+        script { (PreEscaped(SCRIPT)) }
+    };
+    shell::page(&title, STYLE, &body)
 }
 
 fn summary(report: &Report) -> Markup {

@@ -1,0 +1,146 @@
+//! The report as one self-contained page: a table, the picture's quality against what it costs, and
+//! maps of what is off.
+
+mod plot;
+
+use super::setting::TOGETHER;
+use super::store::Store;
+use super::text::{decibels, marks};
+use super::trial::Trial;
+use super::{Report, is_sampling};
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
+use maud::{Markup, html};
+use plot::Plot;
+
+const STYLE: &str = "
+.plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(24rem, 1fr)); gap: 1rem 2rem; }
+.plots figure, .maps figure { margin: 0; } figcaption { color: var(--soft); font-size: .82rem; margin-bottom: .2rem; }
+.plot .axis { stroke: var(--edge); } .plot .grid { stroke: var(--line); } .plot text { font-size: 11px; fill: var(--soft); }
+.plot circle { fill: var(--integer); fill-opacity: .75; } .plot circle.best { fill: var(--float); } .plot circle.base { fill: var(--good); r: 6px; }
+.plot path { fill: none; stroke: var(--float); stroke-width: 1.4; stroke-dasharray: 4 3; }
+.maps { display: grid; grid-template-columns: repeat(auto-fill, minmax(16rem, 1fr)); gap: 1rem; } .maps img { width: 100%; image-rendering: pixelated; border-radius: 4px; background: #000; }
+tr.best td:first-child { color: var(--float); font-weight: 600; } tr.cheapest td { background: color-mix(in srgb, var(--good) 12%, transparent); } td.hole { color: var(--above); font-weight: 600; }
+.summary td:first-child { white-space: nowrap; } td code { font-size: .8em; }
+";
+
+/// The page.
+pub(super) fn page(report: &Report, store: &Store) -> String {
+    let (width, height) = report.size;
+    let title = format!("What accuracy costs: {}", report.scene);
+    let body = html! {
+        main {
+            h1 { (title) }
+            p.soft {
+                (report.triangles) " triangles, " (width) "×" (height) " pixels, machine " code { (report.machine) }
+                "; every picture is held against a renderer in binary64. Target: " code { (report.target) } "."
+            }
+            @if !report.complete { p.above { "Interrupted: these settings were tried until then." } }
+            (conclusion(report))
+            section { h2 { "Picture against cost" } (plots(report)) }
+            div.summary.scroll { (table(report)) }
+            section { h2 { "In words" } ul { @for s in &report.sentences { li { (s) } } } }
+            section {
+                h2 { "What is off" }
+                p.soft { "Differences of a channel from binary64: black is none, red some, white 32 levels or more." }
+                (maps(report, store))
+            }
+        }
+    };
+    crate::page::page(&title, STYLE, &body)
+}
+
+fn name(trial: &Trial) -> String {
+    match trial.knob.as_str() {
+        "" | TOGETHER => trial.value.clone(),
+        knob => format!("{knob}: {}", trial.value),
+    }
+}
+
+fn conclusion(report: &Report) -> Markup {
+    let cheapest = report.cheapest.map(|i| &report.trials[i]);
+    html! {
+        section {
+            h2 { "Cheapest that keeps to the target" }
+            @match cheapest {
+                Some(trial) if !trial.how.is_empty() => {
+                    p { (name(trial)) }
+                    p { code { (trial.how) } }
+                }
+                Some(_) => p { "The machine as it is." },
+                None => p.above { "Nothing that was tried keeps to it." },
+            }
+        }
+    }
+}
+
+fn plots(report: &Report) -> Markup {
+    type Cost = fn(&Trial) -> f64;
+    let costs: [(&str, Cost); 4] = [
+        ("million cycles of the frame", |t| {
+            t.costs.frame_cycles as f64 / 1e6
+        }),
+        ("mm² of all cores", |t| t.costs.area),
+        ("mJ of the frame", |t| t.costs.energy),
+        ("seconds of the host", |t| t.costs.host_seconds),
+    ];
+    let alike: Vec<Trial> = (report.trials.iter())
+        .filter(|t| !is_sampling(&t.knob))
+        .cloned()
+        .collect();
+    html! {
+        div.plots {
+            @for (what, cost) in costs {
+                figure {
+                    figcaption { "PSNR in dB against " (what) }
+                    (Plot::of(&alike, cost, name).svg())
+                }
+            }
+        }
+    }
+}
+
+fn table(report: &Report) -> Markup {
+    let mega = |n: u64| format!("{:.3}", n as f64 / 1e6);
+    html! {
+        table {
+            tr {
+                th { "setting" } th { "" } th { "PSNR" } th { "FLIP" } th { "> 1/255" } th { "> 8/255" }
+                th { "leaks" } th { "t, ulp" } th { "SRP Mcyc" } th { "T&I Mcyc" } th { "frame Mcyc" }
+                th { "MB" } th { "mJ" } th { "mm²" } th { "host s" } th.words { "how" }
+            }
+            @for (i, t) in report.trials.iter().enumerate() {
+                tr.best[report.front.contains(&i)].cheapest[report.cheapest == Some(i)] {
+                    td { (name(t)) } td { (marks(report, i)) }
+                    td { (decibels(t.all.psnr)) } td { (format!("{:.5}", t.all.flip)) }
+                    td { (t.all.beyond_1) } td { (t.all.beyond_8) }
+                    td.hole[t.leaks.leaks > 0] { (t.leaks.leaks) }
+                    td { (format!("{:.1}", t.leaks.ulp_99)) }
+                    td { (mega(t.costs.srp_cycles)) } td { (mega(t.costs.tni_cycles)) }
+                    td { (mega(t.costs.frame_cycles)) }
+                    td { (format!("{:.2}", t.costs.dram_bytes as f64 / 1e6)) }
+                    td { (format!("{:.2}", t.costs.energy)) } td { (format!("{:.2}", t.costs.area)) }
+                    td { (format!("{:.2}", t.costs.host_seconds)) }
+                    td.words { code { (t.how) } }
+                }
+            }
+        }
+        p.soft { "* no other setting has a better picture for fewer cycles; < cheapest that keeps to the target; ! rays get through." }
+    }
+}
+
+fn maps(report: &Report, store: &Store) -> Markup {
+    html! {
+        div.maps {
+            @for trial in report.trials.iter().filter(|t| t.all.beyond_1 > 0) {
+                @if let Some(png) = store.map(trial) {
+                    figure {
+                        figcaption { (name(trial)) " " span.soft { (decibels(trial.all.psnr)) " dB" } }
+                        img alt=(name(trial)) loading="lazy"
+                            src={ "data:image/png;base64," (BASE64_STANDARD.encode(png)) };
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! What accuracy can be changed by: settings of the machine file, of the compiler and of the kernels,
+//! one of each knob at a time.
+
+use crate::cli::Feature;
+use crate::variant::Build;
+use srp_archdesc::arch::{Approx, Arch, Precision};
+use srp_archdesc::datapath::Intersection;
+use srp_runtime::effect::Effect;
+use srp_runtime::form;
+use srp_runtime::scene::Options;
+use std::sync::Arc;
+
+/// What settings of several knobs are called.
+pub(super) const TOGETHER: &str = "together";
+
+/// A frame that can be made: machine, program, and how far light is followed.
+#[derive(Clone, PartialEq)]
+pub(super) struct Subject {
+    pub(super) arch: Arch,
+    pub(super) build: Build,
+    pub(super) options: Options,
+}
+
+/// One value of a knob, or of several.
+pub(super) struct Setting {
+    /// What is turned.
+    pub(super) knob: String,
+    /// What to.
+    pub(super) value: String,
+    /// How a user says it: a line of the machine file, or an option.
+    pub(super) how: String,
+    change: Change,
+}
+
+type Change = Arc<dyn Fn(&mut Subject) + Send + Sync>;
+
+impl Setting {
+    fn new(
+        knob: &str,
+        value: impl Into<String>,
+        how: impl Into<String>,
+        change: impl Fn(&mut Subject) + Send + Sync + 'static,
+    ) -> Setting {
+        Setting {
+            knob: knob.to_owned(),
+            value: value.into(),
+            how: how.into(),
+            change: Arc::new(change),
+        }
+    }
+
+    /// The frame as it is.
+    pub(super) fn none() -> Setting {
+        Setting::new("", "as it is", "", |_| {})
+    }
+
+    /// Several at once.
+    pub(super) fn together(parts: &[&Setting]) -> Setting {
+        let list = |of: fn(&Setting) -> String| parts.iter().map(|s| of(s)).collect::<Vec<_>>();
+        let changes: Vec<Change> = parts.iter().map(|s| Arc::clone(&s.change)).collect();
+        Setting::new(
+            TOGETHER,
+            list(|s| format!("{} {}", s.knob, s.value)).join(", "),
+            list(|s| s.how.clone()).join("  "),
+            move |subject| changes.iter().for_each(|change| change(subject)),
+        )
+    }
+
+    /// The frame with this setting.
+    pub(super) fn applied(&self, subject: &Subject) -> Subject {
+        let mut changed = subject.clone();
+        (self.change)(&mut changed);
+        changed
+    }
+}
+
+/// All settings, knob by knob; those that change nothing of a subject are among them.
+pub(super) fn all() -> Vec<Setting> {
+    let mut all = Vec::new();
+    intersection(&mut all);
+    reciprocals(&mut all);
+    functions(&mut all);
+    forms(&mut all);
+    compiler(&mut all);
+    memory(&mut all);
+    light(&mut all);
+    all
+}
+
+fn intersection(all: &mut Vec<Setting>) {
+    for variant in Intersection::ALL {
+        let how = format!("<tni intersection=\"{}\">", variant.name());
+        all.push(Setting::new(
+            "intersection",
+            variant.name(),
+            how,
+            move |s| {
+                s.arch.system.tni.intersection = variant;
+            },
+        ));
+    }
+}
+
+/// Precisions that are tried of a unit that has Newton steps.
+const STEPPED: &[Approx] = &[
+    table(8, 0),
+    table(12, 0),
+    table(16, 0),
+    table(8, 1),
+    table(12, 1),
+];
+
+/// And of one that has none.
+const PLAIN: &[Approx] = &[table(8, 0), table(12, 0), table(16, 0)];
+
+const fn table(bits: u32, steps: u32) -> Approx {
+    Approx::Table { bits, steps }
+}
+
+/// A precision in a few words, and as attributes.
+fn words(approx: Approx) -> (String, String) {
+    match approx {
+        Approx::Exact => ("exact".to_owned(), "bits=\"exact\"".to_owned()),
+        Approx::Table { bits, steps } => {
+            let mut value = format!("{bits} bits");
+            let mut how = format!("bits=\"{bits}\"");
+            if steps > 0 {
+                value += &format!(" + {steps} step");
+                how += &format!(" steps=\"{steps}\"");
+            }
+            (value, how)
+        }
+    }
+}
+
+fn reciprocals(all: &mut Vec<Setting>) {
+    for &approx in STEPPED {
+        let (value, how) = words(approx);
+        let how = format!("<tni><special function=\"rcp\" {how}/>");
+        all.push(Setting::new("T&I reciprocal", value, how, move |s| {
+            s.arch.system.tni.rcp = approx;
+        }));
+    }
+}
+
+/// A special function of the SRP: its knob, its name, and its place in the precision.
+type Function = (
+    &'static str,
+    &'static str,
+    fn(&mut Precision) -> &mut Approx,
+    &'static [Approx],
+);
+
+const FUNCTIONS: &[Function] = &[
+    ("slab reciprocal", "rcp", |p| &mut p.rcp, STEPPED),
+    ("reciprocal square root", "rsqrt", |p| &mut p.rsqrt, STEPPED),
+    ("square root", "sqrt", |p| &mut p.sqrt, PLAIN),
+    ("exp2 and log2", "exp2", |p| &mut p.exp2, PLAIN),
+    ("sine and cosine", "sincos", |p| &mut p.sincos, PLAIN),
+];
+
+fn functions(all: &mut Vec<Setting>) {
+    for &(knob, name, place, values) in FUNCTIONS {
+        for &approx in values {
+            let (value, how) = words(approx);
+            let how = format!("<special function=\"{name}\" {how}/>");
+            all.push(Setting::new(knob, value, how, move |s| {
+                *place(&mut s.arch.precision) = approx;
+                if name == "exp2" {
+                    s.arch.precision.log2 = approx;
+                }
+            }));
+        }
+    }
+}
+
+/// Whatever the kernels leave open.
+fn forms(all: &mut Vec<Setting>) {
+    for form in form::TABLE {
+        for (value, _) in form.values {
+            let choice = format!("{}={value}", form.name);
+            let how = format!("--form {choice}");
+            all.push(Setting::new(form.name, *value, how, move |s| {
+                if let Ok(forms) = s.build.forms.with(&choice) {
+                    s.build.forms = forms;
+                }
+            }));
+        }
+    }
+}
+
+fn compiler(all: &mut Vec<Setting>) {
+    for (value, feature) in [("sums re-associated", Feature::AssociativeMath)] {
+        let how = format!("-f{}", feature.name());
+        all.push(Setting::new("compiler", value, how, move |s| {
+            s.build.features.push(feature);
+        }));
+    }
+}
+
+fn memory(all: &mut Vec<Setting>) {
+    for bits in [0, 4, 12] {
+        let how = format!("<texture weight-bits=\"{bits}\"/>");
+        all.push(Setting::new(
+            "texel weights",
+            format!("{bits} bits"),
+            how,
+            move |s| {
+                s.arch.precision.texture_weight_bits = bits;
+            },
+        ));
+    }
+}
+
+/// Rays a pixel and bounces that are tried.
+const SAMPLES: [u32; 3] = [1, 4, 16];
+const BOUNCES: [u32; 4] = [0, 1, 2, 4];
+
+/// A subject with the most samples and bounces that are tried of it.
+pub(super) fn finest(base: &Subject) -> Subject {
+    let mut finest = base.clone();
+    let options = &mut finest.options;
+    options.samples = SAMPLES.into_iter().fold(options.samples, u32::max);
+    options.bounces = BOUNCES.into_iter().fold(options.bounces, u32::max);
+    finest
+}
+
+fn light(all: &mut Vec<Setting>) {
+    for samples in SAMPLES {
+        let how = format!("--samples {samples}");
+        all.push(Setting::new(
+            "samples a pixel",
+            samples.to_string(),
+            how,
+            move |s| {
+                s.options.samples = samples;
+                if samples > 1 {
+                    s.build.effects = s.build.effects.with(Effect::Antialiasing);
+                }
+            },
+        ));
+    }
+    for bounces in BOUNCES {
+        let how = format!("--bounces {bounces}");
+        all.push(Setting::new(
+            "bounces",
+            bounces.to_string(),
+            how,
+            move |s| {
+                s.options.bounces = bounces;
+                s.build.bounces = bounces;
+            },
+        ));
+    }
+}

@@ -1,0 +1,174 @@
+//! The report as text, and its sentences.
+
+use super::setting::TOGETHER;
+use super::trial::Trial;
+use super::{Report, is_sampling};
+use std::fmt::Write as _;
+
+/// PSNR in words.
+pub(super) fn decibels(psnr: Option<f64>) -> String {
+    psnr.map_or_else(|| "exact".to_owned(), |p| format!("{p:.2}"))
+}
+
+/// What marks a line: on the front, the cheapest that meets the target, a hole.
+pub(super) fn marks(report: &Report, i: usize) -> String {
+    let mut marks = String::new();
+    if report.front.contains(&i) {
+        marks.push('*');
+    }
+    if report.cheapest == Some(i) {
+        marks.push('<');
+    }
+    if report.trials[i].leaks.leaks > 0 {
+        marks.push('!');
+    }
+    marks
+}
+
+/// A part of something, as a change in percent.
+fn change(now: f64, before: f64) -> f64 {
+    match before > 0.0 {
+        true => 100.0 * (now / before - 1.0),
+        false => 0.0,
+    }
+}
+
+/// What a setting does, in words.
+pub(super) fn sentence(trial: &Trial, base: &Trial) -> String {
+    let mut text = match trial.knob.as_str() {
+        TOGETHER => format!("All of {}", trial.value),
+        knob => format!("{knob}: {}", trial.value),
+    };
+    text += ": ";
+    text += &match (trial.all.psnr, base.all.psnr) {
+        (Some(now), _) if is_sampling(&trial.knob) => {
+            format!("{now:.1} dB of the picture with the most samples and bounces")
+        }
+        (None, _) => "no byte of the picture is off".to_owned(),
+        (Some(now), Some(before)) if (now - before).abs() < 0.05 => "as good a picture".to_owned(),
+        (Some(now), Some(before)) if now > before => format!("{:.1} dB won", now - before),
+        (Some(now), Some(before)) => format!("{:.1} dB lost", before - now),
+        (Some(now), None) => format!("the picture falls to {now:.1} dB"),
+    };
+    if trial.all.beyond_8 != base.all.beyond_8 && !is_sampling(&trial.knob) {
+        let (now, before) = (trial.all.beyond_8, base.all.beyond_8);
+        let _ = write!(
+            text,
+            ", {now} pixels off by more than 8 levels ({before} before)"
+        );
+    }
+    if trial.leaks.leaks != base.leaks.leaks {
+        let (now, aimed) = (trial.leaks.leaks, trial.leaks.aimed);
+        let _ = write!(text, ", {now} of {aimed} rays at edges get through");
+    }
+    let (now, before) = (&trial.costs, &base.costs);
+    for (kernel, ii) in &now.ii {
+        match before.ii.get(kernel) {
+            Some(old) if old != ii => {
+                let _ = write!(text, ", II of `{kernel}` {old} → {ii}");
+            }
+            _ => {}
+        }
+    }
+    for (what, change) in [
+        (
+            "cycles of the frame",
+            change(now.frame_cycles as f64, before.frame_cycles as f64),
+        ),
+        ("energy", change(now.energy, before.energy)),
+        ("area", change(now.area, before.area)),
+    ] {
+        if change.abs() >= 0.05 {
+            let _ = write!(text, ", {change:+.1} % {what}");
+        }
+    }
+    text + "."
+}
+
+fn heading(report: &Report) -> String {
+    let (width, height) = report.size;
+    format!(
+        "{}: {} triangles, {width}x{height} pixels, machine `{}`; target {}",
+        report.scene, report.triangles, report.machine, report.target
+    )
+}
+
+/// The report as text.
+pub(super) fn text(report: &Report) -> String {
+    let mut text = heading(report) + "\n\n";
+    let width = (report.trials.iter())
+        .filter(|t| t.knob != TOGETHER)
+        .map(|t| t.knob.chars().count() + t.value.chars().count() + 1)
+        .max()
+        .unwrap_or(0);
+    let _ = writeln!(
+        text,
+        "{:width$}  {:>7} {:>7} {:>6} {:>6} {:>6} {:>7} {:>9} {:>9} {:>9} {:>7} {:>7} {:>7} {:>7}",
+        "setting",
+        "dB",
+        "FLIP",
+        ">1",
+        ">8",
+        "leaks",
+        "t ulp",
+        "SRP Mcyc",
+        "T&I Mcyc",
+        "frame",
+        "MB",
+        "mJ",
+        "mm2",
+        "host s"
+    );
+    for (i, trial) in report.trials.iter().enumerate() {
+        let name = match trial.knob.as_str() {
+            TOGETHER => {
+                let _ = writeln!(text, "{}:", trial.value);
+                TOGETHER.to_owned()
+            }
+            knob => format!("{knob} {}", trial.value).trim().to_owned(),
+        };
+        let (c, a) = (&trial.costs, &trial.all);
+        let mega = |n: u64| n as f64 / 1e6;
+        let _ = writeln!(
+            text,
+            "{name:width$}  {:>7} {:>7.5} {:>6} {:>6} {:>6} {:>7.1} {:>9.3} {:>9.3} {:>9.3} {:>7.2} \
+             {:>7.2} {:>7.2} {:>7.2} {}",
+            decibels(a.psnr),
+            a.flip,
+            a.beyond_1,
+            a.beyond_8,
+            trial.leaks.leaks,
+            trial.leaks.ulp_99,
+            mega(c.srp_cycles),
+            mega(c.tni_cycles),
+            mega(c.frame_cycles),
+            mega(c.dram_bytes),
+            c.energy,
+            c.area,
+            c.host_seconds,
+            marks(report, i)
+        );
+    }
+    text += "\n* no other setting has a better picture for fewer cycles; < cheapest that keeps to the \
+             target\n  (cycles times energy times area); ! rays get through between triangles\n\n";
+    for sentence in &report.sentences {
+        let _ = writeln!(text, "{sentence}");
+    }
+    if let Some(cheapest) = report.cheapest.map(|i| &report.trials[i]) {
+        let _ = match cheapest.how.is_empty() {
+            true => writeln!(
+                text,
+                "\nNothing cheaper than the machine as it is keeps to the target."
+            ),
+            false => writeln!(
+                text,
+                "\nCheapest that keeps to the target: {}",
+                cheapest.how
+            ),
+        };
+    }
+    if !report.complete {
+        text += "\nInterrupted: say it again, and it goes on from here.\n";
+    }
+    text
+}

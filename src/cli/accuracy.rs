@@ -1,0 +1,55 @@
+//! The command line of `srp accuracy`.
+
+use super::MachineFile;
+use super::scene::{Building, BvhBuilder, Camera, Shading, parse_size};
+use crate::accuracy::Target;
+use clap::Args;
+use std::path::PathBuf;
+
+/// `srp accuracy`
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  srp accuracy
+  srp accuracy sibenik.obj --cameras cameras.json:sibenik/0 --target psnr=45,leaks=0 -o sibenik
+  srp accuracy scene.obj --knob 'T&I reciprocal' --knob power --machine mine.xml
+
+The folder keeps every trial, with its picture and a map of what is off; said again, the command
+goes on where it was interrupted.")]
+pub(crate) struct Accuracy {
+    /// Scene to render; the default scene where none is given
+    pub(crate) scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) machine: MachineFile,
+    #[command(flatten)]
+    pub(crate) camera: Camera,
+    /// View N of the scene NAME in a file of cameras
+    #[arg(long, value_name = "FILE.json:NAME/N")]
+    pub(crate) cameras: Option<String>,
+    #[command(flatten)]
+    pub(crate) shading: Shading,
+    #[command(flatten)]
+    pub(crate) building: Building,
+    /// Turn only this knob; several are possible
+    #[arg(long, value_name = "NAME")]
+    pub(crate) knob: Vec<String>,
+    /// What a setting has to keep to: psnr=DB and flip=MEAN of the picture, leaks=N rays that get
+    /// through between triangles, pixels=N that are off by more than eight levels
+    #[arg(long, value_name = "LIST", default_value = "psnr=45,leaks=0", value_parser = Target::parse)]
+    pub(crate) target: Target,
+    /// Width and height of the frames
+    #[arg(long, value_name = "WxH", default_value = "320x240", value_parser = parse_size)]
+    pub(crate) size: (u32, u32),
+    /// How the bounding volume hierarchy is built
+    #[arg(long, value_enum, default_value_t = BvhBuilder::Sweep)]
+    pub(crate) bvh: BvhBuilder,
+    /// Trials at a time; they change no figure but the host's seconds
+    #[arg(long, value_name = "N", default_value_t = 2)]
+    pub(crate) threads: usize,
+    /// Folder of the report and of all trials
+    #[arg(short, long, value_name = "DIR", default_value = "accuracy")]
+    pub(crate) output: PathBuf,
+    /// Print the report as JSON instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
+}
