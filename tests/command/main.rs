@@ -1,6 +1,7 @@
 //! The command itself: input that is at fault ends with status 1, a message that says where, no
 //! panic, and no output file; the default frame is the same by both engines.
 
+mod accuracy;
 mod report;
 mod units;
 

@@ -1,0 +1,80 @@
+//! `srp accuracy`: knobs really turn, trials are kept, and what is at fault is refused.
+
+use super::{folder, refused, srp, write};
+use serde_json::Value;
+use std::path::Path;
+
+/// A floor and a wall that share an edge.
+const SCENE: &str = "v -2 0 2\nv 2 0 2\nv 2 0 -2\nv -2 0 -2\nv 2 3 -2\nv -2 3 -2\n\
+                     f 1 2 3 4\nf 4 3 5 6\n";
+
+const ARGS: &[&str] = &[
+    "accuracy",
+    "scene.obj",
+    "--camera",
+    "0,2,5/0,-0.2,-1/50",
+    "--size",
+    "32x24",
+    "--knob",
+    "T&I reciprocal",
+    "--knob",
+    "intersection",
+    "--target",
+    "psnr=40",
+    "--json",
+];
+
+fn report(folder: &Path) -> (Value, Vec<u8>) {
+    let output = srp(folder, ARGS);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    let value = serde_json::from_slice(&output.stdout).expect("JSON");
+    (value, output.stdout)
+}
+
+#[test]
+fn knobs_turn_and_trials_are_kept() {
+    let folder = folder("accuracy");
+    write(&folder, "scene.obj", SCENE);
+    let (report, text) = report_twice(&folder);
+    let trials = report["trials"].as_array().expect("trials");
+    let trial = |knob: &str, value: &str| {
+        let found = (trials.iter()).find(|t| t["knob"] == knob && t["value"] == value);
+        found.unwrap_or_else(|| panic!("no {knob} {value} in {text}"))
+    };
+    let number = |v: &Value| v.as_f64().expect("a number");
+    let base = trial("", "as it is");
+    assert!(number(&base["costs"]["frame_cycles"]) > 0.0);
+    assert_eq!(base["leaks"]["leaks"], 0);
+    assert!(number(&base["leaks"]["aimed"]) > 0.0);
+    // Eight bits are no twenty-four: distances are off, and the unit is smaller.
+    let coarse = trial("T&I reciprocal", "8 bits");
+    assert!(
+        number(&coarse["leaks"]["ulp_99"]) > 1000.0 * number(&base["leaks"]["ulp_99"]).max(1.0)
+    );
+    assert!(number(&coarse["costs"]["area"]) < number(&base["costs"]["area"]));
+    let woop = trial("intersection", "woop");
+    assert!(number(&woop["costs"]["area"]) > number(&base["costs"]["area"]));
+    let page = std::fs::read_to_string(folder.join("accuracy/report.html")).expect("the page");
+    assert!(page.contains("T&amp;I reciprocal: 8 bits") && !page.contains("http"));
+}
+
+/// The report, which is the same to the byte when it is asked for again.
+fn report_twice(folder: &Path) -> (Value, String) {
+    let (value, first) = report(folder);
+    let (_, second) = report(folder);
+    assert!(first == second, "kept trials are not tried again");
+    (value, String::from_utf8_lossy(&first).into_owned())
+}
+
+#[test]
+fn knobs_and_targets_at_fault_are_refused() {
+    let folder = folder("accuracy_at_fault");
+    refused(
+        &folder,
+        &["accuracy", "--knob", "taste"],
+        &["taste", "intersection"],
+    );
+    let output = srp(&folder, &["accuracy", "--target", "beauty=1"]);
+    assert_eq!(output.status.code(), Some(2));
+}
