@@ -183,12 +183,23 @@ impl<'a> FrontEnd<'a> {
 
     /// The program after the passes.
     pub(crate) fn optimise(&self, mut program: Program) -> Program {
+        let features = self.source.features();
         let options = pass::Options {
             precision: self.arch.precision,
-            associative_math: self.source.features().associative_math,
+            associative_math: features.associative_math,
+            reciprocal_math: features.reciprocal_math,
+            contract: features.contract,
         };
-        // What stands in a loop's way is said again, with the loop's name, when it is divided.
-        let _remarks = pass::optimise(&mut program, &options);
+        let remarks = pass::optimise(&mut program, &options);
+        if self.source.remarks.contains(&cli::RemarkKind::Pass) {
+            // What stands in a loop's way is said again, with the loop's name, when it is divided.
+            let told = [pass::REASSOCIATE, pass::RECIPROCAL, pass::CONTRACT];
+            for remark in remarks.iter().filter(|r| told.contains(&r.pass)) {
+                let place = program.show_pos(remark.pos);
+                let (pass, message) = (remark.pass, &remark.message);
+                talk::say(format_args!("remark: {place}: {message} (-f{pass})"));
+            }
+        }
         debug_assert_eq!(srp_ir::verify(&program), Ok(()));
         program
     }

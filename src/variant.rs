@@ -5,7 +5,6 @@ use crate::cli::{self, Source as SourceArgs};
 use crate::failure::Failure;
 use crate::pipeline::{self, Compiled, Effort, FrontEnd, Input};
 use crate::{compile, files, kernels};
-use clap::ValueEnum;
 use srp_archdesc::arch::Arch;
 use srp_runtime::effect::Effects;
 use srp_runtime::form::Forms;
@@ -46,11 +45,9 @@ impl Build {
         })
     }
 
-    /// All of it as text, the same for what compiles the same.
+    /// All of it as text.
     fn text(&self) -> String {
-        let all = cli::Feature::value_variants().iter();
-        let features = all.filter(|f| self.features.contains(f));
-        let features: Vec<String> = features.map(cli::Feature::name).collect();
+        let features: Vec<String> = self.features.iter().map(cli::Feature::name).collect();
         let (effects, bounces, forms) = (self.effects, self.bounces, self.forms);
         format!("{effects} {bounces} {forms} {}", features.join(","))
     }

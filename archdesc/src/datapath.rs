@@ -273,7 +273,7 @@ mod tests {
 
     #[test]
     fn depths_follow_from_latencies() {
-        let table = Approx::Table { bits: 12, steps: 1 };
+        let table = Approx::table(12, 1);
         assert_eq!(box_depth(SYNTHESIS_65NM), 8);
         assert_eq!(Intersection::Wald.depth(table, SYNTHESIS_65NM), 37);
         assert_eq!(Intersection::Wald.depth(Approx::Exact, SYNTHESIS_65NM), 35);

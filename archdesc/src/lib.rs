@@ -9,6 +9,7 @@
 //!   designer edits; whatever the file leaves out is filled in there, so nothing downstream knows
 //!   of defaults.
 //! * [`area`]: what a T&I unit costs.
+//! * [`certify`](mod@certify): what an approximate unit is worth.
 //! * [`datapath`]: the tests that the T&I unit can be built for, their operators and depths.
 //! * [`resource`]: the machine as a router sees it, derived from [`Arch`].
 //! * [`machines`]: the machine files that the toolchain ships.
@@ -18,6 +19,7 @@
 
 pub mod arch;
 pub mod area;
+pub mod certify;
 pub mod datapath;
 pub mod diagnostic;
 pub mod dram;

@@ -61,7 +61,7 @@ pub enum Extra {
     Nothing,
     /// The immediate, as a `u32`.
     Immediate,
-    /// Table bits and Newton steps, two `u32`; 0 bits for the exact function.
+    /// Table bits and Newton steps, two `u32`, as [`Approx::arguments`] has them.
     Steps(fn(&Precision) -> Approx),
     /// Table bits, a `u32`; 0 for the exact function.
     Bits(fn(&Precision) -> Approx),
@@ -85,19 +85,11 @@ impl Call {
             Extra::Nothing => vec![],
             Extra::Immediate => vec![(imm as u32).to_string()],
             Extra::Steps(of) => {
-                let (bits, steps) = table(of(precision));
+                let (bits, steps) = of(precision).arguments();
                 vec![bits.to_string(), steps.to_string()]
             }
-            Extra::Bits(of) => vec![table(of(precision)).0.to_string()],
+            Extra::Bits(of) => vec![of(precision).arguments().0.to_string()],
         }
-    }
-}
-
-/// Table bits and Newton steps, 0 bits for [`Approx::Exact`].
-fn table(approx: Approx) -> (u32, u32) {
-    match approx {
-        Approx::Exact => (0, 0),
-        Approx::Table { bits, steps } => (bits, steps),
     }
 }
 
@@ -207,14 +199,14 @@ macro_rules! operations {
     };
     (@apply ($args:ident $imm:ident $precision:ident) $module:ident $function:ident
         ($($operand:literal)*) steps $unit:ident) => {{
-        let (bits, steps) = table($precision.$unit);
+        let (bits, steps) = $precision.$unit.arguments();
         semantics::$module::$function($(Operand::of($args[$operand]),)* bits, steps)
     }};
     (@apply ($args:ident $imm:ident $precision:ident) $module:ident $function:ident
         ($($operand:literal)*) bits $unit:ident) => {
         semantics::$module::$function(
             $(Operand::of($args[$operand]),)*
-            table($precision.$unit).0,
+            $precision.$unit.arguments().0,
         )
     };
     (@extra) => { Extra::Nothing };
@@ -278,7 +270,6 @@ macro_rules! with_operations {
                 Fle fle (0 1);
                 Fmul fmul (0 1);
                 Fma fma (0 1 2);
-                Fdiv fdiv (0 1);
                 Itof itof (0);
                 Utof utof (0);
                 Ftoi ftoi (0);
@@ -325,6 +316,7 @@ macro_rules! with_operations {
                 Dot4 dot4 (0 1);
             }
             elementary {
+                Fdiv fdiv (0 1; steps div);
                 Rcp rcp (0; steps rcp);
                 Rsqrt rsqrt (0; steps rsqrt);
                 Sqrt sqrt (0; steps sqrt);

@@ -1,5 +1,7 @@
 //! [`Precision`]: how exact a machine's approximate units are.
 
+use crate::ops::semantics::elementary::SEPARATE;
+
 /// How exact the special functions and the texture unit are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Precision {
@@ -9,6 +11,8 @@ pub struct Precision {
     pub rsqrt: Approx,
     /// Square root.
     pub sqrt: Approx,
+    /// Division: a product by a reciprocal of this precision.
+    pub div: Approx,
     /// Power of two.
     pub exp2: Approx,
     /// Binary logarithm.
@@ -25,6 +29,7 @@ impl Precision {
         rcp: Approx::Exact,
         rsqrt: Approx::Exact,
         sqrt: Approx::Exact,
+        div: Approx::Exact,
         exp2: Approx::Exact,
         log2: Approx::Exact,
         sincos: Approx::Exact,
@@ -35,15 +40,98 @@ impl Precision {
 /// The precision of one special function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Approx {
-    /// Correctly rounded reciprocal and roots; the transcendental functions evaluated in binary64
-    /// by a fixed polynomial and rounded once.
+    /// Correctly rounded reciprocal, roots and quotient; the transcendental functions evaluated in
+    /// binary64 by a fixed polynomial and rounded once.
     Exact,
     /// A first approximation good to `bits` bits, improved by `steps` Newton–Raphson steps where
-    /// the function has them (reciprocal and roots).
+    /// the function has them (reciprocal, roots, division).
     Table {
         /// Correct bits of the first approximation, 4 to 23.
         bits: u32,
         /// Newton–Raphson steps after it, 0 to 3.
         steps: u32,
+        /// Whether a step has fused multiply-adds; else it rounds after every operation.
+        fused: bool,
+        /// Who takes the steps.
+        refine: Refine,
     },
+}
+
+/// Who takes the Newton–Raphson steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Refine {
+    /// The unit of the function, within its latency.
+    Unit,
+    /// The program: the unit gives the first approximation, and the compiler puts the steps behind
+    /// it. The result is the same to the bit.
+    Code,
+}
+
+impl Refine {
+    /// Both of them.
+    pub const ALL: [Refine; 2] = [Refine::Unit, Refine::Code];
+
+    /// Its name in machine files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Refine::Unit => "unit",
+            Refine::Code => "code",
+        }
+    }
+}
+
+impl Approx {
+    /// A table of so many bits, improved by so many fused steps in its unit.
+    pub const fn table(bits: u32, steps: u32) -> Approx {
+        Approx::Table {
+            bits,
+            steps,
+            fused: true,
+            refine: Refine::Unit,
+        }
+    }
+
+    /// The same function with all of its steps in the unit: what a compiled program computes.
+    pub const fn in_unit(self) -> Approx {
+        match self {
+            Approx::Exact => Approx::Exact,
+            Approx::Table {
+                bits, steps, fused, ..
+            } => Approx::Table {
+                bits,
+                steps,
+                fused,
+                refine: Refine::Unit,
+            },
+        }
+    }
+
+    /// What the unit does, as the functions of [`ops::semantics`](crate::ops::semantics) take it:
+    /// table bits, 0 for the exact function, and steps, with
+    /// [`SEPARATE`](crate::ops::semantics::elementary::SEPARATE) where they are not fused.
+    pub const fn arguments(self) -> (u32, u32) {
+        match self {
+            Approx::Exact => (0, 0),
+            Approx::Table {
+                bits,
+                refine: Refine::Code,
+                ..
+            } => (bits, 0),
+            Approx::Table {
+                bits, steps, fused, ..
+            } => (bits, if fused { steps } else { steps | SEPARATE }),
+        }
+    }
+}
+
+impl Precision {
+    /// The same with all Newton–Raphson steps in their units: what a compiled program computes.
+    pub const fn in_units(self) -> Precision {
+        Precision {
+            rcp: self.rcp.in_unit(),
+            rsqrt: self.rsqrt.in_unit(),
+            sqrt: self.sqrt.in_unit(),
+            ..self
+        }
+    }
 }

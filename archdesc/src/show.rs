@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use crate::arch::{Approx, Arch, FileKind, FuOp, FuSpec, Precision};
+use crate::arch::{Approx, Arch, FileKind, FuOp, FuSpec, Precision, Refine};
 use crate::dram::{DramModel, DramSpec, RowPolicy};
 use crate::isa::Class;
 use crate::system::{CacheSpec, Pipeline};
@@ -178,6 +178,7 @@ fn show_engine(out: &mut String, arch: &Arch) -> std::fmt::Result {
         rcp,
         rsqrt,
         sqrt,
+        div,
         exp2,
         log2,
         sincos,
@@ -187,6 +188,7 @@ fn show_engine(out: &mut String, arch: &Arch) -> std::fmt::Result {
         ("rcp", rcp),
         ("rsqrt", rsqrt),
         ("sqrt", sqrt),
+        ("div", div),
         ("exp2", exp2),
         ("log2", log2),
         ("sincos", sincos),
@@ -201,7 +203,20 @@ fn show_engine(out: &mut String, arch: &Arch) -> std::fmt::Result {
 fn precision(approx: Approx) -> String {
     match approx {
         Approx::Exact => "exact".to_owned(),
-        Approx::Table { bits, steps } => format!("{bits} bits + {steps} steps"),
+        Approx::Table { bits, steps: 0, .. } => format!("{bits} bits"),
+        Approx::Table {
+            bits,
+            steps,
+            fused,
+            refine,
+        } => {
+            let separate = if fused { "" } else { " not fused" };
+            let place = match refine {
+                Refine::Unit => "",
+                Refine::Code => " in code",
+            };
+            format!("{bits} bits + {steps} steps{separate}{place}")
+        }
     }
 }
 

@@ -4,9 +4,10 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use srp_archdesc::arch::{Approx, FileKind, Fu};
+use srp_archdesc::arch::{Approx, FileKind, Fu, Refine};
 use srp_archdesc::diagnostic::render_all;
 use srp_archdesc::machines::{ALL, Machine, SGRT, TINY, WIDE};
+use srp_archdesc::ops::semantics::elementary::SEPARATE;
 use srp_archdesc::{Arch, Opcode, ResourceGraph, parse, show, xml};
 
 #[track_caller]
@@ -57,6 +58,9 @@ fn changed() -> String {
     <file name="shared" kind="rotating" width="128" size="8" readers="all" writers="divider fu_1_1"/>
     <file name="pred""#;
     let special = r#"<special function="rcp" bits="12" steps="1"/>
+  <special function="rsqrt" bits="10" steps="2" fused="false" refine="code"/>
+  <special function="sqrt" bits="10" steps="2" fused="false" refine="code"/>
+  <special function="div" bits="9" steps="1" fused="false"/>
   <special function="sincos" bits="20"/>
   <array"#;
     let xml = edit(SGRT.xml, "<file name=\"pred\"", cell);
@@ -174,9 +178,18 @@ fn cells_and_links_can_deviate() {
         .map(|f| f.name.as_str())
         .collect();
     assert_eq!(own, ["divider_x"]);
-    assert_eq!(arch.precision.rcp, Approx::Table { bits: 12, steps: 1 });
-    assert_eq!(arch.precision.sincos, Approx::Table { bits: 20, steps: 0 });
-    assert_eq!(arch.precision.sqrt, Approx::Exact);
+    assert_eq!(arch.precision.rcp, Approx::table(12, 1));
+    assert_eq!(arch.precision.sincos, Approx::table(20, 0));
+    let in_code = Approx::Table {
+        bits: 10,
+        steps: 2,
+        fused: false,
+        refine: Refine::Code,
+    };
+    assert_eq!([arch.precision.rsqrt, arch.precision.sqrt], [in_code; 2]);
+    assert_eq!(in_code.arguments(), (10, 0));
+    assert_eq!(arch.precision.div.arguments(), (9, 1 | SEPARATE));
+    assert_eq!(arch.precision.exp2, Approx::Exact);
 }
 
 #[test]

@@ -249,7 +249,7 @@ fn two_tests_lose_no_ray() {
     assert_eq!(lost, [0; 3], "of {of} each");
     // A quotient is the same for all weights of a triangle: one that is coarse moves the hit along
     // the ray, no more.
-    let coarse = unit(Intersection::Woop, Approx::Table { bits: 12, steps: 0 });
+    let coarse = unit(Intersection::Woop, Approx::table(12, 0));
     let (lost, _) = losses(&coarse, From::Inside, 13);
     assert_eq!(lost, [0; 3], "with a reciprocal of 12 bits");
 }

@@ -468,7 +468,7 @@ fn frames_stop_when_told() {
 #[test]
 fn the_header_tells_the_widening_of_the_machine() {
     let mut arch = machine();
-    arch.precision.rcp = Approx::Table { bits: 12, steps: 0 };
+    arch.precision.rcp = Approx::table(12, 0);
     let scene = demo();
     let bvh = bvh::build(&scene.triangles, &bvh::Options::default());
     let image = scene_image::build(&scene, &bvh, &scene.camera, &arch, (8, 8)).expect("it fits");

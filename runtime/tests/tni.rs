@@ -303,7 +303,7 @@ fn an_approximate_reciprocal_changes_distances_but_loses_nothing() {
         })
         .collect();
     let mut spec = machine();
-    spec.tni.rcp = Approx::Table { bits: 12, steps: 0 };
+    spec.tni.rcp = Approx::table(12, 0);
     let answer = drive(&spec, &tree, &rays);
     for (ray, record) in rays.iter().zip(&answer.hits) {
         let truth = nearest(ray, triangles.iter());

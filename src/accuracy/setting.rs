@@ -3,7 +3,7 @@
 
 use crate::cli::Feature;
 use crate::variant::Build;
-use srp_archdesc::arch::{Approx, Arch, Precision};
+use srp_archdesc::arch::{Approx, Arch, Precision, Refine};
 use srp_archdesc::datapath::Intersection;
 use srp_runtime::effect::Effect;
 use srp_runtime::form;
@@ -103,30 +103,66 @@ fn intersection(all: &mut Vec<Setting>) {
 
 /// Precisions that are tried of a unit that has Newton steps.
 const STEPPED: &[Approx] = &[
-    table(8, 0),
-    table(12, 0),
-    table(16, 0),
-    table(8, 1),
-    table(12, 1),
+    Approx::table(8, 0),
+    Approx::table(12, 0),
+    Approx::table(16, 0),
+    Approx::table(8, 1),
+    Approx::table(12, 1),
+    step(false, Refine::Unit),
+];
+
+/// And of a function whose steps the program can take.
+const PROGRAMMED: &[Approx] = &[
+    Approx::table(8, 0),
+    Approx::table(12, 0),
+    Approx::table(16, 0),
+    Approx::table(8, 1),
+    Approx::table(12, 1),
+    step(false, Refine::Unit),
+    step(true, Refine::Code),
+    step(false, Refine::Code),
 ];
 
 /// And of one that has none.
-const PLAIN: &[Approx] = &[table(8, 0), table(12, 0), table(16, 0)];
+const PLAIN: &[Approx] = &[
+    Approx::table(8, 0),
+    Approx::table(12, 0),
+    Approx::table(16, 0),
+];
 
-const fn table(bits: u32, steps: u32) -> Approx {
-    Approx::Table { bits, steps }
+/// A 12-bit table with a step.
+const fn step(fused: bool, refine: Refine) -> Approx {
+    Approx::Table {
+        bits: 12,
+        steps: 1,
+        fused,
+        refine,
+    }
 }
 
 /// A precision in a few words, and as attributes.
 fn words(approx: Approx) -> (String, String) {
     match approx {
         Approx::Exact => ("exact".to_owned(), "bits=\"exact\"".to_owned()),
-        Approx::Table { bits, steps } => {
+        Approx::Table {
+            bits,
+            steps,
+            fused,
+            refine,
+        } => {
             let mut value = format!("{bits} bits");
             let mut how = format!("bits=\"{bits}\"");
             if steps > 0 {
                 value += &format!(" + {steps} step");
                 how += &format!(" steps=\"{steps}\"");
+            }
+            if !fused {
+                value += " not fused";
+                how += " fused=\"false\"";
+            }
+            if refine == Refine::Code {
+                value += " in code";
+                how += " refine=\"code\"";
             }
             (value, how)
         }
@@ -152,9 +188,15 @@ type Function = (
 );
 
 const FUNCTIONS: &[Function] = &[
-    ("slab reciprocal", "rcp", |p| &mut p.rcp, STEPPED),
-    ("reciprocal square root", "rsqrt", |p| &mut p.rsqrt, STEPPED),
+    ("slab reciprocal", "rcp", |p| &mut p.rcp, PROGRAMMED),
+    (
+        "reciprocal square root",
+        "rsqrt",
+        |p| &mut p.rsqrt,
+        PROGRAMMED,
+    ),
     ("square root", "sqrt", |p| &mut p.sqrt, PLAIN),
+    ("division", "div", |p| &mut p.div, STEPPED),
     ("exp2 and log2", "exp2", |p| &mut p.exp2, PLAIN),
     ("sine and cosine", "sincos", |p| &mut p.sincos, PLAIN),
 ];
@@ -190,7 +232,11 @@ fn forms(all: &mut Vec<Setting>) {
 }
 
 fn compiler(all: &mut Vec<Setting>) {
-    for (value, feature) in [("sums re-associated", Feature::AssociativeMath)] {
+    for (value, feature) in [
+        ("sums re-associated", Feature::AssociativeMath),
+        ("quotients by reciprocals", Feature::ReciprocalMath),
+        ("products fused into sums", Feature::ContractFast),
+    ] {
         let how = format!("-f{}", feature.name());
         all.push(Setting::new("compiler", value, how, move |s| {
             s.build.features.push(feature);

@@ -39,7 +39,9 @@ pub(crate) struct Source {
     #[arg(long, value_enum, default_value_t = Double::Soft)]
     pub(crate) double: Double,
     /// `no-auto-kernel`, as the option of that name; `single-precision-constant`: constants without
-    /// suffix are floats; `associative-math`: floating-point sums and products in any order
+    /// suffix are floats; `associative-math`: floating-point sums and products in any order;
+    /// `reciprocal-math`: quotients as products with reciprocals; `fp-contract=fast`: sums that take in
+    /// a product without rounding it. `-R pass` tells each place that changes a result
     #[arg(short = 'f', value_name = "FEATURE", value_enum)]
     pub(crate) feature: Vec<Feature>,
     /// Warnings: NAME, no-NAME, error, error=NAME, no-error=NAME, none
@@ -88,6 +90,14 @@ pub(crate) enum Feature {
     SinglePrecisionConstant,
     /// Sums and products of floating-point numbers may be associated otherwise
     AssociativeMath,
+    /// x / y may be x * (1/y), by the machine's reciprocal
+    ReciprocalMath,
+    /// a * b + c may be a fused multiply-add
+    #[value(name = "fp-contract=fast")]
+    ContractFast,
+    /// It may not, as if nothing were said
+    #[value(name = "fp-contract=off")]
+    ContractOff,
 }
 
 impl Feature {
@@ -103,15 +113,21 @@ pub(crate) struct Features {
     pub(crate) no_auto_kernel: bool,
     pub(crate) single_constants: bool,
     pub(crate) associative_math: bool,
+    pub(crate) reciprocal_math: bool,
+    pub(crate) contract: bool,
 }
 
 impl Source {
     /// What all `-f` together ask for.
     pub(crate) fn features(&self) -> Features {
+        let contract = |f: &&Feature| matches!(f, Feature::ContractFast | Feature::ContractOff);
+        let contract = self.feature.iter().rfind(contract);
         Features {
             no_auto_kernel: self.feature.contains(&Feature::NoAutoKernel),
             single_constants: self.feature.contains(&Feature::SinglePrecisionConstant),
             associative_math: self.feature.contains(&Feature::AssociativeMath),
+            reciprocal_math: self.feature.contains(&Feature::ReciprocalMath),
+            contract: contract == Some(&Feature::ContractFast),
         }
     }
 }

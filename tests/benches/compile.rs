@@ -92,10 +92,7 @@ fn run(text: &str) -> [Duration; 3] {
     let compiled = compile(&[Source::new("speed.c", text)], &Options::default());
     let (mut program, _) = compiled.unwrap_or_else(|messages| panic!("{messages:#?}"));
     let lowered = start.elapsed();
-    let options = pass::Options {
-        precision: Precision::EXACT,
-        associative_math: false,
-    };
+    let options = pass::Options::new(Precision::EXACT);
     pass::optimise(&mut program, &options);
     let simplified = start.elapsed();
     let divided = split::split(&program);

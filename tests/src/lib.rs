@@ -117,13 +117,7 @@ pub fn compiled_for(
     let compiled = compile(&sources, &options);
     let (mut program, _) = compiled.map_err(|messages| render_all(&messages, &text, false))?;
     let precision = arch.precision;
-    pass::optimise(
-        &mut program,
-        &pass::Options {
-            precision,
-            associative_math: false,
-        },
-    );
+    pass::optimise(&mut program, &pass::Options::new(precision));
     verify(&program).map_err(|violations| format!("after the passes: {violations:#?}"))?;
     Ok(program)
 }

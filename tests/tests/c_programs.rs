@@ -108,10 +108,7 @@ fn optimised(program: Program) -> Result<Program, String> {
 }
 
 fn optimised_for(mut program: Program, precision: Precision) -> Result<Program, String> {
-    let options = pass::Options {
-        precision,
-        associative_math: false,
-    };
+    let options = pass::Options::new(precision);
     pass::optimise(&mut program, &options);
     match verify(&program) {
         Ok(()) => Ok(program),

@@ -13,10 +13,7 @@ fn divided(text: &str) -> Split {
     let texts = |name: &str| (name == "loop.c").then(|| text.to_owned());
     let (mut program, _) = compile(&[source], &Options::default())
         .unwrap_or_else(|messages| panic!("{}", render_all(&messages, &texts, false)));
-    let options = pass::Options {
-        precision: Precision::EXACT,
-        associative_math: false,
-    };
+    let options = pass::Options::new(Precision::EXACT);
     pass::optimise(&mut program, &options);
     split(&program)
 }

@@ -12,7 +12,7 @@ use crate::arch::Arch;
 use crate::datapath::Operations;
 use crate::isa::{Class, Opcode};
 use crate::ops::{self, Extra};
-use crate::precision::{Approx, Precision};
+use crate::precision::{Approx, Precision, Refine};
 
 /// Bits of a first approximation that is priced as an exact unit.
 const EXACT_BITS: f64 = 24.0;
@@ -31,8 +31,13 @@ fn share(approx: Approx) -> f64 {
 /// Multiplications and additions of Newton steps: two of one and one of the other, each.
 fn steps(approx: Approx) -> Operations {
     let count = match approx {
-        Approx::Table { steps, .. } => steps,
-        Approx::Exact => 0,
+        Approx::Table {
+            steps,
+            refine: Refine::Unit,
+            ..
+        } => steps,
+        // Those in code are operations of the array, like all others.
+        _ => 0,
     };
     Operations {
         add: count,
@@ -77,6 +82,10 @@ fn operators(class: Class) -> Operations {
 /// Energy in nJ of an operation; none of what is moved, compared or loaded.
 pub fn operation_energy(op: Opcode, precision: &Precision) -> f64 {
     match ops::call(op).map(|call| call.extra) {
+        Some(Extra::Steps(of)) if op == Opcode::Fdiv => {
+            let product = operations_energy(operators(Class::Fmul));
+            function_energy(of(precision)) + product
+        }
         Some(Extra::Steps(of) | Extra::Bits(of)) => function_energy(of(precision)),
         _ => operations_energy(operators(op.class())),
     }
@@ -100,7 +109,7 @@ pub fn srp_area(arch: &Arch) -> f64 {
         let lanes = f64::from(fu.width / 32).max(1.0);
         operators_area += f64::from(widest.add) * FP_ADD
             + f64::from(widest.mul) * FP_MUL
-            + f64::from(widest.rcp) * FP_RCP
+            + f64::from(widest.rcp) * function_area(p.div)
             + f64::from(widest.cmp) * FP_CMP
             + lanes * INT_ADD;
         if fu.op(Class::Sfu).is_some() {
@@ -124,7 +133,7 @@ mod tests {
 
     #[test]
     fn fewer_bits_cost_less_and_steps_cost_more() {
-        let table = |bits, steps| Approx::Table { bits, steps };
+        let table = Approx::table;
         let area = [
             function_area(table(8, 0)),
             function_area(table(12, 0)),

@@ -3,7 +3,7 @@
 //! [`parse`] goes through four forms, and each step reports all it finds and goes on: the text
 //! becomes a tree with positions (`tree`), serde makes the tree into the file's own structs (`de`,
 //! `raw`), these become an [`Arch`] with every name resolved and every default filled in (`units`,
-//! `array`, `links`, `system`, `dram`), and `rules` are checked on the whole.
+//! `array`, `links`, `special`, `system`, `dram`), and `rules` are checked on the whole.
 //!
 //! Codes of messages: `A01xx` not XML, `A02xx` not an element or attribute of a machine file,
 //! `A03xx` not a value, `A04xx` names, cells and links, `A05xx` rules of the machine, `A06xx` the
@@ -18,6 +18,7 @@ mod links;
 mod quote;
 mod raw;
 mod rules;
+mod special;
 mod standard;
 mod system;
 mod tree;
@@ -77,7 +78,7 @@ fn resolve(machine: &raw::Machine, at: Span, found: &Findings) -> Option<Arch> {
     let name = values::required_identifier(found, &machine.name, "machine", at);
     let resources = units::resources(found, &machine.resource);
     let cx = units::op_context(found, &machine.op, &resources);
-    let precision = system::precision(found, &machine.special, &machine.system);
+    let precision = special::precision(found, &machine.special, &machine.system);
     let system = system::system(found, &machine.system);
     let Some(array) = &machine.array else {
         if !found.suspects(at, "array") {

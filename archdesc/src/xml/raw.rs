@@ -136,6 +136,8 @@ raw! {
         function: Option<Text>,
         bits: Option<Text>,
         steps: Option<Text>,
+        fused: Option<Text>,
+        refine: Option<Text>,
     }
 
     /// `<system>`

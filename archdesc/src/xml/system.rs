@@ -1,16 +1,14 @@
 //! The units round the array. What the file leaves out is the paper's.
 
-use std::collections::BTreeMap;
-
 use super::de::Spanned;
 use super::dram;
 use super::findings::Findings;
 use super::limits::{self, Limit};
 use super::raw::{self, Text};
-use super::units::unique;
+use super::special;
 use super::values;
 use crate::datapath::{FpLatency, Intersection, Latencies, box_depth};
-use crate::precision::{Approx, Precision};
+use crate::precision::Approx;
 use crate::system::{BufferSpec, BusSpec, CacheSpec, Pipeline, SystemSpec, TniSpec};
 
 /// The system of the SGRT paper: its section 4.1, and where it is silent the assumptions that
@@ -228,7 +226,7 @@ fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, default: TniSpec) -> T
     let intersections = Intersection::ALL.map(|i| (i.name(), i));
     let intersection = values::word(found, &raw.intersection, "intersection", &intersections)
         .unwrap_or(default.intersection);
-    let rcp = tni_rcp(found, &raw.special);
+    let rcp = special::tni_rcp(found, &raw.special);
     let mut default = TniSpec {
         intersection,
         rcp,
@@ -326,117 +324,4 @@ fn bus(found: &Findings, raw: &Option<Spanned<raw::Bus>>, default: BusSpec) -> B
         mhz: values::number(found, &raw.mhz, limits::MHZ, default.mhz),
         latency: values::number(found, &raw.latency, limits::BUS_LATENCY, default.latency),
     }
-}
-
-/// A special function.
-pub(super) struct Function {
-    /// Its name in the file.
-    pub(super) name: &'static str,
-    /// Whether it has Newton–Raphson steps.
-    newton: bool,
-    /// Its precision.
-    pub(super) field: fn(&mut Precision) -> &mut Approx,
-}
-
-const fn function(
-    name: &'static str,
-    newton: bool,
-    field: fn(&mut Precision) -> &mut Approx,
-) -> Function {
-    Function {
-        name,
-        newton,
-        field,
-    }
-}
-
-/// All special functions.
-pub(super) const FUNCTIONS: [Function; 6] = [
-    function("rcp", true, |p| &mut p.rcp),
-    function("rsqrt", true, |p| &mut p.rsqrt),
-    function("sqrt", true, |p| &mut p.sqrt),
-    function("exp2", false, |p| &mut p.exp2),
-    function("log2", false, |p| &mut p.log2),
-    function("sincos", false, |p| &mut p.sincos),
-];
-
-/// The precision of the special functions, exact where the file says nothing, and of the texture
-/// unit.
-pub(super) fn precision(
-    found: &Findings,
-    raw: &[Spanned<raw::Special>],
-    system: &Option<Spanned<raw::System>>,
-) -> Precision {
-    let mut precision = specials(found, raw, &FUNCTIONS.map(|f| f.name));
-    let texture = system.as_ref().and_then(|s| s.value.texture.as_ref());
-    if let Some(texture) = texture {
-        let bits = &mut precision.texture_weight_bits;
-        *bits = values::number(
-            found,
-            &texture.value.weight_bits,
-            limits::WEIGHT_BITS,
-            *bits,
-        );
-    }
-    precision
-}
-
-/// The precision of the reciprocal in the T&I unit, which has no other special function.
-fn tni_rcp(found: &Findings, raw: &[Spanned<raw::Special>]) -> Approx {
-    specials(found, raw, &["rcp"]).rcp
-}
-
-fn specials(found: &Findings, raw: &[Spanned<raw::Special>], allowed: &[&str]) -> Precision {
-    let mut precision = Precision::EXACT;
-    let mut seen = BTreeMap::new();
-    for special in raw {
-        let approx = |newton| approx(found, special, newton);
-        let Some(text) = &special.function else {
-            values::missing(found, "function", "special", special.span);
-            approx(true);
-            continue;
-        };
-        let function = FUNCTIONS
-            .iter()
-            .find(|f| f.name == text.value && allowed.contains(&f.name));
-        match function {
-            None => {
-                values::unknown(found, "A0412", text, "function", allowed.iter().copied());
-                approx(true);
-            }
-            Some(function) => {
-                if unique(found, &mut seen, function.name, text.span, "function") {
-                    *(function.field)(&mut precision) = approx(function.newton);
-                }
-            }
-        }
-    }
-    precision
-}
-
-fn approx(found: &Findings, special: &Spanned<raw::Special>, newton: bool) -> Approx {
-    let exact = match &special.bits {
-        Some(bits) => bits.value == "exact",
-        None => true,
-    };
-    let steps = values::number(found, &special.steps, limits::APPROX_STEPS, 0);
-    let complaint = match &special.steps {
-        Some(text) if exact => Some((text, "an exact function takes no steps", "without `bits`")),
-        Some(text) if !newton && steps > 0 => Some((
-            text,
-            "only reciprocal and roots have Newton–Raphson steps",
-            "must be 0 here",
-        )),
-        _ => None,
-    };
-    if let Some((text, message, label)) = complaint {
-        found.push(found.error("A0305", text.span, message, label));
-        return Approx::Exact;
-    }
-    if exact {
-        return Approx::Exact;
-    }
-    let limit = limits::APPROX_BITS;
-    let bits = values::number(found, &special.bits, limit, limit.max);
-    Approx::Table { bits, steps }
 }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use super::dram::{PARTS, ROW_POLICIES};
 use super::links::{TOPOLOGIES, Topology};
-use super::system::FUNCTIONS;
+use super::special::FUNCTIONS;
 use crate::arch::{Approx, Arch, FileKind, FileSpec, Fu, FuSpec};
 use crate::dram::{BankedSpec, DramModel, DramSpec};
 use crate::system::{CacheSpec, Pipeline, SystemSpec};
@@ -62,7 +62,16 @@ fn write_special(out: &mut String, indent: &str, name: &str, approx: Approx) -> 
     write!(out, "{indent}<special function=\"{name}\"")?;
     match approx {
         Approx::Exact => writeln!(out, " bits=\"exact\"/>"),
-        Approx::Table { bits, steps } => writeln!(out, " bits=\"{bits}\" steps=\"{steps}\"/>"),
+        Approx::Table {
+            bits,
+            steps,
+            fused,
+            refine,
+        } => {
+            let refine = refine.name();
+            write!(out, " bits=\"{bits}\" steps=\"{steps}\"")?;
+            writeln!(out, " fused=\"{fused}\" refine=\"{refine}\"/>")
+        }
     }
 }
 

@@ -4,7 +4,9 @@
 use crate::double_double::{self, Dd};
 use crate::values::{Random, floats, result};
 use srp_archdesc::Opcode;
-use srp_archdesc::ops::semantics::elementary::{cos, exp2, log2, rcp, rsqrt, sin, sqrt};
+use srp_archdesc::ops::semantics::elementary::{
+    SEPARATE, cos, exp2, fdiv, log2, rcp, rsqrt, sin, sqrt,
+};
 
 const ONE: u32 = 0x3f80_0000;
 const NAN: u32 = 0x7fc0_0000;
@@ -69,7 +71,9 @@ fn sqrt_is_correctly_rounded() {
 
 #[test]
 fn special_operands() {
-    for (bits, steps) in [(0, 0), (4, 0), (8, 1), (12, 2), (23, 3)] {
+    let precisions = [(0, 0), (4, 0), (8, 1), (12, 2), (23, 3)];
+    let separate = [(4, 3 | SEPARATE), (12, 1 | SEPARATE)];
+    for (bits, steps) in precisions.into_iter().chain(separate) {
         for (x, y) in [
             (0, INFINITY),
             (SIGN, SIGN | INFINITY),
@@ -263,6 +267,46 @@ fn newton_steps_reach_full_precision() {
             inverse <= bound && root <= bound + 0.6,
             "{bits}+{steps}: {inverse} {root}"
         );
+    }
+}
+
+/// The quotient of a table is off by what its reciprocal is and a rounding more, and where it is
+/// denormal by half of the least number; zeros, infinities and NaNs are those of exact division.
+#[test]
+fn quotients_keep_their_bits() {
+    let mut random = Random(11);
+    let specials = floats();
+    let pairs = specials.iter().flat_map(|&a| {
+        let specials = specials.clone();
+        specials.into_iter().map(move |b| (a, b))
+    });
+    let pairs: Vec<(u32, u32)> = pairs
+        .chain((0..50_000).map(|_| (random.word(), random.word())))
+        .collect();
+    for (bits, steps, error) in [
+        (0, 0, 0.5f64.powi(24)),
+        (6, 0, 0.5f64.powi(6)),
+        (12, 1 | SEPARATE, 2.5 * 0.5f64.powi(23)),
+        (12, 2, 1.1 * 0.5f64.powi(23)),
+    ] {
+        for &(a, b) in &pairs {
+            let (above, below) = (f32::from_bits(a), f32::from_bits(b));
+            let found = f32::from_bits(fdiv(a, b, bits, steps));
+            let exact = f64::from(above) / f64::from(below);
+            if !exact.is_normal() || !below.is_finite() {
+                let expected = above / below;
+                assert!(
+                    found.to_bits() == expected.to_bits() || found.is_nan() && expected.is_nan(),
+                    "{above} / {below} = {found}"
+                );
+            } else if exact.abs() < f64::from(f32::MAX) * (1.0 - error) {
+                let bound = exact.abs() * (error + 0.5f64.powi(24)) + 0.5f64.powi(150);
+                let off = (f64::from(found) - exact).abs();
+                assert!(off <= bound, "{above} / {below} = {found}, {bits} bits");
+            } else if exact.abs() > f64::from(f32::MAX) * (1.0 + 2.0 * error) {
+                assert_eq!(f64::from(found), exact.signum() * f64::INFINITY);
+            }
+        }
     }
 }
 

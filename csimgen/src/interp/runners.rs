@@ -122,10 +122,7 @@ srp_archdesc::with_operations!(computing);
 
 /// What a computing step's function takes after its operands; for memory the offset.
 pub(super) fn extra(op: Opcode, imm: i32, precision: &Precision) -> [u32; 2] {
-    let table = |approx| match approx {
-        Approx::Exact => [0, 0],
-        Approx::Table { bits, steps } => [bits, steps],
-    };
+    let table = |approx: Approx| <[u32; 2]>::from(approx.arguments());
     if op == Opcode::Tex {
         return [precision.texture_weight_bits, 0];
     }

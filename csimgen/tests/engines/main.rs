@@ -9,6 +9,7 @@ mod world;
 
 use cases::Case;
 use srp_archdesc::Arch;
+use srp_archdesc::arch::{Approx, Refine};
 use srp_archdesc::entity::Entity;
 use srp_csimgen::{CompileOptions, Interpreter, SimSpec, Simulator, compile, emit, link};
 use srp_runtime::core::{Activity, Core, Trap};
@@ -115,6 +116,19 @@ fn delayed() -> Arch {
         spec.delay = link.index() as u32 % 3;
     }
     arch.branch_delay = 3;
+    arch.precision.div = Approx::table(12, 1);
+    arch.precision.rsqrt = Approx::Table {
+        bits: 8,
+        steps: 2,
+        fused: false,
+        refine: Refine::Unit,
+    };
+    arch.precision.rcp = Approx::Table {
+        bits: 12,
+        steps: 1,
+        fused: true,
+        refine: Refine::Code,
+    };
     arch.contexts = 1024;
     arch
 }

@@ -66,10 +66,7 @@ fn interpreted(text: &str, optimise: bool) -> Result<Option<String>, String> {
         compile(&[source], &options).map_err(|m| render_all(&m, &texts, false))?;
     verify(&program).map_err(|v| format!("{v:#?}"))?;
     if optimise {
-        let options = pass::Options {
-            precision: Precision::EXACT,
-            associative_math: false,
-        };
+        let options = pass::Options::new(Precision::EXACT);
         pass::optimise(&mut program, &options);
         verify(&program).map_err(|v| format!("after the passes: {v:#?}"))?;
     }

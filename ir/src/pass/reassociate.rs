@@ -3,6 +3,8 @@
 //! additions becomes one through a single one. Results differ in their rounding, so no other pass
 //! does this.
 
+use super::Remark;
+use super::licence::uses;
 use crate::program::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 use srp_archdesc::entity::EntityMap;
@@ -14,26 +16,17 @@ const ASSOCIATIVE: [Opcode; 4] = [Opcode::Fadd, Opcode::Fmul, Opcode::Vfadd, Opc
 /// How long a value takes: what the loop carries last of all, then by the operations before it.
 type Rank = (bool, u32);
 
-/// Balances the trees of associative operations within each block.
-pub fn reassociate(func: &mut Function) -> bool {
-    let uses = uses(func);
-    let mut changed = false;
-    for block in func.layout.clone() {
-        changed |= balance_block(func, block, &uses);
-    }
-    changed
-}
+/// The name of this pass in remarks.
+pub const REASSOCIATE: &str = "associative-math";
 
-/// How often each value is used.
-fn uses(func: &Function) -> EntityMap<Value, u32> {
-    let mut uses = EntityMap::filled(func.values.len(), 0);
-    for &block in &func.layout {
-        for &inst in &func.blocks[block].insts {
-            func.insts[inst].kind.for_each_use(|v| uses[v] += 1);
-        }
-        func.blocks[block].end.for_each_use(|v| uses[v] += 1);
+/// Balances the trees of associative operations within each block.
+pub fn reassociate(func: &mut Function, remarks: &mut Vec<Remark>) -> bool {
+    let uses = uses(func);
+    let before = remarks.len();
+    for block in func.layout.clone() {
+        balance_block(func, block, &uses, remarks);
     }
-    uses
+    remarks.len() > before
 }
 
 /// The operation of an associative instruction, with its operands.
@@ -46,7 +39,12 @@ fn associative(func: &Function, inst: Inst) -> Option<(Opcode, [Value; 2])> {
     }
 }
 
-fn balance_block(func: &mut Function, block: Block, uses: &EntityMap<Value, u32>) -> bool {
+fn balance_block(
+    func: &mut Function,
+    block: Block,
+    uses: &EntityMap<Value, u32>,
+    remarks: &mut Vec<Remark>,
+) {
     let made_by: FxHashMap<Value, Inst> = (func.blocks[block].insts.iter())
         .flat_map(|&inst| func.insts[inst].results.iter().map(move |&v| (v, inst)))
         .collect();
@@ -61,7 +59,6 @@ fn balance_block(func: &mut Function, block: Block, uses: &EntityMap<Value, u32>
             within.extend(args.iter().filter_map(|&arg| inner(func, arg, op)));
         }
     }
-    let mut changed = false;
     for root in func.blocks[block].insts.clone() {
         let Some((op, args)) = associative(func, root).filter(|_| !within.contains(&root)) else {
             continue;
@@ -78,11 +75,14 @@ fn balance_block(func: &mut Function, block: Block, uses: &EntityMap<Value, u32>
                 None => leaves.push(value),
             }
         }
-        if leaves.len() > 2 {
-            changed |= rebuild(func, block, root, tree, leaves);
+        if leaves.len() > 2 && rebuild(func, block, root, tree, leaves) {
+            remarks.push(Remark {
+                pos: func.insts[root].pos,
+                pass: REASSOCIATE,
+                message: "the sum or product is taken in another order".to_owned(),
+            });
         }
     }
-    changed
 }
 
 /// Combines the leaves of a tree, always the two that are there first; whether that is new.

@@ -4,5 +4,6 @@ mod generate;
 mod goldens;
 mod interp;
 mod passes;
+mod precision;
 mod text;
 mod verify;

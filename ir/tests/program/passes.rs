@@ -11,10 +11,7 @@ use srp_ir::verify;
 /// A pass over a program, with what it has to tell.
 type Pass = fn(&mut Program) -> Vec<Remark>;
 
-const OPTIONS: pass::Options = pass::Options {
-    precision: Precision::EXACT,
-    associative_math: false,
-};
+const OPTIONS: pass::Options = pass::Options::new(Precision::EXACT);
 
 /// Applies a pass to each function.
 fn each(program: &mut Program, mut pass: impl FnMut(&mut Function)) -> Vec<Remark> {

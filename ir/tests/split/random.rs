@@ -96,10 +96,7 @@ fn divided_programs_mean_the_same() {
     for seed in 0..2000 {
         let mut program = generate::program(seed);
         compare(&program, seed, &mut plain);
-        let options = pass::Options {
-            precision: Precision::EXACT,
-            associative_math: false,
-        };
+        let options = pass::Options::new(Precision::EXACT);
         pass::optimise(&mut program, &options);
         compare(&program, seed, &mut optimised);
     }

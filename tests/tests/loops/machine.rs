@@ -77,6 +77,21 @@ pub(crate) fn random(random: &mut Pcg64) -> String {
         ));
         line(format_args!("  </fu-type>"));
     }
+    for function in ["rcp", "rsqrt", "sqrt", "div"] {
+        let (bits, steps) = (4 + below(random, 20), below(random, 4));
+        let fused = one_of(random, &["true", "false"]);
+        // The loops are in the form after the passes, for which code has its steps already.
+        let refine = match function {
+            "rcp" => one_of(random, &["unit", "code"]),
+            _ => "unit",
+        };
+        if below(random, 2) == 0 {
+            line(format_args!(
+                "  <special function=\"{function}\" bits=\"{bits}\" steps=\"{steps}\" \
+                 fused=\"{fused}\" refine=\"{refine}\"/>"
+            ));
+        }
+    }
     let (rows, cols) = (2 + below(random, 3), 2 + below(random, 3));
     let topology = one_of(random, &["mesh", "mesh-diagonal", "torus", "one-hop"]);
     let delay = u32::from(below(random, 6) == 0);

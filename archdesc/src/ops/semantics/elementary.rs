@@ -6,13 +6,21 @@
 //! hardware does: a table addressed by the top bits of the operand, each entry the value in the
 //! middle of its interval; the first interval has its value at its beginning, so that 1/1, √1, 2⁰,
 //! log2 1, sin 0 are exact. Tables are monotone. Reciprocal and roots are good to a relative error
-//! of 2^−bits and can be improved by `steps` Newton–Raphson steps on the mantissa, in binary32 with
-//! fused multiply-add; exp2 to a relative error of 2^−bits; log2, sine and cosine to an absolute
-//! one; all this before the result is rounded to binary32.
+//! of 2^−bits and can be improved by `steps` Newton–Raphson steps, in binary32 with fused
+//! multiply-add, or, with [`SEPARATE`], with a rounding after every operation; exp2 to a relative error
+//! of 2^−bits; log2, sine and cosine to an absolute one; all this before the result is rounded to
+//! binary32. A compiler that puts the same steps behind a first approximation gets the same bits.
 
-use super::word::{canonical, fma};
+use super::word::{canonical, flt, fma, fmul, fsub};
+
+/// In a number of Newton–Raphson steps: they have no fused operations.
+pub const SEPARATE: u32 = 1 << 8;
 
 const ONE: u32 = 0x3f80_0000;
+const MINUS_ONE: u32 = 0xbf80_0000;
+const HALF: u32 = 0x3f00_0000;
+const TWO: u32 = 0x4000_0000;
+const THREE: u32 = 0x4040_0000;
 const SIGN: u32 = 0x8000_0000;
 
 /// 2ⁿ for −1022 ≤ n ≤ 1023.
@@ -46,34 +54,63 @@ fn entry(x: f64, bits: u32) -> f64 {
 }
 
 /// 1/x. 1/±0 = ±∞, 1/±∞ = ±0; denormal operands and results are kept. A Newton step is
-/// e = fma(−m, y, 1), y = fma(y, e, y).
+/// e = fma(−x, y, 1), y = fma(y, e, y); without fused operations y = y·(2 − x·y). Where the reciprocal
+/// overflows there is no step that makes sense, and none is taken: e is −∞.
 pub fn rcp(x: u32, bits: u32, steps: u32) -> u32 {
     let value = f32::from_bits(x);
     if bits == 0 || value == 0.0 || !value.is_finite() {
         return canonical(1.0 / value);
     }
     let (mantissa, exponent) = normalized(f64::from(value.abs()));
-    let m = (mantissa as f32).to_bits();
-    let mut y = (entry(1.0 / interval(mantissa, bits), bits) as f32).to_bits();
-    for _ in 0..steps {
-        let error = fma(m ^ SIGN, y, ONE);
-        y = fma(y, error, y);
+    let first = entry(1.0 / interval(mantissa, bits), bits) * power_of_two(-exponent);
+    let mut y = (first as f32).to_bits() | (x & SIGN);
+    for _ in 0..steps % SEPARATE {
+        if steps < SEPARATE {
+            let error = fma(x ^ SIGN, y, ONE);
+            if flt(MINUS_ONE, error) {
+                y = fma(y, error, y);
+            }
+        } else {
+            let factor = fsub(TWO, fmul(x, y));
+            if flt(0, factor) {
+                y = fmul(y, factor);
+            }
+        }
     }
-    let result = f64::from(f32::from_bits(y)) * power_of_two(-exponent);
-    (result as f32).to_bits() | (x & SIGN)
+    y
+}
+
+/// a/b: exact, or the product of the mantissa of a and the reciprocal of that of b, with its steps,
+/// rounded once, and once more where it is denormal. Zeros, infinities and NaNs as everywhere.
+pub fn fdiv(a: u32, b: u32, bits: u32, steps: u32) -> u32 {
+    let (above, below) = (f32::from_bits(a), f32::from_bits(b));
+    let ordinary = |x: f32| x != 0.0 && x.is_finite();
+    if bits == 0 || !ordinary(above) || !ordinary(below) {
+        return canonical(above / below);
+    }
+    let (above, exponent) = normalized(f64::from(above.abs()));
+    let (below, less) = normalized(f64::from(below.abs()));
+    let reciprocal = rcp((below as f32).to_bits(), bits, steps);
+    let quotient = fmul((above as f32).to_bits(), reciprocal);
+    let quotient = f64::from(f32::from_bits(quotient)) * power_of_two(exponent - less);
+    (quotient as f32).to_bits() | ((a ^ b) & SIGN)
 }
 
 /// 1/√m for 1 ≤ m < 4, from a table of 2·2^bits entries, half of them for m ≥ 2. A Newton step is
-/// e = fma(−(m·y), y, 1), y = fma(y/2, e, y).
+/// e = fma(−(m·y), y, 1), y = fma(y/2, e, y); without fused operations y = (y/2)·(3 − (m·y)·y).
 fn table_rsqrt(m: f32, bits: u32, steps: u32) -> f32 {
     let half = if m < 2.0 { 1.0 } else { 2.0 };
     let center = half * interval(f64::from(m) / half, bits);
-    let mut y = entry(1.0 / center.sqrt(), bits) as f32;
-    for _ in 0..steps {
-        let error = fma((-(m * y)).to_bits(), y.to_bits(), ONE);
-        y = f32::from_bits(fma((0.5 * y).to_bits(), error, y.to_bits()));
+    let mut y = (entry(1.0 / center.sqrt(), bits) as f32).to_bits();
+    for _ in 0..steps % SEPARATE {
+        let (along, halved) = (fmul(m.to_bits(), y), fmul(HALF, y));
+        y = if steps < SEPARATE {
+            fma(halved, fma(along ^ SIGN, y, ONE), y)
+        } else {
+            fmul(halved, fsub(THREE, fmul(along, y)))
+        };
     }
-    y
+    f32::from_bits(y)
 }
 
 /// `x` > 0, finite, as (m, n) with x = m·4ⁿ and 1 ≤ m < 4.
@@ -115,7 +152,7 @@ fn polynomial<const N: usize>(x: f64, coefficients: [f64; N]) -> f64 {
 }
 
 /// 2^x for −150 < x < 128: 2ⁿ·e^(r ln 2), n the nearest integer.
-fn power(x: f64) -> f64 {
+pub(crate) fn power(x: f64) -> f64 {
     const TAYLOR: [f64; 13] = [
         1.0 / 479001600.0,
         1.0 / 39916800.0,
@@ -160,7 +197,7 @@ pub fn exp2(x: u32, bits: u32) -> u32 {
 
 /// log2 x for normal x > 0: with x = 2ⁿ·m and m within a factor of √2 of 1,
 /// n + (2 / ln 2)·artanh((m − 1)/(m + 1)).
-fn logarithm(x: f64) -> f64 {
+pub(crate) fn logarithm(x: f64) -> f64 {
     const ARTANH: [f64; 10] = [
         1.0 / 19.0,
         1.0 / 17.0,
@@ -246,7 +283,7 @@ fn reduce(x: f32) -> (f64, u32) {
 }
 
 /// sin r for |r| ≤ π/4, by Taylor's series.
-fn sine(r: f64) -> f64 {
+pub(crate) fn sine(r: f64) -> f64 {
     const TAYLOR: [f64; 8] = [
         -1.0 / 1307674368000.0,
         1.0 / 6227020800.0,
@@ -261,7 +298,7 @@ fn sine(r: f64) -> f64 {
 }
 
 /// cos r for |r| ≤ π/4, by Taylor's series.
-fn cosine(r: f64) -> f64 {
+pub(crate) fn cosine(r: f64) -> f64 {
     const TAYLOR: [f64; 9] = [
         1.0 / 20922789888000.0,
         -1.0 / 87178291200.0,

@@ -380,12 +380,6 @@ pub(super) fn odd_sum(a: u32, b: u32, c: u32) -> f64 {
     }
 }
 
-/// Quotient.
-#[inline(always)]
-pub fn fdiv(a: u32, b: u32) -> u32 {
-    canonical(float(a) / float(b))
-}
-
 /// Signed integer to the nearest float.
 #[inline(always)]
 pub fn itof(a: u32) -> u32 {

@@ -27,7 +27,7 @@ pub fn widening(rcp: Approx) -> f32 {
     let of_reciprocal = match rcp {
         Approx::Exact => U,
         // A step leaves at best a few units in the last place, and squares what it starts from.
-        Approx::Table { bits, steps } => {
+        Approx::Table { bits, steps, .. } => {
             let first = exp2(-(bits as i32) + 1);
             let improved = (0..steps).fold(first, |e, _| 2.0 * e * e);
             improved.max(4.0 * U)

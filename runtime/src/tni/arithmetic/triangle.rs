@@ -38,7 +38,8 @@ fn quotient(above: f32, below: f32, rcp: Approx) -> f32 {
 fn reciprocal(x: f32, rcp: Approx) -> f32 {
     match rcp {
         Approx::Exact => 1.0 / x,
-        Approx::Table { bits, steps } => {
+        Approx::Table { .. } => {
+            let (bits, steps) = rcp.arguments();
             f32::from_bits(semantics::elementary::rcp(x.to_bits(), bits, steps))
         }
     }
@@ -229,7 +230,7 @@ mod tests {
         let triangle = [[1.0, 0.0, 2.0], [-1.0, 1.0, 2.5], [-1.0, -1.0, 3.0]];
         let ray = Ray::new([0.1, 0.05, -1.0], [-0.05, 0.0, 1.0], 0.0, f32::MAX, 0);
         let prepared = Prepared::of(&ray).expect("a proper ray");
-        for rcp in [Approx::Exact, Approx::Table { bits: 20, steps: 1 }] {
+        for rcp in [Approx::Exact, Approx::table(20, 1)] {
             let found = Intersection::ALL.map(|test| {
                 let hit = prepared.intersect(&record(triangle, test), test, rcp);
                 hit.expect("it goes through")
