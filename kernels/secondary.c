@@ -42,7 +42,7 @@ int scatter(const srp_surface *surfaces, const int *onward, srp_waiting *waiting
         float eta = srp_select(outside, srp_rcp(index), index);
         float along = eta * cosine;
         float square = difference_of_products(along, along, eta - 1.0f, eta + 1.0f);
-        int total = bends && square <= 0.0f;
+        int total = bends && square <= 0.0f; /* decides: total internal reflection */
         float behind = srp_sqrt(srp_fmax(square, 0.0f));
         float4 bent = direction * eta + normal * (along - behind);
         float up = srp_dot3(bent, geometric);

@@ -10,6 +10,7 @@
 //! * [`text`]: the listing of a program, written and read back.
 //! * [`verify()`]: what holds of every program.
 //! * [`interp`]: what a program means.
+//! * [`shadow`]: where its rounding errors come from.
 //! * [`pass`]: what makes it better.
 
 pub mod dfg;
@@ -20,6 +21,7 @@ pub mod interp;
 pub mod layout;
 pub mod pass;
 pub mod program;
+pub mod shadow;
 pub mod split;
 pub mod text;
 pub mod verify;

@@ -2,6 +2,7 @@
 
 use crate::{c_files, compiled_for, machine};
 use srp_archdesc::arch::Arch;
+use srp_csimgen::attribution::{self, Attribution};
 use srp_csimgen::functional::{self, Frame, FunctionalError};
 use srp_csimgen::{Interpreter, link};
 use srp_ir::{Program, split};
@@ -13,6 +14,18 @@ use srp_runtime::scene::Scene;
 use srp_runtime::scene_image::{self, SceneImage};
 use srp_runtime::system::{self, Report, SystemError};
 use srp_scheduler::{Known, Options, schedule};
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+/// The lines of the kernels that decide about total internal reflection.
+pub fn reflecting_lines() -> BTreeSet<(String, u32)> {
+    let lines = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let text = std::fs::read_to_string(path).unwrap_or_default();
+        attribution::reflecting_lines(&name, &text)
+    };
+    c_files("kernels").iter().flat_map(lines).collect()
+}
 
 /// A scene, and what all its frames share.
 pub struct Studio {
@@ -71,6 +84,31 @@ impl Studio {
             cancelled: &|| false,
         };
         functional::render(&self.image(), program, &self.arch, options)
+    }
+
+    /// Where the errors of a frame come from, by so many threads, each of which remembers so many
+    /// operations at once.
+    ///
+    /// # Errors
+    ///
+    /// Why it was not finished.
+    pub fn attribution(
+        &self,
+        program: &Program,
+        threads: usize,
+        most_nodes: usize,
+    ) -> Result<Attribution, FunctionalError> {
+        let options = attribution::Options {
+            guard: &Guard::default(),
+            threads,
+            tiles: None,
+            total_reflection: &reflecting_lines(),
+            most_nodes,
+            progress: &mut |_| {},
+            cancelled: &|| false,
+        };
+        let triangles = &self.scene.triangles;
+        attribution::attribute(triangles, &self.image(), program, &self.arch, options)
     }
 
     /// A frame of kernels that are built for some effects.

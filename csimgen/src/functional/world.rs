@@ -8,7 +8,7 @@ use srp_ir::interp::{Outcome, PortOut, Trap, World};
 use srp_ir::layout::FIRST_ADDRESS;
 use srp_runtime::effect::{Guard, Missing};
 use srp_runtime::memory::SystemMemory;
-use srp_runtime::tni::{Runs, SubmitError, Untimed};
+use srp_runtime::tni::{HitRecord, Runs, SubmitError, Untimed};
 
 /// Why a program is stopped that has done nothing wrong by itself.
 #[derive(Clone, Debug)]
@@ -34,6 +34,9 @@ pub(crate) struct TileWorld<'a> {
     runs: Runs,
     counts: Counts,
     fault: Option<Fault>,
+    /// The ray buffer and the hit buffer of the last submission, and its hits.
+    submitted: Option<(u32, u32)>,
+    records: Vec<HitRecord>,
 }
 
 impl<'a> TileWorld<'a> {
@@ -61,7 +64,25 @@ impl<'a> TileWorld<'a> {
             runs: Runs::default(),
             counts: Counts::default(),
             fault: None,
+            submitted: None,
+            records: Vec::new(),
         }
+    }
+
+    /// Addresses of the ray buffer and the hit buffer of the last submission.
+    pub(crate) fn submitted(&self) -> Option<(u32, u32)> {
+        self.submitted
+    }
+
+    /// Its hits, in the order of the hit buffer.
+    pub(crate) fn records(&self) -> &[HitRecord] {
+        &self.records
+    }
+
+    /// A word of the SRAM.
+    pub(crate) fn sram_word(&self, address: u32) -> u32 {
+        let bytes = self.sram.get(address as usize..address as usize + 4);
+        bytes.map_or(0, |bytes| value(bytes).as_word())
     }
 
     /// What a run came to, in the words of a frame.
@@ -111,7 +132,12 @@ impl<'a> TileWorld<'a> {
     fn submit(&mut self, count: u32) -> bool {
         let (rays, hits) = (self.rays, self.hits);
         match self.tni.submit(rays, hits, count, &mut self.sram) {
-            Ok(_) => true,
+            Ok(records) => {
+                self.records.clear();
+                self.records.extend_from_slice(records);
+                self.submitted = Some((rays, hits));
+                true
+            }
             Err(SubmitError::Busy) => false,
             Err(SubmitError::OutOfBounds { address, bytes }) => {
                 self.fault = Some(Fault::Submission { address, bytes });

@@ -5,11 +5,11 @@ use glam::DVec3;
 
 /// A hit: distance in lengths of the direction, triangle, weights of its second and third vertex.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Hit {
-    pub(super) t: f64,
-    pub(super) triangle: usize,
-    pub(super) u: f64,
-    pub(super) v: f64,
+pub(crate) struct Hit {
+    pub(crate) t: f64,
+    pub(crate) triangle: usize,
+    pub(crate) u: f64,
+    pub(crate) v: f64,
 }
 
 enum Node {
@@ -18,13 +18,13 @@ enum Node {
 }
 
 /// The triangles of a scene.
-pub(super) struct Geometry {
+pub(crate) struct Geometry {
     corners: Vec<[DVec3; 3]>,
     root: Node,
 }
 
 impl Geometry {
-    pub(super) fn of(triangles: &[Triangle]) -> Geometry {
+    pub(crate) fn of(triangles: &[Triangle]) -> Geometry {
         let corners: Vec<[DVec3; 3]> = triangles
             .iter()
             .map(|t| t.positions.map(|p| p.as_dvec3()))
@@ -34,7 +34,7 @@ impl Geometry {
     }
 
     /// The nearest hit beyond 0 and up to `end`.
-    pub(super) fn nearest(&self, origin: DVec3, direction: DVec3, end: f64) -> Option<Hit> {
+    pub(crate) fn nearest(&self, origin: DVec3, direction: DVec3, end: f64) -> Option<Hit> {
         let mut hit = None;
         self.visit(&self.root, origin, direction, end, &mut hit);
         hit

@@ -4,7 +4,7 @@
 //! It is recursive and scalar, finds hits by another test in another tree, and shares with the
 //! kernels the document and the random numbers of samples, no code.
 
-mod geometry;
+pub(crate) mod geometry;
 mod numbers;
 mod path;
 mod surface;

@@ -12,6 +12,7 @@
 
 pub mod arithmetic;
 mod counters;
+mod exact;
 mod fetch;
 mod function;
 mod ist;
@@ -46,6 +47,7 @@ use crate::bvh::{NodeRef, TRIANGLE_BYTES};
 use crate::memory::SystemMemory;
 
 pub use counters::{DispatchAccount, TniCounters, UnitCounters};
+pub use exact::{Exact, ExactRay, Meeting};
 pub use fetch::RauCounters;
 pub use function::{Traced, Tracer};
 pub use pipe::{PipeCounters, StallAccount};

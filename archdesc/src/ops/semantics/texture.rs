@@ -36,18 +36,12 @@ pub struct Footprint {
 /// The footprint of a coordinate, binary32 `u` and `v` in lanes 0 and 1, in the texture of a
 /// descriptor.
 pub fn footprint(descriptor: V4, uv: V4, bits: u32) -> Footprint {
-    let V4([texels, width, height, flags]) = descriptor;
+    let V4([_, width, height, flags]) = descriptor;
     let clamp = flags & CLAMP != 0;
     let (width, height) = (width.clamp(1, 1 << 16), height.clamp(1, 1 << 16));
     let (x, x_weight) = between(uv.0[0], width, clamp, bits);
     let (y, y_weight) = between(uv.0[1], height, clamp, bits);
-    let tiles = width.div_ceil(4);
-    let address = |x: u32, y: u32| {
-        let tile = (y / 4).wrapping_mul(tiles).wrapping_add(x / 4);
-        texels
-            .wrapping_add(tile.wrapping_mul(64))
-            .wrapping_add(16 * (y % 4) + 4 * (x % 4))
-    };
+    let address = |x: u32, y: u32| texel_address(descriptor, x, y);
     Footprint {
         addresses: [
             address(x[0], y[0]),
@@ -57,6 +51,16 @@ pub fn footprint(descriptor: V4, uv: V4, bits: u32) -> Footprint {
         ],
         weights: [x_weight, y_weight],
     }
+}
+
+/// The address of the texel in a column and a row of the texture of a descriptor.
+pub fn texel_address(descriptor: V4, x: u32, y: u32) -> u32 {
+    let V4([texels, width, ..]) = descriptor;
+    let tiles = width.clamp(1, 1 << 16).div_ceil(4);
+    let tile = (y / 4).wrapping_mul(tiles).wrapping_add(x / 4);
+    texels
+        .wrapping_add(tile.wrapping_mul(64))
+        .wrapping_add(16 * (y % 4) + 4 * (x % 4))
 }
 
 /// The two texels of an axis of `size` that a coordinate lies between, and the weight of the second.
@@ -127,7 +131,7 @@ pub fn filter(texels: V4, weights: [u32; 2], bits: u32) -> V4 {
 }
 
 /// A channel of a texel, in units of 2^−24.
-fn decoded(texel: u32, channel: usize) -> u32 {
+pub fn decoded(texel: u32, channel: usize) -> u32 {
     let byte = texel >> (8 * channel) & 255;
     match channel {
         3 => ((byte << 24) + 127) / 255,

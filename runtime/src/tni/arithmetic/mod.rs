@@ -13,9 +13,12 @@
 //! smaller number; and no hit is nearer than its leaf's box ([`Hit::take_nearer`]). So what a ray
 //! hits does not depend on the order in which its triangles are tested.
 
+mod staged;
 mod triangle;
 
 use srp_archdesc::arch::Approx;
+
+pub use staged::{staged, stages};
 
 /// Unit roundoff of binary32.
 const U: f32 = 1.0 / (1 << 24) as f32;

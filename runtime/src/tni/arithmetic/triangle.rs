@@ -9,7 +9,7 @@ use super::{Hit, Prepared, Ray, larger, smaller};
 use crate::bvh::TriangleRecord;
 
 /// The two axes after each.
-const NEXT: [usize; 3] = [1, 2, 0];
+pub(super) const NEXT: [usize; 3] = [1, 2, 0];
 
 /// Distance and weights of vertices 1 and 2.
 type Meeting = (f32, f32, f32);
@@ -27,7 +27,7 @@ pub(super) fn shear(ray: &Ray, longest: usize) -> [f32; 3] {
 
 /// A quotient: one rounding where the unit divides exactly, else a product by a reciprocal.
 #[inline]
-fn quotient(above: f32, below: f32, rcp: Approx) -> f32 {
+pub(super) fn quotient(above: f32, below: f32, rcp: Approx) -> f32 {
     match rcp {
         Approx::Exact => above / below,
         Approx::Table { .. } => above * reciprocal(below, rcp),
@@ -35,7 +35,7 @@ fn quotient(above: f32, below: f32, rcp: Approx) -> f32 {
 }
 
 #[inline]
-fn reciprocal(x: f32, rcp: Approx) -> f32 {
+pub(super) fn reciprocal(x: f32, rcp: Approx) -> f32 {
     match rcp {
         Approx::Exact => 1.0 / x,
         Approx::Table { .. } => {
