@@ -40,11 +40,7 @@ fn program(lines: &str) -> Program {
     let (mut program, _) = compiled.unwrap_or_else(|messages| {
         panic!("{}", render_all(&messages, &shown, false));
     });
-    let options = pass::Options {
-        precision: Precision::EXACT,
-        associative_math: false,
-    };
-    pass::optimise(&mut program, &options);
+    pass::optimise(&mut program, &pass::Options::new(Precision::EXACT));
     program
 }
 
@@ -160,7 +156,7 @@ fn a_coarse_unit_is_named() {
                  out[0] = y * in[2];\nout[1] = srp_sqrt(y) + in[3];";
     let program = program(lines);
     let precision = Precision {
-        rcp: Approx::Table { bits: 12, steps: 0 },
+        rcp: Approx::table(12, 0),
         ..Precision::EXACT
     };
     let (found, _) = run(&program, &[1.7, 2.9, 3.3, 5.1], 2, precision);

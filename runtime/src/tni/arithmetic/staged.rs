@@ -161,7 +161,7 @@ mod tests {
         let triangles = demo().triangles;
         let mut tried = 0;
         for test in Intersection::ALL {
-            for rcp in [Approx::Exact, Approx::Table { bits: 12, steps: 1 }] {
+            for rcp in [Approx::Exact, Approx::table(12, 1)] {
                 for (i, triangle) in triangles.iter().enumerate() {
                     let record = TriangleRecord::of(triangle, i as u32, test);
                     let middle = triangle.positions.iter().sum::<glam::Vec3>() / 3.0;
