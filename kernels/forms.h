@@ -16,4 +16,28 @@
 #define SRP_POWER_SQUARING 1 /* by repeated squaring, for the nearest whole exponent up to 4095 */
 #define SRP_POWER_TABLE 2 /* by tables of both functions in the SRAM, straight between entries */
 
+/* Where on a surface rays begin. */
+#ifndef SRP_FORM_origin
+#define SRP_FORM_origin 0
+#endif
+#define SRP_ORIGIN_WEIGHTS 0 /* the weighted sum of the vertices: it lies on the triangle */
+#define SRP_ORIGIN_DISTANCE 1 /* so far along the ray: it is as exact as the distance */
+
+/* How they are kept from meeting that surface again. */
+#ifndef SRP_FORM_offset
+#define SRP_FORM_offset 0
+#endif
+#define SRP_OFFSET_VERTICES 0 /* off it by a part of the largest coordinate of its vertices */
+#define SRP_OFFSET_INTEGER 1 /* by 256 units of the last place of each coordinate */
+#define SRP_OFFSET_FIXED 2 /* by hits counting from 2^-13 of the scene, or of a shadow ray, on */
+#define SRP_OFFSET_NONE 3 /* not at all */
+
+/* Colours that are kept for a pixel, a ray or a surface, rounded to the nearest, ties to even. */
+#ifndef SRP_FORM_colour
+#define SRP_FORM_colour 0
+#endif
+#define SRP_COLOUR_F32 0 /* binary32 */
+#define SRP_COLOUR_F16 1 /* binary16 */
+#define SRP_COLOUR_BF16 2 /* bfloat16: the upper half of binary32 */
+
 #endif

@@ -220,8 +220,12 @@ static int send_waiting(int j)
         return 0;
     int buffer = take();
     jobs[j].waiting -= n;
+    float least = 0.0f;
+#if SRP_FORM(offset) == SRP_OFFSET_FIXED
+    least = LEAST_PART / scene.scale;
+#endif
     launch(waiting[j] + jobs[j].waiting, rays[buffer], views[buffer], weights[buffer],
-           scene.widening, scene.far, n);
+           scene.widening, least, scene.far, n);
     submit(j, SECONDARY, buffer, n);
     return 1;
 }
@@ -237,8 +241,8 @@ static int shade(int j, const srp_hit *h, int primary, int first, int n)
 #endif
     shading.primary = primary;
     shading.first = first;
-    int onwards = shade_hit(h, views[from], WEIGHTS(from), base[j], rays[buffer], LIT(buffer),
-                            SURFACES(j), ONWARD, &shading, light, colour, n);
+    int onwards = shade_hit(h, rays[from], views[from], WEIGHTS(from), base[j], rays[buffer],
+                            LIT(buffer), SURFACES(j), ONWARD, &shading, light, colour, n);
 #if SRP_EFFECT(reflection) || SRP_EFFECT(transparency)
     if (onwards)
         jobs[j].waiting += scatter(surfaces[j], onward, waiting[j] + jobs[j].waiting,
@@ -291,8 +295,8 @@ static int finish_packet(int j)
 #if SRP_SURFACES
         towards = (SRP_AT(const srp_light, scene.lights) + (jobs[j].light - 1))->position;
 #endif
-        int n = shade_tinted(h, lit[from], blocked, rays[buffer], lit[buffer], &shading, towards,
-                             shadow_hits);
+        int n = shade_tinted(h, rays[from], lit[from], blocked, rays[buffer], lit[buffer],
+                             &shading, towards, shadow_hits);
         sent = n > 0;
         if (sent)
             submit(j, SHADOW, buffer, n);

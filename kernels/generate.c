@@ -3,7 +3,7 @@
 
 #if SRP_SECONDARY
 void launch(const srp_waiting *waiting, srp_ray *rays, float4 *views, float4 *weights,
-            float widening, float far, int n)
+            float widening, float least, float far, int n)
 {
 #pragma srp kernel
     for (int i = 0; i < n; i++) {
@@ -15,7 +15,7 @@ void launch(const srp_waiting *waiting, srp_ray *rays, float4 *views, float4 *we
         views[i] = view;
         float4 widened = reciprocal * widening;
         widened[3] = srp_float(0u);
-        origin[3] = 0.0f;
+        origin[3] = least;
         direction[3] = far;
         rays[i].origin = origin;
         rays[i].direction = direction;

@@ -14,13 +14,13 @@ void shade_light(const srp_surface *surfaces, srp_ray *shadow_rays, float4 *lit,
                                s->specular, colour);
 #if SRP_EFFECT(shadow)
         float reach = srp_select(brought[3] > 0.0f, 1.0f, -1.0f);
-        float4 start = point + geometric * point[3];
+        float4 start = moved(point, geometric, point[3]);
         brought[3] = srp_float(word);
-        lit[i] = brought;
+        lit[i] = kept(brought);
         shadow_ray(shadow_rays + i, start, light - start, reach, widening,
                    SHADOW_FLAGS);
 #else
-        sums[PIXEL(word)] = sums[PIXEL(word)] + brought;
+        sums[PIXEL(word)] = kept(sums[PIXEL(word)] + brought);
 #endif
     }
 }
@@ -48,8 +48,8 @@ void occlude(const srp_surface *surfaces, srp_ray *shadow_rays, float4 *lit, flo
         way = srp_select4(out < 0.0f, way - geometric * (out + out), way);
         float4 brought = ambient * s->diffuse;
         brought[3] = srp_float(word);
-        lit[i] = brought;
-        shadow_ray(shadow_rays + i, point + geometric * point[3], way, radius, widening,
+        lit[i] = kept(brought);
+        shadow_ray(shadow_rays + i, moved(point, geometric, point[3]), way, radius, widening,
                    SRP_RAY_SHADOW);
     }
 }

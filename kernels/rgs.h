@@ -39,9 +39,9 @@ typedef struct {
     float4 weight;    /* by which what it finds is multiplied */
 } srp_waiting;
 
-/* Rays, views and weights of n waiting rays. */
+/* Rays, views and weights of n waiting rays; their hits count from `least` on. */
 void launch(const srp_waiting *waiting, srp_ray *rays, float4 *views, float4 *weights,
-            float widening, float far, int n);
+            float widening, float least, float far, int n);
 
 /* What shading needs of the scene and of where it stands, the same for a packet. */
 typedef struct {
@@ -58,10 +58,11 @@ typedef struct {
 /* Shades n hits. What needs no shadow ray goes to base. Where there is nothing else to be done with
  * them but one light, what it adds goes to lit[i], with the word in lane 3, and shadow ray i finds
  * out whether it does. Otherwise the surfaces are kept; `onward` gets the indices of those that
- * mirror or let light through, and the result is how many they are. */
-int shade_hit(const srp_hit *hits, const float4 *views, const float4 *weights, float4 *base,
-              srp_ray *shadow_rays, float4 *lit, srp_surface *surfaces, int *onward,
-              const srp_shading *shading, float4 light, float4 colour, int n);
+ * mirror or let light through, and the result is how many they are. `rays` are those that hit. */
+int shade_hit(const srp_hit *hits, const srp_ray *restrict rays, const float4 *views,
+              const float4 *weights, float4 *base, srp_ray *shadow_rays, float4 *lit,
+              srp_surface *surfaces, int *onward, const srp_shading *shading, float4 light,
+              float4 colour, int n);
 
 /* The background, for n rays that leave the scene. */
 void shade_miss(const srp_hit *hits, const float4 *views, const float4 *weights, float4 *out,
@@ -75,8 +76,9 @@ void shade_shadowed(const srp_hit *hits, const float4 *lit, const float4 *base, 
 
 /* The same where surfaces may let light through: those rays that go on, with what is left of their
  * light, and how many they are. blocked is room for n. */
-int shade_tinted(const srp_hit *hits, const float4 *lit, float4 *blocked, srp_ray *onward,
-                 float4 *left, const srp_shading *shading, float4 light, int n);
+int shade_tinted(const srp_hit *hits, const srp_ray *restrict rays, const float4 *lit,
+                 float4 *blocked, srp_ray *onward, float4 *left, const srp_shading *shading,
+                 float4 light, int n);
 
 /* A light on n surfaces: lit[i], and shadow ray i; without shadows, it goes to sums. */
 void shade_light(const srp_surface *surfaces, srp_ray *shadow_rays, float4 *lit, float4 *sums,
@@ -157,6 +159,73 @@ void turn(const float4 *out, const srp_line *curve, unsigned target, float scale
           float4 down, float widening, float far, float spread, float shift_x, float shift_y,
           unsigned seed, int mask, int shift, int n);
 
+/* The part of a shadow ray's way, and of the scene for others, from which on hits count in the form
+ * of offsets that is `fixed`. */
+#define LEAST_PART 1.220703125e-4f
+
+/* A point on a triangle: the sum of its vertices with the weights of a hit, or how far along its ray
+ * the hit is. */
+static inline float4 point_hit(const srp_hit *hit, const srp_ray *rays, float4 v0, float4 v1,
+                               float4 v2)
+{
+#if SRP_FORM(origin) == SRP_ORIGIN_DISTANCE
+    const srp_ray *ray = rays + hit->ray;
+    return ray->origin + ray->direction * hit->t;
+#else
+    return v0 * (1.0f - hit->u - hit->v) + v1 * hit->u + v2 * hit->v;
+#endif
+}
+
+/* How far rays that begin on a triangle are moved off it, in the form where its vertices say so. */
+static inline float offset_from(float offset, float4 v0, float4 v1, float4 v2)
+{
+#if SRP_FORM(offset) == SRP_OFFSET_VERTICES
+    float4 largest = srp_fmax4(srp_fmax4(srp_fabs4(v0), srp_fabs4(v1)), srp_fabs4(v2));
+    return offset * largest3(largest);
+#else
+    return 1.0f;
+#endif
+}
+
+/* A point moved off its surface, to the side that `away` points to; where off is below 0, or by
+ * moved_back, to the other. */
+static inline float4 moved(float4 point, float4 away, float off)
+{
+#if SRP_FORM(offset) == SRP_OFFSET_VERTICES
+    return point + away * off;
+#elif SRP_FORM(offset) == SRP_OFFSET_INTEGER
+    return moved_by_places(point, away * off);
+#else
+    return point;
+#endif
+}
+
+static inline float4 moved_back(float4 point, float4 away, float off)
+{
+#if SRP_FORM(offset) == SRP_OFFSET_VERTICES
+    return point - away * off;
+#else
+    return moved(point, away, -off);
+#endif
+}
+
+/* A colour as it is kept; lane 3 stays as it is. */
+static inline float4 kept(float4 colour)
+{
+#if SRP_FORM(colour) == SRP_COLOUR_F32
+    return colour;
+#else
+    float other = colour[3];
+#if SRP_FORM(colour) == SRP_COLOUR_F16
+    colour = to_half(colour);
+#else
+    colour = to_bfloat(colour);
+#endif
+    colour[3] = other;
+    return colour;
+#endif
+}
+
 /* A shadow ray from `start` as far as `reach`; below 0 it is empty, so that the T&I unit
  * need not trace it. */
 static inline void shadow_ray(srp_ray *ray, float4 start, float4 way, float reach, float widening,
@@ -165,7 +234,11 @@ static inline void shadow_ray(srp_ray *ray, float4 start, float4 way, float reac
     float4 reciprocal = srp_float4(srp_rcp(way[0]), srp_rcp(way[1]), srp_rcp(way[2]), 0.0f);
     float4 widened = reciprocal * widening;
     widened[3] = srp_float(flags);
+#if SRP_FORM(offset) == SRP_OFFSET_FIXED
+    start[3] = reach * LEAST_PART;
+#else
     start[3] = 0.0f;
+#endif
     way[3] = reach;
     ray->origin = start;
     ray->direction = way;

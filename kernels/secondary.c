@@ -15,7 +15,6 @@ int scatter(const srp_surface *surfaces, const int *onward, srp_waiting *waiting
         float4 point = s->point, normal = s->normal, geometric = s->geometric;
         float4 direction = s->direction, weight = s->weight;
         float word = srp_float(srp_bits(normal[3]) + ONE_DEEPER & ~IS_DIFFUSE);
-        float4 away = geometric * point[3];
         float cosine = srp_fmin(srp_fmax(-srp_dot3(normal, direction), 0.0f), 1.0f);
         float4 mirror = srp_splat(0.0f);
 #if SRP_EFFECT(reflection)
@@ -66,8 +65,8 @@ int scatter(const srp_surface *surfaces, const int *onward, srp_waiting *waiting
         float there = direction[3];
         filter = filter * there + (1.0f - there);
 #endif
-        float4 rest = weight * filter;
-        float4 inward = point - away;
+        float4 rest = kept(weight * filter);
+        float4 inward = moved_back(point, geometric, point[3]);
         inward[3] = word;
         waiting[sent].origin = inward;
         waiting[sent].direction = onwards;
@@ -83,7 +82,8 @@ int scatter(const srp_surface *surfaces, const int *onward, srp_waiting *waiting
 #if SRP_EFFECT(alpha)
         seen = seen * direction[3];
 #endif
-        float4 outward = point + away;
+        seen = kept(seen);
+        float4 outward = moved(point, geometric, point[3]);
         outward[3] = word;
         waiting[sent].origin = outward;
         waiting[sent].direction = back;
@@ -113,7 +113,7 @@ int inter_reflect(const srp_surface *surfaces, srp_waiting *waiting, int bounces
                              srp_sqrt(srp_fmax(1.0f - y, 0.0f)));
         float out = srp_dot3(way, geometric);
         way = srp_select4(out < 0.0f, way - geometric * (out + out), way);
-        float4 outward = point + geometric * point[3];
+        float4 outward = moved(point, geometric, point[3]);
         outward[3] = srp_float(word + (ONE_DEEPER + ONE_MORE_DIFFUSE) | IS_DIFFUSE);
         waiting[sent].origin = outward;
         waiting[sent].direction = way;

@@ -1,9 +1,10 @@
 /* Shading: one loop for each of the four classes of hits. */
 #include "rgs.h"
 
-int shade_hit(const srp_hit *hits, const float4 *views, const float4 *weights, float4 *base,
-              srp_ray *shadow_rays, float4 *lit, srp_surface *surfaces, int *onward,
-              const srp_shading *shading, float4 light, float4 colour, int n)
+int shade_hit(const srp_hit *hits, const srp_ray *restrict rays, const float4 *views,
+              const float4 *weights, float4 *base, srp_ray *shadow_rays, float4 *lit,
+              srp_surface *surfaces, int *onward, const srp_shading *shading, float4 light,
+              float4 colour, int n)
 {
     unsigned triangles = shading->triangles, materials = shading->materials;
     float4 ambient = shading->ambient;
@@ -32,18 +33,16 @@ int shade_hit(const srp_hit *hits, const float4 *views, const float4 *weights, f
         SRP_GLOBAL const srp_material *m = SRP_AT(const srp_material, materials) + material;
         float4 kd = m->kd, ke = m->ke;
 
-        /* The point hit, from the vertices: it lies on the triangle however exact t is. */
-        float w = 1.0f - u - v;
-        float4 point = v0 * w + v1 * u + v2 * v;
+        float4 point = point_hit(hits + i, rays, v0, v1, v2);
         float4 geometric = srp_float4(v0[3], v1[3], v2[3], 0.0f);
-        float off = offset * largest3(srp_fmax4(srp_fmax4(srp_fabs4(v0), srp_fabs4(v1)),
-                                                srp_fabs4(v2)));
+        float off = offset_from(offset, v0, v1, v2);
 
         /* Both normals on the viewer's side. */
         int inside = srp_dot3(geometric, direction) > 0.0f;
         geometric = srp_select4(inside, -geometric, geometric);
         float4 normal = geometric;
 #if SRP_EFFECT(normals)
+        float w = 1.0f - u - v;
         float4 n1 = t->n1;
         float4 between = n0 * w + n1 * u + t->n2 * v;
         between = srp_select4(srp_dot3(between, geometric) < 0.0f, -between, between);
@@ -105,9 +104,9 @@ int shade_hit(const srp_hit *hits, const float4 *views, const float4 *weights, f
 #if SRP_EFFECT(shadow)
         /* A ray from just off the surface to the light, which is at t = 1. */
         float reach = srp_select(brought[3] > 0.0f, 1.0f, -1.0f);
-        float4 start = point + geometric * off;
+        float4 start = moved(point, geometric, off);
         brought[3] = srp_float(word);
-        lit[i] = brought;
+        lit[i] = kept(brought);
         shadow_ray(shadow_rays + i, start, light - start, reach, widening,
                    SHADOW_FLAGS);
 #else
@@ -116,9 +115,9 @@ int shade_hit(const srp_hit *hits, const float4 *views, const float4 *weights, f
 #endif
 
 #if SRP_SUMS
-        base[pixel] = srp_select4(first, srp_splat(0.0f), base[pixel]) + here;
+        base[pixel] = kept(srp_select4(first, srp_splat(0.0f), base[pixel]) + here);
 #else
-        base[pixel] = here;
+        base[pixel] = kept(here);
 #endif
 
 #if SRP_SURFACES
@@ -132,8 +131,8 @@ int shade_hit(const srp_hit *hits, const float4 *views, const float4 *weights, f
         s->normal = normal;
         s->geometric = geometric;
         s->direction = direction;
-        s->diffuse = diffuse;
-        s->specular = specular;
+        s->diffuse = kept(diffuse);
+        s->specular = kept(specular);
 #if SRP_SECONDARY
         s->weight = weight;
         onward[going_on] = i;
@@ -158,7 +157,7 @@ void shade_miss(const srp_hit *hits, const float4 *views, const float4 *weights,
 #if SRP_SUMS
         light = srp_select4(first, srp_splat(0.0f), out[pixel]) + light;
 #endif
-        out[pixel] = light;
+        out[pixel] = kept(light);
     }
 }
 
@@ -169,7 +168,7 @@ void shade_lit(const srp_hit *hits, const float4 *lit, const float4 *base, float
     for (int i = 0; i < n; i++) {
         float4 light = lit[hits[i].ray];
         unsigned pixel = PIXEL(srp_bits(light[3]));
-        out[pixel] = base[pixel] + light;
+        out[pixel] = kept(base[pixel] + light);
     }
 }
 
@@ -186,8 +185,9 @@ void shade_shadowed(const srp_hit *hits, const float4 *lit, const float4 *base, 
 #endif
 
 #if SRP_EFFECT(tinted_shadow)
-int shade_tinted(const srp_hit *hits, const float4 *lit, float4 *blocked, srp_ray *onward,
-                 float4 *left, const srp_shading *shading, float4 light, int n)
+int shade_tinted(const srp_hit *hits, const srp_ray *restrict rays, const float4 *lit,
+                 float4 *blocked, srp_ray *onward, float4 *left, const srp_shading *shading,
+                 float4 light, int n)
 {
     unsigned triangles = shading->triangles, materials = shading->materials;
     float widening = shading->widening, offset = shading->offset;
@@ -197,7 +197,6 @@ int shade_tinted(const srp_hit *hits, const float4 *lit, float4 *blocked, srp_ra
         blocked[i] = lit[hits[i].ray];
 #pragma srp kernel
     for (int i = 0; i < n; i++) {
-        float u = hits[i].u, v = hits[i].v;
         SRP_GLOBAL const srp_triangle *t =
             SRP_AT(const srp_triangle, triangles) + hits[i].primitive;
         unsigned material = srp_bits(t->n0[3]);
@@ -205,21 +204,20 @@ int shade_tinted(const srp_hit *hits, const float4 *lit, float4 *blocked, srp_ra
         float4 v0 = t->v0, v1 = t->v1, v2 = t->v2;
         float4 geometric = srp_float4(v0[3], v1[3], v2[3], 0.0f);
         int inside = srp_dot3(geometric, light - v0) > 0.0f;
-        float off = offset * largest3(srp_fmax4(srp_fmax4(srp_fabs4(v0), srp_fabs4(v1)),
-                                                srp_fabs4(v2)));
+        float off = offset_from(offset, v0, v1, v2);
         off = srp_select(inside, off, -off);
-        float4 start = v0 * (1.0f - u - v) + v1 * u + v2 * v + geometric * off;
+        float4 start = moved(point_hit(hits + i, rays, v0, v1, v2), geometric, off);
         /* What bends light filters it where it enters. */
         int leaves = inside && through[3] != 1.0f && largest3(through) > 0.0f;
         float4 filter = srp_select4(leaves, srp_splat(1.0f), through);
 #if SRP_EFFECT(alpha)
-        float4 place = texture_place(t, u, v);
+        float4 place = texture_place(t, hits[i].u, hits[i].v);
         float there = srp_texture4((unsigned)texture_maps(materials, material)[3], place)[3];
         filter = filter * there + (1.0f - there);
 #endif
         float4 rest = blocked[i] * filter;
         rest[3] = blocked[i][3];
-        left[going_on] = rest;
+        left[going_on] = kept(rest);
         shadow_ray(onward + going_on, start, light - start, 1.0f, widening,
                    SRP_RAY_SHADOW | SRP_RAY_NEAREST);
         going_on += largest3(rest) > LEAST_WEIGHT;

@@ -63,7 +63,7 @@ static inline float power(float x, float n)
     return srp_exp2(n * srp_log2(srp_fmax(x, 1.0e-30f)));
 }
 
-/* The same for the nearest whole n up to 4095, by squaring: no tables, but errors that grow with n. */
+/* The same for the nearest whole n up to 4095, by squaring: errors grow with n. */
 static inline float whole_power(float x, float n)
 {
     int k = srp_ftoi(srp_fmin(n + 0.5f, 4095.0f));
@@ -84,6 +84,38 @@ static inline float whole_power(float x, float n)
     NEXT_BIT(2048);
 #undef NEXT_BIT
     return y;
+}
+
+/* A point moved by 256 units in the last place of each of its coordinates along the unit vector n,
+ * or, near 0, by 2^-16 of it (Waechter and Binder, Ray Tracing Gems, 6). */
+static inline float4 moved_by_places(float4 point, float4 n)
+{
+    int4 by = srp_ftoi4(n * 256.0f);
+    int4 below = point < srp_splat(0.0f);
+    float4 far = srp_asfloat4(srp_bits4(point) + ((by ^ below) - below));
+    int4 near = srp_fabs4(point) < srp_splat(0.03125f);
+    return srp_blend(near, point + n * 1.52587890625e-5f, far);
+}
+
+/* Each lane rounded to the nearest bfloat16, ties to even. */
+static inline float4 to_bfloat(float4 x)
+{
+    int4 bits = srp_bits4(x);
+    int4 odd = srp_shr4(bits, srp_splati(16)) & srp_splati(1);
+    return srp_asfloat4((bits + odd + srp_splati(0x7fff)) & srp_splati((int)0xffff0000u));
+}
+
+/* Each lane rounded to the nearest binary16, ties to even: 11 digits, multiples of 2^-24 below
+ * 2^-14, and infinity from 65520 on. */
+static inline float4 to_half(float4 x)
+{
+    int4 bits = srp_bits4(x);
+    int4 odd = srp_shr4(bits, srp_splati(13)) & srp_splati(1);
+    float4 digits = srp_asfloat4((bits + odd + srp_splati(0xfff)) & srp_splati((int)0xffffe000u));
+    float4 size = srp_fabs4(x);
+    float4 small = (x + 0.75f) - 0.75f;
+    float4 number = srp_blend(size < srp_splat(6.103515625e-5f), small, digits);
+    return srp_blend(srp_splat(65520.0f) <= size, x * 3.0e38f, number);
 }
 
 /* 32 bits that look random, another for each x. */

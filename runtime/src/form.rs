@@ -20,22 +20,63 @@ pub struct Form {
 }
 
 /// All of them.
-pub const TABLE: &[Form] = &[Form {
-    name: "power",
-    what: "how a cosine is raised to the exponent of a highlight",
-    define: "SRP_FORM_power",
-    values: &[
-        ("exp2-log2", "by the special functions exp2 and log2"),
-        (
-            "squaring",
-            "by repeated squaring, for the nearest whole exponent up to 4095",
-        ),
-        (
-            "table",
-            "by tables of exp2 and log2 in the SRAM, 64 straight pieces each",
-        ),
-    ],
-}];
+pub const TABLE: &[Form] = &[
+    Form {
+        name: "power",
+        what: "how a cosine is raised to the exponent of a highlight",
+        define: "SRP_FORM_power",
+        values: &[
+            ("exp2-log2", "by the special functions exp2 and log2"),
+            (
+                "squaring",
+                "by repeated squaring, for the nearest whole exponent up to 4095",
+            ),
+            (
+                "table",
+                "by tables of exp2 and log2 in the SRAM, 64 straight pieces each",
+            ),
+        ],
+    },
+    Form {
+        name: "origin",
+        what: "where on a surface rays begin",
+        define: "SRP_FORM_origin",
+        values: &[
+            ("weights", "at the weighted sum of the vertices"),
+            ("distance", "so far along the ray as the hit is"),
+        ],
+    },
+    Form {
+        name: "offset",
+        what: "how rays are kept from the surface where they begin",
+        define: "SRP_FORM_offset",
+        values: &[
+            (
+                "vertices",
+                "off it by a part of the largest coordinate of its vertices",
+            ),
+            (
+                "integer",
+                "off it by 256 units of the last place of each coordinate",
+            ),
+            (
+                "fixed",
+                "by hits counting from 2^-13 of the scene, or of a shadow ray, on",
+            ),
+            ("none", "not at all"),
+        ],
+    },
+    Form {
+        name: "colour",
+        what: "what colours are rounded to that are kept for a pixel, a ray or a surface",
+        define: "SRP_FORM_colour",
+        values: &[
+            ("f32", "binary32"),
+            ("f16", "binary16"),
+            ("bf16", "bfloat16, the upper half of binary32"),
+        ],
+    },
+];
 
 /// A value for each form.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -144,7 +144,7 @@ int main(void)
         .bounces = 3,
         .inter_reflections = 2,
     };
-    int onward = shade_hit(hits, out_views, weights, out_base, out_shadow, out_lit, out_surfaces,
+    int onward = shade_hit(hits, out_primary, out_views, weights, out_base, out_shadow, out_lit, out_surfaces,
                            out_onward, &shading, light, colour, N);
     shade_miss(hits, out_views, weights, out_missed, vector(0.0f, 1.0f), 0, 1, N);
 #if SRP_SURFACES
@@ -152,13 +152,13 @@ int main(void)
     shade_light(out_surfaces, out_other_shadow, out_other_lit, out_sums, light, colour, 0.125f,
                 1.0000005f, N);
     out_counts[1] =
-        shade_tinted(hits, out_other_lit, blocked, out_tinted, out_left, &shading, light, N);
+        shade_tinted(hits, out_primary, out_other_lit, blocked, out_tinted, out_left, &shading, light, N);
     shade_lit(hits, out_other_lit, out_base, out_found, N);
     occlude(out_surfaces, out_occluded, out_ambient, vector(0.0f, 1.0f), 2.0f, 1.0000005f, 0.25f,
             0.6f, 99u, N);
     out_counts[2] = scatter(out_surfaces, out_onward, out_waiting, MATERIALS_AT, onward);
     out_counts[3] = inter_reflect(out_surfaces, out_waiting + out_counts[2], 3, 2, 99u, N);
-    launch(out_waiting, out_secondary, out_secondary_views, out_weights, 1.0000005f, 1.0e30f,
+    launch(out_waiting, out_secondary, out_secondary_views, out_weights, 1.0000005f, 0.001f, 1.0e30f,
            srp_min(out_counts[2] + out_counts[3], N));
 #else
     shade_lit(hits, out_lit, out_base, out_found, N);
