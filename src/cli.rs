@@ -11,7 +11,7 @@ pub(crate) use accuracy::Accuracy;
 pub(crate) use compiling::{
     Compile, Double, ErrorFormat, Feature, Form, Loops, RemarkKind, Report, Run, RunEngine, Source,
 };
-pub(crate) use machine::{Area, Machine, MachineAction};
+pub(crate) use machine::{Area, Machine, MachineAction, Units};
 pub(crate) use scene::{
     Building, BvhBuilder, Camera, Effects, HeatOf, Latencies, Paper, Pipeline, RayKind, RayOrder,
     Render, Shading, Table, Tni, TniMemory,
@@ -76,6 +76,8 @@ pub(crate) enum Command {
     Paper(Paper),
     /// Count what the T&I unit of a machine is made of, its area and its energy.
     Area(Area),
+    /// Try the special functions of a machine on every mantissa: errors, order, exact powers.
+    Units(Units),
     /// Map bare dataflow graphs onto an array: initiation intervals, bounds, and what sets them.
     Map(map::Map),
     /// Run a trace of requests through a memory: bandwidth, rows, latency.

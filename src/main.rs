@@ -25,6 +25,7 @@ mod scenes;
 mod stopwatch;
 mod talk;
 mod tni;
+mod units;
 mod variant;
 
 use clap::{CommandFactory, Parser};
@@ -47,6 +48,7 @@ fn main() -> ExitCode {
         Command::Report(args) => report::run(args),
         Command::Paper(args) => paper::run(args).map(|()| 0),
         Command::Area(args) => area::run(args).map(|()| 0),
+        Command::Units(args) => units::run(args).map(|()| 0),
         Command::Tni(args) => tni::run(args).map(|()| 0),
         Command::Map(args) => map::run(args),
         Command::Dram(args) => dram::run(args).map(|()| 0),

@@ -1,4 +1,4 @@
-//! The command lines of what machine files are for by themselves: `srp machine`, `srp area`.
+//! The command lines of what machine files are for by themselves: `srp machine`, `srp area`, `srp units`.
 
 use super::map;
 use clap::{Args, Subcommand};
@@ -7,6 +7,21 @@ use std::path::PathBuf;
 /// `srp area`
 #[derive(Args)]
 pub(crate) struct Area {
+    /// Machine file, or one of the machines that come along: sgrt, tiny, wide
+    #[arg(default_value = "sgrt")]
+    pub(crate) file: PathBuf,
+    /// Print JSON instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// `srp units`
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  srp units
+  srp units my-machine.xml --json")]
+pub(crate) struct Units {
     /// Machine file, or one of the machines that come along: sgrt, tiny, wide
     #[arg(default_value = "sgrt")]
     pub(crate) file: PathBuf,

@@ -16,6 +16,31 @@ fn json(folder: &Path, args: &[&str]) -> serde_json::Value {
     serde_json::from_str(&text).expect("it is JSON")
 }
 
+/// A machine whose reciprocal has a step that is not fused, in code.
+#[test]
+fn units_of_a_machine_have_certificates() {
+    let folder = folder("certificates");
+    let (_, tiny) = printed(&folder, &["machine", "expand", "tiny"])
+        .split_once('\n')
+        .map(|(a, b)| (a.to_owned(), b.to_owned()))
+        .expect("it has lines");
+    let exact = "  <special function=\"rcp\" bits=\"exact\"/>\n";
+    let step =
+        "  <special function=\"rcp\" bits=\"12\" steps=\"1\" fused=\"false\" refine=\"code\"/>\n";
+    assert!(tiny.contains(exact), "{tiny}");
+    let changed = format!("<machine name=\"t\">\n{}", tiny.replacen(exact, step, 1));
+    write(&folder, "t.xml", &changed);
+    let found = json(&folder, &["units", "t.xml"]);
+    let rcp = &found["srp"][0];
+    assert_eq!(rcp["function"], "rcp");
+    let worst = rcp["worst_ulp"].as_f64().expect("a number");
+    assert!((2.2..2.3).contains(&worst), "{worst}");
+    assert_eq!(rcp["monotone"], false);
+    assert_eq!(found["tni"]["rounded"], 1.0);
+    let text = printed(&folder, &["units", "t.xml"]);
+    assert!(text.contains("12 bits + 1 step not fused"), "{text}");
+}
+
 #[test]
 fn units_alone_give_the_same_figures_on_any_number_of_threads() {
     let folder = folder("tni");
