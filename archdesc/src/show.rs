@@ -276,8 +276,9 @@ fn show_system(out: &mut String, arch: &Arch) -> std::fmt::Result {
     )?;
     writeln!(
         out,
-        "  nodes of {} bytes, triangles of {} bytes, test {}, reciprocal {}, {}",
+        "  nodes of {} bytes ({}), triangles of {} bytes, test {}, reciprocal {}, {}",
         t.node_bytes,
+        t.node_format.name(),
         t.triangle_bytes,
         t.intersection.name(),
         precision(t.rcp),

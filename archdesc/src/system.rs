@@ -108,7 +108,9 @@ pub struct TniSpec {
     pub trv_l2: CacheSpec,
     /// Level-1 cache of one intersection unit.
     pub ist_l1: CacheSpec,
-    /// Bytes of a node in memory.
+    /// How the boxes of nodes are stored.
+    pub node_format: NodeFormat,
+    /// Bytes of a node in memory, at least those of the format.
     pub node_bytes: u32,
     /// Bytes of a triangle record in memory.
     pub triangle_bytes: u32,
@@ -127,6 +129,40 @@ pub enum Pipeline {
     Single,
     /// TRV_PRE, TRV_AABB and TRV_POST side by side with a crossbar.
     Parallel,
+}
+
+/// How the boxes of nodes are stored; what does not fit is rounded outward.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NodeFormat {
+    /// Corners in binary32.
+    F32,
+    /// Corners in binary16.
+    F16,
+    /// Corners of two siblings as multiples, 8 bits each, of powers of two from a common corner.
+    Q8,
+}
+
+impl NodeFormat {
+    /// All of them.
+    pub const ALL: [NodeFormat; 3] = [NodeFormat::F32, NodeFormat::F16, NodeFormat::Q8];
+
+    /// Its name in machine files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            NodeFormat::F32 => "f32",
+            NodeFormat::F16 => "f16",
+            NodeFormat::Q8 => "q8",
+        }
+    }
+
+    /// Bytes of a node: box, half of what the boxes of two siblings share, and a reference of 8.
+    pub const fn bytes(self) -> u32 {
+        match self {
+            NodeFormat::F32 => 32,
+            NodeFormat::F16 => 20,
+            NodeFormat::Q8 => 24,
+        }
+    }
 }
 
 /// The bus between cores and memory.

@@ -8,6 +8,7 @@ use srp_archdesc::arch::{Approx, FileKind, Fu, Refine};
 use srp_archdesc::diagnostic::render_all;
 use srp_archdesc::machines::{ALL, Machine, SGRT, TINY, WIDE};
 use srp_archdesc::ops::semantics::elementary::SEPARATE;
+use srp_archdesc::system::NodeFormat;
 use srp_archdesc::{Arch, Opcode, ResourceGraph, parse, show, xml};
 
 #[track_caller]
@@ -65,6 +66,7 @@ fn changed() -> String {
   <array"#;
     let xml = edit(SGRT.xml, "<file name=\"pred\"", cell);
     let xml = edit(&xml, "<array", special);
+    let xml = edit(&xml, "node-bytes=\"32\"", "node-format=\"q8\"");
     edit(
         &xml,
         "link-delay=\"0\"",
@@ -190,6 +192,8 @@ fn cells_and_links_can_deviate() {
     assert_eq!(in_code.arguments(), (10, 0));
     assert_eq!(arch.precision.div.arguments(), (9, 1 | SEPARATE));
     assert_eq!(arch.precision.exp2, Approx::Exact);
+    let tni = &arch.system.tni;
+    assert_eq!((tni.node_format, tni.node_bytes), (NodeFormat::Q8, 24));
 }
 
 #[test]

@@ -4,6 +4,7 @@
 mod support;
 
 use srp_archdesc::datapath::Intersection;
+use srp_archdesc::system::NodeFormat;
 use srp_runtime::bvh::{
     self, Box3, Builder, Layout, MAX_DEPTH, NodeRef, PairRecord, TriangleRecord, lay_out,
 };
@@ -22,8 +23,8 @@ fn check_layout(triangles: &[Triangle], bvh: &bvh::Bvh, layout: Layout) {
     while let Some((node, [lo, hi])) = open.pop() {
         if !node.is_leaf() {
             assert!(node.index.is_multiple_of(2), "siblings share a line");
-            let pair =
-                PairRecord::read(&image.nodes[node.index as usize * node_bytes..], node_bytes);
+            let bytes = &image.nodes[node.index as usize * node_bytes..];
+            let pair = PairRecord::read(bytes, node_bytes, layout.node_format);
             for side in 0..2 {
                 for axis in 0..3 {
                     assert!(pair.min[side][axis] >= lo[axis] && pair.max[side][axis] <= hi[axis]);
@@ -86,14 +87,17 @@ fn trees_are_valid_and_the_same_every_time() {
                 assert!(leaves.max() <= Some(max_leaf));
                 let again = bvh::build(triangles, &options);
                 assert!(bvh.sah_cost(1.0) == again.sah_cost(1.0));
-                for (node_bytes, triangle_bytes, intersection) in [
-                    (32, 48, Intersection::AnchorWaldScaled),
-                    (64, 64, Intersection::Woop),
+                for (node_format, node_bytes, triangle_bytes, intersection) in [
+                    (NodeFormat::F32, 32, 48, Intersection::AnchorWaldScaled),
+                    (NodeFormat::F32, 64, 64, Intersection::Woop),
+                    (NodeFormat::F16, 20, 48, Intersection::AnchorWald),
+                    (NodeFormat::Q8, 24, 48, Intersection::Wald),
                 ] {
                     check_layout(
                         triangles,
                         &bvh,
                         Layout {
+                            node_format,
                             node_bytes,
                             triangle_bytes,
                             intersection,

@@ -11,7 +11,7 @@ mod support;
 
 use glam::Vec3;
 use srp_archdesc::datapath::Intersection;
-use srp_archdesc::system::{Pipeline, SystemSpec, TniSpec};
+use srp_archdesc::system::{NodeFormat, Pipeline, SystemSpec, TniSpec};
 use srp_runtime::bvh::{Builder, TreeImage};
 use srp_runtime::scene::{Triangle, bounds, demo::demo};
 use srp_runtime::tni::Tracer;
@@ -129,11 +129,23 @@ fn wrong(
     (missed || invented).then(|| format!("{ray:?}: got {hit:?}, the truth is {sure:?}"))
 }
 
-fn with(test: Intersection) -> SystemSpec {
+/// All tests, and boxes in all formats.
+const UNITS: [(Intersection, NodeFormat); 6] = [
+    (Intersection::Wald, NodeFormat::F32),
+    (Intersection::AnchorWald, NodeFormat::F32),
+    (Intersection::AnchorWaldScaled, NodeFormat::F32),
+    (Intersection::Woop, NodeFormat::F32),
+    (Intersection::AnchorWaldScaled, NodeFormat::F16),
+    (Intersection::Woop, NodeFormat::Q8),
+];
+
+fn with((test, node_format): (Intersection, NodeFormat)) -> SystemSpec {
     let system = machine();
     SystemSpec {
         tni: TniSpec {
             intersection: test,
+            node_format,
+            node_bytes: node_format.bytes(),
             ..system.tni
         },
         ..system
@@ -150,8 +162,8 @@ struct Bench {
 }
 
 impl Bench {
-    fn new(test: Intersection, triangles: &[Triangle]) -> Bench {
-        let spec = with(test);
+    fn new(unit: (Intersection, NodeFormat), triangles: &[Triangle]) -> Bench {
+        let spec = with(unit);
         let image = image_for(&spec.tni, triangles, Builder::Sweep);
         Bench { spec, image }
     }
@@ -177,11 +189,11 @@ impl Bench {
     }
 }
 
-/// How many hits of each test are wrong, in its order, of `count` rays, and one that is.
-fn wrongs(triangles: &[Triangle], count: usize, piped: usize) -> [(usize, Option<String>); 4] {
+/// How many hits of each unit are wrong, of `count` rays, and one that is.
+fn wrongs(triangles: &[Triangle], count: usize, piped: usize) -> [(usize, Option<String>); 6] {
     let tree = NearestTree::new(triangles);
-    let benches = Intersection::ALL.map(|test| Bench::new(test, triangles));
-    let mut found = [const { (0, None) }; 4];
+    let benches = UNITS.map(|unit| Bench::new(unit, triangles));
+    let mut found = [const { (0, None) }; 6];
     let mut random = Random::new(21);
     for start in (0..count).step_by(CHUNK) {
         let rays = rays(triangles, CHUNK.min(count - start), &mut random);
@@ -207,12 +219,13 @@ fn every_test_and_pipeline_hits_what_brute_force_hits() {
     let mut lost_without_remedy = 0;
     for (name, triangles) in &scenes {
         let wrongs = wrongs(triangles, each, piped);
-        for (test, (wrong, example)) in Intersection::ALL.into_iter().zip(wrongs) {
-            println!("{name}, {}: {wrong} of {each} wrong", test.name());
+        for ((test, format), (wrong, example)) in UNITS.into_iter().zip(wrongs) {
+            let boxes = format.name();
+            println!("{name}, {}, {boxes}: {wrong} of {each} wrong", test.name());
             if matches!(test, Intersection::Wald | Intersection::AnchorWald) {
                 lost_without_remedy += wrong;
             } else {
-                assert_eq!(example, None, "{name}, {}: {wrong} wrong", test.name());
+                assert_eq!(example, None, "{name}, {}, {boxes}", test.name());
             }
         }
     }

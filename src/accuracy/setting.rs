@@ -5,6 +5,7 @@ use crate::cli::Feature;
 use crate::variant::Build;
 use srp_archdesc::arch::{Approx, Arch, Precision, Refine};
 use srp_archdesc::datapath::Intersection;
+use srp_archdesc::system::NodeFormat;
 use srp_runtime::effect::Effect;
 use srp_runtime::form;
 use srp_runtime::scene::Options;
@@ -245,6 +246,15 @@ fn compiler(all: &mut Vec<Setting>) {
 }
 
 fn memory(all: &mut Vec<Setting>) {
+    for format in NodeFormat::ALL {
+        let how = format!("<tni node-format=\"{}\">", format.name());
+        all.push(Setting::new("node boxes", format.name(), how, move |s| {
+            let tni = &mut s.arch.system.tni;
+            if tni.node_format != format {
+                (tni.node_format, tni.node_bytes) = (format, format.bytes());
+            }
+        }));
+    }
     for bits in [0, 4, 12] {
         let how = format!("<texture weight-bits=\"{bits}\"/>");
         all.push(Setting::new(

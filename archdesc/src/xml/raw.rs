@@ -202,6 +202,7 @@ raw! {
         rau_rows: Option<Text>,
         rau_rays: Option<Text>,
         node_bytes: Option<Text>,
+        node_format: Option<Text>,
         triangle_bytes: Option<Text>,
         intersection: Option<Text>,
         any_hit: Option<Text>,

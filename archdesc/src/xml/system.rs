@@ -9,7 +9,7 @@ use super::special;
 use super::values;
 use crate::datapath::{FpLatency, Intersection, Latencies, box_depth};
 use crate::precision::Approx;
-use crate::system::{BufferSpec, BusSpec, CacheSpec, Pipeline, SystemSpec, TniSpec};
+use crate::system::{BufferSpec, BusSpec, CacheSpec, NodeFormat, Pipeline, SystemSpec, TniSpec};
 
 /// The system of the SGRT paper: its section 4.1, and where it is silent the assumptions that
 /// `FORMAT.md` lists.
@@ -47,7 +47,8 @@ fn default() -> SystemSpec {
             trv_l1: cache(16, 2, 1, 1, 8),
             trv_l2: cache(128, 2, 20, 8, 16),
             ist_l1: cache(128, 4, 1, 1, 8),
-            node_bytes: 32,
+            node_format: NodeFormat::F32,
+            node_bytes: NodeFormat::F32.bytes(),
             triangle_bytes: 48,
             rcp: Approx::Exact,
             intersection: Intersection::AnchorWaldScaled,
@@ -226,6 +227,9 @@ fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, default: TniSpec) -> T
     let intersections = Intersection::ALL.map(|i| (i.name(), i));
     let intersection = values::word(found, &raw.intersection, "intersection", &intersections)
         .unwrap_or(default.intersection);
+    let formats = NodeFormat::ALL.map(|f| (f.name(), f));
+    let node_format = values::word(found, &raw.node_format, "node-format", &formats)
+        .unwrap_or(default.node_format);
     let rcp = special::tni_rcp(found, &raw.special);
     let mut default = TniSpec {
         intersection,
@@ -268,7 +272,15 @@ fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, default: TniSpec) -> T
         trv_l1: cache_spec(found, "trv-l1", &raw.trv_l1, default.trv_l1),
         trv_l2: cache_spec(found, "trv-l2", &raw.trv_l2, default.trv_l2),
         ist_l1: cache_spec(found, "ist-l1", &raw.ist_l1, default.ist_l1),
-        node_bytes: words(&raw.node_bytes, limits::NODE_BYTES, default.node_bytes),
+        node_format,
+        node_bytes: words(
+            &raw.node_bytes,
+            Limit {
+                min: node_format.bytes(),
+                ..limits::NODE_BYTES
+            },
+            node_format.bytes(),
+        ),
         triangle_bytes: words(
             &raw.triangle_bytes,
             limits::TRIANGLE_BYTES,

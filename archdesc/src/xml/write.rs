@@ -206,7 +206,7 @@ fn write_tni(out: &mut String, system: &SystemSpec) -> std::fmt::Result {
         "    <tni trvs=\"{}\" ists=\"{}\" pipeline=\"{pipeline}\" pres=\"{}\" aabbs=\"{}\" \
          posts=\"{}\" stacks=\"{}\" stack-depth=\"{}\"\n         pre-latency=\"{}\" aabb-latency=\"{}\" \
          post-latency=\"{}\" ist-latency=\"{}\"\n         fifo=\"{}\" rau-rows=\"{}\" \
-         rau-rays=\"{}\" node-bytes=\"{}\" triangle-bytes=\"{}\"\n         \
+         rau-rays=\"{}\" node-format=\"{}\" node-bytes=\"{}\" triangle-bytes=\"{}\"\n         \
          intersection=\"{}\" any-hit=\"{}\">",
         tni.trvs,
         tni.ists,
@@ -222,6 +222,7 @@ fn write_tni(out: &mut String, system: &SystemSpec) -> std::fmt::Result {
         tni.fifo,
         tni.rau_rows,
         tni.rau_rays,
+        tni.node_format.name(),
         tni.node_bytes,
         tni.triangle_bytes,
         tni.intersection.name(),

@@ -1,23 +1,24 @@
 //! The tree as the T&I unit reads it: pairs of sibling nodes and triangle records in leaf order.
 //!
-//! A node takes 32 bytes (or more, padded): 6 words of box and 2 words that say where its children
-//! or triangles are. Siblings are neighbours, so a pair shares a 64-byte line; a visit of an inner
-//! node reads the pair of its children. The root has no record: a register of the unit refers to it.
+//! A node takes 32 bytes (or less in other [formats](super::node), or more, padded): 6 words of box
+//! and 2 words that say where its children or triangles are. Siblings are neighbours, so a pair of 32
+//! bytes each shares a 64-byte line; a visit of an inner node reads the pair of its children. The root
+//! has no record: a register of the unit refers to it.
 
 use srp_archdesc::datapath::Intersection;
-use srp_archdesc::system::TniSpec;
+use srp_archdesc::system::{NodeFormat, TniSpec};
 
 use super::Bvh;
+use super::node::{Corners, pack, reference_word, rounded, union};
 use super::record::TriangleRecord;
 use crate::scene::Triangle;
-
-/// Bytes of the words of a node.
-pub const NODE_BYTES: u32 = 32;
 
 /// Sizes of the records, what is more than their words need being padding; and what they are for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
-    /// Bytes of a node, at least [`NODE_BYTES`].
+    /// How boxes are stored.
+    pub node_format: NodeFormat,
+    /// Bytes of a node, at least [`NodeFormat::bytes`].
     pub node_bytes: u32,
     /// Bytes of a triangle record, at least [`TRIANGLE_BYTES`](super::TRIANGLE_BYTES).
     pub triangle_bytes: u32,
@@ -29,6 +30,7 @@ impl Layout {
     /// The layout that a unit reads.
     pub fn of(spec: &TniSpec) -> Layout {
         Layout {
+            node_format: spec.node_format,
             node_bytes: spec.node_bytes,
             triangle_bytes: spec.triangle_bytes,
             intersection: spec.intersection,
@@ -50,38 +52,6 @@ impl NodeRef {
     /// Whether it is a leaf.
     pub const fn is_leaf(self) -> bool {
         self.count != 0
-    }
-}
-
-/// Two siblings: boxes and references.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
-pub struct PairRecord {
-    /// Lowest corners.
-    pub min: [[f32; 3]; 2],
-    /// Highest corners.
-    pub max: [[f32; 3]; 2],
-    /// The nodes.
-    pub child: [NodeRef; 2],
-}
-
-impl PairRecord {
-    /// Reads a pair whose second node starts `node_bytes` after the first, at least
-    /// [`NODE_BYTES`]. `bytes` holds both.
-    #[inline]
-    pub fn read(bytes: &[u8], node_bytes: usize) -> PairRecord {
-        let mut pair = PairRecord::default();
-        for side in 0..2 {
-            let words = read_words::<8>(&bytes[side * node_bytes..]);
-            for axis in 0..3 {
-                pair.min[side][axis] = f32::from_bits(words[axis]);
-                pair.max[side][axis] = f32::from_bits(words[3 + axis]);
-            }
-            pair.child[side] = NodeRef {
-                index: words[6],
-                count: words[7],
-            };
-        }
-        pair
     }
 }
 
@@ -111,6 +81,8 @@ pub fn lay_out(bvh: &Bvh, triangles: &[Triangle], layout: Layout) -> TreeImage {
     if tree.nodes.is_empty() {
         return image;
     }
+    let boxes = boxes(bvh, layout.node_format);
+    let word = 4 * reference_word(layout.node_format);
     let mut next_pair = 0;
     let mut next_triangle = 0;
     // Where the reference to a node goes (`None`: the root register), and the node.
@@ -132,13 +104,8 @@ pub fn lay_out(bvh: &Bvh, triangles: &[Triangle], layout: Layout) -> TreeImage {
         } else {
             let index = next_pair;
             next_pair += 2;
-            for side in 0..2 {
-                let aabb = tree.nodes[source.first_index as usize + side].aabb();
-                let corners = [aabb.min.to_array(), aabb.max.to_array()];
-                let mut words = [0; 8];
-                for (word, x) in words.iter_mut().zip(corners.as_flattened()) {
-                    *word = x.to_bits();
-                }
+            let first = source.first_index as usize;
+            for words in pack([boxes[first], boxes[first + 1]], layout.node_format) {
                 push(&mut image.nodes, &words, layout.node_bytes);
             }
             for side in [1, 0] {
@@ -149,13 +116,39 @@ pub fn lay_out(bvh: &Bvh, triangles: &[Triangle], layout: Layout) -> TreeImage {
         match slot {
             None => image.root = Some(reference),
             Some(slot) => {
-                let at = (slot * layout.node_bytes) as usize;
-                image.nodes[at + 24..at + 28].copy_from_slice(&reference.index.to_le_bytes());
-                image.nodes[at + 28..at + 32].copy_from_slice(&reference.count.to_le_bytes());
+                let at = (slot * layout.node_bytes) as usize + word;
+                image.nodes[at..at + 4].copy_from_slice(&reference.index.to_le_bytes());
+                image.nodes[at + 4..at + 8].copy_from_slice(&reference.count.to_le_bytes());
             }
         }
     }
     image
+}
+
+/// The boxes to be stored of all nodes: of an inner one what holds its children's as they are read
+/// again, so that no box reaches beyond that of its parent.
+fn boxes(bvh: &Bvh, format: NodeFormat) -> Vec<Corners> {
+    let nodes = &bvh.tree.nodes;
+    let corners = |aabb: &obvhs::aabb::Aabb| [aabb.min.to_array(), aabb.max.to_array()];
+    let mut boxes: Vec<Corners> = nodes.iter().map(|n| corners(n.aabb())).collect();
+    if format == NodeFormat::F32 {
+        return boxes;
+    }
+    // Parents before children, then backwards.
+    let mut order = vec![0];
+    let mut next = 0;
+    while let Some(&node) = order.get(next) {
+        next += 1;
+        if !nodes[node].is_leaf() {
+            let first = nodes[node].first_index as usize;
+            order.extend([first, first + 1]);
+        }
+    }
+    for &node in order.iter().rev().filter(|&&node| !nodes[node].is_leaf()) {
+        let first = nodes[node].first_index as usize;
+        boxes[node] = union(rounded([boxes[first], boxes[first + 1]], format));
+    }
+    boxes
 }
 
 fn push(bytes: &mut Vec<u8>, words: &[u32], size: u32) {

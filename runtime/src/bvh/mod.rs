@@ -5,6 +5,7 @@
 //! `obvhs` does not have: [`sweep`].
 
 mod layout;
+mod node;
 mod record;
 mod sweep;
 
@@ -18,7 +19,8 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
 use crate::scene::Triangle;
 
-pub use layout::{Layout, NODE_BYTES, NodeRef, PairRecord, TreeImage, lay_out};
+pub use layout::{Layout, NodeRef, TreeImage, lay_out};
+pub use node::PairRecord;
 pub use record::{AnchorWords, TRIANGLE_BYTES, TriangleRecord, WaldWords, WoopWords};
 pub use sweep::sweep;
 

@@ -15,7 +15,7 @@ use std::fmt;
 use srp_archdesc::{Arch, SystemSpec, ports};
 
 use self::core_unit::{CoreUnit, Miss, State};
-use crate::bvh::{NODE_BYTES, TRIANGLE_BYTES};
+use crate::bvh::TRIANGLE_BYTES;
 use crate::core::{Core, Trap};
 use crate::effect::{Guard, Missing};
 use crate::memory::SystemMemory;
@@ -222,7 +222,11 @@ pub fn check(spec: &SystemSpec) -> Result<(), String> {
     at_least("the number of traversal units", tni.trvs, 1)?;
     at_least("the number of intersection units", tni.ists, 1)?;
     at_least("the number of stacks", tni.stacks, 1)?;
-    at_least("the size of a node", tni.node_bytes, NODE_BYTES)?;
+    at_least(
+        "the size of a node",
+        tni.node_bytes,
+        tni.node_format.bytes(),
+    )?;
     at_least("the size of a triangle", tni.triangle_bytes, TRIANGLE_BYTES)?;
     exactly("the size of a ray", spec.buffers.ray_bytes, RAY_BYTES)?;
     exactly("the size of a hit", spec.buffers.hit_bytes, HIT_BYTES)?;

@@ -6,7 +6,7 @@ use srp_archdesc::system::TniSpec;
 use super::Tree;
 use super::arithmetic::{ANY_HIT, Hit, NEAREST, Prepared, Ray};
 use super::walk::{Next, StackCounters, Walk};
-use crate::bvh::{NODE_BYTES, NodeRef, PairRecord, TRIANGLE_BYTES, TriangleRecord};
+use crate::bvh::{NodeRef, PairRecord, TRIANGLE_BYTES, TriangleRecord};
 use crate::memory::SystemMemory;
 
 /// A tree in memory, and the arithmetic of the unit that reads it.
@@ -20,7 +20,7 @@ pub(super) struct Function<'a> {
 impl Function<'_> {
     /// Bytes from the first word of a pair of siblings to the last.
     pub(super) fn pair_bytes(&self) -> u32 {
-        self.spec.node_bytes + NODE_BYTES
+        self.spec.node_bytes + self.spec.node_format.bytes()
     }
 
     /// Address of the pair of siblings whose first is node `index`.
@@ -45,7 +45,7 @@ impl Function<'_> {
             .memory
             .get(self.pair_address(node.index), self.pair_bytes());
         let bytes = bytes.expect("a tree refers to its own nodes, and nothing writes to them");
-        let pair = PairRecord::read(bytes, self.spec.node_bytes as usize);
+        let pair = PairRecord::read(bytes, self.spec.node_bytes as usize, self.spec.node_format);
         let enter = [0, 1].map(|side| ray.meets(&pair.min[side], &pair.max[side], limit));
         (pair.child, enter)
     }
@@ -152,6 +152,7 @@ mod tests {
     use crate::bvh::{self, Layout};
     use crate::scene::{Triangle, demo::demo};
     use srp_archdesc::datapath::Intersection;
+    use srp_archdesc::system::NodeFormat;
 
     fn machine() -> TniSpec {
         let file = srp_archdesc::machines::SGRT;
@@ -197,9 +198,12 @@ mod tests {
         let doubled: Vec<Triangle> = triangles.iter().rev().take(100).copied().collect();
         triangles.extend(doubled);
         let (lo, hi) = crate::scene::bounds(&triangles).expect("triangles");
-        for test in Intersection::ALL {
+        let formats = NodeFormat::ALL.iter().cycle();
+        for (test, &node_format) in Intersection::ALL.into_iter().zip(formats) {
             let spec = TniSpec {
                 intersection: test,
+                node_format,
+                node_bytes: node_format.bytes(),
                 ..machine()
             };
             let tree = bvh::build(&triangles, &bvh::Options::default());
