@@ -336,6 +336,7 @@ int main(void)
     light = scene.light;
     colour = scene.colour;
     shading.triangles = scene.triangles;
+    shading.least_normal = scene.least_normal;
     shading.materials = scene.materials;
     shading.ambient = scene.ambient;
     shading.widening = scene.widening;

@@ -47,7 +47,7 @@ void launch(const srp_waiting *waiting, srp_ray *rays, float4 *views, float4 *we
 typedef struct {
     unsigned triangles, materials;
     float4 ambient; /* what no ray is sent for */
-    float widening, offset;
+    float widening, offset, least_normal;
     float scale; /* a power of two, by which lengths in the scene are ordinary numbers */
     int primary; /* whether its rays come from the camera, with the weight 1 */
     int first;   /* whether they are the first of their pixels, so that there is nothing to add to */

@@ -54,7 +54,8 @@ typedef struct {
     unsigned triangle_count; /* 164 */
     unsigned materials;      /* 168: address of srp_material[material_count] */
     unsigned material_count; /* 172 */
-    unsigned reserved;       /* 176: 0 */
+    float least_normal; /* 176: square of the length below which rounding decides where a normal
+                           between those of three vertices points */
     unsigned light_count;    /* 180: only lights that send out any */
     float widening; /* 184: what to multiply a reciprocal direction by for srp_ray.far; covers the
                        error of this machine's srp_rcp */

@@ -9,6 +9,9 @@ int shade_hit(const srp_hit *hits, const srp_ray *restrict rays, const float4 *v
     unsigned triangles = shading->triangles, materials = shading->materials;
     float4 ambient = shading->ambient;
     float offset = shading->offset;
+#if SRP_EFFECT(normals)
+    float least_normal = shading->least_normal;
+#endif
 #if SRP_EFFECT(light) && !SRP_SURFACES
     float scale = shading->scale;
 #endif
@@ -47,7 +50,7 @@ int shade_hit(const srp_hit *hits, const srp_ray *restrict rays, const float4 *v
         float4 between = n0 * w + n1 * u + t->n2 * v;
         between = srp_select4(srp_dot3(between, geometric) < 0.0f, -between, between);
         float length2 = srp_dot3(between, between);
-        int flat = srp_bits(n1[3]) != 0u || length2 < 1.0e-12f;
+        int flat = srp_bits(n1[3]) != 0u || length2 < least_normal;
         normal = srp_select4(flat, geometric, between) *
                  srp_select(flat, 1.0f, srp_rsqrt(length2));
 #endif

@@ -57,10 +57,11 @@ static inline float4 around3(float4 n, float x, float y, float z)
     return u * x + v * y + n * z;
 }
 
-/* x to the power n for 0 <= x <= 1, n >= 0; 0 to the power 0 is 1. */
+/* x to the power n for 0 <= x <= 1, n >= 0; 0 to the power 0 is 1, for its 0 times -inf is a NaN, of
+ * which a minimum takes the other side. */
 static inline float power(float x, float n)
 {
-    return srp_exp2(n * srp_log2(srp_fmax(x, 1.0e-30f)));
+    return srp_exp2(srp_fmin(n * srp_log2(x), 0.0f));
 }
 
 /* The same for the nearest whole n up to 4095, by squaring: errors grow with n. */

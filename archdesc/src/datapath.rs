@@ -184,9 +184,10 @@ impl Intersection {
             // Relative to a vertex, 3 subtractions more come first, and 3 constants fall away.
             Intersection::Wald | Intersection::AnchorWald => wald,
             // The epsilon: t·reach + largest of three, times slack, times the larger of 1 and
-            // reach/|n·d| (a power of two, so an exponent is added), at most 1; and 1 + epsilon.
+            // reach/|n·d| (a power of two, so an exponent is added), at most 1; and 1 + epsilon. What a
+            // coarse reciprocal is off, again a power of two, is added to it.
             Intersection::AnchorWaldScaled => wald.plus(Operations {
-                add: 2,
+                add: 2 + u32::from(rcp != Approx::Exact),
                 mul: 3,
                 rcp: 0,
                 cmp: 4,
@@ -218,7 +219,8 @@ impl Intersection {
             Intersection::AnchorWald => plane + quotient + point + mul + add + add + cmp,
             Intersection::AnchorWaldScaled => {
                 let weights = point + mul + add + add;
-                let epsilon = 3 * mul + add + cmp + add;
+                let coarse = if rcp == Approx::Exact { 0 } else { add };
+                let epsilon = 3 * mul + add + cmp + add + coarse;
                 plane + quotient + weights.max(epsilon) + cmp
             }
             Intersection::Woop => {
@@ -280,7 +282,7 @@ mod tests {
         assert_eq!(Intersection::AnchorWald.depth(table, SYNTHESIS_65NM), 35);
         assert_eq!(
             Intersection::AnchorWaldScaled.depth(table, SYNTHESIS_65NM),
-            36
+            38
         );
         assert_eq!(Intersection::Woop.depth(table, SYNTHESIS_65NM), 33);
     }

@@ -37,6 +37,23 @@ impl Precision {
     };
 }
 
+impl Approx {
+    /// An upper bound of the error of a function of this precision: relative for reciprocal, roots and
+    /// exponential where the result is normal, absolute for logarithm, sine and cosine below 1. A step
+    /// of Newton squares the error of a reciprocal, and three halves of that of a root, and adds its own
+    /// roundings, five at most. `docs/numerics.md` derives it.
+    pub fn error_bound(self) -> f64 {
+        const U: f64 = 1.0 / (1 << 24) as f64;
+        match self {
+            Approx::Exact => U,
+            Approx::Table { bits, steps, .. } => {
+                let table = 2f64.powi(-(bits as i32));
+                (0..steps).fold(table, |e, _| 2.0 * e * e + 5.0 * U) + U
+            }
+        }
+    }
+}
+
 /// The precision of one special function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Approx {

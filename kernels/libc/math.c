@@ -304,9 +304,14 @@ float cbrtf(float x)
 {
     float a = __srp_fabs(x);
     if (!(a > 0) || a > 3.4028235e38f) return x;
-    float r = power_of_two(0, 0) * exp2f(log2f(a) / 3);
+    float scale = 1;
+    if (a < 0x1p-100f) {
+        a *= 0x1p72f;
+        scale = 0x1p-24f;
+    }
+    float r = exp2f(log2f(a) / 3);
     r = r - (r * r * r - a) / (3 * r * r);
-    return copysignf(r, x);
+    return copysignf(r * scale, x);
 }
 
 float hypotf(float x, float y)

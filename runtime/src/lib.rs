@@ -8,6 +8,7 @@ pub mod bvh;
 pub mod core;
 pub mod digits;
 pub mod effect;
+pub mod exact;
 pub mod form;
 pub mod memory;
 pub mod picture;

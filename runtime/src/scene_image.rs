@@ -10,6 +10,7 @@ use std::fmt;
 
 use glam::Vec3;
 use srp_archdesc::Arch;
+use srp_archdesc::arch::Approx;
 use srp_archdesc::ops::semantics::texture::CLAMP;
 
 use crate::bvh::{self, Bvh, Layout, TreeImage};
@@ -26,6 +27,15 @@ pub const FAR: f32 = 1e30;
 /// vertices: 32 units of the last place, four times what computing the point from its weights can
 /// be off.
 pub const OFFSET: f32 = 32.0 / (1 << 24) as f32;
+
+/// The square of the length below which a normal between those of three vertices is not one: where
+/// weights that are off by the error of the T&I unit's reciprocal, and the rounding of the sum, could turn
+/// it by more than an eighth of a radian. `docs/numerics.md` derives it.
+pub fn least_normal(rcp: Approx) -> f32 {
+    const U: f64 = 1.0 / (1 << 24) as f64;
+    let least = 8.0 * (2.0 * rcp.error_bound() + 7.0 * U);
+    (least * least) as f32
+}
 
 /// Largest width and height of a frame, in pixels.
 pub const MAX_SIDE: u32 = 16384;
@@ -55,7 +65,7 @@ const SCENE: &Fields = &[
     ("triangle_count", 164),
     ("materials", 168),
     ("material_count", 172),
-    ("reserved", 176),
+    ("least_normal", 176),
     ("light_count", 180),
     ("widening", 184),
     ("far", 188),
@@ -214,7 +224,8 @@ pub fn build(
         image.triangle(parts.triangles + i * u64::from(TRIANGLE_BYTES), triangle);
     }
     let widening = arithmetic::widening(arch.precision.rcp);
-    image.header(scene, camera, &parts, &tiling, widening);
+    let least_normal = least_normal(arch.system.tni.rcp);
+    image.header(scene, camera, &parts, &tiling, (widening, least_normal));
     let framebuffer = parts.framebuffer as u32;
     Ok(SceneImage {
         memory: SystemMemory::new(image.0).writable_from(framebuffer),
@@ -349,7 +360,7 @@ impl Bytes {
         camera: &Camera,
         parts: &Parts,
         tiling: &Tiling,
-        widening: f32,
+        (widening, least_normal): (f32, f32),
     ) {
         let mut at = Structure {
             image: self,
@@ -389,6 +400,7 @@ impl Bytes {
             ("inter_reflections", scene.options.inter_reflections),
             ("scale", scale(scene).to_bits()),
             ("widening", widening.to_bits()),
+            ("least_normal", least_normal.to_bits()),
             ("far", FAR.to_bits()),
             ("offset", OFFSET.to_bits()),
         ] {

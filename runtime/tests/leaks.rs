@@ -13,11 +13,12 @@ use srp_archdesc::arch::Approx;
 use srp_archdesc::datapath::Intersection;
 use srp_archdesc::system::TniSpec;
 use srp_runtime::bvh::Builder;
+use srp_runtime::exact;
 use srp_runtime::scene::Triangle;
 use srp_runtime::tni::Tracer;
 use srp_runtime::tni::arithmetic::Ray;
 use srp_runtime::tni::standalone::place_for;
-use support::{Random, exact, image_for, machine, triangle};
+use support::{Random, image_for, machine, triangle};
 
 /// How a ray is aimed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -243,6 +244,12 @@ fn two_tests_lose_no_ray() {
     for from in [From::Inside, From::Outside] {
         let (lost, of) = losses(&scaled, from, 11);
         assert_eq!(lost, [0; 3], "of {of} each from {from:?}");
+    }
+    // Coarse reciprocals have an epsilon of their own.
+    for (bits, from) in [(8, From::Inside), (12, From::Outside), (16, From::Inside)] {
+        let coarse = unit(Intersection::AnchorWaldScaled, Approx::table(bits, 0));
+        let (lost, _) = losses(&coarse, from, 15);
+        assert_eq!(lost, [0; 3], "with a reciprocal of {bits} bits");
     }
     let woop = unit(Intersection::Woop, Approx::Exact);
     let (lost, of) = losses(&woop, From::Inside, 12);

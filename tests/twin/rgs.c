@@ -139,6 +139,7 @@ int main(void)
         .ambient = vector(0.0f, 0.3f),
         .widening = 1.0000005f,
         .offset = 1.0e-6f,
+        .least_normal = 0.01f,
         .scale = 0.125f,
         .first = 1,
         .bounces = 3,

@@ -2,8 +2,10 @@
 //! what their precision promises.
 
 use crate::double_double::{self, Dd};
-use crate::values::{Random, floats, result};
+use crate::values::{Random, floats, result, rounds};
 use srp_archdesc::Opcode;
+use srp_archdesc::arch::{Approx, Refine};
+
 use srp_archdesc::ops::semantics::elementary::{
     SEPARATE, cos, exp2, fdiv, log2, rcp, rsqrt, sin, sqrt,
 };
@@ -60,13 +62,13 @@ fn rsqrt_is_correctly_rounded_for_every_mantissa() {
 fn sqrt_is_correctly_rounded() {
     let mut random = Random(7);
     let specials = floats();
-    let values = (0..200_000).map(|_| random.word() & !SIGN);
+    let values = (0..rounds(200_000)).map(|_| random.word() & !SIGN);
     let mut tested = 0;
     for x in values.chain(specials).filter(|&x| x > 0 && x < INFINITY) {
         assert!(nearest_sqrt(x, sqrt(x, 0, 0)), "{x:#x}");
         tested += 1;
     }
-    assert!(tested > 100_000);
+    assert!(tested > rounds(200_000) / 2);
 }
 
 #[test]
@@ -153,7 +155,7 @@ fn ulps(y: u32, reference: Dd) -> f64 {
 fn worst(op: Opcode, pick: impl Fn(&mut Random) -> u32, reference: impl Fn(f32) -> Dd) -> f64 {
     let mut random = Random(8);
     let mut worst: f64 = 0.0;
-    for _ in 0..100_000 {
+    for _ in 0..rounds(100_000) {
         let x = pick(&mut random);
         let value = f32::from_bits(x);
         let y = result(op, &[x]);
@@ -267,6 +269,41 @@ fn newton_steps_reach_full_precision() {
             inverse <= bound && root <= bound + 0.6,
             "{bits}+{steps}: {inverse} {root}"
         );
+    }
+}
+
+/// Of reciprocal and roots every mantissa, with and without steps.
+#[test]
+fn the_bound_of_a_unit_holds() {
+    let tables = [(4, 0), (8, 1), (12, 0), (12, 1), (23, 0), (5, 3)];
+    let separate = |(bits, steps)| Approx::Table {
+        bits,
+        steps,
+        fused: false,
+        refine: Refine::Unit,
+    };
+    let fused = tables.map(|(bits, steps)| Approx::table(bits, steps));
+    for approx in fused
+        .into_iter()
+        .chain([(8, 1), (12, 1), (12, 2)].map(separate))
+    {
+        let bound = approx.error_bound();
+        let (bits, steps) = approx.arguments();
+        let (mut inverse, mut roots) = (0f64, 0f64);
+        for x in ONE..ONE + (2 << 23) {
+            let value = f64::from(f32::from_bits(x));
+            let off = |y: u32, by: f64| (f64::from(f32::from_bits(y)) * by - 1.0).abs();
+            if x < ONE + (1 << 23) {
+                inverse = inverse.max(off(rcp(x, bits, steps), value));
+            }
+            let root = value.sqrt();
+            roots = roots.max(off(rsqrt(x, bits, steps), root));
+            roots = roots.max(off(sqrt(x, bits, steps), 1.0 / root));
+        }
+        println!("{bits}+{steps}: {inverse:.3e}, {roots:.3e}, at most {bound:.3e}");
+        assert!(inverse <= bound && roots <= bound, "{bits}+{steps}");
+        // It is no idle one.
+        assert!(inverse.max(roots) * 12.0 > bound, "{bits}+{steps}");
     }
 }
 

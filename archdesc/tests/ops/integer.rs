@@ -1,6 +1,6 @@
 //! Integer, predicate and lane operations against wide integers and plain indexing.
 
-use crate::values::{INTEGERS, Random, floats, result};
+use crate::values::{INTEGERS, Random, floats, result, rounds};
 use srp_archdesc::arch::Precision;
 use srp_archdesc::ops::{Fault, V4, eval};
 use srp_archdesc::{Opcode, Ty};
@@ -77,7 +77,9 @@ fn scalar_of(op: Opcode) -> Option<(Opcode, bool)> {
 fn words_against_wide_integers() {
     let mut random = Random(1);
     let mut values = INTEGERS.to_vec();
-    values.extend((0..200).map(|_| random.word()));
+    // Every pair: a million and more with a thousand values.
+    let extra = f64::from(rounds(40_000)).sqrt() as u32;
+    values.extend((0..extra).map(|_| random.word()));
     let mut ops = 0;
     for &op in Opcode::ALL {
         ops += u32::from(wide(op, 0, 0).is_some());
@@ -154,7 +156,12 @@ fn lanes_are_independent_copies_of_the_scalar_operation() {
             continue;
         };
         ops += 1;
-        for round in 0..2000 {
+        // Special values meet special values in some lane: a quarter of all pairs, in turn.
+        let specials = floats();
+        let pairs = specials.len() * specials.len() / 4;
+        for round in 0..(rounds(2000) as usize).max(pairs) {
+            let (first, second) = (round / specials.len() * 4, round % specials.len());
+            let special = |k: usize| [specials[(first + k) % specials.len()], specials[second]];
             let mut pick = || pool[random.word() as usize % pool.len()];
             // Every other round looks like a point or a colour: the last lane is zero.
             let zero = |v: [u32; 4]| {
@@ -164,7 +171,11 @@ fn lanes_are_independent_copies_of_the_scalar_operation() {
                     V4(v)
                 }
             };
-            let args = [(); 3].map(|()| zero([(); 4].map(|()| pick())));
+            let mut args = [(); 3].map(|()| zero([(); 4].map(|()| pick())));
+            if round < pairs {
+                args[0] = V4([0, 1, 2, 3].map(|k| special(k)[0]));
+                args[1] = V4([0, 1, 2, 3].map(|k| special(k)[1]));
+            }
             let args = &args[..op.info().operands.len()];
             let lane = |k: usize| {
                 let words: Vec<u32> = args.iter().map(|a| a.0[k]).collect();
@@ -238,7 +249,7 @@ fn lane_traffic() {
 #[test]
 fn dot_products_round_each_step_in_order() {
     let mut random = Random(3);
-    for _ in 0..10_000 {
+    for _ in 0..rounds(10_000) {
         let vector = |random: &mut Random| V4([(); 4].map(|()| random.near_one(4)));
         let (a, b) = (vector(&mut random), vector(&mut random));
         let product = |k: usize| f32::from_bits(a.0[k]) * f32::from_bits(b.0[k]);

@@ -106,6 +106,12 @@ impl Random {
     }
 }
 
+/// How many random vectors each operation is tried on: this many, or as many as `SRP_VECTORS` says.
+pub(crate) fn rounds(usual: u32) -> u32 {
+    let asked = std::env::var("SRP_VECTORS").ok();
+    asked.map_or(usual, |n| n.parse().expect("SRP_VECTORS is a number"))
+}
+
 /// What `op` gives for words and predicates (as 0 or 1), exact special functions.
 pub(crate) fn result(op: Opcode, args: &[u32]) -> u32 {
     let args: Vec<Value> = args.iter().map(|&a| V4::word(a)).collect();

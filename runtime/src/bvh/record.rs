@@ -49,8 +49,8 @@ pub struct AnchorWords {
     pub row_u: [f32; 2],
     /// The same for vertex 2.
     pub row_v: [f32; 2],
-    /// 2^-23 times the larger sum of magnitudes of `row_u` and `row_v`, rounded up: how far a
-    /// weight can be off per unit of coordinate.
+    /// 2^-23 times the largest sum of magnitudes of `row_u`, `row_v` and their sum, rounded up: how far
+    /// a weight can be off per unit of coordinate.
     pub slack: f32,
 }
 
@@ -90,10 +90,12 @@ impl Projection {
         }
     }
 
-    /// Upper bound of what one unit of coordinate adds to a weight.
+    /// Upper bound of what one unit of coordinate adds to any of the three weights.
     fn reach(&self) -> f64 {
-        let reach = |row: [f64; 2]| row[0].abs() + row[1].abs();
-        reach(self.row_u).max(reach(self.row_v))
+        let [(u0, u1), (v0, v1)] = [self.row_u, self.row_v].map(|row| (row[0], row[1]));
+        let reach = |a: f64, b: f64| a.abs() + b.abs();
+        let third = reach(u0 + v0, u1 + v1);
+        reach(u0, u1).max(reach(v0, v1)).max(third)
     }
 }
 

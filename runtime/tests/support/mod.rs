@@ -3,8 +3,6 @@
 // Each test file uses a part of this.
 #![allow(dead_code, unreachable_pub)]
 
-pub(crate) mod exact;
-
 use std::path::PathBuf;
 
 use glam::{DVec3, Vec2, Vec3};

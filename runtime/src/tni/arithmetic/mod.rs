@@ -25,18 +25,10 @@ const U: f32 = 1.0 / (1 << 24) as f32;
 
 /// What a reciprocal of precision `rcp` is multiplied by to cover all errors of a far plane's
 /// distance against that of a near one: twice that of the reciprocal, twice those of subtraction
-/// and multiplication, and its own.
+/// and multiplication, and its own. `docs/numerics.md` derives it.
 pub fn widening(rcp: Approx) -> f32 {
-    let of_reciprocal = match rcp {
-        Approx::Exact => U,
-        // A step leaves at best a few units in the last place, and squares what it starts from.
-        Approx::Table { bits, steps, .. } => {
-            let first = exp2(-(bits as i32) + 1);
-            let improved = (0..steps).fold(first, |e, _| 2.0 * e * e);
-            improved.max(4.0 * U)
-        }
-    };
-    1.0 + 2.0 * of_reciprocal + 16.0 * U
+    let error = rcp.error_bound();
+    ((1.0 + error) / (1.0 - error) + 16.0 * f64::from(U)) as f32
 }
 
 /// 2^n, exactly, for -126 ≤ n ≤ 127.

@@ -5,7 +5,7 @@ use srp_archdesc::arch::Approx;
 use srp_archdesc::datapath::Intersection;
 use srp_archdesc::ops::semantics;
 
-use super::{Hit, Prepared, Ray, larger, smaller};
+use super::{Hit, Prepared, Ray, exp2, larger, smaller};
 use crate::bvh::TriangleRecord;
 
 /// The two axes after each.
@@ -50,6 +50,18 @@ pub(super) fn reciprocal(x: f32, rcp: Approx) -> f32 {
 fn exponent_reciprocal(x: f32) -> f32 {
     let exponent = (x.to_bits() >> 23) & 0xff;
     f32::from_bits(254u32.saturating_sub(exponent).max(1) << 23)
+}
+
+/// The error of a reciprocal over the rounding that the slack of a triangle stands for, 2^-23, as a
+/// power of two not below it: its multiplication adds to an exponent. 0 for an exact division.
+fn coarseness(rcp: Approx) -> f32 {
+    match rcp {
+        Approx::Exact => 0.0,
+        coarse => {
+            let error = coarse.error_bound() as f32;
+            exp2(1 + 23 - 127 + (error.to_bits() >> 23) as i32)
+        }
+    }
 }
 
 impl Prepared {
@@ -133,10 +145,13 @@ impl Prepared {
         let weight_u = hu * w.row_u[0] + hv * w.row_u[1];
         let weight_v = hu * w.row_v[0] + hv * w.row_v[1];
         let epsilon = if scaled {
-            let size = t * self.reach + larger(larger(pk.abs(), pu.abs()), pv.abs());
+            let way = t * self.reach;
+            let size = way + larger(larger(pk.abs(), pu.abs()), pv.abs());
             let grazing = larger(1.0, exponent_reciprocal(along) * self.reach);
+            // What the operations round, and what a coarse reciprocal moves the point along the ray.
+            let off = size * grazing + way * coarseness(rcp);
             // Never more than the triangle's own size, or a ray along its plane would hit anywhere.
-            smaller(w.slack * size * grazing, 1.0)
+            smaller(w.slack * off, 1.0)
         } else {
             0.0
         };
@@ -176,18 +191,22 @@ impl Prepared {
         if !self.reaches(t) {
             return None;
         }
-        Some((t, weight_b * inverse, weight_c * inverse))
+        Some(moved_inside(t, weight_b * inverse, weight_c * inverse))
     }
 }
 
 #[inline]
 fn inside(t: f32, u: f32, v: f32, epsilon: f32) -> Option<Meeting> {
     let inside = u >= -epsilon && v >= -epsilon && u + v <= 1.0 + epsilon;
-    // What the epsilon let pass is moved into the triangle: not negative, and at most 1 together.
-    inside.then(|| {
-        let u = smaller(larger(u, 0.0), 1.0);
-        (t, u, smaller(larger(v, 0.0), 1.0 - u))
-    })
+    inside.then(|| moved_inside(t, u, v))
+}
+
+/// What an epsilon let pass, or a coarse reciprocal took beyond an edge, is moved into the triangle: its
+/// weights are not negative, and at most 1 together.
+#[inline]
+fn moved_inside(t: f32, u: f32, v: f32) -> Meeting {
+    let u = smaller(larger(u, 0.0), 1.0);
+    (t, u, smaller(larger(v, 0.0), 1.0 - u))
 }
 
 #[cfg(test)]
