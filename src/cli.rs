@@ -3,6 +3,7 @@
 mod accuracy;
 mod compiling;
 pub(crate) mod dram;
+mod hard;
 mod machine;
 pub(crate) mod map;
 mod scene;
@@ -11,6 +12,7 @@ pub(crate) use accuracy::Accuracy;
 pub(crate) use compiling::{
     Compile, Double, ErrorFormat, Feature, Form, Loops, RemarkKind, Report, Run, RunEngine, Source,
 };
+pub(crate) use hard::HardCases;
 pub(crate) use machine::{Area, Machine, MachineAction, Units};
 pub(crate) use scene::{
     Building, BvhBuilder, Camera, Effects, HeatOf, Latencies, Paper, Pipeline, RayKind, RayOrder,
@@ -82,6 +84,8 @@ pub(crate) enum Command {
     Map(map::Map),
     /// Run a trace of requests through a memory: bandwidth, rows, latency.
     Dram(dram::Dram),
+    /// Try cases that go wrong in float arithmetic, with each precision that the machine can have.
+    HardCases(HardCases),
     /// Check a machine file, show what it describes, write it out in full, or make one.
     Machine(Machine),
     /// Print a completion script for a shell.

@@ -32,6 +32,13 @@ pub(crate) fn header(name: &str) -> Option<Source> {
     Some(Source::new(format!("kernels/{name}"), *text))
 }
 
+/// All headers that come along.
+pub(crate) fn headers() -> impl Iterator<Item = Source> {
+    HEADERS
+        .iter()
+        .map(|(name, text)| Source::new(format!("kernels/{name}"), *text))
+}
+
 /// The kernels that come along.
 pub(crate) fn sources() -> Vec<Source> {
     SOURCES

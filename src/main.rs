@@ -10,6 +10,7 @@ mod effects;
 mod engine;
 mod failure;
 mod files;
+mod hard;
 mod interrupt;
 mod kernels;
 mod machine;
@@ -52,6 +53,7 @@ fn main() -> ExitCode {
         Command::Tni(args) => tni::run(args).map(|()| 0),
         Command::Map(args) => map::run(args),
         Command::Dram(args) => dram::run(args).map(|()| 0),
+        Command::HardCases(args) => hard::run(args),
         Command::Machine(args) => machine::run(&args.action).map(|()| 0),
         Command::Completions { shell } => {
             let mut script = Vec::new();

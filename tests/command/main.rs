@@ -2,6 +2,7 @@
 //! panic, and no output file; the default frame is the same by both engines.
 
 mod accuracy;
+mod hard;
 mod report;
 mod units;
 

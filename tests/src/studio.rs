@@ -50,6 +50,14 @@ impl Studio {
         }
     }
 
+    /// The same over another tree.
+    pub fn with_tree(self, options: &bvh::Options) -> Studio {
+        Studio {
+            bvh: bvh::build(&self.scene.triangles, options),
+            ..self
+        }
+    }
+
     /// The kernels built for some effects, after the passes.
     pub fn program(&self, built: Effects) -> Program {
         let defines = built.defines().collect();

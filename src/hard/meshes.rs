@@ -1,0 +1,101 @@
+//! The meshes that the catalogue names.
+
+use super::catalogue::Case;
+use glam::Vec3;
+use srp_runtime::scene::{Scene, Triangle};
+
+/// A triangle with these corners.
+pub(super) fn triangle(positions: [Vec3; 3]) -> Triangle {
+    let bare = Triangle {
+        positions,
+        normals: [Vec3::ZERO; 3],
+        uvs: Default::default(),
+        material: 0,
+    };
+    Triangle {
+        normals: [bare.geometric_normal(); 3],
+        ..bare
+    }
+}
+
+/// The triangles of a case: `tri` and nine coordinates, any number of times; `sphere columns rows
+/// radius x y z`; `grid n`, flat and square, from 0 to n; `identical n`; `nested n`, in planes at
+/// 2^-i; `ladder n`, equal ones in the planes 1 to n; `scene`, the scene at hand. `normals` are shading
+/// normals of the first.
+pub(super) fn of(case: &Case, scene: &Scene) -> Vec<Triangle> {
+    let mut triangles: Vec<Triangle> = Vec::new();
+    for (name, words) in &case.arguments {
+        let numbers: Vec<f32> = words.iter().map(|&w| f32::from_bits(w)).collect();
+        let count = numbers.first().map_or(0, |&n| n as usize);
+        let flat = |z: f32, size: f32| {
+            let corner = |x: f32, y: f32| Vec3::new(x * size, y * size, z);
+            triangle([corner(-1.0, -1.0), corner(1.0, -1.0), corner(0.0, 1.0)])
+        };
+        match (name.as_str(), &numbers[..]) {
+            ("tri", corners) => {
+                for corners in corners.chunks_exact(9) {
+                    let corner = |i: usize| Vec3::from_slice(&corners[3 * i..]);
+                    triangles.push(triangle([0, 1, 2].map(corner)));
+                }
+            }
+            ("sphere", &[columns, rows, radius, x, y, z]) => {
+                let counts = (columns as usize, rows as usize);
+                triangles.extend(sphere(counts, radius, Vec3::new(x, y, z)));
+            }
+            ("grid", _) => triangles.extend(grid(count)),
+            ("identical", _) => triangles.extend(vec![flat(1.0, 1.0); count]),
+            ("nested", _) => {
+                let plane = |i: usize| flat((-(i as f32)).exp2(), 1.0);
+                triangles.extend((0..count).map(plane));
+            }
+            ("ladder", _) => triangles.extend((1..=count).map(|i| flat(i as f32, 1.0))),
+            ("scene", _) => triangles.extend_from_slice(&scene.triangles),
+            ("normals", normals) if normals.len() == 9 => {
+                if let Some(first) = triangles.first_mut() {
+                    first.normals = [0, 1, 2].map(|i| Vec3::from_slice(&normals[3 * i..]));
+                }
+            }
+            _ => {}
+        }
+    }
+    triangles
+}
+
+/// A sphere of `columns` by `rows` quadrilaterals, seen from outside counter-clockwise.
+fn sphere((columns, rows): (usize, usize), radius: f32, centre: Vec3) -> Vec<Triangle> {
+    // Binary64 of the host's library may be off in its last place, which binary32 does not show but
+    // for a few points: they are where they are for all of their triangles.
+    let point = |i: usize, j: usize| {
+        let up = std::f64::consts::PI * j as f64 / rows as f64;
+        let round = std::f64::consts::TAU * (i % columns) as f64 / columns as f64;
+        let flat = if j == 0 || j == rows { 0.0 } else { up.sin() };
+        let on_unit = glam::DVec3::new(flat * round.cos(), up.cos(), flat * round.sin());
+        centre + radius * on_unit.as_vec3()
+    };
+    let mut triangles = Vec::new();
+    for i in 0..columns {
+        for j in 0..rows {
+            let [a, b] = [point(i, j), point(i, j + 1)];
+            let [c, d] = [point(i + 1, j + 1), point(i + 1, j)];
+            if j + 1 < rows {
+                triangles.push(triangle([a, c, b]));
+            }
+            if j > 0 {
+                triangles.push(triangle([a, d, c]));
+            }
+        }
+    }
+    triangles
+}
+
+/// n by n squares of two triangles, at z = 0.
+fn grid(n: usize) -> Vec<Triangle> {
+    let point = |i: usize, j: usize| Vec3::new(i as f32, j as f32, 0.0);
+    let square = |k: usize| {
+        let (i, j) = (k % n, k / n);
+        let [a, b] = [point(i, j), point(i + 1, j)];
+        let [c, d] = [point(i + 1, j + 1), point(i, j + 1)];
+        [triangle([a, b, c]), triangle([a, c, d])]
+    };
+    (0..n * n).flat_map(square).collect()
+}

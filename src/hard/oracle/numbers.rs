@@ -1,0 +1,263 @@
+//! Functions of numbers, in binary64 and in integers.
+
+use super::is_rounded;
+use crate::hard::call::texel;
+use crate::hard::catalogue::Case;
+
+/// Whether the numbers of a case are those of its oracle.
+pub(super) fn check(case: &Case) -> Result<(), String> {
+    if case.call == "bytes" {
+        return bytes(case);
+    }
+    let stated = case.numbers();
+    if let Some(word) = integer(case) {
+        let found = stated[0].to_bits();
+        return match found == word {
+            true => Ok(()),
+            false => Err(format!("{found:#x}, not {word:#x}")),
+        };
+    }
+    let values = values(case).ok_or("there is no oracle for it")?;
+    // Tables of the texture unit have 24 bits.
+    let slack = if case.call == "texture" {
+        2f64.powi(-24)
+    } else {
+        0.0
+    };
+    let right = |(&stated, &value): (&f32, &f64)| {
+        is_rounded(stated, value) || (f64::from(stated) - value).abs() <= slack
+    };
+    match stated.len() == values.len() && stated.iter().zip(&values).all(right) {
+        true => Ok(()),
+        false => Err(format!("{stated:?}, not {values:?}")),
+    }
+}
+
+fn integer(case: &Case) -> Option<u32> {
+    let [x] = case.floats("of");
+    match case.call.as_str() {
+        "ftoi" => Some(x as i32 as u32),
+        "ftou" => Some(x as u32),
+        _ => None,
+    }
+}
+
+fn vector(case: &Case, name: &str) -> [f64; 3] {
+    case.floats::<3>(name).map(f64::from)
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// What binary64 says.
+fn values(case: &Case) -> Option<Vec<f64>> {
+    let [a, b, c] = case.floats("of");
+    let [x, y, z] = [a, b, c].map(f64::from);
+    let flag = |is: bool| f64::from(u8::from(is));
+    let [bits] = case.words("of");
+    Some(match case.call.as_str() {
+        "unit" | "plain-unit" => {
+            let of = [x, y, z];
+            let length = dot(of, of).sqrt();
+            match length > 0.0 {
+                true => of.map(|v| v / length).to_vec(),
+                false => vector(case, "else").to_vec(),
+            }
+        }
+        // Products of two floats are exact.
+        "difference" => {
+            let [a, b, c, d] = case.floats("of").map(f64::from);
+            vec![a * b - c * d]
+        }
+        "mirror" => {
+            let (of, at) = ([x, y, z], vector(case, "at"));
+            let twice = 2.0 * dot(of, at);
+            [0, 1, 2].map(|i| of[i] - at[i] * twice).to_vec()
+        }
+        "power" | "powf" => vec![x.powf(y)],
+        "rcp" => vec![1.0 / x],
+        // The sign of a zero is kept.
+        "rsqrt" if x == 0.0 => vec![1.0 / x],
+        "rsqrt" => vec![1.0 / x.sqrt()],
+        "sqrt" | "sqrtf" => vec![x.sqrt()],
+        "exp2" | "exp2f" => vec![x.exp2()],
+        "log2" | "log2f" => vec![x.log2()],
+        "sin" | "sinf" => vec![x.sin()],
+        "cos" | "cosf" => vec![x.cos()],
+        "floor" => vec![x.floor()],
+        "min" | "fminf" => vec![minimum(x, y)],
+        "max" | "fmaxf" => vec![-minimum(-x, -y)],
+        // One rounding from binary64, where it is exact, or next to it.
+        "fma" => vec![f64::from(a.mul_add(b, c))],
+        "add" => vec![x + y],
+        "sub" => vec![x - y],
+        "mul" => vec![x * y],
+        "div" => vec![x / y],
+        "abs" => vec![x.abs()],
+        "itof" => vec![f64::from(bits as i32)],
+        "utof" => vec![f64::from(bits)],
+        "less" => vec![flag(x < y)],
+        "less-equal" => vec![flag(x <= y)],
+        "equal" => vec![flag(x == y)],
+        "not-greater" => vec![flag(x <= y || x.is_nan() || y.is_nan())],
+        "chain" => vec![match x > y {
+            true => 3.0,
+            false => 1.0,
+        }],
+        // Rust contracts nothing and keeps the order.
+        "cross-self" => vec![0.0; 3],
+        "square-less-square" => vec![0.0],
+        "add-subtract" => vec![f64::from((a + b) - a)],
+        "add-right" => vec![f64::from(a + (b + c))],
+        "third" => vec![x / 3.0],
+        "half-twice" => vec![f64::from(0.5 * a * 2.0)],
+        "guarded-quotient" if y == 0.0 => vec![0.0],
+        "guarded-quotient" => vec![x / y],
+        "folded-reciprocal" => vec![1.0],
+        "folded-sum" => vec![f64::from(0.1f32 + 0.2f32)],
+        "fraction" => vec![f64::from(bits >> 8) / f64::from(1 << 24)],
+        "scrambled-fraction" => vec![f64::from(scrambled(bits) >> 8) / f64::from(1 << 24)],
+        "expf" => vec![x.exp()],
+        "logf" => vec![x.ln()],
+        "log10f" => vec![x.log10()],
+        "tanf" => vec![x.tan()],
+        "asinf" => vec![x.asin()],
+        "acosf" => vec![x.acos()],
+        "atanf" => vec![x.atan()],
+        "atan2f" => vec![x.atan2(y)],
+        "sinhf" => vec![x.sinh()],
+        "coshf" => vec![x.cosh()],
+        "tanhf" => vec![x.tanh()],
+        "cbrtf" => vec![x.cbrt()],
+        "hypotf" => vec![x.hypot(y)],
+        "fmodf" => vec![x % y],
+        "rintf" => vec![x.round_ties_even()],
+        "roundf" => vec![x.round()],
+        "texture" => texture(case),
+        "phong" => phong(case),
+        _ => return None,
+    })
+}
+
+/// A NaN gives the other operand, and -0 is below 0.
+fn minimum(x: f64, y: f64) -> f64 {
+    match (x.is_nan(), y.is_nan()) {
+        (true, _) => y,
+        (_, true) => x,
+        _ if x == y => match x.is_sign_negative() {
+            true => x,
+            false => y,
+        },
+        _ => x.min(y),
+    }
+}
+
+/// The hash of 32 bits of Wellons (2018), `lowbias32`.
+fn scrambled(mut x: u32) -> u32 {
+    x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
+    x = (x ^ (x >> 15)).wrapping_mul(0x846c_a68b);
+    x ^ (x >> 16)
+}
+
+/// sRGB to linear (IEC 61966-2-1).
+fn linear(byte: u32) -> f64 {
+    let c = f64::from(byte) / 255.0;
+    match c <= 0.04045 {
+        true => c / 12.92,
+        false => ((c + 0.055) / 1.055).powf(2.4),
+    }
+}
+
+/// Bilinear filtering with weights of any number of bits.
+fn texture(case: &Case) -> Vec<f64> {
+    let [width, height, clamp] = case.floats("size").map(|x: f32| x as i64);
+    if width == 0 {
+        return vec![1.0; 4];
+    }
+    let [u, v] = case.floats("at");
+    let between = |c: f32, n: i64| -> ([i64; 2], f64) {
+        let edge = if c < 0.0 { 0 } else { n - 1 };
+        let c = match c {
+            c if c.is_nan() => 0.0,
+            c if c.abs() >= 8_388_608.0 && clamp != 0 => return ([edge; 2], 0.0),
+            c if c.abs() >= 8_388_608.0 => 0.0,
+            c => f64::from(c),
+        };
+        // Exact: 24 bits times at most 16, and a half that they reach down to or nearly.
+        let place = c * n as f64 - 0.5;
+        let first = place.floor();
+        let texel = |i: i64| match clamp != 0 {
+            true => i.clamp(0, n - 1),
+            false => i.rem_euclid(n),
+        };
+        let first_texel = first as i64;
+        ([texel(first_texel), texel(first_texel + 1)], place - first)
+    };
+    let ((xs, a), (ys, b)) = (between(u, width), between(v, height));
+    let channel = |c: u32| {
+        let value = |x: i64, y: i64| {
+            let byte = texel(x as u32, y as u32) >> (8 * c) & 255;
+            if c == 3 {
+                f64::from(byte) / 255.0
+            } else {
+                linear(byte)
+            }
+        };
+        let row = |y: i64| value(xs[0], y) * (1.0 - a) + value(xs[1], y) * a;
+        row(ys[0]) * (1.0 - b) + row(ys[1]) * b
+    };
+    (0..4).map(channel).collect()
+}
+
+/// Phong's model, as docs/shading.md has it.
+fn phong(case: &Case) -> Vec<f64> {
+    let [to, normal, geometric, back] =
+        ["light", "normal", "geometric", "back"].map(|name| vector(case, name));
+    let [diffuse, colour] = ["diffuse", "colour"].map(|name| vector(case, name));
+    let [.., exponent] = case.floats::<4>("specular").map(f64::from);
+    let specular = vector(case, "specular");
+    let length = dot(to, to).sqrt();
+    let to = to.map(|v| v / length);
+    let along = dot(normal, to);
+    if along <= 0.0 || dot(geometric, to) <= 0.0 {
+        return vec![0.0; 4];
+    }
+    let mirrored = [0, 1, 2].map(|i| normal[i] * 2.0 * along - to[i]);
+    let highlight = dot(mirrored, back).clamp(0.0, 1.0).powf(exponent);
+    let light = |i: usize| colour[i] * (diffuse[i] * along + specular[i] * highlight);
+    vec![light(0), light(1), light(2), 1.0]
+}
+
+/// Light to bytes: bent to white at 2, sRGB, the nearest byte.
+fn bytes(case: &Case) -> Result<(), String> {
+    let [r, g, b, scale] = case.floats("of").map(f64::from);
+    let mut word = 0xff00_0000u32;
+    for (i, light) in [r, g, b].into_iter().enumerate() {
+        let light = match light.is_nan() {
+            true => 0.0,
+            false => (light * scale).clamp(0.0, 2.0),
+        };
+        let c = light * (1.0 - 0.25 * light);
+        let curved = match c <= 0.0031308 {
+            true => 12.92 * c,
+            false => 1.055 * c.powf(1.0 / 2.4) - 0.055,
+        };
+        // From 2^-13 down everything is black.
+        let level = if c < 2f64.powi(-13) {
+            0.0
+        } else {
+            255.0 * curved
+        };
+        let off = (level - level.floor() - 0.5).abs();
+        if level > 0.5 && level < 254.9 && off < 0.125 {
+            return Err(format!("{level} is too close to half way between bytes"));
+        }
+        word |= (level.round() as u32) << (8 * i);
+    }
+    let stated = case.numbers().first().map(|x| x.to_bits());
+    match stated == Some(word) {
+        true => Ok(()),
+        false => Err(format!("{stated:x?}, not {word:x}")),
+    }
+}

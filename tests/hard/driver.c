@@ -1,0 +1,332 @@
+/* Runs functions of the kernels on many inputs. System memory begins with a table of requests, one
+ * for each function below in their order: how many inputs there are, where they stand, and where the
+ * results go. The SRP has that memory; the host reads it from the standard input and writes it to the
+ * standard output. */
+#include "rgs.h"
+
+#ifdef __SRP__
+#include <math.h>
+#else
+#define MEMORY_BYTES (8 << 20)
+static unsigned char memory[MEMORY_BYTES] __attribute__((aligned(64)));
+unsigned char *srp_host_memory = memory;
+#endif
+
+enum {
+    UNIT, PLAIN_UNIT, DIFFERENCE, MIRROR, BASIS, POWER, SPECIAL, ARITHMETIC, LANGUAGE, RANDOM, PHONG,
+    TEXTURE, RAY, BYTES, SURFACE, MATH, FUNCTIONS
+};
+
+typedef struct {
+    unsigned count, inputs, outputs, reserved;
+} request;
+
+typedef SRP_GLOBAL const float4 *restrict inputs;
+typedef SRP_GLOBAL float4 *restrict outputs;
+
+static void unit(inputs in, outputs out, int n)
+{
+#pragma srp kernel
+    for (int i = 0; i < n; i++)
+        out[i] = unit3(in[2 * i], in[2 * i + 1]);
+}
+
+static void plain_unit(inputs in, outputs out, int n)
+{
+#pragma srp kernel
+    for (int i = 0; i < n; i++)
+        out[i] = plain_unit3(in[i]);
+}
+
+static void difference(inputs in, outputs out, int n)
+{
+#pragma srp kernel
+    for (int i = 0; i < n; i++) {
+        float4 v = in[i];
+        out[i] = srp_splat(difference_of_products(v[0], v[1], v[2], v[3]));
+    }
+}
+
+static void mirror(inputs in, outputs out, int n)
+{
+#pragma srp kernel
+    for (int i = 0; i < n; i++)
+        out[i] = mirrored3(in[2 * i], in[2 * i + 1]);
+}
+
+static void basis(inputs in, outputs out, int n)
+{
+#pragma srp kernel
+    for (int i = 0; i < n; i++) {
+        float4 normal = in[i];
+        out[2 * i] = around3(normal, 1.0f, 0.0f, 0.0f);
+        out[2 * i + 1] = around3(normal, 0.0f, 1.0f, 0.0f);
+    }
+}
+
+static void powers(inputs in, outputs out, int n)
+{
+#pragma srp kernel
+    for (int i = 0; i < n; i++) {
+        float4 v = in[i];
+        out[i] = srp_splat(power(v[0], v[1]));
+    }
+}
+
+static void special(inputs in, outputs out, int n)
+{
+#pragma srp kernel
+    for (int i = 0; i < n; i++) {
+        float x = in[i][0];
+        out[2 * i] = srp_float4(srp_rcp(x), srp_rsqrt(x), srp_sqrt(x), srp_exp2(x));
+        out[2 * i + 1] = srp_float4(srp_log2(x), srp_sin(x), srp_cos(x), srp_floor(x));
+    }
+}
+
+static void arithmetic(inputs in, outputs out, int n)
+{
+#pragma srp kernel
+    for (int i = 0; i < n; i++) {
+        float4 v = in[i];
+        float a = v[0], b = v[1], c = v[2];
+        out[4 * i] = srp_float4(srp_fmin(a, b), srp_fmax(a, b), srp_fma(a, b, c), a + b);
+        out[4 * i + 1] = srp_float4(a - b, a * b, a / b, srp_fabs(a));
+        out[4 * i + 2] = srp_float4(srp_float((unsigned)srp_ftoi(a)), srp_float(srp_ftou(a)),
+                                    srp_itof((int)srp_bits(a)), srp_utof(srp_bits(a)));
+        out[4 * i + 3] = srp_float4(srp_select(a < b, 1.0f, 0.0f), srp_select(a <= b, 1.0f, 0.0f),
+                                    srp_select(a == b, 1.0f, 0.0f), srp_select(!(a > b), 1.0f, 0.0f));
+    }
+}
+
+/* What a compiler may not do with floats: contract, reassociate, fold otherwise than the machine
+ * computes, fault where a side is not taken. */
+static void language(inputs in, outputs out, int n)
+{
+#pragma srp kernel
+    for (int i = 0; i < n; i++) {
+        float4 v = in[i];
+        float a = v[0], b = v[1], c = v[2];
+        float square = a * a;
+        float4 shifted = srp_swizzle(v, 1, 2, 0, 3), twice = srp_swizzle(v, 2, 0, 1, 3);
+        float4 self = shifted * twice - twice * shifted;
+        float folded = srp_rcp(3.0f), three = c * 0.0f + 3.0f;
+        float quotient = 0.0f;
+        if (b != 0.0f)
+            quotient = a / b;
+        out[3 * i] = srp_float4(self[0], self[1], self[2], a * a - square);
+        out[3 * i + 1] = srp_float4((a + b) - a, a + (b + c), a / 3.0f, 0.5f * a * 2.0f);
+        out[3 * i + 2] = srp_float4(quotient, srp_select(folded == srp_rcp(three), 1.0f, 0.0f),
+                                    srp_select(!(a > b), 1.0f, srp_select(a <= b, 2.0f, 3.0f)),
+                                    0.1f + 0.2f);
+    }
+}
+
+static void random_numbers(inputs in, outputs out, int n)
+{
+#pragma srp kernel
+    for (int i = 0; i < n; i++) {
+        unsigned bits = srp_bits(in[i][0]);
+        out[i] = srp_float4(fraction(bits), fraction(bits * 0x2545f491u), fraction(scrambled(bits)),
+                            srp_float(scrambled(bits)));
+    }
+}
+
+static void lamp(inputs in, outputs out, int n)
+{
+#pragma srp kernel
+    for (int i = 0; i < n; i++)
+        out[i] = phong(in[7 * i], in[7 * i + 1], in[7 * i + 2], in[7 * i + 3], in[7 * i + 4],
+                       in[7 * i + 5], in[7 * i + 6]);
+}
+
+#if SRP_TEXTURES
+static void texel(inputs in, outputs out, int n)
+{
+#pragma srp kernel
+    for (int i = 0; i < n; i++) {
+        float4 v = in[i];
+        out[i] = srp_texture4(srp_bits(v[2]), v);
+    }
+}
+#endif
+
+/* Kernels of the frame, one input at a time: they pack what they make. */
+static srp_hit hit[1];
+static srp_ray ray[1], shadow[1];
+static float4 view[1], weight[1], base[1], lit[1], next_views[1], next_weights[1];
+static srp_surface surface[1];
+static srp_waiting waiting[3];
+static int onward[2];
+static srp_line curve[SRGB_PIECES];
+
+/* In: origin, and in lane 3 the widening; direction. Out: a ray. */
+static void make_ray(inputs in, outputs out, int n)
+{
+    for (int i = 0; i < n; i++) {
+        float4 origin = in[2 * i];
+        float widening = origin[3];
+        origin[3] = 0.0f;
+        waiting[0].origin = origin;
+        waiting[0].direction = in[2 * i + 1];
+        waiting[0].weight = srp_splat(1.0f);
+        launch(waiting, ray, next_views, next_weights, widening, 0.0f, 1.0e30f, 1);
+        out[4 * i] = ray[0].origin;
+        out[4 * i + 1] = ray[0].direction;
+        out[4 * i + 2] = ray[0].reciprocal;
+        out[4 * i + 3] = ray[0].far;
+    }
+}
+
+/* In: a colour, and in lane 3 what it is multiplied by. Out: its bytes as a word in lane 0. */
+static void bytes(inputs in, unsigned out, int n)
+{
+    float4 none = srp_splat(0.0f);
+    make_curve(curve);
+    for (int i = 0; i < n; i++) {
+        base[0] = in[i];
+        turn(base, curve, out + 16u * (unsigned)i, base[0][3], 1, 1, ray, view, none, none, none, none,
+             1.0f, 1.0f, 0.0f, 0.0f, 0.0f, 0u, 0, 0, 1);
+    }
+}
+
+/* In: weights of vertices 1 and 2, the triangle and the materials' address; the view; a light, with
+ * the widening in lane 3; and offset, scale and least normal. Out: the point and how far origins move off it,
+ * the geometric normal, the shadow ray, the mirrored ray and the one through the surface with their
+ * weights, of which those that are not sent are 0. */
+static void surfaces(inputs in, outputs out, int n)
+{
+    for (int i = 0; i < n; i++) {
+        float4 what = in[5 * i], light = in[5 * i + 2], scene = in[5 * i + 3];
+        float4 places = in[5 * i + 4], nothing = srp_splat(0.0f);
+        hit[0].t = 1.0f;
+        hit[0].u = what[0];
+        hit[0].v = what[1];
+        hit[0].primitive = (int)srp_bits(what[2]);
+        hit[0].ray = 0;
+        view[0] = in[5 * i + 1];
+        view[0][3] = srp_float(0u);
+        weight[0] = srp_splat(1.0f);
+        srp_shading shading = {
+            .triangles = srp_bits(places[0]),
+            .materials = srp_bits(places[1]),
+            .ambient = nothing,
+            .widening = light[3],
+            .offset = scene[0],
+            .scale = scene[1],
+            .least_normal = scene[2],
+            .primary = 1,
+            .first = 1,
+            .bounces = 3,
+        };
+        float4 colour = srp_splat(1.0f);
+        light[3] = 1.0f;
+        onward[0] = 0;
+        int on = shade_hit(hit, ray, view, weight, base, shadow, lit, surface, onward, &shading,
+                           light, colour, 1);
+        shade_light(surface, shadow, lit, base, light, colour, scene[1], shading.widening, 1);
+        int sent = scatter(surface, onward, waiting, shading.materials, on);
+        outputs o = out + 12 * i;
+        o[0] = surface[0].point;
+        o[1] = surface[0].geometric;
+        o[2] = shadow[0].origin;
+        o[3] = shadow[0].direction;
+        o[4] = shadow[0].reciprocal;
+        o[5] = shadow[0].far;
+        for (int k = 6; k < 12; k++)
+            o[k] = nothing;
+        for (int k = 0; k < sent; k++) {
+            /* The mirrored ray starts outside. */
+            float side = srp_dot3(waiting[k].origin - surface[0].point, surface[0].geometric);
+            outputs to = o + (side >= 0.0f ? 6 : 9);
+            to[0] = waiting[k].origin;
+            to[1] = waiting[k].direction;
+            to[2] = waiting[k].weight;
+        }
+    }
+}
+
+#ifdef __SRP__
+static float math_function(int which, float x, float y)
+{
+    switch (which) {
+    case 0: return powf(x, y);
+    case 1: return expf(x);
+    case 2: return exp2f(x);
+    case 3: return logf(x);
+    case 4: return log2f(x);
+    case 5: return log10f(x);
+    case 6: return sinf(x);
+    case 7: return cosf(x);
+    case 8: return tanf(x);
+    case 9: return asinf(x);
+    case 10: return acosf(x);
+    case 11: return atanf(x);
+    case 12: return atan2f(x, y);
+    case 13: return sinhf(x);
+    case 14: return coshf(x);
+    case 15: return tanhf(x);
+    case 16: return sqrtf(x);
+    case 17: return cbrtf(x);
+    case 18: return hypotf(x, y);
+    case 19: return fmodf(x, y);
+    case 20: return rintf(x);
+    case 21: return roundf(x);
+    case 22: return fminf(x, y);
+    default: return fmaxf(x, y);
+    }
+}
+
+static void math(inputs in, outputs out, int n)
+{
+    for (int i = 0; i < n; i++)
+        out[i] = srp_splat(math_function((int)srp_bits(in[i][2]), in[i][0], in[i][1]));
+}
+#endif
+
+static void run(int function, const request *r)
+{
+    inputs in = SRP_AT(const float4, r->inputs);
+    outputs out = SRP_AT(float4, r->outputs);
+    int n = (int)r->count;
+    switch (function) {
+    case UNIT: unit(in, out, n); break;
+    case PLAIN_UNIT: plain_unit(in, out, n); break;
+    case DIFFERENCE: difference(in, out, n); break;
+    case MIRROR: mirror(in, out, n); break;
+    case BASIS: basis(in, out, n); break;
+    case POWER: powers(in, out, n); break;
+    case SPECIAL: special(in, out, n); break;
+    case ARITHMETIC: arithmetic(in, out, n); break;
+    case LANGUAGE: language(in, out, n); break;
+    case RANDOM: random_numbers(in, out, n); break;
+    case PHONG: lamp(in, out, n); break;
+#if SRP_TEXTURES
+    case TEXTURE: texel(in, out, n); break;
+#endif
+    case RAY: make_ray(in, out, n); break;
+    case BYTES: bytes(in, r->outputs, n); break;
+    case SURFACE: surfaces(in, out, n); break;
+#ifdef __SRP__
+    case MATH: math(in, out, n); break;
+#endif
+    }
+}
+
+int main(void)
+{
+#ifndef __SRP__
+    if (!fread(memory, 1, sizeof memory, stdin))
+        return 1;
+#endif
+    SRP_GLOBAL const request *requests = SRP_AT(const request, SRP_MEMORY_BASE);
+    for (int i = 0; i < FUNCTIONS; i++) {
+        request r = requests[i];
+        if (r.count)
+            run(i, &r);
+    }
+#ifndef __SRP__
+    if (fwrite(memory, 1, sizeof memory, stdout) != sizeof memory)
+        return 1;
+#endif
+    return 0;
+}
