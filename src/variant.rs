@@ -6,6 +6,7 @@ use crate::failure::Failure;
 use crate::pipeline::{self, Compiled, Effort, FrontEnd, Input};
 use crate::{compile, files, kernels};
 use srp_archdesc::arch::Arch;
+use srp_ir::program::Program;
 use srp_runtime::effect::Effects;
 use srp_runtime::form::Forms;
 use srp_scheduler::Known;
@@ -121,16 +122,21 @@ pub(crate) fn compile_kernels(
     compile_input(input, arch, build, known)
 }
 
-fn compile_input(
-    input: Input,
-    arch: &Arch,
-    build: &Build,
-    known: &Known,
-) -> Result<Compiled, Failure> {
+/// The kernels that come along, as they are before they are divided and scheduled: what they mean,
+/// and not when.
+pub(crate) fn program(arch: &Arch, build: &Build) -> Result<Program, Failure> {
+    let source = source(build);
+    let front_end = FrontEnd::new(&source, arch);
+    let program = front_end.compile(&kernels::sources())?;
+    Ok(front_end.optimise(program))
+}
+
+/// What the command line of a build would be.
+fn source(build: &Build) -> SourceArgs {
     let defines = build.effects.defines().chain(build.forms.defines());
     let mut define: Vec<String> = defines.map(|(n, v)| format!("{n}={v}")).collect();
     define.push(format!("SRP_BOUNCES={}", build.bounces.max(1)));
-    let source = SourceArgs {
+    SourceArgs {
         include: Vec::new(),
         define,
         no_auto_kernel: true,
@@ -139,7 +145,16 @@ fn compile_input(
         warnings: Vec::new(),
         remarks: Vec::new(),
         error_format: cli::ErrorFormat::Human,
-    };
+    }
+}
+
+fn compile_input(
+    input: Input,
+    arch: &Arch,
+    build: &Build,
+    known: &Known,
+) -> Result<Compiled, Failure> {
+    let source = source(build);
     let front_end = FrontEnd::new(&source, arch);
     let compiled = pipeline::compile_knowing(input, &front_end, Effort::Steps, known)?;
     compile::say_not_pipelined(&compiled, arch, &source);

@@ -91,7 +91,9 @@ fn on_host(text: &str, directory: &Path) -> Result<Vec<String>, String> {
     let (source, binary) = (directory.join("batch.c"), directory.join("batch"));
     std::fs::write(&source, text).map_err(|e| e.to_string())?;
     let built = Command::new("cc")
-        .args(["-std=gnu11", "-O0", "-ffp-contract=off", "-fwrapv", "-w"])
+        // With its usual rounding taken for granted, gcc 12 makes 0.0 - (double)i a negation.
+        .args(["-std=gnu11", "-O0", "-ffp-contract=off", "-frounding-math"])
+        .args(["-fwrapv", "-w"])
         .arg("-I")
         .args([&kernels(), &source])
         .arg("-o")
