@@ -32,7 +32,7 @@ use srp_scheduler::Known;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use store::Store;
-use trial::{Studio, Trial};
+use trial::{Studio, Trial, UnitError};
 
 /// Most settings that are put together.
 const MOST_TOGETHER: usize = 6;
@@ -237,6 +237,7 @@ impl<'a> Bench<'a> {
             knob: setting.knob.clone(),
             value: setting.value.clone(),
             how: setting.how.clone(),
+            unit: UnitError::of(&setting.units),
             ..Trial::of(&frame, &comparison)
         };
         store.keep(setting, &trial, &frame.picture, &comparison.levels)?;

@@ -5,7 +5,7 @@ mod plot;
 
 use super::setting::TOGETHER;
 use super::store::Store;
-use super::text::{decibels, marks};
+use super::text::{decibels, marks, unit};
 use super::trial::Trial;
 use super::{Report, is_sampling};
 use base64::Engine as _;
@@ -106,7 +106,7 @@ fn table(report: &Report) -> Markup {
         table {
             tr {
                 th { "setting" } th { "" } th { "PSNR" } th { "FLIP" } th { "> 1/255" } th { "> 8/255" }
-                th { "leaks" } th { "t, ulp" } th { "SRP Mcyc" } th { "T&I Mcyc" } th { "frame Mcyc" }
+                th { "leaks" } th { "t, ulp" } th { "unit, ulp" } th { "SRP Mcyc" } th { "T&I Mcyc" } th { "frame Mcyc" }
                 th { "MB" } th { "mJ" } th { "mm²" } th { "host s" } th.words { "how" }
             }
             @for (i, t) in report.trials.iter().enumerate() {
@@ -115,7 +115,7 @@ fn table(report: &Report) -> Markup {
                     td { (decibels(t.all.psnr)) } td { (format!("{:.5}", t.all.flip)) }
                     td { (t.all.beyond_1) } td { (t.all.beyond_8) }
                     td.hole[t.leaks.leaks > 0] { (t.leaks.leaks) }
-                    td { (format!("{:.1}", t.leaks.ulp_99)) }
+                    td { (format!("{:.1}", t.leaks.ulp_99)) } td { (unit(t)) }
                     td { (mega(t.costs.srp_cycles)) } td { (mega(t.costs.tni_cycles)) }
                     td { (mega(t.costs.frame_cycles)) }
                     td { (format!("{:.2}", t.costs.dram_bytes as f64 / 1e6)) }

@@ -4,6 +4,7 @@
 use crate::cli::Feature;
 use crate::variant::Build;
 use srp_archdesc::arch::{Approx, Arch, Precision, Refine};
+use srp_archdesc::certify::Function;
 use srp_archdesc::datapath::Intersection;
 use srp_archdesc::system::NodeFormat;
 use srp_runtime::effect::Effect;
@@ -30,6 +31,8 @@ pub(super) struct Setting {
     pub(super) value: String,
     /// How a user says it: a line of the machine file, or an option.
     pub(super) how: String,
+    /// The units whose precision it sets.
+    pub(super) units: Vec<(Function, Approx)>,
     change: Change,
 }
 
@@ -46,7 +49,15 @@ impl Setting {
             knob: knob.to_owned(),
             value: value.into(),
             how: how.into(),
+            units: Vec::new(),
             change: Arc::new(change),
+        }
+    }
+
+    fn of_units(self, functions: &[Function], approx: Approx) -> Setting {
+        Setting {
+            units: functions.iter().map(|&f| (f, approx)).collect(),
+            ..self
         }
     }
 
@@ -174,9 +185,9 @@ fn reciprocals(all: &mut Vec<Setting>) {
     for &approx in STEPPED {
         let (value, how) = words(approx);
         let how = format!("<tni><special function=\"rcp\" {how}/>");
-        all.push(Setting::new("T&I reciprocal", value, how, move |s| {
-            s.arch.system.tni.rcp = approx;
-        }));
+        let change = move |s: &mut Subject| s.arch.system.tni.rcp = approx;
+        let setting = Setting::new("T&I reciprocal", value, how, change);
+        all.push(setting.of_units(&[Function::Rcp], approx));
     }
 }
 
@@ -207,12 +218,15 @@ fn functions(all: &mut Vec<Setting>) {
         for &approx in values {
             let (value, how) = words(approx);
             let how = format!("<special function=\"{name}\" {how}/>");
-            all.push(Setting::new(knob, value, how, move |s| {
+            let setting = Setting::new(knob, value, how, move |s| {
                 *place(&mut s.arch.precision) = approx;
                 if name == "exp2" {
                     s.arch.precision.log2 = approx;
                 }
-            }));
+            });
+            let function = Function::ALL.iter().filter(|f| name.starts_with(f.name()));
+            let functions: Vec<Function> = function.copied().collect();
+            all.push(setting.of_units(&functions, approx));
         }
     }
 }

@@ -10,6 +10,16 @@ pub(super) fn decibels(psnr: Option<f64>) -> String {
     psnr.map_or_else(|| "exact".to_owned(), |p| format!("{p:.2}"))
 }
 
+/// The largest error of the unit that is set.
+pub(super) fn unit(trial: &Trial) -> String {
+    trial
+        .unit
+        .map_or_else(String::new, |u| match u.largest < 1000.0 {
+            true => format!("{:.2}", u.largest),
+            false => format!("{:.0}", u.largest),
+        })
+}
+
 /// What marks a line: on the front, the cheapest that meets the target, a hole.
 pub(super) fn marks(report: &Report, i: usize) -> String {
     let mut marks = String::new();
@@ -103,7 +113,7 @@ pub(super) fn text(report: &Report) -> String {
         .unwrap_or(0);
     let _ = writeln!(
         text,
-        "{:width$}  {:>7} {:>7} {:>6} {:>6} {:>6} {:>7} {:>9} {:>9} {:>9} {:>7} {:>7} {:>7} {:>7}",
+        "{:width$}  {:>7} {:>7} {:>6} {:>6} {:>6} {:>7} {:>7} {:>9} {:>9} {:>9} {:>7} {:>7} {:>7} {:>7}",
         "setting",
         "dB",
         "FLIP",
@@ -111,6 +121,7 @@ pub(super) fn text(report: &Report) -> String {
         ">8",
         "leaks",
         "t ulp",
+        "ulp",
         "SRP Mcyc",
         "T&I Mcyc",
         "frame",
@@ -131,7 +142,7 @@ pub(super) fn text(report: &Report) -> String {
         let mega = |n: u64| n as f64 / 1e6;
         let _ = writeln!(
             text,
-            "{name:width$}  {:>7} {:>7.5} {:>6} {:>6} {:>6} {:>7.1} {:>9.3} {:>9.3} {:>9.3} {:>7.2} \
+            "{name:width$}  {:>7} {:>7.5} {:>6} {:>6} {:>6} {:>7.1} {:>7} {:>9.3} {:>9.3} {:>9.3} {:>7.2} \
              {:>7.2} {:>7.2} {:>7.2} {}",
             decibels(a.psnr),
             a.flip,
@@ -139,6 +150,7 @@ pub(super) fn text(report: &Report) -> String {
             a.beyond_8,
             trial.leaks.leaks,
             trial.leaks.ulp_99,
+            unit(trial),
             mega(c.srp_cycles),
             mega(c.tni_cycles),
             mega(c.frame_cycles),

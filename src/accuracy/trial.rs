@@ -8,8 +8,9 @@ use crate::failure::Failure;
 use crate::tni::Energy;
 use crate::{engine, interrupt, render, variant};
 use serde::{Deserialize, Serialize};
-use srp_archdesc::arch::Arch;
+use srp_archdesc::arch::{Approx, Arch};
 use srp_archdesc::area;
+use srp_archdesc::certify::{Function, certify};
 use srp_ir::dre::scheduled::ScheduledDre;
 use srp_runtime::bvh::Bvh;
 use srp_runtime::effect::Guard;
@@ -52,7 +53,32 @@ pub(super) struct Trial {
     /// Over those on which all decisions fall as in binary64.
     pub(super) agreeing: Difference,
     pub(super) leaks: Leaks,
+    /// Of the unit whose precision is set.
+    pub(super) unit: Option<UnitError>,
     pub(super) costs: Costs,
+}
+
+/// How far a unit is off, in units of the last place, over all mantissas.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct UnitError {
+    /// At most.
+    pub(super) largest: f64,
+    /// On average.
+    pub(super) mean: f64,
+}
+
+impl UnitError {
+    /// Of the worst of some units.
+    pub(super) fn of(units: &[(Function, Approx)]) -> Option<UnitError> {
+        let each = units.iter().map(|&(function, approx)| {
+            let certificate = certify(function, approx);
+            UnitError {
+                largest: certificate.worst_ulp,
+                mean: certificate.mean_ulp,
+            }
+        });
+        each.max_by(|a, b| a.largest.total_cmp(&b.largest))
+    }
 }
 
 /// What a setting costs.
@@ -135,6 +161,7 @@ impl Trial {
             all: Difference::default(),
             agreeing: Difference::default(),
             leaks: Leaks::default(),
+            unit: None,
             costs: Costs {
                 energy: 1.0,
                 area: 1.0,
@@ -154,6 +181,7 @@ impl Trial {
             all: comparison.over(|_| true),
             agreeing: comparison.over(|i| comparison.levels[i] <= DECIDED),
             leaks: frame.leaks,
+            unit: None,
             costs: frame.costs.clone(),
         }
     }
