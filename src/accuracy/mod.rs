@@ -4,7 +4,9 @@
 //! really compiled, scheduled and simulated; every picture is held against a renderer in binary64.
 //! Then settings that keep to the target are put together as long as they keep to it together.
 
+mod blame;
 mod compare;
+mod explain;
 mod flip;
 mod page;
 mod probe;
@@ -21,6 +23,7 @@ use crate::failure::Failure;
 use crate::talk::Progress;
 use crate::variant::Build;
 use crate::{files, interrupt, machine, render, scenes, talk};
+use blame::Blame;
 use compare::Comparison;
 use glam::DVec3;
 use probe::Edges;
@@ -36,6 +39,9 @@ use trial::{Studio, Trial, UnitError};
 
 /// Most settings that are put together.
 const MOST_TOGETHER: usize = 6;
+
+/// Of so many tiles one is looked into for what its errors come from; all, of the machine as it is.
+const ONE_IN: u32 = 8;
 
 /// Knobs that change what is computed, not how exactly: their pictures are held against one with
 /// the most of both.
@@ -77,6 +83,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         options: scene.options,
         arch,
     };
+    if let Some(pixel) = args.pixel {
+        return explain::run(&scene, &base, args, pixel);
+    }
     let settings = chosen(&args.knob, &base)?;
     let store = Store::open(&args.output, &base, &scene, args.size)?;
     let bench = Bench::of(&scene, &base, args)?;
@@ -115,6 +124,17 @@ fn chosen(knobs: &[String], base: &Subject) -> Result<Vec<Setting>, Failure> {
         .collect())
 }
 
+/// What all frames of a scene share.
+fn studio<'a>(scene: &'a Scene, args: &Args) -> Studio<'a> {
+    Studio {
+        bvh: scenes::build(scene, args.bvh, None),
+        edges: Edges::of(scene),
+        scene,
+        size: args.size,
+        known: Known::default(),
+    }
+}
+
 /// A scene on the bench: what all trials share, and what they are held against.
 struct Bench<'a> {
     studio: Studio<'a>,
@@ -136,13 +156,7 @@ impl<'a> Bench<'a> {
         };
         drop(spinner);
         Ok(Bench {
-            studio: Studio {
-                bvh: scenes::build(scene, args.bvh, None),
-                edges: Edges::of(scene),
-                scene,
-                size: args.size,
-                known: Known::default(),
-            },
+            studio: studio(scene, args),
             base,
             scene,
             plain,
@@ -227,7 +241,9 @@ impl<'a> Bench<'a> {
         if let Some(trial) = store.kept(setting) {
             return Ok(trial);
         }
-        let frame = self.studio.frame(&setting.applied(self.base))?;
+        let subject = setting.applied(self.base);
+        let frame = self.studio.frame(&subject)?;
+        let one_in = if setting.knob.is_empty() { 1 } else { ONE_IN };
         let reference = match is_sampling(&setting.knob) {
             true => &self.finest,
             false => &self.plain,
@@ -237,6 +253,7 @@ impl<'a> Bench<'a> {
             knob: setting.knob.clone(),
             value: setting.value.clone(),
             how: setting.how.clone(),
+            blame: Blame::of(&self.studio, &subject, one_in)?,
             unit: UnitError::of(&setting.units),
             ..Trial::of(&frame, &comparison)
         };

@@ -3,9 +3,10 @@
 
 mod plot;
 
+use super::blame::Blame;
 use super::setting::TOGETHER;
 use super::store::Store;
-use super::text::{decibels, marks, unit};
+use super::text::{decibels, flips, marks, unit};
 use super::trial::Trial;
 use super::{Report, is_sampling};
 use base64::Engine as _;
@@ -21,7 +22,8 @@ const STYLE: &str = "
 .plot path { fill: none; stroke: var(--float); stroke-width: 1.4; stroke-dasharray: 4 3; }
 .maps { display: grid; grid-template-columns: repeat(auto-fill, minmax(16rem, 1fr)); gap: 1rem; } .maps img { width: 100%; image-rendering: pixelated; border-radius: 4px; background: #000; }
 tr.best td:first-child { color: var(--float); font-weight: 600; } tr.cheapest td { background: color-mix(in srgb, var(--good) 12%, transparent); } td.hole { color: var(--above); font-weight: 600; }
-.summary td:first-child { white-space: nowrap; } td code { font-size: .8em; }
+.summary td:first-child { white-space: nowrap; } .blame td, .blame th { padding: .15rem .8rem .15rem 0; text-align: right; } .blame .words { text-align: left; } .bar { display: inline-block; width: 8rem; height: .5rem; border-radius: 3px; background: var(--line); overflow: hidden; } .bar i { display: block; height: 100%; background: var(--float); }
+td code { font-size: .8em; }
 ";
 
 /// The page.
@@ -39,6 +41,7 @@ pub(super) fn page(report: &Report, store: &Store) -> String {
             (conclusion(report))
             section { h2 { "Picture against cost" } (plots(report)) }
             div.summary.scroll { (table(report)) }
+            @if let Some(base) = report.trials.first() { (blamed(&base.blame)) }
             section { h2 { "In words" } ul { @for s in &report.sentences { li { (s) } } } }
             section {
                 h2 { "What is off" }
@@ -105,15 +108,16 @@ fn table(report: &Report) -> Markup {
     html! {
         table {
             tr {
-                th { "setting" } th { "" } th { "PSNR" } th { "FLIP" } th { "> 1/255" } th { "> 8/255" }
-                th { "leaks" } th { "t, ulp" } th { "unit, ulp" } th { "SRP Mcyc" } th { "T&I Mcyc" } th { "frame Mcyc" }
+                th { "setting" } th { "" } th { "PSNR" } th { "agreeing" } th { "FLIP" } th { "> 1/255" } th { "> 8/255" }
+                th { "flips" } th { "leaks" } th { "t, ulp" } th { "unit, ulp" } th { "SRP Mcyc" } th { "T&I Mcyc" } th { "frame Mcyc" }
                 th { "MB" } th { "mJ" } th { "mm²" } th { "host s" } th.words { "how" }
             }
             @for (i, t) in report.trials.iter().enumerate() {
                 tr.best[report.front.contains(&i)].cheapest[report.cheapest == Some(i)] {
                     td { (name(t)) } td { (marks(report, i)) }
-                    td { (decibels(t.all.psnr)) } td { (format!("{:.5}", t.all.flip)) }
+                    td { (decibels(t.all.psnr)) } td { (decibels(t.agreeing.psnr)) } td { (format!("{:.5}", t.all.flip)) }
                     td { (t.all.beyond_1) } td { (t.all.beyond_8) }
+                    td { (t.blame.all_flips()) }
                     td.hole[t.leaks.leaks > 0] { (t.leaks.leaks) }
                     td { (format!("{:.1}", t.leaks.ulp_99)) } td { (unit(t)) }
                     td { (mega(t.costs.srp_cycles)) } td { (mega(t.costs.tni_cycles)) }
@@ -126,6 +130,31 @@ fn table(report: &Report) -> Markup {
             }
         }
         p.soft { "* no other setting has a better picture for fewer cycles; < cheapest that keeps to the target; ! rays get through." }
+    }
+}
+
+/// Where the errors of the machine as it is come from.
+fn blamed(blame: &Blame) -> Markup {
+    html! {
+        section.blame {
+            h2 { "Where the error comes from, as it is" }
+            p.soft {
+                "The program was run with shadows in binary64 in " (blame.tiles.0) " of " (blame.tiles.1)
+                " tiles; " (format!("{:.1}", 100.0 * blame.named)) " % of the squared error are named. "
+                "Decisions that binary64 makes otherwise: " (flips(blame)) ", on " (blame.flipped_pixels) " pixels."
+            }
+            table {
+                tr { th { "part" } th { "" } th { "pixels" } th { "flips" } th.words { "line and operation, or unit" } }
+                @for s in blame.sources.iter().filter(|s| s.part.abs() >= 5e-4 || s.flips > 0) {
+                    tr {
+                        td { (format!("{:.1} %", 100.0 * s.part)) }
+                        td { span.bar { i style={ "width:" (format!("{:.1}", (100.0 * s.part).clamp(0.0, 100.0))) "%" } {} } }
+                        td { (s.pixels) } td { (s.flips) } td.words { code { (s.name()) } }
+                    }
+                }
+            }
+            @for n in &blame.non_finite { p.above { (n) } }
+        }
     }
 }
 

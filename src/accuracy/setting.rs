@@ -192,14 +192,14 @@ fn reciprocals(all: &mut Vec<Setting>) {
 }
 
 /// A special function of the SRP: its knob, its name, and its place in the precision.
-type Function = (
+type SpecialFunction = (
     &'static str,
     &'static str,
     fn(&mut Precision) -> &mut Approx,
     &'static [Approx],
 );
 
-const FUNCTIONS: &[Function] = &[
+const FUNCTIONS: &[SpecialFunction] = &[
     ("slab reciprocal", "rcp", |p| &mut p.rcp, PROGRAMMED),
     (
         "reciprocal square root",

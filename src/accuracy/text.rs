@@ -1,5 +1,6 @@
 //! The report as text, and its sentences.
 
+use super::blame::Blame;
 use super::setting::TOGETHER;
 use super::trial::Trial;
 use super::{Report, is_sampling};
@@ -18,6 +19,55 @@ pub(super) fn unit(trial: &Trial) -> String {
             true => format!("{:.2}", u.largest),
             false => format!("{:.0}", u.largest),
         })
+}
+
+/// Decisions by kind, in words.
+pub(super) fn flips(blame: &Blame) -> String {
+    let some = blame.flips.iter().filter(|(_, count)| **count > 0);
+    let some: Vec<String> = some
+        .map(|(kind, count)| format!("{count} {kind}"))
+        .collect();
+    match some.is_empty() {
+        true => "none".to_owned(),
+        false => some.join(", "),
+    }
+}
+
+/// Where the errors of the machine as it is come from.
+fn blamed(blame: &Blame) -> String {
+    let (looked, of) = blame.tiles;
+    let mut text = format!(
+        "\nWhere the error comes from, as it is ({looked} of {of} tiles; {:.1} % of the squared error \
+         named)\n\n{:>7} {:>7} {:>6}  line and operation, or unit\n",
+        100.0 * blame.named,
+        "part",
+        "pixels",
+        "flips"
+    );
+    for s in blame
+        .sources
+        .iter()
+        .filter(|s| s.part.abs() >= 5e-4 || s.flips > 0)
+    {
+        let _ = writeln!(
+            text,
+            "{:>6.1}% {:>7} {:>6}  {}",
+            100.0 * s.part,
+            s.pixels,
+            s.flips,
+            s.name()
+        );
+    }
+    let _ = writeln!(
+        text,
+        "\nDecisions that binary64 makes otherwise: {}, on {} pixels.",
+        flips(blame),
+        blame.flipped_pixels
+    );
+    for n in &blame.non_finite {
+        let _ = writeln!(text, "{n}");
+    }
+    text
 }
 
 /// What marks a line: on the front, the cheapest that meets the target, a hole.
@@ -67,6 +117,18 @@ pub(super) fn sentence(trial: &Trial, base: &Trial) -> String {
             ", {now} pixels off by more than 8 levels ({before} before)"
         );
     }
+    if trial.blame.all_flips() > 0 {
+        let (looked, of) = trial.blame.tiles;
+        let flips = flips(&trial.blame);
+        let _ = write!(
+            text,
+            ", decided otherwise in {looked} of {of} tiles: {flips}"
+        );
+    }
+    if let Some(worst) = trial.blame.sources.first().filter(|s| s.part > 0.3) {
+        let part = 100.0 * worst.part;
+        let _ = write!(text, ", {part:.0} % of the error from {}", worst.name());
+    }
     if trial.leaks.leaks != base.leaks.leaks {
         let (now, aimed) = (trial.leaks.leaks, trial.leaks.aimed);
         let _ = write!(text, ", {now} of {aimed} rays at edges get through");
@@ -113,12 +175,14 @@ pub(super) fn text(report: &Report) -> String {
         .unwrap_or(0);
     let _ = writeln!(
         text,
-        "{:width$}  {:>7} {:>7} {:>6} {:>6} {:>6} {:>7} {:>7} {:>9} {:>9} {:>9} {:>7} {:>7} {:>7} {:>7}",
+        "{:width$}  {:>7} {:>7} {:>7} {:>6} {:>6} {:>6} {:>6} {:>7} {:>7} {:>9} {:>9} {:>9} {:>7} {:>7} {:>7} {:>7}",
         "setting",
         "dB",
+        "agree",
         "FLIP",
         ">1",
         ">8",
+        "flips",
         "leaks",
         "t ulp",
         "ulp",
@@ -142,12 +206,14 @@ pub(super) fn text(report: &Report) -> String {
         let mega = |n: u64| n as f64 / 1e6;
         let _ = writeln!(
             text,
-            "{name:width$}  {:>7} {:>7.5} {:>6} {:>6} {:>6} {:>7.1} {:>7} {:>9.3} {:>9.3} {:>9.3} {:>7.2} \
+            "{name:width$}  {:>7} {:>7} {:>7.5} {:>6} {:>6} {:>6} {:>6} {:>7.1} {:>7} {:>9.3} {:>9.3} {:>9.3} {:>7.2} \
              {:>7.2} {:>7.2} {:>7.2} {}",
             decibels(a.psnr),
+            decibels(trial.agreeing.psnr),
             a.flip,
             a.beyond_1,
             a.beyond_8,
+            trial.blame.all_flips(),
             trial.leaks.leaks,
             trial.leaks.ulp_99,
             unit(trial),
@@ -165,6 +231,9 @@ pub(super) fn text(report: &Report) -> String {
              target\n  (cycles times energy times area); ! rays get through between triangles\n\n";
     for sentence in &report.sentences {
         let _ = writeln!(text, "{sentence}");
+    }
+    if let Some(base) = report.trials.first() {
+        text += &blamed(&base.blame);
     }
     if let Some(cheapest) = report.cheapest.map(|i| &report.trials[i]) {
         let _ = match cheapest.how.is_empty() {

@@ -1,5 +1,6 @@
 //! A setting tried: compiled, scheduled and simulated, and its picture held against the reference.
 
+use super::blame::Blame;
 use super::compare::{Comparison, Difference};
 use super::probe::{Edges, Leaks};
 use super::setting::Subject;
@@ -53,6 +54,8 @@ pub(super) struct Trial {
     /// Over those on which all decisions fall as in binary64.
     pub(super) agreeing: Difference,
     pub(super) leaks: Leaks,
+    /// Where the errors come from, in the tiles that were looked into.
+    pub(super) blame: Blame,
     /// Of the unit whose precision is set.
     pub(super) unit: Option<UnitError>,
     pub(super) costs: Costs,
@@ -110,13 +113,18 @@ pub(super) struct Frame {
 }
 
 impl Studio<'_> {
+    /// The scene with a subject's light.
+    pub(super) fn scene_of(&self, subject: &Subject) -> Scene {
+        Scene {
+            options: subject.options,
+            ..self.scene.clone()
+        }
+    }
+
     /// Compiles, schedules and simulates a frame.
     pub(super) fn frame(&self, subject: &Subject) -> Result<Frame, Failure> {
         let arch = &subject.arch;
-        let scene = &Scene {
-            options: subject.options,
-            ..self.scene.clone()
-        };
+        let scene = &self.scene_of(subject);
         let compiled = variant::kept(arch, &subject.build, &self.known)?;
         let program = compiled.runnable()?;
         let image = scene_image::build(scene, &self.bvh, &scene.camera, arch, self.size)
@@ -161,6 +169,7 @@ impl Trial {
             all: Difference::default(),
             agreeing: Difference::default(),
             leaks: Leaks::default(),
+            blame: Blame::default(),
             unit: None,
             costs: Costs {
                 energy: 1.0,
@@ -181,6 +190,7 @@ impl Trial {
             all: comparison.over(|_| true),
             agreeing: comparison.over(|i| comparison.levels[i] <= DECIDED),
             leaks: frame.leaks,
+            blame: Blame::default(),
             unit: None,
             costs: frame.costs.clone(),
         }

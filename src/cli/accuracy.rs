@@ -1,7 +1,7 @@
 //! The command line of `srp accuracy`.
 
 use super::MachineFile;
-use super::scene::{Building, BvhBuilder, Camera, Shading, parse_size};
+use super::scene::{Building, BvhBuilder, Camera, Shading, parse_pixel, parse_size};
 use crate::accuracy::Target;
 use clap::Args;
 use std::path::PathBuf;
@@ -12,6 +12,7 @@ use std::path::PathBuf;
 Examples:
   srp accuracy
   srp accuracy sibenik.obj --cameras cameras.json:sibenik/0 --target psnr=45,leaks=0 -o sibenik
+  srp accuracy sibenik.obj --pixel 160,120
   srp accuracy scene.obj --knob 'T&I reciprocal' --knob power --machine mine.xml
 
 The folder keeps every trial, with its picture and a map of what is off; said again, the command
@@ -30,6 +31,9 @@ pub(crate) struct Accuracy {
     pub(crate) shading: Shading,
     #[command(flatten)]
     pub(crate) building: Building,
+    /// Turn no knob, but say of one pixel where it parts from binary64, and what follows from it
+    #[arg(long, value_name = "X,Y", value_parser = parse_pixel, conflicts_with = "knob")]
+    pub(crate) pixel: Option<(u32, u32)>,
     /// Turn only this knob; several are possible
     #[arg(long, value_name = "NAME")]
     pub(crate) knob: Vec<String>,

@@ -457,7 +457,7 @@ fn parse_length(text: &str) -> Result<f32, String> {
         .ok_or_else(|| "a length is a number above 0".to_owned())
 }
 
-fn parse_pixel(text: &str) -> Result<(u32, u32), String> {
+pub(super) fn parse_pixel(text: &str) -> Result<(u32, u32), String> {
     text.split_once(',')
         .and_then(|(x, y)| Some((x.trim().parse().ok()?, y.trim().parse().ok()?)))
         .ok_or_else(|| "a pixel is X,Y, from 0,0 in the upper left corner".to_owned())

@@ -16,6 +16,8 @@ pub enum FlipKind {
     Primitive,
     /// Whether a shadow ray is stopped.
     Shadow,
+    /// Whether a ray hits the surface on which it begins.
+    SelfHit,
     /// Whether all light is mirrored.
     TotalReflection,
     /// Which texels a texture is filtered from.
@@ -26,9 +28,10 @@ pub enum FlipKind {
 
 impl FlipKind {
     /// All of them.
-    pub const ALL: [FlipKind; 5] = [
+    pub const ALL: [FlipKind; 6] = [
         FlipKind::Primitive,
         FlipKind::Shadow,
+        FlipKind::SelfHit,
         FlipKind::TotalReflection,
         FlipKind::Texel,
         FlipKind::Other,
@@ -39,6 +42,7 @@ impl FlipKind {
         match self {
             FlipKind::Primitive => "primitive",
             FlipKind::Shadow => "shadow",
+            FlipKind::SelfHit => "self-hit",
             FlipKind::TotalReflection => "total internal reflection",
             FlipKind::Texel => "texel",
             FlipKind::Other => "other",
@@ -87,10 +91,10 @@ pub(super) fn of(
         let triangle =
             |hit: Option<u32>| hit.map_or("nothing".to_owned(), |p| format!("triangle {p}"));
         flips.push(Flip {
-            kind: if lost.any {
-                FlipKind::Shadow
-            } else {
-                FlipKind::Primitive
+            kind: match (lost.at_origin, lost.any) {
+                (true, _) => FlipKind::SelfHit,
+                (false, true) => FlipKind::Shadow,
+                (false, false) => FlipKind::Primitive,
             },
             pixel: place(lost.tag),
             source: DECISION as usize,

@@ -65,11 +65,17 @@ impl<'a> Hardware<'a> {
     }
 }
 
+/// How far from its origin a ray hits what it begins on, as a part of the origin's distance from that
+/// of the coordinates: some roundings of a distance with 12 bits.
+const AT_ORIGIN: f64 = 1.0 / 1024.0;
+
 /// A ray whose shadow hits something else.
 #[derive(Clone, Debug)]
 pub(super) struct Lost {
     /// Whether any hit would have done.
     pub(super) any: bool,
+    /// Whether what the unit has hit is where the ray begins.
+    pub(super) at_origin: bool,
     pub(super) tag: u32,
     /// What the unit has hit, and what the shadow hits.
     pub(super) real: Option<u32>,
@@ -202,8 +208,17 @@ impl<'a> FrameShadows<'a> {
             roots.push((marked.marks[axis].node_of(), weight));
             roots.push((marked.marks[4 + axis].node_of(), weight.map(|w| w * t)));
         }
+        let length = |v: [f32; 3]| {
+            v.iter()
+                .map(|&x| f64::from(x) * f64::from(x))
+                .sum::<f64>()
+                .sqrt()
+        };
+        let ray = &marked.ray;
+        let gone = f64::from(record.hit.t) * length(ray.direction);
         self.lost.push(Lost {
             any,
+            at_origin: real.is_some() && gone <= AT_ORIGIN * length(ray.origin),
             tag,
             real,
             shadow: found.map(|(nearest, _)| nearest),
