@@ -12,6 +12,7 @@
 mod explain;
 mod flips;
 mod pixels;
+mod text;
 mod tni;
 
 use crate::functional::{self, FunctionalError, MAX_STEPS, Stage, TileWorld, chosen, each};

@@ -10,13 +10,15 @@
 //! its own. Numbers that the program is given have no error.
 //!
 //! Moves, selections, lanes and memory hand shadows on. Integers have none, but for bytes that a
-//! float was converted to: they keep it where they are shifted and put together. A comparison is
+//! float was converted to: they keep it where they are shifted and put together; and where integer
+//! operations give a float another exponent or sign, it is the float times a power of two. A comparison is
 //! made by the shadows too. Where they decide otherwise that is a *dispute*, and a
 //! [`Flip`] when something comes of it: a branch, a selection between different values, an access, a
 //! number. The shadow then follows the run. The history of a long run is [made
 //! short](Shadows::collapse) from time to time.
 
 mod arithmetic;
+mod bits;
 mod bytes;
 mod choice;
 mod collapse;
@@ -50,6 +52,8 @@ enum Meaning {
     Dispute(u32),
     /// It is made of bytes that floats were converted to.
     Bytes(u32),
+    /// It is the mantissa of a float with this node.
+    Mantissa(u32),
 }
 
 impl Mark {
@@ -77,6 +81,18 @@ impl Mark {
         Mark(1 << Mark::KIND | index as u32 & Mark::INDEX)
     }
 
+    fn mantissa(node: u32) -> Mark {
+        Mark(3 << Mark::KIND | node & Mark::INDEX)
+    }
+
+    /// The node that it has anything to do with, or 0.
+    fn behind(self) -> u32 {
+        match self.meaning() {
+            Meaning::Node(node) | Meaning::Mantissa(node) => node,
+            _ => 0,
+        }
+    }
+
     fn bytes(index: usize) -> Mark {
         Mark(2 << Mark::KIND | index as u32 & Mark::INDEX)
     }
@@ -87,7 +103,8 @@ impl Mark {
             0 if index == 0 => Meaning::Plain,
             0 => Meaning::Node(index),
             1 => Meaning::Dispute(index),
-            _ => Meaning::Bytes(index),
+            2 => Meaning::Bytes(index),
+            _ => Meaning::Mantissa(index),
         }
     }
 }

@@ -101,6 +101,7 @@ fn the_worst_unit_is_named() {
         found.unwrap_or_else(|e| panic!("{e}"))
     });
     adds_up(&one);
+    println!("{}", one.text(8));
     assert_eq!(one.sources, two.sources);
     assert_eq!(one.flips, two.flips);
     assert_eq!(one.pixels, two.pixels);
@@ -118,7 +119,7 @@ fn the_worst_unit_is_named() {
         ("", "T&I: reciprocal")
     );
     assert!(
-        worst.squared > 0.5 * one.squared_error,
+        worst.squared > 0.9 * one.squared_error,
         "{worst:?} of {}",
         one.squared_error
     );
@@ -141,6 +142,7 @@ fn the_worst_unit_is_named() {
         (told.pixel.value, told.pixel.exact),
         (known.value, known.exact)
     );
+    println!("{}", told.text());
     let error = told.pixel.error();
     for channel in 0..3 {
         let sum: f64 = told

@@ -204,6 +204,24 @@ fn a_float_that_becomes_another_integer_is_a_flip() {
     assert_eq!(flips(above[0]), []);
 }
 
+/// A float that is taken apart as an integer and put together otherwise is itself times a power of two.
+#[test]
+fn another_exponent_keeps_the_error() {
+    let lines = "float x = in[0] * in[1];\nunsigned bits = srp_bits(x);\n\
+                 out[0] = srp_float(bits & 0x7fffffu | 0x3f800000u);\n\
+                 out[1] = srp_float(bits + (5u << 23));\n\
+                 out[2] = srp_float(0x40000000u);\n\
+                 out[3] = srp_float(bits ^ 0x80000000u);";
+    let inputs = [13.7f32, 0.9];
+    let (found, flips) = run(&program(lines), &inputs, 4, Precision::EXACT);
+    let product = inputs[0] * inputs[1];
+    let error = f64::from(product) - f64::from(inputs[0]) * f64::from(inputs[1]);
+    assert!(error != 0.0);
+    let errors: Vec<f64> = found.iter().map(|found| found.error).collect();
+    assert_eq!(errors, [error / 8.0, error * 32.0, 0.0, -error]);
+    assert_eq!(flips, []);
+}
+
 /// A random program of float operations, and what it gives in binary64.
 struct Random {
     lines: String,

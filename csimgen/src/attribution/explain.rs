@@ -150,7 +150,7 @@ impl Studio<'_> {
         let mut behind: BTreeMap<u32, Behind> = BTreeMap::new();
         let mut next: BTreeMap<u32, (u32, f64)> = BTreeMap::new();
         sweep.run(tape, &[(root, [1.0, 0.0, 0.0])], |node, entry, weight| {
-            let effect = weight[0] * entry.error;
+            let effect = weight[0] * entry.error();
             let on = next.get(&node).copied().unwrap_or_default();
             behind.insert(node, Behind { effect, next: on });
             for (&parent, partial) in entry.parents.iter().zip(entry.partials) {
@@ -185,7 +185,7 @@ impl Studio<'_> {
                 at,
                 what,
                 value: entry.value,
-                exact: f64::from(entry.value) - entry.error,
+                exact: entry.shadow,
                 ulps: ulps(entry),
                 effect: known.effect,
             });
@@ -199,5 +199,5 @@ impl Studio<'_> {
 fn ulps(entry: &Entry) -> f64 {
     let bits = entry.value.abs().to_bits();
     let next = f32::from_bits(bits + 1);
-    entry.error / (f64::from(next) - f64::from(entry.value.abs()))
+    entry.error() / (f64::from(next) - f64::from(entry.value.abs()))
 }

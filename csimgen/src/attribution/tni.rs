@@ -173,12 +173,13 @@ impl<'a> FrameShadows<'a> {
             tmax,
             ..
         } = marked.ray;
-        let error = |k: usize| self.shadows.tape.error(marked.marks[k].node_of());
+        let tape = &self.shadows.tape;
+        let shadow = |k: usize, value: f32| tape.shadow(marked.marks[k].node_of(), value);
         ExactRay {
-            origin: std::array::from_fn(|k| f64::from(origin[k]) - error(k)),
-            direction: std::array::from_fn(|k| f64::from(direction[k]) - error(4 + k)),
-            tmin: f64::from(tmin) - error(3),
-            tmax: f64::from(tmax) - error(7),
+            origin: std::array::from_fn(|k| shadow(k, origin[k])),
+            direction: std::array::from_fn(|k| shadow(4 + k, direction[k])),
+            tmin: shadow(3, tmin),
+            tmax: shadow(7, tmax),
         }
     }
 
@@ -269,7 +270,7 @@ impl<'a> FrameShadows<'a> {
             let value = marked.ray.origin[k] + record.hit.t * marked.ray.direction[k];
             tape.push(
                 value,
-                error,
+                f64::from(value) - error,
                 RAY,
                 [(nodes[0], 1.0), (nodes[1], t), (0, 0.0)],
             )
@@ -285,15 +286,17 @@ impl<'a> FrameShadows<'a> {
         let values = [hit.t, hit.u, hit.v];
         std::array::from_fn(|i| {
             let parents = std::array::from_fn(|k| (moved[k], shadow.slopes[i][k]));
-            let error = real.at[i] - shadow.at[i];
-            let mut node = tape.push_tagged(values[i], error, BEND, parents, tag);
-            let end = (last, f64::from(values[i]));
+            // Between the stages there is no value: their nodes have the hit's, and their own errors.
+            let value = f64::from(values[i]);
+            let off = real.at[i] - shadow.at[i];
+            let mut node = tape.push_tagged(values[i], value - off, BEND, parents, tag);
+            let end = (last, value);
             let inner = (RECORD..).filter(|&source| source != DECISION).zip(&steps);
             for (source, at) in inner.map(|(source, at)| (source, at[i])).chain([end]) {
-                let error = at - shadow.at[i];
-                if at.is_finite() && error != tape.error(node) {
+                let off = value - (at - shadow.at[i]);
+                if at.is_finite() && value - off != tape.error(node) {
                     let parents = [(node, 1.0), (0, 0.0), (0, 0.0)];
-                    node = tape.push_tagged(values[i], error, source, parents, tag);
+                    node = tape.push_tagged(values[i], off, source, parents, tag);
                 }
             }
             Mark::node(node)

@@ -120,7 +120,7 @@ impl Shadows<'_> {
     /// What a float would be in binary64.
     #[inline]
     pub(super) fn shadow(&self, (value, mark): Marked) -> f64 {
-        f64::from(value) - self.tape.error(mark.node_of())
+        self.tape.shadow(mark.node_of(), value)
     }
 
     /// The mark of one lane of a result.
@@ -145,7 +145,7 @@ impl Shadows<'_> {
             let error = f64::from(result) - exact;
             return match error == 0.0 || !exact.is_finite() {
                 true => Mark::PLAIN,
-                false => Mark::node(self.tape.push(result, error, source, [(0, 0.0); 3])),
+                false => Mark::node(self.tape.push(result, exact, source, [(0, 0.0); 3])),
             };
         }
         let exact = function.exact(args.map(|arg| self.shadow(arg)));
@@ -166,8 +166,7 @@ impl Shadows<'_> {
             true => (args[i].1.node_of(), slopes[i]),
             false => (0, 0.0),
         });
-        let error = f64::from(result) - exact;
-        Mark::node(self.tape.push(result, error, source, parents))
+        Mark::node(self.tape.push(result, exact, source, parents))
     }
 
     fn non_finite(&mut self, source: u32, args: &[Marked], value: f32) {

@@ -86,13 +86,12 @@ impl Shadows<'_> {
             if !std::mem::replace(&mut byte.differs, false) {
                 continue;
             }
-            let error = self.tape.error(byte.node);
             self.flips.push(Flip {
                 decision: Decision::Integer,
                 source: byte.source,
                 tag: self.tape.tag([byte.node]),
                 values: [byte.value, 0.0],
-                shadows: [f64::from(byte.value) - error, 0.0],
+                shadows: [self.tape.shadow(byte.node, byte.value), 0.0],
                 nodes: [byte.node, 0],
             });
         }

@@ -64,7 +64,7 @@ impl Shadows<'_> {
     #[inline]
     pub(super) fn settle(&mut self, mark: Mark) {
         match mark.meaning() {
-            Meaning::Plain | Meaning::Node(_) => {}
+            Meaning::Plain | Meaning::Node(_) | Meaning::Mantissa(_) => {}
             Meaning::Dispute(index) => {
                 let dispute = &mut self.disputes[index as usize];
                 if !std::mem::replace(&mut dispute.settled, true) {

@@ -20,6 +20,7 @@ impl Moved {
     fn mark(&self, mark: Mark) -> Mark {
         match mark.meaning() {
             Meaning::Node(node) => Mark::node(self.node(node)),
+            Meaning::Mantissa(node) => Mark::mantissa(self.node(node)),
             _ => mark,
         }
     }

@@ -134,8 +134,7 @@ impl Shadows<'_> {
                         _ => f64::from(word as i32),
                     };
                     let value = f32::from_bits(result[i]);
-                    let error = f64::from(value) - exact;
-                    *of = Mark::node(self.tape.push(value, error, source, [(0, 0.0); 3]));
+                    *of = Mark::node(self.tape.push(value, exact, source, [(0, 0.0); 3]));
                 }
             }
             Eq | Ne => of[0] = self.equality(done, marks[0][0], marks[1][0]),

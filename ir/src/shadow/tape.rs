@@ -6,8 +6,8 @@ pub const NO_TAG: u32 = u32::MAX;
 /// A node of the tape.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
-    /// Value less shadow.
-    pub error: f64,
+    /// What the value would be in binary64.
+    pub shadow: f64,
     /// The part of the error that its own operation has made.
     pub local: f64,
     /// How its error changes with that of each parent.
@@ -21,6 +21,14 @@ pub struct Entry {
     pub value: f32,
     /// What it belongs to, a number of the observer's choice; that of its first parent with one.
     pub tag: u32,
+}
+
+impl Entry {
+    /// Value less shadow.
+    #[inline]
+    pub fn error(&self) -> f64 {
+        f64::from(self.value) - self.shadow
+    }
 }
 
 /// Nodes in the order in which they were made, numbered from 1.
@@ -57,7 +65,14 @@ impl Tape {
     /// The error of a node; 0 for none.
     #[inline]
     pub fn error(&self, node: u32) -> f64 {
-        self.get(node).map_or(0.0, |entry| entry.error)
+        self.get(node).map_or(0.0, Entry::error)
+    }
+
+    /// What a value with this node would be in binary64; with none, itself.
+    #[inline]
+    pub fn shadow(&self, node: u32, value: f32) -> f64 {
+        self.get(node)
+            .map_or(f64::from(value), |entry| entry.shadow)
     }
 
     /// The tag of the first of these nodes that has one.
@@ -67,24 +82,24 @@ impl Tape {
         tags.find(|&tag| tag != NO_TAG).unwrap_or(NO_TAG)
     }
 
-    /// Makes the node of a value with this error, of parents with these derivatives. Gives 0, and
+    /// Makes the node of a value with this shadow, of parents with these derivatives. Gives 0, and
     /// makes none, where nothing behind it has an error.
     #[inline]
-    pub fn push(&mut self, value: f32, error: f64, source: u32, parents: [(u32, f64); 3]) -> u32 {
+    pub fn push(&mut self, value: f32, shadow: f64, source: u32, parents: [(u32, f64); 3]) -> u32 {
         let explained: f64 = parents.iter().map(|&(p, d)| d * self.error(p)).sum();
-        let local = error - explained;
+        let local = f64::from(value) - shadow - explained;
         if local == 0.0 && parents.iter().all(|&(p, d)| p == 0 || d == 0.0) {
             return 0;
         }
         let tag = self.tag(parents.map(|(parent, _)| parent));
-        self.push_tagged(value, error, source, parents, tag)
+        self.push_tagged(value, shadow, source, parents, tag)
     }
 
     /// Makes the node of a value whose history is forgotten but for what each source contributes.
     pub(super) fn push_sum(&mut self, of: &Entry, parts: Vec<(u32, f64)>) -> u32 {
         let source = SUM | self.sums.len() as u32;
         self.sums.push(parts);
-        self.push_tagged(of.value, of.error, source, [(0, 0.0); 3], of.tag)
+        self.push_tagged(of.value, of.shadow, source, [(0, 0.0); 3], of.tag)
     }
 
     /// What the operation of a node has made of its error, or the sources that it stands for.
@@ -95,11 +110,11 @@ impl Tape {
         own.into_iter().chain(parts.iter().copied())
     }
 
-    /// Makes the node, with this tag, whatever its error.
+    /// Makes the node, with this tag, even where it has no error.
     pub fn push_tagged(
         &mut self,
         value: f32,
-        error: f64,
+        shadow: f64,
         source: u32,
         parents: [(u32, f64); 3],
         tag: u32,
@@ -113,6 +128,7 @@ impl Tape {
         }
         let nodes = parents.map(|(parent, _)| parent);
         let explained: f64 = (0..3).map(|i| partials[i] * self.error(nodes[i])).sum();
+        let error = f64::from(value) - shadow;
         let local = error - explained;
         // Where derivatives are so large that they explain nothing, the operation answers for all.
         let (partials, local) = match local.is_finite() {
@@ -120,7 +136,7 @@ impl Tape {
             false => ([0.0; 3], error),
         };
         self.entries.push(Entry {
-            error,
+            shadow,
             local,
             partials,
             parents: nodes,

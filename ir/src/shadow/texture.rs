@@ -60,27 +60,22 @@ impl<W: World> Texture<'_, W> {
         Some(std::array::from_fn(|i| f64::from(decoded(texel, i)) / one))
     }
 
-    /// The channels at a coordinate, and how they change with it along each axis.
-    fn at(&mut self, uv: [f64; 2]) -> Option<[[f64; 4]; 3]> {
+    /// The channels at a coordinate.
+    fn at(&mut self, uv: [f64; 2]) -> Option<[f64; 4]> {
         let [x, y] = [0, 1].map(|k| self.axes[k].position(uv[k]));
         let (fx, fy) = (x - x.floor(), y - y.floor());
         let [xs, ys] = [(0, x.floor()), (1, y.floor())]
             .map(|(k, first)| [0.0, 1.0].map(|step| self.axes[k].texel(first + step)));
-        let mut corners = [[[0.0; 4]; 2]; 2];
-        for (row, &y) in corners.iter_mut().zip(&ys) {
-            for (corner, &x) in row.iter_mut().zip(&xs) {
-                *corner = self.texel(x, y)?;
+        let mut sum = [0.0; 4];
+        for (y, row) in ys.into_iter().zip([1.0 - fy, fy]) {
+            for (x, share) in xs.into_iter().zip([1.0 - fx, fx]) {
+                let texel = self.texel(x, y)?;
+                for (sum, channel) in sum.iter_mut().zip(texel) {
+                    *sum += row * share * channel;
+                }
             }
         }
-        let [nx, ny] = self.axes.map(|axis| f64::from(axis.size));
-        let mut of = [[0.0; 4]; 3];
-        for i in 0..4 {
-            let [[a, b], [c, d]] = corners.map(|row| row.map(|corner| corner[i]));
-            of[0][i] = (a * (1.0 - fx) + b * fx) * (1.0 - fy) + (c * (1.0 - fx) + d * fx) * fy;
-            of[1][i] = ((b - a) * (1.0 - fy) + (d - c) * fy) * nx;
-            of[2][i] = ((c - a) * (1.0 - fx) + (d - b) * fx) * ny;
-        }
-        Some(of)
+        Some(sum)
     }
 }
 
@@ -132,17 +127,26 @@ impl Shadows<'_> {
             axes,
             world,
         };
-        let (Some([_, along_u, along_v]), Some([exact, ..])) =
-            (texture.at(real), texture.at(shadow))
+        // From the shadow to the value along one axis, then along the other: between texels slopes
+        // change, so these are not slopes at a point.
+        let corner = texture.at([real[0], shadow[1]]);
+        let (Some(value), Some(corner), Some(exact)) =
+            (texture.at(real), corner, texture.at(shadow))
         else {
             return PLAIN;
         };
         let nodes = uv.map(|(_, mark)| mark.node_of());
+        let errors = nodes.map(|node| self.tape.error(node));
+        let slope = |from: f64, to: f64, error: f64| match error == 0.0 {
+            true => 0.0,
+            false => (to - from) / error,
+        };
         std::array::from_fn(|i| {
-            let value = f32::from_bits(result.0[i]);
-            let error = f64::from(value) - exact[i];
-            let parents = [(nodes[0], along_u[i]), (nodes[1], along_v[i]), (0, 0.0)];
-            Mark::node(self.tape.push(value, error, source, parents))
+            let along_u = slope(exact[i], corner[i], errors[0]);
+            let along_v = slope(corner[i], value[i], errors[1]);
+            let result = f32::from_bits(result.0[i]);
+            let parents = [(nodes[0], along_u), (nodes[1], along_v), (0, 0.0)];
+            Mark::node(self.tape.push(result, exact[i], source, parents))
         })
     }
 
