@@ -12,7 +12,6 @@
 mod explain;
 mod flips;
 mod pixels;
-mod text;
 mod tni;
 
 use crate::functional::{self, FunctionalError, MAX_STEPS, Stage, TileWorld, chosen, each};

@@ -1,6 +1,7 @@
 //! Where the errors of pictures come from.
 
 use srp_archdesc::arch::Approx;
+use srp_archdesc::datapath::Intersection;
 use srp_csimgen::attribution::{self, Attribution, MOST_NODES};
 use srp_runtime::effect::{Effects, Guard, find};
 use srp_runtime::reference;
@@ -101,7 +102,6 @@ fn the_worst_unit_is_named() {
         found.unwrap_or_else(|e| panic!("{e}"))
     });
     adds_up(&one);
-    println!("{}", one.text(8));
     assert_eq!(one.sources, two.sources);
     assert_eq!(one.flips, two.flips);
     assert_eq!(one.pixels, two.pixels);
@@ -142,7 +142,6 @@ fn the_worst_unit_is_named() {
         (told.pixel.value, told.pixel.exact),
         (known.value, known.exact)
     );
-    println!("{}", told.text());
     let error = told.pixel.error();
     for channel in 0..3 {
         let sum: f64 = told
@@ -166,4 +165,46 @@ fn the_worst_unit_is_named() {
     let of_roots = found.sources.iter().filter(|source| source.what == "rsqrt");
     let squared: f64 = of_roots.map(|source| source.squared).sum();
     assert!(squared > 0.9 * found.squared_error);
+}
+
+/// Whichever test the T&I unit makes, however exact, the shadow of the picture is one and the same.
+#[test]
+fn the_shadow_does_not_depend_on_the_unit() {
+    let mut studio = Studio::of(demo(), (40, 32));
+    let built: Effects = find(&studio.scene).into_iter().collect();
+    let program = studio.program(built);
+    let mut all = Vec::new();
+    for test in Intersection::ALL {
+        for rcp in [Approx::Exact, Approx::table(16, 0)] {
+            studio.arch.system.tni.intersection = test;
+            studio.arch.system.tni.rcp = rcp;
+            let found = studio.attribution(&program, 2, MOST_NODES);
+            let found = found.unwrap_or_else(|e| panic!("{}: {e}", test.name()));
+            adds_up(&found);
+            all.push((test.name(), found));
+        }
+    }
+    let (_, first) = &all[0];
+    for (name, found) in &all[1..] {
+        let (mut squares, mut channels) = (0.0, 0.0);
+        for (pixel, expected) in found
+            .pixels
+            .iter()
+            .flatten()
+            .zip(first.pixels.iter().flatten())
+        {
+            if pixel.flips > 0 || expected.flips > 0 {
+                continue;
+            }
+            for i in 0..3 {
+                squares += (pixel.exact[i] - expected.exact[i]).powi(2);
+                channels += 1.0;
+            }
+        }
+        let off: f64 = (squares / channels as f64).sqrt();
+        assert!(
+            channels > 3000.0 && off < 1e-4,
+            "{name}: off by {off:e} levels"
+        );
+    }
 }

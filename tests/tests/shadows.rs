@@ -222,6 +222,23 @@ fn another_exponent_keeps_the_error() {
     assert_eq!(flips, []);
 }
 
+/// Rounding to bfloat16 by integer operations is an error of theirs, and places that are added are none.
+#[test]
+fn places_are_rounded_off_or_added() {
+    let lines = "float x = in[0] * in[1];\nunsigned bits = srp_bits(x);\n\
+                 unsigned odd = bits >> 16 & 1u;\n\
+                 float half = srp_float((bits + odd + 0x7fffu) & 0xffff0000u);\n\
+                 out[0] = half + 1.0f;\n\
+                 out[1] = srp_float(bits + 256u);";
+    let inputs = [13.7f32, 0.9];
+    let (found, _) = run(&program(lines), &inputs, 2, Precision::EXACT);
+    let exact = f64::from(inputs[0]) * f64::from(inputs[1]);
+    assert!((found[0].error - (f64::from(found[0].value) - (exact + 1.0))).abs() < 1e-15);
+    assert!(found[0].error.abs() > 1e-3);
+    assert_eq!(worst(&found[0]), (4, "and"));
+    assert_eq!(found[1].error, f64::from(inputs[0] * inputs[1]) - exact);
+}
+
 /// A random program of float operations, and what it gives in binary64.
 struct Random {
     lines: String,

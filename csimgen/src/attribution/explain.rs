@@ -63,7 +63,6 @@ pub struct Explanation {
 
 /// Runs the tile of pixel (`x`, `y`) with shadows. `total_reflection` is as in
 /// [`Options`](super::Options); `None` where there is no such pixel, or nobody writes it.
-#[allow(clippy::too_many_arguments)] // What there is to be looked at, and one place in it.
 pub fn explain(
     triangles: &[Triangle],
     image: &SceneImage,

@@ -1,47 +1,116 @@
-//! Floats that are taken apart as integers: another exponent or another sign makes of a float the
-//! float times a power of two.
+//! Floats that are taken apart as integers, lane by lane.
+//!
+//! Another exponent or another sign makes of a float the float times a power of two. An integer that
+//! is added moves it by so many places, and its shadow by as much. A mask that takes off its last
+//! places rounds it, whatever was added before to have them rounded to the nearest.
 
-use super::{Mark, Shadows};
+use super::{Mark, Marks, Meaning, PLAIN, Shadows};
 use crate::interp::Done;
 use srp_archdesc::isa::Opcode;
 
 /// The bits of the mantissa of a binary32.
 const MANTISSA: u32 = 0x7f_ffff;
 
+/// What is done with the bits.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum How {
+    And,
+    Or,
+    Xor,
+    Add,
+    Sub,
+}
+
+/// Whether a mask takes off last places, and leaves the rest.
+fn rounds(mask: u32) -> bool {
+    let off = mask.trailing_zeros();
+    (1..23).contains(&off) && mask == u32::MAX << off
+}
+
 impl Shadows<'_> {
-    /// The mark of an integer result that has the mantissa of a float which an operand is made of.
+    /// The marks of an integer operation on bits of floats; `None` where it is on others alone.
     #[inline]
-    pub(super) fn rescaled(&mut self, done: &Done<'_>, a: Mark, b: Mark) -> Option<Mark> {
-        if a.behind() == 0 && b.behind() == 0 {
-            return None;
-        }
-        let (mark, other, word) = match (a.behind(), b.behind()) {
-            (_, 0) => (a, b, done.operands[1].as_word()),
-            (0, _) => (b, a, done.operands[0].as_word()),
+    pub(super) fn taken_apart(&mut self, done: &Done<'_>, [a, b, _]: [Marks; 3]) -> Option<Marks> {
+        let (how, lanes) = match done.op {
+            Opcode::And => (How::And, 1),
+            Opcode::Or => (How::Or, 1),
+            Opcode::Xor => (How::Xor, 1),
+            Opcode::Add => (How::Add, 1),
+            Opcode::Sub => (How::Sub, 1),
+            Opcode::Vand => (How::And, 4),
+            Opcode::Vor => (How::Or, 4),
+            Opcode::Vxor => (How::Xor, 4),
+            Opcode::Vadd => (How::Add, 4),
+            Opcode::Vsub => (How::Sub, 4),
             _ => return None,
         };
-        match done.op {
-            Opcode::And if word & MANTISSA != MANTISSA => return None,
-            Opcode::And | Opcode::Or | Opcode::Xor | Opcode::Add => {}
-            Opcode::Sub if mark == a => {}
-            _ => return None,
-        }
-        self.settle(other);
-        let node = mark.behind();
-        let result = done.result?.1.as_word();
-        if done.op == Opcode::And && word == MANTISSA {
-            return Some(Mark::mantissa(node));
-        }
-        let entry = self.tape.get(node)?;
-        let (value, made) = (entry.value, f32::from_bits(result));
-        let same = value.to_bits() & MANTISSA == result & MANTISSA;
-        if !same || !value.is_normal() || !made.is_normal() {
+        let is_float = |mark: &Mark| mark.behind() != 0;
+        if !a.iter().chain(&b).any(is_float) {
             return None;
         }
-        let ratio = f64::from(made) / f64::from(value);
-        let shadow = entry.shadow * ratio;
+        let result = done.result?.1;
         let source = self.sources.number(done.func, done.inst);
-        let parents = [(node, ratio), (0, 0.0), (0, 0.0)];
-        Some(Mark::node(self.tape.push(made, shadow, source, parents)))
+        let [x, y, _] = done.operands;
+        let mut of = PLAIN;
+        for i in 0..lanes {
+            let (float, other, word) = match (is_float(&a[i]), is_float(&b[i])) {
+                (true, false) => (a[i], b[i], y.0[i]),
+                (false, true) if how != How::Sub => (b[i], a[i], x.0[i]),
+                _ => (Mark::PLAIN, a[i], 0),
+            };
+            self.settle(other);
+            if float != Mark::PLAIN {
+                of[i] = self.changed(how, source, float, word, result.0[i]);
+            }
+        }
+        Some(of)
+    }
+
+    /// The mark of a float, or of its mantissa, whose bits were changed by a word.
+    fn changed(&mut self, how: How, source: u32, float: Mark, word: u32, result: u32) -> Mark {
+        let node = float.behind();
+        if how == How::And && word == MANTISSA {
+            return Mark::mantissa(node);
+        }
+        let Some(entry) = self.tape.get(node).copied() else {
+            return Mark::PLAIN;
+        };
+        let (value, made) = (entry.value, f32::from_bits(result));
+        if !value.is_normal() || !made.is_normal() {
+            return Mark::PLAIN;
+        }
+        let whole = matches!(float.meaning(), Meaning::Node(_));
+        let near = whole && (made - value).abs() <= value.abs() / 16.0;
+        let alone = |parent: u32, partial: f64| [(parent, partial), (0, 0.0), (0, 0.0)];
+        let (shadow, parents) = if how == How::And && rounds(word) && near {
+            let origin = self.before_adding(node);
+            (self.tape.shadow(origin, value), alone(origin, 1.0))
+        } else if how == How::And && word & MANTISSA != MANTISSA {
+            return Mark::PLAIN;
+        } else if value.to_bits() & MANTISSA == result & MANTISSA {
+            let ratio = f64::from(made) / f64::from(value);
+            (entry.shadow * ratio, alone(node, ratio))
+        } else if near && matches!(how, How::Add | How::Sub) {
+            let by = f64::from(made) - f64::from(value);
+            (entry.shadow + by, alone(node, 1.0))
+        } else {
+            return Mark::PLAIN;
+        };
+        Mark::node(self.tape.push(made, shadow, source, parents))
+    }
+
+    /// The node of a float before integers were added to its bits.
+    fn before_adding(&self, mut node: u32) -> u32 {
+        while let Some(entry) = self.tape.get(node) {
+            let source = self.sources.get(entry.source);
+            let adds = source.is_some_and(|source| {
+                ["add", "vadd", "sub", "vsub"].contains(&source.what.as_str())
+            });
+            if !adds || entry.parents[0] == 0 || entry.partials[0] != 1.0 {
+                break;
+            }
+            node = entry.parents[0];
+        }
+        node
     }
 }

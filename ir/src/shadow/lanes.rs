@@ -11,8 +11,8 @@ impl Shadows<'_> {
         let [a, b, c] = marks;
         let imm = done.imm as u32;
         let lane = (imm & 3) as usize;
-        if let Some(mark) = self.rescaled(done, a[0], b[0]) {
-            return Some([mark, Mark::PLAIN, Mark::PLAIN, Mark::PLAIN]);
+        if let Some(marks) = self.taken_apart(done, marks) {
+            return Some(marks);
         }
         Some(match done.op {
             Opcode::Mov | Opcode::Pmov | Opcode::Vmov | Opcode::Ptoi => a,
