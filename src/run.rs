@@ -71,9 +71,12 @@ fn interpret(
     arch: &Arch,
     limit: u64,
 ) -> Result<i32, Failure> {
+    let mut precision = arch.precision;
     let dre = match input {
         Input::C(sources) => {
             let control = front_end.compile(&sources)?;
+            // Steps that the compiler would put into the program are not in it.
+            precision = precision.in_units();
             Dre {
                 control,
                 kernels: Default::default(),
@@ -92,7 +95,7 @@ fn interpret(
     let main = dre.control.main.ok_or_else(pipeline::no_main)?;
     let mut world = FlatWorld::new(&layout, arch.system.sram_bytes);
     let options = interp::Options {
-        precision: arch.precision,
+        precision,
         steps: limit,
         ..interp::Options::new(&layout)
     };

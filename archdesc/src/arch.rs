@@ -6,7 +6,7 @@ use crate::entity::EntityMap;
 use crate::isa::{Class, Opcode, Ty};
 use crate::system::SystemSpec;
 
-pub use crate::precision::{Approx, Precision, Refine};
+pub use crate::precision::{Approx, Precision, Refine, Subnormals};
 
 entity! {
     /// A functional unit of the array.

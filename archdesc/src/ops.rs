@@ -5,8 +5,8 @@
 //! generated simulators by their text ([`SOURCE`], [`call`]). Memory and ports are not computation;
 //! [`loaded`] is what a load makes of the bytes it reads.
 
-use crate::isa::{Class, Opcode};
-use crate::precision::{Approx, Precision};
+use crate::isa::{Class, Kind, Opcode};
+use crate::precision::{Approx, Precision, Subnormals};
 
 pub use semantics::lanes::V4;
 
@@ -53,6 +53,45 @@ impl std::fmt::Display for Fault {
 }
 
 impl std::error::Error for Fault {}
+
+/// Whether an operation takes part where subnormal floats are flushed: it computes with floats. What
+/// looks at signs alone, converts or moves does not.
+pub fn flushes(op: Opcode) -> bool {
+    let info = op.info();
+    let is_float = |kind: &Kind| matches!(kind, Kind::F | Kind::F4);
+    let signs = matches!(
+        op,
+        Opcode::Fneg | Opcode::Fabs | Opcode::Vfneg | Opcode::Vfabs
+    );
+    let converts = info.class == Class::Cvt || matches!(op, Opcode::Vitof | Opcode::Vftoi);
+    op.is_pure() && info.operands.iter().all(is_float) && !signs && !converts
+}
+
+/// What `op` computes from its operands, its immediate (ignored where it has none), and the machine's
+/// precision. `Ok(None)` for loads, stores and ports.
+///
+/// # Panics
+///
+/// If there are fewer operands than the opcode has.
+pub fn eval(
+    op: Opcode,
+    args: &[Value],
+    imm: i32,
+    precision: &Precision,
+) -> Result<Option<Value>, Fault> {
+    if precision.subnormals == Subnormals::Keep || !flushes(op) {
+        return compute(op, args, imm, precision);
+    }
+    let mut flushed = [Value::default(); 3];
+    for (to, &arg) in flushed.iter_mut().zip(args) {
+        *to = semantics::lanes::vflush(arg);
+    }
+    let result = compute(op, &flushed[..args.len().min(3)], imm, precision)?;
+    Ok(match op.info().result {
+        Some(Kind::F | Kind::F4) => result.map(semantics::lanes::vflush),
+        _ => result,
+    })
+}
 
 /// What a function of [`semantics`] takes after the opcode's operands.
 #[derive(Clone, Copy, Debug)]
@@ -151,13 +190,8 @@ macro_rules! operations {
     ($($module:ident {
         $($op:ident $function:ident ($($operand:literal)* $(; $extra:ident $($unit:ident)?)?);)*
     })*) => {
-        /// What `op` computes from its operands, its immediate (ignored where it has none), and
-        /// the machine's precision. `Ok(None)` for loads, stores and ports.
-        ///
-        /// # Panics
-        ///
-        /// If there are fewer operands than the opcode has.
-        pub fn eval(
+        /// [`eval`] of operands as they are.
+        fn compute(
             op: Opcode,
             args: &[Value],
             imm: i32,

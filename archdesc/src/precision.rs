@@ -19,6 +19,8 @@ pub struct Precision {
     pub log2: Approx,
     /// Sine and cosine.
     pub sincos: Approx,
+    /// What becomes of subnormal floats.
+    pub subnormals: Subnormals,
     /// Fraction bits of the weights by which texels are filtered, 0 to 12; 0 takes the nearest.
     pub texture_weight_bits: u32,
 }
@@ -33,6 +35,7 @@ impl Precision {
         exp2: Approx::Exact,
         log2: Approx::Exact,
         sincos: Approx::Exact,
+        subnormals: Subnormals::Keep,
         texture_weight_bits: 8,
     };
 }
@@ -50,6 +53,28 @@ impl Approx {
                 let table = 2f64.powi(-(bits as i32));
                 (0..steps).fold(table, |e, _| 2.0 * e * e + 5.0 * U) + U
             }
+        }
+    }
+}
+
+/// What operations make of floats below 2^-126 that are not 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Subnormals {
+    /// They are numbers like others.
+    Keep,
+    /// Operands and results are taken as zeros of their sign.
+    Flush,
+}
+
+impl Subnormals {
+    /// Both.
+    pub const ALL: [Subnormals; 2] = [Subnormals::Keep, Subnormals::Flush];
+
+    /// Its name in machine files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Subnormals::Keep => "keep",
+            Subnormals::Flush => "flush",
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use crate::arch::{Approx, Arch, FileKind, FuOp, FuSpec, Precision, Refine};
+use crate::arch::{Approx, Arch, FileKind, FuOp, FuSpec, Precision, Refine, Subnormals};
 use crate::dram::{DramModel, DramSpec, RowPolicy};
 use crate::isa::Class;
 use crate::system::{CacheSpec, Pipeline};
@@ -182,6 +182,7 @@ fn show_engine(out: &mut String, arch: &Arch) -> std::fmt::Result {
         exp2,
         log2,
         sincos,
+        subnormals,
         texture_weight_bits: _,
     } = arch.precision;
     let functions = [
@@ -197,7 +198,11 @@ fn show_engine(out: &mut String, arch: &Arch) -> std::fmt::Result {
         .iter()
         .map(|(name, approx)| format!("{name} {}", precision(*approx)))
         .collect();
-    writeln!(out, "special functions: {}", functions.join(", "))
+    writeln!(out, "special functions: {}", functions.join(", "))?;
+    match subnormals {
+        Subnormals::Keep => Ok(()),
+        Subnormals::Flush => writeln!(out, "subnormal floats are flushed to zero"),
+    }
 }
 
 fn precision(approx: Approx) -> String {

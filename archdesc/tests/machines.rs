@@ -4,7 +4,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use srp_archdesc::arch::{Approx, FileKind, Fu, Refine};
+use srp_archdesc::arch::{Approx, FileKind, Fu, Refine, Subnormals};
 use srp_archdesc::diagnostic::render_all;
 use srp_archdesc::machines::{ALL, Machine, SGRT, TINY, WIDE};
 use srp_archdesc::ops::semantics::elementary::SEPARATE;
@@ -63,6 +63,7 @@ fn changed() -> String {
   <special function="sqrt" bits="10" steps="2" fused="false" refine="code"/>
   <special function="div" bits="9" steps="1" fused="false"/>
   <special function="sincos" bits="20"/>
+  <float subnormals="flush"/>
   <array"#;
     let xml = edit(SGRT.xml, "<file name=\"pred\"", cell);
     let xml = edit(&xml, "<array", special);
@@ -192,6 +193,7 @@ fn cells_and_links_can_deviate() {
     assert_eq!(in_code.arguments(), (10, 0));
     assert_eq!(arch.precision.div.arguments(), (9, 1 | SEPARATE));
     assert_eq!(arch.precision.exp2, Approx::Exact);
+    assert_eq!(arch.precision.subnormals, Subnormals::Flush);
     let tni = &arch.system.tni;
     assert_eq!((tni.node_format, tni.node_bytes), (NodeFormat::Q8, 24));
 }

@@ -3,7 +3,7 @@
 
 use crate::cli::Feature;
 use crate::variant::Build;
-use srp_archdesc::arch::{Approx, Arch, Precision, Refine};
+use srp_archdesc::arch::{Approx, Arch, Precision, Refine, Subnormals};
 use srp_archdesc::certify::Function;
 use srp_archdesc::datapath::Intersection;
 use srp_archdesc::system::NodeFormat;
@@ -92,6 +92,7 @@ pub(super) fn all() -> Vec<Setting> {
     intersection(&mut all);
     reciprocals(&mut all);
     functions(&mut all);
+    floats(&mut all);
     forms(&mut all);
     compiler(&mut all);
     memory(&mut all);
@@ -228,6 +229,21 @@ fn functions(all: &mut Vec<Setting>) {
             let functions: Vec<Function> = function.copied().collect();
             all.push(setting.of_units(&functions, approx));
         }
+    }
+}
+
+/// Whether the SRP has subnormal floats.
+fn floats(all: &mut Vec<Setting>) {
+    for subnormals in Subnormals::ALL {
+        let how = format!("<float subnormals=\"{}\"/>", subnormals.name());
+        all.push(Setting::new(
+            "subnormals",
+            subnormals.name(),
+            how,
+            move |s| {
+                s.arch.precision.subnormals = subnormals;
+            },
+        ));
     }
 }
 

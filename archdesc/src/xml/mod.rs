@@ -78,7 +78,7 @@ fn resolve(machine: &raw::Machine, at: Span, found: &Findings) -> Option<Arch> {
     let name = values::required_identifier(found, &machine.name, "machine", at);
     let resources = units::resources(found, &machine.resource);
     let cx = units::op_context(found, &machine.op, &resources);
-    let precision = special::precision(found, &machine.special, &machine.system);
+    let precision = special::precision(found, machine);
     let system = system::system(found, &machine.system);
     let Some(array) = &machine.array else {
         if !found.suspects(at, "array") {

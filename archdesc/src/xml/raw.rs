@@ -29,7 +29,13 @@ raw! {
         array: Option<Spanned<Array>>,
         vliw: Option<Spanned<Vliw>>,
         special: Vec<Spanned<Special>>,
+        float: Option<Spanned<Float>>,
         system: Option<Spanned<System>>,
+    }
+
+    /// `<float>`
+    Float {
+        subnormals: Option<Text>,
     }
 
     /// `<op>`, in a machine, a `<fu-type>` or an `<fu>`

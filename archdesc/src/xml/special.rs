@@ -1,4 +1,4 @@
-//! Precision of special functions in the file: `<special>` of a machine, and of its T&I unit.
+//! Precision in the file: `<special>` of a machine and of its T&I unit, `<float>`.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use super::raw::{self, Text};
 use super::units::unique;
 use super::values;
 use crate::diagnostic::Span;
-use crate::precision::{Approx, Precision, Refine};
+use crate::precision::{Approx, Precision, Refine, Subnormals};
 
 /// A special function.
 pub(super) struct Function {
@@ -48,13 +48,10 @@ pub(super) const FUNCTIONS: [Function; 7] = [
     function("sincos", false, false, |p| &mut p.sincos),
 ];
 
-/// The precision of the special functions, exact where the file says nothing, and of the texture
-/// unit.
-pub(super) fn precision(
-    found: &Findings,
-    raw: &[Spanned<raw::Special>],
-    system: &Option<Spanned<raw::System>>,
-) -> Precision {
+/// The precision of a machine: of its special functions, exact where the file says nothing, of its
+/// floats and of the texture unit.
+pub(super) fn precision(found: &Findings, machine: &raw::Machine) -> Precision {
+    let (raw, system) = (&machine.special, &machine.system);
     let (mut precision, places) = specials(found, raw, &FUNCTIONS.map(|f| f.name), true);
     let in_code = |approx| {
         matches!(
@@ -75,6 +72,11 @@ pub(super) fn precision(
                 .error("A0305", place, message, label)
                 .help("give both functions the same `bits`, `steps`, `fused` and `refine`"),
         );
+    }
+    if let Some(float) = &machine.float {
+        let words = Subnormals::ALL.map(|s| (s.name(), s));
+        let subnormals = values::word(found, &float.value.subnormals, "subnormals", &words);
+        precision.subnormals = subnormals.unwrap_or(precision.subnormals);
     }
     let texture = system.as_ref().and_then(|s| s.value.texture.as_ref());
     if let Some(texture) = texture {

@@ -28,6 +28,8 @@ fn write_machine(out: &mut String, arch: &Arch) -> std::fmt::Result {
         let approx = *(function.field)(&mut precision);
         write_special(out, "  ", function.name, approx)?;
     }
+    let subnormals = precision.subnormals.name();
+    writeln!(out, "  <float subnormals=\"{subnormals}\"/>")?;
     let none = TOPOLOGIES.iter().find(|(_, t)| *t == Topology::None);
     let none = none.map_or("", |(name, _)| name);
     writeln!(

@@ -3,7 +3,10 @@
 use crate::values::{INTEGERS, Random, floats, result, rounds};
 use rustc_apfloat::ieee::Single;
 use rustc_apfloat::{Float, Round};
-use srp_archdesc::Opcode;
+use srp_archdesc::arch::{Precision, Subnormals};
+use srp_archdesc::isa::Kind;
+use srp_archdesc::ops::{V4, eval};
+use srp_archdesc::{Class, Opcode};
 
 /// What this file tests.
 pub(crate) const COVERED: &[Opcode] = &[
@@ -166,4 +169,59 @@ fn fused_multiply_add_just_off_half_way() {
         normal > 10 * least && denormal > least,
         "{normal} {denormal}"
     );
+}
+
+/// Where subnormal floats are flushed, an operation on floats is that on operands without them, and its
+/// result has none; all others are as they were.
+#[test]
+fn flushed_operations_know_no_subnormals() {
+    let flushing = Precision {
+        subnormals: Subnormals::Flush,
+        ..Precision::EXACT
+    };
+    let subnormal = |x: u32| x & 0x7f80_0000 == 0 && x & 0x7f_ffff != 0;
+    let flush = |x: u32| if subnormal(x) { x & 0x8000_0000 } else { x };
+    let mut random = Random(12);
+    let mut pick = || match random.word() % 3 {
+        0 => random.word() & 0x80ff_ffff,
+        1 => random.word() % 0x2000_0000 | 0x3000_0000,
+        _ => random.word(),
+    };
+    let mut flushed = 0;
+    for &op in Opcode::ALL
+        .iter()
+        .filter(|op| op.is_pure() && op.class() != Class::Idiv)
+    {
+        let kinds = op.info().operands;
+        let floats = matches!(
+            op.class(),
+            Class::Fadd
+                | Class::Fmul
+                | Class::Fma
+                | Class::Fdiv
+                | Class::Sfu
+                | Class::Vfadd
+                | Class::Vfmul
+                | Class::Vfma
+                | Class::Vdot
+        );
+        let others = ["fneg", "fabs", "vfneg", "vfabs", "vitof", "vftoi"];
+        let floats = floats && !others.contains(&op.name());
+        for _ in 0..500 {
+            let args: Vec<V4> = kinds.iter().map(|_| V4([0; 4].map(|_| pick()))).collect();
+            let found = eval(op, &args, 1, &flushing).expect("nothing is divided");
+            let args = match floats {
+                true => args.iter().map(|v| V4(v.0.map(flush))).collect(),
+                false => args,
+            };
+            let mut expected = eval(op, &args, 1, &Precision::EXACT).expect("nothing is divided");
+            let gives_floats = matches!(op.info().result, Some(Kind::F | Kind::F4));
+            if let Some(value) = expected.as_mut().filter(|_| floats && gives_floats) {
+                flushed += value.0.iter().filter(|&&x| subnormal(x)).count();
+                *value = V4(value.0.map(flush));
+            }
+            assert_eq!(found, expected, "{op} {args:x?}");
+        }
+    }
+    assert!(flushed > 100, "{flushed} results were flushed");
 }

@@ -3,6 +3,7 @@
 use super::state::{constant, is_single};
 use super::{comment, kernel_module};
 use crate::spec::{Action, Cell, Landing, Operand, Position, Role, SimSpec, Step};
+use srp_archdesc::arch::Subnormals;
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_archdesc::ops;
 use srp_ir::program::Bits;
@@ -97,8 +98,20 @@ pub(super) fn value(spec: &SimSpec, step: &Step) -> String {
             }
             match ops::call(*op) {
                 Some(call) => {
+                    let flushes = spec.precision.subnormals == Subnormals::Flush;
+                    let flushes = flushes && ops::flushes(*op);
+                    if flushes {
+                        let kinds = op.info().operands.iter().map(|k| k.ty());
+                        for (arg, ty) in args.iter_mut().zip(kinds) {
+                            *arg = flushed(std::mem::take(arg), Some(ty));
+                        }
+                    }
                     args.extend(call.extra_arguments(*imm, &spec.precision));
                     let text = format!("ops::{}({})", call.function, args.join(", "));
+                    let text = match flushes {
+                        true => flushed(text, op.result()),
+                        false => text,
+                    };
                     if call.fallible {
                         format!("divided({text}, {})?", step.at)
                     } else {
@@ -108,6 +121,15 @@ pub(super) fn value(spec: &SimSpec, step: &Step) -> String {
                 None => access(spec, *op, args, *imm, step.at),
             }
         }
+    }
+}
+
+/// A value whose subnormal floats are zeros; predicates are none.
+fn flushed(text: String, ty: Option<Ty>) -> String {
+    match ty {
+        Some(Ty::Word) => format!("ops::flush({text})"),
+        Some(Ty::Vec) => format!("ops::vflush({text})"),
+        Some(Ty::Pred) | None => text,
     }
 }
 

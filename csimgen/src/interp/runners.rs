@@ -5,7 +5,7 @@ use super::state::{Index, Micro, Runner, State};
 use crate::preamble::border::{Fault, divided};
 use crate::preamble::ops::{V4, extend_byte, extend_half};
 use crate::spec::{Action, Step};
-use srp_archdesc::arch::{Approx, Precision};
+use srp_archdesc::arch::{Approx, Precision, Subnormals};
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_archdesc::ops::{self, Extra, semantics};
 
@@ -89,18 +89,77 @@ macro_rules! operand {
     };
 }
 
+/// A value that may be a float, or be made of some.
+trait Flush {
+    /// The same with zeros for subnormal floats.
+    fn flushed(self) -> Self;
+}
+
+impl Flush for bool {
+    #[inline(always)]
+    fn flushed(self) -> bool {
+        self
+    }
+}
+
+impl Flush for u32 {
+    #[inline(always)]
+    fn flushed(self) -> u32 {
+        semantics::word::flush(self)
+    }
+}
+
+impl Flush for V4 {
+    #[inline(always)]
+    fn flushed(self) -> V4 {
+        semantics::lanes::vflush(self)
+    }
+}
+
+impl Flush for Option<u32> {
+    #[inline(always)]
+    fn flushed(self) -> Option<u32> {
+        self
+    }
+}
+
+/// What becomes of operands and results.
+trait Floats {
+    fn of<T: Flush>(value: T) -> T;
+}
+
+/// Nothing.
+struct Kept;
+
+impl Floats for Kept {
+    #[inline(always)]
+    fn of<T: Flush>(value: T) -> T {
+        value
+    }
+}
+
+/// Subnormal floats are zeros.
+struct Flushed;
+
+impl Floats for Flushed {
+    #[inline(always)]
+    fn of<T: Flush>(value: T) -> T {
+        value.flushed()
+    }
+}
+
 macro_rules! computing {
     ($($module:ident {
         $($op:ident $function:ident ($($operand:literal)* $(; $extra:ident $($unit:ident)?)?);)*
     })*) => {
         /// The function of an opcode that computes; `None` for memory and ports.
-        fn computing(op: Opcode) -> Option<Runner> {
+        fn computing<F: Floats>(op: Opcode) -> Option<Runner> {
             let runner: Runner = match op {
                 $($(Opcode::$op => |state, micro, _| {
                     let result = computing!(
                         @call state micro $module $function ($($operand)*) $($extra)?
                     );
-                    result.put(state, micro)
+                    F::of(result).put(state, micro)
                 },)*)*
                 _ => return None,
             };
@@ -108,13 +167,13 @@ macro_rules! computing {
         }
     };
     (@call $s:ident $m:ident $module:ident $function:ident ($($operand:literal)*)) => {
-        semantics::$module::$function($(operand!($s, $m, $operand)),*)
+        semantics::$module::$function($(F::of(operand!($s, $m, $operand))),*)
     };
     (@call $s:ident $m:ident $module:ident $function:ident ($($operand:literal)*) steps) => {
-        semantics::$module::$function($(operand!($s, $m, $operand),)* $m.extra[0], $m.extra[1])
+        semantics::$module::$function($(F::of(operand!($s, $m, $operand)),)* $m.extra[0], $m.extra[1])
     };
     (@call $s:ident $m:ident $module:ident $function:ident ($($operand:literal)*) $one:ident) => {
-        semantics::$module::$function($(operand!($s, $m, $operand),)* $m.extra[0])
+        semantics::$module::$function($(F::of(operand!($s, $m, $operand)),)* $m.extra[0])
     };
 }
 
@@ -193,8 +252,8 @@ fn accessing(op: Opcode) -> Option<Runner> {
     })
 }
 
-/// The function of a step.
-pub(super) fn runner(step: &Step) -> Runner {
+/// The function of a step on a machine of this precision.
+pub(super) fn runner(step: &Step, precision: &Precision) -> Runner {
     let Action::Op { op, .. } = step.action else {
         return match step.ty {
             Some(Ty::Pred) => |state, micro, _| {
@@ -211,7 +270,13 @@ pub(super) fn runner(step: &Step) -> Runner {
             },
         };
     };
-    let runner = computing(op).or_else(|| accessing(op));
+    let flushes = precision.subnormals == Subnormals::Flush && ops::flushes(op);
+    let computing = if flushes {
+        computing::<Flushed>(op)
+    } else {
+        computing::<Kept>(op)
+    };
+    let runner = computing.or_else(|| accessing(op));
     // Port operations are the first of their bundle and never get here.
     runner.unwrap_or(|_, _, _| Ok(()))
 }

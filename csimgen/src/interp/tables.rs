@@ -205,7 +205,7 @@ impl<'a> Builder<'a> {
         self.dests.extend(dests.iter().skip(2));
         let first = dests.first().copied().unwrap_or(self.result);
         Micro {
-            run: runners::runner(step),
+            run: runners::runner(step, &self.spec.precision),
             operands,
             dests: [first, dests.get(1).copied().unwrap_or(first)],
             more: (begin, self.dests.len() as u32),

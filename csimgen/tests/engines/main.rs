@@ -9,7 +9,7 @@ mod world;
 
 use cases::Case;
 use srp_archdesc::Arch;
-use srp_archdesc::arch::{Approx, Refine};
+use srp_archdesc::arch::{Approx, Refine, Subnormals};
 use srp_archdesc::entity::Entity;
 use srp_csimgen::{CompileOptions, Interpreter, SimSpec, Simulator, compile, emit, link};
 use srp_runtime::core::{Activity, Core, Trap};
@@ -117,6 +117,7 @@ fn delayed() -> Arch {
     }
     arch.branch_delay = 3;
     arch.precision.div = Approx::table(12, 1);
+    arch.precision.subnormals = Subnormals::Flush;
     arch.precision.rsqrt = Approx::Table {
         bits: 8,
         steps: 2,

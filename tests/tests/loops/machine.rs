@@ -92,6 +92,8 @@ pub(crate) fn random(random: &mut Pcg64) -> String {
             ));
         }
     }
+    let subnormals = one_of(random, &["keep", "keep", "flush"]);
+    line(format_args!("  <float subnormals=\"{subnormals}\"/>"));
     let (rows, cols) = (2 + below(random, 3), 2 + below(random, 3));
     let topology = one_of(random, &["mesh", "mesh-diagonal", "torus", "one-hop"]);
     let delay = u32::from(below(random, 6) == 0);

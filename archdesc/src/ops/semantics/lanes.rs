@@ -51,6 +51,12 @@ fn pairs(a: V4, b: V4, f: impl Fn(u32, u32) -> u32) -> V4 {
     ])
 }
 
+/// Each lane, or, where it is a subnormal float, the zero of its sign.
+#[inline(always)]
+pub fn vflush(a: V4) -> V4 {
+    each(a, word::flush)
+}
+
 /// −1 in the lanes where the relation holds, 0 in the others.
 #[inline(always)]
 fn mask(a: V4, b: V4, relation: impl Fn(u32, u32) -> bool) -> V4 {

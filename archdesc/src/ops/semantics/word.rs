@@ -302,6 +302,16 @@ pub fn fne(a: u32, b: u32) -> bool {
     float(a) != float(b)
 }
 
+/// The float, or, where it is subnormal, the zero of its sign.
+#[inline(always)]
+pub fn flush(a: u32) -> u32 {
+    if a & 0x7f80_0000 == 0 {
+        a & 0x8000_0000
+    } else {
+        a
+    }
+}
+
 /// Less; false on NaN.
 #[inline(always)]
 pub fn flt(a: u32, b: u32) -> bool {
