@@ -93,7 +93,7 @@ impl<'a> Paths<'a> {
         let s = surface(self.scene, &hit, direction);
         let there = s.optics.there;
         let mut light = DVec3::ZERO;
-        if !(ray.is_diffuse && !self.scene.lights.is_empty()) {
+        if !ray.is_diffuse || self.scene.lights.is_empty() {
             light += weight * rgb(s.material.emission) * there;
         }
         let bounces = ray.depth < options.bounces;
