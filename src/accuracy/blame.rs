@@ -145,7 +145,7 @@ impl Blame {
 /// Whether a tile is one of those that are looked into.
 fn drawn(tile: u32, one_in: u32) -> bool {
     let scrambled = (tile ^ tile >> 7).wrapping_mul(0x9e37_79b9) >> 12;
-    scrambled % one_in == 0
+    scrambled.is_multiple_of(one_in)
 }
 
 /// The lines of the kernels that decide about total reflection.
