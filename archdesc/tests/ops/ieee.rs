@@ -184,7 +184,7 @@ fn flushed_operations_know_no_subnormals() {
     let mut random = Random(12);
     let mut pick = || match random.word() % 3 {
         0 => random.word() & 0x80ff_ffff,
-        1 => random.word() % 0x2000_0000 | 0x3000_0000,
+        1 => (random.word() % 0x2000_0000) | 0x3000_0000,
         _ => random.word(),
     };
     let mut flushed = 0;
