@@ -4,6 +4,7 @@ mod accuracy;
 mod compiling;
 pub(crate) mod dram;
 mod hard;
+mod fidelity;
 mod machine;
 pub(crate) mod map;
 mod scene;
@@ -13,7 +14,9 @@ pub(crate) use compiling::{
     Compile, Double, ErrorFormat, Feature, Form, Loops, RemarkKind, Report, Run, RunEngine, Source,
 };
 pub(crate) use hard::HardCases;
+pub(crate) use fidelity::{FidelityTable, Level, TableForm};
 pub(crate) use machine::{Area, Machine, MachineAction, Units};
+use scene::parse_size;
 pub(crate) use scene::{
     Building, BvhBuilder, Camera, Effects, HeatOf, Latencies, Paper, Pipeline, RayKind, RayOrder,
     Render, Shading, Table, Tni, TniMemory,
@@ -62,6 +65,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Render a scene: the kernels run on the simulated SRPs beside their T&I units.
     Render(Render),
+    /// What levels of simulation cost in host time, and what they are off by.
+    Fidelity(FidelityTable),
     /// Say which effects a scene calls for, why, and what they cost.
     Effects(Effects),
     /// Say what accuracy costs in time: many settings, each compiled and simulated

@@ -9,6 +9,40 @@ use srp_csimgen::{CompileError, CompileOptions, Interpreter, SimSpec, Simulator,
 use srp_ir::dre::scheduled::ScheduledDre;
 use srp_runtime::core::Core;
 
+/// Makes cores at the start of a program, as often as they are wanted.
+pub(crate) enum Factory {
+    /// Those of a simulator that was generated.
+    Generated(Simulator),
+    /// Interpreters of the tables.
+    Tables(Box<Interpreter>),
+}
+
+impl Factory {
+    /// What makes cores of a program.
+    pub(crate) fn of(
+        program: &ScheduledDre,
+        arch: &Arch,
+        engine: Engine,
+    ) -> Result<Factory, Failure> {
+        let spec = link(program, arch).map_err(Failure::message)?;
+        if engine == Engine::Csim
+            && let Some(simulator) = generated(&spec)?
+        {
+            return Ok(Factory::Generated(simulator));
+        }
+        Ok(Factory::Tables(Box::new(Interpreter::new(&spec))))
+    }
+
+    /// So many cores.
+    pub(crate) fn cores(&self, count: u32) -> Vec<Box<dyn Core>> {
+        let core = |_| match self {
+            Factory::Generated(simulator) => Box::new(simulator.core()) as Box<dyn Core>,
+            Factory::Tables(interpreter) => interpreter.clone(),
+        };
+        (0..count).map(core).collect()
+    }
+}
+
 /// A number of cores at the start of a program.
 pub(crate) fn cores(
     program: &ScheduledDre,
@@ -16,18 +50,7 @@ pub(crate) fn cores(
     engine: Engine,
     count: u32,
 ) -> Result<Vec<Box<dyn Core>>, Failure> {
-    let spec = link(program, arch).map_err(Failure::message)?;
-    if engine == Engine::Csim
-        && let Some(simulator) = generated(&spec)?
-    {
-        return Ok((0..count)
-            .map(|_| Box::new(simulator.core()) as Box<dyn Core>)
-            .collect());
-    }
-    let interpreter = Interpreter::new(&spec);
-    Ok((0..count)
-        .map(|_| Box::new(interpreter.clone()) as Box<dyn Core>)
-        .collect())
+    Ok(Factory::of(program, arch, engine)?.cores(count))
 }
 
 /// The generated simulator; `None`, and a word about it, where there is no compiler.

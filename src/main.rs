@@ -9,6 +9,7 @@ mod dram;
 mod effects;
 mod engine;
 mod failure;
+mod fidelity;
 mod files;
 mod hard;
 mod interrupt;
@@ -42,6 +43,7 @@ fn main() -> ExitCode {
     };
     let result = match command {
         Command::Render(args) => render::run(args).map(|()| 0),
+        Command::Fidelity(args) => fidelity::table::run(args).map(|()| 0),
         Command::Effects(args) => effects::run(args).map(|()| 0),
         Command::Accuracy(args) => accuracy::run(args).map(|()| 0),
         Command::Compile(args) => compile::run(args).map(|()| 0),

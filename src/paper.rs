@@ -9,12 +9,13 @@ mod sheet;
 use crate::cli::{self, BvhBuilder};
 use crate::failure::Failure;
 use crate::scenes::{self, Views};
-use crate::tni::{self, Job, Rays, measure};
+use crate::tni::{self, Job, Rays, measure, measure_to};
 use crate::{interrupt, machine, talk};
 use figures::{Figures, PAPER, PaperScene, Table5};
 use sheet::Sheet;
 use srp_archdesc::arch::Arch;
 use srp_runtime::bvh::Bvh;
+use srp_runtime::fidelity::Fidelity;
 use srp_runtime::rays::{Kind, Order};
 use srp_runtime::scene::{Camera, Scene};
 use srp_runtime::tni::standalone::{Measure, Memories};
@@ -34,7 +35,15 @@ struct Case {
 
 /// Runs `srp paper`.
 pub(crate) fn run(args: &cli::Paper) -> Result<(), Failure> {
-    let arch = machine::read(&args.machine.machine)?;
+    let level = args.level.fidelity;
+    if level < Fidelity::Sampled {
+        return Err(Failure::Message(format!(
+            "the tables are of cycles, which the level {} does not simulate: --fidelity sampled, cycle \
+             or cycle+dram",
+            level.name()
+        )));
+    }
+    let arch = level.machine(&machine::read(&args.machine.machine)?);
     srp_runtime::system::check(&arch.system).map_err(Failure::Message)?;
     let mut sheet = Sheet::new(args.json);
     for (i, path) in scenes(args)?.iter().enumerate() {
@@ -107,6 +116,15 @@ fn head(args: &cli::Paper, arch: &Arch, sheet: &mut Sheet) -> Result<(), Failure
         let name = &arch.name;
         return sheet.heading(format!("machine `{name}`, {width}x{height} pixels"));
     }
+    if args.level.fidelity == Fidelity::Sampled {
+        return sheet.heading(format!(
+            "machine `{}`, {}x{} pixels, {SAMPLES} samples, runs at random until cycles are known to {} %",
+            arch.name,
+            width,
+            height,
+            100.0 * args.level.error
+        ));
+    }
     sheet.heading(format!(
         "machine `{}`, {}x{} pixels, {SAMPLES} samples, primary rays one run in {}, others one in {}",
         arch.name, width, height, args.sample_primary, args.sample
@@ -154,12 +172,18 @@ fn run_kind(
         rays: &Rays::Of(kind),
         order: how.order,
         one_in,
+        seed: None,
         units: how.units,
         memories: how.memories,
         threads: args.measuring.threads,
         costs: false,
     };
-    let outcomes = interrupt::looked_for(|| measure(&job))?;
+    let outcomes = interrupt::looked_for(|| match args.level.fidelity {
+        Fidelity::Sampled => {
+            measure_to(&job, args.level.seed, args.level.error).map(|(_, outcomes)| outcomes)
+        }
+        _ => measure(&job),
+    })?;
     Ok(Measure::of(&outcomes, how.units, &arch.system))
 }
 

@@ -2,12 +2,14 @@
 
 use crate::cli::{self, Render};
 use crate::failure::Failure;
+use crate::fidelity::{Shot, frame_text, sampled_text};
 use crate::scenes::{self, Views};
 use crate::talk::{self, Progress};
 use crate::{engine, files, interrupt, machine, report, variant};
+use srp_runtime::fidelity::Fidelity;
 use srp_runtime::scene::camera::Camera;
 use srp_runtime::scene_image;
-use srp_runtime::system;
+use srp_runtime::system::{self, sampled::is_count};
 use srp_scheduler::Known;
 
 /// Most SRP cycles of a frame; far beyond any that ends.
@@ -37,13 +39,34 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
 
     let bvh = scenes::build(&scene, args.bvh, None);
     let program = compiled.runnable()?;
-    let cores = engine::cores(program, &arch, args.engine, arch.system.cores)?;
     let image = scene_image::build(&scene, &bvh, &scene.camera, &arch, args.size)
         .map_err(Failure::message)?;
+    let factory = engine::Factory::of(program, &arch, args.engine)?;
+    let level = args.level.fidelity;
+    if level < Fidelity::Cycle {
+        let shot = Shot {
+            scene: &scene,
+            camera: &scene.camera,
+            arch: &arch,
+            program,
+            factory: &factory,
+            image,
+            effects: built,
+            guard,
+            size: args.size,
+            threads: args.threads,
+            recorded_hits: false,
+        };
+        return cheaply(&shot, args);
+    }
+    let arch = level.machine(&arch);
+    let cores = factory.cores(arch.system.cores);
     let progress = Progress::steps("rendering", u64::from(image.tiles));
     let options = system::Options {
         guard,
-        recorded_hits: false,
+        timing: system::Timing::Full,
+        chosen: None,
+        warm: None,
         max_cycles: MAX_CYCLES,
         sram_image: &program.image,
         kernel_names: program
@@ -73,6 +96,39 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         return Err(Failure::Interrupted);
     }
     talk::say(args.output.display());
+    Ok(())
+}
+
+/// A frame at a level without an account of every cycle.
+fn cheaply(shot: &Shot<'_>, args: &Render) -> Result<(), Failure> {
+    let level = args.level.fidelity;
+    let pretty =
+        |value: serde_json::Result<String>| value.map(|text| text + "\n").map_err(Failure::message);
+    let (json, text) = if level == Fidelity::Sampled {
+        let (sampled, _) = shot.sampled(args.level.seed, args.level.error)?;
+        let json = pretty(serde_json::to_string_pretty(&sampled))?;
+        (json, sampled_text(&sampled, shot.size))
+    } else {
+        let whole = shot.whole(level)?;
+        files::write(&args.output, &whole.picture.png())?;
+        let shown = level == Fidelity::Analytic;
+        let figures: Vec<_> = (whole.figures.iter())
+            .filter(|f| shown || is_count(&f.name))
+            .collect();
+        let json = serde_json::json!({ "fidelity": level.name(), "figures": figures });
+        let json = pretty(serde_json::to_string_pretty(&json))?;
+        (json, frame_text(level, shot.size, &whole.figures))
+    };
+    if let Some(path) = &args.report {
+        files::write(path, json.as_bytes())?;
+    }
+    talk::print(if args.json { json } else { text })?;
+    match level {
+        Fidelity::Sampled => {
+            talk::say("note: a sample has no picture; --fidelity functional makes the whole one")
+        }
+        _ => talk::say(args.output.display()),
+    }
     Ok(())
 }
 

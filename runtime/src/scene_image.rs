@@ -131,6 +131,31 @@ pub struct FrameBuffer {
     pub rows: u32,
 }
 
+/// Addresses of what shading reads, each part behind the one before.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ShadingParts {
+    /// The materials.
+    pub materials: u32,
+    /// What shading needs of each triangle.
+    pub triangles: u32,
+    /// The descriptors of textures; everything from here on is read through the texture cache.
+    pub maps: u32,
+    /// The texels of each texture.
+    pub texels: Vec<u32>,
+}
+
+impl ShadingParts {
+    /// The record of a triangle.
+    pub fn triangle(&self, primitive: u32) -> u32 {
+        self.triangles + primitive * TRIANGLE_BYTES
+    }
+
+    /// The record of a material.
+    pub fn material(&self, material: u32) -> u32 {
+        self.materials + material * MATERIAL_BYTES
+    }
+}
+
 /// System memory at the start of a frame.
 #[derive(Clone, Debug)]
 pub struct SceneImage {
@@ -142,8 +167,21 @@ pub struct SceneImage {
     pub frame: FrameBuffer,
     /// Number of tiles.
     pub tiles: u32,
+    /// Where the parts lie that shading reads.
+    pub shading: ShadingParts,
     /// What reciprocals are widened by ([`arithmetic::widening`]).
     pub widening: f32,
+}
+
+impl SceneImage {
+    /// The image, whose memory is gone from here.
+    pub(crate) fn take(&mut self) -> SceneImage {
+        SceneImage {
+            memory: std::mem::replace(&mut self.memory, SystemMemory::new(Vec::new())),
+            shading: self.shading.clone(),
+            ..*self
+        }
+    }
 }
 
 /// Why there is no image.
@@ -242,6 +280,13 @@ pub fn build(
             rows: tiling.rows(),
         },
         tiles: tiling.across * tiling.down,
+        shading: ShadingParts {
+            materials: parts.materials as u32,
+            triangles: parts.triangles as u32,
+            maps: (parts.maps.values().next().or(parts.texels.first()))
+                .map_or(framebuffer, |&address| address as u32),
+            texels: parts.texels.iter().map(|&address| address as u32).collect(),
+        },
         widening,
     })
 }

@@ -13,7 +13,7 @@ use srp_runtime::picture::Picture;
 use srp_runtime::scene::{Scene, demo::demo};
 use srp_runtime::scene_image;
 use srp_runtime::solo::{self, Finish, Solo, SoloError};
-use srp_runtime::system::{self, Options, Report, SystemError};
+use srp_runtime::system::{self, Options, Report, SystemError, Timing};
 use srp_runtime::tni::arithmetic::{NO_HIT, Ray, widening};
 use srp_runtime::tni::{HIT_BYTES, HitRecord, RAY_BYTES};
 
@@ -211,7 +211,7 @@ fn frame(
     engines: Vec<Box<dyn Core>>,
     arch: &Arch,
 ) -> Result<(Picture, Report), SystemError> {
-    frame_of(scene, size, engines, arch, false)
+    frame_of(scene, size, engines, arch, Timing::Full)
 }
 
 fn frame_of(
@@ -219,14 +219,16 @@ fn frame_of(
     size: (u32, u32),
     engines: Vec<Box<dyn Core>>,
     arch: &Arch,
-    recorded_hits: bool,
+    timing: Timing,
 ) -> Result<(Picture, Report), SystemError> {
     let bvh = bvh::build(&scene.triangles, &bvh::Options::default());
     let image = scene_image::build(scene, &bvh, &scene.camera, arch, size)
         .expect("a small scene fits in memory");
     let options = Options {
         guard: Guard::default(),
-        recorded_hits,
+        timing,
+        chosen: None,
+        warm: None,
         max_cycles: 1_000_000_000,
         sram_image: b"data",
         kernel_names: vec!["primary".to_owned()],
@@ -295,7 +297,8 @@ fn a_frame_is_drawn_and_accounted_for() {
     assert!(slower.cycles > 2 * report.cycles);
 
     // With hits that are there at once, nothing is left of the T&I units but what they answer.
-    let fed = frame_of(&scene, size, casters(4), &arch, true).expect("the frame ends");
+    let fed =
+        frame_of(&scene, size, casters(4), &arch, Timing::RecordedHits).expect("the frame ends");
     assert_eq!(fed.0, picture);
     assert_eq!(
         (fed.1.rays, fed.1.tni().unit.hits),
@@ -425,7 +428,9 @@ fn frames_stop_when_told() {
         &arch,
         Options {
             guard: Guard::default(),
-            recorded_hits: false,
+            timing: Timing::Full,
+            chosen: None,
+            warm: None,
             max_cycles: u64::MAX,
             sram_image: &[],
             kernel_names: Vec::new(),
@@ -448,7 +453,9 @@ fn frames_stop_when_told() {
         &arch,
         Options {
             guard: Guard::default(),
-            recorded_hits: false,
+            timing: Timing::Full,
+            chosen: None,
+            warm: None,
             max_cycles: 100_000,
             sram_image: &[],
             kernel_names: Vec::new(),

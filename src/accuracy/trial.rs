@@ -132,7 +132,9 @@ impl Studio<'_> {
         let leaks = self.edges.probe(scene, &image, arch);
         let cores = engine::cores(program, arch, Engine::Interp, arch.system.cores)?;
         let options = system::Options {
-            recorded_hits: false,
+            timing: system::Timing::Full,
+            chosen: None,
+            warm: None,
             max_cycles: render::MAX_CYCLES,
             sram_image: &program.image,
             guard: Guard::default(),

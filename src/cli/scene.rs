@@ -1,6 +1,6 @@
 //! The command lines of what works on scenes: `srp render`, `srp tni`, `srp paper`.
 
-use super::{Engine, Feature, Loops, MachineFile};
+use super::{Engine, Feature, Level, Loops, MachineFile};
 use clap::{Args, ValueEnum};
 use srp_runtime::form;
 use srp_runtime::scene::{Light, MAX_BOUNCES, MAX_COORDINATE, MAX_SAMPLES};
@@ -153,6 +153,11 @@ pub(crate) struct Render {
     /// Folder with the kernels in C, instead of those that come along
     #[arg(long, value_name = "DIR")]
     pub(crate) kernels: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) level: Level,
+    /// Threads of the host for --fidelity sampled; they change no figure
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) threads: usize,
     /// How the bounding volume hierarchy is built
     #[arg(long, value_enum, default_value_t = BvhBuilder::Sweep)]
     pub(crate) bvh: BvhBuilder,
@@ -329,6 +334,8 @@ pub(crate) struct Tni {
     /// Measure one run of packets in N
     #[arg(long, value_name = "1/N", default_value = "1/1", value_parser = parse_sample)]
     pub(crate) sample: u64,
+    #[command(flatten)]
+    pub(crate) level: Level,
     /// Order of the rays
     #[arg(long, value_enum, default_value_t = RayOrder::Morton)]
     pub(crate) order: RayOrder,
@@ -414,6 +421,8 @@ pub(crate) struct Paper {
     /// Measure one run of packets of primary rays in N
     #[arg(long, value_name = "1/N", default_value = "1/1", value_parser = parse_sample)]
     pub(crate) sample_primary: u64,
+    #[command(flatten)]
+    pub(crate) level: Level,
     /// Order of the rays
     #[arg(long, value_enum, default_value_t = RayOrder::Morton)]
     pub(crate) order: RayOrder,

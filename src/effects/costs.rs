@@ -77,7 +77,9 @@ impl Studio<'_> {
         for _ in 0..TRIES {
             let cores = engine::cores(program, arch, self.args.engine, arch.system.cores)?;
             let options = system::Options {
-                recorded_hits: false,
+                timing: system::Timing::Full,
+                chosen: None,
+                warm: None,
                 max_cycles: render::MAX_CYCLES,
                 sram_image: &program.image,
                 guard: Guard::default(),

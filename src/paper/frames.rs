@@ -9,12 +9,15 @@ use super::sheet::Sheet;
 use super::{Case, figures};
 use crate::cli;
 use crate::failure::Failure;
+use crate::fidelity::Shot;
 use crate::{engine, interrupt, render, talk, variant};
 use srp_archdesc::arch::Arch;
 use srp_runtime::effect::{Effect, Effects, Guard, find};
+use srp_runtime::fidelity::Fidelity;
 use srp_runtime::memory::cache::CacheCounters;
 use srp_runtime::scene::{Camera, Scene};
-use srp_runtime::system::{self, Report};
+use srp_runtime::system::sampled::Sampled;
+use srp_runtime::system::{self, Report, Timing};
 use srp_runtime::{bvh::Bvh, scene_image};
 use srp_scheduler::Known;
 
@@ -27,7 +30,7 @@ struct Take<'a> {
     bvh: &'a Bvh,
     camera: &'a Camera,
     built: Effects,
-    recorded: bool,
+    timing: Timing,
 }
 
 /// What the kernels are built for: what the scene calls for, and what the command line says.
@@ -44,18 +47,40 @@ fn shoot(
     args: &cli::Paper,
     arch: &Arch,
     size: (u32, u32),
-) -> Result<Report, Failure> {
+    sum: &mut Sum,
+) -> Result<(), Failure> {
     let build = variant::Build::new(take.built, take.scene.options.bounces);
     let build = build.asked(&args.building)?;
     let compiled = variant::kept(arch, &build, &Known::default())?;
     let program = compiled.runnable()?;
-    let cores = engine::cores(program, arch, args.engine, arch.system.cores)?;
+    let factory = engine::Factory::of(program, arch, args.engine)?;
     let image = scene_image::build(take.scene, take.bvh, take.camera, arch, size)
         .map_err(Failure::message)?;
+    if args.level.fidelity == Fidelity::Sampled {
+        let shot = Shot {
+            scene: take.scene,
+            camera: take.camera,
+            arch,
+            program,
+            factory: &factory,
+            image,
+            effects: take.built,
+            guard: Guard::default(),
+            size,
+            threads: args.measuring.threads,
+            recorded_hits: take.timing == Timing::RecordedHits,
+        };
+        let (sampled, _) = shot.sampled(args.level.seed, args.level.error)?;
+        sum.add_sampled(&sampled, arch);
+        return Ok(());
+    }
+    let cores = factory.cores(arch.system.cores);
     let progress = talk::Progress::steps("rendering", u64::from(image.tiles));
     let options = system::Options {
         guard: Guard::default(),
-        recorded_hits: take.recorded,
+        timing: take.timing,
+        chosen: None,
+        warm: None,
         max_cycles: render::MAX_CYCLES,
         sram_image: &program.image,
         kernel_names: (program.kernels.values())
@@ -68,7 +93,8 @@ fn shoot(
     drop(progress);
     let (_, report) = rendered.map_err(Failure::message)?;
     interrupt::end_if_requested()?;
-    Ok(report)
+    sum.add(&report);
+    Ok(())
 }
 
 /// Figures of several frames together.
@@ -84,6 +110,8 @@ struct Sum {
     texture: CacheCounters,
     cores: u64,
     mhz: f64,
+    /// The square of half the interval of the cycles, where they were sampled.
+    variance: Option<f64>,
 }
 
 impl Sum {
@@ -100,6 +128,44 @@ impl Sum {
             self.data.add(&core.data_cache);
             self.texture.add(&core.texture_cache);
         }
+    }
+
+    /// The figures of a frame that was sampled.
+    fn add_sampled(&mut self, sampled: &Sampled, arch: &Arch) {
+        let of = |name: &str| {
+            let figure = sampled.figures.iter().find(|f| f.name == name);
+            figure.map_or(0.0, |f| f.estimate.value)
+        };
+        let whole = |name: &str| of(name).max(0.0).round() as u64;
+        let cache = |name: &str| {
+            let accesses = whole(&format!("{name} accesses"));
+            let hits = (of(&format!("{name} hits")) / 100.0 * accesses as f64) as u64;
+            CacheCounters {
+                hits: hits.min(accesses),
+                misses: accesses - hits.min(accesses),
+                ..CacheCounters::default()
+            }
+        };
+        let half_width = sampled
+            .figures
+            .first()
+            .map_or(0.0, |f| f.estimate.half_width);
+        self.variance = Some(self.variance.unwrap_or(0.0) + half_width * half_width);
+        self.rays += whole("rays");
+        self.cycles += whole("frame");
+        self.cores = u64::from(arch.system.cores);
+        self.mhz = f64::from(arch.system.srp_mhz);
+        self.bytes += whole("bytes read") + whole("bytes written");
+        self.at_work += whole("frame") * self.cores;
+        self.stalled += whole("memory stall") + whole("texture stall");
+        self.data.add(&cache("data cache"));
+        self.texture.add(&cache("texture cache"));
+    }
+
+    /// Half the interval of the cycles over them, where they were sampled.
+    fn relative_error(&self) -> Option<f64> {
+        let variance = self.variance?;
+        Some(variance.sqrt() / self.cycles.max(1) as f64)
     }
 
     fn mrays_per_second(&self) -> f64 {
@@ -139,9 +205,9 @@ pub(super) fn table3(
                 bvh: &case.bvh,
                 camera,
                 built,
-                recorded: true,
+                timing: Timing::RecordedHits,
             };
-            sum.add(&shoot(&take, args, arch, args.size())?);
+            shoot(&take, args, arch, args.size(), &mut sum)?;
         }
         let paper = case
             .paper
@@ -151,7 +217,7 @@ pub(super) fn table3(
         } else {
             "primary"
         };
-        sheet.group(title, None)?;
+        sheet.group(title, sum.relative_error())?;
         sheet.line("Mrays/s", paper.map(|p| p.mrays), sum.mrays_per_second())?;
         let per_ray = |mrays: f64| figures::CORES * figures::SRP_MHZ / mrays;
         let theirs = paper.map(|p| per_ray(p.mrays));
@@ -188,12 +254,12 @@ pub(super) fn table6(
             bvh: &case.bvh,
             camera,
             built,
-            recorded: false,
+            timing: Timing::Full,
         };
-        sum.add(&shoot(&take, args, arch, args.size())?);
+        shoot(&take, args, arch, args.size(), &mut sum)?;
     }
     let seconds = sum.cycles as f64 / (sum.mhz * 1e6);
-    sheet.group("whole frames", None)?;
+    sheet.group("whole frames", sum.relative_error())?;
     let paper = case.paper.and_then(|p| p.frames_per_second);
     sheet.line("frames per second", paper, 1.0 / seconds)?;
     let pixels = f64::from(args.size().0) * f64::from(args.size().1);

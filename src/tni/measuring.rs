@@ -8,8 +8,8 @@ use srp_runtime::bvh::{self, Bvh, Layout};
 use srp_runtime::memory::SystemMemory;
 use srp_runtime::rays::{self, BATCH, Kind, Order, Ray, Sampling, Source};
 use srp_runtime::scene::{Camera, Scene};
-use srp_runtime::tni::standalone::{self, Bench, Memories, Options, Outcome};
-use srp_runtime::tni::{Tracer, Tree};
+use srp_runtime::tni::standalone::{self, Bench, Estimated, Measure, Memories, Options, Outcome};
+use srp_runtime::tni::{TniCounters, Tracer, Tree};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -45,6 +45,8 @@ pub(crate) struct Job<'a> {
     pub(crate) order: Order,
     /// One run of packets in so many is measured.
     pub(crate) one_in: u64,
+    /// The seed of runs at random; without one those in the middle are taken.
+    pub(crate) seed: Option<u64>,
     pub(crate) units: u32,
     pub(crate) memories: Memories,
     pub(crate) threads: usize,
@@ -95,6 +97,91 @@ impl<'a> Job<'a> {
             Rays::Given(rays) => rays.len() as u64,
         }
     }
+}
+
+/// Packets of all runs that a sample begins with, and the least of them in a run.
+const FIRST_PACKETS: u64 = 48 * 8;
+
+/// Measures so many runs of a job, at random, that half the interval of its cycles is at most `error`
+/// of them. The job says how.
+pub(crate) fn measure_to<'a>(
+    job: &Job<'a>,
+    seed: u64,
+    error: f64,
+) -> Result<(Job<'a>, Vec<Outcome>), Failure> {
+    let packets = job.expected() / u64::from(job.spec.buffers.rays.max(1));
+    let mut one_in = (packets / FIRST_PACKETS).max(1);
+    loop {
+        let part = Job {
+            one_in,
+            seed: Some(seed),
+            ..*job
+        };
+        let outcomes = measure(&part)?;
+        let found = Measure::of(&outcomes, job.units, job.spec).relative_error;
+        let found = found.unwrap_or(f64::INFINITY);
+        if found <= error || one_in == 1 {
+            return Ok((part, outcomes));
+        }
+        // As many more as the square says, and at least twice as many.
+        let fewer = (error / found) * (error / found) / 1.1;
+        one_in = ((one_in as f64 * fewer) as u64)
+            .clamp(one_in / 16, one_in / 2)
+            .max(1);
+    }
+}
+
+/// The counts of all views without any clock, and, where estimates are wanted, cycles too.
+pub(crate) fn count(job: &Job<'_>, estimated: bool) -> Result<Vec<Outcome>, Failure> {
+    let (memory, tree) = job.place();
+    let progress = Progress::steps("rays", job.expected() * job.views() as u64);
+    let mut outcomes = Vec::new();
+    let mut done = 0;
+    for view in 0..job.views() {
+        let mut units = Estimated::new(job.spec, &memory, tree, job.units);
+        let mut tracer = Tracer::new(&job.spec.tni, &tree, &memory);
+        let mut counters = TniCounters::default();
+        let mut feed = |rays: &[Ray]| {
+            done += rays.len();
+            progress.at(done as u64);
+            if estimated {
+                return units.feed(rays);
+            }
+            for ray in rays {
+                let traced = tracer.trace(ray);
+                counters.unit.rays += 1;
+                counters.unit.hits += u64::from(traced.hit.is_hit());
+                counters.trv.inner_visits += u64::from(traced.inner_visits);
+                counters.trv.leaf_visits += u64::from(traced.leaf_visits);
+                counters.triangle_tests += u64::from(traced.triangle_tests);
+            }
+        };
+        match job.source(view, &tree, &memory) {
+            Some(mut source) => loop {
+                let batch = source.next_batch();
+                if batch.is_empty() {
+                    break;
+                }
+                feed(&batch);
+                if interrupt::requested() {
+                    return Err(Failure::Interrupted);
+                }
+            },
+            None => {
+                if let Rays::Given(rays) = job.rays {
+                    let mut rays = rays.clone();
+                    job.order.sort(&mut rays);
+                    feed(&rays);
+                }
+            }
+        }
+        let mut outcome = units.finish();
+        if !estimated {
+            outcome.counters = counters;
+        }
+        outcomes.push(outcome);
+    }
+    Ok(outcomes)
 }
 
 /// Measures all views of a job. What comes out does not depend on the number of threads.
@@ -158,6 +245,7 @@ fn run_view(
 ) -> Option<Outcome> {
     let packet = u64::from(job.spec.buffers.rays.max(1));
     let sampling = Sampling::new(job.one_in, job.expected().div_ceil(packet));
+    let sampling = job.seed.map_or(sampling, |seed| sampling.seeded(seed));
     let mut bench = Bench::new(job.spec, memory, *tree, options);
     let mut feed = |rays: Vec<Ray>| {
         count(rays.len());

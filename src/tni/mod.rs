@@ -2,6 +2,7 @@
 
 mod energy;
 mod heat;
+mod levels;
 mod measuring;
 mod replay;
 mod text;
@@ -15,13 +16,14 @@ use crate::{files, interrupt, machine, talk};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::datapath::Latencies;
 use srp_archdesc::system::{self as spec, SystemSpec};
+use srp_runtime::fidelity::Fidelity;
 use srp_runtime::rays::{self, Kind, Order};
 use srp_runtime::scene::{Camera, Scene};
 use srp_runtime::system;
 use srp_runtime::tni::standalone::{Measure, Memories, Outcome};
 use std::path::Path;
 
-pub(crate) use measuring::{Job, Rays, measure};
+pub(crate) use measuring::{Job, Rays, measure, measure_to};
 
 /// Length of ambient-occlusion rays where nothing says it, as a part of the scene's diagonal.
 const AO_RADIUS: f32 = 0.1;
@@ -46,6 +48,7 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
         rays: &rays,
         order: Order::from(args.order),
         one_in: args.sample,
+        seed: None,
         units: args.units.unwrap_or(arch.system.cores),
         memories: match (args.memory, arch.system.dram.shared) {
             (Some(TniMemory::Shared | TniMemory::Both), _) | (None, true) => Memories::Shared,
@@ -57,7 +60,16 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
     if let Some(pixel) = args.ray {
         return Ok(talk::print(replay::explain(&job, pixel)?)?);
     }
-    let outcomes = interrupt::looked_for(|| measure(&job))?;
+    let level = args.level.fidelity;
+    if level < Fidelity::Sampled {
+        return levels::print(args, &job);
+    }
+    let (job, outcomes) = match level {
+        Fidelity::Sampled => interrupt::looked_for(|| {
+            measuring::measure_to(&job, args.level.seed, args.level.error)
+        })?,
+        _ => (job, interrupt::looked_for(|| measure(&job))?),
+    };
     let measured = Measure::of(&outcomes, job.units, job.spec);
     let private = match args.memory {
         Some(TniMemory::Both) => Some(measure_private(&job)?),
@@ -104,7 +116,9 @@ fn print_measure(
         "rays": job.rays.name(),
         "tni_mhz": arch.system.tni_mhz,
         "size": [job.size.0, job.size.1],
+        "fidelity": args.level.fidelity.name(),
         "sample": job.one_in,
+        "intervals": text::intervals(job, outcomes),
         "all": measured,
         "all_with_private_memories": private,
         "energy_mj": energy::Energy::of(&arch.system.tni, &measured.counters),
@@ -126,7 +140,7 @@ fn machine_for(args: &Tni) -> Result<Arch, Failure> {
         latencies.apply(&mut arch.system.tni);
     }
     system::check(&arch.system).map_err(Failure::Message)?;
-    Ok(arch)
+    Ok(args.level.fidelity.machine(&arch))
 }
 
 /// Gives the traversal units another form.

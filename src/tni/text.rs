@@ -3,7 +3,9 @@
 use super::Job;
 use super::energy::Energy;
 use srp_archdesc::arch::Arch;
-use srp_runtime::tni::standalone::{Measure, Outcome};
+use srp_runtime::survey::Estimate;
+use srp_runtime::system::sampled::Figure;
+use srp_runtime::tni::standalone::{Measure, Outcome, Spent, figures};
 use srp_runtime::tni::{PipeCounters, TniCounters};
 use std::fmt::Write as _;
 
@@ -50,6 +52,11 @@ fn write_report(
     )?;
     if job.one_in > 1 {
         writeln!(out, "sampled: one run of packets in {}", job.one_in)?;
+        for figure in intervals(job, views) {
+            let Estimate { value, half_width } = figure.estimate;
+            let (name, unit) = (&figure.name, figure.unit);
+            writeln!(out, "  {name:24} {value:>10.3} ± {half_width:.3} {unit}")?;
+        }
     }
     let error = match all.relative_error {
         Some(error) => format!(" ± {:.2} (95 %)", error * all.mrays_per_second),
@@ -116,6 +123,15 @@ fn write_report(
     )?;
     accounts(out, &all.counters)?;
     write!(out, "\n{}", all.memory.text())
+}
+
+/// Figures of a sample with intervals of 95 %; none where everything was measured.
+pub(super) fn intervals(job: &Job<'_>, views: &[Outcome]) -> Vec<Figure> {
+    if job.one_in == 1 {
+        return Vec::new();
+    }
+    let runs: Vec<Spent> = views.iter().flat_map(|v| v.spent.iter().cloned()).collect();
+    figures(&runs, job.units, job.spec.tni_mhz)
 }
 
 fn counters(out: &mut String, c: &TniCounters) -> std::fmt::Result {

@@ -140,7 +140,9 @@ impl Studio {
         let cores =
             (0..arch.system.cores).map(|_| Box::new(Interpreter::new(&spec)) as Box<dyn Core>);
         let options = system::Options {
-            recorded_hits: false,
+            timing: system::Timing::Full,
+            chosen: None,
+            warm: None,
             max_cycles: 1_000_000_000,
             sram_image: &scheduled.program.image,
             guard,

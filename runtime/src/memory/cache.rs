@@ -108,6 +108,26 @@ impl Cache {
         }
     }
 
+    /// Makes `line` the most recently used of its set without counting it, and brings it in where it is
+    /// neither there nor on the way; what was written there is lost. Whether it was there.
+    pub fn warm(&mut self, line: u32) -> bool {
+        if self.touch(line) {
+            return true;
+        }
+        if !self.outstanding.contains(&line) {
+            let counters = self.counters;
+            self.fill(line);
+            self.counters = counters;
+        }
+        false
+    }
+
+    /// Holds the lines of another cache of the same form; what is counted and on the way stays.
+    pub fn hold_lines_of(&mut self, other: &Cache) {
+        self.lines.clone_from(&other.lines);
+        self.dirty.clone_from(&other.dirty);
+    }
+
     /// Writes to `line` where it is there: a hit that makes it dirty. Says whether it was.
     pub fn write(&mut self, line: u32) -> bool {
         let there = self.touch(line);

@@ -21,7 +21,6 @@ pub use crate::tni::arithmetic::Ray;
 
 pub use file::{MAX_RAYS, read};
 pub use order::Order;
-pub(crate) use sample::relative_error;
 pub use sample::{MAX_RUN, Sampling};
 
 /// Rays that are put in order together.

@@ -4,6 +4,8 @@
 //! of every N runs the one in the middle. The runs' cycles a ray are the sample; from their spread
 //! comes the confidence interval.
 
+use crate::survey::Random;
+
 /// Most packets of a run.
 pub const MAX_RUN: u64 = 256;
 
@@ -15,6 +17,7 @@ const RUNS: u64 = 48;
 pub struct Sampling {
     one_in: u64,
     run: u64,
+    seed: Option<u64>,
 }
 
 impl Sampling {
@@ -24,32 +27,31 @@ impl Sampling {
         Sampling {
             one_in,
             run: (packets / (one_in * RUNS)).clamp(1, MAX_RUN),
+            seed: None,
+        }
+    }
+
+    /// The same with a run at random of every `one_in`, instead of the one in the middle.
+    pub fn seeded(self, seed: u64) -> Sampling {
+        Sampling {
+            seed: Some(seed),
+            ..self
         }
     }
 
     /// The run that packet `n` is measured in, counted from 0; `None` where it is left out.
     pub fn run_of(&self, packet: u64) -> Option<u64> {
         let run = packet / self.run;
-        (run % self.one_in == self.one_in / 2).then_some(run / self.one_in)
+        let group = run / self.one_in;
+        let taken = match self.seed {
+            None => self.one_in / 2,
+            Some(seed) => {
+                let mut random = Random::new(seed ^ group.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+                random.below(self.one_in as usize) as u64
+            }
+        };
+        (run % self.one_in == taken).then_some(group)
     }
-}
-
-/// Half the width of the 95 % confidence interval of a mean, over the mean; `None` of fewer than
-/// two values.
-pub(crate) fn relative_error(values: &[f64]) -> Option<f64> {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    if values.len() < 2 || mean <= 0.0 {
-        return None;
-    }
-    let variance = values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / (n - 1.0);
-    // Student's t at 97.5 %, by its expansion in 1/degrees of freedom.
-    let nu = n - 1.0;
-    let z = 1.959_964;
-    let t = z
-        + (z * z * z + z) / (4.0 * nu)
-        + (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / (96.0 * nu * nu);
-    Some(t * (variance / n).sqrt() / mean)
 }
 
 #[cfg(test)]
@@ -62,28 +64,20 @@ mod tests {
         let taken: Vec<u64> = (0..24).filter(|&p| sampling.run_of(p).is_some()).collect();
         assert_eq!(taken, [6, 7, 8, 18, 19, 20]);
         assert_eq!(sampling.run_of(18), Some(1));
+        let random = Sampling::new(4, 4 * 48 * 3).seeded(7);
+        let taken: Vec<u64> = (0..2400).filter_map(|p| random.run_of(p)).collect();
+        assert_eq!(taken.len(), 600);
+        assert!(
+            taken
+                .chunks(3)
+                .enumerate()
+                .all(|(i, run)| run == [i as u64; 3])
+        );
+        assert_ne!(
+            random.run_of(6).is_some(),
+            random.seeded(9).run_of(6).is_some()
+        );
         let all = Sampling::new(1, 100);
         assert!((0..100).all(|p| all.run_of(p).is_some()));
-    }
-
-    #[test]
-    fn intervals_hold_the_mean_in_19_of_20_cases() {
-        let mut state = 1u32;
-        let mut unit = move || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            f64::from(state) / 4_294_967_296.0
-        };
-        let mut inside = 0;
-        for _ in 0..2000 {
-            // Sums of four even numbers are nearly normal; their mean is 3.
-            let values: Vec<f64> = (0..12)
-                .map(|_| 1.0 + unit() + unit() + unit() + unit())
-                .collect();
-            let mean = values.iter().sum::<f64>() / 12.0;
-            let error = relative_error(&values).expect("12 values") * mean;
-            inside += u32::from((mean - 3.0).abs() <= error);
-        }
-        assert!((1860..=1940).contains(&inside), "{inside}");
-        assert_eq!(relative_error(&[1.0]), None);
     }
 }

@@ -1,17 +1,24 @@
 //! One SGRT core: an SRP engine, its SRAM, data cache and texture cache, its T&I unit, and the account of its
 //! cycles.
 
+use std::collections::{BTreeMap, VecDeque};
+
 use srp_archdesc::ports;
 use srp_archdesc::system::SystemSpec;
 
 use super::data_cache::DataCache;
+use super::ledger::{Ledger, Sources};
 use super::report::Account;
 use super::texture_cache::TextureCache;
-use super::{SystemError, TileQueue};
-use crate::core::{Activity, Bus, Core, Lanes};
+use super::{SystemError, TEXTURE, TileQueue, Timing, Warm};
+use crate::core::{Activity, Bus, Core, Lanes, Run};
 use crate::effect::{Guard, Missing};
+use crate::fidelity;
 use crate::memory::SystemMemory;
-use crate::tni::{Runs, SubmitError, Tni, Tree};
+use crate::memory::cache::Cache;
+use crate::memory::dram::Request;
+use crate::memory::path::Clock;
+use crate::tni::{Runs, SubmitError, Tni, TniCounters, Tree};
 
 /// Cycles that an engine may run ahead: nothing from outside reaches it but through ports, which
 /// it talks to in the first cycle of a run only, and the caches, where a miss ends the run.
@@ -55,6 +62,25 @@ pub(super) struct Ports {
     missing: Option<Missing>,
 }
 
+/// The clocks of a core, and what memory takes, for estimates.
+#[derive(Clone, Copy, Debug)]
+struct Clocks {
+    srp: Clock,
+    tni: Clock,
+    /// Cycles of the T&I unit from a request to its line.
+    latency: u64,
+}
+
+impl Clocks {
+    fn of(spec: &SystemSpec) -> Clocks {
+        Clocks {
+            srp: Clock::new(spec.srp_mhz),
+            tni: Clock::new(spec.tni_mhz),
+            latency: 0,
+        }
+    }
+}
+
 /// One SGRT core.
 pub(super) struct CoreUnit {
     number: u32,
@@ -63,14 +89,27 @@ pub(super) struct CoreUnit {
     pub(super) data: DataCache,
     pub(super) texture: TextureCache,
     pub(super) tni: Tni,
-    /// Whether the T&I unit answers at once.
-    pub(super) recorded_hits: bool,
+    /// How its units keep time.
+    pub(super) timing: Timing,
+    /// Where that is estimated: when the packets in the T&I unit are back, and its clocks.
+    answers: VecDeque<u64>,
+    clocks: Clocks,
     pub(super) ports: Ports,
     pub(super) state: State,
     /// The cycle from which the engine can go on.
     pub(super) ready: u64,
     pub(super) account: Account,
+    /// What each tile takes, where that is wanted.
+    pub(super) ledger: Option<Ledger>,
+    /// Where the records begin that shading reads, and where the textures do.
+    parts: (u32, u32),
+    tree: Tree,
+    /// The data cache as the tiles have left it that packets are traced for.
+    left: Left,
 }
+
+/// Caches by the place of a tile.
+type Left = BTreeMap<u32, Cache>;
 
 impl CoreUnit {
     pub(super) fn new(
@@ -79,6 +118,7 @@ impl CoreUnit {
         spec: &SystemSpec,
         sram: Vec<u8>,
         tree: Tree,
+        parts: (u32, u32),
     ) -> CoreUnit {
         CoreUnit {
             number,
@@ -87,11 +127,27 @@ impl CoreUnit {
             data: DataCache::new(&spec.data_cache),
             texture: TextureCache::new(&spec.texture_cache),
             tni: Tni::new(&spec.tni, tree, spec.buffers.ray_buffers),
-            recorded_hits: false,
+            timing: Timing::Full,
+            answers: VecDeque::new(),
+            clocks: Clocks::of(spec),
             ports: Ports::default(),
             state: State::Running,
             ready: 0,
             account: Account::default(),
+            ledger: None,
+            parts,
+            tree,
+            left: Left::new(),
+        }
+    }
+
+    /// Sets how its units keep time, before the first cycle.
+    pub(super) fn set_timing(&mut self, timing: Timing, spec: &SystemSpec) {
+        self.timing = timing;
+        let at_once = timing == Timing::Untimed;
+        (self.data.at_once, self.texture.lines.at_once) = (at_once, at_once);
+        if timing == Timing::Estimated {
+            self.clocks.latency = fidelity::line_cycles(spec);
         }
     }
 
@@ -109,6 +165,7 @@ impl CoreUnit {
         memory: &mut SystemMemory,
         tiles: &mut TileQueue,
         guard: &Guard,
+        warm: &mut Option<Warm<'_>>,
     ) -> Result<bool, SystemError> {
         if self.state == State::Halted {
             return Ok(false);
@@ -127,11 +184,20 @@ impl CoreUnit {
             data: &mut self.data,
             texture: &mut self.texture,
             tni: &mut self.tni,
-            recorded_hits: self.recorded_hits,
+            timing: self.timing,
+            now,
+            answers: &mut self.answers,
+            clocks: self.clocks,
             ports: &mut self.ports,
             memory,
             tiles,
             guard,
+            account: &self.account,
+            warm,
+            parts: self.parts,
+            left: &mut self.left,
+            tree: self.tree,
+            ledger: self.ledger.as_mut(),
         };
         let run = self
             .engine
@@ -151,6 +217,19 @@ impl CoreUnit {
         }
         self.ready = now + run.cycles;
         self.account.add(run);
+        if let (Activity::Wait(ports::TNI_DONE), Some(&answer)) =
+            (run.activity, self.answers.front())
+            && answer > self.ready
+        {
+            // When the answer comes is known.
+            self.account.add(Run {
+                cycles: answer - self.ready,
+                activity: run.activity,
+            });
+            self.ready = answer;
+            self.state = State::Running;
+            return Ok(true);
+        }
         self.state = match run.activity {
             Activity::Wait(port) => State::Waiting(port),
             Activity::Halted(status) => {
@@ -166,6 +245,34 @@ impl CoreUnit {
             self.data.flush();
         }
         Ok(!matches!(self.state, State::Waiting(_)))
+    }
+
+    /// The next request of its caches to the memory.
+    pub(super) fn next_request(&mut self, source: u32) -> Option<Request> {
+        let lines = &mut self.texture.lines;
+        let request =
+            (self.data.take_request(source)).or_else(|| lines.take_request(source + TEXTURE))?;
+        if let Some(ledger) = &mut self.ledger {
+            let bytes = u64::from(request.bytes);
+            match request.is_write {
+                true => ledger.written += bytes,
+                false => ledger.read += bytes,
+            }
+        }
+        Some(request)
+    }
+
+    /// Charges what was not charged yet.
+    pub(super) fn close_ledger(&mut self) {
+        let sources = Sources {
+            account: &self.account,
+            data: &self.data,
+            texture: &self.texture,
+            tni: &self.tni,
+        };
+        if let Some(ledger) = &mut self.ledger {
+            ledger.charge(&sources);
+        }
     }
 
     /// The cache that the core has to wait for.
@@ -190,17 +297,26 @@ impl CoreUnit {
 }
 
 /// What an engine sees of its core.
-struct CoreBus<'a> {
+struct CoreBus<'a, 'b> {
     number: u32,
     sram: &'a mut Vec<u8>,
     data: &'a mut DataCache,
     texture: &'a mut TextureCache,
     tni: &'a mut Tni,
-    recorded_hits: bool,
+    timing: Timing,
+    now: u64,
+    answers: &'a mut VecDeque<u64>,
+    clocks: Clocks,
     ports: &'a mut Ports,
     memory: &'a mut SystemMemory,
     tiles: &'a mut TileQueue,
     guard: &'a Guard,
+    account: &'a Account,
+    warm: &'a mut Option<Warm<'b>>,
+    left: &'a mut Left,
+    parts: (u32, u32),
+    tree: Tree,
+    ledger: Option<&'a mut Ledger>,
 }
 
 /// Whether an access of this size may be made at this address.
@@ -208,7 +324,80 @@ fn is_aligned(address: u32, bytes: u32) -> bool {
     matches!(bytes, 1 | 2 | 4 | 16) && address.is_multiple_of(bytes)
 }
 
-impl CoreBus<'_> {
+impl CoreBus<'_, '_> {
+    /// Tells the ledger, where there is one, what happens at a port.
+    fn note(&mut self, happens: impl FnOnce(&mut Ledger, &Sources<'_>)) {
+        let sources = Sources {
+            account: self.account,
+            data: self.data,
+            texture: self.texture,
+            tni: self.tni,
+        };
+        if let Some(ledger) = &mut self.ledger {
+            happens(ledger, &sources);
+        }
+    }
+
+    /// Brings into the caches what a tile is to find.
+    fn warm_caches(&mut self, place: u32, tile: u32) {
+        let Some(warm) = self.warm else {
+            return;
+        };
+        let (shading, maps) = self.parts;
+        let mut turn = 0;
+        for address in warm(self.number, place, tile) {
+            if address >= maps {
+                self.texture.lines.warm(address);
+            } else if address >= shading || address < self.tree.nodes {
+                self.data.warm(address);
+            } else {
+                // Each ray begins at the root, and goes to another traversal unit than the last.
+                turn += usize::from(address == self.tree.nodes);
+                self.tni.warm(turn, address);
+            }
+        }
+    }
+
+    /// Where caches are warmed, the tiles that a core has at a time lie far apart, and in the frame side
+    /// by side: each finds the small data cache as it has left it, not as the other has.
+    fn turn_to_tile(&mut self, before: Option<u32>) {
+        let now = self.ledger.as_ref().and_then(|l| l.current());
+        let (Some(before), Some(now), Some(_)) = (before, now, &self.warm) else {
+            return;
+        };
+        if before == now {
+            return;
+        }
+        let data = &mut self.data.cache;
+        self.left.insert(before, data.clone());
+        if let Some(held) = self.left.remove(&now) {
+            data.hold_lines_of(&held);
+        }
+    }
+
+    /// Answers what has been sent to a T&I unit that is not run cycle by cycle.
+    fn answer(&mut self) {
+        let Clocks { srp, tni, latency } = self.clocks;
+        match self.timing {
+            Timing::Full => {}
+            Timing::RecordedHits | Timing::Untimed => {
+                self.tni.answer_at_once(self.memory, self.sram);
+            }
+            Timing::Estimated => {
+                let now = tni.cycle_from(srp.start(self.now));
+                let before = self.tni.progress();
+                let back = (self.tni).answer_by_estimate(now, latency, self.memory, self.sram);
+                self.answers.push_back(srp.cycle_from(tni.start(back + 1)));
+                let after = self.tni.progress();
+                let lines = |c: &TniCounters| c.trv_l2.misses + c.ist_l1.misses;
+                if let Some(ledger) = &mut self.ledger {
+                    let bytes = u64::from(self.tni.line_bytes());
+                    ledger.tni_read += (lines(&after) - lines(&before)) * bytes;
+                }
+            }
+        }
+    }
+
     /// What system memory holds, zero-extended.
     fn words(&self, address: u32, bytes: u32) -> Option<Lanes> {
         let source = self.memory.get(address, bytes)?;
@@ -222,7 +411,7 @@ impl CoreBus<'_> {
     }
 }
 
-impl Bus for CoreBus<'_> {
+impl Bus for CoreBus<'_, '_> {
     fn sram(&mut self) -> &mut [u8] {
         self.sram
     }
@@ -277,8 +466,22 @@ impl Bus for CoreBus<'_> {
 
     fn port_in(&mut self, port: u32) -> Option<u32> {
         match port {
-            ports::TILE => Some(self.tiles.take()),
+            ports::TILE => {
+                let taken = self.tiles.take();
+                if let Some((place, tile)) = taken {
+                    // The tile before it is done with.
+                    if let Some(done) = self.ledger.as_ref().and_then(|l| l.current()) {
+                        self.left.remove(&done);
+                    }
+                    self.warm_caches(place, tile);
+                }
+                self.note(|ledger, sources| ledger.take_tile(taken.map(|t| t.0), sources));
+                Some(taken.map_or(u32::MAX, |t| t.1))
+            }
             ports::TNI_DONE => {
+                if self.answers.front().is_some_and(|&at| at > self.now) {
+                    return None;
+                }
                 if !self.guard.is_idle()
                     && let Some(missing) = self.guard.check(self.tni.finished()?)
                 {
@@ -286,6 +489,10 @@ impl Bus for CoreBus<'_> {
                     self.ports.missing = Some(missing.clone());
                 }
                 self.ports.runs = self.tni.take_finished()?;
+                self.answers.pop_front();
+                let before = self.ledger.as_ref().and_then(|l| l.current());
+                self.note(Ledger::take_packet);
+                self.turn_to_tile(before);
                 Some(self.ports.runs.shadow_hits)
             }
             ports::TNI_SHADOW_MISSES => Some(self.ports.runs.shadow_misses),
@@ -303,8 +510,10 @@ impl Bus for CoreBus<'_> {
             ports::TNI_START => {
                 let Ports { rays, hits, .. } = *self.ports;
                 match self.tni.submit(rays, hits, value, self.sram.len()) {
-                    Ok(()) if self.recorded_hits => self.tni.answer_at_once(self.memory, self.sram),
-                    Ok(()) => {}
+                    Ok(()) => {
+                        self.note(|ledger, _| ledger.send_packet());
+                        self.answer();
+                    }
                     Err(SubmitError::Busy) => return false,
                     // The system stops after this run.
                     Err(fault) => self.ports.fault = Some(fault),

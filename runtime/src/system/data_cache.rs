@@ -24,6 +24,8 @@ pub(super) struct DataCache {
     max_stores: usize,
     /// Requests to be sent: address, bytes, whether it writes.
     requests: VecDeque<(u32, u32, bool)>,
+    /// Whether lines are there as soon as they are asked for.
+    pub(super) at_once: bool,
 }
 
 impl DataCache {
@@ -35,6 +37,7 @@ impl DataCache {
             stores: VecDeque::new(),
             max_stores: spec.misses.max(1) as usize,
             requests: VecDeque::new(),
+            at_once: false,
         }
     }
 
@@ -57,6 +60,14 @@ impl DataCache {
             }
             Access::Full => self.deferred.push(line),
         }
+        if self.at_once && self.cache.outstanding() > 0 {
+            self.fill(line * self.line);
+        }
+    }
+
+    /// Brings the line of an address in, without a request and without counting it.
+    pub(super) fn warm(&mut self, address: u32) {
+        self.cache.warm(address / self.line);
     }
 
     /// A store of `bytes` naturally aligned bytes.

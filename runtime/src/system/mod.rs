@@ -7,7 +7,9 @@
 
 mod core_unit;
 mod data_cache;
+mod ledger;
 mod report;
+pub mod sampled;
 mod texture_cache;
 
 use std::fmt;
@@ -15,6 +17,7 @@ use std::fmt;
 use srp_archdesc::{Arch, SystemSpec, ports};
 
 use self::core_unit::{CoreUnit, Miss, State};
+use self::ledger::Ledger;
 use crate::bvh::TRIANGLE_BYTES;
 use crate::core::{Core, Trap};
 use crate::effect::{Guard, Missing};
@@ -25,6 +28,7 @@ use crate::picture::Picture;
 use crate::scene_image::SceneImage;
 use crate::tni::{Client, HIT_BYTES, RAY_BYTES, SubmitError};
 
+pub use ledger::{COLUMNS, Column, Tally};
 pub use report::{Account, CoreReport, KernelCycles, PortCycles, Report};
 
 /// Cycles without progress after which a frame is given up.
@@ -44,15 +48,37 @@ pub struct Options<'a> {
     pub sram_image: &'a [u8],
     /// Stops the frame where the program meets what it was not built for.
     pub guard: Guard,
-    /// Whether T&I units answer at once and without memory accesses, so that the kernels can be
-    /// measured by themselves.
-    pub recorded_hits: bool,
+    /// How the units keep time.
+    pub timing: Timing,
+    /// The tiles to run, in this order; all of them where none are chosen.
+    pub chosen: Option<Vec<u32>>,
+    /// What the caches of a core are to hold that a tile finds, as addresses in the order of their
+    /// reading: asked with the core, the tile's place among those chosen, and its number.
+    pub warm: Option<Warm<'a>>,
     /// Names of the kernels, by their number in the scheduled program.
     pub kernel_names: Vec<String>,
     /// Told from time to time how far the frame is.
     pub progress: &'a mut dyn FnMut(Progress),
     /// Asked from time to time whether to stop.
     pub cancelled: &'a dyn Fn() -> bool,
+}
+
+/// Tells what to bring into the caches of a core before a tile.
+pub type Warm<'a> = &'a mut dyn FnMut(u32, u32, u32) -> Vec<u32>;
+
+/// How the units of a system keep time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Timing {
+    /// All of them, cycle by cycle.
+    #[default]
+    Full,
+    /// T&I units answer at once and without memory accesses, so that the kernels can be measured by
+    /// themselves.
+    RecordedHits,
+    /// T&I units answer when rays would be back that hinder each other as little as can be.
+    Estimated,
+    /// T&I units and memory take no time: what is computed is right, and cycles mean nothing.
+    Untimed,
 }
 
 /// How far a frame is.
@@ -153,20 +179,36 @@ impl fmt::Display for SystemError {
 impl std::error::Error for SystemError {}
 
 /// Tiles of a frame, handed out in order.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct TileQueue {
     next: u32,
     count: u32,
+    chosen: Option<Vec<u32>>,
 }
 
 impl TileQueue {
-    /// The next tile, or −1.
-    fn take(&mut self) -> u32 {
+    /// The place of the next tile in the queue, and its number.
+    fn take(&mut self) -> Option<(u32, u32)> {
         if self.next == self.count {
-            return u32::MAX;
+            return None;
         }
+        let place = self.next;
         self.next += 1;
-        self.next - 1
+        let tile = match &self.chosen {
+            Some(tiles) => tiles[place as usize],
+            None => place,
+        };
+        Some((place, tile))
+    }
+
+    /// Hands out these tiles only.
+    fn choose(&mut self, chosen: Option<Vec<u32>>) {
+        let Some(mut tiles) = chosen else {
+            return;
+        };
+        tiles.retain(|&tile| tile < self.count);
+        self.count = tiles.len() as u32;
+        self.chosen = Some(tiles);
     }
 }
 
@@ -179,6 +221,65 @@ pub fn render(
     arch: &Arch,
     options: Options<'_>,
 ) -> Result<(Picture, Report), SystemError> {
+    let names = options.kernel_names.clone();
+    let (system, cycles) = run(image, engines, arch, options, false)?;
+    let picture = Picture::of(&system.memory, &system.frame);
+    Ok((picture, Report::of(&system, cycles, arch, &names)))
+}
+
+/// What a part of a frame took.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// The account of all of it.
+    pub report: Report,
+    /// What each of the chosen tiles took, in the order of the choice.
+    pub tallies: Vec<Tally>,
+    /// The core that each of them ran on.
+    pub cores: Vec<u32>,
+    /// SRP cycles of all cores before they took their first tiles.
+    pub before: u64,
+}
+
+/// Runs the tiles that are [chosen](Options::chosen), and no others; the image gets their pixels.
+pub fn render_part(
+    image: &mut SceneImage,
+    engines: Vec<Box<dyn Core>>,
+    arch: &Arch,
+    options: Options<'_>,
+) -> Result<Part, SystemError> {
+    let names = options.kernel_names.clone();
+    let (mut system, cycles) = run(image.take(), engines, arch, options, true)?;
+    let report = Report::of(&system, cycles, arch, &names);
+    let mut tallies = vec![Tally::new(); system.tiles.count as usize];
+    let mut cores = vec![0; tallies.len()];
+    let mut before = 0;
+    for (number, core) in (0..).zip(&mut system.cores) {
+        core.close_ledger();
+        let Some(ledger) = core.ledger.take() else {
+            continue;
+        };
+        before += ledger.before;
+        for (place, tally) in ledger.tallies {
+            tallies[place as usize] = tally;
+            cores[place as usize] = number;
+        }
+    }
+    image.memory = system.memory;
+    Ok(Part {
+        report,
+        tallies,
+        cores,
+        before,
+    })
+}
+
+fn run(
+    image: SceneImage,
+    engines: Vec<Box<dyn Core>>,
+    arch: &Arch,
+    mut options: Options<'_>,
+    ledgers: bool,
+) -> Result<(System, u64), SystemError> {
     if engines.is_empty() {
         return Err(SystemError::NoCores);
     }
@@ -194,17 +295,18 @@ pub fn render(
     sram.resize(sram_bytes, 0);
     let mut system = System::new(image, engines, arch, &sram);
     for core in &mut system.cores {
-        core.recorded_hits = options.recorded_hits;
+        core.set_timing(options.timing, &arch.system);
+        core.ledger = ledgers.then(|| Ledger::new(options.kernel_names.len()));
     }
+    system.tiles.choose(options.chosen);
     let cycles = system.run(
         options.max_cycles,
         options.progress,
         options.cancelled,
         &options.guard,
+        &mut options.warm,
     )?;
-    let picture = Picture::of(&system.memory, &system.frame);
-    let report = Report::of(&system, cycles, arch, &options.kernel_names);
-    Ok((picture, report))
+    Ok((system, cycles))
 }
 
 /// Whether the units of a machine fit each other; what does not, where not.
@@ -276,7 +378,12 @@ struct System {
 impl System {
     fn new(image: SceneImage, engines: Vec<Box<dyn Core>>, arch: &Arch, sram: &[u8]) -> System {
         let spec = &arch.system;
-        let core = |(i, engine)| CoreUnit::new(i as u32, engine, spec, sram.to_vec(), image.tree);
+        let maps = image.shading.maps;
+        let shading = image.shading.triangles;
+        let core = |(i, engine)| {
+            let tree = image.tree;
+            CoreUnit::new(i as u32, engine, spec, sram.to_vec(), tree, (shading, maps))
+        };
         let paths = if spec.dram.shared { 1 } else { engines.len() };
         System {
             cores: engines.into_iter().enumerate().map(core).collect(),
@@ -284,6 +391,7 @@ impl System {
             tiles: TileQueue {
                 next: 0,
                 count: image.tiles,
+                chosen: None,
             },
             srp: Clock::new(spec.srp_mhz),
             tni: Clock::new(spec.tni_mhz),
@@ -300,6 +408,7 @@ impl System {
         progress: &mut dyn FnMut(Progress),
         cancelled: &dyn Fn() -> bool,
         guard: &Guard,
+        warm: &mut Option<Warm<'_>>,
     ) -> Result<u64, SystemError> {
         let (mut srp, mut tni) = (0, 0);
         let (mut last_progress, mut last_results, mut look_up) = (0, 0, 0);
@@ -316,7 +425,7 @@ impl System {
             if srp_time == time {
                 let mut moved = false;
                 for core in &mut self.cores {
-                    moved |= core.step(srp, &mut self.memory, &mut self.tiles, guard)?;
+                    moved |= core.step(srp, &mut self.memory, &mut self.tiles, guard, warm)?;
                 }
                 let results = self.cores.iter().map(|c| c.tni.results()).sum();
                 if moved || results != last_results || self.in_flight() > 0 {
@@ -382,14 +491,15 @@ impl System {
     fn send_requests(&mut self, time: u64) {
         for (i, core) in self.cores.iter_mut().enumerate() {
             let source = i as u32 * CLIENTS;
+            if core.timing == Timing::Untimed {
+                while core.next_request(source).is_some() {}
+                continue;
+            }
             let path = i % self.paths.len();
             let path = &mut self.paths[path];
             // A miss of a core that has run ahead is sent when its time has come.
             if self.srp.start(core.ready) <= time + self.srp.start(1) {
-                while let Some(request) = core.data.take_request(source) {
-                    path.request(time, request);
-                }
-                while let Some(request) = core.texture.lines.take_request(source + TEXTURE) {
+                while let Some(request) = core.next_request(source) {
                     path.request(time, request);
                 }
             }
@@ -404,6 +514,9 @@ impl System {
                     is_write: false,
                     source: source + client,
                 };
+                if let Some(ledger) = &mut core.ledger {
+                    ledger.tni_read += u64::from(bytes);
+                }
                 path.request(time, request);
             }
         }

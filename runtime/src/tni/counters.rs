@@ -126,6 +126,25 @@ impl TniCounters {
         sum
     }
 
+    /// What has been counted of rays, visits, tests and caches so far; the accounts of pipelines
+    /// are left out, which takes a copy of the unit.
+    pub(super) fn progress(tni: &Tni) -> TniCounters {
+        let mut sum = TniCounters {
+            unit: tni.counters,
+            trv_l2: tni.level2.cache.counters,
+            ..TniCounters::default()
+        };
+        for trv in &tni.trvs {
+            sum.trv.add(&trv.counters);
+            sum.trv_l1.add(&trv.fetch.cache.counters);
+        }
+        for ist in &tni.ists {
+            sum.triangle_tests += ist.tests;
+            sum.ist_l1.add(&ist.fetch.cache.counters);
+        }
+        sum
+    }
+
     /// Visits of nodes, inner ones and leaves.
     pub fn node_visits(&self) -> u64 {
         self.trv.inner_visits + self.trv.leaf_visits

@@ -90,6 +90,16 @@ pub struct Traced {
     pub triangle_tests: u32,
 }
 
+/// A step on a ray's way, with what it reads of memory.
+pub(crate) enum Step {
+    /// The visit of an inner node.
+    Pair { address: u32, bytes: u32 },
+    /// The visit of a leaf.
+    Leaf,
+    /// A test.
+    Triangle { address: u32, bytes: u32 },
+}
+
 /// Traces rays as the unit does, bit for bit, without its time.
 pub struct Tracer<'a> {
     function: Function<'a>,
@@ -109,6 +119,12 @@ impl<'a> Tracer<'a> {
 
     /// Traces a ray.
     pub fn trace(&mut self, ray: &Ray) -> Traced {
+        self.follow(ray, &mut |_| {})
+    }
+
+    /// Traces a ray, and tells every step of it before it is made.
+    #[inline]
+    pub(crate) fn follow(&mut self, ray: &Ray, tell: &mut impl FnMut(Step)) -> Traced {
         let function = self.function;
         let mut traced = Traced {
             hit: Hit::none(ray.tmax),
@@ -126,8 +142,13 @@ impl<'a> Tracer<'a> {
             let limit = traced.hit.t;
             next = if node.is_leaf() {
                 traced.leaf_visits += 1;
+                tell(Step::Leaf);
                 for index in node.index..node.index + node.count {
                     traced.triangle_tests += 1;
+                    tell(Step::Triangle {
+                        address: function.triangle_address(index),
+                        bytes: TRIANGLE_BYTES,
+                    });
                     function.test(index, &prepared, self.walk.enter, &mut traced.hit);
                     if function.is_settled(ray.flags, &traced.hit) {
                         return traced;
@@ -136,6 +157,10 @@ impl<'a> Tracer<'a> {
                 self.walk.pop(traced.hit.t, &mut self.stacks).0
             } else {
                 traced.inner_visits += 1;
+                tell(Step::Pair {
+                    address: function.pair_address(node.index),
+                    bytes: function.pair_bytes(),
+                });
                 let (children, enter) = function.boxes(node, &prepared, limit);
                 self.walk
                     .descend(children, enter, limit, &mut self.stacks)

@@ -12,6 +12,7 @@
 
 pub mod arithmetic;
 mod counters;
+mod estimate;
 mod exact;
 mod fetch;
 mod function;
@@ -49,6 +50,7 @@ use crate::memory::SystemMemory;
 pub use counters::{DispatchAccount, TniCounters, UnitCounters};
 pub use exact::{Exact, ExactRay, Meeting};
 pub use fetch::RauCounters;
+pub(crate) use function::Step;
 pub use function::{Traced, Tracer};
 pub use pipe::{PipeCounters, StallAccount};
 pub use replay::{Event, Logged, RayCost};
@@ -160,6 +162,8 @@ pub struct Tni {
     end: u64,
     /// What each ray cost, in the order of their return, where that is wanted.
     costs: Option<Vec<RayCost>>,
+    /// When stacks and lines are free, where rays are not run cycle by cycle.
+    estimate: estimate::Estimate,
     /// What happened to each ray, where that is wanted.
     log: Option<Vec<Logged>>,
 }
@@ -194,6 +198,7 @@ impl Tni {
             counters: UnitCounters::default(),
             end: 0,
             costs: None,
+            estimate: estimate::Estimate::default(),
             log: None,
         }
     }
@@ -466,6 +471,32 @@ impl Tni {
         tni.trvs.iter_mut().for_each(|trv| trv.count_until(end));
         tni.ists.iter_mut().for_each(|ist| ist.count_until(end));
         TniCounters::of(&tni)
+    }
+
+    /// Brings the line of an address of the tree into the caches that would read it for the `turn`-th
+    /// ray, without counting it.
+    pub fn warm(&mut self, turn: usize, address: u32) {
+        if address < self.tree.triangles {
+            let trv = turn % self.trvs.len();
+            let level1 = &mut self.trvs[trv].fetch.cache;
+            if !level1.warm(address / self.spec.trv_l1.line) {
+                (self.level2.cache).warm(address / self.spec.trv_l2.line);
+            }
+        } else {
+            let ist = turn % self.ists.len();
+            let cache = &mut self.ists[ist].fetch.cache;
+            cache.warm(address / self.spec.ist_l1.line);
+        }
+    }
+
+    /// Bytes of a line of the level-2 cache.
+    pub fn line_bytes(&self) -> u32 {
+        self.spec.trv_l2.line
+    }
+
+    /// Rays, visits, tests and caches so far, without the accounts of pipelines.
+    pub fn progress(&self) -> TniCounters {
+        TniCounters::progress(self)
     }
 
     /// Rays that have come and results that have gone so far: grows as long as the unit works.

@@ -17,11 +17,16 @@ impl Tni {
             for ray in submission.dispatched..submission.count {
                 let at = (submission.rays + ray * RAY_BYTES) as usize;
                 let source = read_ray(&sram[at..at + RAY_BYTES as usize]);
-                let hit = tracer.trace(&source).hit;
-                self.counters.hits += u64::from(hit.is_hit());
+                let traced = tracer.trace(&source);
+                self.counters.hits += u64::from(traced.hit.is_hit());
                 self.counters.rays += 1;
                 self.counters.results += 1;
-                submission.answer(ray, hit, source.flags);
+                if let (Some(trv), Some(ist)) = (self.trvs.first_mut(), self.ists.first_mut()) {
+                    trv.counters.inner_visits += u64::from(traced.inner_visits);
+                    trv.counters.leaf_visits += u64::from(traced.leaf_visits);
+                    ist.tests += u64::from(traced.triangle_tests);
+                }
+                submission.answer(ray, traced.hit, source.flags);
             }
             submission.write_hits(sram);
         }

@@ -4,8 +4,10 @@
 //! rays, dealt in blocks to the units in turn, and every unit takes them as fast as it can. Units that share
 //! nothing may run on threads of their own; the counters are the same.
 
+mod estimated;
 mod group;
 mod measure;
+mod spent;
 mod station;
 
 use std::collections::BTreeMap;
@@ -20,10 +22,12 @@ use super::{HitRecord, Logged, Runs, TniCounters, Tree};
 use crate::bvh::{Layout, TreeImage};
 use crate::memory::dram::DramCounters;
 use crate::memory::{BASE, SystemMemory};
-use crate::rays::{Sampling, relative_error};
+use crate::rays::Sampling;
 
+pub use estimated::Estimated;
 pub use group::Memories;
 pub use measure::Measure;
+pub use spent::{Spent, figures};
 
 /// Packets that go to the same unit one after another: neighbours share what its caches hold.
 const BLOCK: u64 = 16;
@@ -68,6 +72,8 @@ pub struct Outcome {
     /// Half the width of the 95 % confidence interval of the cycles a ray, over their mean, from
     /// the spread between runs of packets; `None` of fewer than two runs.
     pub relative_error: Option<f64>,
+    /// What each run of packets took.
+    pub spent: Vec<Spent>,
     /// The hits in the order of the rays, where they were kept.
     pub hits: Vec<HitRecord>,
     /// The runs of hits of each packet, in order, where hits were kept.
@@ -193,6 +199,7 @@ impl<'a> Bench<'a> {
             dram: Vec::new(),
             bytes: 0,
             relative_error: self.relative_error(),
+            spent: self.spent(),
             hits: Vec::new(),
             runs: Vec::new(),
             costs: Vec::new(),
@@ -217,19 +224,24 @@ impl<'a> Bench<'a> {
         Some(outcome)
     }
 
-    fn relative_error(&self) -> Option<f64> {
-        let mut cycles: BTreeMap<u64, u64> = BTreeMap::new();
+    /// What each run took, of all units together.
+    fn spent(&self) -> Vec<Spent> {
+        let mut runs: BTreeMap<u64, Spent> = BTreeMap::new();
         let stations = self.groups.iter().flat_map(|g| &g.stations);
         for station in stations {
-            for (run, spent) in station.cycles_of_runs() {
-                *cycles.entry(run).or_default() += spent;
+            for (run, spent) in station.spent() {
+                runs.entry(run).or_default().add(&spent);
             }
         }
-        let values: Vec<f64> = cycles
-            .iter()
-            .map(|(run, &cycles)| cycles as f64 / self.rays[run] as f64)
+        runs.into_values().collect()
+    }
+
+    fn relative_error(&self) -> Option<f64> {
+        let cycles = self.spent();
+        let values: Vec<f64> = (cycles.iter().zip(self.rays.values()))
+            .map(|(spent, &rays)| spent.cycles() as f64 / rays as f64)
             .collect();
-        relative_error(&values)
+        crate::survey::relative_error(&values)
     }
 
     /// Notes everything that happens to rays, for a look at single ones.

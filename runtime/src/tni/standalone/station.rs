@@ -6,9 +6,10 @@ use std::sync::Arc;
 
 use srp_archdesc::system::SystemSpec;
 
+use super::spent::Spent;
 use super::{Options, PixelCost};
 use crate::tni::arithmetic::Ray;
-use crate::tni::{HIT_BYTES, HitRecord, RAY_BYTES, Runs, Tni, Tree};
+use crate::tni::{HIT_BYTES, HitRecord, RAY_BYTES, Runs, Tni, TniCounters, Tree};
 
 /// Buffers for packets in front of a unit: so many that it never waits for rays because of one that
 /// takes long.
@@ -51,7 +52,7 @@ pub(super) struct Station {
     sent: u64,
     back: u64,
     /// The cycle after that in which the last packet of each run came back.
-    ends: BTreeMap<u64, u64>,
+    ends: BTreeMap<u64, (u64, TniCounters)>,
     keep_hits: bool,
     pub(super) answers: Vec<Answer>,
     costs: BTreeMap<u32, PixelCost>,
@@ -129,7 +130,7 @@ impl Station {
                 .under_way
                 .pop_front()
                 .expect("what comes back was under way");
-            self.ends.insert(packet.run, now + 1);
+            self.ends.insert(packet.run, (now + 1, self.tni.progress()));
             let (_, hits) = self.buffer(self.back);
             if self.keep_hits {
                 let hits = read_hits(&self.sram[hits as usize..], packet.range.len());
@@ -169,15 +170,16 @@ impl Station {
 
     /// Cycles until the last packet came back.
     pub(super) fn end(&self) -> u64 {
-        self.ends.values().copied().max().unwrap_or(0)
+        self.ends.values().map(|e| e.0).max().unwrap_or(0)
     }
 
-    /// Cycles between the end of each run and that of the one before.
-    pub(super) fn cycles_of_runs(&self) -> impl Iterator<Item = (u64, u64)> {
-        let mut before = 0;
-        self.ends.iter().map(move |(&run, &end)| {
-            let spent = end - before;
-            before = end;
+    /// What was spent between the end of each run and that of the one before.
+    pub(super) fn spent(&self) -> impl Iterator<Item = (u64, Spent)> {
+        let mut before = Spent::default();
+        self.ends.iter().map(move |(&run, (end, counters))| {
+            let now = Spent::at(*end, counters);
+            let spent = now.since(&before);
+            before = now;
             (run, spent)
         })
     }
@@ -193,7 +195,7 @@ impl Station {
     }
 }
 
-fn write_rays(sram: &mut [u8], rays: &[Ray]) {
+pub(super) fn write_rays(sram: &mut [u8], rays: &[Ray]) {
     let words = rays.iter().flat_map(|ray| ray.words());
     for (bytes, word) in sram.chunks_exact_mut(4).zip(words) {
         bytes.copy_from_slice(&word.to_le_bytes());

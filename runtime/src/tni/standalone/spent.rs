@@ -1,0 +1,83 @@
+//! What runs of packets took, and figures with intervals from the spread between them.
+
+use crate::survey::{Estimate, ratio};
+use crate::system::sampled::Figure;
+use crate::tni::TniCounters;
+
+/// What is counted of a run: see [`Spent::at`].
+const COUNTS: usize = 13;
+
+/// Counters of a run of packets.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Spent([u64; COUNTS]);
+
+impl Spent {
+    /// Everything up to a cycle. The misses are those that ask for a line, and those that join them.
+    pub(super) fn at(cycles: u64, c: &TniCounters) -> Spent {
+        Spent([
+            c.unit.rays,
+            cycles,
+            c.unit.hits,
+            c.trv.inner_visits,
+            c.trv.leaf_visits,
+            c.triangle_tests,
+            c.unit.resident_cycles,
+            c.trv_l1.hits,
+            c.trv_l1.misses + c.trv_l1.joined,
+            c.trv_l2.hits,
+            c.trv_l2.misses + c.trv_l2.joined,
+            c.ist_l1.hits,
+            c.ist_l1.misses + c.ist_l1.joined,
+        ])
+    }
+
+    /// What came after `before`.
+    pub(super) fn since(&self, before: &Spent) -> Spent {
+        Spent(std::array::from_fn(|i| self.0[i] - before.0[i]))
+    }
+
+    /// Adds what another unit spent on the same run.
+    pub(super) fn add(&mut self, other: &Spent) {
+        for (sum, more) in self.0.iter_mut().zip(other.0) {
+            *sum += more;
+        }
+    }
+
+    /// Cycles of the run, of all units.
+    pub(super) fn cycles(&self) -> u64 {
+        self.0[1]
+    }
+}
+
+/// Figures of runs that are a sample of all, on so many units of `mhz` MHz.
+pub fn figures(runs: &[Spent], units: u32, mhz: u32) -> Vec<Figure> {
+    let of = |column: usize| -> Vec<f64> { runs.iter().map(|r| r.0[column] as f64).collect() };
+    let both =
+        |a: usize| -> Vec<f64> { runs.iter().map(|r| (r.0[a] + r.0[a + 1]) as f64).collect() };
+    let figure = |name: &str, unit: &'static str, estimate: Estimate| Figure {
+        name: name.to_owned(),
+        unit,
+        estimate,
+    };
+    let rays = of(0);
+    let a_ray = ratio(&of(1), &rays);
+    let rate = a_ray.under(f64::from(units) * f64::from(mhz));
+    let mut all = vec![
+        figure("rate", "Mrays/s", rate),
+        figure("cycles a ray and unit", "", a_ray),
+    ];
+    let per_ray = [
+        ("hits a ray", 2),
+        ("inner nodes a ray", 3),
+        ("leaves a ray", 4),
+        ("triangle tests a ray", 5),
+        ("residence of a ray", 6),
+    ];
+    all.extend(per_ray.map(|(name, column)| figure(name, "", ratio(&of(column), &rays))));
+    let caches = [("TRV L1 hits", 7), ("TRV L2 hits", 9), ("IST L1 hits", 11)];
+    all.extend(caches.map(|(name, column)| {
+        let rate = ratio(&of(column), &both(column)).times(100.0);
+        figure(name, "%", rate)
+    }));
+    all
+}

@@ -1,0 +1,98 @@
+//! Levels of simulation on the command line, and `srp fidelity`.
+
+use super::{Camera, Engine, MachineFile, Shading};
+use crate::cli::BvhBuilder;
+use clap::{Args, ValueEnum};
+use srp_runtime::fidelity::Fidelity;
+use std::path::PathBuf;
+
+/// How much is simulated.
+#[derive(Args)]
+pub(crate) struct Level {
+    /// Level of simulation: functional has a picture and counts but no clock, analytic estimates
+    /// the T&I unit, sampled measures a part, cycle has a memory of fixed latency
+    #[arg(long, value_name = "LEVEL", default_value = "cycle+dram", value_parser = parse_level)]
+    pub(crate) fidelity: Fidelity,
+    /// With --fidelity sampled: measure until the 95 % interval of the cycles is this narrow, to both
+    /// sides
+    #[arg(long, value_name = "PERCENT", default_value = "1%", value_parser = parse_error)]
+    pub(crate) error: f64,
+    /// What is drawn with --fidelity sampled
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+}
+
+fn parse_level(text: &str) -> Result<Fidelity, String> {
+    let found = Fidelity::ALL.into_iter().find(|f| f.name() == text);
+    found.ok_or_else(|| {
+        let names: Vec<&str> = Fidelity::ALL.iter().map(|f| f.name()).collect();
+        format!("there are {}", names.join(", "))
+    })
+}
+
+/// A part of 1, from percent.
+fn parse_error(text: &str) -> Result<f64, String> {
+    let number = text.strip_suffix('%').unwrap_or(text).trim().parse().ok();
+    number
+        .filter(|n: &f64| (0.01..=100.0).contains(n))
+        .map(|n| n / 100.0)
+        .ok_or_else(|| "write 0.01% to 100%".to_owned())
+}
+
+/// Forms of a table.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum TableForm {
+    /// For people
+    Text,
+    /// For programs
+    Json,
+    /// For documents
+    Markdown,
+}
+
+/// `srp fidelity`
+#[derive(Args)]
+#[command(after_help = "\
+What has been simulated is kept in the cache folder, so that a run that was interrupted goes on where it was.
+
+Examples:
+  srp fidelity --size 320x240
+  srp fidelity sibenik.obj --cameras cameras.json:sibenik/0 --size 1024x768 --trials 200 --threads 2
+  srp fidelity bunny.obj --error 2% --form json")]
+pub(crate) struct FidelityTable {
+    /// Scene to render; the default scene where none is given
+    pub(crate) scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) machine: MachineFile,
+    #[command(flatten)]
+    pub(crate) camera: Camera,
+    /// View N of the scene NAME in a file of cameras
+    #[arg(long, value_name = "FILE.json:NAME/N")]
+    pub(crate) cameras: Option<String>,
+    #[command(flatten)]
+    pub(crate) shading: Shading,
+    /// Width and height of the image in pixels
+    #[arg(long, value_name = "WxH", default_value = "320x240", value_parser = super::parse_size)]
+    pub(crate) size: (u32, u32),
+    /// What simulates the SRP; without rustc, csim gives way to interp
+    #[arg(long, value_enum, default_value_t = Engine::Csim)]
+    pub(crate) engine: Engine,
+    /// How the bounding volume hierarchy is built
+    #[arg(long, value_enum, default_value_t = BvhBuilder::Sweep)]
+    pub(crate) bvh: BvhBuilder,
+    /// Half the width of the intervals of cycles at which sampling stops
+    #[arg(long, value_name = "PERCENT", default_value = "1%", value_parser = parse_error)]
+    pub(crate) error: f64,
+    /// Seed of the sample of the table, and of the first trial
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Samples of other seeds, from what every tile takes in a batch: how often the intervals hold
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(0..=100_000))]
+    pub(crate) trials: u64,
+    /// Threads of the host for samples; they change no figure
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) threads: usize,
+    /// Form of the table
+    #[arg(long, value_enum, default_value_t = TableForm::Text)]
+    pub(crate) form: TableForm,
+}

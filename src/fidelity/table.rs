@@ -1,0 +1,237 @@
+//! `srp fidelity`: what every level costs in host time and is off by, and trials of its intervals.
+
+use super::Shot;
+use super::census::{Census, values};
+use super::text;
+use crate::cli::{FidelityTable, TableForm};
+use crate::engine::Factory;
+use crate::failure::Failure;
+use crate::talk::Progress;
+use crate::{interrupt, machine, render, scenes, talk, variant};
+use serde::Serialize;
+use srp_runtime::fidelity::Fidelity;
+use srp_runtime::scene_image;
+use srp_runtime::system::sampled::{self, Figure};
+use srp_scheduler::Known;
+
+/// The table of a scene.
+#[derive(Debug, Serialize)]
+pub(crate) struct Table {
+    pub(crate) scene: String,
+    pub(crate) triangles: usize,
+    pub(crate) size: (u32, u32),
+    pub(crate) machine: String,
+    pub(crate) levels: Vec<Row>,
+    pub(crate) trials: Option<Trials>,
+}
+
+/// A level.
+#[derive(Debug, Serialize)]
+pub(crate) struct Row {
+    pub(crate) level: &'static str,
+    /// Host seconds without reading the scene and compiling.
+    pub(crate) seconds: f64,
+    /// How much quicker than the top level.
+    pub(crate) speed_up: f64,
+    /// The part of the frame that was simulated cycle by cycle.
+    pub(crate) measured: f64,
+    pub(crate) figures: Vec<Cell>,
+}
+
+/// A figure at a level.
+#[derive(Debug, Serialize)]
+pub(crate) struct Cell {
+    pub(crate) name: String,
+    pub(crate) unit: &'static str,
+    pub(crate) value: f64,
+    pub(crate) half_width: Option<f64>,
+    /// Difference from the top level, relative to it; rates in % are subtracted.
+    pub(crate) error: f64,
+}
+
+/// What became of trials.
+#[derive(Debug, Serialize)]
+pub(crate) struct Trials {
+    pub(crate) trials: u64,
+    pub(crate) target: f64,
+    /// Mean part of the tiles that was measured.
+    pub(crate) measured: f64,
+    /// Mean host seconds, with the first look, and how much quicker than the top level that is.
+    pub(crate) seconds: f64,
+    pub(crate) speed_up: f64,
+    pub(crate) figures: Vec<TrialFigure>,
+}
+
+/// One figure in all trials.
+#[derive(Debug, Serialize)]
+pub(crate) struct TrialFigure {
+    pub(crate) name: String,
+    /// The part of the intervals that hold what the top level has.
+    pub(crate) covered: f64,
+    pub(crate) mean_error: f64,
+    pub(crate) largest_error: f64,
+    pub(crate) mean_half_width: f64,
+}
+
+/// Runs `srp fidelity`.
+pub(crate) fn run(args: &FidelityTable) -> Result<(), Failure> {
+    let arch = machine::read(&args.machine.machine)?;
+    let camera = render::camera(&args.camera, args.cameras.as_deref())?;
+    let mut scene = scenes::read(args.scene.as_deref(), camera)?;
+    scenes::set_up(&mut scene, &args.shading)?;
+    let (effects, guard) = scenes::effects(&scene, args.shading.effects.as_deref())?;
+    let build = variant::Build::new(effects, scene.options.bounces);
+    let compiled = variant::kept(&arch, &build, &Known::default())?;
+    let program = compiled.runnable()?;
+    let bvh = scenes::build(&scene, args.bvh, None);
+    let image = scene_image::build(&scene, &bvh, &scene.camera, &arch, args.size)
+        .map_err(Failure::message)?;
+    let factory = Factory::of(program, &arch, args.engine)?;
+    let shot = Shot {
+        scene: &scene,
+        camera: &scene.camera,
+        arch: &arch,
+        program,
+        factory: &factory,
+        image,
+        effects,
+        guard,
+        size: args.size,
+        threads: args.threads,
+        recorded_hits: false,
+    };
+    let table = table(&shot, args)?;
+    let text = match args.form {
+        TableForm::Text => text::table(&table),
+        TableForm::Markdown => text::markdown(&table),
+        TableForm::Json => serde_json::to_string_pretty(&table).map_err(Failure::message)? + "\n",
+    };
+    Ok(talk::print(text)?)
+}
+
+fn table(shot: &Shot<'_>, args: &FidelityTable) -> Result<Table, Failure> {
+    let mut census = Census::of(shot, &shot.scene.name);
+    let truth = census.level(shot, Fidelity::CycleDram)?;
+    let mut levels = Vec::new();
+    for level in Fidelity::ALL {
+        let row = |seconds: f64, measured: f64, figures: Vec<Cell>| Row {
+            level: level.name(),
+            seconds,
+            speed_up: truth.seconds / seconds,
+            measured,
+            figures,
+        };
+        if level == Fidelity::Sampled {
+            let (sampled, seconds) = shot.sampled(args.seed, args.error)?;
+            let measured = sampled.measured as f64 / sampled.tiles.max(1) as f64;
+            let cells = cells(
+                &sampled.figures,
+                &values(&sampled.figures),
+                &truth.values,
+                true,
+            );
+            levels.push(row(seconds, measured, cells));
+            continue;
+        }
+        let known = census.level(shot, level)?;
+        let names = sampled::names(shot.arch, &shot.kernel_names());
+        let mut cells = cells(&names, &known.values, &truth.values, false);
+        if level == Fidelity::Functional {
+            cells.retain(|c| sampled::is_count(&c.name));
+        }
+        let measured = f64::from(u8::from(level > Fidelity::Sampled));
+        levels.push(row(known.seconds, measured, cells));
+    }
+    let trials = match args.trials {
+        0 => None,
+        n => Some(trials(
+            shot,
+            &mut census,
+            args,
+            n,
+            &truth.values,
+            truth.seconds,
+        )?),
+    };
+    Ok(Table {
+        scene: shot.scene.name.clone(),
+        triangles: shot.scene.triangles.len(),
+        size: shot.size,
+        machine: shot.arch.name.clone(),
+        levels,
+        trials,
+    })
+}
+
+fn cells(named: &[Figure], values: &[f64], truth: &[f64], intervals: bool) -> Vec<Cell> {
+    let all = named.iter().zip(values).zip(truth);
+    all.map(|((figure, &value), &truth)| Cell {
+        name: figure.name.clone(),
+        unit: figure.unit,
+        value,
+        half_width: intervals.then_some(figure.estimate.half_width),
+        error: error(figure, value, truth),
+    })
+    .collect()
+}
+
+/// How far a value is off: relative to the truth, or for rates the difference over 100 %.
+fn error(figure: &Figure, value: f64, truth: f64) -> f64 {
+    let against = if figure.unit == "%" { 100.0 } else { truth };
+    match against == 0.0 {
+        true => value - truth,
+        false => (value - truth) / against,
+    }
+}
+
+/// Samples with many seeds, from what all tiles took in batches.
+fn trials(
+    shot: &Shot<'_>,
+    census: &mut Census,
+    args: &FidelityTable,
+    count: u64,
+    truth: &[f64],
+    whole: f64,
+) -> Result<Trials, Failure> {
+    let (first, look) = shot.look()?;
+    let (batches, seconds) = census.batches(shot, &first)?;
+    let names = shot.kernel_names();
+    let progress = Progress::steps("trials", count);
+    let mut figures: Vec<TrialFigure> = Vec::new();
+    let (mut measured, mut all) = (0, 0);
+    for i in 0..count {
+        let seed = args.seed.wrapping_add(i);
+        let trial = sampled::trial(&first.tiles, batches, seed, args.error, shot.arch, &names);
+        measured += trial.measured;
+        all += trial.tiles;
+        figures.resize_with(trial.figures.len(), || TrialFigure {
+            name: String::new(),
+            covered: 0.0,
+            mean_error: 0.0,
+            largest_error: 0.0,
+            mean_half_width: 0.0,
+        });
+        for ((sum, figure), &truth) in figures.iter_mut().zip(&trial.figures).zip(truth) {
+            let estimate = figure.estimate;
+            let off = error(figure, estimate.value, truth).abs();
+            let width = error(figure, truth + estimate.half_width, truth);
+            sum.name.clone_from(&figure.name);
+            sum.covered += f64::from(u8::from(estimate.covers(truth))) / count as f64;
+            sum.mean_error += off / count as f64;
+            sum.largest_error = sum.largest_error.max(off);
+            sum.mean_half_width += width / count as f64;
+        }
+        progress.at(i + 1);
+        interrupt::end_if_requested()?;
+    }
+    let part = measured as f64 / all.max(1) as f64;
+    let seconds = look + seconds * measured as f64 / count as f64;
+    Ok(Trials {
+        trials: count,
+        target: args.error,
+        measured: part,
+        seconds,
+        speed_up: whole / seconds,
+        figures,
+    })
+}

@@ -1,0 +1,62 @@
+//! Units alone without a clock, or with an estimate of it.
+
+use super::Job;
+use super::measuring::count;
+use crate::cli::Tni;
+use crate::failure::Failure;
+use crate::{interrupt, talk};
+use srp_runtime::fidelity::Fidelity;
+use srp_runtime::tni::standalone::Measure;
+use std::fmt::Write as _;
+
+/// Counts, and with `analytic` rates, for people or for programs.
+pub(super) fn print(args: &Tni, job: &Job<'_>) -> Result<(), Failure> {
+    let level = args.level.fidelity;
+    let estimated = level == Fidelity::Analytic;
+    let outcomes = interrupt::looked_for(|| count(job, estimated))?;
+    let all = Measure::of(&outcomes, job.units, job.spec);
+    let hits = all.counters.unit.hits;
+    let mut figures: Vec<(&str, f64)> = vec![
+        ("rays", all.rays as f64),
+        ("hits", hits as f64),
+        ("inner nodes a ray", all.inner_visits),
+        ("leaves a ray", all.leaf_visits),
+        ("triangle tests a ray", all.triangle_tests),
+    ];
+    if estimated {
+        figures.extend([
+            ("Mrays/s", all.mrays_per_second),
+            ("cycles", all.cycles as f64),
+            ("cycles of a ray in the unit", all.residence),
+            ("TRV L1 hits %", 100.0 * all.trv_l1),
+            ("TRV L2 hits %", 100.0 * all.trv_l2),
+            ("IST L1 hits %", 100.0 * all.ist_l1),
+            ("GB/s", all.gigabytes_per_second),
+        ]);
+    }
+    if args.json {
+        let named: serde_json::Map<String, serde_json::Value> = (figures.iter())
+            .map(|(name, value)| ((*name).to_owned(), (*value).into()))
+            .collect();
+        let json = serde_json::json!({
+            "scene": job.scene.name,
+            "rays": job.rays.name(),
+            "fidelity": level.name(),
+            "all": named,
+        });
+        let text = serde_json::to_string_pretty(&json).map_err(Failure::message)?;
+        return Ok(talk::print(text + "\n")?);
+    }
+    let mut out = format!(
+        "{}: {} rays of {} view(s), {}\n",
+        job.scene.name,
+        job.rays.name(),
+        outcomes.len(),
+        level.name()
+    );
+    for (name, value) in figures {
+        let digits = if value.fract() == 0.0 { 0 } else { 3 };
+        let _ = writeln!(out, "{name:28} {value:>14.digits$}");
+    }
+    Ok(talk::print(out)?)
+}

@@ -1,0 +1,182 @@
+//! Levels of simulation: the same picture and counts on all that run a whole frame, and samples that do
+//! not depend on threads.
+
+use srp_csimgen::{Interpreter, link};
+use srp_ir::split;
+use srp_runtime::core::Core;
+use srp_runtime::effect::{Effects, Guard, find};
+use srp_runtime::fidelity::Fidelity;
+use srp_runtime::picture::Picture;
+use srp_runtime::preview::{self, View};
+use srp_runtime::scene::demo::demo;
+use srp_runtime::scene_image::tile_size;
+use srp_runtime::system::sampled::{self, Figure, Frame, Tiles, Turns};
+use srp_runtime::system::{self, Options, Timing};
+use srp_scheduler::schedule;
+use srp_tests::studio::Studio;
+
+const LIMIT: u64 = 1_000_000_000;
+
+struct Kernels {
+    interpreter: Interpreter,
+    data: Vec<u8>,
+    names: Vec<String>,
+}
+
+fn kernels(studio: &Studio, built: Effects) -> Kernels {
+    let program = studio.program(built);
+    let divided = split::split(&program);
+    let scheduled = schedule(
+        &divided.dre,
+        &studio.arch,
+        &srp_scheduler::Options::default(),
+    );
+    let scheduled = scheduled.unwrap_or_else(|e| panic!("{e}")).program;
+    let spec = link(&scheduled, &studio.arch).unwrap_or_else(|e| panic!("{e}"));
+    Kernels {
+        interpreter: Interpreter::new(&spec),
+        names: scheduled
+            .kernels
+            .values()
+            .map(|k| k.dfg.name.clone())
+            .collect(),
+        data: scheduled.image,
+    }
+}
+
+impl Kernels {
+    fn cores(&self, studio: &Studio) -> Vec<Box<dyn Core>> {
+        let core = |_| Box::new(self.interpreter.clone()) as Box<dyn Core>;
+        (0..studio.arch.system.cores).map(core).collect()
+    }
+
+    fn options<'a>(
+        &'a self,
+        timing: Timing,
+        progress: &'a mut dyn FnMut(system::Progress),
+    ) -> Options<'a> {
+        Options {
+            timing,
+            chosen: None,
+            warm: None,
+            max_cycles: LIMIT,
+            sram_image: &self.data,
+            guard: Guard::default(),
+            kernel_names: self.names.clone(),
+            progress,
+            cancelled: &|| false,
+        }
+    }
+}
+
+fn at(studio: &Studio, kernels: &Kernels, level: Fidelity) -> (Picture, Vec<Figure>) {
+    let arch = level.machine(&studio.arch);
+    let mut image = studio.image();
+    let quiet = &mut |_| {};
+    let options = kernels.options(level.timing(), quiet);
+    let part = system::render_part(&mut image, kernels.cores(studio), &arch, options)
+        .unwrap_or_else(|e| panic!("{}: {e}", level.name()));
+    let figures = sampled::known(&part, &arch, &kernels.names);
+    (Picture::of(&image.memory, &image.frame), figures)
+}
+
+#[test]
+fn levels_agree_on_picture_and_counts_and_samples_on_themselves() {
+    let studio = Studio::of(demo(), (96, 64));
+    let built: Effects = find(&studio.scene).into_iter().collect();
+    let kernels = kernels(&studio, built);
+    let (picture, truth) = at(&studio, &kernels, Fidelity::CycleDram);
+    let of = |figures: &[Figure], name: &str| {
+        let figure = figures.iter().find(|f| f.name == name);
+        figure.unwrap_or_else(|| panic!("no {name}")).estimate.value
+    };
+    for level in [Fidelity::Functional, Fidelity::Analytic, Fidelity::Cycle] {
+        let (other, figures) = at(&studio, &kernels, level);
+        assert!(other == picture, "{}", level.name());
+        for figure in figures.iter().filter(|f| sampled::is_count(&f.name)) {
+            let value = figure.estimate.value;
+            assert_eq!(
+                value,
+                of(&truth, &figure.name),
+                "{} {}",
+                level.name(),
+                figure.name
+            );
+        }
+        if level != Fidelity::Functional {
+            let off = of(&figures, "frame") / of(&truth, "frame") - 1.0;
+            assert!(off.abs() < 0.3, "{} is off by {off}", level.name());
+        }
+    }
+
+    // All ledgers together are the account of the frame.
+    let parts = [
+        "VLIW",
+        "mode switch",
+        "memory stall",
+        "texture stall",
+        "wait",
+    ];
+    let parts: f64 = parts.iter().map(|name| of(&truth, name)).sum();
+    let arrays: f64 = truth
+        .iter()
+        .filter(|f| f.name.starts_with("array"))
+        .map(|f| f.estimate.value)
+        .sum();
+    let cores = f64::from(studio.arch.system.cores);
+    assert!((parts + arrays) / (cores * of(&truth, "frame")) > 0.9);
+    assert!(parts + arrays <= cores * of(&truth, "frame"));
+
+    // A sample of half the tiles, by one thread and by two.
+    let image = studio.image();
+    let view = View {
+        scene: &studio.scene,
+        image: &image,
+        spec: &studio.arch.system.tni,
+        fan: studio.scene.camera.ray_fan(96, 64),
+        eye: studio.scene.camera.position,
+        size: (96, 64),
+        tile: tile_size(studio.arch.system.buffers.rays),
+        effects: built,
+    };
+    let preview = preview::look(&view);
+    let tiles = Tiles::of(&preview.sizes, sampled::across(96, &studio.arch));
+    let quiet = &mut |_| {};
+    let options = kernels.options(Timing::Full, quiet);
+    let turns = Turns::of(&image, kernels.cores(&studio), &studio.arch, options)
+        .unwrap_or_else(|e| panic!("{e}"));
+    let engines = || kernels.cores(&studio);
+    let sample = |threads: usize, seed: u64| {
+        let frame = Frame {
+            image: &image,
+            view: &view,
+            preview: &preview,
+            turns: &turns,
+            engines: &engines,
+            arch: &studio.arch,
+            sram_image: &kernels.data,
+            guard: Guard::default(),
+            recorded_hits: false,
+            kernel_names: &kernels.names,
+            max_cycles: LIMIT,
+            threads,
+            progress: &|_| {},
+            cancelled: &|| false,
+        };
+        let sampled = sampled::sample(&frame, &tiles, seed, 0.2);
+        sampled
+            .unwrap_or_else(|e| panic!("{e}"))
+            .expect("nobody has cancelled it")
+    };
+    let one = sample(1, 5);
+    assert_eq!(one, sample(2, 5));
+    assert_ne!(one, sample(1, 6));
+    assert!(
+        one.measured < one.tiles,
+        "{} of {}",
+        one.measured,
+        one.tiles
+    );
+    let off = of(&one.figures, "frame") / of(&truth, "frame") - 1.0;
+    assert!(off.abs() < 0.3, "{off}");
+}
