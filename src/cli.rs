@@ -3,8 +3,8 @@
 mod accuracy;
 mod compiling;
 pub(crate) mod dram;
-mod hard;
 mod fidelity;
+mod hard;
 mod machine;
 pub(crate) mod map;
 mod scene;
@@ -13,8 +13,8 @@ pub(crate) use accuracy::Accuracy;
 pub(crate) use compiling::{
     Compile, Double, ErrorFormat, Feature, Form, Loops, RemarkKind, Report, Run, RunEngine, Source,
 };
-pub(crate) use hard::HardCases;
 pub(crate) use fidelity::{FidelityTable, Level, TableForm};
+pub(crate) use hard::HardCases;
 pub(crate) use machine::{Area, Machine, MachineAction, Units};
 use scene::parse_size;
 pub(crate) use scene::{

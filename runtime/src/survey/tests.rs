@@ -1,7 +1,7 @@
 use super::*;
 
 fn unit(random: &mut Random) -> f64 {
-    random.next() as f64 / u64::MAX as f64
+    random.draw() as f64 / u64::MAX as f64
 }
 
 /// Sizes and values: three kinds of units in runs, the largest of which are few; values follow the

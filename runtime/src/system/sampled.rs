@@ -267,7 +267,7 @@ impl Turns {
     fn touched(&self, frame: &Frame<'_>, from: Option<u32>, tile: u32) -> Vec<u32> {
         let near = tile.saturating_sub(self.same.len() as u32);
         let mut random = Random::new(u64::from(tile));
-        let mut drawn = |part: f64| (random.next() >> 11) as f64 / (1u64 << 53) as f64 <= part;
+        let mut drawn = |part: f64| (random.draw() >> 11) as f64 / (1u64 << 53) as f64 <= part;
         let even = 1.0 / f64::from(frame.arch.system.cores.max(1));
         let mut touched: Vec<u32> = Vec::new();
         if from.is_none() {
