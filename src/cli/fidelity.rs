@@ -86,8 +86,8 @@ pub(crate) struct FidelityTable {
     /// Seed of the sample of the table, and of the first trial
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Samples of other seeds, from what every tile takes in a batch: how often the intervals hold
-    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(0..=100_000))]
+    /// Samples of as many seeds: how often the intervals hold
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=100_000))]
     pub(crate) trials: u64,
     /// Threads of the host for samples; they change no figure
     #[arg(long, value_name = "N", default_value_t = 1)]

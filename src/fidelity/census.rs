@@ -1,22 +1,12 @@
-//! What has been simulated of a frame, kept in the cache folder: whole frames by level, and all tiles in
-//! batches, from which trials draw.
+//! What has been simulated of a frame, kept in the cache folder: whole frames by level, and samples.
 
-use super::clock::Watch;
-use super::{First, Shot};
+use super::Shot;
 use crate::failure::Failure;
-use crate::talk::Progress;
-use crate::{files, interrupt, variant};
+use crate::{files, variant};
 use serde::{Deserialize, Serialize};
 use srp_runtime::fidelity::Fidelity;
-use srp_runtime::system::sampled::{self, Batch, Figure};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-
-/// Seed of the batches that trials draw from.
-const SEED: u64 = 0x5eed;
-
-/// Batches between two times of writing.
-const CHUNK: usize = 8;
 
 /// A whole frame at a level.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -27,12 +17,22 @@ pub(crate) struct Level {
     pub(crate) values: Vec<f64>,
 }
 
+/// A sample of a frame.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Kept {
+    /// Seconds on the host.
+    pub(crate) seconds: f64,
+    /// The part of the tiles that was measured.
+    pub(crate) measured: f64,
+    /// The values of its figures, and half their intervals.
+    pub(crate) figures: Vec<(f64, Option<f64>)>,
+}
+
 /// What is known of a frame.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Census {
     levels: BTreeMap<String, Level>,
-    batches: Vec<Batch>,
-    batch_seconds: f64,
+    samples: BTreeMap<String, Kept>,
     #[serde(skip)]
     path: PathBuf,
 }
@@ -84,35 +84,28 @@ impl Census {
         Ok(known)
     }
 
-    /// Measures all tiles in batches. Returns them, and the seconds that a tile took.
-    pub(crate) fn batches(
+    /// The sample of a seed.
+    pub(crate) fn sample(
         &mut self,
         shot: &Shot<'_>,
-        first: &First,
-    ) -> Result<(&[Batch], f64), Failure> {
-        let all = sampled::batches(&first.tiles, SEED);
-        let count = |batches: &[Vec<u32>]| batches.iter().map(Vec::len).sum::<usize>();
-        let progress = Progress::steps("all tiles", count(&all) as u64);
-        while self.batches.len() < all.len() {
-            let from = self.batches.len();
-            let chunk = &all[from..all.len().min(from + CHUNK * shot.threads.max(1))];
-            let before = count(&all[..from]);
-            let at = |done: usize| progress.at((before + done) as u64);
-            let watch = Watch::start();
-            let more = interrupt::looked_for(|| {
-                shot.framed(first, &at, |frame| sampled::run(frame, &first.tiles, chunk))
-            });
-            let more = more.map_err(Failure::message)?;
-            self.batches.extend(more.ok_or(Failure::Interrupted)?);
-            self.batch_seconds += watch.seconds();
-            self.keep()?;
+        seed: u64,
+        error: f64,
+    ) -> Result<Kept, Failure> {
+        let name = format!("{seed} {error}");
+        if let Some(known) = self.samples.get(&name) {
+            return Ok(known.clone());
         }
-        let seconds = self.batch_seconds / count(&all).max(1) as f64;
-        Ok((&self.batches, seconds))
+        let (sampled, seconds) = shot.sampled(seed, error)?;
+        let known = Kept {
+            seconds,
+            measured: sampled.measured as f64 / sampled.tiles.max(1) as f64,
+            // JSON has no infinity.
+            figures: (sampled.figures.iter().map(|f| f.estimate))
+                .map(|e| (e.value, Some(e.half_width).filter(|w| w.is_finite())))
+                .collect(),
+        };
+        self.samples.insert(name, known.clone());
+        self.keep()?;
+        Ok(known)
     }
-}
-
-/// Values of figures.
-pub(crate) fn values(figures: &[Figure]) -> Vec<f64> {
-    figures.iter().map(|f| f.estimate.value).collect()
 }

@@ -1,7 +1,7 @@
 //! `srp fidelity`: what every level costs in host time and is off by, and trials of its intervals.
 
 use super::Shot;
-use super::census::{Census, values};
+use super::census::{Census, Kept};
 use super::text;
 use crate::cli::{FidelityTable, TableForm};
 use crate::engine::Factory;
@@ -11,6 +11,7 @@ use crate::{interrupt, machine, render, scenes, talk, variant};
 use serde::Serialize;
 use srp_runtime::fidelity::Fidelity;
 use srp_runtime::scene_image;
+use srp_runtime::survey::Estimate;
 use srp_runtime::system::sampled::{self, Figure};
 use srp_scheduler::Known;
 
@@ -122,15 +123,11 @@ fn table(shot: &Shot<'_>, args: &FidelityTable) -> Result<Table, Failure> {
             figures,
         };
         if level == Fidelity::Sampled {
-            let (sampled, seconds) = shot.sampled(args.seed, args.error)?;
-            let measured = sampled.measured as f64 / sampled.tiles.max(1) as f64;
-            let cells = cells(
-                &sampled.figures,
-                &values(&sampled.figures),
-                &truth.values,
-                true,
-            );
-            levels.push(row(seconds, measured, cells));
+            let kept = census.sample(shot, args.seed, args.error)?;
+            let named = estimates(shot, &kept);
+            let values: Vec<f64> = kept.figures.iter().map(|f| f.0).collect();
+            let cells = cells(&named, &values, &truth.values, true);
+            levels.push(row(kept.seconds, kept.measured, cells));
             continue;
         }
         let known = census.level(shot, level)?;
@@ -175,6 +172,19 @@ fn cells(named: &[Figure], values: &[f64], truth: &[f64], intervals: bool) -> Ve
     .collect()
 }
 
+/// The figures of a sample with their names.
+fn estimates(shot: &Shot<'_>, kept: &Kept) -> Vec<Figure> {
+    let named = sampled::names(shot.arch, &shot.kernel_names());
+    let with = |(figure, &(value, half_width)): (Figure, &(f64, Option<f64>))| Figure {
+        estimate: Estimate {
+            value,
+            half_width: half_width.unwrap_or(f64::INFINITY),
+        },
+        ..figure
+    };
+    named.into_iter().zip(&kept.figures).map(with).collect()
+}
+
 /// How far a value is off: relative to the truth, or for rates the difference over 100 %.
 fn error(figure: &Figure, value: f64, truth: f64) -> f64 {
     let against = if figure.unit == "%" { 100.0 } else { truth };
@@ -184,7 +194,7 @@ fn error(figure: &Figure, value: f64, truth: f64) -> f64 {
     }
 }
 
-/// Samples with many seeds, from what all tiles took in batches.
+/// Samples with many seeds.
 fn trials(
     shot: &Shot<'_>,
     census: &mut Census,
@@ -193,25 +203,23 @@ fn trials(
     truth: &[f64],
     whole: f64,
 ) -> Result<Trials, Failure> {
-    let (first, look) = shot.look()?;
-    let (batches, seconds) = census.batches(shot, &first)?;
-    let names = shot.kernel_names();
     let progress = Progress::steps("trials", count);
     let mut figures: Vec<TrialFigure> = Vec::new();
-    let (mut measured, mut all) = (0, 0);
+    let (mut measured, mut seconds) = (0.0, 0.0);
     for i in 0..count {
         let seed = args.seed.wrapping_add(i);
-        let trial = sampled::trial(&first.tiles, batches, seed, args.error, shot.arch, &names);
-        measured += trial.measured;
-        all += trial.tiles;
-        figures.resize_with(trial.figures.len(), || TrialFigure {
+        let kept = census.sample(shot, seed, args.error)?;
+        let trial = estimates(shot, &kept);
+        measured += kept.measured / count as f64;
+        seconds += kept.seconds / count as f64;
+        figures.resize_with(trial.len(), || TrialFigure {
             name: String::new(),
             covered: 0.0,
             mean_error: 0.0,
             largest_error: 0.0,
             mean_half_width: 0.0,
         });
-        for ((sum, figure), &truth) in figures.iter_mut().zip(&trial.figures).zip(truth) {
+        for ((sum, figure), &truth) in figures.iter_mut().zip(&trial).zip(truth) {
             let estimate = figure.estimate;
             let off = error(figure, estimate.value, truth).abs();
             let width = error(figure, truth + estimate.half_width, truth);
@@ -224,12 +232,10 @@ fn trials(
         progress.at(i + 1);
         interrupt::end_if_requested()?;
     }
-    let part = measured as f64 / all.max(1) as f64;
-    let seconds = look + seconds * measured as f64 / count as f64;
     Ok(Trials {
         trials: count,
         target: args.error,
-        measured: part,
+        measured,
         seconds,
         speed_up: whole / seconds,
         figures,

@@ -144,6 +144,9 @@ impl CoreUnit {
     /// Sets how its units keep time, before the first cycle.
     pub(super) fn set_timing(&mut self, timing: Timing, spec: &SystemSpec) {
         self.timing = timing;
+        if timing == Timing::Full && self.ledger.is_some() {
+            self.tni.note_costs();
+        }
         let at_once = timing == Timing::Untimed;
         (self.data.at_once, self.texture.lines.at_once) = (at_once, at_once);
         if timing == Timing::Estimated {
@@ -264,6 +267,9 @@ impl CoreUnit {
 
     /// Charges what was not charged yet.
     pub(super) fn close_ledger(&mut self) {
+        if let Some(ledger) = &mut self.ledger {
+            ledger.take_rays(&self.tni.take_costs());
+        }
         let sources = Sources {
             account: &self.account,
             data: &self.data,
@@ -327,6 +333,9 @@ fn is_aligned(address: u32, bytes: u32) -> bool {
 impl CoreBus<'_, '_> {
     /// Tells the ledger, where there is one, what happens at a port.
     fn note(&mut self, happens: impl FnOnce(&mut Ledger, &Sources<'_>)) {
+        if let Some(ledger) = &mut self.ledger {
+            ledger.take_rays(&self.tni.take_costs());
+        }
         let sources = Sources {
             account: self.account,
             data: self.data,

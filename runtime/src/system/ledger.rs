@@ -2,16 +2,17 @@
 //!
 //! A core works for one tile at a time: from the port's word that gives it the tile, or the hits of
 //! one of its packets, until the next such word. What it waits for a packet belongs to that packet's
-//! tile, and so does what the T&I unit does while that packet is the oldest it has. So every cycle and
-//! every byte has one tile, and the sum over tiles is the whole.
+//! tile. The T&I unit says of each ray what it took; what its caches do is shared among the tiles whose
+//! rays come back meanwhile, by their visits. So every cycle and every byte has a tile, and the sum over
+//! tiles is the whole.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use super::data_cache::DataCache;
 use super::report::Account;
 use super::texture_cache::TextureCache;
 use crate::memory::cache::CacheCounters;
-use crate::tni::Tni;
+use crate::tni::{RayCost, Tni};
 
 /// What is counted for each tile, apart from the kernels' cycles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -63,7 +64,9 @@ pub enum Column {
     IstL1Hits,
     /// Their misses, joined ones too.
     IstL1Misses,
-    /// Bytes read from memory.
+    /// Bytes that the T&I unit has read from memory.
+    TniBytes,
+    /// Bytes that the data and texture caches have read.
     BytesRead,
     /// Bytes written to memory.
     BytesWritten,
@@ -82,6 +85,10 @@ pub(super) struct Ledger {
     current: Option<u32>,
     /// Whose packets the T&I unit has, oldest first.
     owners: VecDeque<Option<u32>>,
+    /// Packets that have come back.
+    back: u64,
+    /// What rays took that have come back and are not charged yet.
+    returned: BTreeMap<Option<u32>, Returned>,
     /// What has been charged already.
     charged: Tally,
     /// Of each tile taken: its place in the queue, and its counters.
@@ -93,6 +100,15 @@ pub(super) struct Ledger {
     /// SRP cycles before the first tile.
     pub(super) before: u64,
     kernels: usize,
+}
+
+/// Rays of a tile.
+#[derive(Clone, Copy, Debug, Default)]
+struct Returned {
+    rays: u64,
+    visits: u64,
+    tests: u64,
+    cycles: u64,
 }
 
 /// What is looked at.
@@ -134,9 +150,23 @@ impl Ledger {
         self.owners.push_back(self.current);
     }
 
+    /// Rays have come back.
+    pub(super) fn take_rays(&mut self, costs: &[RayCost]) {
+        for cost in costs {
+            let packet = cost.submission.saturating_sub(self.back) as usize;
+            let owner = self.owners.get(packet).copied().flatten();
+            let returned = self.returned.entry(owner).or_default();
+            returned.rays += 1;
+            returned.visits += u64::from(cost.visits);
+            returned.tests += u64::from(cost.tests);
+            returned.cycles += cost.cycles;
+        }
+    }
+
     /// The oldest packet has come back.
     pub(super) fn take_packet(&mut self, sources: &Sources<'_>) {
         self.charge(sources);
+        self.back += 1;
         if let Some(owner) = self.owners.pop_front() {
             self.current = owner;
         }
@@ -144,21 +174,60 @@ impl Ledger {
 
     /// Charges what was counted since the last time.
     pub(super) fn charge(&mut self, sources: &Sources<'_>) {
-        let now = self.look(sources);
+        let mut now = self.look(sources);
         let in_unit = self.owners.front().copied().flatten().or(self.current);
         let waited = now[Column::Wait as usize] - self.charged[Column::Wait as usize];
-        for (column, (&now, &before)) in now.iter().zip(&self.charged).enumerate() {
-            let mut grown = now - before;
-            let of_unit = column == Column::Wait as usize
-                || (Column::Rays as usize..=Column::IstL1Misses as usize).contains(&column);
+        let returned = std::mem::take(&mut self.returned);
+        let untimed = sources.tni.counts_no_costs();
+        for (column, now) in now.iter_mut().enumerate() {
+            let mut grown = *now - self.charged[column];
+            if (Column::Rays as usize..=Column::TniBytes as usize).contains(&column) && !untimed {
+                // Until rays come back it stays.
+                if !self.share(column, grown, &returned) {
+                    *now = self.charged[column];
+                }
+                continue;
+            }
             if column == Column::Cycles as usize {
                 grown -= waited;
             }
-            let tile = if of_unit { in_unit } else { self.current };
+            let waits = column == Column::Wait as usize;
+            let tile = if waits { in_unit } else { self.current };
             add(&mut self.tallies, tile, column, grown);
         }
         add(&mut self.tallies, in_unit, Column::Cycles as usize, waited);
         self.charged = now;
+    }
+
+    /// Shares what the T&I unit has counted among the tiles of the rays that have come back; whether
+    /// there were any.
+    fn share(
+        &mut self,
+        column: usize,
+        grown: u64,
+        returned: &BTreeMap<Option<u32>, Returned>,
+    ) -> bool {
+        let weight = |r: &Returned| match column {
+            c if c == Column::Rays as usize || c == Column::Hits as usize => r.rays,
+            c if c == Column::Tests as usize => r.tests,
+            c if c == Column::Resident as usize => r.cycles,
+            _ => r.visits,
+        };
+        let exact = [Column::Rays, Column::Tests, Column::Resident];
+        let exact = exact.iter().any(|&c| c as usize == column);
+        let all: u64 = returned.values().map(weight).sum();
+        let (mut shared, mut of) = (0, 0);
+        for (&tile, rays) in returned {
+            of += weight(rays);
+            let upto = match (exact, all) {
+                (true, _) => of,
+                (_, 0) => 0,
+                _ => (u128::from(grown) * u128::from(of) / u128::from(all)) as u64,
+            };
+            add(&mut self.tallies, tile, column, upto - shared);
+            shared = upto;
+        }
+        exact || all > 0
     }
 
     /// All counters as they are.
@@ -194,7 +263,8 @@ impl Ledger {
             missed(&tni.trv_l2),
             tni.ist_l1.hits,
             missed(&tni.ist_l1),
-            self.read + self.tni_read,
+            self.tni_read,
+            self.read,
             self.written,
         ];
         tally.resize(COLUMNS + self.kernels, 0);

@@ -295,8 +295,8 @@ fn run(
     sram.resize(sram_bytes, 0);
     let mut system = System::new(image, engines, arch, &sram);
     for core in &mut system.cores {
-        core.set_timing(options.timing, &arch.system);
         core.ledger = ledgers.then(|| Ledger::new(options.kernel_names.len()));
+        core.set_timing(options.timing, &arch.system);
     }
     system.tiles.choose(options.chosen);
     let cycles = system.run(

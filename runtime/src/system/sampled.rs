@@ -12,7 +12,7 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use srp_archdesc::Arch;
 
 use super::ledger::{COLUMNS, Column, Tally};
@@ -102,16 +102,16 @@ fn interleaved(n: u32) -> u64 {
 }
 
 /// What a batch of units took.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Batch {
+#[derive(Clone, Debug, Default)]
+struct Batch {
     /// Units of the population.
-    pub units: Vec<u32>,
+    units: Vec<u32>,
     /// What each took.
-    pub tallies: Vec<Tally>,
+    tallies: Vec<Tally>,
     /// SRP cycles of all cores before their first tiles, and after their last.
-    pub around: u64,
+    around: u64,
     /// Cycles of all reads from memory, over their number, in ns.
-    pub read_ns: f64,
+    read_ns: f64,
 }
 
 /// A figure of a frame.
@@ -131,7 +131,7 @@ pub struct Figure {
 /// # Errors
 ///
 /// Those of [`super::render`].
-pub fn run(
+fn run(
     frame: &Frame<'_>,
     tiles: &Tiles,
     batches: &[Vec<u32>],
@@ -348,60 +348,8 @@ pub fn sample(
     }
 }
 
-/// The whole population in the batches of a seed: what trials draw from.
-pub fn batches(tiles: &Tiles, seed: u64) -> Vec<Vec<u32>> {
-    tiles.population.batches(seed)
-}
-
-/// What [`sample`] would come to with this seed, from what all tiles took in the batches of another.
-pub fn trial(
-    tiles: &Tiles,
-    census: &[Batch],
-    seed: u64,
-    error: f64,
-    arch: &Arch,
-    kernel_names: &[String],
-) -> Sampled {
-    let mut of: Vec<Option<&Tally>> = vec![None; tiles.population.len()];
-    for batch in census {
-        for (&unit, tally) in batch.units.iter().zip(&batch.tallies) {
-            of[unit as usize] = Some(tally);
-        }
-    }
-    let batches = tiles.population.batches(seed);
-    let batch = |i: usize| Batch {
-        tallies: (batches[i].iter())
-            .filter_map(|&u| of[u as usize].cloned())
-            .collect(),
-        units: batches[i].clone(),
-        around: census[i].around,
-        read_ns: census[i].read_ns,
-    };
-    let mut wanted = LEAST_DRAWS.min(batches.len());
-    loop {
-        let done: Vec<Batch> = (0..wanted).map(batch).collect();
-        let figures = figures(tiles, &done, arch, kernel_names);
-        let found = figures.first().map_or(0.0, |f| f.estimate.relative());
-        if found <= error || wanted == batches.len() {
-            return Sampled {
-                tiles: tiles.population.len(),
-                measured: done.iter().map(|b| b.units.len()).sum(),
-                strata: tiles.strata(),
-                seed,
-                figures,
-            };
-        }
-        wanted = draws_needed(wanted, found, error).min(batches.len());
-    }
-}
-
 /// The figures of a frame from some batches of it.
-pub fn figures(
-    tiles: &Tiles,
-    batches: &[Batch],
-    arch: &Arch,
-    kernel_names: &[String],
-) -> Vec<Figure> {
+fn figures(tiles: &Tiles, batches: &[Batch], arch: &Arch, kernel_names: &[String]) -> Vec<Figure> {
     let units: Vec<u32> = batches.iter().flat_map(|b| b.units.clone()).collect();
     let tallies: Vec<&Tally> = batches.iter().flat_map(|b| &b.tallies).collect();
     let sample = Sample::new(&tiles.population, &units);
@@ -552,8 +500,9 @@ fn table(
         put(name, "", total(&columns));
     }
     put("texture samples", "", total(&one(C::Samples)));
-    let moved = [C::BytesRead as usize, C::BytesWritten as usize];
-    put("bytes read", "", total(&one(C::BytesRead)));
+    let read = [C::TniBytes as usize, C::BytesRead as usize];
+    let moved = [read[0], read[1], C::BytesWritten as usize];
+    put("bytes read", "", total(&read));
     put("bytes written", "", total(&one(C::BytesWritten)));
     put("memory", "GB/s", per_cycle(&moved).times(mhz * 1e-3));
     put("latency of reads", "ns", latency);

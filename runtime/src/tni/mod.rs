@@ -274,6 +274,11 @@ impl Tni {
         self.costs.get_or_insert_default();
     }
 
+    /// Whether nobody has asked for what each ray costs.
+    pub fn counts_no_costs(&self) -> bool {
+        self.costs.is_none()
+    }
+
     /// What the rays cost that have come back since the last call, in the order of their return.
     pub fn take_costs(&mut self) -> Vec<RayCost> {
         self.costs.as_mut().map(std::mem::take).unwrap_or_default()
