@@ -22,7 +22,7 @@ const STYLE: &str = "
 .plot path { fill: none; stroke: var(--float); stroke-width: 1.4; stroke-dasharray: 4 3; }
 .maps { display: grid; grid-template-columns: repeat(auto-fill, minmax(16rem, 1fr)); gap: 1rem; } .maps img { width: 100%; image-rendering: pixelated; border-radius: 4px; background: #000; }
 tr.best td:first-child { color: var(--float); font-weight: 600; } tr.cheapest td { background: color-mix(in srgb, var(--good) 12%, transparent); } td.hole { color: var(--above); font-weight: 600; }
-.summary td:first-child { white-space: nowrap; } .blame td, .blame th { padding: .15rem .8rem .15rem 0; text-align: right; } .blame .words { text-align: left; } .bar { display: inline-block; width: 8rem; height: .5rem; border-radius: 3px; background: var(--line); overflow: hidden; } .bar i { display: block; height: 100%; background: var(--float); }
+.summary td:first-child { min-width: 19rem; max-width: 26rem; } .summary td.words { min-width: 20rem; line-height: 1.2; } .summary th, .summary td { padding: .3rem .5rem; } .blame td, .blame th { padding: .15rem .8rem .15rem 0; text-align: right; } .blame .words { text-align: left; } .bar { display: inline-block; width: 8rem; height: .5rem; border-radius: 3px; background: var(--line); overflow: hidden; } .bar i { display: block; height: 100%; background: var(--float); }
 td code { font-size: .8em; }
 ";
 

@@ -6,7 +6,7 @@
 
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
-use srp_archdesc::arch::{Approx, Arch, Precision};
+use srp_archdesc::arch::{Arch, Precision};
 use srp_archdesc::isa::Opcode;
 use srp_archdesc::ops::{self, Value};
 use srp_runtime::scene::Scene;
@@ -71,7 +71,7 @@ impl Edges {
     /// Aims rays at those that have a triangle on each side, as the camera sees them.
     pub(super) fn probe(&self, scene: &Scene, image: &SceneImage, arch: &Arch) -> Leaks {
         let mut tracer = Tracer::new(&arch.system.tni, &image.tree, &image.memory);
-        let farther = 1.0 + FARTHER + allowance(arch.system.tni.rcp);
+        let farther = 1.0 + FARTHER + allowance(arch);
         let origin = scene.camera.position;
         let mut leaks = Leaks::default();
         let mut ulps = Vec::new();
@@ -108,12 +108,10 @@ impl Edges {
     }
 }
 
-/// How far off a distance may be for want of bits of the reciprocal, as a part of it.
-fn allowance(rcp: Approx) -> f64 {
-    match rcp {
-        Approx::Table { bits, steps: 0, .. } => 2.0 / f64::from(1u32 << bits),
-        Approx::Table { .. } | Approx::Exact => 0.0,
-    }
+/// How far off a distance may be for want of bits, as a part of it: by the unit's reciprocal, and by that
+/// of the slabs, for no hit is nearer than the box of its leaf.
+fn allowance(arch: &Arch) -> f64 {
+    2.0 * (arch.system.tni.rcp.error_bound() + arch.precision.rcp.error_bound())
 }
 
 /// Whether two triangles lie on either side of the edge that they share, as it is seen from a point.
