@@ -150,7 +150,7 @@ impl Approx {
 
     /// What the unit does, as the functions of [`ops::semantics`](crate::ops::semantics) take it:
     /// table bits, 0 for the exact function, and steps, with
-    /// [`SEPARATE`](crate::ops::semantics::elementary::SEPARATE) where they are not fused.
+    /// [`SEPARATE`] where they are not fused.
     pub const fn arguments(self) -> (u32, u32) {
         match self {
             Approx::Exact => (0, 0),

@@ -2,7 +2,7 @@
 //! where the difference comes from.
 //!
 //! [`Shadows`] observes a run ([`interp`](crate::interp)). A value that is not what it would be in
-//! binary64 has a node on a [`Tape`](tape::Tape): its *error*, value less shadow; how it depends on
+//! binary64 has a node on a [`Tape`]: its *error*, value less shadow; how it depends on
 //! the errors of what it was computed from (partial derivatives at the values); and the rest, the
 //! *local* error, which its own operation has made: its rounding, and what first order does not
 //! explain. So the error of any value is, exactly, the sum of the local errors behind it, each times
