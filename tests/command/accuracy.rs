@@ -4,8 +4,8 @@ use super::{folder, refused, srp, write};
 use serde_json::Value;
 use std::path::Path;
 
-/// A floor and a wall that share an edge.
-const SCENE: &str = "v -2 0 2\nv 2 0 2\nv 2 0 -2\nv -2 0 -2\nv 2 3 -2\nv -2 3 -2\n\
+/// A floor and a wall that share an edge, none of them along an axis, where distances are exact.
+const SCENE: &str = "v -2 0 2\nv 2 0.3 2\nv 2 0.9 -2\nv -2 0.5 -2\nv 2 3 -2.5\nv -2 3 -2.2\n\
                      f 1 2 3 4\nf 4 3 5 6\n";
 
 const ARGS: &[&str] = &[
@@ -49,9 +49,7 @@ fn knobs_turn_and_trials_are_kept() {
     assert!(number(&base["leaks"]["aimed"]) > 0.0);
     // Eight bits are no twenty-four: distances are off, and the unit is smaller.
     let coarse = trial("T&I reciprocal", "8 bits");
-    assert!(
-        number(&coarse["leaks"]["ulp_99"]) > 1000.0 * number(&base["leaks"]["ulp_99"]).max(1.0)
-    );
+    assert!(number(&coarse["leaks"]["ulp_99"]) > 100.0 * number(&base["leaks"]["ulp_99"]).max(1.0));
     assert!(number(&coarse["costs"]["area"]) < number(&base["costs"]["area"]));
     let woop = trial("intersection", "woop");
     assert!(number(&woop["costs"]["area"]) > number(&base["costs"]["area"]));
