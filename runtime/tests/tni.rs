@@ -307,10 +307,15 @@ fn an_approximate_reciprocal_changes_distances_but_loses_nothing() {
     let answer = drive(&spec, &tree, &rays);
     for (ray, record) in rays.iter().zip(&answer.hits) {
         let truth = nearest(ray, triangles.iter());
-        assert_eq!(record.hit.is_hit(), truth.is_some(), "{ray:?}");
-        if let Some(truth) = truth {
-            assert!((f64::from(record.hit.t) / truth - 1.0).abs() < 1e-3);
-        }
+        let found = triangles.get(record.hit.primitive as usize);
+        let Some((t, inside)) = found.and_then(|triangle| support::truth(ray, triangle)) else {
+            assert_eq!(truth, None, "{ray:?}");
+            continue;
+        };
+        // Triangles reach as much farther as the reciprocal is coarse, so that none is lost.
+        assert!(inside > -0.05, "{ray:?}");
+        assert!((f64::from(record.hit.t) / t - 1.0).abs() < 1e-3, "{ray:?}");
+        assert!(truth.is_none_or(|truth| t <= truth * 1.001), "{ray:?}");
     }
 }
 

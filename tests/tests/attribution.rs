@@ -113,14 +113,18 @@ fn the_worst_unit_is_named() {
         assert!(off <= 1e-9 * one.squared_error, "{source:?} {expected:?}");
         assert_eq!(source.flips, expected.flips, "{source:?}");
     }
+    // A hit that a coarse reciprocal puts in front of the box of its leaf is put onto the box.
+    let unit = ["T&I: reciprocal", "T&I: box"];
     let worst = &one.sources[one.ranking[0]];
-    assert_eq!(
-        (worst.at.as_str(), worst.what.as_str()),
-        ("", "T&I: reciprocal")
-    );
+    assert!(worst.at.is_empty() && unit.contains(&worst.what.as_str()));
+    let its = one
+        .sources
+        .iter()
+        .filter(|s| unit.contains(&s.what.as_str()));
+    let squared: f64 = its.map(|s| s.squared).sum();
     assert!(
-        worst.squared > 0.9 * one.squared_error,
-        "{worst:?} of {}",
+        squared > 0.9 * one.squared_error,
+        "{squared} of {}",
         one.squared_error
     );
 
@@ -152,7 +156,7 @@ fn the_worst_unit_is_named() {
         assert!((sum - error[channel]).abs() <= 1e-9 * error[told.channel].abs());
     }
     let (first, last) = (&told.chain[0], told.chain.last().expect("steps"));
-    assert_eq!(first.what, "T&I: reciprocal");
+    assert!(unit.contains(&first.what.as_str()), "{first:?}");
     assert!((last.effect - error[told.channel]).abs() <= 1e-9 * last.effect.abs());
     assert!(last.at.starts_with("tile.c:"), "{last:?}");
 
