@@ -173,13 +173,9 @@ impl<'a> Problem<'a> {
     /// Whether a unit can run a node, its constants and invariants within reach.
     fn runs(&self, node: Node, fu: Fu) -> bool {
         let data = &self.dfg.nodes[node];
-        let Some(_) = self.arch.fus[fu].op(data.op.class()) else {
-            return false;
-        };
-        if data
-            .op
-            .result()
-            .is_some_and(|ty| !self.result_fits(fu, data.op, ty))
+        let result = data.op.result();
+        if self.arch.fus[fu].runs(data.op).is_none()
+            || result.is_some_and(|ty| !self.result_fits(fu, data.op, ty))
         {
             return false;
         }

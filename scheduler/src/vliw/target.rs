@@ -102,7 +102,7 @@ impl<'a> Target<'a> {
         let info = op.info();
         let fits = |fu: Fu| {
             let spec = &self.arch.fus[fu];
-            spec.op(info.class).is_some()
+            spec.runs(op).is_some()
                 && info.operands.iter().all(|kind| {
                     let file = self.file(kind.ty());
                     self.arch.files[file].readers.contains(&fu)
@@ -124,7 +124,7 @@ impl<'a> Target<'a> {
     /// How `fu` runs this operation with these operands, if it can at all.
     pub(super) fn runs(&self, fu: Fu, op: Opcode, srcs: &[Src], dst: Option<Reg>) -> Option<&FuOp> {
         let spec = &self.arch.fus[fu];
-        let how = spec.op(op.class())?;
+        let how = spec.runs(op)?;
         let constants: BTreeSet<_> = srcs
             .iter()
             .filter_map(|src| match src {

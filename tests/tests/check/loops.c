@@ -103,6 +103,17 @@ void window(const int *x, int *to, int n)
         to[i] = x[i] + x[i + 1] * 3 + x[i + 2] * 5 - x[i + 3];
 }
 
+/* Vectors to store that no wide unit has made. */
+void clear(int n)
+{
+#pragma srp kernel
+    for (int i = 0; i < n; i++) {
+        out_v[i] = srp_splat(1.5f);
+        w[i] = srp_splat(-2.5f);
+        v[i] = srp_splat(0.25f);
+    }
+}
+
 static void fill(int n)
 {
     for (int i = 0; i < N; i++) {
@@ -124,6 +135,7 @@ static void add(unsigned value)
 
 static void once(int n)
 {
+    clear(n);
     fill(n);
     out_x[n] = dot(a, b, n);
     saxpy(y, a, 1.5f, n);

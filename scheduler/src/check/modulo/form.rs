@@ -115,7 +115,7 @@ impl Checker<'_> {
             return self.report_op(number, Rule::Placement, message);
         }
         let class = self.opcode(op).class();
-        if unit.op(class).is_none() || matches!(class, Class::Io | Class::Branch) {
+        if unit.runs(self.opcode(op)).is_none() || matches!(class, Class::Io | Class::Branch) {
             let message = format!("{} does not run class {class} in a kernel", unit.name);
             self.report_op(number, Rule::Class, message);
         }

@@ -75,7 +75,7 @@ impl Checker<'_> {
         if unit.slot.is_none() {
             self.report(Rule::Slot, format!("unit {} is no slot", unit.name));
         }
-        if unit.op(op.op.class()).is_none() {
+        if unit.runs(op.op).is_none() {
             let class = op.op.class();
             let message = format!("{} does not run `{name}` of class {class}", unit.name);
             self.report(Rule::Class, message);

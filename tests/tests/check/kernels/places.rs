@@ -202,10 +202,10 @@ fn resource(broken: &mut Loop<'_>) -> Option<()> {
 
 fn wrong_unit(broken: &mut Loop<'_>) -> Option<()> {
     let op = broken.op()?;
-    let class = broken.opcode(&broken.schedule.ops[op]).class();
+    let opcode = broken.opcode(&broken.schedule.ops[op]);
     let units = broken.arch.fus.iter();
     let wrong: Vec<Fu> = units
-        .filter(|(_, unit)| unit.op(class).is_none())
+        .filter(|(_, unit)| unit.runs(opcode).is_none())
         .map(|(fu, _)| fu)
         .collect();
     broken.schedule.ops[op].fu = broken.dice.pick(&wrong)?;
