@@ -149,11 +149,10 @@ static void turn_to(int j, unsigned target, int finished)
     float4 corner = scene.corner + right * srp_itof(jobs[j].left) + down * srp_itof(jobs[j].top);
     float scale = 1.0f, spread = 0.0f, shift_x = 0.0f, shift_y = 0.0f;
 #if SRP_EFFECT(antialiasing)
-    /* The places of the samples: multiples of powers of 1 / 1.3247, which fill the square evenly. */
     scale = 1.0f / srp_itof(scene.samples);
     spread = srp_select(scene.samples > 1, 1.0f, 0.0f);
-    shift_x = fraction((unsigned)jobs[j].sample * 0xc13fa9a9u);
-    shift_y = fraction((unsigned)jobs[j].sample * 0x91e10da5u);
+    shift_x = sequence_x((unsigned)jobs[j].sample);
+    shift_y = sequence_y((unsigned)jobs[j].sample);
 #endif
     turn(pixels(j), curve, target, scale, scene.stride, finished, rays[buffer], views[buffer],
          scene.eye, corner, right, down, scene.widening, scene.far, spread, shift_x, shift_y,
@@ -192,16 +191,11 @@ static int send_light(int j)
     int sample = jobs[j].light - lights;
     if (sample < scene.occlusion) {
         /* A Hammersley set: the sample's number, and its bits backwards. */
-        unsigned bits = (unsigned)sample, backwards = 0;
-        for (int i = 0; i < 32; i++) {
-            backwards = backwards << 1 | (bits & 1u);
-            bits >>= 1;
-        }
         float share = 1.0f / srp_itof(scene.occlusion);
         int buffer = take();
         jobs[j].light++;
         occlude(surfaces[j], rays[buffer], lit[buffer], scene.ambient * share,
-                scene.occlusion_radius, scene.widening, fraction(backwards),
+                scene.occlusion_radius, scene.widening, fraction(backwards((unsigned)sample)),
                 srp_itof(sample) * share, (unsigned)(jobs[j].tile + (jobs[j].sample << 20)), n);
         submit(j, OCCLUSION, buffer, n);
         return 1;

@@ -1,5 +1,5 @@
 /* The scene as it lies in system memory, and the rays and hits that pass between the SRP and the
- * T&I unit. runtime/src/scene_image.rs writes this layout and tests it against this file;
+ * T&I unit. runtime/src/scene_image writes this layout and tests it against this file;
  * runtime/src/tni reads rays and writes hits.
  *
  * Addresses in system memory are 32-bit words here, never pointers, so that every structure has

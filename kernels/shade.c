@@ -164,7 +164,7 @@ void shade_miss(const srp_hit *hits, const float4 *views, const float4 *weights,
     }
 }
 
-#if SRP_EFFECT(shadow)
+#if SRP_EFFECT(shadow) || SRP_EFFECT(occlusion)
 void shade_lit(const srp_hit *hits, const float4 *lit, const float4 *base, float4 *out, int n)
 {
 #pragma srp kernel

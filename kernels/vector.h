@@ -133,4 +133,27 @@ static inline float fraction(unsigned bits)
     return srp_utof(bits >> 8) * 5.9604645e-8f;
 }
 
+/* 32 bits in the other order: as a fraction, the radical inverse of their number. */
+static inline unsigned backwards(unsigned bits)
+{
+    unsigned other = 0;
+    for (int i = 0; i < 32; i++) {
+        other = other << 1 | (bits & 1u);
+        bits >>= 1;
+    }
+    return other;
+}
+
+/* The places of an R2 sequence: multiples of powers of 1 / 1.3247, which fill the square evenly. Products
+ * of whole numbers lose nothing, however many came before. */
+static inline float sequence_x(unsigned number)
+{
+    return fraction(number * 0xc13fa9a9u);
+}
+
+static inline float sequence_y(unsigned number)
+{
+    return fraction(number * 0x91e10da5u);
+}
+
 #endif

@@ -53,7 +53,7 @@ const RAY: usize = 12;
 /// The number of the one that shades a hit.
 const SURFACE: usize = 14;
 /// How many the driver has.
-const COUNT: usize = 16;
+const COUNT: usize = 19;
 
 const OF: &[&str] = &["of"];
 
@@ -128,6 +128,12 @@ const FUNCTIONS: &[Function] = &[
         48,
     ),
     function("math", MATH, OF, 1, 0, 1),
+    function("sequence-x", 16, OF, 1, 0, 1),
+    function("sequence-y", 16, OF, 1, 1, 1),
+    function("radical-inverse", 16, OF, 1, 2, 1),
+    function("bounce", 17, &["seed", "normal", "diffuse"], 2, 0, 4),
+    function("bounce-weight", 17, &["seed", "normal", "diffuse"], 2, 4, 3),
+    function("sum", 18, &["from", "of"], 1, 0, 3),
 ];
 
 /// The function with this name in the catalogue.
@@ -150,7 +156,7 @@ pub(super) struct Calls {
 }
 
 /// Bytes of the table at the start of memory.
-const TABLE: usize = COUNT * 16;
+const TABLE: usize = (COUNT * 16).next_multiple_of(64);
 
 impl Calls {
     pub(super) fn new() -> Calls {

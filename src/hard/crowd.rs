@@ -6,6 +6,7 @@ use super::catalogue::Case;
 use super::judge::Verdict;
 use super::meshes;
 use super::settings::Setting;
+use super::shared::Shared;
 use super::surface::{self, Made, Scenery};
 use super::unit::{self, Unit};
 use glam::Vec3;
@@ -16,7 +17,16 @@ use srp_runtime::scene::{Scene, Triangle};
 use srp_runtime::scene_image;
 use srp_runtime::tni::arithmetic::{Hit, Ray};
 use std::cmp::Ordering;
-use std::collections::BTreeMap;
+
+/// The sine of the angle at which a ray must meet a face, for the face to be more than an outline.
+const LEAST_SLANT: f64 = 1e-3;
+
+/// Distances are off by so much over the sine of the angle at which a ray meets a triangle: some roundings
+/// of its numerator and its denominator.
+const OFF: f64 = 16.0 / (1 << 24) as f64;
+
+/// So many places are looked at for each ray that is to be aimed.
+const TRIES: usize = 40;
 
 /// Random numbers (splitmix64): the same on every host.
 struct Random(u64);
@@ -44,6 +54,13 @@ impl Random {
     }
 }
 
+/// The sine of the angle between a direction and the plane of a triangle; 0 where it has none.
+fn slant(direction: Vec3, triangle: &Triangle) -> f64 {
+    let [a, b, c] = triangle.positions.map(|p| p.as_dvec3());
+    let normal = (b - a).cross(c - a).normalize_or_zero();
+    normal.dot(direction.as_dvec3().normalize_or_zero()).abs()
+}
+
 /// A ray that is aimed at something.
 struct Aimed {
     origin: [f32; 3],
@@ -53,6 +70,8 @@ struct Aimed {
     /// How far the nearest of them is that the ray meets in exact arithmetic; `None` where it meets
     /// none of them.
     met: Option<Distance>,
+    /// The least sine of the angles at which it meets the planes of these.
+    slant: f64,
 }
 
 /// The rays of a case, and what they are aimed at.
@@ -73,7 +92,7 @@ impl Crowd {
         let triangles = meshes::of(case, scene);
         let mut random = Random(u64::from(case.words::<1>("seed")[0]));
         let [count] = case.floats("rays");
-        let sharing = sharing(&triangles);
+        let shared = Shared::of(&triangles);
         let inside = case.argument("sphere").is_some();
         let [_, _, radius, x, y, z] = case.floats("sphere");
         let centre = Vec3::new(x, y, z);
@@ -82,25 +101,29 @@ impl Crowd {
         let light = case
             .argument("light")
             .map(|_| Vec3::from(case.floats("light")));
-        // A scene may have no triangle to aim at.
-        let count = if triangles.is_empty() {
-            0
-        } else {
-            count as usize
+        // A scene may have no triangle to aim at, or none that shares anything.
+        let tries = match triangles.is_empty() {
+            true => 0,
+            false => TRIES * count as usize,
         };
-        let rays = (0..count).map(|_| {
+        let is_leak = case.call == "leaks" && !inside;
+        let rays = (0..tries).filter_map(|_| {
             let i = random.below(triangles.len());
             let corner = random.below(3);
             let [a, b, c] = [0, 1, 2].map(|k| triangles[i].positions[(corner + k) % 3]);
-            let [at_a, at_b] = [0, 1].map(|k| &sharing[i][(corner + k) % 3]);
             let between = a.lerp(b, random.unit());
-            let both = || at_a.iter().filter(|t| at_b.contains(t)).copied();
-            let (to, round): (Vec3, Vec<u32>) = match case {
-                c if c.argument("vertices").is_some() => (a, at_a.clone()),
-                case if case.argument("faces").is_some() => {
-                    (between.lerp(c, random.unit()), vec![i as u32])
+            let (to, round, is_closed): (Vec3, Vec<u32>, bool) = match case {
+                case if case.argument("vertices").is_some() => {
+                    let is_closed = is_leak && shared.is_closed_vertex(eye, a);
+                    (a, shared.vertex(a).to_vec(), is_closed)
                 }
-                _ => (between, both().collect()),
+                case if case.argument("faces").is_some() => {
+                    (between.lerp(c, random.unit()), vec![i as u32], true)
+                }
+                _ => {
+                    let is_closed = is_leak && shared.is_closed_edge(eye, a, b);
+                    (between, shared.edge(a, b), is_closed)
+                }
             };
             let from = match (inside, case.argument("grazing").is_some()) {
                 (true, true) => {
@@ -113,17 +136,27 @@ impl Crowd {
                 (false, _) => eye,
             };
             let (origin, direction) = (from.to_array(), (to - from).to_array());
+            let slants = round
+                .iter()
+                .map(|&t| slant(to - from, &triangles[t as usize]));
+            let slant = slants.fold(1.0, f64::min);
+            let is_edge_on = case.argument("faces").is_some() && slant < LEAST_SLANT;
+            if is_leak && (is_edge_on || !is_closed) {
+                return None;
+            }
             let ray = Ray::new(origin, direction, 0.0, f32::MAX, 0);
             let distance = |t: &u32| exact::distance(&ray, &triangles[*t as usize]);
             let ahead = |t: &Distance| t.compare_number(0.0) == Ordering::Greater;
             let distances = round.iter().filter_map(distance).filter(ahead);
-            Aimed {
+            Some(Aimed {
                 origin,
                 direction,
                 met: distances.min_by(Distance::compare),
                 round,
-            }
+                slant,
+            })
         });
+        let rays = rays.take(count as usize);
         Crowd {
             rays: rays.collect(),
             light: light.unwrap_or(own),
@@ -145,13 +178,16 @@ impl Crowd {
         if !hit.is_hit() {
             return true;
         }
-        let off = arch.system.tni.rcp.error_bound().max(1e-6);
+        let off = arch.system.tni.rcp.error_bound().max(1e-6) + OFF / aimed.slant.max(f64::EPSILON);
         let behind = f64::from(hit.t) > met.value() * (1.0 + 4.0 * off);
         behind && !aimed.round.contains(&hit.primitive)
     }
 
-    /// How many of the rays go between triangles in a setting.
-    pub(super) fn leaks(&self, case: &Case, setting: &Setting) -> Verdict {
+    /// How many of the rays go between triangles in a setting; `None` where there is nothing to aim at.
+    pub(super) fn leaks(&self, case: &Case, setting: &Setting) -> Option<Verdict> {
+        if self.rays.is_empty() {
+            return None;
+        }
         let arch = &setting.arch;
         let unit = Unit::of(arch, &self.triangles, &self.tree);
         let mut tracer = unit.tracer();
@@ -161,7 +197,7 @@ impl Crowd {
         };
         let lost = self.rays.iter().filter(lost).count();
         if lost == 0 {
-            return Verdict::Right;
+            return Some(Verdict::Right);
         }
         let share = lost as f64 / self.rays.len() as f64;
         let text = format!("{lost} of {} rays lost", self.rays.len());
@@ -171,12 +207,12 @@ impl Crowd {
             _ => format!("{}-coarse", test.name()),
         };
         let bound = case.may_lose(&coarse).or(case.may_lose(test.name()));
-        match bound {
+        Some(match bound {
             Some(bound) if share <= bound => {
                 Verdict::Bounded(format!("{text}, at most {:.0} %", 100.0 * bound))
             }
             _ => Verdict::Wrong(text),
-        }
+        })
     }
 
     /// Adds what the kernels are to make of the hits in a setting. What the rays went in with, for
@@ -250,20 +286,4 @@ impl Crowd {
             )),
         }
     }
-}
-
-/// For each corner of each triangle, the triangles that have a corner there.
-fn sharing(triangles: &[Triangle]) -> Vec<[Vec<u32>; 3]> {
-    let key = |p: Vec3| p.to_array().map(|x| (x + 0.0).to_bits());
-    let mut at: BTreeMap<[u32; 3], Vec<u32>> = BTreeMap::new();
-    for (i, triangle) in (0..).zip(triangles) {
-        for p in triangle.positions {
-            let there = at.entry(key(p)).or_default();
-            if there.last() != Some(&i) {
-                there.push(i);
-            }
-        }
-    }
-    let of = |t: &Triangle| t.positions.map(|p| at[&key(p)].clone());
-    triangles.iter().map(of).collect()
 }

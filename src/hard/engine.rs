@@ -19,9 +19,9 @@ use std::process::{Command, Stdio};
 /// The driver's text.
 const DRIVER: &str = include_str!("../../tests/hard/driver.c");
 
-/// What the kernels are built for: surfaces that mirror, bend light and have shadows.
-const EFFECTS: &str =
-    "normals,texture,light,lights,highlight,shadow,reflection,transparency,refraction,fresnel";
+/// What the kernels are built for: surfaces that mirror, bend and scatter light and have shadows.
+const EFFECTS: &str = "normals,texture,light,lights,highlight,shadow,reflection,transparency,\
+                       refraction,fresnel,inter_reflection";
 
 /// Cycles after which the driver is said not to end.
 const MOST_CYCLES: u64 = 2_000_000_000;

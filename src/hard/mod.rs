@@ -11,6 +11,7 @@ mod meshes;
 mod oracle;
 mod output;
 mod settings;
+mod shared;
 mod surface;
 mod unit;
 
@@ -267,7 +268,10 @@ impl Trial<'_> {
             }
             let verdict = match (case.call.as_str(), &self.crowds[i]) {
                 ("ray", _) => judge_ray(case, setting, &self.triangles[i]),
-                ("leaks", Some(crowd)) => crowd.leaks(case, setting),
+                ("leaks", Some(crowd)) => match crowd.leaks(case, setting) {
+                    Some(verdict) => verdict,
+                    None => continue,
+                },
                 ("box", _) if number == 0 => judge_box(case, plain_ray(case)),
                 _ => continue,
             };

@@ -51,13 +51,14 @@ fn the_catalogue_does_not_lie() {
 #[test]
 fn every_family_has_its_cases() {
     let cases = catalogue::read().unwrap_or_else(|e| panic!("{e}"));
-    let families: [(&str, std::ops::RangeInclusive<u32>); 9] = [
+    let families: [(&str, std::ops::RangeInclusive<u32>); 10] = [
         ("S", 1..=9),
         ("T", 1..=15),
         ("O", 1..=10),
         ("M", 1..=12),
         ("X", 1..=9),
-        ("C", 2..=6),
+        ("C", 1..=6),
+        ("R", 1..=6),
         ("B", 1..=6),
         ("F", 1..=11),
         ("H", 1..=5),
@@ -97,4 +98,9 @@ fn a_lie_is_noticed() {
     assert!(lie("bytes", &["xff000000"]));
     assert!(lie("fma", &["1"]));
     assert!(lie("powf", &["2"]));
+    assert!(lie("radical-inverse", &["0.5"]));
+    assert!(lie("sequence-x", &["0.75"]));
+    assert!(lie("bounce", &["0", "1", "0", "1"]));
+    assert!(lie("bounce-weight", &["1", "1", "1"]));
+    assert!(lie("sum", &["102.4", "341.3333", "716.8"]));
 }

@@ -14,7 +14,7 @@ unsigned char *srp_host_memory = memory;
 
 enum {
     UNIT, PLAIN_UNIT, DIFFERENCE, MIRROR, BASIS, POWER, SPECIAL, ARITHMETIC, LANGUAGE, RANDOM, PHONG,
-    TEXTURE, RAY, BYTES, SURFACE, MATH, FUNCTIONS
+    TEXTURE, RAY, BYTES, SURFACE, MATH, SEQUENCE, BOUNCE, SUM, FUNCTIONS
 };
 
 typedef struct {
@@ -245,6 +245,50 @@ static void surfaces(inputs in, outputs out, int n)
     }
 }
 
+/* In: the number of a sample. Out: its place in a pixel, and the radical inverse that turns it. */
+static void sequence(inputs in, outputs out, int n)
+{
+    for (int i = 0; i < n; i++) {
+        unsigned number = srp_bits(in[i][0]);
+        out[i] = srp_float4(sequence_x(number), sequence_y(number), fraction(backwards(number)), 0.0f);
+    }
+}
+
+/* In: a seed; a normal; what a surface reflects. Out: the direction of its diffuse ray, and how many
+ * are sent; their weight. */
+static void bounce(inputs in, outputs out, int n)
+{
+    for (int i = 0; i < n; i++) {
+        float4 normal = in[3 * i + 1], diffuse = in[3 * i + 2];
+        surface[0].point = srp_splat(0.0f);
+        surface[0].geometric = normal;
+        normal[3] = srp_float(0u);
+        surface[0].normal = normal;
+        surface[0].diffuse = diffuse;
+        float sent = srp_itof(inter_reflect(surface, waiting, 1, 1, srp_bits(in[3 * i][0]), 1));
+        float4 way = waiting[0].direction;
+        way[3] = sent;
+        out[2 * i] = way;
+        out[2 * i + 1] = waiting[0].weight;
+    }
+}
+
+/* In: the light that a pixel has; light, and in lane 3 how often it comes. Out: the pixel's sum. */
+static void sum(inputs in, outputs out, int n)
+{
+    for (int i = 0; i < n; i++) {
+        float4 light = in[2 * i + 1];
+        int times = srp_ftoi(light[3]);
+        light[3] = srp_float(0u);
+        lit[0] = light;
+        base[0] = in[2 * i];
+        hit[0].ray = 0;
+        for (int k = 0; k < times; k++)
+            shade_lit(hit, lit, base, base, 1);
+        out[i] = base[0];
+    }
+}
+
 #ifdef __SRP__
 static float math_function(int which, float x, float y)
 {
@@ -306,6 +350,9 @@ static void run(int function, const request *r)
     case RAY: make_ray(in, out, n); break;
     case BYTES: bytes(in, r->outputs, n); break;
     case SURFACE: surfaces(in, out, n); break;
+    case SEQUENCE: sequence(in, out, n); break;
+    case BOUNCE: bounce(in, out, n); break;
+    case SUM: sum(in, out, n); break;
 #ifdef __SRP__
     case MATH: math(in, out, n); break;
 #endif

@@ -72,6 +72,16 @@ fn effects_that_a_scene_does_not_call_for_change_no_bit() {
     }
 }
 
+/// Kernels call nothing that another set of effects has left out.
+#[test]
+fn kernels_compile_for_any_effects() {
+    let studio = Studio::of(dull(), SIZE);
+    for entry in &TABLE {
+        studio.program(Effects::NONE.with(entry.effect));
+        studio.program(Effects::all().without(entry.effect));
+    }
+}
+
 #[test]
 fn a_simulator_stops_at_what_it_was_not_built_for() {
     let studio = Studio::of(demo(), SIZE);

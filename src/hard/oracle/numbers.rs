@@ -118,6 +118,13 @@ fn values(case: &Case) -> Option<Vec<f64>> {
         "folded-sum" => vec![f64::from(0.1f32 + 0.2f32)],
         "fraction" => vec![f64::from(bits >> 8) / f64::from(1 << 24)],
         "scrambled-fraction" => vec![f64::from(scrambled(bits) >> 8) / f64::from(1 << 24)],
+        "radical-inverse" => vec![first_24(radical_inverse(bits))],
+        "sequence-x" => vec![place(bits, 0xc13f_a9a9, PLASTIC.recip())?],
+        "sequence-y" => vec![place(bits, 0x91e1_0da5, PLASTIC.powi(-2))?],
+        "bounce" => bounce(case).to_vec(),
+        // The density of the direction cancels: there is nothing to divide by.
+        "bounce-weight" => vector(case, "diffuse").to_vec(),
+        "sum" => sum(case)?,
         "expf" => vec![x.exp()],
         "logf" => vec![x.ln()],
         "log10f" => vec![x.log10()],
@@ -158,6 +165,76 @@ fn scrambled(mut x: u32) -> u32 {
     x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
     x = (x ^ (x >> 15)).wrapping_mul(0x846c_a68b);
     x ^ (x >> 16)
+}
+
+/// The root of x³ = x + 1, of whose powers the R2 sequence is made (Roberts 2018).
+const PLASTIC: f64 = 1.324_717_957_244_746;
+
+/// The digits of a number in base 2, mirrored at the point: exact.
+fn radical_inverse(number: u32) -> f64 {
+    let digit = |i: u32| f64::from(number >> i & 1) * 0.5f64.powi(i as i32 + 1);
+    (0..32).map(digit).sum()
+}
+
+/// What 24 bits after the point keep of a number below 1.
+fn first_24(x: f64) -> f64 {
+    (x * f64::from(1 << 24)).floor() / f64::from(1 << 24)
+}
+
+/// A multiple of `step` in units of 2^-32, less its whole part; `None` where that is off the multiple of
+/// the real number by more than the bits that the step lacks come to.
+fn place(number: u32, step: u32, real: f64) -> Option<f64> {
+    let product = u64::from(number) * u64::from(step) % (1 << 32);
+    let exact = product as f64 / 2f64.powi(32);
+    let off = (exact - f64::from(number) * real).rem_euclid(1.0);
+    let bound = f64::from(number) * 2f64.powi(-32) + 1e-6;
+    (off.min(1.0 - off) <= bound).then(|| first_24(exact))
+}
+
+/// The direction in which a surface scatters light, of the density of the cosine, in the basis of Duff et
+/// al. (2017); and that a ray is sent.
+fn bounce(case: &Case) -> [f64; 4] {
+    let [seed] = case.words("seed");
+    let bits = scrambled(seed.wrapping_mul(0x9e37_79b9));
+    let fraction = |bits: u32| f64::from(bits >> 8) / f64::from(1 << 24);
+    let (angle, y) = (
+        std::f64::consts::TAU * fraction(bits),
+        fraction(bits.wrapping_mul(0x2545_f491)),
+    );
+    let n = vector(case, "normal");
+    let sign = if n[2] < 0.0 { -1.0 } else { 1.0 };
+    let a = -1.0 / (sign + n[2]);
+    let b = n[0] * n[1] * a;
+    let u = [1.0 + sign * n[0] * n[0] * a, sign * b, -sign * n[0]];
+    let v = [b, sign + n[1] * n[1] * a, -n[1]];
+    let (x, y, z) = (
+        y.sqrt() * angle.cos(),
+        y.sqrt() * angle.sin(),
+        (1.0 - y).sqrt(),
+    );
+    let [i, j, k] = [0, 1, 2].map(|i| u[i] * x + v[i] * y + n[i] * z);
+    [i, j, k, 1.0]
+}
+
+/// Light that comes many times, added one by one in binary32; `None` where the sum ever becomes less, or is
+/// off by more than u of itself each time.
+fn sum(case: &Case) -> Option<Vec<f64>> {
+    let [.., times] = case.floats::<4>("of");
+    let channel = |(from, light): (f32, f32)| {
+        let (mut sum, mut exact) = (from, f64::from(from));
+        for i in 1..=times as u32 {
+            let next = sum + light;
+            exact += f64::from(light);
+            let bound = f64::from(i) * f64::from(next) / f64::from(1 << 24);
+            if next < sum || (exact - f64::from(next)).abs() > bound {
+                return None;
+            }
+            sum = next;
+        }
+        Some(f64::from(sum))
+    };
+    let pairs = case.floats::<3>("from").into_iter();
+    pairs.zip(case.floats::<3>("of")).map(channel).collect()
 }
 
 /// sRGB to linear (IEC 61966-2-1).
