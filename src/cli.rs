@@ -18,8 +18,8 @@ pub(crate) use hard::HardCases;
 pub(crate) use machine::{Area, Machine, MachineAction, Units};
 use scene::parse_size;
 pub(crate) use scene::{
-    Building, BvhBuilder, Camera, Effects, HeatOf, Latencies, Paper, Pipeline, RayKind, RayOrder,
-    Render, Shading, Table, Tni, TniMemory,
+    Building, BvhBuilder, Camera, Effects, Frame, HeatOf, Latencies, Paper, Pipeline, RayKind,
+    RayOrder, Render, Shading, Table, Tni, TniMemory,
 };
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -94,6 +94,10 @@ pub(crate) enum Command {
     /// Check a machine file, show what it describes, write it out in full, or make one.
     Machine(Machine),
     /// Print a completion script for a shell.
+    #[command(after_help = "\
+Examples:
+  srp completions bash > ~/.local/share/bash-completion/completions/srp
+  srp completions fish > ~/.config/fish/completions/srp.fish")]
     Completions {
         /// The shell.
         shell: clap_complete::Shell,
@@ -106,6 +110,21 @@ pub(crate) struct MachineFile {
     /// Machine file, or one of the machines that come along: sgrt, tiny, wide
     #[arg(long, value_name = "FILE.xml", default_value = "sgrt")]
     pub(crate) machine: PathBuf,
+}
+
+/// Most threads of the host that can be asked for: more than any host has use for, and as many as
+/// it will start.
+const MAX_THREADS: usize = 256;
+
+fn parse_threads(text: &str) -> Result<usize, String> {
+    let threads = text.parse().ok().filter(|n| (1..=MAX_THREADS).contains(n));
+    threads.ok_or_else(|| format!("write a number from 1 to {MAX_THREADS}"))
+}
+
+/// The threads that are asked for, or as many as the host has processors.
+pub(crate) fn threads(asked: Option<usize>) -> usize {
+    let host = std::thread::available_parallelism().map_or(1, usize::from);
+    asked.unwrap_or(host.min(MAX_THREADS))
 }
 
 /// How hard loops are scheduled.

@@ -5,7 +5,8 @@ mod output;
 
 use crate::cli::Effects as Args;
 use crate::failure::Failure;
-use crate::{files, machine, render, scenes, talk, variant};
+use crate::scenes::Frame;
+use crate::{files, talk, variant};
 use serde::Serialize;
 use srp_runtime::effect::{self, Effects};
 use srp_runtime::scene::Scene;
@@ -50,11 +51,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if let Some(html) = &args.html {
         files::check_writable(html)?;
     }
-    let arch = machine::read(&args.machine.machine)?;
-    let camera = render::camera(&args.camera, args.cameras.as_deref())?;
-    let mut scene = scenes::read(args.scene.as_deref(), camera)?;
-    scenes::set_up(&mut scene, &args.shading)?;
-    let (built, _) = scenes::effects(&scene, args.shading.effects.as_deref())?;
+    let frame = Frame::read(&args.frame)?;
+    let (arch, scene, built) = (frame.arch, frame.scene, frame.effects);
     let build = variant::Build::new(built, scene.options.bounces).asked(&args.building)?;
     let mut report = Report {
         scene: scene.name.clone(),

@@ -175,7 +175,7 @@ fn run_kind(
         seed: None,
         units: how.units,
         memories: how.memories,
-        threads: args.measuring.threads,
+        threads: cli::threads(args.measuring.threads),
         costs: false,
     };
     let outcomes = interrupt::looked_for(|| match args.level.fidelity {

@@ -3,9 +3,9 @@
 use crate::cli::{self, Render};
 use crate::failure::Failure;
 use crate::fidelity::{Shot, frame_text, sampled_text};
-use crate::scenes::{self, Views};
+use crate::scenes::{self, Frame, Views};
 use crate::talk::{self, Progress};
-use crate::{engine, files, interrupt, machine, report, variant};
+use crate::{engine, files, interrupt, report, variant};
 use srp_runtime::fidelity::Fidelity;
 use srp_runtime::scene::camera::Camera;
 use srp_runtime::scene_image;
@@ -22,13 +22,14 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         files::check_writable(report)?;
     }
     let loops = report::Loops::to(&args.loops.loops)?;
-    let arch = machine::read(&args.machine.machine)?;
-    let camera = camera(&args.camera, args.cameras.as_deref())?;
-    let mut scene = scenes::read(args.scene.as_deref(), camera)?;
-    scenes::set_up(&mut scene, &args.shading)?;
-    let (built, guard) = scenes::effects(&scene, args.shading.effects.as_deref())?;
+    let frame = Frame::read(&args.frame)?;
+    let (arch, scene, guard) = (frame.arch, frame.scene, frame.guard);
     let folder = args.kernels.as_deref();
-    let build = variant::Build::new(built, scene.options.bounces).asked(&args.building)?;
+    let build = variant::Build::new(frame.effects, scene.options.bounces).asked(&args.building)?;
+    let bvh = scenes::build(&scene, args.bvh, None);
+    // A frame that is refused is so before kernels are compiled for it.
+    let image = scene_image::build(&scene, &bvh, &scene.camera, &arch, args.size)
+        .map_err(Failure::message)?;
     let known = Known::default();
     // What was kept says nothing of how its loops were scheduled.
     let compiled = match folder {
@@ -37,10 +38,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     };
     loops.write(&compiled, &arch)?;
 
-    let bvh = scenes::build(&scene, args.bvh, None);
     let program = compiled.runnable()?;
-    let image = scene_image::build(&scene, &bvh, &scene.camera, &arch, args.size)
-        .map_err(Failure::message)?;
     let factory = engine::Factory::of(program, &arch, args.engine)?;
     let level = args.level.fidelity;
     if level < Fidelity::Cycle {
@@ -51,10 +49,10 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
             program,
             factory: &factory,
             image,
-            effects: built,
+            effects: frame.effects,
             guard,
             size: args.size,
-            threads: args.threads,
+            threads: cli::threads(args.threads),
             recorded_hits: false,
         };
         return cheaply(&shot, args);
@@ -65,8 +63,6 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     let options = system::Options {
         guard,
         timing: system::Timing::Full,
-        chosen: None,
-        warm: None,
         max_cycles: MAX_CYCLES,
         sram_image: &program.image,
         kernel_names: program

@@ -1,15 +1,43 @@
 //! Scenes, their viewpoints and their trees, for every command that needs one.
 
-use crate::cli::{BvhBuilder, Shading};
+use crate::cli::{self, BvhBuilder, Shading};
 use crate::failure::Failure;
-use crate::files;
 use crate::talk::{self, Progress};
+use crate::{files, machine, render};
+use srp_archdesc::arch::Arch;
 use srp_runtime::bvh::{self, Builder, Bvh};
 use srp_runtime::effect::{self, Effects, Guard};
 use srp_runtime::scene::camera::{Camera, Viewpoints};
 use srp_runtime::scene::{self, MAX_LIGHTS, Scene};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+
+/// What a frame is of.
+pub(crate) struct Frame {
+    pub(crate) arch: Arch,
+    /// With the camera, the lights and the options that were asked for.
+    pub(crate) scene: Scene,
+    /// What kernels are built for, and what stops a frame that calls for more.
+    pub(crate) effects: Effects,
+    pub(crate) guard: Guard,
+}
+
+impl Frame {
+    /// Reads the machine and the scene, and changes them as the command line says.
+    pub(crate) fn read(args: &cli::Frame) -> Result<Frame, Failure> {
+        let arch = machine::read(&args.machine.machine)?;
+        let camera = render::camera(&args.camera, args.cameras.as_deref())?;
+        let mut scene = read(args.scene.as_deref(), camera)?;
+        set_up(&mut scene, &args.shading)?;
+        let (effects, guard) = effects(&scene, args.shading.effects.as_deref())?;
+        Ok(Frame {
+            arch,
+            scene,
+            effects,
+            guard,
+        })
+    }
+}
 
 /// Reads a scene, or makes the default one. Warnings go to standard error.
 pub(crate) fn read(path: Option<&Path>, camera: Option<Camera>) -> Result<Scene, Failure> {

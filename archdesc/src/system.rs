@@ -156,6 +156,7 @@ impl NodeFormat {
     }
 
     /// Bytes of a node: box, half of what the boxes of two siblings share, and a reference of 8.
+    #[inline]
     pub const fn bytes(self) -> u32 {
         match self {
             NodeFormat::F32 => 32,

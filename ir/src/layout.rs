@@ -36,7 +36,7 @@ impl std::fmt::Display for TooLarge {
         write!(
             f,
             "the program's globals and a stack of {MIN_STACK} bytes need {needed} bytes of SRAM; \
-             the machine has {available}"
+             the machine has {available}: give it a larger `<sram size=\"…\"/>`"
         )
     }
 }

@@ -13,7 +13,6 @@ pub mod fidelity;
 pub mod form;
 pub mod memory;
 pub mod picture;
-pub mod preview;
 pub mod rays;
 pub mod reference;
 pub mod scene;

@@ -1,17 +1,18 @@
 //! Totals and ratios of a finite population from a stratified random sample of it, with intervals.
 //!
-//! Nothing here knows what the units are. Each has a size that is known in advance (the auxiliary
-//! variable) and, once it is drawn, values. The estimators are those of W. G. Cochran, *Sampling
+//! Nothing here knows what the units are. Each has a size and other auxiliary variables that are known in
+//! advance, and, once it is drawn, values. The estimators are those of W. G. Cochran, *Sampling
 //! Techniques*, 3rd edition (1977), and of C.-E. Särndal, B. Swensson and J. Wretman, *Model Assisted
 //! Survey Sampling* (1992); each function names its formula.
 
+mod regression;
+
 use serde::Serialize;
 
-/// Neighbouring size classes are this factor apart.
-const CLASS: f64 = std::f64::consts::SQRT_2;
+use regression::Regression;
 
-/// What every unit varies by, whatever its size, as a part of the smallest size.
-const FLOOR: f64 = 0.1;
+/// Bits of a binary64 number below those that size classes share: two classes an octave.
+const CLASS_BITS: u32 = 51;
 
 /// A sample of so many units of a stratum is the least that shows its spread.
 pub const LEAST_DRAWS: usize = 2;
@@ -55,22 +56,29 @@ impl Random {
 #[derive(Clone, Debug)]
 pub struct Population {
     sizes: Vec<f64>,
+    /// Of each unit the auxiliary variables, the most telling first.
+    auxiliaries: Vec<Vec<f64>>,
     strata: Vec<Vec<u32>>,
 }
 
 impl Population {
+    /// Units with one auxiliary variable besides the 1 of each: their size.
+    pub fn sized(sizes: Vec<f64>, count: usize) -> Population {
+        let auxiliaries = sizes.iter().map(|&x| vec![1.0, x]).collect();
+        Population::of(sizes, auxiliaries, count)
+    }
+
     /// At most about `count` strata. Units are numbered so that neighbours are alike. A stratum is a
-    /// run of neighbours of about one size; strata have about the same sum of sizes above the
-    /// smallest, so that a draw from each takes more of the large units, which vary more (Cochran
-    /// 5.5 and 5A.7: allocation in proportion to N·S).
-    pub fn of(sizes: Vec<f64>, count: usize) -> Population {
+    /// run of neighbours of about one size; strata have about the same sum of roots of sizes, so that a
+    /// draw from each takes more of the large units. What units vary by, and what they cost, is taken to
+    /// go with their size (Cochran 5.5: allocation in proportion to N·S/√c).
+    pub fn of(sizes: Vec<f64>, auxiliaries: Vec<Vec<f64>>, count: usize) -> Population {
         let smallest = sizes.iter().copied().fold(f64::INFINITY, f64::min);
         let smallest = smallest.max(f64::MIN_POSITIVE);
-        let class = |x: f64| ((x / smallest).ln() / CLASS.ln()).floor() as u32;
-        let weight = |x: f64| x - smallest + FLOOR * smallest;
+        let class = |x: f64| (x / smallest).to_bits() >> CLASS_BITS;
         let mut units: Vec<u32> = (0..sizes.len() as u32).collect();
         units.sort_by_key(|&u| (class(sizes[u as usize]), u));
-        let share = sizes.iter().map(|&x| weight(x)).sum::<f64>() / count.max(1) as f64;
+        let share = sizes.iter().map(|&x| x.sqrt()).sum::<f64>() / count.max(1) as f64;
         let mut strata: Vec<Vec<u32>> = Vec::new();
         let (mut open, mut last) = (share, None);
         for unit in units {
@@ -82,11 +90,15 @@ impl Population {
                 strata.push(Vec::new());
                 open = 0.0;
             }
-            open += weight(x);
+            open += x.sqrt();
             last = Some(class(x));
             strata.last_mut().expect("one is open").push(unit);
         }
-        Population { sizes, strata }
+        Population {
+            sizes,
+            auxiliaries,
+            strata,
+        }
     }
 
     /// Number of units.
@@ -102,11 +114,6 @@ impl Population {
     /// Number of strata.
     pub fn strata(&self) -> usize {
         self.strata.len()
-    }
-
-    /// Sum of all sizes.
-    pub fn total_size(&self) -> f64 {
-        self.sizes.iter().sum()
     }
 
     /// The whole population in random batches: each takes one more unit of every stratum that has
@@ -176,7 +183,7 @@ impl Estimate {
     }
 }
 
-/// Sizes and drawn units of one stratum.
+/// Drawn units of one stratum.
 #[derive(Clone, Debug)]
 struct Drawn {
     /// Units of the stratum.
@@ -188,8 +195,9 @@ struct Drawn {
 #[derive(Clone, Debug)]
 pub struct Sample {
     strata: Vec<Drawn>,
-    sizes: Vec<f64>,
-    total_size: f64,
+    regression: Regression,
+    /// Sums of the auxiliary variables over the population.
+    totals: Vec<f64>,
     complete: bool,
 }
 
@@ -209,32 +217,38 @@ impl Sample {
         for (i, &unit) in units.iter().enumerate() {
             strata[stratum_of[unit as usize]].units.push(i);
         }
+        let columns = population.auxiliaries.first().map_or(0, Vec::len);
+        let sum = |k: usize| population.auxiliaries.iter().map(|row| row[k]).sum();
+        // A unit stands for N/n of its stratum, and for as much of the error of a total.
+        let weight = |unit: u32| {
+            let stratum = &strata[stratum_of[unit as usize]];
+            (stratum.of / stratum.units.len() as f64).powi(2)
+        };
+        let rows = units
+            .iter()
+            .map(|&u| &population.auxiliaries[u as usize][..]);
+        let weights: Vec<f64> = units.iter().map(|&u| weight(u)).collect();
         Sample {
             complete: units.len() == population.len(),
-            sizes: units
-                .iter()
-                .map(|&u| population.sizes[u as usize])
-                .collect(),
-            total_size: population.total_size(),
+            regression: Regression::of(rows.collect(), &weights),
+            totals: (0..columns).map(sum).collect(),
             strata,
         }
     }
 
-    /// The sum of a value over the population: the combined regression estimator on the size
-    /// (Cochran 7.10; its slope is (7.55), its variance (7.54) with the residuals' spread).
+    /// The sum of a value over the population: the generalised regression estimator (Särndal 6.4), its
+    /// variance that of a stratified sample of the residuals (Cochran 5.3).
     pub fn total(&self, values: &[f64]) -> Estimate {
-        let plain = self.expand(values);
         if self.complete {
-            return Estimate::exact(plain);
+            return Estimate::exact(self.expand(values));
         }
-        let slope = self.slope(values);
-        let residuals: Vec<f64> = (values.iter().zip(&self.sizes))
-            .map(|(y, x)| y - slope * x)
-            .collect();
-        let value = plain + slope * (self.total_size - self.expand(&self.sizes));
+        let fit = self.regression.fit(values);
+        let explained: f64 = (self.totals.iter().zip(&fit.slopes))
+            .map(|(x, b)| x * b)
+            .sum();
         Estimate {
-            value,
-            half_width: self.half_width(&residuals),
+            value: explained + self.expand(&fit.residuals),
+            half_width: self.half_width(&self.unseen(&fit.residuals)),
         }
     }
 
@@ -263,50 +277,40 @@ impl Sample {
             .sum()
     }
 
-    /// Sums of squares and products within the strata, each weighted by N_h² (1 − f_h) / n_h /
-    /// (n_h − 1).
-    fn within(&self, a: &[f64], b: &[f64]) -> Vec<(f64, f64)> {
-        let of = |s: &Drawn| {
-            let n = s.units.len() as f64;
-            if n < 2.0 || n >= s.of {
-                return None;
-            }
-            let mean = |v: &[f64]| s.units.iter().map(|&i| v[i]).sum::<f64>() / n;
-            let (ma, mb) = (mean(a), mean(b));
-            let products = s.units.iter().map(|&i| (a[i] - ma) * (b[i] - mb));
-            Some((
-                s.of * (s.of - n) / n * products.sum::<f64>() / (n - 1.0),
-                n - 1.0,
-            ))
-        };
-        self.strata.iter().filter_map(of).collect()
-    }
-
-    /// The slope with the least variance (Cochran 7.55); 0 where sizes do not vary.
-    fn slope(&self, values: &[f64]) -> f64 {
-        let sum = |v: Vec<(f64, f64)>| v.iter().map(|p| p.0).sum::<f64>();
-        let xx = sum(self.within(&self.sizes, &self.sizes));
-        match xx > 0.0 {
-            true => sum(self.within(values, &self.sizes)) / xx,
-            false => 0.0,
-        }
-    }
-
     /// Student's t times the root of the variance (Cochran 5.3), with Satterthwaite's degrees of
-    /// freedom (Cochran 5.4), one of which is the slope's.
+    /// freedom (Cochran 5.4).
     fn half_width(&self, residuals: &[f64]) -> f64 {
         let unknown = |s: &Drawn| s.units.len() < LEAST_DRAWS && (s.units.len() as f64) < s.of;
         if self.strata.iter().any(unknown) {
             return f64::INFINITY;
         }
-        let parts = self.within(residuals, residuals);
-        let variance: f64 = parts.iter().map(|p| p.0).sum();
+        let (mut variance, mut fourth) = (0.0, 0.0);
+        for stratum in &self.strata {
+            let n = stratum.units.len() as f64;
+            if n < 2.0 || n >= stratum.of {
+                continue;
+            }
+            let mean = stratum.units.iter().map(|&i| residuals[i]).sum::<f64>() / n;
+            let squares = stratum.units.iter().map(|&i| (residuals[i] - mean).powi(2));
+            let part = stratum.of * (stratum.of - n) / n * squares.sum::<f64>() / (n - 1.0);
+            variance += part;
+            fourth += part * part / (n - 1.0);
+        }
         if variance <= 0.0 {
             return 0.0;
         }
-        let fourth: f64 = parts.iter().map(|(v, free)| v * v / free).sum();
-        let freedom = (variance * variance / fourth - 1.0).max(1.0);
-        student(freedom) * variance.sqrt()
+        student((variance * variance / fourth).max(1.0)) * variance.sqrt()
+    }
+
+    /// The residuals that units would have had, had the slopes been found without them: what slopes explain
+    /// of a sample by chance is not explained of the rest.
+    fn unseen(&self, residuals: &[f64]) -> Vec<f64> {
+        let left = self.regression.left();
+        residuals
+            .iter()
+            .zip(left)
+            .map(|(r, left)| r / left)
+            .collect()
     }
 }
 
@@ -319,7 +323,7 @@ pub fn draws_needed(draws: usize, found: f64, target: f64) -> usize {
         return 2 * draws;
     }
     let factor = (found / target) * (found / target) * MARGIN;
-    ((draws as f64 * factor).ceil() as usize).clamp(draws + 1, 4 * draws)
+    ((draws as f64 * factor).ceil() as usize).clamp(draws + 1, 2 * draws)
 }
 
 /// The 97.5 % point of Student's t: exact for 1 and 2 degrees of freedom, else its expansion in

@@ -11,7 +11,7 @@ use srp_runtime::effect::Guard;
 use srp_runtime::memory::BASE;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene::{Scene, demo::demo};
-use srp_runtime::scene_image;
+use srp_runtime::scene_image::{self, ImageError};
 use srp_runtime::solo::{self, Finish, Solo, SoloError};
 use srp_runtime::system::{self, Options, Report, SystemError, Timing};
 use srp_runtime::tni::arithmetic::{NO_HIT, Ray, widening};
@@ -227,8 +227,6 @@ fn frame_of(
     let options = Options {
         guard: Guard::default(),
         timing,
-        chosen: None,
-        warm: None,
         max_cycles: 1_000_000_000,
         sram_image: b"data",
         kernel_names: vec!["primary".to_owned()],
@@ -429,8 +427,6 @@ fn frames_stop_when_told() {
         Options {
             guard: Guard::default(),
             timing: Timing::Full,
-            chosen: None,
-            warm: None,
             max_cycles: u64::MAX,
             sram_image: &[],
             kernel_names: Vec::new(),
@@ -454,8 +450,6 @@ fn frames_stop_when_told() {
         Options {
             guard: Guard::default(),
             timing: Timing::Full,
-            chosen: None,
-            warm: None,
             max_cycles: 100_000,
             sram_image: &[],
             kernel_names: Vec::new(),
@@ -470,6 +464,19 @@ fn frames_stop_when_told() {
     for size in [(0, 8), (8, 0), (20_000, 8)] {
         assert!(image(size).is_err());
     }
+}
+
+#[test]
+fn a_frame_that_is_too_large_is_known_before_it_is_built() {
+    let (scene, arch) = (demo(), machine());
+    let bvh = bvh::build(&scene.triangles, &bvh::Options::default());
+    let check = |size| scene_image::check(&scene, &bvh, &arch, size);
+    assert_eq!(check((320, 240)), Ok(()));
+    assert!(matches!(
+        check((16384, 16384)),
+        Err(ImageError::TooLarge { .. })
+    ));
+    assert!(matches!(check((0, 8)), Err(ImageError::Size { .. })));
 }
 
 #[test]

@@ -22,7 +22,13 @@ pub(super) fn run(
     args: &Args,
     pixel: (u32, u32),
 ) -> Result<(), Failure> {
-    let studio = studio(scene, args);
+    let ((x, y), (width, height)) = (pixel, args.size);
+    if x >= width || y >= height {
+        return Err(Failure::Message(format!(
+            "the frame of {width}x{height} has no pixel {x},{y}"
+        )));
+    }
+    let studio = studio(scene, subject, args)?;
     let arch = &subject.arch;
     let program = variant::program(arch, &subject.build)?;
     let image = scene_image::build(scene, &studio.bvh, &scene.camera, arch, args.size)
@@ -31,9 +37,8 @@ pub(super) fn run(
     let guard = Guard::default();
     let found = explain(triangles, &image, &program, arch, &guard, &lines, pixel);
     let Some(found) = found.map_err(Failure::message)? else {
-        let ((x, y), (width, height)) = (pixel, args.size);
         return Err(Failure::Message(format!(
-            "the frame of {width}x{height} has no pixel {x},{y}"
+            "nothing of the frame is written to pixel {x},{y}"
         )));
     };
     talk::print(match args.json {

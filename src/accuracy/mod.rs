@@ -20,9 +20,10 @@ pub(crate) use target::Target;
 
 use crate::cli::Accuracy as Args;
 use crate::failure::Failure;
+use crate::scenes::{self, Frame};
 use crate::talk::Progress;
 use crate::variant::Build;
-use crate::{files, interrupt, machine, render, scenes, talk};
+use crate::{files, interrupt, talk};
 use blame::Blame;
 use compare::Comparison;
 use glam::DVec3;
@@ -31,6 +32,7 @@ use serde::Serialize;
 use setting::{Setting, Subject};
 use srp_runtime::reference;
 use srp_runtime::scene::Scene;
+use srp_runtime::scene_image;
 use srp_scheduler::Known;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -73,13 +75,10 @@ struct Report {
 
 /// Runs `srp accuracy`.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let arch = machine::read(&args.machine.machine)?;
-    let camera = render::camera(&args.camera, args.cameras.as_deref())?;
-    let mut scene = scenes::read(args.scene.as_deref(), camera)?;
-    scenes::set_up(&mut scene, &args.shading)?;
-    let (effects, _) = scenes::effects(&scene, args.shading.effects.as_deref())?;
+    let frame = Frame::read(&args.frame)?;
+    let (arch, scene) = (frame.arch, frame.scene);
     let base = Subject {
-        build: Build::new(effects, scene.options.bounces).asked(&args.building)?,
+        build: Build::new(frame.effects, scene.options.bounces).asked(&args.building)?,
         options: scene.options,
         arch,
     };
@@ -87,8 +86,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         return explain::run(&scene, &base, args, pixel);
     }
     let settings = chosen(&args.knob, &base)?;
+    let studio = studio(&scene, &base, args)?;
     let store = Store::open(&args.output, &base, &scene, args.size)?;
-    let bench = Bench::of(&scene, &base, args)?;
+    let bench = Bench::of(studio, &base, args)?;
     let mut report = interrupt::looked_for(|| bench.tried(settings, &store, args))?;
     report.finish();
     files::write(
@@ -124,29 +124,32 @@ fn chosen(knobs: &[String], base: &Subject) -> Result<Vec<Setting>, Failure> {
         .collect())
 }
 
-/// What all frames of a scene share.
-fn studio<'a>(scene: &'a Scene, args: &Args) -> Studio<'a> {
-    Studio {
-        bvh: scenes::build(scene, args.bvh, None),
+/// What all frames of a scene share. The error is why there is none of this size, before anything is
+/// compiled or rendered for it.
+fn studio<'a>(scene: &'a Scene, base: &Subject, args: &Args) -> Result<Studio<'a>, Failure> {
+    let bvh = scenes::build(scene, args.bvh, None);
+    scene_image::check(scene, &bvh, &base.arch, args.size).map_err(Failure::message)?;
+    Ok(Studio {
+        bvh,
         edges: Edges::of(scene),
         scene,
         size: args.size,
         known: Known::default(),
-    }
+    })
 }
 
 /// A scene on the bench: what all trials share, and what they are held against.
 struct Bench<'a> {
     studio: Studio<'a>,
     base: &'a Subject,
-    scene: &'a Scene,
     /// With the options of the base, and with the most samples and bounces that are tried.
     plain: Vec<DVec3>,
     finest: Vec<DVec3>,
 }
 
 impl<'a> Bench<'a> {
-    fn of(scene: &'a Scene, base: &'a Subject, args: &Args) -> Result<Bench<'a>, Failure> {
+    fn of(studio: Studio<'a>, base: &'a Subject, args: &Args) -> Result<Bench<'a>, Failure> {
+        let scene = studio.scene;
         let spinner = Progress::spinner("rendering in binary64");
         let finest = setting::finest(base);
         let plain = reference(scene, base, args)?;
@@ -156,9 +159,8 @@ impl<'a> Bench<'a> {
         };
         drop(spinner);
         Ok(Bench {
-            studio: studio(scene, args),
+            studio,
             base,
-            scene,
             plain,
             finest,
         })
@@ -179,8 +181,8 @@ impl<'a> Bench<'a> {
             }
         }
         let mut report = Report {
-            scene: self.scene.name.clone(),
-            triangles: self.scene.triangles.len(),
+            scene: self.studio.scene.name.clone(),
+            triangles: self.studio.scene.triangles.len(),
             machine: self.base.arch.name.clone(),
             size: args.size,
             target: args.target.clone(),

@@ -18,7 +18,7 @@ const STYLE: &str = "
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(24rem, 1fr)); gap: 1rem 2rem; }
 .plots figure, .maps figure { margin: 0; } figcaption { color: var(--soft); font-size: .82rem; margin-bottom: .2rem; }
 .plot .axis { stroke: var(--edge); } .plot .grid { stroke: var(--line); } .plot text { font-size: 11px; fill: var(--soft); }
-.plot circle { fill: var(--integer); fill-opacity: .75; } .plot circle.best { fill: var(--float); } .plot circle.base { fill: var(--good); r: 6px; }
+.plot circle { fill: var(--integer); fill-opacity: .75; } .plot circle.best { fill: var(--float); } .plot circle.base { fill: var(--good); r: 6px; } .plot circle.far { fill: none; stroke: var(--integer); stroke-width: 1.6; }
 .plot path { fill: none; stroke: var(--float); stroke-width: 1.4; stroke-dasharray: 4 3; }
 .maps { display: grid; grid-template-columns: repeat(auto-fill, minmax(16rem, 1fr)); gap: 1rem; } .maps img { width: 100%; image-rendering: pixelated; border-radius: 4px; background: #000; }
 tr.best td:first-child { color: var(--float); font-weight: 600; } tr.cheapest td { background: color-mix(in srgb, var(--good) 12%, transparent); } td.hole { color: var(--above); font-weight: 600; }
@@ -99,6 +99,10 @@ fn plots(report: &Report) -> Markup {
                     (Plot::of(&alike, cost, name).svg())
                 }
             }
+        }
+        p.soft {
+            "Green: the machine as it is. On the line: no other setting has a better picture for less. "
+            "Rings at the right cost more than the axis shows; the pointer over a dot says which it is."
         }
     }
 }

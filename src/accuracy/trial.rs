@@ -133,8 +133,6 @@ impl Studio<'_> {
         let cores = engine::cores(program, arch, Engine::Interp, arch.system.cores)?;
         let options = system::Options {
             timing: system::Timing::Full,
-            chosen: None,
-            warm: None,
             max_cycles: render::MAX_CYCLES,
             sram_image: &program.image,
             guard: Guard::default(),

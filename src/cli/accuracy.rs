@@ -1,7 +1,7 @@
 //! The command line of `srp accuracy`.
 
-use super::MachineFile;
-use super::scene::{Building, BvhBuilder, Camera, Shading, parse_pixel, parse_size};
+use super::parse_threads;
+use super::scene::{Building, BvhBuilder, Frame, parse_pixel, parse_size};
 use crate::accuracy::Target;
 use clap::Args;
 use std::path::PathBuf;
@@ -18,17 +18,8 @@ Examples:
 The folder keeps every trial, with its picture and a map of what is off; said again, the command
 goes on where it was interrupted.")]
 pub(crate) struct Accuracy {
-    /// Scene to render; the default scene where none is given
-    pub(crate) scene: Option<PathBuf>,
     #[command(flatten)]
-    pub(crate) machine: MachineFile,
-    #[command(flatten)]
-    pub(crate) camera: Camera,
-    /// View N of the scene NAME in a file of cameras
-    #[arg(long, value_name = "FILE.json:NAME/N")]
-    pub(crate) cameras: Option<String>,
-    #[command(flatten)]
-    pub(crate) shading: Shading,
+    pub(crate) frame: Frame,
     #[command(flatten)]
     pub(crate) building: Building,
     /// Turn no knob, but say of one pixel where it parts from binary64, and what follows from it
@@ -48,7 +39,7 @@ pub(crate) struct Accuracy {
     #[arg(long, value_enum, default_value_t = BvhBuilder::Sweep)]
     pub(crate) bvh: BvhBuilder,
     /// Trials at a time; they change no figure but the host's seconds
-    #[arg(long, value_name = "N", default_value_t = 2)]
+    #[arg(long, value_name = "N", default_value = "2", value_parser = parse_threads)]
     pub(crate) threads: usize,
     /// Folder of the report and of all trials
     #[arg(short, long, value_name = "DIR", default_value = "accuracy")]

@@ -1,10 +1,9 @@
 //! Levels of simulation on the command line, and `srp fidelity`.
 
-use super::{Camera, Engine, MachineFile, Shading};
+use super::{Engine, Frame};
 use crate::cli::BvhBuilder;
 use clap::{Args, ValueEnum};
 use srp_runtime::fidelity::Fidelity;
-use std::path::PathBuf;
 
 /// How much is simulated.
 #[derive(Args)]
@@ -13,8 +12,8 @@ pub(crate) struct Level {
     /// the T&I unit, sampled measures a part, cycle has a memory of fixed latency
     #[arg(long, value_name = "LEVEL", default_value = "cycle+dram", value_parser = parse_level)]
     pub(crate) fidelity: Fidelity,
-    /// With --fidelity sampled: measure until the 95 % interval of the cycles is this narrow, to both
-    /// sides
+    /// With --fidelity sampled: measure until drawing leaves the 95 % interval of the cycles this narrow, to
+    /// both sides; what a sample of a frame may be off by besides is added to the interval
     #[arg(long, value_name = "PERCENT", default_value = "1%", value_parser = parse_error)]
     pub(crate) error: f64,
     /// What is drawn with --fidelity sampled
@@ -57,20 +56,11 @@ What has been simulated is kept in the cache folder, so that a run that was inte
 
 Examples:
   srp fidelity --size 320x240
-  srp fidelity sibenik.obj --cameras cameras.json:sibenik/0 --size 1024x768 --trials 200 --threads 2
+  srp fidelity sibenik.obj --cameras cameras.json:sibenik/0 --size 1024x768 --error 3% --trials 200
   srp fidelity bunny.obj --error 2% --form json")]
 pub(crate) struct FidelityTable {
-    /// Scene to render; the default scene where none is given
-    pub(crate) scene: Option<PathBuf>,
     #[command(flatten)]
-    pub(crate) machine: MachineFile,
-    #[command(flatten)]
-    pub(crate) camera: Camera,
-    /// View N of the scene NAME in a file of cameras
-    #[arg(long, value_name = "FILE.json:NAME/N")]
-    pub(crate) cameras: Option<String>,
-    #[command(flatten)]
-    pub(crate) shading: Shading,
+    pub(crate) frame: Frame,
     /// Width and height of the image in pixels
     #[arg(long, value_name = "WxH", default_value = "320x240", value_parser = super::parse_size)]
     pub(crate) size: (u32, u32),
@@ -80,7 +70,7 @@ pub(crate) struct FidelityTable {
     /// How the bounding volume hierarchy is built
     #[arg(long, value_enum, default_value_t = BvhBuilder::Sweep)]
     pub(crate) bvh: BvhBuilder,
-    /// Half the width of the intervals of cycles at which sampling stops
+    /// Half the width that drawing may leave to the intervals of cycles; what samples may be off by besides is added
     #[arg(long, value_name = "PERCENT", default_value = "1%", value_parser = parse_error)]
     pub(crate) error: f64,
     /// Seed of the sample of the table, and of the first trial
@@ -89,9 +79,9 @@ pub(crate) struct FidelityTable {
     /// Samples of as many seeds: how often the intervals hold
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=100_000))]
     pub(crate) trials: u64,
-    /// Threads of the host for samples; they change no figure
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub(crate) threads: usize,
+    /// Threads of the host for samples, as many as it has processors by default; they change no figure
+    #[arg(long, value_name = "N", value_parser = super::parse_threads)]
+    pub(crate) threads: Option<usize>,
     /// Form of the table
     #[arg(long, value_enum, default_value_t = TableForm::Text)]
     pub(crate) form: TableForm,

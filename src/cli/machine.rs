@@ -6,6 +6,10 @@ use std::path::PathBuf;
 
 /// `srp area`
 #[derive(Args)]
+#[command(after_help = "\
+Examples:
+  srp area
+  srp area my-machine.xml --json")]
 pub(crate) struct Area {
     /// Machine file, or one of the machines that come along: sgrt, tiny, wide
     #[arg(default_value = "sgrt")]
@@ -32,6 +36,12 @@ pub(crate) struct Units {
 
 /// `srp machine`
 #[derive(Args)]
+#[command(after_help = "\
+Examples:
+  srp machine check my-machine.xml
+  srp machine show wide
+  srp machine expand sgrt > my-machine.xml
+  srp machine mesh --rows 8 --cols 8 -o mesh.xml")]
 pub(crate) struct Machine {
     /// What to do with it
     #[command(subcommand)]

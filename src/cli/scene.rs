@@ -1,6 +1,6 @@
 //! The command lines of what works on scenes: `srp render`, `srp tni`, `srp paper`.
 
-use super::{Engine, Feature, Level, Loops, MachineFile};
+use super::{Engine, Feature, Level, Loops, MachineFile, parse_threads};
 use clap::{Args, ValueEnum};
 use srp_runtime::form;
 use srp_runtime::scene::{Light, MAX_BOUNCES, MAX_COORDINATE, MAX_SAMPLES};
@@ -25,9 +25,9 @@ pub(crate) struct Measuring {
     /// Most triangles of a leaf
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=255))]
     pub(crate) max_leaf: Option<u32>,
-    /// Threads of the host; they change no figure
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub(crate) threads: usize,
+    /// Threads of the host, as many as it has processors by default; they change no figure
+    #[arg(long, value_name = "N", value_parser = parse_threads)]
+    pub(crate) threads: Option<usize>,
 }
 
 /// How far light is followed, and what the kernels are built for.
@@ -52,6 +52,22 @@ pub(crate) struct Shading {
     /// A point light, instead of the scene's; several are possible
     #[arg(long, value_name = "X,Y,Z[/R,G,B]", allow_hyphen_values = true, value_parser = parse_light)]
     pub(crate) light: Vec<Light>,
+}
+
+/// What a frame is of: a scene, seen and lit, and the machine that renders it.
+#[derive(Args)]
+pub(crate) struct Frame {
+    /// Scene to render; the default scene where none is given
+    pub(crate) scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) machine: MachineFile,
+    #[command(flatten)]
+    pub(crate) camera: Camera,
+    /// View N of the scene NAME in a file of cameras
+    #[arg(long, value_name = "FILE.json:NAME/N")]
+    pub(crate) cameras: Option<String>,
+    #[command(flatten)]
+    pub(crate) shading: Shading,
 }
 
 /// How the kernels of a frame are built.
@@ -131,17 +147,8 @@ Examples:
   srp render sibenik.obj --cameras cameras.json:sibenik/0 --size 320x240 -o sibenik.png
   srp render scene.obj --camera 0,1,5/0,0,-1/60 --machine wide --report frame.json --loops loops.html")]
 pub(crate) struct Render {
-    /// Scene to render; the default scene where none is given
-    pub(crate) scene: Option<PathBuf>,
     #[command(flatten)]
-    pub(crate) machine: MachineFile,
-    #[command(flatten)]
-    pub(crate) camera: Camera,
-    /// View N of the scene NAME in a file of cameras
-    #[arg(long, value_name = "FILE.json:NAME/N")]
-    pub(crate) cameras: Option<String>,
-    #[command(flatten)]
-    pub(crate) shading: Shading,
+    pub(crate) frame: Frame,
     #[command(flatten)]
     pub(crate) building: Building,
     /// Width and height of the image in pixels
@@ -155,9 +162,10 @@ pub(crate) struct Render {
     pub(crate) kernels: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) level: Level,
-    /// Threads of the host for --fidelity sampled; they change no figure
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub(crate) threads: usize,
+    /// Threads of the host for --fidelity sampled, as many as it has processors by default; they change
+    /// no figure
+    #[arg(long, value_name = "N", value_parser = parse_threads)]
+    pub(crate) threads: Option<usize>,
     /// How the bounding volume hierarchy is built
     #[arg(long, value_enum, default_value_t = BvhBuilder::Sweep)]
     pub(crate) bvh: BvhBuilder,
@@ -182,17 +190,8 @@ Examples:
   srp effects scene.obj --no-costs --json
   srp effects --effects +antialiasing,-shadow --html effects.html")]
 pub(crate) struct Effects {
-    /// Scene to look at; the default scene where none is given
-    pub(crate) scene: Option<PathBuf>,
     #[command(flatten)]
-    pub(crate) machine: MachineFile,
-    #[command(flatten)]
-    pub(crate) camera: Camera,
-    /// View N of the scene NAME in a file of cameras
-    #[arg(long, value_name = "FILE.json:NAME/N")]
-    pub(crate) cameras: Option<String>,
-    #[command(flatten)]
-    pub(crate) shading: Shading,
+    pub(crate) frame: Frame,
     #[command(flatten)]
     pub(crate) building: Building,
     /// Measure nothing: only which effects, and why
@@ -351,7 +350,7 @@ pub(crate) struct Tni {
     #[arg(long, value_enum, default_value_t = HeatOf::Cycles)]
     pub(crate) heat_of: HeatOf,
     /// Trace the first ray of this pixel alone, and tell all that happens to it
-    #[arg(long, value_name = "X,Y", value_parser = parse_pixel)]
+    #[arg(long, value_name = "X,Y", value_parser = parse_pixel, conflicts_with = "heat")]
     pub(crate) ray: Option<(u32, u32)>,
     /// Print JSON instead of text
     #[arg(long)]

@@ -7,11 +7,10 @@ use crate::talk::Progress;
 use crate::{engine, interrupt, render, scenes, variant};
 use serde::Serialize;
 use srp_archdesc::arch::Arch;
-use srp_runtime::bvh::Bvh;
 use srp_runtime::effect::{Effects, Guard, TABLE};
 use srp_runtime::picture::Picture;
 use srp_runtime::scene::Scene;
-use srp_runtime::scene_image;
+use srp_runtime::scene_image::{self, SceneImage};
 use srp_runtime::system;
 use srp_scheduler::Known;
 use std::time::Instant;
@@ -54,8 +53,7 @@ struct Frame {
 
 /// What all frames share.
 struct Studio<'a> {
-    scene: &'a Scene,
-    bvh: Bvh,
+    image: SceneImage,
     build: &'a variant::Build,
     arch: &'a Arch,
     args: &'a Args,
@@ -64,22 +62,25 @@ struct Studio<'a> {
 
 impl Studio<'_> {
     fn frame(&self, effects: Effects) -> Result<Frame, Failure> {
-        let (scene, arch) = (self.scene, self.arch);
+        let arch = self.arch;
         let build = variant::Build {
             effects,
             ..self.build.clone()
         };
-        let compiled = variant::kept(arch, &build, &self.known)?;
+        let compiled =
+            variant::kept(arch, &build, &self.known).map_err(|failure| match failure {
+                Failure::Message(text) => Failure::Message(format!(
+                    "{text}\nnote: this is the simulator of {} effects; --no-costs builds none",
+                    effects.iter().count()
+                )),
+                other => other,
+            })?;
         let program = compiled.runnable()?;
-        let image = scene_image::build(scene, &self.bvh, &scene.camera, arch, self.args.size)
-            .map_err(Failure::message)?;
         let mut frame: Option<Frame> = None;
         for _ in 0..TRIES {
             let cores = engine::cores(program, arch, self.args.engine, arch.system.cores)?;
             let options = system::Options {
                 timing: system::Timing::Full,
-                chosen: None,
-                warm: None,
                 max_cycles: render::MAX_CYCLES,
                 sram_image: &program.image,
                 guard: Guard::default(),
@@ -89,7 +90,7 @@ impl Studio<'_> {
             };
             let start = Instant::now();
             let rendered =
-                interrupt::looked_for(|| system::render(image.clone(), cores, arch, options));
+                interrupt::looked_for(|| system::render(self.image.clone(), cores, arch, options));
             let (picture, report) = rendered.map_err(Failure::message)?;
             interrupt::end_if_requested()?;
             let seconds = start.elapsed().as_secs_f64();
@@ -113,9 +114,11 @@ pub(super) fn measure(
     args: &Args,
 ) -> Result<(), Failure> {
     let built = build.effects;
+    let bvh = scenes::build(scene, args.bvh, None);
+    let image = scene_image::build(scene, &bvh, &scene.camera, arch, args.size)
+        .map_err(Failure::message)?;
     let studio = Studio {
-        scene,
-        bvh: scenes::build(scene, args.bvh, None),
+        image,
         build,
         arch,
         args,

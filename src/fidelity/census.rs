@@ -1,6 +1,7 @@
 //! What has been simulated of a frame, kept in the cache folder: whole frames by level, and samples.
 
 use super::Shot;
+use super::clock::Took;
 use crate::failure::Failure;
 use crate::{files, variant};
 use serde::{Deserialize, Serialize};
@@ -11,8 +12,8 @@ use std::path::PathBuf;
 /// A whole frame at a level.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Level {
-    /// Seconds on the host.
-    pub(crate) seconds: f64,
+    /// Time of the host.
+    pub(crate) took: Took,
     /// The values of its figures.
     pub(crate) values: Vec<f64>,
 }
@@ -20,8 +21,8 @@ pub(crate) struct Level {
 /// A sample of a frame.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Kept {
-    /// Seconds on the host.
-    pub(crate) seconds: f64,
+    /// Time of the host.
+    pub(crate) took: Took,
     /// The part of the tiles that was measured.
     pub(crate) measured: f64,
     /// The values of its figures, and half their intervals.
@@ -76,7 +77,7 @@ impl Census {
         }
         let whole = shot.whole(level)?;
         let known = Level {
-            seconds: whole.seconds,
+            took: whole.took,
             values: whole.figures.iter().map(|f| f.estimate.value).collect(),
         };
         self.levels.insert(level.name().to_owned(), known.clone());
@@ -95,9 +96,9 @@ impl Census {
         if let Some(known) = self.samples.get(&name) {
             return Ok(known.clone());
         }
-        let (sampled, seconds) = shot.sampled(seed, error)?;
+        let (sampled, took) = shot.sampled(seed, error)?;
         let known = Kept {
-            seconds,
+            took,
             measured: sampled.measured as f64 / sampled.tiles.max(1) as f64,
             // JSON has no infinity.
             figures: (sampled.figures.iter().map(|f| f.estimate))

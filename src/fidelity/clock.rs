@@ -1,6 +1,7 @@
-//! Time that work takes on this host: that of the processor, where the system tells it, so that neither
-//! threads nor other programs change what is compared.
+//! Time that work takes on this host: that of a clock on the wall, and that of the processor, where the system
+//! tells it, which other programs do not change.
 
+use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
 /// Clock ticks of `/proc` in a second (`USER_HZ`).
@@ -12,6 +13,15 @@ pub(crate) struct Watch {
     wall: Instant,
 }
 
+/// What work took.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(crate) struct Took {
+    /// Seconds on the wall.
+    pub(crate) seconds: f64,
+    /// Seconds of the processor, of all threads together.
+    pub(crate) processor: Option<f64>,
+}
+
 impl Watch {
     /// Starts one.
     pub(crate) fn start() -> Watch {
@@ -21,11 +31,12 @@ impl Watch {
         }
     }
 
-    /// Seconds since then.
-    pub(crate) fn seconds(&self) -> f64 {
-        match (self.processor, processor()) {
-            (Some(from), Some(to)) => (to - from).max(0.5 / TICKS),
-            _ => self.wall.elapsed().as_secs_f64(),
+    /// What was taken since then.
+    pub(crate) fn took(&self) -> Took {
+        let processor = processor().zip(self.processor);
+        Took {
+            seconds: self.wall.elapsed().as_secs_f64(),
+            processor: processor.map(|(to, from)| to - from),
         }
     }
 }

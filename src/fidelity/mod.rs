@@ -9,17 +9,16 @@ use crate::engine::Factory;
 use crate::failure::Failure;
 use crate::talk::Progress;
 use crate::{interrupt, render};
-use clock::Watch;
+use clock::{Took, Watch};
 use srp_archdesc::arch::Arch;
 use srp_ir::dre::scheduled::ScheduledDre;
 use srp_runtime::effect::{Effects, Guard};
 use srp_runtime::fidelity::Fidelity;
 use srp_runtime::picture::Picture;
-use srp_runtime::preview::{self, Preview, View};
 use srp_runtime::scene::{Camera, Scene};
 use srp_runtime::scene_image::{SceneImage, tile_size};
-use srp_runtime::system::sampled::{self, Figure, Frame, Sampled, Tiles, Turns};
-use srp_runtime::system::{self, Timing};
+use srp_runtime::system;
+use srp_runtime::system::sampled::{self, Figure, First, Frame, Sampled, View};
 
 pub(crate) use text::{frame_text, sampled_text};
 
@@ -39,18 +38,11 @@ pub(crate) struct Shot<'a> {
     pub(crate) recorded_hits: bool,
 }
 
-/// What is known of a frame before it is sampled.
-pub(crate) struct First {
-    pub(crate) tiles: Tiles,
-    pub(crate) preview: Preview,
-    pub(crate) turns: Turns,
-}
-
 /// A frame, all of it, at some level.
 pub(crate) struct Whole {
     pub(crate) picture: Picture,
     pub(crate) figures: Vec<Figure>,
-    pub(crate) seconds: f64,
+    pub(crate) took: Took,
 }
 
 impl Shot<'_> {
@@ -69,8 +61,6 @@ impl Shot<'_> {
         let options = system::Options {
             guard: self.guard.clone(),
             timing: level.timing(),
-            chosen: None,
-            warm: None,
             max_cycles: render::MAX_CYCLES,
             sram_image: &self.program.image,
             kernel_names: names.clone(),
@@ -79,15 +69,16 @@ impl Shot<'_> {
         };
         let cores = self.factory.cores(arch.system.cores);
         let watch = Watch::start();
-        let part = interrupt::looked_for(|| system::render_part(&mut image, cores, &arch, options))
-            .map_err(Failure::message)?;
-        let seconds = watch.seconds();
+        let part =
+            interrupt::looked_for(|| system::render_tiles(&mut image, cores, &arch, options))
+                .map_err(Failure::message)?;
+        let took = watch.took();
         drop(progress);
         interrupt::end_if_requested()?;
         Ok(Whole {
             figures: sampled::known(&part, &arch, &names),
             picture: Picture::of(&image.memory, &image.frame),
-            seconds,
+            took,
         })
     }
 
@@ -102,53 +93,20 @@ impl Shot<'_> {
             size: self.size,
             tile: tile_size(spec.buffers.rays),
             effects: self.effects,
+            texel_bits: self.arch.precision.texture_weight_bits,
         }
     }
 
-    /// What is known of the frame before it is sampled, and the seconds that it took.
-    pub(crate) fn look(&self) -> Result<(First, f64), Failure> {
+    /// Samples the frame, and what that took with the first look.
+    pub(crate) fn sampled(&self, seed: u64, error: f64) -> Result<(Sampled, Took), Failure> {
         let watch = Watch::start();
-        let preview = preview::look(&self.view());
-        let tiles = Tiles::of(&preview.sizes, sampled::across(self.size.0, self.arch));
-        let options = system::Options {
-            guard: self.guard.clone(),
-            timing: match self.recorded_hits {
-                true => Timing::RecordedHits,
-                false => Timing::Full,
-            },
-            chosen: None,
-            warm: None,
-            max_cycles: render::MAX_CYCLES,
-            sram_image: &self.program.image,
-            kernel_names: self.kernel_names(),
-            progress: &mut |_| {},
-            cancelled: &interrupt::requested,
-        };
-        let cores = self.factory.cores(self.arch.system.cores);
-        let turns = Turns::of(&self.image, cores, self.arch, options).map_err(Failure::message)?;
-        let first = First {
-            tiles,
-            preview,
-            turns,
-        };
-        Ok((first, watch.seconds()))
-    }
-
-    /// Does something with the frame as it is sampled.
-    pub(crate) fn framed<R>(
-        &self,
-        first: &First,
-        progress: &(dyn Fn(usize) + Sync),
-        act: impl FnOnce(&Frame<'_>) -> R,
-    ) -> R {
-        let engines = || self.factory.cores(self.arch.system.cores);
+        let first = First::of(&self.view(), self.arch, self.threads);
+        let progress = Progress::steps("sampling", u64::from(self.image.tiles));
         let names = self.kernel_names();
-        act(&Frame {
+        let frame = Frame {
             image: &self.image,
-            view: &self.view(),
-            preview: &first.preview,
-            turns: &first.turns,
-            engines: &engines,
+            first: &first,
+            engines: &|| self.factory.cores(self.arch.system.cores),
             arch: self.arch,
             sram_image: &self.program.image,
             guard: self.guard.clone(),
@@ -156,25 +114,13 @@ impl Shot<'_> {
             kernel_names: &names,
             max_cycles: render::MAX_CYCLES,
             threads: self.threads,
-            progress,
+            progress: &|done| progress.at(done as u64),
             cancelled: &interrupt::requested,
-        })
-    }
-
-    /// Samples the frame, and the seconds that it took with the first look.
-    pub(crate) fn sampled(&self, seed: u64, error: f64) -> Result<(Sampled, f64), Failure> {
-        let watch = Watch::start();
-        let (first, _) = self.look()?;
-        let progress = Progress::steps("sampling", u64::from(self.image.tiles));
-        let at = |done: usize| progress.at(done as u64);
-        let sampled = interrupt::looked_for(|| {
-            self.framed(&first, &at, |frame| {
-                sampled::sample(frame, &first.tiles, seed, error)
-            })
-        });
+        };
+        let sampled = interrupt::looked_for(|| sampled::sample(&frame, seed, error));
         drop(progress);
         let sampled = sampled.map_err(Failure::message)?;
         let sampled = sampled.ok_or(Failure::Interrupted)?;
-        Ok((sampled, watch.seconds()))
+        Ok((sampled, watch.took()))
     }
 }

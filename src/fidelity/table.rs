@@ -2,12 +2,14 @@
 
 use super::Shot;
 use super::census::{Census, Kept};
+use super::clock::Took;
 use super::text;
-use crate::cli::{FidelityTable, TableForm};
+use crate::cli::{self, FidelityTable, TableForm};
 use crate::engine::Factory;
 use crate::failure::Failure;
+use crate::scenes::{self, Frame};
 use crate::talk::Progress;
-use crate::{interrupt, machine, render, scenes, talk, variant};
+use crate::{interrupt, talk, variant};
 use serde::Serialize;
 use srp_runtime::fidelity::Fidelity;
 use srp_runtime::scene_image;
@@ -30,8 +32,9 @@ pub(crate) struct Table {
 #[derive(Debug, Serialize)]
 pub(crate) struct Row {
     pub(crate) level: &'static str,
-    /// Host seconds without reading the scene and compiling.
-    pub(crate) seconds: f64,
+    /// Time of the host without reading the scene and compiling.
+    #[serde(flatten)]
+    pub(crate) took: Took,
     /// How much quicker than the top level.
     pub(crate) speed_up: f64,
     /// The part of the frame that was simulated cycle by cycle.
@@ -57,8 +60,9 @@ pub(crate) struct Trials {
     pub(crate) target: f64,
     /// Mean part of the tiles that was measured.
     pub(crate) measured: f64,
-    /// Mean host seconds, with the first look, and how much quicker than the top level that is.
-    pub(crate) seconds: f64,
+    /// Mean time of the host, with the first look, and how much quicker than the top level that is.
+    #[serde(flatten)]
+    pub(crate) took: Took,
     pub(crate) speed_up: f64,
     pub(crate) figures: Vec<TrialFigure>,
 }
@@ -76,17 +80,18 @@ pub(crate) struct TrialFigure {
 
 /// Runs `srp fidelity`.
 pub(crate) fn run(args: &FidelityTable) -> Result<(), Failure> {
-    let arch = machine::read(&args.machine.machine)?;
-    let camera = render::camera(&args.camera, args.cameras.as_deref())?;
-    let mut scene = scenes::read(args.scene.as_deref(), camera)?;
-    scenes::set_up(&mut scene, &args.shading)?;
-    let (effects, guard) = scenes::effects(&scene, args.shading.effects.as_deref())?;
-    let build = variant::Build::new(effects, scene.options.bounces);
-    let compiled = variant::kept(&arch, &build, &Known::default())?;
-    let program = compiled.runnable()?;
+    let Frame {
+        arch,
+        scene,
+        effects,
+        guard,
+    } = Frame::read(&args.frame)?;
     let bvh = scenes::build(&scene, args.bvh, None);
     let image = scene_image::build(&scene, &bvh, &scene.camera, &arch, args.size)
         .map_err(Failure::message)?;
+    let build = variant::Build::new(effects, scene.options.bounces);
+    let compiled = variant::kept(&arch, &build, &Known::default())?;
+    let program = compiled.runnable()?;
     let factory = Factory::of(program, &arch, args.engine)?;
     let shot = Shot {
         scene: &scene,
@@ -98,7 +103,7 @@ pub(crate) fn run(args: &FidelityTable) -> Result<(), Failure> {
         effects,
         guard,
         size: args.size,
-        threads: args.threads,
+        threads: cli::threads(args.threads),
         recorded_hits: false,
     };
     let table = table(&shot, args)?;
@@ -115,10 +120,10 @@ fn table(shot: &Shot<'_>, args: &FidelityTable) -> Result<Table, Failure> {
     let truth = census.level(shot, Fidelity::CycleDram)?;
     let mut levels = Vec::new();
     for level in Fidelity::ALL {
-        let row = |seconds: f64, measured: f64, figures: Vec<Cell>| Row {
+        let row = |took: Took, measured: f64, figures: Vec<Cell>| Row {
             level: level.name(),
-            seconds,
-            speed_up: truth.seconds / seconds,
+            took,
+            speed_up: truth.took.seconds / took.seconds,
             measured,
             figures,
         };
@@ -127,7 +132,7 @@ fn table(shot: &Shot<'_>, args: &FidelityTable) -> Result<Table, Failure> {
             let named = estimates(shot, &kept);
             let values: Vec<f64> = kept.figures.iter().map(|f| f.0).collect();
             let cells = cells(&named, &values, &truth.values, true);
-            levels.push(row(kept.seconds, kept.measured, cells));
+            levels.push(row(kept.took, kept.measured, cells));
             continue;
         }
         let known = census.level(shot, level)?;
@@ -137,7 +142,7 @@ fn table(shot: &Shot<'_>, args: &FidelityTable) -> Result<Table, Failure> {
             cells.retain(|c| sampled::is_count(&c.name));
         }
         let measured = f64::from(u8::from(level > Fidelity::Sampled));
-        levels.push(row(known.seconds, measured, cells));
+        levels.push(row(known.took, measured, cells));
     }
     let trials = match args.trials {
         0 => None,
@@ -147,7 +152,7 @@ fn table(shot: &Shot<'_>, args: &FidelityTable) -> Result<Table, Failure> {
             args,
             n,
             &truth.values,
-            truth.seconds,
+            truth.took.seconds,
         )?),
     };
     Ok(Table {
@@ -205,13 +210,19 @@ fn trials(
 ) -> Result<Trials, Failure> {
     let progress = Progress::steps("trials", count);
     let mut figures: Vec<TrialFigure> = Vec::new();
-    let (mut measured, mut seconds) = (0.0, 0.0);
+    let mut measured = 0.0;
+    let mut took = Took {
+        seconds: 0.0,
+        processor: Some(0.0),
+    };
     for i in 0..count {
         let seed = args.seed.wrapping_add(i);
         let kept = census.sample(shot, seed, args.error)?;
         let trial = estimates(shot, &kept);
         measured += kept.measured / count as f64;
-        seconds += kept.seconds / count as f64;
+        took.seconds += kept.took.seconds / count as f64;
+        let both = took.processor.zip(kept.took.processor);
+        took.processor = both.map(|(sum, more)| sum + more / count as f64);
         figures.resize_with(trial.len(), || TrialFigure {
             name: String::new(),
             covered: 0.0,
@@ -236,8 +247,8 @@ fn trials(
         trials: count,
         target: args.error,
         measured,
-        seconds,
-        speed_up: whole / seconds,
+        took,
+        speed_up: whole / took.seconds,
         figures,
     })
 }

@@ -35,16 +35,24 @@ pub(crate) fn frame_text(level: Fidelity, size: (u32, u32), figures: &[Figure]) 
 
 /// A sampled frame.
 pub(crate) fn sampled_text(sampled: &Sampled, size: (u32, u32)) -> String {
-    let mut out = format!(
-        "{}x{} pixels, sampled: {} of {} tiles ({:.1} %) of {} strata, seed {}; intervals of 95 %\n",
-        size.0,
-        size.1,
-        sampled.measured,
-        sampled.tiles,
-        100.0 * sampled.measured as f64 / sampled.tiles.max(1) as f64,
-        sampled.strata,
-        sampled.seed
-    );
+    let (width, height) = size;
+    let Sampled {
+        tiles,
+        measured,
+        strata,
+        seed,
+        ..
+    } = sampled;
+    let part = 100.0 * *measured as f64 / (*tiles).max(1) as f64;
+    let mut out = match strata {
+        0 => format!(
+            "{width}x{height} pixels, all {tiles} tiles: a sample that meets the error would take as long\n"
+        ),
+        _ => format!(
+            "{width}x{height} pixels, sampled: {measured} of {tiles} tiles ({part:.1} %) of {strata} strata, \
+             seed {seed}; intervals of 95 %\n"
+        ),
+    };
     for figure in &sampled.figures {
         let estimate = figure.estimate;
         let _ = writeln!(
@@ -76,14 +84,17 @@ fn percent(part: f64) -> String {
 
 /// The rows of the table of levels, header first.
 fn rows(table: &Table) -> Vec<Vec<String>> {
-    let mut head: Vec<String> = ["level", "host s", "speed-up", "measured %"]
+    let mut head: Vec<String> = ["level", "host s", "processor s", "speed-up", "measured %"]
         .map(String::from)
         .into();
     head.extend(SHOWN.map(|name| format!("{name} %")));
     let row = |row: &Row| {
         let mut cells = vec![
             row.level.to_owned(),
-            format!("{:.2}", row.seconds),
+            format!("{:.2}", row.took.seconds),
+            row.took
+                .processor
+                .map_or_else(|| "–".to_owned(), |s| format!("{s:.2}")),
             format!("{:.1}", row.speed_up),
             percent(row.measured),
         ];
@@ -92,8 +103,11 @@ fn rows(table: &Table) -> Vec<Vec<String>> {
             cells.push(match cell {
                 None => "–".to_owned(),
                 Some(c) if c.half_width.is_some() => {
-                    let against = if c.unit == "%" { 100.0 } else { c.value };
-                    let width = c.half_width.unwrap_or(0.0) / against;
+                    let width = match (c.unit, c.value) {
+                        ("%", _) => c.half_width.unwrap_or(0.0) / 100.0,
+                        (_, 0.0) => 0.0,
+                        (_, value) => c.half_width.unwrap_or(0.0) / value,
+                    };
                     format!("{:+.2} ± {:.2}", 100.0 * c.error, 100.0 * width)
                 }
                 Some(c) => format!("{:+.2}", 100.0 * c.error),
@@ -120,7 +134,7 @@ fn about_trials(trials: &Trials) -> String {
         trials.trials,
         percent(trials.target),
         percent(trials.measured),
-        trials.seconds,
+        trials.took.seconds,
         trials.speed_up
     )
 }

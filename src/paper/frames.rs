@@ -49,13 +49,13 @@ fn shoot(
     size: (u32, u32),
     sum: &mut Sum,
 ) -> Result<(), Failure> {
+    let image = scene_image::build(take.scene, take.bvh, take.camera, arch, size)
+        .map_err(Failure::message)?;
     let build = variant::Build::new(take.built, take.scene.options.bounces);
     let build = build.asked(&args.building)?;
     let compiled = variant::kept(arch, &build, &Known::default())?;
     let program = compiled.runnable()?;
     let factory = engine::Factory::of(program, arch, args.engine)?;
-    let image = scene_image::build(take.scene, take.bvh, take.camera, arch, size)
-        .map_err(Failure::message)?;
     if args.level.fidelity == Fidelity::Sampled {
         let shot = Shot {
             scene: take.scene,
@@ -67,7 +67,7 @@ fn shoot(
             effects: take.built,
             guard: Guard::default(),
             size,
-            threads: args.measuring.threads,
+            threads: cli::threads(args.measuring.threads),
             recorded_hits: take.timing == Timing::RecordedHits,
         };
         let (sampled, _) = shot.sampled(args.level.seed, args.level.error)?;
@@ -79,8 +79,6 @@ fn shoot(
     let options = system::Options {
         guard: Guard::default(),
         timing: take.timing,
-        chosen: None,
-        warm: None,
         max_cycles: render::MAX_CYCLES,
         sram_image: &program.image,
         kernel_names: (program.kernels.values())

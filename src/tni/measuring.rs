@@ -181,7 +181,23 @@ pub(crate) fn count(job: &Job<'_>, estimated: bool) -> Result<Vec<Outcome>, Fail
         }
         outcomes.push(outcome);
     }
-    Ok(outcomes)
+    some(job, outcomes)
+}
+
+/// Refuses outcomes of no ray at all.
+fn some(job: &Job<'_>, outcomes: Vec<Outcome>) -> Result<Vec<Outcome>, Failure> {
+    if outcomes.iter().any(|o| o.counters.unit.rays > 0) {
+        return Ok(outcomes);
+    }
+    Err(Failure::Message(format!(
+        "there are no {} rays to measure: {}",
+        job.rays.name(),
+        match job.rays {
+            Rays::Given(_) => "the file has none",
+            _ if job.one_in > 1 => "the sample has none, or nothing is seen that they start from",
+            _ => "nothing is seen that they start from",
+        }
+    )))
 }
 
 /// Measures all views of a job. What comes out does not depend on the number of threads.
@@ -219,20 +235,7 @@ pub(crate) fn measure(job: &Job<'_>) -> Result<Vec<Outcome>, Failure> {
     });
     let outcomes = outcomes.into_inner().expect("no thread panics with it");
     let outcomes: Option<Vec<Outcome>> = outcomes.into_iter().collect();
-    let outcomes = outcomes.ok_or(Failure::Interrupted)?;
-    if outcomes.iter().all(|o| o.counters.unit.rays == 0) {
-        return Err(Failure::Message(format!(
-            "there are no {} rays to measure: {}",
-            job.rays.name(),
-            match job.rays {
-                Rays::Given(_) => "the file has none",
-                _ if job.one_in > 1 =>
-                    "the sample has none, or nothing is seen that they start from",
-                _ => "nothing is seen that they start from",
-            }
-        )));
-    }
-    Ok(outcomes)
+    some(job, outcomes.ok_or(Failure::Interrupted)?)
 }
 
 fn run_view(

@@ -54,14 +54,20 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
             (Some(TniMemory::Shared | TniMemory::Both), _) | (None, true) => Memories::Shared,
             (Some(TniMemory::Private), _) | (None, false) => Memories::Private,
         },
-        threads: args.measuring.threads,
+        threads: cli::threads(args.measuring.threads),
         costs: args.heat.is_some(),
     };
     if let Some(pixel) = args.ray {
-        return Ok(talk::print(replay::explain(&job, pixel)?)?);
+        return Ok(talk::print(replay::explain(&job, pixel, args.json)?)?);
     }
     let level = args.level.fidelity;
     if level < Fidelity::Sampled {
+        if args.heat.is_some() {
+            return Err(Failure::Message(format!(
+                "--heat shows what rays cost, which --fidelity {} does not simulate: leave one out",
+                level.name()
+            )));
+        }
         return levels::print(args, &job);
     }
     let (job, outcomes) = match level {

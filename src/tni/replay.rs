@@ -2,14 +2,31 @@
 
 use super::{Job, Rays};
 use crate::failure::Failure;
+use serde_json::{Value, json};
 use srp_archdesc::system::TniSpec;
 use srp_runtime::rays::{Ray, Sampling};
 use srp_runtime::tni::standalone::{Bench, Memories, Options};
 use srp_runtime::tni::{Event, Logged};
 use std::fmt::Write as _;
 
-/// The first ray of a pixel of the first view, alone in a unit with empty caches.
-pub(super) fn explain(job: &Job<'_>, (x, y): (u32, u32)) -> Result<String, Failure> {
+/// The first ray of a pixel of the first view, alone in a unit with empty caches: for people, or as JSON.
+pub(super) fn explain(job: &Job<'_>, pixel: (u32, u32), json: bool) -> Result<String, Failure> {
+    let (ray, events) = run(job, pixel)?;
+    let mut out = String::new();
+    match json {
+        true => {
+            let members = members(pixel, &ray, &events);
+            out = serde_json::to_string_pretty(&members).map_err(Failure::message)? + "\n";
+        }
+        false => {
+            tell(&mut out, &ray, &events, &job.spec.tni).expect("writing to a String does not fail")
+        }
+    }
+    Ok(out)
+}
+
+/// The ray, and all that happens to it.
+fn run(job: &Job<'_>, (x, y): (u32, u32)) -> Result<(Ray, Vec<Logged>), Failure> {
     if x >= job.size.0 || y >= job.size.1 {
         return Err(Failure::Message(format!(
             "there is no pixel {x},{y} in a picture of {}x{}",
@@ -45,10 +62,49 @@ pub(super) fn explain(job: &Job<'_>, (x, y): (u32, u32)) -> Result<String, Failu
     let mut bench = Bench::new(job.spec, &memory, tree, options);
     bench.note_events();
     bench.feed(vec![ray], &Sampling::new(1, 1), &|| false);
-    let events = bench.run_out();
-    let mut out = String::new();
-    tell(&mut out, &ray, &events, &job.spec.tni).expect("writing to a String does not fail");
-    Ok(out)
+    Ok((ray, bench.run_out()))
+}
+
+/// The same for programs; boxes that are missed are `null`.
+fn members((x, y): (u32, u32), ray: &Ray, events: &[Logged]) -> Value {
+    let start = events.first().map_or(0, |e| e.cycle);
+    let happened = events.iter().map(|Logged { cycle, event, .. }| {
+        let mut members = match event {
+            Event::Dispatch { trv } => json!({ "what": "dispatch", "trv": trv }),
+            Event::Visit { node, enter } => json!({
+                "what": "visit", "leaf": node.is_leaf(), "node": node.index,
+                "triangles": node.count, "enter": enter,
+            }),
+            Event::Boxes { children, enter } => {
+                let children = children.iter().zip(enter).map(|(child, enter)| {
+                    json!({ "leaf": child.is_leaf(), "node": child.index, "enter": enter })
+                });
+                json!({ "what": "boxes", "children": children.collect::<Vec<_>>() })
+            }
+            Event::Post { popped, finished } => {
+                json!({ "what": "post", "popped": popped, "finished": finished })
+            }
+            Event::Triangle {
+                primitive,
+                t,
+                taken,
+            } => json!({ "what": "triangle", "primitive": primitive, "t": t, "taken": taken }),
+            Event::Result { hit } => json!({
+                "what": "result", "primitive": hit.map(|(p, _)| p), "t": hit.map(|(_, t)| t),
+            }),
+        };
+        members["cycle"] = (cycle - start).into();
+        members
+    });
+    json!({
+        "pixel": [x, y],
+        "origin": ray.origin,
+        "direction": ray.direction,
+        "tmin": ray.tmin,
+        "tmax": ray.tmax,
+        "any_hit": ray.flags & 1 == 1,
+        "events": happened.collect::<Vec<_>>(),
+    })
 }
 
 fn tell(out: &mut String, ray: &Ray, events: &[Logged], spec: &TniSpec) -> std::fmt::Result {

@@ -237,12 +237,13 @@ fn an_output_that_cannot_be_written_is_refused() {
         &["render", "-o", "no/such/folder/out.png"],
         &["no/such/folder/out.png"],
     );
-    let output = srp(&folder, &["render", "--size", "0x4"]);
-    assert_eq!(
-        output.status.code(),
-        Some(2),
-        "the command line is at fault"
-    );
+    for args in [
+        ["render", "--size", "0x4"],
+        ["accuracy", "--threads", "1000000"],
+    ] {
+        let output = srp(&folder, &args);
+        assert_eq!(output.status.code(), Some(2), "srp {args:?}");
+    }
 }
 
 const GRAPH: &str = "digraph accumulate {

@@ -68,6 +68,16 @@ fn units_alone_give_the_same_figures_on_any_number_of_threads() {
         told.contains("RD     to TRV 0") && told.contains("result "),
         "{told}"
     );
+    let told = json(&["--ray", "20,15"]);
+    let told: serde_json::Value = serde_json::from_str(&told).expect("it is JSON");
+    let events = told["events"].as_array().expect("there are events");
+    assert_eq!(events[0]["what"], "dispatch");
+    assert_eq!(events[events.len() - 1]["what"], "result");
+    refused(
+        &folder,
+        &["tni", "--fidelity", "analytic", "--heat", "heat.png"],
+        &["--heat", "leave one out"],
+    );
     write(&folder, "bad.txt", "0 1 9 0 0 -1\n0 1 nine 0 0 -1\n");
     refused(
         &folder,
@@ -116,7 +126,10 @@ fn odd_scenes_are_measured_or_refused() {
     let flat = json(&folder, &["tni", "flat.obj", "--size", "20x15"]);
     assert_eq!(flat["all"]["counters"]["unit"]["hits"], 0);
     let nothing = ["start from"];
-    refused(&folder, &["tni", "flat.obj", "--rays", "ao"], &nothing);
+    for level in ["functional", "analytic", "cycle+dram"] {
+        let ao = ["tni", "flat.obj", "--rays", "ao", "--fidelity", level];
+        refused(&folder, &ao, &nothing);
+    }
     let paper = ["paper", "table4", "flat.obj", "--size", "20x15"];
     refused(&folder, &paper, &nothing);
     write(&folder, "none.obj", "v 0 0 0\n");

@@ -141,8 +141,6 @@ impl Studio {
             (0..arch.system.cores).map(|_| Box::new(Interpreter::new(&spec)) as Box<dyn Core>);
         let options = system::Options {
             timing: system::Timing::Full,
-            chosen: None,
-            warm: None,
             max_cycles: 1_000_000_000,
             sram_image: &scheduled.program.image,
             guard,

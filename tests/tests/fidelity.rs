@@ -7,10 +7,9 @@ use srp_runtime::core::Core;
 use srp_runtime::effect::{Effects, Guard, find};
 use srp_runtime::fidelity::Fidelity;
 use srp_runtime::picture::Picture;
-use srp_runtime::preview::{self, View};
 use srp_runtime::scene::demo::demo;
 use srp_runtime::scene_image::tile_size;
-use srp_runtime::system::sampled::{self, Figure, Frame, Tiles, Turns};
+use srp_runtime::system::sampled::{self, Figure, First, Frame, View};
 use srp_runtime::system::{self, Options, Timing};
 use srp_scheduler::schedule;
 use srp_tests::studio::Studio;
@@ -57,8 +56,6 @@ impl Kernels {
     ) -> Options<'a> {
         Options {
             timing,
-            chosen: None,
-            warm: None,
             max_cycles: LIMIT,
             sram_image: &self.data,
             guard: Guard::default(),
@@ -74,7 +71,7 @@ fn at(studio: &Studio, kernels: &Kernels, level: Fidelity) -> (Picture, Vec<Figu
     let mut image = studio.image();
     let quiet = &mut |_| {};
     let options = kernels.options(level.timing(), quiet);
-    let part = system::render_part(&mut image, kernels.cores(studio), &arch, options)
+    let part = system::render_tiles(&mut image, kernels.cores(studio), &arch, options)
         .unwrap_or_else(|e| panic!("{}: {e}", level.name()));
     let figures = sampled::known(&part, &arch, &kernels.names);
     (Picture::of(&image.memory, &image.frame), figures)
@@ -126,33 +123,32 @@ fn levels_agree_on_picture_and_counts_and_samples_on_themselves() {
     let cores = f64::from(studio.arch.system.cores);
     assert!((parts + arrays) / (cores * of(&truth, "frame")) > 0.9);
     assert!(parts + arrays <= cores * of(&truth, "frame"));
+}
 
-    // A sample of half the tiles, by one thread and by two.
+#[test]
+fn samples_are_near_the_frame_and_the_same_for_any_number_of_threads() {
+    let size = (512, 384);
+    let studio = Studio::of(demo(), size);
+    let built: Effects = find(&studio.scene).into_iter().collect();
+    let kernels = kernels(&studio, built);
+    let (_, truth) = at(&studio, &kernels, Fidelity::CycleDram);
     let image = studio.image();
     let view = View {
         scene: &studio.scene,
         image: &image,
         spec: &studio.arch.system.tni,
-        fan: studio.scene.camera.ray_fan(96, 64),
+        fan: studio.scene.camera.ray_fan(size.0, size.1),
         eye: studio.scene.camera.position,
-        size: (96, 64),
+        size,
         tile: tile_size(studio.arch.system.buffers.rays),
         effects: built,
+        texel_bits: studio.arch.precision.texture_weight_bits,
     };
-    let preview = preview::look(&view);
-    let tiles = Tiles::of(&preview.sizes, sampled::across(96, &studio.arch));
-    let quiet = &mut |_| {};
-    let options = kernels.options(Timing::Full, quiet);
-    let turns = Turns::of(&image, kernels.cores(&studio), &studio.arch, options)
-        .unwrap_or_else(|e| panic!("{e}"));
-    let engines = || kernels.cores(&studio);
-    let sample = |threads: usize, seed: u64| {
+    let sample = |threads: usize, seed: u64, error: f64| {
         let frame = Frame {
             image: &image,
-            view: &view,
-            preview: &preview,
-            turns: &turns,
-            engines: &engines,
+            first: &First::of(&view, &studio.arch, threads),
+            engines: &|| kernels.cores(&studio),
             arch: &studio.arch,
             sram_image: &kernels.data,
             guard: Guard::default(),
@@ -163,20 +159,25 @@ fn levels_agree_on_picture_and_counts_and_samples_on_themselves() {
             progress: &|_| {},
             cancelled: &|| false,
         };
-        let sampled = sampled::sample(&frame, &tiles, seed, 0.2);
+        let sampled = sampled::sample(&frame, seed, error);
         sampled
             .unwrap_or_else(|e| panic!("{e}"))
             .expect("nobody has cancelled it")
     };
-    let one = sample(1, 5);
-    assert_eq!(one, sample(2, 5));
-    assert_ne!(one, sample(1, 6));
-    assert!(
-        one.measured < one.tiles,
-        "{} of {}",
-        one.measured,
-        one.tiles
-    );
-    let off = of(&one.figures, "frame") / of(&truth, "frame") - 1.0;
-    assert!(off.abs() < 0.3, "{off}");
+    let one = sample(1, 5, 1.0);
+    assert_eq!(one, sample(3, 5, 1.0));
+    assert_ne!(one, sample(1, 6, 1.0));
+    assert!(one.measured < one.tiles / 2, "{one:?}");
+    for (name, most) in [("frame", 0.15), ("rays", 0.1), ("data cache hits", 0.02)] {
+        let value = |figures: &[Figure]| {
+            let figure = figures.iter().find(|f| f.name == name);
+            figure.unwrap_or_else(|| panic!("no {name}")).estimate.value
+        };
+        let off = value(&one.figures) / value(&truth) - 1.0;
+        assert!(off.abs() < most, "{name} is off by {off}");
+    }
+    // Where a sample would be most of the frame, it is the frame.
+    let all = sample(2, 5, 1e-6);
+    assert_eq!((all.measured, all.strata), (all.tiles, 0));
+    assert_eq!(all.figures, truth);
 }

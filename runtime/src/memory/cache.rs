@@ -110,6 +110,7 @@ impl Cache {
 
     /// Makes `line` the most recently used of its set without counting it, and brings it in where it is
     /// neither there nor on the way; what was written there is lost. Whether it was there.
+    #[inline]
     pub fn warm(&mut self, line: u32) -> bool {
         if self.touch(line) {
             return true;

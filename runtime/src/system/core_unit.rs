@@ -1,7 +1,7 @@
 //! One SGRT core: an SRP engine, its SRAM, data cache and texture cache, its T&I unit, and the account of its
 //! cycles.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 
 use srp_archdesc::ports;
 use srp_archdesc::system::SystemSpec;
@@ -9,13 +9,14 @@ use srp_archdesc::system::SystemSpec;
 use super::data_cache::DataCache;
 use super::ledger::{Ledger, Sources};
 use super::report::Account;
+use super::tags::Tags;
 use super::texture_cache::TextureCache;
-use super::{SystemError, TEXTURE, TileQueue, Timing, Warm};
+use super::tiles::TileQueue;
+use super::{SystemError, TEXTURE, Timing};
 use crate::core::{Activity, Bus, Core, Lanes, Run};
 use crate::effect::{Guard, Missing};
 use crate::fidelity;
 use crate::memory::SystemMemory;
-use crate::memory::cache::Cache;
 use crate::memory::dram::Request;
 use crate::memory::path::Clock;
 use crate::tni::{Runs, SubmitError, Tni, TniCounters, Tree};
@@ -101,15 +102,7 @@ pub(super) struct CoreUnit {
     pub(super) account: Account,
     /// What each tile takes, where that is wanted.
     pub(super) ledger: Option<Ledger>,
-    /// Where the records begin that shading reads, and where the textures do.
-    parts: (u32, u32),
-    tree: Tree,
-    /// The data cache as the tiles have left it that packets are traced for.
-    left: Left,
 }
-
-/// Caches by the place of a tile.
-type Left = BTreeMap<u32, Cache>;
 
 impl CoreUnit {
     pub(super) fn new(
@@ -118,7 +111,6 @@ impl CoreUnit {
         spec: &SystemSpec,
         sram: Vec<u8>,
         tree: Tree,
-        parts: (u32, u32),
     ) -> CoreUnit {
         CoreUnit {
             number,
@@ -135,9 +127,6 @@ impl CoreUnit {
             ready: 0,
             account: Account::default(),
             ledger: None,
-            parts,
-            tree,
-            left: Left::new(),
         }
     }
 
@@ -168,7 +157,6 @@ impl CoreUnit {
         memory: &mut SystemMemory,
         tiles: &mut TileQueue,
         guard: &Guard,
-        warm: &mut Option<Warm<'_>>,
     ) -> Result<bool, SystemError> {
         if self.state == State::Halted {
             return Ok(false);
@@ -196,10 +184,6 @@ impl CoreUnit {
             tiles,
             guard,
             account: &self.account,
-            warm,
-            parts: self.parts,
-            left: &mut self.left,
-            tree: self.tree,
             ledger: self.ledger.as_mut(),
         };
         let run = self
@@ -303,7 +287,7 @@ impl CoreUnit {
 }
 
 /// What an engine sees of its core.
-struct CoreBus<'a, 'b> {
+struct CoreBus<'a> {
     number: u32,
     sram: &'a mut Vec<u8>,
     data: &'a mut DataCache,
@@ -318,10 +302,6 @@ struct CoreBus<'a, 'b> {
     tiles: &'a mut TileQueue,
     guard: &'a Guard,
     account: &'a Account,
-    warm: &'a mut Option<Warm<'b>>,
-    left: &'a mut Left,
-    parts: (u32, u32),
-    tree: Tree,
     ledger: Option<&'a mut Ledger>,
 }
 
@@ -330,7 +310,7 @@ fn is_aligned(address: u32, bytes: u32) -> bool {
     matches!(bytes, 1 | 2 | 4 | 16) && address.is_multiple_of(bytes)
 }
 
-impl CoreBus<'_, '_> {
+impl CoreBus<'_> {
     /// Tells the ledger, where there is one, what happens at a port.
     fn note(&mut self, happens: impl FnOnce(&mut Ledger, &Sources<'_>)) {
         if let Some(ledger) = &mut self.ledger {
@@ -347,41 +327,12 @@ impl CoreBus<'_, '_> {
         }
     }
 
-    /// Brings into the caches what a tile is to find.
-    fn warm_caches(&mut self, place: u32, tile: u32) {
-        let Some(warm) = self.warm else {
-            return;
-        };
-        let (shading, maps) = self.parts;
-        let mut turn = 0;
-        for address in warm(self.number, place, tile) {
-            if address >= maps {
-                self.texture.lines.warm(address);
-            } else if address >= shading || address < self.tree.nodes {
-                self.data.warm(address);
-            } else {
-                // Each ray begins at the root, and goes to another traversal unit than the last.
-                turn += usize::from(address == self.tree.nodes);
-                self.tni.warm(turn, address);
-            }
-        }
-    }
-
-    /// Where caches are warmed, the tiles that a core has at a time lie far apart, and in the frame side
-    /// by side: each finds the small data cache as it has left it, not as the other has.
-    fn turn_to_tile(&mut self, before: Option<u32>) {
-        let now = self.ledger.as_ref().and_then(|l| l.current());
-        let (Some(before), Some(now), Some(_)) = (before, now, &self.warm) else {
-            return;
-        };
-        if before == now {
-            return;
-        }
-        let data = &mut self.data.cache;
-        self.left.insert(before, data.clone());
-        if let Some(held) = self.left.remove(&now) {
-            data.hold_lines_of(&held);
-        }
+    /// Puts into the caches what a tile is to find there; what was written goes to memory.
+    fn find(&mut self, tags: &Tags) {
+        self.data.flush();
+        self.data.cache.hold_lines_of(&tags.data);
+        self.texture.lines.cache.hold_lines_of(&tags.texture);
+        self.tni.hold(&tags.tni);
     }
 
     /// Answers what has been sent to a T&I unit that is not run cycle by cycle.
@@ -420,7 +371,7 @@ impl CoreBus<'_, '_> {
     }
 }
 
-impl Bus for CoreBus<'_, '_> {
+impl Bus for CoreBus<'_> {
     fn sram(&mut self) -> &mut [u8] {
         self.sram
     }
@@ -476,16 +427,14 @@ impl Bus for CoreBus<'_, '_> {
     fn port_in(&mut self, port: u32) -> Option<u32> {
         match port {
             ports::TILE => {
-                let taken = self.tiles.take();
-                if let Some((place, tile)) = taken {
-                    // The tile before it is done with.
-                    if let Some(done) = self.ledger.as_ref().and_then(|l| l.current()) {
-                        self.left.remove(&done);
-                    }
-                    self.warm_caches(place, tile);
+                let taken = self.tiles.take(self.number);
+                let place = taken.as_ref().map(|t| t.0);
+                self.note(|ledger, sources| ledger.take_tile(place, sources));
+                let errand = taken.map(|t| t.1);
+                if let Some(tags) = errand.as_ref().and_then(|e| e.find.as_ref()) {
+                    self.find(tags);
                 }
-                self.note(|ledger, sources| ledger.take_tile(taken.map(|t| t.0), sources));
-                Some(taken.map_or(u32::MAX, |t| t.1))
+                Some(errand.map_or(u32::MAX, |e| e.tile))
             }
             ports::TNI_DONE => {
                 if self.answers.front().is_some_and(|&at| at > self.now) {
@@ -499,9 +448,7 @@ impl Bus for CoreBus<'_, '_> {
                 }
                 self.ports.runs = self.tni.take_finished()?;
                 self.answers.pop_front();
-                let before = self.ledger.as_ref().and_then(|l| l.current());
                 self.note(Ledger::take_packet);
-                self.turn_to_tile(before);
                 Some(self.ports.runs.shadow_hits)
             }
             ports::TNI_SHADOW_MISSES => Some(self.ports.runs.shadow_misses),

@@ -65,11 +65,6 @@ impl DataCache {
         }
     }
 
-    /// Brings the line of an address in, without a request and without counting it.
-    pub(super) fn warm(&mut self, address: u32) {
-        self.cache.warm(address / self.line);
-    }
-
     /// A store of `bytes` naturally aligned bytes.
     pub(super) fn store(&mut self, address: u32, bytes: u32) {
         let line = address / self.line;

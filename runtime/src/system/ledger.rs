@@ -140,11 +140,6 @@ impl Ledger {
         }
     }
 
-    /// The tile in hand.
-    pub(super) fn current(&self) -> Option<u32> {
-        self.current
-    }
-
     /// A packet of the tile in hand goes to the T&I unit.
     pub(super) fn send_packet(&mut self) {
         self.owners.push_back(self.current);

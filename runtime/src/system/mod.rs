@@ -7,27 +7,30 @@
 
 mod core_unit;
 mod data_cache;
+mod error;
 mod ledger;
 mod report;
 pub mod sampled;
+mod tags;
 mod texture_cache;
-
-use std::fmt;
+mod tiles;
 
 use srp_archdesc::{Arch, SystemSpec, ports};
 
 use self::core_unit::{CoreUnit, Miss, State};
 use self::ledger::Ledger;
+use self::tiles::{Errand, TileQueue};
 use crate::bvh::TRIANGLE_BYTES;
-use crate::core::{Core, Trap};
-use crate::effect::{Guard, Missing};
+use crate::core::Core;
+use crate::effect::Guard;
 use crate::memory::SystemMemory;
 use crate::memory::dram::Request;
 use crate::memory::path::{Clock, MemoryPath};
 use crate::picture::Picture;
 use crate::scene_image::SceneImage;
-use crate::tni::{Client, HIT_BYTES, RAY_BYTES, SubmitError};
+use crate::tni::{Client, HIT_BYTES, RAY_BYTES};
 
+pub use error::SystemError;
 pub use ledger::{COLUMNS, Column, Tally};
 pub use report::{Account, CoreReport, KernelCycles, PortCycles, Report};
 
@@ -50,11 +53,6 @@ pub struct Options<'a> {
     pub guard: Guard,
     /// How the units keep time.
     pub timing: Timing,
-    /// The tiles to run, in this order; all of them where none are chosen.
-    pub chosen: Option<Vec<u32>>,
-    /// What the caches of a core are to hold that a tile finds, as addresses in the order of their
-    /// reading: asked with the core, the tile's place among those chosen, and its number.
-    pub warm: Option<Warm<'a>>,
     /// Names of the kernels, by their number in the scheduled program.
     pub kernel_names: Vec<String>,
     /// Told from time to time how far the frame is.
@@ -62,9 +60,6 @@ pub struct Options<'a> {
     /// Asked from time to time whether to stop.
     pub cancelled: &'a dyn Fn() -> bool,
 }
-
-/// Tells what to bring into the caches of a core before a tile.
-pub type Warm<'a> = &'a mut dyn FnMut(u32, u32, u32) -> Vec<u32>;
 
 /// How the units of a system keep time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -92,126 +87,6 @@ pub struct Progress {
     pub of: u32,
 }
 
-/// Why a frame was not finished.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum SystemError {
-    /// There are no cores.
-    NoCores,
-    /// The machine cannot be simulated.
-    Machine(String),
-    /// A core's program did something that cannot be done.
-    Trap {
-        /// The core.
-        core: u32,
-        /// What it did.
-        trap: Trap,
-    },
-    /// A core handed the T&I unit buffers that are not in its SRAM.
-    Submission {
-        /// The core.
-        core: u32,
-        /// Address of the buffer.
-        address: u32,
-        /// Its size in bytes.
-        bytes: u32,
-    },
-    /// The program has met what it was not built for.
-    Effect {
-        /// The core.
-        core: u32,
-        /// What it is.
-        missing: Missing,
-    },
-    /// Nobody moves any more.
-    Deadlock {
-        /// The SRP cycle.
-        cycle: u64,
-        /// Who waits for what, one line each.
-        waits: String,
-    },
-    /// More than [`Options::max_cycles`].
-    TooLong {
-        /// The limit.
-        cycles: u64,
-    },
-}
-
-impl SystemError {
-    fn submission(core: u32, fault: SubmitError) -> SystemError {
-        let (address, bytes) = match fault {
-            SubmitError::OutOfBounds { address, bytes } => (address, bytes),
-            SubmitError::Busy => (0, 0),
-        };
-        SystemError::Submission {
-            core,
-            address,
-            bytes,
-        }
-    }
-}
-
-impl fmt::Display for SystemError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            SystemError::NoCores => f.write_str("the system has no cores"),
-            SystemError::Machine(why) => write!(f, "this machine cannot be simulated: {why}"),
-            SystemError::Trap { core, trap } => write!(f, "core {core} trapped: {trap}"),
-            SystemError::Submission {
-                core,
-                address,
-                bytes,
-            } => write!(
-                f,
-                "core {core} handed its T&I unit a buffer of {bytes} bytes at {address:#x}, which \
-                 is outside the SRAM or not aligned to 4 bytes"
-            ),
-            SystemError::Effect { core, missing } => write!(f, "core {core} stops: {missing}"),
-            SystemError::Deadlock { cycle, waits } => {
-                write!(f, "nobody moves any more in cycle {cycle}:\n{waits}")
-            }
-            SystemError::TooLong { cycles } => {
-                write!(f, "the frame takes more than {cycles} cycles")
-            }
-        }
-    }
-}
-
-impl std::error::Error for SystemError {}
-
-/// Tiles of a frame, handed out in order.
-#[derive(Clone, Debug)]
-struct TileQueue {
-    next: u32,
-    count: u32,
-    chosen: Option<Vec<u32>>,
-}
-
-impl TileQueue {
-    /// The place of the next tile in the queue, and its number.
-    fn take(&mut self) -> Option<(u32, u32)> {
-        if self.next == self.count {
-            return None;
-        }
-        let place = self.next;
-        self.next += 1;
-        let tile = match &self.chosen {
-            Some(tiles) => tiles[place as usize],
-            None => place,
-        };
-        Some((place, tile))
-    }
-
-    /// Hands out these tiles only.
-    fn choose(&mut self, chosen: Option<Vec<u32>>) {
-        let Some(mut tiles) = chosen else {
-            return;
-        };
-        tiles.retain(|&tile| tile < self.count);
-        self.count = tiles.len() as u32;
-        self.chosen = Some(tiles);
-    }
-}
-
 /// Runs a frame: one SGRT core of the machine for each engine, over the scene in `image`.
 /// The picture is what the cores have written to the frame buffer. A frame that was cancelled has an
 /// account of what it came to, which says that it is not [complete](Report::complete).
@@ -222,7 +97,7 @@ pub fn render(
     options: Options<'_>,
 ) -> Result<(Picture, Report), SystemError> {
     let names = options.kernel_names.clone();
-    let (system, cycles) = run(image, engines, arch, options, false)?;
+    let (system, cycles) = run(image, engines, arch, options, None, false)?;
     let picture = Picture::of(&system.memory, &system.frame);
     Ok((picture, Report::of(&system, cycles, arch, &names)))
 }
@@ -232,28 +107,36 @@ pub fn render(
 pub struct Part {
     /// The account of all of it.
     pub report: Report,
-    /// What each of the chosen tiles took, in the order of the choice.
+    /// What each of its tiles took, in their order, or core by core where they were dealt out.
     pub tallies: Vec<Tally>,
-    /// The core that each of them ran on.
-    pub cores: Vec<u32>,
     /// SRP cycles of all cores before they took their first tiles.
     pub before: u64,
 }
 
-/// Runs the tiles that are [chosen](Options::chosen), and no others; the image gets their pixels.
-pub fn render_part(
+/// Runs a frame, with what each of its tiles took; the image gets its pixels.
+pub fn render_tiles(
     image: &mut SceneImage,
     engines: Vec<Box<dyn Core>>,
     arch: &Arch,
     options: Options<'_>,
 ) -> Result<Part, SystemError> {
+    render_part(image, engines, arch, options, None)
+}
+
+/// Runs the tiles that are dealt out, or all where none are.
+fn render_part(
+    image: &mut SceneImage,
+    engines: Vec<Box<dyn Core>>,
+    arch: &Arch,
+    options: Options<'_>,
+    dealt: Option<Vec<Vec<Errand>>>,
+) -> Result<Part, SystemError> {
     let names = options.kernel_names.clone();
-    let (mut system, cycles) = run(image.take(), engines, arch, options, true)?;
+    let (mut system, cycles) = run(image.take(), engines, arch, options, dealt, true)?;
     let report = Report::of(&system, cycles, arch, &names);
-    let mut tallies = vec![Tally::new(); system.tiles.count as usize];
-    let mut cores = vec![0; tallies.len()];
+    let mut tallies = vec![Tally::new(); system.tiles.count() as usize];
     let mut before = 0;
-    for (number, core) in (0..).zip(&mut system.cores) {
+    for core in &mut system.cores {
         core.close_ledger();
         let Some(ledger) = core.ledger.take() else {
             continue;
@@ -261,14 +144,12 @@ pub fn render_part(
         before += ledger.before;
         for (place, tally) in ledger.tallies {
             tallies[place as usize] = tally;
-            cores[place as usize] = number;
         }
     }
     image.memory = system.memory;
     Ok(Part {
         report,
         tallies,
-        cores,
         before,
     })
 }
@@ -277,7 +158,8 @@ fn run(
     image: SceneImage,
     engines: Vec<Box<dyn Core>>,
     arch: &Arch,
-    mut options: Options<'_>,
+    options: Options<'_>,
+    dealt: Option<Vec<Vec<Errand>>>,
     ledgers: bool,
 ) -> Result<(System, u64), SystemError> {
     if engines.is_empty() {
@@ -298,13 +180,14 @@ fn run(
         core.ledger = ledgers.then(|| Ledger::new(options.kernel_names.len()));
         core.set_timing(options.timing, &arch.system);
     }
-    system.tiles.choose(options.chosen);
+    if let Some(dealt) = dealt {
+        system.tiles = TileQueue::dealt(dealt);
+    }
     let cycles = system.run(
         options.max_cycles,
         options.progress,
         options.cancelled,
         &options.guard,
-        &mut options.warm,
     )?;
     Ok((system, cycles))
 }
@@ -378,20 +261,14 @@ struct System {
 impl System {
     fn new(image: SceneImage, engines: Vec<Box<dyn Core>>, arch: &Arch, sram: &[u8]) -> System {
         let spec = &arch.system;
-        let maps = image.shading.maps;
-        let shading = image.shading.triangles;
-        let core = |(i, engine)| {
-            let tree = image.tree;
-            CoreUnit::new(i as u32, engine, spec, sram.to_vec(), tree, (shading, maps))
-        };
+        let core = |(i, engine)| CoreUnit::new(i as u32, engine, spec, sram.to_vec(), image.tree);
         let paths = if spec.dram.shared { 1 } else { engines.len() };
         System {
             cores: engines.into_iter().enumerate().map(core).collect(),
             paths: (0..paths).map(|_| MemoryPath::new(spec)).collect(),
-            tiles: TileQueue {
+            tiles: TileQueue::Common {
                 next: 0,
                 count: image.tiles,
-                chosen: None,
             },
             srp: Clock::new(spec.srp_mhz),
             tni: Clock::new(spec.tni_mhz),
@@ -408,7 +285,6 @@ impl System {
         progress: &mut dyn FnMut(Progress),
         cancelled: &dyn Fn() -> bool,
         guard: &Guard,
-        warm: &mut Option<Warm<'_>>,
     ) -> Result<u64, SystemError> {
         let (mut srp, mut tni) = (0, 0);
         let (mut last_progress, mut last_results, mut look_up) = (0, 0, 0);
@@ -425,7 +301,7 @@ impl System {
             if srp_time == time {
                 let mut moved = false;
                 for core in &mut self.cores {
-                    moved |= core.step(srp, &mut self.memory, &mut self.tiles, guard, warm)?;
+                    moved |= core.step(srp, &mut self.memory, &mut self.tiles, guard)?;
                 }
                 let results = self.cores.iter().map(|c| c.tni.results()).sum();
                 if moved || results != last_results || self.in_flight() > 0 {
@@ -437,8 +313,8 @@ impl System {
                     look_up = srp + REPORT_INTERVAL;
                     progress(Progress {
                         cycles: srp,
-                        tiles: self.tiles.next,
-                        of: self.tiles.count,
+                        tiles: self.tiles.taken(),
+                        of: self.tiles.count(),
                     });
                     if cancelled() {
                         break;

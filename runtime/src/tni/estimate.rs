@@ -38,7 +38,7 @@ impl Tni {
         sram: &mut [u8],
     ) -> u64 {
         let (spec, tree) = (Arc::clone(&self.spec), self.tree);
-        let mut tracer = Tracer::new(&spec, &tree, memory);
+        let mut tracer = Tracer::over(&spec, &tree, memory, self.decoded(memory));
         let mut estimate = std::mem::take(&mut self.estimate);
         estimate.begin(now, spec.trvs, spec.stacks);
         let visit = u64::from(spec.pre_latency + spec.trv_l1.latency + spec.post_latency);

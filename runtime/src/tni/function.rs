@@ -1,10 +1,13 @@
 //! What the unit computes, apart from when: the tests on boxes and triangles of a tree in memory,
 //! and a ray's whole way through it.
 
+use std::sync::Arc;
+
 use srp_archdesc::system::TniSpec;
 
 use super::Tree;
 use super::arithmetic::{ANY_HIT, Hit, NEAREST, Prepared, Ray};
+use super::decoded::Decoded;
 use super::walk::{Next, StackCounters, Walk};
 use crate::bvh::{NodeRef, PairRecord, TRIANGLE_BYTES, TriangleRecord};
 use crate::memory::SystemMemory;
@@ -33,6 +36,16 @@ impl Function<'_> {
         self.tree.triangles + index * self.spec.triangle_bytes
     }
 
+    /// The children of an inner node.
+    #[inline]
+    pub(super) fn pair(&self, node: NodeRef) -> PairRecord {
+        let bytes = self
+            .memory
+            .get(self.pair_address(node.index), self.pair_bytes());
+        let bytes = bytes.expect("a tree refers to its own nodes, and nothing writes to them");
+        PairRecord::read(bytes, self.spec.node_bytes as usize, self.spec.node_format)
+    }
+
     /// The children of an inner node, and where the ray enters their boxes no farther than `limit`.
     #[inline]
     pub(super) fn boxes(
@@ -41,11 +54,7 @@ impl Function<'_> {
         ray: &Prepared,
         limit: f32,
     ) -> ([NodeRef; 2], [Option<f32>; 2]) {
-        let bytes = self
-            .memory
-            .get(self.pair_address(node.index), self.pair_bytes());
-        let bytes = bytes.expect("a tree refers to its own nodes, and nothing writes to them");
-        let pair = PairRecord::read(bytes, self.spec.node_bytes as usize, self.spec.node_format);
+        let pair = self.pair(node);
         let enter = [0, 1].map(|side| ray.meets(&pair.min[side], &pair.max[side], limit));
         (pair.child, enter)
     }
@@ -68,6 +77,42 @@ impl Function<'_> {
         let hit = ray.intersect(&record, self.spec.intersection, self.spec.rcp);
         let taken = hit.is_some_and(|hit| nearest.take_nearer(hit, enter));
         (record.primitive(), hit, taken)
+    }
+
+    /// The visit of an inner node.
+    #[inline]
+    fn step(&self, node: NodeRef) -> Step {
+        Step::Pair {
+            address: self.pair_address(node.index),
+            bytes: self.pair_bytes(),
+        }
+    }
+
+    /// Tests all triangles of a leaf; whether the ray needs nothing more.
+    #[inline]
+    fn visit_leaf(
+        &self,
+        node: NodeRef,
+        ray: &Ray,
+        prepared: &Prepared,
+        enter: f32,
+        traced: &mut Traced,
+        tell: &mut impl FnMut(Step),
+    ) -> bool {
+        traced.leaf_visits += 1;
+        tell(Step::Leaf);
+        for index in node.index..node.index + node.count {
+            traced.triangle_tests += 1;
+            tell(Step::Triangle {
+                address: self.triangle_address(index),
+                bytes: TRIANGLE_BYTES,
+            });
+            self.test(index, prepared, enter, &mut traced.hit);
+            if self.is_settled(ray.flags, &traced.hit) {
+                return true;
+            }
+        }
+        false
     }
 
     /// Whether a ray with these flags needs no other hit than the one it has.
@@ -101,19 +146,36 @@ pub(crate) enum Step {
 }
 
 /// Traces rays as the unit does, bit for bit, without its time.
+#[derive(Clone)]
 pub struct Tracer<'a> {
     function: Function<'a>,
-    walk: Walk,
-    stacks: StackCounters,
+    decoded: Arc<Decoded>,
+    /// Nodes put aside, and where the ray enters their boxes.
+    stack: Vec<(NodeRef, f32)>,
+    /// How the unit finds its way with a stack that the tree is too deep for.
+    walk: Option<Walk>,
 }
 
 impl<'a> Tracer<'a> {
     /// A tracer over a tree in memory.
     pub fn new(spec: &'a TniSpec, tree: &'a Tree, memory: &'a SystemMemory) -> Tracer<'a> {
+        let decoded = Decoded::of(&Function { spec, tree, memory });
+        Tracer::over(spec, tree, memory, Arc::new(decoded))
+    }
+
+    /// A tracer over a tree that has been read.
+    pub(super) fn over(
+        spec: &'a TniSpec,
+        tree: &'a Tree,
+        memory: &'a SystemMemory,
+        decoded: Arc<Decoded>,
+    ) -> Tracer<'a> {
+        let fits = decoded.depth <= spec.stack_depth as usize;
         Tracer {
             function: Function { spec, tree, memory },
-            walk: Walk::new(spec.stack_depth),
-            stacks: StackCounters::default(),
+            stack: Vec::with_capacity(decoded.depth),
+            walk: (!fits).then(|| Walk::new(spec.stack_depth)),
+            decoded,
         }
     }
 
@@ -125,49 +187,113 @@ impl<'a> Tracer<'a> {
     /// Traces a ray, and tells every step of it before it is made.
     #[inline]
     pub(crate) fn follow(&mut self, ray: &Ray, tell: &mut impl FnMut(Step)) -> Traced {
-        let function = self.function;
         let mut traced = Traced {
             hit: Hit::none(ray.tmax),
             inner_visits: 0,
             leaf_visits: 0,
             triangle_tests: 0,
         };
-        let (Some(prepared), Some(root)) = (Prepared::of(ray), function.tree.root) else {
-            return traced;
-        };
-        self.walk.start(root);
-        let mut next = Next::Visit;
-        while next == Next::Visit {
-            let node = self.walk.node;
-            let limit = traced.hit.t;
-            next = if node.is_leaf() {
-                traced.leaf_visits += 1;
-                tell(Step::Leaf);
-                for index in node.index..node.index + node.count {
-                    traced.triangle_tests += 1;
-                    tell(Step::Triangle {
-                        address: function.triangle_address(index),
-                        bytes: TRIANGLE_BYTES,
-                    });
-                    function.test(index, &prepared, self.walk.enter, &mut traced.hit);
-                    if function.is_settled(ray.flags, &traced.hit) {
-                        return traced;
-                    }
+        if let (Some(prepared), Some(root)) = (Prepared::of(ray), self.function.tree.root) {
+            match self.walk.take() {
+                None => self.descend(ray, &prepared, root, &mut traced, tell),
+                Some(mut walk) => {
+                    self.wander(&mut walk, ray, &prepared, root, &mut traced, tell);
+                    self.walk = Some(walk);
                 }
-                self.walk.pop(traced.hit.t, &mut self.stacks).0
-            } else {
-                traced.inner_visits += 1;
-                tell(Step::Pair {
-                    address: function.pair_address(node.index),
-                    bytes: function.pair_bytes(),
-                });
-                let (children, enter) = function.boxes(node, &prepared, limit);
-                self.walk
-                    .descend(children, enter, limit, &mut self.stacks)
-                    .0
-            };
+            }
         }
         traced
+    }
+
+    /// The way of a ray with all the stack that it needs: the nearer child first, the other from the
+    /// stack unless something nearer was hit meanwhile. It is that of [`wander`](Self::wander).
+    #[inline]
+    fn descend(
+        &mut self,
+        ray: &Ray,
+        prepared: &Prepared,
+        root: NodeRef,
+        traced: &mut Traced,
+        tell: &mut impl FnMut(Step),
+    ) {
+        let Tracer {
+            function,
+            decoded,
+            stack,
+            ..
+        } = self;
+        stack.clear();
+        let (mut node, mut enter) = (root, 0.0);
+        loop {
+            if node.is_leaf() {
+                if function.visit_leaf(node, ray, prepared, enter, traced, tell) {
+                    return;
+                }
+            } else {
+                traced.inner_visits += 1;
+                tell(function.step(node));
+                let pair = decoded.pair(node);
+                let [a, b] = prepared.meets_both(&pair.corners, traced.hit.t);
+                match (a, b) {
+                    (Some(a), Some(b)) => {
+                        let near = usize::from(b < a);
+                        let enters = [a, b];
+                        stack.push((pair.child[1 - near], enters[1 - near]));
+                        (node, enter) = (pair.child[near], enters[near]);
+                        continue;
+                    }
+                    (Some(a), None) => {
+                        (node, enter) = (pair.child[0], a);
+                        continue;
+                    }
+                    (None, Some(b)) => {
+                        (node, enter) = (pair.child[1], b);
+                        continue;
+                    }
+                    (None, None) => {}
+                }
+            }
+            loop {
+                let Some(top) = stack.pop() else {
+                    return;
+                };
+                if top.1 <= traced.hit.t {
+                    (node, enter) = top;
+                    break;
+                }
+            }
+        }
+    }
+
+    /// The way of a ray with the unit's own stack and trail.
+    fn wander(
+        &self,
+        walk: &mut Walk,
+        ray: &Ray,
+        prepared: &Prepared,
+        root: NodeRef,
+        traced: &mut Traced,
+        tell: &mut impl FnMut(Step),
+    ) {
+        let function = &self.function;
+        let mut stacks = StackCounters::default();
+        walk.start(root);
+        let mut next = Next::Visit;
+        while next == Next::Visit {
+            let node = walk.node;
+            next = if node.is_leaf() {
+                if function.visit_leaf(node, ray, prepared, walk.enter, traced, tell) {
+                    return;
+                }
+                walk.pop(traced.hit.t, &mut stacks).0
+            } else {
+                traced.inner_visits += 1;
+                tell(function.step(node));
+                let limit = traced.hit.t;
+                let (children, enter) = function.boxes(node, prepared, limit);
+                walk.descend(children, enter, limit, &mut stacks).0
+            };
+        }
     }
 }
 
@@ -207,6 +333,45 @@ mod tests {
             }
         }
         hit
+    }
+
+    #[test]
+    fn a_stack_that_is_deep_enough_leads_the_way_of_the_units_own() {
+        let triangles = demo().triangles;
+        let spec = machine();
+        let tree = bvh::build(&triangles, &bvh::Options::default());
+        let image = bvh::lay_out(&tree, &triangles, Layout::of(&spec));
+        let (memory, tree) = super::super::standalone::place(&image);
+        let mut quick = Tracer::new(&spec, &tree, &memory);
+        assert!(quick.walk.is_none(), "the machine's stack holds the tree");
+        let mut own = quick.clone();
+        own.walk = Some(Walk::new(spec.stack_depth));
+        let mut state = 5u32;
+        let mut unit = move || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 23) as f32 - 1.0
+        };
+        let mut hits = 0;
+        for i in 0..20_000u32 {
+            let from = triangles[i as usize % triangles.len()].positions[0];
+            let to = [unit(), unit(), unit()];
+            let ray = Ray::new((from + 0.01).to_array(), to, 0.0, 1e30, i % 4);
+            let steps = |tracer: &mut Tracer<'_>| {
+                let mut steps = Vec::new();
+                let traced = tracer.follow(&ray, &mut |step| {
+                    steps.push(match step {
+                        Step::Pair { address, .. } => address,
+                        Step::Triangle { address, .. } => address + 1,
+                        Step::Leaf => 0,
+                    });
+                });
+                (traced, steps)
+            };
+            let (one, two) = (steps(&mut quick), steps(&mut own));
+            assert_eq!(one, two, "{ray:?}");
+            hits += u32::from(one.0.hit.is_hit());
+        }
+        assert!(hits > 1000, "{hits}");
     }
 
     #[test]

@@ -12,6 +12,7 @@
 
 pub mod arithmetic;
 mod counters;
+mod decoded;
 mod estimate;
 mod exact;
 mod fetch;
@@ -25,6 +26,7 @@ mod replay;
 mod ring;
 pub mod standalone;
 mod submission;
+mod tags;
 mod tick;
 mod trv;
 mod untimed;
@@ -37,6 +39,7 @@ use std::sync::Arc;
 use srp_archdesc::system::TniSpec;
 
 use self::arithmetic::{Hit, Prepared, Ray};
+use self::decoded::Decoded;
 use self::function::Function;
 use self::ist::Ist;
 use self::level2::Level2;
@@ -55,6 +58,7 @@ pub use function::{Traced, Tracer};
 pub use pipe::{PipeCounters, StallAccount};
 pub use replay::{Event, Logged, RayCost};
 pub use submission::{HitRecord, Runs, SubmitError};
+pub(crate) use tags::{Misses, Tags};
 pub use trv::TrvCounters;
 pub use untimed::{RayCounts, Untimed};
 pub use walk::StackCounters;
@@ -162,6 +166,8 @@ pub struct Tni {
     end: u64,
     /// What each ray cost, in the order of their return, where that is wanted.
     costs: Option<Vec<RayCost>>,
+    /// The nodes, once rays are traced without the clock.
+    decoded: Option<Arc<Decoded>>,
     /// When stacks and lines are free, where rays are not run cycle by cycle.
     estimate: estimate::Estimate,
     /// What happened to each ray, where that is wanted.
@@ -198,9 +204,21 @@ impl Tni {
             counters: UnitCounters::default(),
             end: 0,
             costs: None,
+            decoded: None,
             estimate: estimate::Estimate::default(),
             log: None,
         }
+    }
+
+    /// The nodes, read where they were not yet.
+    fn decoded(&mut self, memory: &SystemMemory) -> Arc<Decoded> {
+        let function = Function {
+            spec: &self.spec,
+            tree: &self.tree,
+            memory,
+        };
+        let decoded = (self.decoded).get_or_insert_with(|| Arc::new(Decoded::of(&function)));
+        Arc::clone(decoded)
     }
 
     /// Takes a submission: `count` rays at `rays` in the SRAM, whose hits go to `hits`. The SRAM
@@ -476,22 +494,6 @@ impl Tni {
         tni.trvs.iter_mut().for_each(|trv| trv.count_until(end));
         tni.ists.iter_mut().for_each(|ist| ist.count_until(end));
         TniCounters::of(&tni)
-    }
-
-    /// Brings the line of an address of the tree into the caches that would read it for the `turn`-th
-    /// ray, without counting it.
-    pub fn warm(&mut self, turn: usize, address: u32) {
-        if address < self.tree.triangles {
-            let trv = turn % self.trvs.len();
-            let level1 = &mut self.trvs[trv].fetch.cache;
-            if !level1.warm(address / self.spec.trv_l1.line) {
-                (self.level2.cache).warm(address / self.spec.trv_l2.line);
-            }
-        } else {
-            let ist = turn % self.ists.len();
-            let cache = &mut self.ists[ist].fetch.cache;
-            cache.warm(address / self.spec.ist_l1.line);
-        }
     }
 
     /// Bytes of a line of the level-2 cache.

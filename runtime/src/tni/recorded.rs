@@ -11,7 +11,7 @@ impl Tni {
     /// Answers all submissions in the cycle in which they come.
     pub fn answer_at_once(&mut self, memory: &SystemMemory, sram: &mut [u8]) {
         let (spec, tree) = (Arc::clone(&self.spec), self.tree);
-        let mut tracer = Tracer::new(&spec, &tree, memory);
+        let mut tracer = Tracer::over(&spec, &tree, memory, self.decoded(memory));
         let waiting = self.submissions.iter_mut().filter(|s| !s.is_complete());
         for submission in waiting {
             for ray in submission.dispatched..submission.count {

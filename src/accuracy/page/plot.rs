@@ -20,6 +20,8 @@ struct Dot {
     y: f64,
     label: String,
     best: bool,
+    /// Whether it costs more than the axis shows.
+    far: bool,
 }
 
 /// A plot.
@@ -41,21 +43,22 @@ impl Plot {
         let finite = || trials.iter().filter_map(|t| t.all.psnr);
         let top = finite().fold(40.0, f64::max) + EXACT;
         let bottom = finite().fold(top, f64::min);
+        let costs: Vec<f64> = trials.iter().map(&cost).collect();
+        let (least, most) = span(&costs);
         let dot = |(i, t): (usize, &Trial)| Dot {
-            x: cost(t),
+            x: cost(t).min(most),
             y: t.all.psnr.unwrap_or(top),
             label: match t.all.psnr {
                 Some(p) => format!("{}: {p:.2} dB, {:.3}", name(t), cost(t)),
                 None => format!("{}: exact, {:.3}", name(t), cost(t)),
             },
             best: best.contains(&i),
+            far: cost(t) > most,
         };
-        let costs = || trials.iter().map(&cost);
-        let (least, most) = costs().fold((f64::MAX, 0.0f64), |(a, b), c| (a.min(c), b.max(c)));
         let margin = ((most - least) * 0.05).max(most * 0.002).max(1e-9);
         Plot {
             dots: trials.iter().enumerate().map(dot).collect(),
-            x: (least.min(most) - margin, most + margin),
+            x: (least - margin, most + margin),
             y: ((bottom / 10.0).floor() * 10.0, top + 2.0),
         }
     }
@@ -87,10 +90,7 @@ impl Plot {
     pub(super) fn svg(&self) -> Markup {
         let first = (self.y.0 / 10.0).ceil() as i64 * 10;
         let levels: Vec<i64> = (first..=self.y.1 as i64).step_by(10).collect();
-        let ticks: Vec<f64> = (0..=4)
-            .map(|i| self.x.0 + (self.x.1 - self.x.0) * f64::from(i) / 4.0)
-            .collect();
-        let digits = if self.x.1 - self.x.0 < 0.5 { 3 } else { 1 };
+        let (ticks, digits) = ticks(self.x);
         html! {
             svg.plot viewBox={ "0 0 " (WIDTH) " " (HEIGHT) } role="img" {
                 @for level in levels {
@@ -108,11 +108,38 @@ impl Plot {
                 path d=(self.line()) {}
                 @for (i, dot) in self.dots.iter().enumerate() {
                     @let (x, y) = self.place(dot.x, dot.y);
-                    circle.best[dot.best].base[i == 0] cx=(format!("{x:.1}")) cy=(format!("{y:.1}")) r="4" {
+                    circle.best[dot.best].base[i == 0].far[dot.far] cx=(format!("{x:.1}")) cy=(format!("{y:.1}")) r="4" {
                         title { (dot.label) }
                     }
                 }
             }
         }
     }
+}
+
+/// The least cost, and the largest that is not far out: that is not three times as far beyond the
+/// middle half of all as this half is wide.
+fn span(costs: &[f64]) -> (f64, f64) {
+    let mut costs = costs.to_vec();
+    costs.sort_by(f64::total_cmp);
+    let (Some(&least), Some(&most)) = (costs.first(), costs.last()) else {
+        return (0.0, 0.0);
+    };
+    let (lower, upper) = (costs[costs.len() / 4], costs[costs.len() * 3 / 4]);
+    let fence = upper + 3.0 * (upper - lower);
+    let near = costs.iter().rev().find(|&&c| c <= fence);
+    (least, near.copied().unwrap_or(most))
+}
+
+/// Round numbers on an axis, four to ten of them, and their digits behind the point.
+fn ticks((start, end): (f64, f64)) -> (Vec<f64>, usize) {
+    let decade = libm::floor(libm::log10((end - start) / 4.0)) as i32;
+    let ten = libm::pow(10.0, f64::from(decade));
+    let fits = |step: &f64| (end - start) / step >= 4.0;
+    let steps = [5.0 * ten, 2.0 * ten, ten];
+    let step = steps.into_iter().find(fits).unwrap_or(ten);
+    let first = (start / step).ceil() as i64;
+    let last = (end / step).floor() as i64;
+    let ticks = (first..=last).map(|i| i as f64 * step).collect();
+    (ticks, usize::try_from(-decade).unwrap_or(0))
 }

@@ -200,6 +200,38 @@ impl Prepared {
         }
         (enter <= leave).then_some(enter)
     }
+
+    /// [`meets`](Self::meets) of two boxes: their lowest and highest corners, axis by axis, side by side.
+    #[inline]
+    pub fn meets_both(&self, corners: &[[[f32; 2]; 3]; 2], limit: f32) -> [Option<f32>; 2] {
+        let mut enter = [self.tmin; 2];
+        let mut leave = [limit; 2];
+        let mut outside = [false; 2];
+        let [lowest, highest] = corners;
+        for (axis, (low, high)) in lowest.iter().zip(highest).enumerate() {
+            let origin = self.origin[axis];
+            if self.parallel[axis] {
+                for side in 0..2 {
+                    outside[side] |= origin < low[side] || origin > high[side];
+                }
+                continue;
+            }
+            let (near, far) = match self.negative[axis] {
+                true => (high, low),
+                false => (low, high),
+            };
+            for side in 0..2 {
+                let near = (near[side] - origin) * self.near[axis];
+                let far = (far[side] - origin) * self.far[axis];
+                enter[side] = larger(enter[side], near);
+                leave[side] = smaller(leave[side], far);
+            }
+        }
+        [0, 1].map(|side| {
+            let met = enter[side] <= leave[side] && !outside[side];
+            met.then_some(enter[side])
+        })
+    }
 }
 
 #[inline]
@@ -306,6 +338,50 @@ mod tests {
         ));
         assert!(!meets([2.0, -2.0, 0.5], [-0.0, 1.0, 0.0], unit.0, unit.1));
         assert!(!meets([0.5, 2.0, 0.5], [0.0, 1.0, 0.0], unit.0, unit.1));
+    }
+
+    #[test]
+    fn two_boxes_are_met_as_each_of_them() {
+        let special = [
+            0.0,
+            -0.0,
+            1.0,
+            -1.0,
+            0.5,
+            41.0,
+            1e-45,
+            -1e-40,
+            3e38,
+            -3e38,
+            f32::INFINITY,
+            f32::NEG_INFINITY,
+            f32::NAN,
+        ];
+        let mut state = 1u32;
+        let mut any = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            special[(state >> 8) as usize % special.len()]
+        };
+        let (mut met, mut missed) = (0, 0);
+        for _ in 0..200_000 {
+            let mut vector = || [any(), any(), any()];
+            let ray = Ray::new(vector(), vector(), 0.0, 1e30, 0);
+            let boxes = [[vector(), vector()], [vector(), vector()]];
+            let Some(prepared) = Prepared::of(&ray) else {
+                continue;
+            };
+            let limit = any();
+            let alone = boxes.map(|[min, max]| prepared.meets(&min, &max, limit));
+            let corners = [0, 1].map(|end: usize| {
+                [0, 1, 2].map(|axis: usize| [boxes[0][end][axis], boxes[1][end][axis]])
+            });
+            let both = prepared.meets_both(&corners, limit);
+            let bits = |m: [Option<f32>; 2]| m.map(|enter| enter.map(f32::to_bits));
+            assert_eq!(bits(both), bits(alone), "{ray:?} {boxes:?} {limit}");
+            met += alone.iter().flatten().count();
+            missed += 2 - alone.iter().flatten().count();
+        }
+        assert!(met > 1000 && missed > 1000, "{met} {missed}");
     }
 
     #[test]
