@@ -9,8 +9,8 @@ mod sheet;
 use crate::cli::{self, BvhBuilder};
 use crate::failure::Failure;
 use crate::scenes::{self, Views};
-use crate::tni::{self, Job, Rays, measure, measure_to};
-use crate::{interrupt, machine, talk};
+use crate::tni::{self, Job, Rays, measure_at};
+use crate::{machine, talk};
 use figures::{Figures, PAPER, PaperScene, Table5};
 use sheet::Sheet;
 use srp_archdesc::arch::Arch;
@@ -172,19 +172,12 @@ fn run_kind(
         rays: &Rays::Of(kind),
         order: how.order,
         one_in,
-        seed: None,
         units: how.units,
         memories: how.memories,
         threads: cli::threads(args.measuring.threads),
         costs: false,
     };
-    let outcomes = interrupt::looked_for(|| match args.level.fidelity {
-        Fidelity::Sampled => {
-            measure_to(&job, args.level.seed, args.level.error).map(|(_, outcomes)| outcomes)
-        }
-        _ => measure(&job),
-    })?;
-    Ok(Measure::of(&outcomes, how.units, &arch.system))
+    Ok(measure_at(&job, &args.level)?.all)
 }
 
 fn title(kind: Kind) -> &'static str {

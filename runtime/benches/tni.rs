@@ -87,7 +87,7 @@ fn main() {
         let (memory, tree) = place_for(&spec, &image);
         let tracer = Tracer::new(&spec.tni, &tree, &memory);
         let view = (&scene.camera, SIZE);
-        let mut source = Source::new(view, kind, &scene.triangles, tracer, Order::Morton);
+        let source = Source::new(view, kind, &scene.triangles, tracer, Order::Morton);
         let options = Options {
             units: 4,
             memories: Memories::Private,
@@ -99,11 +99,8 @@ fn main() {
         let samples = if kind == Kind::Primary { 1 } else { 32 };
         let sampling = Sampling::new(one_in, 12_288 * samples);
         let mut seconds = 0.0;
-        loop {
-            let batch = source.next_batch();
-            if batch.is_empty() {
-                break;
-            }
+        for batch in 0..source.batches() {
+            let batch = source.batch(batch);
             let start = Instant::now();
             bench.feed(batch, &sampling, &|| false);
             seconds += start.elapsed().as_secs_f64();

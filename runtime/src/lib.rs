@@ -20,5 +20,6 @@ pub mod scene_image;
 pub mod solo;
 pub mod survey;
 pub mod system;
+pub mod threads;
 pub mod tni;
 pub use srp_archdesc::ports;

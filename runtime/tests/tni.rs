@@ -5,11 +5,16 @@ mod support;
 use glam::Vec3;
 use srp_archdesc::arch::Approx;
 use srp_archdesc::dram::{DramSpec, FIXED};
+use srp_archdesc::machines::SGRT;
 use srp_archdesc::system::{Pipeline, SystemSpec};
-use srp_runtime::bvh::Builder;
+use srp_runtime::bvh::{self, Builder, Layout, lay_out};
+use srp_runtime::rays::{Kind, Order, Sampling, Source};
 use srp_runtime::scene::Triangle;
+use srp_runtime::scene::demo::demo;
+use srp_runtime::tni::Tracer;
 use srp_runtime::tni::arithmetic::{ANY_HIT, Ray};
-use srp_runtime::tni::standalone::{Outcome, drive};
+use srp_runtime::tni::standalone::sampled::{self, Found, Subject};
+use srp_runtime::tni::standalone::{Bench, Measure, Memories, Options, Outcome, drive, place_for};
 use support::{Random, check, image, machine, nearest, shared_scene, soup, triangle};
 
 fn rays(random: &mut Random, count: usize, lo: Vec3, hi: Vec3) -> Vec<Ray> {
@@ -346,4 +351,94 @@ fn sibenik_hits_equal_brute_force() {
     }
     assert!(wrong.is_empty(), "{} wrong: {}", wrong.len(), wrong[0]);
     println!("{} cycles, {:#?}", answer.cycles, answer.counters);
+}
+
+/// Samples of rays: near what all rays take, the same for any number of threads, and refused where they would be most
+/// of the rays.
+#[test]
+fn samples_are_near_what_all_rays_take() {
+    let arch = srp_archdesc::parse(SGRT.name, SGRT.xml).expect("the shipped machine is valid");
+    let spec = &arch.system;
+    let scene = demo();
+    let bvh = bvh::build(&scene.triangles, &bvh::Options::default());
+    let (memory, tree) = place_for(
+        spec,
+        &lay_out(&bvh, &scene.triangles, Layout::of(&spec.tni)),
+    );
+    let kind = Kind::AmbientOcclusion {
+        samples: 4,
+        radius: 2.0,
+    };
+    let source = |size| {
+        let tracer = Tracer::new(&spec.tni, &tree, &memory);
+        let view = (&scene.camera, size);
+        Source::new(view, kind, &scene.triangles, tracer, Order::Morton)
+    };
+    for memories in [Memories::Private, Memories::Shared] {
+        let options = |threads| Options {
+            units: 4,
+            memories,
+            threads,
+            hits: false,
+            costs: false,
+        };
+        let views = [source((480, 360)), source((320, 240))];
+        let sample = |views: &[Source], threads, seed, error| {
+            let subject = Subject {
+                spec,
+                memory: &memory,
+                tree,
+                views,
+                options: options(threads),
+                progress: &|_| {},
+                cancelled: &|| false,
+            };
+            sampled::sample(&subject, seed, error).expect("nobody cancels it")
+        };
+        let Found::Sample(one) = sample(&views, 1, 3, 0.1) else {
+            panic!("a sample is enough");
+        };
+        assert_eq!(sample(&views, 3, 3, 0.1), Found::Sample(one.clone()));
+        assert_ne!(sample(&views, 1, 4, 0.1), Found::Sample(one.clone()));
+        assert!(one.run < one.blocks / 2);
+        assert_eq!(sample(&[source((64, 48))], 1, 3, 0.1), Found::TooMuch);
+
+        let outcomes = views.each_ref().map(|view| {
+            let mut bench = Bench::new(spec, &memory, tree, options(2));
+            let all = Sampling::new(1, 1);
+            for batch in 0..view.batches() {
+                bench.feed(view.batch(batch), &all, &|| false);
+            }
+            bench.finish(&|| false).expect("nobody cancels it")
+        });
+        let truth = Measure::of(&outcomes, 4, spec);
+        let figure = |name: &str| {
+            let figure = one.figures.iter().find(|f| f.name == name);
+            figure.unwrap_or_else(|| panic!("no {name}")).estimate
+        };
+        for (name, value) in [
+            ("inner nodes a ray", truth.inner_visits),
+            ("leaves a ray", truth.leaf_visits),
+            ("triangle tests a ray", truth.triangle_tests),
+        ] {
+            let estimate = figure(name);
+            assert!(estimate.covers(value), "{name}: {estimate:?}, {value}");
+            // Nothing is left to drawing of what all rays were looked at for.
+            let is_known = estimate.half_width == 0.0;
+            assert_eq!(is_known, one.looked == one.blocks, "{name}");
+        }
+        let rate = figure("rate");
+        assert!(
+            rate.covers(truth.mrays_per_second),
+            "{rate:?}, {}",
+            truth.mrays_per_second
+        );
+        assert!(rate.relative() < 0.15, "{rate:?}");
+        let hits = figure("TRV L1 hits");
+        assert!(
+            (hits.value - 100.0 * truth.trv_l1).abs() < 1.0,
+            "{hits:?}, {}",
+            truth.trv_l1
+        );
+    }
 }

@@ -33,9 +33,10 @@ use setting::{Setting, Subject};
 use srp_runtime::reference;
 use srp_runtime::scene::Scene;
 use srp_runtime::scene_image;
+use srp_runtime::threads;
 use srp_scheduler::Known;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
+
+use std::sync::atomic::{AtomicU64, Ordering};
 use store::Store;
 use trial::{Studio, Trial, UnitError};
 
@@ -204,38 +205,20 @@ impl<'a> Bench<'a> {
         threads: usize,
         progress: &Progress,
     ) -> Vec<Result<Option<Trial>, Failure>> {
-        let next = AtomicUsize::new(0);
-        let done = Mutex::new(0u64);
-        let work = || {
-            let mut found = Vec::new();
-            loop {
-                let i = next.fetch_add(1, Ordering::Relaxed);
-                if i >= settings.len() {
-                    return found;
-                }
-                let trial = match interrupt::requested() {
-                    true => Ok(None),
-                    false => match self.trial(&settings[i], store) {
-                        Err(Failure::Interrupted) => Ok(None),
-                        trial => trial.map(Some),
-                    },
-                };
-                found.push((i, trial));
-                let mut done = done.lock().expect("no thread panics with the lock held");
-                *done += 1;
-                progress.at(*done);
-            }
+        let done = AtomicU64::new(0);
+        let trial = |(): &mut (), i: usize| {
+            let trial = match interrupt::requested() {
+                true => Ok(None),
+                false => match self.trial(&settings[i], store) {
+                    Err(Failure::Interrupted) => Ok(None),
+                    trial => trial.map(Some),
+                },
+            };
+            progress.at(done.fetch_add(1, Ordering::Relaxed) + 1);
+            Some(trial)
         };
-        let mut all = std::thread::scope(|scope| {
-            let others: Vec<_> = (1..threads.max(1)).map(|_| scope.spawn(work)).collect();
-            let mut all = work();
-            for other in others {
-                all.extend(other.join().expect("trials do not panic"));
-            }
-            all
-        });
-        all.sort_by_key(|&(i, _)| i);
-        all.into_iter().map(|(_, trial)| trial).collect()
+        let all = threads::some(threads, settings.len(), || (), trial);
+        all.into_iter().flatten().collect()
     }
 
     /// The trial of a setting, from the store where it has been made before.

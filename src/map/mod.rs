@@ -20,7 +20,8 @@ use srp_ir::dre::scheduled::ScheduledLoops;
 use srp_ir::graph::{self, Graph};
 use srp_ir::program::{Pos, SourceFile};
 use srp_scheduler::{check, modulo};
-use std::sync::Mutex;
+
+use srp_runtime::threads;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
@@ -162,28 +163,18 @@ struct Outcome {
 /// Maps all graphs, on as many threads as the host has; as far as Ctrl-C lets it.
 fn map_all(inputs: &[Found], options: &graph::Options, args: &Map, arch: &Arch) -> Vec<Outcome> {
     let progress = Progress::steps("mapping", inputs.len() as u64);
-    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let outcomes: Vec<Mutex<Option<Outcome>>> = inputs.iter().map(|_| Mutex::new(None)).collect();
-    let work = || {
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(found) = inputs.get(index).filter(|_| !interrupt::requested()) else {
-                return;
-            };
-            let outcome = map_one(found, options, args, arch);
-            *outcomes[index].lock().expect("no thread panics with it") = Some(outcome);
-            progress.at(done.fetch_add(1, Ordering::Relaxed) as u64 + 1);
+    let done = AtomicUsize::new(0);
+    let map = |(): &mut (), index: usize| {
+        if interrupt::requested() {
+            return None;
         }
+        let outcome = map_one(&inputs[index], options, args, arch);
+        progress.at(done.fetch_add(1, Ordering::Relaxed) as u64 + 1);
+        Some(outcome)
     };
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    std::thread::scope(|scope| {
-        for _ in 1..threads.min(inputs.len()) {
-            scope.spawn(work);
-        }
-        work();
-    });
-    let taken = |slot: Mutex<Option<Outcome>>| slot.into_inner().expect("no thread panics with it");
-    outcomes.into_iter().filter_map(taken).collect()
+    let host = std::thread::available_parallelism().map_or(1, usize::from);
+    let outcomes = threads::some(host, inputs.len(), || (), map);
+    outcomes.into_iter().flatten().collect()
 }
 
 fn map_one(found: &Found, options: &graph::Options, args: &Map, arch: &Arch) -> Outcome {

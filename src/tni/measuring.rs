@@ -1,17 +1,23 @@
 //! Running T&I units over the views of a scene, several at a time.
 
+use crate::cli;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::talk::Progress;
 use srp_archdesc::system::SystemSpec;
 use srp_runtime::bvh::{self, Bvh, Layout};
+use srp_runtime::fidelity::Fidelity;
 use srp_runtime::memory::SystemMemory;
-use srp_runtime::rays::{self, BATCH, Kind, Order, Ray, Sampling, Source};
+use srp_runtime::rays::{self, Kind, Order, Ray, Sampling, Source};
 use srp_runtime::scene::{Camera, Scene};
-use srp_runtime::tni::standalone::{self, Bench, Estimated, Measure, Memories, Options, Outcome};
+use srp_runtime::system::sampled::Figure;
+use srp_runtime::threads;
+use srp_runtime::tni::standalone::sampled::{self, Found, Sampled, Subject};
+use srp_runtime::tni::standalone::{
+    self, Bench, Estimated, Measure, Memories, Options, Outcome, Spent,
+};
 use srp_runtime::tni::{TniCounters, Tracer, Tree};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What is traced.
 pub(crate) enum Rays {
@@ -43,10 +49,8 @@ pub(crate) struct Job<'a> {
     pub(crate) size: (u32, u32),
     pub(crate) rays: &'a Rays,
     pub(crate) order: Order,
-    /// One run of packets in so many is measured.
+    /// One run of packets in so many is measured, that in the middle.
     pub(crate) one_in: u64,
-    /// The seed of runs at random; without one those in the middle are taken.
-    pub(crate) seed: Option<u64>,
     pub(crate) units: u32,
     pub(crate) memories: Memories,
     pub(crate) threads: usize,
@@ -63,27 +67,41 @@ impl<'a> Job<'a> {
     }
 
     /// The views to run: of given rays, one.
-    fn views(&self) -> usize {
+    pub(crate) fn views(&self) -> usize {
         match self.rays {
             Rays::Of(_) => self.cameras.len(),
             Rays::Given(_) => 1,
         }
     }
 
-    /// The rays of a view; of given rays none.
-    pub(crate) fn source<'b>(
-        &'b self,
-        view: usize,
-        tree: &'b Tree,
-        memory: &'b SystemMemory,
-    ) -> Option<Source<'b>> {
-        let Rays::Of(kind) = self.rays else {
-            return None;
+    /// The rays of a view.
+    pub(crate) fn source(&self, view: usize, tree: &Tree, memory: &SystemMemory) -> Source {
+        match self.rays {
+            Rays::Given(rays) => Source::given(rays.clone(), self.order),
+            Rays::Of(kind) => {
+                let tracer = Tracer::new(&self.spec.tni, tree, memory);
+                let view = (&self.cameras[view], self.size);
+                Source::new(view, *kind, &self.scene.triangles, tracer, self.order)
+            }
+        }
+    }
+
+    /// The rays of all views, several at a time; `None` where Ctrl-C said so.
+    fn sources(&self, tree: &Tree, memory: &SystemMemory) -> Option<Vec<Source>> {
+        let source = |(): &mut (), view: usize| {
+            (!interrupt::requested()).then(|| self.source(view, tree, memory))
         };
-        let tracer = Tracer::new(&self.spec.tni, tree, memory);
-        let view = (&self.cameras[view], self.size);
-        let triangles = &self.scene.triangles;
-        Some(Source::new(view, *kind, triangles, tracer, self.order))
+        threads::all(self.threads, self.views(), || (), source)
+    }
+
+    fn options(&self, threads: usize) -> Options {
+        Options {
+            units: self.units,
+            memories: self.memories,
+            threads,
+            hits: false,
+            costs: self.costs,
+        }
     }
 
     /// About how many rays a view has.
@@ -99,36 +117,70 @@ impl<'a> Job<'a> {
     }
 }
 
-/// Packets of all runs that a sample begins with, and the least of them in a run.
-const FIRST_PACKETS: u64 = 48 * 8;
+/// A measurement.
+pub(crate) struct Measured {
+    /// What became of the rays of each view, or, of a sample, of each group of blocks.
+    pub(crate) outcomes: Vec<Outcome>,
+    /// The figures of all.
+    pub(crate) all: Measure,
+    /// What was sampled, if it was.
+    pub(crate) sample: Option<Box<Sampled>>,
+}
 
-/// Measures so many runs of a job, at random, that half the interval of its cycles is at most `error`
-/// of them. The job says how.
-pub(crate) fn measure_to<'a>(
-    job: &Job<'a>,
-    seed: u64,
-    error: f64,
-) -> Result<(Job<'a>, Vec<Outcome>), Failure> {
-    let packets = job.expected() / u64::from(job.spec.buffers.rays.max(1));
-    let mut one_in = (packets / FIRST_PACKETS).max(1);
-    loop {
-        let part = Job {
-            one_in,
-            seed: Some(seed),
-            ..*job
-        };
-        let outcomes = measure(&part)?;
-        let found = Measure::of(&outcomes, job.units, job.spec).relative_error;
-        let found = found.unwrap_or(f64::INFINITY);
-        if found <= error || one_in == 1 {
-            return Ok((part, outcomes));
+impl Measured {
+    fn of(job: &Job<'_>, outcomes: Vec<Outcome>) -> Measured {
+        Measured {
+            all: Measure::of(&outcomes, job.units, job.spec),
+            outcomes,
+            sample: None,
         }
-        // As many more as the square says, and at least twice as many.
-        let fewer = (error / found) * (error / found) / 1.1;
-        one_in = ((one_in as f64 * fewer) as u64)
-            .clamp(one_in / 16, one_in / 2)
-            .max(1);
     }
+
+    /// The figures with intervals; none where all was measured.
+    pub(crate) fn intervals(&self, job: &Job<'_>) -> Vec<Figure> {
+        if let Some(sample) = &self.sample {
+            return sample.figures.clone();
+        }
+        if job.one_in == 1 {
+            return Vec::new();
+        }
+        let spent = self.outcomes.iter().flat_map(|o| o.spent.iter().cloned());
+        let spent: Vec<Spent> = spent.collect();
+        standalone::figures(&spent, job.units, job.spec)
+    }
+}
+
+/// Measures a job at a level that has a clock; `sampled` with a seed and an error, as half an interval of the cycles
+/// over them.
+pub(crate) fn measure_at(job: &Job<'_>, level: &cli::Level) -> Result<Measured, Failure> {
+    if level.fidelity == Fidelity::Sampled {
+        let (memory, tree) = job.place();
+        let views = interrupt::looked_for(|| job.sources(&tree, &memory));
+        let views = views.ok_or(Failure::Interrupted)?;
+        let progress = Progress::steps("rays", job.expected() * job.views() as u64);
+        let done = AtomicU64::new(0);
+        let subject = Subject {
+            spec: job.spec,
+            memory: &memory,
+            tree,
+            views: &views,
+            options: job.options(job.threads),
+            progress: &|rays| progress.at(done.fetch_add(rays, Ordering::Relaxed) + rays),
+            cancelled: &interrupt::requested,
+        };
+        let found = interrupt::looked_for(|| sampled::sample(&subject, level.seed, level.error));
+        if let Found::Sample(sample) = found.ok_or(Failure::Interrupted)? {
+            let outcomes = some(job, sample.outcomes.clone())?;
+            let all = Measure::of(&outcomes, job.units, job.spec).with(&sample.figures);
+            return Ok(Measured {
+                outcomes,
+                all,
+                sample: Some(sample),
+            });
+        }
+    }
+    let outcomes = interrupt::looked_for(|| measure(job))?;
+    Ok(Measured::of(job, outcomes))
 }
 
 /// The counts of all views without any clock, and, where estimates are wanted, cycles too.
@@ -156,23 +208,11 @@ pub(crate) fn count(job: &Job<'_>, estimated: bool) -> Result<Vec<Outcome>, Fail
                 counters.triangle_tests += u64::from(traced.triangle_tests);
             }
         };
-        match job.source(view, &tree, &memory) {
-            Some(mut source) => loop {
-                let batch = source.next_batch();
-                if batch.is_empty() {
-                    break;
-                }
-                feed(&batch);
-                if interrupt::requested() {
-                    return Err(Failure::Interrupted);
-                }
-            },
-            None => {
-                if let Rays::Given(rays) = job.rays {
-                    let mut rays = rays.clone();
-                    job.order.sort(&mut rays);
-                    feed(&rays);
-                }
+        let source = job.source(view, &tree, &memory);
+        for batch in 0..source.batches() {
+            feed(&source.batch(batch));
+            if interrupt::requested() {
+                return Err(Failure::Interrupted);
             }
         }
         let mut outcome = units.finish();
@@ -205,36 +245,15 @@ pub(crate) fn measure(job: &Job<'_>) -> Result<Vec<Outcome>, Failure> {
     let (memory, tree) = job.place();
     let views = job.views();
     let outer = job.threads.clamp(1, views.max(1));
-    let options = Options {
-        units: job.units,
-        memories: job.memories,
-        threads: job.threads / outer,
-        hits: false,
-        costs: job.costs,
-    };
+    let options = job.options(job.threads / outer);
     let progress = Progress::steps("rays", job.expected() * views as u64);
-    let done = AtomicUsize::new(0);
-    let next = AtomicUsize::new(0);
-    let outcomes: Mutex<Vec<Option<Outcome>>> = Mutex::new(vec![None; views]);
-    std::thread::scope(|scope| {
-        for _ in 0..outer {
-            scope.spawn(|| {
-                loop {
-                    let view = next.fetch_add(1, Ordering::Relaxed);
-                    if view >= views {
-                        return;
-                    }
-                    let ray_count = |n: usize| {
-                        progress.at((done.fetch_add(n, Ordering::Relaxed) + n) as u64);
-                    };
-                    let outcome = run_view(job, view, &tree, &memory, options, &ray_count);
-                    outcomes.lock().expect("no thread panics with it")[view] = outcome;
-                }
-            });
-        }
-    });
-    let outcomes = outcomes.into_inner().expect("no thread panics with it");
-    let outcomes: Option<Vec<Outcome>> = outcomes.into_iter().collect();
+    let done = AtomicU64::new(0);
+    let count = |n: usize| {
+        let n = n as u64;
+        progress.at(done.fetch_add(n, Ordering::Relaxed) + n);
+    };
+    let run = |(): &mut (), view: usize| run_view(job, view, &tree, &memory, options, &count);
+    let outcomes = threads::all(outer, views, || (), run);
     some(job, outcomes.ok_or(Failure::Interrupted)?)
 }
 
@@ -248,45 +267,30 @@ fn run_view(
 ) -> Option<Outcome> {
     let packet = u64::from(job.spec.buffers.rays.max(1));
     let sampling = Sampling::new(job.one_in, job.expected().div_ceil(packet));
-    let sampling = job.seed.map_or(sampling, |seed| sampling.seeded(seed));
     let mut bench = Bench::new(job.spec, memory, *tree, options);
-    let mut feed = |rays: Vec<Ray>| {
+    let source = job.source(view, tree, memory);
+    for batch in 0..source.batches() {
+        let rays = source.batch(batch);
         count(rays.len());
-        bench.feed(rays, &sampling, &interrupt::requested)
-    };
-    match job.source(view, tree, memory) {
-        Some(mut source) => loop {
-            let batch = source.next_batch();
-            if batch.is_empty() {
-                break;
-            }
-            if !feed(batch) {
-                return None;
-            }
-        },
-        None => {
-            let Rays::Given(rays) = job.rays else {
-                return None;
-            };
-            for batch in rays.chunks(BATCH) {
-                let mut batch = batch.to_vec();
-                job.order.sort(&mut batch);
-                if !feed(batch) {
-                    return None;
-                }
-            }
+        if !bench.feed(rays, &sampling, &interrupt::requested) {
+            return None;
         }
     }
-    bench.finish(&interrupt::requested)
+    let mut outcome = bench.finish(&interrupt::requested)?;
+    if job.one_in == 1 {
+        // Nothing is left to drawing.
+        outcome.relative_error = None;
+    }
+    Some(outcome)
 }
 
-impl From<crate::cli::RayOrder> for Order {
-    fn from(order: crate::cli::RayOrder) -> Order {
+impl From<cli::RayOrder> for Order {
+    fn from(order: cli::RayOrder) -> Order {
         match order {
-            crate::cli::RayOrder::Morton => rays::Order::Morton,
-            crate::cli::RayOrder::Pixels => rays::Order::Pixels,
-            crate::cli::RayOrder::Rows => rays::Order::Rows,
-            crate::cli::RayOrder::Random => rays::Order::Random,
+            cli::RayOrder::Morton => rays::Order::Morton,
+            cli::RayOrder::Pixels => rays::Order::Pixels,
+            cli::RayOrder::Rows => rays::Order::Rows,
+            cli::RayOrder::Random => rays::Order::Random,
         }
     }
 }

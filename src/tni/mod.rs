@@ -12,7 +12,7 @@ pub(crate) use energy::Energy;
 use crate::cli::{self, Pipeline, RayKind, Tni, TniMemory};
 use crate::failure::Failure;
 use crate::scenes::{self, Views};
-use crate::{files, interrupt, machine, talk};
+use crate::{files, machine, talk};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::datapath::Latencies;
 use srp_archdesc::system::{self as spec, SystemSpec};
@@ -20,10 +20,10 @@ use srp_runtime::fidelity::Fidelity;
 use srp_runtime::rays::{self, Kind, Order};
 use srp_runtime::scene::{Camera, Scene};
 use srp_runtime::system;
-use srp_runtime::tni::standalone::{Measure, Memories, Outcome};
+use srp_runtime::tni::standalone::{Measure, Memories};
 use std::path::Path;
 
-pub(crate) use measuring::{Job, Rays, measure, measure_to};
+pub(crate) use measuring::{Job, Measured, Rays, measure_at};
 
 /// Length of ambient-occlusion rays where nothing says it, as a part of the scene's diagonal.
 const AO_RADIUS: f32 = 0.1;
@@ -48,7 +48,6 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
         rays: &rays,
         order: Order::from(args.order),
         one_in: args.sample,
-        seed: None,
         units: args.units.unwrap_or(arch.system.cores),
         memories: match (args.memory, arch.system.dram.shared) {
             (Some(TniMemory::Shared | TniMemory::Both), _) | (None, true) => Memories::Shared,
@@ -70,52 +69,50 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
         }
         return levels::print(args, &job);
     }
-    let (job, outcomes) = match level {
-        Fidelity::Sampled => interrupt::looked_for(|| {
-            measuring::measure_to(&job, args.level.seed, args.level.error)
-        })?,
-        _ => (job, interrupt::looked_for(|| measure(&job))?),
-    };
-    let measured = Measure::of(&outcomes, job.units, job.spec);
+    let measured = measure_at(&job, &args.level)?;
     let private = match args.memory {
-        Some(TniMemory::Both) => Some(measure_private(&job)?),
+        Some(TniMemory::Both) => Some(measure_private(&job, &args.level)?),
         _ => None,
     };
     if let Some(path) = &args.heat {
-        let png = heat::picture(&outcomes[0], args.size, args.heat_of)?;
+        let png = heat::picture(&measured.outcomes[0], args.size, args.heat_of)?;
         files::write(path, &png)?;
         talk::say(path.display());
     }
-    print_measure(args, &arch, &job, &outcomes, &measured, private.as_ref())
+    print_measure(args, &arch, &job, &measured, private.as_ref())
 }
 
 /// The same with a memory for every unit.
-fn measure_private(job: &Job<'_>) -> Result<Measure, Failure> {
+fn measure_private(job: &Job<'_>, level: &cli::Level) -> Result<Measure, Failure> {
     let job = Job {
         memories: Memories::Private,
         costs: false,
         ..*job
     };
-    let outcomes = interrupt::looked_for(|| measure(&job))?;
-    Ok(Measure::of(&outcomes, job.units, job.spec))
+    Ok(measure_at(&job, level)?.all)
 }
 
 fn print_measure(
     args: &Tni,
     arch: &Arch,
     job: &Job<'_>,
-    outcomes: &[Outcome],
-    measured: &Measure,
+    measured: &Measured,
     private: Option<&Measure>,
 ) -> Result<(), Failure> {
     if !args.json {
-        let text = text::report(arch, job, outcomes, measured, private);
+        let text = text::report(arch, job, measured, private);
         return Ok(talk::print(text)?);
     }
-    let views: Vec<Measure> = outcomes
-        .iter()
-        .map(|o| Measure::of(std::slice::from_ref(o), job.units, job.spec))
-        .collect();
+    let views: Vec<Measure> = match &measured.sample {
+        Some(_) => Vec::new(),
+        None => (measured.outcomes.iter())
+            .map(|o| Measure::of(std::slice::from_ref(o), job.units, job.spec))
+            .collect(),
+    };
+    let blocks = measured
+        .sample
+        .as_ref()
+        .map(|s| serde_json::json!({ "all": s.blocks, "looked_at": s.looked, "run": s.run }));
     let json = serde_json::json!({
         "machine": arch.name,
         "scene": job.scene.name,
@@ -124,10 +121,11 @@ fn print_measure(
         "size": [job.size.0, job.size.1],
         "fidelity": args.level.fidelity.name(),
         "sample": job.one_in,
-        "intervals": text::intervals(job, outcomes),
-        "all": measured,
+        "blocks": blocks,
+        "intervals": measured.intervals(job),
+        "all": measured.all,
         "all_with_private_memories": private,
-        "energy_mj": energy::Energy::of(&arch.system.tni, &measured.counters),
+        "energy_mj": energy::Energy::of(&arch.system.tni, &measured.all.counters),
         "views": views,
     });
     let text = serde_json::to_string_pretty(&json).map_err(Failure::message)?;

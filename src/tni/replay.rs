@@ -1,6 +1,6 @@
 //! One ray, explained: every visit, box, triangle and cycle.
 
-use super::{Job, Rays};
+use super::Job;
 use crate::failure::Failure;
 use serde_json::{Value, json};
 use srp_archdesc::system::TniSpec;
@@ -35,18 +35,9 @@ fn run(job: &Job<'_>, (x, y): (u32, u32)) -> Result<(Ray, Vec<Logged>), Failure>
     }
     let (memory, tree) = job.place();
     let pixel = y * job.size.0 + x;
-    let ray = match job.rays {
-        Rays::Given(rays) => rays.iter().find(|r| r.payload == pixel).copied(),
-        Rays::Of(_) => job.source(0, &tree, &memory).and_then(|mut source| {
-            loop {
-                let batch = source.next_batch();
-                let found = batch.iter().find(|r| r.payload == pixel);
-                if found.is_some() || batch.is_empty() {
-                    return found.copied();
-                }
-            }
-        }),
-    };
+    let source = job.source(0, &tree, &memory);
+    let rays = (0..source.batches()).flat_map(|batch| source.batch(batch));
+    let ray = rays.into_iter().find(|r| r.payload == pixel);
     let Some(ray) = ray else {
         return Err(Failure::Message(format!(
             "no ray of this kind starts at pixel {x},{y}"

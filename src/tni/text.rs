@@ -1,11 +1,10 @@
 //! A measurement as text, for people.
 
-use super::Job;
 use super::energy::Energy;
+use super::{Job, Measured};
 use srp_archdesc::arch::Arch;
 use srp_runtime::survey::Estimate;
-use srp_runtime::system::sampled::Figure;
-use srp_runtime::tni::standalone::{Measure, Outcome, Spent, figures};
+use srp_runtime::tni::standalone::Measure;
 use srp_runtime::tni::{PipeCounters, TniCounters};
 use std::fmt::Write as _;
 
@@ -13,12 +12,12 @@ use std::fmt::Write as _;
 pub(super) fn report(
     arch: &Arch,
     job: &Job<'_>,
-    views: &[Outcome],
-    all: &Measure,
+    measured: &Measured,
     private: Option<&Measure>,
 ) -> String {
     let mut out = String::new();
-    write_report(&mut out, arch, job, views, all).expect("writing to a String does not fail");
+    let all = &measured.all;
+    write_report(&mut out, arch, job, measured).expect("writing to a String does not fail");
     if let Some(private) = private {
         out += &format!(
             "\nwith a memory for each unit: {:.2} Mrays/s, {:.3} of the above, {:.1} cycles a node visit\n{}",
@@ -35,28 +34,36 @@ fn write_report(
     out: &mut String,
     arch: &Arch,
     job: &Job<'_>,
-    views: &[Outcome],
-    all: &Measure,
+    measured: &Measured,
 ) -> std::fmt::Result {
+    let (all, views) = (&measured.all, &measured.outcomes);
     writeln!(
         out,
         "{}: {} {} rays of {} view(s), {} unit(s) of `{}` at {} MHz, memory {:?}",
         job.scene.name,
         all.rays,
         job.rays.name(),
-        views.len(),
+        job.views(),
         job.units,
         arch.name,
         arch.system.tni_mhz,
         job.memories
     )?;
-    if job.one_in > 1 {
-        writeln!(out, "sampled: one run of packets in {}", job.one_in)?;
-        for figure in intervals(job, views) {
-            let Estimate { value, half_width } = figure.estimate;
-            let (name, unit) = (&figure.name, figure.unit);
-            writeln!(out, "  {name:24} {value:>10.3} ± {half_width:.3} {unit}")?;
+    match &measured.sample {
+        Some(s) => writeln!(
+            out,
+            "sampled: of {} blocks of 16 packets {} looked at without time, {} run",
+            s.blocks, s.looked, s.run
+        )?,
+        None if job.one_in > 1 => {
+            writeln!(out, "sampled: one run of packets in {}", job.one_in)?;
         }
+        None => {}
+    }
+    for figure in measured.intervals(job) {
+        let Estimate { value, half_width } = figure.estimate;
+        let (name, unit) = (&figure.name, figure.unit);
+        writeln!(out, "  {name:24} {value:>10.3} ± {half_width:.3} {unit}")?;
     }
     let error = match all.relative_error {
         Some(error) => format!(" ± {:.2} (95 %)", error * all.mrays_per_second),
@@ -69,7 +76,7 @@ fn write_report(
         all.cycles,
         all.counters.unit.active_cycles as f64 / all.rays.max(1) as f64
     )?;
-    if views.len() > 1 {
+    if measured.sample.is_none() && views.len() > 1 {
         let each = views.iter().map(|view| {
             let one = Measure::of(std::slice::from_ref(view), job.units, job.spec);
             format!("{:.2}", one.mrays_per_second)
@@ -123,15 +130,6 @@ fn write_report(
     )?;
     accounts(out, &all.counters)?;
     write!(out, "\n{}", all.memory.text())
-}
-
-/// Figures of a sample with intervals of 95 %; none where everything was measured.
-pub(super) fn intervals(job: &Job<'_>, views: &[Outcome]) -> Vec<Figure> {
-    if job.one_in == 1 {
-        return Vec::new();
-    }
-    let runs: Vec<Spent> = views.iter().flat_map(|v| v.spent.iter().cloned()).collect();
-    figures(&runs, job.units, job.spec.tni_mhz)
 }
 
 fn counters(out: &mut String, c: &TniCounters) -> std::fmt::Result {

@@ -10,6 +10,8 @@ mod file;
 mod order;
 mod sample;
 
+use std::ops::Range;
+
 use glam::{DVec3, Vec3};
 
 use crate::scene::angle::turn;
@@ -51,81 +53,177 @@ pub enum Kind {
     },
 }
 
-/// The rays of one view, made when they are wanted.
-pub struct Source<'a> {
-    primary: Vec<Ray>,
-    kind: Kind,
-    triangles: &'a [Triangle],
-    tracer: Tracer<'a>,
-    /// Primary rays that have been used.
-    used: usize,
+/// Rays of one view, or given ones: each is made when it is wanted, in the order of the pixels, and has a place in
+/// the [`Order`] of its [`BATCH`].
+pub struct Source {
     order: Order,
-    /// Rays that are made but not given yet.
-    ready: Vec<Ray>,
+    made: Made,
 }
 
-impl<'a> Source<'a> {
+/// What rays are made of.
+enum Made {
+    /// Nothing: they are there.
+    Given(Vec<Ray>),
+    /// The surfaces that are seen, in the order of the pixels.
+    Secondary(Box<Secondary>),
+}
+
+/// What secondary rays are made of.
+struct Secondary {
+    seen: Vec<Seen>,
+    /// The directions of samples about a normal along z.
+    samples: Vec<DVec3>,
+    end: f32,
+    flags: u32,
+}
+
+/// A surface at a pixel.
+struct Seen {
+    pixel: u32,
+    origin: Vec3,
+    normal: Vec3,
+}
+
+impl Source {
+    /// Rays that are there.
+    pub fn given(rays: Vec<Ray>, order: Order) -> Source {
+        Source {
+            order,
+            made: Made::Given(rays),
+        }
+    }
+
     /// The rays of a view of `width`×`height` pixels in the scene of `triangles`, over which
     /// `tracer` traces.
     pub fn new(
         (camera, (width, height)): (&Camera, (u32, u32)),
         kind: Kind,
-        triangles: &'a [Triangle],
-        tracer: Tracer<'a>,
+        triangles: &[Triangle],
+        mut tracer: Tracer<'_>,
         order: Order,
-    ) -> Source<'a> {
-        Source {
-            primary: primary(camera, width, height, order),
-            kind,
-            triangles,
-            tracer,
-            used: 0,
-            order,
-            ready: Vec::new(),
-        }
-    }
-
-    /// The next [`BATCH`] rays, in their order; fewer at the end, and none after it.
-    pub fn next_batch(&mut self) -> Vec<Ray> {
-        while self.ready.len() < BATCH && self.used < self.primary.len() {
-            let ray = self.primary[self.used];
-            self.used += 1;
-            self.spawn(&ray);
-        }
-        let rest = self.ready.split_off(self.ready.len().min(BATCH));
-        let mut batch = std::mem::replace(&mut self.ready, rest);
-        self.order.sort(&mut batch);
-        batch
-    }
-
-    fn spawn(&mut self, ray: &Ray) {
-        let (samples, end, flags) = match self.kind {
-            Kind::Primary => {
-                self.ready.push(*ray);
-                return;
-            }
+    ) -> Source {
+        let primary = primary(camera, width, height, order);
+        let (samples, end, flags) = match kind {
+            Kind::Primary => return Source::given(primary, order),
             Kind::AmbientOcclusion { samples, radius } => (samples, radius, ANY_HIT),
             Kind::Diffuse { samples } => (samples, FAR, 0),
         };
-        let hit = self.tracer.trace(ray).hit;
-        if !hit.is_hit() {
-            return;
+        let seen = primary.iter().filter_map(|ray| {
+            let hit = tracer.trace(ray).hit;
+            let triangle = triangles.get(hit.primitive as usize)?;
+            Some(Seen::at(ray, hit.t, triangle))
+        });
+        Source {
+            order,
+            made: Made::Secondary(Box::new(Secondary {
+                seen: seen.collect(),
+                samples: (0..samples).map(sample_of_hemisphere).collect(),
+                end,
+                flags,
+            })),
         }
-        let direction = Vec3::from(ray.direction);
-        let origin = Vec3::from(ray.origin) + direction * (hit.t - SETBACK).max(0.0);
-        let normal = self.triangles[hit.primitive as usize].geometric_normal();
-        let normal = if normal.dot(direction) > 0.0 {
-            -normal
-        } else {
-            normal
+    }
+
+    /// How many rays there are.
+    pub fn rays(&self) -> usize {
+        match &self.made {
+            Made::Given(rays) => rays.len(),
+            Made::Secondary(made) => made.seen.len() * made.samples.len(),
+        }
+    }
+
+    /// How many batches.
+    pub fn batches(&self) -> usize {
+        self.rays().div_ceil(BATCH)
+    }
+
+    /// How many rays a batch has: all but the last have [`BATCH`].
+    pub fn rays_of(&self, batch: usize) -> usize {
+        self.rays().saturating_sub(batch * BATCH).min(BATCH)
+    }
+
+    /// A batch in its order.
+    pub fn batch(&self, batch: usize) -> Vec<Ray> {
+        let mut rays = self.made(batch);
+        self.order.sort(&mut rays);
+        rays
+    }
+
+    /// The rays of a batch as they are made.
+    fn made(&self, batch: usize) -> Vec<Ray> {
+        let first = batch * BATCH;
+        let end = first + self.rays_of(batch);
+        match &self.made {
+            Made::Given(rays) => rays[first..end].to_vec(),
+            Made::Secondary(made) => made.rays(first..end),
+        }
+    }
+
+    /// Which rays of a batch are at these places of its order, by their numbers as they are made. The ranges of
+    /// places go up and have nothing in common.
+    pub fn numbers(&self, batch: usize, places: &[Range<usize>]) -> Vec<Vec<u32>> {
+        let numbers = match self.order {
+            Order::Pixels | Order::Rows => (0..self.rays_of(batch) as u32).collect(),
+            _ => self.order.numbers(&self.made(batch), places),
         };
-        let frame = Frame::about(normal.as_dvec3(), ray.payload);
-        for sample in 0..samples {
-            let direction = frame.direction(sample).as_vec3();
-            let mut ray = Ray::new(origin.to_array(), direction.to_array(), 0.0, end, flags);
-            ray.payload = self.primary[self.used - 1].payload;
-            self.ready.push(ray);
+        places.iter().map(|p| numbers[p.clone()].to_vec()).collect()
+    }
+
+    /// The ray of a batch with this number.
+    pub fn ray(&self, batch: usize, number: u32) -> Ray {
+        let number = batch * BATCH + number as usize;
+        match &self.made {
+            Made::Given(rays) => rays[number],
+            Made::Secondary(made) => {
+                let samples = made.samples.len();
+                let seen = &made.seen[number / samples];
+                made.ray(seen, &seen.frame(), number % samples)
+            }
         }
+    }
+}
+
+impl Secondary {
+    fn ray(&self, seen: &Seen, frame: &Frame, sample: usize) -> Ray {
+        let direction = frame.direction(self.samples[sample]).as_vec3();
+        let origin = seen.origin.to_array();
+        let mut ray = Ray::new(origin, direction.to_array(), 0.0, self.end, self.flags);
+        ray.payload = seen.pixel;
+        ray
+    }
+
+    fn rays(&self, numbers: Range<usize>) -> Vec<Ray> {
+        let samples = self.samples.len();
+        let mut rays = Vec::with_capacity(numbers.len());
+        let mut next = numbers.start;
+        while next < numbers.end {
+            let seen = &self.seen[next / samples];
+            let frame = seen.frame();
+            let end = numbers.end.min((next / samples + 1) * samples);
+            rays.extend((next..end).map(|n| self.ray(seen, &frame, n % samples)));
+            next = end;
+        }
+        rays
+    }
+}
+
+impl Seen {
+    /// What a primary ray has hit.
+    fn at(ray: &Ray, t: f32, triangle: &Triangle) -> Seen {
+        let direction = Vec3::from(ray.direction);
+        let normal = triangle.geometric_normal();
+        Seen {
+            pixel: ray.payload,
+            origin: Vec3::from(ray.origin) + direction * (t - SETBACK).max(0.0),
+            normal: match normal.dot(direction) > 0.0 {
+                true => -normal,
+                false => normal,
+            },
+        }
+    }
+
+    fn frame(&self) -> Frame {
+        Frame::about(self.normal.as_dvec3(), self.pixel)
     }
 }
 
@@ -173,15 +271,19 @@ impl Frame {
         }
     }
 
-    /// Sample `n` of the hemisphere, denser towards the normal by the cosine.
-    fn direction(&self, n: u32) -> DVec3 {
-        let (x, y) = (halton(n + 1, 2), halton(n + 1, 3));
-        let radius = x.sqrt();
-        let (cos, sin) = turn(y);
-        let up = (1.0 - x).max(0.0).sqrt();
+    /// A direction about z, about the normal.
+    fn direction(&self, about_z: DVec3) -> DVec3 {
         let [tangent, other, normal] = self.axes;
-        (tangent * (radius * cos) + other * (radius * sin) + normal * up).normalize()
+        (tangent * about_z.x + other * about_z.y + normal * about_z.z).normalize()
     }
+}
+
+/// Sample `n` of the hemisphere about z, denser towards it by the cosine.
+fn sample_of_hemisphere(n: u32) -> DVec3 {
+    let (x, y) = (halton(n + 1, 2), halton(n + 1, 3));
+    let radius = x.sqrt();
+    let (cos, sin) = turn(y);
+    DVec3::new(radius * cos, radius * sin, (1.0 - x).max(0.0).sqrt())
 }
 
 /// A number that looks random, of another.
@@ -223,7 +325,7 @@ mod tests {
                 let frame = Frame::about(normal, pixel);
                 let cosines: Vec<f64> = (0..512)
                     .map(|n| {
-                        let direction = frame.direction(n);
+                        let direction = frame.direction(sample_of_hemisphere(n));
                         assert!((direction.length() - 1.0).abs() < 1e-12);
                         direction.dot(normal)
                     })

@@ -1,5 +1,7 @@
 //! The order in which rays come.
 
+use std::ops::Range;
+
 use super::scramble;
 use crate::tni::arithmetic::Ray;
 
@@ -46,24 +48,64 @@ impl Order {
 
     /// Puts the rays of a batch in this order.
     pub fn sort(self, rays: &mut Vec<Ray>) {
+        if matches!(self, Order::Morton | Order::Random) {
+            let all = 0..rays.len();
+            let numbers = self.numbers(rays, &[all]);
+            *rays = numbers.into_iter().map(|i| rays[i as usize]).collect();
+        }
+    }
+
+    /// The numbers of the rays of a batch in this order, those at the places that are asked for; elsewhere any may
+    /// stand. The ranges of places go up and have nothing in common.
+    pub(super) fn numbers(self, rays: &[Ray], places: &[Range<usize>]) -> Vec<u32> {
         match self {
             Order::Morton => {
-                let keys = keys(rays);
-                *rays = keys.into_iter().map(|(_, i)| rays[i as usize]).collect();
+                let mut keys = keys(rays);
+                settle(&mut keys, 0, places);
+                keys.into_iter().map(|(_, i)| i).collect()
             }
             Order::Random => {
+                let mut numbers: Vec<u32> = (0..rays.len() as u32).collect();
                 // Fisher and Yates, with numbers that are the same every time.
                 for i in (1..rays.len()).rev() {
                     let j = (u64::from(scramble(i as u32)) * (i as u64 + 1)) >> 32;
-                    rays.swap(i, j as usize);
+                    numbers.swap(i, j as usize);
                 }
+                numbers
             }
-            Order::Pixels | Order::Rows => {}
+            Order::Pixels | Order::Rows => (0..rays.len() as u32).collect(),
         }
     }
 }
 
-/// Keys of the rays with their positions, sorted. Origins count within their bounds, directions
+/// Sorts keys, of which the first has the place `start`, as far as these places need it.
+fn settle(keys: &mut [(u128, u32)], start: usize, places: &[Range<usize>]) {
+    let (Some(first), Some(last)) = (places.first(), places.last()) else {
+        return;
+    };
+    if places.len() == 1 {
+        let (from, to) = (first.start - start, last.end - start);
+        if from > 0 && from < keys.len() {
+            keys.select_nth_unstable(from);
+        }
+        let keys = &mut keys[from..];
+        if to - from < keys.len() {
+            keys.select_nth_unstable(to - from);
+        }
+        keys[..to - from].sort_unstable();
+        return;
+    }
+    let (before, after) = places.split_at(places.len() / 2);
+    let middle = after[0].start - start;
+    if middle < keys.len() {
+        keys.select_nth_unstable(middle);
+    }
+    let (lower, upper) = keys.split_at_mut(middle.min(keys.len()));
+    settle(lower, start, before);
+    settle(upper, start + middle, after);
+}
+
+/// Keys of the rays with their positions. Origins count within their bounds, directions
 /// within the unit cube.
 fn keys(rays: &[Ray]) -> Vec<(u128, u32)> {
     let (mut lo, mut hi) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
@@ -86,9 +128,7 @@ fn keys(rays: &[Ray]) -> Vec<(u128, u32)> {
         }
         key
     };
-    let mut keys: Vec<(u128, u32)> = (0..).zip(rays).map(|(i, ray)| (key(ray), i)).collect();
-    keys.sort_unstable();
-    keys
+    (0..).zip(rays).map(|(i, ray)| (key(ray), i)).collect()
 }
 
 /// A number of 0 to 1 in [`BITS`] bits; 0 for a NaN.
@@ -157,6 +197,12 @@ mod tests {
             assert!(seen.into_iter().eq(0..4096), "{}", order.name());
             if order == Order::Morton {
                 assert!(apart(&rays) < before / 10.0);
+            }
+            let (mut all, some) = (rays.clone(), [3..3, 17..40, 40..41, 4000..4096]);
+            order.sort(&mut all);
+            let numbers = order.numbers(&rays, &some);
+            for place in some.into_iter().flatten() {
+                assert_eq!(all[place].payload, rays[numbers[place] as usize].payload);
             }
         }
         assert!(apart(&rays) > before / 2.0, "shuffled last");

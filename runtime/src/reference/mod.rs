@@ -11,10 +11,10 @@ mod surface;
 
 use crate::scene::Scene;
 use crate::scene_image::tile_size;
+use crate::threads;
 use glam::DVec3;
 use numbers::{Place, fraction, scrambled};
 use path::{Paths, Ray};
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// How a picture is made.
 pub struct Options<'a> {
@@ -31,28 +31,9 @@ pub struct Options<'a> {
 /// The picture as sRGB from 0 to 255, not yet rounded, row by row; `None` where it was cancelled.
 pub fn picture(scene: &Scene, options: &Options<'_>) -> Option<Vec<DVec3>> {
     let view = View::of(scene, options);
-    let rows = options.size.1 as usize;
-    let next = AtomicUsize::new(0);
-    let work = || {
-        let mut done = Vec::new();
-        loop {
-            let row = next.fetch_add(1, Ordering::Relaxed);
-            if row >= rows || (options.cancelled)() {
-                return done;
-            }
-            done.push((row, view.row(row as u32)));
-        }
-    };
-    let mut all: Vec<(usize, Vec<DVec3>)> = std::thread::scope(|scope| {
-        let others: Vec<_> = (1..options.threads).map(|_| scope.spawn(work)).collect();
-        let mut all = work();
-        for other in others {
-            all.extend(other.join().expect("rows do not panic"));
-        }
-        all
-    });
-    all.sort_by_key(|&(row, _)| row);
-    (all.len() == rows).then(|| all.into_iter().flat_map(|(_, pixels)| pixels).collect())
+    let row = |(): &mut (), row: usize| (!(options.cancelled)()).then(|| view.row(row as u32));
+    let rows = threads::all(options.threads, options.size.1 as usize, || (), row)?;
+    Some(rows.concat())
 }
 
 /// A camera that looks at a scene.

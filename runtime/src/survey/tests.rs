@@ -181,3 +181,50 @@ fn quantiles_of_student() {
         assert!((got / t - 1.0).abs() < 0.01, "{freedom}: {got}");
     }
 }
+
+/// Of a population only a random part is looked at, and of that a part drawn: the intervals know of both.
+#[test]
+fn what_was_not_looked_at_widens_intervals_as_it_must() {
+    let mut random = Random::new(53);
+    let (sizes, values) = population(&mut random);
+    let all = sizes.len();
+    let ones: Vec<f64> = sizes
+        .iter()
+        .map(|x| 5.0 + 0.1 * x * unit(&mut random))
+        .collect();
+    let total: f64 = values.iter().sum();
+    let mean = ones.iter().sum::<f64>() / sizes.iter().sum::<f64>();
+    let (mut covered, mut known, mut width) = (0, 0, 0.0);
+    for seed in 0..2000 {
+        let mut random = Random::new(seed);
+        let (mut strata, mut rows, mut units) = (Vec::new(), Vec::new(), Vec::new());
+        let mut drawn = Vec::new();
+        for h in 0..20 {
+            let mut of: Vec<usize> = (all * h / 20..all * (h + 1) / 20).collect();
+            random.shuffle(&mut of);
+            let first = rows.len() as u32;
+            let looked = 12;
+            for &u in &of[..looked] {
+                rows.push(vec![sizes[u], 1.0, ones[u]]);
+                units.push(u);
+            }
+            drawn.extend(first..first + 4);
+            strata.push(Stratum {
+                of: of.len() as f64,
+                looked: (first..first + looked as u32).collect(),
+            });
+        }
+        let sample = Sample::new(&Population::looked_at(rows, strata), &drawn);
+        let of: Vec<f64> = drawn.iter().map(|&u| values[units[u as usize]]).collect();
+        let estimate = sample.total(&of);
+        covered += u32::from(estimate.covers(total));
+        known += u32::from(sample.known(2, 0).covers(mean));
+        let variance = sample.variance(&of);
+        assert!(variance.unlooked > 0.0 && variance.drawn > 0.0);
+        width += estimate.half_width / (variance.unlooked + variance.drawn).sqrt();
+    }
+    assert!((1850..=1950).contains(&covered), "{covered}");
+    assert!((1850..=1950).contains(&known), "{known}");
+    // The parts add up to the whole, times Student's t.
+    assert!((1.96..2.3).contains(&(width / 2000.0)), "{width}");
+}

@@ -257,6 +257,11 @@ impl Tni {
         self.submissions.len()
     }
 
+    /// Rays that have been taken from submissions so far.
+    pub fn rays(&self) -> u64 {
+        self.counters.rays
+    }
+
     /// Whether a cycle would do nothing but count.
     pub fn is_idle(&self) -> bool {
         self.submissions.iter().all(Submission::is_complete)

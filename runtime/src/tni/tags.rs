@@ -36,6 +36,15 @@ pub(crate) struct Misses {
     pub(crate) ist: f64,
 }
 
+impl Misses {
+    /// Adds others.
+    pub(crate) fn add(&mut self, more: &Misses) {
+        self.level1 += more.level1;
+        self.level2 += more.level2;
+        self.ist += more.ist;
+    }
+}
+
 impl Tags {
     /// Empty caches.
     pub(crate) fn new(spec: &TniSpec, tree: Tree) -> Tags {

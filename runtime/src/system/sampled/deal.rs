@@ -64,9 +64,7 @@ impl Counts {
         self.work.slowest += work.slowest;
         self.misses.data += misses.data;
         self.misses.texture += misses.texture;
-        self.misses.tni.level1 += misses.tni.level1;
-        self.misses.tni.level2 += misses.tni.level2;
-        self.misses.tni.ist += misses.tni.ist;
+        self.misses.tni.add(&misses.tni);
     }
 
     /// About the SRP cycles.

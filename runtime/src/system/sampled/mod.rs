@@ -16,7 +16,6 @@ mod figures;
 mod first;
 mod look;
 
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde::Serialize;
@@ -29,6 +28,7 @@ use crate::core::Core;
 use crate::effect::Guard;
 use crate::scene_image::SceneImage;
 use crate::survey::{LEAST_DRAWS, draws_needed};
+use crate::threads;
 
 pub use figures::{Figure, is_count, known, names};
 pub use first::First;
@@ -114,31 +114,19 @@ impl Frame<'_> {
 
     /// Runs batches, several at a time. `None` where it was cancelled.
     fn run(&self, batches: &[&[u32]]) -> Result<Option<Vec<Batch>>, SystemError> {
-        let next = AtomicUsize::new(0);
         let done = AtomicUsize::new(0);
-        let results: Mutex<Vec<Option<Result<Batch, SystemError>>>> =
-            Mutex::new(vec![None; batches.len()]);
-        std::thread::scope(|scope| {
-            for _ in 0..self.threads.clamp(1, batches.len().max(1)) {
-                scope.spawn(|| {
-                    let mut image = self.image.clone();
-                    loop {
-                        let i = next.fetch_add(1, Ordering::Relaxed);
-                        if i >= batches.len() || (self.cancelled)() {
-                            return;
-                        }
-                        let batch = self.run_batch(&mut image, batches[i]);
-                        let units = batches[i].iter();
-                        let tiles: usize = units.map(|&u| self.first.measured(u).len()).sum();
-                        (self.progress)(done.fetch_add(tiles, Ordering::Relaxed) + tiles);
-                        results.lock().expect("no thread panics with it")[i] = Some(batch);
-                    }
-                });
+        let image = || self.image.clone();
+        let run = |image: &mut SceneImage, i: usize| {
+            if (self.cancelled)() {
+                return None;
             }
-        });
-        let results = results.into_inner().expect("no thread panics with it");
-        let results: Option<Vec<_>> = results.into_iter().collect();
-        match results {
+            let batch = self.run_batch(image, batches[i]);
+            let units = batches[i].iter();
+            let tiles: usize = units.map(|&u| self.first.measured(u).len()).sum();
+            (self.progress)(done.fetch_add(tiles, Ordering::Relaxed) + tiles);
+            Some(batch)
+        };
+        match threads::all(self.threads, batches.len(), image, run) {
             Some(all) if !(self.cancelled)() => all.into_iter().collect::<Result<_, _>>().map(Some),
             _ => Ok(None),
         }

@@ -51,8 +51,10 @@ impl Group {
         cancelled: &(dyn Fn() -> bool + Sync),
     ) -> bool {
         loop {
+            let all_idle = self.stations.iter().all(Station::is_idle);
+            let in_stretch = self.stations.iter().any(Station::is_in_stretch);
             for station in &mut self.stations {
-                station.fill();
+                station.fill(self.now, all_idle, in_stretch);
             }
             let over = match to_the_end {
                 true => self.stations.iter().all(Station::is_done),

@@ -8,6 +8,7 @@ use super::Outcome;
 use crate::memory::cache::CacheCounters;
 use crate::memory::dram::{DramCounters, DramReport};
 use crate::memory::path::Clock;
+use crate::system::sampled::Figure;
 use crate::tni::TniCounters;
 
 /// Figures of one or several views, summed over all units.
@@ -120,6 +121,34 @@ impl Measure {
             memory: memory(views, cycles, spec),
             counters,
         }
+    }
+}
+
+impl Measure {
+    /// The same with what a sample says of the rays that it stands for.
+    pub fn with(mut self, sampled: &[Figure]) -> Measure {
+        let of = |name: &str| {
+            let figure = sampled.iter().find(|f| f.name == name);
+            figure.map(|f| f.estimate)
+        };
+        let figures = [
+            ("rate", &mut self.mrays_per_second, 1.0),
+            ("inner nodes a ray", &mut self.inner_visits, 1.0),
+            ("leaves a ray", &mut self.leaf_visits, 1.0),
+            ("triangle tests a ray", &mut self.triangle_tests, 1.0),
+            ("residence of a ray", &mut self.residence, 1.0),
+            ("TRV L1 hits", &mut self.trv_l1, 100.0),
+            ("TRV L2 hits", &mut self.trv_l2, 100.0),
+            ("IST L1 hits", &mut self.ist_l1, 100.0),
+            ("memory", &mut self.gigabytes_per_second, 1.0),
+        ];
+        for (name, value, unit) in figures {
+            if let Some(estimate) = of(name) {
+                *value = estimate.value / unit;
+            }
+        }
+        self.relative_error = of("rate").map(|rate| rate.relative());
+        self
     }
 }
 

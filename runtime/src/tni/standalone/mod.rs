@@ -7,6 +7,7 @@
 mod estimated;
 mod group;
 mod measure;
+pub mod sampled;
 mod spent;
 mod station;
 
@@ -16,7 +17,7 @@ use std::sync::Arc;
 use srp_archdesc::system::SystemSpec;
 
 use self::group::Group;
-use self::station::{Packet, Station};
+use self::station::{Packet, Role, Station};
 use super::arithmetic::Ray;
 use super::{HitRecord, Logged, Runs, TniCounters, Tree};
 use crate::bvh::{Layout, TreeImage};
@@ -142,6 +143,7 @@ impl<'a> Bench<'a> {
                 range,
                 run,
                 number: self.dealt,
+                role: Role::Measured,
             });
             self.dealt += 1;
         }
@@ -150,10 +152,14 @@ impl<'a> Bench<'a> {
 
     fn deal(&mut self, packet: Packet) {
         let block = packet.number / BLOCK;
-        let unit = (block % u64::from(self.options.units.max(1))) as usize;
+        let unit = block % u64::from(self.options.units.max(1));
+        self.station(unit as usize).push(packet);
+    }
+
+    fn station(&mut self, unit: usize) -> &mut Station {
         match self.options.memories {
-            Memories::Shared => self.groups[0].stations[unit].push(packet),
-            Memories::Private => self.groups[unit].stations[0].push(packet),
+            Memories::Shared => &mut self.groups[0].stations[unit],
+            Memories::Private => &mut self.groups[unit].stations[0],
         }
     }
 
@@ -199,7 +205,7 @@ impl<'a> Bench<'a> {
             dram: Vec::new(),
             bytes: 0,
             relative_error: self.relative_error(),
-            spent: self.spent(),
+            spent: self.spent_by_run().into_values().collect(),
             hits: Vec::new(),
             runs: Vec::new(),
             costs: Vec::new(),
@@ -225,7 +231,7 @@ impl<'a> Bench<'a> {
     }
 
     /// What each run took, of all units together.
-    fn spent(&self) -> Vec<Spent> {
+    fn spent_by_run(&self) -> BTreeMap<u64, Spent> {
         let mut runs: BTreeMap<u64, Spent> = BTreeMap::new();
         let stations = self.groups.iter().flat_map(|g| &g.stations);
         for station in stations {
@@ -233,12 +239,12 @@ impl<'a> Bench<'a> {
                 runs.entry(run).or_default().add(&spent);
             }
         }
-        runs.into_values().collect()
+        runs
     }
 
     fn relative_error(&self) -> Option<f64> {
-        let cycles = self.spent();
-        let values: Vec<f64> = (cycles.iter().zip(self.rays.values()))
+        let cycles = self.spent_by_run();
+        let values: Vec<f64> = (cycles.values().zip(self.rays.values()))
             .map(|(spent, &rays)| spent.cycles() as f64 / rays as f64)
             .collect();
         crate::survey::relative_error(&values)

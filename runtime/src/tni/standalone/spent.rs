@@ -1,11 +1,13 @@
 //! What runs of packets took, and figures with intervals from the spread between them.
 
+use srp_archdesc::system::SystemSpec;
+
 use crate::survey::{Estimate, ratio};
 use crate::system::sampled::Figure;
 use crate::tni::TniCounters;
 
 /// What is counted of a run: see [`Spent::at`].
-const COUNTS: usize = 13;
+const COUNTS: usize = 15;
 
 /// Counters of a run of packets.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -28,6 +30,8 @@ impl Spent {
             c.trv_l2.misses + c.trv_l2.joined,
             c.ist_l1.hits,
             c.ist_l1.misses + c.ist_l1.joined,
+            c.trv_l2.misses,
+            c.ist_l1.misses,
         ])
     }
 
@@ -49,8 +53,19 @@ impl Spent {
     }
 }
 
-/// Figures of runs that are a sample of all, on so many units of `mhz` MHz.
-pub fn figures(runs: &[Spent], units: u32, mhz: u32) -> Vec<Figure> {
+/// Figures of runs that are a simple sample of all, on so many units of a machine.
+pub fn figures(runs: &[Spent], units: u32, spec: &SystemSpec) -> Vec<Figure> {
+    figures_of(runs, units, spec, &ratio)
+}
+
+/// Figures of runs, with quotients of sums over all runs from those of some.
+pub(super) fn figures_of(
+    runs: &[Spent],
+    units: u32,
+    spec: &SystemSpec,
+    ratio: &dyn Fn(&[f64], &[f64]) -> Estimate,
+) -> Vec<Figure> {
+    let mhz = f64::from(spec.tni_mhz);
     let of = |column: usize| -> Vec<f64> { runs.iter().map(|r| r.0[column] as f64).collect() };
     let both =
         |a: usize| -> Vec<f64> { runs.iter().map(|r| (r.0[a] + r.0[a + 1]) as f64).collect() };
@@ -61,7 +76,7 @@ pub fn figures(runs: &[Spent], units: u32, mhz: u32) -> Vec<Figure> {
     };
     let rays = of(0);
     let a_ray = ratio(&of(1), &rays);
-    let rate = a_ray.under(f64::from(units) * f64::from(mhz));
+    let rate = a_ray.under(f64::from(units) * mhz);
     let mut all = vec![
         figure("rate", "Mrays/s", rate),
         figure("cycles a ray and unit", "", a_ray),
@@ -79,5 +94,13 @@ pub fn figures(runs: &[Spent], units: u32, mhz: u32) -> Vec<Figure> {
         let rate = ratio(&of(column), &both(column)).times(100.0);
         figure(name, "%", rate)
     }));
+    let lines = [(13, spec.tni.trv_l2.line), (14, spec.tni.ist_l1.line)];
+    let bytes = |run: &Spent| -> f64 {
+        let lines = lines.map(|(column, bytes)| run.0[column] as f64 * f64::from(bytes));
+        lines.iter().sum()
+    };
+    let bytes: Vec<f64> = runs.iter().map(bytes).collect();
+    let memory = ratio(&bytes, &of(1)).times(f64::from(units) * mhz * 1e-3);
+    all.push(figure("memory", "GB/s", memory));
     all
 }

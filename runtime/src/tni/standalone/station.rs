@@ -9,7 +9,7 @@ use srp_archdesc::system::SystemSpec;
 use super::spent::Spent;
 use super::{Options, PixelCost};
 use crate::tni::arithmetic::Ray;
-use crate::tni::{HIT_BYTES, HitRecord, RAY_BYTES, Runs, Tni, TniCounters, Tree};
+use crate::tni::{HIT_BYTES, HitRecord, RAY_BYTES, Runs, Tags, Tni, TniCounters, Tree};
 
 /// Buffers for packets in front of a unit: so many that it never waits for rays because of one that
 /// takes long.
@@ -24,6 +24,23 @@ pub(super) struct Packet {
     pub(super) run: u64,
     /// Its place among all that are measured.
     pub(super) number: u64,
+    pub(super) role: Role,
+}
+
+/// What a packet is for.
+#[derive(Clone, Debug)]
+pub(super) enum Role {
+    /// To be measured, as soon as there is room.
+    Measured,
+    /// To begin a stretch of so many rays, when no unit of the group has anything to do, with caches that hold this. What
+    /// was before is a run of its own.
+    First {
+        find: Arc<Tags>,
+        rays: u64,
+        before: u64,
+    },
+    /// To keep a unit busy until all units of the group have taken their stretch.
+    Company,
 }
 
 impl Packet {
@@ -51,8 +68,15 @@ pub(super) struct Station {
     /// Packets that were given to the unit, and packets that have come back.
     sent: u64,
     back: u64,
-    /// The cycle after that in which the last packet of each run came back.
-    ends: BTreeMap<u64, (u64, TniCounters)>,
+    /// Rays that the unit will have taken when it has taken all of a run that it has in hand.
+    to_take: VecDeque<(u64, u64)>,
+    /// The cycle after that in which the last ray of each run was taken, and what had been counted then. What is under
+    /// way then is that of the run's last rays, as it is that of others' when the run begins.
+    taken: BTreeMap<u64, (u64, TniCounters)>,
+    /// The cycle after that in which the last packet came back.
+    end: u64,
+    /// Rays that the unit will have taken at the end of its stretch.
+    stretch: u64,
     keep_hits: bool,
     pub(super) answers: Vec<Answer>,
     costs: BTreeMap<u32, PixelCost>,
@@ -73,7 +97,10 @@ impl Station {
             under_way: VecDeque::new(),
             sent: 0,
             back: 0,
-            ends: BTreeMap::new(),
+            to_take: VecDeque::new(),
+            taken: BTreeMap::new(),
+            end: 0,
+            stretch: 0,
             keep_hits: options.hits,
             answers: Vec::new(),
             costs: BTreeMap::new(),
@@ -94,11 +121,40 @@ impl Station {
         self.waiting.is_empty() && self.under_way.is_empty()
     }
 
+    /// Whether it has nothing to do.
+    pub(super) fn is_idle(&self) -> bool {
+        self.under_way.is_empty()
+    }
+
+    /// Whether the unit has not taken all of its stretch.
+    pub(super) fn is_in_stretch(&self) -> bool {
+        self.tni.rays() < self.stretch
+    }
+
     /// Gives the unit packets, as long as buffers are free: a buffer is, once the submission that
-    /// used it last has been taken.
+    /// used it last has been taken. `all_idle` and `in_stretch` say whether no unit, and any, of the group is.
     #[inline]
-    pub(super) fn fill(&mut self) {
+    pub(super) fn fill(&mut self, now: u64, all_idle: bool, in_stretch: bool) {
         while self.tni.submissions() < BUFFERS as usize {
+            let Some(packet) = self.waiting.front() else {
+                return;
+            };
+            match &packet.role {
+                Role::Measured => {}
+                Role::First { .. } if !all_idle || !self.is_idle() => return,
+                Role::First { find, rays, before } => {
+                    self.tni.hold(find);
+                    self.stretch = self.tni.rays() + rays;
+                    self.taken.insert(*before, (now, self.tni.progress()));
+                }
+                Role::Company if !in_stretch && !self.is_in_stretch() => {
+                    self.waiting.pop_front();
+                    continue;
+                }
+                // No sooner than it is needed.
+                Role::Company if !self.to_take.is_empty() => return,
+                Role::Company => {}
+            }
             let Some(packet) = self.waiting.pop_front() else {
                 return;
             };
@@ -109,6 +165,9 @@ impl Station {
                 .submit(rays, hits, count, self.sram.len())
                 .expect("the buffers lie inside the SRAM, and the unit has room");
             self.sent += 1;
+            let before = self.to_take.back().map_or(self.tni.rays(), |last| last.1);
+            self.to_take
+                .push_back((packet.run, before + u64::from(count)));
             self.under_way.push_back(packet);
         }
     }
@@ -124,13 +183,21 @@ impl Station {
     /// Takes what the unit has finished by the end of cycle `now`.
     #[inline]
     pub(super) fn collect(&mut self, now: u64) {
+        while let Some(&(run, rays)) = self.to_take.front()
+            && rays <= self.tni.rays()
+        {
+            self.to_take.pop_front();
+            if self.to_take.front().is_none_or(|next| next.0 != run) {
+                self.taken.insert(run, (now + 1, self.tni.progress()));
+            }
+        }
         while let Some(runs) = self.tni.take_finished() {
             self.note_costs();
             let packet = self
                 .under_way
                 .pop_front()
                 .expect("what comes back was under way");
-            self.ends.insert(packet.run, (now + 1, self.tni.progress()));
+            self.end = now + 1;
             let (_, hits) = self.buffer(self.back);
             if self.keep_hits {
                 let hits = read_hits(&self.sram[hits as usize..], packet.range.len());
@@ -170,13 +237,13 @@ impl Station {
 
     /// Cycles until the last packet came back.
     pub(super) fn end(&self) -> u64 {
-        self.ends.values().map(|e| e.0).max().unwrap_or(0)
+        self.end
     }
 
-    /// What was spent between the end of each run and that of the one before.
+    /// What was spent from the last ray of each run's predecessor to its own.
     pub(super) fn spent(&self) -> impl Iterator<Item = (u64, Spent)> {
         let mut before = Spent::default();
-        self.ends.iter().map(move |(&run, (end, counters))| {
+        self.taken.iter().map(move |(&run, (end, counters))| {
             let now = Spent::at(*end, counters);
             let spent = now.since(&before);
             before = now;

@@ -1,0 +1,161 @@
+//! Running rounds cycle by cycle.
+
+use std::sync::Arc;
+
+use super::Subject;
+use super::blocks::PacketId;
+use super::growing::Growing;
+use super::look::Look;
+use crate::rays::Ray;
+use crate::threads;
+use crate::tni::Tags;
+use crate::tni::standalone::spent::Spent;
+use crate::tni::standalone::station::{Packet, Role};
+use crate::tni::standalone::{BLOCK, Bench, Memories, Options, Outcome};
+
+/// Packets that are run before a block: what is in the unit together with its first rays.
+pub(super) const LEADING: usize = 8;
+
+/// Packets that a unit has behind a block, at most, while others that share its memory still have theirs.
+const COMPANY: usize = 16;
+
+/// Blocks of a unit that are run one after the other.
+const RUNS: usize = 8;
+impl Growing<'_> {
+    /// The packets that a block is run with: those that warm its caches, that lead to it, and that are behind it.
+    pub(super) fn around(&self, block: u64) -> impl Iterator<Item = PacketId> {
+        let blocks = &self.blocks;
+        let before = blocks.warming(block, LEADING).into_iter();
+        let before = before.chain(blocks.leading(block, LEADING));
+        before.chain(blocks.behind(block, self.company()))
+    }
+
+    /// Packets behind a block that may be needed.
+    fn company(&self) -> usize {
+        let Options {
+            memories, units, ..
+        } = self.subject.options;
+        match memories {
+            Memories::Shared if units > 1 => COMPANY,
+            _ => 0,
+        }
+    }
+
+    /// Runs the first so many rounds of each stratum.
+    pub(super) fn run(&mut self, count: usize) -> Option<()> {
+        let new = self.first_rounds(self.run_of_each..count);
+        self.run_of_each = self.run_of_each.max(count);
+        let around = self
+            .blocks_in(&new)
+            .flat_map(|block| self.around(block))
+            .collect();
+        self.fetch(&around)?;
+        let Options {
+            threads,
+            units,
+            memories,
+            ..
+        } = self.subject.options;
+        let together = match memories {
+            Memories::Shared => RUNS,
+            Memories::Private => RUNS * units.max(1) as usize,
+        };
+        let groups: Vec<&[u32]> = new.chunks(together).collect();
+        let look = self.knowing_look();
+        let run = |look: &mut Look<'_>, i: usize| self.run_group(look, groups[i]);
+        let done = threads::all(threads, groups.len(), || look.clone(), run)?;
+        for (rounds, spent, outcome) in done {
+            self.drawn.extend(rounds);
+            self.spent.extend(spent);
+            self.outcomes.push(outcome);
+        }
+        Some(())
+    }
+
+    /// Runs some rounds, each on the units that have the least to do so far.
+    fn run_group(
+        &self,
+        look: &mut Look<'_>,
+        group: &[u32],
+    ) -> Option<(Vec<u32>, Vec<Spent>, Outcome)> {
+        let Subject {
+            spec,
+            memory,
+            tree,
+            options,
+            cancelled,
+            ..
+        } = self.subject;
+        let options = Options {
+            threads: 1,
+            ..*options
+        };
+        let mut bench = Bench::new(spec, memory, *tree, options);
+        let mut load = vec![0.0; options.units.max(1) as usize];
+        let mut by_size = group.to_vec();
+        by_size.sort_by(|a, b| self.seen[b].size().total_cmp(&self.seen[a].size()));
+        for (i, round) in (0..).zip(&by_size) {
+            let seen = &self.seen[round];
+            let least = |best: usize, c: usize| if load[c] < load[best] { c } else { best };
+            let free = (0..load.len()).fold(0, least);
+            for (block, find) in self.rounds[*round as usize].clone().zip(&seen.finds) {
+                let unit = match options.memories {
+                    Memories::Shared => self.blocks.unit(block) as usize,
+                    Memories::Private => free,
+                };
+                load[unit] += seen.size();
+                let find = match find {
+                    Some(find) => Arc::clone(find),
+                    None => look.before(&self.blocks, block, LEADING),
+                };
+                self.hand(&mut bench, unit, i, block, find);
+            }
+        }
+        if !bench.run(true, *cancelled) {
+            return None;
+        }
+        (self.subject.progress)(
+            self.blocks_of(group.iter()) * BLOCK * u64::from(spec.buffers.rays),
+        );
+        let runs = bench.spent_by_run();
+        let spent = |i: u64| runs.get(&(3 * i + 2)).cloned().unwrap_or_default();
+        let spent: Vec<Spent> = (0..by_size.len() as u64).map(spent).collect();
+        let outcome = bench.finish(*cancelled)?;
+        Some((by_size, spent, outcome))
+    }
+
+    /// Gives a unit a block of the `i`th round to run, after those before it and before those behind it, which are runs
+    /// of their own.
+    fn hand(&self, bench: &mut Bench<'_>, unit: usize, i: u64, block: u64, find: Arc<Tags>) {
+        let blocks = &self.blocks;
+        let leading = blocks.leading(block, LEADING);
+        let before = leading.into_iter().map(|p| (3 * i + 1, p));
+        let own = blocks.packets(block).map(|p| (3 * i + 2, p));
+        let stretch: Vec<(u64, Arc<[Ray]>)> = before
+            .chain(own)
+            .map(|(run, packet)| (run, blocks.rays(packet)))
+            .collect();
+        let rays = stretch.iter().map(|(_, rays)| rays.len() as u64).sum();
+        let mut first = Some(Role::First {
+            find,
+            rays,
+            before: 3 * i,
+        });
+        let stretch = stretch
+            .into_iter()
+            .map(|(run, rays)| (run, rays, first.take().unwrap_or(Role::Measured)));
+        let behind = blocks.behind(block, self.company());
+        let behind = behind.map(|packet| (3 * i + 3, blocks.rays(packet), Role::Company));
+        for (run, rays, role) in stretch.chain(behind) {
+            let packet = Packet {
+                range: 0..rays.len(),
+                rays,
+                run,
+                number: bench.dealt,
+                role,
+            };
+            bench.dealt += 1;
+            bench.station(unit).push(packet);
+        }
+    }
+}
