@@ -2,11 +2,13 @@
 
 use crate::files::FileError;
 
-/// A failure that is the input's, said once on standard error; the exit status is 1.
+/// A failure that is the input's, said once on standard error; the exit status is 1 unless something else is said.
 #[derive(Debug)]
 pub(crate) enum Failure {
     /// One sentence.
     Message(String),
+    /// Arguments that do not go together, in one sentence; the exit status is 2.
+    Usage(String),
     /// Diagnostics, rendered already.
     Reported(String),
     /// The user asked for an end.

@@ -3,6 +3,7 @@
 use crate::cli::MachineAction;
 use crate::cli::map::{Mesh, parse_class};
 use crate::failure::Failure;
+use crate::files::FileError;
 use crate::{files, talk};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::isa::Class;
@@ -15,9 +16,27 @@ pub(crate) fn read(path: &Path) -> Result<Arch, Failure> {
     let name = path.display().to_string();
     let text = match machines::ALL.iter().find(|m| m.name == name) {
         Some(machine) => machine.xml.to_owned(),
-        None => files::read_text(path)?,
+        None => files::read_text(path).map_err(|error| unknown(path, error))?,
     };
     parse(&name, &text)
+}
+
+/// Why a machine file cannot be read; what might be a name may be meant as one.
+fn unknown(path: &Path, error: FileError) -> Failure {
+    if path.exists() || path.extension().is_some() {
+        return error.into();
+    }
+    let names: Vec<&str> = machines::ALL.iter().map(|m| m.name).collect();
+    Failure::Message(format!(
+        "{error}, and no machine of this name comes along: there are {}",
+        names.join(", ")
+    ))
+}
+
+/// Refuses a machine whose parts do not fit each other for a simulation.
+pub(crate) fn check_system(name: &str, arch: &Arch) -> Result<(), Failure> {
+    srp_runtime::system::check(&arch.system)
+        .map_err(|why| Failure::Message(format!("{name}: this machine cannot be simulated: {why}")))
 }
 
 fn parse(name: &str, text: &str) -> Result<Arch, Failure> {
@@ -32,6 +51,7 @@ pub(crate) fn run(action: &MachineAction) -> Result<(), Failure> {
     match action {
         MachineAction::Check { file } => {
             let arch = read(file)?;
+            check_system(&file.display().to_string(), &arch)?;
             talk::say(format_args!(
                 "{}: machine `{}` is well-formed",
                 file.display(),
@@ -40,6 +60,10 @@ pub(crate) fn run(action: &MachineAction) -> Result<(), Failure> {
         }
         MachineAction::Show { file } => talk::print(srp_archdesc::show(&read(file)?))?,
         MachineAction::Expand { file } => talk::print(xml::write(&read(file)?))?,
+        MachineAction::Source { name } => {
+            let machine = machines::ALL.iter().find(|m| m.name == name);
+            talk::print(machine.map_or("", |m| m.xml))?;
+        }
         MachineAction::Mesh(args) => files::write(&args.output, mesh(args)?.as_bytes())?,
     }
     Ok(())

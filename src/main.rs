@@ -70,6 +70,10 @@ fn main() -> ExitCode {
             talk::say(format_args!("error: {text}"));
             ExitCode::from(1)
         }
+        Err(Failure::Usage(text)) => {
+            talk::say(format_args!("error: {text}"));
+            ExitCode::from(2)
+        }
         Err(Failure::Reported(text)) => {
             talk::say(text.trim_end());
             ExitCode::from(1)

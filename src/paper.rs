@@ -37,14 +37,21 @@ struct Case {
 pub(crate) fn run(args: &cli::Paper) -> Result<(), Failure> {
     let level = args.level.fidelity;
     if level < Fidelity::Sampled {
-        return Err(Failure::Message(format!(
+        return Err(Failure::Usage(format!(
             "the tables are of cycles, which the level {} does not simulate: --fidelity sampled, cycle \
              or cycle+dram",
             level.name()
         )));
     }
+    if level == Fidelity::Sampled && (args.sample.is_some() || args.sample_primary.is_some()) {
+        return Err(Failure::Usage(
+            "--fidelity sampled, which is what is used where nothing else is said, chooses for itself how \
+             many rays it measures: leave out --sample and --sample-primary, or say --fidelity cycle+dram"
+                .to_owned(),
+        ));
+    }
     let arch = level.machine(&machine::read(&args.machine.machine)?);
-    srp_runtime::system::check(&arch.system).map_err(Failure::Message)?;
+    machine::check_system(&arch.name, &arch)?;
     let mut sheet = Sheet::new(args.json);
     for (i, path) in scenes(args)?.iter().enumerate() {
         let case = case(path.as_deref(), args)?;
@@ -118,16 +125,17 @@ fn head(args: &cli::Paper, arch: &Arch, sheet: &mut Sheet) -> Result<(), Failure
     }
     if args.level.fidelity == Fidelity::Sampled {
         return sheet.heading(format!(
-            "machine `{}`, {}x{} pixels, {SAMPLES} samples, runs at random until cycles are known to {} %",
+            "machine `{}`, {}x{} pixels, {SAMPLES} samples, sampled until drawing leaves cycles {} %",
             arch.name,
             width,
             height,
             100.0 * args.level.error
         ));
     }
+    let (secondary, primary) = args.one_in();
     sheet.heading(format!(
         "machine `{}`, {}x{} pixels, {SAMPLES} samples, primary rays one run in {}, others one in {}",
-        arch.name, width, height, args.sample_primary, args.sample
+        arch.name, width, height, primary, secondary
     ))
 }
 
@@ -160,8 +168,8 @@ fn run_kind(
     how: How,
 ) -> Result<Measure, Failure> {
     let one_in = match kind {
-        Kind::Primary => args.sample_primary,
-        _ => args.sample,
+        Kind::Primary => args.one_in().1,
+        _ => args.one_in().0,
     };
     let job = Job {
         scene: &case.scene,

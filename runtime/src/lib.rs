@@ -18,6 +18,7 @@ pub mod reference;
 pub mod scene;
 pub mod scene_image;
 pub mod solo;
+mod sums;
 pub mod survey;
 pub mod system;
 pub mod threads;

@@ -361,8 +361,8 @@ fn what_cannot_be_done_is_said() {
     let result = frame(&demo(), (8, 8), casters(1), &arch);
     assert_eq!(
         result.expect_err("odd lines").to_string(),
-        "this machine cannot be simulated: a line of the level-2 cache is not made of lines of \
-         level 1"
+        "this machine cannot be simulated: a line of the T&I unit's level-2 cache, of 64 bytes, is not \
+         made of lines of level 1, of 96: make it a multiple of them"
     );
 }
 

@@ -13,7 +13,7 @@ pub(crate) struct Level {
     #[arg(long, value_name = "LEVEL", default_value = "cycle+dram", value_parser = parse_level)]
     pub(crate) fidelity: Fidelity,
     /// With --fidelity sampled: measure until drawing leaves the 95 % interval of the cycles this narrow, to
-    /// both sides; what a sample of a frame may be off by besides is added to the interval
+    /// both sides; what a sample may be off by besides is added to the interval
     #[arg(long, value_name = "PERCENT", default_value = "1%", value_parser = parse_error)]
     pub(crate) error: f64,
     /// What is drawn with --fidelity sampled

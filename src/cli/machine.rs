@@ -40,7 +40,8 @@ pub(crate) struct Units {
 Examples:
   srp machine check my-machine.xml
   srp machine show wide
-  srp machine expand sgrt > my-machine.xml
+  srp machine source sgrt > my-machine.xml
+  srp machine expand wide
   srp machine mesh --rows 8 --cols 8 -o mesh.xml")]
 pub(crate) struct Machine {
     /// What to do with it
@@ -53,7 +54,8 @@ pub(crate) struct Machine {
 pub(crate) enum MachineAction {
     /// Say everything that is wrong with it.
     Check {
-        /// The file
+        /// The file, or one of the machines that come along: sgrt, tiny, wide
+        #[arg(default_value = "sgrt")]
         file: PathBuf,
     },
     /// Show the array, the units and the peak rate.
@@ -67,6 +69,12 @@ pub(crate) enum MachineAction {
         /// The file, or one of the machines that come along: sgrt, tiny, wide
         #[arg(default_value = "sgrt")]
         file: PathBuf,
+    },
+    /// Write a machine that comes along as it stands, with comments on what is known of it: a copy to edit.
+    Source {
+        /// Which
+        #[arg(default_value = "sgrt", value_parser = ["sgrt", "tiny", "wide"])]
+        name: String,
     },
     /// Write the machine file of a standard array: a mesh of equal units, or the like.
     Mesh(map::Mesh),

@@ -330,9 +330,9 @@ pub(crate) struct Tni {
     /// scene's diagonal
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     pub(crate) radius: Option<f32>,
-    /// Measure one run of packets in N
-    #[arg(long, value_name = "1/N", default_value = "1/1", value_parser = parse_sample)]
-    pub(crate) sample: u64,
+    /// Measure one run of packets in N, from cold caches; --fidelity sampled chooses for itself, and warms them
+    #[arg(long, value_name = "1/N", value_parser = parse_sample)]
+    pub(crate) sample: Option<u64>,
     #[command(flatten)]
     pub(crate) level: Level,
     /// Order of the rays
@@ -384,6 +384,7 @@ impl Table {
 
 /// `srp paper`
 #[derive(Args)]
+#[command(mut_arg("fidelity", |arg| arg.default_value("sampled")))]
 #[command(after_help = "\
 Views come from a cameras.json beside the scene or one folder above that names it. The paper's figures
 are those of the scene of the same name; for others only ours are printed.
@@ -391,7 +392,8 @@ are those of the scene of the same name; for others only ours are printed.
 Examples:
   srp paper table3 sibenik.obj --effects -texture
   srp paper table4 sibenik.obj
-  srp paper table5 sibenik.obj --size 1024x768 --sample 1/64 --threads 2
+  srp paper table5 sibenik.obj --error 2%
+  srp paper table4 sibenik.obj --fidelity cycle+dram --sample 1/64
   srp paper table6 lamborghini.obj --json")]
 pub(crate) struct Paper {
     /// Which table
@@ -414,12 +416,13 @@ pub(crate) struct Paper {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
-    /// Measure one run of packets of secondary rays in N
-    #[arg(long, value_name = "1/N", default_value = "1/64", value_parser = parse_sample)]
-    pub(crate) sample: u64,
-    /// Measure one run of packets of primary rays in N
-    #[arg(long, value_name = "1/N", default_value = "1/1", value_parser = parse_sample)]
-    pub(crate) sample_primary: u64,
+    /// With another level than sampled: measure one run of packets of secondary rays in N, from cold caches
+    /// [default: 1/64]
+    #[arg(long, value_name = "1/N", value_parser = parse_sample)]
+    pub(crate) sample: Option<u64>,
+    /// The same of primary rays [default: 1/1]
+    #[arg(long, value_name = "1/N", value_parser = parse_sample)]
+    pub(crate) sample_primary: Option<u64>,
     #[command(flatten)]
     pub(crate) level: Level,
     /// Order of the rays
@@ -430,6 +433,14 @@ pub(crate) struct Paper {
 }
 
 impl Paper {
+    /// One run of packets in so many is measured of secondary rays, and of primary ones.
+    pub(crate) fn one_in(&self) -> (u64, u64) {
+        match self.level.fidelity {
+            srp_runtime::fidelity::Fidelity::Sampled => (1, 1),
+            _ => (self.sample.unwrap_or(64), self.sample_primary.unwrap_or(1)),
+        }
+    }
+
     /// Width and height of the image in pixels: the paper's, unless others are asked for.
     pub(crate) fn size(&self) -> (u32, u32) {
         self.size.unwrap_or(match self.table {

@@ -3,7 +3,7 @@
 use crate::cli;
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::talk::Progress;
+use crate::talk::{self, Progress};
 use srp_archdesc::system::SystemSpec;
 use srp_runtime::bvh::{self, Bvh, Layout};
 use srp_runtime::fidelity::Fidelity;
@@ -121,10 +121,12 @@ impl<'a> Job<'a> {
 pub(crate) struct Measured {
     /// What became of the rays of each view, or, of a sample, of each group of blocks.
     pub(crate) outcomes: Vec<Outcome>,
-    /// The figures of all.
+    /// The figures of all rays; of a sample those that need no interval are of what was run.
     pub(crate) all: Measure,
     /// What was sampled, if it was.
     pub(crate) sample: Option<Box<Sampled>>,
+    /// One run of packets in so many was measured.
+    pub(crate) one_in: u64,
 }
 
 impl Measured {
@@ -133,6 +135,7 @@ impl Measured {
             all: Measure::of(&outcomes, job.units, job.spec),
             outcomes,
             sample: None,
+            one_in: job.one_in,
         }
     }
 
@@ -141,7 +144,7 @@ impl Measured {
         if let Some(sample) = &self.sample {
             return sample.figures.clone();
         }
-        if job.one_in == 1 {
+        if self.one_in == 1 {
             return Vec::new();
         }
         let spent = self.outcomes.iter().flat_map(|o| o.spent.iter().cloned());
@@ -176,11 +179,21 @@ pub(crate) fn measure_at(job: &Job<'_>, level: &cli::Level) -> Result<Measured, 
                 outcomes,
                 all,
                 sample: Some(sample),
+                one_in: 1,
             });
         }
     }
-    let outcomes = interrupt::looked_for(|| measure(job))?;
-    Ok(Measured::of(job, outcomes))
+    let job = match level.fidelity {
+        Fidelity::Sampled => {
+            talk::say(
+                "note: a sample that tells as much would be most of the rays, so all are run",
+            );
+            Job { one_in: 1, ..*job }
+        }
+        _ => *job,
+    };
+    let outcomes = interrupt::looked_for(|| measure(&job))?;
+    Ok(Measured::of(&job, outcomes))
 }
 
 /// The counts of all views without any clock, and, where estimates are wanted, cycles too.
@@ -233,7 +246,8 @@ fn some(job: &Job<'_>, outcomes: Vec<Outcome>) -> Result<Vec<Outcome>, Failure> 
         "there are no {} rays to measure: {}",
         job.rays.name(),
         match job.rays {
-            Rays::Given(_) => "the file has none",
+            Rays::Given(rays) if rays.is_empty() => "the file has none",
+            Rays::Given(_) => "the sample has none of the file's",
             _ if job.one_in > 1 => "the sample has none, or nothing is seen that they start from",
             _ => "nothing is seen that they start from",
         }

@@ -9,7 +9,7 @@ mod text;
 
 pub(crate) use energy::Energy;
 
-use crate::cli::{self, Pipeline, RayKind, Tni, TniMemory};
+use crate::cli::{self, HeatOf, Pipeline, RayKind, Tni, TniMemory};
 use crate::failure::Failure;
 use crate::scenes::{self, Views};
 use crate::{files, machine, talk};
@@ -19,7 +19,6 @@ use srp_archdesc::system::{self as spec, SystemSpec};
 use srp_runtime::fidelity::Fidelity;
 use srp_runtime::rays::{self, Kind, Order};
 use srp_runtime::scene::{Camera, Scene};
-use srp_runtime::system;
 use srp_runtime::tni::standalone::{Measure, Memories};
 use std::path::Path;
 
@@ -30,6 +29,7 @@ const AO_RADIUS: f32 = 0.1;
 
 /// Runs `srp tni`.
 pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
+    check_arguments(args)?;
     if let Some(path) = &args.heat {
         files::check_writable(path)?;
     }
@@ -47,7 +47,7 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
         size: args.size,
         rays: &rays,
         order: Order::from(args.order),
-        one_in: args.sample,
+        one_in: args.sample.unwrap_or(1),
         units: args.units.unwrap_or(arch.system.cores),
         memories: match (args.memory, arch.system.dram.shared) {
             (Some(TniMemory::Shared | TniMemory::Both), _) | (None, true) => Memories::Shared,
@@ -61,12 +61,6 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
     }
     let level = args.level.fidelity;
     if level < Fidelity::Sampled {
-        if args.heat.is_some() {
-            return Err(Failure::Message(format!(
-                "--heat shows what rays cost, which --fidelity {} does not simulate: leave one out",
-                level.name()
-            )));
-        }
         return levels::print(args, &job);
     }
     let measured = measure_at(&job, &args.level)?;
@@ -80,6 +74,41 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
         talk::say(path.display());
     }
     print_measure(args, &arch, &job, &measured, private.as_ref())
+}
+
+/// Refuses arguments that say nothing together.
+fn check_arguments(args: &Tni) -> Result<(), Failure> {
+    let level = args.level.fidelity;
+    let name = level.name();
+    let is_file = args.rays == RayKind::File;
+    let wrong = match level {
+        _ if args.ray_file.is_some() && !is_file => {
+            Some("--ray-file is read with --rays file".to_owned())
+        }
+        _ if args.ray_file.is_none() && is_file => {
+            Some("--rays file takes the rays from --ray-file FILE".to_owned())
+        }
+        _ if args.heat_of != HeatOf::Cycles && args.heat.is_none() => {
+            Some("--heat-of says what --heat FILE shows: give a file".to_owned())
+        }
+        Fidelity::Sampled if args.sample.is_some() => Some(format!(
+            "--fidelity {name} chooses for itself how many rays it measures: leave out --sample"
+        )),
+        Fidelity::Sampled if args.heat.is_some() => Some(format!(
+            "--heat shows what every pixel costs, and --fidelity {name} runs some rays: leave one out"
+        )),
+        Fidelity::Functional | Fidelity::Analytic if args.heat.is_some() => Some(format!(
+            "--heat shows what rays cost, which --fidelity {name} does not simulate: leave one out"
+        )),
+        Fidelity::Functional | Fidelity::Analytic if args.sample.is_some() => Some(format!(
+            "--fidelity {name} takes all rays: leave out --sample"
+        )),
+        Fidelity::Functional | Fidelity::Analytic if args.memory.is_some() => Some(format!(
+            "--fidelity {name} has no memory with units that wait for each other: leave out --memory"
+        )),
+        _ => None,
+    };
+    wrong.map_or(Ok(()), |why| Err(Failure::Usage(why)))
 }
 
 /// The same with a memory for every unit.
@@ -112,7 +141,7 @@ fn print_measure(
     let blocks = measured
         .sample
         .as_ref()
-        .map(|s| serde_json::json!({ "all": s.blocks, "looked_at": s.looked, "run": s.run }));
+        .map(|s| serde_json::json!({ "all": s.blocks, "looked_at": s.looked, "run": s.run, "rays": s.rays }));
     let json = serde_json::json!({
         "machine": arch.name,
         "scene": job.scene.name,
@@ -120,7 +149,7 @@ fn print_measure(
         "tni_mhz": arch.system.tni_mhz,
         "size": [job.size.0, job.size.1],
         "fidelity": args.level.fidelity.name(),
-        "sample": job.one_in,
+        "sample": measured.sample.is_none().then_some(measured.one_in),
         "blocks": blocks,
         "intervals": measured.intervals(job),
         "all": measured.all,
@@ -143,7 +172,7 @@ fn machine_for(args: &Tni) -> Result<Arch, Failure> {
         };
         latencies.apply(&mut arch.system.tni);
     }
-    system::check(&arch.system).map_err(Failure::Message)?;
+    machine::check_system(&arch.name, &arch)?;
     Ok(args.level.fidelity.machine(&arch))
 }
 
@@ -170,7 +199,7 @@ fn views(args: &Tni) -> Result<Option<Views>, Failure> {
     };
     match scenes::parse_cameras(which) {
         Some((path, name, None)) => Views::read(path, name).map(Some),
-        _ => Err(Failure::Message(format!(
+        _ => Err(Failure::Usage(format!(
             "--cameras {which}: write FILE.json:NAME, and the view as --views N"
         ))),
     }
@@ -209,11 +238,7 @@ fn rays_of(args: &Tni, views: &Option<Views>, scene: &Scene) -> Result<Rays, Fai
             Rays::Of(Kind::AmbientOcclusion { samples, radius })
         }
         RayKind::File => {
-            let Some(path) = &args.ray_file else {
-                return Err(Failure::Message(
-                    "--rays file takes the rays from --ray-file FILE".to_owned(),
-                ));
-            };
+            let path = args.ray_file.as_deref().unwrap_or(Path::new(""));
             Rays::Given(read_rays(path)?)
         }
     })

@@ -4,7 +4,7 @@ use super::energy::Energy;
 use super::{Job, Measured};
 use srp_archdesc::arch::Arch;
 use srp_runtime::survey::Estimate;
-use srp_runtime::tni::standalone::Measure;
+use srp_runtime::tni::standalone::{Measure, Memories};
 use srp_runtime::tni::{PipeCounters, TniCounters};
 use std::fmt::Write as _;
 
@@ -39,24 +39,32 @@ fn write_report(
     let (all, views) = (&measured.all, &measured.outcomes);
     writeln!(
         out,
-        "{}: {} {} rays of {} view(s), {} unit(s) of `{}` at {} MHz, memory {:?}",
+        "{}: {} {} rays of {} view(s), {} unit(s) of `{}` at {} MHz, {}",
         job.scene.name,
-        all.rays,
+        measured.sample.as_ref().map_or(all.rays, |s| s.rays),
         job.rays.name(),
         job.views(),
         job.units,
         arch.name,
         arch.system.tni_mhz,
-        job.memories
+        match job.memories {
+            Memories::Shared => "one memory",
+            Memories::Private => "a memory for each",
+        }
     )?;
     match &measured.sample {
         Some(s) => writeln!(
             out,
-            "sampled: of {} blocks of 16 packets {} looked at without time, {} run",
-            s.blocks, s.looked, s.run
+            "sampled, seed {}: of {} blocks of 16 packets {} were looked at without time, {} run; what has no \
+             interval is of those that were run",
+            s.seed, s.blocks, s.looked, s.run
         )?,
-        None if job.one_in > 1 => {
-            writeln!(out, "sampled: one run of packets in {}", job.one_in)?;
+        None if measured.one_in > 1 => {
+            writeln!(
+                out,
+                "sampled: one run of packets in {}, from cold caches, of which intervals know nothing",
+                measured.one_in
+            )?;
         }
         None => {}
     }
@@ -69,13 +77,20 @@ fn write_report(
         Some(error) => format!(" ± {:.2} (95 %)", error * all.mrays_per_second),
         None => String::new(),
     };
-    writeln!(
-        out,
-        "\n{:.2}{error} Mrays/s: {} cycles, {:.2} a ray and unit",
-        all.mrays_per_second,
-        all.cycles,
-        all.counters.unit.active_cycles as f64 / all.rays.max(1) as f64
-    )?;
+    write!(out, "\n{:.2}{error} Mrays/s", all.mrays_per_second)?;
+    match measured.sample {
+        Some(_) => writeln!(out)?,
+        None => writeln!(
+            out,
+            " while units have rays, {:.2} cycles a ray and unit; {} cycles until the last is done",
+            all.counters.unit.active_cycles as f64 / all.rays.max(1) as f64,
+            all.cycles
+        )?,
+    }
+    let at_work = views.iter().map(|v| v.at_work).max().unwrap_or(0);
+    if at_work < u64::from(job.units) {
+        writeln!(out, "  {at_work} of {} units had rays", job.units)?;
+    }
     if measured.sample.is_none() && views.len() > 1 {
         let each = views.iter().map(|view| {
             let one = Measure::of(std::slice::from_ref(view), job.units, job.spec);
@@ -118,17 +133,25 @@ fn write_report(
     )?;
     counters(out, &all.counters)?;
     let energy = Energy::of(&arch.system.tni, &all.counters);
-    writeln!(
-        out,
-        "energy of tests and caches: {:.4} mJ, {:.2} nJ a ray: boxes {:.0} %, triangles {:.0} %, caches \
+    if energy.total() > 0.0 {
+        writeln!(
+            out,
+            "energy of tests and caches: {:.4} mJ, {:.2} nJ a ray: boxes {:.0} %, triangles {:.0} %, caches \
          {:.0} %",
-        energy.total(),
-        1e6 * energy.total() / all.rays.max(1) as f64,
-        100.0 * energy.boxes / energy.total(),
-        100.0 * energy.triangles / energy.total(),
-        100.0 * energy.caches / energy.total()
-    )?;
+            energy.total(),
+            1e6 * energy.total() / all.rays.max(1) as f64,
+            100.0 * energy.boxes / energy.total(),
+            100.0 * energy.triangles / energy.total(),
+            100.0 * energy.caches / energy.total()
+        )?;
+    }
     accounts(out, &all.counters)?;
+    if measured.sample.is_some() {
+        write!(
+            out,
+            "\nwith the rays that lead to blocks and that keep them company:"
+        )?;
+    }
     write!(out, "\n{}", all.memory.text())
 }
 

@@ -35,10 +35,23 @@ const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
 /// Runs the command on input that is at fault; its message must hold all of `says`.
 fn refused(folder: &Path, args: &[&str], says: &[&str]) {
+    refused_with(1, folder, args, says);
+}
+
+/// The same where it is not the input but the arguments that are wrong.
+fn misused(folder: &Path, args: &[&str], says: &[&str]) {
+    refused_with(2, folder, args, says);
+}
+
+fn refused_with(status: i32, folder: &Path, args: &[&str], says: &[&str]) {
     let before = std::fs::read_dir(folder).expect("it is there").count();
     let output = srp(folder, args);
     let message = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "srp {args:?}: {message}");
+    assert_eq!(
+        output.status.code(),
+        Some(status),
+        "srp {args:?}: {message}"
+    );
     for part in says {
         assert!(
             message.contains(part),
@@ -70,6 +83,24 @@ fn scenes_at_fault_are_refused() {
 fn machines_at_fault_are_refused() {
     let folder = folder("machines");
     let machine = include_str!("../../archdesc/machines/tiny.xml");
+    let copy = srp(&folder, &["machine", "source", "tiny"]).stdout;
+    assert_eq!(String::from_utf8_lossy(&copy), machine, "a copy to edit");
+    refused(
+        &folder,
+        &["machine", "show", "tinny"],
+        &["sgrt, tiny, wide"],
+    );
+    let sgrt = include_str!("../../archdesc/machines/sgrt.xml");
+    let long = "<trv-l1 size=\"16K\" ways=\"2\" line=\"128\"";
+    let lines = sgrt.replacen("<trv-l1 size=\"16K\" ways=\"2\" line=\"64\"", long, 1);
+    assert_ne!(lines, sgrt);
+    write(&folder, "lines.xml", &lines);
+    let wrong = [
+        "lines.xml",
+        "cannot be simulated",
+        "of 128: make it a multiple",
+    ];
+    refused(&folder, &["machine", "check", "lines.xml"], &wrong);
     let unknown = machine.replacen("<array rows=", "<array colour=\"blue\" rows=", 1);
     assert_ne!(unknown, machine);
     write(&folder, "unknown.xml", &unknown);

@@ -1,6 +1,6 @@
 //! T&I units and memories alone: `srp tni`, `srp paper`, `srp area`, `srp dram`.
 
-use crate::{TRIANGLE, folder, refused, srp, write};
+use crate::{TRIANGLE, folder, misused, refused, srp, write};
 use std::path::Path;
 
 /// What the command prints where all is well.
@@ -73,10 +73,32 @@ fn units_alone_give_the_same_figures_on_any_number_of_threads() {
     let events = told["events"].as_array().expect("there are events");
     assert_eq!(events[0]["what"], "dispatch");
     assert_eq!(events[events.len() - 1]["what"], "result");
-    refused(
+    for (args, says) in [
+        (
+            &["--fidelity", "analytic", "--heat", "heat.png"],
+            "leave one out",
+        ),
+        (
+            &["--fidelity", "sampled", "--heat", "heat.png"],
+            "leave one out",
+        ),
+        (
+            &["--fidelity", "sampled", "--sample", "1/4"],
+            "leave out --sample",
+        ),
+        (
+            &["--fidelity", "functional", "--memory", "both"],
+            "leave out --memory",
+        ),
+        (&["--heat-of", "visits", "--views", "0"], "give a file"),
+        (&["--ray-file", "rays.txt", "--views", "0"], "--rays file"),
+    ] {
+        misused(&folder, &[&["tni"], &args[..]].concat(), &[says]);
+    }
+    misused(
         &folder,
-        &["tni", "--fidelity", "analytic", "--heat", "heat.png"],
-        &["--heat", "leave one out"],
+        &["paper", "table4", "--sample", "1/4"],
+        &["leave out --sample"],
     );
     write(&folder, "bad.txt", "0 1 9 0 0 -1\n0 1 nine 0 0 -1\n");
     refused(
@@ -145,7 +167,7 @@ fn odd_scenes_are_measured_or_refused() {
 #[test]
 fn the_papers_tables_are_data_too() {
     let folder = folder("paper");
-    let of = ["paper", "table5", "--size", "40x30", "--sample", "1/1"];
+    let of = ["paper", "table5", "--size", "40x30"];
     let report = json(&folder, &of);
     let groups = &report["scenes"][0]["groups"];
     let kinds: Vec<_> = (0..3).map(|i| &groups[i]["rays"]).collect();
@@ -159,6 +181,38 @@ fn the_papers_tables_are_data_too() {
     let line = text.lines().find(|l| l.contains("Mrays/s, a memory each"));
     let shown = format!("{:.2}", rate["ours"].as_f64().unwrap_or(0.0));
     assert!(line.is_some_and(|l| l.contains(&shown)), "{shown}: {text}");
+}
+
+/// What is sampled says of how much, with intervals; too few rays for a sample are all run, and that is said.
+#[test]
+fn rays_are_sampled_or_all_run() {
+    let folder = folder("sampled rays");
+    let of = |size: &str| {
+        let rays = [
+            "tni", "--rays", "ao", "--spp", "4", "--units", "1", "--size", size,
+        ];
+        let more = ["--fidelity", "sampled", "--error", "10%"];
+        let numbers = json(&folder, &[&rays[..], &more].concat());
+        let said = srp(&folder, &[&rays[..], &more].concat()).stderr;
+        (numbers, String::from_utf8_lossy(&said).into_owned())
+    };
+    let (some, said) = of("320x240");
+    let number = |v: &serde_json::Value| v.as_f64().unwrap_or(f64::NAN);
+    let blocks = &some["blocks"];
+    assert!(
+        number(&blocks["run"]) < number(&blocks["all"]) / 2.0,
+        "{blocks}"
+    );
+    assert!(!said.contains("all are run"), "{said}");
+    let rate = &some["intervals"][0];
+    assert_eq!(
+        (&rate["name"], &rate["value"]),
+        (&"rate".into(), &some["all"]["mrays_per_second"])
+    );
+    assert!(number(&rate["half_width"]) > 0.0);
+    let (all, said) = of("40x30");
+    assert!(all["blocks"].is_null() && all["intervals"] == serde_json::json!([]));
+    assert!(said.contains("all are run"), "{said}");
 }
 
 /// The machine says who shares a memory, the command line may say otherwise, and both can be had.

@@ -4,6 +4,7 @@
 //! [`Cache::access`] says what happens, and whoever owns it sends the request of a miss on its way
 //! and calls [`Cache::fill`] when the line arrives.
 
+use crate::sums::sums;
 use serde::Serialize;
 use srp_archdesc::system::CacheSpec;
 
@@ -41,15 +42,9 @@ impl CacheCounters {
             all => self.hits as f64 / all as f64,
         }
     }
-
-    /// Adds what happened to another cache.
-    pub fn add(&mut self, other: &CacheCounters) {
-        self.hits += other.hits;
-        self.misses += other.misses;
-        self.joined += other.joined;
-        self.writebacks += other.writebacks;
-    }
 }
+
+sums!(CacheCounters: hits misses joined writebacks);
 
 /// Tag of an empty way.
 const EMPTY: u32 = u32::MAX;

@@ -22,6 +22,12 @@ pub fn read(text: &str) -> Result<Vec<Ray>, (usize, String)> {
         let any = words.len() == 9 && words[8] == "any";
         if any {
             words.pop();
+        } else if words.len() == 9 {
+            let why = format!(
+                "`{}` is not `any`, the word for rays that end with any hit",
+                words[8]
+            );
+            return Err((number, why));
         }
         if !matches!(words.len(), 6 | 8) {
             return Err((
@@ -66,6 +72,10 @@ mod tests {
             (2, "`x` is not a number".to_owned())
         );
         assert_eq!(wrong("0 0 0 1 0").0, 1);
-        assert_eq!(wrong("0 0 0 1 0 0 0 1 all").0, 1);
+        assert!(
+            wrong("0 0 0 1 0 0 0 1 all")
+                .1
+                .contains("`all` is not `any`")
+        );
     }
 }

@@ -3,8 +3,8 @@
 //! A core works for one tile at a time: from the port's word that gives it the tile, or the hits of
 //! one of its packets, until the next such word. What it waits for a packet belongs to that packet's
 //! tile. The T&I unit says of each ray what it took; what its caches do is shared among the tiles whose
-//! rays come back meanwhile, by their visits. So every cycle and every byte has a tile, and the sum over
-//! tiles is the whole.
+//! rays come back meanwhile, by their visits. So every cycle and every byte has a tile, but for those before a core's
+//! first tile and after its last, and the sum is the whole.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -78,6 +78,14 @@ pub const COLUMNS: usize = Column::BytesWritten as usize + 1;
 /// Counters of one tile, or sums of several: by [`Column`], then by kernel.
 pub type Tally = Vec<u64>;
 
+/// Adds counters.
+pub(super) fn add(sum: &mut Tally, more: &Tally) {
+    sum.resize(sum.len().max(more.len()), 0);
+    sum.iter_mut()
+        .zip(more)
+        .for_each(|(sum, more)| *sum += more);
+}
+
 /// Counts and parts.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Ledger {
@@ -97,8 +105,8 @@ pub(super) struct Ledger {
     pub(super) read: u64,
     pub(super) written: u64,
     pub(super) tni_read: u64,
-    /// SRP cycles before the first tile.
-    pub(super) before: u64,
+    /// What was in the service of no tile: before the first and after the last.
+    pub(super) of_none: Tally,
     kernels: usize,
 }
 
@@ -123,6 +131,7 @@ impl Ledger {
     pub(super) fn new(kernels: usize) -> Ledger {
         Ledger {
             charged: vec![0; COLUMNS + kernels],
+            of_none: vec![0; COLUMNS + kernels],
             kernels,
             ..Ledger::default()
         }
@@ -130,9 +139,6 @@ impl Ledger {
 
     /// The core takes the tile at this place of the queue, or none.
     pub(super) fn take_tile(&mut self, place: Option<u32>, sources: &Sources<'_>) {
-        if self.tallies.is_empty() {
-            self.before = sources.account.total();
-        }
         self.charge(sources);
         self.current = place;
         if let Some(place) = place {
@@ -188,9 +194,9 @@ impl Ledger {
             }
             let waits = column == Column::Wait as usize;
             let tile = if waits { in_unit } else { self.current };
-            add(&mut self.tallies, tile, column, grown);
+            self.add(tile, column, grown);
         }
-        add(&mut self.tallies, in_unit, Column::Cycles as usize, waited);
+        self.add(in_unit, Column::Cycles as usize, waited);
         self.charged = now;
     }
 
@@ -219,7 +225,7 @@ impl Ledger {
                 (_, 0) => 0,
                 _ => (u128::from(grown) * u128::from(of) / u128::from(all)) as u64,
             };
-            add(&mut self.tallies, tile, column, upto - shared);
+            self.add(tile, column, upto - shared);
             shared = upto;
         }
         exact || all > 0
@@ -270,14 +276,16 @@ impl Ledger {
         }
         tally
     }
-}
 
-fn add(tallies: &mut [(u32, Tally)], tile: Option<u32>, column: usize, grown: u64) {
-    if grown == 0 {
-        return;
-    }
-    // The tiles in hand are the last that were taken.
-    if let Some((_, tally)) = tallies.iter_mut().rev().find(|t| Some(t.0) == tile) {
-        tally[column] += grown;
+    fn add(&mut self, tile: Option<u32>, column: usize, grown: u64) {
+        if grown == 0 {
+            return;
+        }
+        // The tiles in hand are the last that were taken.
+        let of_tile = self.tallies.iter_mut().rev().find(|t| Some(t.0) == tile);
+        match of_tile {
+            Some((_, tally)) => tally[column] += grown,
+            None => self.of_none[column] += grown,
+        }
     }
 }

@@ -109,8 +109,8 @@ pub struct Part {
     pub report: Report,
     /// What each of its tiles took, in their order, or core by core where they were dealt out.
     pub tallies: Vec<Tally>,
-    /// SRP cycles of all cores before they took their first tiles.
-    pub before: u64,
+    /// What all cores took before their first tiles and after their last.
+    pub around: Tally,
 }
 
 /// Runs a frame, with what each of its tiles took; the image gets its pixels.
@@ -135,13 +135,13 @@ fn render_part(
     let (mut system, cycles) = run(image.take(), engines, arch, options, dealt, true)?;
     let report = Report::of(&system, cycles, arch, &names);
     let mut tallies = vec![Tally::new(); system.tiles.count() as usize];
-    let mut before = 0;
+    let mut around = Tally::new();
     for core in &mut system.cores {
         core.close_ledger();
         let Some(ledger) = core.ledger.take() else {
             continue;
         };
-        before += ledger.before;
+        ledger::add(&mut around, &ledger.of_none);
         for (place, tally) in ledger.tallies {
             tallies[place as usize] = tally;
         }
@@ -150,7 +150,7 @@ fn render_part(
     Ok(Part {
         report,
         tallies,
-        before,
+        around,
     })
 }
 
@@ -224,7 +224,11 @@ pub fn check(spec: &SystemSpec) -> Result<(), String> {
         return Err("nodes and triangles do not consist of whole words".to_owned());
     }
     if !tni.trv_l2.line.is_multiple_of(tni.trv_l1.line) {
-        return Err("a line of the level-2 cache is not made of lines of level 1".to_owned());
+        return Err(format!(
+            "a line of the T&I unit's level-2 cache, of {} bytes, is not made of lines of level 1, of {}: make \
+             it a multiple of them",
+            tni.trv_l2.line, tni.trv_l1.line
+        ));
     }
     for (name, cache) in [
         ("data", &spec.data_cache),

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::pipe::Pipes;
 use super::{PipeCounters, RauCounters, StackCounters, Tni, TrvCounters};
 use crate::memory::cache::CacheCounters;
+use crate::sums::sums;
 
 /// What is counted for the unit as a whole.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -149,36 +150,10 @@ impl TniCounters {
     pub fn node_visits(&self) -> u64 {
         self.trv.inner_visits + self.trv.leaf_visits
     }
-
-    /// Adds what another unit did.
-    pub fn add(&mut self, other: &TniCounters) {
-        let (unit, of) = (&mut self.unit, &other.unit);
-        unit.active_cycles += of.active_cycles;
-        unit.rays += of.rays;
-        unit.results += of.results;
-        unit.hits += of.hits;
-        unit.void_rays += of.void_rays;
-        unit.resident_cycles += of.resident_cycles;
-        unit.dispatch.work += of.dispatch.work;
-        unit.dispatch.full += of.dispatch.full;
-        unit.dispatch.empty += of.dispatch.empty;
-        self.trvs += other.trvs;
-        self.ists += other.ists;
-        self.trv.add(&other.trv);
-        self.box_tests += other.box_tests;
-        self.triangle_tests += other.triangle_tests;
-        self.accepted += other.accepted;
-        self.ist_cycles += other.ist_cycles;
-        self.pre.add(&other.pre);
-        self.aabb.add(&other.aabb);
-        self.post.add(&other.post);
-        self.ist.add(&other.ist);
-        self.stacks.add(&other.stacks);
-        self.trv_rau.add(&other.trv_rau);
-        self.ist_rau.add(&other.ist_rau);
-        self.trv_l1.add(&other.trv_l1);
-        self.trv_l2.add(&other.trv_l2);
-        self.ist_l1.add(&other.ist_l1);
-        self.bytes_read += other.bytes_read;
-    }
 }
+
+sums!(DispatchAccount: work full empty);
+sums!(UnitCounters: active_cycles rays results hits void_rays resident_cycles; dispatch);
+sums!(TniCounters:
+    trvs ists box_tests triangle_tests accepted ist_cycles bytes_read;
+    unit trv pre aabb post ist stacks trv_rau ist_rau trv_l1 trv_l2 ist_l1);

@@ -13,6 +13,7 @@ use srp_archdesc::system::CacheSpec;
 use super::Slot;
 use super::ring::Ring;
 use crate::memory::cache::{Access, Cache};
+use crate::sums::sums;
 
 /// Rows of rays that wait for the same line, part by part.
 #[derive(Clone, Debug)]
@@ -88,16 +89,7 @@ pub struct RauCounters {
     pub outstanding: u64,
 }
 
-impl RauCounters {
-    /// Adds what another unit did.
-    pub fn add(&mut self, other: &RauCounters) {
-        self.opened += other.opened;
-        self.joined += other.joined;
-        self.retried += other.retried;
-        self.occupancy += other.occupancy;
-        self.outstanding += other.outstanding;
-    }
-}
+sums!(RauCounters: opened joined retried occupancy outstanding);
 
 /// Input buffer, ray accumulation unit and cache.
 #[derive(Clone, Debug)]

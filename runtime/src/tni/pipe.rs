@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::Slot;
 use super::ring::Ring;
+use crate::sums::sums;
 
 /// What the first stage of a pipeline did in each cycle: every cycle counts in exactly one of
 /// these.
@@ -47,19 +48,9 @@ impl StallAccount {
             ("idle", self.idle),
         ]
     }
-
-    /// Adds the account of another pipeline.
-    pub fn add(&mut self, other: &StallAccount) {
-        self.work += other.work;
-        self.occupied += other.occupied;
-        self.bypass += other.bypass;
-        self.recirculate += other.recirculate;
-        self.memory += other.memory;
-        self.latency += other.latency;
-        self.elsewhere += other.elsewhere;
-        self.idle += other.idle;
-    }
 }
+
+sums!(StallAccount: work occupied bypass recirculate memory latency elsewhere idle);
 
 /// What a pipeline did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -78,17 +69,7 @@ pub struct PipeCounters {
     pub account: StallAccount,
 }
 
-impl PipeCounters {
-    /// Adds what another pipeline did.
-    pub fn add(&mut self, other: &PipeCounters) {
-        self.passes += other.passes;
-        self.bypasses += other.bypasses;
-        self.recirculated += other.recirculated;
-        self.issue_cycles += other.issue_cycles;
-        self.busy_cycles += other.busy_cycles;
-        self.account.add(&other.account);
-    }
-}
+sums!(PipeCounters: passes bypasses recirculated issue_cycles busy_cycles; account);
 
 /// The pipelines of a kind, which take rays from the same FIFO.
 #[derive(Clone, Debug)]

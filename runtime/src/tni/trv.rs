@@ -32,6 +32,7 @@ use super::ring::Ring;
 use super::tick::{Counted, Tick};
 use super::walk::{Next, StackCounters};
 use super::{Context, Slot};
+use crate::sums::sums;
 
 /// Where rays that leave a traversal unit go.
 pub(super) struct Exits<'a> {
@@ -80,15 +81,7 @@ pub struct TrvCounters {
     pub idle_cycles: u64,
 }
 
-impl TrvCounters {
-    /// Adds what another unit did.
-    pub fn add(&mut self, other: &TrvCounters) {
-        self.inner_visits += other.inner_visits;
-        self.leaf_visits += other.leaf_visits;
-        self.busy_cycles += other.busy_cycles;
-        self.idle_cycles += other.idle_cycles;
-    }
-}
+sums!(TrvCounters: inner_visits leaf_visits busy_cycles idle_cycles);
 
 /// A traversal unit.
 #[derive(Clone, Debug)]

@@ -10,6 +10,7 @@ use std::collections::VecDeque;
 use serde::Serialize;
 
 use crate::bvh::{MAX_DEPTH, NodeRef};
+use crate::sums::sums;
 
 // One trail bit a level.
 const _: () = assert!(MAX_DEPTH < 127);
@@ -29,16 +30,7 @@ pub struct StackCounters {
     pub restarts: u64,
 }
 
-impl StackCounters {
-    /// Adds what other stacks did.
-    pub fn add(&mut self, other: &StackCounters) {
-        self.pushes += other.pushes;
-        self.pops += other.pops;
-        self.culled += other.culled;
-        self.overflows += other.overflows;
-        self.restarts += other.restarts;
-    }
-}
+sums!(StackCounters: pushes pops culled overflows restarts);
 
 /// A node put aside for later.
 #[derive(Clone, Copy, Debug)]

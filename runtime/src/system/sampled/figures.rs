@@ -66,6 +66,10 @@ pub(super) fn figures(
     let mean = |of: &dyn Fn(&Batch) -> f64| {
         batches.iter().map(of).sum::<f64>() / batches.len().max(1) as f64
     };
+    let around = |columns: &[usize]| {
+        let of = |b: &Batch| columns.iter().map(|&c| b.around[c]).sum::<u64>() as f64;
+        mean(&of)
+    };
     let latencies: Vec<f64> = batches.iter().map(|b| b.read_ns).collect();
     let latency = Estimate {
         value: mean(&|b| b.read_ns),
@@ -75,9 +79,25 @@ pub(super) fn figures(
         },
     };
     let mut figures = table(
-        &|columns| sample.total(&values(columns)),
-        &|above, below| sample.ratio(&values(above), &values(below)),
-        mean(&|b| b.before as f64),
+        &|columns| {
+            let total = sample.total(&values(columns));
+            Estimate {
+                value: total.value + around(columns),
+                ..total
+            }
+        },
+        &|above, below| {
+            let ratio = sample.ratio(&values(above), &values(below));
+            let (of, more) = (sample.total(&values(below)).value, around(below));
+            match of + more {
+                0.0 => ratio,
+                all => Estimate {
+                    value: (ratio.value * of + around(above)) / all,
+                    half_width: ratio.half_width * of / all,
+                },
+            }
+        },
+        0.0,
         latency,
         arch,
         kernel_names,
@@ -98,7 +118,7 @@ pub fn known(part: &Part, arch: &Arch, kernel_names: &[String]) -> Vec<Figure> {
                 .map(|&c| t.get(c).copied().unwrap_or(0))
                 .sum::<u64>()
         };
-        part.tallies.iter().map(of).sum::<u64>() as f64
+        (part.tallies.iter().map(of).sum::<u64>() + of(&part.around)) as f64
     };
     let idle: u64 = part.report.cores.iter().map(|c| c.idle).sum();
     let ratio = |above: &[usize], below: &[usize]| match sum(below) {
@@ -108,7 +128,7 @@ pub fn known(part: &Part, arch: &Arch, kernel_names: &[String]) -> Vec<Figure> {
     table(
         &|columns| Estimate::exact(sum(columns)),
         &ratio,
-        (part.before + idle) as f64,
+        idle as f64,
         Estimate::exact(read_ns(&part.report, arch)),
         arch,
         kernel_names,
@@ -130,11 +150,11 @@ pub fn is_count(name: &str) -> bool {
 type Total<'a> = dyn Fn(&[usize]) -> Estimate + 'a;
 type Ratio<'a> = dyn Fn(&[usize], &[usize]) -> Estimate + 'a;
 
-/// The figures, in their order. `around` are the cycles of all cores outside of tiles.
+/// The figures, in their order. `idle` are the cycles of all cores for which they have nothing to do while others have.
 fn table(
     total: &Total<'_>,
     ratio: &Ratio<'_>,
-    around: f64,
+    idle: f64,
     latency: Estimate,
     arch: &Arch,
     kernel_names: &[String],
@@ -153,11 +173,11 @@ fn table(
     let mhz = f64::from(arch.system.srp_mhz);
     let at_work = total(&one(C::Cycles));
     let cycles = Estimate {
-        value: (at_work.value + around) / cores,
+        value: (at_work.value + idle) / cores,
         half_width: at_work.half_width / cores,
     };
     // What is measured in cycles of tiles, for cycles of the frame.
-    let share = at_work.value / (at_work.value + around).max(1.0) * cores;
+    let share = at_work.value / (at_work.value + idle).max(1.0) * cores;
     let per_cycle = |above: &[usize]| ratio(above, &one(C::Cycles)).times(share);
     put("frame", "cycles", cycles);
     put("frame time", "ms", cycles.times(1e-3 / mhz));

@@ -21,7 +21,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use serde::Serialize;
 use srp_archdesc::Arch;
 
-use super::ledger::Tally;
+use super::ledger::{Tally, add};
 use super::tiles::Errand;
 use super::{Options, Part, SystemError, Timing, render_part};
 use crate::core::Core;
@@ -37,8 +37,9 @@ pub use look::View;
 /// Units of a batch for each core: with so many a core is seldom without work before the others are.
 const UNITS_A_CORE: usize = 8;
 
-/// Samples that take more than this part of the frame are not worth it.
+/// Samples that take more than this part of the frame are not worth it, nor are those of fewer units.
 const MOST: f64 = 0.5;
+const LEAST_UNITS: usize = 32;
 
 /// A frame that is to be sampled.
 pub struct Frame<'a> {
@@ -75,8 +76,8 @@ struct Batch {
     units: Vec<u32>,
     /// What each took.
     tallies: Vec<Tally>,
-    /// SRP cycles of all cores before their first tiles.
-    before: u64,
+    /// What all cores took before their first tiles and after their last.
+    around: Tally,
     /// Cycles of all reads from memory, over their number, in ns.
     read_ns: f64,
 }
@@ -158,7 +159,7 @@ impl Frame<'_> {
         run_on.sort_by_key(|&(_, core)| core);
         let mut tallies = part.tallies.iter();
         let mut batch = Batch {
-            before: part.before,
+            around: part.around,
             read_ns: figures::read_ns(&part.report, self.arch),
             ..Batch::default()
         };
@@ -166,10 +167,7 @@ impl Frame<'_> {
             let mut sum = Tally::new();
             for (errand, tally) in self.first.errands(unit).zip(tallies.by_ref()) {
                 if self.first.measured(unit).contains(&errand.tile) {
-                    sum.resize(tally.len(), 0);
-                    sum.iter_mut()
-                        .zip(tally)
-                        .for_each(|(sum, more)| *sum += more);
+                    add(&mut sum, tally);
                 }
             }
             batch.units.push(unit);
@@ -207,7 +205,7 @@ pub fn sample(frame: &Frame<'_>, seed: u64, error: f64) -> Result<Option<Sampled
             .flatten()
             .map(|&u| first.cost(u))
             .sum();
-        if cost > MOST {
+        if cost > MOST || population.len() < LEAST_UNITS {
             let Some(part) = frame.run_whole()? else {
                 return Ok(None);
             };

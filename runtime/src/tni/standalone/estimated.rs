@@ -77,6 +77,7 @@ impl<'a> Estimated<'a> {
             counters,
             dram: Vec::new(),
             relative_error: None,
+            at_work: self.ends.iter().filter(|&&end| end > 0).count() as u64,
             spent: Vec::new(),
             hits: Vec::new(),
             runs: Vec::new(),

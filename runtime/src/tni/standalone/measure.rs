@@ -20,10 +20,11 @@ pub struct Measure {
     pub cycles: u64,
     /// Units.
     pub units: u32,
-    /// Million rays per second of simulated time, of all units together while they have rays: that
-    /// one unit ends before another does not count.
+    /// Million rays per second of simulated time, of all units that had rays together while they have
+    /// them: that one unit ends before another does not count.
     pub mrays_per_second: f64,
-    /// Half the width of its 95 % confidence interval over it; `None` of fewer than two runs.
+    /// Half the width of its 95 % confidence interval over it; `None` of fewer than two runs, and
+    /// where all rays were run.
     pub relative_error: Option<f64>,
     /// Visits of inner nodes a ray.
     pub inner_visits: f64,
@@ -84,7 +85,9 @@ impl Measure {
         let over = |n: u64, of: u64| if of == 0 { 0.0 } else { n as f64 / of as f64 };
         let a_ray = |n: u64| over(n, c.unit.rays);
         let active = c.unit.active_cycles;
-        let seconds = active as f64 / f64::from(units.max(1)) / (f64::from(mhz) * 1e6);
+        // Units that had no rays have no rate.
+        let of_view = |v: &Outcome| v.counters.unit.active_cycles as f64 / v.at_work.max(1) as f64;
+        let seconds = views.iter().map(of_view).sum::<f64>() / (f64::from(mhz) * 1e6);
         let per_second = |n: u64| if active == 0 { 0.0 } else { n as f64 / seconds };
         let pipes = [&c.pre, &c.aabb, &c.post];
         let idle = pipes.map(|p| p.bypasses + p.recirculated).iter().sum();

@@ -71,8 +71,10 @@ pub struct Outcome {
     /// Bytes that moved between the memories and the units.
     pub bytes: u64,
     /// Half the width of the 95 % confidence interval of the cycles a ray, over their mean, from
-    /// the spread between runs of packets; `None` of fewer than two runs.
+    /// the spread between runs of packets; `None` of fewer than two runs, and where all rays were run.
     pub relative_error: Option<f64>,
+    /// Units that had rays.
+    pub at_work: u64,
     /// What each run of packets took.
     pub spent: Vec<Spent>,
     /// The hits in the order of the rays, where they were kept.
@@ -144,6 +146,7 @@ impl<'a> Bench<'a> {
                 run,
                 number: self.dealt,
                 role: Role::Measured,
+                is_last: false,
             });
             self.dealt += 1;
         }
@@ -205,7 +208,8 @@ impl<'a> Bench<'a> {
             dram: Vec::new(),
             bytes: 0,
             relative_error: self.relative_error(),
-            spent: self.spent_by_run().into_values().collect(),
+            at_work: 0,
+            spent: self.spent_by_run().into_values().map(|(s, _)| s).collect(),
             hits: Vec::new(),
             runs: Vec::new(),
             costs: Vec::new(),
@@ -218,6 +222,7 @@ impl<'a> Bench<'a> {
             for station in group.stations {
                 outcome.cycles = outcome.cycles.max(station.end());
                 outcome.counters.add(&station.tni.counters());
+                outcome.at_work += u64::from(station.tni.rays() > 0);
                 station.add_costs(&mut outcome.costs);
                 packets.extend(station.answers);
             }
@@ -230,14 +235,14 @@ impl<'a> Bench<'a> {
         Some(outcome)
     }
 
-    /// What each run took, of all units together.
-    fn spent_by_run(&self) -> BTreeMap<u64, Spent> {
-        let mut runs: BTreeMap<u64, Spent> = BTreeMap::new();
+    /// What each run took, and what was counted of it, of all units together.
+    fn spent_by_run(&self) -> BTreeMap<u64, (Spent, TniCounters)> {
+        let mut runs: BTreeMap<u64, (Spent, TniCounters)> = BTreeMap::new();
         let stations = self.groups.iter().flat_map(|g| &g.stations);
-        for station in stations {
-            for (run, spent) in station.spent() {
-                runs.entry(run).or_default().add(&spent);
-            }
+        for (run, spent, counted) in stations.flat_map(Station::spent) {
+            let sum = runs.entry(run).or_default();
+            sum.0.add(&spent);
+            sum.1.add(&counted);
         }
         runs
     }
@@ -245,7 +250,7 @@ impl<'a> Bench<'a> {
     fn relative_error(&self) -> Option<f64> {
         let cycles = self.spent_by_run();
         let values: Vec<f64> = (cycles.values().zip(self.rays.values()))
-            .map(|(spent, &rays)| spent.cycles() as f64 / rays as f64)
+            .map(|((spent, _), &rays)| spent.cycles() as f64 / rays as f64)
             .collect();
         crate::survey::relative_error(&values)
     }

@@ -25,6 +25,8 @@ pub(super) struct Packet {
     /// Its place among all that are measured.
     pub(super) number: u64,
     pub(super) role: Role,
+    /// Whether the unit has nothing after it: its run ends when it is back, and not when it is taken.
+    pub(super) is_last: bool,
 }
 
 /// What a packet is for.
@@ -145,7 +147,7 @@ impl Station {
                 Role::First { find, rays, before } => {
                     self.tni.hold(find);
                     self.stretch = self.tni.rays() + rays;
-                    self.taken.insert(*before, (now, self.tni.progress()));
+                    self.taken.insert(*before, (now, self.tni.counters()));
                 }
                 Role::Company if !in_stretch && !self.is_in_stretch() => {
                     self.waiting.pop_front();
@@ -188,7 +190,7 @@ impl Station {
         {
             self.to_take.pop_front();
             if self.to_take.front().is_none_or(|next| next.0 != run) {
-                self.taken.insert(run, (now + 1, self.tni.progress()));
+                self.note_end(run, now + 1);
             }
         }
         while let Some(runs) = self.tni.take_finished() {
@@ -198,6 +200,9 @@ impl Station {
                 .pop_front()
                 .expect("what comes back was under way");
             self.end = now + 1;
+            if packet.is_last {
+                self.note_end(packet.run, self.end);
+            }
             let (_, hits) = self.buffer(self.back);
             if self.keep_hits {
                 let hits = read_hits(&self.sram[hits as usize..], packet.range.len());
@@ -209,6 +214,15 @@ impl Station {
             }
             self.back += 1;
         }
+    }
+
+    /// A run has ended: the accounts of pipelines, which take a copy of the unit, are those of stretches only.
+    fn note_end(&mut self, run: u64, now: u64) {
+        let counters = match self.stretch {
+            0 => self.tni.progress(),
+            _ => self.tni.counters(),
+        };
+        self.taken.insert(run, (now, counters));
     }
 
     fn note_costs(&mut self) {
@@ -240,14 +254,25 @@ impl Station {
         self.end
     }
 
-    /// What was spent from the last ray of each run's predecessor to its own.
-    pub(super) fn spent(&self) -> impl Iterator<Item = (u64, Spent)> {
-        let mut before = Spent::default();
-        self.taken.iter().map(move |(&run, (end, counters))| {
-            let now = Spent::at(*end, counters);
-            let spent = now.since(&before);
-            before = now;
-            (run, spent)
+    /// What was spent, and counted, from the last ray of each run's predecessor to its own. Where packets followed each
+    /// other without stretches, the last run goes on until everything is back.
+    pub(super) fn spent(&self) -> impl Iterator<Item = (u64, Spent, TniCounters)> {
+        let last = self.taken.keys().next_back().copied();
+        let drained = last.filter(|_| self.stretch == 0 && self.is_done());
+        let mut before = (0, TniCounters::default());
+        self.taken.iter().map(move |(&run, &taken)| {
+            let end = match drained == Some(run) {
+                true => (self.end, self.tni.progress()),
+                false => taken,
+            };
+            let of = Spent::at(end.0, &end.1).since(&Spent::at(before.0, &before.1));
+            let counted = TniCounters {
+                trvs: end.1.trvs,
+                ists: end.1.ists,
+                ..end.1.since(&before.1)
+            };
+            before = end;
+            (run, of, counted)
         })
     }
 

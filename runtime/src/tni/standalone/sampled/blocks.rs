@@ -134,7 +134,7 @@ impl<'a> Blocks<'a> {
         taken
     }
 
-    /// Whether a unit's caches are known before a block: all that it had before is in what warms them.
+    /// Whether what warms a unit's caches for a block goes back to the first packets that the unit had.
     pub(super) fn is_near_start(&self, block: u64) -> bool {
         let [.., (far, _)] = WARMING;
         (self.before(block).take(far as usize + 1).count() as u64) <= far

@@ -7,7 +7,7 @@ use super::LOOKS_A_DRAW;
 use super::Subject;
 use super::blocks::{Blocks, PacketId};
 use super::look::{Look, Seen};
-use super::run::LEADING;
+use super::run::leading;
 use crate::survey::{Population, Random, Sample, Stratum};
 use crate::threads;
 use crate::tni::standalone::spent::Spent;
@@ -29,6 +29,8 @@ const KEPT: usize = 8;
 pub(super) struct Growing<'a> {
     pub(super) subject: &'a Subject<'a>,
     pub(super) blocks: Blocks<'a>,
+    /// Packets that are run before a block.
+    pub(super) leading: usize,
     /// What is drawn: blocks that are run at a time.
     pub(super) rounds: Vec<Range<u64>>,
     /// The rounds of each stratum in the order in which they are drawn.
@@ -60,6 +62,7 @@ impl<'a> Growing<'a> {
         Growing {
             subject,
             strata: (0..strata).map(stratum).collect(),
+            leading: leading(subject.spec),
             blocks,
             rounds,
             looked_of_each: 0,
@@ -141,7 +144,8 @@ impl<'a> Growing<'a> {
         Some(())
     }
 
-    /// Looks at all rounds: the blocks of a unit one after the other, each with the caches as those before it leave them.
+    /// Looks at all rounds: the blocks of a unit one after the other, each with the caches as those before it leave them, in rows
+    /// that begin with warmed ones.
     /// What was run after looks at single blocks is forgotten.
     pub(super) fn look_at_all(&mut self) -> Option<()> {
         let most = self.strata.iter().map(Vec::len).max().unwrap_or(0);
@@ -166,7 +170,9 @@ impl<'a> Growing<'a> {
         let units = in_turn.chunk_by(|&a, &b| unit(a) == unit(b));
         let rows: Vec<&[u64]> = units.flat_map(|row| row.chunks(LOOKS)).collect();
         let look_at = |look: &mut Look<'_>, i: usize| {
-            let seen = look.in_a_row(blocks, rows[i], LEADING, &|block| kept.contains(&block));
+            let seen = look.in_a_row(blocks, rows[i], self.leading, &|block| {
+                kept.contains(&block)
+            });
             (!(self.subject.cancelled)()).then_some(seen)
         };
         let threads = self.subject.options.threads;

@@ -11,7 +11,8 @@ use crate::tni::arithmetic::Ray;
 use crate::tni::{Misses, Step, Tags, Tracer, Tree};
 
 /// The places of some auxiliary variables.
-pub(super) const RAYS: usize = 1;
+pub(super) const RAYS: usize = 0;
+const SIZE: usize = 1;
 pub(super) const INNER: usize = 3;
 pub(super) const TESTS: usize = 4;
 pub(super) const LEAVES: usize = 7;
@@ -20,7 +21,7 @@ pub(super) const HITS: usize = 8;
 /// What is counted of a block, or of some.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Seen {
-    /// The auxiliary variables, the most telling first: that is about the cycles.
+    /// The auxiliary variables, the most telling first.
     pub(super) auxiliaries: Vec<f64>,
     /// Of each block what the caches hold some packets before it, where that is known.
     pub(super) finds: Vec<Option<Arc<Tags>>>,
@@ -29,7 +30,7 @@ pub(super) struct Seen {
 impl Seen {
     /// About the cycles.
     pub(super) fn size(&self) -> f64 {
-        self.auxiliaries.first().copied().unwrap_or(0.0)
+        self.auxiliaries.get(SIZE).copied().unwrap_or(0.0)
     }
 
     /// Adds another block.
@@ -95,7 +96,7 @@ impl<'a> Look<'a> {
         self
     }
 
-    /// The caches before all that warms them for a block: empty where that is the unit's first.
+    /// The caches before all that warms them for a block: empty where that goes back to the unit's first packets.
     fn begin(&mut self, blocks: &Blocks<'_>, block: u64) {
         self.tags = match blocks.is_near_start(block) {
             true => Tags::new(self.spec, self.tree),
@@ -180,8 +181,8 @@ impl<'a> Look<'a> {
         let size = (resident + waiting) / f64::from((spec.trvs * spec.stacks).max(1));
         Seen {
             auxiliaries: vec![
-                size,
                 work.rays,
+                size,
                 misses.level2,
                 work.inner,
                 work.tests,

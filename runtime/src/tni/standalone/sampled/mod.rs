@@ -18,9 +18,8 @@ use srp_archdesc::system::SystemSpec;
 
 use self::growing::Growing;
 use self::look::{HITS, INNER, LEAVES, RAYS, TESTS};
-use self::run::LEADING;
 use super::spent::figures_of;
-use super::{BLOCK, Options, Outcome};
+use super::{BLOCK, Memories, Options, Outcome};
 use crate::memory::SystemMemory;
 use crate::rays::Source;
 use crate::survey::{LEAST_DRAWS, Sample};
@@ -39,9 +38,13 @@ const LOOKS_A_DRAW: usize = 4;
 /// Samples that take more than this part of running everything are not worth it.
 const MOST: f64 = 0.5;
 
-/// What a look at a block, and warming caches for it, cost of what running it does.
+/// Samples of fewer rounds tell too little.
+const LEAST_ROUNDS: usize = 48;
+
+/// What a look at a block, warming caches for it, and the company of its neighbours cost of what running it does.
 const OF_LOOK: f64 = 0.1;
 const OF_WARMING: f64 = 0.8;
+const OF_COMPANY: f64 = 0.4;
 
 /// More is drawn than the spread so far asks for: it is an estimate too.
 const MARGIN: f64 = 1.2;
@@ -67,6 +70,10 @@ pub struct Subject<'a> {
 /// What a sample has found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sampled {
+    /// The seed.
+    pub seed: u64,
+    /// Rays in all.
+    pub rays: u64,
     /// Blocks in all.
     pub blocks: u64,
     /// Blocks that were looked at.
@@ -75,7 +82,7 @@ pub struct Sampled {
     pub run: u64,
     /// The figures, with 95 % intervals.
     pub figures: Vec<Figure>,
-    /// What has happened while they were run, for each group of blocks: with the packets before.
+    /// What was counted of them, and what memories did meanwhile, for each group of blocks.
     pub outcomes: Vec<Outcome>,
 }
 
@@ -98,13 +105,17 @@ pub fn sample(subject: &Subject<'_>, seed: u64, error: f64) -> Option<Found> {
     let looks = 2.0 * (1.96 * SPREAD / error).powi(2) / strata as f64;
     let mut looks = (looks.ceil() as usize).max(LOOKS_A_DRAW * LEAST_DRAWS);
     let mut draws = LEAST_DRAWS;
+    let leading = growing.leading as f64 / BLOCK as f64;
+    let company = match subject.options.memories {
+        Memories::Shared if subject.options.units > 1 => OF_COMPANY,
+        _ => 0.0,
+    };
     loop {
         let looks_at_all = (strata * looks) as f64 > ALL * all as f64;
         let warming = if looks_at_all { 0.0 } else { OF_WARMING };
-        let leading = LEADING as f64 / BLOCK as f64;
-        let run = (strata * draws) as f64 * (1.0 + leading + warming);
+        let run = (strata * draws) as f64 * (1.0 + leading + company + warming);
         let looked = if looks_at_all { all } else { strata * looks };
-        if run + OF_LOOK * looked as f64 > MOST * all as f64 {
+        if all < LEAST_ROUNDS || run + OF_LOOK * looked as f64 > MOST * all as f64 {
             return Some(Found::TooMuch);
         }
         match looks_at_all {
@@ -117,6 +128,8 @@ pub fn sample(subject: &Subject<'_>, seed: u64, error: f64) -> Option<Found> {
         let total = sample.total(&cycles);
         if total.relative() <= error {
             return Some(Found::Sample(Box::new(Sampled {
+                seed,
+                rays: subject.views.iter().map(|v| v.rays() as u64).sum(),
                 blocks: growing.blocks.count(),
                 looked: growing.blocks_of(growing.seen.keys()),
                 run: growing.blocks_of(growing.drawn.iter()),
@@ -168,12 +181,12 @@ fn count(figure: &str) -> Option<usize> {
 fn beyond_drawing(figure: &Figure) -> f64 {
     let value = figure.estimate.value.abs();
     match figure.name.as_str() {
-        "rate" | "cycles a ray and unit" => 0.012 * value,
+        "rate" | "cycles a ray and unit" => 0.015 * value,
         "residence of a ray" => 0.045 * value,
-        "TRV L1 hits" => 0.1,
-        "TRV L2 hits" => 1.2,
-        "IST L1 hits" => 0.4,
-        "memory" => 0.04 * value,
+        "TRV L1 hits" => 0.2,
+        "TRV L2 hits" => 2.3,
+        "IST L1 hits" => 0.6,
+        "memory" => 0.1 * value,
         _ => 0.0,
     }
 }

@@ -2,19 +2,30 @@
 
 use std::sync::Arc;
 
+use srp_archdesc::system::SystemSpec;
+
 use super::Subject;
 use super::blocks::PacketId;
 use super::growing::Growing;
 use super::look::Look;
 use crate::rays::Ray;
 use crate::threads;
-use crate::tni::Tags;
 use crate::tni::standalone::spent::Spent;
 use crate::tni::standalone::station::{Packet, Role};
 use crate::tni::standalone::{BLOCK, Bench, Memories, Options, Outcome};
+use crate::tni::{Tags, TniCounters};
 
-/// Packets that are run before a block: what is in the unit together with its first rays.
-pub(super) const LEADING: usize = 8;
+/// Packets that are run before a block, at least: what is in the unit together with its first rays.
+const LEADING: usize = 8;
+
+/// Before a block so many times the rays are run that a unit can have.
+const FILLS: usize = 8;
+
+/// Packets that are run before a block of a machine.
+pub(super) fn leading(spec: &SystemSpec) -> usize {
+    let resident = spec.tni.trvs as usize * spec.tni.stacks as usize;
+    LEADING.max((FILLS * resident).div_ceil(spec.buffers.rays.max(1) as usize))
+}
 
 /// Packets that a unit has behind a block, at most, while others that share its memory still have theirs.
 const COMPANY: usize = 16;
@@ -25,8 +36,8 @@ impl Growing<'_> {
     /// The packets that a block is run with: those that warm its caches, that lead to it, and that are behind it.
     pub(super) fn around(&self, block: u64) -> impl Iterator<Item = PacketId> {
         let blocks = &self.blocks;
-        let before = blocks.warming(block, LEADING).into_iter();
-        let before = before.chain(blocks.leading(block, LEADING));
+        let before = blocks.warming(block, self.leading).into_iter();
+        let before = before.chain(blocks.leading(block, self.leading));
         before.chain(blocks.behind(block, self.company()))
     }
 
@@ -106,7 +117,7 @@ impl Growing<'_> {
                 load[unit] += seen.size();
                 let find = match find {
                     Some(find) => Arc::clone(find),
-                    None => look.before(&self.blocks, block, LEADING),
+                    None => look.before(&self.blocks, block, self.leading),
                 };
                 self.hand(&mut bench, unit, i, block, find);
             }
@@ -117,10 +128,17 @@ impl Growing<'_> {
         (self.subject.progress)(
             self.blocks_of(group.iter()) * BLOCK * u64::from(spec.buffers.rays),
         );
-        let runs = bench.spent_by_run();
-        let spent = |i: u64| runs.get(&(3 * i + 2)).cloned().unwrap_or_default();
-        let spent: Vec<Spent> = (0..by_size.len() as u64).map(spent).collect();
-        let outcome = bench.finish(*cancelled)?;
+        let mut runs = bench.spent_by_run();
+        let own = |i: u64| runs.remove(&(3 * i + 2)).unwrap_or_default();
+        let own: Vec<(Spent, TniCounters)> = (0..by_size.len() as u64).map(own).collect();
+        let mut outcome = bench.finish(*cancelled)?;
+        // What leads to blocks and what keeps them company is not counted, nor how units fill and empty.
+        let (trvs, ists) = (outcome.counters.trvs, outcome.counters.ists);
+        outcome.counters = TniCounters::default();
+        own.iter().for_each(|(_, c)| outcome.counters.add(c));
+        (outcome.counters.trvs, outcome.counters.ists) = (trvs, ists);
+        outcome.bytes = outcome.counters.bytes_read;
+        let spent = own.into_iter().map(|(spent, _)| spent).collect();
         Some((by_size, spent, outcome))
     }
 
@@ -128,7 +146,7 @@ impl Growing<'_> {
     /// of their own.
     fn hand(&self, bench: &mut Bench<'_>, unit: usize, i: u64, block: u64, find: Arc<Tags>) {
         let blocks = &self.blocks;
-        let leading = blocks.leading(block, LEADING);
+        let leading = blocks.leading(block, self.leading);
         let before = leading.into_iter().map(|p| (3 * i + 1, p));
         let own = blocks.packets(block).map(|p| (3 * i + 2, p));
         let stretch: Vec<(u64, Arc<[Ray]>)> = before
@@ -146,13 +164,17 @@ impl Growing<'_> {
             .map(|(run, rays)| (run, rays, first.take().unwrap_or(Role::Measured)));
         let behind = blocks.behind(block, self.company());
         let behind = behind.map(|packet| (3 * i + 3, blocks.rays(packet), Role::Company));
-        for (run, rays, role) in stretch.chain(behind) {
+        let ends_unit = blocks.behind(block, 1).next().is_none();
+        let all: Vec<_> = stretch.chain(behind).collect();
+        let last = all.len().saturating_sub(1);
+        for (n, (run, rays, role)) in all.into_iter().enumerate() {
             let packet = Packet {
                 range: 0..rays.len(),
                 rays,
                 run,
                 number: bench.dealt,
                 role,
+                is_last: ends_unit && n == last,
             };
             bench.dealt += 1;
             bench.station(unit).push(packet);
