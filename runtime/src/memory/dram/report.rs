@@ -88,7 +88,11 @@ impl DramReport {
             self.mean_read_ns,
             self.max_read_ns,
         );
-        if c.channels.iter().all(|channel| channel.reads + channel.writes == 0) && c.reads + c.writes > 0 {
+        if c.channels
+            .iter()
+            .all(|channel| channel.reads + channel.writes == 0)
+            && c.reads + c.writes > 0
+        {
             out += "  channels and banks are not simulated: all accesses take the same time\n";
             return out;
         }
