@@ -2,7 +2,7 @@
 //!
 //! The population are the [blocks] of packets that units are dealt, of all views: where units share a memory, rounds of
 //! those that they have at a time. They are in strata of neighbours in the order of the rays. Some of each stratum are
-//! [looked](look) at: their rays are traced without time. Some of those are [run](run) cycle by cycle, from caches that
+//! [looked](look) at: their rays are traced without time. Some of those are [run] cycle by cycle, from caches that
 //! rays before them have warmed, after packets that are not measured. Regression on what the looks have counted makes
 //! figures of all rays of it, with intervals ([`crate::survey`]). More is looked at, and more is run, until the cycles
 //! are known well enough.
