@@ -1,6 +1,6 @@
 /* Forms of the kernels: where a picture can be computed in several ways, which differ in rounding
  * and in cost. SRP_FORM(name) is the value that they are built with, one of those named here;
- * runtime/src/form.rs has the same table for the command line.
+ * src/form.rs has the same table for the command line.
  *
  * The compiler is told with -D SRP_FORM_name=number; 0 is what it is not told of. */
 #ifndef SRP_FORMS_H

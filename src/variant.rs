@@ -7,8 +7,8 @@ use crate::pipeline::{self, Compiled, Effort, FrontEnd, Input};
 use crate::{compile, files, kernels};
 use srp_archdesc::arch::Arch;
 use srp_ir::program::Program;
+use srp_kernels::form::Forms;
 use srp_runtime::effect::Effects;
-use srp_runtime::form::Forms;
 use srp_scheduler::Known;
 use std::path::{Path, PathBuf};
 

@@ -7,24 +7,8 @@
 use crate::ast::{Derived, ExprKind, Item, Spec, Storage, Unit};
 use crate::source::Name;
 use srp_archdesc::diagnostic::Source;
+use srp_kernels::{File, libc};
 use std::collections::{BTreeSet, HashSet};
-
-macro_rules! files {
-    ($($name:literal)*) => {
-        [$(($name, include_str!(concat!("../../kernels/libc/", $name))),)*]
-    };
-}
-
-/// The headers.
-const HEADERS: &[(&str, &str)] = &files![
-    "assert.h" "ctype.h" "errno.h" "float.h" "inttypes.h" "iso646.h" "limits.h" "math.h"
-    "stdarg.h" "stdbool.h" "stddef.h" "stdint.h" "stdio.h" "stdlib.h" "stdnoreturn.h" "string.h"
-    "strings.h" "wchar.h" "stdalign.h"
-];
-
-/// The sources.
-const SOURCES: &[(&str, &str)] =
-    &files!["builtin.c" "ctype.c" "math.c" "mathd.c" "stdio.c" "stdlib.c" "string.c" "support.c"];
 
 /// The source with the functions of [`Support`](crate::operator::Support).
 const SUPPORT: &str = "support.c";
@@ -32,23 +16,18 @@ const SUPPORT: &str = "support.c";
 /// The function that computes what may overflow, for `__builtin_add_overflow` and its like.
 pub(crate) const OVERFLOW: &str = "__srp_overflow";
 
-fn source((name, text): &(&str, &str)) -> Source {
-    Source::new(format!("kernels/libc/{name}"), *text)
+fn source(file: &File) -> Source {
+    Source::new(file.path, file.text)
 }
 
 /// A header of the library.
 pub fn header(name: &str) -> Option<Source> {
-    HEADERS
-        .iter()
-        .find(|(header, _)| *header == name)
-        .map(source)
+    libc::header(name).map(source)
 }
 
 /// The text of a file of the library, by the name that messages know it by.
 pub fn text(name: &str) -> Option<&'static str> {
-    let name = name.strip_prefix("kernels/libc/")?;
-    let mut all = HEADERS.iter().chain(SOURCES);
-    all.find(|(known, _)| *known == name).map(|(_, text)| *text)
+    libc::at(name).map(|file| file.text)
 }
 
 /// Which sources a program has been given, and what it may still want.
@@ -128,11 +107,11 @@ impl Archive {
             self.look_at(unit);
         }
         let wanted = |name: &str| self.mentioned.contains(name);
-        let found = SOURCES.iter().find(|(name, text)| {
-            let support = self.support && *name == SUPPORT;
-            !self.taken.contains(name) && (support || defined(text).any(wanted))
+        let found = libc::SOURCES.iter().find(|file| {
+            let support = self.support && file.name == SUPPORT;
+            !self.taken.contains(file.name) && (support || defined(file.text).any(wanted))
         })?;
-        self.taken.insert(found.0);
+        self.taken.insert(found.name);
         Some(source(found))
     }
 }

@@ -10,7 +10,6 @@ pub mod digits;
 pub mod effect;
 pub mod exact;
 pub mod fidelity;
-pub mod form;
 pub mod memory;
 pub mod picture;
 pub mod rays;

@@ -7,8 +7,8 @@ use srp_archdesc::arch::{Approx, Arch, Precision, Refine, Subnormals};
 use srp_archdesc::certify::Function;
 use srp_archdesc::datapath::Intersection;
 use srp_archdesc::system::NodeFormat;
+use srp_kernels::form;
 use srp_runtime::effect::Effect;
-use srp_runtime::form;
 use srp_runtime::scene::Options;
 use std::sync::Arc;
 

@@ -2,7 +2,7 @@
 
 use super::{Engine, Feature, Level, Loops, MachineFile, parse_threads};
 use clap::{Args, ValueEnum};
-use srp_runtime::form;
+use srp_kernels::form;
 use srp_runtime::scene::{Light, MAX_BOUNCES, MAX_COORDINATE, MAX_SAMPLES};
 use std::path::PathBuf;
 

@@ -30,17 +30,18 @@ fn imports(krate: &str) -> BTreeSet<String> {
 fn crates_import_what_their_floor_allows() {
     let allowed = [
         ("archdesc", vec![]),
+        ("kernels", vec![]),
         ("ir", vec!["archdesc"]),
-        ("frontend", vec!["archdesc", "ir"]),
+        ("frontend", vec!["archdesc", "ir", "kernels"]),
         ("scheduler", vec!["archdesc", "ir"]),
-        ("runtime", vec!["archdesc"]),
+        ("runtime", vec!["archdesc", "kernels"]),
         ("csimgen", vec!["archdesc", "ir", "runtime"]),
     ];
     for (krate, allowed) in allowed {
         let allowed: BTreeSet<String> = allowed.into_iter().map(str::to_owned).collect();
         let imports = imports(krate);
         assert!(
-            !imports.is_empty() || krate == "archdesc",
+            !imports.is_empty() || ["archdesc", "kernels"].contains(&krate),
             "{krate} imports nothing of its own"
         );
         let extra: Vec<_> = imports.difference(&allowed).collect();

@@ -6,9 +6,9 @@ use srp_csimgen::{CompileError, CompileOptions, Interpreter, Simulator, emit, li
 use srp_ir::interp::{self, FlatWorld};
 use srp_ir::layout::Layout;
 use srp_ir::{dre, split};
+use srp_kernels::form::{self, Forms};
 use srp_runtime::core::Core;
 use srp_runtime::effect::Effects;
-use srp_runtime::form::{self, Forms};
 use srp_runtime::solo::{self, Solo};
 use srp_scheduler::schedule;
 use srp_tests::{compiled_for, machine, root};

@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use glam::Vec3;
 use srp_archdesc::ops::semantics::texture::CLAMP;
+use srp_kernels::layout::{LIGHT, MATERIAL, SCENE, TEXTURE_MAP, TRIANGLE};
 
 use super::parts::Parts;
-use super::structure::{LIGHT, MATERIAL, SCENE, Structure, TEXTURE_MAP, TRIANGLE};
+use super::structure::Writer;
 use super::tiling::Tiling;
 use super::{FAR, OFFSET, lights};
 use crate::memory::BASE;
@@ -29,10 +30,10 @@ impl Bytes {
         tiling: &Tiling,
         (widening, least_normal): (f32, f32),
     ) {
-        let mut at = Structure {
+        let mut at = Writer {
             image: self,
             address: parts.header,
-            fields: SCENE,
+            structure: &SCENE,
         };
         let fan = camera.ray_fan(tiling.frame.0, tiling.frame.1);
         at.vector("eye", camera.position, 1.0f32.to_bits());
@@ -76,10 +77,10 @@ impl Bytes {
     }
 
     pub(super) fn material(&mut self, address: u64, m: &Material, maps: &BTreeMap<Map, u64>) {
-        let mut at = Structure {
+        let mut at = Writer {
             image: self,
             address,
-            fields: MATERIAL,
+            structure: &MATERIAL,
         };
         let surface = Surface::of(m);
         let fresnel: f32 = match surface.fresnel {
@@ -106,10 +107,10 @@ impl Bytes {
 
     pub(super) fn texture_map(&mut self, address: u64, map: Map, scene: &Scene, parts: &Parts) {
         let texture = &scene.textures[map.texture as usize];
-        let mut at = Structure {
+        let mut at = Writer {
             image: self,
             address,
-            fields: TEXTURE_MAP,
+            structure: &TEXTURE_MAP,
         };
         at.word("texels", parts.texels[map.texture as usize] as u32);
         at.word("width", texture.width);
@@ -118,20 +119,20 @@ impl Bytes {
     }
 
     pub(super) fn light(&mut self, address: u64, light: &Light) {
-        let mut at = Structure {
+        let mut at = Writer {
             image: self,
             address,
-            fields: LIGHT,
+            structure: &LIGHT,
         };
         at.vector("position", light.position, 1.0f32.to_bits());
         at.vector("colour", Vec3::from(light.colour), 0);
     }
 
     pub(super) fn triangle(&mut self, address: u64, t: &Triangle) {
-        let mut at = Structure {
+        let mut at = Writer {
             image: self,
             address,
-            fields: TRIANGLE,
+            structure: &TRIANGLE,
         };
         let normal = t.geometric_normal();
         at.vector("n0", t.normals[0], t.material);

@@ -2,7 +2,7 @@
 //!
 //! From [`BASE`] on: the header, materials, nodes and triangles of the T&I unit, shading records,
 //! textures, and the frame buffer, which is all that cores may write. Each part starts
-//! at a multiple of 64 bytes. The structures are written by field name from the tables of `structure`,
+//! at a multiple of 64 bytes. The structures are written by field name from the layouts of `srp_kernels`,
 //! and a test holds the tables against the C header.
 
 mod bytes;
@@ -23,7 +23,7 @@ use crate::scene::{Camera, Light, MAX_COORDINATE, Scene};
 use crate::tni::{Tree, arithmetic};
 use bytes::Bytes;
 use parts::Parts;
-use structure::{LIGHT_BYTES, MATERIAL_BYTES, TRIANGLE_BYTES};
+use srp_kernels::layout::{LIGHT, MATERIAL, TRIANGLE};
 use tiling::Tiling;
 
 /// Distance of a ray without end: beyond everything in a scene, and finite.
@@ -80,12 +80,12 @@ pub struct ShadingParts {
 impl ShadingParts {
     /// The record of a triangle.
     pub fn triangle(&self, primitive: u32) -> u32 {
-        self.triangles + primitive * TRIANGLE_BYTES
+        self.triangles + primitive * TRIANGLE.bytes
     }
 
     /// The record of a material.
     pub fn material(&self, material: u32) -> u32 {
-        self.materials + material * MATERIAL_BYTES
+        self.materials + material * MATERIAL.bytes
     }
 }
 
@@ -205,7 +205,7 @@ pub fn build(
     image.put(parts.nodes, &tree.nodes);
     image.put(parts.records, &tree.triangles);
     for (i, material) in (0..).zip(&scene.materials) {
-        let address = parts.materials + i * u64::from(MATERIAL_BYTES);
+        let address = parts.materials + i * u64::from(MATERIAL.bytes);
         image.material(address, material, &parts.maps);
     }
     for (map, &address) in &parts.maps {
@@ -215,10 +215,10 @@ pub fn build(
         image.put(address, &texture.tiles());
     }
     for (i, light) in (0..).zip(lights(scene)) {
-        image.light(parts.lights + i * u64::from(LIGHT_BYTES), light);
+        image.light(parts.lights + i * u64::from(LIGHT.bytes), light);
     }
     for (i, triangle) in (0..).zip(&scene.triangles) {
-        image.triangle(parts.triangles + i * u64::from(TRIANGLE_BYTES), triangle);
+        image.triangle(parts.triangles + i * u64::from(TRIANGLE.bytes), triangle);
     }
     let widening = arithmetic::widening(arch.precision.rcp);
     let least_normal = least_normal(arch.system.tni.rcp);

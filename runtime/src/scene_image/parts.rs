@@ -2,9 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::structure::{
-    LIGHT_BYTES, MATERIAL_BYTES, SCENE_BYTES, TEXTURE_MAP_BYTES, TRIANGLE_BYTES,
-};
+use srp_kernels::layout::{LIGHT, MATERIAL, SCENE, TEXTURE_MAP, TRIANGLE};
+
 use super::tiling::Tiling;
 use super::{ImageError, lights};
 use crate::bvh::TreeImage;
@@ -42,14 +41,14 @@ impl Parts {
         };
         let maps: BTreeSet<Map> = scene.materials.iter().flat_map(Material::maps).collect();
         let parts = Parts {
-            header: part(u64::from(SCENE_BYTES)),
-            materials: part(scene.materials.len() as u64 * u64::from(MATERIAL_BYTES)),
-            lights: part(lights(scene).count() as u64 * u64::from(LIGHT_BYTES)),
+            header: part(u64::from(SCENE.bytes)),
+            materials: part(scene.materials.len() as u64 * u64::from(MATERIAL.bytes)),
+            lights: part(lights(scene).count() as u64 * u64::from(LIGHT.bytes)),
             nodes: part(tree.nodes.len() as u64),
             records: part(tree.triangles.len() as u64),
-            triangles: part(count * u64::from(TRIANGLE_BYTES)),
+            triangles: part(count * u64::from(TRIANGLE.bytes)),
             maps: {
-                let bytes = u64::from(TEXTURE_MAP_BYTES);
+                let bytes = u64::from(TEXTURE_MAP.bytes);
                 let start = part(maps.len() as u64 * bytes);
                 maps.into_iter()
                     .zip((start..).step_by(bytes as usize))

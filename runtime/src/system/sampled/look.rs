@@ -17,12 +17,10 @@ use crate::tni::{Step, Tracer};
 use srp_archdesc::ops::semantics::lanes::V4;
 use srp_archdesc::ops::semantics::texture::{CLAMP, footprint};
 use srp_archdesc::system::TniSpec;
+use srp_kernels::number::LEAST_WEIGHT;
 
 /// Where the second half of a record of shading is: another line of the data cache.
 const SECOND_LINE: u32 = 64;
-
-/// The least part of a pixel's light for which a ray is sent.
-const LEAST_WEIGHT: f32 = 0.002;
 
 /// How far secondary rays start off a surface, as a part of the distance.
 const SETBACK: f32 = 1e-3;

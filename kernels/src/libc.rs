@@ -1,0 +1,21 @@
+//! The C library: headers for `#include <…>`, and sources of which a program gets what it uses and
+//! does not define.
+
+use crate::{File, files};
+
+/// The sources. Functions begin in the first column: the front end sees by that which source
+/// defines what, without parsing all of them.
+pub static SOURCES: &[File] = files::LIBC_SOURCES;
+
+/// The headers.
+pub static HEADERS: &[File] = files::LIBC_HEADERS;
+
+/// The header with this name.
+pub fn header(name: &str) -> Option<&'static File> {
+    HEADERS.iter().find(|file| file.name == name)
+}
+
+/// The file at this path, `kernels/libc/NAME`.
+pub fn at(path: &str) -> Option<&'static File> {
+    HEADERS.iter().chain(SOURCES).find(|file| file.path == path)
+}
