@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::stopwatch::Stopwatch;
-use crate::talk::{self, Progress};
+use crate::talk;
 use crate::{cli, diagnostics, files, interrupt, kernels};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::{Diagnostic, Severity, Source};
@@ -19,7 +19,7 @@ use srp_scheduler::{Known, LoopFacts, Schedule, ScheduleError};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// What a command is given, by how far it is compiled already.
 pub(crate) enum Input {
@@ -390,21 +390,14 @@ impl Effort {
         search.optimal.map_or(Effort::Steps, beyond)
     }
 
-    /// Runs `f` with the options of this effort.
-    pub(crate) fn with<R>(self, f: impl FnOnce(modulo::Options<'_>) -> R) -> R {
-        let options = modulo::Options {
-            stop: &interrupt::requested,
+    /// The options of this effort.
+    pub(crate) fn options(self) -> modulo::Options {
+        modulo::Options {
+            beyond: match self {
+                Effort::Steps => None,
+                Effort::Beyond(time) => Some(time),
+            },
             ..modulo::Options::default()
-        };
-        match self {
-            Effort::Steps => f(options),
-            Effort::Beyond(time) => f(modulo::Options {
-                beyond: Some(&|| {
-                    let start = Instant::now();
-                    Box::new(move || start.elapsed() >= time || interrupt::requested())
-                }),
-                ..options
-            }),
         }
     }
 }
@@ -416,22 +409,12 @@ fn schedule_dre(
     known: &Known,
     stopwatch: &Stopwatch,
 ) -> Result<Schedule, ScheduleError> {
-    let progress = Progress::steps("scheduling", dre.kernels.len() as u64);
-    effort.with(|modulo| {
-        let options = srp_scheduler::Options {
-            modulo,
-            threads: std::thread::available_parallelism().map_or(1, usize::from),
-            progress: &|step| match step {
-                srp_scheduler::Progress::Begins(dfg) => stopwatch.start(&dfg.name),
-                srp_scheduler::Progress::Ends(dfg, done) => {
-                    stopwatch.stop(&dfg.name);
-                    progress.at(done as u64);
-                }
-            },
-            known: Some(known),
-        };
-        interrupt::looked_for(|| srp_scheduler::schedule(dre, arch, &options))
-    })
+    let options = srp_scheduler::Options {
+        modulo: effort.options(),
+        threads: std::thread::available_parallelism().map_or(1, usize::from),
+        known: Some(known),
+    };
+    interrupt::looked_for(|| srp_scheduler::schedule(dre, arch, &options, stopwatch))
 }
 
 /// What is known of a loop whose schedule was made before.

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::files;
-use crate::interrupt;
+use crate::talk::CONSOLE;
 use crate::talk::{self, Progress};
 use srp_archdesc::arch::Arch;
 use srp_ir::dfg::Dfg;
@@ -47,7 +47,7 @@ pub(crate) fn write(path: &Path, loops: &[Proved<'_>], arch: &Arch) -> Result<()
         formula: &mut formula,
         steps: &mut steps,
     };
-    if !certify(dfg, arch, claim, &interrupt::requested, certificate) {
+    if !certify(dfg, arch, claim, &CONSOLE, certificate) {
         return Err(Failure::Interrupted);
     }
     files::write(&formula_path(path), &formula)?;

@@ -4,7 +4,7 @@ use crate::cli::{self, Render};
 use crate::failure::Failure;
 use crate::fidelity::{Shot, frame_text, sampled_text};
 use crate::scenes::{self, Frame, Views};
-use crate::talk::{self, Progress};
+use crate::talk;
 use crate::{engine, files, interrupt, report, variant};
 use srp_runtime::fidelity::Fidelity;
 use srp_runtime::scene::camera::Camera;
@@ -59,7 +59,6 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     }
     let arch = level.machine(&arch);
     let cores = factory.cores(arch.system.cores);
-    let progress = Progress::steps("rendering", u64::from(image.tiles));
     let options = system::Options {
         guard,
         timing: system::Timing::Full,
@@ -70,11 +69,9 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
             .values()
             .map(|k| k.dfg.name.clone())
             .collect(),
-        progress: &mut |p| progress.at(u64::from(p.tiles)),
-        cancelled: &interrupt::requested,
+        watch: &talk::CONSOLE,
     };
     let rendered = interrupt::looked_for(|| system::render(image, cores, &arch, options));
-    drop(progress);
     let (picture, report) = rendered.map_err(Failure::message)?;
 
     if report.complete {

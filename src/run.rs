@@ -38,8 +38,13 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     let core = cores.first_mut().expect("one core was asked for");
     let mut account = Finish::default();
     let ended = interrupt::looked_for(|| {
-        let stop = interrupt::requested;
-        solo::run_until(core.as_mut(), &mut bus, args.limit, &stop, &mut account)
+        solo::run_until(
+            core.as_mut(),
+            &mut bus,
+            args.limit,
+            &talk::CONSOLE,
+            &mut account,
+        )
     });
     talk::print(&bus.output)?;
     say_account(&account, program);

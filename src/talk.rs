@@ -1,10 +1,13 @@
 //! Talk: what goes to standard error while a command works. Data goes to standard output.
 
 use crate::files::FileError;
+use crate::interrupt;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use srp_archdesc::watch::{Event, Watch};
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
 
 /// Whether messages may be coloured: a terminal, and no `NO_COLOR`.
 pub(crate) fn colour() -> bool {
@@ -78,6 +81,51 @@ impl Progress {
     /// So many steps are done.
     pub(crate) fn at(&self, done: u64) {
         self.0.set_position(done);
+    }
+}
+
+/// The terminal watches work: it shows a bar for the outermost stage, and Ctrl-C ends the work.
+pub(crate) struct Console {
+    start: OnceLock<Instant>,
+    stages: Mutex<Vec<Option<(Progress, u64)>>>,
+}
+
+/// The one terminal.
+pub(crate) static CONSOLE: Console = Console {
+    start: OnceLock::new(),
+    stages: Mutex::new(Vec::new()),
+};
+
+impl Watch for Console {
+    fn cancelled(&self) -> bool {
+        interrupt::requested()
+    }
+
+    fn tell(&self, event: Event<'_>) {
+        let mut stages = self.stages.lock().unwrap_or_else(PoisonError::into_inner);
+        match event {
+            Event::Begin(name, steps) => {
+                let bar = || match steps {
+                    Some(steps) => Progress::steps(name, steps),
+                    None => Progress::spinner(name),
+                };
+                let shown = stages.is_empty().then(|| (bar(), 0));
+                stages.push(shown);
+            }
+            Event::Done(steps) => {
+                if let Some(Some((bar, done))) = stages.last_mut() {
+                    *done += steps;
+                    bar.at(*done);
+                }
+            }
+            Event::End => drop(stages.pop()),
+            Event::ItemBegins(_) | Event::ItemEnds(_) => {}
+            Event::Note(note) => say(note),
+        }
+    }
+
+    fn elapsed(&self) -> Duration {
+        self.start.get_or_init(Instant::now).elapsed()
     }
 }
 

@@ -16,6 +16,7 @@
 //! * [`show`](fn@show): a machine as text to read.
 //! * [`diagnostic`]: messages about a user's text, with positions; the C front end reports through
 //!   it too.
+//! * [`watch`] and [`threads`]: how long work is watched, and how it is shared among threads.
 
 pub mod arch;
 pub mod area;
@@ -33,6 +34,8 @@ pub mod precision;
 pub mod resource;
 pub mod show;
 pub mod system;
+pub mod threads;
+pub mod watch;
 pub mod xml;
 
 pub use arch::Arch;
@@ -41,4 +44,5 @@ pub use isa::{Class, Opcode, Ty};
 pub use resource::ResourceGraph;
 pub use show::show;
 pub use system::SystemSpec;
+pub use watch::{Unwatched, Watch};
 pub use xml::parse;

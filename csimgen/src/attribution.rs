@@ -16,6 +16,7 @@ mod tni;
 
 use crate::functional::{self, FunctionalError, MAX_STEPS, Stage, TileWorld, chosen, each};
 use pixels::Share;
+use srp_archdesc::Watch;
 use srp_archdesc::arch::Arch;
 use srp_ir::interp;
 use srp_ir::program::Program;
@@ -46,10 +47,8 @@ pub struct Options<'a> {
     /// Operations of a tile that are remembered at once, 64 bytes each; before that, the history of
     /// its values is made short, which changes no contribution. [`MOST_NODES`] for most purposes.
     pub most_nodes: usize,
-    /// Told how many of the tiles are done.
-    pub progress: &'a mut dyn FnMut(u32),
-    /// Asked before each tile whether to stop.
-    pub cancelled: &'a (dyn Fn() -> bool + Sync),
+    /// Watches the work, tile by tile.
+    pub watch: &'a dyn Watch,
 }
 
 /// Operations of a tile that are remembered, where nothing else is said: an eighth of a gigabyte
@@ -170,13 +169,7 @@ pub fn attribute(
     );
     let tiles = chosen(options.tiles, image.tiles)?;
     let run = |tile| studio.look_into(tile);
-    let runs = each(
-        &tiles,
-        options.threads,
-        run,
-        options.progress,
-        options.cancelled,
-    );
+    let runs = each(&tiles, options.threads, run, options.watch);
     let mut attribution = studio.nothing();
     let mut done = 0;
     for (_, found) in runs {

@@ -10,6 +10,8 @@
 mod world;
 
 use srp_archdesc::arch::Arch;
+use srp_archdesc::threads;
+use srp_archdesc::watch::{Stage as Steps, Watch};
 use srp_ir::interp::{self, Code, Profile};
 use srp_ir::layout::{Layout, TooLarge};
 use srp_ir::program::{Func, Program};
@@ -22,7 +24,6 @@ use srp_runtime::tni::RayCounts;
 use std::fmt;
 use std::ops::AddAssign;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc;
 
 pub(crate) use world::TileWorld;
 
@@ -36,10 +37,8 @@ pub struct Options<'a> {
     pub tiles: Option<&'a [u32]>,
     /// Most instructions of a tile.
     pub steps: u64,
-    /// Told how many of the tiles are done.
-    pub progress: &'a mut dyn FnMut(u32),
-    /// Asked before each tile whether to stop.
-    pub cancelled: &'a (dyn Fn() -> bool + Sync),
+    /// Watches the work, tile by tile.
+    pub watch: &'a dyn Watch,
 }
 
 /// Instructions after which a tile is given up, where nothing else is said.
@@ -206,8 +205,7 @@ pub fn render(
         &tiles,
         options.threads,
         |tile| stage.run(Some(tile)),
-        options.progress,
-        options.cancelled,
+        options.watch,
     );
     for (tile, run) in runs {
         let run = run?;
@@ -246,46 +244,24 @@ pub(crate) fn each<T: Send, E: Send>(
     tiles: &[u32],
     threads: usize,
     run: impl Fn(u32) -> Result<T, E> + Sync,
-    progress: &mut dyn FnMut(u32),
-    cancelled: &(dyn Fn() -> bool + Sync),
+    watch: &dyn Watch,
 ) -> Vec<(u32, Result<T, E>)> {
-    let next = AtomicUsize::new(0);
+    let stage = Steps::of(watch, "tiles", tiles.len() as u64);
     let failed = AtomicUsize::new(usize::MAX);
-    let (sender, results) = mpsc::channel();
-    let mut done: Vec<(u32, Result<T, E>)> = Vec::new();
-    std::thread::scope(|scope| {
-        for _ in 0..threads.clamp(1, tiles.len().max(1)) {
-            let sender = sender.clone();
-            let (next, failed, run) = (&next, &failed, &run);
-            scope.spawn(move || {
-                loop {
-                    let i = next.fetch_add(1, Ordering::Relaxed);
-                    // Tiles before one that failed are run all the same: the first failure counts.
-                    let Some(&tile) = tiles.get(i).filter(|_| i < failed.load(Ordering::Relaxed))
-                    else {
-                        break;
-                    };
-                    if cancelled() {
-                        break;
-                    }
-                    let result = run(tile);
-                    if result.is_err() {
-                        failed.fetch_min(i, Ordering::Relaxed);
-                    }
-                    if sender.send((tile, result)).is_err() {
-                        break;
-                    }
-                }
-            });
+    // Tiles before one that failed are run all the same: the first failure counts.
+    let state = || ();
+    let done = threads::some(threads, tiles.len(), state, |(), i| {
+        if i > failed.load(Ordering::Relaxed) || watch.cancelled() {
+            return None;
         }
-        drop(sender);
-        for result in results {
-            done.push(result);
-            progress(done.len() as u32);
+        let result = run(tiles[i]);
+        if result.is_err() {
+            failed.fetch_min(i, Ordering::Relaxed);
         }
+        stage.done(1);
+        Some((tiles[i], result))
     });
-    done.sort_by_key(|(tile, _)| *tile);
-    done
+    done.into_iter().flatten().collect()
 }
 
 fn write(memory: &mut SystemMemory, start: u32, writes: &[(u32, u32)]) {

@@ -8,6 +8,7 @@
 //! Without a scene: Sibenik beside the repository, else the default scene. KIND is `primary`, `ao`
 //! or `diffuse`, a view `X,Y,Z/DX,DY,DZ/FOV`.
 
+use srp_archdesc::Unwatched;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -102,11 +103,11 @@ fn main() {
         for batch in 0..source.batches() {
             let batch = source.batch(batch);
             let start = Instant::now();
-            bench.feed(batch, &sampling, &|| false);
+            bench.feed(batch, &sampling, &Unwatched);
             seconds += start.elapsed().as_secs_f64();
         }
         let start = Instant::now();
-        let outcome = bench.finish(&|| false).expect("nobody cancels it");
+        let outcome = bench.finish(&Unwatched).expect("nobody cancels it");
         seconds += start.elapsed().as_secs_f64();
         let m = Measure::of(std::slice::from_ref(&outcome), 4, &spec);
         println!(

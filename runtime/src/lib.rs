@@ -20,6 +20,5 @@ pub mod solo;
 mod sums;
 pub mod survey;
 pub mod system;
-pub mod threads;
 pub mod tni;
 pub use srp_archdesc::ports;

@@ -3,6 +3,7 @@
 
 use crate::core::{Activity, Bus, Core, Lanes, Run, Trap};
 use crate::ports;
+use srp_archdesc::{Unwatched, Watch};
 use std::collections::{BTreeMap, VecDeque};
 
 /// Where system memory begins.
@@ -168,14 +169,14 @@ impl std::error::Error for SoloError {}
 /// If it traps, waits for ever, or does not end in time.
 pub fn run(core: &mut dyn Core, solo: &mut Solo, limit: u64) -> Result<Finish, SoloError> {
     let mut finish = Finish::default();
-    run_until(core, solo, limit, &|| false, &mut finish)?;
+    run_until(core, solo, limit, &Unwatched, &mut finish)?;
     Ok(finish)
 }
 
 /// Cycles between two looks at whether to stop.
 const LOOK_INTERVAL: u64 = 1 << 20;
 
-/// The same, until `stop` says so; `finish` counts the cycles, however it ends.
+/// The same, unless the watch ends it; `finish` counts the cycles, however it ends.
 ///
 /// # Errors
 ///
@@ -184,7 +185,7 @@ pub fn run_until(
     core: &mut dyn Core,
     solo: &mut Solo,
     limit: u64,
-    stop: &dyn Fn() -> bool,
+    watch: &dyn Watch,
     finish: &mut Finish,
 ) -> Result<(), SoloError> {
     let mut look = LOOK_INTERVAL;
@@ -195,7 +196,7 @@ pub fn run_until(
         }
         if done >= look {
             look = done + LOOK_INTERVAL;
-            if stop() {
+            if watch.cancelled() {
                 return Err(SoloError::Stopped);
             }
         }

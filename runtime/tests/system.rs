@@ -5,6 +5,7 @@ mod support;
 use glam::Vec3;
 use srp_archdesc::arch::Approx;
 use srp_archdesc::{Arch, ports};
+use srp_archdesc::{Unwatched, Watch};
 use srp_runtime::bvh;
 use srp_runtime::core::{Activity, Bus, Core, Run, Trap};
 use srp_runtime::effect::Guard;
@@ -16,6 +17,7 @@ use srp_runtime::solo::{self, Finish, Solo, SoloError};
 use srp_runtime::system::{self, Options, Report, SystemError, Timing};
 use srp_runtime::tni::arithmetic::{NO_HIT, Ray, widening};
 use srp_runtime::tni::{HIT_BYTES, HitRecord, RAY_BYTES};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 fn machine() -> Arch {
     let file = srp_archdesc::machines::SGRT;
@@ -230,8 +232,7 @@ fn frame_of(
         max_cycles: 1_000_000_000,
         sram_image: b"data",
         kernel_names: vec!["primary".to_owned()],
-        progress: &mut |_| {},
-        cancelled: &|| false,
+        watch: &Unwatched,
     };
     system::render(image, engines, arch, options)
 }
@@ -413,13 +414,26 @@ fn printing_and_exit() {
     assert_eq!((core.vliw, core.idle), (1, report.cycles - 1));
 }
 
+/// A watch that wants work to end as soon as it asks.
+#[derive(Default)]
+struct Impatient {
+    asked: AtomicU32,
+}
+
+impl Watch for Impatient {
+    fn cancelled(&self) -> bool {
+        self.asked.fetch_add(1, Ordering::Relaxed);
+        true
+    }
+}
+
 #[test]
 fn frames_stop_when_told() {
     let (scene, arch) = (demo(), machine());
     let bvh = bvh::build(&scene.triangles, &bvh::Options::default());
     let image = |size| scene_image::build(&scene, &bvh, &scene.camera, &arch, size);
     let forever = || -> Vec<Box<dyn Core>> { vec![Box::new(Simple(|_| run(Activity::Vliw)))] };
-    let mut told = 0;
+    let patience = Impatient::default();
     let result = system::render(
         image((8, 8)).expect("it fits"),
         forever(),
@@ -430,12 +444,11 @@ fn frames_stop_when_told() {
             max_cycles: u64::MAX,
             sram_image: &[],
             kernel_names: Vec::new(),
-            progress: &mut |_| told += 1,
-            cancelled: &|| true,
+            watch: &patience,
         },
     );
     let (_, report) = result.expect("what there is until then");
-    assert_eq!(told, 1);
+    assert_eq!(patience.asked.load(Ordering::Relaxed), 1);
     assert!(!report.complete && report.tiles_taken == 0 && report.tiles == 1);
     assert_eq!(report.cores[0].vliw, report.cycles);
     assert!(
@@ -453,8 +466,7 @@ fn frames_stop_when_told() {
             max_cycles: 100_000,
             sram_image: &[],
             kernel_names: Vec::new(),
-            progress: &mut |_| {},
-            cancelled: &|| false,
+            watch: &Unwatched,
         },
     );
     assert_eq!(
@@ -504,7 +516,13 @@ fn a_core_by_itself_stops_when_told() {
         (1000, SoloError::Endless { limit: 1000 }),
     ] {
         let mut account = Finish::default();
-        let end = solo::run_until(&mut core, &mut bus, limit, &|| true, &mut account);
+        let end = solo::run_until(
+            &mut core,
+            &mut bus,
+            limit,
+            &Impatient::default(),
+            &mut account,
+        );
         assert_eq!(end, Err(why));
         assert!(account.vliw > 0 && account.cycles() == account.vliw);
         assert!(account.vliw <= limit);

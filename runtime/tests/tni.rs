@@ -3,6 +3,7 @@
 mod support;
 
 use glam::Vec3;
+use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Approx;
 use srp_archdesc::dram::{DramSpec, FIXED};
 use srp_archdesc::machines::SGRT;
@@ -390,8 +391,7 @@ fn samples_are_near_what_all_rays_take() {
                 tree,
                 views,
                 options: options(threads),
-                progress: &|_| {},
-                cancelled: &|| false,
+                watch: &Unwatched,
             };
             sampled::sample(&subject, seed, error).expect("nobody cancels it")
         };
@@ -407,9 +407,9 @@ fn samples_are_near_what_all_rays_take() {
             let mut bench = Bench::new(spec, &memory, tree, options(2));
             let all = Sampling::new(1, 1);
             for batch in 0..view.batches() {
-                bench.feed(view.batch(batch), &all, &|| false);
+                bench.feed(view.batch(batch), &all, &Unwatched);
             }
-            bench.finish(&|| false).expect("nobody cancels it")
+            bench.finish(&Unwatched).expect("nobody cancels it")
         });
         let truth = Measure::of(&outcomes, 4, spec);
         let figure = |name: &str| {

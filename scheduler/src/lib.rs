@@ -9,7 +9,6 @@ pub mod abi;
 pub mod check;
 pub mod demand;
 pub mod modulo;
-mod parallel;
 pub mod sequence;
 pub mod usage;
 pub mod vliw;
@@ -18,33 +17,24 @@ pub mod what_if;
 use check::Violation;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::{Entity, EntityMap};
+use srp_archdesc::threads;
+use srp_archdesc::watch::{Event, Stage, Watch};
 use srp_ir::dfg::Dfg;
 use srp_ir::dre::Dre;
 use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledDre};
 use srp_ir::layout::{Layout, TooLarge};
 use srp_ir::program::Kernel;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// How to schedule.
 #[derive(Clone, Copy)]
 pub struct Options<'a> {
     /// How hard to try for each loop.
-    pub modulo: modulo::Options<'a>,
+    pub modulo: modulo::Options,
     /// Threads to use; the result does not depend on it.
     pub threads: usize,
-    /// Called whenever the search for a loop's schedule begins or ends.
-    pub progress: &'a (dyn Fn(Progress<'_>) + Sync),
     /// Loops scheduled before for this machine, with these options; those of this call are added.
     pub known: Option<&'a Known>,
-}
-
-/// What happens while loops are scheduled.
-pub enum Progress<'a> {
-    /// The search for a schedule of this loop begins.
-    Begins(&'a Dfg),
-    /// It has ended, as that of so many loops.
-    Ends(&'a Dfg, usize),
 }
 
 /// Loops and what came of scheduling them.
@@ -69,7 +59,6 @@ impl Default for Options<'_> {
         Options {
             modulo: modulo::Options::default(),
             threads: 1,
-            progress: &|_| {},
             known: None,
         }
     }
@@ -141,13 +130,18 @@ impl std::fmt::Display for ScheduleError {
 impl std::error::Error for ScheduleError {}
 
 /// Schedules a program for a machine.
-pub fn schedule(dre: &Dre, arch: &Arch, options: &Options<'_>) -> Result<Schedule, ScheduleError> {
+pub fn schedule(
+    dre: &Dre,
+    arch: &Arch,
+    options: &Options<'_>,
+    watch: &dyn Watch,
+) -> Result<Schedule, ScheduleError> {
     let layout =
         Layout::of(&dre.control, arch.system.sram_bytes).map_err(ScheduleError::TooLarge)?;
     let mut loops = EntityMap::new();
     let mut kernels: EntityMap<Kernel, ModuloSchedule> = EntityMap::new();
     let mut failed = Vec::new();
-    for (index, result) in schedule_loops(&dre.kernels, arch, options)
+    for (index, result) in schedule_loops(&dre.kernels, arch, options, watch)
         .into_iter()
         .enumerate()
     {
@@ -203,18 +197,20 @@ fn schedule_loops(
     kernels: &EntityMap<Kernel, Dfg>,
     arch: &Arch,
     options: &Options<'_>,
+    watch: &dyn Watch,
 ) -> Vec<LoopResult> {
-    let done = AtomicUsize::new(0);
-    parallel::map(kernels.len(), options.threads, |index| {
+    let stage = Stage::of(watch, "scheduling", kernels.len() as u64);
+    let state = || ();
+    threads::each(options.threads, kernels.len(), state, |(), index| {
         let dfg = &kernels[Kernel::new(index)];
-        (options.progress)(Progress::Begins(dfg));
+        watch.tell(Event::ItemBegins(&dfg.name));
         let result = options.known.and_then(|k| k.of(dfg)).unwrap_or_else(|| {
-            let result = modulo::schedule(dfg, arch, &options.modulo);
+            let result = modulo::schedule(dfg, arch, &options.modulo, watch);
             options.known.inspect(|k| k.add(dfg, &result));
             result
         });
-        let all = done.fetch_add(1, Ordering::Relaxed) + 1;
-        (options.progress)(Progress::Ends(dfg, all));
+        watch.tell(Event::ItemEnds(&dfg.name));
+        stage.done(1);
         result
     })
 }

@@ -2,10 +2,10 @@
 //! scheduling the loop on the changed machine.
 
 use crate::modulo::{self, Options};
-use crate::parallel;
 use srp_archdesc::arch::{Arch, FileKind, Fu, FuOp, LinkSpec};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Class;
+use srp_archdesc::{Watch, threads};
 use srp_ir::dfg::Dfg;
 use std::collections::BTreeSet;
 
@@ -33,11 +33,18 @@ const PAIRS: usize = 12;
 /// Tries changes that might lower a loop's II below `ii`, on so many threads; the result does not
 /// depend on it. Pairs of changes are tried only where no single one helps; nothing is tried where
 /// `ii` is 1.
-pub fn what_if(dfg: &Dfg, arch: &Arch, ii: u32, options: &Options<'_>, threads: usize) -> WhatIf {
+pub fn what_if(
+    dfg: &Dfg,
+    arch: &Arch,
+    ii: u32,
+    options: &Options,
+    threads: usize,
+    watch: &dyn Watch,
+) -> WhatIf {
     let edits = if ii > 1 { edits(dfg, arch) } else { Vec::new() };
     let attempts = |trials: &[Trial]| {
-        let attempt = |i: usize| attempt(dfg, &trials[i], ii, options);
-        let reached = parallel::map(trials.len(), threads, attempt);
+        let attempt = |(): &mut (), i| attempt(dfg, &trials[i], ii, options, watch);
+        let reached = threads::each(threads, trials.len(), || (), attempt);
         reached.into_iter().flatten().collect::<Vec<Change>>()
     };
     let single = |edit: &Edit| {
@@ -72,13 +79,19 @@ struct Trial {
 }
 
 /// Most changes do not help, so each is tried with a part of the effort first.
-fn attempt(dfg: &Dfg, trial: &Trial, ii: u32, options: &Options<'_>) -> Option<Change> {
+fn attempt(
+    dfg: &Dfg,
+    trial: &Trial,
+    ii: u32,
+    options: &Options,
+    watch: &dyn Watch,
+) -> Option<Change> {
     let bound = modulo::bounds(dfg, &trial.arch).min_ii();
-    if (options.stop)() || bound >= ii {
+    if watch.cancelled() || bound >= ii {
         return None;
     }
-    let reached = |options: &Options<'_>| {
-        let scheduled = modulo::schedule(dfg, &trial.arch, options).ok()?;
+    let reached = |options: &Options| {
+        let scheduled = modulo::schedule(dfg, &trial.arch, options, watch).ok()?;
         Some(scheduled.schedule.ii)
     };
     let part = Options {

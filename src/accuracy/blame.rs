@@ -3,6 +3,7 @@
 use super::setting::Subject;
 use super::trial::Studio;
 use crate::failure::Failure;
+use crate::talk::CONSOLE;
 use crate::{interrupt, kernels, variant};
 use serde::{Deserialize, Serialize};
 use srp_csimgen::attribution::{
@@ -79,8 +80,7 @@ impl Blame {
             tiles: Some(&tiles),
             total_reflection: &lines(),
             most_nodes: MOST_NODES,
-            progress: &mut |_| {},
-            cancelled: &interrupt::requested,
+            watch: &CONSOLE,
         };
         let found = attribution::attribute(&scene.triangles, &image, &program, arch, options);
         interrupt::end_if_requested()?;

@@ -21,6 +21,7 @@ pub(crate) use target::Target;
 use crate::cli::Accuracy as Args;
 use crate::failure::Failure;
 use crate::scenes::{self, Frame};
+use crate::talk::CONSOLE;
 use crate::talk::Progress;
 use crate::variant::Build;
 use crate::{files, interrupt, talk};
@@ -30,10 +31,10 @@ use glam::DVec3;
 use probe::Edges;
 use serde::Serialize;
 use setting::{Setting, Subject};
+use srp_archdesc::threads;
 use srp_runtime::reference;
 use srp_runtime::scene::Scene;
 use srp_runtime::scene_image;
-use srp_runtime::threads;
 use srp_scheduler::Known;
 
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -305,7 +306,7 @@ fn reference(scene: &Scene, subject: &Subject, args: &Args) -> Result<Vec<DVec3>
         size: args.size,
         packet: subject.arch.system.buffers.rays,
         threads: args.threads,
-        cancelled: &interrupt::requested,
+        watch: &CONSOLE,
     };
     let picture = interrupt::looked_for(|| reference::picture(&scene, &options));
     picture.ok_or(Failure::Interrupted)

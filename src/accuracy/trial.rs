@@ -6,6 +6,7 @@ use super::probe::{Edges, Leaks};
 use super::setting::Subject;
 use crate::cli::Engine;
 use crate::failure::Failure;
+use crate::talk::CONSOLE;
 use crate::tni::Energy;
 use crate::{engine, interrupt, render, variant};
 use serde::{Deserialize, Serialize};
@@ -139,8 +140,7 @@ impl Studio<'_> {
             kernel_names: (program.kernels.values())
                 .map(|k| k.dfg.name.clone())
                 .collect(),
-            progress: &mut |_| {},
-            cancelled: &interrupt::requested,
+            watch: &CONSOLE,
         };
         let start = Instant::now();
         let rendered = system::render(image, cores, arch, options);

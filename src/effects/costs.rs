@@ -3,6 +3,7 @@
 use super::Report;
 use crate::cli::Effects as Args;
 use crate::failure::Failure;
+use crate::talk::CONSOLE;
 use crate::talk::Progress;
 use crate::{engine, interrupt, render, scenes, variant};
 use serde::Serialize;
@@ -85,8 +86,7 @@ impl Studio<'_> {
                 sram_image: &program.image,
                 guard: Guard::default(),
                 kernel_names: Vec::new(),
-                progress: &mut |_| {},
-                cancelled: &interrupt::requested,
+                watch: &CONSOLE,
             };
             let start = Instant::now();
             let rendered =

@@ -7,7 +7,7 @@ mod text;
 
 use crate::engine::Factory;
 use crate::failure::Failure;
-use crate::talk::Progress;
+use crate::talk::CONSOLE;
 use crate::{interrupt, render};
 use clock::{Took, Watch};
 use srp_archdesc::arch::Arch;
@@ -56,7 +56,6 @@ impl Shot<'_> {
     pub(crate) fn whole(&self, level: Fidelity) -> Result<Whole, Failure> {
         let arch = level.machine(self.arch);
         let names = self.kernel_names();
-        let progress = Progress::steps("rendering", u64::from(self.image.tiles));
         let mut image = self.image.clone();
         let options = system::Options {
             guard: self.guard.clone(),
@@ -64,8 +63,7 @@ impl Shot<'_> {
             max_cycles: render::MAX_CYCLES,
             sram_image: &self.program.image,
             kernel_names: names.clone(),
-            progress: &mut |p| progress.at(u64::from(p.tiles)),
-            cancelled: &interrupt::requested,
+            watch: &CONSOLE,
         };
         let cores = self.factory.cores(arch.system.cores);
         let watch = Watch::start();
@@ -73,7 +71,6 @@ impl Shot<'_> {
             interrupt::looked_for(|| system::render_tiles(&mut image, cores, &arch, options))
                 .map_err(Failure::message)?;
         let took = watch.took();
-        drop(progress);
         interrupt::end_if_requested()?;
         Ok(Whole {
             figures: sampled::known(&part, &arch, &names),
@@ -101,7 +98,6 @@ impl Shot<'_> {
     pub(crate) fn sampled(&self, seed: u64, error: f64) -> Result<(Sampled, Took), Failure> {
         let watch = Watch::start();
         let first = First::of(&self.view(), self.arch, self.threads);
-        let progress = Progress::steps("sampling", u64::from(self.image.tiles));
         let names = self.kernel_names();
         let frame = Frame {
             image: &self.image,
@@ -114,11 +110,9 @@ impl Shot<'_> {
             kernel_names: &names,
             max_cycles: render::MAX_CYCLES,
             threads: self.threads,
-            progress: &|done| progress.at(done as u64),
-            cancelled: &interrupt::requested,
+            watch: &CONSOLE,
         };
         let sampled = interrupt::looked_for(|| sampled::sample(&frame, seed, error));
-        drop(progress);
         let sampled = sampled.map_err(Failure::message)?;
         let sampled = sampled.ok_or(Failure::Interrupted)?;
         Ok((sampled, watch.took()))

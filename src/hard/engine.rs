@@ -3,6 +3,7 @@
 use crate::cli::{self, Source as SourceArgs};
 use crate::failure::Failure;
 use crate::pipeline::{self, Effort, FrontEnd, Input};
+use crate::talk::CONSOLE;
 use crate::{files, interrupt, kernels};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Source;
@@ -161,9 +162,8 @@ impl Srp {
         bus.memory = memory;
         let mut finish = Finish::default();
         let mut core = Interpreter::new(&spec);
-        let stop = interrupt::requested;
         let ended = interrupt::looked_for(|| {
-            solo::run_until(&mut core, &mut bus, MOST_CYCLES, &stop, &mut finish)
+            solo::run_until(&mut core, &mut bus, MOST_CYCLES, &CONSOLE, &mut finish)
         });
         match ended {
             Ok(()) => Ok(bus.memory),

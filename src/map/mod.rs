@@ -8,12 +8,14 @@ use crate::cli::map::{Map, Target};
 use crate::failure::Failure;
 use crate::pipeline::Effort;
 use crate::proof::{self, Proved};
+use crate::talk::CONSOLE;
 use crate::talk::{self, Progress};
 use crate::{files, interrupt, machine};
 use input::Found;
 use serde::Serialize;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::{Entity, EntityMap};
+use srp_archdesc::watch::{Limited, Watch};
 use srp_ir::dfg::{Dfg, Node};
 use srp_ir::dre;
 use srp_ir::dre::scheduled::ScheduledLoops;
@@ -21,8 +23,8 @@ use srp_ir::graph::{self, Graph};
 use srp_ir::program::{Pos, SourceFile};
 use srp_scheduler::{check, modulo};
 
-use srp_runtime::threads;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use srp_archdesc::threads;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 /// What graphs reach on a machine.
@@ -200,25 +202,16 @@ fn map_one(found: &Found, options: &graph::Options, args: &Map, arch: &Arch) -> 
     (row.nodes, row.edges) = (graph.dfg.nodes.len(), graph.dfg.deps().count());
     row.notes = notes(&graph, arch);
     let start = Instant::now();
-    let cut = AtomicBool::new(false);
-    let limit = args.timeout.map(Duration::from_secs_f64);
-    let stop = || {
-        let late = limit.is_some_and(|limit| start.elapsed() >= limit);
-        if late || interrupt::requested() {
-            cut.store(true, Ordering::Relaxed);
-        }
-        late || interrupt::requested()
+    let limit = args.timeout.map_or(Duration::MAX, Duration::from_secs_f64);
+    let watch = Limited::new(&CONSOLE, limit);
+    let options = Effort::of(&args.search).options();
+    let options = modulo::Options {
+        effort: args.effort.unwrap_or(options.effort),
+        ..options
     };
-    let result = Effort::of(&args.search).with(|options| {
-        let options = modulo::Options {
-            effort: args.effort.unwrap_or(options.effort),
-            stop: &stop,
-            ..options
-        };
-        modulo::schedule(&graph.dfg, arch, &options)
-    });
+    let result = modulo::schedule(&graph.dfg, arch, &options, &watch);
     row.seconds = start.elapsed().as_secs_f64();
-    row.timed_out = cut.load(Ordering::Relaxed);
+    row.timed_out = watch.cancelled();
     let mapped = match checked(result, arch) {
         Ok(scheduled) => {
             row.mapping = Some(mapping(&graph, &scheduled));

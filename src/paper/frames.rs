@@ -75,7 +75,6 @@ fn shoot(
         return Ok(());
     }
     let cores = factory.cores(arch.system.cores);
-    let progress = talk::Progress::steps("rendering", u64::from(image.tiles));
     let options = system::Options {
         guard: Guard::default(),
         timing: take.timing,
@@ -84,11 +83,9 @@ fn shoot(
         kernel_names: (program.kernels.values())
             .map(|k| k.dfg.name.clone())
             .collect(),
-        progress: &mut |p| progress.at(u64::from(p.tiles)),
-        cancelled: &interrupt::requested,
+        watch: &talk::CONSOLE,
     };
     let rendered = interrupt::looked_for(|| system::render(image, cores, arch, options));
-    drop(progress);
     let (_, report) = rendered.map_err(Failure::message)?;
     interrupt::end_if_requested()?;
     sum.add(&report);

@@ -4,6 +4,7 @@ use super::hint;
 use super::model::{Change, LoopReport, Ordered, Report, WhatIf};
 use crate::interrupt;
 use crate::pipeline::Effort;
+use crate::talk::CONSOLE;
 use crate::talk::Progress;
 use srp_archdesc::arch::Arch;
 use srp_ir::dfg::{Dfg, Order};
@@ -46,7 +47,7 @@ pub(super) fn try_changes(
 /// Changes of the machine alone that bring an II below `ii`.
 fn of_machine(dfg: &Dfg, arch: &Arch, ii: u32) -> WhatIf {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let found = Effort::Steps.with(|options| what_if(dfg, arch, ii, &options, threads));
+    let found = what_if(dfg, arch, ii, &Effort::Steps.options(), threads, &CONSOLE);
     let change = |c: srp_scheduler::what_if::Change| Change {
         what: c.what,
         ii: c.ii,
@@ -90,7 +91,7 @@ fn unordered(free: &Dfg, arch: &Arch, ii: u32) -> Option<Change> {
     if interrupt::requested() || modulo::bounds(free, arch).min_ii() >= ii {
         return None;
     }
-    let scheduled = Effort::Steps.with(|options| modulo::schedule(free, arch, &options));
+    let scheduled = modulo::schedule(free, arch, &Effort::Steps.options(), &CONSOLE);
     let reached = scheduled.ok()?.schedule.ii;
     (reached < ii).then(|| Change {
         what: "accesses known never to meet (named arrays, or `restrict` pointers)".to_owned(),

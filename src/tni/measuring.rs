@@ -3,15 +3,16 @@
 use crate::cli;
 use crate::failure::Failure;
 use crate::interrupt;
+use crate::talk::CONSOLE;
 use crate::talk::{self, Progress};
 use srp_archdesc::system::SystemSpec;
+use srp_archdesc::threads;
 use srp_runtime::bvh::{self, Bvh, Layout};
 use srp_runtime::fidelity::Fidelity;
 use srp_runtime::memory::SystemMemory;
 use srp_runtime::rays::{self, Kind, Order, Ray, Sampling, Source};
 use srp_runtime::scene::{Camera, Scene};
 use srp_runtime::system::sampled::Figure;
-use srp_runtime::threads;
 use srp_runtime::tni::standalone::sampled::{self, Found, Sampled, Subject};
 use srp_runtime::tni::standalone::{
     self, Bench, Estimated, Measure, Memories, Options, Outcome, Spent,
@@ -160,16 +161,13 @@ pub(crate) fn measure_at(job: &Job<'_>, level: &cli::Level) -> Result<Measured, 
         let (memory, tree) = job.place();
         let views = interrupt::looked_for(|| job.sources(&tree, &memory));
         let views = views.ok_or(Failure::Interrupted)?;
-        let progress = Progress::steps("rays", job.expected() * job.views() as u64);
-        let done = AtomicU64::new(0);
         let subject = Subject {
             spec: job.spec,
             memory: &memory,
             tree,
             views: &views,
             options: job.options(job.threads),
-            progress: &|rays| progress.at(done.fetch_add(rays, Ordering::Relaxed) + rays),
-            cancelled: &interrupt::requested,
+            watch: &CONSOLE,
         };
         let found = interrupt::looked_for(|| sampled::sample(&subject, level.seed, level.error));
         if let Found::Sample(sample) = found.ok_or(Failure::Interrupted)? {
@@ -286,11 +284,11 @@ fn run_view(
     for batch in 0..source.batches() {
         let rays = source.batch(batch);
         count(rays.len());
-        if !bench.feed(rays, &sampling, &interrupt::requested) {
+        if !bench.feed(rays, &sampling, &CONSOLE) {
             return None;
         }
     }
-    let mut outcome = bench.finish(&interrupt::requested)?;
+    let mut outcome = bench.finish(&CONSOLE)?;
     if job.one_in == 1 {
         // Nothing is left to drawing.
         outcome.relative_error = None;

@@ -3,6 +3,7 @@
 use super::Job;
 use crate::failure::Failure;
 use serde_json::{Value, json};
+use srp_archdesc::Unwatched;
 use srp_archdesc::system::TniSpec;
 use srp_runtime::rays::{Ray, Sampling};
 use srp_runtime::tni::standalone::{Bench, Memories, Options};
@@ -52,7 +53,7 @@ fn run(job: &Job<'_>, (x, y): (u32, u32)) -> Result<(Ray, Vec<Logged>), Failure>
     };
     let mut bench = Bench::new(job.spec, &memory, tree, options);
     bench.note_events();
-    bench.feed(vec![ray], &Sampling::new(1, 1), &|| false);
+    bench.feed(vec![ray], &Sampling::new(1, 1), &Unwatched);
     Ok((ray, bench.run_out()))
 }
 

@@ -4,6 +4,7 @@
 //!
 //! `cargo bench -p srp-tests --bench micro [-- LOOP…]`: those whose names begin with a word given.
 
+use srp_archdesc::Unwatched;
 use srp_ir::dfg::Dfg;
 use srp_ir::split;
 use srp_scheduler::modulo::{self, Scheduled};
@@ -35,7 +36,7 @@ fn main() {
             let kernels = split::split(&program).dre.kernels;
             for dfg in kernels.values().filter(|&dfg| is_wanted(dfg)) {
                 let start = Instant::now();
-                let result = modulo::schedule(dfg, &arch, &modulo::Options::default());
+                let result = modulo::schedule(dfg, &arch, &modulo::Options::default(), &Unwatched);
                 let row = Row {
                     nodes: dfg.nodes.len(),
                     result,

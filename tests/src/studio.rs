@@ -1,6 +1,7 @@
 //! Frames of a scene by the kernels that come along, through the whole chain of tools.
 
 use crate::{c_files, compiled_for, machine};
+use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;
 use srp_csimgen::attribution::{self, Attribution};
 use srp_csimgen::functional::{self, Frame, FunctionalError};
@@ -88,8 +89,7 @@ impl Studio {
             threads,
             tiles: None,
             steps: functional::MAX_STEPS,
-            progress: &mut |_| {},
-            cancelled: &|| false,
+            watch: &Unwatched,
         };
         functional::render(&self.image(), program, &self.arch, options)
     }
@@ -112,8 +112,7 @@ impl Studio {
             tiles: None,
             total_reflection: &reflecting_lines(),
             most_nodes,
-            progress: &mut |_| {},
-            cancelled: &|| false,
+            watch: &Unwatched,
         };
         let triangles = &self.scene.triangles;
         attribution::attribute(triangles, &self.image(), program, &self.arch, options)
@@ -134,7 +133,7 @@ impl Studio {
             known: Some(&self.known),
             ..Options::default()
         };
-        let scheduled = schedule(&divided.dre, arch, &options);
+        let scheduled = schedule(&divided.dre, arch, &options, &Unwatched);
         let scheduled = scheduled.unwrap_or_else(|e| panic!("{built}: {e}"));
         let spec = link(&scheduled.program, arch).unwrap_or_else(|e| panic!("{built}: {e}"));
         let cores =
@@ -145,8 +144,7 @@ impl Studio {
             sram_image: &scheduled.program.image,
             guard,
             kernel_names: Vec::new(),
-            progress: &mut |_| {},
-            cancelled: &|| false,
+            watch: &Unwatched,
         };
         system::render(self.image(), cores.collect(), arch, options)
     }

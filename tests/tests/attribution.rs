@@ -1,5 +1,6 @@
 //! Where the errors of pictures come from.
 
+use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Approx;
 use srp_archdesc::datapath::Intersection;
 use srp_csimgen::attribution::{self, Attribution, MOST_NODES};
@@ -45,7 +46,7 @@ fn the_shadow_of_a_picture_is_the_picture_in_binary64() {
         size: SIZE,
         packet: studio.arch.system.buffers.rays,
         threads: 2,
-        cancelled: &|| false,
+        watch: &Unwatched,
     };
     let expected = reference::picture(&studio.scene, &options).expect("nobody cancels");
     let (mut squares, mut channels, mut flipped) = (0.0, 0.0, 0);

@@ -3,6 +3,7 @@
 //! programs check what they compute. A directory is one program of several sources. A few go
 //! through the array and the generated simulator too.
 
+use srp_archdesc::Unwatched;
 use srp_archdesc::arch::{Arch, Precision};
 use srp_archdesc::diagnostic::Source;
 use srp_archdesc::machines;
@@ -128,7 +129,12 @@ fn machine() -> Arch {
 fn scheduled(mut program: Program, arch: &Arch) -> Result<Schedule, String> {
     loop {
         let divided = split(&program).dre;
-        match schedule(&divided, arch, &srp_scheduler::Options::default()) {
+        match schedule(
+            &divided,
+            arch,
+            &srp_scheduler::Options::default(),
+            &Unwatched,
+        ) {
             Ok(schedule) => return Ok(schedule),
             Err(ScheduleError::Kernels(failed)) => {
                 let names: Vec<_> = failed

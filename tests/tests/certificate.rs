@@ -2,6 +2,7 @@
 //! of the proof must follow from those before it by unit propagation (RUP, Goldberg and Novikov
 //! 2003), and the last is the empty one.
 
+use srp_archdesc::Unwatched;
 use srp_ir::split;
 use srp_scheduler::modulo::{self, Certificate, Impossible};
 use srp_tests::{compiled, machine, root};
@@ -112,7 +113,7 @@ fn certificates_hold() {
         .into_values()
         .next()
         .expect("a loop");
-    let scheduled = modulo::schedule(dfg, &arch, &modulo::Options::default());
+    let scheduled = modulo::schedule(dfg, &arch, &modulo::Options::default(), &Unwatched);
     let scheduled = scheduled.expect("it has a schedule");
     let bound = scheduled.bounds.min_ii();
     assert!(
@@ -128,7 +129,7 @@ fn certificates_hold() {
         formula: &mut formula,
         steps: &mut steps,
     };
-    assert!(modulo::certify(dfg, &arch, claim, &|| false, certificate));
+    assert!(modulo::certify(dfg, &arch, claim, &Unwatched, certificate));
     let formula = String::from_utf8(formula).expect("text");
     let steps = String::from_utf8(steps).expect("text");
     let mut clauses = Clauses::read(&formula);

@@ -1,6 +1,7 @@
 //! Levels of simulation: the same picture and counts on all that run a whole frame, and samples that do
 //! not depend on threads.
 
+use srp_archdesc::Unwatched;
 use srp_csimgen::{Interpreter, link};
 use srp_ir::split;
 use srp_runtime::core::Core;
@@ -29,6 +30,7 @@ fn kernels(studio: &Studio, built: Effects) -> Kernels {
         &divided.dre,
         &studio.arch,
         &srp_scheduler::Options::default(),
+        &Unwatched,
     );
     let scheduled = scheduled.unwrap_or_else(|e| panic!("{e}")).program;
     let spec = link(&scheduled, &studio.arch).unwrap_or_else(|e| panic!("{e}"));
@@ -49,19 +51,14 @@ impl Kernels {
         (0..studio.arch.system.cores).map(core).collect()
     }
 
-    fn options<'a>(
-        &'a self,
-        timing: Timing,
-        progress: &'a mut dyn FnMut(system::Progress),
-    ) -> Options<'a> {
+    fn options(&self, timing: Timing) -> Options<'_> {
         Options {
             timing,
             max_cycles: LIMIT,
             sram_image: &self.data,
             guard: Guard::default(),
             kernel_names: self.names.clone(),
-            progress,
-            cancelled: &|| false,
+            watch: &Unwatched,
         }
     }
 }
@@ -69,8 +66,7 @@ impl Kernels {
 fn at(studio: &Studio, kernels: &Kernels, level: Fidelity) -> (Picture, Vec<Figure>) {
     let arch = level.machine(&studio.arch);
     let mut image = studio.image();
-    let quiet = &mut |_| {};
-    let options = kernels.options(level.timing(), quiet);
+    let options = kernels.options(level.timing());
     let part = system::render_tiles(&mut image, kernels.cores(studio), &arch, options)
         .unwrap_or_else(|e| panic!("{}: {e}", level.name()));
     let figures = sampled::known(&part, &arch, &kernels.names);
@@ -161,8 +157,7 @@ fn samples_are_near_the_frame_and_the_same_for_any_number_of_threads() {
             kernel_names: &kernels.names,
             max_cycles: LIMIT,
             threads,
-            progress: &|_| {},
-            cancelled: &|| false,
+            watch: &Unwatched,
         };
         let sampled = sampled::sample(&frame, seed, error);
         sampled

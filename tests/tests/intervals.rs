@@ -3,6 +3,7 @@
 //!
 //! `BLESS=1` writes that table anew.
 
+use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;
 use srp_ir::split;
 use srp_scheduler::{Options, Schedule};
@@ -68,7 +69,7 @@ fn scheduled(suite: &Suite, arch: &Arch) -> Result<Schedule, String> {
         threads: std::thread::available_parallelism().map_or(1, usize::from),
         ..Options::default()
     };
-    srp_scheduler::schedule(&divided.dre, arch, &options).map_err(|e| e.to_string())
+    srp_scheduler::schedule(&divided.dre, arch, &options, &Unwatched).map_err(|e| e.to_string())
 }
 
 #[test]

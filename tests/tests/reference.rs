@@ -4,6 +4,7 @@
 //! Where binary32 decides otherwise (an edge, a shadow's border) a pixel flips: such pixels are
 //! counted, and all others must agree to 45 dB.
 
+use srp_archdesc::Unwatched;
 use srp_runtime::effect::{Effect, Effects, find};
 use srp_runtime::reference;
 use srp_runtime::scene::{
@@ -24,7 +25,7 @@ fn compare(scene: Scene, size: (u32, u32)) {
         size,
         packet: studio.arch.system.buffers.rays,
         threads: 1,
-        cancelled: &|| false,
+        watch: &Unwatched,
     };
     let expected = reference::picture(&studio.scene, &options).expect("nobody cancels");
     let (mut flipped, mut squares, mut channels) = (0, 0.0, 0);

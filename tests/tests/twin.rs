@@ -2,6 +2,7 @@
 //! host's compiler. Both engines and the intermediate form must fill the same buffers with the same
 //! bits.
 
+use srp_archdesc::Unwatched;
 use srp_csimgen::{CompileError, CompileOptions, Interpreter, Simulator, emit, link};
 use srp_ir::interp::{self, FlatWorld};
 use srp_ir::layout::Layout;
@@ -214,7 +215,8 @@ fn all_are_equal(sources: &[PathBuf], build: (Effects, Forms), kernels: usize) {
     assert_eq!(divided.not_pipelined, [], "every kernel runs on the array");
     assert_eq!(divided.dre.kernels.len(), kernels);
     let options = srp_scheduler::Options::default();
-    let scheduled = schedule(&divided.dre, &arch, &options).unwrap_or_else(|e| panic!("{e}"));
+    let scheduled =
+        schedule(&divided.dre, &arch, &options, &Unwatched).unwrap_or_else(|e| panic!("{e}"));
     let spec = link(&scheduled.program, &arch).unwrap_or_else(|e| panic!("{e}"));
     let simulate = |engine: &str, core: &mut dyn Core| {
         let mut bus = Solo::new(&scheduled.program.image, arch.system.sram_bytes);

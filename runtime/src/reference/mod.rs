@@ -11,10 +11,11 @@ mod surface;
 
 use crate::scene::Scene;
 use crate::scene_image::tile_size;
-use crate::threads;
 use glam::DVec3;
 use numbers::{Place, fraction, scrambled};
 use path::{Paths, Ray};
+use srp_archdesc::threads;
+use srp_archdesc::watch::{Stage, Watch};
 
 /// How a picture is made.
 pub struct Options<'a> {
@@ -24,14 +25,19 @@ pub struct Options<'a> {
     pub packet: u32,
     /// Threads of the host; they change nothing.
     pub threads: usize,
-    /// Asked before each row whether to stop.
-    pub cancelled: &'a (dyn Fn() -> bool + Sync),
+    /// Watches the work, row by row.
+    pub watch: &'a dyn Watch,
 }
 
 /// The picture as sRGB from 0 to 255, not yet rounded, row by row; `None` where it was cancelled.
 pub fn picture(scene: &Scene, options: &Options<'_>) -> Option<Vec<DVec3>> {
     let view = View::of(scene, options);
-    let row = |(): &mut (), row: usize| (!(options.cancelled)()).then(|| view.row(row as u32));
+    let stage = Stage::of(options.watch, "reference", u64::from(options.size.1));
+    let row = |(): &mut (), row: usize| {
+        let made = (!options.watch.cancelled()).then(|| view.row(row as u32));
+        stage.done(1);
+        made
+    };
     let rows = threads::all(options.threads, options.size.1 as usize, || (), row)?;
     Some(rows.concat())
 }

@@ -15,6 +15,7 @@ mod tags;
 mod texture_cache;
 mod tiles;
 
+use srp_archdesc::watch::{Stage, Watch};
 use srp_archdesc::{Arch, SystemSpec, ports};
 
 use self::core_unit::{CoreUnit, Miss, State};
@@ -55,10 +56,8 @@ pub struct Options<'a> {
     pub timing: Timing,
     /// Names of the kernels, by their number in the scheduled program.
     pub kernel_names: Vec<String>,
-    /// Told from time to time how far the frame is.
-    pub progress: &'a mut dyn FnMut(Progress),
-    /// Asked from time to time whether to stop.
-    pub cancelled: &'a dyn Fn() -> bool,
+    /// Watches the frame, tile by tile.
+    pub watch: &'a dyn Watch,
 }
 
 /// How the units of a system keep time.
@@ -74,17 +73,6 @@ pub enum Timing {
     Estimated,
     /// T&I units and memory take no time: what is computed is right, and cycles mean nothing.
     Untimed,
-}
-
-/// How far a frame is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Progress {
-    /// SRP cycles so far.
-    pub cycles: u64,
-    /// Tiles handed out.
-    pub tiles: u32,
-    /// Tiles of the frame.
-    pub of: u32,
 }
 
 /// Runs a frame: one SGRT core of the machine for each engine, over the scene in `image`.
@@ -183,12 +171,7 @@ fn run(
     if let Some(dealt) = dealt {
         system.tiles = TileQueue::dealt(dealt);
     }
-    let cycles = system.run(
-        options.max_cycles,
-        options.progress,
-        options.cancelled,
-        &options.guard,
-    )?;
+    let cycles = system.run(options.max_cycles, options.watch, &options.guard)?;
     Ok((system, cycles))
 }
 
@@ -286,10 +269,11 @@ impl System {
     fn run(
         &mut self,
         max_cycles: u64,
-        progress: &mut dyn FnMut(Progress),
-        cancelled: &dyn Fn() -> bool,
+        watch: &dyn Watch,
         guard: &Guard,
     ) -> Result<u64, SystemError> {
+        let stage = Stage::of(watch, "rendering", u64::from(self.tiles.count()));
+        let mut told = 0;
         let (mut srp, mut tni) = (0, 0);
         let (mut last_progress, mut last_results, mut look_up) = (0, 0, 0);
         while !self.is_over() {
@@ -315,12 +299,10 @@ impl System {
                 srp += 1;
                 if srp >= look_up {
                     look_up = srp + REPORT_INTERVAL;
-                    progress(Progress {
-                        cycles: srp,
-                        tiles: self.tiles.taken(),
-                        of: self.tiles.count(),
-                    });
-                    if cancelled() {
+                    let taken = self.tiles.taken();
+                    stage.done(u64::from(taken - told));
+                    told = taken;
+                    if watch.cancelled() {
                         break;
                     }
                     if srp > max_cycles {

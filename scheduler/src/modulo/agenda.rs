@@ -5,6 +5,7 @@ use super::exact::{self, Answer};
 use super::finish;
 use super::problem::Problem;
 use super::{Impossible, MAX_STAGES};
+use srp_archdesc::Watch;
 use srp_ir::dre::scheduled::{ModuloSchedule, Reg};
 use std::collections::BTreeMap;
 
@@ -15,7 +16,7 @@ const FIRST_CONFLICTS: u64 = 1000;
 pub(super) struct Limits<'a> {
     /// Steps.
     pub(super) effort: u64,
-    pub(super) stop: &'a dyn Fn() -> bool,
+    pub(super) watch: &'a dyn Watch,
 }
 
 /// What the exact way has found out about the IIs below a schedule's.
@@ -73,7 +74,7 @@ impl Agenda {
                 if found.as_ref().is_some_and(|f| ii >= f.ii) {
                     break;
                 }
-                if left == 0 || (limits.stop)() {
+                if left == 0 || limits.watch.cancelled() {
                     return found;
                 }
                 let question = exact::Question {
@@ -83,7 +84,7 @@ impl Agenda {
                     effort: left,
                     seed: self.round,
                     fixed,
-                    stop: limits.stop,
+                    watch: limits.watch,
                 };
                 let (answer, spent) = exact::solve(problem, &question, None);
                 left -= spent.min(left);

@@ -12,6 +12,7 @@ use super::place::{Attempt, LIGHTEST, Obstacle};
 use super::problem::{Goal, Problem};
 use super::route::Router;
 use super::{MAX_STAGES, Options};
+use srp_archdesc::Watch;
 use srp_archdesc::entity::EntityMap;
 use srp_ir::dfg::Node;
 use srp_ir::dre::scheduled::{ModuloSchedule, Reg};
@@ -75,17 +76,18 @@ impl<'a, 'p> Heuristic<'a, 'p> {
     pub(super) fn first(
         &mut self,
         bound: u32,
-        options: &Options<'_>,
+        options: &Options,
+        watch: &dyn Watch,
     ) -> Result<ModuloSchedule, String> {
         let deepest = self.problem.arch.contexts;
         for way in [Way::OneByOne, Way::AllAtOnce] {
             let mut ii = bound;
             while ii <= deepest {
                 let limit = self.router.expanded + options.effort;
-                if let Some(schedule) = self.attempt(ii, way, limit, options.stop) {
+                if let Some(schedule) = self.attempt(ii, way, limit, watch) {
                     return Ok(schedule);
                 }
-                if (options.stop)() {
+                if watch.cancelled() {
                     let why = self.obstacle(deepest).unwrap_or_default();
                     return Err(format!("stopped before a schedule was found: {why}"));
                 }
@@ -104,7 +106,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         best: &mut ModuloSchedule,
         bound: u32,
         effort: u64,
-        stop: &dyn Fn() -> bool,
+        watch: &dyn Watch,
     ) {
         let limit = self.router.expanded + effort;
         let mut leap = (best.ii - bound).div_ceil(LEAPS);
@@ -114,7 +116,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
                 1 => (ATTEMPTS, limit),
                 _ => (LEAP_ATTEMPTS, limit.min(self.router.expanded + effort / 4)),
             };
-            match self.attempts(ii, attempts, limit, stop) {
+            match self.attempts(ii, attempts, limit, watch) {
                 Some(schedule) => *best = schedule,
                 None => leap /= 2,
             }
@@ -127,17 +129,17 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         ii: u32,
         attempts: u32,
         limit: u64,
-        stop: &dyn Fn() -> bool,
+        watch: &dyn Watch,
     ) -> Option<ModuloSchedule> {
         for attempt in 0..attempts {
-            if attempt > 0 && self.router.expanded >= limit || stop() {
+            if attempt > 0 && self.router.expanded >= limit || watch.cancelled() {
                 break;
             }
             let way = match attempt % 3 {
                 0 => Way::OneByOne,
                 _ => Way::AllAtOnce,
             };
-            if let Some(schedule) = self.attempt(ii, way, limit, stop) {
+            if let Some(schedule) = self.attempt(ii, way, limit, watch) {
                 return Some(schedule);
             }
         }
@@ -150,7 +152,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         ii: u32,
         way: Way,
         limit: u64,
-        stop: &dyn Fn() -> bool,
+        watch: &dyn Watch,
     ) -> Option<ModuloSchedule> {
         let problem = self.problem;
         let level = (self.levels.entry(ii)).or_insert_with(|| Level::new(problem, ii));
@@ -166,7 +168,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
                 match start.map(|anneal| anneal.run(proposals)) {
                     Some(positions) => {
                         let spent = anneal::effort(problem, proposals);
-                        attempt.all_at_once(&positions, spent, limit, stop)
+                        attempt.all_at_once(&positions, spent, limit, watch)
                     }
                     None => Err(None),
                 }

@@ -27,14 +27,16 @@ use exact::Answer;
 use heuristic::Heuristic;
 use problem::Problem;
 use srp_archdesc::arch::Arch;
+use srp_archdesc::watch::{Limited, Watch};
 use srp_ir::dfg::{Dfg, Node};
 use srp_ir::dre::scheduled::{ModuloSchedule, Reg};
 use std::io::Write;
+use std::time::Duration;
 
 /// How hard to try. Everything is counted in steps, so that the same input gives the same schedule
-/// however fast the machine is; only `stop` can change that.
-#[derive(Clone, Copy)]
-pub struct Options<'a> {
+/// however fast the machine is; only a watch that ends the work can change that.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
     /// Steps of the heuristic for every 32 operations of a loop, up to 128, about 3 million a second.
     /// The first II that works is looked for beyond them.
     pub effort: u64,
@@ -43,15 +45,10 @@ pub struct Options<'a> {
     pub exact_effort: u64,
     /// Cycles beyond the critical path in which the exact search may issue operations.
     pub slack: u32,
-    /// Asked now and then: true ends the search with the best schedule so far.
-    pub stop: &'a (dyn Fn() -> bool + Sync),
     /// Where all these steps do not reach the bound: go on by the exact way, with horizons up to
-    /// [`FARTHEST`], until this says stop. It is started anew for every loop.
-    pub beyond: Option<&'a (dyn Fn() -> Stop + Sync)>,
+    /// [`FARTHEST`], for so much time of the watch. Every loop has all of it.
+    pub beyond: Option<Duration>,
 }
-
-/// Says when to stop.
-pub type Stop = Box<dyn Fn() -> bool>;
 
 /// Cycles beyond the critical path up to which the exact search goes in the end.
 pub const FARTHEST: u32 = 15;
@@ -66,13 +63,12 @@ const LARGEST_EXACT: usize = 150;
 const EXACT_TURN: u64 = 100_000;
 const HEURISTIC_TURN: u64 = 10_000_000;
 
-impl Default for Options<'_> {
+impl Default for Options {
     fn default() -> Self {
         Options {
             effort: 2_000_000,
             exact_effort: 45_000,
             slack: 3,
-            stop: &|| false,
             beyond: None,
         }
     }
@@ -154,8 +150,17 @@ fn beyond_contexts(bound: u32, arch: &Arch) -> String {
     format!("its II is at least {bound}; there are {contexts} contexts")
 }
 
-/// Schedules a loop.
-pub fn schedule(dfg: &Dfg, arch: &Arch, options: &Options<'_>) -> Result<Scheduled, Unschedulable> {
+/// Schedules a loop. Where the watch ends the search, it gives the best schedule so far.
+///
+/// # Errors
+///
+/// The loop cannot run on the array, or the search ended before it had a schedule.
+pub fn schedule(
+    dfg: &Dfg,
+    arch: &Arch,
+    options: &Options,
+    watch: &dyn Watch,
+) -> Result<Scheduled, Unschedulable> {
     let problem = Problem::new(dfg, arch);
     let live_ins = live_in_registers(dfg, arch)?;
     if let Some(node) = problem.nodes().find(|n| problem.units[*n].is_empty()) {
@@ -168,11 +173,11 @@ pub fn schedule(dfg: &Dfg, arch: &Arch, options: &Options<'_>) -> Result<Schedul
         .collect();
     let mut heuristic = Heuristic::new(&problem, &live_ins, &fixed);
     let mut schedule = heuristic
-        .first(bound, options)
+        .first(bound, options, watch)
         .map_err(|why| Unschedulable { node: None, why })?;
     let operations = problem.dfg.nodes.len().min(MANY) as u64;
     let steps = options.effort.saturating_mul(operations) / FEW;
-    heuristic.improve(&mut schedule, bound, steps, options.stop);
+    heuristic.improve(&mut schedule, bound, steps, watch);
     let mut agenda = Agenda::new(bound, options.slack);
     let exactly = |agenda: &mut Agenda, schedule: &mut ModuloSchedule, limits: Limits<'_>| {
         if let Some(better) = agenda.search(&problem, &live_ins, &fixed, schedule.ii, limits) {
@@ -182,20 +187,20 @@ pub fn schedule(dfg: &Dfg, arch: &Arch, options: &Options<'_>) -> Result<Schedul
     if problem.dfg.nodes.len() <= LARGEST_EXACT {
         let limits = Limits {
             effort: options.exact_effort,
-            stop: options.stop,
+            watch,
         };
         exactly(&mut agenda, &mut schedule, limits);
     }
-    if let Some(beyond) = options.beyond {
+    if let Some(time) = options.beyond {
         agenda.extend(FARTHEST);
-        let stop = beyond();
-        while schedule.ii > bound && !agenda.is_settled(schedule.ii) && !stop() {
+        let watch = &Limited::new(watch, time);
+        while schedule.ii > bound && !agenda.is_settled(schedule.ii) && !watch.cancelled() {
             let limits = Limits {
                 effort: EXACT_TURN,
-                stop: &stop,
+                watch,
             };
             exactly(&mut agenda, &mut schedule, limits);
-            heuristic.improve(&mut schedule, bound, HEURISTIC_TURN, &stop);
+            heuristic.improve(&mut schedule, bound, HEURISTIC_TURN, watch);
         }
     }
     Ok(Scheduled {
@@ -216,13 +221,13 @@ pub struct Certificate<'a> {
     pub steps: &'a mut dyn Write,
 }
 
-/// Proves again that there is no schedule, and writes the certificate; false where `stop` came
-/// first, it could not be written, or it is not so.
+/// Proves again that there is no schedule, and writes the certificate; false where the watch ended
+/// that, it could not be written, or it is not so.
 pub fn certify(
     dfg: &Dfg,
     arch: &Arch,
     claim: Impossible,
-    stop: &(dyn Fn() -> bool + Sync),
+    watch: &dyn Watch,
     certificate: Certificate<'_>,
 ) -> bool {
     let Ok(live_ins) = live_in_registers(dfg, arch) else {
@@ -236,7 +241,7 @@ pub fn certify(
         effort: u64::MAX,
         seed: 0,
         fixed: &fixed,
-        stop,
+        watch,
     };
     let (answer, _) = exact::solve(&Problem::new(dfg, arch), &question, Some(certificate));
     matches!(answer, Answer::Impossible)

@@ -3,6 +3,7 @@
 
 mod monotone;
 
+use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::{Source, render_all};
 use srp_archdesc::entity::EntityMap;
@@ -27,7 +28,7 @@ fn mesh(rows: u32, cols: u32) -> Arch {
 fn map(graph: &Graph, arch: &Arch) -> Scheduled {
     let name = &graph.dfg.name;
     assert_eq!(graph.dfg.verify(), Ok(()), "{name}");
-    let scheduled = modulo::schedule(&graph.dfg, arch, &modulo::Options::default())
+    let scheduled = modulo::schedule(&graph.dfg, arch, &modulo::Options::default(), &Unwatched)
         .unwrap_or_else(|e| panic!("{name}: {}", e.why));
     let wrong = check_loop(&scheduled.schedule, arch);
     assert!(wrong.is_empty(), "{name}: {wrong:?}");

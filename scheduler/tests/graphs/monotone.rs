@@ -7,6 +7,7 @@
 use super::machine;
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::{Rng, SeedableRng};
+use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Source;
 use srp_ir::graph::{Graph, Options, read_dot};
@@ -185,7 +186,7 @@ fn graph(random: &mut Pcg32) -> Graph {
 /// The II of a graph; the largest number where it has no schedule.
 fn ii(graph: &Graph, array: &Array) -> u32 {
     let arch = array.arch();
-    match modulo::schedule(&graph.dfg, &arch, &modulo::Options::default()) {
+    match modulo::schedule(&graph.dfg, &arch, &modulo::Options::default(), &Unwatched) {
         Ok(scheduled) => {
             let wrong = check_loop(&scheduled.schedule, &arch);
             assert!(wrong.is_empty(), "{wrong:?}");

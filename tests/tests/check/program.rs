@@ -1,5 +1,6 @@
 //! The program that is damaged, scheduled for a machine, and what it does.
 
+use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::EntityMap;
 use srp_csimgen::{Interpreter, link};
@@ -53,7 +54,7 @@ impl Case {
         let dre = divided.dre;
         let layout = Layout::of(&dre.control, arch.system.sram_bytes).expect("it is small");
         let options = srp_scheduler::Options::default();
-        let scheduled = srp_scheduler::schedule(&dre, &arch, &options);
+        let scheduled = srp_scheduler::schedule(&dre, &arch, &options, &Unwatched);
         let right = scheduled.unwrap_or_else(|e| panic!("{e}")).program;
         let code = srp_scheduler::vliw::emit(&dre.control, &right.kernels, &arch, &layout);
         let sequence = code.expect("it was scheduled before").sequence;

@@ -7,6 +7,7 @@ mod usage;
 
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
+use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;
 use srp_csimgen::{Interpreter, link};
 use srp_ir::dre::{self, Dre};
@@ -34,7 +35,7 @@ fn trial(seed: u64) -> Trial {
         dfg.verify()
             .unwrap_or_else(|v| panic!("seed {seed}: {v:?}"));
     }
-    let scheduled = match schedule(&dre, &arch, &srp_scheduler::Options::default()) {
+    let scheduled = match schedule(&dre, &arch, &srp_scheduler::Options::default(), &Unwatched) {
         Ok(scheduled) => scheduled,
         Err(ScheduleError::Kernels(_)) => return Trial::NoSchedule,
         Err(error) => panic!("seed {seed}: {error}"),

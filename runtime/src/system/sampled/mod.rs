@@ -16,10 +16,9 @@ mod figures;
 mod first;
 mod look;
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use serde::Serialize;
 use srp_archdesc::Arch;
+use srp_archdesc::watch::{Stage, Watch};
 
 use super::ledger::{Tally, add};
 use super::tiles::Errand;
@@ -28,7 +27,7 @@ use crate::core::Core;
 use crate::effect::Guard;
 use crate::scene_image::SceneImage;
 use crate::survey::{LEAST_DRAWS, draws_needed};
-use crate::threads;
+use srp_archdesc::threads;
 
 pub use figures::{Figure, is_count, known, names};
 pub use first::First;
@@ -63,10 +62,8 @@ pub struct Frame<'a> {
     pub max_cycles: u64,
     /// Threads of the host; they change no figure.
     pub threads: usize,
-    /// Told how many tiles have been measured.
-    pub progress: &'a (dyn Fn(usize) + Sync),
-    /// Asked whether to stop.
-    pub cancelled: &'a (dyn Fn() -> bool + Sync),
+    /// Watches the work, tile by tile.
+    pub watch: &'a dyn Watch,
 }
 
 /// What a batch of units took.
@@ -97,8 +94,23 @@ pub struct Sampled {
     pub figures: Vec<Figure>,
 }
 
+/// A watch that shows nothing of the frames that a sample consists of.
+struct Quiet<'a>(&'a dyn Watch);
+
+impl Watch for Quiet<'_> {
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
+}
+
 impl Frame<'_> {
-    fn options<'a>(&'a self, progress: &'a mut dyn FnMut(super::Progress)) -> Options<'a> {
+    /// Tiles that batches measure.
+    fn tiles_of(&self, batches: &[&[u32]]) -> u64 {
+        let units = batches.iter().flat_map(|batch| batch.iter());
+        units.map(|&u| self.first.measured(u).len() as u64).sum()
+    }
+
+    fn options<'a>(&'a self, watch: &'a dyn Watch) -> Options<'a> {
         Options {
             max_cycles: self.max_cycles,
             sram_image: self.sram_image,
@@ -108,27 +120,26 @@ impl Frame<'_> {
                 false => Timing::Full,
             },
             kernel_names: self.kernel_names.to_vec(),
-            progress,
-            cancelled: self.cancelled,
+            watch,
         }
     }
 
     /// Runs batches, several at a time. `None` where it was cancelled.
     fn run(&self, batches: &[&[u32]]) -> Result<Option<Vec<Batch>>, SystemError> {
-        let done = AtomicUsize::new(0);
+        let stage = Stage::of(self.watch, "sampling", self.tiles_of(batches));
         let image = || self.image.clone();
         let run = |image: &mut SceneImage, i: usize| {
-            if (self.cancelled)() {
+            if self.watch.cancelled() {
                 return None;
             }
             let batch = self.run_batch(image, batches[i]);
-            let units = batches[i].iter();
-            let tiles: usize = units.map(|&u| self.first.measured(u).len()).sum();
-            (self.progress)(done.fetch_add(tiles, Ordering::Relaxed) + tiles);
+            stage.done(self.tiles_of(&batches[i..=i]));
             Some(batch)
         };
         match threads::all(self.threads, batches.len(), image, run) {
-            Some(all) if !(self.cancelled)() => all.into_iter().collect::<Result<_, _>>().map(Some),
+            Some(all) if !self.watch.cancelled() => {
+                all.into_iter().collect::<Result<_, _>>().map(Some)
+            }
             _ => Ok(None),
         }
     }
@@ -147,12 +158,11 @@ impl Frame<'_> {
             run_on.push((unit, core));
             errands[core].extend(self.first.errands(unit));
         }
-        let quiet = &mut |_| {};
         let part = render_part(
             image,
             (self.engines)(),
             self.arch,
-            self.options(quiet),
+            self.options(&Quiet(self.watch)),
             Some(errands),
         )?;
         // Places go core by core.
@@ -178,11 +188,10 @@ impl Frame<'_> {
 
     /// Runs all of the frame.
     fn run_whole(&self) -> Result<Option<Part>, SystemError> {
-        let mut progress = |p: super::Progress| (self.progress)(p.tiles as usize);
         let mut image = self.image.clone();
-        let options = self.options(&mut progress);
+        let options = self.options(self.watch);
         let part = render_part(&mut image, (self.engines)(), self.arch, options, None)?;
-        Ok((!(self.cancelled)()).then_some(part))
+        Ok((!self.watch.cancelled()).then_some(part))
     }
 }
 

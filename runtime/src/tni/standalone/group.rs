@@ -1,5 +1,6 @@
 //! Units that share a memory.
 
+use srp_archdesc::Watch;
 use srp_archdesc::system::SystemSpec;
 
 use super::station::Station;
@@ -43,12 +44,12 @@ impl Group {
     }
 
     /// Runs until a unit has taken the last packet that waits for it, or until all are done.
-    /// `false` where `cancelled` said so.
+    /// `false` where the watch ended that.
     pub(super) fn run(
         &mut self,
         memory: &SystemMemory,
         to_the_end: bool,
-        cancelled: &(dyn Fn() -> bool + Sync),
+        watch: &dyn Watch,
     ) -> bool {
         loop {
             let all_idle = self.stations.iter().all(Station::is_idle);
@@ -64,7 +65,7 @@ impl Group {
                 return true;
             }
             self.cycle(memory);
-            if self.now.is_multiple_of(LOOK_UP) && cancelled() {
+            if self.now.is_multiple_of(LOOK_UP) && watch.cancelled() {
                 return false;
             }
         }

@@ -11,6 +11,7 @@ pub mod sampled;
 mod spent;
 mod station;
 
+use srp_archdesc::{Unwatched, Watch};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -123,13 +124,8 @@ impl<'a> Bench<'a> {
     }
 
     /// Takes rays in packets of the machine's size, those that `sampling` measures, and runs until
-    /// all but the last of them are in the units. `false` where `cancelled` said so.
-    pub fn feed(
-        &mut self,
-        rays: Vec<Ray>,
-        sampling: &Sampling,
-        cancelled: &(dyn Fn() -> bool + Sync),
-    ) -> bool {
+    /// all but the last of them are in the units. `false` where the watch ended that.
+    pub fn feed(&mut self, rays: Vec<Ray>, sampling: &Sampling, watch: &dyn Watch) -> bool {
         let rays: Arc<[Ray]> = rays.into();
         let size = self.spec.buffers.rays.max(1) as usize;
         for first in (0..rays.len()).step_by(size) {
@@ -150,7 +146,7 @@ impl<'a> Bench<'a> {
             });
             self.dealt += 1;
         }
-        self.run(false, cancelled)
+        self.run(false, watch)
     }
 
     fn deal(&mut self, packet: Packet) {
@@ -167,19 +163,17 @@ impl<'a> Bench<'a> {
     }
 
     /// Runs until every unit has taken its packets, or has finished them.
-    fn run(&mut self, to_the_end: bool, cancelled: &(dyn Fn() -> bool + Sync)) -> bool {
+    fn run(&mut self, to_the_end: bool, watch: &dyn Watch) -> bool {
         let memory = self.memory;
         let workers = self.options.threads.clamp(1, self.groups.len());
         if workers == 1 {
-            let run = |g: &mut Group| g.run(memory, to_the_end, cancelled);
+            let run = |g: &mut Group| g.run(memory, to_the_end, watch);
             return self.groups.iter_mut().all(run);
         }
         let share = self.groups.len().div_ceil(workers);
         std::thread::scope(|scope| {
             let work = |groups: &'_ mut [Group]| {
-                groups
-                    .iter_mut()
-                    .all(|g| g.run(memory, to_the_end, cancelled))
+                groups.iter_mut().all(|g| g.run(memory, to_the_end, watch))
             };
             let threads: Vec<_> = self
                 .groups
@@ -197,9 +191,9 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// Runs until the last ray is back; `None` where `cancelled` said so.
-    pub fn finish(mut self, cancelled: &(dyn Fn() -> bool + Sync)) -> Option<Outcome> {
-        if !self.run(true, cancelled) {
+    /// Runs until the last ray is back; `None` where the watch ended that.
+    pub fn finish(mut self, watch: &dyn Watch) -> Option<Outcome> {
+        if !self.run(true, watch) {
             return None;
         }
         let mut outcome = Outcome {
@@ -266,7 +260,7 @@ impl<'a> Bench<'a> {
 
     /// Runs until the last ray is back, and gives what has happened in the first unit.
     pub fn run_out(mut self) -> Vec<Logged> {
-        self.run(true, &|| false);
+        self.run(true, &Unwatched);
         self.groups[0].stations[0].tni.take_events()
     }
 }
@@ -283,8 +277,8 @@ pub fn drive(spec: &SystemSpec, tree: &TreeImage, rays: &[Ray]) -> Outcome {
     let (memory, tree) = place_for(spec, tree);
     let mut bench = Bench::new(spec, &memory, tree, one);
     let all = Sampling::new(1, rays.len() as u64);
-    bench.feed(rays.to_vec(), &all, &|| false);
-    bench.finish(&|| false).expect("nobody has cancelled it")
+    bench.feed(rays.to_vec(), &all, &Unwatched);
+    bench.finish(&Unwatched).expect("nobody has cancelled it")
 }
 
 /// A tree that is laid out for a machine, in a memory of its own.

@@ -23,6 +23,7 @@ use super::place::Placement;
 use super::problem::Problem;
 use batsat::{Callbacks, ClauseKind, Solver, SolverInterface, lbool};
 use formula::{Formula, Lit};
+use srp_archdesc::Watch;
 use srp_archdesc::entity::EntityMap;
 use srp_ir::dre::scheduled::Reg;
 
@@ -40,7 +41,7 @@ pub(super) struct Question<'a> {
     /// Registers that hold something else.
     pub(super) fixed: &'a [Reg],
     /// Asked now and then; true gives up.
-    pub(super) stop: &'a dyn Fn() -> bool,
+    pub(super) watch: &'a dyn Watch,
 }
 
 /// What came out.
@@ -89,7 +90,7 @@ pub(super) fn solve(
             &encoding.formula,
             limit,
             question.seed,
-            question.stop,
+            question.watch,
             proof,
         );
         spent += conflicts * price;
@@ -116,16 +117,16 @@ enum Outcome {
 }
 
 /// Counts conflicts, and writes the proof.
-struct Watch<'a, 'p> {
+struct Search<'a, 'p> {
     conflicts: u64,
     limit: u64,
-    stop: &'a dyn Fn() -> bool,
+    watch: &'a dyn Watch,
     proof: Option<&'a mut Certificate<'p>>,
     /// Whether a line of the proof could not be written.
     failed: bool,
 }
 
-impl Watch<'_, '_> {
+impl Search<'_, '_> {
     fn line(&mut self, deleted: bool, clause: &[batsat::Lit]) {
         let Some(proof) = &mut self.proof else {
             return;
@@ -138,7 +139,7 @@ impl Watch<'_, '_> {
     }
 }
 
-impl Callbacks for Watch<'_, '_> {
+impl Callbacks for Search<'_, '_> {
     fn on_new_clause(&mut self, clause: &[batsat::Lit], kind: ClauseKind) {
         if kind == ClauseKind::Learnt {
             self.conflicts += 1;
@@ -151,7 +152,7 @@ impl Callbacks for Watch<'_, '_> {
     }
 
     fn stop(&self) -> bool {
-        self.conflicts >= self.limit || self.failed || (self.stop)()
+        self.conflicts >= self.limit || self.failed || self.watch.cancelled()
     }
 }
 
@@ -165,17 +166,17 @@ fn run(
     formula: &Formula,
     limit: u64,
     seed: u32,
-    stop: &dyn Fn() -> bool,
+    watch: &dyn Watch,
     mut proof: Option<&mut Certificate<'_>>,
 ) -> (Outcome, u64) {
     let mut failed = false;
     if let Some(proof) = &mut proof {
         failed = formula.write(proof.formula).is_err();
     }
-    let watch = Watch {
+    let watch = Search {
         conflicts: 0,
         limit,
-        stop,
+        watch,
         proof,
         failed,
     };

@@ -22,6 +22,7 @@ use super::route::{Route, Router};
 use super::table::Table;
 use repair::Journal;
 use rustc_hash::FxHashMap;
+use srp_archdesc::Watch;
 use srp_archdesc::arch::Fu;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Ty;
@@ -147,11 +148,11 @@ impl<'a, 'p> Attempt<'a, 'p> {
         positions: &EntityMap<Node, Position>,
         spent: u64,
         limit: u64,
-        stop: &dyn Fn() -> bool,
+        watch: &dyn Watch,
     ) -> Result<Placement, Option<Obstacle>> {
         self.router.expanded += spent;
         self.begin_with(positions);
-        self.repair(limit, stop).ok_or_else(|| self.worst())
+        self.repair(limit, watch).ok_or_else(|| self.worst())
     }
 
     /// Takes positions found otherwise, those that can be had and keep the memory orders, and routes

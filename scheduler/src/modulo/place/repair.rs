@@ -11,6 +11,7 @@ use crate::modulo::noise::noise;
 use crate::modulo::problem::Position;
 use crate::modulo::route::Route;
 use crate::modulo::table::Item;
+use srp_archdesc::Watch;
 use srp_ir::dfg::Node;
 use std::collections::BTreeSet;
 
@@ -53,7 +54,7 @@ impl Dice {
 impl Attempt<'_, '_> {
     /// Moves nodes until every edge has a route; `None` where the router has no effort left, or it
     /// does not get better.
-    pub(super) fn repair(&mut self, limit: u64, stop: &dyn Fn() -> bool) -> Option<Placement> {
+    pub(super) fn repair(&mut self, limit: u64, watch: &dyn Watch) -> Option<Placement> {
         self.place_the_rest()?;
         if self.unrouted().count() > self.routes.len() / HOPELESS + 1 {
             return None;
@@ -70,7 +71,7 @@ impl Attempt<'_, '_> {
                 fewest = unrouted.len();
                 give_up = limit.min(self.router.expanded + PATIENCE);
             }
-            if self.router.expanded >= give_up || step % 64 == 63 && stop() {
+            if self.router.expanded >= give_up || step % 64 == 63 && watch.cancelled() {
                 break;
             }
             let dice = Dice {

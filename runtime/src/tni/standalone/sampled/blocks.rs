@@ -1,12 +1,12 @@
 //! Packets of views in blocks, as they are dealt to the units, and which rays are in them.
 
+use srp_archdesc::{Watch, threads};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
 
 use super::super::{BLOCK, Memories};
 use crate::rays::{BATCH, Ray, Source};
-use crate::threads;
 
 /// Packets of a unit before a block that are followed through its caches to warm them: of those up to so many blocks
 /// before it one in so many. What is older is thinner: of a line that is read often, few readers do.
@@ -140,12 +140,12 @@ impl<'a> Blocks<'a> {
         (self.before(block).take(far as usize + 1).count() as u64) <= far
     }
 
-    /// Finds out which rays are in these packets. `None` where `cancelled` said so.
+    /// Finds out which rays are in these packets. `None` where the watch ended that.
     pub(super) fn fetch(
         &mut self,
         wanted: &BTreeSet<PacketId>,
         threads: usize,
-        cancelled: &(dyn Fn() -> bool + Sync),
+        watch: &dyn Watch,
     ) -> Option<()> {
         let new = wanted.iter().filter(|p| !self.fetched.contains_key(p));
         let new: Vec<PacketId> = new.copied().collect();
@@ -155,7 +155,7 @@ impl<'a> Blocks<'a> {
             let packets = batches[part];
             let ranges = together(packets.iter().map(|&packet| self.place(packet).1));
             let (view, batch) = batch(&packets[0]);
-            (!cancelled()).then(|| self.views[view].numbers(batch, &ranges).concat())
+            (!watch.cancelled()).then(|| self.views[view].numbers(batch, &ranges).concat())
         };
         let found = threads::all(threads, batches.len(), || (), find)?;
         let sizes = new.iter().map(|&packet| self.place(packet).1.len());
@@ -203,6 +203,7 @@ mod tests {
     use super::*;
     use crate::rays::Order;
     use crate::survey::Random;
+    use srp_archdesc::Unwatched;
 
     fn given(count: usize, order: Order) -> Source {
         let mut random = Random::new(7);
@@ -267,7 +268,7 @@ mod tests {
             let warming = blocks.warming(block, 8);
             let wanted = around.iter().flatten().chain(&warming).copied();
             let wanted = wanted.collect();
-            assert_eq!(blocks.fetch(&wanted, 2, &|| false), Some(()));
+            assert_eq!(blocks.fetch(&wanted, 2, &Unwatched), Some(()));
             let payloads =
                 |p: &PacketId| -> Vec<u32> { blocks.rays(*p).iter().map(|r| r.payload).collect() };
             let got: Vec<Vec<u32>> = around.iter().flatten().map(payloads).collect();

@@ -1,5 +1,6 @@
 //! A sample that grows: what is drawn, what was seen of it, and what it took.
 
+use srp_archdesc::threads;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -9,7 +10,6 @@ use super::blocks::{Blocks, PacketId};
 use super::look::{Look, Seen};
 use super::run::leading;
 use crate::survey::{Population, Random, Sample, Stratum};
-use crate::threads;
 use crate::tni::standalone::spent::Spent;
 use crate::tni::standalone::{Options, Outcome};
 
@@ -97,7 +97,7 @@ impl<'a> Growing<'a> {
 
     pub(super) fn fetch(&mut self, wanted: &BTreeSet<PacketId>) -> Option<()> {
         let Options { threads, .. } = self.subject.options;
-        self.blocks.fetch(wanted, threads, self.subject.cancelled)
+        self.blocks.fetch(wanted, threads, self.subject.watch)
     }
 
     /// A look with caches that have seen nothing.
@@ -136,7 +136,7 @@ impl<'a> Growing<'a> {
             for block in self.rounds[new[i] as usize].clone() {
                 seen.add(&look.alone(&self.blocks, block));
             }
-            (!(self.subject.cancelled)()).then_some(seen)
+            (!self.subject.watch.cancelled()).then_some(seen)
         };
         let threads = self.subject.options.threads;
         let seen = threads::all(threads, new.len(), || self.new_look(), look_at)?;
@@ -173,7 +173,7 @@ impl<'a> Growing<'a> {
             let seen = look.in_a_row(blocks, rows[i], self.leading, &|block| {
                 kept.contains(&block)
             });
-            (!(self.subject.cancelled)()).then_some(seen)
+            (!self.subject.watch.cancelled()).then_some(seen)
         };
         let threads = self.subject.options.threads;
         let look = self.knowing_look();

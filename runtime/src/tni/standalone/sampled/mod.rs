@@ -15,6 +15,7 @@ mod look;
 mod run;
 
 use srp_archdesc::system::SystemSpec;
+use srp_archdesc::watch::{Stage, Watch};
 
 use self::growing::Growing;
 use self::look::{HITS, INNER, LEAVES, RAYS, TESTS};
@@ -61,10 +62,8 @@ pub struct Subject<'a> {
     pub views: &'a [Source],
     /// The units; threads change no figure.
     pub options: Options,
-    /// Told how many rays have been run.
-    pub progress: &'a (dyn Fn(u64) + Sync),
-    /// Asked whether to stop.
-    pub cancelled: &'a (dyn Fn() -> bool + Sync),
+    /// Watches the work, ray by ray.
+    pub watch: &'a dyn Watch,
 }
 
 /// What a sample has found.
@@ -98,6 +97,8 @@ pub enum Found {
 /// Samples the rays until drawing leaves at most `error` of the cycles to half their interval. `None` where it was
 /// cancelled.
 pub fn sample(subject: &Subject<'_>, seed: u64, error: f64) -> Option<Found> {
+    let rays: u64 = subject.views.iter().map(|v| v.rays() as u64).sum();
+    let _stage = Stage::of(subject.watch, "rays", rays);
     let mut growing = Growing::new(subject, seed);
     let all = growing.rounds.len();
     let strata = growing.strata.len();
@@ -129,7 +130,7 @@ pub fn sample(subject: &Subject<'_>, seed: u64, error: f64) -> Option<Found> {
         if total.relative() <= error {
             return Some(Found::Sample(Box::new(Sampled {
                 seed,
-                rays: subject.views.iter().map(|v| v.rays() as u64).sum(),
+                rays,
                 blocks: growing.blocks.count(),
                 looked: growing.blocks_of(growing.seen.keys()),
                 run: growing.blocks_of(growing.drawn.iter()),

@@ -1,5 +1,7 @@
 //! Running rounds cycle by cycle.
 
+use srp_archdesc::threads;
+use srp_archdesc::watch::Event;
 use std::sync::Arc;
 
 use srp_archdesc::system::SystemSpec;
@@ -9,7 +11,6 @@ use super::blocks::PacketId;
 use super::growing::Growing;
 use super::look::Look;
 use crate::rays::Ray;
-use crate::threads;
 use crate::tni::standalone::spent::Spent;
 use crate::tni::standalone::station::{Packet, Role};
 use crate::tni::standalone::{BLOCK, Bench, Memories, Options, Outcome};
@@ -94,7 +95,7 @@ impl Growing<'_> {
             memory,
             tree,
             options,
-            cancelled,
+            watch,
             ..
         } = self.subject;
         let options = Options {
@@ -122,16 +123,15 @@ impl Growing<'_> {
                 self.hand(&mut bench, unit, i, block, find);
             }
         }
-        if !bench.run(true, *cancelled) {
+        if !bench.run(true, *watch) {
             return None;
         }
-        (self.subject.progress)(
-            self.blocks_of(group.iter()) * BLOCK * u64::from(spec.buffers.rays),
-        );
+        let rays = self.blocks_of(group.iter()) * BLOCK * u64::from(spec.buffers.rays);
+        watch.tell(Event::Done(rays));
         let mut runs = bench.spent_by_run();
         let own = |i: u64| runs.remove(&(3 * i + 2)).unwrap_or_default();
         let own: Vec<(Spent, TniCounters)> = (0..by_size.len() as u64).map(own).collect();
-        let mut outcome = bench.finish(*cancelled)?;
+        let mut outcome = bench.finish(*watch)?;
         // What leads to blocks and what keeps them company is not counted, nor how units fill and empty.
         let (trvs, ists) = (outcome.counters.trvs, outcome.counters.ists);
         outcome.counters = TniCounters::default();

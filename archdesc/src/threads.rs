@@ -36,7 +36,18 @@ pub fn some<S, T: Send>(
     made.into_inner().expect("no thread panics with it")
 }
 
-/// The same, of all parts or of none.
+/// What `work` makes of each part, in their order.
+pub fn each<S, T: Send>(
+    threads: usize,
+    parts: usize,
+    state: impl Fn() -> S + Sync,
+    work: impl Fn(&mut S, usize) -> T + Sync,
+) -> Vec<T> {
+    let made = some(threads, parts, state, |state, part| Some(work(state, part)));
+    made.into_iter().flatten().collect()
+}
+
+/// What `work` makes of all parts; nothing where one comes to nothing.
 pub fn all<S, T: Send>(
     threads: usize,
     parts: usize,

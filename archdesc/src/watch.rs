@@ -1,0 +1,107 @@
+//! [`Watch`]: how long work tells how far it is, and learns that it is to end.
+//!
+//! Work names its stages and counts their steps; who watches shows them, measures them, or ignores
+//! them. A stage may begin within another, and items of a stage may run side by side. None of it
+//! changes a result, but that cancelled work gives what it has by then.
+
+use std::time::Duration;
+
+/// Who watches work. [`Unwatched`] is nobody.
+pub trait Watch: Sync {
+    /// Whether the work is to end soon, with what it has.
+    fn cancelled(&self) -> bool {
+        false
+    }
+
+    /// Takes notice of an event.
+    fn tell(&self, event: Event<'_>) {
+        let _ = event;
+    }
+
+    /// The time that has gone by since some moment before the work began. Budgets of time go by it:
+    /// where nobody measures, no time goes by and a budget never ends.
+    fn elapsed(&self) -> Duration {
+        Duration::ZERO
+    }
+}
+
+/// What work tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event<'a> {
+    /// A stage begins, of so many steps, if that is known.
+    Begin(&'static str, Option<u64>),
+    /// So many more steps of the stage that began last are done.
+    Done(u64),
+    /// The stage that began last has ended.
+    End,
+    /// An item of the stage, such as a loop by its name, is begun.
+    ItemBegins(&'a str),
+    /// The item is done.
+    ItemEnds(&'a str),
+    /// A remark for the user, one line or several.
+    Note(&'a str),
+}
+
+/// Nobody watches.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Unwatched;
+
+impl Watch for Unwatched {}
+
+/// A stage of work, from its beginning until this is dropped.
+pub struct Stage<'a> {
+    watch: &'a dyn Watch,
+}
+
+impl<'a> Stage<'a> {
+    /// Begins a stage of so many steps.
+    pub fn of(watch: &'a dyn Watch, name: &'static str, steps: u64) -> Stage<'a> {
+        watch.tell(Event::Begin(name, Some(steps)));
+        Stage { watch }
+    }
+
+    /// Begins a stage of which nobody knows how long it is.
+    pub fn unknown(watch: &'a dyn Watch, name: &'static str) -> Stage<'a> {
+        watch.tell(Event::Begin(name, None));
+        Stage { watch }
+    }
+
+    /// So many more steps are done.
+    pub fn done(&self, steps: u64) {
+        self.watch.tell(Event::Done(steps));
+    }
+}
+
+impl Drop for Stage<'_> {
+    fn drop(&mut self) {
+        self.watch.tell(Event::End);
+    }
+}
+
+/// The same watch, whose work also ends when a time is over.
+pub struct Limited<'a> {
+    watch: &'a dyn Watch,
+    until: Duration,
+}
+
+impl<'a> Limited<'a> {
+    /// Ends the work once so much more time has [gone by](Watch::elapsed).
+    pub fn new(watch: &'a dyn Watch, time: Duration) -> Limited<'a> {
+        let until = watch.elapsed().saturating_add(time);
+        Limited { watch, until }
+    }
+}
+
+impl Watch for Limited<'_> {
+    fn cancelled(&self) -> bool {
+        self.watch.cancelled() || self.watch.elapsed() >= self.until
+    }
+
+    fn tell(&self, event: Event<'_>) {
+        self.watch.tell(event);
+    }
+
+    fn elapsed(&self) -> Duration {
+        self.watch.elapsed()
+    }
+}
