@@ -2,11 +2,12 @@
 
 use crate::cli;
 use crate::failure::Failure;
-use crate::{machine, talk};
+use crate::talk;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::area::{self, Area, Complexity};
 use srp_archdesc::datapath::{BOX_TEST, Intersection};
 use srp_archdesc::system::{Pipeline, TniSpec};
+use srp_toolchain::machine;
 use std::fmt::Write as _;
 
 /// The paper's figures, printed beside ours: area with a parallel and with a single pipeline, mm².

@@ -11,19 +11,22 @@ mod scene;
 
 pub(crate) use accuracy::Accuracy;
 pub(crate) use compiling::{
-    Compile, Double, ErrorFormat, Feature, Form, Loops, RemarkKind, Report, Run, RunEngine, Source,
+    Compile, ErrorFormat, Feature, Form, Loops, Report, Run, RunEngine, Source, fast_math,
 };
 pub(crate) use fidelity::{FidelityTable, Level, TableForm};
 pub(crate) use hard::HardCases;
 pub(crate) use machine::{Area, Machine, MachineAction, Units};
 use scene::parse_size;
 pub(crate) use scene::{
-    Building, BvhBuilder, Camera, Effects, Frame, HeatOf, Latencies, Paper, Pipeline, RayKind,
-    RayOrder, Render, Shading, Table, Tni, TniMemory,
+    BUILDERS, Building, Effects, Frame, HeatOf, Latencies, Paper, Pipeline, RayKind, Render, Table,
+    Tni, TniMemory, parse_cameras,
 };
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Args, Parser, Subcommand};
+use srp_toolchain::{Effort, Engine};
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// Compiler, scheduler and simulator generator for the SRP, the programmable half of the SGRT
 /// ray-tracing GPU.
@@ -135,11 +138,47 @@ pub(crate) struct Search {
     pub(crate) optimal: Option<f64>,
 }
 
-/// What simulates the SRP.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Engine {
-    /// A simulator generated for the program and compiled by rustc
-    Csim,
-    /// The interpreter of the same tables
-    Interp,
+impl Search {
+    /// How long loops are scheduled.
+    pub(crate) fn effort(&self) -> Effort {
+        // A year is as good as for ever, and does not overflow.
+        let seconds = |s: f64| Duration::from_secs_f64(s.clamp(0.0, 3.2e7));
+        let beyond = |s| Effort::Beyond(seconds(s));
+        self.optimal.map_or(Effort::Steps, beyond)
+    }
 }
+
+/// A value of a plain type, as the command line has it.
+#[derive(Clone, Copy)]
+pub(crate) struct Choice<T: 'static> {
+    pub(crate) value: T,
+    pub(crate) name: &'static str,
+    pub(crate) what: &'static str,
+}
+
+/// A parser of one of some values.
+pub(crate) fn one_of<T: Copy + Send + Sync>(
+    choices: &'static [Choice<T>],
+) -> impl TypedValueParser<Value = T> {
+    let values = choices
+        .iter()
+        .map(|c| PossibleValue::new(c.name).help(c.what));
+    PossibleValuesParser::new(values).map(move |name| {
+        let chosen = choices.iter().find(|c| c.name == name);
+        chosen.expect("the parser takes no other name").value
+    })
+}
+
+/// What simulates the SRP.
+pub(crate) const ENGINES: &[Choice<Engine>] = &[
+    Choice {
+        value: Engine::Generated,
+        name: "csim",
+        what: "A simulator generated for the program and compiled by rustc",
+    },
+    Choice {
+        value: Engine::Interpreter,
+        name: "interp",
+        what: "The interpreter of the same tables",
+    },
+];

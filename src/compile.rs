@@ -1,22 +1,28 @@
 //! `srp compile`
 
-use crate::cli::{self, Compile, Form, RemarkKind};
+use crate::cli::{self, Compile, Form};
 use crate::failure::Failure;
-use crate::pipeline::{self, Compiled, Effort, FrontEnd, Input};
-use crate::{files, interrupt, machine, report, talk};
+use crate::{diagnostics, files, interrupt, report, talk};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Source;
+use srp_archdesc::entity::EntityMap;
 use srp_csimgen::{emit, link};
-use srp_frontend::message::Messages;
-use srp_frontend::source::SourceMap;
 use srp_ir::dre::{self, Dre};
+use srp_ir::pass::Remark;
+use srp_ir::program::SourceFile;
+use srp_toolchain::{
+    Compiled, Input, Options, Session, compile, divide, front_end, input, machine, optimise,
+    syntax_tree,
+};
 use std::path::{Path, PathBuf};
 
 /// Runs `srp compile`.
 pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
     let arch = machine::read(&args.compilation.machine.machine)?;
-    let front_end = FrontEnd::new(&args.compilation.source, &arch);
-    let mut input = pipeline::read(&args.files, &arch)?;
+    let options = args.compilation.options()?;
+    let source = &args.compilation.source;
+    let session = &talk::session();
+    let mut input = input::read(&args.files, &arch)?;
     files::make_folder(&args.output)?;
     let loops = report::Loops::to(&args.loops.loops)?;
     let out = Output {
@@ -27,11 +33,16 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
 
     if let Input::C(sources) = &input {
         // Everything that is wrong is said by the compilation, once.
-        let program = front_end.compile(sources)?;
+        let compiled = front_end(sources, &arch, &options);
+        let (mut program, warnings) =
+            compiled.map_err(|e| diagnostics::failure(e, source.error_format))?;
+        talk::say_all(&diagnostics::show(&warnings, source.error_format));
         if wants(Form::Ast) {
-            write_trees(&out, sources, &front_end)?;
+            write_trees(&out, sources, &arch, &options)?;
         }
-        input = Input::Ir(Box::new(front_end.optimise(program)));
+        let remarks = optimise(&mut program, &arch, &options);
+        say_changed_results(&program.files, &remarks, source);
+        input = Input::Ir(Box::new(program));
     } else if wants(Form::Ast) {
         return Err(Failure::message(
             "only C has a syntax tree: give C files for --emit ast",
@@ -49,12 +60,12 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
     }
     let scheduled = [Form::Schedule, Form::Rust].into_iter().any(wants)
         || !args.loops.loops.is_empty()
-        || args.compilation.source.remarks.contains(&RemarkKind::Pass);
+        || source.remarks_passes();
     if !scheduled {
         return write_divided_alone(&out, input, &arch, wants(Form::Dfg), wants(Form::Dre));
     }
-    let compiled = pipeline::compile(input, &front_end, Effort::of(&args.compilation.search))?;
-    say_not_pipelined(&compiled, &arch, &args.compilation.source);
+    let compiled = interrupt::looked_for(|| compile(input, &arch, &options, session))?;
+    say_not_pipelined(&compiled, &arch, source.remarks_passes());
     loops.write(&compiled, &arch)?;
     if wants(Form::Dfg) || wants(Form::Dre) {
         match &compiled.dre {
@@ -78,8 +89,7 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
 
 /// Says which loops a pragma has asked for in vain; with `-Rpass`, of every loop whether it runs on
 /// the array, what `restrict` would buy, and else what stands in the way.
-pub(crate) fn say_not_pipelined(compiled: &Compiled, arch: &Arch, source: &cli::Source) {
-    let remarks = source.remarks.contains(&cli::RemarkKind::Pass);
+pub(crate) fn say_not_pipelined(compiled: &Compiled, arch: &Arch, remarks: bool) {
     let report = report::report(compiled, arch);
     for done in report.loops.iter().filter(|_| remarks) {
         talk::say(format_args!(
@@ -96,6 +106,40 @@ pub(crate) fn say_not_pipelined(compiled: &Compiled, arch: &Arch, source: &cli::
         .filter(|n| n.required || remarks)
     {
         say_obstacle(n);
+    }
+}
+
+/// Compiles an input, with warnings and remarks said.
+pub(crate) fn compile_and_say(
+    input: Input,
+    arch: &Arch,
+    options: &Options,
+    source: &cli::Source,
+    session: &Session<'_>,
+) -> Result<Compiled, Failure> {
+    let compiled = interrupt::looked_for(|| compile(input, arch, options, session));
+    let compiled = compiled.map_err(|e| diagnostics::failure(e, source.error_format))?;
+    talk::say_all(&diagnostics::show(&compiled.messages, source.error_format));
+    let files = &compiled.schedule.program.files;
+    say_changed_results(files, &compiled.pass_remarks, source);
+    Ok(compiled)
+}
+
+/// Says of each place where fast math changes a result.
+fn say_changed_results(
+    files: &EntityMap<SourceFile, String>,
+    remarks: &[Remark],
+    source: &cli::Source,
+) {
+    if !source.remarks_passes() {
+        return;
+    }
+    // What stands in a loop's way is said again, with the loop's name, when it is divided.
+    for remark in remarks.iter().filter(|r| r.changes_results()) {
+        let (pass, message, pos) = (remark.pass, &remark.message, remark.pos);
+        let file = files.get(pos.file).map_or("", String::as_str);
+        let place = format_args!("{file}:{}:{}", pos.line, pos.column);
+        talk::say(format_args!("remark: {place}: {message} (-f{pass})"));
     }
 }
 
@@ -161,18 +205,13 @@ fn stem(path: &Path) -> String {
 fn write_trees(
     out: &Output<'_>,
     sources: &[Source],
-    front_end: &FrontEnd<'_>,
+    arch: &Arch,
+    options: &Options,
 ) -> Result<(), Failure> {
     for source in sources {
-        let (mut map, mut messages) = (SourceMap::new(), Messages::new());
-        let unit =
-            front_end.with(|options| srp_frontend::parse(source, options, &mut map, &mut messages));
         let name = stem(&PathBuf::from(&source.name));
-        Output {
-            folder: out.folder,
-            name,
-        }
-        .write("ast", &srp_frontend::ast::show::show(&unit, &map))?;
+        let folder = out.folder;
+        Output { folder, name }.write("ast", &syntax_tree(source, arch, options))?;
     }
     Ok(())
 }
@@ -190,8 +229,8 @@ fn write_divided_alone(
     }
     match input {
         Input::Ir(mut program) => {
-            let divided = pipeline::divide(&mut program, arch)?;
-            let required = divided.not_pipelined().filter(|n| n.required);
+            let divided = divide(&mut program, arch)?;
+            let required = divided.not_pipelined.iter().filter(|n| n.required);
             let files = &divided.dre.control.files;
             for obstacle in &report::obstacles(required, files, arch) {
                 say_obstacle(obstacle);

@@ -1,96 +1,31 @@
-//! What the user wants to hear: which warnings, in which form.
+//! Messages about C in the form that the command line asks for.
 
-use crate::cli::{self, ErrorFormat};
+use crate::cli::ErrorFormat;
 use crate::failure::Failure;
 use crate::talk;
 use serde_json::{Value, json};
-use srp_archdesc::diagnostic::{Diagnostic, Label, Severity, Source, render, tally};
-use srp_frontend::message::{warning_name, warning_names};
-
-/// What `-W` says about one warning.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Level {
-    Off,
-    Warn,
-    Error,
-}
-
-/// The messages after `-W`: some left out, some errors; each warning says how it is called.
-pub(crate) fn chosen(messages: Vec<Diagnostic>, args: &cli::Source) -> Vec<Diagnostic> {
-    let mut out = Vec::new();
-    for mut message in messages {
-        let name = warning_name(message.code);
-        if let (true, Some(name)) = (message.severity != Severity::Error, name) {
-            match level(&args.warnings, name) {
-                Level::Off => continue,
-                Level::Error if message.severity == Severity::Warning => {
-                    message.severity = Severity::Error;
-                }
-                _ => {}
-            }
-        }
-        out.push(message);
-    }
-    out
-}
-
-fn level(wishes: &[String], name: &str) -> Level {
-    let mut level = Level::Warn;
-    for wish in wishes {
-        match wish.as_str() {
-            "none" => level = Level::Off,
-            "all" | "extra" if level == Level::Off => level = Level::Warn,
-            "error" if level == Level::Warn => level = Level::Error,
-            "no-error" if level == Level::Error => level = Level::Warn,
-            wish if wish == name && level == Level::Off => level = Level::Warn,
-            wish if wish.strip_prefix("no-error=") == Some(name) => level = Level::Warn,
-            wish if wish.strip_prefix("no-") == Some(name) => level = Level::Off,
-            wish if wish.strip_prefix("error=") == Some(name) => level = Level::Error,
-            _ => {}
-        }
-    }
-    level
-}
-
-/// Whether every `-W` names something.
-pub(crate) fn check_names(args: &cli::Source) -> Result<(), Failure> {
-    for wish in &args.warnings {
-        let general = ["all", "extra", "none", "error", "no-error"];
-        let bare = wish.strip_prefix("no-").unwrap_or(wish);
-        let bare = bare.strip_prefix("error=").unwrap_or(bare);
-        if !general.contains(&wish.as_str()) && !warning_names().any(|name| name == bare) {
-            let names: Vec<_> = warning_names().collect();
-            return Err(Failure::Message(format!(
-                "`-W {wish}` names no warning; there are all, none, error and {}",
-                names.join(", ")
-            )));
-        }
-    }
-    Ok(())
-}
+use srp_archdesc::diagnostic::{Diagnostic, Label, Messages, Source, render};
+use srp_toolchain::Error;
 
 /// Messages as the command line wants them.
-pub(crate) fn show(
-    messages: &[Diagnostic],
-    format: ErrorFormat,
-    text: &dyn Fn(&str) -> Option<String>,
-) -> String {
+pub(crate) fn show(messages: &Messages, format: ErrorFormat) -> String {
     match format {
-        ErrorFormat::Human => {
-            let mut out = srp_frontend::message::render_all(messages, text, talk::colour());
-            out.push_str(&tally(messages));
-            out
-        }
+        ErrorFormat::Human => messages.render(talk::colour()),
         ErrorFormat::Json => {
-            let lines = messages.iter().map(|message| {
-                let source = Source::new(
-                    message.file.as_str(),
-                    text(&message.file).unwrap_or_default(),
-                );
+            let lines = messages.diagnostics.iter().map(|message| {
+                let source = Source::new(message.file.as_str(), messages.text(&message.file));
                 format!("{}\n", as_json(message, &source))
             });
             lines.collect()
         }
+    }
+}
+
+/// The failure of an error, whose messages are in the form that is wanted.
+pub(crate) fn failure(error: Error, format: ErrorFormat) -> Failure {
+    match error {
+        Error::Messages(messages) => Failure::Reported(show(&messages, format)),
+        error => error.into(),
     }
 }
 

@@ -2,13 +2,14 @@
 
 use crate::cli::dram::Dram;
 use crate::failure::Failure;
-use crate::{files, machine, talk};
+use crate::{files, talk};
 use serde::Serialize;
 use srp_archdesc::diagnostic;
 use srp_archdesc::dram::{DramSpec, FIXED, presets};
 use srp_runtime::digits::thousands;
 use srp_runtime::memory::dram::trace::{self, Replay};
 use srp_runtime::memory::dram::{self, ChannelCounters, DramReport};
+use srp_toolchain::machine;
 
 /// How a trace went: the sums over the channels, and everything in detail.
 #[derive(Serialize)]

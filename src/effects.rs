@@ -5,8 +5,7 @@ mod output;
 
 use crate::cli::Effects as Args;
 use crate::failure::Failure;
-use crate::scenes::Frame;
-use crate::{files, talk, variant};
+use crate::{files, scenes, talk};
 use serde::Serialize;
 use srp_runtime::effect::{self, Effects};
 use srp_runtime::scene::Scene;
@@ -51,23 +50,24 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if let Some(html) = &args.html {
         files::check_writable(html)?;
     }
-    let frame = Frame::read(&args.frame)?;
-    let (arch, scene, built) = (frame.arch, frame.scene, frame.effects);
-    let build = variant::Build::new(built, scene.options.bounces).asked(&args.building)?;
+    let session = &talk::session();
+    let building = Some(&args.building);
+    let frame = scenes::frame(&args.frame, building, args.bvh, args.size, session)?;
+    let (scene, built) = (&frame.scene, frame.build.effects);
     let mut report = Report {
         scene: scene.name.clone(),
         triangles: scene.triangles.len(),
-        key: variant::key(&build, &arch),
+        key: frame.build.key(&frame.arch),
         built: built.iter().map(effect::Effect::name).collect(),
-        effects: lines(&scene, built),
-        lacks: (effect::lacks(&scene).iter())
+        effects: lines(scene, built),
+        lacks: (effect::lacks(scene).iter())
             .map(ToString::to_string)
             .collect(),
         size: args.size,
         simulators: Vec::new(),
     };
     if !args.no_costs {
-        costs::measure(&mut report, &scene, &build, &arch, args)?;
+        costs::measure(&mut report, &frame, args.engine, session)?;
     }
     if let Some(html) = &args.html {
         files::write(html, output::page(&report).as_bytes())?;

@@ -1,6 +1,8 @@
 //! Why a command fails.
 
-use crate::files::FileError;
+use crate::talk;
+use srp_toolchain::Error;
+use srp_toolchain::files::FileError;
 
 /// A failure that is the input's, said once on standard error; the exit status is 1 unless something else is said.
 #[derive(Debug)]
@@ -25,5 +27,24 @@ impl Failure {
 impl From<FileError> for Failure {
     fn from(error: FileError) -> Failure {
         Failure::message(error)
+    }
+}
+
+impl From<srp_studies::Error> for Failure {
+    fn from(error: srp_studies::Error) -> Failure {
+        match error {
+            srp_studies::Error::Toolchain(error) => error.into(),
+            error => Failure::message(error),
+        }
+    }
+}
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Failure {
+        match error {
+            Error::Messages(messages) => Failure::Reported(messages.render(talk::colour())),
+            Error::Cancelled => Failure::Interrupted,
+            error => Failure::message(error),
+        }
     }
 }

@@ -2,7 +2,8 @@
 //! status 130.
 
 use crate::failure::Failure;
-use crate::{files, talk};
+use crate::talk;
+use srp_toolchain::files;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The exit status of a command that was interrupted.

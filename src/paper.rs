@@ -6,19 +6,22 @@ mod figures;
 mod frames;
 mod sheet;
 
-use crate::cli::{self, BvhBuilder};
+use crate::cli;
 use crate::failure::Failure;
-use crate::scenes::{self, Views};
+use crate::scenes;
+use crate::talk;
 use crate::tni::{self, Job, Rays, measure_at};
-use crate::{machine, talk};
 use figures::{Figures, PAPER, PaperScene, Table5};
 use sheet::Sheet;
 use srp_archdesc::arch::Arch;
+use srp_runtime::bvh::Builder;
 use srp_runtime::bvh::Bvh;
 use srp_runtime::fidelity::Fidelity;
 use srp_runtime::rays::{Kind, Order};
 use srp_runtime::scene::{Camera, Scene};
 use srp_runtime::tni::standalone::{Measure, Memories};
+use srp_toolchain::scene::Views;
+use srp_toolchain::{Session, machine};
 use std::path::{Path, PathBuf};
 
 /// Secondary rays a pixel, as in the paper.
@@ -52,18 +55,19 @@ pub(crate) fn run(args: &cli::Paper) -> Result<(), Failure> {
     }
     let arch = level.machine(&machine::read(&args.machine.machine)?);
     machine::check_system(&arch.name, &arch)?;
+    let session = &talk::session();
     let mut sheet = Sheet::new(args.json);
     for (i, path) in scenes(args)?.iter().enumerate() {
-        let case = case(path.as_deref(), args)?;
+        let case = case(path.as_deref(), args, session)?;
         if i == 0 {
             head(args, &arch, &mut sheet)?;
         }
         sheet.scene(name(&case))?;
         match args.table {
-            cli::Table::Table3 => frames::table3(&case, args, &arch, &mut sheet)?,
+            cli::Table::Table3 => frames::table3(&case, args, &arch, &mut sheet, session)?,
             cli::Table::Table4 => table4(&case, args, &arch, &mut sheet)?,
             cli::Table::Table5 => table5(&case, args, &arch, &mut sheet)?,
-            cli::Table::Table6 => frames::table6(&case, args, &arch, &mut sheet)?,
+            cli::Table::Table6 => frames::table6(&case, args, &arch, &mut sheet, session)?,
         }
     }
     sheet.finish(args.table.name())
@@ -80,10 +84,10 @@ fn scenes(args: &cli::Paper) -> Result<Vec<Option<PathBuf>>, Failure> {
     Ok(args.scenes.iter().cloned().map(Some).collect())
 }
 
-fn case(path: Option<&Path>, args: &cli::Paper) -> Result<Case, Failure> {
+fn case(path: Option<&Path>, args: &cli::Paper, session: &Session<'_>) -> Result<Case, Failure> {
     let views = path.map_or(Ok(None), Views::beside)?;
     let first = views.as_ref().map(|v| v.camera(0)).transpose()?;
-    let scene = scenes::read(path, first)?;
+    let scene = scenes::read(path, first, session)?;
     let cameras = match &views {
         Some(views) => {
             let all = (0..views.points.views.len()).map(|n| views.camera(n));
@@ -94,7 +98,7 @@ fn case(path: Option<&Path>, args: &cli::Paper) -> Result<Case, Failure> {
     let known = views.as_ref().and_then(|v| v.points.ao_radius);
     let stem = path.and_then(Path::file_stem).and_then(|n| n.to_str());
     Ok(Case {
-        bvh: scenes::build(&scene, BvhBuilder::Sweep, args.measuring.max_leaf),
+        bvh: srp_toolchain::scene::build(&scene, &args.measuring.tree(Builder::Sweep), session),
         radius: known.unwrap_or_else(|| tni::ao_radius(&scene)),
         paper: stem.and_then(|stem| PAPER.iter().find(|p| p.name.eq_ignore_ascii_case(stem))),
         scene,
@@ -211,7 +215,7 @@ fn table4(case: &Case, args: &cli::Paper, arch: &Arch, sheet: &mut Sheet) -> Res
     let how = How {
         units: 1,
         memories: Memories::Private,
-        order: args.order.into(),
+        order: args.order,
     };
     for kind in kinds(case) {
         let of = |pipeline| {
@@ -280,7 +284,7 @@ fn table5(case: &Case, args: &cli::Paper, arch: &Arch, sheet: &mut Sheet) -> Res
     let each = How {
         units,
         memories: Memories::Private,
-        order: args.order.into(),
+        order: args.order,
     };
     let one = How {
         memories: Memories::Shared,

@@ -47,7 +47,7 @@ pub(crate) fn write(path: &Path, loops: &[Proved<'_>], arch: &Arch) -> Result<()
         formula: &mut formula,
         steps: &mut steps,
     };
-    if !certify(dfg, arch, claim, &CONSOLE, certificate) {
+    if !certify(dfg, &arch.srp, claim, &CONSOLE, certificate) {
         return Err(Failure::Interrupted);
     }
     files::write(&formula_path(path), &formula)?;

@@ -3,17 +3,10 @@
 use crate::cli::{self, Render};
 use crate::failure::Failure;
 use crate::fidelity::{Shot, frame_text, sampled_text};
-use crate::scenes::{self, Frame, Views};
-use crate::talk;
-use crate::{engine, files, interrupt, report, variant};
+use crate::{compile, files, interrupt, report, scenes, talk};
 use srp_runtime::fidelity::Fidelity;
-use srp_runtime::scene::camera::Camera;
-use srp_runtime::scene_image;
 use srp_runtime::system::{self, sampled::is_count};
-use srp_scheduler::Known;
-
-/// Most SRP cycles of a frame; far beyond any that ends.
-pub(crate) const MAX_CYCLES: u64 = 1 << 44;
+use srp_toolchain::{Engines, system_options};
 
 /// Runs `srp render`.
 pub(crate) fn run(args: &Render) -> Result<(), Failure> {
@@ -22,55 +15,48 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         files::check_writable(report)?;
     }
     let loops = report::Loops::to(&args.loops.loops)?;
-    let frame = Frame::read(&args.frame)?;
-    let (arch, scene, guard) = (frame.arch, frame.scene, frame.guard);
-    let folder = args.kernels.as_deref();
-    let build = variant::Build::new(frame.effects, scene.options.bounces).asked(&args.building)?;
-    let bvh = scenes::build(&scene, args.bvh, None);
+    let session = &talk::session();
+    let frame = scenes::frame(
+        &args.frame,
+        Some(&args.building),
+        args.bvh,
+        args.size,
+        session,
+    )?;
     // A frame that is refused is so before kernels are compiled for it.
-    let image = scene_image::build(&scene, &bvh, &scene.camera, &arch, args.size)
-        .map_err(Failure::message)?;
-    let known = Known::default();
+    let image = frame.image()?;
     // What was kept says nothing of how its loops were scheduled.
-    let compiled = match folder {
-        None if args.loops.loops.is_empty() => variant::kept(&arch, &build, &known)?,
-        folder => variant::compile_kernels(folder, &arch, &build, &known)?,
-    };
-    loops.write(&compiled, &arch)?;
+    let compiled = interrupt::looked_for(|| match args.kernels.as_deref() {
+        None if args.loops.loops.is_empty() => frame.build.kept(&frame.arch, session),
+        folder => frame.build.compile(folder, &frame.arch, session),
+    })?;
+    talk::say_all(&compiled.messages.render(talk::colour()));
+    compile::say_not_pipelined(&compiled, &frame.arch, false);
+    loops.write(&compiled, &frame.arch)?;
+    interrupt::end_if_requested()?;
 
     let program = compiled.runnable()?;
-    let factory = engine::Factory::of(program, &arch, args.engine)?;
+    let engines = Engines::of(program, &frame.arch, args.engine, session)?;
     let level = args.level.fidelity;
     if level < Fidelity::Cycle {
         let shot = Shot {
-            scene: &scene,
-            camera: &scene.camera,
-            arch: &arch,
+            scene: &frame.scene,
+            camera: &frame.scene.camera,
+            arch: &frame.arch,
             program,
-            factory: &factory,
+            engines: &engines,
             image,
-            effects: frame.effects,
-            guard,
+            effects: frame.build.effects,
+            guard: frame.guard.clone(),
             size: args.size,
             threads: cli::threads(args.threads),
             recorded_hits: false,
         };
         return cheaply(&shot, args);
     }
-    let arch = level.machine(&arch);
-    let cores = factory.cores(arch.system.cores);
-    let options = system::Options {
-        guard,
-        timing: system::Timing::Full,
-        max_cycles: MAX_CYCLES,
-        sram_image: &program.image,
-        kernel_names: program
-            .kernels
-            .values()
-            .map(|k| k.dfg.name.clone())
-            .collect(),
-        watch: &talk::CONSOLE,
-    };
+    let arch = level.machine(&frame.arch);
+    let cores = engines.cores(arch.system.cores);
+    let options = system_options(program, frame.guard.clone(), system::Timing::Full, session);
     let rendered = interrupt::looked_for(|| system::render(image, cores, &arch, options));
     let (picture, report) = rendered.map_err(Failure::message)?;
 
@@ -123,20 +109,4 @@ fn cheaply(shot: &Shot<'_>, args: &Render) -> Result<(), Failure> {
         _ => talk::say(args.output.display()),
     }
     Ok(())
-}
-
-/// The camera that the command line asks for, if it does.
-pub(crate) fn camera(own: &cli::Camera, cameras: Option<&str>) -> Result<Option<Camera>, Failure> {
-    if let Some(text) = &own.camera {
-        return Camera::parse(text).map(Some).map_err(Failure::message);
-    }
-    let Some(which) = cameras else {
-        return Ok(None);
-    };
-    let Some((path, name, Some(number))) = scenes::parse_cameras(which) else {
-        return Err(Failure::Message(format!(
-            "--cameras {which}: write FILE.json:NAME/N"
-        )));
-    };
-    Views::read(path, name)?.camera(number).map(Some)
 }

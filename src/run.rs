@@ -1,9 +1,8 @@
 //! `srp run`
 
-use crate::cli::{Engine, Run, RunEngine};
+use crate::cli::{self, Run, RunEngine};
 use crate::failure::Failure;
-use crate::pipeline::{self, Effort, FrontEnd, Input};
-use crate::{compile, engine, interrupt, machine, report, talk};
+use crate::{compile, diagnostics, interrupt, report, talk};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::Entity;
 use srp_ir::dre::scheduled::ScheduledDre;
@@ -12,30 +11,33 @@ use srp_ir::interp::{self, FlatWorld};
 use srp_ir::layout::Layout;
 use srp_ir::program::Kernel;
 use srp_runtime::solo::{self, Finish, Solo, SoloError};
+use srp_toolchain::{Engine, Engines, Error, Input, Options, front_end, input, machine};
 
 /// Runs `srp run`; the program's exit status.
 pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     let arch = machine::read(&args.compilation.machine.machine)?;
-    let front_end = FrontEnd::new(&args.compilation.source, &arch);
+    let options = args.compilation.options()?;
+    let source = &args.compilation.source;
+    let session = &talk::session();
     let loops = report::Loops::to(&args.loops.loops)?;
-    let input = pipeline::read(&args.files, &arch)?;
-    let simulator = match args.engine {
-        RunEngine::Csim => Engine::Csim,
-        RunEngine::Interp => Engine::Interp,
+    let input = input::read(&args.files, &arch)?;
+    let engine = match args.engine {
+        RunEngine::Csim => Engine::Generated,
+        RunEngine::Interp => Engine::Interpreter,
         RunEngine::Ir if !args.loops.loops.is_empty() => {
             return Err(Failure::message(
                 "--engine ir schedules no loop: there is nothing to write for --loops",
             ));
         }
-        RunEngine::Ir => return interpret(input, &front_end, &arch, args.limit),
+        RunEngine::Ir => return interpret(input, &options, source, &arch, args.limit),
     };
-    let compiled = pipeline::compile(input, &front_end, Effort::of(&args.compilation.search))?;
-    compile::say_not_pipelined(&compiled, &arch, &args.compilation.source);
+    let compiled = compile::compile_and_say(input, &arch, &options, source, session)?;
+    compile::say_not_pipelined(&compiled, &arch, source.remarks_passes());
     loops.write(&compiled, &arch)?;
+    interrupt::end_if_requested()?;
     let program = compiled.runnable()?;
-    let mut cores = engine::cores(program, &arch, simulator, 1)?;
+    let mut core = Engines::of(program, &arch, engine, session)?.core();
     let mut bus = Solo::new(&program.image, arch.system.sram_bytes);
-    let core = cores.first_mut().expect("one core was asked for");
     let mut account = Finish::default();
     let ended = interrupt::looked_for(|| {
         solo::run_until(
@@ -72,14 +74,18 @@ fn say_account(account: &Finish, program: &ScheduledDre) {
 /// Runs the meaning of the intermediate form.
 fn interpret(
     input: Input,
-    front_end: &FrontEnd<'_>,
+    options: &Options,
+    source: &cli::Source,
     arch: &Arch,
     limit: u64,
 ) -> Result<i32, Failure> {
     let mut precision = arch.precision;
     let dre = match input {
         Input::C(sources) => {
-            let control = front_end.compile(&sources)?;
+            let compiled = front_end(&sources, arch, options);
+            let (control, warnings) =
+                compiled.map_err(|e| diagnostics::failure(e, source.error_format))?;
+            talk::say_all(&diagnostics::show(&warnings, source.error_format));
             // Steps that the compiler would put into the program are not in it.
             precision = precision.in_units();
             Dre {
@@ -97,7 +103,7 @@ fn interpret(
         }
     };
     let layout = Layout::of(&dre.control, arch.system.sram_bytes).map_err(Failure::message)?;
-    let main = dre.control.main.ok_or_else(pipeline::no_main)?;
+    let main = dre.control.main.ok_or(Error::NoMain)?;
     let mut world = FlatWorld::new(&layout, arch.system.sram_bytes);
     let options = interp::Options {
         precision,

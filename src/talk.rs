@@ -1,9 +1,10 @@
 //! Talk: what goes to standard error while a command works. Data goes to standard output.
 
-use crate::files::FileError;
 use crate::interrupt;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use srp_archdesc::watch::{Event, Watch};
+use srp_toolchain::Session;
+use srp_toolchain::files::FileError;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -88,6 +89,11 @@ impl Progress {
 pub(crate) struct Console {
     start: OnceLock<Instant>,
     stages: Mutex<Vec<Option<(Progress, u64)>>>,
+}
+
+/// A session that the terminal watches.
+pub(crate) fn session() -> Session<'static> {
+    Session::new(&CONSOLE)
 }
 
 /// The one terminal.

@@ -2,11 +2,12 @@
 
 use crate::cli;
 use crate::failure::Failure;
+use crate::interrupt;
 use crate::talk::{self, Progress};
-use crate::{interrupt, machine};
 use serde::Serialize;
 use srp_archdesc::arch::Approx;
 use srp_archdesc::certify::{Certificate, Function, certify};
+use srp_toolchain::machine;
 use std::fmt::Write as _;
 
 /// The certificates of a machine.

@@ -19,18 +19,31 @@ entity! {
     Resource = "res";
 }
 
-/// A machine: the array with its units, files and links, and the system round it.
+/// A machine: SRPs, and the units round them.
 ///
-/// Always holds: names are unique in their kind; every entity mentioned exists; latencies and
-/// intervals are at least 1; where there are VLIW slots, they run between them all that control code
-/// needs ([`Class::ALL`]), and there is a central file for each type. A machine without slots is an
-/// array alone, onto which graphs can be mapped but not programs compiled.
 /// Made only by [`parse`](crate::parse).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arch {
     /// The machine's name.
     pub name: String,
-    /// Rows and columns of the array.
+    /// The SRP of each core.
+    pub srp: Srp,
+    /// How exact its special functions are.
+    pub precision: Precision,
+    /// The units round it.
+    pub system: SystemSpec,
+}
+
+/// The SRP: an array of functional units, the first of which are the slots of the VLIW engine too.
+/// It is all that a scheduler sees of a machine.
+///
+/// Always holds: names are unique in their kind; every entity mentioned exists; latencies and
+/// intervals are at least 1; where there are VLIW slots, they run between them all that control code
+/// needs ([`Class::ALL`]), and there is a central file for each type. An SRP without slots is an
+/// array alone, onto which graphs can be mapped but not programs compiled.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Srp {
+    /// Rows of the array.
     pub rows: u32,
     /// Columns of the array.
     pub cols: u32,
@@ -50,10 +63,6 @@ pub struct Arch {
     pub preload_width: u32,
     /// Cycles after a branch's own before its target issues.
     pub branch_delay: u32,
-    /// How exact the special functions are.
-    pub precision: Precision,
-    /// The units round the array.
-    pub system: SystemSpec,
 }
 
 /// One functional unit.
@@ -173,7 +182,7 @@ pub struct ResourceSpec {
     pub count: u32,
 }
 
-impl Arch {
+impl Srp {
     /// The unit of VLIW slot `slot`.
     pub fn slot(&self, slot: u32) -> Option<Fu> {
         self.fus

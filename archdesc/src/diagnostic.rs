@@ -244,6 +244,48 @@ pub fn render_all(diagnostics: &[Diagnostic], source: &str, colour: bool) -> Str
     text
 }
 
+/// Messages about several texts, with the texts.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Messages {
+    /// The messages, in the order in which they are shown.
+    pub diagnostics: Vec<Diagnostic>,
+    /// The texts that they are about. A message about another text comes without its lines.
+    pub sources: Vec<Source>,
+}
+
+impl Messages {
+    /// All messages as a terminal shows them, an empty line after each, and the number of errors
+    /// at the end.
+    pub fn render(&self, colour: bool) -> String {
+        let mut text = String::new();
+        for diagnostic in &self.diagnostics {
+            text.push_str(&render(diagnostic, self.text(&diagnostic.file), colour));
+            text.push_str("\n\n");
+        }
+        text + &tally(&self.diagnostics)
+    }
+
+    /// The text of this name; empty where it is not known.
+    pub fn text(&self, name: &str) -> &str {
+        let source = self.sources.iter().find(|s| s.name == name);
+        source.map_or("", |s| s.text.as_str())
+    }
+
+    /// How many of them are errors.
+    pub fn errors(&self) -> usize {
+        let is_error = |d: &&Diagnostic| d.severity == Severity::Error;
+        self.diagnostics.iter().filter(is_error).count()
+    }
+}
+
+impl fmt::Display for Messages {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.render(false))
+    }
+}
+
+impl std::error::Error for Messages {}
+
 /// How many errors there are, as a line; nothing where there is none.
 pub fn tally(diagnostics: &[Diagnostic]) -> String {
     let is_error = |d: &&Diagnostic| d.severity == Severity::Error;

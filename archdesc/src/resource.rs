@@ -1,4 +1,4 @@
-//! [`ResourceGraph`]: the machine as a router sees it. Derived from [`Arch`], never edited.
+//! [`ResourceGraph`]: the machine as a router sees it. Derived from [`Srp`], never edited.
 //!
 //! A value lives, cycle by cycle, in *places*: the output register of a unit, its predicate
 //! output, or a register file. From a place it can be *read* into an operand of a unit in the same
@@ -13,7 +13,7 @@
 //!   file from cycle `t + d + 1`;
 //! * a register may be read in the very cycle before the one in which its next value stands there.
 
-use crate::arch::{Arch, FileKind, Fu, Link, RegFile};
+use crate::arch::{FileKind, Fu, Link, RegFile, Srp};
 use crate::entity;
 use crate::entity::{Entity, EntityMap};
 use crate::isa::{Opcode, Ty};
@@ -95,12 +95,12 @@ pub struct ResourceGraph {
 }
 
 impl ResourceGraph {
-    /// The routing resources of `arch`.
-    pub fn of(arch: &Arch) -> ResourceGraph {
+    /// The routing resources of `srp`.
+    pub fn of(srp: &Srp) -> ResourceGraph {
         let mut places = EntityMap::new();
         let mut out = EntityMap::new();
         let mut pred_out = EntityMap::new();
-        for (fu, spec) in arch.fus.iter() {
+        for (fu, spec) in srp.fus.iter() {
             let data = places.push(PlaceSpec {
                 kind: PlaceKind::Out(fu),
                 width: spec.width,
@@ -117,7 +117,7 @@ impl ResourceGraph {
                 data
             });
         }
-        let file: EntityMap<RegFile, Place> = arch
+        let file: EntityMap<RegFile, Place> = srp
             .files
             .iter()
             .map(|(rf, f)| {
@@ -130,21 +130,21 @@ impl ResourceGraph {
             .collect();
 
         let mut graph = ResourceGraph {
-            reads: EntityMap::filled(arch.fus.len(), Vec::new()),
-            writes: EntityMap::filled(arch.fus.len(), Vec::new()),
+            reads: EntityMap::filled(srp.fus.len(), Vec::new()),
+            writes: EntityMap::filled(srp.fus.len(), Vec::new()),
             transfers: EntityMap::filled(places.len(), Vec::new()),
             places,
             out,
             pred_out,
             file,
         };
-        graph.add_outputs(arch);
-        graph.add_files(arch);
+        graph.add_outputs(srp);
+        graph.add_files(srp);
         graph
     }
 
-    fn add_outputs(&mut self, arch: &Arch) {
-        for fu in arch.fus.keys() {
+    fn add_outputs(&mut self, srp: &Srp) {
+        for fu in srp.fus.keys() {
             for from in self.outputs(fu) {
                 let width = self.places[from].width;
                 self.reads[fu].push(ReadPath {
@@ -156,8 +156,8 @@ impl ResourceGraph {
                 });
             }
         }
-        for (link, l) in arch.links.iter() {
-            for (from, width) in self.carried(arch, link) {
+        for (link, l) in srp.links.iter() {
+            for (from, width) in self.carried(srp, link) {
                 let path = ReadPath {
                     from,
                     to: l.to,
@@ -170,8 +170,8 @@ impl ResourceGraph {
         }
     }
 
-    fn add_files(&mut self, arch: &Arch) {
-        for (rf, spec) in arch.files.iter() {
+    fn add_files(&mut self, srp: &Srp) {
+        for (rf, spec) in srp.files.iter() {
             let place = self.file[rf];
             for &fu in &spec.readers {
                 let width = spec.width;
@@ -188,8 +188,8 @@ impl ResourceGraph {
                 if !spec.from_links {
                     continue;
                 }
-                for (link, l) in arch.links.iter().filter(|(_, l)| l.to == fu) {
-                    for (from, width) in self.carried(arch, link) {
+                for (link, l) in srp.links.iter().filter(|(_, l)| l.to == fu) {
+                    for (from, width) in self.carried(srp, link) {
                         let width = width.min(spec.width);
                         let transfer = Transfer {
                             from,
@@ -208,9 +208,9 @@ impl ResourceGraph {
     /// The outputs that a link carries, each with the width of its widest value there. A link of
     /// the predicate network does not carry the data output of a unit whose predicates have their
     /// own.
-    fn carried(&self, arch: &Arch, link: Link) -> Vec<(Place, u32)> {
-        let l = &arch.links[link];
-        let predicates_only = l.width == 1 && arch.fus[l.from].pred_out;
+    fn carried(&self, srp: &Srp, link: Link) -> Vec<(Place, u32)> {
+        let l = &srp.links[link];
+        let predicates_only = l.width == 1 && srp.fus[l.from].pred_out;
         self.outputs(l.from)
             .map(|from| (from, self.places[from].width))
             .filter(|&(_, width)| width == 1 || !predicates_only)
@@ -241,18 +241,18 @@ impl ResourceGraph {
     }
 
     /// The name of a place, as in generated code.
-    pub fn name(&self, arch: &Arch, place: Place) -> String {
+    pub fn name(&self, srp: &Srp, place: Place) -> String {
         match self.places[place].kind {
-            PlaceKind::Out(fu) => format!("{}_out", arch.fus[fu].name),
-            PlaceKind::PredOut(fu) => format!("{}_p", arch.fus[fu].name),
-            PlaceKind::File(rf) => arch.files[rf].name.clone(),
+            PlaceKind::Out(fu) => format!("{}_out", srp.fus[fu].name),
+            PlaceKind::PredOut(fu) => format!("{}_p", srp.fus[fu].name),
+            PlaceKind::File(rf) => srp.files[rf].name.clone(),
         }
     }
 
     /// Whether the registers of `place` advance with the iteration.
-    pub fn rotates(&self, arch: &Arch, place: Place) -> bool {
+    pub fn rotates(&self, srp: &Srp, place: Place) -> bool {
         self.as_file(place)
-            .is_some_and(|rf| arch.files[rf].kind == FileKind::Rotating)
+            .is_some_and(|rf| srp.files[rf].kind == FileKind::Rotating)
     }
 
     /// The index of the first place that is a file; the ones before are outputs.

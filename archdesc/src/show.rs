@@ -25,18 +25,18 @@ fn unit_kind(unit: &FuSpec) -> UnitKind<'_> {
 
 fn show_machine(out: &mut String, arch: &Arch) -> std::fmt::Result {
     let mut kinds: Vec<UnitKind<'_>> = Vec::new();
-    for unit in arch.fus.values() {
+    for unit in arch.srp.fus.values() {
         if !kinds.contains(&unit_kind(unit)) {
             kinds.push(unit_kind(unit));
         }
     }
-    let flops = arch.peak_flops_per_cycle();
+    let flops = arch.srp.peak_flops_per_cycle();
     let ghz = f64::from(arch.system.srp_mhz) / 1000.0;
     let cores = f64::from(arch.system.cores);
     writeln!(
         out,
         "machine {}: {} × SRP of {}×{} units at {} MHz",
-        arch.name, arch.system.cores, arch.rows, arch.cols, arch.system.srp_mhz
+        arch.name, arch.system.cores, arch.srp.rows, arch.srp.cols, arch.system.srp_mhz
     )?;
     writeln!(
         out,
@@ -76,18 +76,18 @@ fn show_grid(out: &mut String, arch: &Arch, kinds: &[UnitKind<'_>]) -> std::fmt:
             None => kind,
         }
     };
-    let cells: Vec<String> = arch.fus.values().map(cell).collect();
+    let cells: Vec<String> = arch.srp.fus.values().map(cell).collect();
     let width = cells.iter().map(String::len).max().unwrap_or(1);
     let rule = format!(
         "  +{}",
-        format!("{:-<1$}+", "", width + 2).repeat(arch.cols as usize)
+        format!("{:-<1$}+", "", width + 2).repeat(arch.srp.cols as usize)
     );
     writeln!(
         out,
         "array (unit kind:VLIW slot), {} links",
-        arch.links.len()
+        arch.srp.links.len()
     )?;
-    for row in cells.chunks(arch.cols as usize) {
+    for row in cells.chunks(arch.srp.cols as usize) {
         writeln!(out, "{rule}")?;
         let row: Vec<String> = row.iter().map(|c| format!(" {c:<width$} ")).collect();
         writeln!(out, "  |{}|", row.join("|"))?;
@@ -98,7 +98,12 @@ fn show_grid(out: &mut String, arch: &Arch, kinds: &[UnitKind<'_>]) -> std::fmt:
 fn show_kinds(out: &mut String, arch: &Arch, kinds: &[UnitKind<'_>]) -> std::fmt::Result {
     for (n, kind) in kinds.iter().enumerate() {
         let (width, pred_out, constants, ops) = *kind;
-        let count = arch.fus.values().filter(|u| unit_kind(u) == *kind).count();
+        let count = arch
+            .srp
+            .fus
+            .values()
+            .filter(|u| unit_kind(u) == *kind)
+            .count();
         let predicates = if pred_out { "own" } else { "no" };
         writeln!(
             out,
@@ -117,7 +122,7 @@ fn show_classes(out: &mut String, arch: &Arch) -> std::fmt::Result {
     writeln!(out, "class   latency  interval  units  slots  shares")?;
     for &class in Class::ALL {
         let mut ways: BTreeMap<(u32, u32, Vec<_>), (u32, u32)> = BTreeMap::new();
-        for unit in arch.fus.values() {
+        for unit in arch.srp.fus.values() {
             if let Some(op) = unit.op(class) {
                 let way = ways.entry((op.latency, op.interval, op.uses.clone()));
                 let (units, slots) = way.or_default();
@@ -128,7 +133,12 @@ fn show_classes(out: &mut String, arch: &Arch) -> std::fmt::Result {
         for ((latency, interval, uses), (units, slots)) in ways {
             let uses: Vec<String> = uses
                 .iter()
-                .map(|&r| format!("{} ({})", arch.resources[r].name, arch.resources[r].count))
+                .map(|&r| {
+                    format!(
+                        "{} ({})",
+                        arch.srp.resources[r].name, arch.srp.resources[r].count
+                    )
+                })
                 .collect();
             let line = format!(
                 "{:<8}{latency:>7}{interval:>10}{units:>7}{slots:>7}  {}",
@@ -143,7 +153,7 @@ fn show_classes(out: &mut String, arch: &Arch) -> std::fmt::Result {
 
 fn show_files(out: &mut String, arch: &Arch) -> std::fmt::Result {
     let mut local: BTreeMap<(&str, u32, u32), usize> = BTreeMap::new();
-    for file in arch.files.values() {
+    for file in arch.srp.files.values() {
         match file.kind {
             FileKind::Central => writeln!(
                 out,
@@ -168,11 +178,11 @@ fn show_engine(out: &mut String, arch: &Arch) -> std::fmt::Result {
     writeln!(
         out,
         "{} VLIW slots, branch delay {}; mode switch {} cycles, {} registers set per cycle; {} contexts",
-        arch.slots().len(),
-        arch.branch_delay,
-        arch.mode_switch,
-        arch.preload_width,
-        arch.contexts
+        arch.srp.slots().len(),
+        arch.srp.branch_delay,
+        arch.srp.mode_switch,
+        arch.srp.preload_width,
+        arch.srp.contexts
     )?;
     let Precision {
         rcp,

@@ -43,7 +43,7 @@ fn golden(name: &str, text: &str) {
 }
 
 fn unit(arch: &Arch, name: &str) -> Fu {
-    let named = arch.fus.iter().find(|(_, unit)| unit.name == name);
+    let named = arch.srp.fus.iter().find(|(_, unit)| unit.name == name);
     named.expect("a unit of that name").0
 }
 
@@ -90,10 +90,10 @@ fn expanded_form_is_the_same_machine() {
 #[test]
 fn default_machine_is_the_papers() {
     let arch = machine(SGRT);
-    let gflops = arch.peak_flops_per_cycle() * f64::from(arch.system.srp_mhz) / 1000.0;
+    let gflops = arch.srp.peak_flops_per_cycle() * f64::from(arch.system.srp_mhz) / 1000.0;
     assert_eq!(gflops, 72.5);
     let system = &arch.system;
-    assert_eq!((arch.rows, arch.cols, system.cores), (4, 4, 4));
+    assert_eq!((arch.srp.rows, arch.srp.cols, system.cores), (4, 4, 4));
     assert_eq!(system.sram_bytes, 240 * 1024);
     assert_eq!(system.data_cache.bytes, 4 * 1024);
     assert_eq!(system.texture_cache.bytes, 32 * 1024);
@@ -136,11 +136,12 @@ fn two_attributes_make_the_array_larger() {
     let small = machine(SGRT);
     let large = edit(SGRT.xml, "rows=\"4\" cols=\"4\"", "rows=\"8\" cols=\"8\"");
     let large = read("large", &large);
-    assert_eq!(large.fus.len(), 64);
-    assert_eq!(large.slots().len(), 4);
-    assert_eq!(large.peak_flops_per_cycle(), 290.0);
-    for unit in large.fus.values() {
+    assert_eq!(large.srp.fus.len(), 64);
+    assert_eq!(large.srp.slots().len(), 4);
+    assert_eq!(large.srp.peak_flops_per_cycle(), 290.0);
+    for unit in large.srp.fus.values() {
         let model = small
+            .srp
             .fus
             .values()
             .find(|u| (u.row, u.col) == (unit.row % 4, unit.col % 4))
@@ -149,15 +150,15 @@ fn two_attributes_make_the_array_larger() {
         assert_eq!(unit.name, format!("fu_{}_{}", unit.row, unit.col));
     }
     // Horizontal, vertical and the two diagonals, each both ways.
-    assert_eq!(large.links.len(), 2 * (8 * 7 + 8 * 7 + 7 * 7 + 7 * 7));
+    assert_eq!(large.srp.links.len(), 2 * (8 * 7 + 8 * 7 + 7 * 7 + 7 * 7));
     let largest = edit(WIDE.xml, "rows=\"8\" cols=\"8\"", "rows=\"64\" cols=\"64\"");
-    assert_eq!(read("largest", &largest).fus.len(), 4096);
+    assert_eq!(read("largest", &largest).srp.fus.len(), 4096);
 }
 
 #[test]
 fn cells_and_links_can_deviate() {
     let arch = read("changed", &changed());
-    let divider = &arch.fus[unit(&arch, "divider")];
+    let divider = &arch.srp.fus[unit(&arch, "divider")];
     assert_eq!((divider.row, divider.col, divider.constants), (3, 3, 2));
     let idiv = divider.runs(Opcode::Div).expect("its type's class");
     assert_eq!((idiv.latency, idiv.interval), (20, 4));
@@ -165,16 +166,22 @@ fn cells_and_links_can_deviate() {
     let uses: Vec<&str> = fadd
         .uses
         .iter()
-        .map(|&r| arch.resources[r].name.as_str())
+        .map(|&r| arch.srp.resources[r].name.as_str())
         .collect();
     assert_eq!(uses, ["cache_port", "sram_port"]);
-    let narrow = &arch.fus[unit(&arch, "fu_2_0")];
+    let narrow = &arch.srp.fus[unit(&arch, "fu_2_0")];
     assert!(narrow.runs(Opcode::Lw).is_some() && narrow.runs(Opcode::Lv).is_none());
     assert!(narrow.runs(Opcode::Pand).is_none() && !narrow.pred_out);
-    let added = arch.links.values().last().expect("links");
+    let added = arch.srp.links.values().last().expect("links");
     assert_eq!((added.delay, added.width), (2, 32));
-    assert!(arch.links.values().all(|l| l.delay > 0 && l.width == 32));
+    assert!(
+        arch.srp
+            .links
+            .values()
+            .all(|l| l.delay > 0 && l.width == 32)
+    );
     let own: Vec<&str> = arch
+        .srp
         .files
         .values()
         .filter(|f| f.kind != FileKind::Central && f.readers == [unit(&arch, "divider")])
@@ -211,11 +218,11 @@ fn resource_graph_of_the_tiny_machine() {
 }
 
 fn graph_text(arch: &Arch) -> Result<String, std::fmt::Error> {
-    let graph = ResourceGraph::of(arch);
-    let name = |place| graph.name(arch, place);
+    let graph = ResourceGraph::of(&arch.srp);
+    let name = |place| graph.name(&arch.srp, place);
     let mut out = String::new();
     for (place, spec) in graph.places.iter() {
-        let rotates = if graph.rotates(arch, place) {
+        let rotates = if graph.rotates(&arch.srp, place) {
             ", rotating"
         } else {
             ""
@@ -228,7 +235,7 @@ fn graph_text(arch: &Arch) -> Result<String, std::fmt::Error> {
             spec.width
         )?;
     }
-    for (fu, unit) in arch.fus.iter() {
+    for (fu, unit) in arch.srp.fus.iter() {
         writeln!(out, "\n{fu} {}", unit.name)?;
         for read in &graph.reads[fu] {
             write!(out, "  reads {}, {} bits", name(read.from), read.width)?;
@@ -263,7 +270,7 @@ fn example_of_the_reference_is_a_machine() {
     let start = reference.find("```xml\n").expect("an example") + "```xml\n".len();
     let length = reference[start..].find("```").expect("its end");
     let arch = read("FORMAT.md", &reference[start..start + length]);
-    assert_eq!(arch.fus.len(), 4);
+    assert_eq!(arch.srp.fus.len(), 4);
 }
 
 #[test]
@@ -273,12 +280,12 @@ fn standard_arrays_are_machines() {
     let text = standard(&plain).expect("a mesh there is");
     let mesh = read("mesh", &text);
     assert_eq!(xml::parse("again", &xml::write(&mesh)), Ok(mesh.clone()));
-    assert_eq!((mesh.fus.len(), mesh.links.len()), (16, 48));
-    assert!(mesh.slots().is_empty());
+    assert_eq!((mesh.srp.fus.len(), mesh.srp.links.len()), (16, 48));
+    assert!(mesh.srp.slots().is_empty());
     // One output, its own registers, every scalar operation in one cycle.
-    let graph = ResourceGraph::of(&mesh);
+    let graph = ResourceGraph::of(&mesh.srp);
     assert_eq!(graph.places.len(), 32);
-    for unit in mesh.fus.values() {
+    for unit in mesh.srp.fus.values() {
         assert!(
             unit.ops
                 .iter()
@@ -291,7 +298,7 @@ fn standard_arrays_are_machines() {
             topology,
             ..plain.clone()
         });
-        read("mesh", &text.expect("it is one")).links.len()
+        read("mesh", &text.expect("it is one")).srp.links.len()
     };
     assert_eq!(links(ArrayTopology::Diagonal), 48 + 2 * 2 * 9);
     assert_eq!(links(ArrayTopology::Torus), 64);
@@ -303,8 +310,8 @@ fn standard_arrays_are_machines() {
         ..plain.clone()
     });
     let memory = read("mesh", &memory.expect("it is one"));
-    assert!(memory.files.is_empty());
-    for unit in memory.fus.values() {
+    assert!(memory.srp.files.is_empty());
+    for unit in memory.srp.fus.values() {
         assert_eq!(unit.runs(Opcode::Lw).is_some(), unit.col == 0);
         assert_eq!(unit.runs(Opcode::Add).map(|op| op.latency), Some(2));
     }

@@ -4,11 +4,11 @@ mod cfg;
 mod compact;
 mod copyprop;
 mod dce;
+mod fast_math;
 mod fold;
 mod gvn;
 mod ifconvert;
 mod inline;
-mod licence;
 mod licm;
 mod mem2reg;
 mod params;
@@ -22,22 +22,26 @@ mod strength;
 
 use crate::program::Pos;
 
-pub use cfg::simplify_cfg;
-pub use compact::{compact, compact_program};
-pub use copyprop::copyprop;
-pub use dce::dce;
-pub use fold::fold;
-pub use gvn::gvn;
-pub use ifconvert::ifconvert;
-pub use inline::{MAX_SIZE, SMALL, inline, prune};
-pub use licence::{CONTRACT, RECIPROCAL, contract, reciprocal};
-pub use licm::licm;
-pub use mem2reg::mem2reg;
-pub use pipeline::{Options, optimise};
-pub use reassociate::{REASSOCIATE, reassociate};
-pub use refine::refine;
+pub use compact::compact_program;
+pub use pipeline::{
+    FastMath, Options, PASSES, Pass, STANDARD, optimise, parse, pass, run, standard,
+};
+
+use cfg::simplify_cfg;
+pub(crate) use compact::compact;
+use copyprop::copyprop;
+pub(crate) use dce::dce;
+use fast_math::{CONTRACT, RECIPROCAL, contract, reciprocal};
+use fold::fold;
+use gvn::gvn;
+use ifconvert::ifconvert;
+use inline::inline;
+use licm::licm;
+use mem2reg::mem2reg;
+use reassociate::{REASSOCIATE, reassociate};
+use refine::refine;
 pub(crate) use restrict::{restrict_number, settle_restrict};
-pub use strength::strength;
+use strength::strength;
 
 /// What stood in a pass's way, for the user to know.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -48,4 +52,12 @@ pub struct Remark {
     pub pass: &'static str,
     /// What, and what can be done.
     pub message: String,
+}
+
+impl Remark {
+    /// Whether it tells of a place where results may change, which [`FastMath`] has allowed. The
+    /// pass is then the name of the feature.
+    pub fn changes_results(&self) -> bool {
+        [REASSOCIATE, RECIPROCAL, CONTRACT].contains(&self.pass)
+    }
 }

@@ -4,7 +4,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use srp_runtime::scene::{Loaded, Messages, read};
+use srp_archdesc::diagnostic::Messages;
+use srp_runtime::scene::{Loaded, read};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes")

@@ -4,7 +4,7 @@
 //! their type: the first word in word register 0, the second in 1, and so on, each file counted by
 //! itself. The last registers of the word file are reserved.
 
-use srp_archdesc::arch::{Arch, RegFile};
+use srp_archdesc::arch::{RegFile, Srp};
 use srp_archdesc::isa::Ty;
 use srp_ir::dre::scheduled::Reg;
 use std::collections::BTreeMap;
@@ -18,17 +18,17 @@ pub const RESERVED_WORDS: u32 = 2;
 /// # Panics
 ///
 /// If there is none, which only a machine without VLIW slots can be like.
-pub fn file(arch: &Arch, ty: Ty) -> RegFile {
-    arch.central(ty)
+pub fn file(srp: &Srp, ty: Ty) -> RegFile {
+    srp.central(ty)
         .expect("a machine with VLIW slots has a central file for every type")
 }
 
 /// Registers of the central file of `ty` that can hold values: the first ones.
-pub fn allocatable(arch: &Arch, ty: Ty) -> u32 {
-    let file_of_type = file(arch, ty);
-    let size = arch.files[file_of_type].size;
+pub fn allocatable(srp: &Srp, ty: Ty) -> u32 {
+    let file_of_type = file(srp, ty);
+    let size = srp.files[file_of_type].size;
     // A machine may keep several types in one file.
-    if file_of_type == file(arch, Ty::Word) {
+    if file_of_type == file(srp, Ty::Word) {
         size.saturating_sub(RESERVED_WORDS)
     } else {
         size
@@ -36,29 +36,29 @@ pub fn allocatable(arch: &Arch, ty: Ty) -> u32 {
 }
 
 /// The stack pointer.
-pub fn stack_pointer(arch: &Arch) -> Reg {
-    let file = file(arch, Ty::Word);
+pub fn stack_pointer(srp: &Srp) -> Reg {
+    let file = file(srp, Ty::Word);
     Reg {
         file,
-        index: arch.files[file].size - 1,
+        index: srp.files[file].size - 1,
     }
 }
 
 /// The link register.
-pub fn link(arch: &Arch) -> Reg {
-    let file = file(arch, Ty::Word);
+pub fn link(srp: &Srp) -> Reg {
+    let file = file(srp, Ty::Word);
     Reg {
         file,
-        index: arch.files[file].size - 2,
+        index: srp.files[file].size - 2,
     }
 }
 
 /// The registers that never hold a value; none on an array without a central file.
-pub fn reserved(arch: &Arch) -> Vec<Reg> {
-    let Some(file) = arch.central(Ty::Word) else {
+pub fn reserved(srp: &Srp) -> Vec<Reg> {
+    let Some(file) = srp.central(Ty::Word) else {
         return Vec::new();
     };
-    let size = arch.files[file].size;
+    let size = srp.files[file].size;
     (size.saturating_sub(RESERVED_WORDS)..size)
         .map(|index| Reg { file, index })
         .collect()
@@ -66,12 +66,12 @@ pub fn reserved(arch: &Arch) -> Vec<Reg> {
 
 /// Where values of these types pass; `None` for those that find no register, as all do where there
 /// is no central file.
-pub fn passing(arch: &Arch, types: impl IntoIterator<Item = Ty>) -> Vec<Option<Reg>> {
+pub fn passing(srp: &Srp, types: impl IntoIterator<Item = Ty>) -> Vec<Option<Reg>> {
     let mut next = BTreeMap::new();
     let place = |ty: Ty| {
-        let file = arch.central(ty)?;
+        let file = srp.central(ty)?;
         let index = next.entry(file).or_insert(0);
-        let reg = (*index < allocatable(arch, ty)).then_some(Reg {
+        let reg = (*index < allocatable(srp, ty)).then_some(Reg {
             file,
             index: *index,
         });

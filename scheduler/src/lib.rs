@@ -18,48 +18,26 @@ use check::Violation;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::threads;
-use srp_archdesc::watch::{Event, Stage, Watch};
-use srp_ir::dfg::Dfg;
+use srp_archdesc::watch::{Stage, Watch};
 use srp_ir::dre::Dre;
 use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledDre};
 use srp_ir::layout::{Layout, TooLarge};
 use srp_ir::program::Kernel;
-use std::sync::Mutex;
 
-/// How to schedule.
-#[derive(Clone, Copy)]
-pub struct Options<'a> {
+/// How to schedule. No result depends on the number of threads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
     /// How hard to try for each loop.
     pub modulo: modulo::Options,
-    /// Threads to use; the result does not depend on it.
+    /// Threads of the host.
     pub threads: usize,
-    /// Loops scheduled before for this machine, with these options; those of this call are added.
-    pub known: Option<&'a Known>,
 }
 
-/// Loops and what came of scheduling them.
-#[derive(Default)]
-pub struct Known(Mutex<Vec<(Dfg, LoopResult)>>);
-
-impl Known {
-    fn of(&self, dfg: &Dfg) -> Option<LoopResult> {
-        let known = self.0.lock().expect("no thread panics with the lock held");
-        let same = known.iter().find(|(other, _)| other == dfg);
-        same.map(|(_, result)| result.clone())
-    }
-
-    fn add(&self, dfg: &Dfg, result: &LoopResult) {
-        let mut known = self.0.lock().expect("no thread panics with the lock held");
-        known.push((dfg.clone(), result.clone()));
-    }
-}
-
-impl Default for Options<'_> {
+impl Default for Options {
     fn default() -> Self {
         Options {
             modulo: modulo::Options::default(),
             threads: 1,
-            known: None,
         }
     }
 }
@@ -129,45 +107,61 @@ impl std::fmt::Display for ScheduleError {
 
 impl std::error::Error for ScheduleError {}
 
-/// Schedules a program for a machine.
+/// What came of a loop.
+pub type LoopResult = Result<modulo::Scheduled, modulo::Unschedulable>;
+
+/// Schedules a program for a machine: its loops, then everything else around them.
+///
+/// # Errors
+///
+/// The program does not fit the machine.
 pub fn schedule(
     dre: &Dre,
     arch: &Arch,
-    options: &Options<'_>,
+    options: &Options,
     watch: &dyn Watch,
 ) -> Result<Schedule, ScheduleError> {
+    let stage = Stage::of(watch, "scheduling", dre.kernels.len() as u64);
+    let one = |(): &mut (), index| {
+        let dfg = &dre.kernels[Kernel::new(index)];
+        let result = modulo::schedule(dfg, &arch.srp, &options.modulo, watch);
+        stage.done(1);
+        result
+    };
+    let loops = threads::each(options.threads, dre.kernels.len(), || (), one);
+    assemble(dre, arch, loops)
+}
+
+/// Schedules the control code of a program, whose loops have been scheduled, and puts both together.
+/// `loops` has what came of each kernel, in their order.
+///
+/// # Errors
+///
+/// A loop has no schedule, or the program does not fit the machine.
+pub fn assemble(dre: &Dre, arch: &Arch, loops: Vec<LoopResult>) -> Result<Schedule, ScheduleError> {
     let layout =
         Layout::of(&dre.control, arch.system.sram_bytes).map_err(ScheduleError::TooLarge)?;
-    let mut loops = EntityMap::new();
+    let mut facts = EntityMap::new();
     let mut kernels: EntityMap<Kernel, ModuloSchedule> = EntityMap::new();
     let mut failed = Vec::new();
-    for (index, result) in schedule_loops(&dre.kernels, arch, options, watch)
-        .into_iter()
-        .enumerate()
-    {
-        let modulo::Scheduled {
-            schedule,
-            bounds,
-            obstacle,
-            impossible,
-        } = match result {
-            Ok(scheduled) => scheduled,
-            Err(why) => {
-                failed.push((Kernel::new(index), why));
-                continue;
+    for (index, result) in loops.into_iter().enumerate() {
+        match result {
+            Ok(scheduled) => {
+                kernels.push(scheduled.schedule);
+                facts.push(LoopFacts {
+                    bounds: scheduled.bounds,
+                    obstacle: scheduled.obstacle,
+                    impossible: scheduled.impossible,
+                });
             }
-        };
-        kernels.push(schedule);
-        loops.push(LoopFacts {
-            bounds,
-            obstacle,
-            impossible,
-        });
+            Err(why) => failed.push((Kernel::new(index), why)),
+        }
     }
     if !failed.is_empty() {
         return Err(ScheduleError::Kernels(failed));
     }
-    let code = vliw::emit(&dre.control, &kernels, arch, &layout).map_err(ScheduleError::Control)?;
+    let code = vliw::emit(&dre.control, &kernels, &arch.srp, &layout);
+    let code = code.map_err(ScheduleError::Control)?;
     let program = ScheduledDre {
         machine: arch.name.clone(),
         files: dre.control.files.clone(),
@@ -179,38 +173,13 @@ pub fn schedule(
         kernels,
     };
     check::check(&program, arch).map_err(ScheduleError::Wrong)?;
-    let wrong = check::check_sequence(&program, &code.sequence, arch);
+    let wrong = check::check_sequence(&program, &code.sequence, &arch.srp);
     if !wrong.is_empty() {
         return Err(ScheduleError::Wrong(wrong));
     }
     Ok(Schedule {
         program,
-        loops,
+        loops: facts,
         control: code.facts,
-    })
-}
-
-type LoopResult = Result<modulo::Scheduled, modulo::Unschedulable>;
-
-/// Schedules all loops, on as many threads as asked for, in their order.
-fn schedule_loops(
-    kernels: &EntityMap<Kernel, Dfg>,
-    arch: &Arch,
-    options: &Options<'_>,
-    watch: &dyn Watch,
-) -> Vec<LoopResult> {
-    let stage = Stage::of(watch, "scheduling", kernels.len() as u64);
-    let state = || ();
-    threads::each(options.threads, kernels.len(), state, |(), index| {
-        let dfg = &kernels[Kernel::new(index)];
-        watch.tell(Event::ItemBegins(&dfg.name));
-        let result = options.known.and_then(|k| k.of(dfg)).unwrap_or_else(|| {
-            let result = modulo::schedule(dfg, arch, &options.modulo, watch);
-            options.known.inspect(|k| k.add(dfg, &result));
-            result
-        });
-        watch.tell(Event::ItemEnds(&dfg.name));
-        stage.done(1);
-        result
     })
 }

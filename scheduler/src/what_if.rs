@@ -2,7 +2,7 @@
 //! scheduling the loop on the changed machine.
 
 use crate::modulo::{self, Options};
-use srp_archdesc::arch::{Arch, FileKind, Fu, FuOp, LinkSpec};
+use srp_archdesc::arch::{FileKind, Fu, FuOp, LinkSpec, Srp};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Class;
 use srp_archdesc::{Watch, threads};
@@ -35,30 +35,30 @@ const PAIRS: usize = 12;
 /// `ii` is 1.
 pub fn what_if(
     dfg: &Dfg,
-    arch: &Arch,
+    srp: &Srp,
     ii: u32,
     options: &Options,
     threads: usize,
     watch: &dyn Watch,
 ) -> WhatIf {
-    let edits = if ii > 1 { edits(dfg, arch) } else { Vec::new() };
+    let edits = if ii > 1 { edits(dfg, srp) } else { Vec::new() };
     let attempts = |trials: &[Trial]| {
         let attempt = |(): &mut (), i| attempt(dfg, &trials[i], ii, options, watch);
         let reached = threads::each(threads, trials.len(), || (), attempt);
         reached.into_iter().flatten().collect::<Vec<Change>>()
     };
     let single = |edit: &Edit| {
-        let mut changed = arch.clone();
+        let mut changed = srp.clone();
         (edit.apply)(&mut changed);
         Trial {
             what: edit.what.clone(),
-            arch: changed,
+            srp: changed,
         }
     };
     let mut tried = edits.len() as u32;
     let mut changes = attempts(&edits.iter().map(single).collect::<Vec<_>>());
     if changes.is_empty() {
-        let (pairs, looked_at) = pairs(dfg, arch, ii, &edits);
+        let (pairs, looked_at) = pairs(dfg, srp, ii, &edits);
         tried += looked_at;
         changes = attempts(&pairs);
     }
@@ -69,13 +69,13 @@ pub fn what_if(
 /// One change of a machine.
 struct Edit {
     what: String,
-    apply: Box<dyn Fn(&mut Arch)>,
+    apply: Box<dyn Fn(&mut Srp)>,
 }
 
 /// A changed machine.
 struct Trial {
     what: String,
-    arch: Arch,
+    srp: Srp,
 }
 
 /// Most changes do not help, so each is tried with a part of the effort first.
@@ -86,12 +86,12 @@ fn attempt(
     options: &Options,
     watch: &dyn Watch,
 ) -> Option<Change> {
-    let bound = modulo::bounds(dfg, &trial.arch).min_ii();
+    let bound = modulo::bounds(dfg, &trial.srp).min_ii();
     if watch.cancelled() || bound >= ii {
         return None;
     }
     let reached = |options: &Options| {
-        let scheduled = modulo::schedule(dfg, &trial.arch, options, watch).ok()?;
+        let scheduled = modulo::schedule(dfg, &trial.srp, options, watch).ok()?;
         Some(scheduled.schedule.ii)
     };
     let part = Options {
@@ -111,21 +111,21 @@ fn attempt(
 }
 
 /// The first pairs of changes that no bound rules out, and how many were looked at.
-fn pairs(dfg: &Dfg, arch: &Arch, ii: u32, edits: &[Edit]) -> (Vec<Trial>, u32) {
+fn pairs(dfg: &Dfg, srp: &Srp, ii: u32, edits: &[Edit]) -> (Vec<Trial>, u32) {
     let (mut pairs, mut looked_at) = (Vec::new(), 0);
     for (i, first) in edits.iter().enumerate() {
         for second in &edits[..i] {
             if pairs.len() == PAIRS {
                 return (pairs, looked_at);
             }
-            let mut changed = arch.clone();
+            let mut changed = srp.clone();
             (second.apply)(&mut changed);
             (first.apply)(&mut changed);
             looked_at += 1;
             if modulo::bounds(dfg, &changed).min_ii() < ii {
                 pairs.push(Trial {
                     what: format!("{} and {}", second.what, first.what),
-                    arch: changed,
+                    srp: changed,
                 });
             }
         }
@@ -134,26 +134,26 @@ fn pairs(dfg: &Dfg, arch: &Arch, ii: u32, edits: &[Edit]) -> (Vec<Trial>, u32) {
 }
 
 /// The changes worth a try for a loop.
-fn edits(dfg: &Dfg, arch: &Arch) -> Vec<Edit> {
+fn edits(dfg: &Dfg, srp: &Srp) -> Vec<Edit> {
     let classes: BTreeSet<Class> = dfg.nodes.values().map(|n| n.op.class()).collect();
-    let bounds = modulo::bounds(dfg, arch);
+    let bounds = modulo::bounds(dfg, srp);
     // Elsewhere latencies change an II by luck only.
     let latencies_count = bounds.recurrences >= bounds.resources;
     let mut edits = Vec::new();
-    for (resource, spec) in arch.resources.iter() {
+    for (resource, spec) in srp.resources.iter() {
         edits.push(Edit {
             what: format!("one more {}", spec.name),
-            apply: Box::new(move |arch| arch.resources[resource].count += 1),
+            apply: Box::new(move |srp| srp.resources[resource].count += 1),
         });
     }
     for &class in &classes {
-        edits.extend(one_more_unit(arch, class));
+        edits.extend(one_more_unit(srp, class));
         let slow = |op: &FuOp| op.class == class && op.interval > 1;
-        if arch.fus.values().any(|fu| fu.ops.iter().any(slow)) {
+        if srp.fus.values().any(|fu| fu.ops.iter().any(slow)) {
             edits.push(of_class(class, "issued every cycle", |op| op.interval = 1));
         }
         let long = |op: &FuOp| op.class == class && op.latency > op.interval.max(1);
-        if latencies_count && arch.fus.values().any(|fu| fu.ops.iter().any(long)) {
+        if latencies_count && srp.fus.values().any(|fu| fu.ops.iter().any(long)) {
             edits.push(of_class(class, "a cycle faster", |op| {
                 op.latency = (op.latency - 1).max(op.interval).max(1);
             }));
@@ -162,8 +162,8 @@ fn edits(dfg: &Dfg, arch: &Arch) -> Vec<Edit> {
     for (times, factor) in [("twice", 2), ("four times", 4)] {
         edits.push(Edit {
             what: format!("local register files {times} the size"),
-            apply: Box::new(move |arch| {
-                let files = arch.files.values_mut();
+            apply: Box::new(move |srp| {
+                let files = srp.files.values_mut();
                 let local = files.filter(|f| f.kind != FileKind::Central);
                 local.for_each(|f| f.size *= factor);
             }),
@@ -171,8 +171,8 @@ fn edits(dfg: &Dfg, arch: &Arch) -> Vec<Edit> {
     }
     edits.push(Edit {
         what: "one more port to read and to write in every register file".into(),
-        apply: Box::new(|arch| {
-            for (_, file) in arch.files.iter_mut() {
+        apply: Box::new(|srp| {
+            for (_, file) in srp.files.iter_mut() {
                 file.read_ports += 1;
                 file.write_ports += 1;
             }
@@ -180,14 +180,14 @@ fn edits(dfg: &Dfg, arch: &Arch) -> Vec<Edit> {
     });
     edits.push(Edit {
         what: "twice the contexts".into(),
-        apply: Box::new(|arch| arch.contexts *= 2),
+        apply: Box::new(|srp| srp.contexts *= 2),
     });
-    edits.extend(link_edits(arch));
+    edits.extend(link_edits(srp));
     edits
 }
 
 /// Changes of the links: those to neighbours and beyond that are missing, and no delay.
-fn link_edits(arch: &Arch) -> Vec<Edit> {
+fn link_edits(srp: &Srp) -> Vec<Edit> {
     type Near = fn(u32, u32) -> bool;
     let ways: [(&str, Near); 3] = [
         ("links to all four neighbours", |rows, cols| {
@@ -201,21 +201,21 @@ fn link_edits(arch: &Arch) -> Vec<Edit> {
         }),
     ];
     let adds = |near: Near| {
-        let mut changed = arch.clone();
+        let mut changed = srp.clone();
         add_links(&mut changed, near);
-        changed.links.len() > arch.links.len()
+        changed.links.len() > srp.links.len()
     };
     let mut edits: Vec<Edit> = (ways.into_iter())
         .filter(|&(_, near)| adds(near))
         .map(|(what, near)| Edit {
             what: what.into(),
-            apply: Box::new(move |arch| add_links(arch, near)),
+            apply: Box::new(move |srp| add_links(srp, near)),
         })
         .collect();
-    if arch.links.values().any(|l| l.delay > 0) {
+    if srp.links.values().any(|l| l.delay > 0) {
         edits.push(Edit {
             what: "links without registers along them".into(),
-            apply: Box::new(|arch| arch.links.values_mut().for_each(|l| l.delay = 0)),
+            apply: Box::new(|srp| srp.links.values_mut().for_each(|l| l.delay = 0)),
         });
     }
     edits
@@ -224,23 +224,23 @@ fn link_edits(arch: &Arch) -> Vec<Edit> {
 fn of_class(class: Class, how: &str, change: impl Fn(&mut FuOp) + 'static) -> Edit {
     Edit {
         what: format!("{} {how}", class.name()),
-        apply: Box::new(move |arch| {
-            let ops = arch.fus.iter_mut().flat_map(|(_, fu)| fu.ops.iter_mut());
+        apply: Box::new(move |srp| {
+            let ops = srp.fus.iter_mut().flat_map(|(_, fu)| fu.ops.iter_mut());
             ops.filter(|op| op.class == class).for_each(&change);
         }),
     }
 }
 
 /// A class on the first unit that is wide enough and lacks it, as the first that has it runs it.
-fn one_more_unit(arch: &Arch, class: Class) -> Option<Edit> {
-    let (_, model) = arch.fus.iter().find(|(_, fu)| fu.op(class).is_some())?;
+fn one_more_unit(srp: &Srp, class: Class) -> Option<Edit> {
+    let (_, model) = srp.fus.iter().find(|(_, fu)| fu.op(class).is_some())?;
     let op = model.op(class)?.clone();
-    let lacks = |fu: Fu| arch.fus[fu].op(class).is_none() && arch.fus[fu].width >= model.width;
-    let fu = arch.fus.keys().rev().find(|&fu| lacks(fu))?;
+    let lacks = |fu: Fu| srp.fus[fu].op(class).is_none() && srp.fus[fu].width >= model.width;
+    let fu = srp.fus.keys().rev().find(|&fu| lacks(fu))?;
     Some(Edit {
-        what: format!("{} on {} too", class.name(), arch.fus[fu].name),
-        apply: Box::new(move |arch| {
-            let ops = &mut arch.fus[fu].ops;
+        what: format!("{} on {} too", class.name(), srp.fus[fu].name),
+        apply: Box::new(move |srp| {
+            let ops = &mut srp.fus[fu].ops;
             ops.push(op.clone());
             ops.sort_by_key(|op| op.class);
         }),
@@ -249,24 +249,24 @@ fn one_more_unit(arch: &Arch, class: Class) -> Option<Edit> {
 
 /// Adds the links that are missing between units so many rows and columns apart, each like the
 /// first link into its target, or like the first of all.
-fn add_links(arch: &mut Arch, near: fn(u32, u32) -> bool) {
-    let cells: EntityMap<Fu, (u32, u32)> = arch.fus.values().map(|fu| (fu.row, fu.col)).collect();
+fn add_links(srp: &mut Srp, near: fn(u32, u32) -> bool) {
+    let cells: EntityMap<Fu, (u32, u32)> = srp.fus.values().map(|fu| (fu.row, fu.col)).collect();
     for (from, &(row, col)) in cells.iter() {
         for (to, &(r, c)) in cells.iter() {
             let wanted = near(row.abs_diff(r), col.abs_diff(c));
-            let linked = arch.links.values().any(|l| (l.from, l.to) == (from, to));
+            let linked = srp.links.values().any(|l| (l.from, l.to) == (from, to));
             let wide = |l: &&LinkSpec| l.width > 1;
-            let into = arch.links.values().filter(wide).find(|l| l.to == to);
-            let model = into.or_else(|| arch.links.values().find(wide));
+            let into = srp.links.values().filter(wide).find(|l| l.to == to);
+            let model = into.or_else(|| srp.links.values().find(wide));
             let plain = LinkSpec {
                 from,
                 to,
                 delay: 0,
-                width: arch.fus[from].width,
+                width: srp.fus[from].width,
             };
             let model = model.cloned().unwrap_or(plain);
             if wanted && !linked {
-                arch.links.push(LinkSpec { from, to, ..model });
+                srp.links.push(LinkSpec { from, to, ..model });
             }
         }
     }

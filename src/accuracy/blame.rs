@@ -3,8 +3,7 @@
 use super::setting::Subject;
 use super::trial::Studio;
 use crate::failure::Failure;
-use crate::talk::CONSOLE;
-use crate::{interrupt, kernels, variant};
+use crate::interrupt;
 use serde::{Deserialize, Serialize};
 use srp_csimgen::attribution::{
     self, Attribution, FlipKind, MOST_NODES, Options, reflecting_lines,
@@ -70,8 +69,8 @@ impl Blame {
     ) -> Result<Blame, Failure> {
         let scene = studio.scene_of(subject);
         let arch = &subject.arch;
-        let program = variant::program(arch, &subject.build)?;
-        let image = scene_image::build(&scene, &studio.bvh, &scene.camera, arch, studio.size)
+        let program = subject.build.program(arch)?;
+        let image = scene_image::build(&scene, studio.bvh, &scene.camera, arch, studio.size)
             .map_err(Failure::message)?;
         let tiles: Vec<u32> = (0..image.tiles).filter(|t| drawn(*t, one_in)).collect();
         let options = Options {
@@ -80,7 +79,7 @@ impl Blame {
             tiles: Some(&tiles),
             total_reflection: &lines(),
             most_nodes: MOST_NODES,
-            watch: &CONSOLE,
+            watch: studio.session.watch,
         };
         let found = attribution::attribute(&scene.triangles, &image, &program, arch, options);
         interrupt::end_if_requested()?;
@@ -150,7 +149,8 @@ fn drawn(tile: u32, one_in: u32) -> bool {
 
 /// The lines of the kernels that decide about total reflection.
 pub(super) fn lines() -> BTreeSet<(String, u32)> {
-    let sources = kernels::sources();
-    let lines = |s: &srp_archdesc::diagnostic::Source| reflecting_lines(&s.name, &s.text);
-    sources.iter().flat_map(lines).collect()
+    let sources = srp_kernels::SOURCES.iter();
+    sources
+        .flat_map(|s| reflecting_lines(s.path, s.text))
+        .collect()
 }

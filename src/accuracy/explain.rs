@@ -1,14 +1,14 @@
 //! `srp accuracy --pixel X,Y`: where a pixel parts from binary64, and what follows from it.
 
+use super::blame;
 use super::setting::Subject;
-use super::{blame, studio};
+use super::trial::Studio;
 use crate::cli::Accuracy as Args;
 use crate::failure::Failure;
-use crate::{talk, variant};
+use crate::talk;
 use serde_json::json;
 use srp_csimgen::attribution::{Explanation, explain};
 use srp_runtime::effect::Guard;
-use srp_runtime::scene::Scene;
 use srp_runtime::scene_image;
 use std::fmt::Write as _;
 
@@ -17,7 +17,7 @@ const MOST_TOLD: usize = 12;
 
 /// Explains a pixel of the scene on the machine as it is.
 pub(super) fn run(
-    scene: &Scene,
+    studio: &Studio<'_>,
     subject: &Subject,
     args: &Args,
     pixel: (u32, u32),
@@ -28,10 +28,10 @@ pub(super) fn run(
             "the frame of {width}x{height} has no pixel {x},{y}"
         )));
     }
-    let studio = studio(scene, subject, args)?;
+    let scene = studio.scene;
     let arch = &subject.arch;
-    let program = variant::program(arch, &subject.build)?;
-    let image = scene_image::build(scene, &studio.bvh, &scene.camera, arch, args.size)
+    let program = subject.build.program(arch)?;
+    let image = scene_image::build(scene, studio.bvh, &scene.camera, arch, args.size)
         .map_err(Failure::message)?;
     let (triangles, lines) = (&scene.triangles, blame::lines());
     let guard = Guard::default();

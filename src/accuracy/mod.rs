@@ -20,10 +20,9 @@ pub(crate) use target::Target;
 
 use crate::cli::Accuracy as Args;
 use crate::failure::Failure;
-use crate::scenes::{self, Frame};
+use crate::scenes;
 use crate::talk::CONSOLE;
 use crate::talk::Progress;
-use crate::variant::Build;
 use crate::{files, interrupt, talk};
 use blame::Blame;
 use compare::Comparison;
@@ -35,7 +34,7 @@ use srp_archdesc::threads;
 use srp_runtime::reference;
 use srp_runtime::scene::Scene;
 use srp_runtime::scene_image;
-use srp_scheduler::Known;
+use srp_toolchain::{Frame, Session};
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use store::Store;
@@ -77,19 +76,20 @@ struct Report {
 
 /// Runs `srp accuracy`.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let frame = Frame::read(&args.frame)?;
-    let (arch, scene) = (frame.arch, frame.scene);
+    let session = &talk::session();
+    let building = Some(&args.building);
+    let frame = scenes::frame(&args.frame, building, args.bvh, args.size, session)?;
     let base = Subject {
-        build: Build::new(frame.effects, scene.options.bounces).asked(&args.building)?,
-        options: scene.options,
-        arch,
+        build: frame.build.clone(),
+        options: frame.scene.options,
+        arch: frame.arch.clone(),
     };
+    let studio = studio(&frame, session)?;
     if let Some(pixel) = args.pixel {
-        return explain::run(&scene, &base, args, pixel);
+        return explain::run(&studio, &base, args, pixel);
     }
     let settings = chosen(&args.knob, &base)?;
-    let studio = studio(&scene, &base, args)?;
-    let store = Store::open(&args.output, &base, &scene, args.size)?;
+    let store = Store::open(&args.output, &base, &frame.scene, args.size)?;
     let bench = Bench::of(studio, &base, args)?;
     let mut report = interrupt::looked_for(|| bench.tried(settings, &store, args))?;
     report.finish();
@@ -128,15 +128,15 @@ fn chosen(knobs: &[String], base: &Subject) -> Result<Vec<Setting>, Failure> {
 
 /// What all frames of a scene share. The error is why there is none of this size, before anything is
 /// compiled or rendered for it.
-fn studio<'a>(scene: &'a Scene, base: &Subject, args: &Args) -> Result<Studio<'a>, Failure> {
-    let bvh = scenes::build(scene, args.bvh, None);
-    scene_image::check(scene, &bvh, &base.arch, args.size).map_err(Failure::message)?;
+fn studio<'a>(frame: &'a Frame, session: &'a Session<'a>) -> Result<Studio<'a>, Failure> {
+    let (scene, bvh) = (&frame.scene, &frame.bvh);
+    scene_image::check(scene, bvh, &frame.arch, frame.size).map_err(Failure::message)?;
     Ok(Studio {
         bvh,
         edges: Edges::of(scene),
         scene,
-        size: args.size,
-        known: Known::default(),
+        size: frame.size,
+        session,
     })
 }
 

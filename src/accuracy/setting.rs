@@ -1,15 +1,15 @@
 //! What accuracy can be changed by: settings of the machine file, of the compiler and of the kernels,
 //! one of each knob at a time.
 
-use crate::cli::Feature;
-use crate::variant::Build;
 use srp_archdesc::arch::{Approx, Arch, Precision, Refine, Subnormals};
 use srp_archdesc::certify::Function;
 use srp_archdesc::datapath::Intersection;
 use srp_archdesc::system::NodeFormat;
+use srp_ir::pass::FastMath;
 use srp_kernels::form;
 use srp_runtime::effect::Effect;
 use srp_runtime::scene::Options;
+use srp_toolchain::Build;
 use std::sync::Arc;
 
 /// What settings of several knobs are called.
@@ -263,14 +263,22 @@ fn forms(all: &mut Vec<Setting>) {
 }
 
 fn compiler(all: &mut Vec<Setting>) {
-    for (value, feature) in [
-        ("sums re-associated", Feature::AssociativeMath),
-        ("quotients by reciprocals", Feature::ReciprocalMath),
-        ("products fused into sums", Feature::ContractFast),
-    ] {
-        let how = format!("-f{}", feature.name());
+    type Allow = fn(&mut FastMath);
+    let licences: [(&str, &str, Allow); 3] = [
+        ("sums re-associated", "associative-math", |f| {
+            f.associative = true
+        }),
+        ("quotients by reciprocals", "reciprocal-math", |f| {
+            f.reciprocal = true
+        }),
+        ("products fused into sums", "fp-contract=fast", |f| {
+            f.contract = true
+        }),
+    ];
+    for (value, feature, allow) in licences {
+        let how = format!("-f{feature}");
         all.push(Setting::new("compiler", value, how, move |s| {
-            s.build.features.push(feature);
+            allow(&mut s.build.fast_math);
         }));
     }
 }

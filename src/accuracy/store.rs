@@ -3,7 +3,7 @@
 use super::setting::{Setting, Subject};
 use super::trial::Trial;
 use crate::failure::Failure;
-use crate::{files, variant};
+use crate::files;
 use serde::{Deserialize, Serialize};
 use srp_runtime::picture::Picture;
 use srp_runtime::scene::Scene;
@@ -36,13 +36,13 @@ impl Store {
     ) -> Result<Store, Failure> {
         files::make_folder(&folder.join("trials"))?;
         files::check_writable(&folder.join("report.html"))?;
-        let machine = variant::key(&base.build, &base.arch);
+        let machine = base.build.key(&base.arch);
         let scene = Scene {
             options: base.options,
             ..scene.clone()
         };
-        let scene = variant::hash(&format!("{scene:?}"));
-        let tools = variant::tools().unwrap_or_default();
+        let scene = srp_toolchain::hash(&format!("{scene:?}"));
+        let tools = srp_toolchain::tools().unwrap_or_default();
         Ok(Store {
             folder: folder.to_owned(),
             key: format!("{machine} {scene} {width}x{height} {tools}"),
@@ -58,7 +58,7 @@ impl Store {
         let letter = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
         let mut name: String = format!("{knob}-{value}").chars().map(letter).collect();
         if name.len() > 80 {
-            name = format!("{}-{}", &name[..60], variant::hash(&name));
+            name = format!("{}-{}", &name[..60], srp_toolchain::hash(&name));
         }
         self.folder.join("trials").join(format!("{name}.{kind}"))
     }
@@ -86,7 +86,7 @@ impl Store {
             trial: trial.clone(),
         };
         let text = serde_json::to_string_pretty(&kept).map_err(Failure::message)?;
-        Ok(files::write(&file("json"), text.as_bytes())?)
+        files::write(&file("json"), text.as_bytes())
     }
 
     /// The map of a trial as PNG, if it is there.

@@ -4,11 +4,9 @@ use super::blame::Blame;
 use super::compare::{Comparison, Difference};
 use super::probe::{Edges, Leaks};
 use super::setting::Subject;
-use crate::cli::Engine;
 use crate::failure::Failure;
-use crate::talk::CONSOLE;
+use crate::interrupt;
 use crate::tni::Energy;
-use crate::{engine, interrupt, render, variant};
 use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::{Approx, Arch};
 use srp_archdesc::area;
@@ -20,7 +18,7 @@ use srp_runtime::picture::Picture;
 use srp_runtime::scene::Scene;
 use srp_runtime::scene_image;
 use srp_runtime::system::{self, Report};
-use srp_scheduler::Known;
+use srp_toolchain::{Engine, Engines, Session, system_options};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -34,11 +32,10 @@ const DECIDED: u8 = 8;
 /// What all trials share.
 pub(super) struct Studio<'a> {
     pub(super) scene: &'a Scene,
-    pub(super) bvh: Bvh,
+    pub(super) bvh: &'a Bvh,
     pub(super) size: (u32, u32),
     pub(super) edges: Edges,
-    /// Loops that are scheduled already: all settings have the same array.
-    pub(super) known: Known,
+    pub(super) session: &'a Session<'a>,
 }
 
 /// A setting that was tried.
@@ -126,22 +123,16 @@ impl Studio<'_> {
     pub(super) fn frame(&self, subject: &Subject) -> Result<Frame, Failure> {
         let arch = &subject.arch;
         let scene = &self.scene_of(subject);
-        let compiled = variant::kept(arch, &subject.build, &self.known)?;
+        let compiled = subject.build.kept(arch, self.session)?;
+        interrupt::end_if_requested()?;
         let program = compiled.runnable()?;
-        let image = scene_image::build(scene, &self.bvh, &scene.camera, arch, self.size)
+        let image = scene_image::build(scene, self.bvh, &scene.camera, arch, self.size)
             .map_err(Failure::message)?;
         let leaks = self.edges.probe(scene, &image, arch);
-        let cores = engine::cores(program, arch, Engine::Interp, arch.system.cores)?;
-        let options = system::Options {
-            timing: system::Timing::Full,
-            max_cycles: render::MAX_CYCLES,
-            sram_image: &program.image,
-            guard: Guard::default(),
-            kernel_names: (program.kernels.values())
-                .map(|k| k.dfg.name.clone())
-                .collect(),
-            watch: &CONSOLE,
-        };
+        let engines = Engines::of(program, arch, Engine::Interpreter, self.session)?;
+        let cores = engines.cores(arch.system.cores);
+        let timing = system::Timing::Full;
+        let options = system_options(program, Guard::default(), timing, self.session);
         let start = Instant::now();
         let rendered = system::render(image, cores, arch, options);
         let host_seconds = start.elapsed().as_secs_f64();

@@ -1,9 +1,11 @@
 //! The command line of `srp accuracy`.
 
+use super::one_of;
 use super::parse_threads;
-use super::scene::{Building, BvhBuilder, Frame, parse_pixel, parse_size};
+use super::scene::{BUILDERS, Building, Frame, parse_pixel, parse_size};
 use crate::accuracy::Target;
 use clap::Args;
+use srp_runtime::bvh::Builder;
 use std::path::PathBuf;
 
 /// `srp accuracy`
@@ -36,8 +38,8 @@ pub(crate) struct Accuracy {
     #[arg(long, value_name = "WxH", default_value = "320x240", value_parser = parse_size)]
     pub(crate) size: (u32, u32),
     /// How the bounding volume hierarchy is built
-    #[arg(long, value_enum, default_value_t = BvhBuilder::Sweep)]
-    pub(crate) bvh: BvhBuilder,
+    #[arg(long, value_name = "BUILDER", default_value = "sweep", value_parser = one_of(BUILDERS))]
+    pub(crate) bvh: Builder,
     /// Trials at a time; they change no figure but the host's seconds
     #[arg(long, value_name = "N", default_value = "2", value_parser = parse_threads)]
     pub(crate) threads: usize,

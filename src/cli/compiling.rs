@@ -1,7 +1,10 @@
 //! The command lines of what compiles programs: `srp compile`, `srp run`, `srp report`.
 
-use super::{MachineFile, Search};
+use super::{Choice, MachineFile, Search, one_of};
+use crate::failure::Failure;
 use clap::{Args, ValueEnum};
+use srp_ir::pass::FastMath;
+use srp_toolchain::{Options, Warnings};
 use std::path::PathBuf;
 
 /// For which machine, how C is compiled, and how hard loops are scheduled.
@@ -36,8 +39,8 @@ pub(crate) struct Source {
     #[arg(long)]
     pub(crate) no_auto_kernel: bool,
     /// What `double` is: binary64 in software, or `float`
-    #[arg(long, value_enum, default_value_t = Double::Soft)]
-    pub(crate) double: Double,
+    #[arg(long, value_name = "DOUBLE", default_value = "soft", value_parser = one_of(DOUBLES))]
+    pub(crate) double: bool,
     /// `no-auto-kernel`, as the option of that name; `single-precision-constant`: constants without
     /// suffix are floats; `associative-math`: floating-point sums and products in any order;
     /// `reciprocal-math`: quotients as products with reciprocals; `fp-contract=fast`: sums that take in
@@ -72,14 +75,19 @@ pub(crate) enum ErrorFormat {
     Json,
 }
 
-/// What `double` is.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Double {
-    /// Binary64, by functions of the library
-    Soft,
-    /// The same as `float`; each use is told
-    Float,
-}
+/// What `double` is: whether it is `float`.
+const DOUBLES: &[Choice<bool>] = &[
+    Choice {
+        value: false,
+        name: "soft",
+        what: "Binary64, by functions of the library",
+    },
+    Choice {
+        value: true,
+        name: "float",
+        what: "The same as `float`; each use is told",
+    },
+];
 
 /// What `-f` asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -100,35 +108,42 @@ pub(crate) enum Feature {
     ContractOff,
 }
 
-impl Feature {
-    /// Its name on the command line.
-    pub(crate) fn name(&self) -> String {
-        let value = self.to_possible_value();
-        value.map_or_else(String::new, |v| v.get_name().to_owned())
+/// What some features allow that may change results.
+pub(crate) fn fast_math(features: &[Feature]) -> FastMath {
+    let contract = |f: &&Feature| matches!(f, Feature::ContractFast | Feature::ContractOff);
+    FastMath {
+        associative: features.contains(&Feature::AssociativeMath),
+        reciprocal: features.contains(&Feature::ReciprocalMath),
+        contract: features.iter().rfind(contract) == Some(&Feature::ContractFast),
     }
 }
 
-/// What all `-f` together ask for.
-pub(crate) struct Features {
-    pub(crate) no_auto_kernel: bool,
-    pub(crate) single_constants: bool,
-    pub(crate) associative_math: bool,
-    pub(crate) reciprocal_math: bool,
-    pub(crate) contract: bool,
+impl Compilation {
+    /// How C is compiled, and its loops are scheduled.
+    pub(crate) fn options(&self) -> Result<Options, Failure> {
+        let source = &self.source;
+        let define = |text: &String| {
+            let (name, value) = text.split_once('=').unwrap_or((text, "1"));
+            (name.to_owned(), value.to_owned())
+        };
+        let has = |feature| source.feature.contains(&feature);
+        Ok(Options {
+            include: source.include.clone(),
+            defines: source.define.iter().map(define).collect(),
+            auto_kernel: !source.no_auto_kernel && !has(Feature::NoAutoKernel),
+            double_is_float: source.double,
+            single_constants: has(Feature::SinglePrecisionConstant),
+            fast_math: fast_math(&source.feature),
+            warnings: Warnings::parse(&source.warnings).map_err(Failure::Message)?,
+            effort: self.search.effort(),
+        })
+    }
 }
 
 impl Source {
-    /// What all `-f` together ask for.
-    pub(crate) fn features(&self) -> Features {
-        let contract = |f: &&Feature| matches!(f, Feature::ContractFast | Feature::ContractOff);
-        let contract = self.feature.iter().rfind(contract);
-        Features {
-            no_auto_kernel: self.feature.contains(&Feature::NoAutoKernel),
-            single_constants: self.feature.contains(&Feature::SinglePrecisionConstant),
-            associative_math: self.feature.contains(&Feature::AssociativeMath),
-            reciprocal_math: self.feature.contains(&Feature::ReciprocalMath),
-            contract: contract == Some(&Feature::ContractFast),
-        }
+    /// Whether every loop is to be remarked on.
+    pub(crate) fn remarks_passes(&self) -> bool {
+        self.remarks.contains(&RemarkKind::Pass)
     }
 }
 

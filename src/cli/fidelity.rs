@@ -1,9 +1,10 @@
 //! Levels of simulation on the command line, and `srp fidelity`.
 
-use super::{Engine, Frame};
-use crate::cli::BvhBuilder;
+use super::{BUILDERS, ENGINES, Frame, one_of};
 use clap::{Args, ValueEnum};
+use srp_runtime::bvh::Builder;
 use srp_runtime::fidelity::Fidelity;
+use srp_toolchain::Engine;
 
 /// How much is simulated.
 #[derive(Args)]
@@ -65,11 +66,11 @@ pub(crate) struct FidelityTable {
     #[arg(long, value_name = "WxH", default_value = "320x240", value_parser = super::parse_size)]
     pub(crate) size: (u32, u32),
     /// What simulates the SRP; without rustc, csim gives way to interp
-    #[arg(long, value_enum, default_value_t = Engine::Csim)]
+    #[arg(long, value_name = "ENGINE", default_value = "csim", value_parser = one_of(ENGINES))]
     pub(crate) engine: Engine,
     /// How the bounding volume hierarchy is built
-    #[arg(long, value_enum, default_value_t = BvhBuilder::Sweep)]
-    pub(crate) bvh: BvhBuilder,
+    #[arg(long, value_name = "BUILDER", default_value = "sweep", value_parser = one_of(BUILDERS))]
+    pub(crate) bvh: Builder,
     /// Half the width that drawing may leave to the intervals of cycles; what samples may be off by besides is added
     #[arg(long, value_name = "PERCENT", default_value = "1%", value_parser = parse_error)]
     pub(crate) error: f64,

@@ -1,10 +1,18 @@
 //! The command lines of what works on scenes: `srp render`, `srp tni`, `srp paper`.
 
-use super::{Engine, Feature, Level, Loops, MachineFile, parse_threads};
+use super::{
+    Choice, ENGINES, Feature, Level, Loops, MachineFile, fast_math, one_of, parse_threads,
+};
+use crate::failure::Failure;
 use clap::{Args, ValueEnum};
-use srp_kernels::form;
-use srp_runtime::scene::{Light, MAX_BOUNCES, MAX_COORDINATE, MAX_SAMPLES};
-use std::path::PathBuf;
+use srp_kernels::effect;
+use srp_kernels::form::{self, Forms};
+use srp_runtime::bvh::{self, Builder};
+use srp_runtime::rays::Order;
+use srp_runtime::scene::{self, Light, MAX_BOUNCES, MAX_COORDINATE, MAX_SAMPLES};
+use srp_toolchain::scene::{Shading as ShadingOptions, Views as ViewFile};
+use srp_toolchain::{Build, Engine, FrameOptions};
+use std::path::{Path, PathBuf};
 
 /// A camera of one's own.
 #[derive(Args)]
@@ -28,6 +36,18 @@ pub(crate) struct Measuring {
     /// Threads of the host, as many as it has processors by default; they change no figure
     #[arg(long, value_name = "N", value_parser = parse_threads)]
     pub(crate) threads: Option<usize>,
+}
+
+impl Measuring {
+    /// How the tree is built.
+    pub(crate) fn tree(&self, builder: Builder) -> bvh::Options {
+        let default = bvh::Options::default();
+        bvh::Options {
+            builder,
+            max_leaf: self.max_leaf.unwrap_or(default.max_leaf),
+            ..default
+        }
+    }
 }
 
 /// How far light is followed, and what the kernels are built for.
@@ -70,6 +90,73 @@ pub(crate) struct Frame {
     pub(crate) shading: Shading,
 }
 
+impl Camera {
+    /// The camera that is asked for, if one is, where `cameras` names a view of a file.
+    fn chosen(&self, cameras: Option<&str>) -> Result<Option<scene::Camera>, Failure> {
+        if let Some(text) = &self.camera {
+            return scene::Camera::parse(text)
+                .map(Some)
+                .map_err(Failure::message);
+        }
+        let Some(which) = cameras else {
+            return Ok(None);
+        };
+        let Some((path, name, Some(number))) = parse_cameras(which) else {
+            return Err(Failure::Message(format!(
+                "--cameras {which}: write FILE.json:NAME/N"
+            )));
+        };
+        Ok(Some(ViewFile::read(path, name)?.camera(number)?))
+    }
+}
+
+/// The parts of `FILE.json:NAME` and, where it is there, `/N`.
+pub(crate) fn parse_cameras(which: &str) -> Option<(&Path, &str, Option<usize>)> {
+    let (path, name) = which.rsplit_once(':')?;
+    match name.rsplit_once('/') {
+        Some((name, number)) => Some((Path::new(path), name, Some(number.parse().ok()?))),
+        None => Some((Path::new(path), name, None)),
+    }
+}
+
+impl Frame {
+    /// What a frame is of, whose tree is built so.
+    pub(crate) fn options(
+        &self,
+        building: Option<&Building>,
+        builder: Builder,
+        size: (u32, u32),
+    ) -> Result<FrameOptions, Failure> {
+        let Shading {
+            effects,
+            samples,
+            bounces,
+            occlusion,
+            inter_reflections,
+            light,
+        } = &self.shading;
+        Ok(FrameOptions {
+            scene: self.scene.clone(),
+            camera: self.camera.chosen(self.cameras.as_deref())?,
+            shading: ShadingOptions {
+                effects: effects.clone(),
+                samples: *samples,
+                bounces: *bounces,
+                occlusion: *occlusion,
+                inter_reflections: *inter_reflections,
+                lights: light.clone(),
+            },
+            bvh: bvh::Options {
+                builder,
+                ..bvh::Options::default()
+            },
+            size,
+            forms: building.map_or(Ok(Forms::default()), Building::forms)?,
+            fast_math: fast_math(building.map_or(&[], |b| &b.feature)),
+        })
+    }
+}
+
 /// How the kernels of a frame are built.
 #[derive(Args)]
 pub(crate) struct Building {
@@ -78,6 +165,22 @@ pub(crate) struct Building {
     /// What the compiler may do besides, as of `srp compile`
     #[arg(short = 'f', value_name = "FEATURE", value_enum)]
     pub(crate) feature: Vec<Feature>,
+}
+
+impl Building {
+    fn forms(&self) -> Result<Forms, Failure> {
+        let choose = |forms: Forms, choice: &String| forms.with(choice).map_err(Failure::message);
+        self.form.iter().try_fold(Forms::default(), choose)
+    }
+
+    /// What kernels are built for that have these effects.
+    pub(crate) fn build(&self, effects: effect::Effects, bounces: u32) -> Result<Build, Failure> {
+        Ok(Build {
+            forms: self.forms()?,
+            fast_math: fast_math(&self.feature),
+            ..Build::new(effects, bounces)
+        })
+    }
 }
 
 /// What forms there are, and their values.
@@ -127,17 +230,24 @@ fn parse_light(text: &str) -> Result<Light, String> {
     }
 }
 
-/// How the bounding volume hierarchy is built.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum BvhBuilder {
-    /// Full-sweep surface area heuristic
-    Sweep,
-    /// The same, then improved by reinsertion
-    #[value(name = "sweep+reinsertion")]
-    SweepReinsertion,
-    /// Parallel locally-ordered clustering
-    Ploc,
-}
+/// How bounding volume hierarchies are built.
+pub(crate) const BUILDERS: &[Choice<Builder>] = &[
+    Choice {
+        value: Builder::Sweep,
+        name: Builder::Sweep.name(),
+        what: "Full-sweep surface area heuristic",
+    },
+    Choice {
+        value: Builder::SweepReinsertion,
+        name: Builder::SweepReinsertion.name(),
+        what: "The same, then improved by reinsertion",
+    },
+    Choice {
+        value: Builder::Ploc,
+        name: Builder::Ploc.name(),
+        what: "Parallel locally-ordered clustering",
+    },
+];
 
 /// `srp render`
 #[derive(Args)]
@@ -155,7 +265,7 @@ pub(crate) struct Render {
     #[arg(long, value_name = "WxH", default_value = "320x240", value_parser = parse_size)]
     pub(crate) size: (u32, u32),
     /// What simulates the SRP; without rustc, csim gives way to interp
-    #[arg(long, value_enum, default_value_t = Engine::Csim)]
+    #[arg(long, value_name = "ENGINE", default_value = "csim", value_parser = one_of(ENGINES))]
     pub(crate) engine: Engine,
     /// Folder with the kernels in C, instead of those that come along
     #[arg(long, value_name = "DIR")]
@@ -167,8 +277,8 @@ pub(crate) struct Render {
     #[arg(long, value_name = "N", value_parser = parse_threads)]
     pub(crate) threads: Option<usize>,
     /// How the bounding volume hierarchy is built
-    #[arg(long, value_enum, default_value_t = BvhBuilder::Sweep)]
-    pub(crate) bvh: BvhBuilder,
+    #[arg(long, value_name = "BUILDER", default_value = "sweep", value_parser = one_of(BUILDERS))]
+    pub(crate) bvh: Builder,
     /// The image
     #[arg(short, long, value_name = "FILE.png", default_value = "out.png")]
     pub(crate) output: PathBuf,
@@ -201,11 +311,11 @@ pub(crate) struct Effects {
     #[arg(long, value_name = "WxH", default_value = "64x48", value_parser = parse_size)]
     pub(crate) size: (u32, u32),
     /// What simulates the SRP in these frames
-    #[arg(long, value_enum, default_value_t = Engine::Interp)]
+    #[arg(long, value_name = "ENGINE", default_value = "interp", value_parser = one_of(ENGINES))]
     pub(crate) engine: Engine,
     /// How the bounding volume hierarchy is built
-    #[arg(long, value_enum, default_value_t = BvhBuilder::Sweep)]
-    pub(crate) bvh: BvhBuilder,
+    #[arg(long, value_name = "BUILDER", default_value = "sweep", value_parser = one_of(BUILDERS))]
+    pub(crate) bvh: Builder,
     /// Write the report as a page too
     #[arg(long, value_name = "FILE.html")]
     pub(crate) html: Option<PathBuf>,
@@ -258,17 +368,28 @@ pub(crate) enum TniMemory {
 }
 
 /// Orders of rays.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum RayOrder {
-    /// By a Morton key of origin and direction, in batches of 2^20
-    Morton,
-    /// Pixels along a Z-curve, a pixel's rays together
-    Pixels,
-    /// Pixels row by row
-    Rows,
-    /// Shuffled
-    Random,
-}
+const ORDERS: &[Choice<Order>] = &[
+    Choice {
+        value: Order::Morton,
+        name: "morton",
+        what: "By a Morton key of origin and direction, in batches of 2^20",
+    },
+    Choice {
+        value: Order::Pixels,
+        name: "pixels",
+        what: "Pixels along a Z-curve, a pixel's rays together",
+    },
+    Choice {
+        value: Order::Rows,
+        name: "rows",
+        what: "Pixels row by row",
+    },
+    Choice {
+        value: Order::Random,
+        name: "random",
+        what: "Shuffled",
+    },
+];
 
 /// What a heat map shows.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -336,11 +457,11 @@ pub(crate) struct Tni {
     #[command(flatten)]
     pub(crate) level: Level,
     /// Order of the rays
-    #[arg(long, value_enum, default_value_t = RayOrder::Morton)]
-    pub(crate) order: RayOrder,
+    #[arg(long, value_name = "ORDER", default_value = "morton", value_parser = one_of(ORDERS))]
+    pub(crate) order: Order,
     /// How the bounding volume hierarchy is built
-    #[arg(long, value_enum, default_value_t = BvhBuilder::Sweep)]
-    pub(crate) bvh: BvhBuilder,
+    #[arg(long, value_name = "BUILDER", default_value = "sweep", value_parser = one_of(BUILDERS))]
+    pub(crate) bvh: Builder,
     #[command(flatten)]
     pub(crate) measuring: Measuring,
     /// Write what each pixel of the first view costs as a picture
@@ -411,7 +532,7 @@ pub(crate) struct Paper {
     #[command(flatten)]
     pub(crate) building: Building,
     /// What runs the kernels in tables 3 and 6
-    #[arg(long, value_enum, default_value_t = Engine::Csim)]
+    #[arg(long, value_name = "ENGINE", default_value = "csim", value_parser = one_of(ENGINES))]
     pub(crate) engine: Engine,
     /// Print JSON
     #[arg(long)]
@@ -426,8 +547,8 @@ pub(crate) struct Paper {
     #[command(flatten)]
     pub(crate) level: Level,
     /// Order of the rays
-    #[arg(long, value_enum, default_value_t = RayOrder::Morton)]
-    pub(crate) order: RayOrder,
+    #[arg(long, value_name = "ORDER", default_value = "morton", value_parser = one_of(ORDERS))]
+    pub(crate) order: Order,
     #[command(flatten)]
     pub(crate) measuring: Measuring,
 }

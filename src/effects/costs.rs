@@ -1,19 +1,15 @@
 //! What effects cost: frames of simulators that are built with and without them.
 
 use super::Report;
-use crate::cli::Effects as Args;
 use crate::failure::Failure;
-use crate::talk::CONSOLE;
+use crate::interrupt;
 use crate::talk::Progress;
-use crate::{engine, interrupt, render, scenes, variant};
 use serde::Serialize;
-use srp_archdesc::arch::Arch;
 use srp_runtime::effect::{Effects, Guard, TABLE};
 use srp_runtime::picture::Picture;
-use srp_runtime::scene::Scene;
-use srp_runtime::scene_image::{self, SceneImage};
-use srp_runtime::system;
-use srp_scheduler::Known;
+use srp_runtime::scene_image::SceneImage;
+use srp_runtime::system::{self, Timing};
+use srp_toolchain::{self as toolchain, Build, Engine, Engines, Session, system_options};
 use std::time::Instant;
 
 /// Frames of which the quickest counts.
@@ -53,41 +49,35 @@ struct Frame {
 }
 
 /// What all frames share.
-struct Studio<'a> {
+struct Trials<'a> {
+    frame: &'a toolchain::Frame,
     image: SceneImage,
-    build: &'a variant::Build,
-    arch: &'a Arch,
-    args: &'a Args,
-    known: Known,
+    engine: Engine,
+    session: &'a Session<'a>,
 }
 
-impl Studio<'_> {
+impl Trials<'_> {
     fn frame(&self, effects: Effects) -> Result<Frame, Failure> {
-        let arch = self.arch;
-        let build = variant::Build {
+        let (arch, session) = (&self.frame.arch, self.session);
+        let build = Build {
             effects,
-            ..self.build.clone()
+            ..self.frame.build.clone()
         };
-        let compiled =
-            variant::kept(arch, &build, &self.known).map_err(|failure| match failure {
-                Failure::Message(text) => Failure::Message(format!(
-                    "{text}\nnote: this is the simulator of {} effects; --no-costs builds none",
-                    effects.iter().count()
-                )),
-                other => other,
-            })?;
+        let compiled = interrupt::looked_for(|| build.kept(arch, session));
+        let compiled = compiled.map_err(|error| match Failure::from(error) {
+            Failure::Message(text) => Failure::Message(format!(
+                "{text}\nnote: this is the simulator of {} effects; --no-costs builds none",
+                effects.iter().count()
+            )),
+            other => other,
+        })?;
+        interrupt::end_if_requested()?;
+        let engines = Engines::of(compiled.runnable()?, arch, self.engine, session)?;
         let program = compiled.runnable()?;
         let mut frame: Option<Frame> = None;
         for _ in 0..TRIES {
-            let cores = engine::cores(program, arch, self.args.engine, arch.system.cores)?;
-            let options = system::Options {
-                timing: system::Timing::Full,
-                max_cycles: render::MAX_CYCLES,
-                sram_image: &program.image,
-                guard: Guard::default(),
-                kernel_names: Vec::new(),
-                watch: &CONSOLE,
-            };
+            let cores = engines.cores(arch.system.cores);
+            let options = system_options(program, Guard::default(), Timing::Full, session);
             let start = Instant::now();
             let rendered =
                 interrupt::looked_for(|| system::render(self.image.clone(), cores, arch, options));
@@ -108,28 +98,23 @@ impl Studio<'_> {
 /// Measures what every effect of the report costs, and the universal simulator.
 pub(super) fn measure(
     report: &mut Report,
-    scene: &Scene,
-    build: &variant::Build,
-    arch: &Arch,
-    args: &Args,
+    frame: &toolchain::Frame,
+    engine: Engine,
+    session: &Session<'_>,
 ) -> Result<(), Failure> {
-    let built = build.effects;
-    let bvh = scenes::build(scene, args.bvh, None);
-    let image = scene_image::build(scene, &bvh, &scene.camera, arch, args.size)
-        .map_err(Failure::message)?;
-    let studio = Studio {
-        image,
-        build,
-        arch,
-        args,
-        known: Known::default(),
+    let built = frame.build.effects;
+    let trials = Trials {
+        frame,
+        image: frame.image()?,
+        engine,
+        session,
     };
     let progress = Progress::steps("measuring", TABLE.len() as u64 + 2);
-    let own = studio.frame(built)?;
+    let own = trials.frame(built)?;
     progress.at(1);
     for (i, (entry, line)) in TABLE.iter().zip(&mut report.effects).enumerate() {
         let has = built.contains(entry.effect);
-        let other = studio.frame(match has {
+        let other = trials.frame(match has {
             true => built.without(entry.effect),
             false => built.with(entry.effect),
         })?;
@@ -141,7 +126,7 @@ pub(super) fn measure(
         });
         progress.at(i as u64 + 2);
     }
-    let all = studio.frame(Effects::all())?;
+    let all = trials.frame(Effects::all())?;
     let measured = |name, effects: Effects, frame: &Frame| Measured {
         name,
         effects: effects.iter().count(),

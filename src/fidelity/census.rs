@@ -3,7 +3,7 @@
 use super::Shot;
 use super::clock::Took;
 use crate::failure::Failure;
-use crate::{files, variant};
+use crate::files;
 use serde::{Deserialize, Serialize};
 use srp_runtime::fidelity::Fidelity;
 use std::collections::BTreeMap;
@@ -43,15 +43,15 @@ impl Census {
     pub(crate) fn of(shot: &Shot<'_>, name: &str) -> Census {
         let (width, height) = shot.size;
         let machine = srp_archdesc::xml::write(shot.arch);
-        let made = variant::tools();
+        let made = srp_toolchain::tools();
         let options = &shot.scene.options;
         let (camera, lights, effects) = (shot.camera, &shot.scene.lights, shot.effects);
         let triangles = shot.scene.triangles.len();
         let text = format!(
             "{name} {triangles} {width} {height} {options:?} {camera:?} {lights:?} {effects} {made:?} {machine}"
         );
-        let key = variant::hash(&text);
-        let path = files::cache_folder()
+        let key = srp_toolchain::hash(&text);
+        let path = srp_toolchain::files::cache_folder()
             .join("fidelity")
             .join(format!("{key}.json"));
         let kept = files::read_text(&path).ok();
@@ -67,7 +67,7 @@ impl Census {
         if let Some(folder) = self.path.parent() {
             files::make_folder(folder)?;
         }
-        Ok(files::write(&self.path, text.as_bytes())?)
+        files::write(&self.path, text.as_bytes())
     }
 
     /// The frame at a level.

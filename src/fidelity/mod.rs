@@ -5,10 +5,9 @@ mod clock;
 pub(crate) mod table;
 mod text;
 
-use crate::engine::Factory;
 use crate::failure::Failure;
+use crate::interrupt;
 use crate::talk::CONSOLE;
-use crate::{interrupt, render};
 use clock::{Took, Watch};
 use srp_archdesc::arch::Arch;
 use srp_ir::dre::scheduled::ScheduledDre;
@@ -20,6 +19,8 @@ use srp_runtime::scene_image::{SceneImage, tile_size};
 use srp_runtime::system;
 use srp_runtime::system::sampled::{self, Figure, First, Frame, Sampled, View};
 
+use srp_toolchain::{Engines, MAX_CYCLES, kernel_names};
+
 pub(crate) use text::{frame_text, sampled_text};
 
 /// A frame that is ready to be run.
@@ -28,7 +29,7 @@ pub(crate) struct Shot<'a> {
     pub(crate) camera: &'a Camera,
     pub(crate) arch: &'a Arch,
     pub(crate) program: &'a ScheduledDre,
-    pub(crate) factory: &'a Factory,
+    pub(crate) engines: &'a Engines,
     pub(crate) image: SceneImage,
     pub(crate) effects: Effects,
     pub(crate) guard: Guard,
@@ -48,8 +49,7 @@ pub(crate) struct Whole {
 impl Shot<'_> {
     /// Names of the kernels, by their numbers.
     pub(crate) fn kernel_names(&self) -> Vec<String> {
-        let kernels = self.program.kernels.values();
-        kernels.map(|k| k.dfg.name.clone()).collect()
+        kernel_names(self.program)
     }
 
     /// Runs all of the frame at a level, which is not `sampled`.
@@ -60,12 +60,12 @@ impl Shot<'_> {
         let options = system::Options {
             guard: self.guard.clone(),
             timing: level.timing(),
-            max_cycles: render::MAX_CYCLES,
+            max_cycles: MAX_CYCLES,
             sram_image: &self.program.image,
             kernel_names: names.clone(),
             watch: &CONSOLE,
         };
-        let cores = self.factory.cores(arch.system.cores);
+        let cores = self.engines.cores(arch.system.cores);
         let watch = Watch::start();
         let part =
             interrupt::looked_for(|| system::render_tiles(&mut image, cores, &arch, options))
@@ -102,13 +102,13 @@ impl Shot<'_> {
         let frame = Frame {
             image: &self.image,
             first: &first,
-            engines: &|| self.factory.cores(self.arch.system.cores),
+            engines: &|| self.engines.cores(self.arch.system.cores),
             arch: self.arch,
             sram_image: &self.program.image,
             guard: self.guard.clone(),
             recorded_hits: self.recorded_hits,
             kernel_names: &names,
-            max_cycles: render::MAX_CYCLES,
+            max_cycles: MAX_CYCLES,
             threads: self.threads,
             watch: &CONSOLE,
         };

@@ -5,17 +5,15 @@ use super::census::{Census, Kept};
 use super::clock::Took;
 use super::text;
 use crate::cli::{self, FidelityTable, TableForm};
-use crate::engine::Factory;
 use crate::failure::Failure;
-use crate::scenes::{self, Frame};
+use crate::scenes;
 use crate::talk::Progress;
-use crate::{interrupt, talk, variant};
+use crate::{interrupt, talk};
 use serde::Serialize;
 use srp_runtime::fidelity::Fidelity;
-use srp_runtime::scene_image;
 use srp_runtime::survey::Estimate;
 use srp_runtime::system::sampled::{self, Figure};
-use srp_scheduler::Known;
+use srp_toolchain::Engines;
 
 /// The table of a scene.
 #[derive(Debug, Serialize)]
@@ -80,28 +78,22 @@ pub(crate) struct TrialFigure {
 
 /// Runs `srp fidelity`.
 pub(crate) fn run(args: &FidelityTable) -> Result<(), Failure> {
-    let Frame {
-        arch,
-        scene,
-        effects,
-        guard,
-    } = Frame::read(&args.frame)?;
-    let bvh = scenes::build(&scene, args.bvh, None);
-    let image = scene_image::build(&scene, &bvh, &scene.camera, &arch, args.size)
-        .map_err(Failure::message)?;
-    let build = variant::Build::new(effects, scene.options.bounces);
-    let compiled = variant::kept(&arch, &build, &Known::default())?;
+    let session = &talk::session();
+    let frame = scenes::frame(&args.frame, None, args.bvh, args.size, session)?;
+    let image = frame.image()?;
+    let compiled = interrupt::looked_for(|| frame.build.kept(&frame.arch, session))?;
+    interrupt::end_if_requested()?;
     let program = compiled.runnable()?;
-    let factory = Factory::of(program, &arch, args.engine)?;
+    let engines = Engines::of(program, &frame.arch, args.engine, session)?;
     let shot = Shot {
-        scene: &scene,
-        camera: &scene.camera,
-        arch: &arch,
+        scene: &frame.scene,
+        camera: &frame.scene.camera,
+        arch: &frame.arch,
         program,
-        factory: &factory,
+        engines: &engines,
         image,
-        effects,
-        guard,
+        effects: frame.build.effects,
+        guard: frame.guard,
         size: args.size,
         threads: cli::threads(args.threads),
         recorded_hits: false,

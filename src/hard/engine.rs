@@ -1,10 +1,8 @@
 //! Where the kernels' functions are run: on the host, by its C compiler, and on the simulated SRP.
 
-use crate::cli::{self, Source as SourceArgs};
 use crate::failure::Failure;
-use crate::pipeline::{self, Effort, FrontEnd, Input};
 use crate::talk::CONSOLE;
-use crate::{files, interrupt, kernels};
+use crate::{files, interrupt};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Source;
 use srp_archdesc::isa::Class;
@@ -12,7 +10,7 @@ use srp_csimgen::{Interpreter, link};
 use srp_ir::dre::scheduled::ScheduledDre;
 use srp_runtime::effect::{Effect, Effects};
 use srp_runtime::solo::{self, Finish, Solo, SoloError};
-use srp_scheduler::Known;
+use srp_toolchain::{Input, Options, Session, compile, input};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -32,24 +30,24 @@ pub(super) const HOST_MEMORY: usize = 8 << 20;
 
 /// Whether a machine samples textures.
 pub(super) fn has_textures(arch: &Arch) -> bool {
-    arch.fus.values().any(|fu| fu.op(Class::Tex).is_some())
+    arch.srp.fus.values().any(|fu| fu.op(Class::Tex).is_some())
 }
 
-fn defines(textures: bool) -> Vec<String> {
+fn defines(textures: bool) -> Vec<(String, String)> {
     let effects = Effects::NONE.parse(EFFECTS);
     let (effects, _) = effects.expect("they are names of effects");
     let effects = match textures {
         true => effects,
         false => effects.without(Effect::Texture),
     };
-    effects.defines().map(|(n, v)| format!("{n}={v}")).collect()
+    effects.defines().collect()
 }
 
 /// The driver, and the kernels of the frame but for its queue of jobs.
 fn sources() -> Vec<Source> {
     let mut sources = vec![Source::new("tests/hard/driver.c", DRIVER)];
     let queue = |s: &Source| s.name.ends_with("frame.c");
-    sources.extend(kernels::sources().into_iter().filter(|s| !queue(s)));
+    sources.extend(input::kernels().into_iter().filter(|s| !queue(s)));
     sources
 }
 
@@ -61,7 +59,8 @@ pub(super) struct Host {
 impl Host {
     /// Compiles the driver; `None` where there is no C compiler `cc`.
     pub(super) fn compile() -> Result<Option<Host>, Failure> {
-        let folder = files::cache_folder().join(format!("hard-{}", std::process::id()));
+        let folder =
+            srp_toolchain::files::cache_folder().join(format!("hard-{}", std::process::id()));
         files::make_folder(&folder)?;
         let host = Host { folder };
         let mut command = Command::new("cc");
@@ -74,8 +73,9 @@ impl Host {
             "-I",
         ]);
         command.arg(&host.folder);
-        command.args(defines(true).iter().map(|d| format!("-D{d}")));
-        for source in sources().into_iter().chain(kernels::headers()) {
+        command.args(defines(true).iter().map(|(n, v)| format!("-D{n}={v}")));
+        let headers = srp_kernels::HEADERS.iter().map(input::source);
+        for source in sources().into_iter().chain(headers) {
             let name = Path::new(&source.name).file_name().unwrap_or_default();
             let path = host.folder.join(name);
             files::write(&path, source.text.as_bytes())?;
@@ -135,20 +135,15 @@ pub(super) struct Srp {
 
 impl Srp {
     /// Compiles the driver; loops that are known are not scheduled again.
-    pub(super) fn compile(arch: &Arch, known: &Known) -> Result<Srp, Failure> {
-        let source = SourceArgs {
-            include: Vec::new(),
-            define: defines(has_textures(arch)),
-            no_auto_kernel: true,
-            double: cli::Double::Soft,
-            feature: Vec::new(),
-            warnings: Vec::new(),
-            remarks: Vec::new(),
-            error_format: cli::ErrorFormat::Human,
+    pub(super) fn compile(arch: &Arch, session: &Session<'_>) -> Result<Srp, Failure> {
+        let options = Options {
+            defines: defines(has_textures(arch)),
+            auto_kernel: false,
+            ..Options::default()
         };
-        let front_end = FrontEnd::new(&source, arch);
         let input = Input::C(sources());
-        let compiled = pipeline::compile_knowing(input, &front_end, Effort::Steps, known)?;
+        let compiled = interrupt::looked_for(|| compile(input, arch, &options, session))?;
+        interrupt::end_if_requested()?;
         Ok(Srp {
             program: compiled.runnable()?.clone(),
             arch: arch.clone(),

@@ -18,7 +18,7 @@ mod unit;
 use crate::cli::HardCases;
 use crate::failure::Failure;
 use crate::talk::{self, Progress};
-use crate::{files, interrupt, machine, scenes};
+use crate::{files, interrupt, scenes};
 use call::{Calls, Function};
 use catalogue::{Case, Level};
 use crowd::Crowd;
@@ -28,7 +28,8 @@ use settings::Setting;
 use srp_archdesc::arch::{Approx, Arch, Precision};
 use srp_runtime::scene::{Scene, Triangle};
 use srp_runtime::tni::arithmetic::{self, Prepared, Ray};
-use srp_scheduler::Known;
+use srp_toolchain::Session;
+use srp_toolchain::machine;
 use std::collections::BTreeMap;
 use surface::Made;
 
@@ -72,8 +73,9 @@ pub(crate) fn run(args: &HardCases) -> Result<i32, Failure> {
             "no case has an identifier that begins so: `srp hard-cases` lists them",
         ));
     }
-    let scene = scenes::read(args.scene.as_deref(), None)?;
-    let matrix = try_all(&arch, cases, &scene)?;
+    let session = &talk::session();
+    let scene = scenes::read(args.scene.as_deref(), None, session)?;
+    let matrix = try_all(&arch, cases, &scene, session)?;
     if let Some(path) = &args.html {
         files::write(path, output::page(&matrix).as_bytes())?;
     }
@@ -86,19 +88,24 @@ pub(crate) fn run(args: &HardCases) -> Result<i32, Failure> {
 }
 
 /// Tries the cases on a machine with all its settings; rays are aimed at a scene's own edges too.
-fn try_all(arch: &Arch, cases: Vec<Case>, scene: &Scene) -> Result<Matrix, Failure> {
+fn try_all(
+    arch: &Arch,
+    cases: Vec<Case>,
+    scene: &Scene,
+    session: &Session<'_>,
+) -> Result<Matrix, Failure> {
     let settings = settings::of(arch);
     let mut trial = Trial {
         verdicts: BTreeMap::new(),
         skipped: Vec::new(),
-        known: Known::default(),
+        session,
         triangles: cases.iter().map(|c| meshes::of(c, scene)).collect(),
         crowds: cases.iter().map(|c| crowd_of(c, scene)).collect(),
         cases: &cases,
         progress: Progress::steps("trying", settings.len() as u64 + 1),
     };
     // An array alone runs no programs.
-    let has_slots = arch.fus.values().any(|fu| fu.slot.is_some());
+    let has_slots = arch.srp.fus.values().any(|fu| fu.slot.is_some());
     trial.on_host(&settings[0])?;
     for (number, setting) in settings.iter().enumerate() {
         interrupt::end_if_requested()?;
@@ -136,7 +143,7 @@ struct Trial<'a> {
     crowds: Vec<Option<Crowd>>,
     verdicts: BTreeMap<(usize, Column), Verdict>,
     skipped: Vec<String>,
-    known: Known,
+    session: &'a Session<'a>,
     progress: Progress,
 }
 
@@ -230,7 +237,7 @@ impl Trial<'_> {
         if placed.is_empty() {
             return Ok(());
         }
-        let srp = Srp::compile(&setting.arch, &self.known)?;
+        let srp = Srp::compile(&setting.arch, self.session)?;
         let results = calls.results(&srp.run(calls.memory())?);
         for (case, at) in placed {
             let verdict = self.judge(case, &at, &results, setting);

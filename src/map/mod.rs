@@ -6,7 +6,6 @@ mod text;
 
 use crate::cli::map::{Map, Target};
 use crate::failure::Failure;
-use crate::pipeline::Effort;
 use crate::proof::{self, Proved};
 use crate::talk::CONSOLE;
 use crate::talk::{self, Progress};
@@ -149,7 +148,7 @@ pub(crate) fn run(args: &Map) -> Result<i32, Failure> {
 
 fn target(target: &Target) -> Result<Arch, Failure> {
     match (&target.machine, target.mesh) {
-        (Some(path), _) => machine::read(path),
+        (Some(path), _) => Ok(srp_toolchain::machine::read(path)?),
         (None, Some((rows, cols))) => machine::standard_mesh(rows, cols),
         (None, None) => Err(Failure::Message("--machine or --mesh is needed".to_owned())),
     }
@@ -204,12 +203,12 @@ fn map_one(found: &Found, options: &graph::Options, args: &Map, arch: &Arch) -> 
     let start = Instant::now();
     let limit = args.timeout.map_or(Duration::MAX, Duration::from_secs_f64);
     let watch = Limited::new(&CONSOLE, limit);
-    let options = Effort::of(&args.search).options();
+    let options = args.search.effort().modulo();
     let options = modulo::Options {
         effort: args.effort.unwrap_or(options.effort),
         ..options
     };
-    let result = modulo::schedule(&graph.dfg, arch, &options, &watch);
+    let result = modulo::schedule(&graph.dfg, &arch.srp, &options, &watch);
     row.seconds = start.elapsed().as_secs_f64();
     row.timed_out = watch.cancelled();
     let mapped = match checked(result, arch) {
@@ -231,7 +230,7 @@ fn checked(
     arch: &Arch,
 ) -> Result<modulo::Scheduled, String> {
     let scheduled = result.map_err(|e| e.why)?;
-    let wrong = check::check_loop(&scheduled.schedule, arch);
+    let wrong = check::check_loop(&scheduled.schedule, &arch.srp);
     match wrong.first() {
         None => Ok(scheduled),
         Some(first) => {
@@ -275,7 +274,7 @@ fn mapping(graph: &Graph, scheduled: &modulo::Scheduled) -> Mapping {
 fn notes(graph: &Graph, arch: &Arch) -> Vec<String> {
     let differs = |&&(node, latency): &&(_, u32)| {
         let class = graph.dfg.nodes[node].op.class();
-        let mut ways = arch.fus.values().filter_map(|fu| fu.op(class));
+        let mut ways = arch.srp.fus.values().filter_map(|fu| fu.op(class));
         !ways.any(|way| way.latency == latency)
     };
     let mut notes = Vec::new();

@@ -10,7 +10,7 @@ use super::{Case, figures};
 use crate::cli;
 use crate::failure::Failure;
 use crate::fidelity::Shot;
-use crate::{engine, interrupt, render, talk, variant};
+use crate::interrupt;
 use srp_archdesc::arch::Arch;
 use srp_runtime::effect::{Effect, Effects, Guard, find};
 use srp_runtime::fidelity::Fidelity;
@@ -19,7 +19,7 @@ use srp_runtime::scene::{Camera, Scene};
 use srp_runtime::system::sampled::Sampled;
 use srp_runtime::system::{self, Report, Timing};
 use srp_runtime::{bvh::Bvh, scene_image};
-use srp_scheduler::Known;
+use srp_toolchain::{Engines, Session, system_options};
 
 /// Mirrorings of forced specular rays.
 const FORCED_BOUNCES: u32 = 2;
@@ -48,21 +48,24 @@ fn shoot(
     arch: &Arch,
     size: (u32, u32),
     sum: &mut Sum,
+    session: &Session<'_>,
 ) -> Result<(), Failure> {
     let image = scene_image::build(take.scene, take.bvh, take.camera, arch, size)
         .map_err(Failure::message)?;
-    let build = variant::Build::new(take.built, take.scene.options.bounces);
-    let build = build.asked(&args.building)?;
-    let compiled = variant::kept(arch, &build, &Known::default())?;
+    let build = args
+        .building
+        .build(take.built, take.scene.options.bounces)?;
+    let compiled = interrupt::looked_for(|| build.kept(arch, session))?;
+    interrupt::end_if_requested()?;
     let program = compiled.runnable()?;
-    let factory = engine::Factory::of(program, arch, args.engine)?;
+    let engines = Engines::of(program, arch, args.engine, session)?;
     if args.level.fidelity == Fidelity::Sampled {
         let shot = Shot {
             scene: take.scene,
             camera: take.camera,
             arch,
             program,
-            factory: &factory,
+            engines: &engines,
             image,
             effects: take.built,
             guard: Guard::default(),
@@ -74,17 +77,8 @@ fn shoot(
         sum.add_sampled(&sampled, arch);
         return Ok(());
     }
-    let cores = factory.cores(arch.system.cores);
-    let options = system::Options {
-        guard: Guard::default(),
-        timing: take.timing,
-        max_cycles: render::MAX_CYCLES,
-        sram_image: &program.image,
-        kernel_names: (program.kernels.values())
-            .map(|k| k.dfg.name.clone())
-            .collect(),
-        watch: &talk::CONSOLE,
-    };
+    let cores = engines.cores(arch.system.cores);
+    let options = system_options(program, Guard::default(), take.timing, session);
     let rendered = interrupt::looked_for(|| system::render(image, cores, arch, options));
     let (_, report) = rendered.map_err(Failure::message)?;
     interrupt::end_if_requested()?;
@@ -179,6 +173,7 @@ pub(super) fn table3(
     args: &cli::Paper,
     arch: &Arch,
     sheet: &mut Sheet,
+    session: &Session<'_>,
 ) -> Result<(), Failure> {
     for forced in [false, true] {
         let mut scene = case.scene.clone();
@@ -202,7 +197,7 @@ pub(super) fn table3(
                 built,
                 timing: Timing::RecordedHits,
             };
-            shoot(&take, args, arch, args.size(), &mut sum)?;
+            shoot(&take, args, arch, args.size(), &mut sum, session)?;
         }
         let paper = case
             .paper
@@ -240,6 +235,7 @@ pub(super) fn table6(
     args: &cli::Paper,
     arch: &Arch,
     sheet: &mut Sheet,
+    session: &Session<'_>,
 ) -> Result<(), Failure> {
     let built = built(&case.scene, args)?;
     let mut sum = Sum::default();
@@ -251,7 +247,7 @@ pub(super) fn table6(
             built,
             timing: Timing::Full,
         };
-        shoot(&take, args, arch, args.size(), &mut sum)?;
+        shoot(&take, args, arch, args.size(), &mut sum, session)?;
     }
     let seconds = sum.cycles as f64 / (sum.mhz * 1e6);
     sheet.group("whole frames", sum.relative_error())?;

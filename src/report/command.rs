@@ -3,16 +3,17 @@
 use super::model::Report;
 use super::{diff, html, output, report, report_loops, text, trial};
 use crate::cli;
+use crate::compile::compile_and_say;
 use crate::failure::Failure;
-use crate::pipeline::{self, Compiled, Effort, FrontEnd, Input};
 use crate::proof::{self, Proved};
-use crate::{files, interrupt, kernels, machine, talk};
+use crate::{files, interrupt, talk};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::EntityMap;
 use srp_ir::dfg::Dfg;
 use srp_ir::dre;
 use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledLoops};
 use srp_scheduler::modulo::Impossible;
+use srp_toolchain::{Compiled, Input, facts_alone, input, machine};
 use std::path::{Path, PathBuf};
 
 /// Runs `srp report`; 1 where two reports are compared and something got worse. Interrupted, it
@@ -35,7 +36,7 @@ pub(crate) fn run(args: &cli::Report) -> Result<i32, Failure> {
     }
     if let (Subject::Program(compiled), true) = (&subject, args.times) {
         for l in &mut report.loops {
-            l.seconds = compiled.searched.get(&l.kernel).map(|t| t.as_secs_f64());
+            l.seconds = compiled.times.items.get(&l.kernel).map(|t| t.as_secs_f64());
         }
     }
     if args.what_if {
@@ -75,14 +76,14 @@ impl Subject {
         if let Some(loops) = scheduled_loops(&args.files, arch)? {
             return Ok(Subject::Loops(loops));
         }
-        let front_end = FrontEnd::new(&args.compilation.source, arch);
         let input = if args.files.is_empty() {
-            Input::C(kernels::sources())
+            Input::C(input::kernels())
         } else {
-            pipeline::read(&args.files, arch)?
+            input::read(&args.files, arch)?
         };
-        let effort = Effort::of(&args.compilation.search);
-        let compiled = pipeline::compile(input, &front_end, effort)?;
+        let options = args.compilation.options()?;
+        let source = &args.compilation.source;
+        let compiled = compile_and_say(input, arch, &options, source, &talk::session())?;
         Ok(Subject::Program(Box::new(compiled)))
     }
 
@@ -90,7 +91,7 @@ impl Subject {
         match self {
             Subject::Program(compiled) => report(compiled, arch),
             Subject::Loops(loops) => {
-                let facts = loops.loops.iter().map(|s| pipeline::facts_alone(s, arch));
+                let facts = loops.loops.iter().map(|s| facts_alone(s, arch));
                 report_loops(loops, &facts.collect::<EntityMap<_, _>>(), arch)
             }
         }
@@ -128,7 +129,7 @@ fn scheduled_loops(paths: &[PathBuf], arch: &Arch) -> Result<Option<ScheduledLoo
     let loops = dre::read_loops(&text, arch)
         .map_err(|e| Failure::Message(format!("{name}:{}:{}: {}", e.line, e.column, e.message)))?;
     for schedule in &loops.loops {
-        let wrong = srp_scheduler::check::check_loop(schedule, arch);
+        let wrong = srp_scheduler::check::check_loop(schedule, &arch.srp);
         if let Some(first) = wrong.first() {
             let kernel = &schedule.dfg.name;
             return Err(Failure::Message(format!("{name}: {kernel}: {first}")));

@@ -49,7 +49,7 @@ impl View<'_> {
 
     pub(super) fn of_loop(&self, schedule: &ModuloSchedule, facts: &LoopFacts) -> LoopReport {
         let dfg = &schedule.dfg;
-        let usage = usage(schedule, self.arch);
+        let usage = usage(schedule, &self.arch.srp);
         let bounds = &facts.bounds;
         let impossible = |i: &srp_scheduler::modulo::Impossible| Impossible {
             ii: i.ii,
@@ -93,15 +93,15 @@ impl View<'_> {
     fn cycles_per_ray(&self, schedule: &ModuloSchedule) -> f64 {
         let arch = self.arch;
         let rays = arch.system.buffers.rays;
-        let entry = (schedule.preloads.len() as u32).div_ceil(arch.preload_width.max(1));
+        let entry = (schedule.preloads.len() as u32).div_ceil(arch.srp.preload_width.max(1));
         let kernel = schedule.ii * rays.saturating_sub(1) + schedule.length;
-        f64::from(entry + 2 * arch.mode_switch + kernel) / f64::from(rays.max(1))
+        f64::from(entry + 2 * arch.srp.mode_switch + kernel) / f64::from(rays.max(1))
     }
 
     fn resource(&self, demand: &Demand) -> Resource {
         let (resource, shared) = match &demand.need {
             Need::Array => ("all operations".to_owned(), false),
-            Need::Shared(resource) => (self.arch.resources[*resource].name.clone(), true),
+            Need::Shared(resource) => (self.arch.srp.resources[*resource].name.clone(), true),
             Need::Units(classes) => {
                 let names: Vec<&str> = classes.iter().map(|c| c.name()).collect();
                 (names.join(", "), false)
@@ -175,7 +175,7 @@ impl View<'_> {
     /// Fewest cycles until the result of a node can be read.
     fn least_latency(&self, dfg: &Dfg, node: Node) -> u32 {
         let op = dfg.nodes[node].op;
-        let ways = self.arch.fus.values().filter_map(|fu| fu.runs(op));
+        let ways = self.arch.srp.fus.values().filter_map(|fu| fu.runs(op));
         ways.map(|way| way.latency).min().unwrap_or(1)
     }
 
@@ -202,7 +202,7 @@ impl View<'_> {
             order: self.relaxed.get(&dfg.name)?.clone(),
             ..dfg.clone()
         };
-        let bound = modulo::bounds(&relaxed, self.arch).min_ii();
+        let bound = modulo::bounds(&relaxed, &self.arch.srp).min_ii();
         (bound < bounds.min_ii()).then_some(bound)
     }
 
@@ -225,7 +225,7 @@ impl View<'_> {
             moves: usage.units[fu].moves,
             held: usage.units[fu].held,
         };
-        self.arch.fus.iter().map(load).collect()
+        self.arch.srp.fus.iter().map(load).collect()
     }
 
     fn shared(&self, usage: &Usage) -> Vec<SharedLoad> {
@@ -234,7 +234,7 @@ impl View<'_> {
             offered: spec.count,
             uses: usage.resources[resource].clone(),
         };
-        self.arch.resources.iter().map(load).collect()
+        self.arch.srp.resources.iter().map(load).collect()
     }
 
     fn links(&self, usage: &Usage) -> Vec<LinkLoad> {
@@ -245,19 +245,19 @@ impl View<'_> {
                 node: c.node.index() as u32,
                 file: match c.to {
                     Taker::Op(_) => None,
-                    Taker::File(file) => Some(self.arch.files[file].name.clone()),
+                    Taker::File(file) => Some(self.arch.srp.files[file].name.clone()),
                 },
             };
             LinkLoad {
-                from: self.arch.fus[spec.from].name.clone(),
-                to: self.arch.fus[spec.to].name.clone(),
+                from: self.arch.srp.fus[spec.from].name.clone(),
+                to: self.arch.srp.fus[spec.to].name.clone(),
                 width: spec.width,
                 delay: spec.delay,
                 slots: used.slots(),
                 carries: used.carried.iter().map(carried).collect(),
             }
         };
-        self.arch.links.iter().map(load).collect()
+        self.arch.srp.links.iter().map(load).collect()
     }
 
     fn register_files(&self, usage: &Usage) -> Vec<FileLoad> {
@@ -273,7 +273,7 @@ impl View<'_> {
                 },
                 unit: match (spec.readers.as_slice(), spec.writers.as_slice()) {
                     ([reader], [writer]) if reader == writer => {
-                        Some(self.arch.fus[*reader].name.clone())
+                        Some(self.arch.srp.fus[*reader].name.clone())
                     }
                     _ => None,
                 },
@@ -287,13 +287,14 @@ impl View<'_> {
                 write: ports(spec.write_ports, used.most_written(), &used.writes),
             }
         };
-        self.arch.files.iter().map(load).collect()
+        self.arch.srp.files.iter().map(load).collect()
     }
 
     fn table(&self, schedule: &ModuloSchedule) -> Vec<Vec<Option<Cell>>> {
-        let mut table = vec![vec![None; self.arch.fus.len()]; schedule.ii as usize];
+        let mut table = vec![vec![None; self.arch.srp.fus.len()]; schedule.ii as usize];
         for op in schedule.ops.values() {
-            let interval = usage::timing(schedule, self.arch, op).map_or(1, |how| how.interval);
+            let interval =
+                usage::timing(schedule, &self.arch.srp, op).map_or(1, |how| how.interval);
             for after in 0..interval {
                 let slot = ((op.time + after) % schedule.ii) as usize;
                 table[slot][op.fu.index()] = Some(Cell {
@@ -336,11 +337,11 @@ impl View<'_> {
             Source::Const(_) => what,
             Source::Out(None) => format!("{what} of itself"),
             Source::Out(Some(link)) => {
-                let from = self.arch.links[link].from;
-                format!("{what} of {}", self.arch.fus[from].name)
+                let from = self.arch.srp.links[link].from;
+                format!("{what} of {}", self.arch.srp.fus[from].name)
             }
             Source::Reg { reg, .. } => {
-                let file = &self.arch.files[reg.file].name;
+                let file = &self.arch.srp.files[reg.file].name;
                 format!("{what} in {file}[{}]", reg.index)
             }
         }

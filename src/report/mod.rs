@@ -19,7 +19,6 @@ pub(crate) use output::Loops;
 pub(crate) use text::not_pipelined;
 
 use crate::interrupt;
-use crate::pipeline::Compiled;
 use measure::View;
 use model::{FORMAT, FunctionReport, Machine, Report, VERSION};
 use srp_archdesc::arch::Arch;
@@ -29,6 +28,7 @@ use srp_ir::program::{Kernel, SourceFile};
 use srp_ir::split::NotPipelined;
 use srp_scheduler::LoopFacts;
 use srp_scheduler::vliw::FunctionFacts;
+use srp_toolchain::Compiled;
 use std::collections::BTreeMap;
 
 /// The report of a compiled program.
@@ -103,9 +103,9 @@ fn with_loops(
         version: VERSION,
         machine: Machine {
             name: arch.name.clone(),
-            rows: arch.rows,
-            columns: arch.cols,
-            contexts: arch.contexts,
+            rows: arch.srp.rows,
+            columns: arch.srp.cols,
+            contexts: arch.srp.contexts,
         },
         complete: !interrupt::requested(),
         loops,

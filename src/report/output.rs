@@ -3,8 +3,8 @@
 use super::{html, model::Report, report, text};
 use crate::failure::Failure;
 use crate::files;
-use crate::pipeline::Compiled;
 use srp_archdesc::arch::Arch;
+use srp_toolchain::Compiled;
 use std::path::{Path, PathBuf};
 
 /// The files that a report of the loops is written to.

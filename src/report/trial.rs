@@ -3,7 +3,6 @@
 use super::hint;
 use super::model::{Change, LoopReport, Ordered, Report, WhatIf};
 use crate::interrupt;
-use crate::pipeline::Effort;
 use crate::talk::CONSOLE;
 use crate::talk::Progress;
 use srp_archdesc::arch::Arch;
@@ -47,7 +46,14 @@ pub(super) fn try_changes(
 /// Changes of the machine alone that bring an II below `ii`.
 fn of_machine(dfg: &Dfg, arch: &Arch, ii: u32) -> WhatIf {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let found = what_if(dfg, arch, ii, &Effort::Steps.options(), threads, &CONSOLE);
+    let found = what_if(
+        dfg,
+        &arch.srp,
+        ii,
+        &modulo::Options::default(),
+        threads,
+        &CONSOLE,
+    );
     let change = |c: srp_scheduler::what_if::Change| Change {
         what: c.what,
         ii: c.ii,
@@ -88,10 +94,10 @@ fn without_doubtful_orders(dfg: &Dfg, ordered: &[Ordered]) -> Option<Dfg> {
 }
 
 fn unordered(free: &Dfg, arch: &Arch, ii: u32) -> Option<Change> {
-    if interrupt::requested() || modulo::bounds(free, arch).min_ii() >= ii {
+    if interrupt::requested() || modulo::bounds(free, &arch.srp).min_ii() >= ii {
         return None;
     }
-    let scheduled = modulo::schedule(free, arch, &Effort::Steps.options(), &CONSOLE);
+    let scheduled = modulo::schedule(free, &arch.srp, &modulo::Options::default(), &CONSOLE);
     let reached = scheduled.ok()?.schedule.ii;
     (reached < ii).then(|| Change {
         what: "accesses known never to meet (named arrays, or `restrict` pointers)".to_owned(),

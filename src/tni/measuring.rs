@@ -10,7 +10,7 @@ use srp_archdesc::threads;
 use srp_runtime::bvh::{self, Bvh, Layout};
 use srp_runtime::fidelity::Fidelity;
 use srp_runtime::memory::SystemMemory;
-use srp_runtime::rays::{self, Kind, Order, Ray, Sampling, Source};
+use srp_runtime::rays::{Kind, Order, Ray, Sampling, Source};
 use srp_runtime::scene::{Camera, Scene};
 use srp_runtime::system::sampled::Figure;
 use srp_runtime::tni::standalone::sampled::{self, Found, Sampled, Subject};
@@ -294,15 +294,4 @@ fn run_view(
         outcome.relative_error = None;
     }
     Some(outcome)
-}
-
-impl From<cli::RayOrder> for Order {
-    fn from(order: cli::RayOrder) -> Order {
-        match order {
-            cli::RayOrder::Morton => rays::Order::Morton,
-            cli::RayOrder::Pixels => rays::Order::Pixels,
-            cli::RayOrder::Rows => rays::Order::Rows,
-            cli::RayOrder::Random => rays::Order::Random,
-        }
-    }
 }

@@ -11,15 +11,17 @@ pub(crate) use energy::Energy;
 
 use crate::cli::{self, HeatOf, Pipeline, RayKind, Tni, TniMemory};
 use crate::failure::Failure;
-use crate::scenes::{self, Views};
-use crate::{files, machine, talk};
+use crate::scenes;
+use crate::{files, talk};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::datapath::Latencies;
 use srp_archdesc::system::{self as spec, SystemSpec};
 use srp_runtime::fidelity::Fidelity;
-use srp_runtime::rays::{self, Kind, Order};
+use srp_runtime::rays::{self, Kind};
 use srp_runtime::scene::{Camera, Scene};
 use srp_runtime::tni::standalone::{Measure, Memories};
+use srp_toolchain::machine;
+use srp_toolchain::scene::Views;
 use std::path::Path;
 
 pub(crate) use measuring::{Job, Measured, Rays, measure_at};
@@ -35,9 +37,10 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
     }
     let arch = machine_for(args)?;
     let views = views(args)?;
-    let scene = scenes::read(args.scene.as_deref(), first_camera(args, &views)?)?;
+    let session = &talk::session();
+    let scene = scenes::read(args.scene.as_deref(), first_camera(args, &views)?, session)?;
     let cameras = cameras(args, &views, &scene)?;
-    let bvh = scenes::build(&scene, args.bvh, args.measuring.max_leaf);
+    let bvh = srp_toolchain::scene::build(&scene, &args.measuring.tree(args.bvh), session);
     let rays = rays_of(args, &views, &scene)?;
     let job = Job {
         scene: &scene,
@@ -46,7 +49,7 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
         cameras: &cameras,
         size: args.size,
         rays: &rays,
-        order: Order::from(args.order),
+        order: args.order,
         one_in: args.sample.unwrap_or(1),
         units: args.units.unwrap_or(arch.system.cores),
         memories: match (args.memory, arch.system.dram.shared) {
@@ -195,10 +198,10 @@ fn views(args: &Tni) -> Result<Option<Views>, Failure> {
         return Ok(None);
     }
     let Some(which) = &args.cameras else {
-        return args.scene.as_deref().map_or(Ok(None), Views::beside);
+        return Ok(args.scene.as_deref().map_or(Ok(None), Views::beside)?);
     };
-    match scenes::parse_cameras(which) {
-        Some((path, name, None)) => Views::read(path, name).map(Some),
+    match cli::parse_cameras(which) {
+        Some((path, name, None)) => Ok(Some(Views::read(path, name)?)),
         _ => Err(Failure::Usage(format!(
             "--cameras {which}: write FILE.json:NAME, and the view as --views N"
         ))),
@@ -209,7 +212,7 @@ fn first_camera(args: &Tni, views: &Option<Views>) -> Result<Option<Camera>, Fai
     if let Some(text) = &args.camera.camera {
         return Camera::parse(text).map(Some).map_err(Failure::message);
     }
-    views.as_ref().map(|v| v.camera(0)).transpose()
+    Ok(views.as_ref().map(|v| v.camera(0)).transpose()?)
 }
 
 /// The cameras to run, one after another.
@@ -220,9 +223,10 @@ fn cameras(args: &Tni, views: &Option<Views>, scene: &Scene) -> Result<Vec<Camer
             "there is no view {n}: no file of cameras names this scene (see --cameras)"
         ))),
         (Some(views), Some(n)) => Ok(vec![views.camera(n)?]),
-        (Some(views), None) => (0..views.points.views.len())
-            .map(|n| views.camera(n))
-            .collect(),
+        (Some(views), None) => {
+            let all = (0..views.points.views.len()).map(|n| views.camera(n));
+            Ok(all.collect::<Result<_, _>>()?)
+        }
     }
 }
 

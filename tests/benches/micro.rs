@@ -24,7 +24,7 @@ fn main() {
     let is_wanted = |dfg: &Dfg| wanted.is_empty() || wanted.iter().any(|w| dfg.name.starts_with(w));
     for name in ["sgrt", "wide"] {
         let arch = machine(name);
-        println!("\n{name}: {}×{}", arch.rows, arch.cols);
+        println!("\n{name}: {}×{}", arch.srp.rows, arch.srp.cols);
         println!(
             "{:24} {:>5} {:>4} {:>5} {:>9}  proof",
             "loop", "nodes", "II", "bound", "ms"
@@ -36,7 +36,8 @@ fn main() {
             let kernels = split::split(&program).dre.kernels;
             for dfg in kernels.values().filter(|&dfg| is_wanted(dfg)) {
                 let start = Instant::now();
-                let result = modulo::schedule(dfg, &arch, &modulo::Options::default(), &Unwatched);
+                let result =
+                    modulo::schedule(dfg, &arch.srp, &modulo::Options::default(), &Unwatched);
                 let row = Row {
                     nodes: dfg.nodes.len(),
                     result,

@@ -5,16 +5,14 @@ use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;
 use srp_csimgen::attribution::{self, Attribution};
 use srp_csimgen::functional::{self, Frame, FunctionalError};
-use srp_csimgen::{Interpreter, link};
-use srp_ir::{Program, split};
+use srp_ir::Program;
 use srp_runtime::bvh::{self, Bvh};
-use srp_runtime::core::Core;
 use srp_runtime::effect::{Effects, Guard};
 use srp_runtime::picture::Picture;
 use srp_runtime::scene::Scene;
 use srp_runtime::scene_image::{self, SceneImage};
 use srp_runtime::system::{self, Report, SystemError};
-use srp_scheduler::{Known, Options, schedule};
+use srp_toolchain::{Effort, Engine, Engines, Session, schedule, system_options};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
@@ -36,7 +34,7 @@ pub struct Studio {
     pub scene: Scene,
     size: (u32, u32),
     bvh: Bvh,
-    known: Known,
+    session: Session<'static>,
 }
 
 impl Studio {
@@ -47,7 +45,7 @@ impl Studio {
             bvh: bvh::build(&scene.triangles, &bvh::Options::default()),
             scene,
             size,
-            known: Known::default(),
+            session: Session::default(),
         }
     }
 
@@ -124,29 +122,21 @@ impl Studio {
     ///
     /// Why it was not finished.
     pub fn frame(&self, built: Effects, guard: Guard) -> Result<(Picture, Report), SystemError> {
-        let Studio { arch, .. } = self;
+        let Studio { arch, session, .. } = self;
         let program = self.program(built);
-        let divided = split::split(&program);
-        assert_eq!(divided.not_pipelined, [], "{built}");
-        let options = Options {
-            threads: std::thread::available_parallelism().map_or(1, usize::from),
-            known: Some(&self.known),
-            ..Options::default()
-        };
-        let scheduled = schedule(&divided.dre, arch, &options, &Unwatched);
-        let scheduled = scheduled.unwrap_or_else(|e| panic!("{built}: {e}"));
-        let spec = link(&scheduled.program, arch).unwrap_or_else(|e| panic!("{built}: {e}"));
-        let cores =
-            (0..arch.system.cores).map(|_| Box::new(Interpreter::new(&spec)) as Box<dyn Core>);
-        let options = system::Options {
-            timing: system::Timing::Full,
-            max_cycles: 1_000_000_000,
-            sram_image: &scheduled.program.image,
-            guard,
-            kernel_names: Vec::new(),
-            watch: &Unwatched,
-        };
-        system::render(self.image(), cores.collect(), arch, options)
+        let compiled = schedule(program, arch, Effort::Steps, session);
+        let compiled = compiled.unwrap_or_else(|e| panic!("{built}: {e}"));
+        assert_eq!(compiled.not_pipelined, [], "{built}");
+        let program = &compiled.schedule.program;
+        let engines = Engines::of(program, arch, Engine::Interpreter, session);
+        let engines = engines.unwrap_or_else(|e| panic!("{built}: {e}"));
+        let options = system_options(program, guard, system::Timing::Full, session);
+        system::render(
+            self.image(),
+            engines.cores(arch.system.cores),
+            arch,
+            options,
+        )
     }
 
     /// The picture of a frame that is finished.

@@ -113,7 +113,7 @@ fn certificates_hold() {
         .into_values()
         .next()
         .expect("a loop");
-    let scheduled = modulo::schedule(dfg, &arch, &modulo::Options::default(), &Unwatched);
+    let scheduled = modulo::schedule(dfg, &arch.srp, &modulo::Options::default(), &Unwatched);
     let scheduled = scheduled.expect("it has a schedule");
     let bound = scheduled.bounds.min_ii();
     assert!(
@@ -129,7 +129,13 @@ fn certificates_hold() {
         formula: &mut formula,
         steps: &mut steps,
     };
-    assert!(modulo::certify(dfg, &arch, claim, &Unwatched, certificate));
+    assert!(modulo::certify(
+        dfg,
+        &arch.srp,
+        claim,
+        &Unwatched,
+        certificate
+    ));
     let formula = String::from_utf8(formula).expect("text");
     let steps = String::from_utf8(steps).expect("text");
     let mut clauses = Clauses::read(&formula);

@@ -97,7 +97,7 @@ pub fn srp_area(arch: &Arch) -> f64 {
     let functions = [p.rcp, p.rsqrt, p.sqrt, p.exp2, p.log2, p.sincos];
     let functions: f64 = functions.into_iter().map(function_area).sum();
     let mut operators_area = 0.0;
-    for fu in arch.fus.values() {
+    for fu in arch.srp.fus.values() {
         let mut widest = Operations::default();
         for op in &fu.ops {
             let needed = operators(op.class);

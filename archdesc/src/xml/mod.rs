@@ -29,7 +29,7 @@ mod write;
 pub use standard::{ArrayTopology, StandardArray, scalar_classes, standard};
 pub use write::write;
 
-use crate::arch::Arch;
+use crate::arch::{Arch, Srp};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::nearest::nearest;
 use findings::Findings;
@@ -95,16 +95,18 @@ fn resolve(machine: &raw::Machine, at: Span, found: &Findings) -> Option<Arch> {
     let number = |text, limit, default| values::number(found, text, limit, default);
     let arch = Arch {
         name: name.unwrap_or_default(),
-        rows: units.rows,
-        cols: units.cols,
-        fus: units.fus.clone(),
-        files,
-        links,
-        resources: resources.clone(),
-        contexts: number(&array.contexts, limits::CONTEXTS, 128),
-        mode_switch: number(&vliw.mode_switch, limits::MODE_SWITCH, 2),
-        preload_width: number(&vliw.preload_width, limits::PRELOAD_WIDTH, 4),
-        branch_delay: number(&vliw.branch_delay, limits::BRANCH_DELAY, 1),
+        srp: Srp {
+            rows: units.rows,
+            cols: units.cols,
+            fus: units.fus.clone(),
+            files,
+            links,
+            resources: resources.clone(),
+            contexts: number(&array.contexts, limits::CONTEXTS, 128),
+            mode_switch: number(&vliw.mode_switch, limits::MODE_SWITCH, 2),
+            preload_width: number(&vliw.preload_width, limits::PRELOAD_WIDTH, 4),
+            branch_delay: number(&vliw.branch_delay, limits::BRANCH_DELAY, 1),
+        },
         precision,
         system,
     };

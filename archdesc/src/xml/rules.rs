@@ -32,7 +32,7 @@ pub(super) fn check(found: &Findings, arch: &Arch, places: &Places<'_>) {
     if !found.suspects_any(&["fu-type", "type", "op", "class", "classes", "width"]) {
         classes(found, arch, places);
     }
-    if arch.fus.values().any(|unit| unit.slot.is_some()) {
+    if arch.srp.fus.values().any(|unit| unit.slot.is_some()) {
         for ty in Ty::ALL {
             central_file(found, arch, places, ty);
         }
@@ -42,7 +42,7 @@ pub(super) fn check(found: &Findings, arch: &Arch, places: &Places<'_>) {
 /// A unit does not run classes all of whose operations are wider than itself.
 fn widths(found: &Findings, arch: &Arch, places: &Places<'_>) {
     let mut reported = BTreeSet::new();
-    for (fu, unit) in arch.fus.iter().filter(|(_, unit)| unit.width < 128) {
+    for (fu, unit) in arch.srp.fus.iter().filter(|(_, unit)| unit.width < 128) {
         for op in unit.ops.iter().filter(|op| is_wide(op.class)) {
             let origin = &places.units.origins[fu];
             let span = origin.mentions.get(&op.class).copied();
@@ -79,15 +79,15 @@ fn operations(class: Class) -> impl Iterator<Item = Opcode> {
 /// Names of places, which generated code derives from those of units and files, are unique.
 fn names(found: &Findings, arch: &Arch, places: &Places<'_>) {
     let mut outputs: BTreeMap<String, Fu> = BTreeMap::new();
-    for (fu, unit) in arch.fus.iter() {
+    for (fu, unit) in arch.srp.fus.iter() {
         outputs.insert(format!("{}_out", unit.name), fu);
         outputs.insert(format!("{}_p", unit.name), fu);
     }
-    for (file, spec) in arch.files.iter() {
+    for (file, spec) in arch.srp.files.iter() {
         if let Some(&fu) = outputs.get(&spec.name) {
             let message = format!(
                 "`{}` is the name of an output of unit `{}`",
-                spec.name, arch.fus[fu].name
+                spec.name, arch.srp.fus[fu].name
             );
             let label = "a file needs another name";
             found.push(found.error("A0405", places.files[file], message, label));
@@ -98,7 +98,7 @@ fn names(found: &Findings, arch: &Arch, places: &Places<'_>) {
 /// Slots are numbered from 0 without gaps or repetitions.
 fn slots(found: &Findings, arch: &Arch, places: &Places<'_>) {
     let mut slots: BTreeMap<u32, Fu> = BTreeMap::new();
-    for (fu, unit) in arch.fus.iter() {
+    for (fu, unit) in arch.srp.fus.iter() {
         let Some(slot) = unit.slot else { continue };
         if let Some(&first) = slots.get(&slot) {
             let message = format!("two units are VLIW slot {slot}");
@@ -118,27 +118,27 @@ fn slots(found: &Findings, arch: &Arch, places: &Places<'_>) {
     }
     if let Some((gap, (_, &fu))) = (0..).zip(&slots).find(|&(n, (&slot, _))| n != slot) {
         let message = format!("there is no VLIW slot {gap}");
-        let label = format!("this unit is slot {}", arch.fus[fu].slot.unwrap_or(gap));
+        let label = format!("this unit is slot {}", arch.srp.fus[fu].slot.unwrap_or(gap));
         found.push(found.error("A0502", places.units.origins[fu].span, message, label));
     }
 }
 
 /// Any C code may become control code, so between them the VLIW slots run every operation.
 fn classes(found: &Findings, arch: &Arch, places: &Places<'_>) {
-    let slots = arch.slots();
+    let slots = arch.srp.slots();
     if slots.is_empty() {
         return;
     }
     // Not every machine has a texture unit; code that needs one is refused when it is compiled.
     for &class in Class::ALL.iter().filter(|&&class| class != Class::Tex) {
-        let runs = |fu: &Fu| arch.fus[*fu].op(class).is_some();
-        let narrow =
-            operations(class).find(|&op| !slots.iter().any(|&fu| arch.fus[fu].runs(op).is_some()));
+        let runs = |fu: &Fu| arch.srp.fus[*fu].op(class).is_some();
+        let narrow = operations(class)
+            .find(|&op| !slots.iter().any(|&fu| arch.srp.fus[fu].runs(op).is_some()));
         let wide = narrow.is_some_and(|op| {
             let kinds = op.info().operands.iter().chain(&op.info().result);
             kinds.map(|kind| kind.ty()).any(|ty| ty == Ty::Vec)
         });
-        let (code, message, label) = if !arch.fus.keys().any(|fu| runs(&fu)) {
+        let (code, message, label) = if !arch.srp.fus.keys().any(|fu| runs(&fu)) {
             let message = format!("no unit runs class `{class}`");
             ("A0503", message, "the array lacks it")
         } else if !slots.iter().any(runs) {
@@ -169,17 +169,17 @@ fn taker(
     wide: bool,
 ) -> Option<String> {
     let distance = |fu: Fu| {
-        let classes = arch.fus[fu].ops.iter().map(|op| op.class as usize);
+        let classes = arch.srp.fus[fu].ops.iter().map(|op| op.class as usize);
         classes.map(|c| c.abs_diff(class as usize)).min()
     };
     let fu = slots
         .iter()
         .copied()
-        .filter(|&fu| !wide || arch.fus[fu].width == 128)
-        .filter(|&fu| arch.fus[fu].op(class).is_none())
+        .filter(|&fu| !wide || arch.srp.fus[fu].width == 128)
+        .filter(|&fu| arch.srp.fus[fu].op(class).is_none())
         .min_by_key(|&fu| distance(fu).unwrap_or(usize::MAX))?;
-    let name = &arch.fus[fu].name;
-    let slot = arch.fus[fu].slot?;
+    let name = &arch.srp.fus[fu].name;
+    let slot = arch.srp.fus[fu].slot?;
     Some(match &origins[fu].fu_type {
         Some(fu_type) => format!("the classes of fu-type `{fu_type}`, which is VLIW slot {slot}"),
         None => format!("the classes of `{name}`, which is VLIW slot {slot}"),
@@ -189,8 +189,8 @@ fn taker(
 /// For each type of values there is a central file of its width that every slot reads and writes.
 fn central_file(found: &Findings, arch: &Arch, places: &Places<'_>, ty: Ty) {
     let width = ty.bits();
-    let file = arch.central(ty);
-    let Some(file) = file.filter(|&file| arch.files[file].width == width) else {
+    let file = arch.srp.central(ty);
+    let Some(file) = file.filter(|&file| arch.srp.files[file].width == width) else {
         if !found.suspects_any(&["file", "kind", "width"]) {
             let message = format!("there is no central register file of width {width}");
             let help = format!(
@@ -205,18 +205,18 @@ fn central_file(found: &Findings, arch: &Arch, places: &Places<'_>, ty: Ty) {
         }
         return;
     };
-    let spec = &arch.files[file];
+    let spec = &arch.srp.files[file];
     let users = [
         (&spec.readers, "read", "readers"),
         (&spec.writers, "write", "writers"),
     ];
     for (users, verb, attribute) in users {
         let users: BTreeSet<Fu> = users.iter().copied().collect();
-        let lacking = arch.slots().into_iter().find(|fu| !users.contains(fu));
+        let lacking = arch.srp.slots().into_iter().find(|fu| !users.contains(fu));
         if let Some(fu) = lacking.filter(|_| !found.suspects_any(&[attribute])) {
             let message = format!(
                 "VLIW slot `{}` cannot {verb} central file `{}`",
-                arch.fus[fu].name, spec.name
+                arch.srp.fus[fu].name, spec.name
             );
             found.push(
                 found

@@ -19,7 +19,7 @@ pub fn write(arch: &Arch) -> String {
 
 fn write_machine(out: &mut String, arch: &Arch) -> std::fmt::Result {
     writeln!(out, "<machine name=\"{}\">", arch.name)?;
-    for resource in arch.resources.values() {
+    for resource in arch.srp.resources.values() {
         let (name, count) = (&resource.name, resource.count);
         writeln!(out, "  <resource name=\"{name}\" count=\"{count}\"/>")?;
     }
@@ -35,26 +35,26 @@ fn write_machine(out: &mut String, arch: &Arch) -> std::fmt::Result {
     writeln!(
         out,
         "  <array rows=\"{}\" cols=\"{}\" topology=\"{none}\" contexts=\"{}\">",
-        arch.rows, arch.cols, arch.contexts
+        arch.srp.rows, arch.srp.cols, arch.srp.contexts
     )?;
-    for unit in arch.fus.values() {
+    for unit in arch.srp.fus.values() {
         write_unit(out, arch, unit)?;
     }
-    for file in arch.files.values() {
+    for file in arch.srp.files.values() {
         write_file(out, arch, file)?;
     }
-    for link in arch.links.values() {
+    for link in arch.srp.links.values() {
         writeln!(
             out,
             "    <link from=\"{}\" to=\"{}\" delay=\"{}\" width=\"{}\"/>",
-            arch.fus[link.from].name, arch.fus[link.to].name, link.delay, link.width
+            arch.srp.fus[link.from].name, arch.srp.fus[link.to].name, link.delay, link.width
         )?;
     }
     writeln!(out, "  </array>")?;
     writeln!(
         out,
         "  <vliw slots=\"0\" branch-delay=\"{}\" mode-switch=\"{}\" preload-width=\"{}\"/>",
-        arch.branch_delay, arch.mode_switch, arch.preload_width
+        arch.srp.branch_delay, arch.srp.mode_switch, arch.srp.preload_width
     )?;
     write_system(out, arch)?;
     writeln!(out, "</machine>")
@@ -94,7 +94,7 @@ fn write_unit(out: &mut String, arch: &Arch, unit: &FuSpec) -> std::fmt::Result 
         let uses: Vec<&str> = op
             .uses
             .iter()
-            .map(|&r| arch.resources[r].name.as_str())
+            .map(|&r| arch.srp.resources[r].name.as_str())
             .collect();
         writeln!(
             out,
@@ -115,7 +115,10 @@ fn write_file(out: &mut String, arch: &Arch, file: &FileSpec) -> std::fmt::Resul
         FileKind::Static => "static",
     };
     let units = |list: &[Fu]| {
-        let names: Vec<&str> = list.iter().map(|&fu| arch.fus[fu].name.as_str()).collect();
+        let names: Vec<&str> = list
+            .iter()
+            .map(|&fu| arch.srp.fus[fu].name.as_str())
+            .collect();
         names.join(" ")
     };
     writeln!(

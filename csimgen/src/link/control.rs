@@ -71,7 +71,7 @@ fn check_slots(linker: &Linker, bundle: Bundle, data: &BundleData) -> Result<(),
             scope: format!("bundle {bundle}"),
             pos: op.pos,
         };
-        let Some(spec) = linker.arch.fus.get(op.fu) else {
+        let Some(spec) = linker.arch.srp.fus.get(op.fu) else {
             return Err(site.error(linker, format!("there is no unit {}", op.fu)));
         };
         if spec.slot.is_none() {
@@ -141,7 +141,7 @@ fn operation(linker: &mut Linker, op: &SlotOp, site: &Site) -> Result<(Step, u32
 /// A register that VLIW code can name.
 fn central(linker: &Linker, reg: Reg, ty: Ty, site: &Site) -> Result<Cell, LinkError> {
     let cell = linker.plain(reg, ty, site)?;
-    let spec = &linker.arch.files[reg.file];
+    let spec = &linker.arch.srp.files[reg.file];
     if spec.kind != FileKind::Central {
         let message = format!("{} is no central register file", spec.name);
         return Err(site.error(linker, message));
@@ -162,9 +162,9 @@ fn transfer(
     };
     branch_unit(linker, data, &site)?;
     // The link register is written when the target issues.
-    let latency = linker.arch.branch_delay + 1;
+    let latency = linker.arch.srp.branch_delay + 1;
     linker.max_latency = linker.max_latency.max(latency);
-    let back = bundle.index() as u32 + linker.arch.branch_delay + 1;
+    let back = bundle.index() as u32 + linker.arch.srp.branch_delay + 1;
     let target = |to: Bundle| linker.bundle(to, &site.scope);
     let word = |reg: Reg| central(linker, reg, Ty::Word, &site);
     Ok(match *control {
@@ -208,10 +208,11 @@ fn branch_unit(linker: &Linker, data: &BundleData, site: &Site) -> Result<(), Li
     let free = |fu: &srp_archdesc::arch::Fu| data.ops.iter().all(|op| op.fu != *fu);
     linker
         .arch
+        .srp
         .slots()
         .into_iter()
         .filter(free)
-        .find(|&fu| linker.arch.fus[fu].op(Class::Branch).is_some())
+        .find(|&fu| linker.arch.srp.fus[fu].op(Class::Branch).is_some())
         .map(|_| ())
         .ok_or_else(|| site.error(linker, "no slot is left that can branch"))
 }

@@ -35,14 +35,14 @@ pub(super) fn kernel(linker: &mut Linker, kernel: Kernel) -> Result<KernelSpec, 
     };
     array.add_all(linker)?;
     let contexts = array.contexts.finish(linker);
-    let setting = (preloads.len() as u32).div_ceil(linker.arch.preload_width.max(1));
+    let setting = (preloads.len() as u32).div_ceil(linker.arch.srp.preload_width.max(1));
     Ok(KernelSpec {
         name: schedule.dfg.name.clone(),
         at: linker.position(schedule.dfg.pos),
         ii: schedule.ii,
         length: schedule.length,
-        enter_cycles: linker.arch.mode_switch + setting,
-        leave_cycles: linker.arch.mode_switch,
+        enter_cycles: linker.arch.srp.mode_switch + setting,
+        leave_cycles: linker.arch.srp.mode_switch,
         trip,
         preloads,
         unroll,
@@ -69,7 +69,7 @@ fn unrolling(linker: &Linker, schedule: &ModuloSchedule, site: &Site) -> Result<
     }
     rings.sort_by_key(|reg| reg.ring);
     rings.dedup_by_key(|reg| reg.ring);
-    let depth = linker.arch.contexts;
+    let depth = linker.arch.srp.contexts;
     let mut contexts = u64::from(schedule.ii);
     let mut unroll = 1u64;
     for reg in rings {
@@ -186,7 +186,7 @@ impl Array<'_> {
                 let Source::Out(Some(link)) = source else {
                     continue;
                 };
-                let Some(spec) = linker.arch.links.get(*link) else {
+                let Some(spec) = linker.arch.srp.links.get(*link) else {
                     continue;
                 };
                 for place in linker.graph.outputs(spec.from) {
@@ -285,10 +285,10 @@ impl Array<'_> {
             Source::Out(Some(link)) => {
                 let (from, to) = self.ends(linker, *link, ty, site)?;
                 if to != op.fu {
-                    let unit = &linker.arch.fus[op.fu].name;
+                    let unit = &linker.arch.srp.fus[op.fu].name;
                     return Err(site.error(linker, format!("{link} does not lead to {unit}")));
                 }
-                match linker.arch.links[*link].delay {
+                match linker.arch.srp.links[*link].delay {
                     0 => linker.output(from, ty),
                     delay => {
                         let past = self.delayed[&linker.output_place(from, ty)];
@@ -313,7 +313,7 @@ impl Array<'_> {
         ty: Ty,
         site: &Site,
     ) -> Result<(srp_archdesc::arch::Fu, srp_archdesc::arch::Fu), LinkError> {
-        let Some(spec) = linker.arch.links.get(link) else {
+        let Some(spec) = linker.arch.srp.links.get(link) else {
             return Err(site.error(linker, format!("there is no {link}")));
         };
         if ty.bits() > spec.width {
@@ -338,8 +338,8 @@ impl Array<'_> {
         let (from, to) = self.ends(linker, transfer.link, ty, site)?;
         linker.writes(to, transfer.to.file, site)?;
         let file = linker.file(transfer.to.file, ty, site)?;
-        if !linker.arch.files[file].from_links {
-            let file = &linker.arch.files[file].name;
+        if !linker.arch.srp.files[file].from_links {
+            let file = &linker.arch.srp.files[file].name;
             return Err(site.error(linker, format!("{file} cannot be written from links")));
         }
         let output = linker.output(from, ty);
@@ -347,7 +347,7 @@ impl Array<'_> {
         let flow = Flow {
             name: format!("transfer{number}"),
             time: transfer.time,
-            latency: linker.arch.links[transfer.link].delay + 1,
+            latency: linker.arch.srp.links[transfer.link].delay + 1,
             ty: Some(ty),
             dests: vec![Dest::Reg(transfer.to)],
             at: linker.position(site.pos),

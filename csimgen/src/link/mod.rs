@@ -81,7 +81,7 @@ pub fn link(program: &ScheduledDre, arch: &Arch) -> Result<SimSpec, LinkError> {
         first_address: FIRST_ADDRESS,
         sram_bytes: arch.system.sram_bytes,
         image: program.image.clone(),
-        branch_delay: arch.branch_delay,
+        branch_delay: arch.srp.branch_delay,
         max_latency: linker.max_latency,
         bundles,
         functions,
@@ -105,7 +105,7 @@ struct Linker<'a> {
 
 impl<'a> Linker<'a> {
     fn new(program: &'a ScheduledDre, arch: &'a Arch) -> Linker<'a> {
-        let graph = ResourceGraph::of(arch);
+        let graph = ResourceGraph::of(&arch.srp);
         let mut linker = Linker {
             program,
             arch,
@@ -121,12 +121,12 @@ impl<'a> Linker<'a> {
             let spec = linker.graph.places[place];
             let role = match spec.kind {
                 PlaceKind::Out(_) | PlaceKind::PredOut(_) => Role::Output,
-                PlaceKind::File(file) if arch.files[file].kind == FileKind::Rotating => {
+                PlaceKind::File(file) if arch.srp.files[file].kind == FileKind::Rotating => {
                     Role::Rotating
                 }
                 PlaceKind::File(_) => Role::File,
             };
-            let name = linker.graph.name(arch, place);
+            let name = linker.graph.name(&arch.srp, place);
             linker.add_store(name, narrowest(spec.width), spec.capacity, role);
         }
         linker
@@ -194,7 +194,7 @@ impl<'a> Linker<'a> {
     /// that holds values of type `ty`.
     fn register(&self, reg: RegAt, back: i64, ty: Ty, site: &Site) -> Result<Cell, LinkError> {
         let file = self.file(reg.file, ty, site)?;
-        let spec = &self.arch.files[file];
+        let spec = &self.arch.srp.files[file];
         let rotating = spec.kind == FileKind::Rotating;
         let last = if rotating {
             u64::from(reg.index)
@@ -231,7 +231,7 @@ impl<'a> Linker<'a> {
     }
 
     fn file(&self, file: RegFile, ty: Ty, site: &Site) -> Result<RegFile, LinkError> {
-        let Some(spec) = self.arch.files.get(file) else {
+        let Some(spec) = self.arch.srp.files.get(file) else {
             return Err(site.error(self, format!("there is no register file {file}")));
         };
         if !spec.holds(ty) {
@@ -247,7 +247,7 @@ impl<'a> Linker<'a> {
 
     /// Checks that `fu` can read registers of `file`.
     fn reads(&self, fu: Fu, file: RegFile, site: &Site) -> Result<(), LinkError> {
-        let spec = self.arch.files.get(file);
+        let spec = self.arch.srp.files.get(file);
         if spec.is_some_and(|f| !f.readers.contains(&fu)) {
             return Err(site.error(self, self.apart(fu, file, "read")));
         }
@@ -256,7 +256,7 @@ impl<'a> Linker<'a> {
 
     /// Checks that results of `fu` can be written into registers of `file`.
     fn writes(&self, fu: Fu, file: RegFile, site: &Site) -> Result<(), LinkError> {
-        let spec = self.arch.files.get(file);
+        let spec = self.arch.srp.files.get(file);
         if spec.is_some_and(|f| !f.writers.contains(&fu)) {
             return Err(site.error(self, self.apart(fu, file, "write")));
         }
@@ -264,13 +264,13 @@ impl<'a> Linker<'a> {
     }
 
     fn apart(&self, fu: Fu, file: RegFile, verb: &str) -> String {
-        let (unit, file) = (&self.arch.fus[fu].name, &self.arch.files[file].name);
+        let (unit, file) = (&self.arch.srp.fus[fu].name, &self.arch.srp.files[file].name);
         format!("unit {unit} cannot {verb} registers of {file}")
     }
 
     /// The latency of `op` on `fu`.
     fn latency(&self, fu: Fu, op: Opcode, site: &Site) -> Result<u32, LinkError> {
-        let Some(spec) = self.arch.fus.get(fu) else {
+        let Some(spec) = self.arch.srp.fus.get(fu) else {
             return Err(site.error(self, format!("there is no unit {fu}")));
         };
         let Some(run) = spec.runs(op) else {

@@ -25,7 +25,7 @@ pub(crate) fn pos(line: u32) -> Pos {
 /// The file called `name` in the machine.
 pub(crate) fn file(name: &str) -> RegFile {
     let arch = tiny();
-    let found = arch.files.iter().find(|(_, f)| f.name == name);
+    let found = arch.srp.files.iter().find(|(_, f)| f.name == name);
     found.expect("a file of the machine").0
 }
 

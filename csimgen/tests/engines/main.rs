@@ -112,10 +112,10 @@ fn generated() {
 fn delayed() -> Arch {
     let sgrt = srp_archdesc::machines::SGRT;
     let mut arch = srp_archdesc::parse("sgrt.xml", sgrt.xml).expect("it is shipped");
-    for (link, spec) in arch.links.iter_mut() {
+    for (link, spec) in arch.srp.links.iter_mut() {
         spec.delay = link.index() as u32 % 3;
     }
-    arch.branch_delay = 3;
+    arch.srp.branch_delay = 3;
     arch.precision.div = Approx::table(12, 1);
     arch.precision.subnormals = Subnormals::Flush;
     arch.precision.rsqrt = Approx::Table {
@@ -130,7 +130,7 @@ fn delayed() -> Arch {
         fused: true,
         refine: Refine::Code,
     };
-    arch.contexts = 1024;
+    arch.srp.contexts = 1024;
     arch
 }
 

@@ -80,12 +80,12 @@ fn opcodes(arch: &Arch, shape: &Shape, fu: Fu) -> Vec<Opcode> {
         .iter()
         .copied()
         .filter(|op| (shape.opcodes)(*op));
-    all.filter(|op| op.class() != Class::Io && arch.fus[fu].runs(*op).is_some())
+    all.filter(|op| op.class() != Class::Io && arch.srp.fus[fu].runs(*op).is_some())
         .collect()
 }
 
 fn files(arch: &Arch, fits: impl Fn(RegFile) -> bool) -> Vec<RegFile> {
-    arch.files.keys().filter(|file| fits(*file)).collect()
+    arch.srp.files.keys().filter(|file| fits(*file)).collect()
 }
 
 /// What a random program is like.
@@ -121,15 +121,15 @@ pub(crate) fn program(arch: &Arch, dice: &mut Dice, shape: &Shape) -> ScheduledD
         start: Bundle::new(0),
         kernels: EntityMap::new(),
     };
-    let word = arch.central(Ty::Word).expect("a checked machine");
-    let pred = arch.central(Ty::Pred).expect("a checked machine");
+    let word = arch.srp.central(Ty::Word).expect("a checked machine");
+    let pred = arch.srp.central(Ty::Pred).expect("a checked machine");
     let counter = Reg {
         file: word,
-        index: arch.files[word].size - 1,
+        index: arch.srp.files[word].size - 1,
     };
     let again = Reg {
         file: pred,
-        index: arch.files[pred].size - 1,
+        index: arch.srp.files[pred].size - 1,
     };
     let first = program.bundles.push(BundleData::default());
     for number in 0..shape.kernels {
@@ -151,7 +151,7 @@ pub(crate) fn program(arch: &Arch, dice: &mut Dice, shape: &Shape) -> ScheduledD
     }
     let add = [Src::Reg(counter), Src::Const(Bits::Word(1))];
     let less = [Src::Reg(counter), Src::Const(Bits::Word(shape.repeat))];
-    let slot = arch.slots()[0];
+    let slot = arch.srp.slots()[0];
     for op in [
         slot_op(slot, Opcode::Add, &add, Some(counter)),
         slot_op(slot, Opcode::Ltu, &less, Some(again)),
@@ -164,7 +164,7 @@ pub(crate) fn program(arch: &Arch, dice: &mut Dice, shape: &Shape) -> ScheduledD
         target: first,
     };
     program.bundles.push(bundle(Vec::new(), Some(back)));
-    for _ in 0..arch.branch_delay + 16 {
+    for _ in 0..arch.srp.branch_delay + 16 {
         program.bundles.push(BundleData::default());
     }
     store_registers(arch, &mut program);
@@ -177,15 +177,16 @@ pub(crate) fn program(arch: &Arch, dice: &mut Dice, shape: &Shape) -> ScheduledD
 fn store_registers(arch: &Arch, program: &mut ScheduledDre) {
     let mut address = BYTES;
     for (ty, op) in [(Ty::Word, Opcode::Sw), (Ty::Vec, Opcode::Sv)] {
-        let file = arch.central(ty).expect("a checked machine");
-        for index in 0..arch.files[file].size {
+        let file = arch.srp.central(ty).expect("a checked machine");
+        for index in 0..arch.srp.files[file].size {
             let value = Src::Reg(Reg { file, index });
             let yes = Src::Const(Bits::Pred(true));
             let srcs = [yes, Src::Const(Bits::Word(address)), value];
             let slot = arch
+                .srp
                 .slots()
                 .into_iter()
-                .find(|s| arch.fus[*s].runs(op).is_some());
+                .find(|s| arch.srp.fus[*s].runs(op).is_some());
             let slot = slot.expect("a slot that stores");
             program
                 .bundles
@@ -215,23 +216,23 @@ fn slot_op(fu: Fu, op: Opcode, srcs: &[Src], dst: Option<Reg>) -> SlotOp {
 
 fn mov(arch: &Arch, dst: Reg, value: u32) -> SlotOp {
     let value = [Src::Const(Bits::Word(value))];
-    slot_op(arch.slots()[0], Opcode::Mov, &value, Some(dst))
+    slot_op(arch.srp.slots()[0], Opcode::Mov, &value, Some(dst))
 }
 
 /// An operation in each slot, none of which writes a register of `kept`, two the same, or word 0.
 fn random_bundle(arch: &Arch, dice: &mut Dice, shape: &Shape, kept: &[Reg]) -> BundleData {
     let mut ops: Vec<SlotOp> = Vec::new();
-    for fu in arch.slots() {
+    for fu in arch.srp.slots() {
         let op = dice
             .pick(&opcodes(arch, shape, fu))
             .expect("a unit that does something");
         let register = |dice: &mut Dice, ty: Ty| {
             let fits = |f: RegFile| {
-                let spec = &arch.files[f];
+                let spec = &arch.srp.files[f];
                 spec.kind == FileKind::Central && spec.holds(ty) && spec.readers.contains(&fu)
             };
             let file = dice.pick(&files(arch, fits))?;
-            let index = 1 + dice.roll(arch.files[file].size as usize - 2) as u32;
+            let index = 1 + dice.roll(arch.srp.files[file].size as usize - 2) as u32;
             Some(Reg { file, index })
         };
         let mut srcs = Vec::new();
@@ -263,7 +264,7 @@ fn random_kernel(arch: &Arch, dice: &mut Dice, shape: &Shape, number: usize) -> 
     let mut nodes = EntityMap::new();
     let mut ops = EntityMap::new();
     let mut length = 1;
-    for fu in arch.fus.keys() {
+    for fu in arch.srp.fus.keys() {
         for slot in 0..ii {
             if dice.roll(16) >= shape.density {
                 continue;
@@ -272,7 +273,7 @@ fn random_kernel(arch: &Arch, dice: &mut Dice, shape: &Shape, number: usize) -> 
                 .pick(&opcodes(arch, shape, fu))
                 .expect("a unit that does something");
             let time = slot + ii * dice.roll(4) as u32;
-            let run = arch.fus[fu].runs(op).expect("chosen so");
+            let run = arch.srp.fus[fu].runs(op).expect("chosen so");
             let latency = if op.result().is_some() {
                 run.latency
             } else {
@@ -298,7 +299,7 @@ fn random_kernel(arch: &Arch, dice: &mut Dice, shape: &Shape, number: usize) -> 
         }
     }
     let transfers = transfers(arch, dice, shape, &nodes, &mut length);
-    let word = arch.central(Ty::Word).expect("a checked machine");
+    let word = arch.srp.central(Ty::Word).expect("a checked machine");
     ModuloSchedule {
         dfg: Dfg {
             name: format!("random {number}"),
@@ -328,7 +329,7 @@ fn random_kernel(arch: &Arch, dice: &mut Dice, shape: &Shape, number: usize) -> 
 /// A register that holds a `ty`; central registers at either end are left alone.
 fn register(arch: &Arch, dice: &mut Dice, shape: &Shape, files: &[RegFile]) -> Option<RegAt> {
     let file = dice.pick(files)?;
-    let spec = &arch.files[file];
+    let spec = &arch.srp.files[file];
     let (index, ring) = match spec.kind {
         FileKind::Rotating => (dice.roll(spec.size as usize) as u32, 1),
         FileKind::Static => {
@@ -349,14 +350,14 @@ fn sources(arch: &Arch, dice: &mut Dice, shape: &Shape, fu: Fu, op: Opcode) -> V
     for (number, kind) in op.info().operands.iter().enumerate() {
         let ty = kind.ty();
         let readable = files(arch, |f| {
-            arch.files[f].readers.contains(&fu) && arch.files[f].holds(ty)
+            arch.srp.files[f].readers.contains(&fu) && arch.srp.files[f].holds(ty)
         });
         // Of a link of the predicate network only the predicate output can be read.
         let carries = |l: &Link| {
-            let spec = &arch.links[*l];
-            spec.to == fu && spec.width.min(arch.fus[spec.from].width) >= ty.bits()
+            let spec = &arch.srp.links[*l];
+            spec.to == fu && spec.width.min(arch.srp.fus[spec.from].width) >= ty.bits()
         };
-        let links: Vec<Link> = arch.links.keys().filter(carries).collect();
+        let links: Vec<Link> = arch.srp.links.keys().filter(carries).collect();
         let constant = safe_operand(dice, op, number);
         let source = match (constant, dice.roll(8)) {
             (Some(bits), _) => Source::Const(bits),
@@ -378,7 +379,7 @@ fn sources(arch: &Arch, dice: &mut Dice, shape: &Shape, fu: Fu, op: Opcode) -> V
 
 fn writes(arch: &Arch, dice: &mut Dice, shape: &Shape, fu: Fu, ty: Ty) -> Vec<RegAt> {
     let writable = files(arch, |f| {
-        arch.files[f].writers.contains(&fu) && arch.files[f].holds(ty)
+        arch.srp.files[f].writers.contains(&fu) && arch.srp.files[f].holds(ty)
     });
     let count = dice.roll(3);
     let made = (0..count).filter_map(|_| register(arch, dice, shape, &writable));
@@ -393,8 +394,8 @@ fn transfers(
     length: &mut u32,
 ) -> Vec<PlacedTransfer> {
     let mut transfers = Vec::new();
-    for link in arch.links.keys() {
-        let spec = &arch.links[link];
+    for link in arch.srp.links.keys() {
+        let spec = &arch.srp.links[link];
         let all: Vec<Node> = nodes.keys().collect();
         let Some(node) = dice.pick(&all).filter(|_| dice.roll(4) == 0) else {
             continue;
@@ -402,9 +403,9 @@ fn transfers(
         let Some(ty) = nodes[node].op.result() else {
             continue;
         };
-        let width = spec.width.min(arch.fus[spec.from].width);
+        let width = spec.width.min(arch.srp.fus[spec.from].width);
         let reachable = files(arch, |f| {
-            let file = &arch.files[f];
+            let file = &arch.srp.files[f];
             file.from_links && file.writers.contains(&spec.to) && file.holds(ty)
         });
         let Some(to) = register(arch, dice, shape, &reachable).filter(|_| ty.bits() <= width)
@@ -424,18 +425,18 @@ fn transfers(
 }
 
 fn preloads(arch: &Arch, dice: &mut Dice) -> Vec<Preload> {
-    let local = files(arch, |f| arch.files[f].kind != FileKind::Central);
+    let local = files(arch, |f| arch.srp.files[f].kind != FileKind::Central);
     let mut preloads = Vec::new();
     for _ in 0..dice.roll(9) {
         let file = dice.pick(&local).expect("an array with local files");
-        let ty = if arch.files[file].holds(Ty::Vec) {
+        let ty = if arch.srp.files[file].holds(Ty::Vec) {
             Ty::Vec
         } else {
             Ty::Word
         };
         preloads.push(Preload {
             file,
-            index: dice.roll(arch.files[file].size as usize) as u32,
+            index: dice.roll(arch.srp.files[file].size as usize) as u32,
             value: Initial::Const(dice.constant(ty)),
             ty,
         });

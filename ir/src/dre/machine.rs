@@ -24,15 +24,25 @@ impl<'a> Machine<'a> {
         let mut machine = Machine {
             arch,
             links: EntityMap::new(),
-            fu_of: arch.fus.iter().map(|(fu, s)| (&s.name[..], fu)).collect(),
-            file_of: arch.files.iter().map(|(f, s)| (&s.name[..], f)).collect(),
+            fu_of: arch
+                .srp
+                .fus
+                .iter()
+                .map(|(fu, s)| (&s.name[..], fu))
+                .collect(),
+            file_of: arch
+                .srp
+                .files
+                .iter()
+                .map(|(f, s)| (&s.name[..], f))
+                .collect(),
             link_of: BTreeMap::new(),
         };
         let mut parallel: BTreeMap<(Fu, Fu), u32> = BTreeMap::new();
-        for (link, spec) in arch.links.iter() {
+        for (link, spec) in arch.srp.links.iter() {
             let count = parallel.entry((spec.from, spec.to)).or_insert(0);
             *count += 1;
-            let (from, to) = (&arch.fus[spec.from].name, &arch.fus[spec.to].name);
+            let (from, to) = (&arch.srp.fus[spec.from].name, &arch.srp.fus[spec.to].name);
             let name = match *count {
                 1 => format!("{from}->{to}"),
                 n => format!("{from}->{to}#{n}"),
@@ -44,11 +54,11 @@ impl<'a> Machine<'a> {
     }
 
     pub(super) fn fu(&self, fu: Fu) -> &str {
-        &self.arch.fus[fu].name
+        &self.arch.srp.fus[fu].name
     }
 
     pub(super) fn file(&self, file: RegFile) -> &str {
-        &self.arch.files[file].name
+        &self.arch.srp.files[file].name
     }
 
     pub(super) fn link(&self, link: Link) -> &str {
@@ -132,7 +142,7 @@ impl<'a> Machine<'a> {
     }
 
     fn check_index(&self, file: RegFile, last: u64, text: Text<'_>) -> Read<()> {
-        let spec = &self.arch.files[file];
+        let spec = &self.arch.srp.files[file];
         if last < u64::from(spec.size) {
             return Ok(());
         }

@@ -10,7 +10,7 @@ use srp_archdesc::isa::Opcode;
 /// Decides branches on constants, makes branches whose two ways lead to one block into selections,
 /// removes blocks that cannot be reached, skips empty blocks, and joins blocks that follow each
 /// other. Marks on blocks that are no loop headers are dropped, with a remark.
-pub fn simplify_cfg(func: &mut Function, remarks: &mut Vec<Remark>) -> bool {
+pub(crate) fn simplify_cfg(func: &mut Function, remarks: &mut Vec<Remark>) -> bool {
     let mut changed = false;
     loop {
         let mut again = decide_branches(func);

@@ -13,7 +13,7 @@ pub fn compact_program(program: &mut Program) {
 /// entry first, then block by block.
 ///
 /// A [verified](crate::verify()) function is one afterwards.
-pub fn compact(func: &mut Function) {
+pub(crate) fn compact(func: &mut Function) {
     let values = number_values(func);
     let slots = keep_slots(func);
     let mut blocks = EntityMap::<Block, Option<Block>>::filled(func.blocks.len(), None);

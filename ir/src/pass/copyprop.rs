@@ -9,7 +9,7 @@ use srp_archdesc::isa::Opcode;
 
 /// Uses the source of each move that makes no `restrict` pointer, and what all jumps to a block bring for a parameter, instead of
 /// the copy. Constants count by their bits.
-pub fn copyprop(func: &mut Function) -> bool {
+pub(crate) fn copyprop(func: &mut Function) -> bool {
     let mut renames = Renames::default();
     for &block in &func.layout {
         for &inst in &func.blocks[block].insts {

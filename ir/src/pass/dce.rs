@@ -8,7 +8,7 @@ use srp_archdesc::isa::Effect;
 /// Removes instructions and block parameters that nothing needs: what is needed are stores, ports,
 /// calls, launches, conditions and results, and what they are computed from. A load that nothing
 /// needs goes too, and with it the trap it might have been.
-pub fn dce(func: &mut Function) -> bool {
+pub(crate) fn dce(func: &mut Function) -> bool {
     let defs = definitions(func);
     let mut needed = Needed {
         values: EntityMap::filled(func.values.len(), false),

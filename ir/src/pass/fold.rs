@@ -27,7 +27,7 @@ const LOOK_BACK: u32 = 6;
 
 /// Replaces operations by constants or by simpler operations that give the same bits on a machine
 /// of this precision.
-pub fn fold(func: &mut Function, precision: &Precision) -> bool {
+pub(crate) fn fold(func: &mut Function, precision: &Precision) -> bool {
     let order = Cfg::of(func).order;
     let mut defs = vec![None; func.values.len()];
     for &block in &order {

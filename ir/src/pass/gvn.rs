@@ -13,7 +13,7 @@ const MAX_LOADS: usize = 128;
 /// equal loads, or the value stored there, with no store to the place in between: within a block,
 /// and on from it into blocks that are entered from nowhere else. Ports, calls and launches may write
 /// any memory.
-pub fn gvn(func: &mut Function) -> bool {
+pub(crate) fn gvn(func: &mut Function) -> bool {
     let cfg = Cfg::of(func);
     let dominators = Dominators::of(&cfg);
     let mut numbering = Numbering {

@@ -18,7 +18,7 @@ use predicates::Ways;
 /// Makes each marked loop one block that jumps back to itself or out. Where that cannot be, the
 /// loop stays as it is, and a remark says why: a loop inside it, a way out that is not its test at
 /// the end, a call, a port.
-pub fn ifconvert(func: &mut Function) -> Vec<Remark> {
+pub(crate) fn ifconvert(func: &mut Function) -> Vec<Remark> {
     let mut remarks = Vec::new();
     if func.layout.iter().all(|&b| func.blocks[b].kernel.is_none()) {
         return remarks;

@@ -13,17 +13,17 @@ mod callgraph;
 mod prune;
 
 use callgraph::CallGraph;
-pub use prune::prune;
+use prune::prune;
 
 /// Instructions of a function that is inlined wherever it is called.
-pub const SMALL: usize = 32;
+pub(super) const SMALL: usize = 32;
 
 /// Instructions that a function may grow to by inlining what is not in a kernel loop: beyond, a call
 /// is nothing beside the rest, and the passes take longer.
 const LARGE: usize = 4_000;
 
 /// Instructions that a function may grow to by inlining into its kernel loops.
-pub const MAX_SIZE: usize = 50_000;
+pub(super) const MAX_SIZE: usize = 50_000;
 
 /// Inlines every call in a marked loop, however deep, and elsewhere, until a function is [`LARGE`],
 /// the calls of small functions and of functions that are called at one place only. Calls of recursive functions stay. Functions that
@@ -31,7 +31,7 @@ pub const MAX_SIZE: usize = 50_000;
 ///
 /// The marked loops of an inlined function are copied with it; each copy gets a kernel name of its
 /// own, the original's if that is gone.
-pub fn inline(program: &mut Program) -> Vec<Remark> {
+pub(crate) fn inline(program: &mut Program) -> Vec<Remark> {
     resolve_indirect(program);
     let graph = CallGraph::of(program);
     let mut inliner = Inliner {

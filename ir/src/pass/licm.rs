@@ -11,7 +11,7 @@ use srp_archdesc::isa::{Class, Effect, Space};
 /// Pure instructions always; divisions, which may trap, and loads only from loops without ports,
 /// calls and launches and from blocks that every iteration passes before it leaves; loads, besides,
 /// only if the loop does not store to their memory.
-pub fn licm(func: &mut Function) -> bool {
+pub(crate) fn licm(func: &mut Function) -> bool {
     let (cfg, dominators, loops) = with_preheaders(func);
     let mut home = EntityMap::<Value, Option<Block>>::filled(func.values.len(), None);
     for &block in &cfg.order {

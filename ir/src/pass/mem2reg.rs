@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 mod ssa;
 
 /// Makes the cells of stack slots into values. A cell that is read before it is written is zero.
-pub fn mem2reg(func: &mut Function) -> bool {
+pub(crate) fn mem2reg(func: &mut Function) -> bool {
     if func.slots.is_empty() {
         return false;
     }

@@ -1,20 +1,29 @@
-//! The passes in order.
+//! The passes as data, and running them.
 
 use super::*;
-use crate::program::{Function, Program};
+use crate::program::{Func, Function, Program};
 use srp_archdesc::arch::Precision;
+use srp_archdesc::entity::EntityMap;
+
+/// What may change results of floating-point arithmetic beyond what C allows. Each place where it
+/// does is a [`Remark`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FastMath {
+    /// Sums and products may be associated otherwise.
+    pub associative: bool,
+    /// Quotients may be products with reciprocals.
+    pub reciprocal: bool,
+    /// Sums may take in products without rounding them.
+    pub contract: bool,
+}
 
 /// How to optimise.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     /// How exact the special functions of the machine are: constants are folded by them.
     pub precision: Precision,
-    /// Whether sums and products of floating-point numbers may be associated otherwise.
-    pub associative_math: bool,
-    /// Whether quotients may be products with reciprocals.
-    pub reciprocal_math: bool,
-    /// Whether sums may take in products without rounding them.
-    pub contract: bool,
+    /// What may change results.
+    pub fast_math: FastMath,
 }
 
 impl Options {
@@ -22,68 +31,307 @@ impl Options {
     pub const fn new(precision: Precision) -> Options {
         Options {
             precision,
-            associative_math: false,
-            reciprocal_math: false,
-            contract: false,
+            fast_math: FastMath {
+                associative: false,
+                reciprocal: false,
+                contract: false,
+            },
         }
     }
 }
 
-/// Rounds of simplification, at most: each may make the next possible.
+/// A step on the way from the form that a front end lowers to into the one that the machine runs.
+#[derive(Debug)]
+pub struct Pass {
+    /// Its name in [`parse`] and on command lines.
+    pub name: &'static str,
+    /// What it does, in one sentence.
+    pub what: &'static str,
+    run: Run,
+}
+
+/// What passes know, and leave behind.
+struct Context<'a> {
+    options: &'a Options,
+    /// Whether the steps of special functions are in the program. Until then their operations stand
+    /// for all of it.
+    refined: bool,
+    remarks: Vec<Remark>,
+}
+
+impl Context<'_> {
+    fn precision(&self) -> Precision {
+        match self.refined {
+            true => self.options.precision,
+            false => self.options.precision.in_units(),
+        }
+    }
+}
+
+/// A pass says whether it may have changed what it was given.
+#[derive(Debug)]
+enum Run {
+    Function(fn(&mut Function, &mut Context<'_>) -> bool),
+    Program(fn(&mut Program, &mut Context<'_>) -> bool),
+    /// Passes on functions, again and again until a function stays as it is.
+    Repeat(&'static [&'static str]),
+}
+
+/// Rounds of a repeated group, at most: each may make the next possible.
 const MAX_ROUNDS: u32 = 8;
+
+/// All passes.
+pub const PASSES: &[Pass] = &[
+    Pass {
+        name: "simplify",
+        what: "Repeats cfg, fold, mem2reg, copyprop, gvn and dce until a function stays as it is.",
+        run: Run::Repeat(&["cfg", "fold", "mem2reg", "copyprop", "gvn", "dce"]),
+    },
+    Pass {
+        name: "cfg",
+        what: "Joins blocks, removes those that are never reached, and unrolls loops that a pragma marks.",
+        run: Run::Function(|f, context| simplify_cfg(f, &mut context.remarks)),
+    },
+    Pass {
+        name: "fold",
+        what: "Computes what is known, and replaces operations by cheaper ones with the same result.",
+        run: Run::Function(|f, context| fold(f, &context.precision())),
+    },
+    Pass {
+        name: "mem2reg",
+        what: "Keeps variables in values whose addresses nobody takes.",
+        run: Run::Function(|f, _| mem2reg(f)),
+    },
+    Pass {
+        name: "copyprop",
+        what: "Removes parameters of blocks that always bring the same value.",
+        run: Run::Function(|f, _| copyprop(f)),
+    },
+    Pass {
+        name: "gvn",
+        what: "Computes once what is computed several times.",
+        run: Run::Function(|f, _| gvn(f)),
+    },
+    Pass {
+        name: "dce",
+        what: "Removes what nobody uses.",
+        run: Run::Function(|f, _| dce(f)),
+    },
+    Pass {
+        name: "inline",
+        what: "Puts functions in the place of their calls: small ones, and all that kernel loops call.",
+        run: Run::Program(|program, context| {
+            context.remarks.extend(inline(program));
+            true
+        }),
+    },
+    Pass {
+        name: "reciprocal-math",
+        what: "Makes quotients products with reciprocals, where that is allowed.",
+        run: Run::Function(|f, context| {
+            context.options.fast_math.reciprocal && reciprocal(f, &mut context.remarks)
+        }),
+    },
+    Pass {
+        name: "refine",
+        what: "Adds Newton's steps to special functions that the machine leaves to code.",
+        run: Run::Function(|f, context| {
+            context.refined = true;
+            refine(f, &context.options.precision)
+        }),
+    },
+    Pass {
+        name: "licm",
+        what: "Moves out of loops what is the same in every iteration.",
+        run: Run::Function(|f, _| licm(f)),
+    },
+    Pass {
+        name: "ifconvert",
+        what: "Makes branches in kernel loops selections and guarded accesses.",
+        run: Run::Function(|f, context| {
+            context.remarks.extend(ifconvert(f));
+            true
+        }),
+    },
+    Pass {
+        name: "associative-math",
+        what: "Associates sums and products for shorter recurrences, where that is allowed.",
+        run: Run::Function(|f, context| {
+            context.options.fast_math.associative && reassociate(f, &mut context.remarks)
+        }),
+    },
+    Pass {
+        name: "fp-contract",
+        what: "Lets sums take in products without rounding them, where that is allowed.",
+        run: Run::Function(|f, context| {
+            context.options.fast_math.contract && contract(f, &mut context.remarks)
+        }),
+    },
+    Pass {
+        name: "strength",
+        what: "Counts addresses of loops up instead of computing them anew.",
+        run: Run::Function(|f, _| strength(f)),
+    },
+    Pass {
+        name: "compact",
+        what: "Numbers what is left without gaps.",
+        run: Run::Function(|f, _| {
+            compact(f);
+            false
+        }),
+    },
+];
+
+/// The passes that [`optimise`] runs. Functions are judged by their size when they are inlined, so
+/// they are made small first.
+pub const STANDARD: &[&str] = &[
+    "simplify",
+    "inline",
+    "simplify",
+    "reciprocal-math",
+    "simplify",
+    "refine",
+    "simplify",
+    "licm",
+    "ifconvert",
+    "simplify",
+    "associative-math",
+    "simplify",
+    "fp-contract",
+    "simplify",
+    "licm",
+    "strength",
+    "simplify",
+    "compact",
+];
+
+/// The pass with this name.
+pub fn pass(name: &str) -> Option<&'static Pass> {
+    PASSES.iter().find(|pass| pass.name == name)
+}
+
+/// The passes of a list of names with commas between them; `standard` stands for those of
+/// [`optimise`].
+///
+/// # Errors
+///
+/// The name that no pass has.
+pub fn parse(list: &str) -> Result<Vec<&'static Pass>, String> {
+    let names = list
+        .split(',')
+        .map(str::trim)
+        .filter(|name| !name.is_empty());
+    let names = names.flat_map(|name| match name {
+        "standard" => STANDARD.to_vec(),
+        name => vec![name],
+    });
+    names
+        .map(|name| pass(name).ok_or_else(|| name.to_owned()))
+        .collect()
+}
 
 /// Brings a verified program from the form that a front end lowers to into the one that the
 /// machine runs: no calls and no branches in kernel loops, variables in registers, nothing twice.
-/// What could not be done is told in the order of the passes, each remark once.
+/// What could not be done is told, each remark once, in the order of the sources.
 pub fn optimise(program: &mut Program, options: &Options) -> Vec<Remark> {
-    let mut remarks = Vec::new();
-    // Until the steps of special functions are in the program, their operations stand for all of it.
-    let (whole, first) = (&options.precision.in_units(), &options.precision);
-    // Functions are judged by their size, so they are made small first.
-    each(program, |f| simplify(f, whole, &mut remarks));
-    remarks.extend(inline(program));
-    each(program, |f| simplify(f, whole, &mut remarks));
-    each(program, |f| {
-        if options.reciprocal_math && reciprocal(f, &mut remarks) {
-            simplify(f, whole, &mut remarks);
-        }
-        if refine(f, first) {
-            simplify(f, first, &mut remarks);
-        }
-        licm(f);
-        remarks.extend(ifconvert(f));
-        simplify(f, first, &mut remarks);
-        if options.associative_math && reassociate(f, &mut remarks) {
-            simplify(f, first, &mut remarks);
-        }
-        if options.contract && contract(f, &mut remarks) {
-            simplify(f, first, &mut remarks);
-        }
-        licm(f);
-        strength(f);
-        simplify(f, first, &mut remarks);
-        compact(f);
-    });
-    let mut seen = std::collections::BTreeSet::new();
-    remarks.retain(|remark| seen.insert(remark.clone()));
+    run(program, &standard(), options, &mut |_, _| {})
+}
+
+/// The passes of [`optimise`].
+pub fn standard() -> Vec<&'static Pass> {
+    let passes = STANDARD.iter().map(|name| pass(name));
+    passes.map(|p| p.expect("it is in the table")).collect()
+}
+
+/// Runs some passes. `after` sees the program after each of them, those of a repeated group too.
+pub fn run(
+    program: &mut Program,
+    passes: &[&Pass],
+    options: &Options,
+    after: &mut dyn FnMut(&Pass, &Program),
+) -> Vec<Remark> {
+    let mut runner = Runner {
+        context: Context {
+            options,
+            refined: false,
+            remarks: Vec::new(),
+        },
+        settled: EntityMap::new(),
+        after,
+    };
+    passes.iter().for_each(|pass| runner.run(program, pass));
+    let mut remarks = runner.context.remarks;
+    remarks.sort();
+    remarks.dedup();
     remarks
 }
 
-fn each(program: &mut Program, pass: impl FnMut(&mut Function)) {
-    program.funcs.values_mut().for_each(pass);
+struct Runner<'a, 'f> {
+    context: Context<'a>,
+    /// For each function, the repeated group after which it has not been changed, by its address in
+    /// the table.
+    settled: EntityMap<Func, Option<&'static str>>,
+    after: &'f mut dyn FnMut(&Pass, &Program),
 }
 
-/// Makes a function simpler until it stays as it is.
-fn simplify(func: &mut Function, precision: &Precision, remarks: &mut Vec<Remark>) {
-    for _ in 0..MAX_ROUNDS {
-        let mut changed = simplify_cfg(func, remarks);
-        changed |= fold(func, precision);
-        changed |= mem2reg(func);
-        changed |= copyprop(func);
-        changed |= gvn(func);
-        changed |= dce(func);
-        if !changed {
-            break;
+impl Runner<'_, '_> {
+    fn run(&mut self, program: &mut Program, pass: &Pass) {
+        if self.settled.len() != program.funcs.len() {
+            self.settled = EntityMap::filled(program.funcs.len(), None);
         }
+        match &pass.run {
+            Run::Function(_) => {
+                for func in program.funcs.keys() {
+                    if self.apply(pass, &mut program.funcs[func]) {
+                        self.settled[func] = None;
+                    }
+                }
+            }
+            Run::Program(run) => {
+                if run(program, &mut self.context) {
+                    self.settled = EntityMap::filled(program.funcs.len(), None);
+                }
+            }
+            Run::Repeat(names) => self.repeat(program, pass.name, names),
+        }
+        self.finish(pass, program);
+    }
+
+    /// Runs a group on every function until it stays as it is, round by round.
+    fn repeat(&mut self, program: &mut Program, group: &'static str, names: &[&str]) {
+        let open =
+            |(func, settled): (Func, &Option<&str>)| (*settled != Some(group)).then_some(func);
+        let mut open: Vec<Func> = self.settled.iter().filter_map(open).collect();
+        for _ in 0..MAX_ROUNDS {
+            let mut changed: EntityMap<Func, bool> = EntityMap::filled(program.funcs.len(), false);
+            for name in names {
+                let pass = pass(name).expect("groups consist of passes");
+                for &func in &open {
+                    changed[func] |= self.apply(pass, &mut program.funcs[func]);
+                }
+                self.finish(pass, program);
+            }
+            for &func in open.iter().filter(|func| !changed[**func]) {
+                self.settled[func] = Some(group);
+            }
+            open.retain(|func| changed[*func]);
+            if open.is_empty() {
+                break;
+            }
+        }
+    }
+
+    fn apply(&mut self, pass: &Pass, func: &mut Function) -> bool {
+        match &pass.run {
+            Run::Function(run) => run(func, &mut self.context),
+            Run::Program(_) | Run::Repeat(_) => {
+                unreachable!("groups consist of passes on functions")
+            }
+        }
+    }
+
+    fn finish(&mut self, pass: &Pass, program: &Program) {
+        debug_assert_eq!(crate::verify(program), Ok(()), "after {}", pass.name);
+        (self.after)(pass, program);
     }
 }

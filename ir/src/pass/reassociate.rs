@@ -4,7 +4,7 @@
 //! does this.
 
 use super::Remark;
-use super::licence::uses;
+use super::fast_math::uses;
 use crate::program::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 use srp_archdesc::entity::EntityMap;
@@ -17,10 +17,10 @@ const ASSOCIATIVE: [Opcode; 4] = [Opcode::Fadd, Opcode::Fmul, Opcode::Vfadd, Opc
 type Rank = (bool, u32);
 
 /// The name of this pass in remarks.
-pub const REASSOCIATE: &str = "associative-math";
+pub(super) const REASSOCIATE: &str = "associative-math";
 
 /// Balances the trees of associative operations within each block.
-pub fn reassociate(func: &mut Function, remarks: &mut Vec<Remark>) -> bool {
+pub(crate) fn reassociate(func: &mut Function, remarks: &mut Vec<Remark>) -> bool {
     let uses = uses(func);
     let before = remarks.len();
     for block in func.layout.clone() {

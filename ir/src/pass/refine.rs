@@ -10,7 +10,7 @@ use srp_archdesc::isa::{Opcode, Ty};
 
 /// Puts the steps behind every reciprocal and root that is refined in code. To be done once: what it
 /// leaves are first approximations.
-pub fn refine(func: &mut Function, precision: &Precision) -> bool {
+pub(crate) fn refine(func: &mut Function, precision: &Precision) -> bool {
     let mut renames = Renames::default();
     if *precision == precision.in_units() {
         return false;

@@ -16,7 +16,7 @@ use linear::{Linear, Linearity};
 
 /// Gives the addresses of loads and stores in loops of one block values of their own that advance
 /// with the loop, where that makes the loop shorter.
-pub fn strength(func: &mut Function) -> bool {
+pub(crate) fn strength(func: &mut Function) -> bool {
     let (cfg, _, loops) = with_preheaders(func);
     if loops.loops.values().all(|data| data.blocks.len() > 1) {
         return false;

@@ -1,7 +1,7 @@
 //! What passes make of the programs in `tests/passes`: the first line of a case names the passes,
 //! the file beside it is what comes out. `UPDATE_GOLDENS=1 cargo test` writes it anew.
 
-use crate::passes::{Case, PASSES};
+use crate::passes::{Case, run};
 use srp_ir::pass::Remark;
 use srp_ir::program::Program;
 use srp_ir::text::{read, write};
@@ -44,9 +44,7 @@ fn transform(text: &str) -> Result<String, String> {
     let case = Case::new(0, program.clone());
     let mut remarks = Vec::new();
     for name in list.split(", ") {
-        let pass = PASSES.iter().find(|(known, _)| *known == name);
-        let (_, pass) = pass.ok_or_else(|| format!("no pass is called {name}"))?;
-        remarks.extend(pass(&mut program));
+        remarks.extend(run(&mut program, name)?);
         if let Err(found) = verify(&program) {
             return Err(format!("{name}: {found:?}\n{}", write(&program)));
         }

@@ -4,48 +4,23 @@ use crate::generate;
 use srp_archdesc::arch::Precision;
 use srp_ir::interp::{FlatWorld, Outcome, Trap};
 use srp_ir::pass::{self, Remark};
-use srp_ir::program::{Function, Program};
+use srp_ir::program::Program;
 use srp_ir::text::write;
 use srp_ir::verify;
 
-/// A pass over a program, with what it has to tell.
-type Pass = fn(&mut Program) -> Vec<Remark>;
-
 const OPTIONS: pass::Options = pass::Options::new(Precision::EXACT);
 
-/// Applies a pass to each function.
-fn each(program: &mut Program, mut pass: impl FnMut(&mut Function)) -> Vec<Remark> {
-    program.funcs.values_mut().for_each(&mut pass);
-    Vec::new()
+/// Runs the passes of a list.
+pub(crate) fn run(program: &mut Program, list: &str) -> Result<Vec<Remark>, String> {
+    let passes = pass::parse(list).map_err(|name| format!("no pass is called {name}"))?;
+    Ok(pass::run(program, &passes, &OPTIONS, &mut |_, _| {}))
 }
 
-fn simplify_cfg(program: &mut Program) -> Vec<Remark> {
-    let mut remarks = Vec::new();
-    each(program, |f| _ = pass::simplify_cfg(f, &mut remarks));
-    remarks
+/// The names of all passes, and the one of all of them together.
+fn names() -> impl Iterator<Item = &'static str> + Clone {
+    let all = pass::PASSES.iter().map(|pass| pass.name);
+    all.chain(["standard"])
 }
-
-fn ifconvert(program: &mut Program) -> Vec<Remark> {
-    let funcs = program.funcs.values_mut();
-    funcs.flat_map(pass::ifconvert).collect()
-}
-
-pub(crate) const PASSES: &[(&str, Pass)] = &[
-    ("cfg", simplify_cfg),
-    ("copyprop", |p| each(p, |f| _ = pass::copyprop(f))),
-    ("dce", |p| each(p, |f| _ = pass::dce(f))),
-    ("fold", |p| {
-        each(p, |f| _ = pass::fold(f, &OPTIONS.precision))
-    }),
-    ("gvn", |p| each(p, |f| _ = pass::gvn(f))),
-    ("ifconvert", ifconvert),
-    ("inline", pass::inline),
-    ("licm", |p| each(p, |f| _ = pass::licm(f))),
-    ("mem2reg", |p| each(p, |f| _ = pass::mem2reg(f))),
-    ("strength", |p| each(p, |f| _ = pass::strength(f))),
-    ("compact", |p| each(p, pass::compact)),
-    ("optimise", |p| pass::optimise(p, &OPTIONS)),
-];
 
 /// A program and what it does.
 pub(crate) struct Case {
@@ -93,14 +68,14 @@ impl Case {
 fn passes_keep_the_meaning() {
     for seed in 1000..1100 {
         let case = Case::new(seed, generate::program(seed));
-        for (name, pass) in PASSES {
+        for name in names() {
             let mut changed = case.program.clone();
-            pass(&mut changed);
+            run(&mut changed, name).expect("it is a name");
             case.check(&changed, name);
         }
         let mut changed = case.program.clone();
-        for (name, pass) in PASSES.iter().chain(PASSES) {
-            pass(&mut changed);
+        for name in names().chain(names()) {
+            run(&mut changed, name).expect("it is a name");
             case.check(&changed, &format!("… {name}"));
         }
     }
@@ -113,8 +88,7 @@ fn identities_hold() {
         let case = Case::new(seed, generate::expressions(seed));
         let mut changed = case.program.clone();
         for _ in 0..3 {
-            each(&mut changed, |f| _ = pass::fold(f, &OPTIONS.precision));
-            each(&mut changed, |f| _ = pass::gvn(f));
+            run(&mut changed, "fold, gvn").expect("they are names");
             case.check(&changed, "fold, gvn");
         }
     }

@@ -136,7 +136,7 @@ bb0:
     let mut kept = before.clone();
     assert_eq!(pass::optimise(&mut kept, &options), []);
     assert_eq!((count(&kept, "fdiv"), count(&kept, "rcp")), (5, 0));
-    options.reciprocal_math = true;
+    options.fast_math.reciprocal = true;
     let mut after = before.clone();
     let told = pass::optimise(&mut after, &options);
     assert_eq!(told.len(), 2, "each kind once, for there are no positions");
@@ -170,7 +170,7 @@ bb0:
     let mut kept = before.clone();
     assert_eq!(pass::optimise(&mut kept, &options), []);
     assert_eq!(count(&kept, "fma"), 0);
-    options.contract = true;
+    options.fast_math.contract = true;
     let mut after = before.clone();
     assert!(!pass::optimise(&mut after, &options).is_empty());
     // A product that is needed twice is made once.

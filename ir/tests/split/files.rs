@@ -74,22 +74,22 @@ impl Scheduler<'_> {
     }
 
     fn fu(&mut self) -> Fu {
-        Fu::new(self.below(self.arch.fus.len()))
+        Fu::new(self.below(self.arch.srp.fus.len()))
     }
 
     fn link(&mut self) -> Link {
-        Link::new(self.below(self.arch.links.len()))
+        Link::new(self.below(self.arch.srp.links.len()))
     }
 
     fn reg(&mut self) -> Reg {
-        let file = RegFile::new(self.below(self.arch.files.len()));
-        let index = self.below(self.arch.files[file].size as usize) as u32;
+        let file = RegFile::new(self.below(self.arch.srp.files.len()));
+        let index = self.below(self.arch.srp.files[file].size as usize) as u32;
         Reg { file, index }
     }
 
     fn reg_at(&mut self) -> RegAt {
         let Reg { file, index } = self.reg();
-        let left = self.arch.files[file].size - index;
+        let left = self.arch.srp.files[file].size - index;
         let ring = 1 + self.below(left as usize) as u32;
         RegAt { file, index, ring }
     }

@@ -23,7 +23,7 @@ use glam::{Vec2, Vec3};
 pub use camera::Camera;
 pub use light::default_lights;
 pub use options::{MAX_BOUNCES, MAX_LIGHTS, MAX_SAMPLES, Options};
-pub use read::{Loaded, Messages, read};
+pub use read::{Loaded, read};
 pub use surface::{Fresnel, Surface};
 pub use texture::{Channel, MAX_TEXTURE_SIDE, Map, Texture};
 

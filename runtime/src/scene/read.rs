@@ -5,7 +5,7 @@ use std::io;
 use std::path::Path;
 
 use glam::{Vec2, Vec3};
-use srp_archdesc::diagnostic::{Diagnostic, Severity, Source, render};
+use srp_archdesc::diagnostic::{Diagnostic, Messages, Source};
 
 use super::lines::Findings;
 use super::obj::{self, Checked};
@@ -30,56 +30,13 @@ pub struct Loaded {
     pub warnings: Messages,
 }
 
-/// Messages about the files of a scene, with the texts they are about.
-#[derive(Clone, Debug, Default)]
-pub struct Messages {
-    /// The messages, in the order of the files and of their lines.
-    pub diagnostics: Vec<Diagnostic>,
-    /// The files that they are about.
-    pub sources: Vec<Source>,
-}
-
-impl Messages {
-    /// All messages as a terminal shows them, an empty line after each, and the number of errors
-    /// at the end.
-    pub fn render(&self, colour: bool) -> String {
-        let mut text = String::new();
-        for diagnostic in &self.diagnostics {
-            let source = self.sources.iter().find(|s| s.name == diagnostic.file);
-            let source = source.map_or("", |s| s.text.as_str());
-            text.push_str(&render(diagnostic, source, colour));
-            text.push_str("\n\n");
-        }
-        match self.errors() {
-            0 => {}
-            1 => text.push_str("1 error\n"),
-            n => text.push_str(&format!("{n} errors\n")),
-        }
-        text
-    }
-
-    /// How many of them are errors.
-    pub fn errors(&self) -> usize {
-        let is_error = |d: &&Diagnostic| d.severity == Severity::Error;
-        self.diagnostics.iter().filter(is_error).count()
-    }
-
-    fn add(&mut self, findings: Findings, name: &str, text: String) {
-        let messages = findings.finish(name);
-        if !messages.is_empty() {
-            self.sources.push(Source::new(name, text));
-            self.diagnostics.extend(messages);
-        }
+fn add(messages: &mut Messages, findings: Findings, name: &str, text: String) {
+    let found = findings.finish(name);
+    if !found.is_empty() {
+        messages.sources.push(Source::new(name, text));
+        messages.diagnostics.extend(found);
     }
 }
-
-impl std::fmt::Display for Messages {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.render(false))
-    }
-}
-
-impl std::error::Error for Messages {}
 
 /// Reads the scene in the OBJ file at `path`. `load` gives the bytes of a file; material libraries
 /// are asked for beside the OBJ file. Text that is not UTF-8 is taken where it does not matter.
@@ -121,7 +78,7 @@ pub fn read(
     let found = libraries(path, &checked, &mut findings, &mut of_libraries, load);
     let (mut materials, indices) = resolve(&checked, &found, &name, &mut findings);
     let textures = in_use(found.pictures.textures, &mut materials);
-    messages.add(findings, &name, text);
+    add(&mut messages, findings, &name, text);
     messages.diagnostics.extend(of_libraries.diagnostics);
     messages.sources.extend(of_libraries.sources);
     if messages.errors() > 0 {
@@ -238,7 +195,7 @@ fn library(
     if findings.errors == 0 {
         maps(path, &text, found, &mut findings, load);
     }
-    messages.add(findings, name, text);
+    add(messages, findings, name, text);
 }
 
 /// Gives the materials of a library their textures.

@@ -117,10 +117,10 @@ impl fmt::Display for Violation {
     }
 }
 
-/// All rules that `dre` breaks on `arch`.
+/// All rules that `dre` breaks on `srp`.
 pub fn check(dre: &ScheduledDre, arch: &Arch) -> Result<(), Vec<Violation>> {
     let mut violations = check_control(dre, arch);
-    violations.extend(check_kernels(dre, arch));
+    violations.extend(check_kernels(dre, &arch.srp));
     if violations.is_empty() {
         Ok(())
     } else {

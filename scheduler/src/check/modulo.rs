@@ -6,16 +6,16 @@ mod tokens;
 
 use super::{Place, Rule, Violation};
 use srp_archdesc::ResourceGraph;
-use srp_archdesc::arch::{Arch, FuOp};
+use srp_archdesc::arch::{FuOp, Srp};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_ir::dre::scheduled::{ModuloSchedule, Placed, PlacedOp, ScheduledDre};
 use srp_ir::program::Kernel;
 
-/// All rules that the kernels of `dre` break on `arch`, by kernel. They are launched, so none is a
+/// All rules that the kernels of `dre` break on `srp`, by kernel. They are launched, so none is a
 /// bare graph.
-pub fn check_kernels(dre: &ScheduledDre, arch: &Arch) -> Vec<Violation> {
-    let graph = ResourceGraph::of(arch);
+pub fn check_kernels(dre: &ScheduledDre, srp: &Srp) -> Vec<Violation> {
+    let graph = ResourceGraph::of(srp);
     let mut violations = Vec::new();
     for (kernel, schedule) in dre.kernels.iter() {
         if schedule.dfg.is_bare() {
@@ -25,25 +25,25 @@ pub fn check_kernels(dre: &ScheduledDre, arch: &Arch) -> Vec<Violation> {
                 message: "has no trip count".to_owned(),
             });
         }
-        violations.append(&mut checked(schedule, kernel, arch, &graph));
+        violations.append(&mut checked(schedule, kernel, srp, &graph));
     }
     violations
 }
 
-/// All rules that a modulo schedule by itself breaks on `arch`, as those of kernel 0. The loop may be
+/// All rules that a modulo schedule by itself breaks on `srp`, as those of kernel 0. The loop may be
 /// a bare graph.
-pub fn check_loop(schedule: &ModuloSchedule, arch: &Arch) -> Vec<Violation> {
-    checked(schedule, Kernel::new(0), arch, &ResourceGraph::of(arch))
+pub fn check_loop(schedule: &ModuloSchedule, srp: &Srp) -> Vec<Violation> {
+    checked(schedule, Kernel::new(0), srp, &ResourceGraph::of(srp))
 }
 
 fn checked(
     schedule: &ModuloSchedule,
     kernel: Kernel,
-    arch: &Arch,
+    srp: &Srp,
     graph: &ResourceGraph,
 ) -> Vec<Violation> {
     let mut checker = Checker {
-        arch,
+        srp,
         graph,
         kernel,
         schedule,
@@ -56,7 +56,7 @@ fn checked(
 }
 
 struct Checker<'a> {
-    arch: &'a Arch,
+    srp: &'a Srp,
     graph: &'a ResourceGraph,
     kernel: Kernel,
     schedule: &'a ModuloSchedule,
@@ -102,7 +102,7 @@ impl Checker<'_> {
 
     /// How the unit of a placed operation runs it.
     fn how(&self, op: &PlacedOp) -> &FuOp {
-        let how = self.arch.fus[op.fu].op(self.opcode(op).class());
+        let how = self.srp.fus[op.fu].op(self.opcode(op).class());
         how.expect("units were checked to run their operations")
     }
 

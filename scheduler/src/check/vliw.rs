@@ -8,31 +8,32 @@ mod state;
 pub use sequence::check_sequence;
 
 use super::{Place, Rule, Violation};
-use srp_archdesc::arch::Arch;
+use srp_archdesc::arch::{Arch, Srp};
 use srp_archdesc::entity::Entity;
 use srp_ir::dre::scheduled::{Bundle, Control, ScheduledDre};
 
-/// All rules that the VLIW code of `dre` breaks on `arch`, by place.
+/// All rules that the VLIW code of `dre` breaks on a machine, by place.
 pub fn check_control(dre: &ScheduledDre, arch: &Arch) -> Vec<Violation> {
+    let (srp, sram_bytes) = (&arch.srp, arch.system.sram_bytes);
     let mut violations = Vec::new();
-    if dre.image.len() > arch.system.sram_bytes as usize {
+    if dre.image.len() > sram_bytes as usize {
         violations.push(Violation {
             at: Place::Program,
             rule: Rule::Range,
             message: format!(
                 "the image has {} bytes, the SRAM {}",
                 dre.image.len(),
-                arch.system.sram_bytes
+                sram_bytes
             ),
         });
     }
-    ranges(dre, arch, &mut violations);
+    ranges(dre, srp, &mut violations);
     for (number, bundle) in dre.bundles.iter() {
-        bundle::check(number, bundle, dre, arch, &mut violations);
+        bundle::check(number, bundle, dre, srp, &mut violations);
     }
     // Paths are followed only where bundles can be understood.
     if violations.is_empty() {
-        violations = flow::check(dre, arch);
+        violations = flow::check(dre, srp);
     }
     violations.sort();
     violations.dedup();
@@ -40,7 +41,7 @@ pub fn check_control(dre: &ScheduledDre, arch: &Arch) -> Vec<Violation> {
 }
 
 /// The numbers that lead to bundles and kernels.
-fn ranges(dre: &ScheduledDre, arch: &Arch, violations: &mut Vec<Violation>) {
+fn ranges(dre: &ScheduledDre, srp: &Srp, violations: &mut Vec<Violation>) {
     let mut out_of_range = |at, what: &str| {
         violations.push(Violation {
             at,
@@ -67,7 +68,7 @@ fn ranges(dre: &ScheduledDre, arch: &Arch, violations: &mut Vec<Violation>) {
                 out_of_range(at, "the kernel");
             }
             Some(Control::Call { .. } | Control::CallReg { .. }) => {
-                let back = number.index() + arch.branch_delay as usize + 1;
+                let back = number.index() + srp.branch_delay as usize + 1;
                 if back >= dre.bundles.len() {
                     out_of_range(at, "the bundle to return to");
                 }

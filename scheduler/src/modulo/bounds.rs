@@ -219,8 +219,8 @@ fn plural(count: u32) -> &'static str {
 /// Groups that cannot all be given their share at `ii`, with all the units that could take them:
 /// a maximum flow from groups to units that does not carry everything. `None` where it does.
 fn unmet(problem: &Problem<'_>, groups: &[Group], share: Share, ii: u32) -> Option<Vec<usize>> {
-    let mut flow = vec![EntityMap::<Fu, u32>::filled(problem.arch.fus.len(), 0); groups.len()];
-    let mut load: EntityMap<Fu, u32> = EntityMap::filled(problem.arch.fus.len(), 0);
+    let mut flow = vec![EntityMap::<Fu, u32>::filled(problem.srp.fus.len(), 0); groups.len()];
+    let mut load: EntityMap<Fu, u32> = EntityMap::filled(problem.srp.fus.len(), 0);
     for (g, group) in groups.iter().enumerate() {
         for _ in 0..share.demand(group) {
             let capacity = share.capacity(ii);
@@ -337,13 +337,13 @@ fn shared_demands(problem: &Problem<'_>) -> Vec<Demand> {
             bound: cycles.div_ceil(offered.max(1)),
         })
     };
-    let resources = problem.arch.resources.iter();
+    let resources = problem.srp.resources.iter();
     resources.filter_map(of_resource).collect()
 }
 
 fn shared_in_words(problem: &Problem<'_>, demand: &Demand) -> String {
     let name = match demand.need {
-        Need::Shared(resource) => problem.arch.resources[resource].name.as_str(),
+        Need::Shared(resource) => problem.srp.resources[resource].name.as_str(),
         Need::Units(_) | Need::Array => "the units",
     };
     let (uses, count) = (demand.cycles, demand.offered);

@@ -143,7 +143,7 @@ impl Finish<'_, '_> {
             };
             op.time + timing.latency
         };
-        let arrives = |t: &PlacedTransfer| t.time + self.problem.arch.links[t.link].delay + 1;
+        let arrives = |t: &PlacedTransfer| t.time + self.problem.srp.links[t.link].delay + 1;
         let length = ops
             .values()
             .map(landing)
@@ -300,7 +300,7 @@ impl Finish<'_, '_> {
         let transfer = |s: &Standing| match s.via {
             Via::Result(_) => None,
             Via::Link(link) => {
-                let delay = self.problem.arch.links[link].delay as i32;
+                let delay = self.problem.srp.links[link].delay as i32;
                 let time = self.cycle(s.first - delay - 1);
                 Some(PlacedTransfer {
                     node: s.node,
@@ -337,8 +337,8 @@ impl Finish<'_, '_> {
         }
         for stay in &self.stays {
             let file = stay.reg.file;
-            let rotating = self.problem.graph.rotates(self.problem.arch, stay.place);
-            let size = self.problem.arch.files[file].size;
+            let rotating = self.problem.graph.rotates(self.problem.srp, stay.place);
+            let size = self.problem.srp.files[file].size;
             let tagged = |e: &&Edge| e.from == stay.node && e.tag == Some(stay.tag);
             let edge = self.problem.edges.iter().find(tagged);
             let initials = edge.map_or(&[][..], |e| self.problem.initials(e));

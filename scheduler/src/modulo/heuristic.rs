@@ -79,7 +79,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         options: &Options,
         watch: &dyn Watch,
     ) -> Result<ModuloSchedule, String> {
-        let deepest = self.problem.arch.contexts;
+        let deepest = self.problem.srp.contexts;
         for way in [Way::OneByOne, Way::AllAtOnce] {
             let mut ii = bound;
             while ii <= deepest {
@@ -96,7 +96,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         }
         Err(match self.obstacle(deepest) {
             Some(obstacle) => format!("no II up to {deepest} was found: {obstacle}"),
-            None => super::beyond_contexts(bound, self.problem.arch),
+            None => super::beyond_contexts(bound, self.problem.srp),
         })
     }
 
@@ -219,7 +219,7 @@ fn describe(problem: &Problem<'_>, ii: u32, obstacle: Option<Obstacle>) -> Strin
         Some(Obstacle::Registers(place)) => {
             format!(
                 "the registers of {} do not suffice",
-                problem.graph.name(problem.arch, place)
+                problem.graph.name(problem.srp, place)
             )
         }
         Some(Obstacle::Route(e)) => {

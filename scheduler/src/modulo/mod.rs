@@ -26,7 +26,7 @@ use agenda::{Agenda, Limits};
 use exact::Answer;
 use heuristic::Heuristic;
 use problem::Problem;
-use srp_archdesc::arch::Arch;
+use srp_archdesc::arch::Srp;
 use srp_archdesc::watch::{Limited, Watch};
 use srp_ir::dfg::{Dfg, Node};
 use srp_ir::dre::scheduled::{ModuloSchedule, Reg};
@@ -111,25 +111,25 @@ pub struct Unschedulable {
 }
 
 /// The lower bounds of a loop's II on a machine.
-pub fn bounds(dfg: &Dfg, arch: &Arch) -> Bounds {
-    Bounds::of(&Problem::new(dfg, arch))
+pub fn bounds(dfg: &Dfg, srp: &Srp) -> Bounds {
+    Bounds::of(&Problem::new(dfg, srp))
 }
 
 /// Refuses a loop that can be seen to have no schedule before one is looked for: values come in
 /// without room in the central registers, no unit runs an operation, or the II takes more contexts
 /// than there are. [`schedule`] may still find none.
-pub fn admit(dfg: &Dfg, arch: &Arch) -> Result<(), Unschedulable> {
-    live_in_registers(dfg, arch)?;
+pub fn admit(dfg: &Dfg, srp: &Srp) -> Result<(), Unschedulable> {
+    live_in_registers(dfg, srp)?;
     for (node, data) in dfg.nodes.iter() {
-        if !arch.fus.values().any(|fu| fu.runs(data.op).is_some()) {
+        if !srp.fus.values().any(|fu| fu.runs(data.op).is_some()) {
             return Err(no_unit(dfg, node));
         }
     }
     // Small loops have room.
-    if dfg.nodes.len() > arch.contexts as usize {
-        let bound = bounds(dfg, arch).min_ii();
-        if bound > arch.contexts {
-            let why = beyond_contexts(bound, arch);
+    if dfg.nodes.len() > srp.contexts as usize {
+        let bound = bounds(dfg, srp).min_ii();
+        if bound > srp.contexts {
+            let why = beyond_contexts(bound, srp);
             return Err(Unschedulable { node: None, why });
         }
     }
@@ -145,8 +145,8 @@ fn no_unit(dfg: &Dfg, node: Node) -> Unschedulable {
     }
 }
 
-fn beyond_contexts(bound: u32, arch: &Arch) -> String {
-    let contexts = arch.contexts;
+fn beyond_contexts(bound: u32, srp: &Srp) -> String {
+    let contexts = srp.contexts;
     format!("its II is at least {bound}; there are {contexts} contexts")
 }
 
@@ -157,19 +157,19 @@ fn beyond_contexts(bound: u32, arch: &Arch) -> String {
 /// The loop cannot run on the array, or the search ended before it had a schedule.
 pub fn schedule(
     dfg: &Dfg,
-    arch: &Arch,
+    srp: &Srp,
     options: &Options,
     watch: &dyn Watch,
 ) -> Result<Scheduled, Unschedulable> {
-    let problem = Problem::new(dfg, arch);
-    let live_ins = live_in_registers(dfg, arch)?;
+    let problem = Problem::new(dfg, srp);
+    let live_ins = live_in_registers(dfg, srp)?;
     if let Some(node) = problem.nodes().find(|n| problem.units[*n].is_empty()) {
         return Err(no_unit(dfg, node));
     }
     let bounds = Bounds::of(&problem);
     let bound = bounds.min_ii();
     let fixed: Vec<Reg> = (live_ins.iter().copied())
-        .chain(abi::reserved(arch))
+        .chain(abi::reserved(srp))
         .collect();
     let mut heuristic = Heuristic::new(&problem, &live_ins, &fixed);
     let mut schedule = heuristic
@@ -225,15 +225,15 @@ pub struct Certificate<'a> {
 /// that, it could not be written, or it is not so.
 pub fn certify(
     dfg: &Dfg,
-    arch: &Arch,
+    srp: &Srp,
     claim: Impossible,
     watch: &dyn Watch,
     certificate: Certificate<'_>,
 ) -> bool {
-    let Ok(live_ins) = live_in_registers(dfg, arch) else {
+    let Ok(live_ins) = live_in_registers(dfg, srp) else {
         return false;
     };
-    let fixed: Vec<Reg> = live_ins.into_iter().chain(abi::reserved(arch)).collect();
+    let fixed: Vec<Reg> = live_ins.into_iter().chain(abi::reserved(srp)).collect();
     let question = exact::Question {
         ii: claim.ii,
         slack: claim.slack,
@@ -243,13 +243,13 @@ pub fn certify(
         fixed: &fixed,
         watch,
     };
-    let (answer, _) = exact::solve(&Problem::new(dfg, arch), &question, Some(certificate));
+    let (answer, _) = exact::solve(&Problem::new(dfg, srp), &question, Some(certificate));
     matches!(answer, Answer::Impossible)
 }
 
 /// The central registers that bring the live-ins.
-fn live_in_registers(dfg: &Dfg, arch: &Arch) -> Result<Vec<Reg>, Unschedulable> {
-    let registers = abi::passing(arch, dfg.live_ins.iter().map(|l| l.ty));
+fn live_in_registers(dfg: &Dfg, srp: &Srp) -> Result<Vec<Reg>, Unschedulable> {
+    let registers = abi::passing(srp, dfg.live_ins.iter().map(|l| l.ty));
     registers
         .into_iter()
         .collect::<Option<Vec<Reg>>>()

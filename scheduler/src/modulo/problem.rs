@@ -2,7 +2,7 @@
 
 use super::route;
 use rustc_hash::FxHashMap;
-use srp_archdesc::arch::{Arch, FileKind, Fu, FuOp};
+use srp_archdesc::arch::{FileKind, Fu, FuOp, Srp};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::{Class, Opcode, Ty};
 use srp_archdesc::resource::{Place, PlaceKind, ReadPath, ResourceGraph};
@@ -14,7 +14,7 @@ pub(super) type Position = (Fu, i32);
 /// A loop and a machine.
 pub(super) struct Problem<'a> {
     pub(super) dfg: &'a Dfg,
-    pub(super) arch: &'a Arch,
+    pub(super) srp: &'a Srp,
     pub(super) graph: ResourceGraph,
     /// The class of each node's operation.
     classes: EntityMap<Node, Class>,
@@ -117,18 +117,18 @@ pub(super) struct OrderEdge {
 pub(super) const UNREACHABLE: u32 = u32::MAX / 4;
 
 impl<'a> Problem<'a> {
-    pub(super) fn new(dfg: &'a Dfg, arch: &'a Arch) -> Problem<'a> {
-        let graph = ResourceGraph::of(arch);
+    pub(super) fn new(dfg: &'a Dfg, srp: &'a Srp) -> Problem<'a> {
+        let graph = ResourceGraph::of(srp);
         let mut readers = EntityMap::filled(graph.places.len(), Vec::new());
         for (fu, reads) in graph.reads.iter() {
             for (i, read) in reads.iter().enumerate() {
                 readers[read.from].push((fu, i as u32));
             }
         }
-        let constant_files = (arch.fus.keys())
+        let constant_files = (srp.fus.keys())
             .map(|fu| {
                 let held = |p: &Place| match graph.as_file(*p) {
-                    Some(rf) => arch.files[rf].kind == FileKind::Static,
+                    Some(rf) => srp.files[rf].kind == FileKind::Static,
                     None => false,
                 };
                 graph.reads[fu]
@@ -145,7 +145,7 @@ impl<'a> Problem<'a> {
             edges_of: EntityMap::filled(dfg.nodes.len(), Vec::new()),
             orders: Vec::new(),
             orders_of: EntityMap::filled(dfg.nodes.len(), Vec::new()),
-            timings: timings(arch),
+            timings: timings(srp),
             moves: Ty::ALL.map(|_| EntityMap::new()),
             longest_read: longest_read(&graph),
             reach: Ty::ALL.map(|_| EntityMap::new()),
@@ -153,13 +153,13 @@ impl<'a> Problem<'a> {
             readers,
             constant_files,
             dfg,
-            arch,
+            srp,
             graph,
         };
         problem.units = dfg
             .nodes
             .keys()
-            .map(|n| arch.fus.keys().filter(|&f| problem.runs(n, f)).collect())
+            .map(|n| srp.fus.keys().filter(|&f| problem.runs(n, f)).collect())
             .collect();
         problem.add_edges();
         problem.moves = Ty::ALL.map(|ty| problem.moves_of(ty));
@@ -174,12 +174,12 @@ impl<'a> Problem<'a> {
     fn runs(&self, node: Node, fu: Fu) -> bool {
         let data = &self.dfg.nodes[node];
         let result = data.op.result();
-        if self.arch.fus[fu].runs(data.op).is_none()
+        if self.srp.fus[fu].runs(data.op).is_none()
             || result.is_some_and(|ty| !self.result_fits(fu, data.op, ty))
         {
             return false;
         }
-        let mut constants = self.arch.fus[fu].constants;
+        let mut constants = self.srp.fus[fu].constants;
         data.operands.iter().all(|operand| match *operand {
             Operand::Node { .. } => true,
             Operand::Const(bits) if bits.ty() == Ty::Pred => true,
@@ -202,9 +202,9 @@ impl<'a> Problem<'a> {
 
     /// Whether a unit can read the central file of a type.
     pub(super) fn reads_central(&self, fu: Fu, ty: Ty) -> bool {
-        self.arch
+        self.srp
             .central(ty)
-            .is_some_and(|rf| self.arch.files[rf].readers.contains(&fu))
+            .is_some_and(|rf| self.srp.files[rf].readers.contains(&fu))
     }
 
     /// The file in which a unit finds invariants of a type, the narrowest first.
@@ -293,7 +293,7 @@ impl<'a> Problem<'a> {
     }
 
     fn class_timing(&self, class: Class, fu: Fu) -> Option<&'a FuOp> {
-        self.timings[class as usize * self.arch.fus.len() + fu.index()]
+        self.timings[class as usize * self.srp.fus.len() + fu.index()]
     }
 
     /// How a unit runs a node.
@@ -365,7 +365,7 @@ impl<'a> Problem<'a> {
     ) -> EntityMap<Place, EntityMap<Fu, u32>> {
         let mut least = EntityMap::filled(
             self.graph.places.len(),
-            EntityMap::filled(self.arch.fus.len(), UNREACHABLE),
+            EntityMap::filled(self.srp.fus.len(), UNREACHABLE),
         );
         for read in self.graph.reads.values().flatten() {
             if read.width >= ty.bits() {
@@ -377,7 +377,7 @@ impl<'a> Problem<'a> {
             let mut changed = false;
             for place in self.graph.places.keys() {
                 for way in self.ways_on(place, ty) {
-                    for fu in self.arch.fus.keys() {
+                    for fu in self.srp.fus.keys() {
                         let over = weight(&way) + least[way.to][fu];
                         if over < least[place][fu] {
                             least[place][fu] = over;
@@ -426,13 +426,8 @@ impl<'a> Problem<'a> {
     }
 }
 
-fn timings(arch: &Arch) -> Vec<Option<&FuOp>> {
-    let of_class = |class: &Class| {
-        arch.fus
-            .values()
-            .map(|fu| fu.op(*class))
-            .collect::<Vec<_>>()
-    };
+fn timings(srp: &Srp) -> Vec<Option<&FuOp>> {
+    let of_class = |class: &Class| srp.fus.values().map(|fu| fu.op(*class)).collect::<Vec<_>>();
     Class::ALL.iter().flat_map(of_class).collect()
 }
 

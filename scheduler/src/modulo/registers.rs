@@ -69,13 +69,13 @@ impl Registers {
         let file = |place: Place| match problem.graph.as_file(place) {
             None => FileState::new(false, 0, Vec::new()),
             Some(rf) => {
-                let spec = &problem.arch.files[rf];
+                let spec = &problem.srp.files[rf];
                 let own = fixed.iter().filter(|r| r.file == rf);
                 let taken = own.map(|r| r.index).collect();
                 FileState::new(spec.kind == FileKind::Rotating, spec.size, taken)
             }
         };
-        let copies = (problem.arch.contexts / ii.max(1)).clamp(1, LARGEST_RING);
+        let copies = (problem.srp.contexts / ii.max(1)).clamp(1, LARGEST_RING);
         Registers {
             files: problem.graph.places.keys().map(file).collect(),
             ii: ii as i32,

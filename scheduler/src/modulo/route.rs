@@ -320,7 +320,7 @@ impl Search<'_, '_> {
             return None;
         }
         if let Tag::LiveOut(_) = tag {
-            let central = self.problem.arch.central(self.request.ty)?;
+            let central = self.problem.srp.central(self.request.ty)?;
             if file != self.problem.graph.file[central] {
                 return None;
             }

@@ -95,28 +95,28 @@ struct Limits {
 
 impl Table {
     pub(super) fn new(problem: &Problem<'_>, ii: u32) -> Table {
-        let (arch, graph) = (problem.arch, &problem.graph);
+        let (srp, graph) = (problem.srp, &problem.graph);
         let slots = ii as usize;
         let per_file = |limit: fn(&srp_archdesc::arch::FileSpec) -> u32| {
             (graph.places.keys())
-                .map(|p| graph.as_file(p).map_or(0, |rf| limit(&arch.files[rf])))
+                .map(|p| graph.as_file(p).map_or(0, |rf| limit(&srp.files[rf])))
                 .collect()
         };
         Table {
             ii,
             items: EntityMap::filled(problem.dfg.nodes.len(), FxHashMap::default()),
             writes_of: EntityMap::filled(problem.dfg.nodes.len(), Vec::new()),
-            issue: EntityMap::filled(arch.fus.len(), vec![None; slots]),
+            issue: EntityMap::filled(srp.fus.len(), vec![None; slots]),
             outs: EntityMap::filled(graph.places.len(), vec![None; slots]),
             held: EntityMap::filled(graph.places.len(), vec![0; slots]),
             reads: EntityMap::filled(graph.places.len(), vec![0; slots]),
             writes: EntityMap::filled(graph.places.len(), vec![0; slots]),
-            shared: EntityMap::filled(arch.resources.len(), vec![0; slots]),
+            shared: EntityMap::filled(srp.resources.len(), vec![0; slots]),
             limits: Limits {
                 registers: per_file(|f| f.size),
                 reads: per_file(|f| f.read_ports),
                 writes: per_file(|f| f.write_ports),
-                shared: arch.resources.values().map(|r| r.count).collect(),
+                shared: srp.resources.values().map(|r| r.count).collect(),
             },
         }
     }

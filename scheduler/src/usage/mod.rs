@@ -5,7 +5,7 @@
 
 mod registers;
 
-use srp_archdesc::arch::{Arch, Fu, FuOp, Link, RegFile, Resource};
+use srp_archdesc::arch::{Fu, FuOp, Link, RegFile, Resource, Srp};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Opcode;
 use srp_ir::dfg::Node;
@@ -118,13 +118,13 @@ fn most(by_slot: &[u32]) -> (u32, u32) {
 
 /// What a schedule takes of a machine. The schedule must be one that [`check`](crate::check) finds
 /// right.
-pub fn usage(schedule: &ModuloSchedule, arch: &Arch) -> Usage {
+pub fn usage(schedule: &ModuloSchedule, srp: &Srp) -> Usage {
     let ii = schedule.ii as usize;
     let mut usage = Usage {
-        units: EntityMap::filled(arch.fus.len(), UnitUse::default()),
-        links: EntityMap::filled(arch.links.len(), LinkUse::default()),
-        resources: EntityMap::filled(arch.resources.len(), vec![0; ii]),
-        files: registers::files(schedule, arch),
+        units: EntityMap::filled(srp.fus.len(), UnitUse::default()),
+        links: EntityMap::filled(srp.links.len(), LinkUse::default()),
+        resources: EntityMap::filled(srp.resources.len(), vec![0; ii]),
+        files: registers::files(schedule, srp),
     };
     for (number, op) in schedule.ops.iter() {
         let unit = &mut usage.units[op.fu];
@@ -132,7 +132,7 @@ pub fn usage(schedule: &ModuloSchedule, arch: &Arch) -> Usage {
             true => unit.moves += 1,
             false => unit.operations += 1,
         }
-        if let Some(how) = timing(schedule, arch, op) {
+        if let Some(how) = timing(schedule, srp, op) {
             unit.held += how.interval.saturating_sub(1);
             for cycle in 0..how.interval {
                 for &resource in &how.uses {
@@ -151,7 +151,7 @@ pub fn usage(schedule: &ModuloSchedule, arch: &Arch) -> Usage {
         }
     }
     for transfer in &schedule.transfers {
-        let time = transfer.time + arch.links[transfer.link].delay;
+        let time = transfer.time + srp.links[transfer.link].delay;
         usage.links[transfer.link].carried.push(Carried {
             slot: time % schedule.ii,
             node: transfer.node,
@@ -175,8 +175,8 @@ pub fn opcode(schedule: &ModuloSchedule, op: &PlacedOp) -> Opcode {
 }
 
 /// How the unit of a placed operation runs it.
-pub fn timing<'a>(schedule: &ModuloSchedule, arch: &'a Arch, op: &PlacedOp) -> Option<&'a FuOp> {
-    arch.fus[op.fu].op(opcode(schedule, op).class())
+pub fn timing<'a>(schedule: &ModuloSchedule, srp: &'a Srp, op: &PlacedOp) -> Option<&'a FuOp> {
+    srp.fus[op.fu].op(opcode(schedule, op).class())
 }
 
 /// Whose value an operand is.

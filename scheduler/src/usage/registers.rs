@@ -6,7 +6,7 @@
 
 use super::{FileUse, timing};
 use crate::abi;
-use srp_archdesc::arch::{Arch, FileKind, FileSpec, RegFile};
+use srp_archdesc::arch::{FileKind, FileSpec, RegFile, Srp};
 use srp_archdesc::entity::EntityMap;
 use srp_ir::dre::scheduled::{ModuloSchedule, Reg, RegAt, Source};
 use std::collections::BTreeSet;
@@ -27,9 +27,9 @@ struct Read {
 }
 
 /// What stands in each file and passes its ports.
-pub(super) fn files(schedule: &ModuloSchedule, arch: &Arch) -> EntityMap<RegFile, FileUse> {
-    let (mut writes, mut reads) = accesses(schedule, arch);
-    let reserved = abi::reserved(arch);
+pub(super) fn files(schedule: &ModuloSchedule, srp: &Srp) -> EntityMap<RegFile, FileUse> {
+    let (mut writes, mut reads) = accesses(schedule, srp);
+    let reserved = abi::reserved(srp);
     let passed = schedule.live_in_regs.iter().chain(&schedule.live_out_regs);
     let fixed: BTreeSet<Reg> = passed.copied().chain(reserved).collect();
     let of_file = |(file, spec): (RegFile, &FileSpec)| {
@@ -42,9 +42,9 @@ pub(super) fn files(schedule: &ModuloSchedule, arch: &Arch) -> EntityMap<RegFile
             reads: std::mem::take(&mut reads[file]),
             kept: own.collect(),
         };
-        contents.used(arch.contexts)
+        contents.used(srp.contexts)
     };
-    arch.files.iter().map(of_file).collect()
+    srp.files.iter().map(of_file).collect()
 }
 
 type Accesses = (
@@ -53,11 +53,10 @@ type Accesses = (
 );
 
 /// Writes and reads of each file.
-fn accesses(schedule: &ModuloSchedule, arch: &Arch) -> Accesses {
+fn accesses(schedule: &ModuloSchedule, srp: &Srp) -> Accesses {
     let mut writes: EntityMap<RegFile, Vec<Write>> =
-        arch.files.values().map(|_| Vec::new()).collect();
-    let mut reads: EntityMap<RegFile, Vec<Read>> =
-        arch.files.values().map(|_| Vec::new()).collect();
+        srp.files.values().map(|_| Vec::new()).collect();
+    let mut reads: EntityMap<RegFile, Vec<Read>> = srp.files.values().map(|_| Vec::new()).collect();
     let mut write = |at: RegAt, from: u32| {
         writes[at.file].push(Write {
             at,
@@ -66,7 +65,7 @@ fn accesses(schedule: &ModuloSchedule, arch: &Arch) -> Accesses {
         });
     };
     for op in schedule.ops.values() {
-        let latency = timing(schedule, arch, op).map_or(1, |how| how.latency);
+        let latency = timing(schedule, srp, op).map_or(1, |how| how.latency);
         for &at in &op.writes {
             write(at, op.time + latency);
         }
@@ -81,7 +80,7 @@ fn accesses(schedule: &ModuloSchedule, arch: &Arch) -> Accesses {
         }
     }
     for transfer in &schedule.transfers {
-        let delay = arch.links[transfer.link].delay;
+        let delay = srp.links[transfer.link].delay;
         write(transfer.to, transfer.time + delay + 1);
     }
     (writes, reads)

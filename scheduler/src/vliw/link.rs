@@ -110,7 +110,7 @@ impl<'a> Linker<'a> {
             let Some((transfer, pos)) = region.exit.filter(|_| packed.exit == Some(cycle)) else {
                 continue;
             };
-            let link = abi::link(self.target.arch);
+            let link = abi::link(self.target.srp);
             // Filled in when the target is known.
             let later = bundle;
             let control = match transfer {

@@ -78,7 +78,7 @@ impl<'a> Problem<'a> {
             let runs = |&fu: &Fu| Some((fu, target.runs(fu, op.op, &op.srcs, op.dst)?));
             let mut list: Vec<(Fu, &FuOp)> = target.slots.iter().filter_map(runs).collect();
             // The fastest, then the one that can do the least else.
-            list.sort_by_key(|&(fu, how)| (how.latency, target.arch.fus[fu].ops.len(), fu));
+            list.sort_by_key(|&(fu, how)| (how.latency, target.srp.fus[fu].ops.len(), fu));
             if list.is_empty() {
                 return Err(NoSlot(i));
             }
@@ -96,7 +96,7 @@ impl<'a> Problem<'a> {
     }
 
     fn delay(&self) -> u32 {
-        self.target.arch.branch_delay
+        self.target.srp.branch_delay
     }
 
     fn heights(&self) -> Vec<u32> {
@@ -242,7 +242,7 @@ impl<'a> Problem<'a> {
         for (i, &(cycle, fu)) in times.slots.iter().enumerate() {
             bundles[cycle as usize].push((fu, i));
         }
-        let slot = |fu: Fu| self.target.arch.fus[fu].slot;
+        let slot = |fu: Fu| self.target.srp.fus[fu].slot;
         bundles
             .iter_mut()
             .for_each(|b: &mut Vec<_>| b.sort_by_key(|&(fu, _)| slot(fu)));

@@ -38,7 +38,7 @@ mod target;
 
 use crate::sequence::Stretch;
 use callgraph::CallGraph;
-use srp_archdesc::arch::Arch;
+use srp_archdesc::arch::Srp;
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_ir::dre::scheduled::{Bundle, BundleData, FunctionEntry, ModuloSchedule};
@@ -182,15 +182,15 @@ impl std::fmt::Display for VliwError {
 
 impl std::error::Error for VliwError {}
 
-/// Control code for `control` on `arch`, launching `kernels`, with globals as in `layout`. Without a
+/// Control code for `control` on `srp`, launching `kernels`, with globals as in `layout`. Without a
 /// `main`, the start code is one that must not be reached.
 pub fn emit(
     control: &Program,
     kernels: &EntityMap<Kernel, ModuloSchedule>,
-    arch: &Arch,
+    srp: &Srp,
     layout: &Layout,
 ) -> Result<VliwCode, VliwError> {
-    let target = Target::of(arch)?;
+    let target = Target::of(srp)?;
     let context = select::Context {
         program: control,
         kernels,

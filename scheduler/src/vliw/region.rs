@@ -29,7 +29,7 @@ impl Transfer {
     pub(super) fn reads(self, target: &Target<'_>) -> Option<Reg> {
         match self {
             Transfer::Branch { cond, .. } => Some(cond),
-            Transfer::CallLink | Transfer::Return => Some(abi::link(target.arch)),
+            Transfer::CallLink | Transfer::Return => Some(abi::link(target.srp)),
             Transfer::Halt(status) => Some(status),
             _ => None,
         }
@@ -37,7 +37,7 @@ impl Transfer {
 
     /// The register it writes when its target issues.
     pub(super) fn writes(self, target: &Target<'_>) -> Option<Reg> {
-        matches!(self, Transfer::Call(_) | Transfer::CallLink).then(|| abi::link(target.arch))
+        matches!(self, Transfer::Call(_) | Transfer::CallLink).then(|| abi::link(target.srp))
     }
 }
 

@@ -93,7 +93,7 @@ impl<'a> Table<'a> {
 
     /// When the target of a transfer in `cycle` issues.
     fn arrival(&self, cycle: u32) -> u32 {
-        cycle + self.target.arch.branch_delay + 1
+        cycle + self.target.srp.branch_delay + 1
     }
 
     fn transfer_reads(&self, transfer: Transfer) -> Vec<Src> {
@@ -113,7 +113,7 @@ impl<'a> Table<'a> {
             self.at(c).is_none_or(|row| {
                 let fits = |&r: &srp_archdesc::arch::Resource| {
                     let taken = row.shared.get(&r.index()).copied().unwrap_or(0);
-                    taken + super::target::uses(how, r) <= self.target.arch.resources[r].count
+                    taken + super::target::uses(how, r) <= self.target.srp.resources[r].count
                 };
                 !row.busy.contains(&fu) && how.uses.iter().all(fits)
             })
@@ -139,7 +139,7 @@ impl<'a> Table<'a> {
             .collect();
         reads_by_file(&all)
             .into_iter()
-            .all(|(file, regs)| regs.len() as u32 <= self.target.arch.files[file].read_ports)
+            .all(|(file, regs)| regs.len() as u32 <= self.target.srp.files[file].read_ports)
     }
 
     fn take_reads(&mut self, cycle: u32, srcs: &[Src]) {
@@ -153,7 +153,7 @@ impl<'a> Table<'a> {
     fn fits_write(&self, cycle: u32, dst: Reg) -> bool {
         let row = self.at(cycle);
         let taken = row.and_then(|row| row.writes.get(&dst.file)).copied();
-        taken.unwrap_or(0) < self.target.arch.files[dst.file].write_ports
+        taken.unwrap_or(0) < self.target.srp.files[dst.file].write_ports
     }
 
     fn take_write(&mut self, cycle: u32, dst: Reg) {

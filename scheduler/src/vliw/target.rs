@@ -3,14 +3,14 @@
 
 use super::VliwError;
 use crate::abi;
-use srp_archdesc::arch::{Arch, FileKind, Fu, FuOp, RegFile};
+use srp_archdesc::arch::{FileKind, Fu, FuOp, RegFile, Srp};
 use srp_archdesc::isa::{Class, Opcode, Ty};
 use srp_ir::dre::scheduled::{Reg, Src};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The machine, with what every step asks of it worked out.
 pub(super) struct Target<'a> {
-    pub(super) arch: &'a Arch,
+    pub(super) srp: &'a Srp,
     /// The slots in order.
     pub(super) slots: Vec<Fu>,
     /// The central file of each type, by `Ty as usize`.
@@ -26,44 +26,44 @@ pub(super) struct Target<'a> {
 }
 
 impl<'a> Target<'a> {
-    /// The VLIW engine of `arch`.
-    pub(super) fn of(arch: &'a Arch) -> Result<Target<'a>, VliwError> {
-        if arch.slots().is_empty() {
+    /// The VLIW engine of `srp`.
+    pub(super) fn of(srp: &'a Srp) -> Result<Target<'a>, VliwError> {
+        if srp.slots().is_empty() {
             return Err(VliwError::NoSlots);
         }
         for ty in Ty::ALL {
-            if arch.central(ty).is_none() {
+            if srp.central(ty).is_none() {
                 return Err(VliwError::NoCentralFile(ty));
             }
         }
-        let files = Ty::ALL.map(|ty| abi::file(arch, ty));
+        let files = Ty::ALL.map(|ty| abi::file(srp, ty));
         let mut regs = Vec::new();
         let mut base = BTreeMap::new();
         let mut allocatable = BTreeMap::new();
-        for (file, spec) in arch.files.iter() {
+        for (file, spec) in srp.files.iter() {
             if spec.kind != FileKind::Central {
                 continue;
             }
             let first = regs.len() as u32;
             base.insert(file, first);
             regs.extend((0..spec.size).map(|index| Reg { file, index }));
-            let ty = Ty::ALL.into_iter().find(|&ty| abi::file(arch, ty) == file);
-            let count = ty.map_or(0, |ty| abi::allocatable(arch, ty));
+            let ty = Ty::ALL.into_iter().find(|&ty| abi::file(srp, ty) == file);
+            let count = ty.map_or(0, |ty| abi::allocatable(srp, ty));
             allocatable.insert(file, (first..first + count).collect());
         }
-        if arch.files[files[Ty::Word as usize]].size < abi::RESERVED_WORDS {
+        if srp.files[files[Ty::Word as usize]].size < abi::RESERVED_WORDS {
             return Err(VliwError::FewRegisters);
         }
         let mut target = Target {
-            arch,
-            slots: arch.slots(),
+            srp,
+            slots: srp.slots(),
             files,
             regs,
             base,
             allocatable,
             constants: Vec::new(),
         };
-        let slow = |(_, how): (Fu, &FuOp)| how.interval > arch.branch_delay + 1;
+        let slow = |(_, how): (Fu, &FuOp)| how.interval > srp.branch_delay + 1;
         if target.branch_slots().next().is_none() || target.branch_slots().any(slow) {
             return Err(VliwError::NoBranchUnit);
         }
@@ -84,7 +84,7 @@ impl<'a> Target<'a> {
     /// The number of a central register.
     pub(super) fn number(&self, reg: Reg) -> Option<u32> {
         let base = self.base.get(&reg.file)?;
-        (reg.index < self.arch.files[reg.file].size).then_some(base + reg.index)
+        (reg.index < self.srp.files[reg.file].size).then_some(base + reg.index)
     }
 
     /// The central register with this number.
@@ -101,29 +101,29 @@ impl<'a> Target<'a> {
     fn room(&self, op: Opcode) -> Option<u32> {
         let info = op.info();
         let fits = |fu: Fu| {
-            let spec = &self.arch.fus[fu];
+            let spec = &self.srp.fus[fu];
             spec.runs(op).is_some()
                 && info.operands.iter().all(|kind| {
                     let file = self.file(kind.ty());
-                    self.arch.files[file].readers.contains(&fu)
+                    self.srp.files[file].readers.contains(&fu)
                 })
                 && op
                     .result()
                     .is_none_or(|ty| self.writes(fu, ty, self.file(ty)))
         };
         let slots = self.slots.iter().filter(|&&fu| fits(fu));
-        slots.map(|&fu| self.arch.fus[fu].constants).max()
+        slots.map(|&fu| self.srp.fus[fu].constants).max()
     }
 
     fn writes(&self, fu: Fu, ty: Ty, file: RegFile) -> bool {
-        let spec = &self.arch.fus[fu];
+        let spec = &self.srp.fus[fu];
         let produces = ty.bits() <= spec.width || (ty == Ty::Pred && spec.pred_out);
-        produces && self.arch.files[file].writers.contains(&fu)
+        produces && self.srp.files[file].writers.contains(&fu)
     }
 
     /// How `fu` runs this operation with these operands, if it can at all.
     pub(super) fn runs(&self, fu: Fu, op: Opcode, srcs: &[Src], dst: Option<Reg>) -> Option<&FuOp> {
-        let spec = &self.arch.fus[fu];
+        let spec = &self.srp.fus[fu];
         let how = spec.runs(op)?;
         let constants: BTreeSet<_> = srcs
             .iter()
@@ -134,19 +134,19 @@ impl<'a> Target<'a> {
             .collect();
         let reads = srcs.iter().all(|src| match src {
             Src::Const(_) => true,
-            Src::Reg(reg) => self.arch.files[reg.file].readers.contains(&fu),
+            Src::Reg(reg) => self.srp.files[reg.file].readers.contains(&fu),
         });
         let ports = reads_by_file(srcs)
             .into_iter()
-            .all(|(file, regs)| regs.len() as u32 <= self.arch.files[file].read_ports);
+            .all(|(file, regs)| regs.len() as u32 <= self.srp.files[file].read_ports);
         let writes = dst.is_none_or(|dst| {
             let ty = op.result().expect("only a result has a destination");
-            self.writes(fu, ty, dst.file) && self.arch.files[dst.file].write_ports > 0
+            self.writes(fu, ty, dst.file) && self.srp.files[dst.file].write_ports > 0
         });
         let shared = how
             .uses
             .iter()
-            .all(|&r| self.arch.resources[r].count >= uses(how, r));
+            .all(|&r| self.srp.resources[r].count >= uses(how, r));
         let fits = constants.len() as u32 <= spec.constants;
         (fits && reads && ports && writes && shared).then_some(how)
     }
@@ -155,18 +155,18 @@ impl<'a> Target<'a> {
     pub(super) fn branch_slots(&self) -> impl Iterator<Item = (Fu, &FuOp)> {
         self.slots
             .iter()
-            .filter_map(|&fu| Some((fu, self.arch.fus[fu].op(Class::Branch)?)))
+            .filter_map(|&fu| Some((fu, self.srp.fus[fu].op(Class::Branch)?)))
     }
 
     /// The stack pointer's number.
     pub(super) fn sp(&self) -> u32 {
-        self.number(abi::stack_pointer(self.arch))
+        self.number(abi::stack_pointer(self.srp))
             .expect("the stack pointer is a central register")
     }
 
     /// The link register's number.
     pub(super) fn link(&self) -> u32 {
-        self.number(abi::link(self.arch))
+        self.number(abi::link(self.srp))
             .expect("the link register is a central register")
     }
 }

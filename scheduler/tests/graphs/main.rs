@@ -28,9 +28,14 @@ fn mesh(rows: u32, cols: u32) -> Arch {
 fn map(graph: &Graph, arch: &Arch) -> Scheduled {
     let name = &graph.dfg.name;
     assert_eq!(graph.dfg.verify(), Ok(()), "{name}");
-    let scheduled = modulo::schedule(&graph.dfg, arch, &modulo::Options::default(), &Unwatched)
-        .unwrap_or_else(|e| panic!("{name}: {}", e.why));
-    let wrong = check_loop(&scheduled.schedule, arch);
+    let scheduled = modulo::schedule(
+        &graph.dfg,
+        &arch.srp,
+        &modulo::Options::default(),
+        &Unwatched,
+    )
+    .unwrap_or_else(|e| panic!("{name}: {}", e.why));
+    let wrong = check_loop(&scheduled.schedule, &arch.srp);
     assert!(wrong.is_empty(), "{name}: {wrong:?}");
     scheduled
 }
@@ -74,7 +79,7 @@ fn bare_graphs_are_scheduled_and_read_back() {
         start: srp_archdesc::entity::Entity::new(0),
         kernels: [scheduled.schedule].into_iter().collect(),
     };
-    let refused = srp_scheduler::check::check_kernels(&program, &arch);
+    let refused = srp_scheduler::check::check_kernels(&program, &arch.srp);
     assert!(
         refused.iter().any(|v| v.message.contains("trip count")),
         "{refused:?}"
@@ -93,13 +98,13 @@ fn the_checker_follows_values_of_bare_graphs() {
             let mut wrong = right.clone();
             wrong.ops[number].time += later;
             wrong.length += later;
-            noticed += u32::from(!check_loop(&wrong, &arch).is_empty());
+            noticed += u32::from(!check_loop(&wrong, &arch.srp).is_empty());
         }
         for operand in 1..op.operands.len() {
             let mut wrong = right.clone();
             wrong.ops[number].operands.swap(operand - 1, operand);
             let same = op.operands[operand - 1] == op.operands[operand];
-            let found = check_loop(&wrong, &arch);
+            let found = check_loop(&wrong, &arch.srp);
             let nodes: Vec<_> = right.dfg.nodes[op.node].operands.clone();
             assert!(
                 same || nodes[operand - 1] == nodes[operand] || !found.is_empty(),

@@ -186,9 +186,14 @@ fn graph(random: &mut Pcg32) -> Graph {
 /// The II of a graph; the largest number where it has no schedule.
 fn ii(graph: &Graph, array: &Array) -> u32 {
     let arch = array.arch();
-    match modulo::schedule(&graph.dfg, &arch, &modulo::Options::default(), &Unwatched) {
+    match modulo::schedule(
+        &graph.dfg,
+        &arch.srp,
+        &modulo::Options::default(),
+        &Unwatched,
+    ) {
         Ok(scheduled) => {
-            let wrong = check_loop(&scheduled.schedule, &arch);
+            let wrong = check_loop(&scheduled.schedule, &arch.srp);
             assert!(wrong.is_empty(), "{wrong:?}");
             scheduled.schedule.ii
         }

@@ -158,7 +158,7 @@ impl Code<'_> {
 
     /// Another register of the file of `reg`.
     fn other(&mut self, reg: Reg) -> Option<Reg> {
-        let index = self.dice.below(self.arch.files[reg.file].size as usize) as u32;
+        let index = self.dice.below(self.arch.srp.files[reg.file].size as usize) as u32;
         (index != reg.index).then_some(Reg { index, ..reg })
     }
 
@@ -193,7 +193,7 @@ fn behind_the_end(code: &mut Code<'_>, bundle: Bundle) -> Option<()> {
     let (Control::Jump(_) | Control::Branch { .. }, _) = control? else {
         return None;
     };
-    let behind = Bundle::new(bundle.index() + code.arch.branch_delay as usize + 1);
+    let behind = Bundle::new(bundle.index() + code.arch.srp.branch_delay as usize + 1);
     let at = code.op(bundle)?;
     let fu = code.program.bundles[bundle].ops[at].fu;
     let ops = &code.program.bundles.get(behind)?.ops;
@@ -238,12 +238,12 @@ fn result_elsewhere(code: &mut Code<'_>, bundle: Bundle) -> Option<()> {
 }
 
 fn overwritten(code: &mut Code<'_>, bundle: Bundle) -> Option<()> {
-    let file = abi::file(code.arch, srp_archdesc::Ty::Word);
-    let slots: Vec<Fu> = code.arch.slots();
+    let file = abi::file(&code.arch.srp, srp_archdesc::Ty::Word);
+    let slots: Vec<Fu> = code.arch.srp.slots();
     let fu = code.dice.pick(&slots)?;
     let ops = &mut code.program.bundles[bundle].ops;
     ops.iter().all(|op| op.fu != fu).then_some(())?;
-    let index = code.dice.below(code.arch.files[file].size as usize) as u32;
+    let index = code.dice.below(code.arch.srp.files[file].size as usize) as u32;
     ops.push(SlotOp {
         fu,
         op: Opcode::Mov,
@@ -280,7 +280,7 @@ fn other_constant(code: &mut Code<'_>, bundle: Bundle) -> Option<()> {
 }
 
 fn other_stack_place(code: &mut Code<'_>, bundle: Bundle) -> Option<()> {
-    let sp = Src::Reg(abi::stack_pointer(code.arch));
+    let sp = Src::Reg(abi::stack_pointer(&code.arch.srp));
     let at = code.op_like(bundle, |op| {
         op.op.access_bytes().is_some() && op.srcs.get(1) == Some(&sp)
     })?;
@@ -337,7 +337,10 @@ fn damaged_bundles_are_refused_or_do_the_same() {
     let mut tally = Tally::default();
     for (machine, name) in MACHINES.iter().enumerate() {
         let case = Case::on(machine);
-        assert_eq!(check_sequence(&case.right, &case.sequence, &case.arch), []);
+        assert_eq!(
+            check_sequence(&case.right, &case.sequence, &case.arch.srp),
+            []
+        );
         for (number, &(kind, harm, rules, damage)) in KINDS.iter().enumerate() {
             let mut dice = Dice::new(number as u64, machine as u64);
             let mut tried = 0;
@@ -359,7 +362,7 @@ fn damaged_bundles_are_refused_or_do_the_same() {
                 }
                 tried += 1;
                 let mut violations = check_control(&program, &case.arch);
-                violations.extend(check_sequence(&program, &case.sequence, &case.arch));
+                violations.extend(check_sequence(&program, &case.sequence, &case.arch.srp));
                 let place = format!("{name}, {bundle}");
                 tally.note((kind, harm, rules), &place, &violations, || {
                     case.difference(&program)
@@ -376,10 +379,10 @@ fn slower_machines_are_noticed() {
         let case = Case::on(machine);
         for class in [srp_archdesc::Class::Load, srp_archdesc::Class::Imul] {
             let mut arch = case.arch.clone();
-            let ops = arch.fus.values_mut().flat_map(|fu| &mut fu.ops);
+            let ops = arch.srp.fus.values_mut().flat_map(|fu| &mut fu.ops);
             ops.filter(|op| op.class == class)
                 .for_each(|op| op.latency += 1);
-            let violations = check_sequence(&case.right, &case.sequence, &arch);
+            let violations = check_sequence(&case.right, &case.sequence, &arch.srp);
             let late = violations
                 .iter()
                 .any(|v| matches!(v.rule, Rule::Value | Rule::InFlight));

@@ -53,7 +53,7 @@ fn scheduled(arch: &Arch) -> ScheduledDre {
     assert_eq!(srp_ir::verify(&program), Ok(()));
     let layout = Layout::of(&program, arch.system.sram_bytes).expect("small");
     let kernels = EntityMap::new();
-    let code = srp_scheduler::vliw::emit(&program, &kernels, arch, &layout)
+    let code = srp_scheduler::vliw::emit(&program, &kernels, &arch.srp, &layout)
         .unwrap_or_else(|e| panic!("{e}"));
     ScheduledDre {
         machine: arch.name.clone(),
@@ -114,7 +114,7 @@ fn operations_that_no_slot_can_run() {
         true
     });
     each_op(Rule::Slot, |dre, bundle, op, arch| {
-        let others = arch.fus.iter().filter(|(_, fu)| fu.slot.is_none());
+        let others = arch.srp.fus.iter().filter(|(_, fu)| fu.slot.is_none());
         let class = dre.bundles[bundle].ops[op].op.class();
         let fu = others
             .filter(|(_, fu)| fu.op(class).is_some())
@@ -126,9 +126,10 @@ fn operations_that_no_slot_can_run() {
         let data = &mut dre.bundles[bundle].ops[op];
         let class = data.op.class();
         let slot = arch
+            .srp
             .slots()
             .into_iter()
-            .find(|&fu| arch.fus[fu].op(class).is_none());
+            .find(|&fu| arch.srp.fus[fu].op(class).is_none());
         slot.map(|fu| data.fu = fu).is_some()
     });
     each_op(Rule::Class, |dre, bundle, op, arch| {
@@ -139,7 +140,7 @@ fn operations_that_no_slot_can_run() {
             ..dre.bundles[bundle].ops[op].clone()
         };
         let is_io = dre.bundles[bundle].ops[op].op.class() == Class::Io;
-        let fu = arch.slots()[0];
+        let fu = arch.srp.slots()[0];
         dre.bundles[bundle].ops.push(SlotOp { fu, ..port });
         is_io
     });
@@ -166,18 +167,18 @@ fn operations_of_the_wrong_form() {
     });
     each_op(Rule::Range, |dre, bundle, op, arch| {
         let dst = dre.bundles[bundle].ops[op].dst.as_mut();
-        dst.map(|reg| reg.index = arch.files[reg.file].size)
+        dst.map(|reg| reg.index = arch.srp.files[reg.file].size)
             .is_some()
     });
     each_op(Rule::Width, |dre, bundle, op, arch| {
         let op = &mut dre.bundles[bundle].ops[op];
-        let file = arch.central(Ty::Pred).expect("a predicate file");
+        let file = arch.srp.central(Ty::Pred).expect("a predicate file");
         let word = word_sources(op).first().copied();
         let reg = Reg { file, index: 0 };
         word.map(|i| op.srcs[i] = Src::Reg(reg)).is_some()
     });
     each_op(Rule::Path, |dre, bundle, op, arch| {
-        let local = arch.files.iter().find(|(_, f)| f.name.ends_with("_s"));
+        let local = arch.srp.files.iter().find(|(_, f)| f.name.ends_with("_s"));
         let (file, _) = local.expect("a local file");
         let dst = dre.bundles[bundle].ops[op].dst.as_mut();
         dst.map(|reg| *reg = Reg { file, index: 0 }).is_some()
@@ -199,7 +200,7 @@ fn results_that_meet() {
         let data = dre.bundles[bundle].ops[op].clone();
         let is_alu = data.op.class() == Class::Alu && data.op.result() == Some(Ty::Word);
         let used: Vec<_> = dre.bundles[bundle].ops.iter().map(|o| o.fu).collect();
-        let free = arch.slots().into_iter().find(|fu| !used.contains(fu));
+        let free = arch.srp.slots().into_iter().find(|fu| !used.contains(fu));
         let has_control = dre.bundles[bundle].control.is_some();
         let (Some(fu), true, false) = (free, is_alu, has_control) else {
             return false;
@@ -225,16 +226,19 @@ fn machines_with_less() {
         change(&mut arch);
         expect(&right, &arch, rule);
     };
-    let word = arch.central(Ty::Word).expect("a word file");
-    less(&|arch| arch.files[word].read_ports = 1, Rule::ReadPorts);
-    less(&|arch| arch.files[word].write_ports = 0, Rule::WritePorts);
+    let word = arch.srp.central(Ty::Word).expect("a word file");
+    less(&|arch| arch.srp.files[word].read_ports = 1, Rule::ReadPorts);
     less(
-        &|arch| arch.resources.values_mut().for_each(|r| r.count = 0),
+        &|arch| arch.srp.files[word].write_ports = 0,
+        Rule::WritePorts,
+    );
+    less(
+        &|arch| arch.srp.resources.values_mut().for_each(|r| r.count = 0),
         Rule::Resource,
     );
     less(&|arch| arch.system.sram_bytes = 16, Rule::Range);
     let class = |arch: &mut Arch, class, change: &dyn Fn(&mut srp_archdesc::arch::FuOp)| {
-        let ops = arch.fus.values_mut().flat_map(|fu| &mut fu.ops);
+        let ops = arch.srp.fus.values_mut().flat_map(|fu| &mut fu.ops);
         ops.filter(|op| op.class == class).for_each(change);
     };
     less(
@@ -274,7 +278,7 @@ fn transfers_that_go_wrong() {
         expect(&change(Some(launch)), &arch, Rule::Range);
         if let Control::Branch { sense, target, .. } = control {
             let cond = Reg {
-                file: arch.central(Ty::Pred).expect("a predicate file"),
+                file: arch.srp.central(Ty::Pred).expect("a predicate file"),
                 index: 15,
             };
             let branch = Control::Branch {
@@ -294,8 +298,9 @@ fn transfers_that_go_wrong() {
             expect(&broken, &arch, Rule::Control);
         }
         // The only slot with a branch unit does something else.
-        let branches = |fu: &srp_archdesc::arch::Fu| arch.fus[*fu].op(Class::Branch).is_some();
+        let branches = |fu: &srp_archdesc::arch::Fu| arch.srp.fus[*fu].op(Class::Branch).is_some();
         let fu = arch
+            .srp
             .slots()
             .into_iter()
             .find(branches)
@@ -308,7 +313,7 @@ fn transfers_that_go_wrong() {
             srcs: vec![Src::Const(Bits::Word(0))],
             imm: 0,
             dst: Some(Reg {
-                file: arch.central(Ty::Word).expect("a word file"),
+                file: arch.srp.central(Ty::Word).expect("a word file"),
                 index: 61,
             }),
             pos: Pos::nowhere(),
@@ -329,7 +334,7 @@ fn registers_that_were_never_set() {
     // A register that nobody writes.
     each_op(Rule::Undefined, |dre, bundle, op, arch| {
         let op = &mut dre.bundles[bundle].ops[op];
-        let word = arch.central(Ty::Word).expect("a word file");
+        let word = arch.srp.central(Ty::Word).expect("a word file");
         let src = op.srcs.iter_mut().find(|src| match src {
             Src::Reg(reg) => reg.file == word,
             Src::Const(_) => false,

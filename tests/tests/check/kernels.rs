@@ -67,7 +67,7 @@ impl Loop<'_> {
     }
 
     fn how(&self, op: &PlacedOp) -> FuOp {
-        let how = self.arch.fus[op.fu].op(self.opcode(op).class());
+        let how = self.arch.srp.fus[op.fu].op(self.opcode(op).class());
         how.expect("the schedule was right").clone()
     }
 
@@ -99,7 +99,7 @@ fn damaged_kernels_are_refused_or_do_the_same() {
     let mut tally = Tally::default();
     for (machine, name) in MACHINES.iter().enumerate() {
         let case = Case::on(machine);
-        let graph = ResourceGraph::of(&case.arch);
+        let graph = ResourceGraph::of(&case.arch.srp);
         for (kernel, right) in case.right.kernels.iter() {
             for (number, &(kind, harm, rules, damage)) in kinds.iter().enumerate() {
                 let seed = number as u64 * 100 + kernel.index() as u64;
@@ -121,7 +121,7 @@ fn damaged_kernels_are_refused_or_do_the_same() {
                         kernels: [schedule.clone()].into_iter().collect(),
                         ..case.right.clone()
                     };
-                    let violations = check_kernels(&alone, &case.arch);
+                    let violations = check_kernels(&alone, &case.arch.srp);
                     let place = format!("{}, {name}", right.dfg.name);
                     tally.note((kind, harm, rules), &place, &violations, || {
                         let mut kernels = case.right.kernels.clone();
@@ -142,17 +142,17 @@ type Less = fn(&mut Arch);
 fn machines_with_less_are_noticed() {
     let less: [(Rule, Less); 7] = [
         (Rule::ReadPorts, |arch| {
-            arch.files.values_mut().for_each(|f| f.read_ports = 0)
+            arch.srp.files.values_mut().for_each(|f| f.read_ports = 0)
         }),
         (Rule::WritePorts, |arch| {
-            arch.files.values_mut().for_each(|f| f.write_ports = 0)
+            arch.srp.files.values_mut().for_each(|f| f.write_ports = 0)
         }),
         (Rule::Resource, |arch| {
-            arch.resources.values_mut().for_each(|r| r.count = 0)
+            arch.srp.resources.values_mut().for_each(|r| r.count = 0)
         }),
-        (Rule::Contexts, |arch| arch.contexts = 0),
+        (Rule::Contexts, |arch| arch.srp.contexts = 0),
         (Rule::Constants, |arch| {
-            arch.fus.values_mut().for_each(|fu| fu.constants = 0)
+            arch.srp.fus.values_mut().for_each(|fu| fu.constants = 0)
         }),
         (Rule::Unit, |arch| slow(arch, |op| op.interval += 40)),
         (Rule::Value, |arch| {
@@ -164,7 +164,7 @@ fn machines_with_less_are_noticed() {
         for (rule, change) in less {
             let mut arch = case.arch.clone();
             change(&mut arch);
-            let violations = check_kernels(&case.right, &arch);
+            let violations = check_kernels(&case.right, &arch.srp);
             assert!(
                 violations.iter().any(|v| v.rule == rule),
                 "{rule:?} on {name}: {violations:?}"
@@ -174,6 +174,6 @@ fn machines_with_less_are_noticed() {
 }
 
 fn slow(arch: &mut Arch, change: fn(&mut FuOp)) {
-    let ops = arch.fus.values_mut().flat_map(|fu| &mut fu.ops);
+    let ops = arch.srp.fus.values_mut().flat_map(|fu| &mut fu.ops);
     ops.for_each(change);
 }

@@ -56,7 +56,7 @@ impl Case {
         let options = srp_scheduler::Options::default();
         let scheduled = srp_scheduler::schedule(&dre, &arch, &options, &Unwatched);
         let right = scheduled.unwrap_or_else(|e| panic!("{e}")).program;
-        let code = srp_scheduler::vliw::emit(&dre.control, &right.kernels, &arch, &layout);
+        let code = srp_scheduler::vliw::emit(&dre.control, &right.kernels, &arch.srp, &layout);
         let sequence = code.expect("it was scheduled before").sequence;
         let effect = meaning(&dre, &arch, &layout);
         let case = Case {
@@ -106,7 +106,7 @@ impl Case {
         kernels: EntityMap<Kernel, ModuloSchedule>,
     ) -> Option<String> {
         let (control, layout) = (&self.dre.control, &self.layout);
-        let code = match srp_scheduler::vliw::emit(control, &kernels, &self.arch, layout) {
+        let code = match srp_scheduler::vliw::emit(control, &kernels, &self.arch.srp, layout) {
             Ok(code) => code,
             Err(e) => return Some(e.to_string()),
         };

@@ -18,16 +18,16 @@ struct Events {
 /// Runs the loop for as long as it takes to repeat, and compares a round in the middle.
 pub(super) fn agrees(schedule: &ModuloSchedule, arch: &Arch, seed: u64) {
     let ii = i64::from(schedule.ii);
-    let largest = arch.files.values().map(|f| f.size).max().unwrap_or(1);
+    let largest = arch.srp.files.values().map(|f| f.size).max().unwrap_or(1);
     let rounds = i64::from(schedule.stages() + 2 * largest) + 8;
     let run = run(schedule, arch, 2 * rounds);
     let fixed: BTreeSet<Reg> = (schedule.live_in_regs.iter())
         .chain(&schedule.live_out_regs)
         .copied()
-        .chain(abi::reserved(arch))
+        .chain(abi::reserved(&arch.srp))
         .collect();
-    let used = usage(schedule, arch);
-    for (file, spec) in arch.files.iter() {
+    let used = usage(schedule, &arch.srp);
+    for (file, spec) in arch.srp.files.iter() {
         for slot in 0..ii {
             let cycle = rounds * ii + slot;
             let live = (0..spec.size).filter(|&index| {
@@ -65,13 +65,13 @@ pub(super) fn agrees(schedule: &ModuloSchedule, arch: &Arch, seed: u64) {
         assert!(
             unit.busy() <= schedule.ii,
             "seed {seed}: {}",
-            arch.fus[fu].name
+            arch.srp.fus[fu].name
         );
     }
     for (resource, uses) in used.resources.iter() {
         let most = uses.iter().max().copied().unwrap_or(0);
         assert!(
-            most <= arch.resources[resource].count,
+            most <= arch.srp.resources[resource].count,
             "seed {seed}: too many uses"
         );
     }
@@ -110,7 +110,7 @@ fn is_live(events: &Events, cycle: i64) -> bool {
 fn run(schedule: &ModuloSchedule, arch: &Arch, iterations: i64) -> BTreeMap<Reg, Events> {
     let mut run: BTreeMap<Reg, Events> = BTreeMap::new();
     let register = |at: RegAt, iteration: i64| {
-        let spec = &arch.files[at.file];
+        let spec = &arch.srp.files[at.file];
         let rotating = spec.kind == FileKind::Rotating;
         Reg {
             file: at.file,
@@ -125,13 +125,16 @@ fn run(schedule: &ModuloSchedule, arch: &Arch, iterations: i64) -> BTreeMap<Reg,
         };
         for op in schedule.ops.values() {
             let class = opcode(schedule, op).class();
-            let latency = arch.fus[op.fu].op(class).expect("the unit runs it").latency;
+            let latency = arch.srp.fus[op.fu]
+                .op(class)
+                .expect("the unit runs it")
+                .latency;
             op.writes
                 .iter()
                 .for_each(|&at| write(at, op.time + latency));
         }
         for transfer in &schedule.transfers {
-            let delay = arch.links[transfer.link].delay;
+            let delay = arch.srp.links[transfer.link].delay;
             write(transfer.to, transfer.time + delay + 1);
         }
         for op in schedule.ops.values() {

@@ -20,7 +20,7 @@ const RUBBISH: Value = srp_archdesc::ops::V4([0xdead_beef; 4]);
 
 /// Runs scheduled code from its start; gives how it ended and how many bundles it issued.
 pub(crate) fn run(dre: &ScheduledDre, arch: &Arch, world: &mut dyn World, limit: u64) -> End {
-    let sizes = arch.files.values();
+    let sizes = arch.srp.files.values();
     let mut engine = Engine {
         dre,
         arch,
@@ -46,7 +46,7 @@ impl Engine<'_> {
     }
 
     fn write(&mut self, reg: Reg, value: Value) {
-        let width = self.arch.files[reg.file].width;
+        let width = self.arch.srp.files[reg.file].width;
         let value = match width {
             1 => srp_archdesc::ops::V4([value.0[0] & 1, 0, 0, 0]),
             32 => srp_archdesc::ops::V4([value.0[0], 0, 0, 0]),
@@ -92,7 +92,7 @@ impl Engine<'_> {
                 None => {}
                 Some((Next::Jump(target), _)) => {
                     assert!(jump.is_none(), "two transfers at a time");
-                    jump = Some((self.cycle + u64::from(self.arch.branch_delay), target));
+                    jump = Some((self.cycle + u64::from(self.arch.srp.branch_delay), target));
                 }
                 Some((Next::Launch(kernel), _)) => {
                     assert!(jump.is_none());
@@ -110,7 +110,7 @@ impl Engine<'_> {
 
     /// What a control transfer does, decided when it issues.
     fn control(&mut self, control: &Control, at: Bundle) -> Option<Next> {
-        let delay = u64::from(self.arch.branch_delay);
+        let delay = u64::from(self.arch.srp.branch_delay);
         let back = (at.index() as u64 + 1 + delay) as u32;
         Some(match *control {
             Control::Jump(target) => Next::Jump(target),
@@ -167,7 +167,7 @@ impl Engine<'_> {
                 Err(Stop::Exit(status)) => return Err(End::Halted(status)),
             };
             if let (Some(dst), Some(value)) = (op.dst, result) {
-                let how = self.arch.fus[op.fu]
+                let how = self.arch.srp.fus[op.fu]
                     .op(op.op.class())
                     .expect("a unit that runs it");
                 self.flying
@@ -186,7 +186,7 @@ impl Engine<'_> {
             .map_err(|trap| End::Trap(trap.kind, trap.pos))?;
         for op in kernel.ops.values() {
             for w in &op.writes {
-                if self.arch.files[w.file].kind == FileKind::Central {
+                if self.arch.srp.files[w.file].kind == FileKind::Central {
                     for index in w.index..w.index + w.ring {
                         let reg = Reg {
                             file: w.file,

@@ -36,20 +36,20 @@ fn strange_machine(seed: u64) -> Arch {
     let mut below = |n: u32| rng.next_u32() % n;
     let mut arch = machines()[below(3) as usize].clone();
     arch.name = format!("machine {seed} like {}", arch.name);
-    arch.branch_delay = below(4);
-    for fu in arch.slots() {
-        let spec = &mut arch.fus[fu];
+    arch.srp.branch_delay = below(4);
+    for fu in arch.srp.slots() {
+        let spec = &mut arch.srp.fus[fu];
         spec.constants = 1 + below(2);
         for op in &mut spec.ops {
             op.latency = 1 + below(4);
             op.interval = match op.class {
-                Class::Branch => 1 + below(arch.branch_delay + 1).min(1),
+                Class::Branch => 1 + below(arch.srp.branch_delay + 1).min(1),
                 _ => 1 + below(3) / 2,
             };
         }
     }
     let together = below(4) == 0;
-    for file in arch.files.values_mut() {
+    for file in arch.srp.files.values_mut() {
         if file.kind != FileKind::Central {
             continue;
         }
@@ -89,7 +89,7 @@ fn compare(
 ) -> engine::End {
     let sram = arch.system.sram_bytes;
     let layout = Layout::of(&dre.control, sram).expect("test programs are small");
-    let code = srp_scheduler::vliw::emit(&dre.control, &kernels, arch, &layout)
+    let code = srp_scheduler::vliw::emit(&dre.control, &kernels, &arch.srp, &layout)
         .unwrap_or_else(|e| panic!("{name} on {}: {e}", arch.name));
     let scheduled = ScheduledDre {
         machine: arch.name.clone(),
@@ -102,7 +102,7 @@ fn compare(
         kernels,
     };
     let mut violations = srp_scheduler::check::check_control(&scheduled, arch);
-    violations.extend(check_sequence(&scheduled, &code.sequence, arch));
+    violations.extend(check_sequence(&scheduled, &code.sequence, &arch.srp));
     let list: Vec<String> = violations.iter().map(ToString::to_string).collect();
     assert!(
         list.is_empty(),

@@ -162,11 +162,11 @@ fn kernel(extra: &[Ty]) -> Dfg {
 
 /// Where a kernel's values pass and what it overwrites; the engine of these tests needs no more.
 fn interface(dfg: Dfg, arch: &Arch, rng: &mut Pcg32) -> Option<ModuloSchedule> {
-    let ins = abi::passing(arch, dfg.live_ins.iter().map(|l| l.ty));
-    let outs = abi::passing(arch, dfg.live_outs.iter().filter_map(|&n| dfg.ty(n)));
+    let ins = abi::passing(&arch.srp, dfg.live_ins.iter().map(|l| l.ty));
+    let outs = abi::passing(&arch.srp, dfg.live_outs.iter().filter_map(|&n| dfg.ty(n)));
     let writes = Ty::ALL.map(|ty| {
-        let file = abi::file(arch, ty);
-        let count = abi::allocatable(arch, ty);
+        let file = abi::file(&arch.srp, ty);
+        let count = abi::allocatable(&arch.srp, ty);
         let index = rng.next_u32() % count;
         let ring = 1 + rng.next_u32() % (count - index);
         RegAt { file, index, ring }
@@ -178,7 +178,7 @@ fn interface(dfg: Dfg, arch: &Arch, rng: &mut Pcg32) -> Option<ModuloSchedule> {
         .map(|(node, write)| PlacedOp {
             node,
             is_move: false,
-            fu: arch.slots()[0],
+            fu: arch.srp.slots()[0],
             time: 0,
             operands: Vec::new(),
             writes: vec![write],

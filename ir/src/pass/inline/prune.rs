@@ -5,7 +5,7 @@ use srp_archdesc::entity::EntityMap;
 
 /// Drops the functions that `main` does not reach by calls or addresses, its own or those in
 /// globals, and numbers the others anew in their order. Nothing, if there is no `main`.
-pub fn prune(program: &mut Program) {
+pub(super) fn prune(program: &mut Program) {
     let Some(main) = program.main else {
         return;
     };

@@ -40,7 +40,7 @@ impl Checker<'_> {
                 .nodes
                 .get(transfer.node)
                 .is_some_and(|n| n.op.result().is_some())
-                && self.arch.links.get(transfer.link).is_some();
+                && self.srp.links.get(transfer.link).is_some();
             if !known {
                 self.report(
                     Rule::Range,
@@ -104,7 +104,7 @@ impl Checker<'_> {
     /// What an operation's numbers name.
     fn numbers(&mut self, number: Placed, op: &PlacedOp) {
         let dfg = &self.schedule.dfg;
-        let Some(unit) = self.arch.fus.get(op.fu) else {
+        let Some(unit) = self.srp.fus.get(op.fu) else {
             return self.report_op(number, Rule::Range, format!("unit {} is none", op.fu));
         };
         let Some(data) = dfg.nodes.get(op.node) else {
@@ -140,7 +140,7 @@ impl Checker<'_> {
         });
         if links
             .into_iter()
-            .any(|link| self.arch.links.get(link).is_none())
+            .any(|link| self.srp.links.get(link).is_none())
         {
             self.report_op(number, Rule::Range, "reads over no link".to_owned());
         }
@@ -159,7 +159,7 @@ impl Checker<'_> {
 
     /// What is wrong with a register as an iteration names it.
     fn register_fault(&self, at: RegAt) -> Option<String> {
-        let Some(file) = self.arch.files.get(at.file) else {
+        let Some(file) = self.srp.files.get(at.file) else {
             return Some(format!("file {} is none", at.file));
         };
         let fits = match file.kind {
@@ -213,7 +213,7 @@ impl Checker<'_> {
                 self.report(Rule::Range, message);
                 continue;
             }
-            if ty != Some(preload.ty) || !self.arch.files[preload.file].holds(preload.ty) {
+            if ty != Some(preload.ty) || !self.srp.files[preload.file].holds(preload.ty) {
                 self.report(
                     Rule::LiveIn,
                     "a register is set to the wrong type".to_owned(),
@@ -229,7 +229,7 @@ impl Checker<'_> {
     }
 
     fn central(&mut self, reg: Reg, ty: Ty, rule: Rule) {
-        let file = self.arch.files.get(reg.file);
+        let file = self.srp.files.get(reg.file);
         let fits = file.is_some_and(|file| {
             file.kind == FileKind::Central && reg.index < file.size && file.holds(ty)
         });
@@ -248,7 +248,7 @@ impl Checker<'_> {
         for transfer in &schedule.transfers {
             let ty = schedule.dfg.ty(transfer.node);
             let ty = ty.expect("transfers were found to move values");
-            let from = self.output(self.arch.links[transfer.link].from, ty);
+            let from = self.output(self.srp.links[transfer.link].from, ty);
             let to = self.graph.file[transfer.to.file];
             let way = self.graph.transfers[from]
                 .iter()
@@ -313,15 +313,13 @@ impl Checker<'_> {
                     continue;
                 }
                 Source::Out(None) => (self.output(op.fu, ty), None),
-                Source::Out(Some(link)) => {
-                    (self.output(self.arch.links[link].from, ty), Some(link))
-                }
+                Source::Out(Some(link)) => (self.output(self.srp.links[link].from, ty), Some(link)),
                 Source::Reg { reg, .. } => (self.graph.file[reg.file], None),
             };
             let paths = self.graph.reads[op.fu].iter();
             let path = paths.clone().find(|p| p.from == from && p.link == link);
-            let place = self.graph.name(self.arch, from);
-            let unit = &self.arch.fus[op.fu].name;
+            let place = self.graph.name(self.srp, from);
+            let unit = &self.srp.fus[op.fu].name;
             match path {
                 None => {
                     let message = format!("{unit} cannot read {place} that way");
@@ -334,7 +332,7 @@ impl Checker<'_> {
                 Some(_) => {}
             }
         }
-        let room = self.arch.fus[op.fu].constants as usize;
+        let room = self.srp.fus[op.fu].constants as usize;
         if constants.len() > room {
             let message = format!("{} constants, {room} fit", constants.len());
             self.report_op(number, Rule::Constants, message);
@@ -351,14 +349,14 @@ impl Checker<'_> {
         };
         let out = self.output(op.fu, ty);
         if self.graph.places[out].width < ty.bits() {
-            let message = format!("{} is too narrow", self.graph.name(self.arch, out));
+            let message = format!("{} is too narrow", self.graph.name(self.srp, out));
             self.report_op(number, Rule::Width, message);
         }
         let mut files: BTreeSet<RegFile> = BTreeSet::new();
         for at in &op.writes {
-            let file = &self.arch.files[at.file];
+            let file = &self.srp.files[at.file];
             if !self.graph.writes[op.fu].contains(&self.graph.file[at.file]) {
-                let message = format!("{} cannot write {}", self.arch.fus[op.fu].name, file.name);
+                let message = format!("{} cannot write {}", self.srp.fus[op.fu].name, file.name);
                 self.report_op(number, Rule::Path, message);
             }
             if !file.holds(ty) {

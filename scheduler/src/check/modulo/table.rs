@@ -12,10 +12,10 @@ impl Checker<'_> {
         let schedule = self.schedule;
         let ii = schedule.ii;
         let contexts = contexts(schedule.ii, &self.rings());
-        if contexts > u64::from(self.arch.contexts) {
+        if contexts > u64::from(self.srp.contexts) {
             let message = format!(
                 "takes {contexts} contexts, the machine has {}",
-                self.arch.contexts
+                self.srp.contexts
             );
             return self.report(Rule::Contexts, message);
         }
@@ -33,7 +33,7 @@ impl Checker<'_> {
             for cycle in 0..how.interval.min(ii + 1) {
                 let slot = (op.time + cycle) % ii;
                 if let Some(other) = units.insert((op.fu, slot), number) {
-                    let name = &self.arch.fus[op.fu].name;
+                    let name = &self.srp.fus[op.fu].name;
                     let message = format!("{name} is taken by operation {other} as well");
                     self.report_op(number, Rule::Unit, message);
                 }
@@ -46,7 +46,7 @@ impl Checker<'_> {
             }
         }
         for ((resource, slot), uses) in shared {
-            let spec = &self.arch.resources[resource];
+            let spec = &self.srp.resources[resource];
             if uses > spec.count {
                 let message = format!(
                     "{} is used {uses} times in slot {slot}, has {}",
@@ -56,7 +56,7 @@ impl Checker<'_> {
             }
         }
         for transfer in &schedule.transfers {
-            let delay = self.arch.links[transfer.link].delay;
+            let delay = self.srp.links[transfer.link].delay;
             ends = ends.max(u64::from(transfer.time) + u64::from(delay) + 1);
         }
         if u64::from(schedule.length) < ends {

@@ -54,7 +54,7 @@ impl Checker<'_> {
         let distances = schedule.dfg.nodes.values().flat_map(|n| &n.operands);
         let distances = distances.filter_map(Operand::producer).map(|(_, d)| d);
         let distance = distances.max().unwrap_or(0);
-        let rotating = self.arch.files.values();
+        let rotating = self.srp.files.values();
         let rotating = rotating.filter(|f| f.kind == FileKind::Rotating);
         let period =
             contexts(1, &self.rings()).max(rotating.map(|f| u64::from(f.size)).max().unwrap_or(0));
@@ -127,7 +127,7 @@ impl<'a> Run<'a> {
         for transfer in &schedule.transfers {
             transfers[transfer.time as usize % ii].push(*transfer);
         }
-        let files = checker.arch.files.values();
+        let files = checker.srp.files.values();
         let mut files: EntityMap<RegFile, Vec<Option<Token>>> =
             files.map(|f| vec![None; f.size as usize]).collect();
         for (k, reg) in schedule.live_in_regs.iter().enumerate() {
@@ -207,7 +207,7 @@ impl<'a> Run<'a> {
             }
         }
         for (file, count) in arrivals {
-            let spec = &self.checker.arch.files[file];
+            let spec = &self.checker.srp.files[file];
             if count > spec.write_ports {
                 let (name, ports) = (&spec.name, spec.write_ports);
                 let message =
@@ -219,7 +219,7 @@ impl<'a> Run<'a> {
 
     fn read_ports(&mut self, read: &BTreeMap<RegFile, BTreeSet<u32>>) {
         for (&file, regs) in read {
-            let spec = &self.checker.arch.files[file];
+            let spec = &self.checker.srp.files[file];
             if regs.len() > spec.read_ports as usize {
                 let (count, name, ports) = (regs.len(), &spec.name, spec.read_ports);
                 let message = format!("{count} registers of {name} are read, {ports} ports");
@@ -244,7 +244,7 @@ impl<'a> Run<'a> {
                 Source::Const(bits) => Some(Token::Const(bits)),
                 Source::Out(None) => self.standing(checker.output(placed.fu, ty), cycle),
                 Source::Out(Some(link)) => {
-                    let spec = &checker.arch.links[link];
+                    let spec = &checker.srp.links[link];
                     let from = checker.output(spec.from, ty);
                     self.standing(from, cycle - i64::from(spec.delay))
                 }
@@ -294,7 +294,7 @@ impl<'a> Run<'a> {
 
     fn transfer(&mut self, transfer: &PlacedTransfer, cycle: i64, iteration: i64) {
         let checker = self.checker;
-        let link = &checker.arch.links[transfer.link];
+        let link = &checker.srp.links[transfer.link];
         let ty = checker.schedule.dfg.ty(transfer.node);
         let from = checker.output(link.from, ty.expect("transfers were found to move values"));
         let token = self.standing(from, cycle);
@@ -342,7 +342,7 @@ impl<'a> Run<'a> {
     }
 
     fn physical(&self, at: RegAt, iteration: i64) -> u32 {
-        let file = &self.checker.arch.files[at.file];
+        let file = &self.checker.srp.files[at.file];
         at.physical(iteration, file.kind == FileKind::Rotating, file.size)
     }
 

@@ -1,7 +1,7 @@
 //! One bundle by itself.
 
 use crate::check::{Place, Rule, Violation};
-use srp_archdesc::arch::{Arch, FileKind, Fu, RegFile};
+use srp_archdesc::arch::{FileKind, Fu, RegFile, Srp};
 use srp_archdesc::isa::{Effect, Opcode, Ty};
 use srp_ir::dre::scheduled::{Bundle, BundleData, Control, Reg, ScheduledDre, SlotOp, Src};
 use srp_ir::program::Bits;
@@ -12,11 +12,11 @@ pub(super) fn check(
     number: Bundle,
     bundle: &BundleData,
     dre: &ScheduledDre,
-    arch: &Arch,
+    srp: &Srp,
     violations: &mut Vec<Violation>,
 ) {
     let mut checker = Checker {
-        arch,
+        srp,
         at: Place::Bundle(number),
         violations,
     };
@@ -56,7 +56,7 @@ pub(super) fn control_write(control: &Control) -> Option<Reg> {
 }
 
 struct Checker<'a> {
-    arch: &'a Arch,
+    srp: &'a Srp,
     at: Place,
     violations: &'a mut Vec<Violation>,
 }
@@ -68,7 +68,7 @@ impl Checker<'_> {
     }
 
     fn operation(&mut self, op: &SlotOp, dre: &ScheduledDre) {
-        let Some(unit) = self.arch.fus.get(op.fu) else {
+        let Some(unit) = self.srp.fus.get(op.fu) else {
             return self.report(Rule::Range, format!("unit {} does not exist", op.fu));
         };
         let name = op.op.name();
@@ -134,7 +134,7 @@ impl Checker<'_> {
     }
 
     fn register(&mut self, reg: Reg, ty: Ty, unit: Option<(Fu, Side)>) {
-        let Some(file) = self.arch.files.get(reg.file) else {
+        let Some(file) = self.srp.files.get(reg.file) else {
             return self.report(Rule::Range, format!("file {} does not exist", reg.file));
         };
         if reg.index >= file.size {
@@ -154,7 +154,7 @@ impl Checker<'_> {
                 Side::Writes => (&file.writers, "write"),
             };
             if !list.contains(&fu) {
-                let name = &self.arch.fus[fu].name;
+                let name = &self.srp.fus[fu].name;
                 self.report(Rule::Path, format!("{name} cannot {verb} {}", file.name));
             }
         }
@@ -180,7 +180,7 @@ impl Checker<'_> {
             read.entry(reg.file).or_default().insert(reg.index);
         }
         for (file, regs) in read {
-            let Some(spec) = self.arch.files.get(file) else {
+            let Some(spec) = self.srp.files.get(file) else {
                 continue;
             };
             if regs.len() > spec.read_ports as usize {

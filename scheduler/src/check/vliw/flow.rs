@@ -4,21 +4,21 @@
 use super::bundle::{control_read, control_write};
 use super::state::{Defined, Numbering, State, numbering};
 use crate::check::{Place, Rule, Violation};
-use srp_archdesc::arch::{Arch, FileKind, Fu, FuOp};
+use srp_archdesc::arch::{FileKind, Fu, FuOp, Srp};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Class;
 use srp_ir::dre::scheduled::{Bundle, Control, ModuloSchedule, Reg, ScheduledDre, SlotOp, Src};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What is wrong between bundles.
-pub(super) fn check(dre: &ScheduledDre, arch: &Arch) -> Vec<Violation> {
-    let (numbers, count) = numbering(arch);
+pub(super) fn check(dre: &ScheduledDre, srp: &Srp) -> Vec<Violation> {
+    let (numbers, count) = numbering(srp);
     let mut everything = Defined::none(count);
     (0..count).for_each(|number| everything.insert(number));
     let mut flow = Flow {
         everything: everything.clone(),
         dre,
-        arch,
+        srp,
         numbers,
         entries: dre.functions.iter().map(|f| f.bundle).collect(),
         states: BTreeMap::new(),
@@ -73,7 +73,7 @@ enum Goal {
 
 struct Flow<'a> {
     dre: &'a ScheduledDre,
-    arch: &'a Arch,
+    srp: &'a Srp,
     numbers: Numbering,
     /// Every register.
     everything: Defined,
@@ -104,7 +104,7 @@ impl Flow<'_> {
     }
 
     fn name(&self, reg: Reg) -> String {
-        format!("{}[{}]", self.arch.files[reg.file].name, reg.index)
+        format!("{}[{}]", self.srp.files[reg.file].name, reg.index)
     }
 
     /// Follows all paths until nothing changes.
@@ -152,7 +152,7 @@ impl Flow<'_> {
             self.read(node.bundle, reg, &state);
         }
         for op in &ops {
-            let how = self.arch.fus[op.fu].op(op.op.class());
+            let how = self.srp.fus[op.fu].op(op.op.class());
             let how = how.expect("bundles were checked by themselves").clone();
             used.push(op.fu);
             self.unit(node.bundle, op.fu, &how, &mut state);
@@ -189,14 +189,14 @@ impl Flow<'_> {
     }
 
     fn unit(&mut self, bundle: Bundle, fu: Fu, how: &FuOp, state: &mut State) {
-        let name = &self.arch.fus[fu].name;
+        let name = &self.srp.fus[fu].name;
         if state.busy.contains_key(&fu) {
             let message = format!("{name} is still busy with an operation before");
             self.report(bundle, Rule::Unit, || message);
         }
         state.busy.insert(fu, how.interval);
         for &resource in &how.uses {
-            let spec = &self.arch.resources[resource];
+            let spec = &self.srp.resources[resource];
             for cycle in 0..how.interval {
                 let uses = state.shared.entry((cycle, resource)).or_insert(0);
                 *uses += 1;
@@ -215,7 +215,7 @@ impl Flow<'_> {
                 format!("two results arrive in {name} in one cycle")
             });
         }
-        let file = &self.arch.files[dst.file];
+        let file = &self.srp.files[dst.file];
         let arrivals = state.arrivals.entry((latency, dst.file)).or_insert(0);
         *arrivals += 1;
         if *arrivals > file.write_ports {
@@ -230,15 +230,10 @@ impl Flow<'_> {
     /// Takes the branch unit of the first slot that is free.
     fn branch_unit(&mut self, bundle: Bundle, used: &[Fu], state: &mut State) -> Option<Fu> {
         let is_free = |fu: &Fu| !used.contains(fu) && !state.busy.contains_key(fu);
-        let slot = self
-            .arch
-            .slots()
-            .into_iter()
-            .filter(is_free)
-            .find_map(|fu| {
-                let how = self.arch.fus[fu].op(Class::Branch)?;
-                Some((fu, how.clone()))
-            });
+        let slot = self.srp.slots().into_iter().filter(is_free).find_map(|fu| {
+            let how = self.srp.fus[fu].op(Class::Branch)?;
+            Some((fu, how.clone()))
+        });
         match slot {
             Some((fu, ref how)) => self.unit(bundle, fu, how, state),
             None => self.report(bundle, Rule::Control, || {
@@ -249,7 +244,7 @@ impl Flow<'_> {
     }
 
     fn transfer(&mut self, node: Node, control: &Control, mut state: State) {
-        let delay = self.arch.branch_delay;
+        let delay = self.srp.branch_delay;
         let back = Bundle::new(node.bundle.index() + delay as usize + 1);
         if let Some(link) = control_write(control) {
             self.result(node.bundle, link, delay + 1, &mut state);
@@ -322,7 +317,7 @@ impl Flow<'_> {
             });
         }
         for fu in state.busy.keys() {
-            let name = &self.arch.fus[*fu].name;
+            let name = &self.srp.fus[*fu].name;
             let message = format!("{name} is busy across the transfer");
             self.report(bundle, Rule::InFlight, || message);
         }
@@ -378,7 +373,7 @@ impl Flow<'_> {
     /// What a kernel needs and leaves.
     fn launch(&mut self, bundle: Bundle, schedule: &ModuloSchedule, defined: &mut Defined) {
         let central = |file| {
-            let spec = self.arch.files.get(file);
+            let spec = self.srp.files.get(file);
             spec.filter(|spec| spec.kind == FileKind::Central)
         };
         let mut missing = Vec::new();

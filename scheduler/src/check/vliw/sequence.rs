@@ -5,7 +5,7 @@
 use super::bundle::{control_read, control_write};
 use crate::check::{Place, Rule, Violation};
 use crate::sequence::{Step, Stretch};
-use srp_archdesc::arch::Arch;
+use srp_archdesc::arch::Srp;
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Effect, Opcode, Space};
 use srp_ir::dre::scheduled::{Bundle, Control, Reg, ScheduledDre, SlotOp, Src};
@@ -15,7 +15,7 @@ use std::collections::{BTreeMap, VecDeque};
 /// Where the bundles of `dre` do something else than `sequence`, whose stretches are in the order of
 /// the bundles and leave none out. Whether the machine can do it is for
 /// [`check_control`](super::check_control).
-pub fn check_sequence(dre: &ScheduledDre, sequence: &[Stretch], arch: &Arch) -> Vec<Violation> {
+pub fn check_sequence(dre: &ScheduledDre, sequence: &[Stretch], srp: &Srp) -> Vec<Violation> {
     let mut violations = Vec::new();
     let mut next = 0;
     for stretch in sequence {
@@ -25,7 +25,7 @@ pub fn check_sequence(dre: &ScheduledDre, sequence: &[Stretch], arch: &Arch) -> 
         next += stretch.bundles;
         let mut checker = Checker {
             dre,
-            arch,
+            srp,
             stretch,
             violations: &mut violations,
         };
@@ -80,7 +80,7 @@ struct Issue {
 
 struct Checker<'a> {
     dre: &'a ScheduledDre,
-    arch: &'a Arch,
+    srp: &'a Srp,
     stretch: &'a Stretch,
     violations: &'a mut Vec<Violation>,
 }
@@ -129,7 +129,7 @@ impl Checker<'_> {
             .copied()
             .find(|&r| in_sequence.read(r) != at_end.read(r))
         {
-            let name = &self.arch.files[reg.file].name;
+            let name = &self.srp.files[reg.file].name;
             let message = format!("{name}[{}] is left with another value", reg.index);
             self.report(self.stretch.bundles.saturating_sub(1), Rule::Value, message);
         }
@@ -143,7 +143,7 @@ impl Checker<'_> {
             | Control::Branch { .. }
             | Control::Call { .. }
             | Control::CallReg { .. }
-            | Control::Return(_) => self.arch.branch_delay as usize + 1,
+            | Control::Return(_) => self.srp.branch_delay as usize + 1,
             Control::Launch(_)
             | Control::Halt(_)
             | Control::Unreachable
@@ -214,7 +214,7 @@ impl Checker<'_> {
 
     /// Where no unit runs it, which is reported elsewhere, any will do.
     fn latency(&self, op: &SlotOp) -> u32 {
-        let unit = self.arch.fus.get(op.fu);
+        let unit = self.srp.fus.get(op.fu);
         let how = unit.and_then(|unit| unit.op(op.op.class()));
         how.map_or(1, |how| how.latency)
     }

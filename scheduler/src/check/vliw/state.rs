@@ -1,6 +1,6 @@
 //! What is under way when a bundle issues, on any path there.
 
-use srp_archdesc::arch::{Arch, FileKind, Fu, RegFile, Resource};
+use srp_archdesc::arch::{FileKind, Fu, RegFile, Resource, Srp};
 use srp_archdesc::entity::EntityMap;
 use srp_ir::dre::scheduled::Reg;
 use std::collections::BTreeMap;
@@ -9,9 +9,9 @@ use std::collections::BTreeMap;
 pub(super) type Numbering = EntityMap<RegFile, usize>;
 
 /// The numbering of the central registers, and how many there are.
-pub(super) fn numbering(arch: &Arch) -> (Numbering, usize) {
+pub(super) fn numbering(srp: &Srp) -> (Numbering, usize) {
     let mut next = 0;
-    let numbers = arch.files.values().map(|file| {
+    let numbers = srp.files.values().map(|file| {
         let base = next;
         if file.kind == FileKind::Central {
             next += file.size as usize;

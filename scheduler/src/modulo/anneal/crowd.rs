@@ -96,7 +96,7 @@ pub(super) fn capacity(problem: &Problem<'_>, fu: Fu, ii: u32) -> i32 {
         let size = problem
             .graph
             .as_file(file)
-            .map_or(0, |rf| problem.arch.files[rf].size);
+            .map_or(0, |rf| problem.srp.files[rf].size);
         size / writers.max(1) as u32
     };
     (problem.graph.writes[fu].iter().map(share).sum::<u32>() * ii * PART / 16) as i32

@@ -84,7 +84,7 @@ impl<'a, 'p> Anneal<'a, 'p> {
         weights: &[u32],
     ) -> Option<Anneal<'a, 'p>> {
         let slots = ii as usize;
-        let units = problem.arch.fus.len();
+        let units = problem.srp.fus.len();
         let mut anneal = Anneal {
             problem,
             ii: ii as i32,
@@ -96,12 +96,12 @@ impl<'a, 'p> Anneal<'a, 'p> {
             at: EntityMap::filled(problem.dfg.nodes.len(), (Fu::new(0), 0)),
             issue: EntityMap::filled(units, vec![None; slots]),
             lands: EntityMap::filled(problem.graph.places.len(), vec![None; slots]),
-            shared: EntityMap::filled(problem.arch.resources.len(), vec![0; slots]),
+            shared: EntityMap::filled(problem.srp.resources.len(), vec![0; slots]),
             results: problem.dfg.nodes.values().map(|n| n.op.result()).collect(),
             life: EntityMap::filled(problem.dfg.nodes.len(), 0),
             load: EntityMap::filled(units, 0),
             capacity: problem
-                .arch
+                .srp
                 .fus
                 .keys()
                 .map(|fu| capacity(problem, fu, ii))

@@ -21,7 +21,7 @@ impl Anneal<'_, '_> {
     pub(super) fn price(&self, wire: &Wire) -> u32 {
         let ((from, issued), (to, read)) = (self.at[wire.from], self.at[wire.to]);
         let way =
-            self.ways[wire.ty as usize][from.index() * self.problem.arch.fus.len() + to.index()];
+            self.ways[wire.ty as usize][from.index() * self.problem.srp.fus.len() + to.index()];
         if way.reach == UNREACHABLE {
             return NO_WAY;
         }
@@ -69,7 +69,7 @@ impl Anneal<'_, '_> {
     fn has_room(&self, ty: Ty, from: Fu, to: Fu, ready: i32, arrival: i32) -> bool {
         let gone = (ready..arrival).find(|&t| self.is_overwritten(ty, from, t + 1));
         let gone = gone.unwrap_or(arrival).min(arrival - 1);
-        let between = &self.between[from.index() * self.problem.arch.fus.len() + to.index()];
+        let between = &self.between[from.index() * self.problem.srp.fus.len() + to.index()];
         between.iter().any(|&fu| {
             let last = if fu == from { arrival - 1 } else { gone };
             for t in (ready.max(last - self.ii + 1)..=last).rev() {

@@ -17,7 +17,7 @@ impl Anneal<'_, '_> {
         let latency = self.timing(node, fu).latency as i32;
         let mut not_before = |t: i32| first = Some(first.map_or(t, |f| f.max(t)));
         let mut not_after = |t: i32| last = Some(last.map_or(t, |l| l.min(t)));
-        let units = self.problem.arch.fus.len();
+        let units = self.problem.srp.fus.len();
         for &w in &self.wires_of[node] {
             let wire = &self.wires[w as usize];
             let reach = |from: Fu, to: Fu| {

@@ -31,7 +31,7 @@ impl<'p> Anneal<'_, 'p> {
         timing.interval <= self.ii as u32
             && self.holds(node, (fu, time)).all(|slot| {
                 let room =
-                    |&r: &Resource| self.shared[r][slot] < self.problem.arch.resources[r].count;
+                    |&r: &Resource| self.shared[r][slot] < self.problem.srp.resources[r].count;
                 self.issue[fu][slot].is_none() && timing.uses.iter().all(room)
             })
             && self

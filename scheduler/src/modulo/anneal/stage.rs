@@ -27,7 +27,7 @@ impl Anneal<'_, '_> {
     /// Cycles that a value has beyond what its way takes.
     fn slack(&self, wire: &Wire) -> i32 {
         let ((from, issued), (to, read)) = (self.at[wire.from], self.at[wire.to]);
-        let units = self.problem.arch.fus.len();
+        let units = self.problem.srp.fus.len();
         let way = self.ways[wire.ty as usize][from.index() * units + to.index()];
         let latency = self.timing(wire.from, from).latency as i32;
         read + wire.span - issued - latency - way.reach.min(units as u32) as i32

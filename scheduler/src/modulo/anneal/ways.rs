@@ -29,7 +29,7 @@ pub(super) fn out_of(problem: &Problem<'_>, ty: Ty, fu: Fu) -> Place {
 
 /// The ways of a type between all units.
 pub(super) fn ways(problem: &Problem<'_>, ty: Ty) -> Vec<Way> {
-    let units = || problem.arch.fus.keys();
+    let units = || problem.srp.fus.keys();
     let mut ways = Vec::new();
     for from in units() {
         let out = out_of(problem, ty, from);
@@ -59,9 +59,9 @@ pub(super) fn near(problem: &Problem<'_>) -> EntityMap<Fu, Vec<Fu>> {
     };
     let near = |from: Fu| {
         let there = |&to: &Fu| to == from || reaches(from, to) || reaches(to, from);
-        problem.arch.fus.keys().filter(there).collect()
+        problem.srp.fus.keys().filter(there).collect()
     };
-    problem.arch.fus.keys().map(near).collect()
+    problem.srp.fus.keys().map(near).collect()
 }
 
 fn from_direct(problem: &Problem<'_>, from: Place, to: Fu) -> bool {
@@ -70,7 +70,7 @@ fn from_direct(problem: &Problem<'_>, from: Place, to: Fu) -> bool {
 
 /// The units over which one move brings a value from each unit to each other.
 pub(super) fn between(problem: &Problem<'_>) -> Vec<Vec<Fu>> {
-    let units: Vec<Fu> = problem.arch.fus.keys().collect();
+    let units: Vec<Fu> = problem.srp.fus.keys().collect();
     let direct = |from: Fu, to: Fu| from == to || from_direct(problem, problem.graph.out[from], to);
     let mut all = Vec::new();
     for &from in &units {

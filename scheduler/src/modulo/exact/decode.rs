@@ -146,8 +146,8 @@ impl Decoder<'_, '_> {
     ) {
         loop {
             items.push(Item::Held(place, time, tag));
-            let fus = self.problem.arch.fus.keys().map(Via::Result);
-            let links = self.problem.arch.links.keys().map(Via::Link);
+            let fus = self.problem.srp.fus.keys().map(Via::Result);
+            let links = self.problem.srp.links.keys().map(Via::Link);
             let written = |&via: &Via| self.holds(value, Item::Written(place, time, tag, via));
             if let Some(via) = fus.chain(links).find(written) {
                 return self.back_from_write(items, value, place, time, tag, via);

@@ -221,7 +221,7 @@ impl<'e, 'p> Encoder<'e, 'p> {
             };
             let lands = self.window(node).0 + problem.timing(node, fu).latency as i32;
             first[place] = lands.min(first[place]);
-            for over in problem.arch.fus.keys() {
+            for over in problem.srp.fus.keys() {
                 let reach = problem.reach(ty, place, over);
                 let Some(timing) = problem
                     .move_timing(over, ty)
@@ -328,7 +328,7 @@ impl<'e, 'p> Encoder<'e, 'p> {
     fn live_out(&mut self, edge: &Edge) {
         let tag = edge.tag.expect("live-outs are tagged");
         let mut clause = Vec::new();
-        if let Some(central) = self.problem.arch.central(edge.ty) {
+        if let Some(central) = self.problem.srp.central(edge.ty) {
             let file = self.problem.graph.file[central];
             self.kept[file] += 1;
             let (_, last) = self.window(edge.from);
@@ -344,7 +344,7 @@ impl<'e, 'p> Encoder<'e, 'p> {
     fn writes(&mut self, value: Node, file: Place, tag: Tag, time: i32) -> Vec<Lit> {
         let problem = self.problem;
         let over = |l: &srp_archdesc::resource::Transfer| l.to == file;
-        let fus = problem.arch.fus.keys();
+        let fus = problem.srp.fus.keys();
         let results = fus.filter(|&fu| problem.graph.writes[fu].contains(&file));
         let transfers = problem
             .graph
@@ -514,10 +514,10 @@ impl<'e, 'p> Encoder<'e, 'p> {
             formula.at_most_one(slot);
         }
         for (resource, slots) in rations.shared.iter() {
-            let count = problem.arch.resources[resource].count;
+            let count = problem.srp.resources[resource].count;
             slots.iter().for_each(|slot| formula.at_most(count, slot));
         }
-        for (file, spec) in problem.arch.files.iter() {
+        for (file, spec) in problem.srp.files.iter() {
             let place = problem.graph.file[file];
             let fixed = self
                 .question

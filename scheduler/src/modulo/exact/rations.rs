@@ -25,12 +25,12 @@ impl Rations {
         let places = || EntityMap::filled(problem.graph.places.len(), slots.clone());
         Rations {
             ii: ii as i32,
-            issue: EntityMap::filled(problem.arch.fus.len(), slots.clone()),
+            issue: EntityMap::filled(problem.srp.fus.len(), slots.clone()),
             outs: places(),
             held: places(),
             reads: places(),
             writes: places(),
-            shared: EntityMap::filled(problem.arch.resources.len(), slots.clone()),
+            shared: EntityMap::filled(problem.srp.resources.len(), slots.clone()),
         }
     }
 

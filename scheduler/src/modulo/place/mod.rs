@@ -92,7 +92,7 @@ impl<'a, 'p> Attempt<'a, 'p> {
         let mut table = Table::new(problem, ii);
         for ty in Ty::ALL {
             let count = problem.dfg.live_ins.iter().filter(|l| l.ty == ty).count() as u32;
-            if let Some(rf) = problem.arch.central(ty) {
+            if let Some(rf) = problem.srp.central(ty) {
                 table.keep(problem.graph.file[rf], count);
             }
         }
@@ -294,7 +294,7 @@ fn ranks() -> impl Iterator<Item = usize> {
 
 /// How precious each unit is: the share of the demand for its classes that rests on it.
 fn scarcity(problem: &Problem<'_>) -> EntityMap<Fu, u32> {
-    let mut scarcity = EntityMap::filled(problem.arch.fus.len(), 0);
+    let mut scarcity = EntityMap::filled(problem.srp.fus.len(), 0);
     for node in problem.nodes() {
         let units = &problem.units[node];
         for &fu in units {

@@ -267,7 +267,7 @@ pub(in crate::modulo) fn constants_of(
     node: Node,
     fu: Fu,
 ) -> Vec<(Place, Initial)> {
-    let mut constants = problem.arch.fus[fu].constants;
+    let mut constants = problem.srp.fus[fu].constants;
     let mut wanted = Vec::new();
     for operand in &problem.dfg.nodes[node].operands {
         let (ty, value) = match *operand {
@@ -301,7 +301,7 @@ pub(in crate::modulo) fn invariant_reads(problem: &Problem<'_>, node: Node, fu: 
         };
         let ty = problem.dfg.live_ins[i as usize].ty;
         if problem.reads_central(fu, ty) && !central.iter().any(|&(j, _)| i == j) {
-            let file = problem.arch.central(ty).expect("a unit reads it");
+            let file = problem.srp.central(ty).expect("a unit reads it");
             central.push((i, problem.graph.file[file]));
         }
     }

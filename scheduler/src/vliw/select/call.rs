@@ -48,7 +48,7 @@ impl Selector<'_> {
     fn passage(&self, params: &[Ty], results: &[Ty]) -> Passage {
         let mut bytes = 0u32;
         let mut side = |types: &[Ty]| {
-            let regs = abi::passing(self.cx.target.arch, types.iter().copied());
+            let regs = abi::passing(self.cx.target.srp, types.iter().copied());
             let wheres = regs.into_iter().zip(types).map(|(reg, &ty)| match reg {
                 Some(reg) => Where::Reg(self.central(reg)),
                 None => {
@@ -314,7 +314,7 @@ impl Selector<'_> {
 
     /// The central registers that a kernel writes.
     fn clobbers(&self, schedule: &ModuloSchedule) -> Vec<Vreg> {
-        let files = &self.cx.target.arch.files;
+        let files = &self.cx.target.srp.files;
         let writes = schedule.ops.values().flat_map(|op| &op.writes);
         let written = writes.chain(schedule.transfers.iter().map(|t| &t.to));
         let rings = written.map(|w| (w.file, w.index, w.ring));

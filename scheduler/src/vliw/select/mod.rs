@@ -368,7 +368,7 @@ impl<'a> Selector<'a> {
 
 fn empty_code(target: &Target<'_>, func: &Function) -> Code {
     let physical = (0..target.physical()).map(|n| {
-        let file = &target.arch.files[target.reg(n).file];
+        let file = &target.srp.files[target.reg(n).file];
         let fits = |ty: &&Ty| file.holds(**ty);
         RegData {
             ty: *Ty::ALL.iter().rfind(fits).unwrap_or(&Ty::Pred),

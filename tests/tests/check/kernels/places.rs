@@ -162,7 +162,7 @@ fn move_in_slot(broken: &mut Loop<'_>) -> Option<()> {
     let op = broken.op()?;
     let data = broken.schedule.ops[op].clone();
     let ty = broken.ty(&data)?;
-    broken.arch.fus[data.fu].op(Opcode::mov(ty).class())?;
+    broken.arch.srp.fus[data.fu].op(Opcode::mov(ty).class())?;
     broken.last(data.time + 64);
     broken.schedule.ops.push(PlacedOp {
         is_move: true,
@@ -186,7 +186,7 @@ fn resource(broken: &mut Loop<'_>) -> Option<()> {
                 .iter()
                 .filter(|&&o| schedule.ops[o].time % ii == slot);
             let same = in_slot.filter(|&&o| broken.how(&schedule.ops[o]).uses.contains(&resource));
-            let full = same.count() as u32 >= broken.arch.resources[resource].count;
+            let full = same.count() as u32 >= broken.arch.srp.resources[resource].count;
             let mut on_unit = schedule.ops.values().filter(|o| o.fu == data.fu);
             let free = on_unit.all(|o| o.time % ii != slot);
             if full && free && !broken.is_ordered(data) {
@@ -203,7 +203,7 @@ fn resource(broken: &mut Loop<'_>) -> Option<()> {
 fn wrong_unit(broken: &mut Loop<'_>) -> Option<()> {
     let op = broken.op()?;
     let opcode = broken.opcode(&broken.schedule.ops[op]);
-    let units = broken.arch.fus.iter();
+    let units = broken.arch.srp.fus.iter();
     let wrong: Vec<Fu> = units
         .filter(|(_, unit)| unit.runs(opcode).is_none())
         .map(|(fu, _)| fu)
@@ -247,7 +247,7 @@ fn operand_gone(broken: &mut Loop<'_>) -> Option<()> {
 fn too_many_constants(broken: &mut Loop<'_>) -> Option<()> {
     let op = broken.op_like(|op| !op.is_move)?;
     let data = broken.schedule.ops[op].clone();
-    let room = broken.arch.fus[data.fu].constants as usize;
+    let room = broken.arch.srp.fus[data.fu].constants as usize;
     let kinds = broken.opcode(&data).info().operands;
     let words = kinds.iter().map(|k| k.ty() == srp_archdesc::Ty::Word);
     let words: Vec<usize> = words
@@ -282,6 +282,6 @@ fn early_end(broken: &mut Loop<'_>) -> Option<()> {
 
 fn too_many_contexts(broken: &mut Loop<'_>) -> Option<()> {
     let by = broken.dice.below(50) as u32;
-    broken.schedule.ii = broken.arch.contexts + 1 + by;
+    broken.schedule.ii = broken.arch.srp.contexts + 1 + by;
     Some(())
 }

@@ -118,7 +118,7 @@ fn is_linked(source: &Source) -> bool {
 fn relink(broken: &mut Loop<'_>, leads_here: bool) -> Option<()> {
     let (op, i) = broken.operand_like(is_linked)?;
     let to = broken.schedule.ops[op].fu;
-    let links = broken.arch.links.iter();
+    let links = broken.arch.srp.links.iter();
     let links: Vec<Link> = links
         .filter(|(_, link)| (link.to == to) == leads_here)
         .map(|(link, _)| link)
@@ -138,7 +138,7 @@ fn wrong_link(broken: &mut Loop<'_>) -> Option<()> {
 
 fn no_link(broken: &mut Loop<'_>) -> Option<()> {
     let (op, i) = broken.operand_like(is_linked)?;
-    let link = Link::new(broken.arch.links.len() + broken.dice.below(9));
+    let link = Link::new(broken.arch.srp.links.len() + broken.dice.below(9));
     broken.schedule.ops[op].operands[i] = Source::Out(Some(link));
     Some(())
 }
@@ -158,7 +158,12 @@ fn move_gone(broken: &mut Loop<'_>) -> Option<()> {
 fn move_redirected(broken: &mut Loop<'_>) -> Option<()> {
     let op = broken.op_like(|op| op.is_move)?;
     let fu = broken.schedule.ops[op].fu;
-    let links = broken.arch.links.iter().filter(|(_, link)| link.to == fu);
+    let links = broken
+        .arch
+        .srp
+        .links
+        .iter()
+        .filter(|(_, link)| link.to == fu);
     let mut sources: Vec<Source> = links.map(|(link, _)| Source::Out(Some(link))).collect();
     sources.push(Source::Out(None));
     broken.schedule.ops[op].operands[0] = broken.dice.pick(&sources)?;
@@ -178,7 +183,7 @@ fn transfer_gone(broken: &mut Loop<'_>) -> Option<()> {
 }
 
 fn transfer_link(broken: &mut Loop<'_>) -> Option<()> {
-    let link = Link::new(broken.dice.below(broken.arch.links.len()));
+    let link = Link::new(broken.dice.below(broken.arch.srp.links.len()));
     transfer(broken)?.link = link;
     Some(())
 }
@@ -212,7 +217,7 @@ fn write(
     let op = broken.op()?;
     let data = broken.schedule.ops[op].clone();
     let ty = broken.ty(&data)?;
-    let files = broken.arch.files.keys();
+    let files = broken.arch.srp.files.keys();
     let files: Vec<RegFile> = files.filter(|&file| is(broken, &data, ty, file)).collect();
     let file = broken.dice.pick(&files)?;
     broken.schedule.ops[op].writes = vec![RegAt {
@@ -225,14 +230,14 @@ fn write(
 
 fn wrong_file(broken: &mut Loop<'_>) -> Option<()> {
     write(broken, |broken, op, ty, file| {
-        let spec = &broken.arch.files[file];
+        let spec = &broken.arch.srp.files[file];
         spec.holds(ty) && !spec.writers.contains(&op.fu)
     })
 }
 
 fn narrow_file(broken: &mut Loop<'_>) -> Option<()> {
     write(broken, |broken, op, ty, file| {
-        let spec = &broken.arch.files[file];
+        let spec = &broken.arch.srp.files[file];
         !spec.holds(ty) && spec.writers.contains(&op.fu)
     })
 }
@@ -251,10 +256,10 @@ fn read_ports(broken: &mut Loop<'_>) -> Option<()> {
     let slot = broken.dice.below(broken.schedule.ii as usize) as u32;
     let ii = broken.schedule.ii;
     let ops = broken.ops_like(|op| op.time % ii == slot);
-    let files: Vec<RegFile> = broken.arch.files.keys().collect();
+    let files: Vec<RegFile> = broken.arch.srp.files.keys().collect();
     let mut choices = Vec::new();
     for file in files {
-        let spec = &broken.arch.files[file];
+        let spec = &broken.arch.srp.files[file];
         let readers = ops
             .iter()
             .filter(|&&op| spec.readers.contains(&broken.schedule.ops[op].fu));
@@ -270,8 +275,8 @@ fn read_ports(broken: &mut Loop<'_>) -> Option<()> {
     }
     let (file, operands) = broken.dice.pick(&choices)?;
     // In a rotating file, stages read registers that are apart; in one stage they stay so.
-    let rotating = broken.arch.files[file].kind == FileKind::Rotating;
-    let size = broken.arch.files[file].size;
+    let rotating = broken.arch.srp.files[file].kind == FileKind::Rotating;
+    let size = broken.arch.srp.files[file].size;
     for (index, (op, i)) in operands.into_iter().enumerate() {
         let stage = broken.schedule.ops[op].time / ii;
         let shift = if rotating { stage } else { 0 };
@@ -299,7 +304,7 @@ fn write_ports(broken: &mut Loop<'_>) -> Option<()> {
     let ways: Vec<_> = ways.filter(|way| way.width >= ty.bits()).copied().collect();
     let way = broken.dice.pick(&ways)?;
     let file = broken.graph.as_file(way.to)?;
-    let spec = &broken.arch.files[file];
+    let spec = &broken.arch.srp.files[file];
     (spec.write_ports < spec.size).then_some(())?;
     let time = data.time + broken.how(&data).latency;
     for index in 0..=spec.write_ports {

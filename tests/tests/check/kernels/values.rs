@@ -184,7 +184,7 @@ fn written<'a>(broken: &'a mut Loop<'_>) -> Option<&'a mut RegAt> {
 
 fn overwritten(broken: &mut Loop<'_>) -> Option<()> {
     let reg = read_somewhere(broken)?;
-    let spec = &broken.arch.files[reg.file];
+    let spec = &broken.arch.srp.files[reg.file];
     let dfg = broken.schedule.dfg.clone();
     let op = broken.op_like(|op| {
         let fits = dfg.ty(op.node).is_some_and(|ty| spec.holds(ty));
@@ -248,7 +248,7 @@ fn beyond_the_file(broken: &mut Loop<'_>) -> Option<()> {
     } else {
         written(broken)?
     };
-    reg.index = arch.files[reg.file].size + by;
+    reg.index = arch.srp.files[reg.file].size + by;
     Some(())
 }
 
@@ -325,13 +325,13 @@ fn live_ins_meet(broken: &mut Loop<'_>) -> Option<()> {
 
 /// Some register of a file of the array itself.
 fn local(broken: &mut Loop<'_>) -> Option<Reg> {
-    let files = broken.arch.files.iter();
+    let files = broken.arch.srp.files.iter();
     let local: Vec<RegFile> = files
         .filter(|(_, file)| file.kind != FileKind::Central)
         .map(|(file, _)| file)
         .collect();
     let file = broken.dice.pick(&local)?;
-    let index = broken.dice.below(broken.arch.files[file].size as usize) as u32;
+    let index = broken.dice.below(broken.arch.srp.files[file].size as usize) as u32;
     Some(Reg { file, index })
 }
 

@@ -7,14 +7,14 @@ use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Opcode, Ty};
 
 /// The name of [`reciprocal`] in remarks.
-pub const RECIPROCAL: &str = "reciprocal-math";
+pub(super) const RECIPROCAL: &str = "reciprocal-math";
 
 /// The name of [`contract`] in remarks.
-pub const CONTRACT: &str = "fp-contract=fast";
+pub(super) const CONTRACT: &str = "fp-contract=fast";
 
 /// Makes of every quotient x / y the product x · (1/y) with the machine's reciprocal, which several
 /// quotients by y then share; by a constant, with the float that is nearest to its reciprocal.
-pub fn reciprocal(func: &mut Function, remarks: &mut Vec<Remark>) -> bool {
+pub(crate) fn reciprocal(func: &mut Function, remarks: &mut Vec<Remark>) -> bool {
     let constants = constants(func);
     let before = remarks.len();
     let mut renames = Renames::default();
@@ -65,7 +65,7 @@ pub fn reciprocal(func: &mut Function, remarks: &mut Vec<Remark>) -> bool {
 }
 
 /// Makes of every sum a·b + c, where nothing else needs the product, a fused multiply-add.
-pub fn contract(func: &mut Function, remarks: &mut Vec<Remark>) -> bool {
+pub(crate) fn contract(func: &mut Function, remarks: &mut Vec<Remark>) -> bool {
     let uses = uses(func);
     let mut products = rustc_hash::FxHashMap::default();
     for &block in &func.layout {

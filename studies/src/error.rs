@@ -1,0 +1,30 @@
+//! Why a study fails.
+
+/// Why a study fails.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The chain of tools fails.
+    #[error(transparent)]
+    Toolchain(#[from] srp_toolchain::Error),
+    /// Something that the user asked for is not possible, in one sentence or several lines.
+    #[error("{0}")]
+    Invalid(String),
+}
+
+impl Error {
+    /// A failure of one sentence.
+    pub fn invalid(why: impl std::fmt::Display) -> Error {
+        Error::Invalid(why.to_string())
+    }
+
+    /// Whether the user asked for an end.
+    pub fn is_cancelled(&self) -> bool {
+        matches!(self, Error::Toolchain(srp_toolchain::Error::Cancelled))
+    }
+}
+
+impl From<srp_toolchain::files::FileError> for Error {
+    fn from(error: srp_toolchain::files::FileError) -> Error {
+        Error::Toolchain(error.into())
+    }
+}

@@ -1,0 +1,207 @@
+//! [`compile()`]: an input all the way to a schedule.
+
+use crate::divide::{Divided, divide, give_back};
+use crate::front_end::{front_end, optimise};
+use crate::loops;
+use crate::session::{Session, Timed, Times};
+use crate::{Effort, Error, Input, Options};
+use srp_archdesc::arch::Arch;
+use srp_archdesc::diagnostic::Messages;
+use srp_archdesc::entity::EntityMap;
+use srp_ir::dfg::{Dfg, Order};
+use srp_ir::dre::Dre;
+use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledDre};
+use srp_ir::pass;
+use srp_ir::program::{Kernel, Program};
+use srp_ir::split::{NotPipelined, Remark};
+use srp_scheduler::modulo::{self, Unschedulable};
+use srp_scheduler::{LoopFacts, Schedule, ScheduleError};
+use std::collections::BTreeMap;
+
+/// A scheduled program, and what is known of it.
+pub struct Compiled {
+    /// The program before it was scheduled; `None` for a program that was read scheduled.
+    pub dre: Option<Dre>,
+    /// The schedule.
+    pub schedule: Schedule,
+    /// Warnings about the sources.
+    pub messages: Messages,
+    /// What the passes remarked.
+    pub pass_remarks: Vec<pass::Remark>,
+    /// Loops that stay in the control code, with what stands in their way.
+    pub not_pipelined: Vec<NotPipelined>,
+    /// Memory accesses of the kernels that are kept in order for want of knowledge.
+    pub remarks: Vec<Remark>,
+    /// The memory orders of each kernel that would be left if pointers were `restrict`.
+    pub relaxed: BTreeMap<String, Vec<Order>>,
+    /// Loops that the array could not run, and that went back to the control code.
+    pub refused: Vec<Dfg>,
+    /// How long each stage took, and the search for the schedule of each loop by name.
+    pub times: Times,
+}
+
+impl Compiled {
+    /// The program, if there is a function to start with.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NoMain`].
+    pub fn runnable(&self) -> Result<&ScheduledDre, Error> {
+        match &self.dre {
+            Some(dre) if dre.control.main.is_none() => Err(Error::NoMain),
+            _ => Ok(&self.schedule.program),
+        }
+    }
+
+    /// A program of which nothing but the schedule is known.
+    fn of(schedule: Schedule) -> Compiled {
+        Compiled {
+            dre: None,
+            schedule,
+            messages: Messages::default(),
+            pass_remarks: Vec::new(),
+            not_pipelined: Vec::new(),
+            remarks: Vec::new(),
+            relaxed: BTreeMap::new(),
+            refused: Vec::new(),
+            times: Times::default(),
+        }
+    }
+}
+
+/// Takes an input all the way to a schedule.
+///
+/// # Errors
+///
+/// The sources are wrong, or the program does not fit the machine.
+pub fn compile(
+    input: Input,
+    arch: &Arch,
+    options: &Options,
+    session: &Session<'_>,
+) -> Result<Compiled, Error> {
+    match input {
+        Input::C(sources) => {
+            let (mut program, messages) = front_end(&sources, arch, options)?;
+            let pass_remarks = optimise(&mut program, arch, options);
+            Ok(Compiled {
+                messages,
+                pass_remarks,
+                ..schedule(program, arch, options.effort, session)?
+            })
+        }
+        Input::Ir(program) => schedule(*program, arch, options.effort, session),
+        Input::Dre(dre) => {
+            let timed = Timed::new(session.watch);
+            let scheduled = schedule_dre(&dre, arch, options.effort, session, &timed);
+            Ok(Compiled {
+                times: timed.times(),
+                ..Compiled::of(scheduled.map_err(|e| refusal(&dre, e))?)
+            }
+            .with(*dre))
+        }
+        Input::Scheduled(program) => {
+            srp_scheduler::check::check(&program, arch).map_err(ScheduleError::Wrong)?;
+            let loops = program.kernels.values();
+            let loops: EntityMap<_, _> = loops.map(|s| facts_alone(s, arch)).collect();
+            Ok(Compiled::of(Schedule {
+                program: *program,
+                loops,
+                control: Vec::new(),
+            }))
+        }
+    }
+}
+
+impl Compiled {
+    fn with(self, dre: Dre) -> Compiled {
+        Compiled {
+            dre: Some(dre),
+            ..self
+        }
+    }
+}
+
+/// Divides a program and schedules it. Loops that the array cannot run go back to the control code.
+///
+/// # Errors
+///
+/// The program does not fit the machine.
+pub fn schedule(
+    mut program: Program,
+    arch: &Arch,
+    effort: Effort,
+    session: &Session<'_>,
+) -> Result<Compiled, Error> {
+    let (mut unschedulable, mut all_refused) = (Vec::new(), Vec::new());
+    let timed = Timed::new(session.watch);
+    loop {
+        let Divided {
+            dre,
+            mut not_pipelined,
+            remarks,
+            relaxed,
+            refused,
+        } = divide(&mut program, arch)?;
+        all_refused.extend(refused);
+        match schedule_dre(&dre, arch, effort, session, &timed) {
+            Ok(schedule) => {
+                not_pipelined.extend(unschedulable);
+                return Ok(Compiled {
+                    not_pipelined,
+                    remarks,
+                    relaxed,
+                    refused: all_refused,
+                    times: timed.times(),
+                    ..Compiled::of(schedule)
+                }
+                .with(dre));
+            }
+            Err(ScheduleError::Kernels(failed)) => {
+                for (kernel, why) in failed {
+                    all_refused.push(dre.kernels[kernel].clone());
+                    unschedulable.push(give_back(&mut program, &dre, kernel, why)?);
+                }
+            }
+            Err(error) => return Err(error.into()),
+        }
+    }
+}
+
+fn schedule_dre(
+    dre: &Dre,
+    arch: &Arch,
+    effort: Effort,
+    session: &Session<'_>,
+    timed: &Timed<'_>,
+) -> Result<Schedule, ScheduleError> {
+    let loops = loops::schedule_all(dre, arch, &effort.modulo(), session, timed);
+    srp_scheduler::assemble(dre, arch, loops)
+}
+
+/// Why a divided program, whose loops cannot go back to the control code, has no schedule.
+fn refusal(dre: &Dre, error: ScheduleError) -> Error {
+    let ScheduleError::Kernels(failed) = error else {
+        return error.into();
+    };
+    let line = |(kernel, why): (Kernel, Unschedulable)| {
+        let dfg = &dre.kernels[kernel];
+        let pos = why.node.map_or(dfg.pos, |n| dfg.nodes[n].pos);
+        let file = dre.control.files.get(pos.file).map_or("", String::as_str);
+        let (name, why) = (&dfg.name, why.why);
+        format!(
+            "{file}:{}:{}: {name} cannot run on the array: {why}",
+            pos.line, pos.column
+        )
+    };
+    Error::Invalid(failed.into_iter().map(line).collect::<Vec<_>>().join("\n"))
+}
+
+/// What is known of a loop whose schedule was made before.
+pub fn facts_alone(schedule: &ModuloSchedule, arch: &Arch) -> LoopFacts {
+    LoopFacts {
+        bounds: modulo::bounds(&schedule.dfg, &arch.srp),
+        obstacle: None,
+        impossible: Vec::new(),
+    }
+}

@@ -1,0 +1,87 @@
+//! Dividing a program between the two engines, and giving loops back to the VLIW engine that the
+//! array cannot run.
+
+use crate::Error;
+use srp_archdesc::arch::Arch;
+use srp_ir::dfg::{Dfg, Order};
+use srp_ir::dre::Dre;
+use srp_ir::program::{Block, Func, Kernel, Program};
+use srp_ir::split::{NotPipelined, Remark, split};
+use srp_scheduler::modulo::{self, Unschedulable};
+use std::collections::BTreeMap;
+
+/// A divided program, and the loops that stay in the control code.
+pub struct Divided {
+    /// The program.
+    pub dre: Dre,
+    /// Loops that stay, with what stands in their way.
+    pub not_pipelined: Vec<NotPipelined>,
+    /// Memory accesses of the kernels that are kept in order for want of knowledge.
+    pub remarks: Vec<Remark>,
+    /// The memory orders of each kernel that would be left if pointers were `restrict`.
+    pub relaxed: BTreeMap<String, Vec<Order>>,
+    /// Loops that went back to the control code because the array cannot run them.
+    pub refused: Vec<Dfg>,
+}
+
+/// Divides a program, in which loops that the array cannot run lose their marks.
+///
+/// # Errors
+///
+/// A kernel of no loop cannot run on the array.
+pub fn divide(program: &mut Program, arch: &Arch) -> Result<Divided, Error> {
+    let (mut returned, mut refused) = (Vec::new(), Vec::new());
+    loop {
+        let divided = split(program);
+        let kernels = divided.dre.kernels.iter();
+        let failed = kernels.filter_map(|(k, dfg)| Some((k, modulo::admit(dfg, &arch.srp).err()?)));
+        let failed: Vec<_> = failed.collect();
+        if failed.is_empty() {
+            let mut not_pipelined = divided.not_pipelined;
+            not_pipelined.extend(returned);
+            return Ok(Divided {
+                dre: divided.dre,
+                not_pipelined,
+                remarks: divided.remarks,
+                relaxed: divided.relaxed,
+                refused,
+            });
+        }
+        for (kernel, why) in failed {
+            refused.push(divided.dre.kernels[kernel].clone());
+            returned.push(give_back(program, &divided.dre, kernel, why)?);
+        }
+    }
+}
+
+/// Takes the mark from a loop that the array cannot run.
+pub(crate) fn give_back(
+    program: &mut Program,
+    dre: &Dre,
+    kernel: Kernel,
+    why: Unschedulable,
+) -> Result<NotPipelined, Error> {
+    let dfg = &dre.kernels[kernel];
+    let Some((func, block)) = marked(program, &dfg.name) else {
+        return Err(Error::Invalid(format!("{}: {}", dfg.name, why.why)));
+    };
+    let mark = program.funcs[func].blocks[block].kernel.take();
+    Ok(NotPipelined {
+        name: dfg.name.clone(),
+        pos: dfg.pos,
+        reason: why.why,
+        at: why.node.map_or(dfg.pos, |n| dfg.nodes[n].pos),
+        required: mark.is_some_and(|m| m.required),
+    })
+}
+
+/// The loop with this kernel name.
+fn marked(program: &Program, name: &str) -> Option<(Func, Block)> {
+    program.funcs.iter().find_map(|(func, data)| {
+        let is = |&&block: &&Block| {
+            let mark = data.blocks[block].kernel.as_ref();
+            mark.is_some_and(|mark| mark.name == name)
+        };
+        data.layout.iter().find(is).map(|&block| (func, block))
+    })
+}

@@ -1,0 +1,292 @@
+//! Frames: what is rendered, what its kernels are built for, and running it.
+
+use crate::compile::{Compiled, compile};
+use crate::input::{self, Input};
+use crate::scene::{self, Loaded, Shading};
+use crate::{Effort, Engines, Error, Options, Session, files, front_end};
+use srp_archdesc::arch::Arch;
+use srp_ir::dre::scheduled::ScheduledDre;
+use srp_ir::pass::FastMath;
+use srp_ir::program::Program;
+use srp_kernels::form::Forms;
+use srp_runtime::bvh::{self, Bvh};
+use srp_runtime::effect::{Effects, Guard};
+use srp_runtime::picture::Picture;
+use srp_runtime::scene::{Camera, Scene};
+use srp_runtime::scene_image::{self, SceneImage};
+use srp_runtime::system::{self, Report, Timing};
+use std::path::{Path, PathBuf};
+
+/// Most SRP cycles of a frame; far beyond any that ends.
+pub const MAX_CYCLES: u64 = 1 << 44;
+
+/// What the kernels of a frame are built for, besides the machine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Build {
+    /// Effects that the kernels have.
+    pub effects: Effects,
+    /// Secondary rays in a row that there is room for.
+    pub bounces: u32,
+    /// How the kernels compute what can be computed in several ways.
+    pub forms: Forms,
+    /// What may change results of floating-point arithmetic.
+    pub fast_math: FastMath,
+    /// How long their loops are scheduled.
+    pub effort: Effort,
+}
+
+impl Build {
+    /// Kernels in their usual forms, compiled as usual.
+    pub fn new(effects: Effects, bounces: u32) -> Build {
+        Build {
+            effects,
+            bounces,
+            forms: Forms::default(),
+            fast_math: FastMath::default(),
+            effort: Effort::Steps,
+        }
+    }
+
+    /// How the kernels are compiled.
+    pub fn options(&self) -> Options {
+        let bounces = ("SRP_BOUNCES".to_owned(), self.bounces.max(1).to_string());
+        let defines = self.effects.defines().chain(self.forms.defines());
+        Options {
+            defines: defines.chain([bounces]).collect(),
+            auto_kernel: false,
+            fast_math: self.fast_math,
+            effort: self.effort,
+            ..Options::default()
+        }
+    }
+
+    /// The kernels that come along, before they are divided: what they mean, and not when.
+    ///
+    /// # Errors
+    ///
+    /// The kernels do not fit the machine.
+    pub fn program(&self, arch: &Arch) -> Result<Program, Error> {
+        front_end::program(Input::C(input::kernels()), arch, &self.options())
+    }
+
+    /// Compiles the kernels that come along, or all C files of a folder.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`compile()`].
+    pub fn compile(
+        &self,
+        folder: Option<&Path>,
+        arch: &Arch,
+        session: &Session<'_>,
+    ) -> Result<Compiled, Error> {
+        let input = match folder {
+            None => Input::C(input::kernels()),
+            Some(folder) => input::read(&input::c_files(folder)?, arch)?,
+        };
+        compile(input, arch, &self.options(), session)
+    }
+
+    /// All of it as text.
+    fn text(&self) -> String {
+        let FastMath {
+            associative,
+            reciprocal,
+            contract,
+        } = self.fast_math;
+        format!(
+            "{} {} {} {associative} {reciprocal} {contract}",
+            self.effects, self.bounces, self.forms
+        )
+    }
+
+    /// The kernels that come along, scheduled: from where they were kept, or made and kept.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`compile()`].
+    pub fn kept(&self, arch: &Arch, session: &Session<'_>) -> Result<Compiled, Error> {
+        let Some(path) = self.place(arch) else {
+            return self.compile(None, arch, session);
+        };
+        if path.is_file()
+            && let Ok(input) = input::read(std::slice::from_ref(&path), arch)
+            && let Ok(compiled) = compile(input, arch, &self.options(), session)
+        {
+            return Ok(compiled);
+        }
+        let compiled = self.compile(None, arch, session)?;
+        if compiled.not_pipelined.is_empty() {
+            let text = srp_ir::dre::write_scheduled(&compiled.schedule.program, arch);
+            // What cannot be kept is made again.
+            let folder = path.parent().unwrap_or(Path::new(""));
+            let _ = files::make_folder(folder).and_then(|()| files::write(&path, text.as_bytes()));
+        }
+        Ok(compiled)
+    }
+
+    /// Names a simulator: another for another build, another machine and another version of the tools.
+    pub fn key(&self, arch: &Arch) -> String {
+        let machine = srp_archdesc::xml::write(arch);
+        hash(&format!(
+            "{} {} {machine}",
+            env!("CARGO_PKG_VERSION"),
+            self.text()
+        ))
+    }
+
+    fn place(&self, arch: &Arch) -> Option<PathBuf> {
+        let name = format!("{}-{}.sched.xml", self.key(arch), tools()?);
+        Some(files::cache_folder().join("frame").join(name))
+    }
+}
+
+/// A name for a text, by FNV-1a.
+pub fn hash(text: &str) -> String {
+    let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    format!("{hash:016x}")
+}
+
+/// When the tools were made, as a name; `None` where they do not know.
+pub fn tools() -> Option<String> {
+    let tools = std::env::current_exe().and_then(std::fs::metadata).ok()?;
+    let made = tools.modified().ok()?;
+    let made = made.duration_since(std::time::UNIX_EPOCH).ok()?.as_nanos();
+    Some(format!("{made:x}"))
+}
+
+/// What a frame is of.
+#[derive(Clone, Debug)]
+pub struct FrameOptions {
+    /// The scene's file; else the default scene.
+    pub scene: Option<PathBuf>,
+    /// The camera, instead of the scene's own.
+    pub camera: Option<Camera>,
+    /// How far light is followed.
+    pub shading: Shading,
+    /// How the tree is built.
+    pub bvh: bvh::Options,
+    /// Width and height in pixels.
+    pub size: (u32, u32),
+    /// How the kernels compute what can be computed in several ways.
+    pub forms: Forms,
+    /// What the compiler may do besides.
+    pub fast_math: FastMath,
+}
+
+/// A frame on a machine: what all that is done with it shares.
+pub struct Frame {
+    /// The machine.
+    pub arch: Arch,
+    /// The scene, with the camera, lights and options that were asked for.
+    pub scene: Scene,
+    /// Its tree.
+    pub bvh: Bvh,
+    /// Width and height in pixels.
+    pub size: (u32, u32),
+    /// What the kernels are built for.
+    pub build: Build,
+    /// Stops the frame where it calls for more.
+    pub guard: Guard,
+}
+
+impl Frame {
+    /// A frame of a scene, with the kernels that it calls for.
+    pub fn new(arch: Arch, scene: Scene, bvh: Bvh, size: (u32, u32)) -> Frame {
+        let effects = srp_runtime::effect::find(&scene).into_iter().collect();
+        Frame {
+            arch,
+            build: Build::new(effects, scene.options.bounces),
+            scene,
+            bvh,
+            size,
+            guard: Guard::default(),
+        }
+    }
+
+    /// Reads the scene and builds its tree. What is doubtful about the scene's files goes to `told`.
+    ///
+    /// # Errors
+    ///
+    /// The scene cannot be read, or the options do not fit it.
+    pub fn read(
+        arch: Arch,
+        options: &FrameOptions,
+        told: &mut dyn FnMut(&Loaded),
+        session: &Session<'_>,
+    ) -> Result<Frame, Error> {
+        let mut loaded = scene::read(options.scene.as_deref(), options.camera, session)?;
+        told(&loaded);
+        options.shading.apply(&mut loaded.scene)?;
+        let scene = loaded.scene;
+        let (effects, guard) = options.shading.effects(&scene)?;
+        let bvh = scene::build(&scene, &options.bvh, session);
+        let build = Build {
+            forms: options.forms,
+            fast_math: options.fast_math,
+            ..Build::new(effects, scene.options.bounces)
+        };
+        Ok(Frame {
+            arch,
+            scene,
+            bvh,
+            size: options.size,
+            build,
+            guard,
+        })
+    }
+
+    /// System memory at the start of the frame.
+    ///
+    /// # Errors
+    ///
+    /// Scene and frame do not fit into memory.
+    pub fn image(&self) -> Result<SceneImage, Error> {
+        let Frame { scene, bvh, .. } = self;
+        let image = scene_image::build(scene, bvh, &scene.camera, &self.arch, self.size);
+        Ok(image?)
+    }
+
+    /// Renders the frame by a scheduled program. A frame that was cancelled has an account of what it
+    /// came to.
+    ///
+    /// # Errors
+    ///
+    /// The frame was not finished.
+    pub fn render(
+        &self,
+        image: SceneImage,
+        program: &ScheduledDre,
+        engines: &Engines,
+        session: &Session<'_>,
+    ) -> Result<(Picture, Report), Error> {
+        let options = system_options(program, self.guard.clone(), Timing::Full, session);
+        let cores = engines.cores(self.arch.system.cores);
+        Ok(system::render(image, cores, &self.arch, options)?)
+    }
+}
+
+/// How the system runs a scheduled program.
+pub fn system_options<'a>(
+    program: &'a ScheduledDre,
+    guard: Guard,
+    timing: Timing,
+    session: &Session<'a>,
+) -> system::Options<'a> {
+    system::Options {
+        max_cycles: MAX_CYCLES,
+        sram_image: &program.image,
+        guard,
+        timing,
+        kernel_names: kernel_names(program),
+        watch: session.watch,
+    }
+}
+
+/// The names of a program's kernels, by their numbers.
+pub fn kernel_names(program: &ScheduledDre) -> Vec<String> {
+    let kernels = program.kernels.values();
+    kernels.map(|k| k.dfg.name.clone()).collect()
+}

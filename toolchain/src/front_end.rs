@@ -1,0 +1,147 @@
+//! From C to the intermediate form, and what the passes make of it.
+
+use crate::input::{self, Input};
+use crate::options::Options;
+use crate::{Error, files};
+use srp_archdesc::arch::Arch;
+use srp_archdesc::diagnostic::{Diagnostic, Messages, Severity, Source};
+use srp_frontend::{Include, library};
+use srp_ir::pass::{self, Remark};
+use srp_ir::program::Program;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Finds included files, and remembers every text that was read.
+struct Texts<'a> {
+    folders: &'a [PathBuf],
+    read: RefCell<BTreeMap<String, Source>>,
+}
+
+impl<'a> Texts<'a> {
+    fn new(sources: &[Source], folders: &'a [PathBuf]) -> Texts<'a> {
+        let read = sources.iter().map(|s| (s.name.clone(), s.clone()));
+        Texts {
+            folders,
+            read: RefCell::new(read.collect()),
+        }
+    }
+
+    /// An included file: beside the file that asks, in the folders of the options, or one of those
+    /// that come along.
+    fn find(&self, include: &Include<'_>) -> Option<Source> {
+        let beside = Path::new(include.from).parent().map(Path::to_owned);
+        let folders = beside.into_iter().filter(|_| !include.system);
+        let folders = folders.chain(self.folders.iter().cloned());
+        let found = folders
+            .map(|folder| folder.join(include.name))
+            .find_map(|path| files::read_source(&path).ok())
+            .or_else(|| srp_kernels::header(include.name).map(input::source))?;
+        let mut read = self.read.borrow_mut();
+        read.insert(found.name.clone(), found.clone());
+        Some(found)
+    }
+
+    /// The messages with the texts that they are about.
+    fn messages(&self, diagnostics: Vec<Diagnostic>) -> Messages {
+        let mut read = self.read.borrow_mut();
+        let mut text = |name: &str| {
+            let library = || library::text(name).map(|text| Source::new(name, text));
+            read.remove(name).or_else(library)
+        };
+        let sources = diagnostics.iter().filter_map(|d| text(&d.file));
+        Messages {
+            sources: sources.collect(),
+            diagnostics,
+        }
+    }
+}
+
+/// Runs `f` with the front end's options.
+fn with<R>(
+    texts: &Texts<'_>,
+    arch: &Arch,
+    options: &Options,
+    f: impl FnOnce(&srp_frontend::Options<'_>) -> R,
+) -> R {
+    let buffers = &arch.system.buffers;
+    let machine = [
+        ("SRP_RAYS", buffers.rays),
+        ("SRP_RAY_BUFFERS", buffers.ray_buffers),
+        ("SRP_SRAM_BYTES", arch.system.sram_bytes),
+        ("SRP_HIT_BUFFERS", buffers.hit_buffers),
+    ];
+    let machine = machine.map(|(name, value)| (name.to_owned(), value.to_string()));
+    f(&srp_frontend::Options {
+        defines: machine.into_iter().chain(options.defines.clone()).collect(),
+        resolve: &|include| texts.find(include),
+        auto_kernel: options.auto_kernel,
+        double_is_float: options.double_is_float,
+        single_constants: options.single_constants,
+    })
+}
+
+/// Compiles C to the intermediate form, before the passes, with warnings.
+///
+/// # Errors
+///
+/// All that is wrong with the sources.
+pub fn front_end(
+    sources: &[Source],
+    arch: &Arch,
+    options: &Options,
+) -> Result<(Program, Messages), Error> {
+    let texts = Texts::new(sources, &options.include);
+    let compiled = with(&texts, arch, options, |o| srp_frontend::compile(sources, o));
+    let (program, diagnostics) = match compiled {
+        Ok((program, warnings)) => (Some(program), warnings),
+        Err(errors) => (None, errors),
+    };
+    let messages = texts.messages(options.warnings.choose(diagnostics));
+    let is_error = |m: &Diagnostic| m.severity == Severity::Error;
+    match program {
+        Some(program) if !messages.diagnostics.iter().any(is_error) => Ok((program, messages)),
+        _ => Err(Error::Messages(messages)),
+    }
+}
+
+/// The syntax tree of a source, as text.
+pub fn syntax_tree(source: &Source, arch: &Arch, options: &Options) -> String {
+    let texts = Texts::new(std::slice::from_ref(source), &options.include);
+    let mut map = srp_frontend::source::SourceMap::new();
+    let mut messages = srp_frontend::message::Messages::new();
+    let unit = with(&texts, arch, options, |o| {
+        srp_frontend::parse(source, o, &mut map, &mut messages)
+    });
+    srp_frontend::ast::show::show(&unit, &map)
+}
+
+/// Runs the passes over a program, and gives what they remark.
+pub fn optimise(program: &mut Program, arch: &Arch, options: &Options) -> Vec<Remark> {
+    let options = pass::Options {
+        precision: arch.precision,
+        fast_math: options.fast_math,
+    };
+    let remarks = pass::optimise(program, &options);
+    debug_assert_eq!(srp_ir::verify(program), Ok(()));
+    remarks
+}
+
+/// The program of an input before it is divided: what it means, and not when.
+///
+/// # Errors
+///
+/// Those of [`front_end`]; an input of a later form.
+pub fn program(input: Input, arch: &Arch, options: &Options) -> Result<Program, Error> {
+    match input {
+        Input::C(sources) => {
+            let (mut program, _) = front_end(&sources, arch, options)?;
+            optimise(&mut program, arch, options);
+            Ok(program)
+        }
+        Input::Ir(program) => Ok(*program),
+        Input::Dre(_) | Input::Scheduled(_) => {
+            Err(Error::invalid("the program is divided already"))
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! What is compiled: C files, or one file of a later form.
+
+use crate::{Error, files};
+use srp_archdesc::arch::Arch;
+use srp_archdesc::diagnostic::Source;
+use srp_ir::dre::scheduled::ScheduledDre;
+use srp_ir::dre::{self, Dre};
+use srp_ir::program::Program;
+use srp_kernels::File;
+use std::path::{Path, PathBuf};
+
+/// What is compiled, by how far that has gone.
+pub enum Input {
+    /// C sources.
+    C(Vec<Source>),
+    /// A program in the intermediate form.
+    Ir(Box<Program>),
+    /// A divided program.
+    Dre(Box<Dre>),
+    /// A scheduled program.
+    Scheduled(Box<ScheduledDre>),
+}
+
+/// A file that comes along, as a source.
+pub fn source(file: &File) -> Source {
+    Source::new(file.path, file.text)
+}
+
+/// The kernels of a frame that come along.
+pub fn kernels() -> Vec<Source> {
+    srp_kernels::SOURCES.iter().map(source).collect()
+}
+
+/// The C files of a folder, by name.
+///
+/// # Errors
+///
+/// The folder cannot be read, or has no C file.
+pub fn c_files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let error = |e: std::io::Error| {
+        Error::Invalid(format!("cannot read the folder {}: {e}", folder.display()))
+    };
+    let entries: Result<Vec<_>, _> = std::fs::read_dir(folder).map_err(error)?.collect();
+    let mut paths: Vec<PathBuf> = entries.map_err(error)?.iter().map(|e| e.path()).collect();
+    paths.retain(|p| p.extension().is_some_and(|e| e == "c"));
+    paths.sort();
+    match paths.is_empty() {
+        true => Err(Error::Invalid(format!(
+            "there is no C file in {}",
+            folder.display()
+        ))),
+        false => Ok(paths),
+    }
+}
+
+/// Reads C files, or one file of a later form.
+///
+/// # Errors
+///
+/// A file cannot be read, is wrong, or is of a later form and not alone.
+pub fn read(paths: &[PathBuf], arch: &Arch) -> Result<Input, Error> {
+    let form = |p: &Path| match p.display().to_string() {
+        n if n.ends_with(".ir") => Some("ir"),
+        n if n.ends_with(".dre.xml") => Some("dre"),
+        n if n.ends_with(".sched.xml") => Some("sched"),
+        _ => None,
+    };
+    let Some(path) = paths.iter().find(|p| form(p).is_some()) else {
+        let sources: Result<Vec<_>, _> = paths.iter().map(|p| files::read_source(p)).collect();
+        return Ok(Input::C(sources?));
+    };
+    if paths.len() > 1 {
+        return Err(Error::Invalid(format!(
+            "{} is compiled further than C: give it alone",
+            path.display()
+        )));
+    }
+    let text = files::read_text(path)?;
+    let at = |line: u32, column: u32, why: &dyn std::fmt::Display| Error::Form {
+        file: path.display().to_string(),
+        line,
+        column,
+        why: why.to_string(),
+    };
+    Ok(match form(path) {
+        Some("ir") => {
+            let program =
+                srp_ir::text::read(&text).map_err(|e| at(e.line, e.column, &e.message))?;
+            if let Err(violations) = srp_ir::verify(&program) {
+                let lines: Vec<String> = violations.iter().map(|v| v.to_string()).collect();
+                return Err(Error::Invalid(format!(
+                    "{}: {}",
+                    path.display(),
+                    lines.join("\n")
+                )));
+            }
+            Input::Ir(Box::new(program))
+        }
+        Some("dre") => {
+            let dre = dre::read(&text).map_err(|e| at(e.line, e.column, &e.message))?;
+            Input::Dre(Box::new(dre))
+        }
+        _ => {
+            let program =
+                dre::read_scheduled(&text, arch).map_err(|e| at(e.line, e.column, &e.message))?;
+            Input::Scheduled(Box::new(program))
+        }
+    })
+}

@@ -1,0 +1,38 @@
+//! From files to a scheduled program and a running simulator: every stage in its order.
+//!
+//! * [`input`] and [`machine`] read what a user gives; [`scene`] reads what is rendered.
+//! * [`compile()`] takes C, or a later form, to a schedule: [`front_end()`], [`optimise()`],
+//!   [`divide()`], [`schedule()`].
+//! * [`Build`] says what the kernels of a frame are built for, [`Frame`] what is rendered, and
+//!   [`Frame::render`] runs it.
+//! * [`Engine`] is what simulates an SRP.
+//!
+//! Commands, studies, tests and benches call these functions and have no chain of their own. Options
+//! are plain data. Work goes on in a [`Session`], which says who watches it and how many threads it
+//! may use; nothing here prints.
+
+mod compile;
+mod divide;
+pub mod engine;
+mod error;
+pub mod files;
+mod frame;
+mod front_end;
+pub mod input;
+mod loops;
+pub mod machine;
+mod options;
+pub mod scene;
+mod session;
+
+pub use compile::{Compiled, compile, facts_alone, schedule};
+pub use divide::{Divided, divide};
+pub use engine::{Engine, Engines};
+pub use error::Error;
+pub use frame::{
+    Build, Frame, FrameOptions, MAX_CYCLES, hash, kernel_names, system_options, tools,
+};
+pub use front_end::{front_end, optimise, program, syntax_tree};
+pub use input::Input;
+pub use options::{Effort, Options, Warnings};
+pub use session::{Session, Timed, Times};

@@ -1,0 +1,59 @@
+//! Machine files, and the machines that come along.
+
+use crate::Error;
+use crate::files::{self, FileError};
+use srp_archdesc::arch::Arch;
+use srp_archdesc::diagnostic::{Messages, Source};
+use srp_archdesc::{machines, xml};
+use std::path::Path;
+
+/// Reads a machine file, or finds a machine that comes along by its name.
+///
+/// # Errors
+///
+/// The file cannot be read, or is wrong.
+pub fn read(path: &Path) -> Result<Arch, Error> {
+    let name = path.display().to_string();
+    let text = match machines::ALL.iter().find(|m| m.name == name) {
+        Some(machine) => machine.xml.to_owned(),
+        None => files::read_text(path).map_err(|error| unknown(path, error))?,
+    };
+    parse(&name, &text)
+}
+
+/// Why a machine file cannot be read; what might be a name may be meant as one.
+fn unknown(path: &Path, error: FileError) -> Error {
+    if path.exists() || path.extension().is_some() {
+        return error.into();
+    }
+    let names: Vec<&str> = machines::ALL.iter().map(|m| m.name).collect();
+    Error::Invalid(format!(
+        "{error}, and no machine of this name comes along: there are {}",
+        names.join(", ")
+    ))
+}
+
+/// The machine of a text, which messages know by `name`.
+///
+/// # Errors
+///
+/// All that is wrong with it.
+pub fn parse(name: &str, text: &str) -> Result<Arch, Error> {
+    xml::parse(name, text).map_err(|diagnostics| {
+        Error::Messages(Messages {
+            diagnostics,
+            sources: vec![Source::new(name, text)],
+        })
+    })
+}
+
+/// Refuses a machine whose parts do not fit each other for a simulation.
+///
+/// # Errors
+///
+/// What does not fit, with the machine's name.
+pub fn check_system(name: &str, arch: &Arch) -> Result<(), Error> {
+    let checked = srp_runtime::system::check(&arch.system);
+    checked
+        .map_err(|why| Error::Invalid(format!("{name}: this machine cannot be simulated: {why}")))
+}

@@ -1,0 +1,139 @@
+//! What a caller decides about a compilation.
+
+use srp_archdesc::diagnostic::{Diagnostic, Severity};
+use srp_frontend::message::{warning_name, warning_names};
+use srp_ir::pass::FastMath;
+use srp_scheduler::modulo;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// How a program is compiled. The default is what C allows, with innermost loops on the array.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Folders to look for included files in, after that of the including file.
+    pub include: Vec<PathBuf>,
+    /// Macros: names and bodies.
+    pub defines: Vec<(String, String)>,
+    /// Innermost loops become kernels where no pragma says so.
+    pub auto_kernel: bool,
+    /// `double` is `float`; each place where it is gets a warning.
+    pub double_is_float: bool,
+    /// Floating constants without suffix are floats; each gets a warning.
+    pub single_constants: bool,
+    /// What may change results of floating-point arithmetic.
+    pub fast_math: FastMath,
+    /// Which warnings there are, and which are errors.
+    pub warnings: Warnings,
+    /// How long loops are scheduled.
+    pub effort: Effort,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options {
+            include: Vec::new(),
+            defines: Vec::new(),
+            auto_kernel: true,
+            double_is_float: false,
+            single_constants: false,
+            fast_math: FastMath::default(),
+            warnings: Warnings::default(),
+            effort: Effort::Steps,
+        }
+    }
+}
+
+/// How long the best schedule of a loop is looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effort {
+    /// As far as a fixed number of steps goes: the same for everybody.
+    Steps,
+    /// For so long beyond these steps, for each loop that has not reached its bound.
+    Beyond(Duration),
+}
+
+impl Effort {
+    /// This effort in the words of the scheduler.
+    pub fn modulo(self) -> modulo::Options {
+        modulo::Options {
+            beyond: match self {
+                Effort::Steps => None,
+                Effort::Beyond(time) => Some(time),
+            },
+            ..modulo::Options::default()
+        }
+    }
+}
+
+/// Wishes about warnings, the later before the earlier, as `-W` has them.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Warnings(Vec<String>);
+
+/// What becomes of a warning.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Level {
+    Off,
+    Warn,
+    Error,
+}
+
+impl Warnings {
+    /// These wishes: `NAME`, `no-NAME`, `error`, `error=NAME`, `no-error`, `no-error=NAME`, `all`,
+    /// `extra`, `none`.
+    ///
+    /// # Errors
+    ///
+    /// A sentence about a wish that names no warning.
+    pub fn parse(wishes: &[String]) -> Result<Warnings, String> {
+        for wish in wishes {
+            let general = ["all", "extra", "none", "error", "no-error"];
+            let bare = wish.strip_prefix("no-").unwrap_or(wish);
+            let bare = bare.strip_prefix("error=").unwrap_or(bare);
+            if !general.contains(&wish.as_str()) && !warning_names().any(|name| name == bare) {
+                let names: Vec<_> = warning_names().collect();
+                return Err(format!(
+                    "`-W {wish}` names no warning; there are all, none, error and {}",
+                    names.join(", ")
+                ));
+            }
+        }
+        Ok(Warnings(wishes.to_vec()))
+    }
+
+    /// The messages that are wanted, some of the warnings as errors.
+    pub(crate) fn choose(&self, messages: Vec<Diagnostic>) -> Vec<Diagnostic> {
+        let mut chosen = Vec::new();
+        for mut message in messages {
+            let name = warning_name(message.code);
+            if let (true, Some(name)) = (message.severity != Severity::Error, name) {
+                match self.level(name) {
+                    Level::Off => continue,
+                    Level::Error if message.severity == Severity::Warning => {
+                        message.severity = Severity::Error;
+                    }
+                    _ => {}
+                }
+            }
+            chosen.push(message);
+        }
+        chosen
+    }
+
+    fn level(&self, name: &str) -> Level {
+        let mut level = Level::Warn;
+        for wish in &self.0 {
+            match wish.as_str() {
+                "none" => level = Level::Off,
+                "all" | "extra" if level == Level::Off => level = Level::Warn,
+                "error" if level == Level::Warn => level = Level::Error,
+                "no-error" if level == Level::Error => level = Level::Warn,
+                wish if wish == name && level == Level::Off => level = Level::Warn,
+                wish if wish.strip_prefix("no-error=") == Some(name) => level = Level::Warn,
+                wish if wish.strip_prefix("no-") == Some(name) => level = Level::Off,
+                wish if wish.strip_prefix("error=") == Some(name) => level = Level::Error,
+                _ => {}
+            }
+        }
+        level
+    }
+}

@@ -1,0 +1,211 @@
+//! Scenes, their viewpoints, and what is asked of them.
+
+use crate::{Error, Session, files};
+use srp_archdesc::diagnostic::Messages;
+use srp_archdesc::watch::{Event, Stage};
+use srp_runtime::bvh::{self, Bvh};
+use srp_runtime::effect::{self, Effects, Guard};
+use srp_runtime::scene::camera::{Camera, Viewpoints};
+use srp_runtime::scene::{self, Light, MAX_LIGHTS, Scene};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// A scene, and what is doubtful about it.
+pub struct Loaded {
+    /// The scene.
+    pub scene: Scene,
+    /// Warnings about its files.
+    pub warnings: Messages,
+    /// What it asks for and the kernels cannot do, a sentence each.
+    pub unsupported: Vec<String>,
+}
+
+/// Reads a scene, or makes the default one.
+///
+/// # Errors
+///
+/// The scene's files cannot be read, or are wrong.
+pub fn read(
+    path: Option<&Path>,
+    camera: Option<Camera>,
+    session: &Session<'_>,
+) -> Result<Loaded, Error> {
+    let Some(path) = path else {
+        let mut scene = scene::demo::demo();
+        scene.camera = camera.unwrap_or(scene.camera);
+        return Ok(Loaded {
+            scene,
+            warnings: Messages::default(),
+            unsupported: Vec::new(),
+        });
+    };
+    let _stage = Stage::unknown(session.watch, "reading the scene");
+    let loaded = scene::read(path, camera, &mut |path| std::fs::read(path));
+    let loaded = loaded.map_err(Error::Messages)?;
+    let unsupported = effect::lacks(&loaded.scene);
+    Ok(Loaded {
+        unsupported: unsupported.iter().map(|lack| lack.to_string()).collect(),
+        scene: loaded.scene,
+        warnings: loaded.warnings,
+    })
+}
+
+/// How far light is followed, and what the kernels are built for, where that is not the scene's own.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Shading {
+    /// A list of effects, as [`Effects::parse`] has it.
+    pub effects: Option<String>,
+    /// Rays through each pixel.
+    pub samples: Option<u32>,
+    /// Most secondary rays in a row.
+    pub bounces: Option<u32>,
+    /// Ambient occlusion rays from each point, and how far they reach; else a tenth of the scene.
+    pub occlusion: Option<(u32, Option<f32>)>,
+    /// Diffuse reflections in a row that are followed.
+    pub inter_reflections: Option<u32>,
+    /// Point lights, instead of the scene's.
+    pub lights: Vec<Light>,
+}
+
+impl Shading {
+    /// Changes a scene.
+    ///
+    /// # Errors
+    ///
+    /// The scene then has too many lights.
+    pub fn apply(&self, scene: &mut Scene) -> Result<(), Error> {
+        let options = &mut scene.options;
+        options.samples = self.samples.unwrap_or(options.samples);
+        options.bounces = self.bounces.unwrap_or(options.bounces);
+        options.inter_reflections = self.inter_reflections.unwrap_or(options.inter_reflections);
+        if let Some((count, radius)) = self.occlusion {
+            options.occlusion = count;
+            let (lo, hi) = scene::bounds(&scene.triangles).unwrap_or_default();
+            options.occlusion_radius = radius.unwrap_or(0.1 * (hi - lo).length());
+        }
+        if !self.lights.is_empty() {
+            scene.lights.clone_from(&self.lights);
+        }
+        match scene.lights.len() > MAX_LIGHTS {
+            true => Err(Error::Invalid(format!(
+                "there are {} lights, and no more than {MAX_LIGHTS} are possible",
+                scene.lights.len()
+            ))),
+            false => Ok(()),
+        }
+    }
+
+    /// What kernels are built for, and the guard that stops a frame which calls for more. What the
+    /// list leaves out by a sign is not guarded: it is not wanted.
+    ///
+    /// # Errors
+    ///
+    /// The list names an unknown effect, or leaves out what the scene needs everywhere.
+    pub fn effects(&self, scene: &Scene) -> Result<(Effects, Guard), Error> {
+        let needed: Effects = effect::find(scene).into_iter().collect();
+        let Some(list) = &self.effects else {
+            return Ok((needed, Guard::default()));
+        };
+        let (built, whole) = needed.parse(list)?;
+        let guard = match whole {
+            true => Guard::of(scene, built)?,
+            false => Guard::default(),
+        };
+        Ok((built, guard))
+    }
+}
+
+/// Builds the tree of a scene, and notes what came of it.
+pub fn build(scene: &Scene, options: &bvh::Options, session: &Session<'_>) -> Bvh {
+    let stage = Stage::unknown(session.watch, "building the BVH");
+    let bvh = bvh::build(&scene.triangles, options);
+    drop(stage);
+    let note = |text: &str| session.watch.tell(Event::Note(text));
+    if bvh.fell_back {
+        note("note: the tree was too deep for the T&I unit; the sweep's is used instead");
+    }
+    note(&format!(
+        "{} triangles, BVH by {}: SAH cost {:.1}, {} levels",
+        scene.triangles.len(),
+        options.builder.name(),
+        bvh.sah_cost(options.traversal_cost),
+        bvh.depth()
+    ));
+    bvh
+}
+
+/// The viewpoints of one scene in a file of cameras.
+pub struct Views {
+    name: String,
+    /// The viewpoints.
+    pub points: Viewpoints,
+}
+
+impl Views {
+    /// Those under `name` in the file.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read, is wrong, or has no such scene.
+    pub fn read(path: &Path, name: &str) -> Result<Views, Error> {
+        let mut scenes = scenes(path)?;
+        let Some(scene) = scenes.remove(name) else {
+            let known: Vec<&str> = scenes
+                .iter()
+                .filter(|(_, v)| v.is_object())
+                .map(|(k, _)| k.as_str())
+                .collect();
+            return Err(Error::Invalid(format!(
+                "{}: there is no scene `{name}`; there are {}",
+                path.display(),
+                known.join(", ")
+            )));
+        };
+        let named = format!("{}: scene `{name}`", path.display());
+        let points =
+            serde_json::from_value(scene).map_err(|e| Error::Invalid(format!("{named}: {e}")))?;
+        Ok(Views {
+            name: named,
+            points,
+        })
+    }
+
+    /// Those that a file `cameras.json` beside the scene, or one folder above, has for it.
+    ///
+    /// # Errors
+    ///
+    /// Such a file cannot be read, or is wrong.
+    pub fn beside(scene: &Path) -> Result<Option<Views>, Error> {
+        let Some(name) = scene.file_stem().and_then(|n| n.to_str()) else {
+            return Ok(None);
+        };
+        for folder in scene.ancestors().skip(1).take(2) {
+            let path: PathBuf = folder.join("cameras.json");
+            if path.is_file() && scenes(&path)?.contains_key(name) {
+                return Views::read(&path, name).map(Some);
+            }
+        }
+        Ok(None)
+    }
+
+    /// The camera of view `number`.
+    ///
+    /// # Errors
+    ///
+    /// There is no such view, or its figures are none of a camera.
+    pub fn camera(&self, number: usize) -> Result<Camera, Error> {
+        let camera = self.points.camera(number);
+        camera.map_err(|e| Error::Invalid(format!("{}: {e}", self.name)))
+    }
+}
+
+/// All scenes of a file of cameras.
+fn scenes(path: &Path) -> Result<BTreeMap<String, serde_json::Value>, Error> {
+    let text = files::read_text(path)?;
+    serde_json::from_str(&text).map_err(|e| Error::Form {
+        file: path.display().to_string(),
+        line: e.line() as u32,
+        column: e.column() as u32,
+        why: e.to_string(),
+    })
+}

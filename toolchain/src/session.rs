@@ -1,0 +1,121 @@
+//! What all work of one process shares.
+
+use crate::loops::Loops;
+use srp_archdesc::watch::{Event, Unwatched, Watch};
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+/// Who watches the work, and what it may use.
+pub struct Session<'a> {
+    /// Who watches.
+    pub watch: &'a dyn Watch,
+    /// Threads of the host; no result depends on them.
+    pub threads: usize,
+    /// Loops that are scheduled already.
+    pub(crate) loops: Loops,
+}
+
+impl<'a> Session<'a> {
+    /// A session on all processors of the host.
+    pub fn new(watch: &'a dyn Watch) -> Session<'a> {
+        Session {
+            watch,
+            threads: std::thread::available_parallelism().map_or(1, usize::from),
+            loops: Loops::default(),
+        }
+    }
+
+    /// The error of work that was cancelled, if it was.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Cancelled`](crate::Error::Cancelled).
+    pub fn check(&self) -> Result<(), crate::Error> {
+        match self.watch.cancelled() {
+            true => Err(crate::Error::Cancelled),
+            false => Ok(()),
+        }
+    }
+}
+
+impl Default for Session<'_> {
+    /// A session that nobody watches.
+    fn default() -> Self {
+        Session::new(&Unwatched)
+    }
+}
+
+/// A watch that also takes the time of stages and items. Times of one name add up.
+pub struct Timed<'a> {
+    watch: &'a dyn Watch,
+    laps: Mutex<Laps>,
+}
+
+#[derive(Default)]
+struct Laps {
+    /// Stages that have begun, the last one last.
+    stages: Vec<(&'static str, Duration)>,
+    /// Items that have begun.
+    items: BTreeMap<String, Duration>,
+    times: Times,
+}
+
+/// How long work took.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Times {
+    /// Each stage, by its name.
+    pub stages: BTreeMap<&'static str, Duration>,
+    /// Each item of any stage, by its name.
+    pub items: BTreeMap<String, Duration>,
+}
+
+impl<'a> Timed<'a> {
+    /// Takes times and passes everything on.
+    pub fn new(watch: &'a dyn Watch) -> Timed<'a> {
+        Timed {
+            watch,
+            laps: Mutex::default(),
+        }
+    }
+
+    /// The times so far.
+    pub fn times(&self) -> Times {
+        let laps = self.laps.lock().unwrap_or_else(PoisonError::into_inner);
+        laps.times.clone()
+    }
+}
+
+impl Watch for Timed<'_> {
+    fn cancelled(&self) -> bool {
+        self.watch.cancelled()
+    }
+
+    fn tell(&self, event: Event<'_>) {
+        let now = self.watch.elapsed();
+        let mut laps = self.laps.lock().unwrap_or_else(PoisonError::into_inner);
+        match event {
+            Event::Begin(name, _) => laps.stages.push((name, now)),
+            Event::End => {
+                if let Some((name, since)) = laps.stages.pop() {
+                    *laps.times.stages.entry(name).or_default() += now - since;
+                }
+            }
+            Event::ItemBegins(name) => {
+                laps.items.insert(name.to_owned(), now);
+            }
+            Event::ItemEnds(name) => {
+                if let Some(since) = laps.items.remove(name) {
+                    *laps.times.items.entry(name.to_owned()).or_default() += now - since;
+                }
+            }
+            Event::Done(_) | Event::Note(_) => {}
+        }
+        drop(laps);
+        self.watch.tell(event);
+    }
+
+    fn elapsed(&self) -> Duration {
+        self.watch.elapsed()
+    }
+}
