@@ -58,8 +58,8 @@ pub struct Schedule {
 pub struct LoopFacts {
     /// Lower bounds of the II.
     pub bounds: modulo::Bounds,
-    /// Why the II below was not reached, in words; `None` where the II is the bound.
-    pub obstacle: Option<String>,
+    /// Why the II below was not reached; `None` where the II is the bound.
+    pub why_not_lower: Option<modulo::FailedIi>,
     /// IIs from the bound on that were proved impossible.
     pub impossible: Vec<modulo::Impossible>,
 }
@@ -84,11 +84,7 @@ impl std::fmt::Display for ScheduleError {
             ScheduleError::TooLarge(e) => e.fmt(f),
             ScheduleError::Kernels(kernels) => {
                 let line = |(kernel, e): &(Kernel, modulo::Unschedulable)| {
-                    format!(
-                        "kernel {} cannot run on the array: {}",
-                        kernel.index(),
-                        e.why
-                    )
+                    format!("kernel {} cannot run on the array: {e}", kernel.index())
                 };
                 let lines: Vec<String> = kernels.iter().map(line).collect();
                 f.write_str(&lines.join("\n"))
@@ -150,7 +146,7 @@ pub fn assemble(dre: &Dre, arch: &Arch, loops: Vec<LoopResult>) -> Result<Schedu
                 kernels.push(scheduled.schedule);
                 facts.push(LoopFacts {
                     bounds: scheduled.bounds,
-                    obstacle: scheduled.obstacle,
+                    why_not_lower: scheduled.why_not_lower,
                     impossible: scheduled.impossible,
                 });
             }

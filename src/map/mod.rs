@@ -229,7 +229,7 @@ fn checked(
     result: Result<modulo::Scheduled, modulo::Unschedulable>,
     arch: &Arch,
 ) -> Result<modulo::Scheduled, String> {
-    let scheduled = result.map_err(|e| e.why)?;
+    let scheduled = result.map_err(|e| e.to_string())?;
     let wrong = check::check_loop(&scheduled.schedule, &arch.srp);
     match wrong.first() {
         None => Ok(scheduled),
@@ -246,7 +246,7 @@ fn mapping(graph: &Graph, scheduled: &modulo::Scheduled) -> Mapping {
     let modulo::Scheduled {
         schedule,
         bounds,
-        obstacle,
+        why_not_lower,
         impossible,
     } = scheduled;
     Mapping {
@@ -257,7 +257,7 @@ fn mapping(graph: &Graph, scheduled: &modulo::Scheduled) -> Mapping {
         recurrence: (bounds.critical_cycle.iter())
             .map(|&node| graph.names[node].clone())
             .collect(),
-        why_not_lower: obstacle.clone(),
+        why_not_lower: why_not_lower.as_ref().map(|failed| failed.to_string()),
         impossible: (impossible.iter())
             .map(|proof| Impossible {
                 ii: proof.ii,

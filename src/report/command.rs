@@ -12,7 +12,7 @@ use srp_archdesc::entity::EntityMap;
 use srp_ir::dfg::Dfg;
 use srp_ir::dre;
 use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledLoops};
-use srp_scheduler::modulo::Impossible;
+use srp_scheduler::modulo::{FailedIi, Impossible};
 use srp_toolchain::{Compiled, Input, facts_alone, input, machine};
 use std::path::{Path, PathBuf};
 
@@ -105,10 +105,17 @@ impl Subject {
         }
     }
 
-    fn schedules(&self) -> Vec<&ModuloSchedule> {
+    /// The schedules, each with the II below that failed.
+    fn schedules(&self) -> Vec<(&ModuloSchedule, Option<&FailedIi>)> {
         match self {
-            Subject::Program(compiled) => compiled.schedule.program.kernels.values().collect(),
-            Subject::Loops(loops) => loops.loops.iter().collect(),
+            Subject::Program(compiled) => {
+                let facts = compiled.schedule.loops.values();
+                let failed = facts.map(|facts| facts.why_not_lower.as_ref());
+                (compiled.schedule.program.kernels.values())
+                    .zip(failed)
+                    .collect()
+            }
+            Subject::Loops(loops) => loops.loops.iter().map(|s| (s, None)).collect(),
         }
     }
 }
@@ -149,8 +156,8 @@ fn prove(path: &Path, kernel: Option<&str>, subject: &Subject, arch: &Arch) -> R
     };
     let schedules = subject.schedules();
     let proved: Vec<Proved<'_>> = (schedules.into_iter().zip(impossible))
-        .filter(|(s, _)| kernel.is_none_or(|name| s.dfg.name == name))
-        .map(|(s, impossible)| Proved {
+        .filter(|((s, _), _)| kernel.is_none_or(|name| s.dfg.name == name))
+        .map(|((s, _), impossible)| Proved {
             dfg: &s.dfg,
             ii: s.ii,
             impossible,

@@ -1,34 +1,35 @@
 //! The sentence that helps: what to do for a lower II, from what is known of a loop.
 
 use super::model::{Advice, LoopReport, Lowered, Position, Report, Status, WhatIf};
+use srp_scheduler::modulo::{FailedIi, Obstacle};
 
-/// What to do about a loop.
-pub(super) fn of(l: &LoopReport) -> String {
+/// What to do about a loop, of which the II below may have failed.
+pub(super) fn of(l: &LoopReport, failed: Option<&FailedIi>) -> String {
     if l.ii == 1 {
         return "an iteration starts every cycle: nothing is to be gained".to_owned();
     }
     match &l.what_if {
-        Some(what_if) => tried(l, what_if),
-        None => untried(l),
+        Some(what_if) => tried(l, what_if, failed),
+        None => untried(l, failed),
     }
 }
 
 /// What trying changes has shown.
-fn tried(l: &LoopReport, what_if: &WhatIf) -> String {
+fn tried(l: &LoopReport, what_if: &WhatIf, failed: Option<&FailedIi>) -> String {
     match what_if.changes.first() {
         Some(best) => format!("{} would give II = {}", best.what, best.ii),
         None => {
             let tried = what_if.tried;
             format!(
                 "none of {tried} changes that were tried would help: {}",
-                untried(l)
+                untried(l, failed)
             )
         }
     }
 }
 
 /// What the bounds say.
-fn untried(l: &LoopReport) -> String {
+fn untried(l: &LoopReport, failed: Option<&FailedIi>) -> String {
     let scarce = l.resources.iter().find(|r| r.bound == l.res_mii);
     let by_resources = match scarce {
         Some(r) if r.shared => format!("more of {}, or fewer uses of it", r.resource),
@@ -50,7 +51,7 @@ fn untried(l: &LoopReport) -> String {
             l.horizon(),
             l.bound()
         ),
-        Status::Open => open(l),
+        Status::Open => open(l, failed),
         Status::Bound if l.res_mii == l.rec_mii => {
             format!("both {by_resources}, and {by_recurrence}")
         }
@@ -60,25 +61,20 @@ fn untried(l: &LoopReport) -> String {
 }
 
 /// What to do where the II is above its bounds and nothing is proved.
-fn open(l: &LoopReport) -> String {
-    let Some(obstacle) = &l.why_not_lower else {
+fn open(l: &LoopReport, failed: Option<&FailedIi>) -> String {
+    let Some(failed) = failed else {
         let bound = l.bound();
         return format!(
             "the bound is {bound}: a longer search (--optimal), or more links or registers"
         );
     };
-    let remedy = match obstacle.text.as_str() {
-        text if text.contains("registers of") => {
-            "larger register files, or fewer values that live long"
-        }
-        text if text.contains("no route") => "more links, or registers to wait in",
-        text if text.contains("no unit") => "more units for it",
-        _ => "more links or registers",
+    let remedy = match failed.obstacle {
+        Obstacle::Registers { .. } => "larger register files, or fewer values that live long",
+        Obstacle::NoRoute { .. } => "more links, or registers to wait in",
+        Obstacle::NoUnit(_) => "more units for it",
+        Obstacle::AttemptsExhausted => "more links or registers",
     };
-    format!(
-        "{}: {remedy}, or a longer search (--optimal)",
-        obstacle.text
-    )
+    format!("{failed}: {remedy}, or a longer search (--optimal)")
 }
 
 /// Whether the recurrence passes through accesses that are kept in order for want of knowledge.

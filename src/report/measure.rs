@@ -4,16 +4,15 @@ use super::model::{
     Carried, Cell, Edge, FileKind, FileLoad, Graph, Impossible, LinkLoad, LoopReport, NotPipelined,
     Obstacle, Operation, Ordered, PortLoad, Position, Resource, SharedLoad, Status, Step, UnitLoad,
 };
-use super::obstacle;
 use srp_archdesc::arch::{self, Arch};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_ir::dfg::{Dep, Dfg, Node, Operand, Order};
 use srp_ir::dre::scheduled::{ModuloSchedule, PlacedOp, Source};
 use srp_ir::program::{Pos, SourceFile};
-use srp_ir::split::{self, Remark};
+use srp_ir::split::Remark;
 use srp_scheduler::LoopFacts;
 use srp_scheduler::demand::{Demand, Dependence, Need};
-use srp_scheduler::modulo::{self, Bounds};
+use srp_scheduler::modulo::{self, Bounds, FailedIi};
 use srp_scheduler::usage::{self, FileUse, LinkUse, Taker, Usage, opcode, usage};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -36,11 +35,11 @@ impl View<'_> {
         }
     }
 
-    pub(super) fn not_pipelined(&self, n: &split::NotPipelined) -> NotPipelined {
+    pub(super) fn not_pipelined(&self, n: &srp_toolchain::NotPipelined) -> NotPipelined {
         NotPipelined {
             kernel: n.name.clone(),
             at: self.position(n.pos),
-            reason: n.reason.clone(),
+            reason: n.reason.to_string(),
             reason_at: self.position(n.at),
             required: n.required,
             what_if: None,
@@ -68,7 +67,7 @@ impl View<'_> {
             rec_mii: bounds.recurrences,
             recurrence: self.recurrence(dfg, facts),
             recurrence_graph: self.recurrence_graph(schedule, facts),
-            why_not_lower: facts.obstacle.as_ref().map(|text| self.obstacle(dfg, text)),
+            why_not_lower: (facts.why_not_lower.as_ref()).map(|failed| self.obstacle(dfg, failed)),
             impossible: facts.impossible.iter().map(impossible).collect(),
             what_if: None,
             hint: String::new(),
@@ -86,7 +85,7 @@ impl View<'_> {
             table: self.table(schedule),
             seconds: None,
         };
-        report.hint = super::hint::of(&report);
+        report.hint = super::hint::of(&report, facts.why_not_lower.as_ref());
         report
     }
 
@@ -188,11 +187,13 @@ impl View<'_> {
     }
 
     /// What was in the way, with the operations that it names.
-    fn obstacle(&self, dfg: &Dfg, text: &str) -> Obstacle {
-        let nodes = obstacle::named(dfg, text).into_iter();
+    fn obstacle(&self, dfg: &Dfg, failed: &FailedIi) -> Obstacle {
+        let operations = failed.obstacle.operations();
         Obstacle {
-            text: text.to_owned(),
-            operations: nodes.map(|n| self.operation(dfg, n)).collect(),
+            text: failed.to_string(),
+            operations: (operations.iter())
+                .map(|o| self.operation(dfg, o.node))
+                .collect(),
         }
     }
 
@@ -211,7 +212,7 @@ impl View<'_> {
         let ordered = |r: &Remark| Ordered {
             first: self.position(r.first),
             second: self.position(r.second),
-            why: r.text.clone(),
+            why: r.doubt.to_string(),
         };
         of_kernel.map(ordered).collect()
     }

@@ -8,7 +8,6 @@ mod hint;
 mod html;
 mod measure;
 mod model;
-mod obstacle;
 mod output;
 mod text;
 mod trial;
@@ -25,10 +24,9 @@ use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::EntityMap;
 use srp_ir::dre::scheduled::ScheduledLoops;
 use srp_ir::program::{Kernel, SourceFile};
-use srp_ir::split::NotPipelined;
 use srp_scheduler::LoopFacts;
 use srp_scheduler::vliw::FunctionFacts;
-use srp_toolchain::Compiled;
+use srp_toolchain::{Compiled, NotPipelined};
 use std::collections::BTreeMap;
 
 /// The report of a compiled program.

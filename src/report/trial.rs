@@ -8,14 +8,14 @@ use crate::talk::Progress;
 use srp_archdesc::arch::Arch;
 use srp_ir::dfg::{Dfg, Order};
 use srp_ir::dre::scheduled::ModuloSchedule;
-use srp_scheduler::modulo;
+use srp_scheduler::modulo::{self, FailedIi};
 use srp_scheduler::what_if::what_if;
 
 /// Tries changes of the machine, and of what is known of the accesses, for every loop of a report,
 /// and for loops that the machine kept from the array.
 pub(super) fn try_changes(
     report: &mut Report,
-    schedules: &[&ModuloSchedule],
+    schedules: &[(&ModuloSchedule, Option<&FailedIi>)],
     refused: &[Dfg],
     arch: &Arch,
 ) {
@@ -28,11 +28,12 @@ pub(super) fn try_changes(
     };
     for l in &mut report.loops {
         step();
-        let Some(schedule) = schedules.iter().find(|s| s.dfg.name == l.kernel) else {
+        let Some((schedule, failed)) = schedules.iter().find(|(s, _)| s.dfg.name == l.kernel)
+        else {
             continue;
         };
         l.what_if = Some(interrupt::looked_for(|| of_loop(l, schedule, arch)));
-        l.hint = hint::of(l);
+        l.hint = hint::of(l, *failed);
     }
     for n in &mut report.not_pipelined {
         step();

@@ -72,8 +72,8 @@ fn proof(scheduled: &Scheduled) -> String {
     );
     let proved = slack.map(|slack| format!("below {least} impossible (slack {slack})"));
     let open = (least < ii).then(|| {
-        let why = scheduled.obstacle.as_deref().unwrap_or("attempts ran out");
-        format!("open: {why}")
+        let failed = scheduled.why_not_lower.as_ref();
+        failed.map_or_else(|| "open".to_owned(), |failed| format!("open: {failed}"))
     });
     match (proved, open) {
         _ if ii == bound => "the bound".to_owned(),
@@ -90,7 +90,7 @@ fn show(name: &str, row: &Row) {
             let proof = proof(scheduled);
             println!("{name:24} {nodes:5} {ii:4} {bound:5} {time:9.1}  {proof}");
         }
-        Err(e) => println!("{name:24} {nodes:5}    -     - {time:9.1}  {}", e.why),
+        Err(e) => println!("{name:24} {nodes:5}    -     - {time:9.1}  {e}"),
     }
 }
 

@@ -1,6 +1,6 @@
 //! [`compile()`]: an input all the way to a schedule.
 
-use crate::divide::{Divided, divide, give_back};
+use crate::divide::{Divided, NotPipelined, divide, give_back};
 use crate::front_end::{front_end, optimise};
 use crate::loops;
 use crate::session::{Session, Timed, Times};
@@ -13,7 +13,7 @@ use srp_ir::dre::Dre;
 use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledDre};
 use srp_ir::pass;
 use srp_ir::program::{Kernel, Program};
-use srp_ir::split::{NotPipelined, Remark};
+use srp_ir::split::Remark;
 use srp_scheduler::modulo::{self, Unschedulable};
 use srp_scheduler::{LoopFacts, Schedule, ScheduleError};
 use std::collections::BTreeMap;
@@ -186,9 +186,9 @@ fn refusal(dre: &Dre, error: ScheduleError) -> Error {
     };
     let line = |(kernel, why): (Kernel, Unschedulable)| {
         let dfg = &dre.kernels[kernel];
-        let pos = why.node.map_or(dfg.pos, |n| dfg.nodes[n].pos);
+        let pos = why.node().map_or(dfg.pos, |n| dfg.nodes[n].pos);
         let file = dre.control.files.get(pos.file).map_or("", String::as_str);
-        let (name, why) = (&dfg.name, why.why);
+        let name = &dfg.name;
         format!(
             "{file}:{}:{}: {name} cannot run on the array: {why}",
             pos.line, pos.column
@@ -201,7 +201,7 @@ fn refusal(dre: &Dre, error: ScheduleError) -> Error {
 pub fn facts_alone(schedule: &ModuloSchedule, arch: &Arch) -> LoopFacts {
     LoopFacts {
         bounds: modulo::bounds(&schedule.dfg, &arch.srp),
-        obstacle: None,
+        why_not_lower: None,
         impossible: Vec::new(),
     }
 }

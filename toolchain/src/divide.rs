@@ -5,10 +5,55 @@ use crate::Error;
 use srp_archdesc::arch::Arch;
 use srp_ir::dfg::{Dfg, Order};
 use srp_ir::dre::Dre;
-use srp_ir::program::{Block, Func, Kernel, Program};
-use srp_ir::split::{NotPipelined, Remark, split};
+use srp_ir::program::{Block, Func, Kernel, Pos, Program};
+use srp_ir::split::{self, Remark, split};
 use srp_scheduler::modulo::{self, Unschedulable};
 use std::collections::BTreeMap;
+
+/// A loop that was to run on the array and stays in the control code.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NotPipelined {
+    /// The kernel's name.
+    pub name: String,
+    /// The loop statement.
+    pub pos: Pos,
+    /// What is in the way.
+    pub reason: WhyNot,
+    /// Where that is.
+    pub at: Pos,
+    /// It was asked for by a pragma.
+    pub required: bool,
+}
+
+/// What keeps a loop from the array.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum WhyNot {
+    /// Its form, which no array can run.
+    Form(split::Reason),
+    /// The machine, whose array cannot run it.
+    Machine(Unschedulable),
+}
+
+impl std::fmt::Display for WhyNot {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            WhyNot::Form(reason) => reason.fmt(f),
+            WhyNot::Machine(reason) => reason.fmt(f),
+        }
+    }
+}
+
+impl From<split::NotPipelined> for NotPipelined {
+    fn from(found: split::NotPipelined) -> NotPipelined {
+        NotPipelined {
+            name: found.name,
+            pos: found.pos,
+            reason: WhyNot::Form(found.reason),
+            at: found.at,
+            required: found.required,
+        }
+    }
+}
 
 /// A divided program, and the loops that stay in the control code.
 pub struct Divided {
@@ -37,8 +82,8 @@ pub fn divide(program: &mut Program, arch: &Arch) -> Result<Divided, Error> {
         let failed = kernels.filter_map(|(k, dfg)| Some((k, modulo::admit(dfg, &arch.srp).err()?)));
         let failed: Vec<_> = failed.collect();
         if failed.is_empty() {
-            let mut not_pipelined = divided.not_pipelined;
-            not_pipelined.extend(returned);
+            let by_form = divided.not_pipelined.into_iter().map(NotPipelined::from);
+            let not_pipelined = by_form.chain(returned).collect();
             return Ok(Divided {
                 dre: divided.dre,
                 not_pipelined,
@@ -63,14 +108,14 @@ pub(crate) fn give_back(
 ) -> Result<NotPipelined, Error> {
     let dfg = &dre.kernels[kernel];
     let Some((func, block)) = marked(program, &dfg.name) else {
-        return Err(Error::Invalid(format!("{}: {}", dfg.name, why.why)));
+        return Err(Error::Invalid(format!("{}: {why}", dfg.name)));
     };
     let mark = program.funcs[func].blocks[block].kernel.take();
     Ok(NotPipelined {
         name: dfg.name.clone(),
         pos: dfg.pos,
-        reason: why.why,
-        at: why.node.map_or(dfg.pos, |n| dfg.nodes[n].pos),
+        at: why.node().map_or(dfg.pos, |n| dfg.nodes[n].pos),
+        reason: WhyNot::Machine(why),
         required: mark.is_some_and(|m| m.required),
     })
 }

@@ -26,7 +26,7 @@ pub mod scene;
 mod session;
 
 pub use compile::{Compiled, compile, facts_alone, schedule};
-pub use divide::{Divided, divide};
+pub use divide::{Divided, NotPipelined, WhyNot, divide};
 pub use engine::{Engine, Engines};
 pub use error::Error;
 pub use frame::{

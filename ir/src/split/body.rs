@@ -1,7 +1,7 @@
 //! A loop's block as a dataflow graph.
 
-use super::Refusal;
 use super::shape::{Loop, Outer};
+use super::{Reason, Refusal};
 use crate::dfg::{Initial, LiveIn, Node, NodeData, Operand};
 use crate::program::{InstKind, Pos, Slot, Symbol, Value};
 use srp_archdesc::entity::{Entity, EntityMap};
@@ -212,7 +212,7 @@ impl<'a> Body<'a> {
             {
                 return Err(Refusal {
                     pos: self.mark_pos,
-                    reason: format!("a value is carried over more than {MAX_DISTANCE} iterations"),
+                    reason: Reason::CarriedTooFar,
                 });
             }
             self.params[k] = Some(operand.clone());

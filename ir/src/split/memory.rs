@@ -5,12 +5,12 @@
 //! when they meet follow exactly, wrap-around included. Accesses to different objects never meet.
 //! All else may: such a pair is ordered in every iteration, and a [`Remark`] says so.
 
-use super::Remark;
 use super::body::Body;
 use super::induction::Inductions;
 use super::linear::{Affine, first_in_window};
 use super::objects::{Objects, objects_of};
 use super::shape::Loop;
+use super::{Doubt, Remark};
 use crate::dfg::{MAX_OVERLAP, Node, Order};
 use crate::program::{Bits, InstKind, KernelMark, Pos, Value};
 use srp_archdesc::isa::{Effect, Opcode, Space};
@@ -120,20 +120,18 @@ pub(super) fn order(
 
 /// Says of two accesses that nothing shows that they need no order, and whether `restrict` would.
 fn remark(kernel: &str, first: &Access, second: &Access, restrict: bool) -> Remark {
-    let text = if restrict {
-        "these two accesses may alias, so they stay in order from iteration to iteration; \
-         `restrict` on the pointers would let them overlap"
+    let doubt = if restrict {
+        Doubt::AliasUnlessRestrict
     } else if first.objects.is_known() && second.objects.is_known() {
-        "these two accesses may touch the same element, so they stay in order from iteration to \
-         iteration"
+        Doubt::SameElement
     } else {
-        "these two accesses may alias, so they stay in order from iteration to iteration"
+        Doubt::Alias
     };
     Remark {
         kernel: kernel.to_owned(),
         first: first.pos,
         second: second.pos,
-        text: text.to_owned(),
+        doubt,
     }
 }
 

@@ -14,6 +14,7 @@ mod linear;
 mod memory;
 mod objects;
 mod places;
+mod reason;
 mod reduce;
 mod shape;
 mod trip;
@@ -30,6 +31,7 @@ use body::{After, Body};
 use induction::Inductions;
 use memory::MemoryOrder;
 use places::Places;
+pub use reason::{Doubt, Reason};
 use shape::Loop;
 use srp_archdesc::entity::{Entity, EntityMap};
 use std::collections::{BTreeMap, BTreeSet};
@@ -57,7 +59,7 @@ pub struct NotPipelined {
     /// The loop statement.
     pub pos: Pos,
     /// What is in the way.
-    pub reason: String,
+    pub reason: Reason,
     /// Where that is.
     pub at: Pos,
     /// It was asked for by a pragma.
@@ -73,14 +75,14 @@ pub struct Remark {
     pub first: Pos,
     /// The other.
     pub second: Pos,
-    /// What is not known, and what it costs.
-    pub text: String,
+    /// What is not known of them.
+    pub doubt: Doubt,
 }
 
 /// Why a loop cannot be pipelined.
 struct Refusal {
     pos: Pos,
-    reason: String,
+    reason: Reason,
 }
 
 /// Divides a verified program. Dead code of the control code is removed, and its functions are
@@ -170,7 +172,7 @@ fn take_loop(
     if body.nodes.is_empty() {
         return Err(Refusal {
             pos: mark.pos,
-            reason: "it computes nothing that is used".to_owned(),
+            reason: Reason::NothingUsed,
         });
     }
     let mut words = Words::new(&lp, mark.pos);

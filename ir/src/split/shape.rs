@@ -1,10 +1,8 @@
 //! Which loops the array can run, as far as their shape goes: one block that jumps back to itself.
 
-use super::Refusal;
 use super::places::{Def, Places};
-use crate::program::{
-    Bits, Block, Callee, Function, InstKind, Pos, Program, Target, Terminator, Value,
-};
+use super::{Reason, Refusal};
+use crate::program::{Bits, Block, Callee, Function, InstKind, Program, Target, Terminator, Value};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Effect, Opcode, Ty};
 use std::collections::BTreeSet;
@@ -47,22 +45,20 @@ impl<'a> Loop<'a> {
         block: Block,
     ) -> Result<Loop<'a>, Refusal> {
         let data = &func.blocks[block];
-        let refuse = |pos: Pos, reason: &str| Refusal {
-            pos,
-            reason: reason.to_owned(),
+        let endless = Refusal {
+            pos: data.end_pos,
+            reason: Reason::NeverEnds,
         };
         let (cond, sense, back, exit) = match &data.end {
             Terminator::Branch { cond, then, other } => {
                 match (then.block == block, other.block == block) {
                     (true, false) => (*cond, true, then, other),
                     (false, true) => (*cond, false, other, then),
-                    (true, true) => return Err(refuse(data.end_pos, "the loop never ends")),
+                    (true, true) => return Err(endless),
                     (false, false) => return Err(why_not_one_block(program, func, places, block)),
                 }
             }
-            Terminator::Jump(t) if t.block == block => {
-                return Err(refuse(data.end_pos, "the loop never ends"));
-            }
+            Terminator::Jump(t) if t.block == block => return Err(endless),
             _ => return Err(why_not_one_block(program, func, places, block)),
         };
         check_insts(program, func, block)?;
@@ -194,15 +190,10 @@ fn check_insts(program: &Program, func: &Function, block: Block) -> Result<(), R
             InstKind::Call {
                 callee: Callee::Func(callee),
                 ..
-            } => {
-                let name = &program.funcs[*callee].name;
-                format!("the call to `{name}` is not inlined")
-            }
-            InstKind::Call { .. } => "a call through a pointer cannot be inlined".to_owned(),
-            InstKind::Launch { .. } => "the loop launches another kernel".to_owned(),
-            InstKind::Op { op, .. } if op.info().effect == Effect::Io => {
-                format!("`{op}` talks to a port, which only the VLIW engine can do")
-            }
+            } => Reason::Call(program.funcs[*callee].name.clone()),
+            InstKind::Call { .. } => Reason::IndirectCall,
+            InstKind::Launch { .. } => Reason::Launch,
+            InstKind::Op { op, .. } if op.info().effect == Effect::Io => Reason::Port(*op),
             _ => continue,
         };
         return Err(Refusal {
@@ -245,7 +236,7 @@ fn why_not_one_block(
     let body: Vec<Block> = func.layout.iter().copied().filter(in_body).collect();
     let pos = func.blocks[header].end_pos;
     if body.is_empty() {
-        let reason = "no path leads back to the start of the loop".to_owned();
+        let reason = Reason::NoWayBack;
         return Refusal { pos, reason };
     }
     for &block in &body {
@@ -260,7 +251,7 @@ fn why_not_one_block(
     if let Some(inner) = inner {
         return Refusal {
             pos: func.blocks[inner].end_pos,
-            reason: "there is another loop inside it".to_owned(),
+            reason: Reason::InnerLoop,
         };
     }
     let leaves = |b: &Block| targets(*b).any(|t| !in_body(&t));
@@ -268,7 +259,7 @@ fn why_not_one_block(
     if let [_, second, ..] = exits[..] {
         return Refusal {
             pos: func.blocks[second].end_pos,
-            reason: "it is left in more than one place".to_owned(),
+            reason: Reason::SeveralExits,
         };
     }
     let branch = body
@@ -277,6 +268,6 @@ fn why_not_one_block(
     let at = branch.or(exits.first()).or(body.first());
     Refusal {
         pos: at.map_or(pos, |b| func.blocks[*b].end_pos),
-        reason: "its body has branches that could not be turned into predicates".to_owned(),
+        reason: Reason::Branches,
     }
 }

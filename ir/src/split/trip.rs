@@ -9,11 +9,11 @@
 //! meet its bound before it wraps: a loop for which it does not runs over 2³² / stride times.
 //! 2³² iterations come out as 0, which is what a trip count of 0 means.
 
-use super::Refusal;
 use super::induction::Inductions;
 use super::linear::{Affine, Linear};
 use super::shape::Loop;
 use super::words::{Word, Words};
+use super::{Reason, Refusal};
 use crate::program::{Bits, Terminator, Value};
 use srp_archdesc::isa::Opcode;
 
@@ -35,7 +35,7 @@ pub(super) fn trip_count(
 ) -> Result<Word, Refusal> {
     if let Some(Bits::Pred(p)) = lp.constant(lp.cond) {
         return if p == lp.sense {
-            Err(refusal(lp, lp.cond, "the loop never ends"))
+            Err(refusal(lp, lp.cond, Reason::NeverEnds))
         } else {
             Ok(Word::Const(1))
         };
@@ -44,14 +44,12 @@ pub(super) fn trip_count(
     let constant_stride = |a: &Affine| a.stride.as_constant();
     let (Some(left), Some(right)) = (constant_stride(&exit.left), constant_stride(&exit.right))
     else {
-        let reason = "the loop variable's stride is not a constant";
-        return Err(refusal(lp, lp.cond, reason));
+        return Err(refusal(lp, lp.cond, Reason::VariableStride));
     };
     // What one iteration takes off the distance `right - left`.
     let step = left.wrapping_sub(right);
     if step == 0 {
-        let reason = "the exit test does not change from iteration to iteration";
-        return Err(refusal(lp, lp.cond, reason));
+        return Err(refusal(lp, lp.cond, Reason::ConstantExit));
     }
     let guarded = is_guarded(lp, inductions, &exit);
     let trip = match exit.test {
@@ -63,18 +61,17 @@ pub(super) fn trip_count(
         _ if (step as i32) > 0 => until_past(&exit, step, guarded, words),
         Opcode::Ltu if step == u32::MAX && right == 0 => down_past_zero(&exit, guarded, words),
         _ => {
-            let reason = "the loop variable moves away from its bound";
-            return Err(refusal(lp, lp.cond, reason));
+            return Err(refusal(lp, lp.cond, Reason::AwayFromBound));
         }
     };
     Ok(trip)
 }
 
-fn refusal(lp: &Loop<'_>, value: Value, reason: &str) -> Refusal {
+fn refusal(lp: &Loop<'_>, value: Value, reason: Reason) -> Refusal {
     let pos = lp.inst(value).map(|data| data.pos);
     Refusal {
         pos: pos.unwrap_or(lp.func.blocks[lp.block].end_pos),
-        reason: reason.to_owned(),
+        reason,
     }
 }
 
@@ -108,17 +105,11 @@ fn comparison(lp: &Loop<'_>, mut cond: Value, mut sense: bool) -> Option<(Opcode
 
 fn exit_test(lp: &Loop<'_>, inductions: &Inductions<'_>) -> Result<ExitTest, Refusal> {
     let Some((test, left, right)) = comparison(lp, lp.cond, lp.sense) else {
-        let reason = "its exit test does not compare a loop variable with a bound, so the number \
-                      of iterations is not known when it starts";
-        return Err(refusal(lp, lp.cond, reason));
+        return Err(refusal(lp, lp.cond, Reason::NoExitBound));
     };
     let affine = |value: Value| {
-        inductions.affine(value).ok_or_else(|| {
-            let reason = "the exit test depends on a value that does not change by the same \
-                          amount in each iteration, so the number of iterations is not known \
-                          when it starts";
-            refusal(lp, value, reason)
-        })
+        let affine = inductions.affine(value);
+        affine.ok_or_else(|| refusal(lp, value, Reason::IrregularExit))
     };
     Ok(ExitTest {
         test,

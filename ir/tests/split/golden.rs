@@ -52,7 +52,7 @@ fn said(program: &Program, result: &Split) -> String {
     }
     for r in &result.remarks {
         let (first, second) = (show(r.first), show(r.second));
-        writeln!(out, "`{}`: {first}, {second}: {}", r.kernel, r.text).expect("a string");
+        writeln!(out, "`{}`: {first}, {second}: {}", r.kernel, r.doubt).expect("a string");
     }
     for dfg in result.dre.kernels.values() {
         let (mii, cycle) = dfg.rec_mii(|_| 1);

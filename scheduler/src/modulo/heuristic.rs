@@ -7,9 +7,10 @@
 
 use super::anneal::{self, Anneal};
 use super::finish;
+use super::obstacle::{FailedIi, Obstacle, Unschedulable};
 use super::order::{Freedom, order};
-use super::place::{Attempt, LIGHTEST, Obstacle};
-use super::problem::{Goal, Problem};
+use super::place::{Attempt, Conflict, LIGHTEST};
+use super::problem::Problem;
 use super::route::Router;
 use super::{MAX_STAGES, Options};
 use srp_archdesc::Watch;
@@ -53,8 +54,9 @@ struct Level {
     trouble: EntityMap<Node, u32>,
     /// Weights of the edges.
     weights: Vec<u32>,
-    /// What was in the way of the first attempt that failed.
-    obstacle: Option<Option<Obstacle>>,
+    /// What was most often in the way of the first attempt that failed; `Some(None)` where that was
+    /// nothing in particular.
+    failed: Option<Option<Conflict>>,
 }
 
 impl<'a, 'p> Heuristic<'a, 'p> {
@@ -78,7 +80,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         bound: u32,
         options: &Options,
         watch: &dyn Watch,
-    ) -> Result<ModuloSchedule, String> {
+    ) -> Result<ModuloSchedule, Unschedulable> {
         let deepest = self.problem.srp.contexts;
         for way in [Way::OneByOne, Way::AllAtOnce] {
             let mut ii = bound;
@@ -88,15 +90,21 @@ impl<'a, 'p> Heuristic<'a, 'p> {
                     return Ok(schedule);
                 }
                 if watch.cancelled() {
-                    let why = self.obstacle(deepest).unwrap_or_default();
-                    return Err(format!("stopped before a schedule was found: {why}"));
+                    let failed = self.failed(deepest);
+                    return Err(Unschedulable::Stopped { failed });
                 }
                 ii += 1 + (ii - bound) / 3;
             }
         }
-        Err(match self.obstacle(deepest) {
-            Some(obstacle) => format!("no II up to {deepest} was found: {obstacle}"),
-            None => super::beyond_contexts(bound, self.problem.srp),
+        Err(match self.failed(deepest) {
+            Some(failed) => Unschedulable::NotFound {
+                up_to: deepest,
+                failed,
+            },
+            None => Unschedulable::Contexts {
+                bound,
+                contexts: deepest,
+            },
         })
     }
 
@@ -180,18 +188,19 @@ impl<'a, 'p> Heuristic<'a, 'p> {
                 let schedule = finish::finish(problem, &placement, self.live_ins);
                 (schedule.stages() <= MAX_STAGES).then_some(schedule)
             }
-            Err(obstacle) => {
-                level.obstacle = level.obstacle.or(Some(obstacle));
+            Err(conflict) => {
+                level.failed = level.failed.or(Some(conflict));
                 None
             }
         }
     }
 
-    /// What was in the way at the largest II up to one that did not work, in words.
-    pub(super) fn obstacle(&self, up_to: u32) -> Option<String> {
-        let failed = |(_, level): &(&u32, &Level)| level.obstacle.is_some();
+    /// The largest II up to this one that did not work.
+    pub(super) fn failed(&self, up_to: u32) -> Option<FailedIi> {
+        let failed = |(_, level): &(&u32, &Level)| level.failed.is_some();
         let (&ii, level) = self.levels.range(..=up_to).rfind(failed)?;
-        Some(describe(self.problem, ii, level.obstacle?))
+        let obstacle = Obstacle::of(self.problem, level.failed?);
+        Some(FailedIi { ii, obstacle })
     }
 }
 
@@ -202,37 +211,7 @@ impl Level {
             attempts: [0; 2],
             trouble: EntityMap::filled(problem.dfg.nodes.len(), 0),
             weights: vec![LIGHTEST; problem.edges.len()],
-            obstacle: None,
+            failed: None,
         }
     }
-}
-
-/// An obstacle in words.
-fn describe(problem: &Problem<'_>, ii: u32, obstacle: Option<Obstacle>) -> String {
-    let name = |n: Node| {
-        let data = &problem.dfg.nodes[n];
-        format!("`{}` of line {}", data.op, data.pos.line)
-    };
-    let what = match obstacle {
-        None => "attempts ran out".to_owned(),
-        Some(Obstacle::Unit(node)) => format!("no unit is free for {}", name(node)),
-        Some(Obstacle::Registers(place)) => {
-            format!(
-                "the registers of {} do not suffice",
-                problem.graph.name(problem.srp, place)
-            )
-        }
-        Some(Obstacle::Route(e)) => {
-            let edge = &problem.edges[e];
-            match edge.goal {
-                Goal::Operand(to, _) => {
-                    format!("no route from {} to {}", name(edge.from), name(to))
-                }
-                Goal::LiveOut(_) => {
-                    format!("no route from {} to a central register", name(edge.from))
-                }
-            }
-        }
-    };
-    format!("at II = {ii}, {what}")
 }

@@ -12,6 +12,7 @@ mod exact;
 mod finish;
 mod heuristic;
 mod noise;
+mod obstacle;
 mod order;
 mod place;
 mod problem;
@@ -20,6 +21,7 @@ mod route;
 mod table;
 
 pub use bounds::Bounds;
+pub use obstacle::{Destination, FailedIi, Obstacle, Operation, Unschedulable};
 
 use crate::abi;
 use agenda::{Agenda, Limits};
@@ -28,7 +30,7 @@ use heuristic::Heuristic;
 use problem::Problem;
 use srp_archdesc::arch::Srp;
 use srp_archdesc::watch::{Limited, Watch};
-use srp_ir::dfg::{Dfg, Node};
+use srp_ir::dfg::Dfg;
 use srp_ir::dre::scheduled::{ModuloSchedule, Reg};
 use std::io::Write;
 use std::time::Duration;
@@ -84,8 +86,8 @@ pub struct Scheduled {
     pub schedule: ModuloSchedule,
     /// The bounds of the II.
     pub bounds: Bounds,
-    /// Why the II below was not reached, in words; `None` where the II is the bound.
-    pub obstacle: Option<String>,
+    /// Why the II below was not reached; `None` where the II is the bound.
+    pub why_not_lower: Option<FailedIi>,
     /// The IIs from the bound on that were proved impossible.
     pub impossible: Vec<Impossible>,
 }
@@ -101,15 +103,6 @@ pub struct Impossible {
     pub slack: u32,
 }
 
-/// A loop that has no schedule on this machine.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Unschedulable {
-    /// The node that it fails on, if it is one.
-    pub node: Option<Node>,
-    /// Why, in words.
-    pub why: String,
-}
-
 /// The lower bounds of a loop's II on a machine.
 pub fn bounds(dfg: &Dfg, srp: &Srp) -> Bounds {
     Bounds::of(&Problem::new(dfg, srp))
@@ -122,32 +115,18 @@ pub fn admit(dfg: &Dfg, srp: &Srp) -> Result<(), Unschedulable> {
     live_in_registers(dfg, srp)?;
     for (node, data) in dfg.nodes.iter() {
         if !srp.fus.values().any(|fu| fu.runs(data.op).is_some()) {
-            return Err(no_unit(dfg, node));
+            return Err(Unschedulable::NoUnit(Operation::of(dfg, node)));
         }
     }
     // Small loops have room.
     if dfg.nodes.len() > srp.contexts as usize {
         let bound = bounds(dfg, srp).min_ii();
-        if bound > srp.contexts {
-            let why = beyond_contexts(bound, srp);
-            return Err(Unschedulable { node: None, why });
+        let contexts = srp.contexts;
+        if bound > contexts {
+            return Err(Unschedulable::Contexts { bound, contexts });
         }
     }
     Ok(())
-}
-
-fn no_unit(dfg: &Dfg, node: Node) -> Unschedulable {
-    let op = dfg.nodes[node].op;
-    let why = format!("no unit of the array runs `{op}` (class {})", op.class());
-    Unschedulable {
-        node: Some(node),
-        why,
-    }
-}
-
-fn beyond_contexts(bound: u32, srp: &Srp) -> String {
-    let contexts = srp.contexts;
-    format!("its II is at least {bound}; there are {contexts} contexts")
 }
 
 /// Schedules a loop. Where the watch ends the search, it gives the best schedule so far.
@@ -164,7 +143,7 @@ pub fn schedule(
     let problem = Problem::new(dfg, srp);
     let live_ins = live_in_registers(dfg, srp)?;
     if let Some(node) = problem.nodes().find(|n| problem.units[*n].is_empty()) {
-        return Err(no_unit(dfg, node));
+        return Err(Unschedulable::NoUnit(Operation::of(dfg, node)));
     }
     let bounds = Bounds::of(&problem);
     let bound = bounds.min_ii();
@@ -172,9 +151,7 @@ pub fn schedule(
         .chain(abi::reserved(srp))
         .collect();
     let mut heuristic = Heuristic::new(&problem, &live_ins, &fixed);
-    let mut schedule = heuristic
-        .first(bound, options, watch)
-        .map_err(|why| Unschedulable { node: None, why })?;
+    let mut schedule = heuristic.first(bound, options, watch)?;
     let operations = problem.dfg.nodes.len().min(MANY) as u64;
     let steps = options.effort.saturating_mul(operations) / FEW;
     heuristic.improve(&mut schedule, bound, steps, watch);
@@ -205,8 +182,8 @@ pub fn schedule(
     }
     Ok(Scheduled {
         impossible: agenda.impossible(schedule.ii),
-        obstacle: heuristic
-            .obstacle(schedule.ii - 1)
+        why_not_lower: heuristic
+            .failed(schedule.ii - 1)
             .filter(|_| schedule.ii > bound),
         schedule,
         bounds,
@@ -253,11 +230,7 @@ fn live_in_registers(dfg: &Dfg, srp: &Srp) -> Result<Vec<Reg>, Unschedulable> {
     registers
         .into_iter()
         .collect::<Option<Vec<Reg>>>()
-        .ok_or_else(|| Unschedulable {
-            node: None,
-            why: format!(
-                "its {} live-in values do not fit in the central registers",
-                dfg.live_ins.len()
-            ),
+        .ok_or(Unschedulable::LiveIns {
+            count: dfg.live_ins.len(),
         })
 }

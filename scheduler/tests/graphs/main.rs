@@ -34,7 +34,7 @@ fn map(graph: &Graph, arch: &Arch) -> Scheduled {
         &modulo::Options::default(),
         &Unwatched,
     )
-    .unwrap_or_else(|e| panic!("{name}: {}", e.why));
+    .unwrap_or_else(|e| panic!("{name}: {e}"));
     let wrong = check_loop(&scheduled.schedule, &arch.srp);
     assert!(wrong.is_empty(), "{name}: {wrong:?}");
     scheduled

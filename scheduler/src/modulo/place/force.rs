@@ -1,7 +1,7 @@
 //! Forcing: a node for which nothing fits is put somewhere all the same, and what is in its way
 //! taken out.
 
-use super::{Attempt, Obstacle};
+use super::{Attempt, Conflict};
 use crate::modulo::route::Route;
 use crate::modulo::table::{Issuer, Item, Table};
 use srp_archdesc::arch::{Fu, FuOp};
@@ -43,7 +43,7 @@ impl Attempt<'_, '_> {
                 continue;
             }
             if self.route(e).is_none() {
-                self.blame(Obstacle::Route(e));
+                self.blame(Conflict::Route(e));
                 let victim = if edge.from == node {
                     edge.to().unwrap_or(node)
                 } else {

@@ -52,7 +52,7 @@ pub(in crate::modulo) struct Placement {
 
 /// What most often stood in the way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(in crate::modulo) enum Obstacle {
+pub(in crate::modulo) enum Conflict {
     /// No unit was free for this node.
     Unit(Node),
     /// This edge found no route.
@@ -73,7 +73,7 @@ pub(in crate::modulo) struct Attempt<'a, 'p> {
     router: &'a mut Router,
     forced: FxHashMap<(Node, Fu, usize), u32>,
     scarcity: EntityMap<Fu, u32>,
-    obstacles: BTreeMap<Obstacle, u32>,
+    conflicts: BTreeMap<Conflict, u32>,
     /// How often each node had to be forced.
     trouble: EntityMap<Node, u32>,
     /// What is taken out, while somebody wants to know.
@@ -106,7 +106,7 @@ impl<'a, 'p> Attempt<'a, 'p> {
             router,
             forced: FxHashMap::default(),
             scarcity: scarcity(problem),
-            obstacles: BTreeMap::new(),
+            conflicts: BTreeMap::new(),
             trouble: EntityMap::filled(problem.dfg.nodes.len(), 0),
             journal: None,
             problem,
@@ -117,7 +117,7 @@ impl<'a, 'p> Attempt<'a, 'p> {
     pub(in crate::modulo) fn one_by_one(
         &mut self,
         order: &[Node],
-    ) -> Result<Placement, Option<Obstacle>> {
+    ) -> Result<Placement, Option<Conflict>> {
         let mut rank = EntityMap::filled(order.len(), 0);
         order.iter().enumerate().for_each(|(i, &n)| rank[n] = i);
         let mut queue: BTreeSet<(usize, Node)> = order.iter().map(|&n| (rank[n], n)).collect();
@@ -149,7 +149,7 @@ impl<'a, 'p> Attempt<'a, 'p> {
         spent: u64,
         limit: u64,
         watch: &dyn Watch,
-    ) -> Result<Placement, Option<Obstacle>> {
+    ) -> Result<Placement, Option<Conflict>> {
         self.router.expanded += spent;
         self.begin_with(positions);
         self.repair(limit, watch).ok_or_else(|| self.worst())
@@ -178,8 +178,8 @@ impl<'a, 'p> Attempt<'a, 'p> {
 
     /// The file whose registers did not suffice, if any.
     fn full(&self) -> Option<Place> {
-        self.obstacles.keys().find_map(|obstacle| match obstacle {
-            Obstacle::Registers(place) => Some(*place),
+        self.conflicts.keys().find_map(|conflict| match conflict {
+            Conflict::Registers(place) => Some(*place),
             _ => None,
         })
     }
@@ -194,19 +194,19 @@ impl<'a, 'p> Attempt<'a, 'p> {
         for (node, &times) in self.trouble.iter() {
             trouble[node] += times;
         }
-        for obstacle in self.obstacles.keys() {
-            if let Obstacle::Route(e) = obstacle {
+        for conflict in self.conflicts.keys() {
+            if let Conflict::Route(e) = conflict {
                 weights[*e] = (weights[*e] + 1).min(HEAVIEST);
             }
         }
     }
 
-    fn blame(&mut self, obstacle: Obstacle) {
-        *self.obstacles.entry(obstacle).or_insert(0) += 1;
+    fn blame(&mut self, conflict: Conflict) {
+        *self.conflicts.entry(conflict).or_insert(0) += 1;
     }
 
-    fn worst(&self) -> Option<Obstacle> {
-        self.obstacles
+    fn worst(&self) -> Option<Conflict> {
+        self.conflicts
             .iter()
             .max_by_key(|&(o, &n)| (n, std::cmp::Reverse(*o)))
             .map(|(o, _)| *o)
@@ -216,7 +216,7 @@ impl<'a, 'p> Attempt<'a, 'p> {
     fn place(&mut self, node: Node) -> bool {
         let positions = self.positions(node, false);
         if positions.is_empty() {
-            self.blame(Obstacle::Unit(node));
+            self.blame(Conflict::Unit(node));
             return false;
         }
         let mut found: Vec<(u32, Fu, i32)> = Vec::new();
@@ -246,7 +246,7 @@ impl<'a, 'p> Attempt<'a, 'p> {
             match self.route(e) {
                 Some(cost) => sum += cost,
                 None => {
-                    self.blame(Obstacle::Route(e));
+                    self.blame(Conflict::Route(e));
                     self.remove(node);
                     return None;
                 }

@@ -1,0 +1,207 @@
+//! Why a loop has no schedule, or none with a lower II: reasons as data, which print as the words
+//! that reports and messages have for them.
+
+use super::place::Conflict;
+use super::problem::{Goal, Problem};
+use srp_archdesc::arch::RegFile;
+use srp_archdesc::isa::Opcode;
+use srp_ir::dfg::{Dfg, Node};
+
+/// An operation of a loop, with what a message names it by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Operation {
+    /// The operation.
+    pub node: Node,
+    /// What it does.
+    pub op: Opcode,
+    /// Its source line, from 1; 0 where it has none.
+    pub line: u32,
+}
+
+impl Operation {
+    pub(super) fn of(dfg: &Dfg, node: Node) -> Operation {
+        let data = &dfg.nodes[node];
+        Operation {
+            node,
+            op: data.op,
+            line: data.pos.line,
+        }
+    }
+}
+
+impl std::fmt::Display for Operation {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "`{}` of line {}", self.op, self.line)
+    }
+}
+
+/// Where a value has to go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Destination {
+    /// An operation that takes it.
+    Operation(Operation),
+    /// The central register that keeps it after the loop: an index into the loop's live-outs.
+    LiveOut(u32),
+}
+
+/// What was most often in the way of a schedule at one II.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Obstacle {
+    /// No unit that runs an operation was free when it had to be issued.
+    NoUnit(Operation),
+    /// A value found no way over links and registers.
+    NoRoute {
+        /// The operation whose value it is.
+        from: Operation,
+        /// Where it has to go.
+        to: Destination,
+    },
+    /// Values did not fit in the registers of a file.
+    Registers {
+        /// The file.
+        file: RegFile,
+        /// Its name.
+        name: String,
+    },
+    /// Nothing in particular: the attempts ran out.
+    AttemptsExhausted,
+}
+
+impl Obstacle {
+    pub(super) fn of(problem: &Problem<'_>, conflict: Option<Conflict>) -> Obstacle {
+        let operation = |node| Operation::of(problem.dfg, node);
+        match conflict {
+            None => Obstacle::AttemptsExhausted,
+            Some(Conflict::Unit(node)) => Obstacle::NoUnit(operation(node)),
+            Some(Conflict::Route(edge)) => {
+                let edge = &problem.edges[edge];
+                Obstacle::NoRoute {
+                    from: operation(edge.from),
+                    to: match edge.goal {
+                        Goal::Operand(to, _) => Destination::Operation(operation(to)),
+                        Goal::LiveOut(index) => Destination::LiveOut(index),
+                    },
+                }
+            }
+            Some(Conflict::Registers(place)) => {
+                let file = problem.graph.as_file(place);
+                let file = file.expect("only files have registers that can run out");
+                Obstacle::Registers {
+                    file,
+                    name: problem.srp.files[file].name.clone(),
+                }
+            }
+        }
+    }
+
+    /// The operations that it names, each once.
+    pub fn operations(&self) -> Vec<Operation> {
+        match *self {
+            Obstacle::NoUnit(operation) => vec![operation],
+            Obstacle::NoRoute { from, to } => match to {
+                Destination::Operation(to) if to != from => vec![from, to],
+                _ => vec![from],
+            },
+            Obstacle::Registers { .. } | Obstacle::AttemptsExhausted => Vec::new(),
+        }
+    }
+}
+
+impl std::fmt::Display for Obstacle {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Obstacle::NoUnit(operation) => write!(f, "no unit is free for {operation}"),
+            Obstacle::NoRoute { from, to } => match to {
+                Destination::Operation(to) => write!(f, "no route from {from} to {to}"),
+                Destination::LiveOut(_) => write!(f, "no route from {from} to a central register"),
+            },
+            Obstacle::Registers { name, .. } => {
+                write!(f, "the registers of {name} do not suffice")
+            }
+            Obstacle::AttemptsExhausted => f.write_str("attempts ran out"),
+        }
+    }
+}
+
+/// An II that did not work.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FailedIi {
+    /// The II.
+    pub ii: u32,
+    /// What was in its way.
+    pub obstacle: Obstacle,
+}
+
+impl std::fmt::Display for FailedIi {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "at II = {}, {}", self.ii, self.obstacle)
+    }
+}
+
+/// Why a loop has no schedule on a machine.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Unschedulable {
+    /// Its live-in values do not fit in the central registers.
+    LiveIns {
+        /// How many there are.
+        count: usize,
+    },
+    /// No unit of the array runs an operation.
+    NoUnit(Operation),
+    /// Its II takes more contexts than the configuration memory has.
+    Contexts {
+        /// The bound of its II.
+        bound: u32,
+        /// Contexts that there are.
+        contexts: u32,
+    },
+    /// The watch ended the search before there was a schedule.
+    Stopped {
+        /// The largest II that was tried to no avail, if one was.
+        failed: Option<FailedIi>,
+    },
+    /// No II that the configuration memory has contexts for was found to work.
+    NotFound {
+        /// The largest II that there are contexts for.
+        up_to: u32,
+        /// The largest II that was tried to no avail.
+        failed: FailedIi,
+    },
+}
+
+impl Unschedulable {
+    /// The node that it fails on, if it is one.
+    pub fn node(&self) -> Option<Node> {
+        match self {
+            Unschedulable::NoUnit(operation) => Some(operation.node),
+            _ => None,
+        }
+    }
+}
+
+impl std::fmt::Display for Unschedulable {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Unschedulable::LiveIns { count } => write!(
+                f,
+                "its {count} live-in values do not fit in the central registers"
+            ),
+            Unschedulable::NoUnit(Operation { op, .. }) => {
+                write!(f, "no unit of the array runs `{op}` (class {})", op.class())
+            }
+            Unschedulable::Contexts { bound, contexts } => write!(
+                f,
+                "its II is at least {bound}; there are {contexts} contexts"
+            ),
+            Unschedulable::Stopped { failed } => {
+                write!(f, "stopped before a schedule was found: ")?;
+                failed.iter().try_for_each(|failed| failed.fmt(f))
+            }
+            Unschedulable::NotFound { up_to, failed } => {
+                write!(f, "no II up to {up_to} was found: {failed}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for Unschedulable {}
