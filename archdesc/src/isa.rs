@@ -221,7 +221,7 @@ macro_rules! opcodes {
             pub const ALL: &'static [Opcode] = &[$(Opcode::$name,)*];
         }
 
-        static TABLE: &[OpInfo] = &[$({
+        const TABLE: &[OpInfo] = &[$({
             #[allow(unused_mut)]
             let mut info = OpInfo {
                 name: $text,
@@ -394,7 +394,7 @@ opcodes! {
 
 impl Opcode {
     /// This opcode's line of the table.
-    pub fn info(self) -> &'static OpInfo {
+    pub const fn info(self) -> &'static OpInfo {
         &TABLE[self as usize]
     }
 

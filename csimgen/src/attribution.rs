@@ -270,7 +270,7 @@ impl<'a> Studio<'a> {
                 let file = self.stage.program.files.get(file)?;
                 Some(format!("{file}:{line}"))
             });
-        (at.unwrap_or_default(), source.what.clone())
+        (at.unwrap_or_default(), source.what.to_string())
     }
 
     fn nothing(&self) -> Attribution {

@@ -25,6 +25,7 @@ mod collapse;
 mod lanes;
 mod memory;
 mod observer;
+mod rule;
 mod source;
 pub mod tape;
 mod texture;
@@ -35,7 +36,7 @@ use std::collections::BTreeMap;
 use tape::Tape;
 
 pub use bytes::Converted;
-pub use source::{Source, Sources};
+pub use source::{Origin, Source, Sources};
 
 /// What is known of a word beyond its bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -74,7 +74,10 @@ fn run(
     ran.unwrap_or_else(|trap| panic!("{}", trap.show(program)));
     let place = |source: u32| {
         let source = sources.get(source).expect("a source");
-        (source.at.map_or(0, |(_, line)| line), source.what.clone())
+        (
+            source.at.map_or(0, |(_, line)| line),
+            source.what.to_string(),
+        )
     };
     let found = found(&shadows, &world, results, &place);
     let flips = shadows.flips.iter();

@@ -1,7 +1,6 @@
 //! What float operations give in binary64, and how that changes with their operands.
 
 use super::{Decision, Flip, Mark, NonFinite, Shadows};
-use srp_archdesc::isa::Opcode;
 
 /// A float operation, of one lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,45 +23,13 @@ pub(super) enum Function {
     Max,
 }
 
-/// The function of an operation whose lanes are independent, and the number of lanes.
-pub(super) fn function(op: Opcode) -> Option<(Function, usize)> {
-    use Function::*;
-    Some(match op {
-        Opcode::Fadd => (Add, 1),
-        Opcode::Fsub => (Sub, 1),
-        Opcode::Fmul => (Mul, 1),
-        Opcode::Fma => (Fma, 1),
-        Opcode::Fdiv => (Div, 1),
-        Opcode::Rcp => (Rcp, 1),
-        Opcode::Rsqrt => (Rsqrt, 1),
-        Opcode::Sqrt => (Sqrt, 1),
-        Opcode::Exp2 => (Exp2, 1),
-        Opcode::Log2 => (Log2, 1),
-        Opcode::Sin => (Sin, 1),
-        Opcode::Cos => (Cos, 1),
-        Opcode::Fneg => (Neg, 1),
-        Opcode::Fabs => (Abs, 1),
-        Opcode::Fmin => (Min, 1),
-        Opcode::Fmax => (Max, 1),
-        Opcode::Vfadd => (Add, 4),
-        Opcode::Vfsub => (Sub, 4),
-        Opcode::Vfmul => (Mul, 4),
-        Opcode::Vfma => (Fma, 4),
-        Opcode::Vfneg => (Neg, 4),
-        Opcode::Vfabs => (Abs, 4),
-        Opcode::Vfmin => (Min, 4),
-        Opcode::Vfmax => (Max, 4),
-        _ => return None,
-    })
-}
-
 impl Function {
     fn operands(self) -> usize {
         use Function::*;
         match self {
             Fma => 3,
             Add | Sub | Mul | Div | Min | Max => 2,
-            _ => 1,
+            Rcp | Rsqrt | Sqrt | Exp2 | Log2 | Sin | Cos | Neg | Abs => 1,
         }
     }
 

@@ -4,22 +4,13 @@
 //! is added moves it by so many places, and its shadow by as much. A mask that takes off its last
 //! places rounds it, whatever was added before to have them rounded to the nearest.
 
-use super::{Mark, Marks, Meaning, PLAIN, Shadows};
+use super::rule::Bitwise;
+use super::{Mark, Marks, Meaning, Origin, PLAIN, Shadows};
 use crate::interp::Done;
 use srp_archdesc::isa::Opcode;
 
 /// The bits of the mantissa of a binary32.
 const MANTISSA: u32 = 0x7f_ffff;
-
-/// What is done with the bits.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum How {
-    And,
-    Or,
-    Xor,
-    Add,
-    Sub,
-}
 
 /// Whether a mask takes off last places, and leaves the rest.
 fn rounds(mask: u32) -> bool {
@@ -30,20 +21,13 @@ fn rounds(mask: u32) -> bool {
 impl Shadows<'_> {
     /// The marks of an integer operation on bits of floats; `None` where it is on others alone.
     #[inline]
-    pub(super) fn taken_apart(&mut self, done: &Done<'_>, [a, b, _]: [Marks; 3]) -> Option<Marks> {
-        let (how, lanes) = match done.op {
-            Opcode::And => (How::And, 1),
-            Opcode::Or => (How::Or, 1),
-            Opcode::Xor => (How::Xor, 1),
-            Opcode::Add => (How::Add, 1),
-            Opcode::Sub => (How::Sub, 1),
-            Opcode::Vand => (How::And, 4),
-            Opcode::Vor => (How::Or, 4),
-            Opcode::Vxor => (How::Xor, 4),
-            Opcode::Vadd => (How::Add, 4),
-            Opcode::Vsub => (How::Sub, 4),
-            _ => return None,
-        };
+    pub(super) fn taken_apart(
+        &mut self,
+        done: &Done<'_>,
+        how: Bitwise,
+        lanes: usize,
+        [a, b, _]: [Marks; 3],
+    ) -> Option<Marks> {
         let is_float = |mark: &Mark| mark.behind() != 0;
         if !a.iter().chain(&b).any(is_float) {
             return None;
@@ -55,7 +39,7 @@ impl Shadows<'_> {
         for i in 0..lanes {
             let (float, other, word) = match (is_float(&a[i]), is_float(&b[i])) {
                 (true, false) => (a[i], b[i], y.0[i]),
-                (false, true) if how != How::Sub => (b[i], a[i], x.0[i]),
+                (false, true) if how != Bitwise::Sub => (b[i], a[i], x.0[i]),
                 _ => (Mark::PLAIN, a[i], 0),
             };
             self.settle(other);
@@ -67,9 +51,9 @@ impl Shadows<'_> {
     }
 
     /// The mark of a float, or of its mantissa, whose bits were changed by a word.
-    fn changed(&mut self, how: How, source: u32, float: Mark, word: u32, result: u32) -> Mark {
+    fn changed(&mut self, how: Bitwise, source: u32, float: Mark, word: u32, result: u32) -> Mark {
         let node = float.behind();
-        if how == How::And && word == MANTISSA {
+        if how == Bitwise::And && word == MANTISSA {
             return Mark::mantissa(node);
         }
         let Some(entry) = self.tape.get(node).copied() else {
@@ -82,15 +66,15 @@ impl Shadows<'_> {
         let whole = matches!(float.meaning(), Meaning::Node(_));
         let near = whole && (made - value).abs() <= value.abs() / 16.0;
         let alone = |parent: u32, partial: f64| [(parent, partial), (0, 0.0), (0, 0.0)];
-        let (shadow, parents) = if how == How::And && rounds(word) && near {
+        let (shadow, parents) = if how == Bitwise::And && rounds(word) && near {
             let origin = self.before_adding(node);
             (self.tape.shadow(origin, value), alone(origin, 1.0))
-        } else if how == How::And && word & MANTISSA != MANTISSA {
+        } else if how == Bitwise::And && word & MANTISSA != MANTISSA {
             return Mark::PLAIN;
         } else if value.to_bits() & MANTISSA == result & MANTISSA {
             let ratio = f64::from(made) / f64::from(value);
             (entry.shadow * ratio, alone(node, ratio))
-        } else if near && matches!(how, How::Add | How::Sub) {
+        } else if near && matches!(how, Bitwise::Add | Bitwise::Sub) {
             let by = f64::from(made) - f64::from(value);
             (entry.shadow + by, alone(node, 1.0))
         } else {
@@ -104,7 +88,8 @@ impl Shadows<'_> {
         while let Some(entry) = self.tape.get(node) {
             let source = self.sources.get(entry.source);
             let adds = source.is_some_and(|source| {
-                ["add", "vadd", "sub", "vsub"].contains(&source.what.as_str())
+                use Opcode::{Add, Sub, Vadd, Vsub};
+                matches!(source.what, Origin::Operation(Add | Sub | Vadd | Vsub))
             });
             if !adds || entry.parents[0] == 0 || entry.partials[0] != 1.0 {
                 break;

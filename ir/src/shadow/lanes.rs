@@ -1,45 +1,42 @@
-//! Marks of moves, selections and lanes, and of what is done with truth values.
+//! Marks of selections, and of what is made of bytes and of truth values.
 
+use super::rule::{Bitwise, Logic};
 use super::{Mark, Marks, Meaning, PLAIN, Shadows};
 use crate::interp::Done;
-use srp_archdesc::isa::Opcode;
 use srp_archdesc::ops::Value;
 
 impl Shadows<'_> {
-    /// The marks of the result of an operation that computes no float; `None` where it does.
-    pub(super) fn handed_on(&mut self, done: &Done<'_>, marks: [Marks; 3]) -> Option<Marks> {
-        let [a, b, c] = marks;
-        let imm = done.imm as u32;
-        let lane = (imm & 3) as usize;
-        if let Some(marks) = self.taken_apart(done, marks) {
-            return Some(marks);
-        }
-        Some(match done.op {
-            Opcode::Mov | Opcode::Pmov | Opcode::Vmov | Opcode::Ptoi => a,
-            Opcode::Sel | Opcode::Vsel => self.selected(done, a[0], b, c),
-            Opcode::Vblend => std::array::from_fn(|i| {
-                let lane = |k: usize| done.operands[k].0[i];
-                self.blended([lane(0), lane(1), lane(2)], [a[i], b[i], c[i]])
-            }),
-            Opcode::Vsplat => [a[0]; 4],
-            Opcode::Vext => [a[lane], Mark::PLAIN, Mark::PLAIN, Mark::PLAIN],
-            Opcode::Vins => {
-                let mut marks = a;
-                marks[lane] = b[0];
-                marks
-            }
-            Opcode::Swz => std::array::from_fn(|i| a[(imm >> (2 * i) & 3) as usize]),
-            Opcode::Shl => self.of_word(done, a[0], b[0], |shadows, operands| {
-                shadows.shifted(a[0], operands[1].as_word() & 31)
-            }),
-            Opcode::Or => self.of_word(done, a[0], b[0], |shadows, _| shadows.united(a[0], b[0])),
-            Opcode::And => self.of_word(done, a[0], b[0], |shadows, operands| {
+    /// The marks of what is made of bits that are no floats: bytes that floats were converted to, or
+    /// masks of truth values; others are used up.
+    pub(super) fn combined(
+        &mut self,
+        done: &Done<'_>,
+        how: Bitwise,
+        lanes: usize,
+        marks: [Marks; 3],
+    ) -> Marks {
+        let [a, b, _] = marks;
+        match (how, lanes) {
+            (Bitwise::And, 1) => self.of_word(done, a[0], b[0], |shadows, operands| {
                 match b[0] == Mark::PLAIN {
                     true => shadows.masked(a[0], operands[1].as_word()),
                     false => shadows.masked(b[0], operands[0].as_word()),
                 }
             }),
-            _ => return None,
+            (Bitwise::Or, 1) => {
+                self.of_word(done, a[0], b[0], |shadows, _| shadows.united(a[0], b[0]))
+            }
+            (Bitwise::And, _) => self.of_truths(done, Logic::And, 4, marks),
+            (Bitwise::Or, _) => self.of_truths(done, Logic::Or, 4, marks),
+            (Bitwise::Xor, 4) => self.of_truths(done, Logic::Xor, 4, marks),
+            (Bitwise::Xor | Bitwise::Add | Bitwise::Sub, _) => self.used(marks),
+        }
+    }
+
+    /// The marks of a word whose bits were moved up.
+    pub(super) fn moved_up(&mut self, done: &Done<'_>, a: Mark, b: Mark) -> Marks {
+        self.of_word(done, a, b, |shadows, operands| {
+            shadows.shifted(a, operands[1].as_word() & 31)
         })
     }
 
@@ -64,7 +61,13 @@ impl Shadows<'_> {
         [mark, Mark::PLAIN, Mark::PLAIN, Mark::PLAIN]
     }
 
-    fn selected(&mut self, done: &Done<'_>, condition: Mark, a: Marks, b: Marks) -> Marks {
+    pub(super) fn selected(
+        &mut self,
+        done: &Done<'_>,
+        condition: Mark,
+        a: Marks,
+        b: Marks,
+    ) -> Marks {
         let [chosen, one, other] = done.operands;
         if condition != Mark::PLAIN && (one != other || a != b) {
             self.settle(condition);
@@ -73,7 +76,7 @@ impl Shadows<'_> {
     }
 
     /// One lane of a selection by a mask.
-    fn blended(&mut self, [mask, one, other]: [u32; 3], [m, a, b]: [Mark; 3]) -> Mark {
+    pub(super) fn blended(&mut self, [mask, one, other]: [u32; 3], [m, a, b]: [Mark; 3]) -> Mark {
         if m != Mark::PLAIN && (one != other || a != b) {
             self.settle(m);
         }
@@ -84,15 +87,17 @@ impl Shadows<'_> {
         }
     }
 
-    /// The marks of a result that is made of truth values, as the shadows have them; `None` where
-    /// it is not.
-    pub(super) fn of_truths(&mut self, done: &Done<'_>, marks: [Marks; 3]) -> Option<Marks> {
-        let (lanes, all) = match done.op {
-            Opcode::Pand | Opcode::Por | Opcode::Pxor | Opcode::Pnot | Opcode::Psel => (1, 1),
-            Opcode::Vand | Opcode::Vor | Opcode::Vxor => (4, u32::MAX),
-            _ => return None,
-        };
-        let result = done.result?.1;
+    /// The marks of a result that is made of truth values, as the shadows have them: predicates in
+    /// one lane, masks in several.
+    pub(super) fn of_truths(
+        &mut self,
+        done: &Done<'_>,
+        logic: Logic,
+        lanes: usize,
+        marks: [Marks; 3],
+    ) -> Marks {
+        let all = if lanes == 1 { 1 } else { u32::MAX };
+        let result = done.result.map_or([0; 4], |(_, value)| value.0);
         let mut of = PLAIN;
         for (i, of) in of.iter_mut().enumerate().take(lanes) {
             let lanes = [0, 1, 2].map(|k| marks[k][i]);
@@ -101,16 +106,22 @@ impl Shadows<'_> {
             }
             let word = |k: usize| Self::truth(done.operands[k].0[i], lanes[k], all);
             let (a, b, c) = (word(0), word(1), word(2));
-            let shadow = match done.op {
-                Opcode::Pand | Opcode::Vand => a & b,
-                Opcode::Por | Opcode::Vor => a | b,
-                Opcode::Pxor | Opcode::Vxor => a ^ b,
-                Opcode::Pnot => a ^ 1,
-                _ if a != 0 => b,
-                _ => c,
+            let shadow = match logic {
+                Logic::And => a & b,
+                Logic::Or => a | b,
+                Logic::Xor => a ^ b,
+                Logic::Not => a ^ 1,
+                Logic::Select if a != 0 => b,
+                Logic::Select => c,
             };
-            *of = Self::decided(result.0[i], shadow, &lanes);
+            *of = Self::decided(result[i], shadow, &lanes);
         }
-        Some(of)
+        of
+    }
+
+    /// Operands are used as what they are: something comes of them.
+    pub(super) fn used(&mut self, marks: [Marks; 3]) -> Marks {
+        marks.iter().flatten().for_each(|&mark| self.settle(mark));
+        PLAIN
     }
 }

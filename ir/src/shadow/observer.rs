@@ -1,6 +1,7 @@
 //! What shadows make of each operation of a run.
 
-use super::arithmetic::{Marked, function};
+use super::arithmetic::{Function, Marked};
+use super::rule::{Relation, Rule};
 use super::{Mark, Marks, Meaning, PLAIN, Shadows};
 use crate::interp::{Done, Observer, Values, World};
 use crate::program::Pos;
@@ -49,30 +50,109 @@ fn float(done: &Done<'_>, marks: &[Marks; 3], k: usize, i: usize) -> Marked {
     (f32::from_bits(done.operands[k].0[i]), marks[k][i])
 }
 
+/// Marks of the first lanes; the others are plain.
+#[inline]
+fn each_lane(lanes: usize, mut mark: impl FnMut(usize) -> Mark) -> Marks {
+    std::array::from_fn(|i| if i < lanes { mark(i) } else { Mark::PLAIN })
+}
+
 impl Shadows<'_> {
     fn result(&mut self, done: &Done<'_>, marks: [Marks; 3], world: &mut impl World) -> Marks {
-        if let Some((function, lanes)) = function(done.op) {
-            let source = self.sources.number(done.func, done.inst);
-            let results = done.result.map_or([0; 4], |(_, value)| value.0);
-            return std::array::from_fn(|i| match i < lanes {
-                true => {
-                    let args = [0, 1, 2].map(|k| float(done, &marks, k, i));
-                    self.lane(function, source, args, f32::from_bits(results[i]))
+        let rule = Rule::of(done.op);
+        // Nothing is known of operands that have no marks, and of what is made of them.
+        if marks == [PLAIN; 3] && !rule.needs_no_marks() {
+            return PLAIN;
+        }
+        let [a, b, c] = marks;
+        let lane = (done.imm as u32 & 3) as usize;
+        match rule {
+            Rule::Float(function, lanes) => self.computed(done, &marks, function, lanes),
+            Rule::Dot(n) => self.summed(done, &marks, n),
+            Rule::Access | Rule::Texture => self.access(done, marks, world),
+            Rule::FromInteger { signed, lanes } => self.integers_to_floats(done, a, signed, lanes),
+            Rule::ToInteger(lanes) => {
+                let source = self.sources.number(done.func, done.inst);
+                each_lane(lanes, |i| {
+                    let (value, mark) = float(done, &marks, 0, i);
+                    self.converted(source, value, mark)
+                })
+            }
+            Rule::Floor(lanes) => {
+                let source = self.sources.number(done.func, done.inst);
+                for i in 0..lanes {
+                    self.floored(source, float(done, &marks, 0, i));
                 }
-                false => Mark::PLAIN,
-            });
+                PLAIN
+            }
+            Rule::Relation(relation, lanes) => {
+                each_lane(lanes, |i| self.relation(done, &marks, relation, i))
+            }
+            Rule::Bits(how, lanes) => match self.taken_apart(done, how, lanes, marks) {
+                Some(marks) => marks,
+                None => self.combined(done, how, lanes, marks),
+            },
+            Rule::ShiftUp => self.moved_up(done, a[0], b[0]),
+            Rule::Equality => each_lane(1, |_| self.equality(done, a[0], b[0])),
+            Rule::Logic(logic) => self.of_truths(done, logic, 1, marks),
+            Rule::Move => a,
+            Rule::Select => self.selected(done, a[0], b, c),
+            Rule::Blend => each_lane(4, |i| {
+                let lane = |k: usize| done.operands[k].0[i];
+                self.blended([lane(0), lane(1), lane(2)], [a[i], b[i], c[i]])
+            }),
+            Rule::Splat => [a[0]; 4],
+            Rule::Extract => each_lane(1, |_| a[lane]),
+            Rule::Insert => each_lane(4, |i| if i == lane { b[0] } else { a[i] }),
+            Rule::Swizzle => each_lane(4, |i| a[(done.imm as u32 >> (2 * i) & 3) as usize]),
+            Rule::Use => self.used(marks),
         }
-        match done.op.info().effect {
-            Effect::Load | Effect::Store => return self.access(done, marks, world),
-            // Nothing is known of operands that have no marks, and of what is made of them.
-            Effect::Pure if marks == [PLAIN; 3] && !rounds(done.op) => return PLAIN,
-            Effect::Pure | Effect::Io => {}
-        }
-        let handed_on = self.handed_on(done, marks);
-        if let Some(marks) = handed_on.or_else(|| self.of_truths(done, marks)) {
-            return marks;
-        }
-        self.other(done, marks)
+    }
+
+    /// A function of floats, lane by lane.
+    fn computed(
+        &mut self,
+        done: &Done<'_>,
+        marks: &[Marks; 3],
+        function: Function,
+        lanes: usize,
+    ) -> Marks {
+        let source = self.sources.number(done.func, done.inst);
+        let results = done.result.map_or([0; 4], |(_, value)| value.0);
+        each_lane(lanes, |i| {
+            let args = [0, 1, 2].map(|k| float(done, marks, k, i));
+            self.lane(function, source, args, f32::from_bits(results[i]))
+        })
+    }
+
+    /// A dot product of `n` lanes.
+    fn summed(&mut self, done: &Done<'_>, marks: &[Marks; 3], n: usize) -> Marks {
+        let source = self.sources.number(done.func, done.inst);
+        let result = done.result.map_or(0, |(_, value)| value.0[0]);
+        let lanes = |k| std::array::from_fn(|i| float(done, marks, k, i));
+        let (a, b) = (lanes(0), lanes(1));
+        each_lane(1, |_| self.dot(source, n, a, b, f32::from_bits(result)))
+    }
+
+    /// Floats made of integers.
+    fn integers_to_floats(
+        &mut self,
+        done: &Done<'_>,
+        marks: Marks,
+        signed: bool,
+        lanes: usize,
+    ) -> Marks {
+        let source = self.sources.number(done.func, done.inst);
+        let results = done.result.map_or([0; 4], |(_, value)| value.0);
+        each_lane(lanes, |i| {
+            self.settle(marks[i]);
+            let word = done.operands[0].0[i];
+            let exact = match signed {
+                true => f64::from(word as i32),
+                false => f64::from(word),
+            };
+            let value = f32::from_bits(results[i]);
+            Mark::node(self.tape.push(value, exact, source, [(0, 0.0); 3]))
+        })
     }
 
     fn access(&mut self, done: &Done<'_>, marks: [Marks; 3], world: &mut impl World) -> Marks {
@@ -94,68 +174,21 @@ impl Shadows<'_> {
         self.loaded(done.op, address)
     }
 
-    /// Comparisons, conversions, dot products, and integers.
-    fn other(&mut self, done: &Done<'_>, marks: [Marks; 3]) -> Marks {
-        use Opcode::*;
+    /// The mark of one lane of a comparison of floats.
+    fn relation(
+        &mut self,
+        done: &Done<'_>,
+        marks: &[Marks; 3],
+        relation: Relation,
+        i: usize,
+    ) -> Mark {
         let source = self.sources.number(done.func, done.inst);
-        let result = done.result.map_or([0; 4], |(_, value)| value.0);
-        let lanes = |k| std::array::from_fn(|i| float(done, &marks, k, i));
-        let mut of = PLAIN;
-        match done.op {
-            Feq | Fne | Flt | Fle => of[0] = self.relation(done, &marks, source, 0),
-            Vfeq | Vfne | Vflt | Vfle => {
-                of = std::array::from_fn(|i| self.relation(done, &marks, source, i));
-            }
-            Dot3 | Dot4 => {
-                let n = if done.op == Dot3 { 3 } else { 4 };
-                let result = f32::from_bits(result[0]);
-                of[0] = self.dot(source, n, lanes(0), lanes(1), result);
-            }
-            Ftoi | Ftou | Vftoi => {
-                let n = if done.op == Vftoi { 4 } else { 1 };
-                for (i, of) in of.iter_mut().enumerate().take(n) {
-                    let (value, mark) = float(done, &marks, 0, i);
-                    *of = self.converted(source, value, mark);
-                }
-            }
-            Ffloor | Vffloor => {
-                let n = if done.op == Vffloor { 4 } else { 1 };
-                for i in 0..n {
-                    self.floored(source, float(done, &marks, 0, i));
-                }
-            }
-            Itof | Utof | Vitof => {
-                let n = if done.op == Vitof { 4 } else { 1 };
-                for (i, of) in of.iter_mut().enumerate().take(n) {
-                    self.settle(marks[0][i]);
-                    let word = done.operands[0].0[i];
-                    let exact = match done.op {
-                        Utof => f64::from(word),
-                        _ => f64::from(word as i32),
-                    };
-                    let value = f32::from_bits(result[i]);
-                    *of = Mark::node(self.tape.push(value, exact, source, [(0, 0.0); 3]));
-                }
-            }
-            Eq | Ne => of[0] = self.equality(done, marks[0][0], marks[1][0]),
-            _ => marks.iter().flatten().for_each(|&mark| self.settle(mark)),
-        }
-        of
-    }
-
-    fn relation(&mut self, done: &Done<'_>, marks: &[Marks; 3], source: u32, i: usize) -> Mark {
-        use Opcode::*;
         let args = [0, 1].map(|k| float(done, marks, k, i));
         let outcome = done.result.is_some_and(|(_, value)| value.0[i] != 0);
         if args.iter().any(|(value, _)| value.is_nan()) {
             return Mark::PLAIN;
         }
-        self.compare(source, args, outcome, |a, b| match done.op {
-            Feq | Vfeq => a == b,
-            Fne | Vfne => a != b,
-            Flt | Vflt => a < b,
-            _ => a <= b,
-        })
+        self.compare(source, args, outcome, |a, b| relation.holds(a, b))
     }
 
     /// The mark of whether two integers are equal. A truth value against 0 is one again.
@@ -171,10 +204,4 @@ impl Shadows<'_> {
         self.settle(b);
         Mark::PLAIN
     }
-}
-
-/// Whether an operation that has no float operand makes a float with an error.
-fn rounds(op: Opcode) -> bool {
-    use Opcode::*;
-    matches!(op, Itof | Utof | Vitof | Dot3 | Dot4)
 }

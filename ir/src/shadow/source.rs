@@ -2,15 +2,34 @@
 
 use crate::program::{Func, Inst, InstKind, Program, SourceFile};
 use srp_archdesc::entity::EntityMap;
+use srp_archdesc::isa::Opcode;
 use std::collections::BTreeMap;
 
 /// What an error comes from: the operations of one kind on one line, or a unit.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {
     /// The file and the line; `None` for a unit outside of the program.
     pub at: Option<(SourceFile, u32)>,
     /// The operation, or the unit.
-    pub what: String,
+    pub what: Origin,
+}
+
+/// The kind of operation, or the unit, that makes an error. It prints as its name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// An operation of the program.
+    Operation(Opcode),
+    /// A unit outside of it.
+    Unit(String),
+}
+
+impl std::fmt::Display for Origin {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Origin::Operation(op) => op.fmt(f),
+            Origin::Unit(name) => f.write_str(name),
+        }
+    }
 }
 
 /// All sources of a program, numbered: units first, then by file, line and operation.
@@ -28,24 +47,25 @@ impl Sources {
             let InstKind::Op { op, .. } = &data.kind else {
                 return None;
             };
-            Some(Source {
-                at: Some((data.pos.file, data.pos.line)),
-                what: op.name().to_owned(),
-            })
+            // Operations of a line are numbered by their names.
+            Some(((data.pos.file, data.pos.line), op.name(), *op))
         };
         let all = program.funcs.iter();
         let all = all.flat_map(|(func, data)| data.insts.keys().map(move |inst| (func, inst)));
-        let mut numbers: BTreeMap<Source, u32> = all
+        let mut numbers: BTreeMap<_, u32> = all
             .filter_map(|(func, inst)| Some((of_inst(func, inst)?, 0)))
             .collect();
         let unit = |what: &&str| Source {
             at: None,
-            what: (*what).to_owned(),
+            what: Origin::Unit((*what).to_owned()),
         };
         let mut list: Vec<Source> = units.iter().map(unit).collect();
-        for (source, number) in &mut numbers {
+        for (&(at, _, op), number) in &mut numbers {
             *number = list.len() as u32;
-            list.push(source.clone());
+            list.push(Source {
+                at: Some(at),
+                what: Origin::Operation(op),
+            });
         }
         let number = |func, inst| of_inst(func, inst).map_or(0, |source| numbers[&source]);
         let numbered = |(func, data): (Func, &crate::program::Function)| {
