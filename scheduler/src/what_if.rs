@@ -2,20 +2,134 @@
 //! scheduling the loop on the changed machine.
 
 use crate::modulo::{self, Options};
-use srp_archdesc::arch::{FileKind, Fu, FuOp, LinkSpec, Srp};
+use srp_archdesc::arch::{FileKind, Fu, FuOp, LinkSpec, Resource, Srp};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Class;
 use srp_archdesc::{Watch, threads};
 use srp_ir::dfg::Dfg;
 use std::collections::BTreeSet;
 
-/// A change that lowers a loop's II.
+/// A small change of a machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Edit {
+    /// One more use of a shared resource in each cycle.
+    MoreOf(Resource),
+    /// One more unit runs a class, as the first that has it does.
+    OnUnit(Class, Fu),
+    /// Units can issue an operation of a class every cycle.
+    EveryCycle(Class),
+    /// Operations of a class take a cycle less.
+    Faster(Class),
+    /// Local register files have so many times the registers.
+    LocalFiles(u32),
+    /// Every register file has one more port to read and to write.
+    FilePorts,
+    /// The configuration memory has twice the contexts.
+    Contexts,
+    /// There are links between units that are so far apart.
+    Links(Apart),
+    /// Links have no registers along them.
+    NoLinkRegisters,
+}
+
+/// How far apart two units are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Apart {
+    /// A row or a column.
+    Neighbours,
+    /// A row and a column.
+    Diagonal,
+    /// Two rows or two columns.
+    TwoSteps,
+}
+
+impl Apart {
+    const ALL: [Apart; 3] = [Apart::Neighbours, Apart::Diagonal, Apart::TwoSteps];
+
+    /// Whether units are so far apart that are so many rows and columns apart.
+    fn is(self, rows: u32, columns: u32) -> bool {
+        match self {
+            Apart::Neighbours => rows + columns == 1,
+            Apart::Diagonal => (rows, columns) == (1, 1),
+            Apart::TwoSteps => rows + columns == 2 && rows != columns,
+        }
+    }
+}
+
+impl Edit {
+    /// What changes, in words.
+    pub fn in_words(self, srp: &Srp) -> String {
+        match self {
+            Edit::MoreOf(resource) => format!("one more {}", srp.resources[resource].name),
+            Edit::OnUnit(class, fu) => format!("{class} on {} too", srp.fus[fu].name),
+            Edit::EveryCycle(class) => format!("{class} issued every cycle"),
+            Edit::Faster(class) => format!("{class} a cycle faster"),
+            Edit::LocalFiles(2) => "local register files twice the size".to_owned(),
+            Edit::LocalFiles(4) => "local register files four times the size".to_owned(),
+            Edit::LocalFiles(n) => format!("local register files {n} times the size"),
+            Edit::FilePorts => {
+                "one more port to read and to write in every register file".to_owned()
+            }
+            Edit::Contexts => "twice the contexts".to_owned(),
+            Edit::Links(Apart::Neighbours) => "links to all four neighbours".to_owned(),
+            Edit::Links(Apart::Diagonal) => "links to the diagonal neighbours too".to_owned(),
+            Edit::Links(Apart::TwoSteps) => "links to the units two steps away too".to_owned(),
+            Edit::NoLinkRegisters => "links without registers along them".to_owned(),
+        }
+    }
+
+    /// Changes a machine.
+    pub fn apply(self, srp: &mut Srp) {
+        match self {
+            Edit::MoreOf(resource) => srp.resources[resource].count += 1,
+            Edit::OnUnit(class, fu) => {
+                let model = srp.fus.values().find_map(|fu| fu.op(class)).cloned();
+                srp.fus[fu].ops.extend(model);
+                srp.fus[fu].ops.sort_by_key(|op| op.class);
+            }
+            Edit::EveryCycle(class) => of_class(srp, class).for_each(|op| op.interval = 1),
+            Edit::Faster(class) => of_class(srp, class).for_each(|op| {
+                op.latency = (op.latency - 1).max(op.interval).max(1);
+            }),
+            Edit::LocalFiles(times) => {
+                let files = srp.files.values_mut();
+                let local = files.filter(|f| f.kind != FileKind::Central);
+                local.for_each(|f| f.size *= times);
+            }
+            Edit::FilePorts => {
+                for file in srp.files.values_mut() {
+                    file.read_ports += 1;
+                    file.write_ports += 1;
+                }
+            }
+            Edit::Contexts => srp.contexts *= 2,
+            Edit::Links(apart) => add_links(srp, apart),
+            Edit::NoLinkRegisters => srp.links.values_mut().for_each(|l| l.delay = 0),
+        }
+    }
+}
+
+/// The timing of a class on all units that run it.
+fn of_class(srp: &mut Srp, class: Class) -> impl Iterator<Item = &mut FuOp> {
+    let ops = srp.fus.values_mut().flat_map(|fu| fu.ops.iter_mut());
+    ops.filter(move |op| op.class == class)
+}
+
+/// A change that lowers a loop's II: one edit or two.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Change {
-    /// What changes, in words.
-    pub what: String,
+    /// What changes.
+    pub edits: Vec<Edit>,
     /// The II on the changed machine.
     pub ii: u32,
+}
+
+impl Change {
+    /// What changes, in words.
+    pub fn in_words(&self, srp: &Srp) -> String {
+        let edits = self.edits.iter().map(|edit| edit.in_words(srp));
+        edits.collect::<Vec<_>>().join(" and ")
+    }
 }
 
 /// What became of trying changes.
@@ -47,14 +161,7 @@ pub fn what_if(
         let reached = threads::each(threads, trials.len(), || (), attempt);
         reached.into_iter().flatten().collect::<Vec<Change>>()
     };
-    let single = |edit: &Edit| {
-        let mut changed = srp.clone();
-        (edit.apply)(&mut changed);
-        Trial {
-            what: edit.what.clone(),
-            srp: changed,
-        }
-    };
+    let single = |&edit: &Edit| Trial::of(srp, vec![edit]);
     let mut tried = edits.len() as u32;
     let mut changes = attempts(&edits.iter().map(single).collect::<Vec<_>>());
     if changes.is_empty() {
@@ -66,16 +173,18 @@ pub fn what_if(
     WhatIf { tried, changes }
 }
 
-/// One change of a machine.
-struct Edit {
-    what: String,
-    apply: Box<dyn Fn(&mut Srp)>,
-}
-
 /// A changed machine.
 struct Trial {
-    what: String,
+    edits: Vec<Edit>,
     srp: Srp,
+}
+
+impl Trial {
+    fn of(srp: &Srp, edits: Vec<Edit>) -> Trial {
+        let mut srp = srp.clone();
+        edits.iter().for_each(|edit| edit.apply(&mut srp));
+        Trial { edits, srp }
+    }
 }
 
 /// Most changes do not help, so each is tried with a part of the effort first.
@@ -105,7 +214,7 @@ fn attempt(
         false => first,
     };
     Some(Change {
-        what: trial.what.clone(),
+        edits: trial.edits.clone(),
         ii: best,
     })
 }
@@ -113,20 +222,15 @@ fn attempt(
 /// The first pairs of changes that no bound rules out, and how many were looked at.
 fn pairs(dfg: &Dfg, srp: &Srp, ii: u32, edits: &[Edit]) -> (Vec<Trial>, u32) {
     let (mut pairs, mut looked_at) = (Vec::new(), 0);
-    for (i, first) in edits.iter().enumerate() {
-        for second in &edits[..i] {
+    for (i, &second) in edits.iter().enumerate() {
+        for &first in &edits[..i] {
             if pairs.len() == PAIRS {
                 return (pairs, looked_at);
             }
-            let mut changed = srp.clone();
-            (second.apply)(&mut changed);
-            (first.apply)(&mut changed);
+            let trial = Trial::of(srp, vec![first, second]);
             looked_at += 1;
-            if modulo::bounds(dfg, &changed).min_ii() < ii {
-                pairs.push(Trial {
-                    what: format!("{} and {}", second.what, first.what),
-                    srp: changed,
-                });
+            if modulo::bounds(dfg, &trial.srp).min_ii() < ii {
+                pairs.push(trial);
             }
         }
     }
@@ -139,121 +243,56 @@ fn edits(dfg: &Dfg, srp: &Srp) -> Vec<Edit> {
     let bounds = modulo::bounds(dfg, srp);
     // Elsewhere latencies change an II by luck only.
     let latencies_count = bounds.recurrences >= bounds.resources;
-    let mut edits = Vec::new();
-    for (resource, spec) in srp.resources.iter() {
-        edits.push(Edit {
-            what: format!("one more {}", spec.name),
-            apply: Box::new(move |srp| srp.resources[resource].count += 1),
-        });
-    }
+    let mut edits: Vec<Edit> = srp.resources.keys().map(Edit::MoreOf).collect();
     for &class in &classes {
         edits.extend(one_more_unit(srp, class));
         let slow = |op: &FuOp| op.class == class && op.interval > 1;
         if srp.fus.values().any(|fu| fu.ops.iter().any(slow)) {
-            edits.push(of_class(class, "issued every cycle", |op| op.interval = 1));
+            edits.push(Edit::EveryCycle(class));
         }
         let long = |op: &FuOp| op.class == class && op.latency > op.interval.max(1);
         if latencies_count && srp.fus.values().any(|fu| fu.ops.iter().any(long)) {
-            edits.push(of_class(class, "a cycle faster", |op| {
-                op.latency = (op.latency - 1).max(op.interval).max(1);
-            }));
+            edits.push(Edit::Faster(class));
         }
     }
-    for (times, factor) in [("twice", 2), ("four times", 4)] {
-        edits.push(Edit {
-            what: format!("local register files {times} the size"),
-            apply: Box::new(move |srp| {
-                let files = srp.files.values_mut();
-                let local = files.filter(|f| f.kind != FileKind::Central);
-                local.for_each(|f| f.size *= factor);
-            }),
-        });
-    }
-    edits.push(Edit {
-        what: "one more port to read and to write in every register file".into(),
-        apply: Box::new(|srp| {
-            for (_, file) in srp.files.iter_mut() {
-                file.read_ports += 1;
-                file.write_ports += 1;
-            }
-        }),
-    });
-    edits.push(Edit {
-        what: "twice the contexts".into(),
-        apply: Box::new(|srp| srp.contexts *= 2),
-    });
+    edits.extend([2, 4].map(Edit::LocalFiles));
+    edits.extend([Edit::FilePorts, Edit::Contexts]);
     edits.extend(link_edits(srp));
     edits
 }
 
 /// Changes of the links: those to neighbours and beyond that are missing, and no delay.
 fn link_edits(srp: &Srp) -> Vec<Edit> {
-    type Near = fn(u32, u32) -> bool;
-    let ways: [(&str, Near); 3] = [
-        ("links to all four neighbours", |rows, cols| {
-            rows + cols == 1
-        }),
-        ("links to the diagonal neighbours too", |rows, cols| {
-            (rows, cols) == (1, 1)
-        }),
-        ("links to the units two steps away too", |rows, cols| {
-            rows + cols == 2 && rows != cols
-        }),
-    ];
-    let adds = |near: Near| {
-        let mut changed = srp.clone();
-        add_links(&mut changed, near);
+    let adds = |&edit: &Edit| {
+        let changed = Trial::of(srp, vec![edit]).srp;
         changed.links.len() > srp.links.len()
     };
-    let mut edits: Vec<Edit> = (ways.into_iter())
-        .filter(|&(_, near)| adds(near))
-        .map(|(what, near)| Edit {
-            what: what.into(),
-            apply: Box::new(move |srp| add_links(srp, near)),
-        })
+    let mut edits: Vec<Edit> = Apart::ALL
+        .map(Edit::Links)
+        .into_iter()
+        .filter(adds)
         .collect();
     if srp.links.values().any(|l| l.delay > 0) {
-        edits.push(Edit {
-            what: "links without registers along them".into(),
-            apply: Box::new(|srp| srp.links.values_mut().for_each(|l| l.delay = 0)),
-        });
+        edits.push(Edit::NoLinkRegisters);
     }
     edits
 }
 
-fn of_class(class: Class, how: &str, change: impl Fn(&mut FuOp) + 'static) -> Edit {
-    Edit {
-        what: format!("{} {how}", class.name()),
-        apply: Box::new(move |srp| {
-            let ops = srp.fus.iter_mut().flat_map(|(_, fu)| fu.ops.iter_mut());
-            ops.filter(|op| op.class == class).for_each(&change);
-        }),
-    }
-}
-
-/// A class on the first unit that is wide enough and lacks it, as the first that has it runs it.
+/// A class on the last unit that is wide enough and lacks it.
 fn one_more_unit(srp: &Srp, class: Class) -> Option<Edit> {
-    let (_, model) = srp.fus.iter().find(|(_, fu)| fu.op(class).is_some())?;
-    let op = model.op(class)?.clone();
+    let model = srp.fus.values().find(|fu| fu.op(class).is_some())?;
     let lacks = |fu: Fu| srp.fus[fu].op(class).is_none() && srp.fus[fu].width >= model.width;
     let fu = srp.fus.keys().rev().find(|&fu| lacks(fu))?;
-    Some(Edit {
-        what: format!("{} on {} too", class.name(), srp.fus[fu].name),
-        apply: Box::new(move |srp| {
-            let ops = &mut srp.fus[fu].ops;
-            ops.push(op.clone());
-            ops.sort_by_key(|op| op.class);
-        }),
-    })
+    Some(Edit::OnUnit(class, fu))
 }
 
 /// Adds the links that are missing between units so many rows and columns apart, each like the
 /// first link into its target, or like the first of all.
-fn add_links(srp: &mut Srp, near: fn(u32, u32) -> bool) {
+fn add_links(srp: &mut Srp, apart: Apart) {
     let cells: EntityMap<Fu, (u32, u32)> = srp.fus.values().map(|fu| (fu.row, fu.col)).collect();
     for (from, &(row, col)) in cells.iter() {
         for (to, &(r, c)) in cells.iter() {
-            let wanted = near(row.abs_diff(r), col.abs_diff(c));
+            let wanted = apart.is(row.abs_diff(r), col.abs_diff(c));
             let linked = srp.links.values().any(|l| (l.from, l.to) == (from, to));
             let wide = |l: &&LinkSpec| l.width > 1;
             let into = srp.links.values().filter(wide).find(|l| l.to == to);

@@ -56,7 +56,7 @@ fn of_machine(dfg: &Dfg, arch: &Arch, ii: u32) -> WhatIf {
         &CONSOLE,
     );
     let change = |c: srp_scheduler::what_if::Change| Change {
-        what: c.what,
+        what: c.in_words(&arch.srp),
         ii: c.ii,
     };
     WhatIf {
