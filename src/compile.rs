@@ -10,6 +10,7 @@ use srp_csimgen::{emit, link};
 use srp_ir::dre::{self, Dre};
 use srp_ir::pass::Remark;
 use srp_ir::program::SourceFile;
+use srp_studies::loops::{self, LoopReport, NotPipelined, Subject};
 use srp_toolchain::{
     Compiled, Input, Options, Session, compile, divide, front_end, input, machine, optimise,
     syntax_tree,
@@ -65,8 +66,8 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
         return write_divided_alone(&out, input, &arch, wants(Form::Dfg), wants(Form::Dre));
     }
     let compiled = interrupt::looked_for(|| compile(input, &arch, &options, session))?;
-    say_not_pipelined(&compiled, &arch, source.remarks_passes());
-    loops.write(&compiled, &arch)?;
+    say_not_pipelined(&compiled, &arch, source.remarks_passes(), session)?;
+    loops.write(&compiled, &arch, session)?;
     if wants(Form::Dfg) || wants(Form::Dre) {
         match &compiled.dre {
             Some(dre) => write_divided(&out, dre, wants(Form::Dfg), wants(Form::Dre))?,
@@ -89,8 +90,14 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
 
 /// Says which loops a pragma has asked for in vain; with `-Rpass`, of every loop whether it runs on
 /// the array, what `restrict` would buy, and else what stands in the way.
-pub(crate) fn say_not_pipelined(compiled: &Compiled, arch: &Arch, remarks: bool) {
-    let report = report::report(compiled, arch);
+pub(crate) fn say_not_pipelined(
+    compiled: &Compiled,
+    arch: &Arch,
+    remarks: bool,
+    session: &Session<'_>,
+) -> Result<(), Failure> {
+    let subject = Subject::of_program(compiled);
+    let report = loops::report(&subject, arch, &loops::Options::default(), session)?;
     for done in report.loops.iter().filter(|_| remarks) {
         talk::say(format_args!(
             "remark: {}: {} is on the array at II = {}",
@@ -107,6 +114,7 @@ pub(crate) fn say_not_pipelined(compiled: &Compiled, arch: &Arch, remarks: bool)
     {
         say_obstacle(n);
     }
+    Ok(())
 }
 
 /// Compiles an input, with warnings and remarks said.
@@ -144,7 +152,7 @@ fn say_changed_results(
 }
 
 /// Says what `restrict` would buy, and where.
-fn say_restrict(aliased: &report::LoopReport) {
+fn say_restrict(aliased: &LoopReport) {
     let Some(bound) = aliased.restrict_bound else {
         return;
     };
@@ -163,7 +171,7 @@ fn say_restrict(aliased: &report::LoopReport) {
     ));
 }
 
-fn say_obstacle(obstacle: &report::Obstacle) {
+fn say_obstacle(obstacle: &NotPipelined) {
     let kind = if obstacle.required {
         "warning"
     } else {
@@ -232,7 +240,7 @@ fn write_divided_alone(
             let divided = divide(&mut program, arch)?;
             let required = divided.not_pipelined.iter().filter(|n| n.required);
             let files = &divided.dre.control.files;
-            for obstacle in &report::obstacles(required, files, arch) {
+            for obstacle in &loops::not_pipelined(required, files) {
                 say_obstacle(obstacle);
             }
             write_divided(out, &divided.dre, dfg, whole)

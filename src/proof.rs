@@ -2,11 +2,12 @@
 
 use crate::failure::Failure;
 use crate::files;
-use crate::talk::CONSOLE;
-use crate::talk::{self, Progress};
+use crate::talk;
 use srp_archdesc::arch::Arch;
 use srp_ir::dfg::Dfg;
-use srp_scheduler::modulo::{Certificate, Impossible, certify};
+use srp_scheduler::modulo::Impossible;
+use srp_studies::certificate::{certify, claim};
+use srp_toolchain::Session;
 use std::path::{Path, PathBuf};
 
 /// A loop, its II, and what was proved about smaller ones.
@@ -25,9 +26,13 @@ pub(crate) fn formula_path(path: &Path) -> PathBuf {
 
 /// Writes the certificate that the II one below the loop's is impossible: the proof to `path`, as
 /// DRAT, and its formula beside it, as DIMACS CNF. `loops` must hold one such loop.
-pub(crate) fn write(path: &Path, loops: &[Proved<'_>], arch: &Arch) -> Result<(), Failure> {
-    let below = |l: &Proved<'_>| l.impossible.iter().find(|i| i.ii + 1 == l.ii).copied();
-    let mut proved = loops.iter().filter_map(|l| Some((l.dfg, below(l)?)));
+pub(crate) fn write(
+    path: &Path,
+    loops: &[Proved<'_>],
+    arch: &Arch,
+    session: &Session<'_>,
+) -> Result<(), Failure> {
+    let mut proved = (loops.iter()).filter_map(|l| Some((l.dfg, claim(l.ii, l.impossible)?)));
     let Some((dfg, claim)) = proved.next() else {
         let why = "no proof to write: of no loop was the II below proved impossible; \
                    one that reaches its bound needs none, others may need more time";
@@ -41,17 +46,9 @@ pub(crate) fn write(path: &Path, loops: &[Proved<'_>], arch: &Arch) -> Result<()
             more.join(" or ")
         )));
     }
-    let _working = Progress::spinner("proving");
-    let (mut formula, mut steps) = (Vec::new(), Vec::new());
-    let certificate = Certificate {
-        formula: &mut formula,
-        steps: &mut steps,
-    };
-    if !certify(dfg, &arch.srp, claim, &CONSOLE, certificate) {
-        return Err(Failure::Interrupted);
-    }
-    files::write(&formula_path(path), &formula)?;
-    files::write(path, &steps)?;
+    let certificate = certify(dfg, &arch.srp, claim, session)?;
+    files::write(&formula_path(path), &certificate.formula)?;
+    files::write(path, &certificate.steps)?;
     talk::say(format_args!(
         "{}: {} has no schedule at II = {} up to {} cycles beyond the critical path",
         path.display(),

@@ -31,8 +31,8 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         folder => frame.build.compile(folder, &frame.arch, session),
     })?;
     talk::say_all(&compiled.messages.render(talk::colour()));
-    compile::say_not_pipelined(&compiled, &frame.arch, false);
-    loops.write(&compiled, &frame.arch)?;
+    compile::say_not_pipelined(&compiled, &frame.arch, false, session)?;
+    loops.write(&compiled, &frame.arch, session)?;
     interrupt::end_if_requested()?;
 
     let program = compiled.runnable()?;

@@ -32,8 +32,8 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
         RunEngine::Ir => return interpret(input, &options, source, &arch, args.limit),
     };
     let compiled = compile::compile_and_say(input, &arch, &options, source, session)?;
-    compile::say_not_pipelined(&compiled, &arch, source.remarks_passes());
-    loops.write(&compiled, &arch)?;
+    compile::say_not_pipelined(&compiled, &arch, source.remarks_passes(), session)?;
+    loops.write(&compiled, &arch, session)?;
     interrupt::end_if_requested()?;
     let program = compiled.runnable()?;
     let mut core = Engines::of(program, &arch, engine, session)?.core();

@@ -124,12 +124,10 @@ pub struct Change {
     pub ii: u32,
 }
 
-impl Change {
-    /// What changes, in words.
-    pub fn in_words(&self, srp: &Srp) -> String {
-        let edits = self.edits.iter().map(|edit| edit.in_words(srp));
-        edits.collect::<Vec<_>>().join(" and ")
-    }
+/// What several edits change, in words.
+pub fn in_words(edits: &[Edit], srp: &Srp) -> String {
+    let edits = edits.iter().map(|edit| edit.in_words(srp));
+    edits.collect::<Vec<_>>().join(" and ")
 }
 
 /// What became of trying changes.

@@ -1,6 +1,6 @@
 //! The table as text to read.
 
-use super::{Row, Table};
+use srp_studies::map::{Row, Table};
 use std::fmt::Write;
 
 /// Nodes of a recurrence that are listed.

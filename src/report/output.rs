@@ -1,10 +1,11 @@
 //! Writing the report of a program's loops, for every command that compiles one.
 
-use super::{html, model::Report, report, text};
+use super::{html, text};
 use crate::failure::Failure;
 use crate::files;
 use srp_archdesc::arch::Arch;
-use srp_toolchain::Compiled;
+use srp_studies::loops::{self, Options, Report, Subject};
+use srp_toolchain::{Compiled, Session};
 use std::path::{Path, PathBuf};
 
 /// The files that a report of the loops is written to.
@@ -20,11 +21,17 @@ impl<'a> Loops<'a> {
     }
 
     /// Writes the report of a program.
-    pub(crate) fn write(&self, compiled: &Compiled, arch: &Arch) -> Result<(), Failure> {
+    pub(crate) fn write(
+        &self,
+        compiled: &Compiled,
+        arch: &Arch,
+        session: &Session<'_>,
+    ) -> Result<(), Failure> {
         if self.0.is_empty() {
             return Ok(());
         }
-        let report = report(compiled, arch);
+        let subject = Subject::of_program(compiled);
+        let report = loops::report(&subject, arch, &Options::default(), session)?;
         self.0.iter().try_for_each(|path| write(path, &report))
     }
 }

@@ -1,9 +1,9 @@
 //! The report as text. What to do comes first, then each loop in full.
 
-use super::model::{
-    Advice, FileKind, FileLoad, FunctionReport, LinkLoad, LoopReport, NotPipelined, Report, Status,
+use srp_studies::loops::{
+    Advice, FileKind, FileLoad, FunctionReport, LinkLoad, LoopReport, NotPipelined, Position,
+    Report, SharedLoad, Status, UnitLoad, part, percent,
 };
-use super::model::{Position, UnitLoad, part};
 use std::fmt::Write;
 
 /// Pairs of accesses that are shown of a loop.
@@ -94,7 +94,7 @@ fn summary(out: &mut String, report: &Report) {
                 l.ii,
                 l.res_mii,
                 l.rec_mii,
-                status(l.status),
+                l.status.name(),
                 l.stages,
                 percent(l.busy()),
                 l.cycles_per_ray
@@ -112,15 +112,6 @@ fn refused(out: &mut String, report: &Report) {
             out,
             format_args!("{} is not on the array: {}", n.kernel, n.reason),
         );
-    }
-}
-
-/// What a status is called in the table.
-pub(super) fn status(status: Status) -> &'static str {
-    match status {
-        Status::Bound => "bound",
-        Status::Proved => "proved",
-        Status::Open => "open",
     }
 }
 
@@ -302,7 +293,7 @@ fn units(out: &mut String, l: &LoopReport) {
         rows(out, &row, 8, width.unwrap_or(0));
     }
     let shared = l.shared.iter().filter(|s| s.uses.iter().any(|&n| n > 0));
-    let of = |s: &super::model::SharedLoad| {
+    let of = |s: &SharedLoad| {
         let uses: u32 = s.uses.iter().sum();
         format!("{} {}", s.resource, percent(part(uses, s.offered * l.ii)))
     };
@@ -415,11 +406,6 @@ pub(crate) fn not_pipelined(n: &NotPipelined) -> String {
         "{at}: {kernel} is not on the array: {reason}\n  {}\n",
         n.reason_at
     )
-}
-
-/// A part as a whole number of percent.
-pub(super) fn percent(part: f64) -> String {
-    format!("{:.0}%", 100.0 * part)
 }
 
 fn cycles(n: u32) -> String {

@@ -1,9 +1,9 @@
 //! The array, drawn: what every unit does and every link carries in a cycle of the II, and how busy
 //! they are over all of it.
 
-use super::super::model::{Carried, Cell, FileLoad, LinkLoad, LoopReport, UnitLoad, part};
-use super::super::text::{count, percent};
+use super::super::text::count;
 use maud::{Markup, PreEscaped, html};
+use srp_studies::loops::{Carried, Cell, FileLoad, LinkLoad, LoopReport, UnitLoad, part, percent};
 use std::collections::BTreeMap;
 
 /// Width and height of a unit, and the gap between units.

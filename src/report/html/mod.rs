@@ -6,10 +6,12 @@ mod recurrence;
 mod slots;
 mod takes;
 
-use super::model::{FunctionReport, LoopReport, NotPipelined, Position, Report, Resource, Status};
-use super::text::{count, lowered, percent, recurrence as recurrence_in_words, standing, status};
+use super::text::{count, lowered, recurrence as recurrence_in_words, standing};
 use crate::page as shell;
 use maud::{Markup, PreEscaped, html};
+use srp_studies::loops::{
+    FunctionReport, LoopReport, NotPipelined, Position, Report, Resource, Status, part, percent,
+};
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
@@ -71,7 +73,7 @@ fn table(report: &Report) -> Markup {
                 tr {
                     td { a href=(format!("#loop-{i}")) { (l.kernel) } }
                     td.good[l.status != Status::Open].above[l.status == Status::Open] { b { (l.ii) } }
-                    td { (l.res_mii) } td { (l.rec_mii) } td.soft { (status(l.status)) }
+                    td { (l.res_mii) } td { (l.rec_mii) } td.soft { (l.status.name()) }
                     td { (l.operations) } td { (l.moves) } td { (l.stages) }
                     td { (percent(l.busy())) }
                     td { (format!("{:.2}", l.cycles_per_ray)) }
@@ -159,12 +161,7 @@ fn bounds(l: &LoopReport) -> Markup {
 
 /// What each resource asks for, as bars up to the II.
 fn resources(l: &LoopReport) -> Markup {
-    let width = |r: &Resource| {
-        format!(
-            "width:{:.0}%",
-            100.0 * super::model::part(r.bound, l.ii).min(1.0)
-        )
-    };
+    let width = |r: &Resource| format!("width:{:.0}%", 100.0 * part(r.bound, l.ii).min(1.0));
     let offer = |r: &Resource| match r.shared {
         true => format!("{}, {} a cycle", count(r.uses, "use"), r.offered),
         false => format!(

@@ -1,9 +1,9 @@
 //! The recurrence that bounds a loop, drawn: its operations in order with their lines and latencies,
 //! and whatever else is in circles with them.
 
-use super::super::model::{Edge, LoopReport, Operation, Position, Step};
 use super::super::text::count;
 use maud::{Markup, html};
+use srp_studies::loops::{Edge, LoopReport, Operation, Position, Step};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Width and height of an operation, and the gaps between them.

@@ -1,7 +1,7 @@
 //! The modulo reservation table: a column a unit, a row a slot.
 
-use super::super::model::{Cell, LoopReport};
 use maud::{Markup, html};
+use srp_studies::loops::{Cell, LoopReport};
 
 /// Kinds of operations, as they are coloured: the kind's name, and the classes it is made of.
 const KINDS: [(&str, &[&str]); 6] = [

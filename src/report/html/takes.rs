@@ -1,8 +1,8 @@
 //! What a loop takes of register files and links, one by one.
 
-use super::super::model::{FileLoad, LinkLoad, LoopReport, PortLoad, part};
-use super::super::text::{count, percent};
+use super::super::text::count;
 use maud::{Markup, html};
+use srp_studies::loops::{FileLoad, LinkLoad, LoopReport, PortLoad, part, percent};
 
 /// Height of the bars of a file's cycles.
 const TALL: f64 = 26.0;

@@ -1,10 +1,11 @@
 //! From a scheduled loop to its report: names and positions for what scheduler and schedule say.
 
+use super::hint;
 use super::model::{
-    Carried, Cell, Edge, FileKind, FileLoad, Graph, Impossible, LinkLoad, LoopReport, NotPipelined,
-    Obstacle, Operation, Ordered, PortLoad, Position, Resource, SharedLoad, Status, Step, UnitLoad,
+    Carried, Cell, Edge, FileKind, FileLoad, Graph, Impossible, LinkLoad, LoopReport, Obstacle,
+    Operation, Ordered, PortLoad, Position, Resource, SharedLoad, Status, Step, UnitLoad,
 };
-use srp_archdesc::arch::{self, Arch};
+use srp_archdesc::arch::{self, Arch, Srp};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_ir::dfg::{Dep, Dfg, Node, Operand, Order};
 use srp_ir::dre::scheduled::{ModuloSchedule, PlacedOp, Source};
@@ -16,34 +17,31 @@ use srp_scheduler::modulo::{self, Bounds, FailedIi};
 use srp_scheduler::usage::{self, FileUse, LinkUse, Taker, Usage, opcode, usage};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What names and positions are looked up in.
-pub(super) struct View<'a> {
-    pub(super) files: &'a EntityMap<SourceFile, String>,
-    pub(super) arch: &'a Arch,
-    pub(super) remarks: &'a [Remark],
-    /// The memory orders of each loop that would be left if pointers were `restrict`.
-    pub(super) relaxed: &'a BTreeMap<String, Vec<Order>>,
-}
+/// The names of a program's files.
+pub(super) struct Names<'a>(pub(super) &'a EntityMap<SourceFile, String>);
 
-impl View<'_> {
+impl Names<'_> {
     pub(super) fn position(&self, pos: Pos) -> Position {
-        let file = self.files.get(pos.file).cloned().unwrap_or_default();
         Position {
-            file,
+            file: self.0.get(pos.file).cloned().unwrap_or_default(),
             line: pos.line,
             column: pos.column,
         }
     }
+}
 
-    pub(super) fn not_pipelined(&self, n: &srp_toolchain::NotPipelined) -> NotPipelined {
-        NotPipelined {
-            kernel: n.name.clone(),
-            at: self.position(n.pos),
-            reason: n.reason.to_string(),
-            reason_at: self.position(n.at),
-            required: n.required,
-            what_if: None,
-        }
+/// What is known beside loops.
+pub(super) struct View<'a> {
+    pub(super) names: Names<'a>,
+    pub(super) arch: &'a Arch,
+    pub(super) remarks: &'a [Remark],
+    /// The memory orders of each loop that would be left if pointers were `restrict`.
+    pub(super) relaxed: Option<&'a BTreeMap<String, Vec<Order>>>,
+}
+
+impl View<'_> {
+    fn position(&self, pos: Pos) -> Position {
+        self.names.position(pos)
     }
 
     pub(super) fn of_loop(&self, schedule: &ModuloSchedule, facts: &LoopFacts) -> LoopReport {
@@ -85,7 +83,7 @@ impl View<'_> {
             table: self.table(schedule),
             seconds: None,
         };
-        report.hint = super::hint::of(&report, facts.why_not_lower.as_ref());
+        report.hint = hint::of(&report, facts, &self.arch.srp);
         report
     }
 
@@ -98,17 +96,9 @@ impl View<'_> {
     }
 
     fn resource(&self, demand: &Demand) -> Resource {
-        let (resource, shared) = match &demand.need {
-            Need::Array => ("all operations".to_owned(), false),
-            Need::Shared(resource) => (self.arch.srp.resources[*resource].name.clone(), true),
-            Need::Units(classes) => {
-                let names: Vec<&str> = classes.iter().map(|c| c.name()).collect();
-                (names.join(", "), false)
-            }
-        };
         Resource {
-            resource,
-            shared,
+            resource: resource_name(&demand.need, &self.arch.srp),
+            shared: matches!(demand.need, Need::Shared(_)),
             operations: demand.operations,
             uses: demand.cycles,
             offered: demand.offered,
@@ -200,7 +190,7 @@ impl View<'_> {
     /// The bound of the II if the pointers that may alias were `restrict`, where that is lower.
     fn restrict_bound(&self, dfg: &Dfg, bounds: &Bounds) -> Option<u32> {
         let relaxed = Dfg {
-            order: self.relaxed.get(&dfg.name)?.clone(),
+            order: self.relaxed?.get(&dfg.name)?.clone(),
             ..dfg.clone()
         };
         let bound = modulo::bounds(&relaxed, &self.arch.srp).min_ii();
@@ -345,6 +335,18 @@ impl View<'_> {
                 let file = &self.arch.srp.files[reg.file].name;
                 format!("{what} in {file}[{}]", reg.index)
             }
+        }
+    }
+}
+
+/// What is needed, in words.
+pub(super) fn resource_name(need: &Need, srp: &Srp) -> String {
+    match need {
+        Need::Array => "all operations".to_owned(),
+        Need::Shared(resource) => srp.resources[*resource].name.clone(),
+        Need::Units(classes) => {
+            let names: Vec<&str> = classes.iter().map(|c| c.name()).collect();
+            names.join(", ")
         }
     }
 }

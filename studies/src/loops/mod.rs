@@ -1,0 +1,203 @@
+//! Initiation intervals: what every loop of a program reached, what bounds it, what it takes of the
+//! machine, and what would help.
+//!
+//! [`report()`] says it of a [`Subject`]; [`diff()`] compares two reports. A [`Report`] is data that
+//! reads back from what `serde` writes of it.
+
+mod diff;
+mod hint;
+mod measure;
+mod model;
+mod trial;
+
+pub use diff::{Difference, Differences, Figure, diff};
+pub use model::{
+    Advice, Carried, Cell, Change, Edge, FORMAT, FileKind, FileLoad, FunctionReport, Graph,
+    Impossible, LinkLoad, LoopReport, Lowered, Machine, NotPipelined, Obstacle, Operation, Ordered,
+    PortLoad, Position, Report, Resource, SharedLoad, Status, Step, UnitLoad, VERSION, WhatIf,
+    part, percent,
+};
+
+use crate::Error;
+use measure::{Names, View};
+use srp_archdesc::arch::Arch;
+use srp_archdesc::entity::EntityMap;
+use srp_ir::dfg::Dfg;
+use srp_ir::dre;
+use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledLoops};
+use srp_ir::program::SourceFile;
+use srp_scheduler::LoopFacts;
+use srp_scheduler::vliw::FunctionFacts;
+use srp_toolchain::{Compiled, Session, facts_alone};
+use std::borrow::Cow;
+
+/// What a report says besides what a schedule shows.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Options {
+    /// Report the loops of this name only.
+    pub kernel: Option<String>,
+    /// Say how long each schedule was looked for.
+    pub times: bool,
+    /// Try small changes of the machine, and say which lower each loop's II.
+    pub what_if: bool,
+}
+
+/// Scheduled loops to report on.
+pub struct Subject<'a> {
+    files: &'a EntityMap<SourceFile, String>,
+    loops: Vec<(&'a ModuloSchedule, Cow<'a, LoopFacts>)>,
+    /// The program that they are of, if there is one.
+    program: Option<&'a Compiled>,
+}
+
+impl<'a> Subject<'a> {
+    /// The loops of a program.
+    pub fn of_program(compiled: &'a Compiled) -> Subject<'a> {
+        let program = &compiled.schedule.program;
+        let facts = compiled.schedule.loops.values().map(Cow::Borrowed);
+        Subject {
+            files: &program.files,
+            loops: program.kernels.values().zip(facts).collect(),
+            program: Some(compiled),
+        }
+    }
+
+    /// Loops without a program, which nobody knows more of than their schedules.
+    pub fn of_loops(scheduled: &'a ScheduledLoops, arch: &Arch) -> Subject<'a> {
+        let facts = |s| Cow::Owned(facts_alone(s, arch));
+        Subject {
+            files: &scheduled.files,
+            loops: scheduled.loops.iter().map(|s| (s, facts(s))).collect(),
+            program: None,
+        }
+    }
+
+    /// The loops, each with what is known of it besides its schedule.
+    pub fn loops(&self) -> impl Iterator<Item = (&ModuloSchedule, &LoopFacts)> {
+        self.loops.iter().map(|(s, facts)| (*s, facts.as_ref()))
+    }
+
+    /// The loop with this name.
+    fn find(&self, kernel: &str) -> Option<(&ModuloSchedule, &LoopFacts)> {
+        self.loops().find(|(s, _)| s.dfg.name == kernel)
+    }
+
+    /// The loop with this name that the array could not run.
+    fn refused(&self, kernel: &str) -> Option<&Dfg> {
+        let refused = &self.program?.refused;
+        refused.iter().find(|dfg| dfg.name == kernel)
+    }
+}
+
+/// Reads schedules without a program, as `srp map` writes them; `None` where the text is of another
+/// form. Messages know it by `name`.
+///
+/// # Errors
+///
+/// The text is wrong, or a schedule breaks the rules of the machine.
+pub fn read_scheduled(
+    name: &str,
+    text: &str,
+    arch: &Arch,
+) -> Result<Option<ScheduledLoops>, Error> {
+    if !text.contains("<scheduled-loops") {
+        return Ok(None);
+    }
+    let wrong =
+        |e: dre::DreError| Error::Invalid(format!("{name}:{}:{}: {}", e.line, e.column, e.message));
+    let scheduled = dre::read_loops(text, arch).map_err(wrong)?;
+    for schedule in &scheduled.loops {
+        let broken = srp_scheduler::check::check_loop(schedule, &arch.srp);
+        if let Some(first) = broken.first() {
+            let kernel = &schedule.dfg.name;
+            return Err(Error::Invalid(format!("{name}: {kernel}: {first}")));
+        }
+    }
+    Ok(Some(scheduled))
+}
+
+/// Reports on loops. Where the watch ends the work, the report says that it is not complete.
+///
+/// # Errors
+///
+/// No loop has the name that the options ask for.
+pub fn report(
+    subject: &Subject<'_>,
+    arch: &Arch,
+    options: &Options,
+    session: &Session<'_>,
+) -> Result<Report, Error> {
+    let mut report = measured(subject, arch);
+    report.complete = !session.watch.cancelled();
+    if let Some(kernel) = &options.kernel {
+        report.keep_only(kernel)?;
+    }
+    if let (true, Some(compiled)) = (options.times, subject.program) {
+        for l in &mut report.loops {
+            let time = compiled.times.items.get(&l.kernel);
+            l.seconds = time.map(|time| time.as_secs_f64());
+        }
+    }
+    if options.what_if {
+        trial::try_changes(&mut report, subject, arch, session);
+    }
+    Ok(report)
+}
+
+/// What schedules, and what is known of them, show.
+fn measured(subject: &Subject<'_>, arch: &Arch) -> Report {
+    let view = View {
+        names: Names(subject.files),
+        arch,
+        remarks: subject.program.map_or(&[], |p| &p.remarks),
+        relaxed: subject.program.map(|p| &p.relaxed),
+    };
+    let not_pipelined = subject.program.map_or(&[][..], |p| &p.not_pipelined);
+    let functions = subject.program.map_or(&[][..], |p| &p.schedule.control);
+    Report {
+        format: FORMAT.to_owned(),
+        version: VERSION,
+        machine: Machine {
+            name: arch.name.clone(),
+            rows: arch.srp.rows,
+            columns: arch.srp.cols,
+            contexts: arch.srp.contexts,
+        },
+        complete: true,
+        loops: subject
+            .loops()
+            .map(|(s, facts)| view.of_loop(s, facts))
+            .collect(),
+        not_pipelined: self::not_pipelined(not_pipelined, subject.files),
+        functions: functions.iter().map(function).collect(),
+        advice: Vec::new(),
+    }
+}
+
+fn function(facts: &FunctionFacts) -> FunctionReport {
+    FunctionReport {
+        function: facts.name.clone(),
+        operations: facts.operations,
+        bundles: facts.bundles,
+        least: facts.least,
+        frame: facts.frame,
+        spilled: facts.spilled,
+    }
+}
+
+/// The loops of a program with these files that stay in the control code, with what is in their way.
+pub fn not_pipelined<'a>(
+    loops: impl IntoIterator<Item = &'a srp_toolchain::NotPipelined>,
+    files: &EntityMap<SourceFile, String>,
+) -> Vec<NotPipelined> {
+    let names = Names(files);
+    let of = |n: &srp_toolchain::NotPipelined| NotPipelined {
+        kernel: n.name.clone(),
+        at: names.position(n.pos),
+        reason: n.reason.to_string(),
+        reason_at: names.position(n.at),
+        required: n.required,
+        what_if: None,
+    };
+    loops.into_iter().map(of).collect()
+}

@@ -1,0 +1,180 @@
+//! Changes that lower a loop's II, found by really scheduling it again.
+
+use super::model::{Advice, Change, LoopReport, Lowered, Ordered, Report, WhatIf};
+use super::{Subject, hint};
+use srp_archdesc::arch::{Arch, Srp};
+use srp_archdesc::watch::Stage;
+use srp_ir::dfg::{Dfg, Order};
+use srp_ir::dre::scheduled::ModuloSchedule;
+use srp_scheduler::modulo;
+use srp_scheduler::what_if::{self, Edit, what_if};
+use srp_toolchain::Session;
+
+/// What lowers an II.
+#[derive(Clone, Debug, PartialEq)]
+enum Remedy {
+    /// Another machine.
+    Machine(Vec<Edit>),
+    /// Knowledge that accesses never meet, which nothing shows.
+    NoDoubtfulOrders,
+}
+
+impl Remedy {
+    fn in_words(&self, srp: &Srp) -> String {
+        match self {
+            Remedy::Machine(edits) => what_if::in_words(edits, srp),
+            Remedy::NoDoubtfulOrders => {
+                "accesses known never to meet (named arrays, or `restrict` pointers)".to_owned()
+            }
+        }
+    }
+}
+
+/// What became of trying remedies for a loop.
+struct Tried {
+    kernel: String,
+    /// Its II; `None` where it is not on the array.
+    ii: Option<u32>,
+    /// How many were tried.
+    count: u32,
+    /// Those that help, with the II that they give.
+    remedies: Vec<(Remedy, u32)>,
+}
+
+impl Tried {
+    fn report(&self, srp: &Srp) -> WhatIf {
+        let change = |(remedy, ii): &(Remedy, u32)| Change {
+            what: remedy.in_words(srp),
+            ii: *ii,
+        };
+        WhatIf {
+            tried: self.count,
+            changes: self.remedies.iter().map(change).collect(),
+        }
+    }
+}
+
+/// Tries changes of the machine, and of what is known of the accesses, for every loop of a report,
+/// and for loops that the machine kept from the array.
+pub(super) fn try_changes(
+    report: &mut Report,
+    subject: &Subject<'_>,
+    arch: &Arch,
+    session: &Session<'_>,
+) {
+    let srp = &arch.srp;
+    let all = report.loops.len() + report.not_pipelined.len();
+    let stage = Stage::of(session.watch, "what if", all as u64);
+    let (mut on_array, mut refused) = (Vec::new(), Vec::new());
+    for l in &mut report.loops {
+        if let Some((schedule, facts)) = subject.find(&l.kernel) {
+            let tried = of_loop(l, schedule, srp, session);
+            l.what_if = Some(tried.report(srp));
+            l.hint = hint::of(l, facts, srp);
+            on_array.push(tried);
+        }
+        stage.done(1);
+    }
+    for n in &mut report.not_pipelined {
+        if let Some(dfg) = subject.refused(&n.kernel) {
+            let tried = of_machine(dfg, None, srp, session);
+            n.what_if = Some(tried.report(srp));
+            refused.push(tried);
+        }
+        stage.done(1);
+    }
+    report.complete &= !session.watch.cancelled();
+    report.advice = advice(refused.iter().chain(&on_array), srp);
+}
+
+/// Changes of the machine alone that bring an II below `ii`, or a loop onto the array.
+fn of_machine(dfg: &Dfg, ii: Option<u32>, srp: &Srp, session: &Session<'_>) -> Tried {
+    let options = modulo::Options::default();
+    let below = ii.unwrap_or(u32::MAX);
+    let found = what_if(dfg, srp, below, &options, session.threads, session.watch);
+    let remedy = |change: what_if::Change| (Remedy::Machine(change.edits), change.ii);
+    Tried {
+        kernel: dfg.name.clone(),
+        ii,
+        count: found.tried,
+        remedies: found.changes.into_iter().map(remedy).collect(),
+    }
+}
+
+fn of_loop(l: &LoopReport, schedule: &ModuloSchedule, srp: &Srp, session: &Session<'_>) -> Tried {
+    let mut tried = of_machine(&schedule.dfg, Some(schedule.ii), srp, session);
+    if let Some(free) = without_doubtful_orders(&schedule.dfg, &l.ordered) {
+        tried.count += 1;
+        let ii = unordered(&free, schedule.ii, srp, session);
+        tried
+            .remedies
+            .extend(ii.map(|ii| (Remedy::NoDoubtfulOrders, ii)));
+    }
+    tried.remedies.sort_by_key(|&(_, ii)| ii);
+    tried
+}
+
+/// The loop without the orders that are kept only for want of knowledge; `None` where it has none.
+fn without_doubtful_orders(dfg: &Dfg, ordered: &[Ordered]) -> Option<Dfg> {
+    let place = |node| {
+        let pos = dfg.nodes[node].pos;
+        (pos.line, pos.column)
+    };
+    let doubtful = |o: &Order| {
+        let ends = (place(o.from), place(o.to));
+        ordered.iter().any(|pair| {
+            let first = (pair.first.line, pair.first.column);
+            let second = (pair.second.line, pair.second.column);
+            ends == (first, second) || ends == (second, first)
+        })
+    };
+    let mut free = dfg.clone();
+    free.order.retain(|o| !doubtful(o));
+    (free.order.len() < dfg.order.len()).then_some(free)
+}
+
+/// The II of a loop without some of its orders, where it is below `ii`.
+fn unordered(free: &Dfg, ii: u32, srp: &Srp, session: &Session<'_>) -> Option<u32> {
+    let watch = session.watch;
+    if watch.cancelled() || modulo::bounds(free, srp).min_ii() >= ii {
+        return None;
+    }
+    let scheduled = modulo::schedule(free, srp, &modulo::Options::default(), watch);
+    let reached = scheduled.ok()?.schedule.ii;
+    (reached < ii).then_some(reached)
+}
+
+/// What helps several loops or one: each change with the loops whose II it lowers, those first that
+/// bring loops onto the array, then those that help most loops.
+fn advice<'a>(tried: impl Iterator<Item = &'a Tried>, srp: &Srp) -> Vec<Advice> {
+    let mut remedies: Vec<(&Remedy, Vec<Lowered>)> = Vec::new();
+    for Tried {
+        kernel,
+        ii,
+        remedies: helping,
+        ..
+    } in tried
+    {
+        for (remedy, to) in helping {
+            let lowered = Lowered {
+                kernel: kernel.clone(),
+                from: *ii,
+                to: *to,
+            };
+            match remedies.iter_mut().find(|(known, _)| *known == remedy) {
+                Some((_, lowers)) => lowers.push(lowered),
+                None => remedies.push((remedy, vec![lowered])),
+            }
+        }
+    }
+    let cycles = |l: &Lowered| l.from.map_or(0, |from| from - l.to);
+    let saved = |lowers: &[Lowered]| lowers.iter().map(cycles).sum::<u32>();
+    let new = |lowers: &[Lowered]| lowers.iter().filter(|l| l.from.is_none()).count();
+    remedies
+        .sort_by_key(|(_, lowers)| std::cmp::Reverse((new(lowers), lowers.len(), saved(lowers))));
+    let advice = |(remedy, lowers): (&Remedy, Vec<Lowered>)| Advice {
+        what: remedy.in_words(srp),
+        lowers,
+    };
+    remedies.into_iter().map(advice).collect()
+}

@@ -1,0 +1,290 @@
+//! Bare dataflow graphs on an array: what each reaches, what bounds it, and what keeps it from more.
+
+use serde::Serialize;
+use srp_archdesc::arch::Arch;
+use srp_archdesc::entity::{Entity, EntityMap};
+use srp_archdesc::threads;
+use srp_archdesc::watch::{Limited, Stage, Watch};
+use srp_ir::dfg::{Dfg, Node};
+use srp_ir::dre::scheduled::ScheduledLoops;
+use srp_ir::graph::Graph;
+use srp_ir::program::{Pos, SourceFile};
+use srp_scheduler::{LoopResult, check, modulo};
+use srp_toolchain::{Effort, Session};
+use std::time::Duration;
+
+/// How graphs are mapped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// How long schedules are looked for.
+    pub search: Effort,
+    /// Steps of the heuristic, instead of those that loops of programs get.
+    pub steps: Option<u64>,
+    /// The time of the watch after which the search for a graph ends with the best schedule so far.
+    pub timeout: Option<Duration>,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options {
+            search: Effort::Steps,
+            steps: None,
+            timeout: None,
+        }
+    }
+}
+
+/// What graphs reach on a machine.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Table {
+    /// The machine's name.
+    pub machine: String,
+    /// The graphs, in the order in which they were given.
+    pub graphs: Vec<Row>,
+}
+
+/// A graph of the table.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// Its name.
+    pub graph: String,
+    /// Its file.
+    pub file: String,
+    /// Operations.
+    pub nodes: usize,
+    /// Values and orders between them.
+    pub edges: usize,
+    /// Seconds that it took on this host.
+    pub seconds: f64,
+    /// Whether the search was cut short by the time-out.
+    pub timed_out: bool,
+    /// The mapping, if there is one.
+    pub mapping: Option<Mapping>,
+    /// Why there is none.
+    pub error: Option<String>,
+    /// Facts that do not stand in the way.
+    pub notes: Vec<String>,
+}
+
+/// A graph on the array.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Mapping {
+    /// Initiation interval, cycles.
+    pub ii: u32,
+    /// Bound set by units and shared resources.
+    pub res_mii: u32,
+    /// What sets it.
+    pub res_mii_why: String,
+    /// Bound set by recurrences.
+    pub rec_mii: u32,
+    /// The nodes of the recurrence that sets it, in order.
+    pub recurrence: Vec<String>,
+    /// Why the II below was not reached; `None` where the II is the bound.
+    pub why_not_lower: Option<String>,
+    /// IIs that were proved impossible.
+    pub impossible: Vec<Impossible>,
+    /// Iterations that overlap.
+    pub stages: u32,
+    /// Cycles of one iteration.
+    pub length: u32,
+    /// Routing moves of an iteration.
+    pub moves: usize,
+}
+
+/// A proof that an II cannot be kept.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Impossible {
+    /// The II.
+    pub ii: u32,
+    /// Cycles beyond the critical path that iterations may take at most for the proof to hold.
+    pub slack: u32,
+}
+
+/// What became of a graph.
+pub struct Outcome {
+    /// Its row of the table.
+    pub row: Row,
+    /// The graph and what the scheduler found, if it has a schedule.
+    pub mapped: Option<(Graph, modulo::Scheduled)>,
+}
+
+impl Outcome {
+    /// A graph, known by `name`, that could not be read from `file`.
+    pub fn unread(name: String, file: String, error: String) -> Outcome {
+        let row = Row {
+            graph: name,
+            file,
+            nodes: 0,
+            edges: 0,
+            seconds: 0.0,
+            timed_out: false,
+            mapping: None,
+            error: Some(error),
+            notes: Vec::new(),
+        };
+        Outcome { row, mapped: None }
+    }
+}
+
+/// Maps so many graphs, each by its number, on the threads of the session. Those that are not begun
+/// when the watch ends the work are left out.
+pub fn map_all(
+    count: usize,
+    one: impl Fn(usize) -> Outcome + Sync,
+    session: &Session<'_>,
+) -> Vec<Outcome> {
+    let stage = Stage::of(session.watch, "mapping", count as u64);
+    let map = |(): &mut (), index: usize| {
+        if session.watch.cancelled() {
+            return None;
+        }
+        let outcome = one(index);
+        stage.done(1);
+        Some(outcome)
+    };
+    let outcomes = threads::some(session.threads, count, || (), map);
+    outcomes.into_iter().flatten().collect()
+}
+
+/// Maps a graph of a file onto the array of a machine.
+pub fn map(
+    graph: Graph,
+    file: String,
+    arch: &Arch,
+    options: &Options,
+    session: &Session<'_>,
+) -> Outcome {
+    let start = session.watch.elapsed();
+    let limit = options.timeout.unwrap_or(Duration::MAX);
+    let watch = Limited::new(session.watch, limit);
+    let search = options.search.modulo();
+    let search = modulo::Options {
+        effort: options.steps.unwrap_or(search.effort),
+        ..search
+    };
+    let result = modulo::schedule(&graph.dfg, &arch.srp, &search, &watch);
+    let mut row = Row {
+        graph: graph.dfg.name.clone(),
+        file,
+        nodes: graph.dfg.nodes.len(),
+        edges: graph.dfg.deps().count(),
+        seconds: (session.watch.elapsed() - start).as_secs_f64(),
+        timed_out: watch.cancelled(),
+        mapping: None,
+        error: None,
+        notes: notes(&graph, arch),
+    };
+    let mapped = match checked(result, arch) {
+        Ok(scheduled) => {
+            row.mapping = Some(mapping(&graph, &scheduled));
+            Some((graph, scheduled))
+        }
+        Err(why) => {
+            row.error = Some(why);
+            None
+        }
+    };
+    Outcome { row, mapped }
+}
+
+/// A schedule that the independent checker has found right.
+fn checked(result: LoopResult, arch: &Arch) -> Result<modulo::Scheduled, String> {
+    let scheduled = result.map_err(|e| e.to_string())?;
+    let wrong = check::check_loop(&scheduled.schedule, &arch.srp);
+    match wrong.first() {
+        None => Ok(scheduled),
+        Some(first) => {
+            let more = wrong.len();
+            Err(format!(
+                "the schedule is wrong, a mistake of the scheduler ({more} in all): {first}"
+            ))
+        }
+    }
+}
+
+fn mapping(graph: &Graph, scheduled: &modulo::Scheduled) -> Mapping {
+    let modulo::Scheduled {
+        schedule,
+        bounds,
+        why_not_lower,
+        impossible,
+    } = scheduled;
+    Mapping {
+        ii: schedule.ii,
+        res_mii: bounds.resources,
+        res_mii_why: bounds.resources_why.clone(),
+        rec_mii: bounds.recurrences,
+        recurrence: (bounds.critical_cycle.iter())
+            .map(|&node| graph.names[node].clone())
+            .collect(),
+        why_not_lower: why_not_lower.as_ref().map(|failed| failed.to_string()),
+        impossible: (impossible.iter())
+            .map(|proof| Impossible {
+                ii: proof.ii,
+                slack: proof.slack,
+            })
+            .collect(),
+        stages: schedule.stages(),
+        length: schedule.length,
+        moves: schedule.ops.values().filter(|op| op.is_move).count(),
+    }
+}
+
+/// What the graph's file says that the machine's does not.
+fn notes(graph: &Graph, arch: &Arch) -> Vec<String> {
+    let differs = |&&(node, latency): &&(_, u32)| {
+        let class = graph.dfg.nodes[node].op.class();
+        let mut ways = arch.srp.fus.values().filter_map(|fu| fu.op(class));
+        !ways.any(|way| way.latency == latency)
+    };
+    let mut notes = Vec::new();
+    let others = graph.latencies.iter().filter(differs).count();
+    if others > 0 {
+        notes.push(format!(
+            "{others} operations have another latency on this machine than in the graph; the machine's holds"
+        ));
+    }
+    let name = |node: &Node| graph.names[*node].as_str();
+    let carried: Vec<&str> = graph.carried.iter().map(name).collect();
+    if !carried.is_empty() {
+        let names = carried.join(", ");
+        notes.push(format!(
+            "edges from a node to itself have no distance, which is taken to be 1: {names}"
+        ));
+    }
+    notes
+}
+
+/// The schedules of all graphs that have one, as they go into one file.
+pub fn schedules(outcomes: &[Outcome], arch: &Arch) -> ScheduledLoops {
+    let mut all = ScheduledLoops {
+        machine: arch.name.clone(),
+        files: EntityMap::new(),
+        loops: Vec::new(),
+    };
+    for (graph, scheduled) in outcomes.iter().filter_map(|o| o.mapped.as_ref()) {
+        let schedule = &scheduled.schedule;
+        let first = all.files.len();
+        for file in graph.files.values() {
+            all.files.push(file.clone());
+        }
+        let mut schedule = schedule.clone();
+        shift(&mut schedule.dfg, first);
+        all.loops.push(schedule);
+    }
+    all
+}
+
+/// Makes positions name the files from number `first` on.
+fn shift(dfg: &mut Dfg, first: usize) {
+    let shifted = |pos: &mut Pos| {
+        if *pos != Pos::nowhere() {
+            pos.file = SourceFile::new(pos.file.index() + first);
+        }
+    };
+    shifted(&mut dfg.pos);
+    dfg.live_ins.iter_mut().for_each(|l| shifted(&mut l.pos));
+    for node in dfg.nodes.keys().collect::<Vec<_>>() {
+        shifted(&mut dfg.nodes[node].pos);
+    }
+}
