@@ -1,6 +1,7 @@
 //! The command line.
 
 mod accuracy;
+mod cache;
 mod compiling;
 pub(crate) mod dram;
 mod fidelity;
@@ -10,6 +11,7 @@ pub(crate) mod map;
 mod scene;
 
 pub(crate) use accuracy::Accuracy;
+pub(crate) use cache::{Cache, CacheAction};
 pub(crate) use compiling::{
     Compile, ErrorFormat, Feature, Form, Loops, Report, Run, RunEngine, Source, fast_math,
 };
@@ -94,6 +96,8 @@ pub(crate) enum Command {
     Dram(dram::Dram),
     /// Try cases that go wrong in float arithmetic, with each precision that the machine can have.
     HardCases(HardCases),
+    /// Show, empty or check what is kept from one run to the next.
+    Cache(Cache),
     /// Check a machine file, show what it describes, write it out in full, or make one.
     Machine(Machine),
     /// Print a completion script for a shell.
@@ -171,6 +175,12 @@ pub(crate) fn one_of<T: Copy + Send + Sync>(
 
 /// What simulates the SRP.
 pub(crate) const ENGINES: &[Choice<Engine>] = &[
+    Choice {
+        value: Engine::Auto,
+        name: "auto",
+        what: "A generated simulator if it is compiled already; else the interpreter begins, and gives way to \
+               a simulator that is compiled beside it",
+    },
     Choice {
         value: Engine::Generated,
         name: "csim",

@@ -57,7 +57,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut report = Report {
         scene: scene.name.clone(),
         triangles: scene.triangles.len(),
-        key: frame.build.key(&frame.arch),
+        key: frame.build.name(&frame.arch),
         built: built.iter().map(effect::Effect::name).collect(),
         effects: lines(scene, built),
         lacks: (effect::lacks(scene).iter())

@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod area;
+mod cache;
 mod cli;
 mod compile;
 mod diagnostics;
@@ -28,9 +29,16 @@ mod units;
 use clap::{CommandFactory, Parser};
 use cli::{Cli, Command};
 use failure::Failure;
+use srp_toolchain::engine;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    if std::env::args_os()
+        .nth(1)
+        .is_some_and(|a| engine::is_build_request(&a))
+    {
+        return build_simulator();
+    }
     let cli = Cli::parse();
     interrupt::catch();
     let Some(command) = &cli.command else {
@@ -51,6 +59,7 @@ fn main() -> ExitCode {
         Command::Map(args) => map::run(args),
         Command::Dram(args) => dram::run(args).map(|()| 0),
         Command::HardCases(args) => hard::run(args),
+        Command::Cache(args) => cache::run(args.action),
         Command::Machine(args) => machine::run(&args.action).map(|()| 0),
         Command::Completions { shell } => {
             let mut script = Vec::new();
@@ -76,6 +85,17 @@ fn main() -> ExitCode {
         Err(Failure::Interrupted) => {
             talk::say("interrupted");
             ExitCode::from(interrupt::STATUS)
+        }
+    }
+}
+
+/// Builds a simulator beside the work of another process, which is not there to hear of failures.
+fn build_simulator() -> ExitCode {
+    match engine::build() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(why) => {
+            talk::say(format_args!("error: {why}"));
+            ExitCode::from(1)
         }
     }
 }

@@ -25,11 +25,8 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     )?;
     // A frame that is refused is so before kernels are compiled for it.
     let image = frame.image()?;
-    // What was kept says nothing of how its loops were scheduled.
-    let compiled = interrupt::looked_for(|| match args.kernels.as_deref() {
-        None if args.loops.loops.is_empty() => frame.build.kept(&frame.arch, session),
-        folder => frame.build.compile(folder, &frame.arch, session),
-    })?;
+    let kernels = args.kernels.as_deref();
+    let compiled = interrupt::looked_for(|| frame.build.compile(kernels, &frame.arch, session))?;
     talk::say_all(&compiled.messages.render(talk::colour()));
     compile::say_not_pipelined(&compiled, &frame.arch, false, session)?;
     loops.write(&compiled, &frame.arch, session)?;
@@ -59,6 +56,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     let options = system_options(program, frame.guard.clone(), system::Timing::Full, session);
     let rendered = interrupt::looked_for(|| system::render(image, cores, &arch, options));
     let (picture, report) = rendered.map_err(Failure::message)?;
+    talk::say_shares(&engines);
 
     if report.complete {
         files::write(&args.output, &picture.png())?;

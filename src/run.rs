@@ -22,6 +22,7 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     let loops = report::Loops::to(&args.loops.loops)?;
     let input = input::read(&args.files, &arch)?;
     let engine = match args.engine {
+        RunEngine::Auto => Engine::Auto,
         RunEngine::Csim => Engine::Generated,
         RunEngine::Interp => Engine::Interpreter,
         RunEngine::Ir if !args.loops.loops.is_empty() => {
@@ -36,7 +37,8 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     loops.write(&compiled, &arch, session)?;
     interrupt::end_if_requested()?;
     let program = compiled.runnable()?;
-    let mut core = Engines::of(program, &arch, engine, session)?.core();
+    let engines = Engines::of(program, &arch, engine, session)?;
+    let mut core = engines.core();
     let mut bus = Solo::new(&program.image, arch.system.sram_bytes);
     let mut account = Finish::default();
     let ended = interrupt::looked_for(|| {
@@ -50,6 +52,7 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     });
     talk::print(&bus.output)?;
     say_account(&account, program);
+    talk::say_shares(&engines);
     match ended {
         Ok(()) => Ok(account.status),
         Err(SoloError::Stopped) => Err(Failure::Interrupted),

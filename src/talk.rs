@@ -3,8 +3,10 @@
 use crate::interrupt;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use srp_archdesc::watch::{Event, Watch};
-use srp_toolchain::Session;
+use srp_toolchain::cache::{Cache, Place};
+use srp_toolchain::engine::Shares;
 use srp_toolchain::files::FileError;
+use srp_toolchain::{Engines, Session};
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -91,9 +93,30 @@ pub(crate) struct Console {
     stages: Mutex<Vec<Option<(Progress, u64)>>>,
 }
 
-/// A session that the terminal watches.
+/// A session that the terminal watches, with the user's cache.
 pub(crate) fn session() -> Session<'static> {
-    Session::new(&CONSOLE)
+    let cache = Cache::at(Place::of_user());
+    Session {
+        builder: std::env::current_exe().ok(),
+        ..Session::new(&CONSOLE).with_cache(cache)
+    }
+}
+
+/// Says which engine has simulated how much, where a simulator has taken over from the interpreter.
+pub(crate) fn say_shares(engines: &Engines) {
+    let Some(Shares {
+        interpreted,
+        generated,
+    }) = engines.shares()
+    else {
+        return;
+    };
+    if generated > 0 {
+        say(format_args!(
+            "{interpreted} cycles of all cores were interpreted, then {generated} run by a simulator \
+             compiled meanwhile"
+        ));
+    }
 }
 
 /// The one terminal.

@@ -5,6 +5,7 @@ use crate::entity;
 use crate::entity::EntityMap;
 use crate::isa::{Class, Opcode, Ty};
 use crate::system::SystemSpec;
+use serde::{Deserialize, Serialize};
 
 pub use crate::precision::{Approx, Precision, Refine, Subnormals};
 
@@ -22,7 +23,7 @@ entity! {
 /// A machine: SRPs, and the units round them.
 ///
 /// Made only by [`parse`](crate::parse).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Arch {
     /// The machine's name.
     pub name: String,
@@ -41,7 +42,7 @@ pub struct Arch {
 /// intervals are at least 1; where there are VLIW slots, they run between them all that control code
 /// needs ([`Class::ALL`]), and there is a central file for each type. An SRP without slots is an
 /// array alone, onto which graphs can be mapped but not programs compiled.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Srp {
     /// Rows of the array.
     pub rows: u32,
@@ -66,7 +67,7 @@ pub struct Srp {
 }
 
 /// One functional unit.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FuSpec {
     /// Its name, `fu_<row>_<column>` unless the file names it.
     pub name: String,
@@ -106,7 +107,7 @@ impl FuSpec {
 }
 
 /// How one unit runs one class of operations.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FuOp {
     /// The class.
     pub class: Class,
@@ -119,7 +120,7 @@ pub struct FuOp {
 }
 
 /// A register file.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FileSpec {
     /// Its name.
     pub name: String,
@@ -150,7 +151,7 @@ impl FileSpec {
 }
 
 /// Kinds of register files.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum FileKind {
     /// Shared by the VLIW slots and the array: live-in and live-out values pass through it.
     Central,
@@ -161,7 +162,7 @@ pub enum FileKind {
 }
 
 /// A directed link: in cycle `t` unit `to` sees what the output of `from` was in `t - delay`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LinkSpec {
     /// The unit whose output it carries.
     pub from: Fu,
@@ -174,7 +175,7 @@ pub struct LinkSpec {
 }
 
 /// A resource that several units share, such as a memory port.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ResourceSpec {
     /// Its name.
     pub name: String,

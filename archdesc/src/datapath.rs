@@ -4,13 +4,13 @@
 //! A datapath is fully pipelined: it starts a test every cycle, so it has one operator for every
 //! operation of a test.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::precision::Approx;
 use crate::system::TniSpec;
 
 /// Ray–triangle tests that an intersection unit can be built for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Intersection {
     /// Wald's projection (2004), as in the SGRT paper: planes and edges relative to the origin of
     /// coordinates. Rays slip through between triangles.

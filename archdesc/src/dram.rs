@@ -3,8 +3,10 @@
 //!
 //! Times are cycles of the memory clock; the names are those of the JEDEC standards.
 
+use serde::{Deserialize, Serialize};
+
 /// System memory.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DramSpec {
     /// Memory clock, MHz; data moves on both edges.
     pub mhz: u32,
@@ -22,7 +24,7 @@ pub struct DramSpec {
 }
 
 /// How the time of an access comes about.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DramModel {
     /// Every access takes the same time, and each channel moves its peak rate.
     Fixed,
@@ -31,7 +33,7 @@ pub enum DramModel {
 }
 
 /// One channel of banks and its controller.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BankedSpec {
     /// Banks of a channel, a power of two.
     pub banks: u32,
@@ -77,7 +79,7 @@ impl BankedSpec {
 }
 
 /// Neighbouring bits of an address that belong to the same part.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AddressField {
     /// The part. Where it has several fields, those further up hold its more significant bits.
     pub part: AddressPart,
@@ -86,7 +88,7 @@ pub struct AddressField {
 }
 
 /// What the bits of an address choose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum AddressPart {
     /// The row of the bank.
     Row,
@@ -99,7 +101,7 @@ pub enum AddressPart {
 }
 
 /// Cycles that lie between two commands at least, and when data moves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DramTiming {
     /// tCL: from a read command to its first data.
     pub cl: u32,
@@ -157,7 +159,7 @@ impl DramTiming {
 }
 
 /// The controller of one channel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ControllerSpec {
     /// Bursts to be read that wait for their bank's queue.
     pub read_queue: u32,
@@ -176,7 +178,7 @@ pub struct ControllerSpec {
 }
 
 /// What becomes of a row after an access.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum RowPolicy {
     /// It stays open until another row is needed.
     Open,
@@ -185,7 +187,7 @@ pub enum RowPolicy {
 }
 
 /// A memory with a name.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DramPreset {
     /// Its name in machine files and on the command line.
     pub name: &'static str,

@@ -1,8 +1,13 @@
 //! Dense, typed indices: every kind of thing that is counted has its own `u32` newtype and map.
 
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::marker::PhantomData;
 use std::ops::{Index, IndexMut};
+
+/// For [`entity!`](crate::entity!): whoever declares entities need not know of it.
+#[doc(hidden)]
+pub use serde;
 
 /// A `u32` newtype that numbers one kind of thing from zero. Made by [`entity!`](crate::entity!).
 pub trait Entity: Copy + Eq + Ord + fmt::Display {
@@ -31,6 +36,22 @@ macro_rules! entity {
                 self.0 as usize
             }
         }
+        impl $crate::entity::serde::Serialize for $name {
+            fn serialize<S>(&self, to: S) -> Result<S::Ok, S::Error>
+            where
+                S: $crate::entity::serde::Serializer,
+            {
+                to.serialize_u32(self.0)
+            }
+        }
+        impl<'de> $crate::entity::serde::Deserialize<'de> for $name {
+            fn deserialize<D>(from: D) -> Result<Self, D::Error>
+            where
+                D: $crate::entity::serde::Deserializer<'de>,
+            {
+                <u32 as $crate::entity::serde::Deserialize>::deserialize(from).map($name)
+            }
+        }
         impl std::fmt::Display for $name {
             fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 write!(f, concat!($prefix, "{}"), self.0)
@@ -45,7 +66,11 @@ macro_rules! entity {
 }
 
 /// A vector indexed by one kind of entity.
-#[derive(Clone, PartialEq, Eq, Hash)]
+#[derive(Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(
+    transparent,
+    bound(serialize = "V: Serialize", deserialize = "V: Deserialize<'de>")
+)]
 pub struct EntityMap<K, V> {
     items: Vec<V>,
     key: PhantomData<K>,

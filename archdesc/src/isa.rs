@@ -9,10 +9,11 @@
 //! is false nothing is accessed, nothing traps, and the result is zero. If-conversion relies on
 //! it; unguarded accesses pass the constant *true*.
 
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// The storage a value takes.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
 pub enum Ty {
     /// One bit.
     Pred,
@@ -111,7 +112,7 @@ pub enum Space {
 macro_rules! classes {
     ($($(#[$doc:meta])* $name:ident = $text:literal;)*) => {
         /// Classes of operations: what a machine file gives latencies to and units for.
-        #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+        #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
         pub enum Class { $($(#[$doc])* $name,)* }
 
         impl Class {
@@ -212,7 +213,7 @@ pub struct OpInfo {
 macro_rules! opcodes {
     ($($name:ident $text:literal ($($arg:ident)*) $(-> $res:ident)? : $class:ident $($flag:ident)*;)*) => {
         /// The operations of the SRP. See the table for operands, results and classes.
-        #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
         #[repr(u8)]
         pub enum Opcode { $(#[doc = concat!("`", $text, "`")] $name,)* }
 

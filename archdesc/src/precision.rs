@@ -1,9 +1,10 @@
 //! [`Precision`]: how exact a machine's approximate units are.
 
 use crate::ops::semantics::elementary::SEPARATE;
+use serde::{Deserialize, Serialize};
 
 /// How exact the special functions and the texture unit are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Precision {
     /// Reciprocal.
     pub rcp: Approx,
@@ -58,7 +59,7 @@ impl Approx {
 }
 
 /// What operations make of floats below 2^-126 that are not 0.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Subnormals {
     /// They are numbers like others.
     Keep,
@@ -80,7 +81,7 @@ impl Subnormals {
 }
 
 /// The precision of one special function.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Approx {
     /// Correctly rounded reciprocal, roots and quotient; the transcendental functions evaluated in
     /// binary64 by a fixed polynomial and rounded once.
@@ -100,7 +101,7 @@ pub enum Approx {
 }
 
 /// Who takes the Newton–Raphson steps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Refine {
     /// The unit of the function, within its latency.
     Unit,

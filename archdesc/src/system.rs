@@ -4,9 +4,10 @@
 use crate::datapath::Intersection;
 use crate::dram::DramSpec;
 use crate::precision::Approx;
+use serde::{Deserialize, Serialize};
 
 /// The units round the SRP array.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SystemSpec {
     /// SGRT cores: each one SRP and one T&I unit.
     pub cores: u32,
@@ -31,7 +32,7 @@ pub struct SystemSpec {
 }
 
 /// One set-associative cache, least recently used line replaced.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CacheSpec {
     /// Capacity.
     pub bytes: u32,
@@ -55,7 +56,7 @@ impl CacheSpec {
 }
 
 /// Ray and hit buffers (SGRT section 3.2).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BufferSpec {
     /// Rays of one buffer, which is the size of a packet.
     pub rays: u32,
@@ -70,7 +71,7 @@ pub struct BufferSpec {
 }
 
 /// The traversal and intersection unit (SGRT section 3.3).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TniSpec {
     /// Traversal units.
     pub trvs: u32,
@@ -123,7 +124,7 @@ pub struct TniSpec {
 }
 
 /// Forms of the traversal unit (SGRT Figure 4).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Pipeline {
     /// One deep pipeline; rays bypass the stages they do not need.
     Single,
@@ -132,7 +133,7 @@ pub enum Pipeline {
 }
 
 /// How the boxes of nodes are stored; what does not fit is rounded outward.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum NodeFormat {
     /// Corners in binary32.
     F32,
@@ -167,7 +168,7 @@ impl NodeFormat {
 }
 
 /// The bus between cores and memory.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BusSpec {
     /// Bytes moved per bus cycle.
     pub width: u32,

@@ -7,7 +7,8 @@ mod random;
 
 use srp_archdesc::Opcode;
 use srp_archdesc::isa::Class;
-use srp_csimgen::{CompileOptions, Interpreter, Simulator, compile, emit, link};
+use srp_csimgen::emit::machinery;
+use srp_csimgen::{Compiler, Interpreter, Simulator, emit_on_machinery, link};
 use srp_runtime::core::Core;
 use srp_runtime::solo::{self, Solo};
 use std::time::Instant;
@@ -45,15 +46,25 @@ fn main() {
     measure("interpreter", &mut Interpreter::new(&spec));
 
     let began = Instant::now();
-    let options = CompileOptions {
+    let compiler = Compiler {
         rustc: "rustc".into(),
-        cache: std::env::temp_dir().join("srp-speed"),
     };
-    let source = emit(&spec);
-    let library = compile(&source, &options, &mut |progress| println!("{progress:?}"));
-    let library = library.expect("rustc is there");
+    let folder = std::env::temp_dir().join(format!("srp-speed-{}", std::process::id()));
+    std::fs::create_dir(&folder).expect("the folder can be made");
+    let shared = compiler.machinery(&machinery(), &folder);
+    let shared = shared.expect("rustc is there");
+    println!(
+        "machinery compiled in {:.2} s",
+        began.elapsed().as_secs_f64()
+    );
+    let began = Instant::now();
+    let library = compiler.compile(&emit_on_machinery(&spec), &shared, &folder);
     println!("compiled in {:.2} s", began.elapsed().as_secs_f64());
-    let simulator = Simulator::load(&library, &spec).expect("a library of this version");
+    let path = folder.join("loaded.so");
+    let library = library.expect("rustc is there");
+    std::fs::write(&path, library).expect("the folder can be written");
+    let simulator = Simulator::load(&path, &spec).expect("a library of this version");
+    std::fs::remove_dir_all(folder).expect("the folder can be removed");
     measure("generated", &mut simulator.core());
 }
 

@@ -1,29 +1,36 @@
-//! [`compile()`]: rustc makes a library of a simulator's source, once: the result is kept in a
-//! folder that the caller names, under a hash of everything that it depends on.
+//! [`Compiler`]: rustc makes a library of a simulator's source.
 //!
-//! Any number of processes may use the folder at once. Each makes its library in a folder of its
-//! own name and then renames that; whoever comes second finds the name taken and uses what is
-//! there. Entries are never changed, and may be deleted at any time while nobody compiles.
+//! It runs in a folder that the caller gives, with an environment that holds nothing but what a
+//! compiler and its linker need: what stands in the user's folder or environment (a toolchain file,
+//! flags, wrappers) is not meant for the simulator.
 
 use crate::emit::SimSource;
 use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::sync::atomic::{AtomicU32, Ordering};
-use std::{fs, io};
+use std::process::{Command, Stdio};
+use std::{env, fs, io};
 
 /// What rustc is called with, beside the names of files and [`features`]. Simulators are many small
 /// functions: higher levels of optimisation take several times as long and gain nothing but
 /// vectors, which the one pass brings.
 const FLAGS: &[&str] = &[
     "--edition=2024",
-    "--crate-type=cdylib",
-    "--crate-name=srp_simulator",
     "--cap-lints=allow",
     "-Copt-level=1",
     "-Ccodegen-units=1",
     "-Cpanic=abort",
-    "-Cstrip=symbols",
     "-Cpasses=slp-vectorizer",
+];
+
+/// What of the environment a compiler is given: where programs, toolchains and the user's files are.
+const ENVIRONMENT: &[&str] = &[
+    "PATH",
+    "HOME",
+    "CARGO_HOME",
+    "RUSTUP_HOME",
+    "RUSTUP_TOOLCHAIN",
+    "LD_LIBRARY_PATH",
+    "SystemRoot",
+    "USERPROFILE",
 ];
 
 /// What the host has beyond the least of its kind that is worth using: fused multiply-add, which
@@ -36,38 +43,30 @@ fn features() -> &'static [&'static str] {
     &[]
 }
 
-/// Where things are.
-#[derive(Clone, Debug)]
-pub struct CompileOptions {
-    /// The compiler: a path, or a name that is searched for as commands are.
-    pub rustc: PathBuf,
-    /// The folder of compiled simulators; made if it is not there.
-    pub cache: PathBuf,
-}
-
-/// What [`compile()`] is about to do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Progress {
-    /// The simulator was compiled before: there is nothing to do.
-    Cached,
-    /// rustc runs now, on this many bytes of source.
-    Compiling(usize),
+/// What a library depends on beside its source: the flags, the host's kind and what is used of it.
+/// The compiler is not among it: the source means the same to all of them, and the interface is C's.
+pub fn flags() -> impl Iterator<Item = &'static str> {
+    let host = [env::consts::ARCH, env::consts::OS];
+    FLAGS.iter().chain(features()).copied().chain(host)
 }
 
 /// Why there is no library.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 pub enum CompileError {
-    /// There is no compiler of this name. The interpreter needs none.
+    /// There is no compiler of this name, or it does not run. The interpreter needs none.
+    #[error("there is no Rust compiler `{}`", .0.display())]
     NoRustc(PathBuf),
-    /// The compiler failed.
+    /// The compiler failed; so it does where there is no linker.
+    #[error("`{}` failed on the simulator:\n{messages}", .rustc.display())]
     Rustc {
         /// What it was.
         rustc: PathBuf,
         /// What it said.
         messages: String,
     },
-    /// A file or folder of the cache cannot be used.
-    Cache {
+    /// A file of the folder cannot be used.
+    #[error("cannot compile the simulator in {}: {source}", .path.display())]
+    Folder {
         /// Which.
         path: PathBuf,
         /// What the system says.
@@ -75,197 +74,122 @@ pub enum CompileError {
     },
 }
 
-impl std::fmt::Display for CompileError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            CompileError::NoRustc(rustc) => {
-                write!(f, "there is no Rust compiler `{}`", rustc.display())
-            }
-            CompileError::Rustc { rustc, messages } => {
-                let rustc = rustc.display();
-                write!(f, "`{rustc}` failed on the simulator:\n{messages}")
-            }
-            CompileError::Cache { path, source } => {
-                let path = path.display();
-                write!(f, "cannot keep the simulator in {path}: {source}")
-            }
-        }
-    }
+/// A Rust compiler, in an environment of its own.
+pub struct Compiler {
+    /// The compiler: a path, or a name that is searched for as commands are.
+    pub rustc: PathBuf,
 }
 
-impl std::error::Error for CompileError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        match self {
-            CompileError::Cache { source, .. } => Some(source),
-            CompileError::NoRustc(_) | CompileError::Rustc { .. } => None,
-        }
+impl Compiler {
+    /// What the compiler says that it is, asked in the folder in which it will run, since a proxy may
+    /// choose the compiler by that.
+    ///
+    /// # Errors
+    ///
+    /// There is no rustc, or it fails.
+    pub fn version(&self, folder: &Path) -> Result<String, CompileError> {
+        let output = self.run(folder, &["-vV"])?;
+        Ok(String::from_utf8_lossy(&output).into_owned())
     }
-}
 
-/// Compiles a simulator, unless that was done before, and gives the path of the library.
-///
-/// # Errors
-///
-/// If there is no rustc, if it fails (it needs the system's linker), or if the cache cannot be
-/// written.
-pub fn compile(
-    source: &SimSource,
-    options: &CompileOptions,
-    progress: &mut dyn FnMut(Progress),
-) -> Result<PathBuf, CompileError> {
-    let version = rustc_version(&options.rustc)?;
-    let key = key(source, &version);
-    let entry = options.cache.join(&key);
-    let library = entry.join(library_name());
-    if library.is_file() {
-        progress(Progress::Cached);
-        return Ok(library);
-    }
-    progress(Progress::Compiling(
-        source.files.values().map(String::len).sum(),
-    ));
-    let attempt = Attempt::begin(&options.cache, &key)?;
-    build(source, &options.rustc, &attempt.path)?;
-    match fs::rename(&attempt.path, &entry) {
-        Ok(()) => Ok(library),
-        // Somebody else was faster.
-        Err(_) if library.is_file() => Ok(library),
-        Err(source) => Err(CompileError::Cache {
-            path: entry,
+    /// Compiles what all simulators share, in a folder; gives the library for [`compile`](Self::compile).
+    ///
+    /// # Errors
+    ///
+    /// There is no rustc, it fails, or the folder cannot be written.
+    pub fn machinery(&self, source: &SimSource, folder: &Path) -> Result<Vec<u8>, CompileError> {
+        self.build(
             source,
-        }),
-    }
-}
-
-/// What the compiler says that it is.
-fn rustc_version(rustc: &Path) -> Result<String, CompileError> {
-    let output = Command::new(rustc).arg("-vV").output();
-    let output = output.map_err(|_| CompileError::NoRustc(rustc.to_owned()))?;
-    if output.status.success() {
-        return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
-    }
-    Err(CompileError::Rustc {
-        rustc: rustc.to_owned(),
-        messages: String::from_utf8_lossy(&output.stderr).into_owned(),
-    })
-}
-
-fn library_name() -> String {
-    use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
-    format!("{DLL_PREFIX}srp_simulator{DLL_SUFFIX}")
-}
-
-/// A folder in the making; it goes when this does, unless it was renamed.
-struct Attempt {
-    path: PathBuf,
-}
-
-impl Attempt {
-    fn begin(cache: &Path, key: &str) -> Result<Attempt, CompileError> {
-        static COUNT: AtomicU32 = AtomicU32::new(0);
-        let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let path = cache.join(format!("{key}.{}.{count}", std::process::id()));
-        fs::create_dir_all(&path).map_err(|source| CompileError::Cache {
-            path: path.clone(),
-            source,
-        })?;
-        Ok(Attempt { path })
-    }
-}
-
-impl Drop for Attempt {
-    fn drop(&mut self) {
-        // It is no longer there if all went well, and only takes up room if this fails.
-        let _ = fs::remove_dir_all(&self.path);
-    }
-}
-
-/// Writes the source into `folder` and compiles it there.
-fn build(source: &SimSource, rustc: &Path, folder: &Path) -> Result<(), CompileError> {
-    for (name, text) in &source.files {
-        let path = folder.join(name);
-        fs::write(&path, text).map_err(|source| CompileError::Cache { path, source })?;
-    }
-    let output = Command::new(rustc)
-        .args(FLAGS)
-        .args(features())
-        .args(["lib.rs", "-o", &library_name()])
-        .current_dir(folder)
-        .output()
-        .map_err(|_| CompileError::NoRustc(rustc.to_owned()))?;
-    if output.status.success() {
-        return Ok(());
-    }
-    Err(CompileError::Rustc {
-        rustc: rustc.to_owned(),
-        messages: String::from_utf8_lossy(&output.stderr).into_owned(),
-    })
-}
-
-/// The name of a simulator in the cache: a hash of source, compiler and flags.
-fn key(source: &SimSource, version: &str) -> String {
-    let mut hash = Fnv::new();
-    hash.text(version);
-    for flag in FLAGS.iter().chain(features()) {
-        hash.text(flag);
-    }
-    for (name, text) in &source.files {
-        hash.text(name);
-        hash.text(text);
-    }
-    format!("{:032x}", hash.0)
-}
-
-/// FNV-1a with 128 bits: fixed for all time, unlike the hashes of the standard library. Nobody
-/// gains by a collision, so it need not withstand attack.
-struct Fnv(u128);
-
-impl Fnv {
-    fn new() -> Fnv {
-        Fnv(0x6c62_272e_07bb_0142_62b8_2175_6295_c58d)
+            folder,
+            "libsrp_machinery.rlib",
+            &["--crate-type=rlib"],
+        )
     }
 
-    fn bytes(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            self.0 ^= u128::from(byte);
-            self.0 = self.0.wrapping_mul(0x0100_0000_0000_0000_0000_013b);
+    /// Compiles a simulator in a folder, on the machinery that this compiler has made; gives the
+    /// library that is loaded.
+    ///
+    /// # Errors
+    ///
+    /// There is no rustc, it fails (it needs the system's linker), or the folder cannot be written.
+    pub fn compile(
+        &self,
+        source: &SimSource,
+        machinery: &[u8],
+        folder: &Path,
+    ) -> Result<Vec<u8>, CompileError> {
+        let name = "libsrp_machinery.rlib";
+        write(&folder.join(name), machinery)?;
+        let external = format!("srp_machinery={name}");
+        let flags = [
+            "--crate-type=cdylib",
+            "-Cstrip=symbols",
+            "--extern",
+            &external,
+        ];
+        self.build(source, folder, "simulator.so", &flags)
+    }
+
+    fn build(
+        &self,
+        source: &SimSource,
+        folder: &Path,
+        library: &str,
+        flags: &[&str],
+    ) -> Result<Vec<u8>, CompileError> {
+        for (name, text) in &source.files {
+            write(&folder.join(name), text.as_bytes())?;
+        }
+        let name = match library.ends_with(".rlib") {
+            true => "--crate-name=srp_machinery",
+            false => "--crate-name=srp_simulator",
+        };
+        let own = [name, "lib.rs", "-o", library];
+        let arguments = FLAGS.iter().chain(features()).chain(flags).chain(&own);
+        let arguments: Vec<&str> = arguments.copied().collect();
+        self.run(folder, &arguments)?;
+        let path = folder.join(library);
+        fs::read(&path).map_err(|source| CompileError::Folder { path, source })
+    }
+
+    /// Runs the compiler and gives what it prints.
+    fn run(&self, folder: &Path, arguments: &[&str]) -> Result<Vec<u8>, CompileError> {
+        let output = Command::new(&self.rustc)
+            .env_clear()
+            .envs((ENVIRONMENT.iter()).filter_map(|name| Some((name, env::var_os(name)?))))
+            .env("TMPDIR", folder)
+            .args(arguments)
+            .current_dir(folder)
+            .stdin(Stdio::null())
+            .output()
+            .map_err(|_| CompileError::NoRustc(self.rustc.clone()))?;
+        match output.status.success() {
+            true => Ok(output.stdout),
+            false => Err(CompileError::Rustc {
+                rustc: self.rustc.clone(),
+                messages: String::from_utf8_lossy(&output.stderr).into_owned(),
+            }),
         }
     }
+}
 
-    /// A text with its length, so that no two lists of texts look the same.
-    fn text(&mut self, text: &str) {
-        self.bytes(&(text.len() as u64).to_le_bytes());
-        self.bytes(text.as_bytes());
-    }
+fn write(path: &Path, bytes: &[u8]) -> Result<(), CompileError> {
+    fs::write(path, bytes).map_err(|source| CompileError::Folder {
+        path: path.to_owned(),
+        source,
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Test vectors of the FNV authors' reference.
-    #[test]
-    fn fnv_is_fnv() {
-        let hash = |text: &str| {
-            let mut hash = Fnv::new();
-            hash.bytes(text.as_bytes());
-            hash.0
-        };
-        assert_eq!(hash(""), 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d);
-        assert_eq!(hash("a"), 0xd228_cb69_6f1a_8caf_7891_2b70_4e4a_8964);
-        assert_eq!(hash("foobar"), 0x343e_1662_793c_64bf_6f0d_3597_ba44_6f18);
-    }
-
     #[test]
     fn no_compiler_is_an_error_of_its_own() {
-        let options = CompileOptions {
+        let compiler = Compiler {
             rustc: PathBuf::from("no-such-rustc"),
-            cache: PathBuf::from("unused"),
         };
-        let source = SimSource {
-            files: Default::default(),
-        };
-        let error = compile(&source, &options, &mut |_| {}).expect_err("there is no compiler");
+        let error = compiler.version(Path::new(".")).expect_err("there is none");
         assert!(matches!(error, CompileError::NoRustc(_)), "{error}");
     }
 }

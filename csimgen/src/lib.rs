@@ -4,7 +4,7 @@
 //!
 //! * [`Interpreter`] goes through the tables. It needs nothing, starts at once, and is what the
 //!   other is compared with.
-//! * [`emit()`] writes them as Rust, [`compile()`] has rustc make a library of that, and
+//! * [`emit()`] writes them as Rust, a [`Compiler`] has rustc make a library of that, and
 //!   [`Simulator`] loads it. It is an order of magnitude faster, and worth its compile time from
 //!   some ten million cycles on; the library is kept for the next time.
 //!
@@ -24,8 +24,8 @@ pub mod load;
 pub mod preamble;
 pub mod spec;
 
-pub use compile::{CompileError, CompileOptions, compile};
-pub use emit::{SimSource, emit};
+pub use compile::{CompileError, Compiler};
+pub use emit::{SimSource, emit, emit_on_machinery};
 pub use interp::Interpreter;
 pub use link::{LinkError, link};
 pub use load::{LoadError, Simulator};

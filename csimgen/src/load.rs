@@ -10,7 +10,7 @@
 use crate::preamble::abi::{HostBus, Outcome, VERSION};
 use crate::spec::SimSpec;
 use libloading::Library;
-use srp_runtime::core::{Bus, Core, Lanes, Run, Trap};
+use srp_runtime::core::{Bus, Core, CoreState, Lanes, Run, Trap};
 use std::ffi::c_void;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -27,6 +27,8 @@ pub struct Simulator {
 struct Functions {
     new: extern "C" fn() -> *mut c_void,
     run: unsafe extern "C" fn(*mut c_void, &mut HostBus, u64, &mut Outcome),
+    save: unsafe extern "C" fn(*const c_void, *mut u32, usize) -> usize,
+    restore: unsafe extern "C" fn(*mut c_void, *const u32, usize) -> u32,
     free: unsafe extern "C" fn(*mut c_void),
     _library: Library,
 }
@@ -101,6 +103,8 @@ impl Simulator {
             Functions {
                 new: *library.get(b"srp_new\0").map_err(failed)?,
                 run: *library.get(b"srp_run\0").map_err(failed)?,
+                save: *library.get(b"srp_save\0").map_err(failed)?,
+                restore: *library.get(b"srp_restore\0").map_err(failed)?,
                 free: *library.get(b"srp_free\0").map_err(failed)?,
                 _library: library,
             }
@@ -166,6 +170,26 @@ impl Core for GeneratedCore {
             }
             None => unreachable!("the library has the same list of outcomes"),
         }
+    }
+
+    fn save(&self) -> Option<CoreState> {
+        let save = self.simulator.functions.save;
+        let mut words = Vec::new();
+        loop {
+            // SAFETY: `core` is from `srp_new` of the same library, and `words` has this room.
+            let count = unsafe { save(self.core, words.as_mut_ptr(), words.len()) };
+            if count <= words.len() {
+                words.truncate(count);
+                return Some(CoreState { words });
+            }
+            words.resize(count, 0);
+        }
+    }
+
+    fn restore(&mut self, state: &CoreState) -> bool {
+        let (words, count) = (state.words.as_ptr(), state.words.len());
+        // SAFETY: `core` is from `srp_new` of the same library, and these are all words.
+        unsafe { (self.simulator.functions.restore)(self.core, words, count) != 0 }
     }
 }
 

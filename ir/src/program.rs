@@ -4,6 +4,7 @@
 //! Values have a storage type only ([`Ty`]); whether a word is an integer or a float is the
 //! operation's business, so there are no casts that do nothing.
 
+use serde::{Deserialize, Serialize};
 use srp_archdesc::entity;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Opcode, Ty};
@@ -30,7 +31,7 @@ entity! {
 
 /// A source position: the file, and the line and column (in characters) from 1. Line 0 is
 /// *nowhere*: made by the compiler.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Pos {
     /// The file.
     pub file: SourceFile,
@@ -41,7 +42,7 @@ pub struct Pos {
 }
 
 /// The bits of a constant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Bits {
     /// A predicate.
     Pred(bool),

@@ -130,6 +130,14 @@ impl std::fmt::Display for Trap {
 
 impl std::error::Error for Trap {}
 
+/// All state of a core, in words whose meaning is the engines' own: registers, what is in flight, and
+/// where the program is. All engines of one program have the same words for the same state.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct CoreState {
+    /// The words.
+    pub words: Vec<u32>,
+}
+
 /// One simulated SRP, ready to run from its entry.
 pub trait Core {
     /// Runs at most `budget` (≥ 1) cycles, as long as they are of one kind. Stops after a cycle in
@@ -137,4 +145,16 @@ pub trait Core {
     /// first: so the bus knows when ports are talked to, and a wait is one cycle long. The same
     /// program gives the same cycles however they are cut.
     fn run(&mut self, bus: &mut dyn Bus, budget: u64) -> Result<Run, Trap>;
+
+    /// All of its state, between two runs; `None` from an engine that keeps it to itself.
+    fn save(&self) -> Option<CoreState> {
+        None
+    }
+
+    /// Goes on from a state that an engine of the same program has saved. `false`, and the core is
+    /// of no use any more, where the words are none of this program's.
+    fn restore(&mut self, state: &CoreState) -> bool {
+        let _ = state;
+        false
+    }
 }

@@ -1,11 +1,12 @@
 //! What a loop asks of a machine, resource by resource, and along its recurrence: the figures
 //! behind the bounds of its initiation interval.
 
+use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::Resource;
 use srp_archdesc::isa::Class;
 
 /// How often a loop needs a resource in an iteration, and how often the machine offers it.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Demand {
     /// What is needed.
     pub need: Need,
@@ -20,7 +21,7 @@ pub struct Demand {
 }
 
 /// A resource that bounds an II.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Need {
     /// Issue slots of the units that can run operations of these classes.
     Units(Vec<Class>),
@@ -32,7 +33,7 @@ pub enum Need {
 
 /// A dependence of a recurrence: the next operation may issue `delay` cycles after this one, counted
 /// in an iteration `distance` later.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Dependence {
     /// Cycles.
     pub delay: u32,

@@ -36,13 +36,13 @@ impl Store {
     ) -> Result<Store, Failure> {
         files::make_folder(&folder.join("trials"))?;
         files::check_writable(&folder.join("report.html"))?;
-        let machine = base.build.key(&base.arch);
+        let machine = base.build.name(&base.arch);
         let scene = Scene {
             options: base.options,
             ..scene.clone()
         };
         let scene = srp_toolchain::hash(&format!("{scene:?}"));
-        let tools = srp_toolchain::tools().unwrap_or_default();
+        let tools = srp_toolchain::BUILD_ID;
         Ok(Store {
             folder: folder.to_owned(),
             key: format!("{machine} {scene} {width}x{height} {tools}"),

@@ -123,7 +123,7 @@ impl Studio<'_> {
     pub(super) fn frame(&self, subject: &Subject) -> Result<Frame, Failure> {
         let arch = &subject.arch;
         let scene = &self.scene_of(subject);
-        let compiled = subject.build.kept(arch, self.session)?;
+        let compiled = subject.build.compile(None, arch, self.session)?;
         interrupt::end_if_requested()?;
         let program = compiled.runnable()?;
         let image = scene_image::build(scene, self.bvh, &scene.camera, arch, self.size)

@@ -150,6 +150,9 @@ impl Source {
 /// What runs a program.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum RunEngine {
+    /// A generated simulator if it is compiled already; else the interpreter begins, and gives way to a
+    /// simulator that is compiled beside it
+    Auto,
     /// A simulator generated for the program and compiled by rustc
     Csim,
     /// The interpreter of the same tables
@@ -217,7 +220,7 @@ pub(crate) struct Run {
     #[command(flatten)]
     pub(crate) loops: Loops,
     /// What runs it; without rustc, csim gives way to interp
-    #[arg(long, value_enum, default_value_t = RunEngine::Csim)]
+    #[arg(long, value_enum, default_value_t = RunEngine::Auto)]
     pub(crate) engine: RunEngine,
     /// Stop after so many cycles (steps of --engine ir)
     #[arg(long, value_name = "N", default_value_t = 20_000_000_000)]

@@ -66,7 +66,7 @@ pub(crate) struct FidelityTable {
     #[arg(long, value_name = "WxH", default_value = "320x240", value_parser = super::parse_size)]
     pub(crate) size: (u32, u32),
     /// What simulates the SRP; without rustc, csim gives way to interp
-    #[arg(long, value_name = "ENGINE", default_value = "csim", value_parser = one_of(ENGINES))]
+    #[arg(long, value_name = "ENGINE", default_value = "auto", value_parser = one_of(ENGINES))]
     pub(crate) engine: Engine,
     /// How the bounding volume hierarchy is built
     #[arg(long, value_name = "BUILDER", default_value = "sweep", value_parser = one_of(BUILDERS))]

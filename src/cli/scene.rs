@@ -265,7 +265,7 @@ pub(crate) struct Render {
     #[arg(long, value_name = "WxH", default_value = "320x240", value_parser = parse_size)]
     pub(crate) size: (u32, u32),
     /// What simulates the SRP; without rustc, csim gives way to interp
-    #[arg(long, value_name = "ENGINE", default_value = "csim", value_parser = one_of(ENGINES))]
+    #[arg(long, value_name = "ENGINE", default_value = "auto", value_parser = one_of(ENGINES))]
     pub(crate) engine: Engine,
     /// Folder with the kernels in C, instead of those that come along
     #[arg(long, value_name = "DIR")]
@@ -532,7 +532,7 @@ pub(crate) struct Paper {
     #[command(flatten)]
     pub(crate) building: Building,
     /// What runs the kernels in tables 3 and 6
-    #[arg(long, value_name = "ENGINE", default_value = "csim", value_parser = one_of(ENGINES))]
+    #[arg(long, value_name = "ENGINE", default_value = "auto", value_parser = one_of(ENGINES))]
     pub(crate) engine: Engine,
     /// Print JSON
     #[arg(long)]

@@ -63,7 +63,7 @@ impl Trials<'_> {
             effects,
             ..self.frame.build.clone()
         };
-        let compiled = interrupt::looked_for(|| build.kept(arch, session));
+        let compiled = interrupt::looked_for(|| build.compile(None, arch, session));
         let compiled = compiled.map_err(|error| match Failure::from(error) {
             Failure::Message(text) => Failure::Message(format!(
                 "{text}\nnote: this is the simulator of {} effects; --no-costs builds none",

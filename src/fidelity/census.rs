@@ -43,7 +43,7 @@ impl Census {
     pub(crate) fn of(shot: &Shot<'_>, name: &str) -> Census {
         let (width, height) = shot.size;
         let machine = srp_archdesc::xml::write(shot.arch);
-        let made = srp_toolchain::tools();
+        let made = srp_toolchain::BUILD_ID;
         let options = &shot.scene.options;
         let (camera, lights, effects) = (shot.camera, &shot.scene.lights, shot.effects);
         let triangles = shot.scene.triangles.len();

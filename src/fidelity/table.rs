@@ -81,7 +81,7 @@ pub(crate) fn run(args: &FidelityTable) -> Result<(), Failure> {
     let session = &talk::session();
     let frame = scenes::frame(&args.frame, None, args.bvh, args.size, session)?;
     let image = frame.image()?;
-    let compiled = interrupt::looked_for(|| frame.build.kept(&frame.arch, session))?;
+    let compiled = interrupt::looked_for(|| frame.build.compile(None, &frame.arch, session))?;
     interrupt::end_if_requested()?;
     let program = compiled.runnable()?;
     let engines = Engines::of(program, &frame.arch, args.engine, session)?;

@@ -55,7 +55,7 @@ fn shoot(
     let build = args
         .building
         .build(take.built, take.scene.options.bounces)?;
-    let compiled = interrupt::looked_for(|| build.kept(arch, session))?;
+    let compiled = interrupt::looked_for(|| build.compile(None, arch, session))?;
     interrupt::end_if_requested()?;
     let program = compiled.runnable()?;
     let engines = Engines::of(program, arch, args.engine, session)?;

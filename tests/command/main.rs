@@ -13,6 +13,7 @@ use std::process::{Command, Output};
 fn folder(name: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = std::fs::remove_dir_all(&path);
+    let _ = std::fs::remove_dir_all(path.with_extension("cache"));
     std::fs::create_dir_all(&path).expect("the target folder can be written");
     path
 }
@@ -22,7 +23,7 @@ fn srp(folder: &Path, args: &[&str]) -> Output {
     command
         .current_dir(folder)
         .args(args)
-        .env("SRP_CACHE", folder.join("cache"));
+        .env("SRP_CACHE", folder.with_extension("cache"));
     command.output().expect("the command can be started")
 }
 

@@ -7,7 +7,7 @@ use srp_archdesc::Unwatched;
 use srp_archdesc::arch::{Arch, Precision};
 use srp_archdesc::diagnostic::Source;
 use srp_archdesc::machines;
-use srp_csimgen::{CompileError, CompileOptions, Interpreter, Simulator, emit, link};
+use srp_csimgen::{Interpreter, link};
 use srp_frontend::message::render_all;
 use srp_frontend::{Include, Options, compile};
 use srp_ir::interp::{self, FlatWorld};
@@ -17,6 +17,8 @@ use srp_ir::{Program, pass, verify};
 use srp_runtime::core::Core;
 use srp_runtime::solo::{self, Solo};
 use srp_scheduler::{Schedule, ScheduleError, schedule};
+use srp_toolchain::cache::{Cache, Place};
+use srp_toolchain::{Engine, Engines, Session};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -277,7 +279,9 @@ fn programs_mean_the_same_on_the_machine() {
 #[test]
 fn programs_mean_the_same_on_the_array() {
     let arch = machine();
-    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("simulators");
+    let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
+    let cache = Cache::at(Place::Folder(place));
+    let session = Session::default().with_cache(cache);
     for name in ON_THE_ARRAY {
         let run = || -> Result<(), String> {
             let program = optimised(compiled(&[cases().join(name)])?)?;
@@ -286,23 +290,16 @@ fn programs_mean_the_same_on_the_array() {
             let spec = link(&schedule.program, &arch).map_err(|e| e.to_string())?;
             let found = simulated(&mut Interpreter::new(&spec), &schedule, &arch)?;
             compared(found, &expected)?;
-            let options = CompileOptions {
-                rustc: "rustc".into(),
-                cache: cache.clone(),
-            };
-            match srp_csimgen::compile(&emit(&spec), &options, &mut |_| {}) {
-                Ok(library) => {
-                    let simulator = Simulator::load(&library, &spec).map_err(|e| e.to_string())?;
-                    compared(
-                        simulated(&mut simulator.core(), &schedule, &arch)?,
-                        &expected,
-                    )
-                }
-                Err(CompileError::NoRustc(_)) => {
+            let engines = Engines::of(&schedule.program, &arch, Engine::Generated, &session);
+            match engines.map_err(|e| e.to_string())? {
+                Engines::Generated(simulator) => compared(
+                    simulated(&mut simulator.core(), &schedule, &arch)?,
+                    &expected,
+                ),
+                _ => {
                     eprintln!("no rustc: nothing to generate a simulator with");
                     Ok(())
                 }
-                Err(error) => Err(error.to_string()),
             }
         };
         if let Err(what) = run() {

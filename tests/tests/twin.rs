@@ -3,7 +3,7 @@
 //! bits.
 
 use srp_archdesc::Unwatched;
-use srp_csimgen::{CompileError, CompileOptions, Interpreter, Simulator, emit, link};
+use srp_csimgen::{Interpreter, link};
 use srp_ir::interp::{self, FlatWorld};
 use srp_ir::layout::Layout;
 use srp_ir::{dre, split};
@@ -13,6 +13,8 @@ use srp_runtime::effect::Effects;
 use srp_runtime::solo::{self, Solo};
 use srp_scheduler::schedule;
 use srp_tests::{compiled_for, machine, root};
+use srp_toolchain::cache::{Cache, Place};
+use srp_toolchain::{Engine, Engines, Session};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -230,18 +232,15 @@ fn all_are_equal(sources: &[PathBuf], build: (Effects, Forms), kernels: usize) {
         finish
     };
     let interpreted = simulate("the table interpreter", &mut Interpreter::new(&spec));
-    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("simulators");
-    let options = CompileOptions {
-        rustc: "rustc".into(),
-        cache,
-    };
-    match srp_csimgen::compile(&emit(&spec), &options, &mut |_| {}) {
-        Ok(library) => {
-            let simulator = Simulator::load(&library, &spec).unwrap_or_else(|e| panic!("{e}"));
+    let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
+    let cache = Cache::at(Place::Folder(place));
+    let session = Session::default().with_cache(cache);
+    let engines = Engines::of(&scheduled.program, &arch, Engine::Generated, &session);
+    match engines.unwrap_or_else(|e| panic!("{e}")) {
+        Engines::Generated(simulator) => {
             let generated = simulate("the generated simulator", &mut simulator.core());
             assert_eq!(interpreted, generated, "both engines take the same cycles");
         }
-        Err(CompileError::NoRustc(_)) => println!("skipped: there is no rustc"),
-        Err(error) => panic!("{error}"),
+        _ => println!("skipped: there is no rustc"),
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::files::FileError;
 use srp_archdesc::diagnostic::Messages;
-use srp_csimgen::{CompileError, LinkError, LoadError};
+use srp_csimgen::LinkError;
 use srp_ir::layout::TooLarge;
 use srp_runtime::effect::{Missing, UnknownEffect};
 use srp_runtime::scene_image::ImageError;
@@ -45,12 +45,6 @@ pub enum Error {
     /// The schedule does not fit its machine.
     #[error(transparent)]
     Link(#[from] LinkError),
-    /// The generated simulator cannot be compiled.
-    #[error(transparent)]
-    Compile(#[from] CompileError),
-    /// The compiled simulator cannot be loaded.
-    #[error(transparent)]
-    Load(#[from] LoadError),
     /// The scene does not fit into memory.
     #[error(transparent)]
     Image(#[from] ImageError),

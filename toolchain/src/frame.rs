@@ -1,9 +1,10 @@
 //! Frames: what is rendered, what its kernels are built for, and running it.
 
+use crate::cache::{Key, Kind};
 use crate::compile::{Compiled, compile};
 use crate::input::{self, Input};
 use crate::scene::{self, Loaded, Shading};
-use crate::{Effort, Engines, Error, Options, Session, files, front_end};
+use crate::{Effort, Engines, Error, Options, Session, front_end};
 use srp_archdesc::arch::Arch;
 use srp_ir::dre::scheduled::ScheduledDre;
 use srp_ir::pass::FastMath;
@@ -87,74 +88,24 @@ impl Build {
         compile(input, arch, &self.options(), session)
     }
 
-    /// All of it as text.
-    fn text(&self) -> String {
-        let FastMath {
-            associative,
-            reciprocal,
-            contract,
-        } = self.fast_math;
-        format!(
-            "{} {} {} {associative} {reciprocal} {contract}",
-            self.effects, self.bounces, self.forms
-        )
-    }
-
-    /// The kernels that come along, scheduled: from where they were kept, or made and kept.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`compile()`].
-    pub fn kept(&self, arch: &Arch, session: &Session<'_>) -> Result<Compiled, Error> {
-        let Some(path) = self.place(arch) else {
-            return self.compile(None, arch, session);
-        };
-        if path.is_file()
-            && let Ok(input) = input::read(std::slice::from_ref(&path), arch)
-            && let Ok(compiled) = compile(input, arch, &self.options(), session)
-        {
-            return Ok(compiled);
-        }
-        let compiled = self.compile(None, arch, session)?;
-        if compiled.not_pipelined.is_empty() {
-            let text = srp_ir::dre::write_scheduled(&compiled.schedule.program, arch);
-            // What cannot be kept is made again.
-            let folder = path.parent().unwrap_or(Path::new(""));
-            let _ = files::make_folder(folder).and_then(|()| files::write(&path, text.as_bytes()));
-        }
-        Ok(compiled)
-    }
-
-    /// Names a simulator: another for another build, another machine and another version of the tools.
-    pub fn key(&self, arch: &Arch) -> String {
-        let machine = srp_archdesc::xml::write(arch);
-        hash(&format!(
-            "{} {} {machine}",
-            env!("CARGO_PKG_VERSION"),
-            self.text()
-        ))
-    }
-
-    fn place(&self, arch: &Arch) -> Option<PathBuf> {
-        let name = format!("{}-{}.sched.xml", self.key(arch), tools()?);
-        Some(files::cache_folder().join("frame").join(name))
+    /// Names the simulator of this build on a machine: another build, machine or kernel has another.
+    pub fn name(&self, arch: &Arch) -> String {
+        let key = Key::of(Kind::Simulators)
+            .value(&self.options().defines)
+            .value(&self.fast_math)
+            .value(arch);
+        let kernels = srp_kernels::SOURCES.iter().chain(srp_kernels::HEADERS);
+        let key = kernels.fold(key, |key, file| key.text(file.name).text(file.text));
+        key.finish().to_string()[..16].to_owned()
     }
 }
 
-/// A name for a text, by FNV-1a.
+/// Names this build of the tools, by its sources.
+pub const BUILD_ID: &str = env!("SRP_BUILD_ID");
+
+/// A name for a text.
 pub fn hash(text: &str) -> String {
-    let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325u64, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-    });
-    format!("{hash:016x}")
-}
-
-/// When the tools were made, as a name; `None` where they do not know.
-pub fn tools() -> Option<String> {
-    let tools = std::env::current_exe().and_then(std::fs::metadata).ok()?;
-    let made = tools.modified().ok()?;
-    let made = made.duration_since(std::time::UNIX_EPOCH).ok()?.as_nanos();
-    Some(format!("{made:x}"))
+    blake3::hash(text.as_bytes()).to_hex()[..16].to_owned()
 }
 
 /// What a frame is of.

@@ -11,6 +11,7 @@
 //! are plain data. Work goes on in a [`Session`], which says who watches it and how many threads it
 //! may use; nothing here prints.
 
+pub mod cache;
 mod compile;
 mod divide;
 pub mod engine;
@@ -25,14 +26,16 @@ mod options;
 pub mod scene;
 mod session;
 
+pub use cache::Cache;
 pub use compile::{Compiled, compile, facts_alone, schedule};
 pub use divide::{Divided, NotPipelined, WhyNot, divide};
 pub use engine::{Engine, Engines};
 pub use error::Error;
 pub use frame::{
-    Build, Frame, FrameOptions, MAX_CYCLES, hash, kernel_names, system_options, tools,
+    BUILD_ID, Build, Frame, FrameOptions, MAX_CYCLES, hash, kernel_names, system_options,
 };
 pub use front_end::{front_end, optimise, program, syntax_tree};
 pub use input::Input;
+pub use loops::schedule_loop;
 pub use options::{Effort, Options, Warnings};
 pub use session::{Session, Timed, Times};

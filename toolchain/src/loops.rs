@@ -1,6 +1,7 @@
-//! Schedules of loops that are kept from one program to the next.
+//! Schedules of loops, of which each is looked for once.
 
 use crate::Session;
+use crate::cache::{Key, Kind};
 use crate::session::Timed;
 use srp_archdesc::arch::{Arch, Srp};
 use srp_archdesc::entity::Entity;
@@ -10,39 +11,51 @@ use srp_ir::dfg::Dfg;
 use srp_ir::dre::Dre;
 use srp_ir::program::Kernel;
 use srp_scheduler::{LoopResult, modulo};
-use std::sync::{Mutex, PoisonError};
 
-/// Loops and what came of scheduling them.
-#[derive(Default)]
-pub(crate) struct Loops(Mutex<Vec<Known>>);
+/// Names the sources of the scheduler.
+const SCHEDULER: &str = env!("SRP_SCHEDULER_ID");
 
-/// A loop that was scheduled: everything that the result depends on, and the result.
-struct Known {
-    dfg: Dfg,
-    srp: Srp,
-    options: modulo::Options,
-    result: LoopResult,
+/// Schedules a loop, unless that was done before: in this program or another, in this file or another,
+/// on this machine or another with the same SRP.
+pub fn schedule_loop(
+    dfg: &Dfg,
+    srp: &Srp,
+    options: &modulo::Options,
+    session: &Session<'_>,
+    watch: &dyn Watch,
+) -> LoopResult {
+    let anonymous = dfg.anonymous();
+    let key = Key::of(Kind::Loops)
+        .text(SCHEDULER)
+        .value(&anonymous)
+        .value(srp)
+        .value(options)
+        .finish();
+    let known = session.cache.get::<LoopResult>(key, watch);
+    let result = known.unwrap_or_else(|| {
+        let result = modulo::schedule(&anonymous, srp, options, watch);
+        // What was cut short depends on when.
+        if !watch.cancelled() {
+            session.cache.put(key, &result, watch);
+        }
+        result
+    });
+    match result {
+        Ok(mut scheduled) => {
+            scheduled.schedule.dfg = dfg.clone();
+            if let Some(failed) = &mut scheduled.why_not_lower {
+                failed.relocate(dfg);
+            }
+            Ok(scheduled)
+        }
+        Err(mut why) => {
+            why.relocate(dfg);
+            Err(why)
+        }
+    }
 }
 
-impl Loops {
-    fn get(&self, dfg: &Dfg, srp: &Srp, options: &modulo::Options) -> Option<LoopResult> {
-        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let same = |k: &&Known| k.dfg == *dfg && k.options == *options && k.srp == *srp;
-        known.iter().find(same).map(|k| k.result.clone())
-    }
-
-    fn add(&self, dfg: &Dfg, srp: &Srp, options: &modulo::Options, result: &LoopResult) {
-        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        known.push(Known {
-            dfg: dfg.clone(),
-            srp: srp.clone(),
-            options: *options,
-            result: result.clone(),
-        });
-    }
-}
-
-/// Schedules all loops of a program, those apart that are known.
+/// Schedules all loops of a program.
 pub(crate) fn schedule_all(
     dre: &Dre,
     arch: &Arch,
@@ -50,19 +63,11 @@ pub(crate) fn schedule_all(
     session: &Session<'_>,
     watch: &Timed<'_>,
 ) -> Vec<LoopResult> {
-    let srp = &arch.srp;
     let stage = Stage::of(watch, "scheduling", dre.kernels.len() as u64);
     let one = |(): &mut (), index| {
         let dfg = &dre.kernels[Kernel::new(index)];
         watch.tell(Event::ItemBegins(&dfg.name));
-        let result = session.loops.get(dfg, srp, options).unwrap_or_else(|| {
-            let result = modulo::schedule(dfg, srp, options, watch);
-            // What was cut short depends on when.
-            if !watch.cancelled() {
-                session.loops.add(dfg, srp, options, &result);
-            }
-            result
-        });
+        let result = schedule_loop(dfg, &arch.srp, options, session, watch);
         watch.tell(Event::ItemEnds(&dfg.name));
         stage.done(1);
         result

@@ -1,9 +1,10 @@
 //! What all work of one process shares.
 
-use crate::loops::Loops;
+use crate::cache::Cache;
 use srp_archdesc::watch::{Event, Unwatched, Watch};
 use std::collections::BTreeMap;
-use std::sync::{Mutex, PoisonError};
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 /// Who watches the work, and what it may use.
@@ -12,17 +13,29 @@ pub struct Session<'a> {
     pub watch: &'a dyn Watch,
     /// Threads of the host; no result depends on them.
     pub threads: usize,
-    /// Loops that are scheduled already.
-    pub(crate) loops: Loops,
+    /// What was made before.
+    pub cache: Arc<Cache>,
+    /// The program that builds simulators beside the work, which calls [`build`](crate::engine::build)
+    /// where its first argument asks for that; none where nothing is to be built so.
+    pub builder: Option<PathBuf>,
 }
 
 impl<'a> Session<'a> {
-    /// A session on all processors of the host.
+    /// A session on all processors of the host, with a cache of its own.
     pub fn new(watch: &'a dyn Watch) -> Session<'a> {
         Session {
             watch,
             threads: std::thread::available_parallelism().map_or(1, usize::from),
-            loops: Loops::default(),
+            cache: Arc::new(Cache::in_memory()),
+            builder: None,
+        }
+    }
+
+    /// The same with another cache.
+    pub fn with_cache(self, cache: Cache) -> Session<'a> {
+        Session {
+            cache: Arc::new(cache),
+            ..self
         }
     }
 

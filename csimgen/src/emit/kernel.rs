@@ -2,7 +2,7 @@
 
 use super::comment;
 use super::expr::{block, operand, read, write};
-use super::state::{field_type, zero};
+use super::state::{field_type, saved, zero};
 use crate::spec::{KernelSpec, Role, SimSpec, Step, Store};
 use srp_archdesc::isa::Ty;
 
@@ -20,7 +20,11 @@ pub(super) fn emit(spec: &SimSpec, number: usize) -> String {
         comment(at)
     );
     put!(out, "use super::border::{{Fault, divided}};");
-    put!(out, "use super::ops::{{self, V4}};\nuse super::state::*;\n");
+    put!(
+        out,
+        "use super::ops::{{self, V4}};\nuse super::saved::{{Saved, Words}};"
+    );
+    put!(out, "use super::state::*;\n");
     flight(spec, out, number);
     enter(spec, out, kernel);
     rotate(spec, out, kernel);
@@ -106,4 +110,7 @@ fn flight(spec: &SimSpec, out: &mut String, number: usize) {
         put!(out, "            {}: {},", store.name, zero(store));
     }
     put!(out, "        }}\n    }}\n}}\n");
+    let fields: Vec<String> = stores.iter().map(|store| store.name.clone()).collect();
+    saved(out, "Flight", &fields);
+    put!(out, "");
 }

@@ -31,28 +31,75 @@ pub struct SimSource {
     pub files: BTreeMap<String, String>,
 }
 
-/// Writes the simulator of `spec`.
+/// What all simulators share: file names and text.
+pub const MACHINERY: [(&str, &str); 7] = [
+    ("abi.rs", include_str!("../preamble/abi.rs")),
+    ("border.rs", include_str!("../preamble/border.rs")),
+    ("core.rs", srp_runtime::core::SOURCE),
+    ("ops.rs", srp_archdesc::ops::SOURCE),
+    ("registers.rs", include_str!("../preamble/registers.rs")),
+    ("saved.rs", include_str!("../preamble/saved.rs")),
+    ("sequencer.rs", include_str!("../preamble/sequencer.rs")),
+];
+
+/// Writes the simulator of `spec`, machinery and all: a folder that rustc compiles as it is.
 pub fn emit(spec: &SimSpec) -> SimSource {
-    let machinery = [
-        ("core.rs", srp_runtime::core::SOURCE),
-        ("ops.rs", srp_archdesc::ops::SOURCE),
-        ("abi.rs", include_str!("../preamble/abi.rs")),
-        ("border.rs", include_str!("../preamble/border.rs")),
-        ("registers.rs", include_str!("../preamble/registers.rs")),
-        ("sequencer.rs", include_str!("../preamble/sequencer.rs")),
-    ];
-    let mut files: BTreeMap<String, String> = machinery
-        .into_iter()
-        .map(|(name, text)| (name.to_owned(), text.to_owned()))
-        .collect();
+    let mut files = own_files(spec);
+    let machinery = MACHINERY.map(|(name, text)| (name.to_owned(), text.to_owned()));
+    files.extend(machinery);
+    files.insert("lib.rs".to_owned(), root(spec, &machinery_modules("mod")));
+    SimSource { files }
+}
+
+/// Writes what is particular to the simulator of `spec`: a crate on top of [`machinery`]. Nothing in
+/// it tells where the program's sources are, so programs that differ only in that have the same text.
+pub fn emit_on_machinery(spec: &SimSpec) -> SimSource {
+    let spec = SimSpec {
+        machine: String::new(),
+        positions: vec![String::new(); spec.positions.len()],
+        ..spec.clone()
+    };
+    let mut files = own_files(&spec);
+    let modules =
+        "use srp_machinery::{\n    abi, border, core_border, ops, registers, saved, sequencer,\n};";
+    files.insert("lib.rs".to_owned(), root(&spec, modules));
+    SimSource { files }
+}
+
+/// The machinery as a crate, `srp_machinery`.
+pub fn machinery() -> SimSource {
+    let files = MACHINERY.map(|(name, text)| (name.to_owned(), text.to_owned()));
+    let root = format!(
+        "//! What all simulators share.\n{}\n",
+        machinery_modules("pub mod")
+    );
+    SimSource {
+        files: files
+            .into_iter()
+            .chain([("lib.rs".to_owned(), root)])
+            .collect(),
+    }
+}
+
+/// Declarations of the modules of the machinery.
+fn machinery_modules(keyword: &str) -> String {
+    let declared = MACHINERY.map(|(name, _)| match name {
+        "core.rs" => format!("#[path = \"core.rs\"]\n{keyword} core_border;"),
+        name => format!("{keyword} {};", name.trim_end_matches(".rs")),
+    });
+    declared.join("\n")
+}
+
+/// The files of a simulator beside its root and the machinery.
+fn own_files(spec: &SimSpec) -> BTreeMap<String, String> {
+    let mut files = BTreeMap::new();
     files.insert("state.rs".to_owned(), state::emit(spec));
     files.insert("control.rs".to_owned(), control::emit(spec));
     for number in 0..spec.kernels.len() {
         let name = format!("{}.rs", kernel_module(spec, number));
         files.insert(name, kernel::emit(spec, number));
     }
-    files.insert("lib.rs".to_owned(), root(spec));
-    SimSource { files }
+    files
 }
 
 /// The module of a kernel, and the field of its values in flight.
@@ -63,7 +110,8 @@ fn kernel_module(spec: &SimSpec, number: usize) -> String {
     )
 }
 
-fn root(spec: &SimSpec) -> String {
+/// The root of the crate, where `machinery` brings the modules that all simulators share.
+fn root(spec: &SimSpec, machinery: &str) -> String {
     let modules: Vec<String> = (0..spec.kernels.len())
         .map(|number| kernel_module(spec, number))
         .collect();
@@ -78,16 +126,14 @@ fn root(spec: &SimSpec) -> String {
         out,
         "#![allow(unused_variables, dead_code, reason = \"generated\")]"
     );
-    for module in ["abi", "border", "control"] {
+    for module in modules
+        .iter()
+        .map(String::as_str)
+        .chain(["control", "state"])
+    {
         put!(out, "mod {module};");
     }
-    put!(out, "#[path = \"core.rs\"]\nmod core_border;");
-    for module in &modules {
-        put!(out, "mod {module};");
-    }
-    for module in ["ops", "registers", "sequencer", "state"] {
-        put!(out, "mod {module};");
-    }
+    put!(out, "\n{machinery}");
     put!(
         out,
         "\nuse sequencer::KernelTimes;\nuse state::{{Context, Srp}};\n"

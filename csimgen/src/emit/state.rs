@@ -19,7 +19,7 @@ pub(super) fn emit(spec: &SimSpec) -> String {
     );
     put!(
         out,
-        "use super::ops::V4;\nuse super::registers::Rotating;\nuse super::sequencer::Issue;\n"
+        "use super::ops::V4;\nuse super::registers::Rotating;\nuse super::saved::{{Saved, Words}};\nuse super::sequencer::Issue;\n"
     );
     put!(out, "/// What a bundle or a context sees of the world.");
     put!(out, "pub(crate) type Bus<'a> = Border<'a, HostBus>;");
@@ -82,8 +82,29 @@ pub(super) fn emit(spec: &SimSpec) -> String {
         "V4",
         files().filter(|s| s.ty == Ty::Vec),
     );
-    put!(out, "}}");
+    put!(out, "}}\n");
+    let kernels = (0..spec.kernels.len()).map(|number| kernel_module(spec, number));
+    let fields = machine(spec).map(|store| store.name.clone()).chain(kernels);
+    saved(out, "Srp", &fields.collect::<Vec<_>>());
     text
+}
+
+/// What saves and restores a structure, field by field.
+pub(super) fn saved(out: &mut String, name: &str, fields: &[String]) {
+    put!(out, "impl Saved for {name} {{");
+    put!(out, "    fn save(&self, out: &mut Vec<u32>) {{");
+    for field in fields {
+        put!(out, "        self.{field}.save(out);");
+    }
+    put!(out, "    }}\n");
+    put!(
+        out,
+        "    fn restore(&mut self, words: &mut Words<'_>) -> Option<()> {{"
+    );
+    for field in fields {
+        put!(out, "        self.{field}.restore(words)?;");
+    }
+    put!(out, "        Some(())\n    }}\n}}");
 }
 
 /// A function that writes a register by its number.

@@ -11,11 +11,12 @@ mod tables;
 
 use crate::preamble::border::{Border, Fault, Stop};
 use crate::preamble::ops::V4;
+use crate::preamble::saved::{Saved, Words};
 use crate::preamble::sequencer::{Datapath, Issue, KernelTimes, Sequencer, callee};
 use crate::spec::SimSpec;
 use srp_archdesc::isa::Ty;
 use srp_ir::dre::scheduled::FUNC_BASE;
-use srp_runtime::core::{Bus, Core, MAX_TOLD_CALLS, Run, Trap, TrapKind};
+use srp_runtime::core::{Bus, Core, CoreState, MAX_TOLD_CALLS, Run, Trap, TrapKind};
 use state::{Index, State};
 use tables::{ControlAct, Issued, Tables, Talk};
 
@@ -56,6 +57,25 @@ impl Core for Interpreter {
             let calls = self.sequencer.open_calls();
             trap(fault.kind, fault.at, calls, &self.positions)
         })
+    }
+
+    fn save(&self) -> Option<CoreState> {
+        let mut words = Vec::new();
+        self.tables.save(&mut words);
+        self.sequencer.save(&mut words);
+        Some(CoreState { words })
+    }
+
+    fn restore(&mut self, state: &CoreState) -> bool {
+        let mut words = Words::of(&state.words);
+        let Interpreter {
+            sequencer, tables, ..
+        } = self;
+        let restored = tables.restore(&mut words).and_then(|()| {
+            let kernels = tables.kernels.len() as u32;
+            sequencer.restore::<dyn Bus>(tables, kernels, &mut words)
+        });
+        restored.is_some() && words.is_empty()
     }
 }
 
@@ -171,6 +191,52 @@ impl<'b> Datapath<dyn Bus + 'b> for Tables {
                 file.advanced = 0;
             }
         }
+    }
+
+    fn resume(&mut self, _: u32, _: u64) {}
+}
+
+impl Tables {
+    /// Appends the registers in the order of a generated simulator's, rotating files in their
+    /// physical order.
+    fn save(&self, out: &mut Vec<u32>) {
+        let cells = &self.state.cells;
+        for store in &self.saved {
+            let cells = &cells[store.cells.clone()];
+            let advanced = store
+                .rotating
+                .map_or(0, |r| self.state.rotating[r].advanced);
+            if store.rotating.is_some() {
+                out.push(advanced as u32);
+            }
+            let (last, first) = cells.split_at(cells.len() - advanced);
+            for cell in first.iter().chain(last) {
+                match store.ty {
+                    Ty::Vec => cell.save(out),
+                    Ty::Pred | Ty::Word => out.push(cell.0[0]),
+                }
+            }
+        }
+    }
+
+    fn restore(&mut self, words: &mut Words<'_>) -> Option<()> {
+        for store in &self.saved {
+            let cells = &mut self.state.cells[store.cells.clone()];
+            let mut advanced = 0;
+            if let Some(rotating) = store.rotating {
+                advanced = words.next_word()? as usize;
+                self.state.rotating[rotating].advanced =
+                    (advanced < cells.len()).then_some(advanced)?;
+            }
+            for cell in cells.iter_mut() {
+                match store.ty {
+                    Ty::Vec => cell.restore(words)?,
+                    Ty::Pred | Ty::Word => cell.0 = [words.next_word()?, 0, 0, 0],
+                }
+            }
+            cells.rotate_left(advanced);
+        }
+        Some(())
     }
 }
 

@@ -5,7 +5,7 @@ use super::state::{Index, Micro, Rotating, State};
 use crate::preamble::ops::V4;
 use crate::preamble::sequencer::KernelTimes;
 use crate::spec::{
-    Action, BundleSpec, Cell, Control, KernelSpec, Landing, Operand, Role, SimSpec, Step,
+    Action, BundleSpec, Cell, Control, KernelSpec, Landing, Operand, Role, SimSpec, Step, Store,
 };
 use srp_archdesc::isa::Ty;
 use srp_ir::program::Bits;
@@ -97,6 +97,17 @@ pub(super) struct Tables {
     pub(super) functions: Vec<u32>,
     pub(super) kernels: Vec<Kernel>,
     pub(super) micros: Vec<Micro>,
+    /// The stores, in the order in which they are saved.
+    pub(super) saved: Vec<SavedStore>,
+}
+
+/// A store as it is saved.
+#[derive(Clone)]
+pub(super) struct SavedStore {
+    pub(super) cells: Range<usize>,
+    pub(super) ty: Ty,
+    /// Its number among the rotating files, if it is one.
+    pub(super) rotating: Option<usize>,
 }
 
 impl Tables {
@@ -105,6 +116,7 @@ impl Tables {
         let mut builder = Builder::new(spec);
         let bundles = spec.bundles.iter().map(|b| builder.bundle(b)).collect();
         let kernels = spec.kernels.iter().map(|k| builder.kernel(k)).collect();
+        let saved = builder.saved();
         Tables {
             state: State {
                 cells: builder.cells,
@@ -117,6 +129,7 @@ impl Tables {
             functions: spec.functions.iter().map(|(_, bundle)| *bundle).collect(),
             kernels,
             micros: builder.micros,
+            saved,
         }
     }
 }
@@ -162,6 +175,24 @@ impl<'a> Builder<'a> {
             rotating_of,
             iteration: 0,
         }
+    }
+
+    /// The machine's stores, then those of each kernel.
+    fn saved(&self) -> Vec<SavedStore> {
+        let mut stores: Vec<(u32, &Store)> = (0..).zip(&self.spec.stores).collect();
+        stores.sort_by_key(|(_, store)| match store.role {
+            Role::Flight(kernel) => Some(kernel),
+            _ => None,
+        });
+        let saved = |(number, store): (u32, &Store)| {
+            let first = store.base as usize;
+            SavedStore {
+                cells: first..first + store.size as usize,
+                ty: store.ty,
+                rotating: self.rotating_of.get(&number).map(|&r| r as usize),
+            }
+        };
+        stores.into_iter().map(saved).collect()
     }
 
     fn cell(&self, cell: Cell) -> Index {

@@ -1,13 +1,14 @@
 //! What passes between a simulator in a library and the program that has loaded it: C structures
 //! and functions only. This file is compiled on both sides; [`VERSION`] changes when it does.
 //!
-//! The library exports `srp_abi_version`, `srp_new`, `srp_run` and `srp_free`.
+//! The library exports `srp_abi_version`, `srp_new`, `srp_run`, `srp_save`, `srp_restore` and
+//! `srp_free`.
 
 use super::core_border::{Activity, Bus, Lanes, MAX_TOLD_CALLS, Run, TrapKind};
 use std::ffi::c_void;
 
 /// The version of these structures and functions.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 
 /// A [`Bus`] as a library sees it.
 ///

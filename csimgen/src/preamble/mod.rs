@@ -7,6 +7,7 @@
 pub mod abi;
 pub mod border;
 pub mod registers;
+pub mod saved;
 pub mod sequencer;
 
 /// [`srp_runtime::core`].

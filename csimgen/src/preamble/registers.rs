@@ -26,6 +26,18 @@ impl<T: Copy + Default, const N: usize> Rotating<T, N> {
     }
 }
 
+impl<T, const N: usize> Rotating<T, N> {
+    /// The registers in their physical order, and which of them is register 0.
+    pub fn parts(&self) -> (&[T; N], usize) {
+        (&self.registers, self.base)
+    }
+
+    /// The same, to be changed.
+    pub fn parts_mut(&mut self) -> (&mut [T; N], &mut usize) {
+        (&mut self.registers, &mut self.base)
+    }
+}
+
 impl<T: Copy + Default, const N: usize> Default for Rotating<T, N> {
     fn default() -> Self {
         Rotating {

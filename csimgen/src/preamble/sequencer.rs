@@ -16,6 +16,7 @@
 use super::border::{Border, Fault, Stop};
 use super::core_border::{Activity, Bus, Run, TrapKind};
 use super::ops::V4;
+use super::saved::{Saved, Words, put_long};
 
 /// The two engines' work, cycle by cycle.
 pub trait Datapath<B: ?Sized> {
@@ -51,6 +52,9 @@ pub trait Datapath<B: ?Sized> {
 
     /// Advances the rotating files: an iteration begins.
     fn rotate(&mut self, kernel: u32);
+
+    /// The core goes on in a kernel whose iteration of this number has begun last.
+    fn resume(&mut self, kernel: u32, iteration: u64);
 }
 
 /// The entry of the function at `address`: `functions` are the entries, their addresses begin at
@@ -103,6 +107,8 @@ struct Array {
     /// Cycles since the last iteration began.
     slot: u32,
     context: u32,
+    /// The number of that iteration.
+    iteration: u64,
 }
 
 /// The state of the program's course.
@@ -247,6 +253,7 @@ impl Sequencer {
             stages: 0,
             slot: 0,
             context: 0,
+            iteration: 0,
         })
     }
 
@@ -271,6 +278,7 @@ impl Sequencer {
             array.slot += 1;
             if array.slot == array.times.ii {
                 array.slot = 0;
+                array.iteration += 1;
                 path.rotate(array.kernel);
                 if array.context == array.times.contexts {
                     array.context = 0;
@@ -283,6 +291,90 @@ impl Sequencer {
         array.left -= cycles;
         self.mode = Mode::Array(array);
         Ok(run(cycles, Activity::Array(array.kernel)))
+    }
+}
+
+/// The words of a mode's kind.
+const VLIW: u32 = 0;
+const ENTER: u32 = 1;
+const ARRAY: u32 = 2;
+const LEAVE: u32 = 3;
+const HALTED: u32 = 4;
+
+impl Sequencer {
+    /// Appends the course, as it is between two runs.
+    pub fn save(&self, out: &mut Vec<u32>) {
+        out.push(self.pc);
+        match self.mode {
+            Mode::Vliw => out.push(VLIW),
+            Mode::Enter { kernel, left } => {
+                out.extend([ENTER, kernel]);
+                put_long(out, left);
+            }
+            Mode::Array(array) => {
+                out.extend([ARRAY, array.kernel, array.slot]);
+                for long in [array.left, array.to_begin, array.stages, array.iteration] {
+                    put_long(out, long);
+                }
+            }
+            Mode::Leave { left } => {
+                out.push(LEAVE);
+                put_long(out, left);
+            }
+            Mode::Halted(status) => out.extend([HALTED, status as u32]),
+        }
+        self.issue.save(out);
+        out.push(self.calls.len() as u32);
+        out.extend(&self.calls);
+    }
+
+    /// Takes a course that [`save`](Self::save) has appended; `None` where the words mean nothing.
+    pub fn restore<B: ?Sized>(
+        &mut self,
+        path: &mut impl Datapath<B>,
+        kernels: u32,
+        words: &mut Words<'_>,
+    ) -> Option<()> {
+        let kernel = |words: &mut Words<'_>| words.next_word().filter(|&kernel| kernel < kernels);
+        self.pc = words.next_word()?;
+        self.mode = match words.next_word()? {
+            VLIW => Mode::Vliw,
+            ENTER => Mode::Enter {
+                kernel: kernel(words)?,
+                left: words.next_long()?,
+            },
+            ARRAY => {
+                let kernel = kernel(words)?;
+                let times = path.kernel(kernel);
+                let slot = words.next_word().filter(|&slot| slot < times.ii)?;
+                let (left, to_begin) = (words.next_long()?, words.next_long()?);
+                let (stages, iteration) = (words.next_long()?, words.next_long()?);
+                path.resume(kernel, iteration);
+                let repetitions = u64::from(times.contexts / times.ii);
+                Mode::Array(Array {
+                    kernel,
+                    times,
+                    left,
+                    to_begin,
+                    stages,
+                    slot,
+                    context: (iteration % repetitions) as u32 * times.ii + slot,
+                    iteration,
+                })
+            }
+            LEAVE => Mode::Leave {
+                left: words.next_long()?,
+            },
+            HALTED => Mode::Halted(words.next_word()? as i32),
+            _ => return None,
+        };
+        self.issue.restore(words)?;
+        let calls = words.next_word()?;
+        self.calls.clear();
+        for _ in 0..calls {
+            self.calls.push(words.next_word()?);
+        }
+        Some(())
     }
 }
 
@@ -322,6 +414,41 @@ pub struct Issue {
 }
 
 impl Issue {
+    fn save(&self, out: &mut Vec<u32>) {
+        self.in_flight.save(out);
+        let (later, first) = self.targets.split_at(self.first_target);
+        for target in first.iter().chain(later) {
+            let (kind, place, at) = match *target {
+                None => (0, 0, 0),
+                Some(Transfer { target, kind }) => match kind {
+                    TransferKind::Jump => (1, target, 0),
+                    TransferKind::Call { at } => (2, target, at),
+                    TransferKind::Return => (3, target, 0),
+                },
+            };
+            out.extend([kind, place, at]);
+        }
+    }
+
+    fn restore(&mut self, words: &mut Words<'_>) -> Option<()> {
+        self.in_flight.restore(words)?;
+        self.first_target = 0;
+        self.next_mode = None;
+        for place in &mut self.targets {
+            let (kind, target) = (words.next_word()?, words.next_word()?);
+            let at = words.next_word()?;
+            let kind = match kind {
+                0 => None,
+                1 => Some(TransferKind::Jump),
+                2 => Some(TransferKind::Call { at }),
+                3 => Some(TransferKind::Return),
+                _ => return None,
+            };
+            *place = kind.map(|kind| Transfer { target, kind });
+        }
+        Some(())
+    }
+
     /// Stops a bundle that talks to a port where cycles have passed in this run.
     pub fn meet_bus(&self) -> Result<(), Stop> {
         if self.behind {
@@ -415,6 +542,45 @@ impl Flight {
         }
         self.cycles[cycle].push((register, value));
         self.count += 1;
+    }
+
+    /// Appends what is in flight: for each cycle from the next on, how many results, and these.
+    fn save(&self, out: &mut Vec<u32>) {
+        let (later, first) = self.cycles.split_at(self.first);
+        for cycle in first.iter().chain(later) {
+            out.push(cycle.len() as u32);
+            for &(register, value) in cycle {
+                match value {
+                    Landing::Word(value) => out.extend([register, 1, value]),
+                    Landing::Vec(value) => {
+                        out.extend([register, 4]);
+                        value.save(out);
+                    }
+                }
+            }
+        }
+    }
+
+    fn restore(&mut self, words: &mut Words<'_>) -> Option<()> {
+        (self.first, self.count) = (0, 0);
+        for cycle in &mut self.cycles {
+            cycle.clear();
+            for _ in 0..words.next_word()? {
+                let (register, lanes) = (words.next_word()?, words.next_word()?);
+                let value = match lanes {
+                    1 => Landing::Word(words.next_word()?),
+                    4 => {
+                        let mut value = V4::default();
+                        value.restore(words)?;
+                        Landing::Vec(value)
+                    }
+                    _ => return None,
+                };
+                cycle.push((register, value));
+                self.count += 1;
+            }
+        }
+        Some(())
     }
 
     /// The end of a cycle: what lands then is written, the oldest last.

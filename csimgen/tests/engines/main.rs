@@ -11,10 +11,13 @@ use cases::Case;
 use srp_archdesc::Arch;
 use srp_archdesc::arch::{Approx, Refine, Subnormals};
 use srp_archdesc::entity::Entity;
-use srp_csimgen::{CompileOptions, Interpreter, SimSpec, Simulator, compile, emit, link};
-use srp_runtime::core::{Activity, Core, Trap};
+use srp_csimgen::emit::machinery;
+use srp_csimgen::{Compiler, Interpreter, SimSpec, Simulator, emit_on_machinery, link};
+use srp_runtime::core::{Activity, Bus, Core, Run, Trap};
 use srp_runtime::solo::Solo;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use world::{Record, World, record};
 
 /// The cases with the program of all of them.
@@ -166,20 +169,100 @@ fn both_agree_on_random_programs() {
     for budget in [1, u64::MAX] {
         let interpreted = run(&mut Interpreter::new(&spec), budget);
         assert!(interpreted == expected, "interpreter, budget {budget}");
+        let both = run(&mut relay(&spec, &simulator), budget);
+        assert!(both == expected, "in turns, budget {budget}");
         let generated = run(&mut simulator.core(), budget);
         assert_eq!(generated.0, expected.0, "budget {budget}");
         assert!(generated.1 == expected.1, "memory, budget {budget}");
     }
 }
 
-fn compiled(spec: &SimSpec) -> Simulator {
-    let options = CompileOptions {
-        rustc: PathBuf::from("rustc"),
-        cache: PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("simulators"),
+/// Two engines that take turns: after each run the other goes on from the state of the one.
+struct Relay {
+    engines: [Box<dyn Core>; 2],
+    turn: usize,
+}
+
+impl Core for Relay {
+    fn run(&mut self, bus: &mut dyn Bus, budget: u64) -> Result<Run, Trap> {
+        let run = self.engines[self.turn].run(bus, budget)?;
+        let state = self.engines[self.turn].save().expect("it has a state");
+        self.turn = 1 - self.turn;
+        let next = &mut self.engines[self.turn];
+        assert!(next.restore(&state), "the other engine takes the state");
+        assert_eq!(next.save().as_ref(), Some(&state), "it is all of it");
+        Ok(run)
+    }
+}
+
+fn relay(spec: &SimSpec, simulator: &Simulator) -> Relay {
+    Relay {
+        engines: [Box::new(Interpreter::new(spec)), Box::new(simulator.core())],
+        turn: 0,
+    }
+}
+
+#[test]
+fn engines_take_turns() {
+    let suite = suite();
+    let simulator = compiled(&suite.spec);
+    check(&suite, || Box::new(relay(&suite.spec, &simulator)));
+}
+
+#[test]
+fn words_of_no_state_are_refused() {
+    let suite = suite();
+    let simulator = compiled(&suite.spec);
+    let state = simulator.core().save().expect("it has a state");
+    let engines = || -> [Box<dyn Core>; 2] {
+        [
+            Box::new(Interpreter::new(&suite.spec)),
+            Box::new(simulator.core()),
+        ]
     };
-    let library = compile(&emit(spec), &options, &mut |_| {});
+    for mut engine in engines() {
+        let mut short = state.clone();
+        short.words.pop();
+        assert!(!engine.restore(&short));
+    }
+    for mut engine in engines() {
+        let mut long = state.clone();
+        long.words.push(0);
+        assert!(!engine.restore(&long));
+    }
+    for mut engine in engines() {
+        assert!(engine.restore(&state));
+    }
+}
+
+/// A folder of this process for the compiler, by number.
+fn folder(number: usize) -> PathBuf {
+    let name = format!("simulator-{}-{number}", std::process::id());
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::create_dir_all(&path).expect("the folder can be made");
+    path
+}
+
+fn compiled(spec: &SimSpec) -> Simulator {
+    static COUNT: AtomicUsize = AtomicUsize::new(1);
+    static MACHINERY: OnceLock<Vec<u8>> = OnceLock::new();
+    let compiler = Compiler {
+        rustc: PathBuf::from("rustc"),
+    };
+    let shared = MACHINERY.get_or_init(|| {
+        let place = folder(0);
+        let library = compiler.machinery(&machinery(), &place);
+        std::fs::remove_dir_all(place).expect("the folder can be removed");
+        library.unwrap_or_else(|error| panic!("{error}"))
+    });
+    let place = folder(COUNT.fetch_add(1, Ordering::Relaxed));
+    let library = compiler.compile(&emit_on_machinery(spec), shared, &place);
     let library = library.unwrap_or_else(|error| panic!("{error}"));
-    Simulator::load(&library, spec).unwrap_or_else(|error| panic!("{error}"))
+    let path = place.join("loaded.so");
+    std::fs::write(&path, library).expect("the folder can be written");
+    let simulator = Simulator::load(&path, spec).unwrap_or_else(|error| panic!("{error}"));
+    std::fs::remove_dir_all(place).expect("the folder can be removed");
+    simulator
 }
 
 /// System memory at the start: a texture of 13 × 5 texels, which are where programs store.

@@ -2,6 +2,7 @@
 
 use crate::program::{Bits, Pos};
 use petgraph::graph::DiGraph;
+use serde::{Deserialize, Serialize};
 use srp_archdesc::entity;
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::{Effect, Opcode, Ty};
@@ -34,7 +35,7 @@ pub const MAX_OVERLAP: u32 = 1 << 16;
 /// only class and result count. They take any number of operands, each of its producer's type, and
 /// orders may be between any two of them. Graphs that come without a program are such
 /// ([`graph`](crate::graph)).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Dfg {
     /// The kernel's name.
     pub name: String,
@@ -54,8 +55,40 @@ pub struct Dfg {
     pub live_outs: Vec<Node>,
 }
 
+impl Dfg {
+    /// The graph without its name and its places in sources: what a schedule may depend on.
+    pub fn anonymous(&self) -> Dfg {
+        let Dfg {
+            name: _,
+            pos: _,
+            live_ins,
+            trip,
+            nodes,
+            order,
+            live_outs,
+        } = self.clone();
+        let live_in = |live_in: LiveIn| LiveIn {
+            pos: Pos::nowhere(),
+            ..live_in
+        };
+        let node = |node: NodeData| NodeData {
+            pos: Pos::nowhere(),
+            ..node
+        };
+        Dfg {
+            name: String::new(),
+            pos: Pos::nowhere(),
+            live_ins: live_ins.into_iter().map(live_in).collect(),
+            trip,
+            nodes: nodes.into_values().map(node).collect(),
+            order,
+            live_outs,
+        }
+    }
+}
+
 /// A value that comes from outside the loop.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LiveIn {
     /// Its storage.
     pub ty: Ty,
@@ -64,7 +97,7 @@ pub struct LiveIn {
 }
 
 /// One operation of a loop body.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NodeData {
     /// What it does.
     pub op: Opcode,
@@ -84,7 +117,7 @@ impl NodeData {
 }
 
 /// An operand of a node.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Operand {
     /// A constant.
     Const(Bits),
@@ -111,7 +144,7 @@ impl Operand {
 }
 
 /// A value from before the first iteration.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Initial {
     /// A constant.
     Const(Bits),
@@ -122,7 +155,7 @@ pub enum Initial {
 }
 
 /// `to` of iteration `i + distance` must come after `from` of iteration `i`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Order {
     /// The earlier access.
     pub from: Node,
@@ -133,7 +166,7 @@ pub struct Order {
 }
 
 /// An edge of the dependence graph.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Dep {
     /// What kind.
     pub kind: DepKind,
@@ -142,7 +175,7 @@ pub struct Dep {
 }
 
 /// Kinds of dependence.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DepKind {
     /// The value of the source is this operand of the target.
     Operand(u32),

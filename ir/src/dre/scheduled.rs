@@ -2,6 +2,7 @@
 
 use crate::dfg::{Dfg, Initial, Node};
 use crate::program::{Bits, Kernel, Pos, SourceFile};
+use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::{Fu, Link, RegFile};
 use srp_archdesc::entity;
 use srp_archdesc::entity::EntityMap;
@@ -18,7 +19,7 @@ entity! {
 ///
 /// Always holds: every instruction of the control code and every node of each kernel is placed
 /// exactly once; what `scheduler::check` asks for.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ScheduledDre {
     /// The machine's name, for messages.
     pub machine: String,
@@ -42,7 +43,7 @@ pub struct ScheduledDre {
 pub const FUNC_BASE: u32 = 0x4000_0000;
 
 /// A global object in SRAM.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DataSymbol {
     /// Its name.
     pub name: String,
@@ -53,7 +54,7 @@ pub struct DataSymbol {
 }
 
 /// A function's first bundle.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FunctionEntry {
     /// Its name.
     pub name: String,
@@ -62,7 +63,7 @@ pub struct FunctionEntry {
 }
 
 /// A register.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Reg {
     /// Its file.
     pub file: RegFile,
@@ -73,7 +74,7 @@ pub struct Reg {
 /// What the VLIW engine issues in one cycle: at most one operation a slot, at most one control
 /// transfer. Operands are read at issue; results stand in their registers `latency` cycles later.
 /// There are no interlocks.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BundleData {
     /// Operations, by slot.
     pub ops: Vec<SlotOp>,
@@ -83,7 +84,7 @@ pub struct BundleData {
 }
 
 /// An operation in a VLIW slot.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SlotOp {
     /// The unit of the slot.
     pub fu: Fu,
@@ -100,7 +101,7 @@ pub struct SlotOp {
 }
 
 /// An operand of VLIW code.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Src {
     /// A register of a central file.
     Reg(Reg),
@@ -110,7 +111,7 @@ pub enum Src {
 
 /// Control transfers. All of them take a branch unit: that of the first slot with class `branch`
 /// that is free.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Control {
     /// To a bundle.
     Jump(Bundle),
@@ -156,7 +157,7 @@ pub enum Control {
 /// active only in iterations `0 .. trip`, which stage predicates see to. The array runs for
 /// `ii · (trip − 1) + length` cycles. Times and the meaning of places are those of
 /// [`ResourceGraph`](srp_archdesc::ResourceGraph).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ModuloSchedule {
     /// The loop that it implements.
     pub dfg: Dfg,
@@ -177,7 +178,7 @@ pub struct ModuloSchedule {
 }
 
 /// A node or a routing move in its place.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlacedOp {
     /// The node it is, or the node whose value it moves.
     pub node: Node,
@@ -194,7 +195,7 @@ pub struct PlacedOp {
 }
 
 /// Where an operand is taken from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Source {
     /// A constant of the context.
     Const(Bits),
@@ -213,7 +214,7 @@ pub enum Source {
 /// A register as an iteration names it. In iteration `i` it is register `(index + i) mod size` of a
 /// rotating file, and register `index + (i mod ring)` of any other: `ring` of 1 is the same register
 /// in every iteration, more is modulo variable expansion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct RegAt {
     /// The file.
     pub file: RegFile,
@@ -224,7 +225,7 @@ pub struct RegAt {
 }
 
 /// A value taken from a link into a file in one cycle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PlacedTransfer {
     /// Whose value it is.
     pub node: Node,
@@ -237,7 +238,7 @@ pub struct PlacedTransfer {
 }
 
 /// A register set before the first iteration.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Preload {
     /// The file.
     pub file: RegFile,
@@ -250,7 +251,7 @@ pub struct Preload {
 }
 
 /// Modulo schedules without a program around them, as those of bare graphs are.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ScheduledLoops {
     /// The machine's name.
     pub machine: String,

@@ -2,12 +2,13 @@
 
 use super::*;
 use crate::program::{Func, Function, Program};
+use serde::Serialize;
 use srp_archdesc::arch::Precision;
 use srp_archdesc::entity::EntityMap;
 
 /// What may change results of floating-point arithmetic beyond what C allows. Each place where it
 /// does is a [`Remark`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct FastMath {
     /// Sums and products may be associated otherwise.
     pub associative: bool,

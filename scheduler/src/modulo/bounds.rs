@@ -2,6 +2,7 @@
 
 use super::problem::Problem;
 use crate::demand::{Demand, Dependence, Need};
+use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::Fu;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Class;
@@ -9,7 +10,7 @@ use srp_ir::dfg::{Dfg, Node};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Lower bounds of one loop on one machine.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Bounds {
     /// Smallest II at which units and shared resources suffice.
     pub resources: u32,

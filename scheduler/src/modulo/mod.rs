@@ -28,6 +28,7 @@ use agenda::{Agenda, Limits};
 use exact::Answer;
 use heuristic::Heuristic;
 use problem::Problem;
+use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::Srp;
 use srp_archdesc::watch::{Limited, Watch};
 use srp_ir::dfg::Dfg;
@@ -37,7 +38,7 @@ use std::time::Duration;
 
 /// How hard to try. Everything is counted in steps, so that the same input gives the same schedule
 /// however fast the machine is; only a watch that ends the work can change that.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Options {
     /// Steps of the heuristic for every 32 operations of a loop, up to 128, about 3 million a second.
     /// The first II that works is looked for beyond them.
@@ -80,7 +81,7 @@ impl Default for Options {
 pub const MAX_STAGES: u32 = 64;
 
 /// A schedule, and how it stands to its bounds.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scheduled {
     /// The schedule.
     pub schedule: ModuloSchedule,
@@ -95,7 +96,7 @@ pub struct Scheduled {
 /// A proof that there is no schedule: with this II, in which every operation is issued within
 /// `slack` cycles of its latest start on the critical path, and register files hold no more values
 /// in any cycle than they have registers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Impossible {
     /// The II.
     pub ii: u32,

@@ -3,12 +3,13 @@
 
 use super::place::Conflict;
 use super::problem::{Goal, Problem};
+use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::RegFile;
 use srp_archdesc::isa::Opcode;
 use srp_ir::dfg::{Dfg, Node};
 
 /// An operation of a loop, with what a message names it by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Operation {
     /// The operation.
     pub node: Node,
@@ -27,6 +28,11 @@ impl Operation {
             line: data.pos.line,
         }
     }
+
+    /// The same operation in a loop that differs from its own only in source positions.
+    fn relocate(&mut self, dfg: &Dfg) {
+        *self = Operation::of(dfg, self.node);
+    }
 }
 
 impl std::fmt::Display for Operation {
@@ -36,7 +42,7 @@ impl std::fmt::Display for Operation {
 }
 
 /// Where a value has to go.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Destination {
     /// An operation that takes it.
     Operation(Operation),
@@ -45,7 +51,7 @@ pub enum Destination {
 }
 
 /// What was most often in the way of a schedule at one II.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Obstacle {
     /// No unit that runs an operation was free when it had to be issued.
     NoUnit(Operation),
@@ -94,6 +100,19 @@ impl Obstacle {
         }
     }
 
+    fn relocate(&mut self, dfg: &Dfg) {
+        match self {
+            Obstacle::NoUnit(operation) => operation.relocate(dfg),
+            Obstacle::NoRoute { from, to } => {
+                from.relocate(dfg);
+                if let Destination::Operation(to) = to {
+                    to.relocate(dfg);
+                }
+            }
+            Obstacle::Registers { .. } | Obstacle::AttemptsExhausted => {}
+        }
+    }
+
     /// The operations that it names, each once.
     pub fn operations(&self) -> Vec<Operation> {
         match *self {
@@ -124,7 +143,7 @@ impl std::fmt::Display for Obstacle {
 }
 
 /// An II that did not work.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FailedIi {
     /// The II.
     pub ii: u32,
@@ -138,8 +157,16 @@ impl std::fmt::Display for FailedIi {
     }
 }
 
+impl FailedIi {
+    /// Names operations as in a loop that differs from the one that was scheduled only in source
+    /// positions.
+    pub fn relocate(&mut self, dfg: &Dfg) {
+        self.obstacle.relocate(dfg);
+    }
+}
+
 /// Why a loop has no schedule on a machine.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Unschedulable {
     /// Its live-in values do not fit in the central registers.
     LiveIns {
@@ -170,6 +197,19 @@ pub enum Unschedulable {
 }
 
 impl Unschedulable {
+    /// Names operations as in a loop that differs from the one that was scheduled only in source
+    /// positions.
+    pub fn relocate(&mut self, dfg: &Dfg) {
+        match self {
+            Unschedulable::NoUnit(operation) => operation.relocate(dfg),
+            Unschedulable::Stopped { failed } => {
+                failed.iter_mut().for_each(|failed| failed.relocate(dfg));
+            }
+            Unschedulable::NotFound { failed, .. } => failed.relocate(dfg),
+            Unschedulable::LiveIns { .. } | Unschedulable::Contexts { .. } => {}
+        }
+    }
+
     /// The node that it fails on, if it is one.
     pub fn node(&self) -> Option<Node> {
         match self {
