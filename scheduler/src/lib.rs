@@ -1,24 +1,22 @@
-//! Where and when every operation runs; and a checker that does not trust it.
+//! Where and when every operation runs.
 //!
 //! [`schedule`] takes the program divided between the two engines and gives it units, cycles,
 //! routes and registers: [`modulo`] for the loops on the array, [`vliw`] for everything else. The
-//! result is data, a [`ScheduledDre`]; [`check`] goes over every one that leaves this crate, and
-//! shares no code with what made it.
+//! result is data, a [`ScheduledDre`]; [`check`](srp_ir::check) goes over every one that leaves this
+//! crate, and shares no code with what made it.
 
 pub mod abi;
-pub mod check;
 pub mod demand;
 pub mod modulo;
-pub mod sequence;
 pub mod usage;
 pub mod vliw;
 pub mod what_if;
 
-use check::Violation;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::threads;
 use srp_archdesc::watch::{Stage, Watch};
+use srp_ir::check::{self, Violation};
 use srp_ir::dre::Dre;
 use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledDre};
 use srp_ir::layout::{Layout, TooLarge};

@@ -15,12 +15,13 @@ use serde::Serialize;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::watch::{Limited, Watch};
+use srp_ir::check::check_loop;
 use srp_ir::dfg::{Dfg, Node};
 use srp_ir::dre;
 use srp_ir::dre::scheduled::ScheduledLoops;
 use srp_ir::graph::{self, Graph};
 use srp_ir::program::{Pos, SourceFile};
-use srp_scheduler::{check, modulo};
+use srp_scheduler::modulo;
 
 use srp_archdesc::threads;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -230,7 +231,7 @@ fn checked(
     arch: &Arch,
 ) -> Result<modulo::Scheduled, String> {
     let scheduled = result.map_err(|e| e.why)?;
-    let wrong = check::check_loop(&scheduled.schedule, &arch.srp);
+    let wrong = check_loop(&scheduled.schedule, &arch.srp);
     match wrong.first() {
         None => Ok(scheduled),
         Some(first) => {

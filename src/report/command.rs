@@ -129,7 +129,7 @@ fn scheduled_loops(paths: &[PathBuf], arch: &Arch) -> Result<Option<ScheduledLoo
     let loops = dre::read_loops(&text, arch)
         .map_err(|e| Failure::Message(format!("{name}:{}:{}: {}", e.line, e.column, e.message)))?;
     for schedule in &loops.loops {
-        let wrong = srp_scheduler::check::check_loop(schedule, &arch.srp);
+        let wrong = srp_ir::check::check_loop(schedule, &arch.srp);
         if let Some(first) = wrong.first() {
             let kernel = &schedule.dfg.name;
             return Err(Failure::Message(format!("{name}: {kernel}: {first}")));

@@ -124,15 +124,12 @@ fn xml_stays_in_its_rooms() {
 }
 
 #[test]
-fn the_checker_shares_nothing_with_the_schedulers() {
-    let words = [
-        "crate::modulo",
-        "crate::vliw",
-        "super::super::modulo",
-        "super::super::vliw",
-    ];
+fn the_schedulers_share_nothing_with_the_checker() {
+    // The crates keep the checker from the schedulers' code. The other way, schedulers only write down the
+    // sequence that it reads; it is called where they are done.
+    let words = ["check::{", "check::check", "check::Rule", "check::Place"];
     assert_eq!(
-        with_words("scheduler/src/check", &[], &words),
+        with_words("scheduler/src", &["scheduler/src/lib.rs"], &words),
         [] as [PathBuf; 0]
     );
 }

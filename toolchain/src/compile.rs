@@ -101,7 +101,7 @@ pub fn compile(
             .with(*dre))
         }
         Input::Scheduled(program) => {
-            srp_scheduler::check::check(&program, arch).map_err(ScheduleError::Wrong)?;
+            srp_ir::check::check(&program, arch).map_err(ScheduleError::Wrong)?;
             let loops = program.kernels.values();
             let loops: EntityMap<_, _> = loops.map(|s| facts_alone(s, arch)).collect();
             Ok(Compiled::of(Schedule {

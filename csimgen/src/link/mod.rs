@@ -2,7 +2,7 @@
 //!
 //! A schedule is data that anybody may have made, so everything is looked up with care here, and
 //! nowhere later. What is checked is whether the machine *has* what the program names; whether the
-//! schedule computes what the program means is the scheduler's checker's business.
+//! schedule computes what the program means is the business of [`srp_ir::check`].
 
 mod control;
 mod flow;

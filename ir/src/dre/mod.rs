@@ -231,7 +231,7 @@ pub fn read_loops(xml: &str, arch: &Arch) -> Result<scheduled::ScheduledLoops, D
 }
 
 /// Reads the file of a scheduled program for this machine. Its names are resolved and its registers
-/// exist; whether the schedule keeps the rules is for a checker to say.
+/// exist; whether the schedule keeps the rules is for [`check`](mod@crate::check) to say.
 pub fn read_scheduled(xml: &str, arch: &Arch) -> Result<scheduled::ScheduledDre, DreError> {
     let in_text = |fault: tree::Fault| fault.in_text(xml);
     let root = tree::parse(xml, "scheduled-dre").map_err(in_text)?;

@@ -17,7 +17,7 @@ entity! {
 /// A scheduled program for one machine.
 ///
 /// Always holds: every instruction of the control code and every node of each kernel is placed
-/// exactly once; what `scheduler::check` asks for.
+/// exactly once; what [`check`](mod@crate::check) asks for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScheduledDre {
     /// The machine's name, for messages.

@@ -3,10 +3,10 @@
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::{Class, Opcode, Ty};
+use srp_ir::check::{Rule, check_control};
 use srp_ir::dre::scheduled::*;
 use srp_ir::layout::Layout;
 use srp_ir::program::{Bits, Kernel, Pos};
-use srp_scheduler::check::{Rule, check_control};
 use srp_tests::machine;
 
 /// A program with loads, stores, a slow division, a loop, calls, and a port.

@@ -4,6 +4,7 @@ use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::EntityMap;
 use srp_csimgen::{Interpreter, link};
+use srp_ir::check::sequence::Stretch;
 use srp_ir::dre::Dre;
 use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledDre};
 use srp_ir::interp::{FlatWorld, Options};
@@ -11,7 +12,6 @@ use srp_ir::layout::Layout;
 use srp_ir::program::Kernel;
 use srp_ir::{dre, split};
 use srp_runtime::solo::{self, Solo};
-use srp_scheduler::sequence::Stretch;
 use srp_tests::{compiled, machine, root};
 use std::sync::OnceLock;
 

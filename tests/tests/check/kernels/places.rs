@@ -5,10 +5,10 @@ use crate::tally::Harm;
 use srp_archdesc::arch::Fu;
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::Opcode;
+use srp_ir::check::Rule;
 use srp_ir::dfg::Node;
 use srp_ir::dre::scheduled::{Placed, PlacedOp, Source};
 use srp_ir::program::Bits;
-use srp_scheduler::check::Rule;
 
 /// Rules that a change of times may break.
 const TIMES: &[Rule] = &[

@@ -6,9 +6,9 @@ use crate::tally::Harm;
 use srp_archdesc::arch::{FileKind, Link, RegFile};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Ty;
+use srp_ir::check::Rule;
 use srp_ir::dfg::Node;
 use srp_ir::dre::scheduled::{PlacedOp, PlacedTransfer, RegAt, Source};
-use srp_scheduler::check::Rule;
 
 /// Rules that a wrong way may break.
 const WAYS: &[Rule] = &[

@@ -4,10 +4,10 @@ use super::{Kind, Loop};
 use crate::tally::Harm;
 use srp_archdesc::arch::{FileKind, RegFile};
 use srp_archdesc::isa::Ty;
+use srp_ir::check::Rule;
 use srp_ir::dfg::Initial;
 use srp_ir::dre::scheduled::{Reg, RegAt, Source};
 use srp_ir::program::Bits;
-use srp_scheduler::check::Rule;
 
 /// Rules that a wrong register may break.
 const REGISTERS: &[Rule] = &[

@@ -1,10 +1,10 @@
 //! One bundle by itself.
 
 use crate::check::{Place, Rule, Violation};
+use crate::dre::scheduled::{Bundle, BundleData, Control, Reg, ScheduledDre, SlotOp, Src};
+use crate::program::Bits;
 use srp_archdesc::arch::{FileKind, Fu, RegFile, Srp};
 use srp_archdesc::isa::{Effect, Opcode, Ty};
-use srp_ir::dre::scheduled::{Bundle, BundleData, Control, Reg, ScheduledDre, SlotOp, Src};
-use srp_ir::program::Bits;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Adds what is wrong with a bundle to `violations`.

@@ -8,9 +8,9 @@ mod state;
 pub use sequence::check_sequence;
 
 use super::{Place, Rule, Violation};
+use crate::dre::scheduled::{Bundle, Control, ScheduledDre};
 use srp_archdesc::arch::{Arch, Srp};
 use srp_archdesc::entity::Entity;
-use srp_ir::dre::scheduled::{Bundle, Control, ScheduledDre};
 
 /// All rules that the VLIW code of `dre` breaks on a machine, by place.
 pub fn check_control(dre: &ScheduledDre, arch: &Arch) -> Vec<Violation> {

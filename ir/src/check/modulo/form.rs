@@ -2,13 +2,13 @@
 
 use super::{Checker, MAX_LENGTH, numbered};
 use crate::check::Rule;
+use crate::dfg::{Dfg, Initial, Node, Operand};
+use crate::dre::scheduled::{Placed, PlacedOp, Reg, RegAt, Source};
+use crate::program::Bits;
 use srp_archdesc::arch::{FileKind, RegFile};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Class, Ty};
 use srp_archdesc::resource::Place;
-use srp_ir::dfg::{Dfg, Initial, Node, Operand};
-use srp_ir::dre::scheduled::{Placed, PlacedOp, Reg, RegAt, Source};
-use srp_ir::program::Bits;
 use std::collections::BTreeSet;
 
 impl Checker<'_> {

@@ -4,10 +4,10 @@
 use super::bundle::{control_read, control_write};
 use super::state::{Defined, Numbering, State, numbering};
 use crate::check::{Place, Rule, Violation};
+use crate::dre::scheduled::{Bundle, Control, ModuloSchedule, Reg, ScheduledDre, SlotOp, Src};
 use srp_archdesc::arch::{FileKind, Fu, FuOp, Srp};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Class;
-use srp_ir::dre::scheduled::{Bundle, Control, ModuloSchedule, Reg, ScheduledDre, SlotOp, Src};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What is wrong between bundles.

@@ -5,12 +5,12 @@ mod table;
 mod tokens;
 
 use super::{Place, Rule, Violation};
+use crate::dre::scheduled::{ModuloSchedule, Placed, PlacedOp, ScheduledDre};
+use crate::program::Kernel;
 use srp_archdesc::ResourceGraph;
 use srp_archdesc::arch::{FuOp, Srp};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Opcode, Ty};
-use srp_ir::dre::scheduled::{ModuloSchedule, Placed, PlacedOp, ScheduledDre};
-use srp_ir::program::Kernel;
 
 /// All rules that the kernels of `dre` break on `srp`, by kernel. They are launched, so none is a
 /// bare graph.

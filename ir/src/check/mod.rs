@@ -1,5 +1,5 @@
-//! Whether a scheduled program can run on a machine, and means what it should. Whoever made the
-//! schedule: nothing here is shared with the code that makes schedules.
+//! Whether a scheduled program can run on a machine, and means what it should. It does not matter who
+//! made the schedule, and the code that makes schedules is not seen from here.
 //!
 //! * [`check_control`] goes through the VLIW code along all its paths.
 //! * [`check_sequence`] holds the bundles against the operations that they are to do, one after
@@ -12,15 +12,16 @@
 //! [`Rule`] lists the rules.
 
 mod modulo;
+pub mod sequence;
 mod vliw;
 
 pub use modulo::{check_kernels, check_loop};
 pub use vliw::{check_control, check_sequence};
 
+use crate::dre::scheduled::{Bundle, Placed, ScheduledDre};
+use crate::program::Kernel;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::Entity;
-use srp_ir::dre::scheduled::{Bundle, Placed, ScheduledDre};
-use srp_ir::program::Kernel;
 use std::fmt;
 
 /// A rule that a schedule breaks.
