@@ -36,7 +36,7 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     loops.write(&compiled, &arch)?;
     interrupt::end_if_requested()?;
     let program = compiled.runnable()?;
-    let mut core = Engines::of(program, &arch, engine, session)?.core();
+    let mut core = Engines::of(program, engine, session)?.core();
     let mut bus = Solo::new(&program.image, arch.system.sram_bytes);
     let mut account = Finish::default();
     let ended = interrupt::looked_for(|| {
@@ -98,7 +98,7 @@ fn interpret(
             kernels: Default::default(),
         },
         Input::Dre(dre) => *dre,
-        Input::Scheduled(_) => {
+        Input::Scheduled { .. } => {
             return Err(Failure::message("a scheduled program has no --engine ir"));
         }
     };

@@ -1,10 +1,9 @@
 //! What simulates an SRP: a generated simulator, or the interpreter of the same tables.
 
 use crate::{Error, Session, files};
-use srp_archdesc::arch::Arch;
 use srp_archdesc::watch::{Event, Stage};
 use srp_csimgen::{CompileError, CompileOptions, Interpreter, SimSpec, Simulator, emit, link};
-use srp_ir::dre::scheduled::ScheduledDre;
+use srp_ir::check::Checked;
 use srp_runtime::core::Core;
 
 /// What simulates an SRP. Pictures and cycles are the same to the bit.
@@ -25,19 +24,14 @@ pub enum Engines {
 }
 
 impl Engines {
-    /// What makes cores of a program. Where there is no compiler, the interpreter takes the place of
-    /// a generated simulator, and a note says so.
+    /// What makes cores of a program, on the machine that it was checked for. Where there is no
+    /// compiler, the interpreter takes the place of a generated simulator, and a note says so.
     ///
     /// # Errors
     ///
-    /// The schedule does not fit the machine, or the simulator cannot be made.
-    pub fn of(
-        program: &ScheduledDre,
-        arch: &Arch,
-        engine: Engine,
-        session: &Session<'_>,
-    ) -> Result<Engines, Error> {
-        let spec = link(program, arch)?;
+    /// Simulators have no room for one of the kernels, or the simulator cannot be made.
+    pub fn of(program: &Checked, engine: Engine, session: &Session<'_>) -> Result<Engines, Error> {
+        let spec = link(program)?;
         if engine == Engine::Generated
             && let Some(simulator) = generated(&spec, session)?
         {

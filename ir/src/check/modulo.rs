@@ -87,7 +87,7 @@ impl Checker<'_> {
         self.violations.push(Violation {
             at: Place::Op(self.kernel, op),
             rule,
-            message,
+            message: format!("{}: {message}", self.name(op)),
         });
     }
 
@@ -114,8 +114,9 @@ impl Checker<'_> {
     fn name(&self, op: Placed) -> String {
         let placed = &self.schedule.ops[op];
         let what = if placed.is_move { "a move of " } else { "" };
-        let opcode = self.schedule.dfg.nodes[placed.node].op.name();
-        format!("{what}{} `{opcode}`", placed.node)
+        let node = self.schedule.dfg.nodes.get(placed.node);
+        let opcode = node.map_or(String::new(), |node| format!(" `{}`", node.op));
+        format!("{what}{}{opcode}", placed.node)
     }
 }
 

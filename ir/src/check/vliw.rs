@@ -57,7 +57,7 @@ fn ranges(dre: &ScheduledDre, srp: &Srp, violations: &mut Vec<Violation>) {
         out_of_range(Place::Program, &format!("the entry of `{}`", entry.name));
     }
     for (number, bundle) in dre.bundles.iter() {
-        let at = Place::Bundle(number);
+        let at = Place::Transfer(number);
         match bundle.control.as_ref().map(|(control, _)| control) {
             Some(
                 Control::Jump(target)

@@ -152,10 +152,6 @@ impl<'a> Run<'a> {
 
     fn report(&mut self, op: Option<Placed>, rule: Rule, message: String) {
         if self.known.insert((op, rule)) {
-            let message = match op {
-                Some(op) => format!("{}: {message}", self.checker.name(op)),
-                None => message,
-            };
             self.found.push((op, rule, message));
         }
     }

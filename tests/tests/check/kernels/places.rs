@@ -96,6 +96,18 @@ pub(super) const KINDS: &[Kind] = &[
         &[Rule::Constants],
         too_many_constants,
     ),
+    (
+        "an operation of the wrong form in the graph",
+        Harm::Always,
+        &[Rule::Form],
+        wrong_graph,
+    ),
+    (
+        "an interval of no cycle",
+        Harm::Always,
+        &[Rule::Contexts],
+        no_interval,
+    ),
     ("a shorter interval", Harm::Perhaps, TIMES, shorter_interval),
     ("a longer interval", Harm::Perhaps, TIMES, longer_interval),
     (
@@ -260,6 +272,24 @@ fn too_many_constants(broken: &mut Loop<'_>) -> Option<()> {
         let bits = Bits::Word(1_000_000 + i as u32);
         broken.schedule.ops[op].operands[i] = Source::Const(bits);
     }
+    Some(())
+}
+
+fn wrong_graph(broken: &mut Loop<'_>) -> Option<()> {
+    let nodes = broken.schedule.dfg.nodes.len();
+    let node = Node::new(broken.dice.below(nodes));
+    let immediate = broken.dice.chance();
+    let data = &mut broken.schedule.dfg.nodes[node];
+    if immediate {
+        data.imm = 1;
+        (!data.op.info().immediate).then_some(())
+    } else {
+        data.operands.pop().map(drop)
+    }
+}
+
+fn no_interval(broken: &mut Loop<'_>) -> Option<()> {
+    broken.schedule.ii = 0;
     Some(())
 }
 

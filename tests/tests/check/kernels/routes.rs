@@ -85,6 +85,12 @@ pub(super) const KINDS: &[Kind] = &[
         wrong_file,
     ),
     (
+        "a file that the unit cannot read",
+        Harm::Always,
+        &[Rule::Path],
+        unreadable_file,
+    ),
+    (
         "a file that is too narrow",
         Harm::Always,
         &[Rule::Width],
@@ -233,6 +239,24 @@ fn wrong_file(broken: &mut Loop<'_>) -> Option<()> {
         let spec = &broken.arch.srp.files[file];
         spec.holds(ty) && !spec.writers.contains(&op.fu)
     })
+}
+
+fn unreadable_file(broken: &mut Loop<'_>) -> Option<()> {
+    let (op, i) = broken.operand_like(|_| true)?;
+    let data = &broken.schedule.ops[op];
+    let kind = broken.opcode(data).info().operands[i];
+    let files = broken.arch.srp.files.iter();
+    let files: Vec<RegFile> = files
+        .filter(|(_, file)| file.holds(kind.ty()) && !file.readers.contains(&data.fu))
+        .map(|(file, _)| file)
+        .collect();
+    let reg = RegAt {
+        file: broken.dice.pick(&files)?,
+        index: 0,
+        ring: 1,
+    };
+    broken.schedule.ops[op].operands[i] = Source::Reg { reg, distance: 0 };
+    Some(())
 }
 
 fn narrow_file(broken: &mut Loop<'_>) -> Option<()> {
