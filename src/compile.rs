@@ -246,7 +246,7 @@ fn write_divided_alone(
             write_divided(out, &divided.dre, dfg, whole)
         }
         Input::Dre(dre) => write_divided(out, &dre, dfg, whole),
-        Input::C(_) | Input::Scheduled(_) => Err(Failure::message(
+        Input::C(_) | Input::Scheduled { .. } => Err(Failure::message(
             "the file is scheduled already: no --emit dfg, dre",
         )),
     }
@@ -278,7 +278,7 @@ fn write_scheduled(
     }
     if rust {
         // A folder that rustc compiles as it is.
-        let spec = link(program, arch).map_err(Failure::message)?;
+        let spec = link(program).map_err(Failure::message)?;
         let folder = out.folder.join(format!("{}.csim", out.name));
         files::make_folder(&folder)?;
         for (name, text) in &emit(&spec).files {

@@ -33,7 +33,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     interrupt::end_if_requested()?;
 
     let program = compiled.runnable()?;
-    let engines = Engines::of(program, &frame.arch, args.engine, session)?;
+    let engines = Engines::of(program, args.engine, session)?;
     let level = args.level.fidelity;
     if level < Fidelity::Cycle {
         let shot = Shot {

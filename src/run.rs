@@ -37,7 +37,7 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     loops.write(&compiled, &arch, session)?;
     interrupt::end_if_requested()?;
     let program = compiled.runnable()?;
-    let engines = Engines::of(program, &arch, engine, session)?;
+    let engines = Engines::of(program, engine, session)?;
     let mut core = engines.core();
     let mut bus = Solo::new(&program.image, arch.system.sram_bytes);
     let mut account = Finish::default();
@@ -101,7 +101,7 @@ fn interpret(
             kernels: Default::default(),
         },
         Input::Dre(dre) => *dre,
-        Input::Scheduled(_) => {
+        Input::Scheduled { .. } => {
             return Err(Failure::message("a scheduled program has no --engine ir"));
         }
     };

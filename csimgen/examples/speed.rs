@@ -2,13 +2,14 @@
 //!
 //! `cargo run --release -p srp-csimgen --example speed`
 
-#[path = "../tests/engines/random.rs"]
+#[path = "../tests/engines/random/mod.rs"]
 mod random;
 
 use srp_archdesc::Opcode;
 use srp_archdesc::isa::Class;
 use srp_csimgen::emit::machinery;
 use srp_csimgen::{Compiler, Interpreter, Simulator, emit_on_machinery, link};
+use srp_ir::check::check;
 use srp_runtime::core::Core;
 use srp_runtime::solo::{self, Solo};
 use std::time::Instant;
@@ -37,7 +38,8 @@ fn main() {
     };
     let program = random::program(&arch, &mut random::Dice(7), &shape);
     let operations: usize = program.kernels.values().map(|k| k.ops.len()).sum();
-    let spec = link(&program, &arch).expect("it is made for the machine");
+    let program = check(program, &arch).expect("it is made for the machine");
+    let spec = link(&program).expect("its kernels are short");
     println!(
         "{} kernels, {operations} operations, {} bundles",
         spec.kernels.len(),

@@ -1,6 +1,7 @@
 //! From a scheduled program and its machine to a simulator that is exact to the cycle.
 //!
-//! [`link()`] resolves everything into tables, [`SimSpec`]. Two engines run them:
+//! [`link()`] takes a program that the checker has passed and resolves everything into tables,
+//! [`SimSpec`]. Two engines run them:
 //!
 //! * [`Interpreter`] goes through the tables. It needs nothing, starts at once, and is what the
 //!   other is compared with.
@@ -27,6 +28,6 @@ pub mod spec;
 pub use compile::{CompileError, Compiler};
 pub use emit::{SimSource, emit, emit_on_machinery};
 pub use interp::Interpreter;
-pub use link::{LinkError, link};
+pub use link::{TooManyStages, link};
 pub use load::{LoadError, Simulator};
 pub use spec::SimSpec;

@@ -3,6 +3,7 @@
 //! * [`program`]: SSA with block parameters, what the front end makes and the passes change.
 //! * [`dfg`]: one loop body as a dataflow graph, what the modulo scheduler places.
 //! * [`dre`]: the program divided between VLIW engine and array, unscheduled and scheduled.
+//! * [`check`]: what holds of every scheduled program.
 //! * [`graph`]: dataflow graphs that come from elsewhere, read.
 //! * [`split`]: makes a `Dre` of a `Program`.
 //! * [`flow`]: predecessors, dominators, loops.
@@ -13,6 +14,7 @@
 //! * [`shadow`]: where its rounding errors come from.
 //! * [`pass`]: what makes it better.
 
+pub mod check;
 pub mod dfg;
 pub mod dre;
 pub mod flow;

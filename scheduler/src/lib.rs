@@ -1,24 +1,22 @@
-//! Where and when every operation runs; and a checker that does not trust it.
+//! Where and when every operation runs.
 //!
 //! [`schedule`] takes the program divided between the two engines and gives it units, cycles,
 //! routes and registers: [`modulo`] for the loops on the array, [`vliw`] for everything else. The
-//! result is data, a [`ScheduledDre`]; [`check`] goes over every one that leaves this crate, and
-//! shares no code with what made it.
+//! result is data, a [`ScheduledDre`]; [`check`](srp_ir::check) goes over every one that leaves this
+//! crate, and shares no code with what made it.
 
 pub mod abi;
-pub mod check;
 pub mod demand;
 pub mod modulo;
-pub mod sequence;
 pub mod usage;
 pub mod vliw;
 pub mod what_if;
 
-use check::Violation;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::threads;
 use srp_archdesc::watch::{Stage, Watch};
+use srp_ir::check::{Checked, Refused, check_against};
 use srp_ir::dre::Dre;
 use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledDre};
 use srp_ir::layout::{Layout, TooLarge};
@@ -45,8 +43,8 @@ impl Default for Options {
 /// A scheduled program, and how its loops stand to their bounds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Schedule {
-    /// The program.
-    pub program: ScheduledDre,
+    /// The program, which the checker has found right on its machine.
+    pub program: Checked,
     /// For each kernel, what bounds its II and what kept it from the bound.
     pub loops: EntityMap<Kernel, LoopFacts>,
     /// What is known of the control code of each function; nothing for a program that was read.
@@ -75,7 +73,7 @@ pub enum ScheduleError {
     /// The control code cannot run on the VLIW engine.
     Control(vliw::VliwError),
     /// The schedule breaks the machine's rules: a mistake of this crate.
-    Wrong(Vec<Violation>),
+    Wrong(Refused),
 }
 
 impl std::fmt::Display for ScheduleError {
@@ -90,12 +88,11 @@ impl std::fmt::Display for ScheduleError {
                 f.write_str(&lines.join("\n"))
             }
             ScheduleError::Control(e) => e.fmt(f),
-            ScheduleError::Wrong(violations) => {
+            ScheduleError::Wrong(refused) => {
                 write!(
                     f,
-                    "the schedule is wrong, which is a mistake of the scheduler:"
-                )?;
-                violations.iter().try_for_each(|v| write!(f, "\n  {v}"))
+                    "the schedule is wrong, which is a mistake of the scheduler:\n{refused}"
+                )
             }
         }
     }
@@ -168,11 +165,7 @@ pub fn assemble(dre: &Dre, arch: &Arch, loops: Vec<LoopResult>) -> Result<Schedu
         start: code.start,
         kernels,
     };
-    check::check(&program, arch).map_err(ScheduleError::Wrong)?;
-    let wrong = check::check_sequence(&program, &code.sequence, &arch.srp);
-    if !wrong.is_empty() {
-        return Err(ScheduleError::Wrong(wrong));
-    }
+    let program = check_against(program, &code.sequence, arch).map_err(ScheduleError::Wrong)?;
     Ok(Schedule {
         program,
         loops: facts,

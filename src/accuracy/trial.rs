@@ -129,7 +129,7 @@ impl Studio<'_> {
         let image = scene_image::build(scene, self.bvh, &scene.camera, arch, self.size)
             .map_err(Failure::message)?;
         let leaks = self.edges.probe(scene, &image, arch);
-        let engines = Engines::of(program, arch, Engine::Interpreter, self.session)?;
+        let engines = Engines::of(program, Engine::Interpreter, self.session)?;
         let cores = engines.cores(arch.system.cores);
         let timing = system::Timing::Full;
         let options = system_options(program, Guard::default(), timing, self.session);

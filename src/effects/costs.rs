@@ -72,7 +72,7 @@ impl Trials<'_> {
             other => other,
         })?;
         interrupt::end_if_requested()?;
-        let engines = Engines::of(compiled.runnable()?, arch, self.engine, session)?;
+        let engines = Engines::of(compiled.runnable()?, self.engine, session)?;
         let program = compiled.runnable()?;
         let mut frame: Option<Frame> = None;
         for _ in 0..TRIES {

@@ -84,7 +84,7 @@ pub(crate) fn run(args: &FidelityTable) -> Result<(), Failure> {
     let compiled = interrupt::looked_for(|| frame.build.compile(None, &frame.arch, session))?;
     interrupt::end_if_requested()?;
     let program = compiled.runnable()?;
-    let engines = Engines::of(program, &frame.arch, args.engine, session)?;
+    let engines = Engines::of(program, args.engine, session)?;
     let shot = Shot {
         scene: &frame.scene,
         camera: &frame.scene.camera,

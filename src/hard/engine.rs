@@ -7,7 +7,7 @@ use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Source;
 use srp_archdesc::isa::Class;
 use srp_csimgen::{Interpreter, link};
-use srp_ir::dre::scheduled::ScheduledDre;
+use srp_ir::check::Checked;
 use srp_runtime::effect::{Effect, Effects};
 use srp_runtime::solo::{self, Finish, Solo, SoloError};
 use srp_toolchain::{Input, Options, Session, compile, input};
@@ -129,8 +129,7 @@ impl Drop for Host {
 
 /// The driver scheduled for a machine.
 pub(super) struct Srp {
-    program: ScheduledDre,
-    arch: Arch,
+    program: Checked,
 }
 
 impl Srp {
@@ -146,14 +145,13 @@ impl Srp {
         interrupt::end_if_requested()?;
         Ok(Srp {
             program: compiled.runnable()?.clone(),
-            arch: arch.clone(),
         })
     }
 
     /// System memory after the driver has run.
     pub(super) fn run(&self, memory: Vec<u8>) -> Result<Vec<u8>, Failure> {
-        let spec = link(&self.program, &self.arch).map_err(Failure::message)?;
-        let mut bus = Solo::new(&self.program.image, self.arch.system.sram_bytes);
+        let spec = link(&self.program).map_err(Failure::message)?;
+        let mut bus = Solo::new(&self.program.image, self.program.arch().system.sram_bytes);
         bus.memory = memory;
         let mut finish = Finish::default();
         let mut core = Interpreter::new(&spec);

@@ -58,7 +58,7 @@ fn shoot(
     let compiled = interrupt::looked_for(|| build.compile(None, arch, session))?;
     interrupt::end_if_requested()?;
     let program = compiled.runnable()?;
-    let engines = Engines::of(program, arch, args.engine, session)?;
+    let engines = Engines::of(program, args.engine, session)?;
     if args.level.fidelity == Fidelity::Sampled {
         let shot = Shot {
             scene: take.scene,

@@ -5,11 +5,12 @@ use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::threads;
 use srp_archdesc::watch::{Limited, Stage, Watch};
+use srp_ir::check;
 use srp_ir::dfg::{Dfg, Node};
 use srp_ir::dre::scheduled::ScheduledLoops;
 use srp_ir::graph::Graph;
 use srp_ir::program::{Pos, SourceFile};
-use srp_scheduler::{LoopResult, check, modulo};
+use srp_scheduler::{LoopResult, modulo};
 use srp_toolchain::{Effort, Session};
 use std::time::Duration;
 

@@ -248,6 +248,39 @@ fn kernels_need_no_main() {
 }
 
 #[test]
+fn schedules_that_break_rules_are_refused() {
+    let folder = folder("schedules");
+    let text = "int a[8], b[8];\nint main(void)\n{\n    #pragma srp kernel\n    \
+                for (int i = 0; i < 8; i++)\n        b[i] = 2 * a[i];\n    return b[7];\n}\n";
+    write(&folder, "double.c", text);
+    let emit = ["--emit", "schedule", "--machine", "tiny", "-o", "."];
+    let compiled = srp(&folder, &[&["compile", "double.c"], &emit[..]].concat());
+    let message = String::from_utf8_lossy(&compiled.stderr);
+    assert!(compiled.status.success(), "{message}");
+    let path = folder.join("double.sched.xml");
+    let right = std::fs::read_to_string(path).expect("it was written");
+    let run = ["run", "wrong.sched.xml", "--machine", "tiny"];
+    let broken = |from: &str, to: &str| {
+        let wrong = right.replacen(from, to, 1);
+        assert_ne!(wrong, right, "there is {from} in\n{right}");
+        write(&folder, "wrong.sched.xml", &wrong);
+    };
+    let rules = "wrong.sched.xml: this schedule breaks the machine's rules:\n  ";
+    broken(" ii=\"", " ii=\"1000");
+    refused(&folder, &run, &[rules, "double.c:5:5: kernel `main`: "]);
+    broken(" length=\"", " length=\"1000");
+    refused(&folder, &run, &["double.c:5:5: ", "overlap"]);
+    broken(
+        "<launch ",
+        "<jump to=\"b0\"/></bundle><bundle id=\"more\"><launch ",
+    );
+    refused(&folder, &run, &[rules, "bundle b", "(Control)"]);
+    write(&folder, "wrong.sched.xml", &right);
+    let status = srp(&folder, &run).status.code();
+    assert_eq!(status, Some(0), "nothing was wrong with it");
+}
+
+#[test]
 fn an_output_that_cannot_be_written_is_refused() {
     let folder = folder("output");
     write(&folder, "kept.html", "kept");

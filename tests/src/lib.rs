@@ -9,7 +9,8 @@ use srp_archdesc::machines;
 use srp_csimgen::{Interpreter, link};
 use srp_frontend::message::render_all;
 use srp_frontend::{Include, Options, compile};
-use srp_ir::dre::{self, Dre, scheduled::ScheduledDre};
+use srp_ir::check::Checked;
+use srp_ir::dre::{self, Dre};
 use srp_ir::interp::{self, FlatWorld};
 use srp_ir::layout::Layout;
 use srp_ir::{Program, pass, verify};
@@ -141,9 +142,9 @@ pub fn interpreted(dre: &Dre, arch: &Arch) -> Result<Ended, String> {
 }
 
 /// Runs a scheduled program in the table interpreter.
-pub fn simulated(program: &ScheduledDre, arch: &Arch) -> Result<Ended, String> {
-    let spec = link(program, arch).map_err(|e| e.to_string())?;
-    let mut bus = Solo::new(&program.image, arch.system.sram_bytes);
+pub fn simulated(program: &Checked) -> Result<Ended, String> {
+    let spec = link(program).map_err(|e| e.to_string())?;
+    let mut bus = Solo::new(&program.image, program.arch().system.sram_bytes);
     let finish = solo::run(&mut Interpreter::new(&spec), &mut bus, LIMIT);
     Ok(Ended {
         status: finish.map_err(|e| e.to_string())?.status,

@@ -128,7 +128,7 @@ impl Studio {
         let compiled = compiled.unwrap_or_else(|e| panic!("{built}: {e}"));
         assert_eq!(compiled.not_pipelined, [], "{built}");
         let program = &compiled.schedule.program;
-        let engines = Engines::of(program, arch, Engine::Interpreter, session);
+        let engines = Engines::of(program, Engine::Interpreter, session);
         let engines = engines.unwrap_or_else(|e| panic!("{built}: {e}"));
         let options = system_options(program, guard, system::Timing::Full, session);
         system::render(

@@ -269,7 +269,7 @@ fn programs_mean_the_same_on_the_machine() {
         let program = optimised(compiled_with(paths, false)?)?;
         let expected = interpreted(&program)?;
         let schedule = scheduled(program, &arch)?;
-        let spec = link(&schedule.program, &arch).map_err(|e| e.to_string())?;
+        let spec = link(&schedule.program).map_err(|e| e.to_string())?;
         let found = simulated(&mut Interpreter::new(&spec), &schedule, &arch)?;
         compared(found, &expected)
     });
@@ -287,10 +287,10 @@ fn programs_mean_the_same_on_the_array() {
             let program = optimised(compiled(&[cases().join(name)])?)?;
             let expected = interpreted(&program)?;
             let schedule = scheduled(program, &arch)?;
-            let spec = link(&schedule.program, &arch).map_err(|e| e.to_string())?;
+            let spec = link(&schedule.program).map_err(|e| e.to_string())?;
             let found = simulated(&mut Interpreter::new(&spec), &schedule, &arch)?;
             compared(found, &expected)?;
-            let engines = Engines::of(&schedule.program, &arch, Engine::Generated, &session);
+            let engines = Engines::of(&schedule.program, Engine::Generated, &session);
             match engines.map_err(|e| e.to_string())? {
                 Engines::Generated(simulator) => compared(
                     simulated(&mut simulator.core(), &schedule, &arch)?,

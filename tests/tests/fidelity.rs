@@ -33,7 +33,7 @@ fn kernels(studio: &Studio, built: Effects) -> Kernels {
         &Unwatched,
     );
     let scheduled = scheduled.unwrap_or_else(|e| panic!("{e}")).program;
-    let spec = link(&scheduled, &studio.arch).unwrap_or_else(|e| panic!("{e}"));
+    let spec = link(&scheduled).unwrap_or_else(|e| panic!("{e}"));
     Kernels {
         interpreter: Interpreter::new(&spec),
         names: scheduled
@@ -41,7 +41,7 @@ fn kernels(studio: &Studio, built: Effects) -> Kernels {
             .values()
             .map(|k| k.dfg.name.clone())
             .collect(),
-        data: scheduled.image,
+        data: scheduled.image.clone(),
     }
 }
 

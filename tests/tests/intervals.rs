@@ -92,7 +92,7 @@ fn intervals_do_not_get_worse() {
                 return Ok(());
             }
             let expected = meaning(suite, &arch)?;
-            equal(name, &simulated(&schedule.program, &arch)?, &expected)
+            equal(name, &simulated(&schedule.program)?, &expected)
         });
     }
     assert!(wrong.is_empty(), "{wrong}");

@@ -219,7 +219,7 @@ fn all_are_equal(sources: &[PathBuf], build: (Effects, Forms), kernels: usize) {
     let options = srp_scheduler::Options::default();
     let scheduled =
         schedule(&divided.dre, &arch, &options, &Unwatched).unwrap_or_else(|e| panic!("{e}"));
-    let spec = link(&scheduled.program, &arch).unwrap_or_else(|e| panic!("{e}"));
+    let spec = link(&scheduled.program).unwrap_or_else(|e| panic!("{e}"));
     let simulate = |engine: &str, core: &mut dyn Core| {
         let mut bus = Solo::new(&scheduled.program.image, arch.system.sram_bytes);
         bus.memory = vec![0; MEMORY];

@@ -8,9 +8,10 @@ use crate::{Effort, Error, Input, Options};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Messages;
 use srp_archdesc::entity::EntityMap;
+use srp_ir::check::{self, Checked};
 use srp_ir::dfg::{Dfg, Order};
 use srp_ir::dre::Dre;
-use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledDre};
+use srp_ir::dre::scheduled::ModuloSchedule;
 use srp_ir::pass;
 use srp_ir::program::{Kernel, Program};
 use srp_ir::split::Remark;
@@ -46,7 +47,7 @@ impl Compiled {
     /// # Errors
     ///
     /// [`Error::NoMain`].
-    pub fn runnable(&self) -> Result<&ScheduledDre, Error> {
+    pub fn runnable(&self) -> Result<&Checked, Error> {
         match &self.dre {
             Some(dre) if dre.control.main.is_none() => Err(Error::NoMain),
             _ => Ok(&self.schedule.program),
@@ -100,12 +101,13 @@ pub fn compile(
             }
             .with(*dre))
         }
-        Input::Scheduled(program) => {
-            srp_scheduler::check::check(&program, arch).map_err(ScheduleError::Wrong)?;
+        Input::Scheduled { file, program } => {
+            let program = check::check(*program, arch);
+            let program = program.map_err(|refused| Error::Rules { file, refused })?;
             let loops = program.kernels.values();
             let loops: EntityMap<_, _> = loops.map(|s| facts_alone(s, arch)).collect();
             Ok(Compiled::of(Schedule {
-                program: *program,
+                program,
                 loops,
                 control: Vec::new(),
             }))

@@ -2,7 +2,8 @@
 
 use crate::files::FileError;
 use srp_archdesc::diagnostic::Messages;
-use srp_csimgen::LinkError;
+use srp_csimgen::TooManyStages;
+use srp_ir::check::Refused;
 use srp_ir::layout::TooLarge;
 use srp_runtime::effect::{Missing, UnknownEffect};
 use srp_runtime::scene_image::ImageError;
@@ -42,9 +43,17 @@ pub enum Error {
     /// The program has no schedule.
     #[error(transparent)]
     Schedule(#[from] ScheduleError),
-    /// The schedule does not fit its machine.
+    /// A schedule that was read breaks rules of its machine.
+    #[error("{file}: this schedule breaks the machine's rules:\n{refused}")]
+    Rules {
+        /// Its file.
+        file: String,
+        /// The rules that it breaks.
+        refused: Refused,
+    },
+    /// Simulators have no room for a kernel.
     #[error(transparent)]
-    Link(#[from] LinkError),
+    Link(#[from] TooManyStages),
     /// The scene does not fit into memory.
     #[error(transparent)]
     Image(#[from] ImageError),

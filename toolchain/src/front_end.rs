@@ -140,7 +140,7 @@ pub fn program(input: Input, arch: &Arch, options: &Options) -> Result<Program, 
             Ok(program)
         }
         Input::Ir(program) => Ok(*program),
-        Input::Dre(_) | Input::Scheduled(_) => {
+        Input::Dre(_) | Input::Scheduled { .. } => {
             Err(Error::invalid("the program is divided already"))
         }
     }

@@ -17,8 +17,13 @@ pub enum Input {
     Ir(Box<Program>),
     /// A divided program.
     Dre(Box<Dre>),
-    /// A scheduled program.
-    Scheduled(Box<ScheduledDre>),
+    /// A scheduled program, of which it is not known whether it keeps the rules of a machine.
+    Scheduled {
+        /// The name of its file, for messages.
+        file: String,
+        /// The program.
+        program: Box<ScheduledDre>,
+    },
 }
 
 /// A file that comes along, as a source.
@@ -103,7 +108,10 @@ pub fn read(paths: &[PathBuf], arch: &Arch) -> Result<Input, Error> {
         _ => {
             let program =
                 dre::read_scheduled(&text, arch).map_err(|e| at(e.line, e.column, &e.message))?;
-            Input::Scheduled(Box::new(program))
+            Input::Scheduled {
+                file: path.display().to_string(),
+                program: Box::new(program),
+            }
         }
     })
 }

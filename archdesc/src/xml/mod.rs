@@ -1,7 +1,8 @@
-//! The machine file. XML lives here and nowhere else in this crate; `FORMAT.md` is its reference.
+//! The machine file; `FORMAT.md` is its reference. XML itself lives in [`tree`], through which the other
+//! forms that are XML are read and written as well.
 //!
 //! [`parse`] goes through four forms, and each step reports all it finds and goes on: the text
-//! becomes a tree with positions (`tree`), serde makes the tree into the file's own structs (`de`,
+//! becomes a tree with positions (`syntax`), serde makes the tree into the file's own structs (`de`,
 //! `raw`), these become an [`Arch`] with every name resolved and every default filled in (`units`,
 //! `array`, `links`, `special`, `system`, `dram`), and `rules` are checked on the whole.
 //!
@@ -20,8 +21,9 @@ mod raw;
 mod rules;
 mod special;
 mod standard;
+mod syntax;
 mod system;
-mod tree;
+pub mod tree;
 mod units;
 mod values;
 mod write;
@@ -49,7 +51,7 @@ pub fn parse(name: &str, xml: &str) -> Result<Arch, Vec<Diagnostic>> {
 
 /// The machine as far as it can be read. It is one only if nothing was found.
 fn read(xml: &str, found: &Findings) -> Option<Arch> {
-    let root = tree::parse(xml, found)?;
+    let root = syntax::parse(xml, found)?;
     if root.name != "machine" {
         wrong_root(found, root.name, root.span);
         return None;

@@ -1,7 +1,15 @@
-//! An XML document as a tree that knows where everything stands.
+//! An XML document as a tree that knows where everything stands, through which all forms that are XML
+//! are read; and the writing of XML.
+//!
+//! All data are in attributes; text between elements is a mistake. [`parse`] goes on after mistakes as
+//! far as that makes sense and says what it found; how that is worded is for the reader of each form.
 //!
 //! `quick_xml::de` has no positions; the events of `quick_xml::Reader` borrow from the text, so the
 //! place of a name or a value is where its slice points to.
+
+mod write;
+
+pub use write::{Tag, Writer};
 
 use std::borrow::Cow;
 
@@ -12,99 +20,243 @@ use quick_xml::events::attributes::AttrError;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
-use super::findings::Findings;
-use super::quote::{quoted, shortened};
 use crate::diagnostic::Span;
 
-/// Elements may be nested this deep; a machine file needs five levels.
-const MAX_DEPTH: usize = 32;
+/// More mistakes than this are not looked for: the text is hardly the form that was expected.
+const MAX_MISTAKES: usize = 64;
 
-/// Attributes of one element. `quick_xml` looks for repeated names in quadratic time.
-const MAX_ATTRIBUTES: usize = 64;
-
-/// Longest file in bytes. The expanded form of a 64×64 array takes less.
-const MAX_BYTES: usize = 16 << 20;
+/// How large a document may be, so that no text takes all memory.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Longest text in bytes, below 4 GiB.
+    pub bytes: usize,
+    /// Elements may be nested this deep.
+    pub depth: usize,
+    /// Attributes of one element. `quick_xml` looks for repeated names in quadratic time.
+    pub attributes: usize,
+}
 
 /// An element.
-pub(super) struct Element<'x> {
+#[derive(Debug)]
+pub struct Element<'x> {
     /// Its name.
-    pub(super) name: &'x str,
+    pub name: &'x str,
     /// Where the name stands in the start tag.
-    pub(super) span: Span,
+    pub span: Span,
     /// Its attributes, in order, no name twice.
-    pub(super) attributes: Vec<Attribute<'x>>,
+    pub attributes: Vec<Attribute<'x>>,
     /// Its child elements, in order.
-    pub(super) children: Vec<Element<'x>>,
+    pub children: Vec<Element<'x>>,
 }
 
 /// An attribute.
-pub(super) struct Attribute<'x> {
+#[derive(Debug)]
+pub struct Attribute<'x> {
     /// Its name.
-    pub(super) name: &'x str,
+    pub name: &'x str,
     /// Where the name stands.
-    pub(super) name_span: Span,
+    pub name_span: Span,
     /// Its value, references resolved.
-    pub(super) value: Cow<'x, str>,
+    pub value: Cow<'x, str>,
     /// Where the value stands, without quotes.
-    pub(super) value_span: Span,
+    pub value_span: Span,
 }
 
-/// The root element of `xml`, or `None` where the text has no tree (the reason is in `found`).
-pub(super) fn parse<'x>(xml: &'x str, found: &Findings) -> Option<Element<'x>> {
-    if xml.len() > MAX_BYTES {
-        let message = format!("the file is longer than {} MiB", MAX_BYTES >> 20);
-        found.push(found.error("A0107", Span::point(0), message, ""));
-        return None;
-    }
+/// What [`parse`] makes of a text.
+#[derive(Debug)]
+pub struct Document<'x> {
+    /// The root element; `None` where the text has none, or is not XML to its end. Attributes and
+    /// elements that are mistakes are left out.
+    pub root: Option<Element<'x>>,
+    /// What is wrong, in the order in which it was found.
+    pub mistakes: Vec<Mistake<'x>>,
+}
+
+/// What is wrong with a text.
+#[derive(Debug)]
+pub enum Mistake<'x> {
+    /// It has more bytes than [`Limits`] allow.
+    TooLong,
+    /// An element is nested deeper than [`Limits`] allow.
+    TooDeep {
+        /// Its start tag.
+        tag: Span,
+        /// Its name.
+        name: Span,
+    },
+    /// An element has more attributes than [`Limits`] allow.
+    TooManyAttributes {
+        /// Its name.
+        element: Span,
+    },
+    /// A second root element.
+    SecondRoot {
+        /// Its start tag.
+        tag: Span,
+        /// Its name.
+        name: Span,
+        /// The name of the first.
+        first: Span,
+    },
+    /// An attribute cannot be read.
+    Attribute {
+        /// The name of the element.
+        element: Span,
+        /// Why not.
+        mistake: AttributeMistake,
+        /// The same in the words of the XML reader.
+        why: String,
+    },
+    /// Text between elements.
+    Text(Span),
+    /// A document type.
+    DocumentType(Span),
+    /// An element is never closed.
+    Unclosed {
+        /// Its name.
+        name: &'x str,
+        /// Where that stands.
+        span: Span,
+    },
+    /// There is no element.
+    Empty {
+        /// Where the text ends.
+        end: u32,
+    },
+    /// An end tag does not close the element that is open.
+    Mismatched {
+        /// The end tag.
+        tag: Span,
+        /// The name of the open element.
+        open: &'x str,
+        /// Where that stands.
+        opened: Span,
+        /// The name in the end tag.
+        found: String,
+        /// The same in the words of the XML reader.
+        why: String,
+    },
+    /// An end tag closes nothing.
+    Unmatched {
+        /// The end tag.
+        tag: Span,
+        /// The name in it.
+        name: String,
+        /// The same in the words of the XML reader.
+        why: String,
+    },
+    /// It is not XML.
+    Malformed {
+        /// From where it is not, to the end of the tag or the line.
+        rest: Span,
+        /// What is wrong, in the words of the XML reader.
+        reason: String,
+        /// The same, with the kind of mistake before it.
+        why: String,
+    },
+}
+
+/// Why an attribute cannot be read.
+#[derive(Debug)]
+pub enum AttributeMistake {
+    /// Its name is given twice.
+    GivenTwice {
+        /// Where it is given again.
+        again: Span,
+        /// Where it was given first.
+        first: Span,
+    },
+    /// It has no value, or one without quotes.
+    NoValue {
+        /// The byte at which something else was expected.
+        at: u32,
+        /// Whether that was an equals sign, and not a quote.
+        equals: bool,
+    },
+    /// Its value cannot be read.
+    BadValue {
+        /// Its name.
+        name: Span,
+        /// The value.
+        value: Span,
+        /// The reference in it that is not defined, and where its name stands, if it is that.
+        undefined: Option<(String, Span)>,
+    },
+}
+
+/// The document that `xml` is, as far as it is one.
+pub fn parse(xml: &str, limits: Limits) -> Document<'_> {
     let mut builder = Builder {
         xml,
-        found,
+        limits,
+        mistakes: Vec::new(),
         open: Vec::new(),
         root: None,
     };
-    let mut reader = Reader::from_str(xml);
-    reader.config_mut().expand_empty_elements = true;
-    loop {
-        let start = position(reader.buffer_position());
-        match reader.read_event() {
-            Ok(Event::Start(tag)) => builder.start(&tag)?,
-            Ok(Event::End(_)) => builder.end(),
-            Ok(Event::Eof) => return builder.finish(),
-            Ok(Event::Text(text)) => builder.text(&text),
-            Ok(Event::CData(_) | Event::GeneralRef(_)) => {
-                builder.stray(Span::new(start, position(reader.buffer_position())));
-            }
-            Ok(Event::DocType(_)) => {
-                let span = Span::new(start, position(reader.buffer_position()));
-                let message = "a machine file has no document type";
-                found.push(found.error("A0101", span, message, "not understood"));
-            }
-            Ok(Event::Decl(_) | Event::PI(_) | Event::Comment(_) | Event::Empty(_)) => {}
-            Err(error) => {
-                builder.malformed(&error, position(reader.error_position()));
-                return None;
-            }
-        }
+    let root = match builder.read() {
+        Some(()) => builder.root,
+        None => None,
+    };
+    Document {
+        root,
+        mistakes: builder.mistakes,
     }
 }
 
-/// A tag between backquotes, a very long name shortened.
-fn tag(opening: &str, name: &str) -> String {
-    format!("`{opening}{}>`", shortened(name))
-}
-
 fn position(offset: u64) -> u32 {
-    u32::try_from(offset).expect("files are shorter than MAX_BYTES")
+    u32::try_from(offset).expect("texts are shorter than 4 GiB")
 }
 
-struct Builder<'x, 'f> {
+struct Builder<'x> {
     xml: &'x str,
-    found: &'f Findings,
+    limits: Limits,
+    mistakes: Vec<Mistake<'x>>,
     open: Vec<Element<'x>>,
     root: Option<Element<'x>>,
 }
 
-impl<'x> Builder<'x, '_> {
+impl<'x> Builder<'x> {
+    /// Reads the whole text; `None` where it has no tree.
+    fn read(&mut self) -> Option<()> {
+        if self.xml.len() > self.limits.bytes {
+            return self.fatal(Mistake::TooLong);
+        }
+        let mut reader = Reader::from_str(self.xml);
+        reader.config_mut().expand_empty_elements = true;
+        while self.mistakes.len() < MAX_MISTAKES {
+            let start = position(reader.buffer_position());
+            let event = reader.read_event();
+            let here = Span::new(start, position(reader.buffer_position()));
+            match event {
+                Ok(Event::Start(tag)) => self.start(&tag, here)?,
+                Ok(Event::End(_)) => self.end(),
+                Ok(Event::Eof) => return self.finish(),
+                Ok(Event::Text(text)) if text.trim().is_empty() => {}
+                Ok(Event::Text(text)) => {
+                    let span = self.span_of(text.trim());
+                    self.mistakes.push(Mistake::Text(span));
+                }
+                Ok(Event::CData(_) | Event::GeneralRef(_)) => {
+                    self.mistakes.push(Mistake::Text(here));
+                }
+                Ok(Event::DocType(_)) => self.mistakes.push(Mistake::DocumentType(here)),
+                Ok(Event::Decl(_) | Event::PI(_) | Event::Comment(_) | Event::Empty(_)) => {}
+                Err(error) => {
+                    let at = position(reader.error_position());
+                    let mistake = self.malformed(&error, at);
+                    return self.fatal(mistake);
+                }
+            }
+        }
+        None
+    }
+
+    /// A mistake after which there is no reading on.
+    fn fatal(&mut self, mistake: Mistake<'x>) -> Option<()> {
+        self.mistakes.push(mistake);
+        None
+    }
+
     /// The span of a slice that an event borrowed from the text.
     fn span_of(&self, slice: &str) -> Span {
         let start = (slice.as_ptr() as usize).wrapping_sub(self.xml.as_ptr() as usize);
@@ -118,202 +270,163 @@ impl<'x> Builder<'x, '_> {
         &self.xml[span.start as usize..span.end as usize]
     }
 
-    fn start(&mut self, tag: &BytesStart<'x>) -> Option<()> {
+    /// A start tag, which stands at `here`.
+    fn start(&mut self, tag: &BytesStart<'x>, here: Span) -> Option<()> {
         let span = self.span_of(tag.name().0);
-        if self.open.len() == MAX_DEPTH {
-            let message = format!("elements are nested more than {MAX_DEPTH} deep");
-            self.found
-                .push(self.found.error("A0107", span, message, "too deep"));
-            return None;
+        let name = self.slice(span);
+        if self.open.len() == self.limits.depth {
+            let tag = here;
+            return self.fatal(Mistake::TooDeep { tag, name: span });
         }
-        let mut element = Element {
-            name: self.slice(span),
-            span,
-            attributes: Vec::new(),
-            children: Vec::new(),
-        };
+        if let (true, Some(root)) = (self.open.is_empty(), &self.root) {
+            self.mistakes.push(Mistake::SecondRoot {
+                tag: here,
+                name: span,
+                first: root.span,
+            });
+        }
+        let mut attributes = Vec::new();
         for (count, attribute) in tag.attributes().enumerate() {
-            if count == MAX_ATTRIBUTES {
-                let message = format!("an element has more than {MAX_ATTRIBUTES} attributes");
-                self.found
-                    .push(self.found.error("A0107", span, message, "this one"));
-                return None;
+            if count == self.limits.attributes {
+                return self.fatal(Mistake::TooManyAttributes { element: span });
             }
-            match attribute {
-                Ok(attribute) => {
-                    let name_span = self.span_of(attribute.key.0);
-                    let value_span = self.span_of(&attribute.value);
-                    let value = match attribute.normalized_value(XmlVersion::Explicit1_0) {
-                        Ok(Cow::Owned(value)) => Cow::Owned(value),
-                        Ok(Cow::Borrowed(_)) => Cow::Borrowed(self.slice(value_span)),
-                        Err(error) => {
-                            self.found.suspect(span, self.slice(name_span));
-                            self.bad_reference(value_span, &error);
-                            continue;
-                        }
-                    };
-                    element.attributes.push(Attribute {
-                        name: self.slice(name_span),
-                        name_span,
-                        value,
-                        value_span,
-                    });
+            let attribute = match attribute {
+                Ok(attribute) => attribute,
+                Err(error) => {
+                    self.bad_attribute(&error, span);
+                    continue;
                 }
-                Err(error) => self.bad_attribute(&error, span),
-            }
+            };
+            let name_span = self.span_of(attribute.key.0);
+            let value_span = self.span_of(&attribute.value);
+            let value = match attribute.normalized_value(XmlVersion::Explicit1_0) {
+                Ok(Cow::Owned(value)) => Cow::Owned(value),
+                Ok(Cow::Borrowed(_)) => Cow::Borrowed(self.slice(value_span)),
+                Err(error) => {
+                    let mistake = AttributeMistake::BadValue {
+                        name: name_span,
+                        value: value_span,
+                        undefined: undefined(&error, value_span),
+                    };
+                    self.mistakes.push(Mistake::Attribute {
+                        element: span,
+                        mistake,
+                        why: error.to_string(),
+                    });
+                    continue;
+                }
+            };
+            attributes.push(Attribute {
+                name: self.slice(name_span),
+                name_span,
+                value,
+                value_span,
+            });
         }
-        self.open.push(element);
+        self.open.push(Element {
+            name,
+            span,
+            attributes,
+            children: Vec::new(),
+        });
         Some(())
     }
 
-    fn bad_reference(&self, value: Span, error: &Error) {
-        let (span, message) = match error {
-            Error::Escape(EscapeError::UnrecognizedEntity(at, name)) => {
-                let offset = |n: usize| value.start + position(n as u64);
-                let span = Span::new(offset(at.start), offset(at.end));
-                (span, format!("the reference `&{name};` is not defined"))
-            }
-            error => (value, format!("the value cannot be read: {error}")),
+    /// An attribute that cannot be read, in the element whose name stands at `element`.
+    fn bad_attribute(&mut self, error: &AttrError, element: Span) {
+        let at = |offset: usize| element.start + position(offset as u64);
+        let no_value = |offset, equals| AttributeMistake::NoValue {
+            at: at(offset),
+            equals,
         };
-        self.found.push(
-            self.found
-                .error("A0106", span, message, "in this value")
-                .help("write `&amp;` for an ampersand and `&lt;` for a less-than sign"),
-        );
-    }
-
-    fn bad_attribute(&self, error: &AttrError, tag: Span) {
-        let at = |offset: &usize| tag.start + position(*offset as u64);
-        let diagnostic = match error {
+        let mistake = match *error {
             AttrError::Duplicated(again, first) => {
-                let name = |offset: &usize| {
+                let name = |offset| {
                     let start = at(offset);
                     let rest = &self.xml[start as usize..];
                     let end = rest.find(|c: char| c == '=' || c.is_whitespace());
                     Span::new(start, start + position(end.unwrap_or(0) as u64))
                 };
-                let name_span = name(again);
-                let message = format!("attribute {} is given twice", quoted(self.slice(name_span)));
-                self.found
-                    .error("A0104", name_span, message, "given again")
-                    .also(name(first), "first given here")
+                AttributeMistake::GivenTwice {
+                    again: name(again),
+                    first: name(first),
+                }
             }
-            AttrError::ExpectedEq(offset) => {
-                self.suspect_before(at(offset), tag);
-                let message = "an attribute has no value";
-                let label = "expected `=` and a quoted value";
-                self.found
-                    .error("A0103", Span::point(at(offset)), message, label)
-            }
+            AttrError::ExpectedEq(offset) => no_value(offset, true),
             AttrError::ExpectedValue(offset)
             | AttrError::UnquotedValue(offset)
-            | AttrError::ExpectedQuote(offset, _) => {
-                self.suspect_before(at(offset), tag);
-                let message = "the value of an attribute is not quoted";
-                let label = "expected a value in quotes";
-                self.found
-                    .error("A0103", Span::point(at(offset)), message, label)
-            }
+            | AttrError::ExpectedQuote(offset, _) => no_value(offset, false),
         };
-        self.found.push(diagnostic);
-    }
-
-    /// Notes that the attribute whose name stands before the byte at `at` cannot be read.
-    fn suspect_before(&self, at: u32, tag: Span) {
-        let before = self.xml.get(tag.start as usize..at as usize).unwrap_or("");
-        let before = before.trim_end_matches(|c: char| c == '=' || c.is_whitespace());
-        if let Some(name) = before.split_whitespace().next_back() {
-            self.found.suspect(tag, name);
-        }
+        self.mistakes.push(Mistake::Attribute {
+            element,
+            mistake,
+            why: error.to_string(),
+        });
     }
 
     fn end(&mut self) {
         if let Some(element) = self.open.pop() {
-            match (self.open.last_mut(), &self.root) {
-                (Some(parent), _) => parent.children.push(element),
-                (None, None) => self.root = Some(element),
-                (None, Some(root)) => {
-                    let diagnostic = self
-                        .found
-                        .error(
-                            "A0108",
-                            element.span,
-                            "a file holds one machine",
-                            "a second one",
-                        )
-                        .also(root.span, "the first one");
-                    self.found.push(diagnostic);
-                }
+            match self.open.last_mut() {
+                Some(parent) => parent.children.push(element),
+                None if self.root.is_none() => self.root = Some(element),
+                None => {}
             }
         }
     }
 
-    fn text(&self, text: &str) {
-        if !text.trim().is_empty() {
-            self.stray(self.span_of(text.trim()));
-        }
-    }
-
-    fn stray(&self, span: Span) {
-        let message = "text between elements";
-        let label = "elements have attributes and child elements only";
-        self.found
-            .push(self.found.error("A0105", span, message, label));
-    }
-
-    fn finish(self) -> Option<Element<'x>> {
-        for element in &self.open {
-            let message = format!("{} is never closed", tag("<", element.name));
-            self.found.push(
-                self.found
-                    .error("A0102", element.span, message, "opened here"),
-            );
+    fn finish(&mut self) -> Option<()> {
+        for element in self.open.iter().rev() {
+            self.mistakes.push(Mistake::Unclosed {
+                name: element.name,
+                span: element.span,
+            });
         }
         if self.open.is_empty() && self.root.is_none() {
-            let end = Span::point(position(self.xml.len() as u64));
-            let diagnostic = self
-                .found
-                .error(
-                    "A0108",
-                    end,
-                    "the file has no element",
-                    "the text ends here",
-                )
-                .help("a machine file is one `<machine name=\"…\">` element");
-            self.found.push(diagnostic);
+            let end = position(self.xml.len() as u64);
+            self.mistakes.push(Mistake::Empty { end });
         }
-        if self.open.is_empty() {
-            self.root
-        } else {
-            None
-        }
+        self.open.is_empty().then_some(())
     }
 
-    fn malformed(&self, error: &Error, at: u32) {
-        let rest = &self.xml[self.xml.floor_char_boundary(at as usize)..];
-        let line = rest.find('\n').unwrap_or(rest.len());
-        let length = rest.find('>').map_or(line, |end| (end + 1).min(line));
-        let span = Span::new(at, at + position(length as u64));
-        let diagnostic = match (error, self.open.last()) {
-            (
-                Error::IllFormed(IllFormedError::MismatchedEndTag { expected, found }),
-                Some(open),
-            ) => {
-                let message = format!("{} is closed by {}", tag("<", expected), tag("</", found));
-                let label = format!("expected {}", tag("</", expected));
-                self.found
-                    .error("A0102", span, message, label)
-                    .also(open.span, "opened here")
+    fn malformed(&self, error: &Error, at: u32) -> Mistake<'x> {
+        let text = &self.xml[self.xml.floor_char_boundary(at as usize)..];
+        let line = text.find('\n').unwrap_or(text.len());
+        let length = text.find('>').map_or(line, |end| (end + 1).min(line));
+        let rest = Span::new(at, at + position(length as u64));
+        let why = error.to_string();
+        match (error, self.open.last()) {
+            (Error::IllFormed(IllFormedError::MismatchedEndTag { found, .. }), Some(open)) => {
+                Mistake::Mismatched {
+                    tag: rest,
+                    open: open.name,
+                    opened: open.span,
+                    found: found.clone(),
+                    why,
+                }
             }
-            (Error::IllFormed(IllFormedError::UnmatchedEndTag(name)), _) => {
-                let message = format!("{} closes nothing", tag("</", name));
-                self.found
-                    .error("A0102", span, message, "no such element is open")
-            }
-            (Error::Syntax(error), _) => self.found.error("A0101", span, error.to_string(), ""),
-            (Error::IllFormed(error), _) => self.found.error("A0101", span, error.to_string(), ""),
-            (error, _) => self.found.error("A0101", span, error.to_string(), ""),
-        };
-        self.found.push(diagnostic);
+            (Error::IllFormed(IllFormedError::UnmatchedEndTag(name)), _) => Mistake::Unmatched {
+                tag: rest,
+                name: name.clone(),
+                why,
+            },
+            (error, _) => Mistake::Malformed {
+                rest,
+                reason: match error {
+                    Error::Syntax(error) => error.to_string(),
+                    Error::IllFormed(error) => error.to_string(),
+                    error => error.to_string(),
+                },
+                why,
+            },
+        }
     }
+}
+
+/// The reference in a value that is not defined, and where its name stands.
+fn undefined(error: &Error, value: Span) -> Option<(String, Span)> {
+    let Error::Escape(EscapeError::UnrecognizedEntity(at, name)) = error else {
+        return None;
+    };
+    let offset = |n: usize| value.start + position(n as u64);
+    Some((name.clone(), Span::new(offset(at.start), offset(at.end))))
 }

@@ -1,8 +1,8 @@
 //! Values on their way through a kernel, from the cycle in which they are made to the one in which
 //! they stand in their places, as steps of contexts.
 
+use super::Linker;
 use super::order::sequence;
-use super::{LinkError, Linker, Site};
 use crate::spec::{Action, Cell, Landing, Role, Step};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Ty;
@@ -38,7 +38,6 @@ pub(super) enum Dest {
 pub(super) struct Contexts {
     kernel: u32,
     ii: u32,
-    length: u32,
     /// The steps of each context, with the latency of what they write: of two that write the same
     /// cell the older stays.
     steps: Vec<Vec<(u32, Step)>>,
@@ -54,7 +53,6 @@ impl Contexts {
         Contexts {
             kernel,
             ii: schedule.ii,
-            length: schedule.length,
             steps: vec![Vec::new(); schedule.ii as usize],
             past: Vec::new(),
             spare: BTreeMap::new(),
@@ -88,19 +86,7 @@ impl Contexts {
     /// A value with a latency over 1 is made into a flight cell and lands from there. If the next
     /// iteration's value is made before it lands, the cells form a chain along which values move
     /// each time one is made.
-    pub(super) fn add_flow(
-        &mut self,
-        linker: &mut Linker,
-        flow: &Flow,
-        action: Action,
-        site: &Site,
-    ) -> Result<(), LinkError> {
-        let end = u64::from(flow.time) + u64::from(flow.latency);
-        if end > u64::from(self.length) {
-            let length = self.length;
-            let message = format!("its result stands in cycle {end}, after the length of {length}");
-            return Err(site.error(linker, message));
-        }
+    pub(super) fn add_flow(&mut self, linker: &mut Linker, flow: &Flow, action: Action) {
         let landing = flow.time + flow.latency - 1;
         let chain = (flow.latency > 1 && !flow.dests.is_empty()).then(|| {
             let depth = (flow.latency - 2) / self.ii + 1;
@@ -109,12 +95,12 @@ impl Contexts {
             (store, depth)
         });
         let (made, lands) = (Some(flow.time / self.ii), Some(landing / self.ii));
-        let dests = flow.dests(linker, i64::from(landing / self.ii), site)?;
+        let dests = flow.dests(linker, i64::from(landing / self.ii));
         let context = |t: u32| (t % self.ii) as usize;
         let (making, arriving) = (context(flow.time), context(landing));
         let Some((store, depth)) = chain else {
             self.steps[making].push((1, flow.step(made, action, dests)));
-            return Ok(());
+            return;
         };
         let cell = |index| Cell::new(store, index);
         let step = flow.step(made, action, vec![cell(0)]);
@@ -126,7 +112,6 @@ impl Contexts {
         }
         let step = flow.step(lands, Action::Copy(cell(depth - 1)), dests);
         self.steps[arriving].push((flow.latency, step));
-        Ok(())
     }
 
     /// The contexts, each in order.
@@ -165,11 +150,10 @@ impl Contexts {
 
 impl Flow {
     /// The cells that the value of the iteration `back` before the last is written into.
-    fn dests(&self, linker: &Linker, back: i64, site: &Site) -> Result<Vec<Cell>, LinkError> {
-        let cell = |dest: &Dest| match (dest, self.ty) {
-            (Dest::Reg(reg), Some(ty)) => linker.register(*reg, back, ty, site),
-            (Dest::Reg(_), None) => Err(site.error(linker, "there is no result to write")),
-            (Dest::Place(place), _) => Ok(linker.place_cell(*place, 0)),
+    fn dests(&self, linker: &Linker, back: i64) -> Vec<Cell> {
+        let cell = |dest: &Dest| match dest {
+            Dest::Reg(reg) => linker.register(*reg, back),
+            Dest::Place(place) => linker.place_cell(*place, 0),
         };
         self.dests.iter().map(cell).collect()
     }

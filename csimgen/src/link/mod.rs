@@ -1,78 +1,71 @@
-//! [`link`]: a scheduled program and a machine to the tables of a simulator.
+//! [`link`]: a checked program, with its machine, to the tables of a simulator.
 //!
-//! A schedule is data that anybody may have made, so everything is looked up with care here, and
-//! nowhere later. What is checked is whether the machine *has* what the program names; whether the
-//! schedule computes what the program means is the scheduler's checker's business.
+//! The checker has seen that the machine *has* everything that the program names, that values fit where
+//! they go, and that the schedule keeps the rules of time. So everything is simply looked up here.
 
 mod control;
 mod flow;
 mod kernel;
 mod order;
 
-use crate::spec::{Cell, Operand, Position, Role, SimSpec, Store};
-use srp_archdesc::arch::{Arch, FileKind, Fu, RegFile};
+use crate::spec::{Cell, MAX_STAGES, Position, Role, SimSpec, Store};
+use srp_archdesc::arch::{Arch, FileKind, Fu};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_archdesc::resource::{Place, PlaceKind, ResourceGraph};
-use srp_ir::dre::scheduled::{Reg, RegAt, ScheduledDre};
+use srp_ir::check::Checked;
+use srp_ir::dre::scheduled::{FunctionEntry, Reg, RegAt, ScheduledDre};
 use srp_ir::layout::FIRST_ADDRESS;
-use srp_ir::program::{Bits, Pos};
+use srp_ir::program::Pos;
 use std::collections::BTreeMap;
 
-/// Why a scheduled program cannot run on a machine.
+/// A kernel that the machine could run, but that simulators have no room for: too many of its
+/// iterations overlap.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct LinkError {
-    /// The place in the source, `file:line:column`, if it has one.
+pub struct TooManyStages {
+    /// The loop's place in the source, `file:line:column`, if it has one.
     pub at: Option<String>,
-    /// The place in the schedule: a bundle, or an operation of a kernel.
-    pub scope: String,
-    /// What is wrong.
-    pub message: String,
+    /// The kernel's name.
+    pub kernel: String,
+    /// Its stages, which are more than [`MAX_STAGES`].
+    pub stages: u32,
 }
 
-impl std::fmt::Display for LinkError {
+impl std::fmt::Display for TooManyStages {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        if let Some(at) = &self.at {
+        let TooManyStages { at, kernel, stages } = self;
+        if let Some(at) = at {
             write!(f, "{at}: ")?;
         }
-        write!(f, "{}: {}", self.scope, self.message)
+        write!(
+            f,
+            "{stages} iterations of kernel `{kernel}` overlap; simulators have room for {MAX_STAGES}"
+        )
     }
 }
 
-impl std::error::Error for LinkError {}
+impl std::error::Error for TooManyStages {}
 
-/// Links `program` for `arch`.
+/// Links `program` for the machine that it was checked for.
 ///
 /// # Errors
 ///
-/// The first thing the program asks for that the machine does not have: an operation that the unit
-/// does not run, a register out of range, a link that does not lead there, a value wider than its
-/// register, more contexts than the configuration memory holds, and the like.
-pub fn link(program: &ScheduledDre, arch: &Arch) -> Result<SimSpec, LinkError> {
+/// The first kernel with more than [`MAX_STAGES`] stages.
+pub fn link(program: &Checked) -> Result<SimSpec, TooManyStages> {
+    if let Some(kernel) = program.kernels.values().find(|k| k.stages() > MAX_STAGES) {
+        return Err(TooManyStages {
+            at: show(program, kernel.dfg.pos),
+            kernel: kernel.dfg.name.clone(),
+            stages: kernel.stages(),
+        });
+    }
+    let arch = program.arch();
     let mut linker = Linker::new(program, arch);
-    let bundles = control::bundles(&mut linker)?;
-    let kernels = program
-        .kernels
-        .keys()
-        .map(|k| kernel::kernel(&mut linker, k))
-        .collect::<Result<Vec<_>, _>>()?;
-    let mut functions = Vec::new();
-    for entry in &program.functions {
-        let bundle = linker.bundle(entry.bundle, &format!("function `{}`", entry.name))?;
-        functions.push((entry.name.clone(), bundle));
-    }
-    let start = linker.bundle(program.start, "the start")?;
-    if program.image.len() as u64 > u64::from(arch.system.sram_bytes) {
-        return Err(linker.error(
-            "the initial data",
-            Pos::nowhere(),
-            format!(
-                "{} bytes do not fit in an SRAM of {}",
-                program.image.len(),
-                arch.system.sram_bytes
-            ),
-        ));
-    }
+    let bundles = control::bundles(&mut linker);
+    let kernels = program.kernels.keys();
+    let kernels = kernels.map(|k| kernel::kernel(&mut linker, k)).collect();
+    let entries = program.functions.iter();
+    let entry = |e: &FunctionEntry| (e.name.clone(), e.bundle.index() as u32);
     Ok(SimSpec {
         machine: arch.name.clone(),
         cells: linker.cells,
@@ -84,8 +77,8 @@ pub fn link(program: &ScheduledDre, arch: &Arch) -> Result<SimSpec, LinkError> {
         branch_delay: arch.srp.branch_delay,
         max_latency: linker.max_latency,
         bundles,
-        functions,
-        start,
+        functions: entries.map(entry).collect(),
+        start: program.start.index() as u32,
         kernels,
         positions: linker.positions,
     })
@@ -166,118 +159,36 @@ impl<'a> Linker<'a> {
         number
     }
 
-    fn error(&self, scope: &str, pos: Pos, message: impl Into<String>) -> LinkError {
-        LinkError {
-            at: show(self.program, pos),
-            scope: scope.to_owned(),
-            message: message.into(),
-        }
-    }
-
-    fn bundle(
-        &self,
-        bundle: srp_ir::dre::scheduled::Bundle,
-        scope: &str,
-    ) -> Result<u32, LinkError> {
-        if bundle.index() >= self.program.bundles.len() {
-            let message = format!("there is no bundle {bundle}");
-            return Err(self.error(scope, Pos::nowhere(), message));
-        }
-        Ok(bundle.index() as u32)
-    }
-
     fn place_cell(&self, place: Place, index: u32) -> Cell {
         Cell::new(place.index() as u32, index)
     }
 
-    /// The register that `reg` names in the iteration `back` before the one begun last, in a file
-    /// that holds values of type `ty`.
-    fn register(&self, reg: RegAt, back: i64, ty: Ty, site: &Site) -> Result<Cell, LinkError> {
-        let file = self.file(reg.file, ty, site)?;
-        let spec = &self.arch.srp.files[file];
+    /// The register that `reg` names in the iteration `back` before the one begun last.
+    fn register(&self, reg: RegAt, back: i64) -> Cell {
+        let spec = &self.arch.srp.files[reg.file];
         let rotating = spec.kind == FileKind::Rotating;
-        let last = if rotating {
-            u64::from(reg.index)
-        } else {
-            u64::from(reg.index) + u64::from(reg.ring.max(1)) - 1
-        };
-        if last >= u64::from(spec.size) {
-            let name = &spec.name;
-            return Err(site.error(
-                self,
-                format!("{name}[{last}] is beyond its {} registers", spec.size),
-            ));
-        }
-        let place = self.graph.file[file];
+        let place = self.graph.file[reg.file];
         if rotating || reg.ring == 1 {
-            return Ok(self.place_cell(place, reg.physical(-back, rotating, spec.size)));
+            return self.place_cell(place, reg.physical(-back, rotating, spec.size));
         }
-        let phase = (-back).rem_euclid(i64::from(reg.ring.max(1)));
-        Ok(Cell {
-            ring: reg.ring.max(1),
+        let phase = (-back).rem_euclid(i64::from(reg.ring));
+        Cell {
+            ring: reg.ring,
             phase: u32::try_from(phase).expect("a remainder is smaller than its modulus"),
             ..self.place_cell(place, reg.index)
-        })
-    }
-
-    /// A plain register that holds values of type `ty`.
-    fn plain(&self, reg: Reg, ty: Ty, site: &Site) -> Result<Cell, LinkError> {
-        let at = RegAt {
-            file: reg.file,
-            index: reg.index,
-            ring: 1,
-        };
-        self.register(at, 0, ty, site)
-    }
-
-    fn file(&self, file: RegFile, ty: Ty, site: &Site) -> Result<RegFile, LinkError> {
-        let Some(spec) = self.arch.srp.files.get(file) else {
-            return Err(site.error(self, format!("there is no register file {file}")));
-        };
-        if !spec.holds(ty) {
-            let message = format!(
-                "a register of {} is too narrow for a {}",
-                spec.name,
-                name(ty)
-            );
-            return Err(site.error(self, message));
         }
-        Ok(file)
     }
 
-    /// Checks that `fu` can read registers of `file`.
-    fn reads(&self, fu: Fu, file: RegFile, site: &Site) -> Result<(), LinkError> {
-        let spec = self.arch.srp.files.get(file);
-        if spec.is_some_and(|f| !f.readers.contains(&fu)) {
-            return Err(site.error(self, self.apart(fu, file, "read")));
-        }
-        Ok(())
-    }
-
-    /// Checks that results of `fu` can be written into registers of `file`.
-    fn writes(&self, fu: Fu, file: RegFile, site: &Site) -> Result<(), LinkError> {
-        let spec = self.arch.srp.files.get(file);
-        if spec.is_some_and(|f| !f.writers.contains(&fu)) {
-            return Err(site.error(self, self.apart(fu, file, "write")));
-        }
-        Ok(())
-    }
-
-    fn apart(&self, fu: Fu, file: RegFile, verb: &str) -> String {
-        let (unit, file) = (&self.arch.srp.fus[fu].name, &self.arch.srp.files[file].name);
-        format!("unit {unit} cannot {verb} registers of {file}")
+    /// A register that has the same name in every iteration.
+    fn plain(&self, reg: Reg) -> Cell {
+        self.place_cell(self.graph.file[reg.file], reg.index)
     }
 
     /// The latency of `op` on `fu`.
-    fn latency(&self, fu: Fu, op: Opcode, site: &Site) -> Result<u32, LinkError> {
-        let Some(spec) = self.arch.srp.fus.get(fu) else {
-            return Err(site.error(self, format!("there is no unit {fu}")));
-        };
-        let Some(run) = spec.runs(op) else {
-            let message = format!("unit {} does not run `{op}` ({})", spec.name, op.class());
-            return Err(site.error(self, message));
-        };
-        Ok(run.latency.max(1))
+    fn latency(&self, fu: Fu, op: Opcode) -> u32 {
+        let run = self.arch.srp.fus[fu].op(op.class());
+        run.expect("units were checked to run their operations")
+            .latency
     }
 
     /// Where results of type `ty` of `fu` stand.
@@ -292,37 +203,6 @@ impl<'a> Linker<'a> {
     fn output(&self, fu: Fu, ty: Ty) -> Cell {
         self.place_cell(self.output_place(fu, ty), 0)
     }
-
-    /// Checks that a cell holds values of type `ty`.
-    fn holds(&self, cell: Cell, ty: Ty, site: &Site) -> Result<(), LinkError> {
-        let store = &self.stores[cell.store as usize];
-        if store.ty < ty {
-            let message = format!("{} is too narrow for a {}", store.name, name(ty));
-            return Err(site.error(self, message));
-        }
-        Ok(())
-    }
-
-    /// A constant operand of type `ty`.
-    fn constant(&self, bits: Bits, ty: Ty, site: &Site) -> Result<Operand, LinkError> {
-        if bits.ty() != ty {
-            let message = format!("the constant {bits} is no {}", name(ty));
-            return Err(site.error(self, message));
-        }
-        Ok(Operand::Const(bits))
-    }
-}
-
-/// Where in the schedule something is, for messages.
-struct Site {
-    scope: String,
-    pos: Pos,
-}
-
-impl Site {
-    fn error(&self, linker: &Linker, message: impl Into<String>) -> LinkError {
-        linker.error(&self.scope, self.pos, message)
-    }
 }
 
 fn show(program: &ScheduledDre, pos: Pos) -> Option<String> {
@@ -336,14 +216,6 @@ fn narrowest(width: u32) -> Ty {
         0..=1 => Ty::Pred,
         2..=32 => Ty::Word,
         _ => Ty::Vec,
-    }
-}
-
-fn name(ty: Ty) -> &'static str {
-    match ty {
-        Ty::Pred => "predicate",
-        Ty::Word => "word",
-        Ty::Vec => "vector",
     }
 }
 

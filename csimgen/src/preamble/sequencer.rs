@@ -2,16 +2,13 @@
 //! mode changes between the VLIW engine and the array. What a bundle or a context *does* is the
 //! [`Datapath`]'s business, which the interpreter has in tables and a generated simulator in code.
 //!
-//! Rules, beside those of time in the scheduled program:
+//! Rules, beside those of time in the scheduled program, which the checker has seen kept:
 //! * While the core is stalled or waits for a port, time stands still for all of it: results in
 //!   flight do not move.
-//! * Of results that land in one register at once, which no proper schedule has, the one issued
-//!   first stays.
 //! * A bundle that talks to a port is the first of its run, so that the bus knows the time.
-//! * A launch is a bundle like others; from the next cycle on the mode switch takes
-//!   `enter_cycles`, in which results still in flight go on to land. What has not landed then does
-//!   so after the kernel, in the cycles of the switch back. Trip count and preloads are read at
-//!   the end of the switch. A trip count of 0 stands for 2³².
+//! * A launch is a bundle like others; from the next cycle on, when nothing is in flight, the mode
+//!   switch takes `enter_cycles`. Trip count and preloads are read at the end of the switch. A trip
+//!   count of 0 stands for 2³².
 
 use super::border::{Border, Fault, Stop};
 use super::core_border::{Activity, Bus, Run, TrapKind};
@@ -164,13 +161,13 @@ impl Sequencer {
                 },
                 Mode::Leave { left: 0 } => Mode::Vliw,
                 Mode::Enter { kernel, left } => {
-                    let cycles = self.switch(path, left.min(budget));
+                    let cycles = left.min(budget);
                     let left = left - cycles;
                     self.mode = Mode::Enter { kernel, left };
                     return Ok(run(cycles, Activity::Switch));
                 }
                 Mode::Leave { left } => {
-                    let cycles = self.switch(path, left.min(budget));
+                    let cycles = left.min(budget);
                     let left = left - cycles;
                     self.mode = Mode::Leave { left };
                     return Ok(run(cycles, Activity::Switch));
@@ -226,16 +223,6 @@ impl Sequencer {
             }
         }
         Ok(run(cycles, Activity::Vliw))
-    }
-
-    fn switch<B: ?Sized>(&mut self, path: &mut impl Datapath<B>, cycles: u64) -> u64 {
-        for _ in 0..cycles {
-            if self.issue.in_flight.count == 0 {
-                break;
-            }
-            self.issue.in_flight.tick(path);
-        }
-        cycles
     }
 
     fn start<B: ?Sized>(&mut self, path: &mut impl Datapath<B>, kernel: u32) -> Mode {
@@ -583,11 +570,11 @@ impl Flight {
         Some(())
     }
 
-    /// The end of a cycle: what lands then is written, the oldest last.
+    /// The end of a cycle: what lands then is written.
     #[inline(always)]
     fn tick<B: ?Sized>(&mut self, path: &mut impl Datapath<B>) {
         if self.count > 0 {
-            for (register, value) in self.cycles[self.first].drain(..).rev() {
+            for (register, value) in self.cycles[self.first].drain(..) {
                 self.count -= 1;
                 match value {
                     Landing::Word(value) => path.write(register, value),

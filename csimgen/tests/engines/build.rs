@@ -4,13 +4,26 @@ use srp_archdesc::Arch;
 use srp_archdesc::arch::{Fu, Link, RegFile};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::{Opcode, Ty};
-use srp_ir::dfg::{Dfg, Initial, LiveIn, Node, NodeData};
+use srp_ir::check::{Checked, check};
+use srp_ir::dfg::{Dfg, Initial, LiveIn, Node, NodeData, Operand};
 use srp_ir::dre::scheduled::*;
 use srp_ir::program::{Bits, Kernel, Pos, SourceFile};
 
-/// The machine that the cases are written for.
+/// The machine that the cases are written for: with two ports to the SRAM, so that it can be read and
+/// written in one cycle, and with two constants in a context.
 pub(crate) fn tiny() -> Arch {
-    srp_archdesc::parse("tiny.xml", srp_archdesc::machines::TINY.xml).expect("it is shipped")
+    let tiny = srp_archdesc::parse("tiny.xml", srp_archdesc::machines::TINY.xml);
+    let mut arch = tiny.expect("it is shipped");
+    let mut resources = arch.srp.resources.values_mut();
+    let port = resources.find(|resource| resource.name == "sram_port");
+    port.expect("a resource of the machine").count = 2;
+    arch.srp.fus.values_mut().for_each(|fu| fu.constants = 2);
+    arch
+}
+
+/// A program that must keep the rules of its machine.
+pub(crate) fn checked(program: ScheduledDre, arch: &Arch) -> Checked {
+    check(program, arch).unwrap_or_else(|refused| panic!("{refused}"))
 }
 
 /// Line `line` of the cases' imaginary source.
@@ -120,21 +133,25 @@ pub(crate) struct Code {
     pub(crate) functions: Vec<usize>,
 }
 
-/// One operation of a kernel: what, where, when, from where, and further places of its result.
+/// One operation of a kernel: what, where, when, what it takes and from where, and further places of
+/// its result.
 pub(crate) struct KernelOp {
     pub(crate) op: Opcode,
     pub(crate) fu: usize,
     pub(crate) time: u32,
-    pub(crate) operands: Vec<Source>,
+    pub(crate) operands: Vec<Take>,
     pub(crate) writes: Vec<RegAt>,
     pub(crate) imm: i32,
 }
+
+/// An operand of a kernel's operation: where it is taken from, and what must be found there.
+pub(crate) type Take = (Source, Operand);
 
 pub(crate) fn kop(
     op: Opcode,
     fu: usize,
     time: u32,
-    operands: &[Source],
+    operands: &[Take],
     writes: &[RegAt],
 ) -> KernelOp {
     KernelOp {
@@ -148,18 +165,38 @@ pub(crate) fn kop(
 }
 
 /// A word constant of a context.
-pub(crate) fn c(word: u32) -> Source {
-    Source::Const(Bits::Word(word))
+pub(crate) fn c(word: u32) -> Take {
+    let bits = Bits::Word(word);
+    (Source::Const(bits), Operand::Const(bits))
 }
 
 /// A predicate constant of a context.
-pub(crate) fn cp(value: bool) -> Source {
-    Source::Const(Bits::Pred(value))
+pub(crate) fn cp(value: bool) -> Take {
+    let bits = Bits::Pred(value);
+    (Source::Const(bits), Operand::Const(bits))
 }
 
-/// What another unit's output is, over link `link`.
-pub(crate) fn over(link: usize) -> Source {
-    Source::Out(Some(Link::new(link)))
+/// What node `node` has computed in this iteration.
+pub(crate) fn now(node: usize) -> Operand {
+    before(node, &[])
+}
+
+/// What node `node` has computed so many iterations before as there are initial values.
+pub(crate) fn before(node: usize, init: &[Initial]) -> Operand {
+    Operand::Node {
+        node: Node::new(node),
+        init: init.to_vec(),
+    }
+}
+
+/// A value in the unit's own output.
+pub(crate) fn own(value: Operand) -> Take {
+    (Source::Out(None), value)
+}
+
+/// A value in another unit's output, over link `link`.
+pub(crate) fn over(link: usize, value: Operand) -> Take {
+    (Source::Out(Some(Link::new(link))), value)
 }
 
 pub(crate) fn at(name: &str, index: u32, ring: u32) -> RegAt {
@@ -170,12 +207,13 @@ pub(crate) fn at(name: &str, index: u32, ring: u32) -> RegAt {
     }
 }
 
-/// A register, `distance` iterations back.
-pub(crate) fn from(reg: RegAt, distance: u32) -> Source {
-    Source::Reg { reg, distance }
+/// A value in a register, as the iteration `distance` before names that.
+pub(crate) fn from(reg: RegAt, distance: u32, value: Operand) -> Take {
+    (Source::Reg { reg, distance }, value)
 }
 
-/// A kernel whose trip count is in word register 0 and whose further live-ins are the words behind.
+/// A kernel whose trip count is in word register 0 and whose further live-ins are the words behind. What
+/// it writes into central registers is live-out.
 pub(crate) fn kernel(
     name: &str,
     ii: u32,
@@ -189,7 +227,7 @@ pub(crate) fn kernel(
     };
     let nodes = ops.iter().zip(100..).map(|(op, line)| NodeData {
         op: op.op,
-        operands: Vec::new(),
+        operands: op.operands.iter().map(|(_, value)| value.clone()).collect(),
         imm: op.imm,
         pos: pos(line),
     });
@@ -198,9 +236,15 @@ pub(crate) fn kernel(
         is_move: false,
         fu: Fu::new(op.fu),
         time: op.time,
-        operands: op.operands.clone(),
+        operands: op.operands.iter().map(|(source, _)| *source).collect(),
         writes: op.writes.clone(),
     });
+    let central = ["word", "vec", "pred"].map(file);
+    let written = ops.iter().enumerate().flat_map(|(i, op)| {
+        let writes = op.writes.iter().filter(|at| central.contains(&at.file));
+        writes.map(move |&RegAt { file, index, .. }| (Node::new(i), Reg { file, index }))
+    });
+    let (live_outs, live_out_regs) = written.unzip();
     ModuloSchedule {
         dfg: Dfg {
             name: name.to_owned(),
@@ -209,7 +253,7 @@ pub(crate) fn kernel(
             trip: Some(0),
             nodes: nodes.collect(),
             order: Vec::new(),
-            live_outs: Vec::new(),
+            live_outs,
         },
         ii,
         length,
@@ -217,7 +261,7 @@ pub(crate) fn kernel(
         transfers: Vec::new(),
         preloads: Vec::new(),
         live_in_regs: (0..=live_ins).map(w).collect(),
-        live_out_regs: Vec::new(),
+        live_out_regs,
     }
 }
 
@@ -234,8 +278,12 @@ pub(crate) fn preload(kernel: &mut ModuloSchedule, name: &str, index: u32, value
 /// Cycles from the start of a program of [`combine`] to the first bundle of the case.
 pub(crate) const DISPATCH: u64 = 4;
 
-/// One program of all cases. It takes the number of its first bundle from port 8; the result says
-/// which number is whose.
+/// The source line of the call of a case.
+pub(crate) const CALL_LINE: u32 = 1;
+
+/// One program of all cases, each of which is a function. It takes the address of the function to call
+/// from port 8; the result says whose is which. The functions of a case itself come before those of
+/// all cases, in their order.
 pub(crate) fn combine<'a>(cases: impl IntoIterator<Item = &'a Code>) -> (ScheduledDre, Vec<u32>) {
     let mut program = ScheduledDre {
         machine: "tiny".to_owned(),
@@ -248,14 +296,17 @@ pub(crate) fn combine<'a>(cases: impl IntoIterator<Item = &'a Code>) -> (Schedul
         kernels: EntityMap::new(),
     };
     let port = with_imm(op(0, Opcode::In, &[], Some(w(31)), 1), 8);
+    let (target, link) = (w(31), w(30));
+    let call = Control::CallReg { target, link };
     program.bundles.push(ops(&[port]));
     program.bundles.push(ops(&[]));
-    program.bundles.push(then(&[], Control::Return(w(31)), 1));
+    program.bundles.push(then(&[], call, CALL_LINE));
     program.bundles.push(ops(&[]));
+    program.bundles.push(then(&[], Control::Halt(w(31)), 1));
     let mut starts = Vec::new();
     for case in cases {
         let (bundle, kernel) = (program.bundles.len(), program.kernels.len());
-        starts.push(bundle as u32);
+        starts.push(Bundle::new(bundle));
         for data in &case.bundles {
             let mut data = data.clone();
             if let Some((control, _)) = &mut data.control {
@@ -267,13 +318,20 @@ pub(crate) fn combine<'a>(cases: impl IntoIterator<Item = &'a Code>) -> (Schedul
             program.kernels.push(schedule.clone());
         }
         for &entry in &case.functions {
-            program.functions.push(FunctionEntry {
-                name: format!("f{}", program.functions.len()),
-                bundle: Bundle::new(bundle + entry),
-            });
+            function(&mut program, Bundle::new(bundle + entry));
         }
     }
+    let starts = starts.into_iter().map(|b| function(&mut program, b));
+    let starts = starts.collect();
     (program, starts)
+}
+
+/// Makes a bundle the entry of a function, and gives its address.
+fn function(program: &mut ScheduledDre, bundle: Bundle) -> u32 {
+    let number = program.functions.len();
+    let name = format!("f{number}");
+    program.functions.push(FunctionEntry { name, bundle });
+    FUNC_BASE + 4 * number as u32
 }
 
 fn relocate(control: &mut Control, bundle: usize, kernel: usize) {

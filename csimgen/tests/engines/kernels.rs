@@ -6,7 +6,7 @@ use Activity::{Array, Switch, Vliw};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_ir::dfg::Initial;
-use srp_ir::dre::scheduled::{Control, ModuloSchedule, PlacedTransfer, SlotOp, Source};
+use srp_ir::dre::scheduled::{Control, ModuloSchedule, PlacedTransfer, SlotOp};
 use srp_ir::program::{Bits, Kernel};
 use srp_runtime::core::{Activity, TrapKind};
 
@@ -30,7 +30,7 @@ pub(crate) fn launching(kernel: ModuloSchedule, words: &[u32], before: &[SlotOp]
 pub(crate) fn all() -> Vec<Case> {
     let none: &[SlotOp] = &[];
     let double = |name, trip: u32, before: &[_]| {
-        let array = 3 * (u64::from(trip) - 1) + 6;
+        let array = 3 * (u64::from(trip) - 1) + 8;
         let code = launching(doubling(), &[trip, 512 - 4], before);
         let activities = [
             (Vliw, 3),
@@ -44,14 +44,13 @@ pub(crate) fn all() -> Vec<Case> {
         case.sram.push((1024 + 4 * trip, 256 + trip));
         case
     };
-    // The trip count comes of a conversion, which lands in the first cycle of the mode switch.
-    let mut in_flight = double("in flight at the launch", 6, none);
-    let six = op(1, Opcode::Ftoi, &[k(0x40c0_0000)], Some(w(0)), 49);
-    in_flight.code = launching(doubling(), &[2, 508], &[six]);
+    // The trip count is set in the bundle of the launch.
+    let mut landing = double("landing with the launch", 6, none);
+    landing.code = launching(doubling(), &[2, 508], &[mov(1, 0, k(6))]);
     vec![
         double("five iterations", 5, none),
         double("one iteration", 1, none),
-        in_flight,
+        landing,
         renaming(),
         crosswise(),
         same_cycle_memory(),
@@ -66,46 +65,78 @@ pub(crate) fn all() -> Vec<Case> {
 pub(crate) fn doubling() -> ModuloSchedule {
     use Opcode::*;
     let address = at("fu_0_0_r", 0, 1);
-    let mut store = kop(Sw, 0, 5, &[cp(true), from(address, 0), over(2)], &[]);
+    let start = Initial::LiveIn(1);
+    let stored = [cp(true), from(address, 0, now(0)), over(2, now(2))];
+    let mut store = kop(Sw, 0, 7, &stored, &[]);
     store.imm = 512;
     let mut kernel = kernel(
         "double",
         3,
-        6,
+        8,
         1,
         vec![
-            kop(Add, 0, 0, &[from(address, 1), c(4)], &[address]),
-            kop(Lw, 0, 1, &[cp(true), from(address, 0)], &[]),
-            kop(Add, 1, 4, &[over(0), over(0)], &[at("word", 10, 1)]),
+            kop(
+                Add,
+                0,
+                0,
+                &[from(address, 1, before(0, &[start])), c(4)],
+                &[address],
+            ),
+            kop(Lw, 0, 2, &[cp(true), from(address, 0, now(0))], &[]),
+            kop(
+                Add,
+                1,
+                5,
+                &[over(0, now(1)), over(0, now(1))],
+                &[at("word", 10, 1)],
+            ),
             store,
         ],
     );
-    preload(&mut kernel, "fu_0_0_r", 7, Initial::LiveIn(1), Ty::Word);
+    preload(&mut kernel, "fu_0_0_r", 7, start, Ty::Word);
     kernel
 }
 
-/// II 4: `y[i] = 1 / (0.5 + x)` where `x = (float)address`, `z[i] = address + previous address`.
-/// A ring of two registers, a rotating one, a transfer, and a reciprocal that takes two II.
+/// II 5: `y[i] = 1 / (0.5 + x)` where `x = (float)address`, `z[i] = address + previous address`.
+/// A ring of two registers, a rotating one, a transfer, and a reciprocal that takes longer than the II.
 fn renaming() -> Case {
     use Opcode::*;
     let address = at("fu_0_0_r", 0, 1);
     let ring = at("fu_0_1_s", 1, 2);
     let sum = at("fu_0_1_r", 2, 1);
     let passed = at("fu_1_0_r", 3, 1);
-    let mut second = kop(Sw, 0, 7, &[cp(true), from(address, 0), over(4)], &[]);
+    let start = Initial::LiveIn(1);
+    let address_now = from(address, 0, now(0));
+    let stored = [cp(true), address_now.clone(), over(4, now(5))];
+    let mut second = kop(Sw, 0, 7, &stored, &[]);
     second.imm = 512;
     let mut kernel = kernel(
         "rename",
-        4,
-        26,
+        5,
+        27,
         1,
         vec![
-            kop(Add, 0, 0, &[from(address, 1), c(4)], &[address]),
-            kop(Itof, 1, 1, &[over(0)], &[ring]),
-            kop(Fadd, 1, 7, &[from(ring, 0), c(0x3f00_0000)], &[sum]),
-            kop(Rcp, 1, 16, &[from(sum, 0)], &[at("word", 11, 1)]),
-            kop(Sw, 0, 25, &[cp(true), from(address, 0), over(2)], &[]),
-            kop(Add, 2, 6, &[from(passed, 0), from(passed, 1)], &[]),
+            kop(
+                Add,
+                0,
+                0,
+                &[from(address, 1, before(0, &[start])), c(4)],
+                &[address],
+            ),
+            kop(Itof, 1, 1, &[over(0, now(0))], &[ring]),
+            kop(Fadd, 1, 7, &[from(ring, 0, now(1)), c(0x3f00_0000)], &[sum]),
+            kop(Rcp, 1, 18, &[from(sum, 0, now(2))], &[at("word", 11, 1)]),
+            kop(Sw, 0, 26, &[cp(true), address_now, over(2, now(3))], &[]),
+            kop(
+                Add,
+                2,
+                6,
+                &[
+                    from(passed, 0, now(0)),
+                    from(passed, 1, before(0, &[start])),
+                ],
+                &[],
+            ),
             second,
         ],
     );
@@ -116,8 +147,8 @@ fn renaming() -> Case {
         time: 1,
         to: passed,
     });
-    preload(&mut kernel, "fu_0_0_r", 7, Initial::LiveIn(1), Ty::Word);
-    preload(&mut kernel, "fu_1_0_r", 2, Initial::LiveIn(1), Ty::Word);
+    preload(&mut kernel, "fu_0_0_r", 7, start, Ty::Word);
+    preload(&mut kernel, "fu_1_0_r", 2, start, Ty::Word);
     let zero = Initial::Const(Bits::Vec([0; 4]));
     preload(&mut kernel, "fu_0_1_s", 1, zero, Ty::Vec);
     let trip = 9;
@@ -133,7 +164,7 @@ fn renaming() -> Case {
     let activities = [
         (Vliw, 3),
         (Switch, 4),
-        (Array(0), 4 * 8 + 26),
+        (Array(0), 5 * 8 + 27),
         (Switch, 2),
         (Vliw, 4),
     ];
@@ -142,17 +173,18 @@ fn renaming() -> Case {
 }
 
 /// II 1: two units that read each other's output, which needs a place in between in any engine that
-/// does one after the other. From 0, 0: a ← b + 1, b ← a + 2.
+/// does one after the other. From 0, 0, which is in outputs at the start: a ← b + 1, b ← a + 2.
 fn crosswise() -> Case {
     use Opcode::*;
+    let last = |node| before(node, &[Initial::Any]);
     let kernel = kernel(
         "cross",
         1,
         1,
         0,
         vec![
-            kop(Add, 0, 0, &[over(2), c(1)], &[at("word", 10, 1)]),
-            kop(Add, 1, 0, &[over(0), c(2)], &[at("word", 11, 1)]),
+            kop(Add, 0, 0, &[over(2, last(1)), c(1)], &[at("word", 10, 1)]),
+            kop(Add, 1, 0, &[over(0, last(0)), c(2)], &[at("word", 11, 1)]),
         ],
     );
     let activities = [
@@ -169,7 +201,7 @@ fn crosswise() -> Case {
 /// A load and a store of one word in one cycle: the load finds the old value.
 fn same_cycle_memory() -> Case {
     use Opcode::*;
-    let mut store = kop(Sw, 3, 2, &[cp(true), c(512), over(3)], &[]);
+    let mut store = kop(Sw, 3, 2, &[cp(true), c(512), over(3, now(2))], &[]);
     store.imm = 4;
     let kernel = kernel(
         "same_cycle",
@@ -202,27 +234,34 @@ fn same_cycle_memory() -> Case {
 fn predicates_in_words() -> Case {
     use Opcode::*;
     let counter = at("fu_0_1_s", 0, 1);
+    let minus_one = Initial::Const(Bits::Word(u32::MAX));
+    let count = || from(counter, 0, now(0));
     let mut kernel = kernel(
         "predicates",
         4,
         6,
         0,
         vec![
-            kop(Add, 1, 0, &[from(counter, 1), c(1)], &[counter]),
-            kop(Lt, 3, 1, &[over(3), c(5)], &[]),
+            kop(
+                Add,
+                1,
+                0,
+                &[from(counter, 1, before(0, &[minus_one])), c(1)],
+                &[counter],
+            ),
+            kop(Lt, 3, 1, &[over(3, now(0)), c(5)], &[]),
             kop(
                 Sel,
                 1,
                 2,
-                &[over(6), c(100), from(counter, 0)],
+                &[over(6, now(1)), c(100), count()],
                 &[at("word", 10, 1)],
             ),
-            kop(Le, 1, 3, &[c(5), from(counter, 0)], &[at("pred", 1, 1)]),
-            kop(Ptoi, 1, 5, &[Source::Out(None)], &[at("word", 11, 1)]),
+            kop(Le, 1, 3, &[c(5), count()], &[at("pred", 1, 1)]),
+            kop(Ptoi, 1, 5, &[own(now(3))], &[at("word", 11, 1)]),
         ],
     );
     // `Le` stands in the predicate output from 4 on, whatever the data output is.
-    let minus_one = Initial::Const(Bits::Word(u32::MAX));
     preload(&mut kernel, "fu_0_1_s", 0, minus_one, Ty::Word);
     let activities = |trip: u64| {
         vec![
@@ -240,24 +279,31 @@ fn predicates_in_words() -> Case {
 /// A kernel that reads system memory, missing in each iteration.
 fn kernel_misses() -> Case {
     use Opcode::*;
-    let address = at("fu_0_0_s", 0, 1);
+    let address = at("fu_0_1_s", 0, 1);
+    let start = Initial::LiveIn(1);
     let mut kernel = kernel(
         "misses",
         2,
         6,
         1,
         vec![
-            kop(Add, 0, 0, &[from(address, 1), c(4)], &[address]),
+            kop(
+                Add,
+                1,
+                0,
+                &[from(address, 1, before(0, &[start])), c(4)],
+                &[address],
+            ),
             kop(
                 Glw,
                 0,
                 1,
-                &[cp(true), from(address, 0)],
+                &[cp(true), over(2, now(0))],
                 &[at("word", 10, 1)],
             ),
         ],
     );
-    preload(&mut kernel, "fu_0_0_s", 0, Initial::LiveIn(1), Ty::Word);
+    preload(&mut kernel, "fu_0_1_s", 0, start, Ty::Word);
     let code = launching(kernel, &[4, 0x8000_00f8], &[]);
     let activities = [
         (Vliw, 3),
@@ -278,7 +324,7 @@ fn kernel_traps() -> Case {
     let mut case = Case::new(
         "kernel that traps",
         launching(doubling(), &[5, 4096 - 12], &[]),
-        &[(Vliw, 3), (Switch, 3), (Array(0), 5)],
+        &[(Vliw, 3), (Switch, 3), (Array(0), 7)],
         0,
     );
     // The store of the first iteration, 512 further on, comes before.
@@ -293,7 +339,7 @@ fn runs_on() -> Case {
     let mut case = Case::new(
         "trip count 0",
         launching(doubling(), &[0, 508], &[]),
-        &[(Vliw, 3), (Switch, 3), (Array(0), 3 * stores + 5)],
+        &[(Vliw, 3), (Switch, 3), (Array(0), 3 * stores + 7)],
         0,
     )
     .sram(&[(1024, 256), (1028, 258)]);

@@ -13,6 +13,7 @@ use srp_archdesc::arch::{Approx, Refine, Subnormals};
 use srp_archdesc::entity::Entity;
 use srp_csimgen::emit::machinery;
 use srp_csimgen::{Compiler, Interpreter, SimSpec, Simulator, emit_on_machinery, link};
+use srp_ir::dre::scheduled::ScheduledDre;
 use srp_runtime::core::{Activity, Bus, Core, Run, Trap};
 use srp_runtime::solo::Solo;
 use std::path::{Path, PathBuf};
@@ -38,11 +39,16 @@ fn suite() -> Suite {
         kernels += case.code.kernels.len() as u32;
     }
     Suite {
-        spec: link(&program, &build::tiny()).unwrap_or_else(|error| panic!("{error}")),
+        spec: linked(program, &build::tiny()),
         cases,
         starts,
         first_kernels,
     }
+}
+
+/// The tables of a program, which keeps the rules of its machine.
+fn linked(program: ScheduledDre, arch: &Arch) -> SimSpec {
+    link(&build::checked(program, arch)).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Runs every case in cores of `new` at several budgets.
@@ -80,7 +86,7 @@ fn expected(suite: &Suite, number: usize) -> Record {
     let end = case.end.map_err(|(kind, line)| Trap {
         kind,
         at: (line > 0).then(|| format!("case.c:{line}:1")),
-        calls: Vec::new(),
+        calls: case.calls.iter().map(|l| format!("case.c:{l}:1")).collect(),
     });
     Record {
         activities,
@@ -150,7 +156,7 @@ fn both_agree_on_random_programs() {
         opcodes: |_| true,
     };
     let program = random::program(&delayed(), &mut random::Dice(1), &shape);
-    let spec = link(&program, &delayed()).unwrap_or_else(|error| panic!("{error}"));
+    let spec = linked(program, &delayed());
     let simulator = compiled(&spec);
     let run = |core: &mut dyn Core, budget| {
         let image = memory();

@@ -1,15 +1,16 @@
 //! Control code as XML: globals, functions, blocks, instructions.
 
+use super::element::{Element, ElementExt, Read, Text};
 use super::terms::{self, Files, Names};
-use super::tree::{Element, Read, Tag, Text, Xml};
 use crate::program::*;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Ty;
+use srp_archdesc::xml::tree::{Tag, Writer};
 
 /// The kernels' names, which launches use.
 pub(super) type KernelNames<'a> = &'a dyn Fn(Kernel) -> String;
 
-pub(super) fn write_program(xml: &mut Xml, program: &Program, kernels: KernelNames<'_>) {
+pub(super) fn write_program(xml: &mut Writer, program: &Program, kernels: KernelNames<'_>) {
     for global in program.globals.values() {
         write_global(xml, program, global);
     }
@@ -26,7 +27,7 @@ fn symbol_attr(tag: Tag, program: &Program, symbol: Symbol) -> Tag {
     }
 }
 
-fn write_global(xml: &mut Xml, program: &Program, data: &GlobalData) {
+fn write_global(xml: &mut Writer, program: &Program, data: &GlobalData) {
     let tag = Tag::new("global")
         .attr("name", &data.name)
         .attr("size", data.size)
@@ -46,7 +47,7 @@ fn write_global(xml: &mut Xml, program: &Program, data: &GlobalData) {
 }
 
 fn write_function(
-    xml: &mut Xml,
+    xml: &mut Writer,
     program: &Program,
     func: &Function,
     is_main: bool,
@@ -94,7 +95,7 @@ fn typed<'a>(func: &'a Function, values: &'a [Value]) -> impl Iterator<Item = St
 }
 
 fn write_inst(
-    xml: &mut Xml,
+    xml: &mut Writer,
     program: &Program,
     func: &Function,
     data: &InstData,
@@ -132,7 +133,7 @@ fn write_inst(
     xml.leaf(tag.attr_if("at", terms::pos(data.pos)));
 }
 
-fn write_end(xml: &mut Xml, block: &BlockData) {
+fn write_end(xml: &mut Writer, block: &BlockData) {
     let to = |target: &Target| {
         let args: Vec<String> = target.args.iter().map(Value::to_string).collect();
         format!("{}({})", target.block, args.join(" "))

@@ -1,11 +1,12 @@
 //! Kernels as XML: live-ins, nodes, orders, live-outs.
 
+use super::element::{self, Element, ElementExt, Read, Text};
 use super::terms::{self, Files, Names};
-use super::tree::{Element, Read, Tag, Text, Xml};
 use crate::dfg::{Dfg, Initial, LiveIn, Node, NodeData, Operand, Order};
 use srp_archdesc::diagnostic::Span;
 use srp_archdesc::entity;
 use srp_archdesc::entity::EntityMap;
+use srp_archdesc::xml::tree::{Tag, Writer};
 
 entity! {
     /// A live-in, by number.
@@ -13,7 +14,7 @@ entity! {
 }
 
 /// The element of a kernel, still open.
-pub(super) fn open(xml: &mut Xml, dfg: &Dfg) {
+pub(super) fn open(xml: &mut Writer, dfg: &Dfg) {
     xml.open(
         Tag::new("kernel")
             .attr("name", &dfg.name)
@@ -147,7 +148,7 @@ impl<'x> Part<'x> {
     }
 
     fn element(self) -> Element<'x> {
-        Element::made(self.name, self.span, self.attributes)
+        element::made(self.name, self.span, self.attributes)
     }
 }
 

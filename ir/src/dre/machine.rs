@@ -1,8 +1,8 @@
 //! The names that a scheduled program has for the parts of its machine.
 
+use super::element::{Element, ElementExt, Read, Text, hint};
 use super::scheduled::{Reg, RegAt, Source, Src};
 use super::terms::{self, Names};
-use super::tree::{Read, Text, hint};
 use srp_archdesc::arch::{Arch, Fu, Link, RegFile};
 use srp_archdesc::entity::EntityMap;
 use std::collections::BTreeMap;
@@ -203,7 +203,7 @@ impl<'a> Machine<'a> {
 /// Names of one kind, from attribute `id` of the elements called `name`.
 pub(super) fn ids<E: srp_archdesc::entity::Entity>(
     what: &'static str,
-    elements: &[super::tree::Element<'_>],
+    elements: &[Element<'_>],
     name: &str,
     attribute: &str,
 ) -> Read<Names<E>> {

@@ -33,21 +33,22 @@
 
 use crate::dfg::Dfg;
 use crate::program::{Kernel, Program};
+use element::{Element, ElementExt, Read};
 use srp_archdesc::Diagnostic;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::{Span, line_column};
 use srp_archdesc::entity::{Entity, EntityMap};
+use srp_archdesc::xml::tree::{Tag, Writer};
 use terms::Names;
-use tree::{Element, Read, Tag, Xml};
 
 mod control;
+mod element;
 mod kernel;
 mod machine;
 mod placed;
 mod run;
 pub mod scheduled;
 mod terms;
-mod tree;
 mod verify;
 
 pub(crate) use kernel::{Part, operand as operand_text, read_parts as read_kernel};
@@ -110,7 +111,7 @@ impl std::error::Error for DreError {}
 /// The file of a divided program. Reading it gives the program back, with the functions of the
 /// control code numbered without gaps, as [`split`](crate::split::split()) leaves them.
 pub fn write(dre: &Dre) -> String {
-    let mut xml = Xml::new();
+    let mut xml = Writer::default();
     xml.open(Tag::new("dre").attr("version", VERSION));
     terms::write_files(&mut xml, &dre.control.files);
     let kernel_name = |kernel: Kernel| dre.kernels[kernel].name.clone();
@@ -120,13 +121,13 @@ pub fn write(dre: &Dre) -> String {
         xml.close();
     }
     xml.close();
-    xml.text
+    xml.into_text()
 }
 
 /// Reads the file of a divided program, and checks that it is one ([`Dre::verify`]).
 pub fn read(xml: &str) -> Result<Dre, DreError> {
-    let in_text = |fault: tree::Fault| fault.in_text(xml);
-    let root = tree::parse(xml, "dre").map_err(in_text)?;
+    let in_text = |fault: element::Fault| fault.in_text(xml);
+    let root = element::parse(xml, "dre").map_err(in_text)?;
     read_dre(&root).map_err(in_text)
 }
 
@@ -205,9 +206,9 @@ fn place<'a, 'x>(root: &'a Element<'x>, violation: &crate::verify::Violation) ->
 ///
 /// If the program names parts that the machine does not have.
 pub fn write_scheduled(dre: &scheduled::ScheduledDre, arch: &Arch) -> String {
-    let mut xml = Xml::new();
+    let mut xml = Writer::default();
     placed::write_scheduled(&mut xml, dre, &machine::Machine::of(arch));
-    xml.text
+    xml.into_text()
 }
 
 /// The file of modulo schedules without a program: kernels as in a scheduled program, with no trip
@@ -217,24 +218,24 @@ pub fn write_scheduled(dre: &scheduled::ScheduledDre, arch: &Arch) -> String {
 ///
 /// If a schedule names parts that the machine does not have.
 pub fn write_loops(scheduled: &scheduled::ScheduledLoops, arch: &Arch) -> String {
-    let mut xml = Xml::new();
+    let mut xml = Writer::default();
     placed::write_loops(&mut xml, scheduled, &machine::Machine::of(arch));
-    xml.text
+    xml.into_text()
 }
 
 /// Reads what [`write_loops`] writes, as [`read_scheduled`] reads programs.
 pub fn read_loops(xml: &str, arch: &Arch) -> Result<scheduled::ScheduledLoops, DreError> {
-    let in_text = |fault: tree::Fault| fault.in_text(xml);
-    let root = tree::parse(xml, placed::LOOPS).map_err(in_text)?;
+    let in_text = |fault: element::Fault| fault.in_text(xml);
+    let root = element::parse(xml, placed::LOOPS).map_err(in_text)?;
     check_version(&root).map_err(in_text)?;
     placed::read_loops(&root, &machine::Machine::of(arch)).map_err(in_text)
 }
 
 /// Reads the file of a scheduled program for this machine. Its names are resolved and its registers
-/// exist; whether the schedule keeps the rules is for a checker to say.
+/// exist; whether the schedule keeps the rules is for [`check`](mod@crate::check) to say.
 pub fn read_scheduled(xml: &str, arch: &Arch) -> Result<scheduled::ScheduledDre, DreError> {
-    let in_text = |fault: tree::Fault| fault.in_text(xml);
-    let root = tree::parse(xml, "scheduled-dre").map_err(in_text)?;
+    let in_text = |fault: element::Fault| fault.in_text(xml);
+    let root = element::parse(xml, "scheduled-dre").map_err(in_text)?;
     check_version(&root).map_err(in_text)?;
     placed::read_scheduled(&root, &machine::Machine::of(arch)).map_err(in_text)
 }

@@ -1,16 +1,17 @@
 //! Scheduled programs as XML: bundles of the VLIW engine, modulo schedules of the array.
 
+use super::element::{Element, ElementExt, Read};
 use super::kernel;
 use super::machine::{Machine, ids};
 use super::scheduled::*;
 use super::terms::{self, Files, Names};
-use super::tree::{Element, Read, Tag, Xml};
 use crate::dfg::Initial;
 use crate::program::Kernel;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Ty;
+use srp_archdesc::xml::tree::{Tag, Writer};
 
-pub(super) fn write_scheduled(xml: &mut Xml, dre: &ScheduledDre, machine: &Machine<'_>) {
+pub(super) fn write_scheduled(xml: &mut Writer, dre: &ScheduledDre, machine: &Machine<'_>) {
     xml.open(
         Tag::new("scheduled-dre")
             .attr("version", super::VERSION)
@@ -47,7 +48,7 @@ pub(super) fn write_scheduled(xml: &mut Xml, dre: &ScheduledDre, machine: &Machi
     xml.close();
 }
 
-pub(super) fn write_loops(xml: &mut Xml, scheduled: &ScheduledLoops, machine: &Machine<'_>) {
+pub(super) fn write_loops(xml: &mut Writer, scheduled: &ScheduledLoops, machine: &Machine<'_>) {
     xml.open(
         Tag::new(LOOPS)
             .attr("version", super::VERSION)
@@ -66,7 +67,7 @@ pub(super) fn write_loops(xml: &mut Xml, scheduled: &ScheduledLoops, machine: &M
 pub(super) const LOOPS: &str = "scheduled-loops";
 
 fn write_bundle(
-    xml: &mut Xml,
+    xml: &mut Writer,
     dre: &ScheduledDre,
     machine: &Machine<'_>,
     bundle: Bundle,
@@ -118,7 +119,7 @@ fn write_bundle(
     xml.close();
 }
 
-fn write_schedule(xml: &mut Xml, schedule: &ModuloSchedule, machine: &Machine<'_>) {
+fn write_schedule(xml: &mut Writer, schedule: &ModuloSchedule, machine: &Machine<'_>) {
     let regs = |regs: &[Reg]| -> Vec<String> { regs.iter().map(|r| machine.reg(*r)).collect() };
     xml.open(
         Tag::new("schedule")

@@ -17,8 +17,8 @@ entity! {
 
 /// A scheduled program for one machine.
 ///
-/// Always holds: every instruction of the control code and every node of each kernel is placed
-/// exactly once; what `scheduler::check` asks for.
+/// Anybody may have made it, so nothing holds of it before [`check`](mod@crate::check) has seen it; a
+/// [`Checked`](crate::check::Checked) is one that keeps the rules.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ScheduledDre {
     /// The machine's name, for messages.

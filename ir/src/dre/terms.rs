@@ -1,9 +1,10 @@
 //! How constants, positions, types, names of values and bytes are written in attributes.
 
-use super::tree::{Element, Read, Tag, Text, Xml, hint};
+use super::element::{Element, ElementExt, Read, Text, hint};
 use crate::program::{Bits, Pos, SourceFile};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::{Opcode, Ty};
+use srp_archdesc::xml::tree::{Tag, Writer};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -48,7 +49,7 @@ pub(super) fn read_pos(element: &Element<'_>, name: &str, files: &Files) -> Read
     })
 }
 
-pub(super) fn write_files(xml: &mut Xml, files: &Files) {
+pub(super) fn write_files(xml: &mut Writer, files: &Files) {
     for name in files.values() {
         xml.leaf(Tag::new("file").attr("name", name));
     }
@@ -163,7 +164,7 @@ impl<E: Entity> Names<E> {
 }
 
 /// Bytes, a line at a time; long stretches of zeros as their number.
-pub(super) fn write_bytes(xml: &mut Xml, bytes: &[u8]) {
+pub(super) fn write_bytes(xml: &mut Writer, bytes: &[u8]) {
     let mut zeros = 0;
     for line in bytes.chunks(BYTES_A_LINE) {
         if line.len() == BYTES_A_LINE && line.iter().all(|b| *b == 0) {
@@ -180,7 +181,7 @@ pub(super) fn write_bytes(xml: &mut Xml, bytes: &[u8]) {
     write_zeros(xml, &mut zeros);
 }
 
-fn write_zeros(xml: &mut Xml, zeros: &mut usize) {
+fn write_zeros(xml: &mut Writer, zeros: &mut usize) {
     if *zeros > 0 {
         xml.leaf(Tag::new("zeros").attr("count", *zeros));
         *zeros = 0;

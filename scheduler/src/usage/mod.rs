@@ -116,7 +116,7 @@ fn most(by_slot: &[u32]) -> (u32, u32) {
     (largest, slot as u32)
 }
 
-/// What a schedule takes of a machine. The schedule must be one that [`check`](crate::check) finds
+/// What a schedule takes of a machine. The schedule must be one that [`check`](srp_ir::check) finds
 /// right.
 pub fn usage(schedule: &ModuloSchedule, srp: &Srp) -> Usage {
     let ii = schedule.ii as usize;

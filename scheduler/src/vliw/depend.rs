@@ -1,8 +1,8 @@
 //! Which operations of a region must wait for which: registers and memory.
 
 use super::region::Region;
-use crate::sequence::Step;
 use srp_archdesc::isa::{Effect, Opcode, Space};
+use srp_ir::check::sequence::Step;
 use srp_ir::dre::scheduled::{Reg, Src};
 use srp_ir::program::Bits;
 use std::collections::BTreeMap;

@@ -6,9 +6,9 @@ use super::region::{self, Frames, Region, Transfer};
 use super::target::Target;
 use super::{FunctionFacts, VliwCode, VliwError, place};
 use crate::abi;
-use crate::sequence::{Step, Stretch};
 use srp_archdesc::arch::Fu;
 use srp_archdesc::entity::{Entity, EntityMap};
+use srp_ir::check::sequence::{Step, Stretch};
 use srp_ir::dre::scheduled::{Bundle, BundleData, Control, FunctionEntry, SlotOp};
 use srp_ir::program::{Func, Program};
 

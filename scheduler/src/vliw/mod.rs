@@ -36,11 +36,11 @@ mod spill;
 mod table;
 mod target;
 
-use crate::sequence::Stretch;
 use callgraph::CallGraph;
 use srp_archdesc::arch::Srp;
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::{Opcode, Ty};
+use srp_ir::check::sequence::Stretch;
 use srp_ir::dre::scheduled::{Bundle, BundleData, FunctionEntry, ModuloSchedule};
 use srp_ir::layout::Layout;
 use srp_ir::program::{Func, Kernel, Pos, Program};

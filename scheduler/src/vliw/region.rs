@@ -4,9 +4,9 @@
 use super::lir::{Arg, CodeBlock, End, FrameLayout, Inst, Kind, Label, Vreg};
 use super::target::Target;
 use crate::abi;
-use crate::sequence::Step;
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Opcode;
+use srp_ir::check::sequence::Step;
 use srp_ir::dre::scheduled::{Reg, Src};
 use srp_ir::program::{Bits, Func, Kernel, Pos};
 

@@ -2,10 +2,10 @@
 
 use super::region::Transfer;
 use super::target::{Target, reads_by_file};
-use crate::sequence::Step;
 use srp_archdesc::arch::{Fu, FuOp, RegFile};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Effect;
+use srp_ir::check::sequence::Step;
 use srp_ir::dre::scheduled::{Reg, Src};
 use std::collections::BTreeMap;
 

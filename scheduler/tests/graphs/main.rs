@@ -8,9 +8,9 @@ use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::{Source, render_all};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::xml::{StandardArray, standard};
+use srp_ir::check::check_loop;
 use srp_ir::dre::scheduled::ScheduledLoops;
 use srp_ir::graph::{Graph, Options, read_dot, read_edges};
-use srp_scheduler::check::check_loop;
 use srp_scheduler::modulo::{self, Scheduled};
 use std::path::Path;
 
@@ -79,7 +79,7 @@ fn bare_graphs_are_scheduled_and_read_back() {
         start: srp_archdesc::entity::Entity::new(0),
         kernels: [scheduled.schedule].into_iter().collect(),
     };
-    let refused = srp_scheduler::check::check_kernels(&program, &arch.srp);
+    let refused = srp_ir::check::check_kernels(&program, &arch.srp);
     assert!(
         refused.iter().any(|v| v.message.contains("trip count")),
         "{refused:?}"

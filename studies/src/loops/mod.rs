@@ -107,7 +107,7 @@ pub fn read_scheduled(
         |e: dre::DreError| Error::Invalid(format!("{name}:{}:{}: {}", e.line, e.column, e.message));
     let scheduled = dre::read_loops(text, arch).map_err(wrong)?;
     for schedule in &scheduled.loops {
-        let broken = srp_scheduler::check::check_loop(schedule, &arch.srp);
+        let broken = srp_ir::check::check_loop(schedule, &arch.srp);
         if let Some(first) = broken.first() {
             let kernel = &schedule.dfg.name;
             return Err(Error::Invalid(format!("{name}: {kernel}: {first}")));

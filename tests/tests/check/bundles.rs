@@ -6,11 +6,11 @@ use super::tally::{Harm, Tally};
 use srp_archdesc::arch::{Arch, Fu};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Opcode;
+use srp_ir::check::Rule;
+use srp_ir::check::{check_control, check_sequence};
 use srp_ir::dre::scheduled::{Bundle, Control, Reg, ScheduledDre, SlotOp, Src};
 use srp_ir::program::{Bits, Pos};
 use srp_scheduler::abi;
-use srp_scheduler::check::Rule;
-use srp_scheduler::check::{check_control, check_sequence};
 
 /// A way to damage code at an operation or a transfer of a bundle; `None` where it cannot.
 type Damage = fn(&mut Code<'_>, Bundle) -> Option<()>;

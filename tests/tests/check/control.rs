@@ -1,12 +1,12 @@
 //! Damage to VLIW code: each kind breaks a rule of its own.
 
-use srp_archdesc::arch::Arch;
+use srp_archdesc::arch::{Arch, Fu};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::{Class, Opcode, Ty};
+use srp_ir::check::{Rule, check_control};
 use srp_ir::dre::scheduled::*;
 use srp_ir::layout::Layout;
 use srp_ir::program::{Bits, Kernel, Pos};
-use srp_scheduler::check::{Rule, check_control};
 use srp_tests::machine;
 
 /// A program with loads, stores, a slow division, a loop, calls, and a port.
@@ -121,6 +121,10 @@ fn operations_that_no_slot_can_run() {
             .map(|(fu, _)| fu)
             .next();
         fu.map(|fu| dre.bundles[bundle].ops[op].fu = fu).is_some()
+    });
+    each_op(Rule::Range, |dre, bundle, op, arch| {
+        dre.bundles[bundle].ops[op].fu = Fu::new(arch.srp.fus.len());
+        true
     });
     each_op(Rule::Class, |dre, bundle, op, arch| {
         let data = &mut dre.bundles[bundle].ops[op];
@@ -298,7 +302,7 @@ fn transfers_that_go_wrong() {
             expect(&broken, &arch, Rule::Control);
         }
         // The only slot with a branch unit does something else.
-        let branches = |fu: &srp_archdesc::arch::Fu| arch.srp.fus[*fu].op(Class::Branch).is_some();
+        let branches = |fu: &Fu| arch.srp.fus[*fu].op(Class::Branch).is_some();
         let fu = arch
             .srp
             .slots()
@@ -320,6 +324,19 @@ fn transfers_that_go_wrong() {
         });
         expect(&broken, &arch, Rule::Control);
     }
+}
+
+#[test]
+fn entries_that_do_not_exist() {
+    let arch = machine("sgrt");
+    let right = scheduled(&arch);
+    let end = Bundle::new(right.bundles.len());
+    let mut broken = right.clone();
+    broken.start = end;
+    expect(&broken, &arch, Rule::Range);
+    let mut broken = right.clone();
+    broken.functions[0].bundle = end;
+    expect(&broken, &arch, Rule::Range);
 }
 
 #[test]

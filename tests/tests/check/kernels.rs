@@ -11,8 +11,8 @@ use srp_archdesc::ResourceGraph;
 use srp_archdesc::arch::{Arch, FuOp};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Class, Opcode, Ty};
+use srp_ir::check::{Rule, check_kernels};
 use srp_ir::dre::scheduled::{ModuloSchedule, Placed, PlacedOp, ScheduledDre, Source};
-use srp_scheduler::check::{Rule, check_kernels};
 
 /// A way to damage a schedule; `None` where there is nothing of the kind.
 type Damage = fn(&mut Loop<'_>) -> Option<()>;

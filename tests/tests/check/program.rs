@@ -4,6 +4,7 @@ use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::EntityMap;
 use srp_csimgen::{Interpreter, link};
+use srp_ir::check::{self, sequence::Stretch};
 use srp_ir::dre::Dre;
 use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledDre};
 use srp_ir::interp::{FlatWorld, Options};
@@ -11,7 +12,6 @@ use srp_ir::layout::Layout;
 use srp_ir::program::Kernel;
 use srp_ir::{dre, split};
 use srp_runtime::solo::{self, Solo};
-use srp_scheduler::sequence::Stretch;
 use srp_tests::{compiled, machine, root};
 use std::sync::OnceLock;
 
@@ -55,7 +55,10 @@ impl Case {
         let layout = Layout::of(&dre.control, arch.system.sram_bytes).expect("it is small");
         let options = srp_scheduler::Options::default();
         let scheduled = srp_scheduler::schedule(&dre, &arch, &options, &Unwatched);
-        let right = scheduled.unwrap_or_else(|e| panic!("{e}")).program;
+        let right = scheduled
+            .unwrap_or_else(|e| panic!("{e}"))
+            .program
+            .into_inner();
         let code = srp_scheduler::vliw::emit(&dre.control, &right.kernels, &arch.srp, &layout);
         let sequence = code.expect("it was scheduled before").sequence;
         let effect = meaning(&dre, &arch, &layout);
@@ -73,9 +76,9 @@ impl Case {
 
     /// In what a program differs from what this one does; `None` where it does not.
     pub(crate) fn difference(&self, program: &ScheduledDre) -> Option<String> {
-        let spec = match link(program, &self.arch) {
-            Ok(spec) => spec,
-            Err(e) => return Some(e.to_string()),
+        let spec = match check::check(program.clone(), &self.arch) {
+            Ok(checked) => link(&checked).expect("its kernels are short"),
+            Err(refused) => return Some(refused.to_string()),
         };
         let mut bus = Solo::new(&program.image, self.arch.system.sram_bytes);
         let finish = match solo::run(&mut Interpreter::new(&spec), &mut bus, LIMIT) {

@@ -1,6 +1,6 @@
 //! What became of the damage, by its kind.
 
-use srp_scheduler::check::{Rule, Violation};
+use srp_ir::check::{Rule, Violation};
 use std::fmt::Write;
 
 /// What a kind of damage comes to.

@@ -50,7 +50,7 @@ fn trial(seed: u64) -> Trial {
         usage::agrees(schedule, &arch, seed);
     }
     let meant = meaning(&dre, &arch, seed);
-    let spec = link(&scheduled.program, &arch).unwrap_or_else(|e| panic!("seed {seed}: {e}"));
+    let spec = link(&scheduled.program).unwrap_or_else(|e| panic!("seed {seed}: {e}"));
     let mut bus = Solo::new(&scheduled.program.image, arch.system.sram_bytes);
     bus.memory = body::system_memory();
     solo::run(&mut Interpreter::new(&spec), &mut bus, 10_000_000)

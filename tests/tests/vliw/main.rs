@@ -14,13 +14,13 @@ use srp_archdesc::arch::{Arch, FileKind};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Class;
 use srp_archdesc::machines;
+use srp_ir::check::check_sequence;
+use srp_ir::check::sequence::Stretch;
 use srp_ir::dre::Dre;
 use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledDre};
 use srp_ir::interp::{FlatWorld, Options, TrapKind};
 use srp_ir::layout::Layout;
 use srp_ir::program::{Bits, Kernel, Pos, Program};
-use srp_scheduler::check::check_sequence;
-use srp_scheduler::sequence::Stretch;
 
 /// The shipped machines.
 fn machines() -> Vec<Arch> {
@@ -101,7 +101,7 @@ fn compare(
         start: code.start,
         kernels,
     };
-    let mut violations = srp_scheduler::check::check_control(&scheduled, arch);
+    let mut violations = srp_ir::check::check_control(&scheduled, arch);
     violations.extend(check_sequence(&scheduled, &code.sequence, &arch.srp));
     let list: Vec<String> = violations.iter().map(ToString::to_string).collect();
     assert!(

@@ -9,10 +9,9 @@ pub use takeover::Shares;
 
 use crate::{Error, Session};
 use generated::Source;
-use srp_archdesc::arch::Arch;
 use srp_archdesc::watch::Event;
 use srp_csimgen::{Interpreter, Simulator, link};
-use srp_ir::dre::scheduled::ScheduledDre;
+use srp_ir::check::Checked;
 use srp_runtime::core::Core;
 use std::sync::Arc;
 use takeover::Takeover;
@@ -41,19 +40,14 @@ pub enum Engines {
 }
 
 impl Engines {
-    /// What makes cores of a program. Where a simulator cannot be compiled, the interpreter takes its
+    /// What makes cores of a program, on the machine that it was checked for. Where a simulator cannot be compiled, the interpreter takes its
     /// place, and a note says so.
     ///
     /// # Errors
     ///
-    /// The schedule does not fit the machine.
-    pub fn of(
-        program: &ScheduledDre,
-        arch: &Arch,
-        engine: Engine,
-        session: &Session<'_>,
-    ) -> Result<Engines, Error> {
-        let spec = link(program, arch)?;
+    /// Simulators have no room for one of the kernels.
+    pub fn of(program: &Checked, engine: Engine, session: &Session<'_>) -> Result<Engines, Error> {
+        let spec = link(program)?;
         let interpreters = || Engines::Interpreters(Box::new(Interpreter::new(&spec)));
         if engine == Engine::Interpreter {
             return Ok(interpreters());

@@ -5,10 +5,10 @@ use crate::tally::Harm;
 use srp_archdesc::arch::Fu;
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::Opcode;
+use srp_ir::check::Rule;
 use srp_ir::dfg::Node;
 use srp_ir::dre::scheduled::{Placed, PlacedOp, Source};
 use srp_ir::program::Bits;
-use srp_scheduler::check::Rule;
 
 /// Rules that a change of times may break.
 const TIMES: &[Rule] = &[
@@ -95,6 +95,18 @@ pub(super) const KINDS: &[Kind] = &[
         Harm::Always,
         &[Rule::Constants],
         too_many_constants,
+    ),
+    (
+        "an operation of the wrong form in the graph",
+        Harm::Always,
+        &[Rule::Form],
+        wrong_graph,
+    ),
+    (
+        "an interval of no cycle",
+        Harm::Always,
+        &[Rule::Contexts],
+        no_interval,
     ),
     ("a shorter interval", Harm::Perhaps, TIMES, shorter_interval),
     ("a longer interval", Harm::Perhaps, TIMES, longer_interval),
@@ -260,6 +272,24 @@ fn too_many_constants(broken: &mut Loop<'_>) -> Option<()> {
         let bits = Bits::Word(1_000_000 + i as u32);
         broken.schedule.ops[op].operands[i] = Source::Const(bits);
     }
+    Some(())
+}
+
+fn wrong_graph(broken: &mut Loop<'_>) -> Option<()> {
+    let nodes = broken.schedule.dfg.nodes.len();
+    let node = Node::new(broken.dice.below(nodes));
+    let immediate = broken.dice.chance();
+    let data = &mut broken.schedule.dfg.nodes[node];
+    if immediate {
+        data.imm = 1;
+        (!data.op.info().immediate).then_some(())
+    } else {
+        data.operands.pop().map(drop)
+    }
+}
+
+fn no_interval(broken: &mut Loop<'_>) -> Option<()> {
+    broken.schedule.ii = 0;
     Some(())
 }
 

@@ -6,9 +6,9 @@ use crate::tally::Harm;
 use srp_archdesc::arch::{FileKind, Link, RegFile};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Ty;
+use srp_ir::check::Rule;
 use srp_ir::dfg::Node;
 use srp_ir::dre::scheduled::{PlacedOp, PlacedTransfer, RegAt, Source};
-use srp_scheduler::check::Rule;
 
 /// Rules that a wrong way may break.
 const WAYS: &[Rule] = &[
@@ -83,6 +83,12 @@ pub(super) const KINDS: &[Kind] = &[
         Harm::Always,
         &[Rule::Path],
         wrong_file,
+    ),
+    (
+        "a file that the unit cannot read",
+        Harm::Always,
+        &[Rule::Path],
+        unreadable_file,
     ),
     (
         "a file that is too narrow",
@@ -233,6 +239,24 @@ fn wrong_file(broken: &mut Loop<'_>) -> Option<()> {
         let spec = &broken.arch.srp.files[file];
         spec.holds(ty) && !spec.writers.contains(&op.fu)
     })
+}
+
+fn unreadable_file(broken: &mut Loop<'_>) -> Option<()> {
+    let (op, i) = broken.operand_like(|_| true)?;
+    let data = &broken.schedule.ops[op];
+    let kind = broken.opcode(data).info().operands[i];
+    let files = broken.arch.srp.files.iter();
+    let files: Vec<RegFile> = files
+        .filter(|(_, file)| file.holds(kind.ty()) && !file.readers.contains(&data.fu))
+        .map(|(file, _)| file)
+        .collect();
+    let reg = RegAt {
+        file: broken.dice.pick(&files)?,
+        index: 0,
+        ring: 1,
+    };
+    broken.schedule.ops[op].operands[i] = Source::Reg { reg, distance: 0 };
+    Some(())
 }
 
 fn narrow_file(broken: &mut Loop<'_>) -> Option<()> {

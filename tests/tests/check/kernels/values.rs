@@ -4,10 +4,10 @@ use super::{Kind, Loop};
 use crate::tally::Harm;
 use srp_archdesc::arch::{FileKind, RegFile};
 use srp_archdesc::isa::Ty;
+use srp_ir::check::Rule;
 use srp_ir::dfg::Initial;
 use srp_ir::dre::scheduled::{Reg, RegAt, Source};
 use srp_ir::program::Bits;
-use srp_scheduler::check::Rule;
 
 /// Rules that a wrong register may break.
 const REGISTERS: &[Rule] = &[
@@ -60,6 +60,12 @@ pub(super) const KINDS: &[Kind] = &[
         other_ring,
     ),
     (
+        "a ring of no register",
+        Harm::Always,
+        &[Rule::Range],
+        no_ring,
+    ),
+    (
         "a transfer to another register",
         Harm::Perhaps,
         REGISTERS,
@@ -95,6 +101,12 @@ pub(super) const KINDS: &[Kind] = &[
         Harm::Perhaps,
         REGISTERS,
         preload_value,
+    ),
+    (
+        "a register set to a value of another type, or to none",
+        Harm::Always,
+        &[Rule::LiveIn],
+        preload_type,
     ),
     (
         "another register set at entry",
@@ -233,6 +245,16 @@ fn other_ring(broken: &mut Loop<'_>) -> Option<()> {
     Some(())
 }
 
+fn no_ring(broken: &mut Loop<'_>) -> Option<()> {
+    let reg = if broken.dice.chance() {
+        operand(broken)?.0
+    } else {
+        written(broken)?
+    };
+    reg.ring = 0;
+    Some(())
+}
+
 fn transferred_elsewhere(broken: &mut Loop<'_>) -> Option<()> {
     let at = broken.dice.below(broken.schedule.transfers.len());
     let index = broken.schedule.transfers.get(at)?.to.index;
@@ -295,6 +317,17 @@ fn preload_value(broken: &mut Loop<'_>) -> Option<()> {
         Ty::Word => Bits::Word(0x3f7f_ffff),
         Ty::Vec => Bits::Vec([0x3f7f_ffff; 4]),
     }));
+    broken.schedule.preloads[at].value = broken.dice.pick(&values)?;
+    Some(())
+}
+
+fn preload_type(broken: &mut Loop<'_>) -> Option<()> {
+    let at = broken.dice.below(broken.schedule.preloads.len());
+    let other = match broken.schedule.preloads.get(at)?.ty {
+        Ty::Pred => Bits::Word(1),
+        Ty::Word | Ty::Vec => Bits::Pred(true),
+    };
+    let values = [Initial::Const(other), Initial::Any];
     broken.schedule.preloads[at].value = broken.dice.pick(&values)?;
     Some(())
 }

@@ -3,8 +3,8 @@
 
 use super::{Checker, numbered};
 use crate::check::Rule;
+use crate::dre::scheduled::Placed;
 use srp_archdesc::arch::{Fu, Resource};
-use srp_ir::dre::scheduled::Placed;
 use std::collections::BTreeMap;
 
 impl Checker<'_> {
@@ -67,7 +67,7 @@ impl Checker<'_> {
 
     /// All rings of the schedule.
     pub(super) fn rings(&self) -> Vec<u32> {
-        use srp_ir::dre::scheduled::Source;
+        use crate::dre::scheduled::Source;
         let ops = self.schedule.ops.values();
         let read = ops.clone().flat_map(|op| &op.operands);
         let read = read.filter_map(|source| match source {

@@ -1,10 +1,10 @@
 //! One bundle by itself.
 
 use crate::check::{Place, Rule, Violation};
+use crate::dre::scheduled::{Bundle, BundleData, Control, Reg, ScheduledDre, SlotOp, Src};
+use crate::program::Bits;
 use srp_archdesc::arch::{FileKind, Fu, RegFile, Srp};
 use srp_archdesc::isa::{Effect, Opcode, Ty};
-use srp_ir::dre::scheduled::{Bundle, BundleData, Control, Reg, ScheduledDre, SlotOp, Src};
-use srp_ir::program::Bits;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Adds what is wrong with a bundle to `violations`.
@@ -22,19 +22,22 @@ pub(super) fn check(
     };
     let mut taken = BTreeSet::new();
     for op in &bundle.ops {
+        checker.at = Place::Slot(number, op.fu);
         if !taken.insert(op.fu) {
             checker.report(Rule::Slot, "two operations in one slot".to_owned());
         }
         checker.operation(op, dre);
     }
+    checker.at = Place::Bundle(number);
     let is_io = |op: &&SlotOp| op.op.info().effect == Effect::Io;
     if bundle.ops.iter().filter(is_io).count() > 1 {
         checker.report(Rule::Class, "two port operations in one bundle".to_owned());
     }
+    checker.read_ports(bundle);
     if let Some((control, _)) = &bundle.control {
+        checker.at = Place::Transfer(number);
         checker.control(control);
     }
-    checker.read_ports(bundle);
 }
 
 /// The register that a control transfer reads when it issues, and its type.

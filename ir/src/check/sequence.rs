@@ -1,9 +1,10 @@
 //! The control code one operation after another, in registers of the machine: what the bundles of
-//! the VLIW engine are to do. Made along with them, so that the one can be held against the other.
+//! the VLIW engine are to do. A scheduler makes it along with the bundles, so that
+//! [`check_sequence`](super::check_sequence) can hold the one against the other.
 
+use crate::dre::scheduled::{Bundle, Control, Reg, Src};
+use crate::program::Pos;
 use srp_archdesc::isa::Opcode;
-use srp_ir::dre::scheduled::{Bundle, Control, Reg, Src};
-use srp_ir::program::Pos;
 
 /// Operations that end with at most one control transfer, and the bundles that do them. Control
 /// enters at the first bundle only. When the next stretch begins, here or at the target, all

@@ -2,13 +2,13 @@
 
 use super::{Checker, MAX_LENGTH, numbered};
 use crate::check::Rule;
+use crate::dfg::{Initial, Node};
+use crate::dre::scheduled::{Placed, PlacedOp, Reg, RegAt, Source};
+use crate::program::Bits;
 use srp_archdesc::arch::{FileKind, RegFile};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Class, Ty};
 use srp_archdesc::resource::Place;
-use srp_ir::dfg::{Dfg, Initial, Node, Operand};
-use srp_ir::dre::scheduled::{Placed, PlacedOp, Reg, RegAt, Source};
-use srp_ir::program::Bits;
 use std::collections::BTreeSet;
 
 impl Checker<'_> {
@@ -20,7 +20,7 @@ impl Checker<'_> {
             let message = format!("II {} and length {}", schedule.ii, schedule.length);
             self.report(Rule::Contexts, message);
         }
-        self.graph_form(dfg);
+        self.graph_form();
         if !self.violations.is_empty() {
             return;
         }
@@ -55,49 +55,10 @@ impl Checker<'_> {
         }
     }
 
-    /// The dataflow graph itself.
-    fn graph_form(&mut self, dfg: &Dfg) {
-        let live_in = |k: u32| dfg.live_ins.get(k as usize);
-        let word = |trip: u32| live_in(trip).is_some_and(|l| l.ty == Ty::Word);
-        if dfg.trip.is_some_and(|trip| !word(trip)) {
-            self.report(Rule::Form, "the trip count is no live-in word".to_owned());
-        }
-        let fits = |operand: &Operand, ty: Ty| match operand {
-            Operand::Const(bits) => bits.ty() == ty,
-            Operand::LiveIn(k) => live_in(*k).is_some_and(|l| l.ty == ty),
-            Operand::Node { node, init } => {
-                let result = dfg.nodes.get(*node).and_then(|n| n.op.result());
-                let initial = |value: &Initial| match value {
-                    Initial::Const(bits) => bits.ty() == ty,
-                    Initial::LiveIn(k) => live_in(*k).is_some_and(|l| l.ty == ty),
-                    Initial::Any => true,
-                };
-                result == Some(ty) && init.iter().all(initial)
-            }
-        };
-        for (node, data) in dfg.nodes.iter() {
-            let types = if dfg.is_bare() {
-                // Any number of operands, each of its producer's type.
-                let own = |o: &Operand| dfg.operand_ty(o);
-                data.operands.iter().map(own).collect()
-            } else {
-                let kinds = data.op.info().operands.iter();
-                kinds.map(|k| Some(k.ty())).collect::<Vec<Option<Ty>>>()
-            };
-            let mut all = data.operands.iter().zip(&types);
-            if types.len() != data.operands.len()
-                || !all.all(|(o, ty)| ty.is_some_and(|ty| fits(o, ty)))
-            {
-                self.report(Rule::Form, format!("{node} has the wrong operands"));
-            }
-        }
-        let exists = |node: Node| dfg.nodes.get(node).is_some();
-        if dfg.order.iter().any(|o| !exists(o.from) || !exists(o.to)) {
-            self.report(Rule::Range, "a memory order names no node".to_owned());
-        }
-        let has_value = |&node: &Node| exists(node) && dfg.ty(node).is_some();
-        if !dfg.live_outs.iter().all(has_value) {
-            self.report(Rule::Range, "a live-out is no value".to_owned());
+    /// The dataflow graph itself, which has rules of its own.
+    fn graph_form(&mut self) {
+        for wrong in self.schedule.dfg.verify().err().unwrap_or_default() {
+            self.report(Rule::Form, wrong.to_string());
         }
     }
 

@@ -8,9 +8,9 @@ mod state;
 pub use sequence::check_sequence;
 
 use super::{Place, Rule, Violation};
+use crate::dre::scheduled::{Bundle, Control, ScheduledDre};
 use srp_archdesc::arch::{Arch, Srp};
 use srp_archdesc::entity::Entity;
-use srp_ir::dre::scheduled::{Bundle, Control, ScheduledDre};
 
 /// All rules that the VLIW code of `dre` breaks on a machine, by place.
 pub fn check_control(dre: &ScheduledDre, arch: &Arch) -> Vec<Violation> {
@@ -57,7 +57,7 @@ fn ranges(dre: &ScheduledDre, srp: &Srp, violations: &mut Vec<Violation>) {
         out_of_range(Place::Program, &format!("the entry of `{}`", entry.name));
     }
     for (number, bundle) in dre.bundles.iter() {
-        let at = Place::Bundle(number);
+        let at = Place::Transfer(number);
         match bundle.control.as_ref().map(|(control, _)| control) {
             Some(
                 Control::Jump(target)

@@ -3,13 +3,13 @@
 //! sequence does one thing after another.
 
 use super::bundle::{control_read, control_write};
+use crate::check::sequence::{Step, Stretch};
 use crate::check::{Place, Rule, Violation};
-use crate::sequence::{Step, Stretch};
+use crate::dre::scheduled::{Bundle, Control, Reg, ScheduledDre, SlotOp, Src};
+use crate::program::Bits;
 use srp_archdesc::arch::Srp;
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Effect, Opcode, Space};
-use srp_ir::dre::scheduled::{Bundle, Control, Reg, ScheduledDre, SlotOp, Src};
-use srp_ir::program::Bits;
 use std::collections::{BTreeMap, VecDeque};
 
 /// Where the bundles of `dre` do something else than `sequence`, whose stretches are in the order of

@@ -1,8 +1,8 @@
 //! What is under way when a bundle issues, on any path there.
 
+use crate::dre::scheduled::Reg;
 use srp_archdesc::arch::{FileKind, Fu, RegFile, Resource, Srp};
 use srp_archdesc::entity::EntityMap;
-use srp_ir::dre::scheduled::Reg;
 use std::collections::BTreeMap;
 
 /// The first number of each central file in [`Defined`].

@@ -5,12 +5,12 @@ mod table;
 mod tokens;
 
 use super::{Place, Rule, Violation};
+use crate::dre::scheduled::{ModuloSchedule, Placed, PlacedOp, ScheduledDre};
+use crate::program::Kernel;
 use srp_archdesc::ResourceGraph;
 use srp_archdesc::arch::{FuOp, Srp};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Opcode, Ty};
-use srp_ir::dre::scheduled::{ModuloSchedule, Placed, PlacedOp, ScheduledDre};
-use srp_ir::program::Kernel;
 
 /// All rules that the kernels of `dre` break on `srp`, by kernel. They are launched, so none is a
 /// bare graph.
@@ -87,7 +87,7 @@ impl Checker<'_> {
         self.violations.push(Violation {
             at: Place::Op(self.kernel, op),
             rule,
-            message,
+            message: format!("{}: {message}", self.name(op)),
         });
     }
 
@@ -114,8 +114,9 @@ impl Checker<'_> {
     fn name(&self, op: Placed) -> String {
         let placed = &self.schedule.ops[op];
         let what = if placed.is_move { "a move of " } else { "" };
-        let opcode = self.schedule.dfg.nodes[placed.node].op.name();
-        format!("{what}{} `{opcode}`", placed.node)
+        let node = self.schedule.dfg.nodes.get(placed.node);
+        let opcode = node.map_or(String::new(), |node| format!(" `{}`", node.op));
+        format!("{what}{}{opcode}", placed.node)
     }
 }
 

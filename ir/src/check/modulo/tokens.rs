@@ -7,12 +7,12 @@
 use super::table::contexts;
 use super::{Checker, MAX_STEPS};
 use crate::check::Rule;
+use crate::dfg::{Initial, Node, Operand};
+use crate::dre::scheduled::{Placed, PlacedOp, PlacedTransfer, RegAt, Source};
+use crate::program::Bits;
 use srp_archdesc::arch::{FileKind, RegFile};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::resource::Place;
-use srp_ir::dfg::{Initial, Node, Operand};
-use srp_ir::dre::scheduled::{Placed, PlacedOp, PlacedTransfer, RegAt, Source};
-use srp_ir::program::Bits;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
@@ -152,10 +152,6 @@ impl<'a> Run<'a> {
 
     fn report(&mut self, op: Option<Placed>, rule: Rule, message: String) {
         if self.known.insert((op, rule)) {
-            let message = match op {
-                Some(op) => format!("{}: {message}", self.checker.name(op)),
-                None => message,
-            };
             self.found.push((op, rule, message));
         }
     }

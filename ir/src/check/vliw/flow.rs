@@ -4,10 +4,10 @@
 use super::bundle::{control_read, control_write};
 use super::state::{Defined, Numbering, State, numbering};
 use crate::check::{Place, Rule, Violation};
+use crate::dre::scheduled::{Bundle, Control, ModuloSchedule, Reg, ScheduledDre, SlotOp, Src};
 use srp_archdesc::arch::{FileKind, Fu, FuOp, Srp};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Class;
-use srp_ir::dre::scheduled::{Bundle, Control, ModuloSchedule, Reg, ScheduledDre, SlotOp, Src};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What is wrong between bundles.
@@ -89,10 +89,10 @@ struct Flow<'a> {
 }
 
 impl Flow<'_> {
-    fn report(&mut self, bundle: Bundle, rule: Rule, message: impl FnOnce() -> String) {
+    fn report(&mut self, at: Place, rule: Rule, message: impl FnOnce() -> String) {
         if let Some(list) = &mut self.report {
             list.push(Violation {
-                at: Place::Bundle(bundle),
+                at,
                 rule,
                 message: message(),
             });
@@ -140,33 +140,35 @@ impl Flow<'_> {
         let mut used: Vec<Fu> = Vec::new();
         let ops: Vec<SlotOp> = bundle.ops.clone();
         let control = bundle.control.clone();
+        let slot = |op: &SlotOp| Place::Slot(node.bundle, op.fu);
         for op in &ops {
             for src in &op.srcs {
                 if let Src::Reg(reg) = src {
-                    self.read(node.bundle, *reg, &state);
+                    self.read(slot(op), *reg, &state);
                 }
             }
         }
+        let at = Place::Transfer(node.bundle);
         let read = control.as_ref().and_then(|(c, _)| control_read(c));
         if let Some((reg, _)) = read {
-            self.read(node.bundle, reg, &state);
+            self.read(at, reg, &state);
         }
         for op in &ops {
             let how = self.srp.fus[op.fu].op(op.op.class());
             let how = how.expect("bundles were checked by themselves").clone();
             used.push(op.fu);
-            self.unit(node.bundle, op.fu, &how, &mut state);
+            self.unit(slot(op), op.fu, &how, &mut state);
             if let Some(dst) = op.dst {
-                self.result(node.bundle, dst, how.latency, &mut state);
+                self.result(slot(op), dst, how.latency, &mut state);
             }
         }
         let Some((control, _)) = control else {
             state.advance(|reg| self.number(reg));
             return self.go_on(node, node.pending, state);
         };
-        let branch = self.branch_unit(node.bundle, &used, &mut state);
+        let branch = self.branch_unit(at, &used, &mut state);
         if node.pending.is_some() {
-            self.report(node.bundle, Rule::Control, || {
+            self.report(at, Rule::Control, || {
                 "a transfer while the delay of another runs".to_owned()
             });
             state.advance(|reg| self.number(reg));
@@ -179,20 +181,20 @@ impl Flow<'_> {
         self.transfer(node, &control, state);
     }
 
-    fn read(&mut self, bundle: Bundle, reg: Reg, state: &State) {
+    fn read(&mut self, at: Place, reg: Reg, state: &State) {
         if !state.defined.contains(self.number(reg)) {
             let name = self.name(reg);
-            self.report(bundle, Rule::Undefined, || {
+            self.report(at, Rule::Undefined, || {
                 format!("{name} is read but not set on every way here")
             });
         }
     }
 
-    fn unit(&mut self, bundle: Bundle, fu: Fu, how: &FuOp, state: &mut State) {
+    fn unit(&mut self, at: Place, fu: Fu, how: &FuOp, state: &mut State) {
         let name = &self.srp.fus[fu].name;
         if state.busy.contains_key(&fu) {
             let message = format!("{name} is still busy with an operation before");
-            self.report(bundle, Rule::Unit, || message);
+            self.report(at, Rule::Unit, || message);
         }
         state.busy.insert(fu, how.interval);
         for &resource in &how.uses {
@@ -202,16 +204,16 @@ impl Flow<'_> {
                 *uses += 1;
                 if *uses > spec.count {
                     let message = format!("{} is used {uses} times, has {}", spec.name, spec.count);
-                    self.report(bundle, Rule::Resource, || message);
+                    self.report(at, Rule::Resource, || message);
                 }
             }
         }
     }
 
-    fn result(&mut self, bundle: Bundle, dst: Reg, latency: u32, state: &mut State) {
+    fn result(&mut self, at: Place, dst: Reg, latency: u32, state: &mut State) {
         let name = self.name(dst);
         if state.flying.insert((latency, dst), true).is_some() {
-            self.report(bundle, Rule::Collision, || {
+            self.report(at, Rule::Collision, || {
                 format!("two results arrive in {name} in one cycle")
             });
         }
@@ -223,20 +225,20 @@ impl Flow<'_> {
                 "{arrivals} results arrive in {} in one cycle, which has {} ports",
                 file.name, file.write_ports
             );
-            self.report(bundle, Rule::WritePorts, || message);
+            self.report(at, Rule::WritePorts, || message);
         }
     }
 
     /// Takes the branch unit of the first slot that is free.
-    fn branch_unit(&mut self, bundle: Bundle, used: &[Fu], state: &mut State) -> Option<Fu> {
+    fn branch_unit(&mut self, at: Place, used: &[Fu], state: &mut State) -> Option<Fu> {
         let is_free = |fu: &Fu| !used.contains(fu) && !state.busy.contains_key(fu);
         let slot = self.srp.slots().into_iter().filter(is_free).find_map(|fu| {
             let how = self.srp.fus[fu].op(Class::Branch)?;
             Some((fu, how.clone()))
         });
         match slot {
-            Some((fu, ref how)) => self.unit(bundle, fu, how, state),
-            None => self.report(bundle, Rule::Control, || {
+            Some((fu, ref how)) => self.unit(at, fu, how, state),
+            None => self.report(at, Rule::Control, || {
                 "no unit of class branch is free".to_owned()
             }),
         }
@@ -247,7 +249,7 @@ impl Flow<'_> {
         let delay = self.srp.branch_delay;
         let back = Bundle::new(node.bundle.index() + delay as usize + 1);
         if let Some(link) = control_write(control) {
-            self.result(node.bundle, link, delay + 1, &mut state);
+            self.result(Place::Transfer(node.bundle), link, delay + 1, &mut state);
         }
         let mut next = state;
         next.advance(|reg| self.number(reg));
@@ -283,12 +285,12 @@ impl Flow<'_> {
         };
         match pending {
             None | Some((_, 1..)) if self.dre.bundles.get(next).is_none() => {
-                self.report(node.bundle, Rule::Control, || {
+                self.report(Place::Bundle(node.bundle), Rule::Control, || {
                     "the code runs off its end".to_owned()
                 });
             }
             None if self.entries.contains(&next) || next == self.dre.start => {
-                self.report(node.bundle, Rule::Control, || {
+                self.report(Place::Bundle(node.bundle), Rule::Control, || {
                     "the code runs into the next function".to_owned()
                 });
             }
@@ -312,14 +314,14 @@ impl Flow<'_> {
     fn still(&mut self, bundle: Bundle, state: &State) {
         for &(_, reg) in state.flying.keys() {
             let name = self.name(reg);
-            self.report(bundle, Rule::InFlight, || {
+            self.report(Place::Bundle(bundle), Rule::InFlight, || {
                 format!("a result for {name} is in flight across the transfer")
             });
         }
         for fu in state.busy.keys() {
             let name = &self.srp.fus[*fu].name;
             let message = format!("{name} is busy across the transfer");
-            self.report(bundle, Rule::InFlight, || message);
+            self.report(Place::Bundle(bundle), Rule::InFlight, || message);
         }
     }
 
@@ -400,7 +402,7 @@ impl Flow<'_> {
             }
         }
         for reg in missing {
-            self.report(bundle, Rule::Undefined, || {
+            self.report(Place::Transfer(bundle), Rule::Undefined, || {
                 format!("live-in register {reg:?} is not set on every way to the launch")
             });
         }

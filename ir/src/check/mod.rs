@@ -1,9 +1,12 @@
-//! Whether a scheduled program can run on a machine, and means what it should. Whoever made the
-//! schedule: nothing here is shared with the code that makes schedules.
+//! Whether a scheduled program can run on a machine, and means what it should. It does not matter who
+//! made the schedule, and the code that makes schedules is not seen from here.
+//!
+//! [`check`] asks everything of a program, and its answer is a [`Checked`], which later stages demand:
 //!
 //! * [`check_control`] goes through the VLIW code along all its paths.
 //! * [`check_sequence`] holds the bundles against the operations that they are to do, one after
-//!   another: values, memory, transfers.
+//!   another: values, memory, transfers. Only the scheduler that made the bundles knows the sequence,
+//!   so [`check_against`] takes it.
 //! * [`check_kernels`] runs each kernel with *tokens* for values (node and iteration) through the
 //!   array, by the rules of time of [`ResourceGraph`](srp_archdesc::ResourceGraph), and looks
 //!   whether each operand finds the token that the dataflow graph asks for. [`check_loop`] does so
@@ -11,16 +14,19 @@
 //!
 //! [`Rule`] lists the rules.
 
+mod checked;
 mod modulo;
+pub mod sequence;
 mod vliw;
 
+pub use checked::{Checked, Refused, check, check_against};
 pub use modulo::{check_kernels, check_loop};
 pub use vliw::{check_control, check_sequence};
 
-use srp_archdesc::arch::Arch;
+use crate::dre::scheduled::{Bundle, Placed, ScheduledDre};
+use crate::program::{Kernel, Pos};
+use srp_archdesc::arch::Fu;
 use srp_archdesc::entity::Entity;
-use srp_ir::dre::scheduled::{Bundle, Placed, ScheduledDre};
-use srp_ir::program::Kernel;
 use std::fmt;
 
 /// A rule that a schedule breaks.
@@ -41,6 +47,10 @@ pub enum Place {
     Program,
     /// A bundle of VLIW code.
     Bundle(Bundle),
+    /// The operation of a bundle in the slot of this unit.
+    Slot(Bundle, Fu),
+    /// The control transfer of a bundle.
+    Transfer(Bundle),
     /// A kernel.
     Kernel(Kernel),
     /// An operation of a kernel.
@@ -102,7 +112,8 @@ impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Place::Program => f.write_str("program"),
-            Place::Bundle(bundle) => write!(f, "bundle {}", bundle.index()),
+            Place::Bundle(bundle) | Place::Transfer(bundle) => write!(f, "bundle {bundle}"),
+            Place::Slot(bundle, fu) => write!(f, "bundle {bundle}, {fu}"),
             Place::Kernel(kernel) => write!(f, "kernel {}", kernel.index()),
             Place::Op(kernel, op) => {
                 write!(f, "kernel {}, operation {}", kernel.index(), op.index())
@@ -117,13 +128,51 @@ impl fmt::Display for Violation {
     }
 }
 
-/// All rules that `dre` breaks on `srp`.
-pub fn check(dre: &ScheduledDre, arch: &Arch) -> Result<(), Vec<Violation>> {
-    let mut violations = check_control(dre, arch);
-    violations.extend(check_kernels(dre, &arch.srp));
-    if violations.is_empty() {
-        Ok(())
-    } else {
-        Err(violations)
+impl Violation {
+    /// The violation with the source position of its place, where that has one, and with the names of
+    /// `program`, in which it was found.
+    pub fn describe(&self, program: &ScheduledDre) -> String {
+        let Violation { at, rule, message } = self;
+        let pos = at.pos(program).filter(|pos| pos.line > 0);
+        let source = pos.and_then(|pos| {
+            let file = program.files.get(pos.file)?;
+            Some(format!("{file}:{}:{}: ", pos.line, pos.column))
+        });
+        let source = source.unwrap_or_default();
+        let place = match *at {
+            Place::Program => "the program".to_owned(),
+            Place::Bundle(bundle) | Place::Slot(bundle, _) | Place::Transfer(bundle) => {
+                format!("bundle {bundle}")
+            }
+            Place::Kernel(kernel) | Place::Op(kernel, _) => {
+                let schedule = program.kernels.get(kernel);
+                let name = schedule.map_or("", |schedule| &schedule.dfg.name);
+                format!("kernel `{name}`")
+            }
+        };
+        format!("{source}{place}: {message} ({rule:?})")
+    }
+}
+
+impl Place {
+    /// Where the code of a place comes from.
+    fn pos(self, program: &ScheduledDre) -> Option<Pos> {
+        match self {
+            Place::Program | Place::Bundle(_) => None,
+            Place::Slot(bundle, fu) => {
+                let ops = &program.bundles.get(bundle)?.ops;
+                ops.iter().find(|op| op.fu == fu).map(|op| op.pos)
+            }
+            Place::Transfer(bundle) => {
+                let control = program.bundles.get(bundle)?.control.as_ref();
+                control.map(|(_, pos)| *pos)
+            }
+            Place::Kernel(kernel) => Some(program.kernels.get(kernel)?.dfg.pos),
+            Place::Op(kernel, op) => {
+                let schedule = program.kernels.get(kernel)?;
+                let node = schedule.ops.get(op)?.node;
+                schedule.dfg.nodes.get(node).map(|node| node.pos)
+            }
+        }
     }
 }
