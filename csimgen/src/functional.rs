@@ -20,7 +20,7 @@ use srp_runtime::memory::SystemMemory;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene_image::SceneImage;
 use srp_runtime::system;
-use srp_runtime::tni::RayCounts;
+use srp_runtime::tni::{RayCounts, Untimed};
 use std::fmt;
 use std::ops::AddAssign;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -173,6 +173,8 @@ pub(crate) struct Stage<'a> {
     pub(crate) image: &'a SceneImage,
     pub(crate) arch: &'a Arch,
     pub(crate) guard: &'a Guard,
+    /// The T&I unit at the start of a tile.
+    pub(crate) tni: Untimed,
     pub(crate) code: Code<'a>,
     pub(crate) layout: &'a Layout,
     pub(crate) program: &'a Program,
@@ -285,10 +287,13 @@ impl<'a> Stage<'a> {
             let main = &program.funcs[main];
             main.blocks[main.entry()].params.is_empty()
         });
+        let spec = &arch.system.tni;
+        let ray_buffers = arch.system.buffers.ray_buffers;
         Ok(Stage {
             image,
             arch,
             guard,
+            tni: Untimed::new(spec, image.tree, ray_buffers).having_read(&image.memory),
             code: Code::of(program, layout),
             layout,
             program,

@@ -61,14 +61,14 @@ impl Shot<'_> {
             guard: self.guard.clone(),
             timing: level.timing(),
             max_cycles: MAX_CYCLES,
-            sram_image: &self.program.image,
             kernel_names: names.clone(),
             watch: &CONSOLE,
+            ..system::Options::new(&self.program.image)
         };
         let cores = self.engines.cores(arch.system.cores);
         let watch = Watch::start();
         let part =
-            interrupt::looked_for(|| system::render_tiles(&mut image, cores, &arch, options))
+            interrupt::looked_for(|| sampled::render_tiles(&mut image, cores, &arch, options))
                 .map_err(Failure::message)?;
         let took = watch.took();
         interrupt::end_if_requested()?;

@@ -11,7 +11,7 @@ use srp_runtime::picture::Picture;
 use srp_runtime::scene::demo::demo;
 use srp_runtime::scene_image::tile_size;
 use srp_runtime::system::sampled::{self, Figure, First, Frame, View};
-use srp_runtime::system::{self, Options, Timing};
+use srp_runtime::system::{Options, Timing};
 use srp_scheduler::schedule;
 use srp_tests::studio::Studio;
 
@@ -55,10 +55,8 @@ impl Kernels {
         Options {
             timing,
             max_cycles: LIMIT,
-            sram_image: &self.data,
-            guard: Guard::default(),
             kernel_names: self.names.clone(),
-            watch: &Unwatched,
+            ..Options::new(&self.data)
         }
     }
 }
@@ -67,7 +65,7 @@ fn at(studio: &Studio, kernels: &Kernels, level: Fidelity) -> (Picture, Vec<Figu
     let arch = level.machine(&studio.arch);
     let mut image = studio.image();
     let options = kernels.options(level.timing());
-    let part = system::render_tiles(&mut image, kernels.cores(studio), &arch, options)
+    let part = sampled::render_tiles(&mut image, kernels.cores(studio), &arch, options)
         .unwrap_or_else(|e| panic!("{}: {e}", level.name()));
     let figures = sampled::known(&part, &arch, &kernels.names);
     // The ledgers of all tiles, and what is around them, are the account of the frame.

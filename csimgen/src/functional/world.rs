@@ -8,7 +8,7 @@ use srp_ir::interp::{Outcome, PortOut, Trap, World};
 use srp_ir::layout::FIRST_ADDRESS;
 use srp_runtime::effect::{Guard, Missing};
 use srp_runtime::memory::SystemMemory;
-use srp_runtime::tni::{HitRecord, Runs, SubmitError, Untimed};
+use srp_runtime::tni::{Buffers, HitRecord, Runs, SubmitError, Untimed};
 
 /// Why a program is stopped that has done nothing wrong by itself.
 #[derive(Clone, Debug)]
@@ -28,7 +28,7 @@ pub(crate) struct TileWorld<'a> {
     /// Words that were written, as bytes from its start.
     written: Vec<u32>,
     tile: Option<u32>,
-    tni: Untimed<'a>,
+    tni: Untimed,
     rays: u32,
     hits: u32,
     runs: Runs,
@@ -49,7 +49,6 @@ impl<'a> TileWorld<'a> {
         let frame = image.frame.address;
         let bytes = image.frame.stride * image.frame.rows * 4;
         let buffer = image.memory.get(frame, bytes).unwrap_or_default().to_vec();
-        let ray_buffers = system.buffers.ray_buffers;
         TileWorld {
             memory: &image.memory,
             guard: stage.guard,
@@ -58,7 +57,7 @@ impl<'a> TileWorld<'a> {
             buffer,
             written: Vec::new(),
             tile,
-            tni: Untimed::new(&system.tni, &image.tree, &image.memory, ray_buffers),
+            tni: stage.tni.clone(),
             rays: 0,
             hits: 0,
             runs: Runs::default(),
@@ -131,7 +130,8 @@ impl<'a> TileWorld<'a> {
 
     fn submit(&mut self, count: u32) -> bool {
         let (rays, hits) = (self.rays, self.hits);
-        match self.tni.submit(rays, hits, count, &mut self.sram) {
+        let buffers = Buffers { rays, hits, count };
+        match self.tni.submit(buffers, self.memory, &mut self.sram) {
             Ok(records) => {
                 self.records.clear();
                 self.records.extend_from_slice(records);
@@ -148,13 +148,12 @@ impl<'a> TileWorld<'a> {
 
     /// Takes the answer to the oldest submission.
     fn take_finished(&mut self) -> Option<u32> {
-        if !self.guard.is_idle()
-            && let Some(missing) = self.guard.check(self.tni.finished()?)
-        {
+        let finished = self.tni.take_finished()?;
+        if let Some(missing) = self.guard.check(&finished.hits) {
             self.fault = Some(Fault::Effect(missing.clone()));
             return None;
         }
-        self.runs = self.tni.take_finished()?;
+        self.runs = finished.runs;
         Some(self.runs.shadow_hits)
     }
 }

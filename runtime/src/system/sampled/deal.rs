@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use srp_archdesc::SystemSpec;
 
-use super::super::tags::{Misses, Tags};
+use super::super::{Misses, WarmCaches};
 use super::look::{Seen, View, Work};
-use crate::fidelity::unloaded_ns;
+use crate::memory::unloaded::unloaded_ns;
 
 /// A tile of more packets may be in hand while a core takes several others.
 const LONG: usize = 8;
@@ -105,7 +105,7 @@ struct Job {
     seen: Seen,
     /// Its place among the core's tiles, and the caches before it where it may be in hand for long.
     place: usize,
-    find: Option<Arc<Tags>>,
+    find: Option<Arc<WarmCaches>>,
     /// Packets that are done.
     done: usize,
     /// The unit that it is counted for.
@@ -125,7 +125,7 @@ pub(super) struct Hand {
     pub(super) tiles: Vec<u32>,
     /// Packets of each.
     packets: Vec<usize>,
-    tags: Tags,
+    tags: WarmCaches,
     /// When it has done what it has, and when its T&I unit has.
     busy: f64,
     traced: f64,
@@ -134,9 +134,9 @@ pub(super) struct Hand {
     turn: usize,
     /// Of each unit what is counted, and where it is to be run from.
     pub(super) counts: Vec<Counts>,
-    pub(super) starts: Vec<(usize, Arc<Tags>)>,
+    pub(super) starts: Vec<(usize, Arc<WarmCaches>)>,
     /// Where the next unit is run from, unless something is still in hand from before.
-    next_start: (usize, Arc<Tags>),
+    next_start: (usize, Arc<WarmCaches>),
 }
 
 /// The cores while tiles are dealt out.
@@ -185,7 +185,7 @@ pub(super) fn jobs(spec: &SystemSpec) -> usize {
 impl Hand {
     pub(super) fn new(spec: &SystemSpec, view: &View<'_>) -> Hand {
         let jobs = jobs(spec);
-        let tags = Tags::new(spec, view.image);
+        let tags = WarmCaches::new(spec, view.image);
         Hand {
             tiles: Vec::new(),
             packets: Vec::new(),
@@ -254,7 +254,7 @@ impl Hand {
     }
 
     /// Where a unit is to be run from that begins now: with the oldest tile that is still in hand.
-    fn start(&self) -> (usize, Arc<Tags>) {
+    fn start(&self) -> (usize, Arc<WarmCaches>) {
         let in_hand = self.jobs.iter().flatten().filter(|job| !job.is_done());
         let long = in_hand.filter_map(|job| Some((job.place, job.find.as_ref()?)));
         let (place, find) = &self.next_start;

@@ -3,9 +3,9 @@
 use serde::Serialize;
 use srp_archdesc::Arch;
 
-use super::super::ledger::{COLUMNS, Column, Tally};
-use super::super::{Part, Report};
+use super::super::Report;
 use super::Batch;
+use super::ledger::{COLUMNS, Column, Part, Tally};
 use crate::survey::{Estimate, Population, Sample, relative_error};
 
 /// A figure of a frame.

@@ -6,8 +6,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use srp_archdesc::Arch;
 
-use super::super::tags::Tags;
-use super::super::tiles::Errand;
+use super::super::{QueuedTile, WarmCaches};
 use super::deal::{Deal, Hand, Takes, jobs};
 use super::look::{Look, Seen, View};
 use crate::survey::Population;
@@ -33,7 +32,7 @@ struct Unit {
     measured: Range<usize>,
     run: Range<usize>,
     /// What the core's caches hold before the first that is run.
-    find: Arc<Tags>,
+    find: Arc<WarmCaches>,
 }
 
 /// What is known of a frame before it is sampled.
@@ -137,15 +136,15 @@ impl First {
 
     /// What a core has to do for a unit: the tiles that lead to it, its own, and those behind it that are in
     /// hand together with its last.
-    pub(super) fn errands(&self, unit: u32) -> impl Iterator<Item = Errand> {
+    pub(super) fn queue(&self, unit: u32) -> impl Iterator<Item = QueuedTile> {
         let unit = &self.units[unit as usize];
         let tiles = &self.tiles[unit.core];
         tiles[unit.run.clone()]
             .iter()
             .enumerate()
-            .map(|(i, &tile)| Errand {
+            .map(|(i, &tile)| QueuedTile {
                 tile,
-                find: (i == 0).then(|| Arc::clone(&unit.find)),
+                caches: (i == 0).then(|| Arc::clone(&unit.find)),
             })
     }
 }

@@ -4,7 +4,7 @@
 //! follows what the caches hold. A unit of the sample is a run of tiles that one core takes one after the other.
 //! It is run cycle by cycle, on all units of the machine, from the caches as the look has them, with tiles before
 //! and behind it that are not measured; other cores run other units meanwhile. What it took comes from
-//! the [`ledger`](super::ledger); strata, and regression on what the look has counted, make figures of the frame of
+//! the [`ledger`]; strata, and regression on what the look has counted, make figures of the frame of
 //! it, with intervals ([`crate::survey`]). Units are drawn until the cycles are known well enough; where that would
 //! be most of the frame, all of it is run.
 //!
@@ -14,15 +14,15 @@
 mod deal;
 mod figures;
 mod first;
+mod ledger;
 mod look;
 
 use serde::Serialize;
 use srp_archdesc::Arch;
 use srp_archdesc::watch::{Stage, Watch};
 
-use super::ledger::{Tally, add};
-use super::tiles::Errand;
-use super::{Options, Part, SystemError, Timing, render_part};
+use self::ledger::add;
+use super::{Options, QueuedTile, SystemError, TileQueue, Timing};
 use crate::core::Core;
 use crate::effect::Guard;
 use crate::scene_image::SceneImage;
@@ -31,6 +31,7 @@ use srp_archdesc::threads;
 
 pub use figures::{Figure, is_count, known, names};
 pub use first::First;
+pub use ledger::{COLUMNS, Column, Part, Tally, render_tiles};
 pub use look::View;
 
 /// Units of a batch for each core: with so many a core is seldom without work before the others are.
@@ -113,7 +114,6 @@ impl Frame<'_> {
     fn options<'a>(&'a self, watch: &'a dyn Watch) -> Options<'a> {
         Options {
             max_cycles: self.max_cycles,
-            sram_image: self.sram_image,
             guard: self.guard.clone(),
             timing: match self.recorded_hits {
                 true => Timing::RecordedHits,
@@ -121,6 +121,7 @@ impl Frame<'_> {
             },
             kernel_names: self.kernel_names.to_vec(),
             watch,
+            ..Options::new(self.sram_image)
         }
     }
 
@@ -147,7 +148,7 @@ impl Frame<'_> {
     /// Runs some units, each on the core that has the least to do so far.
     fn run_batch(&self, image: &mut SceneImage, units: &[u32]) -> Result<Batch, SystemError> {
         let cores = self.arch.system.cores as usize;
-        let mut errands: Vec<Vec<Errand>> = vec![Vec::new(); cores];
+        let mut queues: Vec<Vec<QueuedTile>> = vec![Vec::new(); cores];
         let mut load = vec![0.0; cores];
         let mut run_on: Vec<(u32, usize)> = Vec::new();
         let mut by_size = units.to_vec();
@@ -156,15 +157,14 @@ impl Frame<'_> {
             let core = (0..cores).fold(0, |best, c| if load[c] < load[best] { c } else { best });
             load[core] += self.first.size(unit);
             run_on.push((unit, core));
-            errands[core].extend(self.first.errands(unit));
+            queues[core].extend(self.first.queue(unit));
         }
-        let part = render_part(
-            image,
-            (self.engines)(),
-            self.arch,
-            self.options(&Quiet(self.watch)),
-            Some(errands),
-        )?;
+        let quiet = Quiet(self.watch);
+        let options = Options {
+            tiles: Some(TileQueue::of_cores(queues)),
+            ..self.options(&quiet)
+        };
+        let part = render_tiles(image, (self.engines)(), self.arch, options)?;
         // Places go core by core.
         run_on.sort_by_key(|&(_, core)| core);
         let mut tallies = part.tallies.iter();
@@ -175,8 +175,8 @@ impl Frame<'_> {
         };
         for (unit, _) in run_on {
             let mut sum = Tally::new();
-            for (errand, tally) in self.first.errands(unit).zip(tallies.by_ref()) {
-                if self.first.measured(unit).contains(&errand.tile) {
+            for (queued, tally) in self.first.queue(unit).zip(tallies.by_ref()) {
+                if self.first.measured(unit).contains(&queued.tile) {
                     add(&mut sum, tally);
                 }
             }
@@ -190,7 +190,7 @@ impl Frame<'_> {
     fn run_whole(&self) -> Result<Option<Part>, SystemError> {
         let mut image = self.image.clone();
         let options = self.options(self.watch);
-        let part = render_part(&mut image, (self.engines)(), self.arch, options, None)?;
+        let part = render_tiles(&mut image, (self.engines)(), self.arch, options)?;
         Ok((!self.watch.cancelled()).then_some(part))
     }
 }

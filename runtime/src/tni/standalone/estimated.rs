@@ -3,23 +3,23 @@
 use srp_archdesc::system::SystemSpec;
 
 use super::{BLOCK, Outcome};
-use crate::fidelity;
 use crate::memory::SystemMemory;
+use crate::memory::unloaded::line_cycles;
 use crate::tni::arithmetic::Ray;
-use crate::tni::{HIT_BYTES, RAY_BYTES, Tni, TniCounters, Tree};
+use crate::tni::{self, Buffers, HIT_BYTES, RAY_BYTES, TniCounters, Tree};
 
 /// Units, each with a memory of its own.
 pub struct Estimated<'a> {
     memory: &'a SystemMemory,
-    units: Vec<Tni>,
+    units: Vec<tni::Estimated>,
     /// When each unit is done with what it has.
     ends: Vec<u64>,
     sram: Vec<u8>,
     /// Rays of a packet.
     packet: usize,
     packets: usize,
-    /// Cycles until a line from memory is there.
-    latency: u64,
+    /// Bytes of a line of the level-2 cache.
+    line: u32,
 }
 
 impl<'a> Estimated<'a> {
@@ -31,16 +31,15 @@ impl<'a> Estimated<'a> {
         units: u32,
     ) -> Estimated<'a> {
         let packet = spec.buffers.rays.max(1);
+        let unit = tni::Estimated::new(&spec.tni, tree, 1, line_cycles(spec));
         Estimated {
             memory,
-            units: (0..units.max(1))
-                .map(|_| Tni::new(&spec.tni, tree, 1))
-                .collect(),
+            units: vec![unit; units.max(1) as usize],
             ends: vec![0; units.max(1) as usize],
             sram: vec![0; (packet * (RAY_BYTES + HIT_BYTES)) as usize],
             packet: packet as usize,
             packets: 0,
-            latency: fidelity::line_cycles(spec),
+            line: spec.tni.trv_l2.line,
         }
     }
 
@@ -51,13 +50,17 @@ impl<'a> Estimated<'a> {
             self.packets += 1;
             super::station::write_rays(&mut self.sram, packet);
             let tni = &mut self.units[unit];
-            let hits = self.packet as u32 * RAY_BYTES;
-            tni.submit(0, hits, packet.len() as u32, self.sram.len())
-                .expect("the buffers lie inside the SRAM, and the unit is empty");
+            let buffers = Buffers {
+                rays: 0,
+                hits: self.packet as u32 * RAY_BYTES,
+                count: packet.len() as u32,
+            };
             // Rays follow each other as soon as stacks are free.
-            let end = tni.answer_by_estimate(0, self.latency, self.memory, &mut self.sram);
-            self.ends[unit] = self.ends[unit].max(end);
+            let back = tni.submit(0, buffers, self.memory, &mut self.sram);
+            let back = back.expect("the buffers lie inside the SRAM, and the unit is empty");
+            self.ends[unit] = self.ends[unit].max(back - 1);
             tni.take_finished();
+            while tni.take_request().is_some() {}
         }
     }
 
@@ -65,15 +68,14 @@ impl<'a> Estimated<'a> {
     pub fn finish(self) -> Outcome {
         let mut counters = TniCounters::default();
         for (unit, &end) in self.units.iter().zip(&self.ends) {
-            let mut of = unit.progress();
+            let mut of = unit.counters();
             of.unit.active_cycles = end;
-            (of.trvs, of.ists) = (unit.trvs.len() as u64, unit.ists.len() as u64);
             counters.add(&of);
         }
         let lines = counters.trv_l2.misses + counters.ist_l1.misses;
         Outcome {
             cycles: self.ends.iter().copied().max().unwrap_or(0),
-            bytes: lines * u64::from(self.units[0].line_bytes()),
+            bytes: lines * u64::from(self.line),
             counters,
             dram: Vec::new(),
             relative_error: None,

@@ -84,14 +84,14 @@ impl Group {
         }
         for (i, station) in (0..).zip(&mut self.stations) {
             station.tick(now, memory);
-            while let Some((client, address, bytes)) = station.tni.take_request() {
-                let client = match client {
+            while let Some(line) = station.tni.take_request() {
+                let client = match line.client {
                     Client::TrvL2 => 0,
                     Client::IstL1(i) => i + 1,
                 };
                 let request = Request {
-                    address,
-                    bytes,
+                    address: line.address,
+                    bytes: line.bytes,
                     is_write: false,
                     source: i * CLIENTS + client,
                 };

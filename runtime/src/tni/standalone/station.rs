@@ -9,7 +9,9 @@ use srp_archdesc::system::SystemSpec;
 use super::spent::Spent;
 use super::{Options, PixelCost};
 use crate::tni::arithmetic::Ray;
-use crate::tni::{HIT_BYTES, HitRecord, RAY_BYTES, Runs, Tags, Tni, TniCounters, Tree};
+use crate::tni::{
+    Buffers, HIT_BYTES, HitRecord, RAY_BYTES, Runs, Tni, TniCounters, Tree, WarmCaches,
+};
 
 /// Buffers for packets in front of a unit: so many that it never waits for rays because of one that
 /// takes long.
@@ -37,7 +39,7 @@ pub(super) enum Role {
     /// To begin a stretch of so many rays, when no unit of the group has anything to do, with caches that hold this. What
     /// was before is a run of its own.
     First {
-        find: Arc<Tags>,
+        find: Arc<WarmCaches>,
         rays: u64,
         before: u64,
     },
@@ -163,8 +165,9 @@ impl Station {
             let (rays, hits) = self.buffer(self.sent);
             write_rays(&mut self.sram[rays as usize..], packet.rays());
             let count = packet.range.len() as u32;
+            let buffers = Buffers { rays, hits, count };
             self.tni
-                .submit(rays, hits, count, self.sram.len())
+                .submit(buffers, self.sram.len())
                 .expect("the buffers lie inside the SRAM, and the unit has room");
             self.sent += 1;
             let before = self.to_take.back().map_or(self.tni.rays(), |last| last.1);
@@ -193,7 +196,7 @@ impl Station {
                 self.note_end(run, now + 1);
             }
         }
-        while let Some(runs) = self.tni.take_finished() {
+        while let Some(finished) = self.tni.take_finished() {
             self.note_costs();
             let packet = self
                 .under_way
@@ -209,7 +212,7 @@ impl Station {
                 self.answers.push(Answer {
                     number: packet.number,
                     hits,
-                    runs,
+                    runs: finished.runs,
                 });
             }
             self.back += 1;

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use srp_archdesc::system::{SystemSpec, TniSpec};
 
 use super::blocks::{Blocks, PacketId};
-use crate::fidelity::line_cycles;
 use crate::memory::SystemMemory;
+use crate::memory::unloaded::line_cycles;
 use crate::tni::arithmetic::Ray;
-use crate::tni::{Misses, Step, Tags, Tracer, Tree};
+use crate::tni::{Misses, Step, Tracer, Tree, WarmCaches};
 
 /// The places of some auxiliary variables.
 pub(super) const RAYS: usize = 0;
@@ -24,7 +24,7 @@ pub(super) struct Seen {
     /// The auxiliary variables, the most telling first.
     pub(super) auxiliaries: Vec<f64>,
     /// Of each block what the caches hold some packets before it, where that is known.
-    pub(super) finds: Vec<Option<Arc<Tags>>>,
+    pub(super) finds: Vec<Option<Arc<WarmCaches>>>,
 }
 
 impl Seen {
@@ -48,9 +48,9 @@ pub(super) struct Look<'a> {
     spec: &'a TniSpec,
     tree: Tree,
     tracer: Tracer<'a>,
-    tags: Tags,
+    tags: WarmCaches,
     /// What the caches are taken to hold before all that is known of them.
-    before_all: Tags,
+    before_all: WarmCaches,
     /// Cycles until a line from memory is there.
     latency: f64,
 }
@@ -78,7 +78,7 @@ impl Work {
 impl<'a> Look<'a> {
     /// A look with caches that have seen nothing.
     pub(super) fn new(spec: &'a SystemSpec, tree: &'a Tree, memory: &'a SystemMemory) -> Look<'a> {
-        let tags = Tags::new(&spec.tni, *tree);
+        let tags = WarmCaches::new(&spec.tni, *tree);
         Look {
             spec: &spec.tni,
             tree: *tree,
@@ -99,7 +99,7 @@ impl<'a> Look<'a> {
     /// The caches before all that warms them for a block: empty where that goes back to the unit's first packets.
     fn begin(&mut self, blocks: &Blocks<'_>, block: u64) {
         self.tags = match blocks.is_near_start(block) {
-            true => Tags::new(self.spec, self.tree),
+            true => WarmCaches::new(self.spec, self.tree),
             false => self.before_all.clone(),
         };
     }
@@ -132,7 +132,7 @@ impl<'a> Look<'a> {
 
     /// Looks at a block by itself, from empty caches: what it misses is what it reads.
     pub(super) fn alone(&mut self, blocks: &Blocks<'_>, block: u64) -> Seen {
-        self.tags = Tags::new(self.spec, self.tree);
+        self.tags = WarmCaches::new(self.spec, self.tree);
         let packets: Vec<PacketId> = blocks.packets(block).collect();
         let (work, misses) = self.follow(blocks, &packets);
         self.seen(work, misses)
@@ -196,7 +196,12 @@ impl<'a> Look<'a> {
     }
 
     /// What the caches hold where the last `leading` packets before a block begin.
-    pub(super) fn before(&mut self, blocks: &Blocks<'_>, block: u64, leading: usize) -> Arc<Tags> {
+    pub(super) fn before(
+        &mut self,
+        blocks: &Blocks<'_>,
+        block: u64,
+        leading: usize,
+    ) -> Arc<WarmCaches> {
         self.begin(blocks, block);
         self.follow(blocks, &blocks.warming(block, leading));
         Arc::new(self.tags.clone())

@@ -14,7 +14,7 @@ use crate::rays::Ray;
 use crate::tni::standalone::spent::Spent;
 use crate::tni::standalone::station::{Packet, Role};
 use crate::tni::standalone::{BLOCK, Bench, Memories, Options, Outcome};
-use crate::tni::{Tags, TniCounters};
+use crate::tni::{TniCounters, WarmCaches};
 
 /// Packets that are run before a block, at least: what is in the unit together with its first rays.
 const LEADING: usize = 8;
@@ -144,7 +144,7 @@ impl Growing<'_> {
 
     /// Gives a unit a block of the `i`th round to run, after those before it and before those behind it, which are runs
     /// of their own.
-    fn hand(&self, bench: &mut Bench<'_>, unit: usize, i: u64, block: u64, find: Arc<Tags>) {
+    fn hand(&self, bench: &mut Bench<'_>, unit: usize, i: u64, block: u64, find: Arc<WarmCaches>) {
         let blocks = &self.blocks;
         let leading = blocks.leading(block, self.leading);
         let before = leading.into_iter().map(|p| (3 * i + 1, p));

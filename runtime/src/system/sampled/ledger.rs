@@ -1,4 +1,4 @@
-//! What each tile took: a core's account and counters, parted by the tile in whose service it was.
+//! What each tile took: an observer that parts a core's account and counters by the tile in whose service it was.
 //!
 //! A core works for one tile at a time: from the port's word that gives it the tile, or the hits of
 //! one of its packets, until the next such word. What it waits for a packet belongs to that packet's
@@ -8,11 +8,15 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use super::data_cache::DataCache;
-use super::report::Account;
-use super::texture_cache::TextureCache;
+use srp_archdesc::Arch;
+
+use crate::core::Core;
 use crate::memory::cache::CacheCounters;
-use crate::tni::{RayCost, Tni};
+use crate::scene_image::SceneImage;
+use crate::system::{
+    self, CoreView, MemoryRequest, Observer, Options, Report, Requester, SystemError, Timing,
+};
+use crate::tni::{HitRecord, RayCost};
 
 /// What is counted for each tile, apart from the kernels' cycles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -86,9 +90,120 @@ pub(super) fn add(sum: &mut Tally, more: &Tally) {
         .for_each(|(sum, more)| *sum += more);
 }
 
-/// Counts and parts.
+/// What a frame, or a part of one, took.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// The account of all of it.
+    pub report: Report,
+    /// What each of its tiles took, by its place in the queue.
+    pub tallies: Vec<Tally>,
+    /// What all cores took before their first tiles and after their last.
+    pub around: Tally,
+}
+
+/// Runs a frame, or the tiles that the options have, with what each tile took; the image gets the pixels.
+///
+/// # Errors
+///
+/// Those of [`system::run`].
+pub fn render_tiles(
+    image: &mut SceneImage,
+    engines: Vec<Box<dyn Core>>,
+    arch: &Arch,
+    options: Options<'_>,
+) -> Result<Part, SystemError> {
+    let kernels = options.kernel_names.len();
+    let mut ledger = Ledger::new(engines.len(), kernels, options.timing);
+    let options = Options {
+        observer: Some(&mut ledger),
+        ..options
+    };
+    let report = system::run(image, engines, arch, options)?;
+    let (tallies, around) = ledger.tallies();
+    Ok(Part {
+        report,
+        tallies,
+        around,
+    })
+}
+
+/// Parts what the cores of a system count by tiles.
+#[derive(Clone, Debug)]
+struct Ledger {
+    cores: Vec<CoreLedger>,
+}
+
+impl Ledger {
+    /// For so many cores whose units keep time so, and a program with so many kernels.
+    fn new(cores: usize, kernels: usize, timing: Timing) -> Ledger {
+        let core = CoreLedger {
+            charged: vec![0; COLUMNS + kernels],
+            of_none: vec![0; COLUMNS + kernels],
+            kernels,
+            rays_return: timing == Timing::Full,
+            ..CoreLedger::default()
+        };
+        Ledger {
+            cores: vec![core; cores],
+        }
+    }
+
+    fn core(&mut self, core: &CoreView<'_>) -> &mut CoreLedger {
+        &mut self.cores[core.core as usize]
+    }
+
+    /// Of each tile, by its place in the queue, its counters; and what was in the service of no tile: before
+    /// the first and after the last of each core.
+    fn tallies(self) -> (Vec<Tally>, Tally) {
+        let mut around = Tally::new();
+        let mut tallies = Vec::new();
+        for core in self.cores {
+            add(&mut around, &core.of_none);
+            for (place, tally) in core.tallies {
+                let place = place as usize;
+                tallies.resize(tallies.len().max(place + 1), Tally::new());
+                tallies[place] = tally;
+            }
+        }
+        (tallies, around)
+    }
+}
+
+impl Observer for Ledger {
+    fn tile_taken(&mut self, core: &CoreView<'_>, place: Option<u32>) {
+        self.core(core).take_tile(place, core);
+    }
+
+    fn packet_sent(&mut self, core: &CoreView<'_>, _packet: u64, _rays: u32) {
+        self.core(core).send_packet();
+    }
+
+    fn ray_returned(&mut self, core: u32, _cycle: u64, cost: &RayCost) {
+        self.cores[core as usize].take_ray(cost);
+    }
+
+    fn packet_returned(&mut self, core: &CoreView<'_>, _packet: u64, _hits: &[HitRecord]) {
+        self.core(core).take_packet(core);
+    }
+
+    fn requested(&mut self, core: &CoreView<'_>, request: &MemoryRequest) {
+        let bytes = u64::from(request.bytes);
+        let ledger = self.core(core);
+        match (request.requester, request.is_write) {
+            (Requester::Tni(_), _) => ledger.tni_read += bytes,
+            (_, false) => ledger.read += bytes,
+            (_, true) => ledger.written += bytes,
+        }
+    }
+
+    fn finished(&mut self, core: &CoreView<'_>) {
+        self.core(core).charge(core);
+    }
+}
+
+/// Parts what one core counts.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Ledger {
+struct CoreLedger {
     /// The tile in hand: its place in the queue.
     current: Option<u32>,
     /// Whose packets the T&I unit has, oldest first.
@@ -97,16 +212,17 @@ pub(super) struct Ledger {
     back: u64,
     /// What rays took that have come back and are not charged yet.
     returned: BTreeMap<Option<u32>, Returned>,
+    /// Whether the T&I unit tells of every ray that comes back.
+    rays_return: bool,
     /// What has been charged already.
     charged: Tally,
     /// Of each tile taken: its place in the queue, and its counters.
-    pub(super) tallies: Vec<(u32, Tally)>,
+    tallies: Vec<(u32, Tally)>,
     /// Bytes of requests of the data and texture caches, and of the T&I unit.
-    pub(super) read: u64,
-    pub(super) written: u64,
-    pub(super) tni_read: u64,
-    /// What was in the service of no tile: before the first and after the last.
-    pub(super) of_none: Tally,
+    read: u64,
+    written: u64,
+    tni_read: u64,
+    of_none: Tally,
     kernels: usize,
 }
 
@@ -119,27 +235,10 @@ struct Returned {
     cycles: u64,
 }
 
-/// What is looked at.
-pub(super) struct Sources<'a> {
-    pub(super) account: &'a Account,
-    pub(super) data: &'a DataCache,
-    pub(super) texture: &'a TextureCache,
-    pub(super) tni: &'a Tni,
-}
-
-impl Ledger {
-    pub(super) fn new(kernels: usize) -> Ledger {
-        Ledger {
-            charged: vec![0; COLUMNS + kernels],
-            of_none: vec![0; COLUMNS + kernels],
-            kernels,
-            ..Ledger::default()
-        }
-    }
-
+impl CoreLedger {
     /// The core takes the tile at this place of the queue, or none.
-    pub(super) fn take_tile(&mut self, place: Option<u32>, sources: &Sources<'_>) {
-        self.charge(sources);
+    fn take_tile(&mut self, place: Option<u32>, core: &CoreView<'_>) {
+        self.charge(core);
         self.current = place;
         if let Some(place) = place {
             self.tallies.push((place, vec![0; COLUMNS + self.kernels]));
@@ -147,26 +246,24 @@ impl Ledger {
     }
 
     /// A packet of the tile in hand goes to the T&I unit.
-    pub(super) fn send_packet(&mut self) {
+    fn send_packet(&mut self) {
         self.owners.push_back(self.current);
     }
 
-    /// Rays have come back.
-    pub(super) fn take_rays(&mut self, costs: &[RayCost]) {
-        for cost in costs {
-            let packet = cost.submission.saturating_sub(self.back) as usize;
-            let owner = self.owners.get(packet).copied().flatten();
-            let returned = self.returned.entry(owner).or_default();
-            returned.rays += 1;
-            returned.visits += u64::from(cost.visits);
-            returned.tests += u64::from(cost.tests);
-            returned.cycles += cost.cycles;
-        }
+    /// A ray has come back.
+    fn take_ray(&mut self, cost: &RayCost) {
+        let packet = cost.submission.saturating_sub(self.back) as usize;
+        let owner = self.owners.get(packet).copied().flatten();
+        let returned = self.returned.entry(owner).or_default();
+        returned.rays += 1;
+        returned.visits += u64::from(cost.visits);
+        returned.tests += u64::from(cost.tests);
+        returned.cycles += cost.cycles;
     }
 
     /// The oldest packet has come back.
-    pub(super) fn take_packet(&mut self, sources: &Sources<'_>) {
-        self.charge(sources);
+    fn take_packet(&mut self, core: &CoreView<'_>) {
+        self.charge(core);
         self.back += 1;
         if let Some(owner) = self.owners.pop_front() {
             self.current = owner;
@@ -174,15 +271,16 @@ impl Ledger {
     }
 
     /// Charges what was counted since the last time.
-    pub(super) fn charge(&mut self, sources: &Sources<'_>) {
-        let mut now = self.look(sources);
+    fn charge(&mut self, core: &CoreView<'_>) {
+        let mut now = self.counters(core);
         let in_unit = self.owners.front().copied().flatten().or(self.current);
         let waited = now[Column::Wait as usize] - self.charged[Column::Wait as usize];
         let returned = std::mem::take(&mut self.returned);
-        let untimed = sources.tni.counts_no_costs();
         for (column, now) in now.iter_mut().enumerate() {
             let mut grown = *now - self.charged[column];
-            if (Column::Rays as usize..=Column::TniBytes as usize).contains(&column) && !untimed {
+            if (Column::Rays as usize..=Column::TniBytes as usize).contains(&column)
+                && self.rays_return
+            {
                 // Until rays come back it stays.
                 if !self.share(column, grown, &returned) {
                     *now = self.charged[column];
@@ -232,14 +330,11 @@ impl Ledger {
     }
 
     /// All counters as they are.
-    fn look(&self, sources: &Sources<'_>) -> Tally {
-        let account = sources.account;
-        let tni = sources.tni.progress();
+    fn counters(&self, core: &CoreView<'_>) -> Tally {
+        let account = core.account;
+        let tni = core.tni();
         let missed = |c: &CacheCounters| c.misses + c.joined;
-        let (data, texture) = (
-            &sources.data.cache.counters,
-            &sources.texture.lines.cache.counters,
-        );
+        let (data, texture) = (core.data_cache, core.texture_cache);
         let mut tally = vec![
             account.total(),
             account.vliw,
@@ -251,7 +346,7 @@ impl Ledger {
             missed(data),
             texture.hits,
             missed(texture),
-            sources.texture.samples,
+            core.texture_samples,
             tni.unit.rays,
             tni.unit.hits,
             tni.trv.inner_visits,

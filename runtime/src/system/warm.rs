@@ -1,4 +1,4 @@
-//! What the caches of a core hold, followed without its time.
+//! Functional warming: what the caches of a core hold after what it has read, without its time.
 
 use srp_archdesc::SystemSpec;
 
@@ -8,10 +8,10 @@ use crate::tni;
 
 /// The lines in a core's caches.
 #[derive(Clone, Debug)]
-pub(super) struct Tags {
+pub struct WarmCaches {
     pub(super) data: Cache,
     pub(super) texture: Cache,
-    pub(super) tni: tni::Tags,
+    pub(super) tni: tni::WarmCaches,
     parts: Parts,
 }
 
@@ -27,19 +27,22 @@ struct Parts {
 
 /// Lines that were not there.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Misses {
-    pub(super) data: f64,
-    pub(super) texture: f64,
-    pub(super) tni: tni::Misses,
+pub struct Misses {
+    /// Of the data cache.
+    pub data: f64,
+    /// Of the texture cache.
+    pub texture: f64,
+    /// Of the T&I unit's caches.
+    pub tni: tni::Misses,
 }
 
-impl Tags {
+impl WarmCaches {
     /// Empty caches.
-    pub(super) fn new(spec: &SystemSpec, image: &SceneImage) -> Tags {
-        Tags {
+    pub fn new(spec: &SystemSpec, image: &SceneImage) -> WarmCaches {
+        WarmCaches {
             data: Cache::new(&spec.data_cache),
             texture: Cache::new(&spec.texture_cache),
-            tni: tni::Tags::new(&spec.tni, image.tree),
+            tni: tni::WarmCaches::new(&spec.tni, image.tree),
             parts: Parts {
                 nodes: image.tree.nodes,
                 shading: image.shading.triangles,
@@ -51,7 +54,7 @@ impl Tags {
     }
 
     /// The core, or its T&I unit, reads at these addresses.
-    pub(super) fn read(&mut self, addresses: &[u32]) -> Misses {
+    pub fn read(&mut self, addresses: &[u32]) -> Misses {
         let parts = self.parts;
         let mut misses = Misses::default();
         for &address in addresses {

@@ -1,18 +1,18 @@
-//! What the caches of a unit hold, followed without its time.
+//! Functional warming: what the caches of a unit hold after rays, without their time.
 
 use srp_archdesc::system::TniSpec;
 
-use super::{Tni, Tree};
+use super::Tree;
 use crate::bvh::TRIANGLE_BYTES;
 use crate::memory::cache::Cache;
 
 /// The lines in a unit's caches.
 #[derive(Clone, Debug)]
-pub(crate) struct Tags {
+pub struct WarmCaches {
     tree: Tree,
-    level1: Vec<Cache>,
-    level2: Cache,
-    ists: Vec<Cache>,
+    pub(super) level1: Vec<Cache>,
+    pub(super) level2: Cache,
+    pub(super) ists: Vec<Cache>,
     pair_bytes: u32,
     lines: Lines,
     /// The traversal unit and the intersection unit of the ray in hand: each ray goes to others than the last.
@@ -30,25 +30,28 @@ struct Lines {
 
 /// Lines that were not there.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Misses {
-    pub(crate) level1: f64,
-    pub(crate) level2: f64,
-    pub(crate) ist: f64,
+pub struct Misses {
+    /// Of the traversal units' level-1 caches.
+    pub level1: f64,
+    /// Of the level-2 cache.
+    pub level2: f64,
+    /// Of the intersection units' caches.
+    pub ist: f64,
 }
 
 impl Misses {
     /// Adds others.
-    pub(crate) fn add(&mut self, more: &Misses) {
+    pub fn add(&mut self, more: &Misses) {
         self.level1 += more.level1;
         self.level2 += more.level2;
         self.ist += more.ist;
     }
 }
 
-impl Tags {
+impl WarmCaches {
     /// Empty caches.
-    pub(crate) fn new(spec: &TniSpec, tree: Tree) -> Tags {
-        Tags {
+    pub fn new(spec: &TniSpec, tree: Tree) -> WarmCaches {
+        WarmCaches {
             tree,
             level1: vec![Cache::new(&spec.trv_l1); spec.trvs as usize],
             level2: Cache::new(&spec.trv_l2),
@@ -64,9 +67,10 @@ impl Tags {
         }
     }
 
-    /// A ray reads the node or the triangle at an address. Each ray begins at the first node.
+    /// A ray reads the node or the triangle at an address: a [`Step`](super::Step) of it. Each ray begins at
+    /// the first node. What it misses is added to `misses`.
     #[inline]
-    pub(crate) fn read(&mut self, address: u32, misses: &mut Misses) {
+    pub fn read(&mut self, address: u32, misses: &mut Misses) {
         let Lines {
             level1,
             level2,
@@ -91,19 +95,6 @@ impl Tags {
                 let there = cache.warm(line);
                 misses.ist += f64::from(u8::from(!there));
             }
-        }
-    }
-}
-
-impl Tni {
-    /// Holds what these caches hold; what is counted and on the way stays.
-    pub(crate) fn hold(&mut self, tags: &Tags) {
-        for (trv, cache) in self.trvs.iter_mut().zip(&tags.level1) {
-            trv.fetch.cache.hold_lines_of(cache);
-        }
-        self.level2.cache.hold_lines_of(&tags.level2);
-        for (ist, cache) in self.ists.iter_mut().zip(&tags.ists) {
-            ist.fetch.cache.hold_lines_of(cache);
         }
     }
 }
