@@ -1,4 +1,4 @@
-//! What the materials of a scene ask for and nobody has.
+//! Statements of materials that the kernels do not support.
 
 use std::fmt;
 
@@ -19,9 +19,9 @@ const UNKNOWN: [(&[&str], &str); 8] = [
     ),
 ];
 
-/// Something that used materials ask for in vain.
+/// A statement of used materials that the kernels do not support.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Lack {
+pub struct Unsupported {
     /// The statement.
     pub keyword: String,
     /// The first material that makes it.
@@ -38,7 +38,7 @@ pub struct Lack {
     pub instead: &'static str,
 }
 
-impl fmt::Display for Lack {
+impl fmt::Display for Unsupported {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let others = match self.materials {
             1 => String::new(),
@@ -52,15 +52,15 @@ impl fmt::Display for Lack {
     }
 }
 
-/// What the used materials of a scene ask for and nobody has, one of each kind.
-pub fn lacks(scene: &Scene) -> Vec<Lack> {
+/// Finds the statements of a scene's used materials that the kernels do not support, one of each kind.
+pub fn unsupported(scene: &Scene) -> Vec<Unsupported> {
     let mut faces = vec![0; scene.materials.len()];
     for triangle in &scene.triangles {
         faces[triangle.material as usize] += 1;
     }
     let mut found = Vec::new();
     for (keywords, instead) in UNKNOWN {
-        let mut first: Option<Lack> = None;
+        let mut first: Option<Unsupported> = None;
         for (material, &faces) in scene.materials.iter().zip(&faces) {
             let Some(origin) = material.origin.as_ref().filter(|_| faces > 0) else {
                 continue;
@@ -71,7 +71,7 @@ pub fn lacks(scene: &Scene) -> Vec<Lack> {
             let Some((keyword, &line)) = stated else {
                 continue;
             };
-            let lack = first.get_or_insert_with(|| Lack {
+            let found = first.get_or_insert_with(|| Unsupported {
                 keyword: keyword.clone(),
                 material: material.name.clone(),
                 file: origin.file.clone(),
@@ -80,8 +80,8 @@ pub fn lacks(scene: &Scene) -> Vec<Lack> {
                 faces: 0,
                 instead,
             });
-            lack.materials += 1;
-            lack.faces += faces;
+            found.materials += 1;
+            found.faces += faces;
         }
         found.extend(first);
     }
@@ -106,9 +106,9 @@ mod tests {
             };
             let loaded = crate::scene::read(Path::new("s.obj"), None, load);
             let loaded = loaded.expect("the scene is right");
-            lacks(&loaded.scene)
+            unsupported(&loaded.scene)
                 .iter()
-                .map(Lack::to_string)
+                .map(Unsupported::to_string)
                 .collect::<Vec<_>>()
         };
         let of_a =
