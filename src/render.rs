@@ -4,8 +4,9 @@ use crate::cli::{self, Render};
 use crate::failure::Failure;
 use crate::fidelity::{Shot, frame_text, sampled_text};
 use crate::{compile, files, interrupt, report, scenes, talk};
-use srp_runtime::fidelity::Fidelity;
-use srp_runtime::system::{self, sampled::is_count};
+use srp_runtime::system;
+use srp_studies::fidelity::Fidelity;
+use srp_studies::fidelity::is_count;
 use srp_toolchain::{Engines, system_options};
 
 /// Runs `srp render`.

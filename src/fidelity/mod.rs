@@ -12,12 +12,13 @@ use clock::{Took, Watch};
 use srp_archdesc::arch::Arch;
 use srp_ir::dre::scheduled::ScheduledDre;
 use srp_runtime::effect::{Effects, Guard};
-use srp_runtime::fidelity::Fidelity;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene::{Camera, Scene};
 use srp_runtime::scene_image::{SceneImage, tile_size};
 use srp_runtime::system;
-use srp_runtime::system::sampled::{self, Figure, First, Frame, Sampled, View};
+use srp_studies::fidelity::Fidelity;
+use srp_studies::fidelity::sampled::{self, First, Frame, Sampled, View};
+use srp_studies::fidelity::{self, Figure};
 
 use srp_toolchain::{Engines, MAX_CYCLES, kernel_names};
 
@@ -68,12 +69,12 @@ impl Shot<'_> {
         let cores = self.engines.cores(arch.system.cores);
         let watch = Watch::start();
         let part =
-            interrupt::looked_for(|| sampled::render_tiles(&mut image, cores, &arch, options))
+            interrupt::looked_for(|| fidelity::render_tiles(&mut image, cores, &arch, options))
                 .map_err(Failure::message)?;
         let took = watch.took();
         interrupt::end_if_requested()?;
         Ok(Whole {
-            figures: sampled::known(&part, &arch, &names),
+            figures: fidelity::known(&part, &arch, &names),
             picture: Picture::of(&image.memory, &image.frame),
             took,
         })

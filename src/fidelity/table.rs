@@ -10,9 +10,9 @@ use crate::scenes;
 use crate::talk::Progress;
 use crate::{interrupt, talk};
 use serde::Serialize;
-use srp_runtime::fidelity::Fidelity;
-use srp_runtime::survey::Estimate;
-use srp_runtime::system::sampled::{self, Figure};
+use srp_studies::fidelity::Fidelity;
+use srp_studies::fidelity::{self, Figure};
+use srp_studies::survey::Estimate;
 use srp_toolchain::Engines;
 
 /// The table of a scene.
@@ -128,10 +128,10 @@ fn table(shot: &Shot<'_>, args: &FidelityTable) -> Result<Table, Failure> {
             continue;
         }
         let known = census.level(shot, level)?;
-        let names = sampled::names(shot.arch, &shot.kernel_names());
+        let names = fidelity::names(shot.arch, &shot.kernel_names());
         let mut cells = cells(&names, &known.values, &truth.values, false);
         if level == Fidelity::Functional {
-            cells.retain(|c| sampled::is_count(&c.name));
+            cells.retain(|c| fidelity::is_count(&c.name));
         }
         let measured = f64::from(u8::from(level > Fidelity::Sampled));
         levels.push(row(known.took, measured, cells));
@@ -171,7 +171,7 @@ fn cells(named: &[Figure], values: &[f64], truth: &[f64], intervals: bool) -> Ve
 
 /// The figures of a sample with their names.
 fn estimates(shot: &Shot<'_>, kept: &Kept) -> Vec<Figure> {
-    let named = sampled::names(shot.arch, &shot.kernel_names());
+    let named = fidelity::names(shot.arch, &shot.kernel_names());
     let with = |(figure, &(value, half_width)): (Figure, &(f64, Option<f64>))| Figure {
         estimate: Estimate {
             value,

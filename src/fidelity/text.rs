@@ -1,8 +1,9 @@
 //! Figures and tables as text.
 
 use super::table::{Row, Table, Trials};
-use srp_runtime::fidelity::Fidelity;
-use srp_runtime::system::sampled::{Figure, Sampled, is_count};
+use srp_studies::fidelity::Fidelity;
+use srp_studies::fidelity::sampled::Sampled;
+use srp_studies::fidelity::{Figure, is_count};
 use std::fmt::Write as _;
 
 /// The figures that are shown of every level.

@@ -13,12 +13,12 @@ use crate::fidelity::Shot;
 use crate::interrupt;
 use srp_archdesc::arch::Arch;
 use srp_runtime::effect::{Effect, Effects, Guard, find};
-use srp_runtime::fidelity::Fidelity;
 use srp_runtime::memory::cache::CacheCounters;
 use srp_runtime::scene::{Camera, Scene};
-use srp_runtime::system::sampled::Sampled;
 use srp_runtime::system::{self, Report, Timing};
 use srp_runtime::{bvh::Bvh, scene_image};
+use srp_studies::fidelity::Fidelity;
+use srp_studies::fidelity::sampled::Sampled;
 use srp_toolchain::{Engines, Session, system_options};
 
 /// Mirrorings of forced specular rays.

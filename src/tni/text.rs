@@ -3,9 +3,9 @@
 use super::energy::Energy;
 use super::{Job, Measured};
 use srp_archdesc::arch::Arch;
-use srp_runtime::survey::Estimate;
-use srp_runtime::tni::standalone::{Measure, Memories};
 use srp_runtime::tni::{PipeCounters, TniCounters};
+use srp_studies::survey::Estimate;
+use srp_studies::tni::{Measure, Memories};
 use std::fmt::Write as _;
 
 /// The whole report.

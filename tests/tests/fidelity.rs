@@ -6,13 +6,14 @@ use srp_csimgen::{Interpreter, link};
 use srp_ir::split;
 use srp_runtime::core::Core;
 use srp_runtime::effect::{Effects, Guard, find};
-use srp_runtime::fidelity::Fidelity;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene::demo::demo;
 use srp_runtime::scene_image::tile_size;
-use srp_runtime::system::sampled::{self, Figure, First, Frame, View};
 use srp_runtime::system::{Options, Timing};
 use srp_scheduler::schedule;
+use srp_studies::fidelity::Fidelity;
+use srp_studies::fidelity::sampled::{self, First, Frame, View};
+use srp_studies::fidelity::{self, Figure};
 use srp_tests::studio::Studio;
 
 const LIMIT: u64 = 1_000_000_000;
@@ -65,9 +66,9 @@ fn at(studio: &Studio, kernels: &Kernels, level: Fidelity) -> (Picture, Vec<Figu
     let arch = level.machine(&studio.arch);
     let mut image = studio.image();
     let options = kernels.options(level.timing());
-    let part = sampled::render_tiles(&mut image, kernels.cores(studio), &arch, options)
+    let part = fidelity::render_tiles(&mut image, kernels.cores(studio), &arch, options)
         .unwrap_or_else(|e| panic!("{}: {e}", level.name()));
-    let figures = sampled::known(&part, &arch, &kernels.names);
+    let figures = fidelity::known(&part, &arch, &kernels.names);
     // The ledgers of all tiles, and what is around them, are the account of the frame.
     let of = |name: &str| {
         figures
@@ -107,7 +108,7 @@ fn levels_agree_on_picture_and_counts_and_samples_on_themselves() {
     for level in [Fidelity::Functional, Fidelity::Analytic, Fidelity::Cycle] {
         let (other, figures) = at(&studio, &kernels, level);
         assert!(other == picture, "{}", level.name());
-        for figure in figures.iter().filter(|f| sampled::is_count(&f.name)) {
+        for figure in figures.iter().filter(|f| fidelity::is_count(&f.name)) {
             let value = figure.estimate.value;
             assert_eq!(
                 value,

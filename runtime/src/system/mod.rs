@@ -15,7 +15,6 @@ mod data_cache;
 mod error;
 mod observer;
 mod report;
-pub mod sampled;
 mod simulation;
 mod texture_cache;
 mod tiles;

@@ -352,7 +352,7 @@ mod tests {
         let spec = machine();
         let tree = bvh::build(&triangles, &bvh::Options::default());
         let image = bvh::lay_out(&tree, &triangles, Layout::of(&spec));
-        let (memory, tree) = super::super::standalone::place(&image);
+        let (memory, tree) = super::super::place::place(&image);
         let mut quick = Tracer::new(&spec, &tree, &memory);
         assert!(quick.walk.is_none(), "the machine's stack holds the tree");
         let mut own = quick.clone();
@@ -409,7 +409,7 @@ mod tests {
             };
             let tree = bvh::build(&triangles, &bvh::Options::default());
             let image = bvh::lay_out(&tree, &triangles, Layout::of(&spec));
-            let (memory, tree) = super::super::standalone::place(&image);
+            let (memory, tree) = super::super::place::place(&image);
             let function = Function {
                 spec: &spec,
                 tree: &tree,
