@@ -6,7 +6,6 @@ use crate::fidelity::{Shot, frame_text, sampled_text};
 use crate::{compile, files, interrupt, report, scenes, talk};
 use srp_runtime::system;
 use srp_studies::fidelity::Fidelity;
-use srp_studies::fidelity::is_count;
 use srp_toolchain::{Engines, system_options};
 
 /// Runs `srp render`.
@@ -93,7 +92,7 @@ fn cheaply(shot: &Shot<'_>, args: &Render) -> Result<(), Failure> {
         files::write(&args.output, &whole.picture.png())?;
         let shown = level == Fidelity::Analytic;
         let figures: Vec<_> = (whole.figures.iter())
-            .filter(|f| shown || is_count(&f.name))
+            .filter(|f| shown || f.quantity.is_count())
             .collect();
         let json = serde_json::json!({ "fidelity": level.name(), "figures": figures });
         let json = pretty(serde_json::to_string_pretty(&json))?;

@@ -18,7 +18,7 @@ use srp_runtime::scene_image::{SceneImage, tile_size};
 use srp_runtime::system;
 use srp_studies::fidelity::Fidelity;
 use srp_studies::fidelity::sampled::{self, First, Frame, Sampled, View};
-use srp_studies::fidelity::{self, Figure};
+use srp_studies::fidelity::{self, FrameFigure};
 
 use srp_toolchain::{Engines, MAX_CYCLES, kernel_names};
 
@@ -43,7 +43,7 @@ pub(crate) struct Shot<'a> {
 /// A frame, all of it, at some level.
 pub(crate) struct Whole {
     pub(crate) picture: Picture,
-    pub(crate) figures: Vec<Figure>,
+    pub(crate) figures: Vec<FrameFigure>,
     pub(crate) took: Took,
 }
 

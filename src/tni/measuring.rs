@@ -12,10 +12,11 @@ use srp_runtime::memory::SystemMemory;
 use srp_runtime::scene::{Camera, Scene};
 use srp_runtime::tni::{TniCounters, Tracer, Tree, place_for};
 use srp_studies::fidelity::Fidelity;
-use srp_studies::fidelity::Figure;
 use srp_studies::rays::{Kind, Order, Ray, Sampling, Source};
 use srp_studies::tni::sampled::{self, Found, Sampled, Subject};
-use srp_studies::tni::{Bench, Estimated, Measure, Memories, Options, Outcome, Spent};
+use srp_studies::tni::{
+    Bench, Estimated, Measure, Memories, Options, Outcome, RunCounts, UnitFigure,
+};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What is traced.
@@ -139,7 +140,7 @@ impl Measured {
     }
 
     /// The figures with intervals; none where all was measured.
-    pub(crate) fn intervals(&self, job: &Job<'_>) -> Vec<Figure> {
+    pub(crate) fn intervals(&self, job: &Job<'_>) -> Vec<UnitFigure> {
         if let Some(sample) = &self.sample {
             return sample.figures.clone();
         }
@@ -147,7 +148,7 @@ impl Measured {
             return Vec::new();
         }
         let spent = self.outcomes.iter().flat_map(|o| o.spent.iter().cloned());
-        let spent: Vec<Spent> = spent.collect();
+        let spent: Vec<RunCounts> = spent.collect();
         srp_studies::tni::figures(&spent, job.units, job.spec)
     }
 }

@@ -9,12 +9,13 @@
 //! * [`functional`] runs a frame without a schedule and a clock; [`attribution`] says where the errors of
 //!   its picture come from.
 //! * [`reference`] renders in binary64; [`mod@exact`] decides about rays and triangles without rounding.
-//! * [`survey`] is the statistics of samples.
+//! * [`figure`] says what is measured; [`survey`] is the statistics of samples.
 
 pub mod attribution;
 mod error;
 pub mod exact;
 pub mod fidelity;
+pub mod figure;
 pub mod functional;
 pub mod rays;
 pub mod reference;

@@ -15,9 +15,10 @@ use srp_runtime::scene::demo::demo;
 use srp_runtime::tni::Tracer;
 use srp_runtime::tni::arithmetic::{ANY_HIT, Ray};
 use srp_runtime::tni::place_for;
+use srp_studies::figure::estimate_of;
 use srp_studies::rays::{Kind, Order, Sampling, Source};
 use srp_studies::tni::sampled::{self, Found, Subject};
-use srp_studies::tni::{Bench, Measure, Memories, Options, Outcome, drive};
+use srp_studies::tni::{Bench, Measure, Memories, Options, Outcome, UnitQuantity, drive};
 use support::{Random, check, image, machine, nearest, shared_scene, soup, triangle};
 
 fn rays(random: &mut Random, count: usize, lo: Vec3, hi: Vec3) -> Vec<Ray> {
@@ -414,14 +415,14 @@ fn samples_are_near_what_all_rays_take() {
             bench.finish(&Unwatched).expect("nobody cancels it")
         });
         let truth = Measure::of(&outcomes, 4, spec);
-        let figure = |name: &str| {
-            let figure = one.figures.iter().find(|f| f.name == name);
-            figure.unwrap_or_else(|| panic!("no {name}")).estimate
+        let figure = |quantity| {
+            let estimate = estimate_of(&one.figures, &quantity);
+            estimate.unwrap_or_else(|| panic!("no {quantity}"))
         };
         for (name, value) in [
-            ("inner nodes a ray", truth.inner_visits),
-            ("leaves a ray", truth.leaf_visits),
-            ("triangle tests a ray", truth.triangle_tests),
+            (UnitQuantity::InnerNodesPerRay, truth.inner_visits),
+            (UnitQuantity::LeavesPerRay, truth.leaf_visits),
+            (UnitQuantity::TestsPerRay, truth.triangle_tests),
         ] {
             let estimate = figure(name);
             assert!(estimate.covers(value), "{name}: {estimate:?}, {value}");
@@ -429,14 +430,14 @@ fn samples_are_near_what_all_rays_take() {
             let is_known = estimate.half_width == 0.0;
             assert_eq!(is_known, one.looked == one.blocks, "{name}");
         }
-        let rate = figure("rate");
+        let rate = figure(UnitQuantity::Rate);
         assert!(
             rate.covers(truth.mrays_per_second),
             "{rate:?}, {}",
             truth.mrays_per_second
         );
         assert!(rate.relative() < 0.15, "{rate:?}");
-        let hits = figure("TRV L1 hits");
+        let hits = figure(UnitQuantity::TrvL1Hits);
         assert!(
             (hits.value - 100.0 * truth.trv_l1).abs() < 1.0,
             "{hits:?}, {}",

@@ -20,7 +20,7 @@ use srp_archdesc::Arch;
 use srp_runtime::memory::unloaded::with_fixed_latency;
 use srp_runtime::system::Timing;
 
-pub use figures::{Figure, is_count, known, names};
+pub use figures::{FrameFigure, FrameQuantity, known};
 pub use ledger::{COLUMNS, Column, Part, Tally, render_tiles};
 
 /// A level of simulation.

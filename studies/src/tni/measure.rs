@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use srp_archdesc::system::SystemSpec;
 
-use super::Outcome;
-use crate::fidelity::Figure;
+use super::{Outcome, UnitFigure, UnitQuantity};
+use crate::figure::estimate_of;
 use srp_runtime::memory::cache::CacheCounters;
 use srp_runtime::memory::dram::{DramCounters, DramReport};
 use srp_runtime::memory::path::Clock;
@@ -129,28 +129,26 @@ impl Measure {
 
 impl Measure {
     /// The same with what a sample says of the rays that it stands for.
-    pub fn with(mut self, sampled: &[Figure]) -> Measure {
-        let of = |name: &str| {
-            let figure = sampled.iter().find(|f| f.name == name);
-            figure.map(|f| f.estimate)
-        };
+    pub fn with(mut self, sampled: &[UnitFigure]) -> Measure {
+        use UnitQuantity as Q;
         let figures = [
-            ("rate", &mut self.mrays_per_second, 1.0),
-            ("inner nodes a ray", &mut self.inner_visits, 1.0),
-            ("leaves a ray", &mut self.leaf_visits, 1.0),
-            ("triangle tests a ray", &mut self.triangle_tests, 1.0),
-            ("residence of a ray", &mut self.residence, 1.0),
-            ("TRV L1 hits", &mut self.trv_l1, 100.0),
-            ("TRV L2 hits", &mut self.trv_l2, 100.0),
-            ("IST L1 hits", &mut self.ist_l1, 100.0),
-            ("memory", &mut self.gigabytes_per_second, 1.0),
+            (Q::Rate, &mut self.mrays_per_second, 1.0),
+            (Q::InnerNodesPerRay, &mut self.inner_visits, 1.0),
+            (Q::LeavesPerRay, &mut self.leaf_visits, 1.0),
+            (Q::TestsPerRay, &mut self.triangle_tests, 1.0),
+            (Q::Residence, &mut self.residence, 1.0),
+            (Q::TrvL1Hits, &mut self.trv_l1, 100.0),
+            (Q::TrvL2Hits, &mut self.trv_l2, 100.0),
+            (Q::IstL1Hits, &mut self.ist_l1, 100.0),
+            (Q::Bandwidth, &mut self.gigabytes_per_second, 1.0),
         ];
-        for (name, value, unit) in figures {
-            if let Some(estimate) = of(name) {
+        for (quantity, value, unit) in figures {
+            if let Some(estimate) = estimate_of(sampled, &quantity) {
                 *value = estimate.value / unit;
             }
         }
-        self.relative_error = of("rate").map(|rate| rate.relative());
+        let rate = estimate_of(sampled, &Q::Rate);
+        self.relative_error = rate.map(|rate| rate.relative());
         self
     }
 }

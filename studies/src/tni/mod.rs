@@ -7,8 +7,9 @@
 mod estimated;
 mod group;
 mod measure;
+mod quantity;
+mod run_counts;
 pub mod sampled;
-mod spent;
 mod station;
 
 use srp_archdesc::{Unwatched, Watch};
@@ -29,7 +30,8 @@ use srp_runtime::tni::{HitRecord, Logged, Runs, TniCounters, Tree, place_for};
 pub use estimated::Estimated;
 pub use group::Memories;
 pub use measure::Measure;
-pub use spent::{Spent, figures};
+pub use quantity::{UnitFigure, UnitQuantity};
+pub use run_counts::{RunCounts, figures};
 
 /// Packets that go to the same unit one after another: neighbours share what its caches hold.
 const BLOCK: u64 = 16;
@@ -77,7 +79,7 @@ pub struct Outcome {
     /// Units that had rays.
     pub at_work: u64,
     /// What each run of packets took.
-    pub spent: Vec<Spent>,
+    pub spent: Vec<RunCounts>,
     /// The hits in the order of the rays, where they were kept.
     pub hits: Vec<HitRecord>,
     /// The runs of hits of each packet, in order, where hits were kept.
@@ -230,8 +232,8 @@ impl<'a> Bench<'a> {
     }
 
     /// What each run took, and what was counted of it, of all units together.
-    fn spent_by_run(&self) -> BTreeMap<u64, (Spent, TniCounters)> {
-        let mut runs: BTreeMap<u64, (Spent, TniCounters)> = BTreeMap::new();
+    fn spent_by_run(&self) -> BTreeMap<u64, (RunCounts, TniCounters)> {
+        let mut runs: BTreeMap<u64, (RunCounts, TniCounters)> = BTreeMap::new();
         let stations = self.groups.iter().flat_map(|g| &g.stations);
         for (run, spent, counted) in stations.flat_map(Station::spent) {
             let sum = runs.entry(run).or_default();

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use srp_archdesc::system::SystemSpec;
 
-use super::spent::Spent;
+use super::run_counts::RunCounts;
 use super::{Options, PixelCost};
 use srp_runtime::tni::arithmetic::Ray;
 use srp_runtime::tni::{
@@ -259,7 +259,7 @@ impl Station {
 
     /// What was spent, and counted, from the last ray of each run's predecessor to its own. Where packets followed each
     /// other without stretches, the last run goes on until everything is back.
-    pub(super) fn spent(&self) -> impl Iterator<Item = (u64, Spent, TniCounters)> {
+    pub(super) fn spent(&self) -> impl Iterator<Item = (u64, RunCounts, TniCounters)> {
         let last = self.taken.keys().next_back().copied();
         let drained = last.filter(|_| self.stretch == 0 && self.is_done());
         let mut before = (0, TniCounters::default());
@@ -268,7 +268,7 @@ impl Station {
                 true => (self.end, self.tni.progress()),
                 false => taken,
             };
-            let of = Spent::at(end.0, &end.1).since(&Spent::at(before.0, &before.1));
+            let of = RunCounts::at(end.0, &end.1).since(&RunCounts::at(before.0, &before.1));
             let counted = TniCounters {
                 trvs: end.1.trvs,
                 ists: end.1.ists,

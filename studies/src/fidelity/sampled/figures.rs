@@ -2,31 +2,39 @@
 
 use srp_archdesc::Arch;
 
-use super::super::figures::{Figure, table};
+use super::super::figures::{FrameFigure, FrameQuantity as Q, Measured};
 use super::super::ledger::Tally;
 use super::Batch;
+use crate::figure::{Quantity, estimate_of};
 use crate::survey::{Estimate, Population, Sample, relative_error};
 
-/// What the drawing of units does not know of a figure: how far off it may be with all of them, because caches are
-/// warmed by a look that is not exact, and units begin and end among other tiles than in the frame. Parts of the
-/// value, or of 100 % for rates; what is rare, and may be in no unit that is drawn, is in them too. They are what was seen, rounded up, of five scenes of which all units were run
-/// (docs/fidelity.md).
-fn beyond_drawing(figure: &Figure) -> f64 {
-    let points = figure.unit == "%";
-    let part = match figure.name.as_str() {
-        "frame" | "frame time" | "rate" | "residence of a ray" => 0.007,
-        "wait" => 0.035,
-        "memory stall" | "bytes read" => 0.025,
-        "texture stall" | "memory" | "latency of reads" | "bytes written" => 0.01,
-        "VLIW" | "mode switch" => 0.003,
-        "TRV L1 hits" | "IST L1 hits" => 0.012,
-        "TRV L2 hits" => 0.045,
-        _ if points => 0.003,
-        _ => 0.002,
+/// How far off a figure may be with all units drawn, because caches are warmed by a first pass that is not exact, and
+/// units begin and end among other tiles than in the frame: parts of the value, or of 100 % for rates. What is
+/// rare, and may be in no unit that is drawn, is in them too. They are what was seen, rounded up, of five scenes
+/// of which all units were run (docs/fidelity.md).
+fn beyond_drawing(figure: &FrameFigure) -> f64 {
+    let part = match &figure.quantity {
+        Q::Cycles | Q::Time | Q::Rate | Q::Residence => 0.007,
+        Q::Wait => 0.035,
+        Q::MemoryStall | Q::BytesRead => 0.025,
+        Q::TextureStall | Q::Bandwidth | Q::ReadLatency | Q::BytesWritten => 0.01,
+        Q::Vliw | Q::ModeSwitch => 0.003,
+        Q::TrvL1Hits | Q::IstL1Hits => 0.012,
+        Q::TrvL2Hits => 0.045,
+        Q::DataCacheHits | Q::TextureCacheHits => 0.003,
+        Q::Rays
+        | Q::Array { .. }
+        | Q::HitsPerRay
+        | Q::InnerNodesPerRay
+        | Q::LeavesPerRay
+        | Q::TestsPerRay
+        | Q::DataCacheAccesses
+        | Q::TextureCacheAccesses
+        | Q::TextureSamples => 0.002,
     };
-    match points {
-        true => 100.0 * part,
-        false => part * figure.estimate.value.abs(),
+    match figure.quantity.unit() {
+        "%" => 100.0 * part,
+        _ => part * figure.estimate.value.abs(),
     }
 }
 
@@ -36,7 +44,7 @@ pub(super) fn figures(
     batches: &[Batch],
     arch: &Arch,
     kernel_names: &[String],
-) -> (Vec<Figure>, f64) {
+) -> (Vec<FrameFigure>, f64) {
     let units: Vec<u32> = batches.iter().flat_map(|b| b.units.clone()).collect();
     let tallies: Vec<&Tally> = batches.iter().flat_map(|b| &b.tallies).collect();
     let sample = Sample::new(population, &units);
@@ -59,15 +67,15 @@ pub(super) fn figures(
             None => f64::INFINITY,
         },
     };
-    let mut figures = table(
-        &|columns| {
+    let measured = Measured {
+        total: &|columns| {
             let total = sample.total(&values(columns));
             Estimate {
                 value: total.value + around(columns),
                 ..total
             }
         },
-        &|above, below| {
+        ratio: &|above, below| {
             let ratio = sample.ratio(&values(above), &values(below));
             let (of, more) = (sample.total(&values(below)).value, around(below));
             match of + more {
@@ -78,12 +86,12 @@ pub(super) fn figures(
                 },
             }
         },
-        0.0,
+        idle: 0.0,
         latency,
-        arch,
-        kernel_names,
-    );
-    let error = figures.first().map_or(0.0, |f| f.estimate.relative());
+    };
+    let mut figures = measured.figures(arch, kernel_names);
+    let cycles = estimate_of(&figures, &Q::Cycles);
+    let error = cycles.map_or(0.0, |cycles| cycles.relative());
     for figure in &mut figures {
         figure.estimate.half_width += beyond_drawing(figure);
     }

@@ -20,7 +20,7 @@ use serde::Serialize;
 use srp_archdesc::Arch;
 use srp_archdesc::watch::{Stage, Watch};
 
-use super::figures::{Figure, known, read_ns};
+use super::figures::{FrameFigure, known, read_ns};
 use super::ledger::{Part, Tally, add, render_tiles};
 use crate::survey::{LEAST_DRAWS, draws_needed};
 use srp_archdesc::threads;
@@ -90,7 +90,7 @@ pub struct Sampled {
     /// The seed.
     pub seed: u64,
     /// The figures, with 95 % intervals; the first is the cycles of the frame.
-    pub figures: Vec<Figure>,
+    pub figures: Vec<FrameFigure>,
 }
 
 /// A watch that shows nothing of the frames that a sample consists of.

@@ -10,7 +10,7 @@ use super::blocks::{Blocks, PacketId};
 use super::look::{Look, Seen};
 use super::run::leading;
 use crate::survey::{Population, Random, Sample, Stratum};
-use crate::tni::spent::Spent;
+use crate::tni::run_counts::RunCounts;
 use crate::tni::{Options, Outcome};
 
 /// Strata, at most, and rounds of each, at least.
@@ -41,7 +41,7 @@ pub(super) struct Growing<'a> {
     /// By round what was seen of it.
     pub(super) seen: BTreeMap<u32, Seen>,
     pub(super) drawn: Vec<u32>,
-    pub(super) spent: Vec<Spent>,
+    pub(super) spent: Vec<RunCounts>,
     pub(super) outcomes: Vec<Outcome>,
 }
 

@@ -19,9 +19,8 @@ use srp_archdesc::watch::{Stage, Watch};
 
 use self::growing::Growing;
 use self::look::{HITS, INNER, LEAVES, RAYS, TESTS};
-use super::spent::figures_of;
-use super::{BLOCK, Memories, Options, Outcome};
-use crate::fidelity::Figure;
+use super::run_counts::figures_of;
+use super::{BLOCK, Memories, Options, Outcome, UnitFigure, UnitQuantity};
 use crate::rays::Source;
 use crate::survey::{LEAST_DRAWS, Sample};
 use srp_runtime::memory::SystemMemory;
@@ -80,7 +79,7 @@ pub struct Sampled {
     /// Blocks that were run.
     pub run: u64,
     /// The figures, with 95 % intervals.
-    pub figures: Vec<Figure>,
+    pub figures: Vec<UnitFigure>,
     /// What was counted of them, and what memories did meanwhile, for each group of blocks.
     pub outcomes: Vec<Outcome>,
 }
@@ -152,12 +151,12 @@ pub fn sample(subject: &Subject<'_>, seed: u64, error: f64) -> Option<Found> {
 }
 
 /// The figures of all rays.
-fn figures(growing: &Growing<'_>, sample: &Sample) -> Vec<Figure> {
+fn figures(growing: &Growing<'_>, sample: &Sample) -> Vec<UnitFigure> {
     let Subject { spec, options, .. } = growing.subject;
     let ratio = |above: &[f64], below: &[f64]| sample.ratio(above, below);
     let mut figures = figures_of(&growing.spent, options.units, spec, &ratio);
     for figure in &mut figures {
-        if let Some(count) = count(&figure.name) {
+        if let Some(count) = count(figure.quantity) {
             figure.estimate = sample.known(count, RAYS);
         }
         figure.estimate.half_width += beyond_drawing(figure);
@@ -165,29 +164,32 @@ fn figures(growing: &Growing<'_>, sample: &Sample) -> Vec<Figure> {
     figures
 }
 
-/// The auxiliary variable that a figure is the mean of: it needs no running.
-fn count(figure: &str) -> Option<usize> {
-    match figure {
-        "hits a ray" => Some(HITS),
-        "inner nodes a ray" => Some(INNER),
-        "leaves a ray" => Some(LEAVES),
-        "triangle tests a ray" => Some(TESTS),
+/// The auxiliary variable that a quantity is the mean of: it needs no running.
+fn count(quantity: UnitQuantity) -> Option<usize> {
+    match quantity {
+        UnitQuantity::HitsPerRay => Some(HITS),
+        UnitQuantity::InnerNodesPerRay => Some(INNER),
+        UnitQuantity::LeavesPerRay => Some(LEAVES),
+        UnitQuantity::TestsPerRay => Some(TESTS),
         _ => None,
     }
 }
 
-/// What drawing does not know of a figure: how far off it may be with all blocks, because caches are warmed by some of
-/// the rays before, and units that share a memory have other company than in their turn. Parts of the value, or of
-/// 100 % for rates, as they were seen, rounded up, where all blocks were run (docs/fidelity.md).
-fn beyond_drawing(figure: &Figure) -> f64 {
+/// How far off a figure may be with all blocks drawn, because caches are warmed by some of the rays before, and units
+/// that share a memory have other company than in their turn. Parts of the value, or of 100 % for rates, as they
+/// were seen, rounded up, where all blocks were run (docs/fidelity.md).
+fn beyond_drawing(figure: &UnitFigure) -> f64 {
     let value = figure.estimate.value.abs();
-    match figure.name.as_str() {
-        "rate" | "cycles a ray and unit" => 0.015 * value,
-        "residence of a ray" => 0.045 * value,
-        "TRV L1 hits" => 0.2,
-        "TRV L2 hits" => 2.3,
-        "IST L1 hits" => 0.6,
-        "memory" => 0.1 * value,
-        _ => 0.0,
+    match figure.quantity {
+        UnitQuantity::Rate | UnitQuantity::CyclesPerRay => 0.015 * value,
+        UnitQuantity::Residence => 0.045 * value,
+        UnitQuantity::TrvL1Hits => 0.2,
+        UnitQuantity::TrvL2Hits => 2.3,
+        UnitQuantity::IstL1Hits => 0.6,
+        UnitQuantity::Bandwidth => 0.1 * value,
+        UnitQuantity::HitsPerRay
+        | UnitQuantity::InnerNodesPerRay
+        | UnitQuantity::LeavesPerRay
+        | UnitQuantity::TestsPerRay => 0.0,
     }
 }

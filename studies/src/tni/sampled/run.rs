@@ -11,7 +11,7 @@ use super::blocks::PacketId;
 use super::growing::Growing;
 use super::look::Look;
 use crate::rays::Ray;
-use crate::tni::spent::Spent;
+use crate::tni::run_counts::RunCounts;
 use crate::tni::station::{Packet, Role};
 use crate::tni::{BLOCK, Bench, Memories, Options, Outcome};
 use srp_runtime::tni::{TniCounters, WarmCaches};
@@ -89,7 +89,7 @@ impl Growing<'_> {
         &self,
         look: &mut Look<'_>,
         group: &[u32],
-    ) -> Option<(Vec<u32>, Vec<Spent>, Outcome)> {
+    ) -> Option<(Vec<u32>, Vec<RunCounts>, Outcome)> {
         let Subject {
             spec,
             memory,
@@ -130,7 +130,7 @@ impl Growing<'_> {
         watch.tell(Event::Done(rays));
         let mut runs = bench.spent_by_run();
         let own = |i: u64| runs.remove(&(3 * i + 2)).unwrap_or_default();
-        let own: Vec<(Spent, TniCounters)> = (0..by_size.len() as u64).map(own).collect();
+        let own: Vec<(RunCounts, TniCounters)> = (0..by_size.len() as u64).map(own).collect();
         let mut outcome = bench.finish(*watch)?;
         // What leads to blocks and what keeps them company is not counted, nor how units fill and empty.
         let (trvs, ists) = (outcome.counters.trvs, outcome.counters.ists);
