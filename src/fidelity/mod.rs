@@ -17,7 +17,7 @@ use srp_runtime::scene::{Camera, Scene};
 use srp_runtime::scene_image::{SceneImage, tile_size};
 use srp_runtime::system;
 use srp_studies::fidelity::Fidelity;
-use srp_studies::fidelity::sampled::{self, First, Frame, Sampled, View};
+use srp_studies::fidelity::sampled::{self, FirstPass, Frame, Sampled, TracedFrame};
 use srp_studies::fidelity::{self, FrameFigure};
 
 use srp_toolchain::{Engines, MAX_CYCLES, kernel_names};
@@ -80,9 +80,9 @@ impl Shot<'_> {
         })
     }
 
-    fn view(&self) -> View<'_> {
+    fn traced(&self) -> TracedFrame<'_> {
         let spec = &self.arch.system;
-        View {
+        TracedFrame {
             scene: self.scene,
             image: &self.image,
             spec: &spec.tni,
@@ -95,14 +95,14 @@ impl Shot<'_> {
         }
     }
 
-    /// Samples the frame, and what that took with the first look.
+    /// Samples the frame, and what that took with the first pass.
     pub(crate) fn sampled(&self, seed: u64, error: f64) -> Result<(Sampled, Took), Failure> {
         let watch = Watch::start();
-        let first = First::of(&self.view(), self.arch, self.threads);
+        let first_pass = FirstPass::of(&self.traced(), self.arch, self.threads);
         let names = self.kernel_names();
         let frame = Frame {
             image: &self.image,
-            first: &first,
+            first_pass: &first_pass,
             engines: &|| self.engines.cores(self.arch.system.cores),
             arch: self.arch,
             sram_image: &self.program.image,

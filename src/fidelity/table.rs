@@ -59,7 +59,7 @@ pub(crate) struct Trials {
     pub(crate) target: f64,
     /// Mean part of the tiles that was measured.
     pub(crate) measured: f64,
-    /// Mean time of the host, with the first look, and how much quicker than the top level that is.
+    /// Mean time of the host, with the first pass, and how much quicker than the top level that is.
     #[serde(flatten)]
     pub(crate) took: Took,
     pub(crate) speed_up: f64,

@@ -12,7 +12,7 @@ use srp_runtime::scene_image::tile_size;
 use srp_runtime::system::{Options, Timing};
 use srp_scheduler::schedule;
 use srp_studies::fidelity::Fidelity;
-use srp_studies::fidelity::sampled::{self, First, Frame, View};
+use srp_studies::fidelity::sampled::{self, FirstPass, Frame, TracedFrame};
 use srp_studies::fidelity::{self, FrameFigure, FrameQuantity};
 use srp_studies::figure::estimate_of;
 use srp_tests::studio::Studio;
@@ -130,7 +130,7 @@ fn samples_are_near_the_frame_and_the_same_for_any_number_of_threads() {
     let kernels = kernels(&studio, built);
     let (_, truth) = at(&studio, &kernels, Fidelity::CycleDram);
     let image = studio.image();
-    let view = View {
+    let traced = TracedFrame {
         scene: &studio.scene,
         image: &image,
         spec: &studio.arch.system.tni,
@@ -144,7 +144,7 @@ fn samples_are_near_the_frame_and_the_same_for_any_number_of_threads() {
     let sample = |threads: usize, seed: u64, error: f64| {
         let frame = Frame {
             image: &image,
-            first: &First::of(&view, &studio.arch, threads),
+            first_pass: &FirstPass::of(&traced, &studio.arch, threads),
             engines: &|| kernels.cores(&studio),
             arch: &studio.arch,
             sram_image: &kernels.data,

@@ -48,7 +48,7 @@ impl<'a> Estimated<'a> {
         for packet in rays.chunks(self.packet) {
             let unit = self.packets / BLOCK as usize % self.units.len();
             self.packets += 1;
-            super::station::write_rays(&mut self.sram, packet);
+            super::fed_unit::write_rays(&mut self.sram, packet);
             let tni = &mut self.units[unit];
             let buffers = Buffers {
                 rays: 0,

@@ -3,7 +3,7 @@
 use srp_archdesc::Watch;
 use srp_archdesc::system::SystemSpec;
 
-use super::station::Station;
+use super::fed_unit::FedUnit;
 use srp_runtime::memory::SystemMemory;
 use srp_runtime::memory::dram::{DramCounters, Request};
 use srp_runtime::memory::path::{Clock, MemoryPath};
@@ -27,16 +27,16 @@ const CLIENTS: u32 = 1 << 8;
 
 /// Units, their memory, and their clock.
 pub(super) struct Group {
-    pub(super) stations: Vec<Station>,
+    pub(super) units: Vec<FedUnit>,
     path: MemoryPath,
     clock: Clock,
     now: u64,
 }
 
 impl Group {
-    pub(super) fn new(spec: &SystemSpec, stations: Vec<Station>) -> Group {
+    pub(super) fn new(spec: &SystemSpec, units: Vec<FedUnit>) -> Group {
         Group {
-            stations,
+            units,
             path: MemoryPath::new(spec),
             clock: Clock::new(spec.tni_mhz),
             now: 0,
@@ -52,14 +52,14 @@ impl Group {
         watch: &dyn Watch,
     ) -> bool {
         loop {
-            let all_idle = self.stations.iter().all(Station::is_idle);
-            let in_stretch = self.stations.iter().any(Station::is_in_stretch);
-            for station in &mut self.stations {
-                station.fill(self.now, all_idle, in_stretch);
+            let all_idle = self.units.iter().all(FedUnit::is_idle);
+            let in_stretch = self.units.iter().any(FedUnit::is_in_stretch);
+            for unit in &mut self.units {
+                unit.fill(self.now, all_idle, in_stretch);
             }
             let over = match to_the_end {
-                true => self.stations.iter().all(Station::is_done),
-                false => self.stations.iter().any(Station::is_fed),
+                true => self.units.iter().all(FedUnit::is_done),
+                false => self.units.iter().any(FedUnit::is_fed),
             };
             if over {
                 return true;
@@ -75,16 +75,16 @@ impl Group {
         let now = self.now;
         let time = self.clock.start(now);
         while let Some(answer) = self.path.answer(time) {
-            let station = &mut self.stations[(answer.source / CLIENTS) as usize];
+            let unit = &mut self.units[(answer.source / CLIENTS) as usize];
             let client = match answer.source % CLIENTS {
                 0 => Client::TrvL2,
                 i => Client::IstL1(i - 1),
             };
-            station.tni.fill(now, client, answer.address);
+            unit.tni.fill(now, client, answer.address);
         }
-        for (i, station) in (0..).zip(&mut self.stations) {
-            station.tick(now, memory);
-            while let Some(line) = station.tni.take_request() {
+        for (i, unit) in (0..).zip(&mut self.units) {
+            unit.tick(now, memory);
+            while let Some(line) = unit.tni.take_request() {
                 let client = match line.client {
                     Client::TrvL2 => 0,
                     Client::IstL1(i) => i + 1,
@@ -97,7 +97,7 @@ impl Group {
                 };
                 self.path.request(time, request);
             }
-            station.collect(now);
+            unit.collect(now);
         }
         self.now += 1;
     }

@@ -5,12 +5,12 @@
 //! nothing may run on threads of their own; the counters are the same.
 
 mod estimated;
+mod fed_unit;
 mod group;
 mod measure;
 mod quantity;
 mod run_counts;
 pub mod sampled;
-mod station;
 
 use srp_archdesc::{Unwatched, Watch};
 use std::collections::BTreeMap;
@@ -18,8 +18,8 @@ use std::sync::Arc;
 
 use srp_archdesc::system::SystemSpec;
 
+use self::fed_unit::{FedUnit, Packet, Role};
 use self::group::Group;
-use self::station::{Packet, Role, Station};
 use crate::rays::Sampling;
 use srp_runtime::bvh::TreeImage;
 use srp_runtime::memory::SystemMemory;
@@ -109,10 +109,10 @@ impl<'a> Bench<'a> {
         tree: Tree,
         options: Options,
     ) -> Bench<'a> {
-        let stations = (0..options.units.max(1)).map(|_| Station::new(spec, tree, &options));
+        let units = (0..options.units.max(1)).map(|_| FedUnit::new(spec, tree, &options));
         let groups = match options.memories {
-            Memories::Shared => vec![Group::new(spec, stations.collect())],
-            Memories::Private => stations.map(|s| Group::new(spec, vec![s])).collect(),
+            Memories::Shared => vec![Group::new(spec, units.collect())],
+            Memories::Private => units.map(|u| Group::new(spec, vec![u])).collect(),
         };
         Bench {
             spec,
@@ -154,13 +154,13 @@ impl<'a> Bench<'a> {
     fn deal(&mut self, packet: Packet) {
         let block = packet.number / BLOCK;
         let unit = block % u64::from(self.options.units.max(1));
-        self.station(unit as usize).push(packet);
+        self.fed_unit(unit as usize).push(packet);
     }
 
-    fn station(&mut self, unit: usize) -> &mut Station {
+    fn fed_unit(&mut self, unit: usize) -> &mut FedUnit {
         match self.options.memories {
-            Memories::Shared => &mut self.groups[0].stations[unit],
-            Memories::Private => &mut self.groups[unit].stations[0],
+            Memories::Shared => &mut self.groups[0].units[unit],
+            Memories::Private => &mut self.groups[unit].units[0],
         }
     }
 
@@ -215,12 +215,12 @@ impl<'a> Bench<'a> {
             let dram = group.dram();
             outcome.bytes += dram.bytes_read + dram.bytes_written;
             outcome.dram.push(dram);
-            for station in group.stations {
-                outcome.cycles = outcome.cycles.max(station.end());
-                outcome.counters.add(&station.tni.counters());
-                outcome.at_work += u64::from(station.tni.rays() > 0);
-                station.add_costs(&mut outcome.costs);
-                packets.extend(station.answers);
+            for unit in group.units {
+                outcome.cycles = outcome.cycles.max(unit.end());
+                outcome.counters.add(&unit.tni.counters());
+                outcome.at_work += u64::from(unit.tni.rays() > 0);
+                unit.add_costs(&mut outcome.costs);
+                packets.extend(unit.answers);
             }
         }
         packets.sort_by_key(|answer| answer.number);
@@ -234,8 +234,8 @@ impl<'a> Bench<'a> {
     /// What each run took, and what was counted of it, of all units together.
     fn spent_by_run(&self) -> BTreeMap<u64, (RunCounts, TniCounters)> {
         let mut runs: BTreeMap<u64, (RunCounts, TniCounters)> = BTreeMap::new();
-        let stations = self.groups.iter().flat_map(|g| &g.stations);
-        for (run, spent, counted) in stations.flat_map(Station::spent) {
+        let units = self.groups.iter().flat_map(|g| &g.units);
+        for (run, spent, counted) in units.flat_map(FedUnit::spent) {
             let sum = runs.entry(run).or_default();
             sum.0.add(&spent);
             sum.1.add(&counted);
@@ -254,8 +254,8 @@ impl<'a> Bench<'a> {
     /// Notes everything that happens to rays, for a look at single ones.
     pub fn note_events(&mut self) {
         for group in &mut self.groups {
-            for station in &mut group.stations {
-                station.tni.note_events();
+            for unit in &mut group.units {
+                unit.tni.note_events();
             }
         }
     }
@@ -263,7 +263,7 @@ impl<'a> Bench<'a> {
     /// Runs until the last ray is back, and gives what has happened in the first unit.
     pub fn run_out(mut self) -> Vec<Logged> {
         self.run(true, &Unwatched);
-        self.groups[0].stations[0].tni.take_events()
+        self.groups[0].units[0].tni.take_events()
     }
 }
 

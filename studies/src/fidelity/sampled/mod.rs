@@ -1,20 +1,20 @@
 //! A frame from a sample of its tiles.
 //!
-//! A [first look](first) traces all rays without time, deals the tiles out to cores as the frame would, and
+//! A [first pass](first_pass) traces all rays without time, dispatches the tiles to cores as the frame would, and
 //! follows what the caches hold. A unit of the sample is a run of tiles that one core takes one after the other.
-//! It is run cycle by cycle, on all units of the machine, from the caches as the look has them, with tiles before
+//! It is run cycle by cycle, on all units of the machine, from the caches as the first pass leaves them, with tiles before
 //! and behind it that are not measured; other cores run other units meanwhile. What it took comes from
-//! the [`ledger`](super::ledger); strata, and regression on what the look has counted, make figures of the frame of
+//! the [`ledger`](super::ledger); strata, and regression on the counts of the first pass, make figures of the frame of
 //! it, with intervals ([`crate::survey`]). Units are drawn until the cycles are known well enough; where that would
 //! be most of the frame, all of it is run.
 //!
 //! Measuring few runs of a long program, from warm caches, and telling how far they can be trusted is that of
 //! SMARTS (Wunderlich et al., ISCA 2003); doing it with parts of a picture is that of Zatel (ISPASS 2024).
 
-mod deal;
+mod dispatch;
 mod figures;
-mod first;
-mod look;
+mod first_pass;
+mod trace;
 
 use serde::Serialize;
 use srp_archdesc::Arch;
@@ -29,8 +29,8 @@ use srp_runtime::effect::Guard;
 use srp_runtime::scene_image::SceneImage;
 use srp_runtime::system::{Options, QueuedTile, SystemError, TileQueue, Timing};
 
-pub use first::First;
-pub use look::View;
+pub use first_pass::FirstPass;
+pub use trace::TracedFrame;
 
 /// Units of a batch for each core: with so many a core is seldom without work before the others are.
 const UNITS_A_CORE: usize = 8;
@@ -43,8 +43,8 @@ const LEAST_UNITS: usize = 32;
 pub struct Frame<'a> {
     /// System memory at its start.
     pub image: &'a SceneImage,
-    /// What a look at all tiles has found.
-    pub first: &'a First,
+    /// The first pass over it.
+    pub first_pass: &'a FirstPass,
     /// The cores at their start, as often as they are asked for.
     pub engines: &'a (dyn Fn() -> Vec<Box<dyn Core>> + Sync),
     /// The machine.
@@ -106,7 +106,9 @@ impl Frame<'_> {
     /// Tiles that batches measure.
     fn tiles_of(&self, batches: &[&[u32]]) -> u64 {
         let units = batches.iter().flat_map(|batch| batch.iter());
-        units.map(|&u| self.first.measured(u).len() as u64).sum()
+        units
+            .map(|&u| self.first_pass.measured(u).len() as u64)
+            .sum()
     }
 
     fn options<'a>(&'a self, watch: &'a dyn Watch) -> Options<'a> {
@@ -150,12 +152,12 @@ impl Frame<'_> {
         let mut load = vec![0.0; cores];
         let mut run_on: Vec<(u32, usize)> = Vec::new();
         let mut by_size = units.to_vec();
-        by_size.sort_by(|&a, &b| self.first.size(b).total_cmp(&self.first.size(a)));
+        by_size.sort_by(|&a, &b| self.first_pass.size(b).total_cmp(&self.first_pass.size(a)));
         for unit in by_size {
             let core = (0..cores).fold(0, |best, c| if load[c] < load[best] { c } else { best });
-            load[core] += self.first.size(unit);
+            load[core] += self.first_pass.size(unit);
             run_on.push((unit, core));
-            queues[core].extend(self.first.queue(unit));
+            queues[core].extend(self.first_pass.queue(unit));
         }
         let quiet = Quiet(self.watch);
         let options = Options {
@@ -173,8 +175,8 @@ impl Frame<'_> {
         };
         for (unit, _) in run_on {
             let mut sum = Tally::new();
-            for (queued, tally) in self.first.queue(unit).zip(tallies.by_ref()) {
-                if self.first.measured(unit).contains(&queued.tile) {
+            for (queued, tally) in self.first_pass.queue(unit).zip(tallies.by_ref()) {
+                if self.first_pass.measured(unit).contains(&queued.tile) {
                     add(&mut sum, tally);
                 }
             }
@@ -200,7 +202,7 @@ impl Frame<'_> {
 ///
 /// Those of [`system::run`](srp_runtime::system::run).
 pub fn sample(frame: &Frame<'_>, seed: u64, error: f64) -> Result<Option<Sampled>, SystemError> {
-    let first = frame.first;
+    let first = frame.first_pass;
     let population = first.population();
     let draws = population.batches(seed);
     let units_a_batch = UNITS_A_CORE * frame.arch.system.cores as usize;

@@ -1,14 +1,14 @@
-//! A sample that grows: what is drawn, what was seen of it, and what it took.
+//! A sample that grows: the rounds that are drawn, their traces, and what they took.
 
 use srp_archdesc::threads;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use super::LOOKS_A_DRAW;
 use super::Subject;
+use super::TRACED_A_DRAW;
 use super::blocks::{Blocks, PacketId};
-use super::look::{Look, Seen};
 use super::run::leading;
+use super::trace::{BlockTrace, BlockTracer};
 use crate::survey::{Population, Random, Sample, Stratum};
 use crate::tni::run_counts::RunCounts;
 use crate::tni::{Options, Outcome};
@@ -17,14 +17,15 @@ use crate::tni::{Options, Outcome};
 const STRATA: usize = 24;
 const ROUNDS_A_STRATUM: usize = 12;
 
-/// Blocks that one thread looks at one after the other.
-const LOOKS: usize = 256;
+/// Blocks that one thread traces one after the other.
+const BLOCKS_A_ROW: usize = 256;
 
-/// Packets of anywhere that caches have seen before all: they have a whole scene that is small.
-const SEEN_BEFORE: usize = 512;
+/// Packets from anywhere that warm caches before each block: a small scene they hold as a whole.
+const WARMING_PACKETS: usize = 512;
 
-/// Where all rounds are looked at, it is kept of so many of a stratum what caches hold before them.
+/// Where all rounds are traced, what caches hold before them is kept for so many of each stratum.
 const KEPT: usize = 8;
+
 /// A sample that grows.
 pub(super) struct Growing<'a> {
     pub(super) subject: &'a Subject<'a>,
@@ -35,11 +36,11 @@ pub(super) struct Growing<'a> {
     pub(super) rounds: Vec<Range<u64>>,
     /// The rounds of each stratum in the order in which they are drawn.
     pub(super) strata: Vec<Vec<u32>>,
-    /// How many of each stratum have been looked at, and how many have been run.
-    pub(super) looked_of_each: usize,
+    /// How many of each stratum have been traced, and how many have been run.
+    pub(super) traced_of_each: usize,
     pub(super) run_of_each: usize,
-    /// By round what was seen of it.
-    pub(super) seen: BTreeMap<u32, Seen>,
+    /// The traces, by round.
+    pub(super) traces: BTreeMap<u32, BlockTrace>,
     pub(super) drawn: Vec<u32>,
     pub(super) spent: Vec<RunCounts>,
     pub(super) outcomes: Vec<Outcome>,
@@ -65,9 +66,9 @@ impl<'a> Growing<'a> {
             leading: leading(subject.spec),
             blocks,
             rounds,
-            looked_of_each: 0,
+            traced_of_each: 0,
             run_of_each: 0,
-            seen: BTreeMap::new(),
+            traces: BTreeMap::new(),
             drawn: Vec::new(),
             spent: Vec::new(),
             outcomes: Vec::new(),
@@ -100,59 +101,58 @@ impl<'a> Growing<'a> {
         self.blocks.fetch(wanted, threads, self.subject.watch)
     }
 
-    /// A look with caches that have seen nothing.
-    pub(super) fn new_look(&self) -> Look<'_> {
+    /// A tracer with empty caches.
+    pub(super) fn new_tracer(&self) -> BlockTracer<'_> {
         let Subject {
             spec, memory, tree, ..
         } = self.subject;
-        Look::new(spec, tree, memory)
+        BlockTracer::new(spec, tree, memory)
     }
 
-    /// A look with caches that have seen something of everywhere.
-    pub(super) fn knowing_look(&self) -> Look<'_> {
-        let looked = self.first_rounds(0..self.looked_of_each);
-        let packets = self.blocks_in(&looked).flat_map(|b| self.blocks.packets(b));
-        let mut seen: Vec<PacketId> = packets.collect();
-        seen.sort_unstable();
-        let step = seen.len().div_ceil(SEEN_BEFORE).max(1);
-        let seen: Vec<PacketId> = seen.into_iter().step_by(step).collect();
-        self.new_look().having_seen(&self.blocks, &seen)
+    /// A tracer with caches that some of all packets traced so far have warmed.
+    pub(super) fn warmed_tracer(&self) -> BlockTracer<'_> {
+        let traced = self.first_rounds(0..self.traced_of_each);
+        let packets = self.blocks_in(&traced).flat_map(|b| self.blocks.packets(b));
+        let mut packets: Vec<PacketId> = packets.collect();
+        packets.sort_unstable();
+        let step = packets.len().div_ceil(WARMING_PACKETS).max(1);
+        let warming: Vec<PacketId> = packets.into_iter().step_by(step).collect();
+        self.new_tracer().warmed_by(&self.blocks, &warming)
     }
 
-    /// Looks at the first so many rounds of each stratum, each block by itself.
-    pub(super) fn look(&mut self, count: usize) -> Option<()> {
-        let new = self.first_rounds(self.looked_of_each..count);
-        self.looked_of_each = self.looked_of_each.max(count);
+    /// Traces the first so many rounds of each stratum, each block by itself.
+    pub(super) fn trace(&mut self, count: usize) -> Option<()> {
+        let new = self.first_rounds(self.traced_of_each..count);
+        self.traced_of_each = self.traced_of_each.max(count);
         let own = self
             .blocks_in(&new)
             .flat_map(|block| self.blocks.packets(block));
         let mut wanted: BTreeSet<PacketId> = own.collect();
-        // A batch is put in order once for what is looked at and what may be run.
-        let run = self.first_rounds(0..count / LOOKS_A_DRAW);
+        // A batch is put in order once for what is traced and what may be run.
+        let run = self.first_rounds(0..count / TRACED_A_DRAW);
         wanted.extend(self.blocks_in(&run).flat_map(|block| self.around(block)));
         self.fetch(&wanted)?;
-        let look_at = |look: &mut Look<'_>, i: usize| {
-            let mut seen = Seen::default();
+        let trace = |tracer: &mut BlockTracer<'_>, i: usize| {
+            let mut sum = BlockTrace::default();
             for block in self.rounds[new[i] as usize].clone() {
-                seen.add(&look.alone(&self.blocks, block));
+                sum.add(&tracer.alone(&self.blocks, block));
             }
-            (!self.subject.watch.cancelled()).then_some(seen)
+            (!self.subject.watch.cancelled()).then_some(sum)
         };
         let threads = self.subject.options.threads;
-        let seen = threads::all(threads, new.len(), || self.new_look(), look_at)?;
-        self.seen.extend(new.into_iter().zip(seen));
+        let traces = threads::all(threads, new.len(), || self.new_tracer(), trace)?;
+        self.traces.extend(new.into_iter().zip(traces));
         Some(())
     }
 
-    /// Looks at all rounds: the blocks of a unit one after the other, each with the caches as those before it leave them, in rows
-    /// that begin with warmed ones.
-    /// What was run after looks at single blocks is forgotten.
-    pub(super) fn look_at_all(&mut self) -> Option<()> {
+    /// Traces all rounds: the blocks of a unit one after the other, each with the caches as those before it leave them,
+    /// in rows that begin with warmed ones. Forgets what was run after single blocks were traced.
+    pub(super) fn trace_all(&mut self) -> Option<()> {
         let most = self.strata.iter().map(Vec::len).max().unwrap_or(0);
-        if self.looked_of_each == most {
+        if self.traced_of_each == most {
             return Some(());
         }
-        self.looked_of_each = most;
+        self.traced_of_each = most;
         self.run_of_each = 0;
         self.drawn.clear();
         self.spent.clear();
@@ -168,36 +168,36 @@ impl<'a> Growing<'a> {
         in_turn.sort_unstable_by_key(|&b| (blocks.view(b), blocks.unit(b), b));
         let unit = |b: u64| (blocks.view(b), blocks.unit(b));
         let units = in_turn.chunk_by(|&a, &b| unit(a) == unit(b));
-        let rows: Vec<&[u64]> = units.flat_map(|row| row.chunks(LOOKS)).collect();
-        let look_at = |look: &mut Look<'_>, i: usize| {
-            let seen = look.in_a_row(blocks, rows[i], self.leading, &|block| {
+        let rows: Vec<&[u64]> = units.flat_map(|row| row.chunks(BLOCKS_A_ROW)).collect();
+        let trace = |tracer: &mut BlockTracer<'_>, i: usize| {
+            let traces = tracer.in_a_row(blocks, rows[i], self.leading, &|block| {
                 kept.contains(&block)
             });
-            (!self.subject.watch.cancelled()).then_some(seen)
+            (!self.subject.watch.cancelled()).then_some(traces)
         };
         let threads = self.subject.options.threads;
-        let look = self.knowing_look();
-        let seen = threads::all(threads, rows.len(), || look.clone(), look_at)?;
-        let by_block: BTreeMap<u64, Seen> = in_turn
+        let tracer = self.warmed_tracer();
+        let traces = threads::all(threads, rows.len(), || tracer.clone(), trace)?;
+        let by_block: BTreeMap<u64, BlockTrace> = in_turn
             .into_iter()
-            .zip(seen.into_iter().flatten())
+            .zip(traces.into_iter().flatten())
             .collect();
         for (round, blocks) in (0..).zip(&self.rounds) {
-            let mut sum = Seen::default();
+            let mut sum = BlockTrace::default();
             blocks.clone().for_each(|block| sum.add(&by_block[&block]));
-            self.seen.insert(round, sum);
+            self.traces.insert(round, sum);
         }
         Some(())
     }
 
     pub(super) fn sample(&self) -> Sample {
-        let numbers: BTreeMap<u32, u32> = self.seen.keys().copied().zip(0..).collect();
+        let numbers: BTreeMap<u32, u32> = self.traces.keys().copied().zip(0..).collect();
         let number = |round: &u32| numbers.get(round).copied();
         let strata = self.strata.iter().map(|all| Stratum {
             of: all.len() as f64,
             looked: all.iter().filter_map(number).collect(),
         });
-        let auxiliaries = self.seen.values().map(|s| s.auxiliaries.clone());
+        let auxiliaries = self.traces.values().map(|s| s.auxiliaries.clone());
         let population = Population::looked_at(auxiliaries.collect(), strata.collect());
         let drawn: Vec<u32> = self.drawn.iter().filter_map(number).collect();
         Sample::new(&population, &drawn)

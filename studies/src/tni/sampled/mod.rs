@@ -2,23 +2,23 @@
 //!
 //! The population are the [blocks] of packets that units are dealt, of all views: where units share a memory, rounds of
 //! those that they have at a time. They are in strata of neighbours in the order of the rays. Some of each stratum are
-//! [looked](look) at: their rays are traced without time. Some of those are [run] cycle by cycle, from caches that
-//! rays before them have warmed, after packets that are not measured. Regression on what the looks have counted makes
-//! figures of all rays of it, with intervals ([`crate::survey`]). More is looked at, and more is run, until the cycles
+//! [traced](trace): their rays are followed without time. Some of those are [run] cycle by cycle, from caches that
+//! rays before them have warmed, after packets that are not measured. Regression on the counts of the traces makes
+//! figures of all rays of it, with intervals ([`crate::survey`]). More is traced, and more is run, until the cycles
 //! are known well enough.
 //!
 //! docs/fidelity.md says what the intervals hold.
 
 mod blocks;
 mod growing;
-mod look;
 mod run;
+mod trace;
 
 use srp_archdesc::system::SystemSpec;
 use srp_archdesc::watch::{Stage, Watch};
 
 use self::growing::Growing;
-use self::look::{HITS, INNER, LEAVES, RAYS, TESTS};
+use self::trace::{HITS, INNER, LEAVES, RAYS, TESTS};
 use super::run_counts::figures_of;
 use super::{BLOCK, Memories, Options, Outcome, UnitFigure, UnitQuantity};
 use crate::rays::Source;
@@ -26,14 +26,14 @@ use crate::survey::{LEAST_DRAWS, Sample};
 use srp_runtime::memory::SystemMemory;
 use srp_runtime::tni::Tree;
 
-/// What rounds of a stratum are taken to vary by before one has been looked at, as a part of their mean.
+/// What rounds of a stratum are taken to vary by before one has been traced, as a part of their mean.
 const SPREAD: f64 = 0.25;
 
-/// Where so great a part of all would be looked at, all are.
+/// Where so great a part of all would be traced, all is.
 const ALL: f64 = 0.4;
 
-/// Of a stratum so many times the blocks are looked at that are run, at least.
-const LOOKS_A_DRAW: usize = 4;
+/// Blocks of a stratum that are traced for each that is run, at least.
+const TRACED_A_DRAW: usize = 4;
 
 /// Samples that take more than this part of running everything are not worth it.
 const MOST: f64 = 0.5;
@@ -41,8 +41,8 @@ const MOST: f64 = 0.5;
 /// Samples of fewer rounds tell too little.
 const LEAST_ROUNDS: usize = 48;
 
-/// What a look at a block, warming caches for it, and the company of its neighbours cost of what running it does.
-const OF_LOOK: f64 = 0.1;
+/// What tracing a block, warming caches for it, and the company of its neighbours cost of what running it does.
+const OF_TRACING: f64 = 0.1;
 const OF_WARMING: f64 = 0.8;
 const OF_COMPANY: f64 = 0.4;
 
@@ -74,7 +74,7 @@ pub struct Sampled {
     pub rays: u64,
     /// Blocks in all.
     pub blocks: u64,
-    /// Blocks that were looked at.
+    /// Blocks that were traced.
     pub looked: u64,
     /// Blocks that were run.
     pub run: u64,
@@ -101,9 +101,9 @@ pub fn sample(subject: &Subject<'_>, seed: u64, error: f64) -> Option<Found> {
     let mut growing = Growing::new(subject, seed);
     let all = growing.rounds.len();
     let strata = growing.strata.len();
-    // Half of the variance that is left may come of looking at some only.
-    let looks = 2.0 * (1.96 * SPREAD / error).powi(2) / strata as f64;
-    let mut looks = (looks.ceil() as usize).max(LOOKS_A_DRAW * LEAST_DRAWS);
+    // Half of the variance that is left may come of tracing some only.
+    let traces = 2.0 * (1.96 * SPREAD / error).powi(2) / strata as f64;
+    let mut traces = (traces.ceil() as usize).max(TRACED_A_DRAW * LEAST_DRAWS);
     let mut draws = LEAST_DRAWS;
     let leading = growing.leading as f64 / BLOCK as f64;
     let company = match subject.options.memories {
@@ -111,16 +111,16 @@ pub fn sample(subject: &Subject<'_>, seed: u64, error: f64) -> Option<Found> {
         _ => 0.0,
     };
     loop {
-        let looks_at_all = (strata * looks) as f64 > ALL * all as f64;
-        let warming = if looks_at_all { 0.0 } else { OF_WARMING };
+        let traces_all = (strata * traces) as f64 > ALL * all as f64;
+        let warming = if traces_all { 0.0 } else { OF_WARMING };
         let run = (strata * draws) as f64 * (1.0 + leading + company + warming);
-        let looked = if looks_at_all { all } else { strata * looks };
-        if all < LEAST_ROUNDS || run + OF_LOOK * looked as f64 > MOST * all as f64 {
+        let traced = if traces_all { all } else { strata * traces };
+        if all < LEAST_ROUNDS || run + OF_TRACING * traced as f64 > MOST * all as f64 {
             return Some(Found::TooMuch);
         }
-        match looks_at_all {
-            true => growing.look_at_all()?,
-            false => growing.look(looks)?,
+        match traces_all {
+            true => growing.trace_all()?,
+            false => growing.trace(traces)?,
         }
         growing.run(draws)?;
         let sample = growing.sample();
@@ -131,7 +131,7 @@ pub fn sample(subject: &Subject<'_>, seed: u64, error: f64) -> Option<Found> {
                 seed,
                 rays,
                 blocks: growing.blocks.count(),
-                looked: growing.blocks_of(growing.seen.keys()),
+                looked: growing.blocks_of(growing.traces.keys()),
                 run: growing.blocks_of(growing.drawn.iter()),
                 figures: figures(&growing, &sample),
                 outcomes: growing.outcomes,
@@ -143,10 +143,10 @@ pub fn sample(subject: &Subject<'_>, seed: u64, error: f64) -> Option<Found> {
             let factor = (variance / allowed).clamp(1.0, 4.0);
             (now as f64 * factor).ceil() as usize
         };
-        looks = more(variance.unlooked, looks, half);
+        traces = more(variance.unlooked, traces, half);
         let allowed = 2.0 * half - variance.unlooked.min(half);
         draws = more(variance.drawn, draws, allowed).max(draws + 1);
-        looks = looks.max(LOOKS_A_DRAW * draws);
+        traces = traces.max(TRACED_A_DRAW * draws);
     }
 }
 

@@ -9,10 +9,10 @@ use srp_archdesc::system::SystemSpec;
 use super::Subject;
 use super::blocks::PacketId;
 use super::growing::Growing;
-use super::look::Look;
+use super::trace::BlockTracer;
 use crate::rays::Ray;
+use crate::tni::fed_unit::{Packet, Role};
 use crate::tni::run_counts::RunCounts;
-use crate::tni::station::{Packet, Role};
 use crate::tni::{BLOCK, Bench, Memories, Options, Outcome};
 use srp_runtime::tni::{TniCounters, WarmCaches};
 
@@ -33,6 +33,7 @@ const COMPANY: usize = 16;
 
 /// Blocks of a unit that are run one after the other.
 const RUNS: usize = 8;
+
 impl Growing<'_> {
     /// The packets that a block is run with: those that warm its caches, that lead to it, and that are behind it.
     pub(super) fn around(&self, block: u64) -> impl Iterator<Item = PacketId> {
@@ -73,9 +74,9 @@ impl Growing<'_> {
             Memories::Private => RUNS * units.max(1) as usize,
         };
         let groups: Vec<&[u32]> = new.chunks(together).collect();
-        let look = self.knowing_look();
-        let run = |look: &mut Look<'_>, i: usize| self.run_group(look, groups[i]);
-        let done = threads::all(threads, groups.len(), || look.clone(), run)?;
+        let tracer = self.warmed_tracer();
+        let run = |tracer: &mut BlockTracer<'_>, i: usize| self.run_group(tracer, groups[i]);
+        let done = threads::all(threads, groups.len(), || tracer.clone(), run)?;
         for (rounds, spent, outcome) in done {
             self.drawn.extend(rounds);
             self.spent.extend(spent);
@@ -87,7 +88,7 @@ impl Growing<'_> {
     /// Runs some rounds, each on the units that have the least to do so far.
     fn run_group(
         &self,
-        look: &mut Look<'_>,
+        tracer: &mut BlockTracer<'_>,
         group: &[u32],
     ) -> Option<(Vec<u32>, Vec<RunCounts>, Outcome)> {
         let Subject {
@@ -105,22 +106,22 @@ impl Growing<'_> {
         let mut bench = Bench::new(spec, memory, *tree, options);
         let mut load = vec![0.0; options.units.max(1) as usize];
         let mut by_size = group.to_vec();
-        by_size.sort_by(|a, b| self.seen[b].size().total_cmp(&self.seen[a].size()));
+        by_size.sort_by(|a, b| self.traces[b].size().total_cmp(&self.traces[a].size()));
         for (i, round) in (0..).zip(&by_size) {
-            let seen = &self.seen[round];
+            let trace = &self.traces[round];
             let least = |best: usize, c: usize| if load[c] < load[best] { c } else { best };
             let free = (0..load.len()).fold(0, least);
-            for (block, find) in self.rounds[*round as usize].clone().zip(&seen.finds) {
+            for (block, caches) in self.rounds[*round as usize].clone().zip(&trace.caches) {
                 let unit = match options.memories {
                     Memories::Shared => self.blocks.unit(block) as usize,
                     Memories::Private => free,
                 };
-                load[unit] += seen.size();
-                let find = match find {
-                    Some(find) => Arc::clone(find),
-                    None => look.before(&self.blocks, block, self.leading),
+                load[unit] += trace.size();
+                let caches = match caches {
+                    Some(caches) => Arc::clone(caches),
+                    None => tracer.before(&self.blocks, block, self.leading),
                 };
-                self.hand(&mut bench, unit, i, block, find);
+                self.hand(&mut bench, unit, i, block, caches);
             }
         }
         if !bench.run(true, *watch) {
@@ -144,7 +145,14 @@ impl Growing<'_> {
 
     /// Gives a unit a block of the `i`th round to run, after those before it and before those behind it, which are runs
     /// of their own.
-    fn hand(&self, bench: &mut Bench<'_>, unit: usize, i: u64, block: u64, find: Arc<WarmCaches>) {
+    fn hand(
+        &self,
+        bench: &mut Bench<'_>,
+        unit: usize,
+        i: u64,
+        block: u64,
+        caches: Arc<WarmCaches>,
+    ) {
         let blocks = &self.blocks;
         let leading = blocks.leading(block, self.leading);
         let before = leading.into_iter().map(|p| (3 * i + 1, p));
@@ -155,7 +163,7 @@ impl Growing<'_> {
             .collect();
         let rays = stretch.iter().map(|(_, rays)| rays.len() as u64).sum();
         let mut first = Some(Role::First {
-            find,
+            caches,
             rays,
             before: 3 * i,
         });
@@ -177,7 +185,7 @@ impl Growing<'_> {
                 is_last: ends_unit && n == last,
             };
             bench.dealt += 1;
-            bench.station(unit).push(packet);
+            bench.fed_unit(unit).push(packet);
         }
     }
 }

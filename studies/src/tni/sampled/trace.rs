@@ -1,4 +1,4 @@
-//! A look at blocks without time: what their rays do, and what the caches of their unit miss.
+//! Blocks traced without time: counts of what their rays do, and of what the caches of their unit miss.
 
 use std::sync::Arc;
 
@@ -18,37 +18,37 @@ pub(super) const TESTS: usize = 4;
 pub(super) const LEAVES: usize = 7;
 pub(super) const HITS: usize = 8;
 
-/// What is counted of a block, or of some.
+/// The counts of a block, or their sum over several.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Seen {
+pub(super) struct BlockTrace {
     /// The auxiliary variables, the most telling first.
     pub(super) auxiliaries: Vec<f64>,
     /// Of each block what the caches hold some packets before it, where that is known.
-    pub(super) finds: Vec<Option<Arc<WarmCaches>>>,
+    pub(super) caches: Vec<Option<Arc<WarmCaches>>>,
 }
 
-impl Seen {
+impl BlockTrace {
     /// About the cycles.
     pub(super) fn size(&self) -> f64 {
         self.auxiliaries.get(SIZE).copied().unwrap_or(0.0)
     }
 
     /// Adds another block.
-    pub(super) fn add(&mut self, other: &Seen) {
+    pub(super) fn add(&mut self, other: &BlockTrace) {
         self.auxiliaries.resize(other.auxiliaries.len(), 0.0);
         let both = self.auxiliaries.iter_mut().zip(&other.auxiliaries);
         both.for_each(|(sum, more)| *sum += more);
-        self.finds.extend(other.finds.iter().cloned());
+        self.caches.extend(other.caches.iter().cloned());
     }
 }
 
 /// Follows rays through the caches of a unit.
 #[derive(Clone)]
-pub(super) struct Look<'a> {
+pub(super) struct BlockTracer<'a> {
     spec: &'a TniSpec,
     tree: Tree,
     tracer: Tracer<'a>,
-    tags: WarmCaches,
+    caches: WarmCaches,
     /// What the caches are taken to hold before all that is known of them.
     before_all: WarmCaches,
     /// Cycles until a line from memory is there.
@@ -75,30 +75,38 @@ impl Work {
     }
 }
 
-impl<'a> Look<'a> {
-    /// A look with caches that have seen nothing.
-    pub(super) fn new(spec: &'a SystemSpec, tree: &'a Tree, memory: &'a SystemMemory) -> Look<'a> {
-        let tags = WarmCaches::new(&spec.tni, *tree);
-        Look {
+impl<'a> BlockTracer<'a> {
+    /// A tracer with empty caches.
+    pub(super) fn new(
+        spec: &'a SystemSpec,
+        tree: &'a Tree,
+        memory: &'a SystemMemory,
+    ) -> BlockTracer<'a> {
+        let caches = WarmCaches::new(&spec.tni, *tree);
+        BlockTracer {
             spec: &spec.tni,
             tree: *tree,
             tracer: Tracer::new(&spec.tni, tree, memory),
-            before_all: tags.clone(),
-            tags,
+            before_all: caches.clone(),
+            caches,
             latency: line_cycles(spec) as f64,
         }
     }
 
-    /// The same, having seen these packets of anywhere before all that is looked at.
-    pub(super) fn having_seen(mut self, blocks: &Blocks<'_>, packets: &[PacketId]) -> Look<'a> {
+    /// The same, with caches that these packets, from anywhere, have warmed before each block.
+    pub(super) fn warmed_by(
+        mut self,
+        blocks: &Blocks<'_>,
+        packets: &[PacketId],
+    ) -> BlockTracer<'a> {
         self.follow(blocks, packets);
-        self.before_all = self.tags.clone();
+        self.before_all = self.caches.clone();
         self
     }
 
     /// The caches before all that warms them for a block: empty where that goes back to the unit's first packets.
     fn begin(&mut self, blocks: &Blocks<'_>, block: u64) {
-        self.tags = match blocks.is_near_start(block) {
+        self.caches = match blocks.is_near_start(block) {
             true => WarmCaches::new(self.spec, self.tree),
             false => self.before_all.clone(),
         };
@@ -106,10 +114,10 @@ impl<'a> Look<'a> {
 
     fn trace(&mut self, packet: &[Ray], work: &mut Work, misses: &mut Misses) {
         for ray in packet {
-            let tags = &mut self.tags;
+            let caches = &mut self.caches;
             let traced = self.tracer.follow(ray, &mut |step| match step {
                 Step::Pair { address, .. } | Step::Triangle { address, .. } => {
-                    tags.read(address, misses);
+                    caches.read(address, misses);
                 }
                 Step::Leaf => {}
             });
@@ -130,27 +138,27 @@ impl<'a> Look<'a> {
         (work, misses)
     }
 
-    /// Looks at a block by itself, from empty caches: what it misses is what it reads.
-    pub(super) fn alone(&mut self, blocks: &Blocks<'_>, block: u64) -> Seen {
-        self.tags = WarmCaches::new(self.spec, self.tree);
+    /// Traces a block by itself, from empty caches: what it misses is what it reads.
+    pub(super) fn alone(&mut self, blocks: &Blocks<'_>, block: u64) -> BlockTrace {
+        self.caches = WarmCaches::new(self.spec, self.tree);
         let packets: Vec<PacketId> = blocks.packets(block).collect();
         let (work, misses) = self.follow(blocks, &packets);
-        self.seen(work, misses)
+        self.counted(work, misses)
     }
 
-    /// Looks at blocks that a unit has one after the other, and keeps what its caches hold before those that `keeps`
-    /// wants it of: where the last `leading` packets before a block begin.
+    /// Traces blocks that a unit has one after the other. Of those that `keeps` asks for, it keeps what the caches hold
+    /// where the last `leading` packets before the block begin.
     pub(super) fn in_a_row(
         &mut self,
         blocks: &Blocks<'_>,
         row: &[u64],
         leading: usize,
         keeps: &dyn Fn(u64) -> bool,
-    ) -> Vec<Seen> {
+    ) -> Vec<BlockTrace> {
         let Some(&first) = row.first() else {
             return Vec::new();
         };
-        let mut find = keeps(first).then(|| self.before(blocks, first, leading));
+        let mut caches = keeps(first).then(|| self.before(blocks, first, leading));
         self.begin(blocks, first);
         self.follow(blocks, &blocks.warming(first, 0));
         let mut all = Vec::new();
@@ -159,19 +167,19 @@ impl<'a> Look<'a> {
             let (most, last) = packets.split_at(packets.len().saturating_sub(leading));
             let (mut work, mut misses) = self.follow(blocks, most);
             let next = row.get(i + 1).is_some_and(|&next| keeps(next));
-            let find_next = next.then(|| Arc::new(self.tags.clone()));
+            let caches_next = next.then(|| Arc::new(self.caches.clone()));
             let (more, missed) = self.follow(blocks, last);
             work.add(&more);
             misses.add(&missed);
-            all.push(Seen {
-                finds: vec![std::mem::replace(&mut find, find_next)],
-                ..self.seen(work, misses)
+            all.push(BlockTrace {
+                caches: vec![std::mem::replace(&mut caches, caches_next)],
+                ..self.counted(work, misses)
             });
         }
         all
     }
 
-    fn seen(&self, work: Work, misses: Misses) -> Seen {
+    fn counted(&self, work: Work, misses: Misses) -> BlockTrace {
         let spec = self.spec;
         let visit = spec.pre_latency + spec.trv_l1.latency + spec.post_latency;
         let resident = f64::from(visit) * (work.inner + work.leaves)
@@ -179,7 +187,7 @@ impl<'a> Look<'a> {
             + f64::from(spec.ist_latency + spec.ist_l1.latency) * work.tests;
         let waiting = self.latency * (misses.level2 + misses.ist);
         let size = (resident + waiting) / f64::from((spec.trvs * spec.stacks).max(1));
-        Seen {
+        BlockTrace {
             auxiliaries: vec![
                 work.rays,
                 size,
@@ -191,7 +199,7 @@ impl<'a> Look<'a> {
                 work.leaves,
                 work.hits,
             ],
-            finds: vec![None],
+            caches: vec![None],
         }
     }
 
@@ -204,6 +212,6 @@ impl<'a> Look<'a> {
     ) -> Arc<WarmCaches> {
         self.begin(blocks, block);
         self.follow(blocks, &blocks.warming(block, leading));
-        Arc::new(self.tags.clone())
+        Arc::new(self.caches.clone())
     }
 }

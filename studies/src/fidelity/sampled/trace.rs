@@ -1,4 +1,4 @@
-//! A first look at a frame: what each tile reads, and about what it will take.
+//! A frame traced without time: what each tile reads, and about what it will take.
 //!
 //! The rays of all pixels are traced as the T&I unit does, without its time, and what they lead to: rays to
 //! lights, mirrored ones and those through glass, packet by packet as the kernels send them. What comes out
@@ -25,8 +25,8 @@ const SECOND_LINE: u32 = 64;
 /// How far secondary rays start off a surface, as a part of the distance.
 const SETBACK: f32 = 1e-3;
 
-/// A frame to look at.
-pub struct View<'a> {
+/// A frame to trace.
+pub struct TracedFrame<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The scene in memory.
@@ -80,17 +80,17 @@ impl Work {
     }
 }
 
-/// A tile that has been looked at: packet by packet, what is read of memory until its hits are shaded, and
+/// A traced tile: packet by packet, what is read of memory until its hits are shaded, and
 /// what its rays do.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Seen {
+pub(super) struct TileTrace {
     /// Addresses that are read, in about their order.
     touched: Vec<u32>,
     /// Of each packet what its rays do, and where its addresses end.
     packets: Vec<(Work, usize)>,
 }
 
-impl Seen {
+impl TileTrace {
     /// The packets.
     pub(super) fn packets(&self) -> usize {
         self.packets.len()
@@ -104,7 +104,7 @@ impl Seen {
     }
 }
 
-impl View<'_> {
+impl TracedFrame<'_> {
     /// Tiles in a row, and rows of tiles.
     pub fn tiles(&self) -> (u32, u32) {
         let (width, height) = self.size;
@@ -114,7 +114,7 @@ impl View<'_> {
 
 /// A ray that is not a shadow ray.
 #[derive(Clone, Copy, Debug)]
-struct Sent {
+struct PendingRay {
     from: Vec3,
     direction: Vec3,
     depth: u32,
@@ -124,7 +124,7 @@ struct Sent {
 
 /// Where a ray has met a surface.
 #[derive(Clone, Copy, Debug)]
-struct Met {
+struct SurfacePoint {
     point: Vec3,
     /// A small way off the surface on the side that the ray came from.
     off: Vec3,
@@ -132,7 +132,7 @@ struct Met {
 }
 
 /// What becomes of light at a surface.
-struct Parted {
+struct SplitLight {
     mirrored: f32,
     through: f32,
     /// Where what goes through goes.
@@ -155,30 +155,36 @@ fn smooth(triangle: &Triangle, hit: &Hit, geometric: Vec3) -> Vec3 {
 }
 
 /// How a surface parts light: Snell's law and Fresnel's equations, as `kernels/secondary.c` has them.
-fn part(surface: &Surface, effects: Effects, normal: Vec3, way: Vec3, inside: bool) -> Parted {
+fn split_light(
+    surface: &Surface,
+    effects: Effects,
+    normal: Vec3,
+    way: Vec3,
+    inside: bool,
+) -> SplitLight {
     let cosine = (-way.dot(normal)).clamp(0.0, 1.0);
-    let mut parted = Parted {
+    let mut split = SplitLight {
         mirrored: 0.0,
         through: 0.0,
         onward: way,
     };
     let by_angle = effects.contains(Effect::Fresnel);
     if effects.contains(Effect::Reflection) {
-        parted.mirrored = largest(surface.mirror);
+        split.mirrored = largest(surface.mirror);
         if by_angle && surface.fresnel == Fresnel::Conductor {
-            let (flat, colour) = (1.0 - cosine, parted.mirrored);
-            parted.mirrored = colour + (1.0 - colour) * flat * flat * flat * flat * flat;
+            let (flat, colour) = (1.0 - cosine, split.mirrored);
+            split.mirrored = colour + (1.0 - colour) * flat * flat * flat * flat * flat;
         }
     }
     if !effects.contains(Effect::Transparency) {
-        return parted;
+        return split;
     }
-    parted.through = largest(surface.through);
+    split.through = largest(surface.through);
     if !effects.contains(Effect::Refraction) || surface.index == 1.0 {
-        return parted;
+        return split;
     }
-    if inside && parted.through > 0.0 {
-        parted.through = 1.0;
+    if inside && split.through > 0.0 {
+        split.through = 1.0;
     }
     let eta = if inside {
         surface.index
@@ -187,24 +193,24 @@ fn part(surface: &Surface, effects: Effects, normal: Vec3, way: Vec3, inside: bo
     };
     let square = 1.0 - eta * eta * (1.0 - cosine * cosine);
     if square <= 0.0 {
-        parted.mirrored = parted.mirrored.max(parted.through);
-        parted.through = 0.0;
-        return parted;
+        split.mirrored = split.mirrored.max(split.through);
+        split.through = 0.0;
+        return split;
     }
     let behind = square.sqrt();
-    parted.onward = way * eta + normal * (eta * cosine - behind);
+    split.onward = way * eta + normal * (eta * cosine - behind);
     if by_angle && surface.fresnel == Fresnel::Dielectric {
         let s = (eta * cosine - behind) / (eta * cosine + behind);
         let p = (cosine - eta * behind) / (cosine + eta * behind);
         let share = 0.5 * (s * s + p * p);
-        parted.mirrored *= share;
-        parted.through *= 1.0 - share;
+        split.mirrored *= share;
+        split.through *= 1.0 - share;
     }
-    parted
+    split
 }
 
 /// A direction on the side of a normal, mostly along it; which one, the place decides.
-fn somewhere(normal: Vec3, place: Vec3) -> Vec3 {
+fn random_direction(normal: Vec3, place: Vec3) -> Vec3 {
     let [x, y, z] = place.to_array().map(f32::to_bits);
     let seed = x ^ y.rotate_left(11) ^ z.rotate_left(22);
     let number = |i: u32| {
@@ -216,28 +222,28 @@ fn somewhere(normal: Vec3, place: Vec3) -> Vec3 {
     (normal + 0.99 * any).normalize_or(normal)
 }
 
-/// Looks at tiles.
+/// Traces tiles.
 #[derive(Clone)]
-pub(super) struct Look<'a> {
-    view: &'a View<'a>,
+pub(super) struct TileTracer<'a> {
+    frame: &'a TracedFrame<'a>,
     tracer: Tracer<'a>,
     surfaces: Vec<Surface>,
-    seen: Seen,
+    traced: TileTrace,
     work: Work,
     /// The packet in hand, the surfaces that it has met, and rays that wait.
-    packet: Vec<Sent>,
-    met: Vec<Met>,
-    waiting: Vec<Sent>,
+    packet: Vec<PendingRay>,
+    met: Vec<SurfacePoint>,
+    waiting: Vec<PendingRay>,
 }
 
-impl<'a> Look<'a> {
-    /// A look at a frame.
-    pub(super) fn new(view: &'a View<'a>) -> Look<'a> {
-        Look {
-            view,
-            tracer: Tracer::new(view.spec, &view.image.tree, &view.image.memory),
-            surfaces: view.scene.materials.iter().map(Surface::of).collect(),
-            seen: Seen::default(),
+impl<'a> TileTracer<'a> {
+    /// A tracer for a frame.
+    pub(super) fn new(frame: &'a TracedFrame<'a>) -> TileTracer<'a> {
+        TileTracer {
+            frame,
+            tracer: Tracer::new(frame.spec, &frame.image.tree, &frame.image.memory),
+            surfaces: frame.scene.materials.iter().map(Surface::of).collect(),
+            traced: TileTrace::default(),
             work: Work::default(),
             packet: Vec::new(),
             met: Vec::new(),
@@ -247,18 +253,18 @@ impl<'a> Look<'a> {
 
     /// What the rays of a tile do: one through the middle of each pixel, and what it leads to. Packets go as the
     /// kernels send them: those to lights behind the one that they light, then the rays that wait, the last first.
-    pub(super) fn tile(&mut self, tile: u32) -> Seen {
-        let view = self.view;
-        let (width, height) = view.tile;
-        let across = view.tiles().0;
+    pub(super) fn tile(&mut self, tile: u32) -> TileTrace {
+        let frame = self.frame;
+        let (width, height) = frame.tile;
+        let across = frame.tiles().0;
         let (left, top) = (tile % across * width, tile / across * height);
         let rays = (width * height) as usize;
         self.packet.clear();
         self.packet.extend((0..width * height).map(|i| {
             let (x, y) = ((left + i % width) as f32, (top + i / width) as f32);
-            Sent {
-                from: view.eye,
-                direction: view.fan.corner + view.fan.right * x + view.fan.down * y,
+            PendingRay {
+                from: frame.eye,
+                direction: frame.fan.corner + frame.fan.right * x + frame.fan.down * y,
                 depth: 0,
                 weight: 1.0,
             }
@@ -270,25 +276,26 @@ impl<'a> Look<'a> {
             self.packet.clear();
             self.packet.extend(self.waiting.drain(rest..));
         }
-        let mut seen = std::mem::take(&mut self.seen);
-        if view.effects.contains(Effect::Antialiasing) {
-            let samples = f64::from(view.scene.options.samples);
-            seen.packets
+        let mut traced = std::mem::take(&mut self.traced);
+        if frame.effects.contains(Effect::Antialiasing) {
+            let samples = f64::from(frame.scene.options.samples);
+            traced
+                .packets
                 .iter_mut()
                 .for_each(|(work, _)| *work = work.times(samples));
         }
-        seen
+        traced
     }
 
     fn end_packet(&mut self) {
         let work = std::mem::take(&mut self.work);
-        self.seen.packets.push((work, self.seen.touched.len()));
+        self.traced.packets.push((work, self.traced.touched.len()));
     }
 
     /// Traces a ray that stands for so many.
     fn trace(&mut self, from: Vec3, to: Vec3, end: f32, flags: u32, stands_for: f64) -> Hit {
         let ray = Ray::new(from.to_array(), to.to_array(), 0.0, end, flags);
-        let touched = &mut self.seen.touched;
+        let touched = &mut self.traced.touched;
         let traced = self.tracer.follow(&ray, &mut |step| match step {
             Step::Pair { address, .. } => touched.push(address),
             Step::Triangle { address, .. } => touched.push(address),
@@ -297,7 +304,7 @@ impl<'a> Look<'a> {
         self.work.rays += stands_for;
         self.work.visits += stands_for * f64::from(traced.inner_visits + traced.leaf_visits);
         self.work.tests += stands_for * f64::from(traced.triangle_tests);
-        let spec = self.view.spec;
+        let spec = self.frame.spec;
         let visit = spec.pre_latency + spec.trv_l1.latency + spec.post_latency;
         let inner = visit + spec.aabb_latency;
         let test = spec.ist_latency + spec.ist_l1.latency;
@@ -323,7 +330,7 @@ impl<'a> Look<'a> {
         }
         // Where light goes on is looked up behind all shading.
         for (material, sent) in going_on {
-            self.seen.touched.push(material + SECOND_LINE);
+            self.traced.touched.push(material + SECOND_LINE);
             self.waiting.extend(sent.into_iter().flatten());
         }
         self.packet = packet;
@@ -331,10 +338,10 @@ impl<'a> Look<'a> {
     }
 
     /// Shades a hit: the material that says where light goes on, and the rays that it sends, if it does.
-    fn shade(&mut self, ray: &Sent, hit: &Hit) -> Option<(u32, [Option<Sent>; 3])> {
-        let view = self.view;
-        let triangle = view.scene.triangles.get(hit.primitive as usize)?;
-        let effects = view.effects;
+    fn shade(&mut self, ray: &PendingRay, hit: &Hit) -> Option<(u32, [Option<PendingRay>; 3])> {
+        let frame = self.frame;
+        let triangle = frame.scene.triangles.get(hit.primitive as usize)?;
+        let effects = frame.effects;
         let point = ray.from + ray.direction * hit.t;
         let way = ray.direction.normalize_or_zero();
         let [p, q, r] = triangle.positions;
@@ -346,27 +353,27 @@ impl<'a> Look<'a> {
             false => geometric,
         };
         let off = geometric * (hit.t * ray.direction.length() * SETBACK);
-        self.met.push(Met { point, off, normal });
+        self.met.push(SurfacePoint { point, off, normal });
         self.work.shaded += 1.0;
-        let parts = &view.image.shading;
+        let parts = &frame.image.shading;
         let record = parts.triangle(hit.primitive);
         let material = parts.material(triangle.material);
-        self.seen.touched.push(record);
+        self.traced.touched.push(record);
         if effects.contains(Effect::Normals) || effects.contains(Effect::Texture) {
-            self.seen.touched.push(record + SECOND_LINE);
+            self.traced.touched.push(record + SECOND_LINE);
         }
-        self.seen.touched.push(material);
+        self.traced.touched.push(material);
         self.textures(triangle, hit);
-        let options = &view.scene.options;
+        let options = &frame.scene.options;
         if ray.depth >= options.bounces {
             return None;
         }
         let surface = &self.surfaces[triangle.material as usize];
-        let parted = part(surface, effects, normal, way, inside);
+        let split = split_light(surface, effects, normal, way, inside);
         let depth = ray.depth + 1;
         let sent = |from, direction, share: f32| {
             let weight = ray.weight * share;
-            (weight > LEAST_WEIGHT).then_some(Sent {
+            (weight > LEAST_WEIGHT).then_some(PendingRay {
                 from,
                 direction,
                 depth,
@@ -379,16 +386,16 @@ impl<'a> Look<'a> {
             false => 0.0,
         };
         let rays = [
-            sent(point - off, parted.onward, parted.through),
+            sent(point - off, split.onward, split.through),
             sent(
                 point + off,
                 way - 2.0 * way.dot(normal) * normal,
-                parted.mirrored,
+                split.mirrored,
             ),
-            sent(point + off, somewhere(normal, point), diffuse),
+            sent(point + off, random_direction(normal, point), diffuse),
         ];
-        let looks = surface.mirrors() || surface.transmits() || goes_on;
-        looks.then_some((material, rays))
+        let reads = surface.mirrors() || surface.transmits() || goes_on;
+        reads.then_some((material, rays))
     }
 
     /// Packets to lights and into the surroundings.
@@ -396,14 +403,14 @@ impl<'a> Look<'a> {
         if self.met.is_empty() {
             return;
         }
-        let view = self.view;
+        let frame = self.frame;
         let met = std::mem::take(&mut self.met);
-        let nearest = match view.effects.contains(Effect::TintedShadow) {
+        let nearest = match frame.effects.contains(Effect::TintedShadow) {
             true => NEAREST,
             false => 0,
         };
-        if view.effects.contains(Effect::Shadow) {
-            for light in view.scene.lights.iter().filter(|l| l.emits()) {
+        if frame.effects.contains(Effect::Shadow) {
+            for light in frame.scene.lights.iter().filter(|l| l.emits()) {
                 for at in &met {
                     let from = at.point + at.off;
                     let to = light.position - from;
@@ -417,11 +424,11 @@ impl<'a> Look<'a> {
                 self.end_packet();
             }
         }
-        let occlusion = view.scene.options.occlusion;
-        if occlusion > 0 && view.effects.contains(Effect::Occlusion) {
-            let radius = view.scene.options.occlusion_radius;
+        let occlusion = frame.scene.options.occlusion;
+        if occlusion > 0 && frame.effects.contains(Effect::Occlusion) {
+            let radius = frame.scene.options.occlusion_radius;
             for at in &met {
-                let way = somewhere(at.normal, at.point);
+                let way = random_direction(at.normal, at.point);
                 self.trace(
                     at.point + at.off,
                     way,
@@ -437,35 +444,35 @@ impl<'a> Look<'a> {
 
     /// What is read to know how much light what stands in its way lets through.
     fn tint(&mut self, hit: &Hit) {
-        let view = self.view;
-        if let Some(triangle) = view.scene.triangles.get(hit.primitive as usize)
-            && view.effects.contains(Effect::TintedShadow)
+        let frame = self.frame;
+        if let Some(triangle) = frame.scene.triangles.get(hit.primitive as usize)
+            && frame.effects.contains(Effect::TintedShadow)
         {
-            let parts = &view.image.shading;
+            let parts = &frame.image.shading;
             let material = parts.material(triangle.material);
             let record = parts.triangle(hit.primitive);
-            self.seen.touched.extend([record, material + SECOND_LINE]);
+            self.traced.touched.extend([record, material + SECOND_LINE]);
         }
     }
 
     /// The texels at a hit.
     fn textures(&mut self, triangle: &Triangle, hit: &Hit) {
-        let view = self.view;
-        if !view.effects.contains(Effect::Texture) {
+        let frame = self.frame;
+        if !frame.effects.contains(Effect::Texture) {
             return;
         }
-        let scene = view.scene;
+        let scene = frame.scene;
         let [s, t, u] = triangle.uvs;
         let at = s + (t - s) * hit.u + (u - s) * hit.v;
         for map in scene.materials[triangle.material as usize].maps() {
             let picture = &scene.textures[map.texture as usize];
-            let texels = view.image.shading.texels[map.texture as usize];
+            let texels = frame.image.shading.texels[map.texture as usize];
             let clamp = if map.clamp { CLAMP } else { 0 };
             let descriptor = V4([texels, picture.width, picture.height, clamp]);
             let place = V4([at.x.to_bits(), at.y.to_bits(), 0, 0]);
-            let touched = footprint(descriptor, place, view.texel_bits).addresses;
+            let touched = footprint(descriptor, place, frame.texel_bits).addresses;
             self.work.samples += 1.0;
-            self.seen.touched.extend(touched);
+            self.traced.touched.extend(touched);
         }
     }
 }

@@ -39,7 +39,7 @@ pub(super) enum Role {
     /// To begin a stretch of so many rays, when no unit of the group has anything to do, with caches that hold this. What
     /// was before is a run of its own.
     First {
-        find: Arc<WarmCaches>,
+        caches: Arc<WarmCaches>,
         rays: u64,
         before: u64,
     },
@@ -62,7 +62,7 @@ pub(super) struct Answer {
 }
 
 /// A unit and what it is fed from.
-pub(super) struct Station {
+pub(super) struct FedUnit {
     pub(super) tni: Tni,
     sram: Vec<u8>,
     /// Rays of a packet.
@@ -86,14 +86,14 @@ pub(super) struct Station {
     costs: BTreeMap<u32, PixelCost>,
 }
 
-impl Station {
-    pub(super) fn new(spec: &SystemSpec, tree: Tree, options: &Options) -> Station {
+impl FedUnit {
+    pub(super) fn new(spec: &SystemSpec, tree: Tree, options: &Options) -> FedUnit {
         let packet = spec.buffers.rays.max(1);
         let mut tni = Tni::new(&spec.tni, tree, BUFFERS);
         if options.costs {
             tni.note_costs();
         }
-        Station {
+        FedUnit {
             tni,
             sram: vec![0; (BUFFERS * packet * (RAY_BYTES + HIT_BYTES)) as usize],
             packet,
@@ -146,8 +146,12 @@ impl Station {
             match &packet.role {
                 Role::Measured => {}
                 Role::First { .. } if !all_idle || !self.is_idle() => return,
-                Role::First { find, rays, before } => {
-                    self.tni.hold(find);
+                Role::First {
+                    caches,
+                    rays,
+                    before,
+                } => {
+                    self.tni.hold(caches);
                     self.stretch = self.tni.rays() + rays;
                     self.taken.insert(*before, (now, self.tni.counters()));
                 }

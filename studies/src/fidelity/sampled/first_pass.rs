@@ -1,4 +1,4 @@
-//! The first look at a frame that is to be sampled: its tiles in runs of each core, and what is known of every run.
+//! The first pass over a frame that is to be sampled: its tiles in runs of each core, and what is known of every run.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -8,8 +8,8 @@ use srp_archdesc::Arch;
 
 use srp_runtime::system::{QueuedTile, WarmCaches};
 
-use super::deal::{Deal, Hand, Takes, jobs};
-use super::look::{Look, Seen, View};
+use super::dispatch::{CoreModel, Costs, Dispatch, jobs};
+use super::trace::{TileTrace, TileTracer, TracedFrame};
 use crate::survey::Population;
 
 /// Tiles of a unit, at least: few, so that there are many, and enough for those around them to be few.
@@ -22,7 +22,7 @@ const MOST_UNITS: u32 = 4096;
 const STRATA: usize = 24;
 const UNITS_A_STRATUM: usize = 12;
 
-/// Tiles that are looked at before their reads are followed through the caches.
+/// Tiles that are traced before their reads are followed through the caches.
 const CHUNK: u32 = 256;
 
 /// A run of tiles that one core takes one after the other.
@@ -33,12 +33,12 @@ struct Unit {
     measured: Range<usize>,
     run: Range<usize>,
     /// What the core's caches hold before the first that is run.
-    find: Arc<WarmCaches>,
+    caches: Arc<WarmCaches>,
 }
 
 /// What is known of a frame before it is sampled.
 #[derive(Clone, Debug)]
-pub struct First {
+pub struct FirstPass {
     /// Tiles of each core, in their order.
     tiles: Vec<Vec<u32>>,
     units: Vec<Unit>,
@@ -51,56 +51,57 @@ fn interleaved(n: u32) -> u64 {
     (0..16).fold(0, |sum, bit| sum | u64::from(n >> bit & 1) << (2 * bit))
 }
 
-impl First {
-    /// Looks at a frame on a machine, with so many threads of the host, which change nothing that is found.
-    pub fn of(view: &View<'_>, arch: &Arch, threads: usize) -> First {
+impl FirstPass {
+    /// Traces a frame for a machine, on so many threads of the host, which change nothing of the result.
+    pub fn of(frame: &TracedFrame<'_>, arch: &Arch, threads: usize) -> FirstPass {
         let spec = &arch.system;
-        let (across, down) = view.tiles();
+        let (across, down) = frame.tiles();
         let count = across * down;
         let cores = spec.cores.max(1) as usize;
         let length = LEAST_TILES.max(count.div_ceil(MOST_UNITS)) as usize;
-        let mut deal = Deal {
-            hands: (0..cores).map(|_| Hand::new(spec, view)).collect(),
+        let mut dispatch = Dispatch {
+            cores: (0..cores).map(|_| CoreModel::new(spec, frame)).collect(),
             length: length.max(jobs(spec) + 1),
-            takes: Takes::of(spec),
+            costs: Costs::of(spec),
         };
-        look_at_all(view, count, threads, &mut |tile, seen| {
-            deal.take(tile, seen)
+        trace_all(frame, count, threads, &mut |tile, trace| {
+            dispatch.take(tile, trace)
         });
-        deal.finish();
-        First::from(deal, across.max(1))
+        dispatch.finish();
+        FirstPass::from(dispatch, across.max(1))
     }
 
-    fn from(deal: Deal, across: u32) -> First {
-        let Deal {
-            hands,
+    fn from(dispatch: Dispatch, across: u32) -> FirstPass {
+        let Dispatch {
+            cores,
             length,
-            takes,
-        } = deal;
+            costs,
+        } = dispatch;
         let mut units = Vec::new();
         let mut tiles = Vec::new();
-        for (core, hand) in hands.into_iter().enumerate() {
-            for (i, (counts, (from, find))) in hand.counts.iter().zip(&hand.starts).enumerate() {
-                let measured = i * length..((i + 1) * length).min(hand.tiles.len());
-                let first = hand.tiles[measured.start];
+        for (core, model) in cores.into_iter().enumerate() {
+            for (i, (counts, (from, caches))) in model.counts.iter().zip(&model.starts).enumerate()
+            {
+                let measured = i * length..((i + 1) * length).min(model.tiles.len());
+                let first = model.tiles[measured.start];
                 let curve = interleaved(first % across) | interleaved(first / across) << 1;
                 let unit = Unit {
                     core,
-                    run: *from..hand.end(measured.end),
+                    run: *from..model.end(measured.end),
                     measured,
-                    find: Arc::clone(find),
+                    caches: Arc::clone(caches),
                 };
                 units.push((curve, unit, *counts));
             }
-            tiles.push(hand.tiles);
+            tiles.push(model.tiles);
         }
         // Neighbours in the picture are alike.
         units.sort_by_key(|&(curve, ..)| curve);
-        let sizes: Vec<f64> = units.iter().map(|(.., c)| c.size(&takes)).collect();
+        let sizes: Vec<f64> = units.iter().map(|(.., c)| c.size(&costs)).collect();
         let strata = STRATA.min(units.len().div_ceil(UNITS_A_STRATUM));
         let auxiliaries = units.iter().zip(&sizes);
         let auxiliaries = auxiliaries.map(|((.., c), &size)| c.auxiliaries(size));
-        First {
+        FirstPass {
             population: Population::of(sizes.clone(), auxiliaries.collect(), strata),
             units: units.into_iter().map(|(_, unit, _)| unit).collect(),
             sizes,
@@ -145,34 +146,39 @@ impl First {
             .enumerate()
             .map(|(i, &tile)| QueuedTile {
                 tile,
-                caches: (i == 0).then(|| Arc::clone(&unit.find)),
+                caches: (i == 0).then(|| Arc::clone(&unit.caches)),
             })
     }
 }
 
-/// Looks at all tiles, and tells them in their order. While one thread tells a chunk, others look at the next.
-fn look_at_all(view: &View<'_>, count: u32, threads: usize, tell: &mut dyn FnMut(u32, Seen)) {
-    let mut looks = vec![Look::new(view); threads.max(1)];
-    let mut ready: Vec<(u32, Seen)> = Vec::new();
+/// Traces all tiles, and tells their traces in order. While one thread tells a chunk, others trace the next.
+fn trace_all(
+    frame: &TracedFrame<'_>,
+    count: u32,
+    threads: usize,
+    tell: &mut dyn FnMut(u32, TileTrace),
+) {
+    let mut tracers = vec![TileTracer::new(frame); threads.max(1)];
+    let mut ready: Vec<(u32, TileTrace)> = Vec::new();
     for start in (0..count).step_by(CHUNK as usize) {
         let next = AtomicU32::new(start);
         let end = (start + CHUNK).min(count);
-        let look_on = |look: &mut Look<'_>| {
-            let mut seen = Vec::new();
+        let trace_on = |tracer: &mut TileTracer<'_>| {
+            let mut traces = Vec::new();
             loop {
                 let tile = next.fetch_add(1, Ordering::Relaxed);
                 if tile >= end {
-                    return seen;
+                    return traces;
                 }
-                seen.push((tile, look.tile(tile)));
+                traces.push((tile, tracer.tile(tile)));
             }
         };
-        let (own, others) = looks.split_at_mut(1);
+        let (own, others) = tracers.split_at_mut(1);
         ready = std::thread::scope(|scope| {
-            let work = |look| scope.spawn(|| look_on(look));
+            let work = |tracer| scope.spawn(|| trace_on(tracer));
             let others: Vec<_> = others.iter_mut().map(work).collect();
-            ready.drain(..).for_each(|(tile, seen)| tell(tile, seen));
-            let mut found = look_on(&mut own[0]);
+            ready.drain(..).for_each(|(tile, trace)| tell(tile, trace));
+            let mut found = trace_on(&mut own[0]);
             for other in others {
                 match other.join() {
                     Ok(more) => found.extend(more),
@@ -183,5 +189,5 @@ fn look_at_all(view: &View<'_>, count: u32, threads: usize, tell: &mut dyn FnMut
         });
         ready.sort_unstable_by_key(|r| r.0);
     }
-    ready.drain(..).for_each(|(tile, seen)| tell(tile, seen));
+    ready.drain(..).for_each(|(tile, trace)| tell(tile, trace));
 }

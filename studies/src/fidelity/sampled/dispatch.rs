@@ -1,4 +1,4 @@
-//! Tiles dealt out to cores as the frame would deal them, without its time: which core takes which, what its caches
+//! Tiles dispatched to cores as the frame would, without its time: which core takes which, what its caches
 //! hold meanwhile, and about how long it takes.
 
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use srp_archdesc::SystemSpec;
 
 use srp_runtime::system::{Misses, WarmCaches};
 
-use super::look::{Seen, View, Work};
+use super::trace::{TileTrace, TracedFrame, Work};
 use srp_runtime::memory::unloaded::unloaded_ns;
 
 /// A tile of more packets may be in hand while a core takes several others.
@@ -16,7 +16,7 @@ const LONG: usize = 8;
 /// Tiles that are run behind a unit, at most.
 const MOST_BEHIND: usize = 24;
 
-/// SRP cycles of a tile, a ray and a shaded hit: round figures of the default machine. They deal tiles out and make
+/// SRP cycles of a tile, a ray and a shaded hit: round figures of the default machine. They dispatch tiles and make
 /// strata; that they are not exact makes intervals wider.
 const OF_TILE: f64 = 400.0;
 const OF_RAY: f64 = 15.0;
@@ -34,7 +34,7 @@ pub(super) struct Counts {
 
 /// What things take, in SRP cycles.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Takes {
+pub(super) struct Costs {
     /// A miss of the data or the texture cache.
     miss: f64,
     /// A cycle of the T&I unit.
@@ -43,10 +43,10 @@ pub(super) struct Takes {
     resident: f64,
 }
 
-impl Takes {
-    pub(super) fn of(spec: &SystemSpec) -> Takes {
+impl Costs {
+    pub(super) fn of(spec: &SystemSpec) -> Costs {
         let mhz = f64::from(spec.srp_mhz);
-        Takes {
+        Costs {
             miss: unloaded_ns(spec) * mhz * 1e-3,
             tni_cycle: mhz / f64::from(spec.tni_mhz.max(1)),
             resident: f64::from((spec.tni.trvs * spec.tni.stacks).max(1)),
@@ -69,12 +69,12 @@ impl Counts {
     }
 
     /// About the SRP cycles.
-    pub(super) fn size(&self, takes: &Takes) -> f64 {
+    pub(super) fn size(&self, costs: &Costs) -> f64 {
         let Work { rays, shaded, .. } = self.work;
         OF_TILE * self.tiles
             + OF_RAY * rays
             + OF_SHADED * shaded
-            + takes.miss * (self.misses.data + self.misses.texture)
+            + costs.miss * (self.misses.data + self.misses.texture)
             + self.wait
     }
 
@@ -103,10 +103,10 @@ impl Counts {
 
 /// A tile that a core has in hand.
 struct Job {
-    seen: Seen,
+    trace: TileTrace,
     /// Its place among the core's tiles, and the caches before it where it may be in hand for long.
     place: usize,
-    find: Option<Arc<WarmCaches>>,
+    caches: Option<Arc<WarmCaches>>,
     /// Packets that are done.
     done: usize,
     /// The unit that it is counted for.
@@ -117,16 +117,16 @@ struct Job {
 
 impl Job {
     fn is_done(&self) -> bool {
-        self.done == self.seen.packets()
+        self.done == self.trace.packets()
     }
 }
 
-/// A core while tiles are dealt out.
-pub(super) struct Hand {
+/// A core while tiles are dispatched.
+pub(super) struct CoreModel {
     pub(super) tiles: Vec<u32>,
     /// Packets of each.
     packets: Vec<usize>,
-    tags: WarmCaches,
+    caches: WarmCaches,
     /// When it has done what it has, and when its T&I unit has.
     busy: f64,
     traced: f64,
@@ -140,35 +140,35 @@ pub(super) struct Hand {
     next_start: (usize, Arc<WarmCaches>),
 }
 
-/// The cores while tiles are dealt out.
-pub(super) struct Deal {
-    pub(super) hands: Vec<Hand>,
+/// The cores while tiles are dispatched.
+pub(super) struct Dispatch {
+    pub(super) cores: Vec<CoreModel>,
     /// Tiles of a unit.
     pub(super) length: usize,
-    pub(super) takes: Takes,
+    pub(super) costs: Costs,
 }
 
-impl Deal {
+impl Dispatch {
     /// Cores take packets of their jobs in turn, the core first that is free first, as the program in
     /// `kernels/frame.c` does, until one of them needs this tile; it takes it.
-    pub(super) fn take(&mut self, tile: u32, seen: Seen) {
+    pub(super) fn take(&mut self, tile: u32, trace: TileTrace) {
         loop {
-            let busy = |c: usize| self.hands[c].busy;
-            let cores = 1..self.hands.len();
+            let busy = |c: usize| self.cores[c].busy;
+            let cores = 1..self.cores.len();
             let core = cores.fold(0, |best, c| if busy(c) < busy(best) { c } else { best });
-            if self.hands[core].needs_tile() {
-                self.hands[core].take(tile, seen, self.length);
+            if self.cores[core].needs_tile() {
+                self.cores[core].take(tile, trace, self.length);
                 return;
             }
-            self.hands[core].run_packet(&self.takes);
+            self.cores[core].run_packet(&self.costs);
         }
     }
 
     /// Runs what is left.
     pub(super) fn finish(&mut self) {
-        for hand in &mut self.hands {
-            while hand.jobs.iter().flatten().any(|job| !job.is_done()) {
-                hand.run_packet(&self.takes);
+        for core in &mut self.cores {
+            while core.jobs.iter().flatten().any(|job| !job.is_done()) {
+                core.run_packet(&self.costs);
             }
         }
     }
@@ -183,15 +183,15 @@ pub(super) fn jobs(spec: &SystemSpec) -> usize {
     jobs.max(1) as usize
 }
 
-impl Hand {
-    pub(super) fn new(spec: &SystemSpec, view: &View<'_>) -> Hand {
+impl CoreModel {
+    pub(super) fn new(spec: &SystemSpec, frame: &TracedFrame<'_>) -> CoreModel {
         let jobs = jobs(spec);
-        let tags = WarmCaches::new(spec, view.image);
-        Hand {
+        let caches = WarmCaches::new(spec, frame.image);
+        CoreModel {
             tiles: Vec::new(),
             packets: Vec::new(),
-            next_start: (0, Arc::new(tags.clone())),
-            tags,
+            next_start: (0, Arc::new(caches.clone())),
+            caches,
             busy: 0.0,
             traced: 0.0,
             jobs: (0..jobs).map(|_| None).collect(),
@@ -209,26 +209,26 @@ impl Hand {
         self.turn = (self.turn + 1) % self.jobs.len();
     }
 
-    fn take(&mut self, tile: u32, seen: Seen, length: usize) {
+    fn take(&mut self, tile: u32, trace: TileTrace, length: usize) {
         let place = self.tiles.len();
         let leads = (place + self.jobs.len()).is_multiple_of(length);
-        let find = (leads || seen.packets() > LONG).then(|| Arc::new(self.tags.clone()));
+        let caches = (leads || trace.packets() > LONG).then(|| Arc::new(self.caches.clone()));
         if place.is_multiple_of(length) {
             self.counts.push(Counts::default());
             self.starts.push(self.start());
         }
-        if let Some(find) = find.as_ref().filter(|_| leads) {
-            self.next_start = (place, Arc::clone(find));
+        if let Some(caches) = caches.as_ref().filter(|_| leads) {
+            self.next_start = (place, Arc::clone(caches));
         }
         let unit = place / length;
         self.counts[unit].tiles += 1.0;
         self.busy += OF_TILE;
         self.tiles.push(tile);
-        self.packets.push(seen.packets());
+        self.packets.push(trace.packets());
         self.jobs[self.turn] = Some(Job {
-            seen,
+            trace,
             place,
-            find,
+            caches,
             done: 0,
             unit,
             sent: self.busy,
@@ -257,30 +257,30 @@ impl Hand {
     /// Where a unit is to be run from that begins now: with the oldest tile that is still in hand.
     fn start(&self) -> (usize, Arc<WarmCaches>) {
         let in_hand = self.jobs.iter().flatten().filter(|job| !job.is_done());
-        let long = in_hand.filter_map(|job| Some((job.place, job.find.as_ref()?)));
-        let (place, find) = &self.next_start;
-        let oldest = long.chain([(*place, find)]).min_by_key(|l| l.0);
-        let (place, find) = oldest.unwrap_or((*place, find));
-        (place, Arc::clone(find))
+        let long = in_hand.filter_map(|job| Some((job.place, job.caches.as_ref()?)));
+        let (place, caches) = &self.next_start;
+        let oldest = long.chain([(*place, caches)]).min_by_key(|l| l.0);
+        let (place, caches) = oldest.unwrap_or((*place, caches));
+        (place, Arc::clone(caches))
     }
 
     /// Waits for the packet of the job whose turn it is, and shades it. The T&I unit takes packets one after the
     /// other, each as long as its rays fill the unit, and no shorter than its slowest ray.
-    fn run_packet(&mut self, takes: &Takes) {
+    fn run_packet(&mut self, costs: &Costs) {
         if let Some(job) = self.jobs[self.turn].as_mut().filter(|job| !job.is_done()) {
-            let (work, touched) = job.seen.packet(job.done);
-            let misses = self.tags.read(touched);
+            let (work, touched) = job.trace.packet(job.done);
+            let misses = self.caches.read(touched);
             let lines = misses.tni.level2 + misses.tni.ist;
             let begun = self.traced.max(job.sent);
-            let filled = takes.tni_cycle * work.resident + takes.miss * lines;
-            self.traced = begun + filled / takes.resident;
-            let back = self.traced.max(begun + takes.tni_cycle * work.slowest);
+            let filled = costs.tni_cycle * work.resident + costs.miss * lines;
+            self.traced = begun + filled / costs.resident;
+            let back = self.traced.max(begun + costs.tni_cycle * work.slowest);
             let mut alone = Counts {
                 wait: (back - self.busy).max(0.0),
                 ..Counts::default()
             };
             alone.add(work, &misses);
-            self.busy += alone.size(takes);
+            self.busy += alone.size(costs);
             self.counts[job.unit].add(work, &misses);
             self.counts[job.unit].wait += alone.wait;
             job.done += 1;
