@@ -12,7 +12,7 @@ use crate::{interrupt, talk};
 use serde::Serialize;
 use srp_studies::fidelity::Fidelity;
 use srp_studies::fidelity::{FrameFigure, FrameQuantity};
-use srp_studies::figure::{Quantity, name, name_and_unit};
+use srp_studies::figure::{Quantity, Unit, name, name_and_unit};
 use srp_studies::survey::Estimate;
 use srp_toolchain::Engines;
 
@@ -188,7 +188,10 @@ fn estimates(shot: &Shot<'_>, kept: &Kept) -> Vec<FrameFigure> {
 
 /// How far a value is off: relative to the truth, or for rates the difference over 100 %.
 fn error(quantity: &FrameQuantity, value: f64, truth: f64) -> f64 {
-    let against = if quantity.unit() == "%" { 100.0 } else { truth };
+    let against = match quantity.unit() {
+        Unit::Percent => 100.0,
+        _ => truth,
+    };
     match against == 0.0 {
         true => value - truth,
         false => (value - truth) / against,

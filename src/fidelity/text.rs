@@ -4,7 +4,7 @@ use super::table::{Row, Table, Trials};
 use srp_studies::fidelity::Fidelity;
 use srp_studies::fidelity::sampled::Sampled;
 use srp_studies::fidelity::{FrameFigure, FrameQuantity as Q};
-use srp_studies::figure::Quantity;
+use srp_studies::figure::{Quantity, Unit};
 use std::fmt::Write as _;
 
 /// The figures that are shown of every level.
@@ -108,7 +108,7 @@ fn rows(table: &Table) -> Vec<Vec<String>> {
                 None => "–".to_owned(),
                 Some(c) if c.half_width.is_some() => {
                     let width = match (c.quantity.unit(), c.value) {
-                        ("%", _) => c.half_width.unwrap_or(0.0) / 100.0,
+                        (Unit::Percent, _) => c.half_width.unwrap_or(0.0) / 100.0,
                         (_, 0.0) => 0.0,
                         (_, value) => c.half_width.unwrap_or(0.0) / value,
                     };

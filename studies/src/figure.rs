@@ -10,8 +10,50 @@ use crate::survey::Estimate;
 
 /// What is measured. It is shown by its name.
 pub trait Quantity: Clone + PartialEq + fmt::Debug + fmt::Display {
-    /// Its unit; empty for a number.
-    fn unit(&self) -> &'static str;
+    /// Its unit.
+    fn unit(&self) -> Unit;
+}
+
+/// The unit of a quantity. It is shown, and written, as its symbol.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// None: a number, or a ratio of numbers. Its symbol is empty.
+    Number,
+    /// A part of a whole, in %. Its errors are differences, those of others are ratios.
+    Percent,
+    /// Cycles of the SRP's clock.
+    Cycles,
+    /// Cycles of the T&I unit's clock.
+    TniCycles,
+    /// ms.
+    Milliseconds,
+    /// ns.
+    Nanoseconds,
+    /// 10⁶ rays a second.
+    MraysPerSecond,
+    /// 10⁹ bytes a second.
+    GigabytesPerSecond,
+}
+
+impl fmt::Display for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Unit::Number => "",
+            Unit::Percent => "%",
+            Unit::Cycles => "cycles",
+            Unit::TniCycles => "T&I cycles",
+            Unit::Milliseconds => "ms",
+            Unit::Nanoseconds => "ns",
+            Unit::MraysPerSecond => "Mrays/s",
+            Unit::GigabytesPerSecond => "GB/s",
+        })
+    }
+}
+
+impl Serialize for Unit {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
 }
 
 /// A quantity with its value and interval.
@@ -28,7 +70,7 @@ impl<Q: Quantity> Serialize for Figure<Q> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut figure = serializer.serialize_struct("Figure", 4)?;
         figure.serialize_field("name", &self.quantity.to_string())?;
-        figure.serialize_field("unit", self.quantity.unit())?;
+        figure.serialize_field("unit", &self.quantity.unit())?;
         figure.serialize_field("value", &self.estimate.value)?;
         figure.serialize_field("half_width", &self.estimate.half_width)?;
         figure.end()
@@ -55,7 +97,7 @@ pub fn name_and_unit<Q: Quantity, S: Serializer>(
 ) -> Result<S::Ok, S::Error> {
     let mut object = serializer.serialize_struct("Quantity", 2)?;
     object.serialize_field("name", &quantity.to_string())?;
-    object.serialize_field("unit", quantity.unit())?;
+    object.serialize_field("unit", &quantity.unit())?;
     object.end()
 }
 

@@ -6,7 +6,7 @@ use srp_archdesc::Arch;
 use srp_runtime::system::Report;
 
 use super::ledger::{COLUMNS, Column, Part, Tally};
-use crate::figure::{self, Quantity};
+use crate::figure::{self, Quantity, Unit};
 use crate::survey::Estimate;
 
 /// What is measured of a frame.
@@ -114,20 +114,20 @@ impl fmt::Display for FrameQuantity {
 }
 
 impl Quantity for FrameQuantity {
-    fn unit(&self) -> &'static str {
+    fn unit(&self) -> Unit {
         match self {
             Q::Cycles | Q::Vliw | Q::ModeSwitch | Q::MemoryStall | Q::TextureStall | Q::Wait => {
-                "cycles"
+                Unit::Cycles
             }
-            Q::Array { .. } => "cycles",
-            Q::Time => "ms",
-            Q::Rate => "Mrays/s",
-            Q::Residence => "T&I cycles",
+            Q::Array { .. } => Unit::Cycles,
+            Q::Time => Unit::Milliseconds,
+            Q::Rate => Unit::MraysPerSecond,
+            Q::Residence => Unit::TniCycles,
             Q::TrvL1Hits | Q::TrvL2Hits | Q::IstL1Hits | Q::DataCacheHits | Q::TextureCacheHits => {
-                "%"
+                Unit::Percent
             }
-            Q::Bandwidth => "GB/s",
-            Q::ReadLatency => "ns",
+            Q::Bandwidth => Unit::GigabytesPerSecond,
+            Q::ReadLatency => Unit::Nanoseconds,
             Q::Rays
             | Q::HitsPerRay
             | Q::InnerNodesPerRay
@@ -137,7 +137,7 @@ impl Quantity for FrameQuantity {
             | Q::TextureCacheAccesses
             | Q::TextureSamples
             | Q::BytesRead
-            | Q::BytesWritten => "",
+            | Q::BytesWritten => Unit::Number,
         }
     }
 }

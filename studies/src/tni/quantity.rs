@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::figure::{self, Quantity};
+use crate::figure::{self, Quantity, Unit};
 
 /// What is measured of T&I units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,17 +72,17 @@ impl fmt::Display for UnitQuantity {
 }
 
 impl Quantity for UnitQuantity {
-    fn unit(&self) -> &'static str {
+    fn unit(&self) -> Unit {
         match self {
-            Q::Rate => "Mrays/s",
-            Q::TrvL1Hits | Q::TrvL2Hits | Q::IstL1Hits => "%",
-            Q::Bandwidth => "GB/s",
+            Q::Rate => Unit::MraysPerSecond,
+            Q::TrvL1Hits | Q::TrvL2Hits | Q::IstL1Hits => Unit::Percent,
+            Q::Bandwidth => Unit::GigabytesPerSecond,
             Q::CyclesPerRay
             | Q::HitsPerRay
             | Q::InnerNodesPerRay
             | Q::LeavesPerRay
             | Q::TestsPerRay
-            | Q::Residence => "",
+            | Q::Residence => Unit::Number,
         }
     }
 }

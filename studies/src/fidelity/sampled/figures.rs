@@ -5,7 +5,7 @@ use srp_archdesc::Arch;
 use super::super::figures::{FrameFigure, FrameQuantity as Q, Measured};
 use super::super::ledger::Tally;
 use super::Batch;
-use crate::figure::{Quantity, estimate_of};
+use crate::figure::{Quantity, Unit, estimate_of};
 use crate::survey::{Estimate, Population, Sample, relative_error};
 
 /// How far off a figure may be with all units drawn, because caches are warmed by a first pass that is not exact, and
@@ -33,7 +33,7 @@ fn beyond_drawing(figure: &FrameFigure) -> f64 {
         | Q::TextureSamples => 0.002,
     };
     match figure.quantity.unit() {
-        "%" => 100.0 * part,
+        Unit::Percent => 100.0 * part,
         _ => part * figure.estimate.value.abs(),
     }
 }
