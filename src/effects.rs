@@ -60,7 +60,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         key: frame.build.name(&frame.arch),
         built: built.iter().map(effect::Effect::name).collect(),
         effects: lines(scene, built),
-        lacks: (effect::lacks(scene).iter())
+        lacks: (effect::unsupported(scene).iter())
             .map(ToString::to_string)
             .collect(),
         size: args.size,

@@ -4,8 +4,8 @@ use crate::cli::{self, Render};
 use crate::failure::Failure;
 use crate::fidelity::{Shot, frame_text, sampled_text};
 use crate::{compile, files, interrupt, report, scenes, talk};
-use srp_runtime::fidelity::Fidelity;
-use srp_runtime::system::{self, sampled::is_count};
+use srp_runtime::system;
+use srp_studies::fidelity::Fidelity;
 use srp_toolchain::{Engines, system_options};
 
 /// Runs `srp render`.
@@ -90,7 +90,7 @@ fn cheaply(shot: &Shot<'_>, args: &Render) -> Result<(), Failure> {
         files::write(&args.output, &whole.picture.png())?;
         let shown = level == Fidelity::Analytic;
         let figures: Vec<_> = (whole.figures.iter())
-            .filter(|f| shown || is_count(&f.name))
+            .filter(|f| shown || f.quantity.is_count())
             .collect();
         let json = serde_json::json!({ "fidelity": level.name(), "figures": figures });
         let json = pretty(serde_json::to_string_pretty(&json))?;

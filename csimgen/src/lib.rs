@@ -11,14 +11,9 @@
 //!
 //! Both implement [`Core`](srp_runtime::core::Core). They share the machinery in [`preamble`]: what
 //! a cycle is made of is in tables or code, when which cycle happens is written once.
-//!
-//! [`functional`] runs a frame that has no schedule and no clock; [`attribution`] says where the errors
-//! of its picture come from.
 
-pub mod attribution;
 pub mod compile;
 pub mod emit;
-pub mod functional;
 pub mod interp;
 pub mod link;
 pub mod load;

@@ -5,11 +5,11 @@ use super::trial::Studio;
 use crate::failure::Failure;
 use crate::interrupt;
 use serde::{Deserialize, Serialize};
-use srp_csimgen::attribution::{
-    self, Attribution, FlipKind, MOST_NODES, Options, reflecting_lines,
-};
 use srp_runtime::effect::Guard;
 use srp_runtime::scene_image;
+use srp_studies::attribution::{
+    self, Attribution, FlipKind, MOST_NODES, Options, reflecting_lines,
+};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Sources that are told.

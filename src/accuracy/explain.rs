@@ -7,9 +7,9 @@ use crate::cli::Accuracy as Args;
 use crate::failure::Failure;
 use crate::talk;
 use serde_json::json;
-use srp_csimgen::attribution::{Explanation, explain};
 use srp_runtime::effect::Guard;
 use srp_runtime::scene_image;
+use srp_studies::attribution::{Explanation, explain};
 use std::fmt::Write as _;
 
 /// Contributions that are told.

@@ -31,9 +31,9 @@ use probe::Edges;
 use serde::Serialize;
 use setting::{Setting, Subject};
 use srp_archdesc::threads;
-use srp_runtime::reference;
 use srp_runtime::scene::Scene;
 use srp_runtime::scene_image;
+use srp_studies::reference;
 use srp_toolchain::{Frame, Session};
 
 use std::sync::atomic::{AtomicU64, Ordering};

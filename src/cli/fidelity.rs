@@ -3,7 +3,7 @@
 use super::{BUILDERS, ENGINES, Frame, one_of};
 use clap::{Args, ValueEnum};
 use srp_runtime::bvh::Builder;
-use srp_runtime::fidelity::Fidelity;
+use srp_studies::fidelity::Fidelity;
 use srp_toolchain::Engine;
 
 /// How much is simulated.

@@ -8,8 +8,8 @@ use clap::{Args, ValueEnum};
 use srp_kernels::effect;
 use srp_kernels::form::{self, Forms};
 use srp_runtime::bvh::{self, Builder};
-use srp_runtime::rays::Order;
 use srp_runtime::scene::{self, Light, MAX_BOUNCES, MAX_COORDINATE, MAX_SAMPLES};
+use srp_studies::rays::Order;
 use srp_toolchain::scene::{Shading as ShadingOptions, Views as ViewFile};
 use srp_toolchain::{Build, Engine, FrameOptions};
 use std::path::{Path, PathBuf};
@@ -557,7 +557,7 @@ impl Paper {
     /// One run of packets in so many is measured of secondary rays, and of primary ones.
     pub(crate) fn one_in(&self) -> (u64, u64) {
         match self.level.fidelity {
-            srp_runtime::fidelity::Fidelity::Sampled => (1, 1),
+            srp_studies::fidelity::Fidelity::Sampled => (1, 1),
             _ => (self.sample.unwrap_or(64), self.sample_primary.unwrap_or(1)),
         }
     }

@@ -5,7 +5,7 @@ use super::clock::Took;
 use crate::failure::Failure;
 use crate::files;
 use serde::{Deserialize, Serialize};
-use srp_runtime::fidelity::Fidelity;
+use srp_studies::fidelity::Fidelity;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 

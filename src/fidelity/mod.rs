@@ -12,12 +12,13 @@ use clock::{Took, Watch};
 use srp_archdesc::arch::Arch;
 use srp_ir::dre::scheduled::ScheduledDre;
 use srp_runtime::effect::{Effects, Guard};
-use srp_runtime::fidelity::Fidelity;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene::{Camera, Scene};
 use srp_runtime::scene_image::{SceneImage, tile_size};
 use srp_runtime::system;
-use srp_runtime::system::sampled::{self, Figure, First, Frame, Sampled, View};
+use srp_studies::fidelity::Fidelity;
+use srp_studies::fidelity::sampled::{self, FirstPass, Frame, Sampled, TracedFrame};
+use srp_studies::fidelity::{self, FrameFigure};
 
 use srp_toolchain::{Engines, MAX_CYCLES, kernel_names};
 
@@ -42,7 +43,7 @@ pub(crate) struct Shot<'a> {
 /// A frame, all of it, at some level.
 pub(crate) struct Whole {
     pub(crate) picture: Picture,
-    pub(crate) figures: Vec<Figure>,
+    pub(crate) figures: Vec<FrameFigure>,
     pub(crate) took: Took,
 }
 
@@ -61,27 +62,27 @@ impl Shot<'_> {
             guard: self.guard.clone(),
             timing: level.timing(),
             max_cycles: MAX_CYCLES,
-            sram_image: &self.program.image,
             kernel_names: names.clone(),
             watch: &CONSOLE,
+            ..system::Options::new(&self.program.image)
         };
         let cores = self.engines.cores(arch.system.cores);
         let watch = Watch::start();
         let part =
-            interrupt::looked_for(|| system::render_tiles(&mut image, cores, &arch, options))
+            interrupt::looked_for(|| fidelity::render_tiles(&mut image, cores, &arch, options))
                 .map_err(Failure::message)?;
         let took = watch.took();
         interrupt::end_if_requested()?;
         Ok(Whole {
-            figures: sampled::known(&part, &arch, &names),
+            figures: fidelity::known(&part, &arch, &names),
             picture: Picture::of(&image.memory, &image.frame),
             took,
         })
     }
 
-    fn view(&self) -> View<'_> {
+    fn traced(&self) -> TracedFrame<'_> {
         let spec = &self.arch.system;
-        View {
+        TracedFrame {
             scene: self.scene,
             image: &self.image,
             spec: &spec.tni,
@@ -94,14 +95,14 @@ impl Shot<'_> {
         }
     }
 
-    /// Samples the frame, and what that took with the first look.
+    /// Samples the frame, and what that took with the first pass.
     pub(crate) fn sampled(&self, seed: u64, error: f64) -> Result<(Sampled, Took), Failure> {
         let watch = Watch::start();
-        let first = First::of(&self.view(), self.arch, self.threads);
+        let first_pass = FirstPass::of(&self.traced(), self.arch, self.threads);
         let names = self.kernel_names();
         let frame = Frame {
             image: &self.image,
-            first: &first,
+            first_pass: &first_pass,
             engines: &|| self.engines.cores(self.arch.system.cores),
             arch: self.arch,
             sram_image: &self.program.image,

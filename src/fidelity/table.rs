@@ -10,9 +10,10 @@ use crate::scenes;
 use crate::talk::Progress;
 use crate::{interrupt, talk};
 use serde::Serialize;
-use srp_runtime::fidelity::Fidelity;
-use srp_runtime::survey::Estimate;
-use srp_runtime::system::sampled::{self, Figure};
+use srp_studies::fidelity::Fidelity;
+use srp_studies::fidelity::{FrameFigure, FrameQuantity};
+use srp_studies::figure::{Quantity, Unit, name, name_and_unit};
+use srp_studies::survey::Estimate;
 use srp_toolchain::Engines;
 
 /// The table of a scene.
@@ -43,8 +44,8 @@ pub(crate) struct Row {
 /// A figure at a level.
 #[derive(Debug, Serialize)]
 pub(crate) struct Cell {
-    pub(crate) name: String,
-    pub(crate) unit: &'static str,
+    #[serde(flatten, serialize_with = "name_and_unit")]
+    pub(crate) quantity: FrameQuantity,
     pub(crate) value: f64,
     pub(crate) half_width: Option<f64>,
     /// Difference from the top level, relative to it; rates in % are subtracted.
@@ -58,7 +59,7 @@ pub(crate) struct Trials {
     pub(crate) target: f64,
     /// Mean part of the tiles that was measured.
     pub(crate) measured: f64,
-    /// Mean time of the host, with the first look, and how much quicker than the top level that is.
+    /// Mean time of the host, with the first pass, and how much quicker than the top level that is.
     #[serde(flatten)]
     pub(crate) took: Took,
     pub(crate) speed_up: f64,
@@ -68,7 +69,8 @@ pub(crate) struct Trials {
 /// One figure in all trials.
 #[derive(Debug, Serialize)]
 pub(crate) struct TrialFigure {
-    pub(crate) name: String,
+    #[serde(rename = "name", serialize_with = "name")]
+    pub(crate) quantity: FrameQuantity,
     /// The part of the intervals that hold what the top level has.
     pub(crate) covered: f64,
     pub(crate) mean_error: f64,
@@ -121,17 +123,23 @@ fn table(shot: &Shot<'_>, args: &FidelityTable) -> Result<Table, Failure> {
         };
         if level == Fidelity::Sampled {
             let kept = census.sample(shot, args.seed, args.error)?;
-            let named = estimates(shot, &kept);
-            let values: Vec<f64> = kept.figures.iter().map(|f| f.0).collect();
-            let cells = cells(&named, &values, &truth.values, true);
+            let cells = cells(&estimates(shot, &kept), &truth.values, true);
             levels.push(row(kept.took, kept.measured, cells));
             continue;
         }
         let known = census.level(shot, level)?;
-        let names = sampled::names(shot.arch, &shot.kernel_names());
-        let mut cells = cells(&names, &known.values, &truth.values, false);
+        let all = FrameQuantity::all(&shot.kernel_names());
+        let exact = all
+            .into_iter()
+            .zip(&known.values)
+            .map(|(quantity, &value)| {
+                let estimate = Estimate::exact(value);
+                FrameFigure { quantity, estimate }
+            });
+        let exact: Vec<FrameFigure> = exact.collect();
+        let mut cells = cells(&exact, &truth.values, false);
         if level == Fidelity::Functional {
-            cells.retain(|c| sampled::is_count(&c.name));
+            cells.retain(|c| c.quantity.is_count());
         }
         let measured = f64::from(u8::from(level > Fidelity::Sampled));
         levels.push(row(known.took, measured, cells));
@@ -157,34 +165,33 @@ fn table(shot: &Shot<'_>, args: &FidelityTable) -> Result<Table, Failure> {
     })
 }
 
-fn cells(named: &[Figure], values: &[f64], truth: &[f64], intervals: bool) -> Vec<Cell> {
-    let all = named.iter().zip(values).zip(truth);
-    all.map(|((figure, &value), &truth)| Cell {
-        name: figure.name.clone(),
-        unit: figure.unit,
-        value,
+fn cells(figures: &[FrameFigure], truth: &[f64], intervals: bool) -> Vec<Cell> {
+    let cell = |(figure, &truth): (&FrameFigure, &f64)| Cell {
+        quantity: figure.quantity.clone(),
+        value: figure.estimate.value,
         half_width: intervals.then_some(figure.estimate.half_width),
-        error: error(figure, value, truth),
-    })
-    .collect()
+        error: error(&figure.quantity, figure.estimate.value, truth),
+    };
+    figures.iter().zip(truth).map(cell).collect()
 }
 
-/// The figures of a sample with their names.
-fn estimates(shot: &Shot<'_>, kept: &Kept) -> Vec<Figure> {
-    let named = sampled::names(shot.arch, &shot.kernel_names());
-    let with = |(figure, &(value, half_width)): (Figure, &(f64, Option<f64>))| Figure {
-        estimate: Estimate {
-            value,
-            half_width: half_width.unwrap_or(f64::INFINITY),
-        },
-        ..figure
+/// The figures of a sample.
+fn estimates(shot: &Shot<'_>, kept: &Kept) -> Vec<FrameFigure> {
+    let with = |(quantity, &(value, half_width)): (FrameQuantity, &(f64, Option<f64>))| {
+        let half_width = half_width.unwrap_or(f64::INFINITY);
+        let estimate = Estimate { value, half_width };
+        FrameFigure { quantity, estimate }
     };
-    named.into_iter().zip(&kept.figures).map(with).collect()
+    let all = FrameQuantity::all(&shot.kernel_names()).into_iter();
+    all.zip(&kept.figures).map(with).collect()
 }
 
 /// How far a value is off: relative to the truth, or for rates the difference over 100 %.
-fn error(figure: &Figure, value: f64, truth: f64) -> f64 {
-    let against = if figure.unit == "%" { 100.0 } else { truth };
+fn error(quantity: &FrameQuantity, value: f64, truth: f64) -> f64 {
+    let against = match quantity.unit() {
+        Unit::Percent => 100.0,
+        _ => truth,
+    };
     match against == 0.0 {
         true => value - truth,
         false => (value - truth) / against,
@@ -215,18 +222,20 @@ fn trials(
         took.seconds += kept.took.seconds / count as f64;
         let both = took.processor.zip(kept.took.processor);
         took.processor = both.map(|(sum, more)| sum + more / count as f64);
-        figures.resize_with(trial.len(), || TrialFigure {
-            name: String::new(),
-            covered: 0.0,
-            mean_error: 0.0,
-            largest_error: 0.0,
-            mean_half_width: 0.0,
-        });
+        if figures.is_empty() {
+            let figure = |figure: &FrameFigure| TrialFigure {
+                quantity: figure.quantity.clone(),
+                covered: 0.0,
+                mean_error: 0.0,
+                largest_error: 0.0,
+                mean_half_width: 0.0,
+            };
+            figures = trial.iter().map(figure).collect();
+        }
         for ((sum, figure), &truth) in figures.iter_mut().zip(&trial).zip(truth) {
             let estimate = figure.estimate;
-            let off = error(figure, estimate.value, truth).abs();
-            let width = error(figure, truth + estimate.half_width, truth);
-            sum.name.clone_from(&figure.name);
+            let off = error(&figure.quantity, estimate.value, truth).abs();
+            let width = error(&figure.quantity, truth + estimate.half_width, truth);
             sum.covered += f64::from(u8::from(estimate.covers(truth))) / count as f64;
             sum.mean_error += off / count as f64;
             sum.largest_error = sum.largest_error.max(off);

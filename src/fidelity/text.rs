@@ -1,29 +1,33 @@
 //! Figures and tables as text.
 
 use super::table::{Row, Table, Trials};
-use srp_runtime::fidelity::Fidelity;
-use srp_runtime::system::sampled::{Figure, Sampled, is_count};
+use srp_studies::fidelity::Fidelity;
+use srp_studies::fidelity::sampled::Sampled;
+use srp_studies::fidelity::{FrameFigure, FrameQuantity as Q};
+use srp_studies::figure::{Quantity, Unit};
 use std::fmt::Write as _;
 
 /// The figures that are shown of every level.
-const SHOWN: [&str; 8] = [
-    "frame",
-    "rate",
-    "TRV L1 hits",
-    "TRV L2 hits",
-    "IST L1 hits",
-    "data cache hits",
-    "bytes read",
-    "memory",
+const SHOWN: [Q; 8] = [
+    Q::Cycles,
+    Q::Rate,
+    Q::TrvL1Hits,
+    Q::TrvL2Hits,
+    Q::IstL1Hits,
+    Q::DataCacheHits,
+    Q::BytesRead,
+    Q::Bandwidth,
 ];
 
 /// Figures of a frame at a level without an account of every cycle.
-pub(crate) fn frame_text(level: Fidelity, size: (u32, u32), figures: &[Figure]) -> String {
+pub(crate) fn frame_text(level: Fidelity, size: (u32, u32), figures: &[FrameFigure]) -> String {
     let mut out = format!("{}x{} pixels, {}\n", size.0, size.1, level.name());
     let counts_only = level == Fidelity::Functional;
-    let shown = figures.iter().filter(|f| !counts_only || is_count(&f.name));
+    let shown = figures
+        .iter()
+        .filter(|f| !counts_only || f.quantity.is_count());
     for figure in shown {
-        let (name, unit) = (&figure.name, figure.unit);
+        let (name, unit) = (&figure.quantity, figure.quantity.unit());
         let _ = writeln!(
             out,
             "{name:28} {:>16} {unit}",
@@ -58,10 +62,10 @@ pub(crate) fn sampled_text(sampled: &Sampled, size: (u32, u32)) -> String {
         let _ = writeln!(
             out,
             "{:28} {:>16} ± {:<12} {}",
-            figure.name,
+            figure.quantity,
             number(estimate.value),
             number(estimate.half_width),
-            figure.unit
+            figure.quantity.unit()
         );
     }
     out
@@ -87,7 +91,7 @@ fn rows(table: &Table) -> Vec<Vec<String>> {
     let mut head: Vec<String> = ["level", "host s", "processor s", "speed-up", "measured %"]
         .map(String::from)
         .into();
-    head.extend(SHOWN.map(|name| format!("{name} %")));
+    head.extend(SHOWN.map(|shown| format!("{shown} %")));
     let row = |row: &Row| {
         let mut cells = vec![
             row.level.to_owned(),
@@ -98,13 +102,13 @@ fn rows(table: &Table) -> Vec<Vec<String>> {
             format!("{:.1}", row.speed_up),
             percent(row.measured),
         ];
-        for name in SHOWN {
-            let cell = row.figures.iter().find(|c| c.name == name);
+        for shown in SHOWN {
+            let cell = row.figures.iter().find(|c| c.quantity == shown);
             cells.push(match cell {
                 None => "–".to_owned(),
                 Some(c) if c.half_width.is_some() => {
-                    let width = match (c.unit, c.value) {
-                        ("%", _) => c.half_width.unwrap_or(0.0) / 100.0,
+                    let width = match (c.quantity.unit(), c.value) {
+                        (Unit::Percent, _) => c.half_width.unwrap_or(0.0) / 100.0,
                         (_, 0.0) => 0.0,
                         (_, value) => c.half_width.unwrap_or(0.0) / value,
                     };
@@ -150,7 +154,7 @@ const TRIAL_HEAD: [&str; 5] = [
 fn trial_rows(trials: &Trials) -> Vec<Vec<String>> {
     let row = |f: &super::table::TrialFigure| {
         vec![
-            f.name.clone(),
+            f.quantity.to_string(),
             format!("{:.1}", 100.0 * f.covered),
             percent(f.mean_error),
             percent(f.largest_error),

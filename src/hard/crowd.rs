@@ -12,10 +12,10 @@ use super::unit::{self, Unit};
 use glam::Vec3;
 use srp_archdesc::arch::{Approx, Arch};
 use srp_runtime::bvh::Bvh;
-use srp_runtime::exact::{self, Distance};
 use srp_runtime::scene::{Scene, Triangle};
 use srp_runtime::scene_image;
 use srp_runtime::tni::arithmetic::{Hit, Ray};
+use srp_studies::exact::{self, Distance};
 use std::cmp::Ordering;
 
 /// The sine of the angle at which a ray must meet a face, for the face to be more than an outline.

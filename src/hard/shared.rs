@@ -6,8 +6,8 @@
 //! triangles on both sides there is no such way out. A vertex is closed where all edges that end there are.
 
 use glam::Vec3;
-use srp_runtime::exact;
 use srp_runtime::scene::Triangle;
+use srp_studies::exact;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 

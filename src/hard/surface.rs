@@ -10,11 +10,11 @@ use srp_archdesc::arch::Arch;
 use srp_archdesc::isa::Opcode;
 use srp_archdesc::ops::{V4, eval};
 use srp_runtime::bvh::Bvh;
-use srp_runtime::exact;
 use srp_runtime::memory::BASE;
 use srp_runtime::scene::{Camera, Light, Material, Options, Scene, Triangle};
 use srp_runtime::scene_image;
 use srp_runtime::tni::arithmetic::{self, NO_HIT, Ray};
+use srp_studies::exact;
 use std::cmp::Ordering;
 
 /// Where the kernels find a scene, and its figures in the header.

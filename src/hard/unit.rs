@@ -5,8 +5,9 @@ use srp_runtime::bvh::{self, Bvh, Layout, TreeImage};
 use srp_runtime::memory::SystemMemory;
 use srp_runtime::scene::Triangle;
 use srp_runtime::tni::arithmetic::{Hit, Ray};
-use srp_runtime::tni::standalone::{drive, place_for};
+use srp_runtime::tni::place_for;
 use srp_runtime::tni::{Tracer, Tree};
+use srp_studies::tni::drive;
 
 /// The usual tree of some triangles.
 pub(super) fn tree(triangles: &[Triangle]) -> Bvh {

@@ -13,12 +13,14 @@ use crate::fidelity::Shot;
 use crate::interrupt;
 use srp_archdesc::arch::Arch;
 use srp_runtime::effect::{Effect, Effects, Guard, find};
-use srp_runtime::fidelity::Fidelity;
 use srp_runtime::memory::cache::CacheCounters;
 use srp_runtime::scene::{Camera, Scene};
-use srp_runtime::system::sampled::Sampled;
 use srp_runtime::system::{self, Report, Timing};
 use srp_runtime::{bvh::Bvh, scene_image};
+use srp_studies::fidelity::Fidelity;
+use srp_studies::fidelity::FrameQuantity as Q;
+use srp_studies::fidelity::sampled::Sampled;
+use srp_studies::figure::estimate_of;
 use srp_toolchain::{Engines, Session, system_options};
 
 /// Mirrorings of forced specular rays.
@@ -121,34 +123,31 @@ impl Sum {
 
     /// The figures of a frame that was sampled.
     fn add_sampled(&mut self, sampled: &Sampled, arch: &Arch) {
-        let of = |name: &str| {
-            let figure = sampled.figures.iter().find(|f| f.name == name);
-            figure.map_or(0.0, |f| f.estimate.value)
-        };
-        let whole = |name: &str| of(name).max(0.0).round() as u64;
-        let cache = |name: &str| {
-            let accesses = whole(&format!("{name} accesses"));
-            let hits = (of(&format!("{name} hits")) / 100.0 * accesses as f64) as u64;
+        let estimate = |quantity| estimate_of(&sampled.figures, &quantity);
+        let of = |quantity| estimate(quantity).map_or(0.0, |e| e.value);
+        let whole = |quantity| of(quantity).max(0.0).round() as u64;
+        let cache = |accesses, hits| {
+            let accesses = whole(accesses);
+            let hits = (of(hits) / 100.0 * accesses as f64) as u64;
             CacheCounters {
                 hits: hits.min(accesses),
                 misses: accesses - hits.min(accesses),
                 ..CacheCounters::default()
             }
         };
-        let half_width = sampled
-            .figures
-            .first()
-            .map_or(0.0, |f| f.estimate.half_width);
+        let half_width = estimate(Q::Cycles).map_or(0.0, |e| e.half_width);
         self.variance = Some(self.variance.unwrap_or(0.0) + half_width * half_width);
-        self.rays += whole("rays");
-        self.cycles += whole("frame");
+        self.rays += whole(Q::Rays);
+        self.cycles += whole(Q::Cycles);
         self.cores = u64::from(arch.system.cores);
         self.mhz = f64::from(arch.system.srp_mhz);
-        self.bytes += whole("bytes read") + whole("bytes written");
-        self.at_work += whole("frame") * self.cores;
-        self.stalled += whole("memory stall") + whole("texture stall");
-        self.data.add(&cache("data cache"));
-        self.texture.add(&cache("texture cache"));
+        self.bytes += whole(Q::BytesRead) + whole(Q::BytesWritten);
+        self.at_work += whole(Q::Cycles) * self.cores;
+        self.stalled += whole(Q::MemoryStall) + whole(Q::TextureStall);
+        self.data
+            .add(&cache(Q::DataCacheAccesses, Q::DataCacheHits));
+        self.texture
+            .add(&cache(Q::TextureCacheAccesses, Q::TextureCacheHits));
     }
 
     /// Half the interval of the cycles over them, where they were sampled.

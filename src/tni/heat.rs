@@ -4,7 +4,7 @@ use crate::cli::HeatOf;
 use crate::failure::Failure;
 use crate::talk;
 use srp_runtime::picture::Picture;
-use srp_runtime::tni::standalone::{Outcome, PixelCost};
+use srp_studies::tni::{Outcome, PixelCost};
 
 /// Colours from nothing to the most.
 const SCALE: [[f64; 3]; 6] = [

@@ -5,8 +5,8 @@ use super::measuring::count;
 use crate::cli::Tni;
 use crate::failure::Failure;
 use crate::{interrupt, talk};
-use srp_runtime::fidelity::Fidelity;
-use srp_runtime::tni::standalone::Measure;
+use srp_studies::fidelity::Fidelity;
+use srp_studies::tni::Measure;
 use std::fmt::Write as _;
 
 /// Counts, and with `analytic` rates, for people or for programs.

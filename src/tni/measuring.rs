@@ -8,16 +8,15 @@ use crate::talk::{self, Progress};
 use srp_archdesc::system::SystemSpec;
 use srp_archdesc::threads;
 use srp_runtime::bvh::{self, Bvh, Layout};
-use srp_runtime::fidelity::Fidelity;
 use srp_runtime::memory::SystemMemory;
-use srp_runtime::rays::{Kind, Order, Ray, Sampling, Source};
 use srp_runtime::scene::{Camera, Scene};
-use srp_runtime::system::sampled::Figure;
-use srp_runtime::tni::standalone::sampled::{self, Found, Sampled, Subject};
-use srp_runtime::tni::standalone::{
-    self, Bench, Estimated, Measure, Memories, Options, Outcome, Spent,
+use srp_runtime::tni::{TniCounters, Tracer, Tree, place_for};
+use srp_studies::fidelity::Fidelity;
+use srp_studies::rays::{Kind, Order, Ray, Sampling, Source};
+use srp_studies::tni::sampled::{self, Found, Sampled, Subject};
+use srp_studies::tni::{
+    Bench, Estimated, Measure, Memories, Options, Outcome, RunCounts, UnitFigure,
 };
-use srp_runtime::tni::{TniCounters, Tracer, Tree};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What is traced.
@@ -64,7 +63,7 @@ impl<'a> Job<'a> {
     pub(crate) fn place(&self) -> (SystemMemory, Tree) {
         let layout = Layout::of(&self.spec.tni);
         let image = bvh::lay_out(self.bvh, &self.scene.triangles, layout);
-        standalone::place_for(self.spec, &image)
+        place_for(self.spec, &image)
     }
 
     /// The views to run: of given rays, one.
@@ -141,7 +140,7 @@ impl Measured {
     }
 
     /// The figures with intervals; none where all was measured.
-    pub(crate) fn intervals(&self, job: &Job<'_>) -> Vec<Figure> {
+    pub(crate) fn intervals(&self, job: &Job<'_>) -> Vec<UnitFigure> {
         if let Some(sample) = &self.sample {
             return sample.figures.clone();
         }
@@ -149,8 +148,8 @@ impl Measured {
             return Vec::new();
         }
         let spent = self.outcomes.iter().flat_map(|o| o.spent.iter().cloned());
-        let spent: Vec<Spent> = spent.collect();
-        standalone::figures(&spent, job.units, job.spec)
+        let spent: Vec<RunCounts> = spent.collect();
+        srp_studies::tni::figures(&spent, job.units, job.spec)
     }
 }
 

@@ -5,9 +5,9 @@ use crate::failure::Failure;
 use serde_json::{Value, json};
 use srp_archdesc::Unwatched;
 use srp_archdesc::system::TniSpec;
-use srp_runtime::rays::{Ray, Sampling};
-use srp_runtime::tni::standalone::{Bench, Memories, Options};
 use srp_runtime::tni::{Event, Logged};
+use srp_studies::rays::{Ray, Sampling};
+use srp_studies::tni::{Bench, Memories, Options};
 use std::fmt::Write as _;
 
 /// The first ray of a pixel of the first view, alone in a unit with empty caches: for people, or as JSON.

@@ -3,9 +3,10 @@
 use super::energy::Energy;
 use super::{Job, Measured};
 use srp_archdesc::arch::Arch;
-use srp_runtime::survey::Estimate;
-use srp_runtime::tni::standalone::{Measure, Memories};
 use srp_runtime::tni::{PipeCounters, TniCounters};
+use srp_studies::figure::Quantity;
+use srp_studies::survey::Estimate;
+use srp_studies::tni::{Measure, Memories};
 use std::fmt::Write as _;
 
 /// The whole report.
@@ -70,7 +71,7 @@ fn write_report(
     }
     for figure in measured.intervals(job) {
         let Estimate { value, half_width } = figure.estimate;
-        let (name, unit) = (&figure.name, figure.unit);
+        let (name, unit) = (figure.quantity, figure.quantity.unit());
         writeln!(out, "  {name:24} {value:>10.3} ± {half_width:.3} {unit}")?;
     }
     let error = match all.relative_error {

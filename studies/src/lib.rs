@@ -3,10 +3,28 @@
 //!
 //! A study is a function from plain options to a report, which is data that `serde` writes. Nothing
 //! here prints, parses a command line or makes a page; whoever shows a report is above.
+//!
+//! * [`fidelity`] runs frames at every level of simulation, and says what each level costs and is off by.
+//! * [`tni`] runs T&I units without SRPs on [`rays`], all of them or a sample.
+//! * [`functional`] runs a frame without a schedule and a clock; [`attribution`] says where the errors of
+//!   its picture come from.
+//! * [`reference`] renders in binary64; [`mod@exact`] decides about rays and triangles without rounding.
+//! * [`loops`] reports on the loops of programs, [`map`](mod@map) on graphs; [`certificate`] is what proves
+//!   their bounds.
+//! * [`figure`] says what is measured; [`survey`] is the statistics of samples.
 
+pub mod attribution;
 pub mod certificate;
 mod error;
+pub mod exact;
+pub mod fidelity;
+pub mod figure;
+pub mod functional;
 pub mod loops;
 pub mod map;
+pub mod rays;
+pub mod reference;
+pub mod survey;
+pub mod tni;
 
 pub use error::Error;

@@ -3,8 +3,6 @@
 use crate::{c_files, compiled_for, machine};
 use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;
-use srp_csimgen::attribution::{self, Attribution};
-use srp_csimgen::functional::{self, Frame, FunctionalError};
 use srp_ir::Program;
 use srp_runtime::bvh::{self, Bvh};
 use srp_runtime::effect::{Effects, Guard};
@@ -12,6 +10,8 @@ use srp_runtime::picture::Picture;
 use srp_runtime::scene::Scene;
 use srp_runtime::scene_image::{self, SceneImage};
 use srp_runtime::system::{self, Report, SystemError};
+use srp_studies::attribution::{self, Attribution};
+use srp_studies::functional::{self, Frame, FunctionalError};
 use srp_toolchain::{Effort, Engine, Engines, Session, schedule, system_options};
 use std::collections::BTreeSet;
 use std::path::PathBuf;

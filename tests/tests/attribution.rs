@@ -3,10 +3,10 @@
 use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Approx;
 use srp_archdesc::datapath::Intersection;
-use srp_csimgen::attribution::{self, Attribution, MOST_NODES};
 use srp_runtime::effect::{Effects, Guard, find};
-use srp_runtime::reference;
 use srp_runtime::scene::demo::demo;
+use srp_studies::attribution::{self, Attribution, MOST_NODES};
+use srp_studies::reference;
 use srp_tests::studio::{Studio, reflecting_lines};
 
 /// Pixels of a frame.

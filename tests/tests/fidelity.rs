@@ -6,13 +6,15 @@ use srp_csimgen::{Interpreter, link};
 use srp_ir::split;
 use srp_runtime::core::Core;
 use srp_runtime::effect::{Effects, Guard, find};
-use srp_runtime::fidelity::Fidelity;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene::demo::demo;
 use srp_runtime::scene_image::tile_size;
-use srp_runtime::system::sampled::{self, Figure, First, Frame, View};
-use srp_runtime::system::{self, Options, Timing};
+use srp_runtime::system::{Options, Timing};
 use srp_scheduler::schedule;
+use srp_studies::fidelity::Fidelity;
+use srp_studies::fidelity::sampled::{self, FirstPass, Frame, TracedFrame};
+use srp_studies::fidelity::{self, FrameFigure, FrameQuantity};
+use srp_studies::figure::estimate_of;
 use srp_tests::studio::Studio;
 
 const LIMIT: u64 = 1_000_000_000;
@@ -55,43 +57,36 @@ impl Kernels {
         Options {
             timing,
             max_cycles: LIMIT,
-            sram_image: &self.data,
-            guard: Guard::default(),
             kernel_names: self.names.clone(),
-            watch: &Unwatched,
+            ..Options::new(&self.data)
         }
     }
 }
 
-fn at(studio: &Studio, kernels: &Kernels, level: Fidelity) -> (Picture, Vec<Figure>) {
+fn at(studio: &Studio, kernels: &Kernels, level: Fidelity) -> (Picture, Vec<FrameFigure>) {
     let arch = level.machine(&studio.arch);
     let mut image = studio.image();
     let options = kernels.options(level.timing());
-    let part = system::render_tiles(&mut image, kernels.cores(studio), &arch, options)
+    let part = fidelity::render_tiles(&mut image, kernels.cores(studio), &arch, options)
         .unwrap_or_else(|e| panic!("{}: {e}", level.name()));
-    let figures = sampled::known(&part, &arch, &kernels.names);
+    let figures = fidelity::known(&part, &arch, &kernels.names);
     // The ledgers of all tiles, and what is around them, are the account of the frame.
-    let of = |name: &str| {
-        figures
-            .iter()
-            .find(|f| f.name == name)
-            .map(|f| f.estimate.value)
+    let assert_is = |quantity, cycles: u64| {
+        let found = estimate_of(&figures, &quantity).map(|e| e.value);
+        assert_eq!(found, Some(cycles as f64), "{}, {quantity}", level.name());
     };
     let report = &part.report;
-    assert_eq!(of("frame"), Some(report.cycles as f64), "{}", level.name());
-    let stalls: u64 = report.cores.iter().map(|c| c.memory_stall).sum();
-    assert_eq!(of("memory stall"), Some(stalls as f64), "{}", level.name());
-    for kernel in &kernels.names {
+    assert_is(FrameQuantity::Cycles, report.cycles);
+    let stalls = report.cores.iter().map(|c| c.memory_stall).sum();
+    assert_is(FrameQuantity::MemoryStall, stalls);
+    for (number, kernel) in (0..).zip(&kernels.names) {
         let arrays = report.cores.iter().flat_map(|c| &c.array);
-        let cycles: u64 = arrays
-            .filter(|k| k.kernel == *kernel)
-            .map(|k| k.cycles)
-            .sum();
-        assert_eq!(
-            of(&format!("array: {kernel}")),
-            Some(cycles as f64),
-            "{kernel}"
-        );
+        let own = arrays.filter(|k| k.kernel == *kernel);
+        let quantity = FrameQuantity::Array {
+            kernel: number,
+            name: kernel.clone(),
+        };
+        assert_is(quantity, own.map(|k| k.cycles).sum());
     }
     (Picture::of(&image.memory, &image.frame), figures)
 }
@@ -102,25 +97,26 @@ fn levels_agree_on_picture_and_counts_and_samples_on_themselves() {
     let built: Effects = find(&studio.scene).into_iter().collect();
     let kernels = kernels(&studio, built);
     let (picture, truth) = at(&studio, &kernels, Fidelity::CycleDram);
-    let of = |figures: &[Figure], name: &str| {
-        let figure = figures.iter().find(|f| f.name == name);
-        figure.unwrap_or_else(|| panic!("no {name}")).estimate.value
+    let of = |figures: &[FrameFigure], quantity: &FrameQuantity| {
+        let estimate = estimate_of(figures, quantity);
+        estimate.unwrap_or_else(|| panic!("no {quantity}")).value
     };
     for level in [Fidelity::Functional, Fidelity::Analytic, Fidelity::Cycle] {
         let (other, figures) = at(&studio, &kernels, level);
         assert!(other == picture, "{}", level.name());
-        for figure in figures.iter().filter(|f| sampled::is_count(&f.name)) {
+        for figure in figures.iter().filter(|f| f.quantity.is_count()) {
             let value = figure.estimate.value;
             assert_eq!(
                 value,
-                of(&truth, &figure.name),
+                of(&truth, &figure.quantity),
                 "{} {}",
                 level.name(),
-                figure.name
+                figure.quantity
             );
         }
         if level != Fidelity::Functional {
-            let off = of(&figures, "frame") / of(&truth, "frame") - 1.0;
+            let off =
+                of(&figures, &FrameQuantity::Cycles) / of(&truth, &FrameQuantity::Cycles) - 1.0;
             assert!(off.abs() < 0.3, "{} is off by {off}", level.name());
         }
     }
@@ -134,7 +130,7 @@ fn samples_are_near_the_frame_and_the_same_for_any_number_of_threads() {
     let kernels = kernels(&studio, built);
     let (_, truth) = at(&studio, &kernels, Fidelity::CycleDram);
     let image = studio.image();
-    let view = View {
+    let traced = TracedFrame {
         scene: &studio.scene,
         image: &image,
         spec: &studio.arch.system.tni,
@@ -148,7 +144,7 @@ fn samples_are_near_the_frame_and_the_same_for_any_number_of_threads() {
     let sample = |threads: usize, seed: u64, error: f64| {
         let frame = Frame {
             image: &image,
-            first: &First::of(&view, &studio.arch, threads),
+            first_pass: &FirstPass::of(&traced, &studio.arch, threads),
             engines: &|| kernels.cores(&studio),
             arch: &studio.arch,
             sram_image: &kernels.data,
@@ -168,10 +164,14 @@ fn samples_are_near_the_frame_and_the_same_for_any_number_of_threads() {
     assert_eq!(one, sample(3, 5, 1.0));
     assert_ne!(one, sample(1, 6, 1.0));
     assert!(one.measured < one.tiles / 2, "{one:?}");
-    for (name, most) in [("frame", 0.15), ("rays", 0.1), ("data cache hits", 0.02)] {
-        let value = |figures: &[Figure]| {
-            let figure = figures.iter().find(|f| f.name == name);
-            figure.unwrap_or_else(|| panic!("no {name}")).estimate.value
+    for (name, most) in [
+        (FrameQuantity::Cycles, 0.15),
+        (FrameQuantity::Rays, 0.1),
+        (FrameQuantity::DataCacheHits, 0.02),
+    ] {
+        let value = |figures: &[FrameFigure]| {
+            let estimate = estimate_of(figures, &name);
+            estimate.unwrap_or_else(|| panic!("no {name}")).value
         };
         let off = value(&one.figures) / value(&truth) - 1.0;
         assert!(off.abs() < most, "{name} is off by {off}");

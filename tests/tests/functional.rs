@@ -1,10 +1,10 @@
 //! A frame without a clock is the frame with one: the same picture to the bit, and as many rays.
 
 use glam::Vec2;
-use srp_csimgen::functional::FunctionalError;
 use srp_runtime::effect::{Effect, Effects, Guard, find};
 use srp_runtime::scene::{Map, Scene, Texture, demo::demo};
 use srp_runtime::system::CoreReport;
+use srp_studies::functional::FunctionalError;
 use srp_tests::studio::Studio;
 
 /// The default scene with all that a scene can call for.

@@ -16,7 +16,7 @@ use srp_runtime::scene::{Scene, demo::demo};
 use srp_runtime::scene_image::FAR;
 use srp_runtime::tni::Tracer;
 use srp_runtime::tni::arithmetic::{Hit, Ray};
-use srp_runtime::tni::standalone::place_for;
+use srp_runtime::tni::place_for;
 use srp_tests::studio::Studio;
 
 const SIZE: (u32, u32) = (64, 48);

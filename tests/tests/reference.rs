@@ -6,10 +6,10 @@
 
 use srp_archdesc::Unwatched;
 use srp_runtime::effect::{Effect, Effects, find};
-use srp_runtime::reference;
 use srp_runtime::scene::{
     Map, Material, Options, Scene, Texture, camera::Viewpoints, demo::demo, read,
 };
+use srp_studies::reference;
 use srp_tests::studio::Studio;
 use std::path::Path;
 

@@ -235,7 +235,7 @@ fn all_are_equal(sources: &[PathBuf], build: (Effects, Forms), kernels: usize) {
     let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
     let cache = Cache::at(Place::Folder(place));
     let session = Session::default().with_cache(cache);
-    let engines = Engines::of(&scheduled.program, &arch, Engine::Generated, &session);
+    let engines = Engines::of(&scheduled.program, Engine::Generated, &session);
     match engines.unwrap_or_else(|e| panic!("{e}")) {
         Engines::Generated(simulator) => {
             let generated = simulate("the generated simulator", &mut simulator.core());

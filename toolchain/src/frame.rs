@@ -228,11 +228,11 @@ pub fn system_options<'a>(
 ) -> system::Options<'a> {
     system::Options {
         max_cycles: MAX_CYCLES,
-        sram_image: &program.image,
         guard,
         timing,
         kernel_names: kernel_names(program),
         watch: session.watch,
+        ..system::Options::new(&program.image)
     }
 }
 

@@ -42,9 +42,9 @@ pub fn read(
     let _stage = Stage::unknown(session.watch, "reading the scene");
     let loaded = scene::read(path, camera, &mut |path| std::fs::read(path));
     let loaded = loaded.map_err(Error::Messages)?;
-    let unsupported = effect::lacks(&loaded.scene);
+    let unsupported = effect::unsupported(&loaded.scene);
     Ok(Loaded {
-        unsupported: unsupported.iter().map(|lack| lack.to_string()).collect(),
+        unsupported: unsupported.iter().map(ToString::to_string).collect(),
         scene: loaded.scene,
         warnings: loaded.warnings,
     })

@@ -29,7 +29,7 @@ impl fmt::Display for Missing {
 
 impl std::error::Error for Missing {}
 
-/// Knows of each face what a simulator lacks to shade it.
+/// Knows of each face what a simulator is not built for that shades it.
 #[derive(Clone, Debug, Default)]
 pub struct Guard {
     missing: Vec<Missing>,
@@ -56,8 +56,8 @@ impl Guard {
             Effect::Fresnel,
         ];
         let findings = find(scene);
-        let lacks = |effect: Effect| !built.contains(effect);
-        let absent = findings.iter().filter(|f| f.on && lacks(f.effect));
+        let missing = |effect: Effect| !built.contains(effect);
+        let absent = findings.iter().filter(|f| f.on && missing(f.effect));
         let mut absent = absent.peekable();
         if absent.peek().is_none() {
             return Ok(Guard::default());
@@ -77,7 +77,7 @@ impl Guard {
             .collect();
         for triangle in &scene.triangles {
             let mut of = materials[triangle.material as usize];
-            if of[0] == 0 && lacks(Effect::Normals) && !triangle.is_flat() {
+            if of[0] == 0 && missing(Effect::Normals) && !triangle.is_flat() {
                 of[0] = guard.add(scene, triangle.material as usize, Effect::Normals, "vn");
             }
             guard.of_triangle.push(of);
@@ -116,8 +116,8 @@ impl Guard {
         ];
         let shaded = [(passes, Effect::TintedShadow, "Tf")];
         let mut first = |of: &[(bool, Effect, &str)]| {
-            let lacks = |e: Effect| needed.contains(e) && !built.contains(e);
-            let found = of.iter().find(|(is, effect, _)| *is && lacks(*effect));
+            let missing = |e: Effect| needed.contains(e) && !built.contains(e);
+            let found = of.iter().find(|(is, effect, _)| *is && missing(*effect));
             found.map_or(0, |&(_, effect, keyword)| {
                 self.add(scene, i, effect, keyword)
             })
@@ -148,7 +148,7 @@ impl Guard {
         self.of_triangle.is_empty()
     }
 
-    /// What a simulator lacks for the first of these hits that it cannot shade.
+    /// Finds the first of these hits that the simulator cannot shade, and says what it is not built for.
     pub fn check(&self, hits: &[HitRecord]) -> Option<&Missing> {
         hits.iter().find_map(|record| {
             let of = self.of_triangle.get(record.hit.primitive as usize)?;

@@ -6,9 +6,9 @@
 
 mod find;
 mod guard;
-mod lack;
+mod unsupported;
 
 pub use find::{Finding, find};
 pub use guard::{Guard, Missing};
-pub use lack::{Lack, lacks};
 pub use srp_kernels::effect::{Effect, Effects, TABLE, UnknownEffect};
+pub use unsupported::{Unsupported, unsupported};

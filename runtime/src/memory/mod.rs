@@ -6,6 +6,7 @@
 pub mod cache;
 pub mod dram;
 pub mod path;
+pub mod unloaded;
 
 /// First address of system memory. Below it there is none, so that an address of the SRAM, which
 /// starts at 0, is never one of system memory.

@@ -3,7 +3,7 @@
 
 /// Cosine and sine of `part` full turns, within 2^-50. The part is reduced exactly to at most an
 /// eighth of a turn, where the Taylor series converges quickly.
-pub(crate) fn turn(part: f64) -> (f64, f64) {
+pub fn turn(part: f64) -> (f64, f64) {
     let part = part - part.floor();
     let quadrant = (((part * 8.0).floor() + 1.0) / 2.0).floor();
     let x = (part - quadrant / 4.0) * std::f64::consts::TAU;

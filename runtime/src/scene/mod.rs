@@ -3,7 +3,7 @@
 //! A scene comes from an OBJ file ([`read`]) or from code ([`demo`]). Nothing here opens files:
 //! the caller hands in a loader.
 
-pub(crate) mod angle;
+pub mod angle;
 pub mod camera;
 pub mod demo;
 mod light;

@@ -1,38 +1,22 @@
-//! One SGRT core: an SRP engine, its SRAM, data cache and texture cache, its T&I unit, and the account of its
-//! cycles.
-
-use std::collections::VecDeque;
+//! One SGRT core: an SRP engine, and what surrounds it: SRAM, data cache and texture cache, T&I unit, ports,
+//! and the account of its cycles.
 
 use srp_archdesc::ports;
 use srp_archdesc::system::SystemSpec;
 
+use super::core_bus::{CoreBus, Shared};
 use super::data_cache::DataCache;
-use super::ledger::{Ledger, Sources};
+use super::observer::{CoreView, MemoryRequest, Requester, Stall};
 use super::report::Account;
-use super::tags::Tags;
 use super::texture_cache::TextureCache;
-use super::tiles::TileQueue;
-use super::{SystemError, TEXTURE, Timing};
-use crate::core::{Activity, Bus, Core, Lanes, Run};
-use crate::effect::{Guard, Missing};
-use crate::fidelity;
-use crate::memory::SystemMemory;
-use crate::memory::dram::Request;
-use crate::memory::path::Clock;
-use crate::tni::{Runs, SubmitError, Tni, TniCounters, Tree};
+use super::{SystemError, Timing};
+use crate::core::{Activity, Core, Run};
+use crate::memory::unloaded;
+use crate::tni::{Estimated, HitRecord, Runs, SubmitError, Tni, Tree, Unit, Untimed};
 
 /// Cycles that an engine may run ahead: nothing from outside reaches it but through ports, which
 /// it talks to in the first cycle of a run only, and the caches, where a miss ends the run.
 const AHEAD: u64 = 1 << 16;
-
-/// What a core waits for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Miss {
-    /// Its data cache, and perhaps its texture cache too.
-    Data,
-    /// Its texture cache.
-    Texture,
-}
 
 /// What a core does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,8 +25,8 @@ pub(super) enum State {
     Running,
     /// It waits for the port, and asks again in every cycle.
     Waiting(u32),
-    /// It waits for a cache since this cycle.
-    Stalled(u64, Miss),
+    /// It stands still since this cycle.
+    Stalled(u64, Stall),
     /// It has ended.
     Halted,
 }
@@ -50,58 +34,112 @@ pub(super) enum State {
 /// The ports of one core.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Ports {
-    rays: u32,
-    hits: u32,
-    runs: Runs,
+    pub(super) rays: u32,
+    pub(super) hits: u32,
+    pub(super) runs: Runs,
+    /// Packets that were sent to the T&I unit, and taken from it.
+    pub(super) sent: u64,
+    pub(super) returned: u64,
+    /// The hits that were taken in this run.
+    pub(super) taken: Vec<HitRecord>,
     /// What the program has printed.
     pub(super) output: Vec<u8>,
     /// Its exit status.
     pub(super) exit: Option<i32>,
     /// A submission that cannot be made.
-    fault: Option<SubmitError>,
-    /// What the program was not built for and has met.
-    missing: Option<Missing>,
+    pub(super) fault: Option<SubmitError>,
 }
 
-/// The clocks of a core, and what memory takes, for estimates.
-#[derive(Clone, Copy, Debug)]
-struct Clocks {
-    srp: Clock,
-    tni: Clock,
-    /// Cycles of the T&I unit from a request to its line.
-    latency: u64,
-}
-
-impl Clocks {
-    fn of(spec: &SystemSpec) -> Clocks {
-        Clocks {
-            srp: Clock::new(spec.srp_mhz),
-            tni: Clock::new(spec.tni_mhz),
-            latency: 0,
-        }
-    }
+/// What surrounds the engine of a core.
+pub(super) struct Periphery {
+    pub(super) number: u32,
+    pub(super) sram: Vec<u8>,
+    pub(super) data: DataCache,
+    pub(super) texture: TextureCache,
+    pub(super) tni: Unit,
+    pub(super) ports: Ports,
+    pub(super) account: Account,
 }
 
 /// One SGRT core.
 pub(super) struct CoreUnit {
-    number: u32,
     engine: Box<dyn Core>,
-    sram: Vec<u8>,
-    pub(super) data: DataCache,
-    pub(super) texture: TextureCache,
-    pub(super) tni: Tni,
-    /// How its units keep time.
-    pub(super) timing: Timing,
-    /// Where that is estimated: when the packets in the T&I unit are back, and its clocks.
-    answers: VecDeque<u64>,
-    clocks: Clocks,
-    pub(super) ports: Ports,
+    pub(super) periphery: Periphery,
     pub(super) state: State,
     /// The cycle from which the engine can go on.
     pub(super) ready: u64,
-    pub(super) account: Account,
-    /// What each tile takes, where that is wanted.
-    pub(super) ledger: Option<Ledger>,
+}
+
+/// A T&I unit that keeps time so; where it is run cycle by cycle, `costs` says whether it notes what rays cost.
+fn unit(timing: Timing, spec: &SystemSpec, tree: Tree, costs: bool) -> Unit {
+    let buffers = spec.buffers.ray_buffers;
+    match timing {
+        Timing::Full => {
+            let mut unit = Tni::new(&spec.tni, tree, buffers);
+            if costs {
+                unit.note_costs();
+            }
+            Unit::Full(Box::new(unit))
+        }
+        Timing::Estimated => {
+            let latency = unloaded::line_cycles(spec);
+            Unit::Estimated(Box::new(Estimated::new(&spec.tni, tree, buffers, latency)))
+        }
+        Timing::RecordedHits | Timing::Untimed => {
+            Unit::Untimed(Box::new(Untimed::new(&spec.tni, tree, buffers)))
+        }
+    }
+}
+
+impl Periphery {
+    /// The core as an observer sees it.
+    pub(super) fn view(&self, cycle: u64) -> CoreView<'_> {
+        CoreView {
+            core: self.number,
+            cycle,
+            account: &self.account,
+            data_cache: &self.data.cache.counters,
+            texture_cache: &self.texture.lines.cache.counters,
+            texture_samples: self.texture.samples,
+            tni: &self.tni,
+        }
+    }
+
+    /// What the core has to stand still for.
+    pub(super) fn stall(&self) -> Option<Stall> {
+        if self.data.waits() {
+            Some(Stall::Data)
+        } else {
+            self.texture.lines.waits().then_some(Stall::Texture)
+        }
+    }
+
+    /// The next request of the caches to the memory.
+    pub(super) fn next_request(&mut self) -> Option<MemoryRequest> {
+        let of = |requester| {
+            move |(address, bytes, is_write)| MemoryRequest {
+                requester,
+                address,
+                bytes,
+                is_write,
+            }
+        };
+        let data = self.data.take_request().map(of(Requester::DataCache));
+        let lines = &mut self.texture.lines;
+        data.or_else(|| lines.take_request().map(of(Requester::TextureCache)))
+    }
+
+    /// The next request of the T&I unit to the memory.
+    #[inline]
+    pub(super) fn next_line(&mut self) -> Option<MemoryRequest> {
+        let line = self.tni.take_request()?;
+        Some(MemoryRequest {
+            requester: Requester::Tni(line.client),
+            address: line.address,
+            bytes: line.bytes,
+            is_write: false,
+        })
+    }
 }
 
 impl CoreUnit {
@@ -111,374 +149,139 @@ impl CoreUnit {
         spec: &SystemSpec,
         sram: Vec<u8>,
         tree: Tree,
+        timing: Timing,
+        observed: bool,
     ) -> CoreUnit {
+        let immediate = timing == Timing::Untimed;
         CoreUnit {
-            number,
             engine,
-            sram,
-            data: DataCache::new(&spec.data_cache),
-            texture: TextureCache::new(&spec.texture_cache),
-            tni: Tni::new(&spec.tni, tree, spec.buffers.ray_buffers),
-            timing: Timing::Full,
-            answers: VecDeque::new(),
-            clocks: Clocks::of(spec),
-            ports: Ports::default(),
+            periphery: Periphery {
+                number,
+                sram,
+                data: DataCache::new(&spec.data_cache, immediate),
+                texture: TextureCache::new(&spec.texture_cache, immediate),
+                tni: unit(timing, spec, tree, observed),
+                ports: Ports::default(),
+                account: Account::default(),
+            },
             state: State::Running,
             ready: 0,
-            account: Account::default(),
-            ledger: None,
         }
     }
 
-    /// Sets how its units keep time, before the first cycle.
-    pub(super) fn set_timing(&mut self, timing: Timing, spec: &SystemSpec) {
-        self.timing = timing;
-        if timing == Timing::Full && self.ledger.is_some() {
-            self.tni.note_costs();
+    /// One cycle of the T&I unit, in SRP cycle `now`.
+    pub(super) fn tick_tni(&mut self, cycle: u64, now: u64, shared: &mut Shared<'_>) {
+        let Periphery {
+            tni, sram, number, ..
+        } = &mut self.periphery;
+        if tni.is_idle() {
+            return;
         }
-        let at_once = timing == Timing::Untimed;
-        (self.data.at_once, self.texture.lines.at_once) = (at_once, at_once);
-        if timing == Timing::Estimated {
-            self.clocks.latency = fidelity::line_cycles(spec);
-        }
-    }
-
-    /// One cycle of the T&I unit.
-    pub(super) fn tick_tni(&mut self, now: u64, memory: &SystemMemory) {
-        if !self.tni.is_idle() {
-            self.tni.tick(now, memory, &mut self.sram);
+        tni.tick(cycle, &shared.memory, sram);
+        if let (Some(observer), Unit::Full(tni)) = (&mut shared.observer, tni) {
+            tni.take_costs()
+                .for_each(|cost| observer.ray_returned(*number, now, &cost));
         }
     }
 
     /// SRP cycle `now`: goes on, if it is time. Says whether the core is at work.
-    pub(super) fn step(
-        &mut self,
-        now: u64,
-        memory: &mut SystemMemory,
-        tiles: &mut TileQueue,
-        guard: &Guard,
-    ) -> Result<bool, SystemError> {
+    pub(super) fn step(&mut self, now: u64, shared: &mut Shared<'_>) -> Result<bool, SystemError> {
         if self.state == State::Halted {
             return Ok(false);
         }
         if now < self.ready {
             return Ok(true);
         }
-        self.count_stall(now);
-        if let Some(miss) = self.misses() {
-            self.state = State::Stalled(now, miss);
+        if self.is_stalled(now, shared) {
             return Ok(false);
         }
+        self.periphery.ports.taken.clear();
         let mut bus = CoreBus {
-            number: self.number,
-            sram: &mut self.sram,
-            data: &mut self.data,
-            texture: &mut self.texture,
-            tni: &mut self.tni,
-            timing: self.timing,
             now,
-            answers: &mut self.answers,
-            clocks: self.clocks,
-            ports: &mut self.ports,
-            memory,
-            tiles,
-            guard,
-            account: &self.account,
-            ledger: self.ledger.as_mut(),
+            core: &mut self.periphery,
+            shared,
         };
         let run = self
             .engine
             .run(&mut bus, AHEAD)
             .map_err(|trap| SystemError::Trap {
-                core: self.number,
+                core: self.periphery.number,
                 trap,
             })?;
-        if let Some(fault) = self.ports.fault {
-            return Err(SystemError::submission(self.number, fault));
+        if let Some(fault) = self.periphery.ports.fault {
+            return Err(SystemError::submission(self.periphery.number, fault));
         }
-        if let Some(missing) = self.ports.missing.take() {
-            return Err(SystemError::Effect {
-                core: self.number,
-                missing,
-            });
-        }
-        self.ready = now + run.cycles;
-        self.account.add(run);
-        if let (Activity::Wait(ports::TNI_DONE), Some(&answer)) =
-            (run.activity, self.answers.front())
-            && answer > self.ready
+        self.ready = now;
+        self.count(run, shared);
+        if let Activity::Wait(ports::TNI_DONE) = run.activity
+            && let Some(back) = shared.back(&self.periphery.tni)
+            && back > self.ready
         {
-            // When the answer comes is known.
-            self.account.add(Run {
-                cycles: answer - self.ready,
+            // When the packet is back is known.
+            let wait = Run {
+                cycles: back - self.ready,
                 activity: run.activity,
-            });
-            self.ready = answer;
+            };
+            self.count(wait, shared);
             self.state = State::Running;
             return Ok(true);
         }
         self.state = match run.activity {
             Activity::Wait(port) => State::Waiting(port),
             Activity::Halted(status) => {
-                self.ports.exit.get_or_insert(status);
+                self.periphery.ports.exit.get_or_insert(status);
                 State::Halted
             }
             _ => State::Running,
         };
-        if self.ports.exit.is_some() && self.state != State::Halted {
+        if self.periphery.ports.exit.is_some() {
             self.state = State::Halted;
-        }
-        if self.state == State::Halted {
-            self.data.flush();
+            shared.tell(&self.periphery, self.ready, |o, core| o.halted(core));
+            self.periphery.data.flush();
         }
         Ok(!matches!(self.state, State::Waiting(_)))
     }
 
-    /// The next request of its caches to the memory.
-    pub(super) fn next_request(&mut self, source: u32) -> Option<Request> {
-        let lines = &mut self.texture.lines;
-        let request =
-            (self.data.take_request(source)).or_else(|| lines.take_request(source + TEXTURE))?;
-        if let Some(ledger) = &mut self.ledger {
-            let bytes = u64::from(request.bytes);
-            match request.is_write {
-                true => ledger.written += bytes,
-                false => ledger.read += bytes,
-            }
-        }
-        Some(request)
+    /// Accounts for a run from the cycle on in which the engine could go on.
+    fn count(&mut self, run: Run, shared: &mut Shared<'_>) {
+        self.periphery.account.add(run);
+        shared.tell(&self.periphery, self.ready, |o, core| o.ran(core, &run));
+        self.ready += run.cycles;
     }
 
-    /// Charges what was not charged yet.
-    pub(super) fn close_ledger(&mut self) {
-        if let Some(ledger) = &mut self.ledger {
-            ledger.take_rays(&self.tni.take_costs());
-        }
-        let sources = Sources {
-            account: &self.account,
-            data: &self.data,
-            texture: &self.texture,
-            tni: &self.tni,
+    /// Whether the core has to stand still in cycle `now`.
+    fn is_stalled(&mut self, now: u64, shared: &mut Shared<'_>) -> bool {
+        self.count_stall(now);
+        let before = match self.state {
+            State::Stalled(_, stall) => Some(stall),
+            _ => None,
         };
-        if let Some(ledger) = &mut self.ledger {
-            ledger.charge(&sources);
+        let stall = self.periphery.stall();
+        if stall != before {
+            shared.tell(&self.periphery, now, |observer, core| {
+                if let Some(before) = before {
+                    observer.stall_ended(core, before);
+                }
+                if let Some(stall) = stall {
+                    observer.stall_began(core, stall);
+                }
+            });
         }
+        if let Some(stall) = stall {
+            self.state = State::Stalled(now, stall);
+        }
+        stall.is_some()
     }
 
-    /// The cache that the core has to wait for.
-    pub(super) fn misses(&self) -> Option<Miss> {
-        if self.data.waits() {
-            Some(Miss::Data)
-        } else {
-            self.texture.lines.waits().then_some(Miss::Texture)
-        }
-    }
-
-    /// Puts the cycles into the account since which the core, if it does, waits for a cache.
+    /// Puts the cycles into the account since which the core, if it does, stands still.
     pub(super) fn count_stall(&mut self, now: u64) {
-        if let State::Stalled(since, miss) = &mut self.state {
-            match miss {
-                Miss::Data => self.account.memory_stall += now - *since,
-                Miss::Texture => self.account.texture_stall += now - *since,
+        if let State::Stalled(since, stall) = &mut self.state {
+            let account = &mut self.periphery.account;
+            match stall {
+                Stall::Data => account.memory_stall += now - *since,
+                Stall::Texture => account.texture_stall += now - *since,
             }
             *since = now;
         }
-    }
-}
-
-/// What an engine sees of its core.
-struct CoreBus<'a> {
-    number: u32,
-    sram: &'a mut Vec<u8>,
-    data: &'a mut DataCache,
-    texture: &'a mut TextureCache,
-    tni: &'a mut Tni,
-    timing: Timing,
-    now: u64,
-    answers: &'a mut VecDeque<u64>,
-    clocks: Clocks,
-    ports: &'a mut Ports,
-    memory: &'a mut SystemMemory,
-    tiles: &'a mut TileQueue,
-    guard: &'a Guard,
-    account: &'a Account,
-    ledger: Option<&'a mut Ledger>,
-}
-
-/// Whether an access of this size may be made at this address.
-fn is_aligned(address: u32, bytes: u32) -> bool {
-    matches!(bytes, 1 | 2 | 4 | 16) && address.is_multiple_of(bytes)
-}
-
-impl CoreBus<'_> {
-    /// Tells the ledger, where there is one, what happens at a port.
-    fn note(&mut self, happens: impl FnOnce(&mut Ledger, &Sources<'_>)) {
-        if let Some(ledger) = &mut self.ledger {
-            ledger.take_rays(&self.tni.take_costs());
-        }
-        let sources = Sources {
-            account: self.account,
-            data: self.data,
-            texture: self.texture,
-            tni: self.tni,
-        };
-        if let Some(ledger) = &mut self.ledger {
-            happens(ledger, &sources);
-        }
-    }
-
-    /// Puts into the caches what a tile is to find there; what was written goes to memory.
-    fn find(&mut self, tags: &Tags) {
-        self.data.flush();
-        self.data.cache.hold_lines_of(&tags.data);
-        self.texture.lines.cache.hold_lines_of(&tags.texture);
-        self.tni.hold(&tags.tni);
-    }
-
-    /// Answers what has been sent to a T&I unit that is not run cycle by cycle.
-    fn answer(&mut self) {
-        let Clocks { srp, tni, latency } = self.clocks;
-        match self.timing {
-            Timing::Full => {}
-            Timing::RecordedHits | Timing::Untimed => {
-                self.tni.answer_at_once(self.memory, self.sram);
-            }
-            Timing::Estimated => {
-                let now = tni.cycle_from(srp.start(self.now));
-                let before = self.tni.progress();
-                let back = (self.tni).answer_by_estimate(now, latency, self.memory, self.sram);
-                self.answers.push_back(srp.cycle_from(tni.start(back + 1)));
-                let after = self.tni.progress();
-                let lines = |c: &TniCounters| c.trv_l2.misses + c.ist_l1.misses;
-                if let Some(ledger) = &mut self.ledger {
-                    let bytes = u64::from(self.tni.line_bytes());
-                    ledger.tni_read += (lines(&after) - lines(&before)) * bytes;
-                }
-            }
-        }
-    }
-
-    /// What system memory holds, zero-extended.
-    fn words(&self, address: u32, bytes: u32) -> Option<Lanes> {
-        let source = self.memory.get(address, bytes)?;
-        let mut padded = [0; 16];
-        padded[..bytes as usize].copy_from_slice(source);
-        let word = |i: usize| {
-            let bytes = padded[4 * i..4 * i + 4].try_into();
-            u32::from_le_bytes(bytes.expect("a word has 4 bytes"))
-        };
-        Some([word(0), word(1), word(2), word(3)])
-    }
-}
-
-impl Bus for CoreBus<'_> {
-    fn sram(&mut self) -> &mut [u8] {
-        self.sram
-    }
-
-    fn cached_load(&mut self, address: u32, bytes: u32) -> Option<Lanes> {
-        if !is_aligned(address, bytes) {
-            return None;
-        }
-        let value = self.words(address, bytes)?;
-        self.data.load(address);
-        Some(value)
-    }
-
-    fn cached_store(&mut self, address: u32, bytes: u32, value: Lanes) -> Option<()> {
-        if !is_aligned(address, bytes) {
-            return None;
-        }
-        let target = self.memory.get_mut(address, bytes)?;
-        for (byte, value) in target
-            .iter_mut()
-            .zip(value.iter().flat_map(|w| w.to_le_bytes()))
-        {
-            *byte = value;
-        }
-        self.data.store(address, bytes);
-        Some(())
-    }
-
-    fn texture_descriptor(&mut self, address: u32) -> Option<Lanes> {
-        if !is_aligned(address, 16) {
-            return None;
-        }
-        let words = self.words(address, 16)?;
-        self.texture.descriptor(address);
-        Some(words)
-    }
-
-    fn texels(&mut self, addresses: Lanes) -> Result<Lanes, u32> {
-        let mut texels = Lanes::default();
-        for (texel, address) in texels.iter_mut().zip(addresses) {
-            let word = is_aligned(address, 4).then(|| self.words(address, 4));
-            *texel = word.flatten().ok_or(address)?[0];
-        }
-        self.texture.texels(addresses);
-        Ok(texels)
-    }
-
-    /// Also true when the program has ended, so that the engine goes no further.
-    fn stalled(&self) -> bool {
-        self.data.waits() || self.texture.lines.waits() || self.ports.exit.is_some()
-    }
-
-    fn port_in(&mut self, port: u32) -> Option<u32> {
-        match port {
-            ports::TILE => {
-                let taken = self.tiles.take(self.number);
-                let place = taken.as_ref().map(|t| t.0);
-                self.note(|ledger, sources| ledger.take_tile(place, sources));
-                let errand = taken.map(|t| t.1);
-                if let Some(tags) = errand.as_ref().and_then(|e| e.find.as_ref()) {
-                    self.find(tags);
-                }
-                Some(errand.map_or(u32::MAX, |e| e.tile))
-            }
-            ports::TNI_DONE => {
-                if self.answers.front().is_some_and(|&at| at > self.now) {
-                    return None;
-                }
-                if !self.guard.is_idle()
-                    && let Some(missing) = self.guard.check(self.tni.finished()?)
-                {
-                    // The system stops after this run.
-                    self.ports.missing = Some(missing.clone());
-                }
-                self.ports.runs = self.tni.take_finished()?;
-                self.answers.pop_front();
-                self.note(Ledger::take_packet);
-                Some(self.ports.runs.shadow_hits)
-            }
-            ports::TNI_SHADOW_MISSES => Some(self.ports.runs.shadow_misses),
-            ports::TNI_OTHER_HITS => Some(self.ports.runs.other_hits),
-            ports::TNI_OTHER_MISSES => Some(self.ports.runs.other_misses),
-            ports::CORE => Some(self.number),
-            _ => None,
-        }
-    }
-
-    fn port_out(&mut self, port: u32, value: u32) -> bool {
-        match port {
-            ports::TNI_RAYS => self.ports.rays = value,
-            ports::TNI_HITS => self.ports.hits = value,
-            ports::TNI_START => {
-                let Ports { rays, hits, .. } = *self.ports;
-                match self.tni.submit(rays, hits, value, self.sram.len()) {
-                    Ok(()) => {
-                        self.note(|ledger, _| ledger.send_packet());
-                        self.answer();
-                    }
-                    Err(SubmitError::Busy) => return false,
-                    // The system stops after this run.
-                    Err(fault) => self.ports.fault = Some(fault),
-                }
-            }
-            ports::PUTCHAR => self.ports.output.push(value as u8),
-            ports::EXIT => self.ports.exit = Some(value as i32),
-            _ => return false,
-        }
-        true
     }
 }

@@ -10,7 +10,6 @@ use std::collections::VecDeque;
 use srp_archdesc::system::CacheSpec;
 
 use crate::memory::cache::{Access, Cache};
-use crate::memory::dram::Request;
 
 /// Cache, store buffer and requests.
 #[derive(Clone, Debug)]
@@ -25,11 +24,11 @@ pub(super) struct DataCache {
     /// Requests to be sent: address, bytes, whether it writes.
     requests: VecDeque<(u32, u32, bool)>,
     /// Whether lines are there as soon as they are asked for.
-    pub(super) at_once: bool,
+    immediate: bool,
 }
 
 impl DataCache {
-    pub(super) fn new(spec: &CacheSpec) -> DataCache {
+    pub(super) fn new(spec: &CacheSpec, immediate: bool) -> DataCache {
         DataCache {
             cache: Cache::new(spec),
             line: spec.line,
@@ -37,7 +36,7 @@ impl DataCache {
             stores: VecDeque::new(),
             max_stores: spec.misses.max(1) as usize,
             requests: VecDeque::new(),
-            at_once: false,
+            immediate,
         }
     }
 
@@ -60,7 +59,7 @@ impl DataCache {
             }
             Access::Full => self.deferred.push(line),
         }
-        if self.at_once && self.cache.outstanding() > 0 {
+        if self.immediate && self.cache.outstanding() > 0 {
             self.fill(line * self.line);
         }
     }
@@ -112,15 +111,10 @@ impl DataCache {
         }
     }
 
-    /// The next request to be sent.
-    pub(super) fn take_request(&mut self, source: u32) -> Option<Request> {
-        let (address, bytes, is_write) = self.requests.pop_front()?;
-        Some(Request {
-            address,
-            bytes,
-            is_write,
-            source,
-        })
+    /// The next request to be sent: address, bytes, and whether it writes.
+    #[inline]
+    pub(super) fn take_request(&mut self) -> Option<(u32, u32, bool)> {
+        self.requests.pop_front()
     }
 }
 
@@ -129,20 +123,21 @@ mod tests {
     use super::*;
 
     fn cache() -> DataCache {
-        DataCache::new(&CacheSpec {
-            bytes: 256,
-            ways: 2,
-            line: 64,
-            latency: 1,
-            banks: 1,
-            misses: 1,
-        })
+        DataCache::new(
+            &CacheSpec {
+                bytes: 256,
+                ways: 2,
+                line: 64,
+                latency: 1,
+                banks: 1,
+                misses: 1,
+            },
+            false,
+        )
     }
 
     fn requests(cache: &mut DataCache) -> Vec<(u32, u32, bool)> {
-        std::iter::from_fn(|| cache.take_request(0))
-            .map(|r| (r.address, r.bytes, r.is_write))
-            .collect()
+        std::iter::from_fn(|| cache.take_request()).collect()
     }
 
     #[test]

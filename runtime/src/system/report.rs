@@ -6,7 +6,8 @@ use std::fmt::Write as _;
 use serde::Serialize;
 use srp_archdesc::Arch;
 
-use super::{System, port_name};
+use super::core_unit::CoreUnit;
+use super::simulation::{Simulation, port_name};
 use crate::core::{Activity, Run};
 use crate::digits::thousands;
 use crate::memory::cache::CacheCounters;
@@ -138,12 +139,19 @@ pub struct Report {
 }
 
 impl Report {
-    pub(super) fn of(system: &System, cycles: u64, arch: &Arch, names: &[String]) -> Report {
+    pub(super) fn of(
+        simulation: &Simulation<'_>,
+        cycles: u64,
+        arch: &Arch,
+        names: &[String],
+    ) -> Report {
         let name = |kernel: &u32| match names.get(*kernel as usize) {
             Some(name) => name.clone(),
             None => format!("kernel {kernel}"),
         };
-        let core = |core: &super::CoreUnit| CoreReport {
+        let core = |CoreUnit {
+                        periphery: core, ..
+                    }: &CoreUnit| CoreReport {
             vliw: core.account.vliw,
             array: (core.account.array.iter())
                 .map(|(kernel, &cycles)| KernelCycles {
@@ -170,11 +178,11 @@ impl Report {
             exit_status: core.ports.exit.unwrap_or(0),
             output: String::from_utf8_lossy(&core.ports.output).into_owned(),
         };
-        let cores: Vec<CoreReport> = system.cores.iter().map(core).collect();
+        let cores: Vec<CoreReport> = simulation.cores.iter().map(core).collect();
         let seconds = cycles as f64 / (f64::from(arch.system.srp_mhz) * 1e6);
         let rays = cores.iter().map(|c| c.tni.unit.rays).sum();
         let mut dram = DramCounters::default();
-        for path in &system.paths {
+        for path in &simulation.paths {
             dram.add(&path.counters());
         }
         let spec = &arch.system.dram;
@@ -182,11 +190,11 @@ impl Report {
         let dram_cycles = Clock::new(spec.mhz).cycle_from(end);
         let per_second = |n: u64| if cycles == 0 { 0.0 } else { n as f64 / seconds };
         Report {
-            width: system.frame.width,
-            height: system.frame.height,
-            complete: system.is_over(),
-            tiles_taken: system.tiles.taken(),
-            tiles: system.tiles.count(),
+            width: simulation.frame.width,
+            height: simulation.frame.height,
+            complete: simulation.is_over(),
+            tiles_taken: simulation.shared.tiles.taken(),
+            tiles: simulation.shared.tiles.count(),
             cycles,
             srp_mhz: arch.system.srp_mhz,
             tni_mhz: arch.system.tni_mhz,
@@ -194,7 +202,7 @@ impl Report {
             rays,
             mrays_per_second: per_second(rays) / 1e6,
             cores,
-            dram: DramReport::of(spec, system.paths.len() as u32, dram_cycles, dram),
+            dram: DramReport::of(spec, simulation.paths.len() as u32, dram_cycles, dram),
         }
     }
 

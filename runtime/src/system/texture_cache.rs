@@ -24,9 +24,9 @@ pub(super) struct TextureCache {
 }
 
 impl TextureCache {
-    pub(super) fn new(spec: &CacheSpec) -> TextureCache {
+    pub(super) fn new(spec: &CacheSpec, immediate: bool) -> TextureCache {
         TextureCache {
-            lines: DataCache::new(spec),
+            lines: DataCache::new(spec, immediate),
             line: spec.line,
             held: [0; HELD],
             samples: 0,
@@ -62,22 +62,25 @@ mod tests {
 
     /// Four lines of 64 bytes in one set, and two misses at a time.
     fn cache() -> TextureCache {
-        TextureCache::new(&CacheSpec {
-            bytes: 256,
-            ways: 4,
-            line: 64,
-            latency: 1,
-            banks: 1,
-            misses: 2,
-        })
+        TextureCache::new(
+            &CacheSpec {
+                bytes: 256,
+                ways: 4,
+                line: 64,
+                latency: 1,
+                banks: 1,
+                misses: 2,
+            },
+            false,
+        )
     }
 
     /// Answers all requests; how many there were.
     fn answer(cache: &mut TextureCache) -> u32 {
         let mut requests = 0;
-        while let Some(request) = cache.lines.take_request(0) {
-            assert!(!request.is_write);
-            cache.lines.fill(request.address);
+        while let Some((address, _, is_write)) = cache.lines.take_request() {
+            assert!(!is_write);
+            cache.lines.fill(address);
             requests += 1;
         }
         requests

@@ -1,68 +1,71 @@
-//! The tiles of a frame, handed out to its cores.
+//! Where cores get their tiles from.
 
 use std::sync::Arc;
 
-use super::tags::Tags;
+use super::WarmCaches;
 
-/// A tile for a certain core.
+/// A tile in the queue of a core.
 #[derive(Clone, Debug)]
-pub(super) struct Errand {
-    pub(super) tile: u32,
-    /// What the core's caches hold when it takes the tile; none: what they happen to.
-    pub(super) find: Option<Arc<Tags>>,
+pub struct QueuedTile {
+    /// Its number in the frame.
+    pub tile: u32,
+    /// What the core's caches are made to hold when it takes the tile; else what they happen to.
+    pub caches: Option<Arc<WarmCaches>>,
 }
 
-/// Tiles that wait for cores.
+/// Tiles that wait for cores. Each has a place: its number among all that are queued.
 #[derive(Clone, Debug)]
-pub(super) enum TileQueue {
-    /// All tiles, to whoever asks, in their order.
-    Common {
-        /// The next.
-        next: u32,
-        /// Their number.
-        count: u32,
-    },
-    /// Some tiles, dealt out beforehand.
-    Dealt {
-        /// Of each core those that are left, the next at the end, each with its place among all.
-        left: Vec<Vec<(u32, Errand)>>,
-        /// Their number.
+pub struct TileQueue(Queue);
+
+#[derive(Clone, Debug)]
+enum Queue {
+    /// So many tiles, to whoever asks, in their order.
+    Common { next: u32, count: u32 },
+    /// Of each core those that are left, the next at the end, with their places.
+    OfCores {
+        left: Vec<Vec<(u32, QueuedTile)>>,
         count: u32,
     },
 }
 
 impl TileQueue {
-    /// These tiles for each core.
-    pub(super) fn dealt(errands: Vec<Vec<Errand>>) -> TileQueue {
+    /// The first `count` tiles of a frame, to whichever core asks first.
+    pub fn common(count: u32) -> TileQueue {
+        TileQueue(Queue::Common { next: 0, count })
+    }
+
+    /// Certain tiles for each core, in their order; places go core by core. A core with an empty queue,
+    /// or with none, gets no tile.
+    pub fn of_cores(queues: Vec<Vec<QueuedTile>>) -> TileQueue {
         let mut count = 0;
-        let places = |core: Vec<Errand>| {
+        let places = |queue: Vec<QueuedTile>| {
             let first = count;
-            count += core.len() as u32;
-            let mut left: Vec<_> = (first..).zip(core).collect();
+            count += queue.len() as u32;
+            let mut left: Vec<_> = (first..).zip(queue).collect();
             left.reverse();
             left
         };
-        let left = errands.into_iter().map(places).collect();
-        TileQueue::Dealt { left, count }
+        let left = queues.into_iter().map(places).collect();
+        TileQueue(Queue::OfCores { left, count })
     }
 
-    /// The next tile for a core, with its place among all.
-    pub(super) fn take(&mut self, core: u32) -> Option<(u32, Errand)> {
-        match self {
-            TileQueue::Common { next, count } => {
+    /// The next tile for a core, with its place.
+    pub(super) fn take(&mut self, core: u32) -> Option<(u32, QueuedTile)> {
+        match &mut self.0 {
+            Queue::Common { next, count } => {
                 let tile = Some(*next).filter(|next| next < count)?;
                 *next += 1;
-                Some((tile, Errand { tile, find: None }))
+                Some((tile, QueuedTile { tile, caches: None }))
             }
-            TileQueue::Dealt { left, .. } => left.get_mut(core as usize)?.pop(),
+            Queue::OfCores { left, .. } => left.get_mut(core as usize)?.pop(),
         }
     }
 
     /// Tiles handed out so far.
     pub(super) fn taken(&self) -> u32 {
-        match self {
-            TileQueue::Common { next, .. } => *next,
-            TileQueue::Dealt { left, count } => {
+        match &self.0 {
+            Queue::Common { next, .. } => *next,
+            Queue::OfCores { left, count } => {
                 count - left.iter().map(Vec::len).sum::<usize>() as u32
             }
         }
@@ -70,8 +73,8 @@ impl TileQueue {
 
     /// Tiles in all.
     pub(super) fn count(&self) -> u32 {
-        match self {
-            TileQueue::Common { count, .. } | TileQueue::Dealt { count, .. } => *count,
+        match self.0 {
+            Queue::Common { count, .. } | Queue::OfCores { count, .. } => count,
         }
     }
 }

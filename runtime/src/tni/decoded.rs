@@ -1,9 +1,14 @@
 //! The inner nodes of a tree, read once: for tracing without time, which would else unpack the same boxes
 //! over and over.
 
+use std::sync::Arc;
+
+use srp_archdesc::system::TniSpec;
+
 use super::Tree;
 use super::function::Function;
 use crate::bvh::{NodeRef, PairRecord};
+use crate::memory::SystemMemory;
 
 /// Two sibling boxes, side by side: of the lowest corners and of the highest, for each axis, that of the
 /// first box and that of the second.
@@ -55,6 +60,11 @@ impl Decoded {
             open.extend(pair.child.map(|child| (child, depth + 1)));
         }
         decoded
+    }
+
+    /// Reads a tree, for several tracers.
+    pub(super) fn shared(spec: &TniSpec, tree: &Tree, memory: &SystemMemory) -> Arc<Decoded> {
+        Arc::new(Decoded::of(&Function { spec, tree, memory }))
     }
 
     /// The children of an inner node.

@@ -136,13 +136,24 @@ pub struct Traced {
 }
 
 /// A step on a ray's way, with what it reads of memory.
-pub(crate) enum Step {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
     /// The visit of an inner node.
-    Pair { address: u32, bytes: u32 },
+    Pair {
+        /// Address of the record of its children.
+        address: u32,
+        /// Bytes of both.
+        bytes: u32,
+    },
     /// The visit of a leaf.
     Leaf,
-    /// A test.
-    Triangle { address: u32, bytes: u32 },
+    /// A ray–triangle test.
+    Triangle {
+        /// Address of the triangle's record.
+        address: u32,
+        /// Bytes of it.
+        bytes: u32,
+    },
 }
 
 /// Traces rays as the unit does, bit for bit, without its time.
@@ -159,8 +170,8 @@ pub struct Tracer<'a> {
 impl<'a> Tracer<'a> {
     /// A tracer over a tree in memory.
     pub fn new(spec: &'a TniSpec, tree: &'a Tree, memory: &'a SystemMemory) -> Tracer<'a> {
-        let decoded = Decoded::of(&Function { spec, tree, memory });
-        Tracer::over(spec, tree, memory, Arc::new(decoded))
+        let decoded = Decoded::shared(spec, tree, memory);
+        Tracer::over(spec, tree, memory, decoded)
     }
 
     /// A tracer over a tree that has been read.
@@ -186,7 +197,7 @@ impl<'a> Tracer<'a> {
 
     /// Traces a ray, and tells every step of it before it is made.
     #[inline]
-    pub(crate) fn follow(&mut self, ray: &Ray, tell: &mut impl FnMut(Step)) -> Traced {
+    pub fn follow(&mut self, ray: &Ray, tell: &mut impl FnMut(Step)) -> Traced {
         let mut traced = Traced {
             hit: Hit::none(ray.tmax),
             inner_visits: 0,
@@ -197,7 +208,7 @@ impl<'a> Tracer<'a> {
             match self.walk.take() {
                 None => self.descend(ray, &prepared, root, &mut traced, tell),
                 Some(mut walk) => {
-                    self.wander(&mut walk, ray, &prepared, root, &mut traced, tell);
+                    self.walk_by_trail(&mut walk, ray, &prepared, root, &mut traced, tell);
                     self.walk = Some(walk);
                 }
             }
@@ -206,7 +217,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// The way of a ray with all the stack that it needs: the nearer child first, the other from the
-    /// stack unless something nearer was hit meanwhile. It is that of [`wander`](Self::wander).
+    /// stack unless something nearer was hit meanwhile. It is that of [`walk_by_trail`](Self::walk_by_trail).
     #[inline]
     fn descend(
         &mut self,
@@ -266,7 +277,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// The way of a ray with the unit's own stack and trail.
-    fn wander(
+    fn walk_by_trail(
         &self,
         walk: &mut Walk,
         ray: &Ray,
@@ -341,7 +352,7 @@ mod tests {
         let spec = machine();
         let tree = bvh::build(&triangles, &bvh::Options::default());
         let image = bvh::lay_out(&tree, &triangles, Layout::of(&spec));
-        let (memory, tree) = super::super::standalone::place(&image);
+        let (memory, tree) = super::super::place::place(&image);
         let mut quick = Tracer::new(&spec, &tree, &memory);
         assert!(quick.walk.is_none(), "the machine's stack holds the tree");
         let mut own = quick.clone();
@@ -398,7 +409,7 @@ mod tests {
             };
             let tree = bvh::build(&triangles, &bvh::Options::default());
             let image = bvh::lay_out(&tree, &triangles, Layout::of(&spec));
-            let (memory, tree) = super::super::standalone::place(&image);
+            let (memory, tree) = super::super::place::place(&image);
             let function = Function {
                 spec: &spec,
                 tree: &tree,

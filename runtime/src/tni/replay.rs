@@ -3,6 +3,15 @@
 use super::Slot;
 use crate::bvh::NodeRef;
 
+/// What is noted of rays, where somebody wants to know.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Recording {
+    /// What each ray cost, in the order of their return.
+    pub(super) costs: Option<Vec<RayCost>>,
+    /// What happened to each ray.
+    pub(super) events: Option<Vec<Logged>>,
+}
+
 /// What one ray cost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RayCost {

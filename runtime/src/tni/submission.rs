@@ -1,7 +1,30 @@
 //! What passes between SRP and T&I unit: submissions of rays, and their hits in four runs.
 
+use std::collections::VecDeque;
+use std::ops::{Index, IndexMut};
+
 use super::arithmetic::{ANY_HIT, Hit};
 use super::{HIT_BYTES, RAY_BYTES};
+
+/// What is submitted: rays in the SRAM, and where their hits go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Buffers {
+    /// Address of the ray buffer.
+    pub rays: u32,
+    /// Address of the hit buffer.
+    pub hits: u32,
+    /// Number of rays.
+    pub count: u32,
+}
+
+/// A submission that is finished and was taken out of the unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finished {
+    /// Lengths of the runs in the hit buffer.
+    pub runs: Runs,
+    /// The hits, as they stand there.
+    pub hits: Vec<HitRecord>,
+}
 
 /// Why a submission cannot be made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,52 +97,30 @@ impl HitRecord {
 /// A submission in the unit.
 #[derive(Clone, Debug)]
 pub(super) struct Submission {
-    /// Address of the ray buffer.
-    pub(super) rays: u32,
-    /// Address of the hit buffer.
-    pub(super) hits: u32,
-    /// Number of rays.
-    pub(super) count: u32,
-    /// How many of them have been dispatched.
+    pub(super) buffers: Buffers,
+    /// How many of its rays have been dispatched.
     pub(super) dispatched: u32,
     /// Those that are back, in the order of their return.
     pub(super) records: Vec<HitRecord>,
 }
 
 impl Submission {
-    /// A submission whose buffers lie in an SRAM of `sram_bytes`.
-    pub(super) fn within(
-        rays: u32,
-        hits: u32,
-        count: u32,
-        sram_bytes: usize,
-    ) -> Result<Submission, SubmitError> {
-        for (address, size) in [(rays, RAY_BYTES), (hits, HIT_BYTES)] {
-            let bytes = u64::from(size) * u64::from(count);
-            if u64::from(address) + bytes > sram_bytes as u64 || !address.is_multiple_of(4) {
-                let bytes = bytes.try_into().unwrap_or(u32::MAX);
-                return Err(SubmitError::OutOfBounds { address, bytes });
-            }
-        }
-        Ok(Submission {
-            rays,
-            hits,
-            count,
-            dispatched: 0,
-            records: Vec::with_capacity(count as usize),
-        })
-    }
-
     /// Whether all its rays are back.
     pub(super) fn is_complete(&self) -> bool {
-        self.records.len() == self.count as usize
+        self.records.len() == self.buffers.count as usize
+    }
+
+    /// Gives the answer to one of its rays.
+    pub(super) fn answer(&mut self, ray: u32, hit: Hit, flags: u32) {
+        self.dispatched += 1;
+        self.records.push(HitRecord { hit, ray, flags });
     }
 
     /// Writes the hits to their buffer, in four runs.
     pub(super) fn write_hits(&mut self, sram: &mut [u8]) {
         self.records.sort_by_key(|r| (r.run(), r.ray));
         let words = self.records.iter().flat_map(HitRecord::words);
-        let buffer = sram[self.hits as usize..].chunks_exact_mut(4);
+        let buffer = sram[self.buffers.hits as usize..].chunks_exact_mut(4);
         for (bytes, word) in buffer.zip(words) {
             bytes.copy_from_slice(&word.to_le_bytes());
         }
@@ -138,5 +139,109 @@ impl Submission {
             other_hits,
             other_misses,
         }
+    }
+}
+
+/// The submissions in a unit, oldest first; a finished one stays until it is taken.
+#[derive(Clone, Debug)]
+pub(super) struct Queue {
+    /// How many there may be at once.
+    room: usize,
+    submissions: VecDeque<Submission>,
+    /// Submissions that were taken before the first.
+    taken: u64,
+}
+
+impl Queue {
+    /// No submissions, of which there may be `room` ≥ 1 at once.
+    pub(super) fn new(room: u32) -> Queue {
+        Queue {
+            room: room.max(1) as usize,
+            submissions: VecDeque::new(),
+            taken: 0,
+        }
+    }
+
+    /// A submission that is to be [pushed](Self::push), whose buffers lie in an SRAM of `sram_bytes`.
+    pub(super) fn admit(
+        &self,
+        buffers: Buffers,
+        sram_bytes: usize,
+    ) -> Result<Submission, SubmitError> {
+        if self.submissions.len() == self.room {
+            return Err(SubmitError::Busy);
+        }
+        for (address, size) in [(buffers.rays, RAY_BYTES), (buffers.hits, HIT_BYTES)] {
+            let bytes = u64::from(size) * u64::from(buffers.count);
+            if u64::from(address) + bytes > sram_bytes as u64 || !address.is_multiple_of(4) {
+                let bytes = bytes.try_into().unwrap_or(u32::MAX);
+                return Err(SubmitError::OutOfBounds { address, bytes });
+            }
+        }
+        Ok(Submission {
+            buffers,
+            dispatched: 0,
+            records: Vec::with_capacity(buffers.count as usize),
+        })
+    }
+
+    /// Puts a submission behind the others.
+    pub(super) fn push(&mut self, submission: Submission) -> &Submission {
+        self.submissions.push_back_mut(submission)
+    }
+
+    /// Takes the oldest submission, where it is complete.
+    pub(super) fn take_finished(&mut self) -> Option<Finished> {
+        let submission = self.submissions.pop_front_if(|s| s.is_complete())?;
+        self.taken += 1;
+        Some(Finished {
+            runs: submission.runs(),
+            hits: submission.records,
+        })
+    }
+
+    /// Submissions that were taken so far.
+    #[inline]
+    pub(super) fn taken(&self) -> u64 {
+        self.taken
+    }
+
+    /// How many there are.
+    #[inline]
+    pub(super) fn len(&self) -> usize {
+        self.submissions.len()
+    }
+
+    /// How many of them are complete.
+    pub(super) fn complete(&self) -> usize {
+        self.submissions.iter().filter(|s| s.is_complete()).count()
+    }
+
+    /// Whether all are complete.
+    #[inline]
+    pub(super) fn is_complete(&self) -> bool {
+        self.submissions.iter().all(Submission::is_complete)
+    }
+
+    /// The submission with so many before it.
+    #[inline]
+    pub(super) fn get(&self, order: usize) -> Option<&Submission> {
+        self.submissions.get(order)
+    }
+}
+
+impl Index<usize> for Queue {
+    type Output = Submission;
+
+    #[inline]
+    fn index(&self, order: usize) -> &Submission {
+        &self.submissions[order]
+    }
+}
+
+impl IndexMut<usize> for Queue {
+    #[inline]
+    fn index_mut(&mut self, order: usize) -> &mut Submission {
+        &mut self.submissions[order]
     }
 }

@@ -1,13 +1,16 @@
-//! The unit without its time: a submission is answered when it comes.
+//! The unit without its time and its memory accesses: a submission is answered when it comes.
 
-use std::collections::VecDeque;
 use std::ops::AddAssign;
+use std::sync::Arc;
 
 use srp_archdesc::system::TniSpec;
 
+use super::counters::TniCounters;
+use super::decoded::Decoded;
+use super::full::describe;
 use super::function::Tracer;
-use super::submission::{HitRecord, Runs, Submission, SubmitError};
-use super::{Hit, RAY_BYTES, Tree, read_ray};
+use super::submission::Queue;
+use super::{Buffers, Finished, HitRecord, RAY_BYTES, Runs, SubmitError, Tree, read_ray};
 use crate::memory::SystemMemory;
 
 /// What rays took.
@@ -60,49 +63,53 @@ impl AddAssign for RayCounts {
 }
 
 /// The unit without its time.
-pub struct Untimed<'a> {
-    tracer: Tracer<'a>,
-    max_submissions: usize,
-    submissions: VecDeque<Submission>,
+#[derive(Clone, Debug)]
+pub struct Untimed {
+    spec: Arc<TniSpec>,
+    tree: Tree,
+    /// The inner nodes, once they were read.
+    decoded: Option<Arc<Decoded>>,
+    queue: Queue,
     /// What its rays have taken.
     pub counts: RayCounts,
 }
 
-impl<'a> Untimed<'a> {
-    /// An idle unit over a tree in memory, which holds at most `max_submissions` answers that
-    /// nobody has taken.
-    pub fn new(
-        spec: &'a TniSpec,
-        tree: &'a Tree,
-        memory: &'a SystemMemory,
-        max_submissions: u32,
-    ) -> Untimed<'a> {
+impl Untimed {
+    /// An idle unit over a tree, which holds at most `max_submissions` answers that nobody has taken.
+    pub fn new(spec: &TniSpec, tree: Tree, max_submissions: u32) -> Untimed {
         Untimed {
-            tracer: Tracer::new(spec, tree, memory),
-            max_submissions: max_submissions.max(1) as usize,
-            submissions: VecDeque::new(),
+            spec: Arc::new(*spec),
+            tree,
+            decoded: None,
+            queue: Queue::new(max_submissions),
             counts: RayCounts::default(),
         }
     }
 
-    /// Answers `count` rays at `rays` in the SRAM, whose hits go to `hits`: as
-    /// [`Tni::submit`](super::Tni::submit), and at once. Gives the hits in the order in which they
-    /// stand there.
+    /// The same unit, which has read the inner nodes of its tree: its clones need not do so again.
+    pub fn having_read(mut self, memory: &SystemMemory) -> Untimed {
+        self.decoded = Some(Decoded::shared(&self.spec, &self.tree, memory));
+        self
+    }
+
+    /// Answers a submission. Gives the hits in the order in which they stand in the hit buffer.
+    ///
+    /// # Errors
+    ///
+    /// The unit is full, or the buffers do not lie in the SRAM.
     pub fn submit(
         &mut self,
-        rays: u32,
-        hits: u32,
-        count: u32,
+        buffers: Buffers,
+        memory: &SystemMemory,
         sram: &mut [u8],
     ) -> Result<&[HitRecord], SubmitError> {
-        if self.submissions.len() == self.max_submissions {
-            return Err(SubmitError::Busy);
-        }
-        let mut submission = Submission::within(rays, hits, count, sram.len())?;
-        for ray in 0..count {
-            let at = (rays + ray * RAY_BYTES) as usize;
-            let source = read_ray(&sram[at..at + RAY_BYTES as usize]);
-            let traced = self.tracer.trace(&source);
+        let mut submission = self.queue.admit(buffers, sram.len())?;
+        let decoded =
+            (self.decoded).get_or_insert_with(|| Decoded::shared(&self.spec, &self.tree, memory));
+        let mut tracer = Tracer::over(&self.spec, &self.tree, memory, Arc::clone(decoded));
+        for ray in 0..buffers.count {
+            let source = read_ray(sram, buffers.rays + ray * RAY_BYTES);
+            let traced = tracer.trace(&source);
             self.counts.inner_visits += u64::from(traced.inner_visits);
             self.counts.leaf_visits += u64::from(traced.leaf_visits);
             self.counts.triangle_tests += u64::from(traced.triangle_tests);
@@ -114,24 +121,32 @@ impl<'a> Untimed<'a> {
             submissions: 1,
             ..RayCounts::default()
         };
-        Ok(&self.submissions.push_back_mut(submission).records)
-    }
-
-    /// The hits of the oldest submission.
-    pub fn finished(&self) -> Option<&[HitRecord]> {
-        Some(&self.submissions.front()?.records)
+        Ok(&self.queue.push(submission).records)
     }
 
     /// Takes the oldest submission out of the unit.
-    pub fn take_finished(&mut self) -> Option<Runs> {
-        Some(self.submissions.pop_front()?.runs())
+    pub fn take_finished(&mut self) -> Option<Finished> {
+        self.queue.take_finished()
     }
-}
 
-impl Submission {
-    /// The answer to one of its rays.
-    pub(super) fn answer(&mut self, ray: u32, hit: Hit, flags: u32) {
-        self.dispatched += 1;
-        self.records.push(HitRecord { hit, ray, flags });
+    /// What the unit did so far: rays, visits and tests.
+    pub fn counters(&self) -> TniCounters {
+        let mut counters = TniCounters {
+            trvs: self.spec.trvs.into(),
+            ists: self.spec.ists.into(),
+            triangle_tests: self.counts.triangle_tests,
+            ..TniCounters::default()
+        };
+        counters.unit.rays = self.counts.rays();
+        counters.unit.results = self.counts.rays();
+        counters.unit.hits = self.counts.hits();
+        counters.trv.inner_visits = self.counts.inner_visits;
+        counters.trv.leaf_visits = self.counts.leaf_visits;
+        counters
+    }
+
+    /// What it waits for, in words.
+    pub fn describe_state(&self) -> String {
+        describe(&self.queue, [0; 3])
     }
 }

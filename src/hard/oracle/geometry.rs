@@ -4,9 +4,9 @@ use super::is_rounded;
 use crate::hard::catalogue::{self, Case, Oracle};
 use crate::hard::{meshes, plain_ray};
 use glam::{DVec3, Vec3};
-use srp_runtime::exact;
 use srp_runtime::scene::{Triangle, demo};
 use srp_runtime::tni::arithmetic::Ray;
+use srp_studies::exact;
 
 /// Whether a case states what exact arithmetic finds.
 pub(super) fn check(case: &Case) -> Result<(), String> {

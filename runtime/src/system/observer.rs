@@ -1,0 +1,102 @@
+//! Observers: they are told what happens in a system, and change nothing.
+//!
+//! An event says which core it is about and in which SRP cycle it happens, and gives access to what the
+//! core has counted by then. Events of one core come in the order of its cycles, but that a core runs
+//! ahead of the others: an event of a run comes when the run is simulated.
+
+use super::report::Account;
+use crate::core::Run;
+use crate::memory::cache::CacheCounters;
+use crate::tni::{Client, HitRecord, RayCost, TniCounters, Unit};
+
+/// Which cache a core stands still for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stall {
+    /// Its data cache, and perhaps its texture cache too.
+    Data,
+    /// Its texture cache alone.
+    Texture,
+}
+
+/// Who asks the memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Requester {
+    /// The data cache of a core.
+    DataCache,
+    /// Its texture cache.
+    TextureCache,
+    /// A cache of its T&I unit.
+    Tni(Client),
+}
+
+/// A request to the memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MemoryRequest {
+    /// Who asks.
+    pub requester: Requester,
+    /// The address.
+    pub address: u32,
+    /// Bytes that are read or written.
+    pub bytes: u32,
+    /// Whether they are written.
+    pub is_write: bool,
+}
+
+/// A core at an event.
+pub struct CoreView<'a> {
+    /// Its number.
+    pub core: u32,
+    /// The SRP cycle.
+    pub cycle: u64,
+    /// Its cycles so far, by what it did in them. Of a run in which it talks to ports, or of a stall, the
+    /// cycles are not there yet.
+    pub account: &'a Account,
+    /// What its data cache has counted.
+    pub data_cache: &'a CacheCounters,
+    /// What its texture cache has counted.
+    pub texture_cache: &'a CacheCounters,
+    /// Samples of its texture unit.
+    pub texture_samples: u64,
+    pub(super) tni: &'a Unit,
+}
+
+impl CoreView<'_> {
+    /// What its T&I unit has counted, without the accounts of pipelines. The sums are made for this call.
+    pub fn tni(&self) -> TniCounters {
+        self.tni.progress()
+    }
+}
+
+/// Who is told what happens in a system. Every event has a default that ignores it.
+#[expect(unused_variables, reason = "the defaults ignore everything")]
+pub trait Observer {
+    /// The core has asked for a tile and takes that at this place of the queue, or there is none left.
+    fn tile_taken(&mut self, core: &CoreView<'_>, place: Option<u32>) {}
+
+    /// The core sends a packet of so many rays to its T&I unit: its first packet is number 0.
+    fn packet_sent(&mut self, core: &CoreView<'_>, packet: u64, rays: u32) {}
+
+    /// The T&I unit of a core gives back a ray. Only a unit that is run cycle by cycle tells of rays.
+    fn ray_returned(&mut self, core: u32, cycle: u64, cost: &RayCost) {}
+
+    /// The core takes the hits of a packet, which are in the order of its hit buffer.
+    fn packet_returned(&mut self, core: &CoreView<'_>, packet: u64, hits: &[HitRecord]) {}
+
+    /// A cache of the core, or of its T&I unit, sends a request to the memory.
+    fn requested(&mut self, core: &CoreView<'_>, request: &MemoryRequest) {}
+
+    /// The core has done one thing for a run of cycles that begins in this one.
+    fn ran(&mut self, core: &CoreView<'_>, run: &Run) {}
+
+    /// The core stands still from this cycle on.
+    fn stall_began(&mut self, core: &CoreView<'_>, stall: Stall) {}
+
+    /// The core does not stand still for this any more.
+    fn stall_ended(&mut self, core: &CoreView<'_>, stall: Stall) {}
+
+    /// The program of the core has ended.
+    fn halted(&mut self, core: &CoreView<'_>) {}
+
+    /// The frame is over, or was cancelled: the last event of the core, with all that it has counted.
+    fn finished(&mut self, core: &CoreView<'_>) {}
+}

@@ -1,0 +1,318 @@
+//! The cores of a system, their units and their memory under one clock.
+
+use srp_archdesc::watch::{Stage, Watch};
+use srp_archdesc::{Arch, ports};
+
+use super::core_bus::Shared;
+use super::core_unit::{CoreUnit, Periphery, State};
+use super::observer::{MemoryRequest, Requester, Stall};
+use super::tiles::TileQueue;
+use super::{Options, SystemError, Timing};
+use crate::core::Core;
+use crate::effect::Guard;
+use crate::memory::SystemMemory;
+use crate::memory::dram::Request;
+use crate::memory::path::{Clock, MemoryPath};
+use crate::scene_image::{FrameBuffer, SceneImage};
+use crate::tni::Client;
+
+/// Cycles without progress after which a frame is given up.
+pub const MAX_SILENCE: u64 = 4_000_000;
+
+/// Cycles after which cores that all wait are given up, where nothing is on the way to them.
+const MAX_STILLNESS: u64 = 64;
+
+/// SRP cycles between two looks at the outside.
+const REPORT_INTERVAL: u64 = 1 << 16;
+
+/// Who a request belongs to: this many numbers a core, of which the data cache has 0, the level-2
+/// cache 1, the texture cache 2, and the intersection units those after.
+const CLIENTS: u32 = 1 << 16;
+const DATA: u32 = 0;
+const TRV_L2: u32 = 1;
+const TEXTURE: u32 = 2;
+const IST: u32 = 3;
+
+/// A request as the memory has it, from this core.
+fn request_of(core: u32, request: &MemoryRequest) -> Request {
+    let client = match request.requester {
+        Requester::DataCache => DATA,
+        Requester::TextureCache => TEXTURE,
+        Requester::Tni(Client::TrvL2) => TRV_L2,
+        Requester::Tni(Client::IstL1(i)) => i + IST,
+    };
+    Request {
+        address: request.address,
+        bytes: request.bytes,
+        is_write: request.is_write,
+        source: core * CLIENTS + client,
+    }
+}
+
+/// A frame that is simulated.
+pub(super) struct Simulation<'a> {
+    pub(super) cores: Vec<CoreUnit>,
+    pub(super) shared: Shared<'a>,
+    pub(super) frame: FrameBuffer,
+    /// The bus and memory of all cores, or those of each core.
+    pub(super) paths: Vec<MemoryPath>,
+    /// Whether requests need not go to the memory, because it takes no time.
+    immediate: bool,
+    max_cycles: u64,
+    guard: Guard,
+    watch: &'a dyn Watch,
+}
+
+impl<'a> Simulation<'a> {
+    pub(super) fn new(
+        image: SceneImage,
+        engines: Vec<Box<dyn Core>>,
+        arch: &Arch,
+        options: Options<'a>,
+    ) -> Simulation<'a> {
+        let spec = &arch.system;
+        let mut sram = options.sram_image.to_vec();
+        sram.resize(spec.sram_bytes as usize, 0);
+        let (timing, observed) = (options.timing, options.observer.is_some());
+        let core = |(i, engine)| {
+            let sram = sram.clone();
+            CoreUnit::new(i, engine, spec, sram, image.tree, timing, observed)
+        };
+        let paths = if spec.dram.shared { 1 } else { engines.len() };
+        let tiles = options.tiles;
+        Simulation {
+            cores: (0..).zip(engines).map(core).collect(),
+            paths: (0..paths).map(|_| MemoryPath::new(spec)).collect(),
+            shared: Shared {
+                memory: image.memory,
+                tiles: tiles.unwrap_or_else(|| TileQueue::common(image.tiles)),
+                srp: Clock::new(spec.srp_mhz),
+                tni: Clock::new(spec.tni_mhz),
+                observer: options.observer,
+            },
+            frame: image.frame,
+            immediate: timing == Timing::Untimed,
+            max_cycles: options.max_cycles,
+            guard: options.guard,
+            watch: options.watch,
+        }
+    }
+
+    /// The memory as the cores have left it.
+    pub(super) fn into_memory(self) -> SystemMemory {
+        self.shared.memory
+    }
+
+    /// Runs until all cores have halted and everything is written, or the user has had enough.
+    /// Returns the SRP cycles.
+    pub(super) fn run(&mut self) -> Result<u64, SystemError> {
+        let watch = self.watch;
+        let stage = Stage::of(watch, "rendering", u64::from(self.shared.tiles.count()));
+        let mut told = 0;
+        let (mut srp, mut tni) = (0, 0);
+        let (mut last_progress, mut last_results, mut look_up) = (0, 0, 0);
+        while !self.is_over() {
+            let (srp_time, tni_time) = (self.shared.srp.start(srp), self.shared.tni.start(tni));
+            let time = srp_time.min(tni_time);
+            self.take_answers(time, tni);
+            if tni_time == time {
+                for core in &mut self.cores {
+                    core.tick_tni(tni, srp, &mut self.shared);
+                }
+                tni += 1;
+            }
+            if srp_time == time {
+                let moved = self.step(srp)?;
+                let results = self.cores.iter().map(|c| c.periphery.tni.results()).sum();
+                if moved || results != last_results || self.in_flight() > 0 {
+                    (last_progress, last_results) = (srp, results);
+                }
+                self.check_silence(srp, srp - last_progress)?;
+                srp += 1;
+                if srp >= look_up {
+                    look_up = srp + REPORT_INTERVAL;
+                    let taken = self.shared.tiles.taken();
+                    stage.done(u64::from(taken - told));
+                    told = taken;
+                    if watch.cancelled() {
+                        break;
+                    }
+                    if srp > self.max_cycles {
+                        return Err(SystemError::TooLong {
+                            cycles: self.max_cycles,
+                        });
+                    }
+                }
+            }
+            self.send_requests(time);
+            (srp, tni) = self.skip(srp, tni);
+        }
+        for core in &mut self.cores {
+            core.count_stall(srp);
+            self.shared
+                .tell(&core.periphery, srp, |o, core| o.finished(core));
+        }
+        let ends = self.cores.iter().map(|c| c.ready);
+        Ok(ends.fold(srp, u64::max))
+    }
+
+    /// SRP cycle `now` of all cores. Says whether any is at work.
+    fn step(&mut self, now: u64) -> Result<bool, SystemError> {
+        let mut moved = false;
+        for core in &mut self.cores {
+            moved |= core.step(now, &mut self.shared)?;
+            let hits = &core.periphery.ports.taken;
+            if !hits.is_empty()
+                && let Some(missing) = self.guard.check(hits)
+            {
+                return Err(SystemError::Effect {
+                    core: core.periphery.number,
+                    missing: missing.clone(),
+                });
+            }
+        }
+        Ok(moved)
+    }
+
+    pub(super) fn is_over(&self) -> bool {
+        self.cores
+            .iter()
+            .all(|c| c.state == State::Halted && c.periphery.tni.is_idle())
+            && self.in_flight() == 0
+    }
+
+    /// How many requests are on the way to the memory and back.
+    fn in_flight(&self) -> u32 {
+        self.paths.iter().map(MemoryPath::in_flight).sum()
+    }
+
+    fn take_answers(&mut self, time: u64, tni_cycle: u64) {
+        for path in &mut self.paths {
+            while let Some(answer) = path.answer(time) {
+                if answer.is_write {
+                    continue;
+                }
+                let core = &mut self.cores[(answer.source / CLIENTS) as usize];
+                let core = &mut core.periphery;
+                let address = answer.address;
+                match answer.source % CLIENTS {
+                    DATA => core.data.fill(address),
+                    TRV_L2 => core.tni.fill(tni_cycle, Client::TrvL2, address),
+                    TEXTURE => core.texture.lines.fill(address),
+                    i => core.tni.fill(tni_cycle, Client::IstL1(i - IST), address),
+                }
+            }
+        }
+    }
+
+    fn send_requests(&mut self, time: u64) {
+        let Simulation {
+            cores,
+            shared,
+            paths,
+            immediate,
+            ..
+        } = self;
+        let soon = time + shared.srp.start(1);
+        let count = paths.len();
+        for (i, core) in cores.iter_mut().enumerate() {
+            // A miss of a core that has run ahead is sent when its time has come.
+            let due = *immediate || shared.srp.start(core.ready) <= soon;
+            let core = &mut core.periphery;
+            let path = &mut paths[i % count];
+            let mut send = |core: &Periphery, request: MemoryRequest| {
+                let cycle = shared.srp.cycle_from(time);
+                shared.tell(core, cycle, |o, core| o.requested(core, &request));
+                if !*immediate {
+                    path.request(time, request_of(core.number, &request));
+                }
+            };
+            while due && let Some(request) = core.next_request() {
+                send(core, request);
+            }
+            while let Some(request) = core.next_line() {
+                send(core, request);
+            }
+        }
+    }
+
+    /// Leaves out cycles in which nothing can happen: no T&I unit has rays, and every core is
+    /// ahead, halted, or waits for the memory.
+    fn skip(&self, srp: u64, tni: u64) -> (u64, u64) {
+        let clocks = &self.shared;
+        let mut until = u64::MAX;
+        for core in &self.cores {
+            match core.state {
+                _ if !core.periphery.tni.is_idle() => return (srp, tni),
+                State::Waiting(_) => return (srp, tni),
+                State::Halted => {}
+                State::Running if core.ready > srp => {
+                    until = until.min(clocks.srp.start(core.ready - 1));
+                }
+                State::Stalled(_, stall) if core.periphery.stall() == Some(stall) => {}
+                State::Running | State::Stalled(..) => return (srp, tni),
+            }
+        }
+        let events = self.paths.iter().filter_map(MemoryPath::next_event);
+        until = events.fold(until, u64::min);
+        if until == u64::MAX {
+            return (srp, tni);
+        }
+        let srp = srp.max(clocks.srp.cycle_from(until));
+        (srp, tni.max(clocks.tni.cycle_from(until)))
+    }
+
+    fn check_silence(&self, cycle: u64, silence: u64) -> Result<(), SystemError> {
+        let idle = || self.cores.iter().all(|c| c.periphery.tni.is_idle());
+        if silence > MAX_SILENCE || (silence > MAX_STILLNESS && idle()) {
+            return Err(SystemError::Deadlock {
+                cycle,
+                waits: self.waits(),
+            });
+        }
+        Ok(())
+    }
+
+    fn waits(&self) -> String {
+        let mut text = String::new();
+        for (i, core) in self.cores.iter().enumerate() {
+            let what = match core.state {
+                State::Running => "runs".to_owned(),
+                State::Halted => "has ended".to_owned(),
+                State::Stalled(since, stall) => {
+                    let cache = match stall {
+                        Stall::Data => "data",
+                        Stall::Texture => "texture",
+                    };
+                    format!("waits for its {cache} cache since cycle {since}")
+                }
+                State::Waiting(port) => format!("waits for port {port} ({})", port_name(port)),
+            };
+            text.push_str(&format!(
+                "  core {i} {what}; its T&I unit: {}\n",
+                core.periphery.tni.describe_state()
+            ));
+        }
+        let in_flight = self.in_flight();
+        text.push_str(&format!("  {in_flight} memory requests are on the way"));
+        text
+    }
+}
+
+/// What a port is, in words.
+pub(super) fn port_name(port: u32) -> &'static str {
+    match port {
+        ports::TILE => "next tile",
+        ports::TNI_RAYS => "ray buffer",
+        ports::TNI_HITS => "hit buffer",
+        ports::TNI_START => "room for a submission",
+        ports::TNI_DONE => "a finished submission",
+        ports::TNI_SHADOW_MISSES => "shadow misses",
+        ports::TNI_OTHER_HITS => "other hits",
+        ports::TNI_OTHER_MISSES => "other misses",
+        ports::CORE => "core number",
+        ports::PUTCHAR => "output",
+        ports::EXIT => "exit",
+        _ => "which does not exist",
+    }
+}

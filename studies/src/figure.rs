@@ -1,0 +1,108 @@
+//! Figures: what is measured, as a type, with its value and interval. Names and units are for whoever shows
+//! or writes them.
+
+use std::fmt;
+
+use serde::ser::SerializeStruct;
+use serde::{Serialize, Serializer};
+
+use crate::survey::Estimate;
+
+/// What is measured. It is shown by its name.
+pub trait Quantity: Clone + PartialEq + fmt::Debug + fmt::Display {
+    /// Its unit.
+    fn unit(&self) -> Unit;
+}
+
+/// The unit of a quantity. It is shown, and written, as its symbol.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// None: a number, or a ratio of numbers. Its symbol is empty.
+    Number,
+    /// A part of a whole, in %. Its errors are differences, those of others are ratios.
+    Percent,
+    /// Cycles of the SRP's clock.
+    Cycles,
+    /// Cycles of the T&I unit's clock.
+    TniCycles,
+    /// ms.
+    Milliseconds,
+    /// ns.
+    Nanoseconds,
+    /// 10⁶ rays a second.
+    MraysPerSecond,
+    /// 10⁹ bytes a second.
+    GigabytesPerSecond,
+}
+
+impl fmt::Display for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Unit::Number => "",
+            Unit::Percent => "%",
+            Unit::Cycles => "cycles",
+            Unit::TniCycles => "T&I cycles",
+            Unit::Milliseconds => "ms",
+            Unit::Nanoseconds => "ns",
+            Unit::MraysPerSecond => "Mrays/s",
+            Unit::GigabytesPerSecond => "GB/s",
+        })
+    }
+}
+
+impl Serialize for Unit {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+/// A quantity with its value and interval.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure<Q> {
+    /// What is measured.
+    pub quantity: Q,
+    /// Its value and interval.
+    pub estimate: Estimate,
+}
+
+impl<Q: Quantity> Serialize for Figure<Q> {
+    /// As an object with `name`, `unit`, `value` and `half_width`.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut figure = serializer.serialize_struct("Figure", 4)?;
+        figure.serialize_field("name", &self.quantity.to_string())?;
+        figure.serialize_field("unit", &self.quantity.unit())?;
+        figure.serialize_field("value", &self.estimate.value)?;
+        figure.serialize_field("half_width", &self.estimate.half_width)?;
+        figure.end()
+    }
+}
+
+/// Writes a quantity as its name.
+///
+/// # Errors
+///
+/// Those of the serializer.
+pub fn name<Q: Quantity, S: Serializer>(quantity: &Q, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(quantity)
+}
+
+/// Writes a quantity as an object with `name` and `unit`, which may be flattened.
+///
+/// # Errors
+///
+/// Those of the serializer.
+pub fn name_and_unit<Q: Quantity, S: Serializer>(
+    quantity: &Q,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    let mut object = serializer.serialize_struct("Quantity", 2)?;
+    object.serialize_field("name", &quantity.to_string())?;
+    object.serialize_field("unit", &quantity.unit())?;
+    object.end()
+}
+
+/// The estimate of a quantity, where it is among these figures.
+pub fn estimate_of<Q: Quantity>(figures: &[Figure<Q>], quantity: &Q) -> Option<Estimate> {
+    let figure = figures.iter().find(|f| f.quantity == *quantity);
+    figure.map(|f| f.estimate)
+}
