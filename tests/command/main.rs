@@ -274,7 +274,7 @@ fn schedules_that_break_rules_are_refused() {
         "<launch ",
         "<jump to=\"b0\"/></bundle><bundle id=\"more\"><launch ",
     );
-    refused(&folder, &run, &[rules, "bundle b", "(Control)"]);
+    refused(&folder, &run, &[rules, "bundle b", "(ControlFlow)"]);
     write(&folder, "wrong.sched.xml", &right);
     let status = srp(&folder, &run).status.code();
     assert_eq!(status, Some(0), "nothing was wrong with it");

@@ -62,7 +62,8 @@ pub enum Place {
 pub enum Rule {
     /// Numbers name things that exist: bundles, units, links, registers of a file, kernels, nodes.
     Range,
-    /// An operation has the operands, the immediate and the result of the opcode table.
+    /// An operation has the operands, the immediate and the result of the opcode table; a dataflow graph
+    /// is valid (`Dfg::verify`).
     Form,
     /// Each node of a loop is placed exactly once, in its place of the list; everything else is a
     /// move of a value. Each operation of a stretch of VLIW code is in exactly one of its bundles.
@@ -74,11 +75,11 @@ pub enum Rule {
     /// A value fits in every unit, link and register that it passes.
     Width,
     /// A value takes only ways that the machine has: readers and writers of files, links.
-    Path,
+    Routing,
     /// A context has room for its constants of words and vectors.
     Constants,
     /// A unit issues nothing for `interval` cycles from an issue on.
-    Unit,
+    IssueInterval,
     /// A shared resource is not used more often in a cycle than there are of it.
     Resource,
     /// No more distinct registers of a file are read in a cycle than it has ports.
@@ -89,7 +90,7 @@ pub enum Rule {
     Collision,
     /// A bundle has at most one control transfer, none while another's delay runs, and a free unit
     /// of class branch for it; code does not run into the next function or off the end.
-    Control,
+    ControlFlow,
     /// When a launch, or the target of a call or return, begins, no result is in flight and no unit
     /// is taken.
     InFlight,
@@ -97,9 +98,9 @@ pub enum Rule {
     Undefined,
     /// An operand finds the value that the dataflow graph asks for, of the right iteration; in VLIW
     /// code the one that it has in sequence.
-    Value,
+    Dataflow,
     /// Memory accesses keep the order of the dataflow graph, or that of the sequence.
-    Order,
+    MemoryOrder,
     /// Live-in values and registers set at entry fit the dataflow graph and do not meet.
     LiveIn,
     /// Live-out values of the last iteration stand in their registers at the end.

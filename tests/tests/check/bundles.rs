@@ -20,17 +20,17 @@ type Kind = (&'static str, Harm, &'static [Rule], Damage);
 
 /// Rules that a change of times may break.
 const TIMES: &[Rule] = &[
-    Rule::Value,
-    Rule::Order,
+    Rule::Dataflow,
+    Rule::MemoryOrder,
     Rule::Placement,
-    Rule::Unit,
+    Rule::IssueInterval,
     Rule::Resource,
     Rule::ReadPorts,
     Rule::WritePorts,
     Rule::Collision,
     Rule::InFlight,
     Rule::Undefined,
-    Rule::Control,
+    Rule::ControlFlow,
     Rule::Class,
 ];
 
@@ -56,7 +56,7 @@ const KINDS: &[Kind] = &[
     (
         "a transfer a cycle early or late",
         Harm::Always,
-        &[Rule::Control],
+        &[Rule::ControlFlow],
         transfer_moved,
     ),
     (
@@ -104,19 +104,19 @@ const KINDS: &[Kind] = &[
     (
         "a transfer to elsewhere",
         Harm::Always,
-        &[Rule::Control],
+        &[Rule::ControlFlow],
         other_target,
     ),
     (
         "a branch the other way",
         Harm::Always,
-        &[Rule::Control],
+        &[Rule::ControlFlow],
         other_sense,
     ),
     (
         "a transfer by another register",
         Harm::Always,
-        &[Rule::Control],
+        &[Rule::ControlFlow],
         other_transfer_register,
     ),
 ];
@@ -385,7 +385,7 @@ fn slower_machines_are_noticed() {
             let violations = check_sequence(&case.right, &case.sequence, &arch.srp);
             let late = violations
                 .iter()
-                .any(|v| matches!(v.rule, Rule::Value | Rule::InFlight));
+                .any(|v| matches!(v.rule, Rule::Dataflow | Rule::InFlight));
             assert!(late, "{} with a slower {class}: {violations:?}", arch.name);
         }
     }

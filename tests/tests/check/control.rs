@@ -181,7 +181,7 @@ fn operations_of_the_wrong_form() {
         let reg = Reg { file, index: 0 };
         word.map(|i| op.srcs[i] = Src::Reg(reg)).is_some()
     });
-    each_op(Rule::Path, |dre, bundle, op, arch| {
+    each_op(Rule::Routing, |dre, bundle, op, arch| {
         let local = arch.srp.files.iter().find(|(_, f)| f.name.ends_with("_s"));
         let (file, _) = local.expect("a local file");
         let dst = dre.bundles[bundle].ops[op].dst.as_mut();
@@ -251,7 +251,7 @@ fn machines_with_less() {
     );
     less(
         &|arch| class(arch, Class::Alu, &|op| op.interval += 1),
-        Rule::Unit,
+        Rule::IssueInterval,
     );
     less(
         &|arch| class(arch, Class::Load, &|op| op.interval += 30),
@@ -293,13 +293,13 @@ fn transfers_that_go_wrong() {
             expect(&change(Some(branch)), &arch, Rule::Undefined);
         }
         if matches!(control, Control::Return(_) | Control::Halt(_)) {
-            expect(&change(None), &arch, Rule::Control);
+            expect(&change(None), &arch, Rule::ControlFlow);
         }
         let mut broken = right.clone();
         let next = Bundle::new(bundle.index() + 1);
         if !matches!(control, Control::Halt(_)) {
             broken.bundles[next].control = Some((control.clone(), Pos::nowhere()));
-            expect(&broken, &arch, Rule::Control);
+            expect(&broken, &arch, Rule::ControlFlow);
         }
         // The only slot with a branch unit does something else.
         let branches = |fu: &Fu| arch.srp.fus[*fu].op(Class::Branch).is_some();
@@ -322,7 +322,7 @@ fn transfers_that_go_wrong() {
             }),
             pos: Pos::nowhere(),
         });
-        expect(&broken, &arch, Rule::Control);
+        expect(&broken, &arch, Rule::ControlFlow);
     }
 }
 

@@ -154,8 +154,10 @@ fn machines_with_less_are_noticed() {
         (Rule::Constants, |arch| {
             arch.srp.fus.values_mut().for_each(|fu| fu.constants = 0)
         }),
-        (Rule::Unit, |arch| slow(arch, |op| op.interval += 40)),
-        (Rule::Value, |arch| {
+        (Rule::IssueInterval, |arch| {
+            slow(arch, |op| op.interval += 40)
+        }),
+        (Rule::Dataflow, |arch| {
             slow(arch, |op| op.latency += u32::from(op.class == Class::Load))
         }),
     ];

@@ -66,10 +66,18 @@ impl Checker<'_> {
     fn numbers(&mut self, number: Placed, op: &PlacedOp) {
         let dfg = &self.schedule.dfg;
         let Some(unit) = self.srp.fus.get(op.fu) else {
-            return self.report_op(number, Rule::Range, format!("unit {} is none", op.fu));
+            return self.report_op(
+                number,
+                Rule::Range,
+                format!("unit {} does not exist", op.fu),
+            );
         };
         let Some(data) = dfg.nodes.get(op.node) else {
-            return self.report_op(number, Rule::Range, format!("node {} is none", op.node));
+            return self.report_op(
+                number,
+                Rule::Range,
+                format!("node {} does not exist", op.node),
+            );
         };
         if op.is_move && data.op.result().is_none() {
             let message = format!("{} has no value to move", op.node);
@@ -103,7 +111,11 @@ impl Checker<'_> {
             .into_iter()
             .any(|link| self.srp.links.get(link).is_none())
         {
-            self.report_op(number, Rule::Range, "reads over no link".to_owned());
+            self.report_op(
+                number,
+                Rule::Range,
+                "reads over a link that does not exist".to_owned(),
+            );
         }
         let read = op.operands.iter().filter_map(|source| match source {
             Source::Reg { reg, .. } => Some(*reg),
@@ -121,7 +133,7 @@ impl Checker<'_> {
     /// What is wrong with a register as an iteration names it.
     fn register_fault(&self, at: RegAt) -> Option<String> {
         let Some(file) = self.srp.files.get(at.file) else {
-            return Some(format!("file {} is none", at.file));
+            return Some(format!("file {} does not exist", at.file));
         };
         let fits = match file.kind {
             FileKind::Rotating => at.ring == 1 && at.index < file.size,
@@ -217,7 +229,7 @@ impl Checker<'_> {
             match way {
                 None => {
                     let message = format!("{} is transferred where no way leads", transfer.node);
-                    self.report(Rule::Path, message);
+                    self.report(Rule::Routing, message);
                 }
                 Some(way) if way.width < ty.bits() => {
                     let message = format!("{} is too wide for its transfer", transfer.node);
@@ -233,7 +245,7 @@ impl Checker<'_> {
             let later = time(order.to) + i64::from(schedule.ii) * i64::from(order.distance);
             if later < time(order.from) + wait {
                 let message = format!("{} comes too early after {}", order.to, order.from);
-                self.report(Rule::Order, message);
+                self.report(Rule::MemoryOrder, message);
             }
         }
     }
@@ -284,7 +296,7 @@ impl Checker<'_> {
             match path {
                 None => {
                     let message = format!("{unit} cannot read {place} that way");
-                    self.report_op(number, Rule::Path, message);
+                    self.report_op(number, Rule::Routing, message);
                 }
                 Some(path) if path.width < ty.bits() => {
                     let message = format!("a value of type {ty} does not fit from {place}");
@@ -318,7 +330,7 @@ impl Checker<'_> {
             let file = &self.srp.files[at.file];
             if !self.graph.writes[op.fu].contains(&self.graph.file[at.file]) {
                 let message = format!("{} cannot write {}", self.srp.fus[op.fu].name, file.name);
-                self.report_op(number, Rule::Path, message);
+                self.report_op(number, Rule::Routing, message);
             }
             if !file.holds(ty) {
                 let message = format!("does not fit in {}", file.name);
@@ -326,7 +338,7 @@ impl Checker<'_> {
             }
             if !files.insert(at.file) {
                 let message = format!("writes two registers of {}", file.name);
-                self.report_op(number, Rule::Path, message);
+                self.report_op(number, Rule::Routing, message);
             }
         }
     }

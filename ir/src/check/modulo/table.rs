@@ -35,7 +35,7 @@ impl Checker<'_> {
                 if let Some(other) = units.insert((op.fu, slot), number) {
                     let name = &self.srp.fus[op.fu].name;
                     let message = format!("{name} is taken by operation {other} as well");
-                    self.report_op(number, Rule::Unit, message);
+                    self.report_op(number, Rule::IssueInterval, message);
                 }
             }
             for cycle in 0..how.interval {

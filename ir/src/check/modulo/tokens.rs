@@ -258,7 +258,7 @@ impl<'a> Run<'a> {
                     let message = format!(
                         "operand {i} in iteration {iteration} is {found} instead of {wanted}"
                     );
-                    self.report(Some(op), Rule::Value, message);
+                    self.report(Some(op), Rule::Dataflow, message);
                 }
             }
         }
@@ -311,7 +311,7 @@ impl<'a> Run<'a> {
             let found = show(token);
             let message =
                 format!("a move of {node} in iteration {iteration} finds {found} instead");
-            self.report(op, Rule::Value, message);
+            self.report(op, Rule::Dataflow, message);
         }
     }
 

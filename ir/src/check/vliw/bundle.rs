@@ -149,7 +149,10 @@ impl Checker<'_> {
             self.report(Rule::Width, message);
         }
         if file.kind != FileKind::Central {
-            self.report(Rule::Path, format!("{} is not a central file", file.name));
+            self.report(
+                Rule::Routing,
+                format!("{} is not a central file", file.name),
+            );
         }
         if let Some((fu, side)) = unit {
             let (list, verb) = match side {
@@ -158,7 +161,7 @@ impl Checker<'_> {
             };
             if !list.contains(&fu) {
                 let name = &self.srp.fus[fu].name;
-                self.report(Rule::Path, format!("{name} cannot {verb} {}", file.name));
+                self.report(Rule::Routing, format!("{name} cannot {verb} {}", file.name));
             }
         }
     }

@@ -168,7 +168,7 @@ impl Flow<'_> {
         };
         let branch = self.branch_unit(at, &used, &mut state);
         if node.pending.is_some() {
-            self.report(at, Rule::Control, || {
+            self.report(at, Rule::ControlFlow, || {
                 "a transfer while the delay of another runs".to_owned()
             });
             state.advance(|reg| self.number(reg));
@@ -194,7 +194,7 @@ impl Flow<'_> {
         let name = &self.srp.fus[fu].name;
         if state.busy.contains_key(&fu) {
             let message = format!("{name} is still busy with an operation before");
-            self.report(at, Rule::Unit, || message);
+            self.report(at, Rule::IssueInterval, || message);
         }
         state.busy.insert(fu, how.interval);
         for &resource in &how.uses {
@@ -238,7 +238,7 @@ impl Flow<'_> {
         });
         match slot {
             Some((fu, ref how)) => self.unit(at, fu, how, state),
-            None => self.report(at, Rule::Control, || {
+            None => self.report(at, Rule::ControlFlow, || {
                 "no unit of class branch is free".to_owned()
             }),
         }
@@ -285,12 +285,12 @@ impl Flow<'_> {
         };
         match pending {
             None | Some((_, 1..)) if self.dre.bundles.get(next).is_none() => {
-                self.report(Place::Bundle(node.bundle), Rule::Control, || {
+                self.report(Place::Bundle(node.bundle), Rule::ControlFlow, || {
                     "the code runs off its end".to_owned()
                 });
             }
             None if self.entries.contains(&next) || next == self.dre.start => {
-                self.report(Place::Bundle(node.bundle), Rule::Control, || {
+                self.report(Place::Bundle(node.bundle), Rule::ControlFlow, || {
                     "the code runs into the next function".to_owned()
                 });
             }

@@ -118,7 +118,7 @@ impl Checker<'_> {
         if at_exit != wanted_by_exit {
             let cycle = self.exit_cycle().unwrap_or(0);
             let message = "the transfer reads its register too early or too late".to_owned();
-            self.report(cycle, Rule::Value, message);
+            self.report(cycle, Rule::Dataflow, message);
         }
         if let Some(link) = self.stretch.exit.as_ref().and_then(control_write) {
             in_sequence.0.insert(link, Token::Link);
@@ -131,7 +131,11 @@ impl Checker<'_> {
         {
             let name = &self.srp.files[reg.file].name;
             let message = format!("{name}[{}] is left with another value", reg.index);
-            self.report(self.stretch.bundles.saturating_sub(1), Rule::Value, message);
+            self.report(
+                self.stretch.bundles.saturating_sub(1),
+                Rule::Dataflow,
+                message,
+            );
         }
         self.memory(&wanted, &issues);
     }
@@ -170,7 +174,7 @@ impl Checker<'_> {
                 .filter(|_| expected == Some(cycle));
             if control != wanted {
                 let message = "not the transfer that belongs here".to_owned();
-                self.report(cycle, Rule::Control, message);
+                self.report(cycle, Rule::ControlFlow, message);
             }
         }
     }
@@ -263,7 +267,7 @@ impl Checker<'_> {
                 let name = self.stretch.steps[i].op.name();
                 let message =
                     format!("operand {k} of `{name}` is not the value it has in sequence");
-                self.report(issue.cycle, Rule::Value, message);
+                self.report(issue.cycle, Rule::Dataflow, message);
             }
         }
     }
@@ -285,7 +289,7 @@ impl Checker<'_> {
                     let name = |access: &Access| self.stretch.steps[access.step].op.name();
                     let (a, b) = (name(first), name(second));
                     let message = format!("`{b}` comes too early after `{a}`");
-                    self.report(after.cycle, Rule::Order, message);
+                    self.report(after.cycle, Rule::MemoryOrder, message);
                 }
             }
         }

@@ -12,12 +12,12 @@ use srp_ir::program::Bits;
 
 /// Rules that a change of times may break.
 const TIMES: &[Rule] = &[
-    Rule::Value,
-    Rule::Order,
+    Rule::Dataflow,
+    Rule::MemoryOrder,
     Rule::LiveOut,
     Rule::Contexts,
     Rule::Collision,
-    Rule::Unit,
+    Rule::IssueInterval,
     Rule::Resource,
     Rule::ReadPorts,
     Rule::WritePorts,
@@ -39,19 +39,19 @@ pub(super) const KINDS: &[Kind] = &[
     (
         "a memory access out of order",
         Harm::Always,
-        &[Rule::Order],
+        &[Rule::MemoryOrder],
         out_of_order,
     ),
     (
         "two operations in a slot",
         Harm::Always,
-        &[Rule::Unit],
+        &[Rule::IssueInterval],
         same_slot,
     ),
     (
         "a move in a taken slot",
         Harm::Always,
-        &[Rule::Unit],
+        &[Rule::IssueInterval],
         move_in_slot,
     ),
     (

@@ -12,8 +12,8 @@ use srp_ir::dre::scheduled::{PlacedOp, PlacedTransfer, RegAt, Source};
 
 /// Rules that a wrong way may break.
 const WAYS: &[Rule] = &[
-    Rule::Value,
-    Rule::Path,
+    Rule::Dataflow,
+    Rule::Routing,
     Rule::Width,
     Rule::LiveOut,
     Rule::Collision,
@@ -27,7 +27,7 @@ pub(super) const KINDS: &[Kind] = &[
     (
         "a link to another unit",
         Harm::Always,
-        &[Rule::Path],
+        &[Rule::Routing],
         wrong_link,
     ),
     (
@@ -81,13 +81,13 @@ pub(super) const KINDS: &[Kind] = &[
     (
         "a file that the unit cannot write",
         Harm::Always,
-        &[Rule::Path],
+        &[Rule::Routing],
         wrong_file,
     ),
     (
         "a file that the unit cannot read",
         Harm::Always,
-        &[Rule::Path],
+        &[Rule::Routing],
         unreadable_file,
     ),
     (
@@ -99,7 +99,7 @@ pub(super) const KINDS: &[Kind] = &[
     (
         "two registers of a file at once",
         Harm::Always,
-        &[Rule::Path],
+        &[Rule::Routing],
         two_registers,
     ),
     (

@@ -11,7 +11,7 @@ use srp_ir::program::Bits;
 
 /// Rules that a wrong register may break.
 const REGISTERS: &[Rule] = &[
-    Rule::Value,
+    Rule::Dataflow,
     Rule::LiveIn,
     Rule::LiveOut,
     Rule::Collision,
@@ -80,10 +80,15 @@ pub(super) const KINDS: &[Kind] = &[
     (
         "a predicate turned round",
         Harm::Always,
-        &[Rule::Value],
+        &[Rule::Dataflow],
         predicate,
     ),
-    ("another constant", Harm::Always, &[Rule::Value], constant),
+    (
+        "another constant",
+        Harm::Always,
+        &[Rule::Dataflow],
+        constant,
+    ),
     (
         "an operand of another operation",
         Harm::Perhaps,
@@ -154,8 +159,8 @@ pub(super) const KINDS: &[Kind] = &[
 
 /// Rules that any wrong operand may break.
 const ANY: &[Rule] = &[
-    Rule::Value,
-    Rule::Path,
+    Rule::Dataflow,
+    Rule::Routing,
     Rule::Width,
     Rule::Form,
     Rule::Constants,
