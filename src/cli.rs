@@ -13,7 +13,8 @@ mod scene;
 pub(crate) use accuracy::Accuracy;
 pub(crate) use cache::{Cache, CacheAction};
 pub(crate) use compiling::{
-    Compile, ErrorFormat, Feature, Form, Loops, Report, Run, RunEngine, Source, fast_math,
+    Compile, ErrorFormat, Feature, Form, Loops, Report, Reported, Run, RunEngine, Source, Watch,
+    fast_math,
 };
 pub(crate) use fidelity::{FidelityTable, Level, TableForm};
 pub(crate) use hard::HardCases;
@@ -82,6 +83,8 @@ pub(crate) enum Command {
     Run(Run),
     /// Report the initiation interval of every loop, and what sets it.
     Report(Report),
+    /// Report again whenever a file is saved, what got better or worse first.
+    Watch(Watch),
     /// Run T&I units alone on rays, and account for every cycle.
     Tni(Tni),
     /// Hold the T&I units against the figures of the SGRT paper.

@@ -2,19 +2,22 @@
 
 use crate::cli::{self, Compile, Form};
 use crate::failure::Failure;
+use crate::talk::CONSOLE;
 use crate::{diagnostics, files, interrupt, report, talk};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Source;
 use srp_archdesc::entity::EntityMap;
+use srp_archdesc::watch::Stage;
 use srp_csimgen::{emit, link};
 use srp_ir::dre::{self, Dre};
-use srp_ir::pass::Remark;
-use srp_ir::program::SourceFile;
+use srp_ir::pass::{Pass, Remark};
+use srp_ir::program::{Program, SourceFile};
 use srp_studies::loops::{self, LoopReport, NotPipelined, Subject};
 use srp_toolchain::{
-    Compiled, Input, Options, Session, compile, divide, front_end, input, machine, optimise,
-    syntax_tree,
+    Compiled, Input, Options, Session, Timed, Times, compile, divide, front_end, input, machine,
+    run_passes, syntax_tree,
 };
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Runs `srp compile`.
@@ -22,8 +25,54 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
     let arch = machine::read(&args.compilation.machine.machine)?;
     let options = args.compilation.options()?;
     let source = &args.compilation.source;
-    let session = &talk::session();
-    let mut input = input::read(&args.files, &arch)?;
+    let (passes, are_usual) = args.passes.chosen()?;
+    let goes_on = |form: &Form| !matches!(form, Form::Ast | Form::Ir);
+    let goes_on = args.emit.iter().any(goes_on) || source.remarks_passes();
+    if !are_usual && (goes_on || !args.loops.loops.is_empty()) {
+        return Err(Failure::Usage(
+            "without the usual passes a program has no form beyond --emit ast,ir".to_owned(),
+        ));
+    }
+    let timed = Timed::new(&CONSOLE);
+    let session = &Session {
+        watch: &timed,
+        ..talk::session()
+    };
+    forms(args, &passes, &arch, &options, session)?;
+    if args.json {
+        talk::print(seconds(&timed.times())?)?;
+    }
+    interrupt::end_if_requested()
+}
+
+/// The seconds of each stage and loop, as JSON.
+fn seconds(times: &Times) -> Result<String, Failure> {
+    let stages = times
+        .stages
+        .iter()
+        .map(|(name, time)| (*name, time.as_secs_f64()));
+    let loops = times
+        .items
+        .iter()
+        .map(|(name, time)| (name.as_str(), time.as_secs_f64()));
+    let json = serde_json::json!({
+        "stages": stages.collect::<BTreeMap<_, _>>(),
+        "loops": loops.collect::<BTreeMap<_, _>>(),
+    });
+    let text = serde_json::to_string_pretty(&json).map_err(Failure::message)?;
+    Ok(text + "\n")
+}
+
+/// Writes the forms that are asked for, and compiles as far as that takes.
+fn forms(
+    args: &Compile,
+    passes: &[&Pass],
+    arch: &Arch,
+    options: &Options,
+    session: &Session<'_>,
+) -> Result<(), Failure> {
+    let source = &args.compilation.source;
+    let mut input = input::read(&args.files, arch)?;
     files::make_folder(&args.output)?;
     let loops = report::Loops::to(&args.loops.loops)?;
     let out = Output {
@@ -34,14 +83,25 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
 
     if let Input::C(sources) = &input {
         // Everything that is wrong is said by the compilation, once.
-        let compiled = front_end(sources, &arch, &options);
+        let mut shown = String::new();
+        let stage = Stage::unknown(session.watch, "front end");
+        let compiled = front_end(sources, arch, options);
+        drop(stage);
         let (mut program, warnings) =
             compiled.map_err(|e| diagnostics::failure(e, source.error_format))?;
         talk::say_all(&diagnostics::show(&warnings, source.error_format));
         if wants(Form::Ast) {
-            write_trees(&out, sources, &arch, &options)?;
+            write_trees(&out, sources, arch, options)?;
         }
-        let remarks = optimise(&mut program, &arch, &options);
+        let mut after = |pass: &Pass, program: &Program| {
+            if args.passes.shows(pass) {
+                shown += &format!("; after {}\n{}\n", pass.name, srp_ir::text::write(program));
+            }
+        };
+        let stage = Stage::unknown(session.watch, "passes");
+        let remarks = run_passes(&mut program, passes, arch, options, &mut after);
+        drop(stage);
+        talk::print(shown)?;
         say_changed_results(&program.files, &remarks, source);
         input = Input::Ir(Box::new(program));
     } else if wants(Form::Ast) {
@@ -63,11 +123,11 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
         || !args.loops.loops.is_empty()
         || source.remarks_passes();
     if !scheduled {
-        return write_divided_alone(&out, input, &arch, wants(Form::Dfg), wants(Form::Dre));
+        return write_divided_alone(&out, input, arch, wants(Form::Dfg), wants(Form::Dre));
     }
-    let compiled = interrupt::looked_for(|| compile(input, &arch, &options, session))?;
-    say_not_pipelined(&compiled, &arch, source.remarks_passes(), session)?;
-    loops.write(&compiled, &arch, session)?;
+    let compiled = interrupt::looked_for(|| compile(input, arch, options, session))?;
+    say_not_pipelined(&compiled, arch, source.remarks_passes(), session)?;
+    loops.write(&compiled, arch, session)?;
     if wants(Form::Dfg) || wants(Form::Dre) {
         match &compiled.dre {
             Some(dre) => write_divided(&out, dre, wants(Form::Dfg), wants(Form::Dre))?,
@@ -81,11 +141,10 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
     write_scheduled(
         &out,
         &compiled,
-        &arch,
+        arch,
         wants(Form::Schedule),
         wants(Form::Rust),
-    )?;
-    interrupt::end_if_requested()
+    )
 }
 
 /// Says which loops a pragma has asked for in vain; with `-Rpass`, of every loop whether it runs on
@@ -134,7 +193,7 @@ pub(crate) fn compile_and_say(
 }
 
 /// Says of each place where fast math changes a result.
-fn say_changed_results(
+pub(crate) fn say_changed_results(
     files: &EntityMap<SourceFile, String>,
     remarks: &[Remark],
     source: &cli::Source,

@@ -52,6 +52,7 @@ fn main() -> ExitCode {
         Command::Compile(args) => compile::run(args).map(|()| 0),
         Command::Run(args) => run::run(args),
         Command::Report(args) => report::run(args),
+        Command::Watch(args) => report::watch::run(args),
         Command::Paper(args) => paper::run(args).map(|()| 0),
         Command::Area(args) => area::run(args).map(|()| 0),
         Command::Units(args) => units::run(args).map(|()| 0),

@@ -4,9 +4,12 @@ use crate::cli::{self, Render};
 use crate::failure::Failure;
 use crate::fidelity::{Shot, frame_text, sampled_text};
 use crate::{compile, files, interrupt, report, scenes, talk};
+use serde::Serialize;
+use srp_runtime::picture::Picture;
+use srp_runtime::scene_image::SceneImage;
 use srp_runtime::system;
-use srp_studies::fidelity::Fidelity;
-use srp_toolchain::{Engines, system_options};
+use srp_studies::fidelity::{self, Fidelity, FrameFigure, Untimed};
+use srp_toolchain::{Engines, Frame, Session, system_options};
 
 /// Runs `srp render`.
 pub(crate) fn run(args: &Render) -> Result<(), Failure> {
@@ -15,7 +18,10 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         files::check_writable(report)?;
     }
     let loops = report::Loops::to(&args.loops.loops)?;
-    let session = &talk::session();
+    let session = &Session {
+        threads: cli::threads(args.threads),
+        ..talk::session()
+    };
     let frame = scenes::frame(
         &args.frame,
         Some(&args.building),
@@ -26,6 +32,9 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     // A frame that is refused is so before kernels are compiled for it.
     let image = frame.image()?;
     let kernels = args.kernels.as_deref();
+    if args.level.fidelity == Fidelity::Functional && args.loops.loops.is_empty() {
+        return without_clock(&frame, &image, args, session);
+    }
     let compiled = interrupt::looked_for(|| frame.build.compile(kernels, &frame.arch, session))?;
     talk::say_all(&compiled.messages.render(talk::colour()));
     compile::say_not_pipelined(&compiled, &frame.arch, false, session)?;
@@ -61,14 +70,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     if report.complete {
         files::write(&args.output, &picture.png())?;
     }
-    let json = || match serde_json::to_string_pretty(&report) {
-        Ok(text) => Ok(format!("{text}\n")),
-        Err(e) => Err(Failure::message(e)),
-    };
-    if let Some(path) = &args.report {
-        files::write(path, json()?.as_bytes())?;
-    }
-    talk::print(if args.json { json()? } else { report.text() })?;
+    show(args, &report, report.text())?;
     if !report.complete {
         return Err(Failure::Interrupted);
     }
@@ -76,35 +78,51 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     Ok(())
 }
 
+/// A frame of which only the picture and the counts are wanted: its kernels are not even scheduled.
+fn without_clock(
+    frame: &Frame,
+    image: &SceneImage,
+    args: &Render,
+    session: &Session<'_>,
+) -> Result<(), Failure> {
+    let (program, warnings) = (frame.build).program(args.kernels.as_deref(), &frame.arch)?;
+    talk::say_all(&warnings.render(talk::colour()));
+    let run = || fidelity::untimed(image, &program, &frame.arch, &frame.guard, session);
+    let Untimed { picture, figures } = interrupt::looked_for(run)?;
+    show_whole(args, &picture, &figures)
+}
+
 /// A frame at a level without an account of every cycle.
 fn cheaply(shot: &Shot<'_>, args: &Render) -> Result<(), Failure> {
     let level = args.level.fidelity;
-    let pretty =
-        |value: serde_json::Result<String>| value.map(|text| text + "\n").map_err(Failure::message);
-    let (json, text) = if level == Fidelity::Sampled {
+    if level == Fidelity::Sampled {
         let (sampled, _) = shot.sampled(args.level.seed, args.level.error)?;
-        let json = pretty(serde_json::to_string_pretty(&sampled))?;
-        (json, sampled_text(&sampled, shot.size))
-    } else {
-        let whole = shot.whole(level)?;
-        files::write(&args.output, &whole.picture.png())?;
-        let shown = level == Fidelity::Analytic;
-        let figures: Vec<_> = (whole.figures.iter())
-            .filter(|f| shown || f.quantity.is_count())
-            .collect();
-        let json = serde_json::json!({ "fidelity": level.name(), "figures": figures });
-        let json = pretty(serde_json::to_string_pretty(&json))?;
-        (json, frame_text(level, shot.size, &whole.figures))
-    };
+        show(args, &sampled, sampled_text(&sampled, shot.size))?;
+        talk::say("note: a sample has no picture; --fidelity functional makes the whole one");
+        return Ok(());
+    }
+    let whole = shot.whole(level)?;
+    show_whole(args, &whole.picture, &whole.figures)
+}
+
+/// Writes the picture of a frame, and shows its figures: without a clock, only those that are counts.
+fn show_whole(args: &Render, picture: &Picture, figures: &[FrameFigure]) -> Result<(), Failure> {
+    files::write(&args.output, &picture.png())?;
+    let level = args.level.fidelity;
+    let known = |f: &&FrameFigure| level != Fidelity::Functional || f.quantity.is_count();
+    let figures: Vec<FrameFigure> = figures.iter().filter(known).cloned().collect();
+    let json = serde_json::json!({ "fidelity": level.name(), "figures": figures });
+    show(args, &json, frame_text(level, args.size, &figures))?;
+    talk::say(args.output.display());
+    Ok(())
+}
+
+/// Prints what is known of a frame, as text or JSON, and writes the report that is asked for.
+fn show(args: &Render, json: &impl Serialize, text: String) -> Result<(), Failure> {
+    let json = serde_json::to_string_pretty(json).map_err(Failure::message)? + "\n";
     if let Some(path) = &args.report {
         files::write(path, json.as_bytes())?;
     }
     talk::print(if args.json { json } else { text })?;
-    match level {
-        Fidelity::Sampled => {
-            talk::say("note: a sample has no picture; --fidelity functional makes the whole one")
-        }
-        _ => talk::say(args.output.display()),
-    }
     Ok(())
 }

@@ -34,7 +34,7 @@ pub(crate) fn frame(
 }
 
 /// Says what is doubtful about a scene.
-fn say(loaded: &Loaded) {
+pub(crate) fn say(loaded: &Loaded) {
     talk::say_all(&loaded.warnings.render(talk::colour()));
     for what in &loaded.unsupported {
         talk::say(format_args!("warning: {what}"));

@@ -54,17 +54,13 @@ pub(crate) struct Progress(ProgressBar);
 impl Progress {
     /// Progress towards a known number of steps.
     pub(crate) fn steps(what: &'static str, total: u64) -> Progress {
-        let style = "{msg:>12} [{bar:32}] {pos}/{len} {elapsed}";
+        let style = "{msg:>12} [{bar:32}] {pos}/{len} {elapsed} {prefix}";
         Progress::new(what, Some(total), style)
     }
 
     /// Work of unknown length.
     pub(crate) fn spinner(what: &'static str) -> Progress {
-        let progress = Progress::new(what, None, "{msg:>12} {spinner} {elapsed}");
-        progress
-            .0
-            .enable_steady_tick(std::time::Duration::from_millis(120));
-        progress
+        Progress::new(what, None, "{msg:>12} {spinner} {elapsed}")
     }
 
     fn new(what: &'static str, total: Option<u64>, style: &str) -> Progress {
@@ -77,8 +73,14 @@ impl Progress {
         let style = ProgressStyle::with_template(style).expect("the template is well-formed");
         bar.set_style(style.progress_chars("=> "));
         bar.set_message(what);
+        bar.enable_steady_tick(Duration::from_millis(120));
         *BAR.lock().unwrap_or_else(PoisonError::into_inner) = Some(bar.clone());
         Progress(bar)
+    }
+
+    /// An item of the work is begun.
+    fn begins(&self, item: &str) {
+        self.0.set_prefix(item.to_owned());
     }
 
     /// So many steps are done.
@@ -148,7 +150,12 @@ impl Watch for Console {
                 }
             }
             Event::End => drop(stages.pop()),
-            Event::ItemBegins(_) | Event::ItemEnds(_) => {}
+            Event::ItemBegins(item) => {
+                if let Some(Some((bar, _))) = stages.last() {
+                    bar.begins(item);
+                }
+            }
+            Event::ItemEnds(_) => {}
             Event::Note(note) => say(note),
         }
     }

@@ -62,6 +62,16 @@ pub struct LoopFacts {
     pub impossible: Vec<modulo::Impossible>,
 }
 
+/// The schedule of a loop, and what is known of it besides.
+pub fn with_facts(scheduled: modulo::Scheduled) -> (ModuloSchedule, LoopFacts) {
+    let facts = LoopFacts {
+        bounds: scheduled.bounds,
+        why_not_lower: scheduled.why_not_lower,
+        impossible: scheduled.impossible,
+    };
+    (scheduled.schedule, facts)
+}
+
 /// Why a program has no schedule on a machine.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ScheduleError {
@@ -140,12 +150,9 @@ pub fn assemble(dre: &Dre, arch: &Arch, loops: Vec<LoopResult>) -> Result<Schedu
     for (index, result) in loops.into_iter().enumerate() {
         match result {
             Ok(scheduled) => {
-                kernels.push(scheduled.schedule);
-                facts.push(LoopFacts {
-                    bounds: scheduled.bounds,
-                    why_not_lower: scheduled.why_not_lower,
-                    impossible: scheduled.impossible,
-                });
+                let (schedule, known) = with_facts(scheduled);
+                kernels.push(schedule);
+                facts.push(known);
             }
             Err(why) => failed.push((Kernel::new(index), why)),
         }

@@ -69,7 +69,7 @@ impl Blame {
     ) -> Result<Blame, Failure> {
         let scene = studio.scene_of(subject);
         let arch = &subject.arch;
-        let program = subject.build.program(arch)?;
+        let (program, _) = subject.build.program(None, arch)?;
         let image = scene_image::build(&scene, studio.bvh, &scene.camera, arch, studio.size)
             .map_err(Failure::message)?;
         let tiles: Vec<u32> = (0..image.tiles).filter(|t| drawn(*t, one_in)).collect();

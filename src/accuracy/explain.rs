@@ -30,7 +30,7 @@ pub(super) fn run(
     }
     let scene = studio.scene;
     let arch = &subject.arch;
-    let program = subject.build.program(arch)?;
+    let (program, _) = subject.build.program(None, arch)?;
     let image = scene_image::build(scene, studio.bvh, &scene.camera, arch, args.size)
         .map_err(Failure::message)?;
     let (triangles, lines) = (&scene.triangles, blame::lines());

@@ -3,7 +3,7 @@
 use super::{Choice, MachineFile, Search, one_of};
 use crate::failure::Failure;
 use clap::{Args, ValueEnum};
-use srp_ir::pass::FastMath;
+use srp_ir::pass::{self, FastMath};
 use srp_toolchain::{Options, Warnings};
 use std::path::PathBuf;
 
@@ -39,7 +39,7 @@ pub(crate) struct Source {
     #[arg(long)]
     pub(crate) no_auto_kernel: bool,
     /// What `double` is: binary64 in software, or `float`
-    #[arg(long, value_name = "DOUBLE", default_value = "soft", value_parser = one_of(DOUBLES))]
+    #[arg(long, value_name = "DOUBLE", default_value = "soft", value_parser = one_of(DOUBLES), action = clap::ArgAction::Set)]
     pub(crate) double: bool,
     /// `no-auto-kernel`, as the option of that name; `single-precision-constant`: constants without
     /// suffix are floats; `associative-math`: floating-point sums and products in any order;
@@ -185,7 +185,8 @@ The files may be C, or one file of a later form (.ir, .dre.xml, .sched.xml), fro
 
 Examples:
   srp compile shade.c -I kernels --emit ast,ir,dfg,dre,schedule,rust -o build
-  srp compile build/shade.dre.xml --machine wide --emit schedule -o build")]
+  srp compile build/shade.dre.xml --machine wide --emit schedule -o build
+  srp compile shade.c -I kernels --emit ir --passes simplify,inline --print-after gvn")]
 pub(crate) struct Compile {
     /// C files, or one file of a later form
     #[arg(required = true)]
@@ -200,6 +201,59 @@ pub(crate) struct Compile {
     /// Folder to write them into
     #[arg(short, long, value_name = "DIR", default_value = ".")]
     pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) passes: Passes,
+    /// Print the seconds of each stage and loop on this host, as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Which passes run over the intermediate form, and what is shown of them.
+#[derive(Args)]
+pub(crate) struct Passes {
+    #[arg(long, value_name = "LIST", help = passes_help())]
+    pub(crate) passes: Option<String>,
+    /// Print the intermediate form after each run of this pass, or of `all`
+    #[arg(long, value_name = "NAME", value_parser = parse_pass_or_all)]
+    pub(crate) print_after: Vec<String>,
+}
+
+/// The help of `--passes`, with what there is.
+fn passes_help() -> String {
+    let names: Vec<&str> = pass::PASSES.iter().map(|p| p.name).collect();
+    format!(
+        "Run these passes only, in this order, with commas between them; `standard` stands for the usual ones, \
+         which forms beyond --emit ast,ir need. There are {}",
+        names.join(", ")
+    )
+}
+
+fn parse_pass_or_all(name: &str) -> Result<String, String> {
+    match name == "all" || pass::pass(name).is_some() {
+        true => Ok(name.to_owned()),
+        false => Err(unknown_pass(name)),
+    }
+}
+
+fn unknown_pass(name: &str) -> String {
+    let names: Vec<&str> = pass::PASSES.iter().map(|p| p.name).collect();
+    format!("no pass is named `{name}`; there are {}", names.join(", "))
+}
+
+impl Passes {
+    /// The passes to run, and whether they are the usual ones.
+    pub(crate) fn chosen(&self) -> Result<(Vec<&'static pass::Pass>, bool), Failure> {
+        let list = self.passes.as_deref().unwrap_or("standard");
+        let chosen = pass::parse(list).map_err(|name| Failure::Usage(unknown_pass(&name)))?;
+        let names: Vec<&str> = chosen.iter().map(|p| p.name).collect();
+        Ok((chosen, names == pass::STANDARD))
+    }
+
+    /// Whether the program is to be shown after a pass.
+    pub(crate) fn shows(&self, pass: &pass::Pass) -> bool {
+        let is = |name: &String| name == "all" || name == pass.name;
+        self.print_after.iter().any(is)
+    }
 }
 
 /// `srp run`
@@ -227,6 +281,37 @@ pub(crate) struct Run {
     pub(crate) limit: u64,
 }
 
+/// `srp watch`
+#[derive(Args)]
+#[command(after_help = "\
+Files are watched by their folders, so included files are seen too. Ctrl-C ends it.
+
+Examples:
+  srp watch shade.c -I kernels
+  srp watch light.c --frame                         its loops as the default frame has them
+  srp watch fir.c --machine my-machine.xml          the machine's file is watched too")]
+pub(crate) struct Watch {
+    #[command(flatten)]
+    pub(crate) of: Reported,
+}
+
+/// What is reported on.
+#[derive(Args)]
+pub(crate) struct Reported {
+    /// C files, or one file of a later form; the kernels that come along where none is given
+    pub(crate) files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) compilation: Compilation,
+    /// Report the kernels of a frame as they are rendered: built for what the scene (the default one where
+    /// none is given) calls for. Files take the place of the kernels of the same name, and only their loops
+    /// are reported
+    #[arg(long, value_name = "SCENE", num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    pub(crate) frame: Option<String>,
+    /// Report this kernel only
+    #[arg(long, value_name = "NAME")]
+    pub(crate) kernel: Option<String>,
+}
+
 /// `srp report`
 #[derive(Args)]
 #[command(after_help = "\
@@ -234,17 +319,14 @@ Examples:
   srp report shade.c -I kernels
   srp report shade.c -I kernels --machine wide --html report.html --json
   srp report shade.c -I kernels --what-if
+  srp report light.c --frame                        its loops as the default frame has them
+  srp report --frame=church.obj --kernel shade_hit
   srp report --json > old.json; …; srp report --json > new.json; srp report --diff old.json new.json
 
 docs/report.md is the reference of the JSON. Exit status of --diff: 0 nothing got worse, 1 something did.")]
 pub(crate) struct Report {
-    /// C files, or one file of a later form; the kernels that come along where none is given
-    pub(crate) files: Vec<PathBuf>,
     #[command(flatten)]
-    pub(crate) compilation: Compilation,
-    /// Report this kernel only
-    #[arg(long, value_name = "NAME")]
-    pub(crate) kernel: Option<String>,
+    pub(crate) of: Reported,
     /// Write a DRAT certificate that the II below is impossible; its formula goes to FILE.cnf
     #[arg(long, value_name = "FILE")]
     pub(crate) proof: Option<PathBuf>,
@@ -252,7 +334,7 @@ pub(crate) struct Report {
     #[arg(long)]
     pub(crate) what_if: bool,
     /// Compare two reports in JSON, and name what got worse
-    #[arg(long, num_args = 2, value_names = ["OLD.json", "NEW.json"], conflicts_with_all = ["files", "kernel", "proof", "what_if", "times", "html"])]
+    #[arg(long, num_args = 2, value_names = ["OLD.json", "NEW.json"], conflicts_with_all = ["files", "frame", "kernel", "proof", "what_if", "times", "html"])]
     pub(crate) diff: Option<Vec<PathBuf>>,
     /// Say how long each schedule was looked for on this host
     #[arg(long)]

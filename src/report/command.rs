@@ -2,14 +2,17 @@
 
 use super::{diff, html, output, text};
 use crate::cli;
-use crate::compile::compile_and_say;
+use crate::compile::{compile_and_say, say_changed_results};
 use crate::failure::Failure;
 use crate::proof::{self, Proved};
-use crate::{files, interrupt, talk};
+use crate::{diagnostics, files, interrupt, scenes, talk};
 use srp_archdesc::arch::Arch;
+use srp_archdesc::entity::EntityMap;
+use srp_ir::dfg::Dfg;
 use srp_ir::dre::scheduled::ScheduledLoops;
-use srp_studies::loops::{self, Options, Report, Subject};
-use srp_toolchain::{Input, Session, input, machine};
+use srp_ir::program::SourceFile;
+use srp_studies::loops::{self, Report, Subject};
+use srp_toolchain::{Build, FrameOptions, Input, Options, Session, compile_loops, input, machine};
 use std::path::{Path, PathBuf};
 
 /// Runs `srp report`; 1 where two reports are compared and something got worse. Interrupted, it
@@ -21,20 +24,21 @@ pub(crate) fn run(args: &cli::Report) -> Result<i32, Failure> {
     if let Some(path) = &args.html {
         files::check_writable(path)?;
     }
-    let arch = machine::read(&args.compilation.machine.machine)?;
+    let of = &args.of;
+    let arch = machine::read(&of.compilation.machine.machine)?;
     let session = &talk::session();
-    let report = match scheduled_loops(&args.files, &arch)? {
-        Some(scheduled) => report(&Subject::of_loops(&scheduled, &arch), args, &arch, session)?,
-        None => {
-            let input = match args.files.is_empty() {
-                true => Input::C(input::kernels()),
-                false => input::read(&args.files, &arch)?,
-            };
-            let options = args.compilation.options()?;
-            let source = &args.compilation.source;
-            let compiled = compile_and_say(input, &arch, &options, source, session)?;
-            report(&Subject::of_program(&compiled), args, &arch, session)?
-        }
+    let asked = Asked {
+        options: loops::Options {
+            kernel: of.kernel.clone(),
+            times: args.times,
+            what_if: args.what_if,
+            restrict: true,
+        },
+        proof: args.proof.as_deref(),
+    };
+    let report = match scheduled_loops(&of.files, &arch)? {
+        Some(scheduled) => asked.report(&Subject::of_loops(&scheduled, &arch), &arch, session)?,
+        None => of_program(of, &asked, &arch, session)?,
     };
     if let Some(path) = &args.html {
         files::write(path, html::page(&report).as_bytes())?;
@@ -47,31 +51,102 @@ pub(crate) fn run(args: &cli::Report) -> Result<i32, Failure> {
     Ok(0)
 }
 
-/// The report of scheduled loops, and the certificate that is asked for.
-fn report(
-    subject: &Subject<'_>,
-    args: &cli::Report,
+/// The report of a program's loops. Where only some of them are asked for, no others are scheduled.
+pub(super) fn of_program(
+    of: &cli::Reported,
+    asked: &Asked<'_>,
     arch: &Arch,
     session: &Session<'_>,
 ) -> Result<Report, Failure> {
-    if let Some(path) = &args.proof {
-        let kernel = args.kernel.as_deref();
-        let loops = subject.loops();
-        let wanted = loops.filter(|(s, _)| kernel.is_none_or(|name| s.dfg.name == name));
-        let proved = wanted.map(|(schedule, facts)| Proved {
-            dfg: &schedule.dfg,
-            ii: schedule.ii,
-            impossible: &facts.impossible,
-        });
-        proof::write(path, &proved.collect::<Vec<_>>(), arch, session)?;
-    }
-    let options = Options {
-        kernel: args.kernel.clone(),
-        times: args.times,
-        what_if: args.what_if,
+    let source = &of.compilation.source;
+    let (input, options) = match &of.frame {
+        Some(scene) => frame(scene, of, session)?,
+        None if of.files.is_empty() => (Input::C(input::kernels()), of.compilation.options()?),
+        None => (input::read(&of.files, arch)?, of.compilation.options()?),
     };
-    let report = interrupt::looked_for(|| loops::report(subject, arch, &options, session));
-    Ok(report?)
+    let of_files = of.frame.is_some() && !of.files.is_empty();
+    let sources = match input {
+        Input::C(sources) if of_files || of.kernel.is_some() => sources,
+        input => {
+            let compiled = compile_and_say(input, arch, &options, source, session)?;
+            return asked.report(&Subject::of_program(&compiled), arch, session);
+        }
+    };
+    let wanted = |dfg: &Dfg, files: &EntityMap<SourceFile, String>| {
+        let file = files.get(dfg.pos.file).map(Path::new);
+        let is_of_file = || of.files.iter().any(|path| Some(path.as_path()) == file);
+        of.kernel.as_ref().is_none_or(|name| *name == dfg.name) && (!of_files || is_of_file())
+    };
+    let compiled =
+        interrupt::looked_for(|| compile_loops(&sources, &wanted, arch, &options, session));
+    let compiled = compiled.map_err(|e| diagnostics::failure(e, source.error_format))?;
+    talk::say_all(&diagnostics::show(&compiled.messages, source.error_format));
+    say_changed_results(&compiled.files, &compiled.pass_remarks, source);
+    let mut report = asked.report(&Subject::of_some(&compiled), arch, session)?;
+    if of_files {
+        let is_of_file = |file: &str| of.files.iter().any(|path| path == Path::new(file));
+        report.not_pipelined.retain(|n| is_of_file(&n.at.file));
+    }
+    Ok(report)
+}
+
+/// The kernels of a frame, with files in the place of those of the same name, and how they are compiled.
+fn frame(
+    scene: &str,
+    of: &cli::Reported,
+    session: &Session<'_>,
+) -> Result<(Input, Options), Failure> {
+    let options = of.compilation.options()?;
+    let frame = FrameOptions {
+        scene: (!scene.is_empty()).then(|| PathBuf::from(scene)),
+        fast_math: options.fast_math,
+        ..FrameOptions::default()
+    };
+    let (_, build, _) = Build::of_scene(&frame, &mut scenes::say, session)?;
+    // Headers beside the files are those of all kernels.
+    let folders = of.files.iter().filter_map(|file| file.parent());
+    let include = options.include.iter().cloned();
+    let include = include.chain(folders.map(Path::to_owned)).collect();
+    let of_frame = build.options();
+    let defines = of_frame.defines.into_iter().chain(options.defines);
+    let options = Options {
+        defines: defines.collect(),
+        auto_kernel: of_frame.auto_kernel,
+        include,
+        ..options
+    };
+    Ok((Input::C(input::kernels_with(&of.files)?), options))
+}
+
+/// What is asked about loops.
+pub(super) struct Asked<'a> {
+    pub(super) options: loops::Options,
+    /// Where a certificate goes.
+    pub(super) proof: Option<&'a Path>,
+}
+
+impl Asked<'_> {
+    /// The report of scheduled loops, and the certificate that is asked for.
+    fn report(
+        &self,
+        subject: &Subject<'_>,
+        arch: &Arch,
+        session: &Session<'_>,
+    ) -> Result<Report, Failure> {
+        if let Some(path) = self.proof {
+            let kernel = self.options.kernel.as_deref();
+            let loops = subject.loops();
+            let wanted = loops.filter(|(s, _)| kernel.is_none_or(|name| s.dfg.name == name));
+            let proved = wanted.map(|(schedule, facts)| Proved {
+                dfg: &schedule.dfg,
+                ii: schedule.ii,
+                impossible: &facts.impossible,
+            });
+            proof::write(path, &proved.collect::<Vec<_>>(), arch, session)?;
+        }
+        let report = interrupt::looked_for(|| loops::report(subject, arch, &self.options, session));
+        Ok(report?)
+    }
 }
 
 /// Compares two reports; 1 where something got worse.

@@ -6,6 +6,7 @@ mod diff;
 mod html;
 mod output;
 mod text;
+pub(crate) mod watch;
 
 pub(crate) use command::run;
 pub(crate) use output::Loops;

@@ -30,6 +30,16 @@ pub(super) fn text(report: &Report) -> String {
     out
 }
 
+/// One line a loop, and of each why it is not lower.
+pub(super) fn brief(report: &Report) -> String {
+    let mut out = String::new();
+    summary(&mut out, report);
+    for l in report.loops.iter().filter(|l| l.ii > 1) {
+        line(&mut out, format_args!("{}: {}", l.kernel, l.hint));
+    }
+    out
+}
+
 /// One line a function on the VLIW engine.
 fn functions(out: &mut String, functions: &[FunctionReport]) {
     if functions.is_empty() {
@@ -272,7 +282,7 @@ fn obstacles(out: &mut String, l: &LoopReport) {
         );
     }
     more(out, l.ordered.len(), MOST_ORDERED, "such pairs");
-    if let Some(bound) = l.restrict_bound {
+    if let (Some(bound), None) = (l.restrict_bound, l.restrict_ii) {
         let now = l.bound();
         line(
             out,

@@ -6,6 +6,9 @@ pub enum Error {
     /// The chain of tools fails.
     #[error(transparent)]
     Toolchain(#[from] srp_toolchain::Error),
+    /// A frame without a clock fails.
+    #[error(transparent)]
+    Functional(#[from] crate::functional::FunctionalError),
     /// Something that the user asked for is not possible, in one sentence or several lines.
     #[error("{0}")]
     Invalid(String),

@@ -2,6 +2,8 @@
 //! panic, and no output file; the default frame is the same by both engines.
 
 mod accuracy;
+mod answers;
+mod cache;
 mod hard;
 mod report;
 mod units;

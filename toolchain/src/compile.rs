@@ -6,14 +6,15 @@ use crate::loops;
 use crate::session::{Session, Timed, Times};
 use crate::{Effort, Error, Input, Options};
 use srp_archdesc::arch::Arch;
-use srp_archdesc::diagnostic::Messages;
+use srp_archdesc::diagnostic::{Messages, Source};
 use srp_archdesc::entity::EntityMap;
+use srp_archdesc::watch::{Stage, Watch};
 use srp_ir::check::{self, Checked};
 use srp_ir::dfg::{Dfg, Order};
 use srp_ir::dre::Dre;
 use srp_ir::dre::scheduled::ModuloSchedule;
 use srp_ir::pass;
-use srp_ir::program::{Kernel, Program};
+use srp_ir::program::{Kernel, Program, SourceFile};
 use srp_ir::split::Remark;
 use srp_scheduler::modulo::{self, Unschedulable};
 use srp_scheduler::{LoopFacts, Schedule, ScheduleError};
@@ -70,6 +71,99 @@ impl Compiled {
     }
 }
 
+/// Some loops of a program, scheduled without the rest of it, and what is known of them.
+pub struct CompiledLoops {
+    /// The program's files.
+    pub files: EntityMap<SourceFile, String>,
+    /// The loops on the array, each with what is known of it besides its schedule.
+    pub schedules: Vec<(ModuloSchedule, LoopFacts)>,
+    /// The names of the loops that nobody asked for.
+    pub others: Vec<String>,
+    /// Warnings about the sources.
+    pub messages: Messages,
+    /// What the passes remarked.
+    pub pass_remarks: Vec<pass::Remark>,
+    /// All loops that stay in the control code, with what stands in their way.
+    pub not_pipelined: Vec<NotPipelined>,
+    /// Memory accesses of all loops that are kept in order for want of knowledge.
+    pub remarks: Vec<Remark>,
+    /// The memory orders of each loop that would be left if pointers were `restrict`.
+    pub relaxed: BTreeMap<String, Vec<Order>>,
+    /// Loops that the array could not run, and that stay in the control code.
+    pub refused: Vec<Dfg>,
+    /// How long each stage took, and the search for the schedule of each loop by name.
+    pub times: Times,
+}
+
+/// Takes C sources to the schedules of some of their loops: those that `wanted` says yes to, by name and
+/// place.
+///
+/// # Errors
+///
+/// The sources are wrong, or the program does not fit the machine.
+pub fn compile_loops(
+    sources: &[Source],
+    wanted: &dyn Fn(&Dfg, &EntityMap<SourceFile, String>) -> bool,
+    arch: &Arch,
+    options: &Options,
+    session: &Session<'_>,
+) -> Result<CompiledLoops, Error> {
+    let timed = Timed::new(session.watch);
+    let (mut program, messages, pass_remarks) = optimised(sources, arch, options, &timed)?;
+    let divided = divided(&mut program, arch, &timed)?;
+    let mut not_pipelined = divided.not_pipelined;
+    let mut refused = divided.refused;
+    let dre = divided.dre;
+    let files = dre.control.files.clone();
+    let (wanted, others): (Vec<&Dfg>, Vec<&Dfg>) =
+        (dre.kernels.values()).partition(|dfg| wanted(dfg, &files));
+    let results = loops::schedule_all(&wanted, arch, &options.effort.modulo(), session, &timed);
+    let mut schedules = Vec::new();
+    for (dfg, result) in wanted.iter().copied().zip(results) {
+        match result {
+            Ok(scheduled) => schedules.push(srp_scheduler::with_facts(scheduled)),
+            Err(why) => {
+                let kernel = dre.kernels.iter().find(|(_, d)| d.name == dfg.name);
+                let (kernel, _) = kernel.expect("it is one of them");
+                not_pipelined.push(give_back(&mut program, &dre, kernel, why)?);
+                refused.push(dfg.clone());
+            }
+        }
+    }
+    Ok(CompiledLoops {
+        others: others.iter().map(|dfg| dfg.name.clone()).collect(),
+        files,
+        schedules,
+        messages,
+        pass_remarks,
+        not_pipelined,
+        remarks: divided.remarks,
+        relaxed: divided.relaxed,
+        refused,
+        times: timed.times(),
+    })
+}
+
+/// C through front end and passes.
+fn optimised(
+    sources: &[Source],
+    arch: &Arch,
+    options: &Options,
+    watch: &dyn Watch,
+) -> Result<(Program, Messages, Vec<pass::Remark>), Error> {
+    let stage = Stage::unknown(watch, "front end");
+    let (mut program, messages) = front_end(sources, arch, options)?;
+    drop(stage);
+    let _stage = Stage::unknown(watch, "passes");
+    let remarks = optimise(&mut program, arch, options);
+    Ok((program, messages, remarks))
+}
+
+fn divided(program: &mut Program, arch: &Arch, watch: &dyn Watch) -> Result<Divided, Error> {
+    let _stage = Stage::unknown(watch, "dividing");
+    divide(program, arch)
+}
+
 /// Takes an input all the way to a schedule.
 ///
 /// # Errors
@@ -81,19 +175,18 @@ pub fn compile(
     options: &Options,
     session: &Session<'_>,
 ) -> Result<Compiled, Error> {
+    let timed = Timed::new(session.watch);
     match input {
         Input::C(sources) => {
-            let (mut program, messages) = front_end(&sources, arch, options)?;
-            let pass_remarks = optimise(&mut program, arch, options);
+            let (program, messages, pass_remarks) = optimised(&sources, arch, options, &timed)?;
             Ok(Compiled {
                 messages,
                 pass_remarks,
-                ..schedule(program, arch, options.effort, session)?
+                ..schedule_timed(program, arch, options.effort, session, &timed)?
             })
         }
-        Input::Ir(program) => schedule(*program, arch, options.effort, session),
+        Input::Ir(program) => schedule_timed(*program, arch, options.effort, session, &timed),
         Input::Dre(dre) => {
-            let timed = Timed::new(session.watch);
             let scheduled = schedule_dre(&dre, arch, options.effort, session, &timed);
             Ok(Compiled {
                 times: timed.times(),
@@ -130,13 +223,23 @@ impl Compiled {
 ///
 /// The program does not fit the machine.
 pub fn schedule(
-    mut program: Program,
+    program: Program,
     arch: &Arch,
     effort: Effort,
     session: &Session<'_>,
 ) -> Result<Compiled, Error> {
-    let (mut unschedulable, mut all_refused) = (Vec::new(), Vec::new());
     let timed = Timed::new(session.watch);
+    schedule_timed(program, arch, effort, session, &timed)
+}
+
+fn schedule_timed(
+    mut program: Program,
+    arch: &Arch,
+    effort: Effort,
+    session: &Session<'_>,
+    timed: &Timed<'_>,
+) -> Result<Compiled, Error> {
+    let (mut unschedulable, mut all_refused) = (Vec::new(), Vec::new());
     loop {
         let Divided {
             dre,
@@ -144,9 +247,9 @@ pub fn schedule(
             remarks,
             relaxed,
             refused,
-        } = divide(&mut program, arch)?;
+        } = divided(&mut program, arch, timed)?;
         all_refused.extend(refused);
-        match schedule_dre(&dre, arch, effort, session, &timed) {
+        match schedule_dre(&dre, arch, effort, session, timed) {
             Ok(schedule) => {
                 not_pipelined.extend(unschedulable);
                 return Ok(Compiled {
@@ -177,7 +280,9 @@ fn schedule_dre(
     session: &Session<'_>,
     timed: &Timed<'_>,
 ) -> Result<Schedule, ScheduleError> {
-    let loops = loops::schedule_all(dre, arch, &effort.modulo(), session, timed);
+    let all: Vec<&Dfg> = dre.kernels.values().collect();
+    let loops = loops::schedule_all(&all, arch, &effort.modulo(), session, timed);
+    let _stage = Stage::unknown(timed, "control code");
     srp_scheduler::assemble(dre, arch, loops)
 }
 

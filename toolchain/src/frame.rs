@@ -6,6 +6,7 @@ use crate::input::{self, Input};
 use crate::scene::{self, Loaded, Shading};
 use crate::{Effort, Engines, Error, Options, Session, front_end};
 use srp_archdesc::arch::Arch;
+use srp_archdesc::diagnostic::Messages;
 use srp_ir::dre::scheduled::ScheduledDre;
 use srp_ir::pass::FastMath;
 use srp_ir::program::Program;
@@ -48,6 +49,30 @@ impl Build {
         }
     }
 
+    /// What the kernels of a scene are built for; the scene; and what stops a frame that calls for more.
+    /// What is doubtful about the scene's files goes to `told`.
+    ///
+    /// # Errors
+    ///
+    /// The scene cannot be read, or the options do not fit it.
+    pub fn of_scene(
+        options: &FrameOptions,
+        told: &mut dyn FnMut(&Loaded),
+        session: &Session<'_>,
+    ) -> Result<(Scene, Build, Guard), Error> {
+        let mut loaded = scene::read(options.scene.as_deref(), options.camera, session)?;
+        told(&loaded);
+        options.shading.apply(&mut loaded.scene)?;
+        let scene = loaded.scene;
+        let (effects, guard) = options.shading.effects(&scene)?;
+        let build = Build {
+            forms: options.forms,
+            fast_math: options.fast_math,
+            ..Build::new(effects, scene.options.bounces)
+        };
+        Ok((scene, build, guard))
+    }
+
     /// How the kernels are compiled.
     pub fn options(&self) -> Options {
         let bounces = ("SRP_BOUNCES".to_owned(), self.bounces.max(1).to_string());
@@ -61,13 +86,18 @@ impl Build {
         }
     }
 
-    /// The kernels that come along, before they are divided: what they mean, and not when.
+    /// The kernels that come along, or all C files of a folder, before they are divided: what they mean,
+    /// and not when. With warnings.
     ///
     /// # Errors
     ///
-    /// The kernels do not fit the machine.
-    pub fn program(&self, arch: &Arch) -> Result<Program, Error> {
-        front_end::program(Input::C(input::kernels()), arch, &self.options())
+    /// The kernels cannot be read, or are wrong.
+    pub fn program(
+        &self,
+        folder: Option<&Path>,
+        arch: &Arch,
+    ) -> Result<(Program, Messages), Error> {
+        front_end::program(kernels_of(folder, arch)?, arch, &self.options())
     }
 
     /// Compiles the kernels that come along, or all C files of a folder.
@@ -81,11 +111,7 @@ impl Build {
         arch: &Arch,
         session: &Session<'_>,
     ) -> Result<Compiled, Error> {
-        let input = match folder {
-            None => Input::C(input::kernels()),
-            Some(folder) => input::read(&input::c_files(folder)?, arch)?,
-        };
-        compile(input, arch, &self.options(), session)
+        compile(kernels_of(folder, arch)?, arch, &self.options(), session)
     }
 
     /// Names the simulator of this build on a machine: another build, machine or kernel has another.
@@ -100,6 +126,13 @@ impl Build {
     }
 }
 
+fn kernels_of(folder: Option<&Path>, arch: &Arch) -> Result<Input, Error> {
+    match folder {
+        None => Ok(Input::C(input::kernels())),
+        Some(folder) => input::read(&input::c_files(folder)?, arch),
+    }
+}
+
 /// Names this build of the tools, by its sources.
 pub const BUILD_ID: &str = env!("SRP_BUILD_ID");
 
@@ -109,7 +142,7 @@ pub fn hash(text: &str) -> String {
 }
 
 /// What a frame is of.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct FrameOptions {
     /// The scene's file; else the default scene.
     pub scene: Option<PathBuf>,
@@ -168,17 +201,8 @@ impl Frame {
         told: &mut dyn FnMut(&Loaded),
         session: &Session<'_>,
     ) -> Result<Frame, Error> {
-        let mut loaded = scene::read(options.scene.as_deref(), options.camera, session)?;
-        told(&loaded);
-        options.shading.apply(&mut loaded.scene)?;
-        let scene = loaded.scene;
-        let (effects, guard) = options.shading.effects(&scene)?;
+        let (scene, build, guard) = Build::of_scene(options, told, session)?;
         let bvh = scene::build(&scene, &options.bvh, session);
-        let build = Build {
-            forms: options.forms,
-            fast_math: options.fast_math,
-            ..Build::new(effects, scene.options.bounces)
-        };
         Ok(Frame {
             arch,
             scene,

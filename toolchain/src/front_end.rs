@@ -6,7 +6,7 @@ use crate::{Error, files};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::{Diagnostic, Messages, Severity, Source};
 use srp_frontend::{Include, library};
-use srp_ir::pass::{self, Remark};
+use srp_ir::pass::{self, Pass, Remark};
 use srp_ir::program::Program;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -28,10 +28,11 @@ impl<'a> Texts<'a> {
     }
 
     /// An included file: beside the file that asks, in the folders of the options, or one of those
-    /// that come along.
+    /// that come along. Nothing lies beside a file that comes along, whatever the current folder has.
     fn find(&self, include: &Include<'_>) -> Option<Source> {
         let beside = Path::new(include.from).parent().map(Path::to_owned);
-        let folders = beside.into_iter().filter(|_| !include.system);
+        let asks_beside = !include.system && !self.comes_along(include.from);
+        let folders = beside.into_iter().filter(|_| asks_beside);
         let folders = folders.chain(self.folders.iter().cloned());
         let found = folders
             .map(|folder| folder.join(include.name))
@@ -40,6 +41,14 @@ impl<'a> Texts<'a> {
         let mut read = self.read.borrow_mut();
         read.insert(found.name.clone(), found.clone());
         Some(found)
+    }
+
+    /// Whether a file that was read is one of those that come along.
+    fn comes_along(&self, name: &str) -> bool {
+        let mut all = srp_kernels::SOURCES.iter().chain(srp_kernels::HEADERS);
+        let read = self.read.borrow();
+        let text = read.get(name).map(|source| source.text.as_str());
+        all.any(|file| file.path == name && text == Some(file.text))
     }
 
     /// The messages with the texts that they are about.
@@ -116,30 +125,41 @@ pub fn syntax_tree(source: &Source, arch: &Arch, options: &Options) -> String {
     srp_frontend::ast::show::show(&unit, &map)
 }
 
-/// Runs the passes over a program, and gives what they remark.
+/// Runs the usual passes over a program, and gives what they remark.
 pub fn optimise(program: &mut Program, arch: &Arch, options: &Options) -> Vec<Remark> {
+    run_passes(program, &pass::standard(), arch, options, &mut |_, _| {})
+}
+
+/// Runs some passes over a program, and gives what they remark; `after` sees the program after each.
+pub fn run_passes(
+    program: &mut Program,
+    passes: &[&Pass],
+    arch: &Arch,
+    options: &Options,
+    after: &mut dyn FnMut(&Pass, &Program),
+) -> Vec<Remark> {
     let options = pass::Options {
         precision: arch.precision,
         fast_math: options.fast_math,
     };
-    let remarks = pass::optimise(program, &options);
+    let remarks = pass::run(program, passes, &options, after);
     debug_assert_eq!(srp_ir::verify(program), Ok(()));
     remarks
 }
 
-/// The program of an input before it is divided: what it means, and not when.
+/// The program of an input before it is divided, with warnings: what it means, and not when.
 ///
 /// # Errors
 ///
 /// Those of [`front_end`]; an input of a later form.
-pub fn program(input: Input, arch: &Arch, options: &Options) -> Result<Program, Error> {
+pub fn program(input: Input, arch: &Arch, options: &Options) -> Result<(Program, Messages), Error> {
     match input {
         Input::C(sources) => {
-            let (mut program, _) = front_end(&sources, arch, options)?;
+            let (mut program, warnings) = front_end(&sources, arch, options)?;
             optimise(&mut program, arch, options);
-            Ok(program)
+            Ok((program, warnings))
         }
-        Input::Ir(program) => Ok(*program),
+        Input::Ir(program) => Ok((*program, Messages::default())),
         Input::Dre(_) | Input::Scheduled { .. } => {
             Err(Error::invalid("the program is divided already"))
         }

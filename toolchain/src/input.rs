@@ -36,6 +36,28 @@ pub fn kernels() -> Vec<Source> {
     srp_kernels::SOURCES.iter().map(source).collect()
 }
 
+/// The kernels of a frame that come along, where files take the place of those of the same name, and
+/// others are added.
+///
+/// # Errors
+///
+/// A file cannot be read.
+pub fn kernels_with(paths: &[PathBuf]) -> Result<Vec<Source>, Error> {
+    let name = |path: &str| Path::new(path).file_name().map(ToOwned::to_owned);
+    let mut sources = kernels();
+    for path in paths {
+        let source = files::read_source(path)?;
+        match sources
+            .iter_mut()
+            .find(|s| name(&s.name) == name(&source.name))
+        {
+            Some(replaced) => *replaced = source,
+            None => sources.push(source),
+        }
+    }
+    Ok(sources)
+}
+
 /// The C files of a folder, by name.
 ///
 /// # Errors

@@ -27,14 +27,14 @@ pub mod scene;
 mod session;
 
 pub use cache::Cache;
-pub use compile::{Compiled, compile, facts_alone, schedule};
+pub use compile::{Compiled, CompiledLoops, compile, compile_loops, facts_alone, schedule};
 pub use divide::{Divided, NotPipelined, WhyNot, divide};
 pub use engine::{Engine, Engines};
 pub use error::Error;
 pub use frame::{
     BUILD_ID, Build, Frame, FrameOptions, MAX_CYCLES, hash, kernel_names, system_options,
 };
-pub use front_end::{front_end, optimise, program, syntax_tree};
+pub use front_end::{front_end, optimise, program, run_passes, syntax_tree};
 pub use input::Input;
 pub use loops::schedule_loop;
 pub use options::{Effort, Options, Warnings};

@@ -4,13 +4,11 @@ use crate::Session;
 use crate::cache::{Key, Kind};
 use crate::session::Timed;
 use srp_archdesc::arch::{Arch, Srp};
-use srp_archdesc::entity::Entity;
 use srp_archdesc::threads;
 use srp_archdesc::watch::{Event, Stage, Watch};
 use srp_ir::dfg::Dfg;
-use srp_ir::dre::Dre;
-use srp_ir::program::Kernel;
 use srp_scheduler::{LoopResult, modulo};
+use std::cmp::Reverse;
 
 /// Names the sources of the scheduler.
 const SCHEDULER: &str = env!("SRP_SCHEDULER_ID");
@@ -55,22 +53,28 @@ pub fn schedule_loop(
     }
 }
 
-/// Schedules all loops of a program.
+/// Schedules loops of a program.
 pub(crate) fn schedule_all(
-    dre: &Dre,
+    dfgs: &[&Dfg],
     arch: &Arch,
     options: &modulo::Options,
     session: &Session<'_>,
     watch: &Timed<'_>,
 ) -> Vec<LoopResult> {
-    let stage = Stage::of(watch, "scheduling", dre.kernels.len() as u64);
-    let one = |(): &mut (), index| {
-        let dfg = &dre.kernels[Kernel::new(index)];
+    let stage = Stage::of(watch, "scheduling", dfgs.len() as u64);
+    // The largest begin, so that none is left for one thread at the end.
+    let mut order: Vec<usize> = (0..dfgs.len()).collect();
+    order.sort_by_key(|&index| Reverse(dfgs[index].nodes.len()));
+    let one = |(): &mut (), place: usize| {
+        let dfg: &Dfg = dfgs[order[place]];
         watch.tell(Event::ItemBegins(&dfg.name));
         let result = schedule_loop(dfg, &arch.srp, options, session, watch);
         watch.tell(Event::ItemEnds(&dfg.name));
         stage.done(1);
         result
     };
-    threads::each(session.threads, dre.kernels.len(), || (), one)
+    let results = threads::each(session.threads, dfgs.len(), || (), one);
+    let mut results: Vec<(usize, LoopResult)> = order.iter().copied().zip(results).collect();
+    results.sort_by_key(|(index, _)| *index);
+    results.into_iter().map(|(_, result)| result).collect()
 }

@@ -14,6 +14,7 @@
 mod figures;
 mod ledger;
 pub mod sampled;
+mod untimed;
 
 use srp_archdesc::Arch;
 
@@ -22,6 +23,7 @@ use srp_runtime::system::Timing;
 
 pub use figures::{FrameFigure, FrameQuantity, known};
 pub use ledger::{COLUMNS, Column, Part, Tally, render_tiles};
+pub use untimed::{Untimed, untimed};
 
 /// A level of simulation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

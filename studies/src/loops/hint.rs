@@ -12,6 +12,12 @@ pub(super) fn of(l: &LoopReport, facts: &LoopFacts, srp: &Srp) -> String {
     if l.ii == 1 {
         return "an iteration starts every cycle: nothing is to be gained".to_owned();
     }
+    if let Some(ii) = l.restrict_ii {
+        return format!(
+            "II = {ii} if what its pointers point to does not overlap: `restrict` on them, or report it with \
+             its caller (for kernels of a frame: `srp report --frame`)"
+        );
+    }
     match &l.what_if {
         Some(what_if) => tried(l, what_if, facts, srp),
         None => untried(l, facts, srp),

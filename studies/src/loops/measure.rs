@@ -71,6 +71,7 @@ impl View<'_> {
             hint: String::new(),
             ordered: self.ordered(&dfg.name),
             restrict_bound: self.restrict_bound(dfg, bounds),
+            restrict_ii: None,
             stages: schedule.stages(),
             length: schedule.length,
             contexts: schedule.contexts(),

@@ -14,22 +14,24 @@ pub use diff::{Difference, Differences, Figure, diff};
 pub use model::{
     Advice, Carried, Cell, Change, Edge, FORMAT, FileKind, FileLoad, FunctionReport, Graph,
     Impossible, LinkLoad, LoopReport, Lowered, Machine, NotPipelined, Obstacle, Operation, Ordered,
-    PortLoad, Position, Report, Resource, SharedLoad, Status, Step, UnitLoad, VERSION, WhatIf,
-    part, percent,
+    PortLoad, Position, Report, Resource, SharedLoad, StageTime, Status, Step, UnitLoad, VERSION,
+    WhatIf, part, percent,
 };
 
 use crate::Error;
 use measure::{Names, View};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::EntityMap;
-use srp_ir::dfg::Dfg;
+use srp_ir::dfg::{Dfg, Order};
 use srp_ir::dre;
 use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledLoops};
 use srp_ir::program::SourceFile;
+use srp_ir::split::Remark;
 use srp_scheduler::LoopFacts;
 use srp_scheduler::vliw::FunctionFacts;
-use srp_toolchain::{Compiled, Session, facts_alone};
+use srp_toolchain::{Compiled, CompiledLoops, Session, Times, facts_alone};
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 /// What a report says besides what a schedule shows.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -40,6 +42,8 @@ pub struct Options {
     pub times: bool,
     /// Try small changes of the machine, and say which lower each loop's II.
     pub what_if: bool,
+    /// Try what II is left where pointers that may alias keep accesses in order, and `restrict` would not.
+    pub restrict: bool,
 }
 
 /// Scheduled loops to report on.
@@ -47,7 +51,20 @@ pub struct Subject<'a> {
     files: &'a EntityMap<SourceFile, String>,
     loops: Vec<(&'a ModuloSchedule, Cow<'a, LoopFacts>)>,
     /// The program that they are of, if there is one.
-    program: Option<&'a Compiled>,
+    program: Option<Known<'a>>,
+    /// The names of loops of the program that are not among them.
+    others: &'a [String],
+}
+
+/// What is known of a program besides its schedules.
+#[derive(Clone, Copy)]
+struct Known<'a> {
+    not_pipelined: &'a [srp_toolchain::NotPipelined],
+    remarks: &'a [Remark],
+    relaxed: &'a BTreeMap<String, Vec<Order>>,
+    refused: &'a [Dfg],
+    functions: &'a [FunctionFacts],
+    times: &'a Times,
 }
 
 impl<'a> Subject<'a> {
@@ -58,7 +75,33 @@ impl<'a> Subject<'a> {
         Subject {
             files: &program.files,
             loops: program.kernels.values().zip(facts).collect(),
-            program: Some(compiled),
+            program: Some(Known {
+                not_pipelined: &compiled.not_pipelined,
+                remarks: &compiled.remarks,
+                relaxed: &compiled.relaxed,
+                refused: &compiled.refused,
+                functions: &compiled.schedule.control,
+                times: &compiled.times,
+            }),
+            others: &[],
+        }
+    }
+
+    /// Some loops of a program.
+    pub fn of_some(compiled: &'a CompiledLoops) -> Subject<'a> {
+        let loops = compiled.schedules.iter();
+        Subject {
+            files: &compiled.files,
+            loops: loops.map(|(s, facts)| (s, Cow::Borrowed(facts))).collect(),
+            program: Some(Known {
+                not_pipelined: &compiled.not_pipelined,
+                remarks: &compiled.remarks,
+                relaxed: &compiled.relaxed,
+                refused: &compiled.refused,
+                functions: &[],
+                times: &compiled.times,
+            }),
+            others: &compiled.others,
         }
     }
 
@@ -69,6 +112,7 @@ impl<'a> Subject<'a> {
             files: &scheduled.files,
             loops: scheduled.loops.iter().map(|s| (s, facts(s))).collect(),
             program: None,
+            others: &[],
         }
     }
 
@@ -84,8 +128,16 @@ impl<'a> Subject<'a> {
 
     /// The loop with this name that the array could not run.
     fn refused(&self, kernel: &str) -> Option<&Dfg> {
-        let refused = &self.program?.refused;
+        let refused = self.program?.refused;
         refused.iter().find(|dfg| dfg.name == kernel)
+    }
+
+    /// The loop with this name, as it would be if pointers that may alias were `restrict`.
+    fn relaxed(&self, dfg: &Dfg) -> Option<Dfg> {
+        Some(Dfg {
+            order: self.program?.relaxed.get(&dfg.name)?.clone(),
+            ..dfg.clone()
+        })
     }
 }
 
@@ -130,13 +182,20 @@ pub fn report(
     let mut report = measured(subject, arch);
     report.complete = !session.watch.cancelled();
     if let Some(kernel) = &options.kernel {
-        report.keep_only(kernel)?;
+        report.keep_only(kernel, subject.others)?;
     }
-    if let (true, Some(compiled)) = (options.times, subject.program) {
+    if let (true, Some(program)) = (options.times, subject.program) {
         for l in &mut report.loops {
-            let time = compiled.times.items.get(&l.kernel);
+            let time = program.times.items.get(&l.kernel);
             l.seconds = time.map(|time| time.as_secs_f64());
         }
+        let stages = program.times.stages.iter();
+        report.stages = stages
+            .map(|(&name, time)| StageTime::of(name, *time))
+            .collect();
+    }
+    if options.restrict {
+        trial::try_restrict(&mut report, subject, arch, session);
     }
     if options.what_if {
         trial::try_changes(&mut report, subject, arch, session);
@@ -149,11 +208,11 @@ fn measured(subject: &Subject<'_>, arch: &Arch) -> Report {
     let view = View {
         names: Names(subject.files),
         arch,
-        remarks: subject.program.map_or(&[], |p| &p.remarks),
-        relaxed: subject.program.map(|p| &p.relaxed),
+        remarks: subject.program.map_or(&[], |p| p.remarks),
+        relaxed: subject.program.map(|p| p.relaxed),
     };
-    let not_pipelined = subject.program.map_or(&[][..], |p| &p.not_pipelined);
-    let functions = subject.program.map_or(&[][..], |p| &p.schedule.control);
+    let not_pipelined = subject.program.map_or(&[][..], |p| p.not_pipelined);
+    let functions = subject.program.map_or(&[][..], |p| p.functions);
     Report {
         format: FORMAT.to_owned(),
         version: VERSION,
@@ -171,6 +230,7 @@ fn measured(subject: &Subject<'_>, arch: &Arch) -> Report {
         not_pipelined: self::not_pipelined(not_pipelined, subject.files),
         functions: functions.iter().map(function).collect(),
         advice: Vec::new(),
+        stages: Vec::new(),
     }
 }
 

@@ -3,6 +3,7 @@
 
 use crate::Error;
 use serde::{Deserialize, Serialize};
+use std::time::Duration;
 
 /// What a file of a report calls itself.
 pub const FORMAT: &str = "srp-report";
@@ -31,6 +32,27 @@ pub struct Report {
     /// What lowers the II of several loops or of one, the most helpful first; empty unless changes
     /// were tried.
     pub advice: Vec<Advice>,
+    /// How long each stage of the compilation took on this host, if that was asked for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stages: Vec<StageTime>,
+}
+
+/// How long a stage took.
+#[derive(Serialize, Deserialize)]
+pub struct StageTime {
+    /// Its name.
+    pub stage: String,
+    /// Seconds of this host.
+    pub seconds: f64,
+}
+
+impl StageTime {
+    pub(super) fn of(stage: &str, time: Duration) -> StageTime {
+        StageTime {
+            stage: stage.to_owned(),
+            seconds: time.as_secs_f64(),
+        }
+    }
 }
 
 impl Report {
@@ -70,9 +92,9 @@ impl Report {
     }
 
     /// Leaves out everything but the loops of one name.
-    pub(super) fn keep_only(&mut self, kernel: &str) -> Result<(), Error> {
+    pub(super) fn keep_only(&mut self, kernel: &str, others: &[String]) -> Result<(), Error> {
         let names = self.loops.iter().map(|l| l.kernel.clone());
-        let names: Vec<String> = names
+        let names: Vec<String> = (names.chain(others.iter().cloned()))
             .chain(self.not_pipelined.iter().map(|n| n.kernel.clone()))
             .collect();
         self.loops.retain(|l| l.kernel == kernel);
@@ -178,6 +200,9 @@ pub struct LoopReport {
     pub ordered: Vec<Ordered>,
     /// The bound of the II if the pointers of such accesses were `restrict`, where that is lower.
     pub restrict_bound: Option<u32>,
+    /// The II that was found for the loop where they are, if that was tried and is lower.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restrict_ii: Option<u32>,
     /// Iterations that overlap.
     pub stages: u32,
     /// Cycles of one iteration from its first issue to its last result.

@@ -8,7 +8,10 @@ use srp_ir::dfg::{Dfg, Order};
 use srp_ir::dre::scheduled::ModuloSchedule;
 use srp_scheduler::modulo;
 use srp_scheduler::what_if::{self, Edit, what_if};
-use srp_toolchain::Session;
+use srp_toolchain::{Session, schedule_loop};
+
+/// Steps of the search for the II that is left without aliases: enough to see what order it is of.
+const RESTRICT_EFFORT: u64 = 200_000;
 
 /// What lowers an II.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,6 +88,38 @@ pub(super) fn try_changes(
     }
     report.complete &= !session.watch.cancelled();
     report.advice = advice(refused.iter().chain(&on_array), srp);
+}
+
+/// Tries what II each loop has whose bound is lower where its pointers are `restrict`.
+pub(super) fn try_restrict(
+    report: &mut Report,
+    subject: &Subject<'_>,
+    arch: &Arch,
+    session: &Session<'_>,
+) {
+    let srp = &arch.srp;
+    for l in &mut report.loops {
+        let (Some(bound), Some((schedule, facts))) = (l.restrict_bound, subject.find(&l.kernel))
+        else {
+            continue;
+        };
+        if bound >= l.ii || session.watch.cancelled() {
+            continue;
+        }
+        let Some(relaxed) = subject.relaxed(&schedule.dfg) else {
+            continue;
+        };
+        let options = modulo::Options {
+            effort: RESTRICT_EFFORT,
+            exact_effort: 0,
+            ..modulo::Options::default()
+        };
+        let found = schedule_loop(&relaxed, srp, &options, session, session.watch);
+        l.restrict_ii = (found.ok())
+            .map(|found| found.schedule.ii)
+            .filter(|ii| *ii < l.ii);
+        l.hint = hint::of(l, facts, srp);
+    }
 }
 
 /// Changes of the machine alone that bring an II below `ii`, or a loop onto the array.

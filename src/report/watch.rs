@@ -1,0 +1,128 @@
+//! `srp watch`: the report again whenever a file is saved, with what got better or worse first.
+
+use super::command::{Asked, of_program};
+use super::{diff, text};
+use crate::cli::{self, Watch};
+use crate::failure::Failure;
+use crate::talk;
+use notify_debouncer_full::notify::{EventKind, RecursiveMode};
+use notify_debouncer_full::{DebounceEventResult, new_debouncer};
+use srp_studies::loops::{Options, Report, diff as differences};
+use srp_toolchain::{Session, machine};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+/// Writes within this time of each other are one change.
+const QUIET: Duration = Duration::from_millis(100);
+
+/// Endings of files that a report can depend on.
+const ENDINGS: [&str; 5] = ["c", "h", "xml", "obj", "mtl"];
+
+/// Runs `srp watch`, until it is interrupted.
+pub(crate) fn run(args: &Watch) -> Result<i32, Failure> {
+    let session = talk::session();
+    let (sender, changes) = channel();
+    let mut watcher = new_debouncer(QUIET, None, sender).map_err(Failure::message)?;
+    for folder in folders(&args.of) {
+        let watched = watcher.watch(&folder, RecursiveMode::NonRecursive);
+        watched.map_err(|e| {
+            Failure::message(format_args!("cannot watch {}: {e}", folder.display()))
+        })?;
+    }
+    let mut last = show(&args.of, None, &session)?;
+    loop {
+        let changed = next(&changes)?;
+        let names: Vec<String> = changed.iter().map(|p| p.display().to_string()).collect();
+        talk::print(format!("\n{} changed\n", names.join(", ")))?;
+        last = show(&args.of, last, &session)?;
+    }
+}
+
+/// Reports once, beside the last report that there was; gives the last that there is now. Sources that
+/// are at fault are told, and watched on.
+fn show(
+    args: &cli::Reported,
+    last: Option<Report>,
+    session: &Session<'_>,
+) -> Result<Option<Report>, Failure> {
+    let start = Instant::now();
+    let asked = Asked {
+        options: Options {
+            kernel: args.kernel.clone(),
+            restrict: true,
+            ..Options::default()
+        },
+        proof: None,
+    };
+    let made = machine::read(&args.compilation.machine.machine)
+        .map_err(Failure::from)
+        .and_then(|arch| of_program(args, &asked, &arch, session));
+    let report = match made {
+        Ok(report) => report,
+        Err(Failure::Interrupted) => return Err(Failure::Interrupted),
+        Err(Failure::Message(what) | Failure::Usage(what)) => {
+            talk::say(format_args!("error: {what}"));
+            return Ok(last);
+        }
+        Err(Failure::Reported(what)) => {
+            talk::say(what.trim_end());
+            return Ok(last);
+        }
+    };
+    let mut out = String::new();
+    if let Some(last) = &last {
+        out += &diff::text(&differences(last, &report));
+    }
+    out += &text::brief(&report);
+    out += &format!("{:.2} s\n", start.elapsed().as_secs_f64());
+    talk::print(out)?;
+    Ok(Some(report))
+}
+
+/// Waits for the next change of files that matter, and names them.
+fn next(changes: &Receiver<DebounceEventResult>) -> Result<BTreeSet<PathBuf>, Failure> {
+    loop {
+        let events = changes.recv().map_err(Failure::message)?;
+        let Ok(events) = events else {
+            // What cannot be watched for a moment, such as a file that is just replaced, is seen again.
+            continue;
+        };
+        // A tool that looks at files must not take its own look for a change.
+        let changes = events
+            .iter()
+            .filter(|e| !matches!(e.kind, EventKind::Access(_)));
+        let paths = changes.flat_map(|e| &e.paths).filter(|path| matters(path));
+        let found: BTreeSet<PathBuf> = paths.map(|path| shortened(path)).collect();
+        if !found.is_empty() {
+            return Ok(found);
+        }
+    }
+}
+
+fn matters(path: &Path) -> bool {
+    let ending = path.extension().and_then(|e| e.to_str());
+    ending.is_some_and(|ending| ENDINGS.contains(&ending))
+}
+
+/// A path as the user would write it, from the current folder.
+fn shortened(path: &Path) -> PathBuf {
+    let here = std::env::current_dir().ok();
+    let inside = here.and_then(|here| path.strip_prefix(here).ok().map(Path::to_owned));
+    inside.unwrap_or_else(|| path.to_owned())
+}
+
+/// The folders that the files of a report are in.
+fn folders(args: &cli::Reported) -> BTreeSet<PathBuf> {
+    let source = &args.compilation.source;
+    let machine = &args.compilation.machine.machine;
+    let scene = args.frame.iter().filter(|name| !name.is_empty());
+    let files = (args.files.iter().map(PathBuf::as_path)).chain(scene.map(Path::new));
+    let files = files.chain(machine.exists().then_some(machine.as_path()));
+    let parents = files.map(|file| match file.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.to_owned(),
+        _ => PathBuf::from("."),
+    });
+    parents.chain(source.include.iter().cloned()).collect()
+}
