@@ -315,7 +315,8 @@ fn write_divided(out: &Output<'_>, dre: &Dre, dfg: bool, whole: bool) -> Result<
     if dfg {
         for kernel in dre.kernels.values() {
             let dot = srp_ir::dfg::dot(kernel, &dre.control.files);
-            out.write(&format!("{}.dot", kernel.name), &dot)?;
+            let name = srp_toolchain::files::file_name(&kernel.name);
+            out.write(&format!("{name}.dot"), &dot)?;
         }
     }
     if whole {

@@ -5,6 +5,7 @@ mod accuracy;
 mod answers;
 mod cache;
 mod hard;
+mod inputs;
 mod report;
 mod units;
 

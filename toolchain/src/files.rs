@@ -1,8 +1,13 @@
-//! Files: reading, and writing as a whole or not at all.
+//! Files: the one reader of what a user names, and the one writer.
+//!
+//! What is read is a regular file, or what the shell hands over as an open file, and no larger than its
+//! kind may be: a device or a pipe that never ends is no input. What is written is written as a whole or
+//! not at all, never over a file that this process has read, and never twice under one name.
 
 use srp_archdesc::diagnostic::Source;
+use std::collections::BTreeSet;
 use std::ffi::OsString;
-use std::io;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -48,6 +53,68 @@ impl FileError {
     }
 }
 
+/// Bytes of a text at most: sources, machines, graphs, schedules.
+pub const MAX_TEXT: u64 = 256 << 20;
+
+/// Bytes of a scene's file at most: geometry, materials, textures.
+pub const MAX_SCENE: u64 = 4 << 30;
+
+/// Reads a file of at most so many bytes.
+///
+/// # Errors
+///
+/// It cannot be read, is no regular file, or is larger.
+pub fn read_bytes(path: &Path, limit: u64) -> Result<Vec<u8>, FileError> {
+    read_limited(path, limit).map_err(|source| FileError::new(path, "read", source))
+}
+
+/// As [`read_bytes`], for those who word their errors themselves.
+pub(crate) fn read_limited(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
+    // To open a pipe would be to wait for it.
+    let found = std::fs::metadata(path)?;
+    if found.is_dir() {
+        return Err(io::ErrorKind::IsADirectory.into());
+    }
+    if !found.is_file() && !is_handed_over(path) {
+        let why = "it is no regular file, but a device, a pipe or a socket";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, why));
+    }
+    let file = std::fs::File::open(path)?;
+    let mut bytes = Vec::with_capacity(found.len().min(limit) as usize);
+    file.take(limit + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > limit {
+        let why = format!(
+            "it is larger than {} MiB, the most that is read",
+            limit >> 20
+        );
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, why));
+    }
+    if let Ok(path) = std::fs::canonicalize(path) {
+        if OUTPUTS
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .contains(&path)
+        {
+            return Err(io::Error::other("it is an output of this command"));
+        }
+        let mut inputs = INPUTS.lock().unwrap_or_else(PoisonError::into_inner);
+        inputs.insert(path);
+    }
+    Ok(bytes)
+}
+
+/// Whether a path stands for a file that a shell has opened, such as standard input.
+fn is_handed_over(path: &Path) -> bool {
+    let handed_over = ["/dev/stdin", "/dev/fd", "/proc/self/fd"];
+    handed_over.iter().any(|start| path.starts_with(start))
+}
+
+/// Files that this process has read.
+static INPUTS: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// Files that [`check_writable`] was asked for.
+static OUTPUTS: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
 /// Reads a text file.
 ///
 /// # Errors
@@ -55,7 +122,7 @@ impl FileError {
 /// The file cannot be read, or is not UTF-8 text.
 pub fn read_text(path: &Path) -> Result<String, FileError> {
     let error = |source| FileError::new(path, "read", source);
-    let bytes = std::fs::read(path).map_err(error)?;
+    let bytes = read_limited(path, MAX_TEXT).map_err(error)?;
     String::from_utf8(bytes).map_err(|e| {
         let good = &e.as_bytes()[..e.utf8_error().valid_up_to()];
         let line = 1 + good.iter().filter(|&&b| b == b'\n').count();
@@ -100,7 +167,14 @@ impl Target {
                 Err(io::ErrorKind::PermissionDenied.into())
             }
             // What a link points to is replaced, not the link.
-            Ok(_) => std::fs::canonicalize(path).map(Target::File),
+            Ok(_) => {
+                let path = std::fs::canonicalize(path)?;
+                let inputs = INPUTS.lock().unwrap_or_else(PoisonError::into_inner);
+                match inputs.contains(&path) {
+                    true => Err(io::Error::other("it is an input of this command")),
+                    false => Ok(Target::File(path)),
+                }
+            }
             Err(_) => Ok(Target::File(path.to_owned())),
         }
     }
@@ -148,12 +222,51 @@ pub fn check_writable(path: &Path) -> Result<(), FileError> {
         let _writing = writing();
         std::fs::write(&part, []).and_then(|()| std::fs::remove_file(&part))
     };
+    let once = |path: &Path| {
+        let mut outputs = OUTPUTS.lock().unwrap_or_else(PoisonError::into_inner);
+        match outputs.insert(identity(path)) {
+            true => Ok(()),
+            false => Err(io::Error::other(
+                "it is another output of this command already",
+            )),
+        }
+    };
     let checked = match Target::of(path) {
-        Ok(Target::File(path)) => probe(&path),
+        Ok(Target::File(path)) => probe(&path).and_then(|()| once(&path)),
         Ok(Target::Device) => Ok(()),
         Err(e) => Err(e),
     };
     checked.map_err(|e| FileError::writing(path, e))
+}
+
+/// One path for all that lead to a file, which need not be there yet.
+fn identity(path: &Path) -> PathBuf {
+    let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
+    let folder = std::fs::canonicalize(parent.unwrap_or(Path::new(".")));
+    let inside = || Some(folder.ok()?.join(path.file_name()?));
+    let there = std::fs::canonicalize(path).ok();
+    there.or_else(inside).unwrap_or_else(|| path.to_owned())
+}
+
+/// Bytes of a [`file_name`] at most.
+const LONGEST_NAME: usize = 80;
+
+/// A name from a text that anybody may have written: one file in one folder, whatever the text has.
+pub fn file_name(text: &str) -> String {
+    let plain = |c: char| match c {
+        'a'..='z' | 'A'..='Z' | '0'..='9' | '_' | '-' | '.' | '+' => c,
+        _ => '_',
+    };
+    let name: String = text.chars().map(plain).take(LONGEST_NAME).collect();
+    let is_whole = name == text && !name.starts_with('.') && !name.is_empty();
+    match is_whole {
+        true => name,
+        // What was two texts must not become one file.
+        false => {
+            let digest = blake3::hash(text.as_bytes()).to_hex();
+            format!("_{}-{}", name.trim_start_matches('.'), &digest[..8])
+        }
+    }
 }
 
 /// Makes a folder and those above it.

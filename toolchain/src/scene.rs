@@ -40,7 +40,9 @@ pub fn read(
         });
     };
     let _stage = Stage::unknown(session.watch, "reading the scene");
-    let loaded = scene::read(path, camera, &mut |path| std::fs::read(path));
+    let loaded = scene::read(path, camera, &mut |path| {
+        files::read_limited(path, files::MAX_SCENE)
+    });
     let loaded = loaded.map_err(Error::Messages)?;
     let unsupported = effect::unsupported(&loaded.scene);
     Ok(Loaded {

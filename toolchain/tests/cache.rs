@@ -1,6 +1,7 @@
 //! The cache never answers with anything but what was put there under the very key: whatever becomes of
 //! its files, and whatever input is changed.
 
+use srp_archdesc::diagnostic::Source;
 use srp_archdesc::machines;
 use srp_archdesc::watch::{Event, Unwatched, Watch};
 use srp_archdesc::{Arch, arch::Srp};
@@ -8,7 +9,7 @@ use srp_ir::dfg::Dfg;
 use srp_ir::program::Pos;
 use srp_scheduler::modulo;
 use srp_toolchain::cache::{Cache, Damage, Key, Kind, Place};
-use srp_toolchain::{Options, Session, divide, input, machine, program, schedule_loop};
+use srp_toolchain::{Options, Session, divide, machine, program, schedule_loop};
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -162,12 +163,13 @@ fn without_a_folder_work_goes_on() {
     assert!(!place.exists(), "a temporary folder goes with the process");
 }
 
-/// A loop of a program that comes along, and the machine.
+/// A loop, and a machine.
 fn some_loop() -> (Dfg, Arch) {
     let arch = machine::read(Path::new("sgrt")).expect("it comes along");
     let options = Options::default();
-    let mut sources = input::kernels();
-    sources.retain(|s| s.name.ends_with("light.c"));
+    let text = "float a[64], b[64]; int main(void) { float s = 0; for (int i = 0; i < 64; i++) { \
+                b[i] = a[i] * 3; s += a[i]; } return s > 7; }";
+    let sources = vec![Source::new("some.c", text)];
     let compiled = program(srp_toolchain::Input::C(sources), &arch, &options);
     let (mut program, _) = compiled.expect("it is right");
     let divided = divide(&mut program, &arch).expect("it fits");
@@ -218,9 +220,11 @@ fn every_input_of_a_schedule_is_in_its_key() {
     let mut changed = dfg.clone();
     changed.trip = Some(changed.trip.map_or(7, |trip| trip + 1));
     graphs.push(changed);
-    let mut changed = dfg.clone();
-    changed.live_outs.clear();
-    graphs.push(changed);
+    if !dfg.live_outs.is_empty() {
+        let mut changed = dfg.clone();
+        changed.live_outs.clear();
+        graphs.push(changed);
+    }
     for &node in &nodes {
         let mut changed = dfg.clone();
         changed.nodes[node].imm ^= 1;
@@ -271,7 +275,7 @@ fn machines_one_edit_away() -> Vec<Srp> {
         }
     }
     assert!(
-        found.len() > 10,
+        found.len() > 5,
         "the machine has more numbers than {}",
         found.len()
     );

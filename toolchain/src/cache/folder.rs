@@ -60,6 +60,14 @@ fn private_folder(path: &Path) -> io::Result<()> {
     builder.create(path)
 }
 
+/// Makes a folder of a name that nobody knows before, for the user alone.
+pub(super) fn temporary(prefix: &str, folder: &Path) -> io::Result<tempfile::TempDir> {
+    let mut builder = tempfile::Builder::new();
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o700));
+    builder.prefix(prefix).tempdir_in(folder)
+}
+
 /// Refuses a folder that another user owns or may write to.
 #[cfg(unix)]
 fn check_owner(folder: &Path) -> io::Result<()> {
@@ -109,7 +117,7 @@ impl Workplace {
     }
 
     fn in_folder(folder: &Path) -> io::Result<Workplace> {
-        let folder = tempfile::Builder::new().prefix("srp-").tempdir_in(folder)?;
+        let folder = temporary("srp-", folder)?;
         let lock = File::create_new(folder.path().join("lock"))?;
         lock.lock()?;
         Ok(Workplace {

@@ -84,7 +84,7 @@ impl Store {
 
     /// Goes on in a private temporary folder.
     fn move_away(&mut self) {
-        let made = tempfile::Builder::new().prefix("srp-cache-").tempdir();
+        let made = folder::temporary("srp-cache-", &std::env::temp_dir());
         // Where even that fails, writing fails too, and nothing is kept.
         self.temporary = made.ok();
         let folder = self.temporary.as_ref().map(|t| t.path().to_owned());
