@@ -7,13 +7,22 @@ use srp_archdesc::datapath::Intersection;
 use srp_archdesc::system::NodeFormat;
 use srp_ir::pass::FastMath;
 use srp_kernels::form;
-use srp_runtime::effect::Effect;
-use srp_runtime::scene::Options;
-use srp_toolchain::Build;
+use srp_runtime::effect::{Effect, Guard};
+use srp_runtime::scene::{Options, Scene};
+use srp_toolchain::{Build, Frame};
 use std::sync::Arc;
 
+/// Knobs that change what is computed, not how exactly: their pictures are held against one with
+/// the most of both.
+pub const SAMPLING: [&str; 2] = ["samples a pixel", "bounces"];
+
+/// Whether a knob is one of [`SAMPLING`].
+pub(super) fn is_sampling(knob: &str) -> bool {
+    SAMPLING.contains(&knob)
+}
+
 /// What settings of several knobs are called.
-pub(super) const TOGETHER: &str = "together";
+pub const TOGETHER: &str = "together";
 
 /// A frame that can be made: machine, program, and how far light is followed.
 #[derive(Clone, PartialEq)]
@@ -23,7 +32,35 @@ pub(super) struct Subject {
     pub(super) options: Options,
 }
 
+impl Subject {
+    /// What a frame is made with.
+    pub(super) fn of(frame: &Frame) -> Subject {
+        Subject {
+            arch: frame.arch.clone(),
+            build: frame.build.clone(),
+            options: frame.scene.options,
+        }
+    }
+
+    /// The same frame made with this.
+    pub(super) fn frame(self, frame: &Frame) -> Frame {
+        let scene = Scene {
+            options: self.options,
+            ..frame.scene.clone()
+        };
+        Frame {
+            arch: self.arch,
+            scene,
+            bvh: frame.bvh.clone(),
+            size: frame.size,
+            build: self.build,
+            guard: Guard::default(),
+        }
+    }
+}
+
 /// One value of a knob, or of several.
+#[derive(Clone)]
 pub(super) struct Setting {
     /// What is turned.
     pub(super) knob: String,
@@ -86,8 +123,26 @@ impl Setting {
     }
 }
 
+/// The settings of the knobs that are asked for, without those that change nothing. The error says which
+/// knobs there are.
+pub(super) fn chosen(knobs: &[String], base: &Subject) -> Result<Vec<Setting>, String> {
+    let all = all();
+    let mut names: Vec<&str> = all.iter().map(|s| s.knob.as_str()).collect();
+    names.dedup();
+    if let Some(unknown) = knobs.iter().find(|k| !names.contains(&k.as_str())) {
+        let names = names.join(", ");
+        return Err(format!("there is no knob `{unknown}`; there are: {names}"));
+    }
+    let wanted = |s: &Setting| knobs.is_empty() || knobs.contains(&s.knob);
+    let changes = |s: &Setting| is_sampling(&s.knob) || s.applied(base) != *base;
+    Ok(all
+        .into_iter()
+        .filter(|s| wanted(s) && changes(s))
+        .collect())
+}
+
 /// All settings, knob by knob; those that change nothing of a subject are among them.
-pub(super) fn all() -> Vec<Setting> {
+fn all() -> Vec<Setting> {
     let mut all = Vec::new();
     intersection(&mut all);
     reciprocals(&mut all);
@@ -264,7 +319,7 @@ fn forms(all: &mut Vec<Setting>) {
 
 fn compiler(all: &mut Vec<Setting>) {
     type Allow = fn(&mut FastMath);
-    let licences: [(&str, &str, Allow); 3] = [
+    let allowances: [(&str, &str, Allow); 3] = [
         ("sums re-associated", "associative-math", |f| {
             f.associative = true
         }),
@@ -275,7 +330,7 @@ fn compiler(all: &mut Vec<Setting>) {
             f.contract = true
         }),
     ];
-    for (value, feature, allow) in licences {
+    for (value, feature, allow) in allowances {
         let how = format!("-f{feature}");
         all.push(Setting::new("compiler", value, how, move |s| {
             allow(&mut s.build.fast_math);

@@ -1,13 +1,12 @@
 //! What a picture has to keep to, and which settings are worth having.
 
-use super::is_sampling;
 use super::trial::Trial;
 use serde::Serialize;
 use std::fmt;
 
 /// One figure and its bound.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(crate) struct Bound {
+pub struct Bound {
     figure: Figure,
     bound: f64,
 }
@@ -37,11 +36,15 @@ impl Figure {
 
 /// Everything that is asked.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub(crate) struct Target(Vec<Bound>);
+pub struct Target(Vec<Bound>);
 
 impl Target {
     /// What a text like `psnr=45,leaks=0` asks.
-    pub(crate) fn parse(text: &str) -> Result<Target, String> {
+    ///
+    /// # Errors
+    ///
+    /// A sentence about the part that names no figure, or has no number.
+    pub fn parse(text: &str) -> Result<Target, String> {
         let bounds = text.split(',').map(|part| {
             let (name, bound) = part.split_once('=').unwrap_or((part, ""));
             let known = Figure::ALL.iter().find(|(_, n)| *n == name.trim());
@@ -57,7 +60,7 @@ impl Target {
     }
 
     /// Whether a trial keeps to it.
-    pub(super) fn met_by(&self, trial: &Trial) -> bool {
+    pub fn met_by(&self, trial: &Trial) -> bool {
         self.0.iter().all(|b| match b.figure {
             Figure::Psnr => trial.all.psnr.is_none_or(|psnr| psnr >= b.bound),
             Figure::Flip => trial.all.flip <= b.bound,
@@ -87,18 +90,18 @@ pub(super) fn relative_cost(trial: &Trial, base: &Trial) -> f64 {
 }
 
 /// PSNR as a number that can be compared: a picture without a wrong byte is better than any.
-pub(super) fn quality(trial: &Trial) -> f64 {
+fn quality(trial: &Trial) -> f64 {
     trial.all.psnr.unwrap_or(f64::INFINITY)
 }
 
 /// The trials with the same light beside which no other is at least as good in picture and cost and better in one.
-pub(super) fn front(trials: &[Trial], cost: impl Fn(&Trial) -> f64) -> Vec<usize> {
+pub fn front(trials: &[Trial], cost: impl Fn(&Trial) -> f64) -> Vec<usize> {
     let better = |a: &Trial, b: &Trial| {
         let (qa, qb, ca, cb) = (quality(a), quality(b), cost(a), cost(b));
         qa >= qb && ca <= cb && (qa > qb || ca < cb)
     };
     let alike: Vec<usize> = (0..trials.len())
-        .filter(|&i| !is_sampling(&trials[i].knob))
+        .filter(|&i| !trials[i].is_sampling())
         .collect();
     let stays = |i: &usize| !alike.iter().any(|&j| better(&trials[j], &trials[*i]));
     alike.iter().copied().filter(stays).collect()

@@ -31,15 +31,15 @@ const FARTHER: f64 = 1e-3;
 
 /// What aimed rays came to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Leaks {
+pub struct Leaks {
     /// Rays that were aimed.
-    pub(super) aimed: u32,
+    pub aimed: u32,
     /// Of these, rays that the unit let through.
-    pub(super) leaks: u32,
+    pub leaks: u32,
     /// Error of the distances of the rest in units of the last place: half of them are below.
-    pub(super) ulp_median: f64,
+    pub ulp_median: f64,
     /// 99 of 100 are below.
-    pub(super) ulp_99: f64,
+    pub ulp_99: f64,
 }
 
 type Key = [u32; 3];

@@ -1,58 +1,56 @@
-//! Where a picture's error comes from: the run of its program with shadows in binary64.
+//! Where a picture's error comes from: the run of its program with shadows in binary64, summed up.
 
-use super::setting::Subject;
-use super::trial::Studio;
-use crate::failure::Failure;
-use crate::interrupt;
+use crate::Error;
+use crate::attribution::{
+    self, Attribution, FlipKind, MOST_NODES, Options, reflecting_lines as lines_of,
+};
 use serde::{Deserialize, Serialize};
 use srp_runtime::effect::Guard;
-use srp_runtime::scene_image;
-use srp_studies::attribution::{
-    self, Attribution, FlipKind, MOST_NODES, Options, reflecting_lines,
-};
+use srp_runtime::scene_image::SceneImage;
+use srp_toolchain::{Frame, Session};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Sources that are told.
 const MOST_TOLD: usize = 24;
 
-/// Where the errors of a picture come from, and what was decided otherwise.
+/// Where the errors of a picture come from, and which decisions binary64 makes otherwise.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct Blame {
+pub struct AttributionSummary {
     /// Tiles that were looked into, and all of them.
-    pub(super) tiles: (u32, u32),
+    pub tiles: (u32, u32),
     /// Decisions that binary64 makes otherwise, by kind.
-    pub(super) flips: BTreeMap<String, u64>,
+    pub flips: BTreeMap<String, u64>,
     /// Pixels on whose way there are any.
-    pub(super) flipped_pixels: u32,
+    pub flipped_pixels: u32,
     /// Squared error over pixels and channels, in squared levels, of pixels that follow the same
     /// decisions.
-    pub(super) squared_error: f64,
+    pub squared_error: f64,
     /// The part of it that lines and units have been named for.
-    pub(super) named: f64,
+    pub named: f64,
     /// Lines and units, the largest share first.
-    pub(super) sources: Vec<Source>,
+    pub sources: Vec<ErrorSource>,
     /// What made infinities and NaNs out of finite numbers.
-    pub(super) non_finite: Vec<String>,
+    pub non_finite: Vec<String>,
 }
 
 /// A line and its operation, or a unit.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Source {
+pub struct ErrorSource {
     /// `file:line`; empty for a unit outside of the program.
-    pub(super) at: String,
+    pub at: String,
     /// The operation, or the unit.
-    pub(super) what: String,
+    pub what: String,
     /// Its part of the squared error; negative where it makes that of others less.
-    pub(super) part: f64,
+    pub part: f64,
     /// Pixels to whose error it contributes most.
-    pub(super) pixels: u64,
+    pub pixels: u64,
     /// Decisions that fall otherwise mostly for it.
-    pub(super) flips: u64,
+    pub flips: u64,
 }
 
-impl Source {
+impl ErrorSource {
     /// Its name.
-    pub(super) fn name(&self) -> String {
+    pub fn name(&self) -> String {
         match self.at.is_empty() {
             true => self.what.clone(),
             false => format!("{} {}", self.at, self.what),
@@ -60,41 +58,43 @@ impl Source {
     }
 }
 
-impl Blame {
-    /// Looks into one tile of so many, drawn by a hash of their numbers.
+impl AttributionSummary {
+    /// Attributes the errors in one tile of so many, drawn by a hash of their numbers.
+    ///
+    /// # Errors
+    ///
+    /// The kernels do not fit the machine, or the work was cancelled.
     pub(super) fn of(
-        studio: &Studio<'_>,
-        subject: &Subject,
+        frame: &Frame,
+        image: &SceneImage,
         one_in: u32,
-    ) -> Result<Blame, Failure> {
-        let scene = studio.scene_of(subject);
-        let arch = &subject.arch;
-        let (program, _) = subject.build.program(None, arch)?;
-        let image = scene_image::build(&scene, studio.bvh, &scene.camera, arch, studio.size)
-            .map_err(Failure::message)?;
+        session: &Session<'_>,
+    ) -> Result<AttributionSummary, Error> {
+        let arch = &frame.arch;
+        let (program, _) = frame.build.program(None, arch)?;
         let tiles: Vec<u32> = (0..image.tiles).filter(|t| drawn(*t, one_in)).collect();
         let options = Options {
             guard: &Guard::default(),
             threads: 1,
             tiles: Some(&tiles),
-            total_reflection: &lines(),
+            total_reflection: &reflecting_lines(),
             most_nodes: MOST_NODES,
-            watch: studio.session.watch,
+            watch: session.watch,
         };
-        let found = attribution::attribute(&scene.triangles, &image, &program, arch, options);
-        interrupt::end_if_requested()?;
-        let found = found.map_err(Failure::message)?;
-        Ok(Blame {
+        let found = attribution::attribute(&frame.scene.triangles, image, &program, arch, options);
+        session.check()?;
+        let found = found.map_err(Error::invalid)?;
+        Ok(AttributionSummary {
             tiles: (tiles.len() as u32, image.tiles),
-            ..Blame::summed(&found)
+            ..AttributionSummary::summed(&found)
         })
     }
 
-    fn summed(found: &Attribution) -> Blame {
+    fn summed(found: &Attribution) -> AttributionSummary {
         let whole = found.squared_error.max(f64::MIN_POSITIVE);
         let source = |&i: &usize| {
             let s = &found.sources[i];
-            Source {
+            ErrorSource {
                 at: s.at.clone(),
                 what: s.what.clone(),
                 part: s.squared / whole,
@@ -103,7 +103,7 @@ impl Blame {
             }
         };
         let name = |i: usize| source(&i).name();
-        let sources: Vec<Source> = found.ranking.iter().take(MOST_TOLD).map(source).collect();
+        let sources: Vec<ErrorSource> = found.ranking.iter().take(MOST_TOLD).map(source).collect();
         let count = |kind: FlipKind| found.flips.iter().filter(|f| f.kind == kind).count() as u64;
         let flipped = (found.pixels.iter().flatten()).filter(|p| p.flips > 0);
         let non_finite = (found.non_finite.iter()).map(|n| {
@@ -117,7 +117,7 @@ impl Blame {
                 n.count
             )
         });
-        Blame {
+        AttributionSummary {
             tiles: (0, 0),
             flips: (FlipKind::ALL.iter())
                 .map(|&kind| (kind.name().to_owned(), count(kind)))
@@ -136,8 +136,20 @@ impl Blame {
     }
 
     /// All decisions together.
-    pub(super) fn all_flips(&self) -> u64 {
+    pub fn all_flips(&self) -> u64 {
         self.flips.values().sum()
+    }
+
+    /// Decisions by kind, in words.
+    pub fn flips_in_words(&self) -> String {
+        let some = self.flips.iter().filter(|(_, count)| **count > 0);
+        let some: Vec<String> = some
+            .map(|(kind, count)| format!("{count} {kind}"))
+            .collect();
+        match some.is_empty() {
+            true => "none".to_owned(),
+            false => some.join(", "),
+        }
     }
 }
 
@@ -148,9 +160,7 @@ fn drawn(tile: u32, one_in: u32) -> bool {
 }
 
 /// The lines of the kernels that decide about total reflection.
-pub(super) fn lines() -> BTreeSet<(String, u32)> {
+pub(super) fn reflecting_lines() -> BTreeSet<(String, u32)> {
     let sources = srp_kernels::SOURCES.iter();
-    sources
-        .flat_map(|s| reflecting_lines(s.path, s.text))
-        .collect()
+    sources.flat_map(|s| lines_of(s.path, s.text)).collect()
 }

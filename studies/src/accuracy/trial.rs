@@ -1,26 +1,23 @@
 //! A setting tried: compiled, scheduled and simulated, and its picture held against the reference.
 
-use super::blame::Blame;
 use super::compare::{Comparison, Difference};
 use super::probe::{Edges, Leaks};
-use super::setting::Subject;
-use crate::failure::Failure;
-use crate::interrupt;
+use super::setting::{Setting, Subject, is_sampling};
+use super::summary::AttributionSummary;
+use crate::Error;
 use crate::tni::Energy;
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::{Approx, Arch};
 use srp_archdesc::area;
 use srp_archdesc::certify::{Function, certify};
 use srp_ir::dre::scheduled::ScheduledDre;
-use srp_runtime::bvh::Bvh;
-use srp_runtime::effect::Guard;
 use srp_runtime::picture::Picture;
-use srp_runtime::scene::Scene;
-use srp_runtime::scene_image;
+use srp_runtime::scene_image::SceneImage;
 use srp_runtime::system::{self, Report};
-use srp_toolchain::{Engine, Engines, Session, system_options};
+use srp_toolchain::cache::Kind;
+use srp_toolchain::{Engine, Engines, Frame, Session};
 use std::collections::BTreeMap;
-use std::time::Instant;
 
 /// Energy in nJ that a byte of system memory takes: 40 pJ a bit, as Malladi et al. (ISCA 2012) have
 /// it of LPDDR2.
@@ -29,43 +26,36 @@ const MEMORY_BYTE: f64 = 0.32;
 /// A pixel of which a channel is off by more levels has had another decision.
 const DECIDED: u8 = 8;
 
-/// What all trials share.
-pub(super) struct Studio<'a> {
-    pub(super) scene: &'a Scene,
-    pub(super) bvh: &'a Bvh,
-    pub(super) size: (u32, u32),
-    pub(super) edges: Edges,
-    pub(super) session: &'a Session<'a>,
-}
-
 /// A setting that was tried.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Trial {
+pub struct Trial {
     /// What was turned, nothing at the machine as it is.
-    pub(super) knob: String,
+    pub knob: String,
     /// What to.
-    pub(super) value: String,
+    pub value: String,
     /// How a user says it.
-    pub(super) how: String,
+    pub how: String,
     /// Over all pixels.
-    pub(super) all: Difference,
+    pub all: Difference,
     /// Over those on which all decisions fall as in binary64.
-    pub(super) agreeing: Difference,
-    pub(super) leaks: Leaks,
+    pub agreeing: Difference,
+    /// Rays aimed at the scene's own edges.
+    pub leaks: Leaks,
     /// Where the errors come from, in the tiles that were looked into.
-    pub(super) blame: Blame,
+    pub attribution: AttributionSummary,
     /// Of the unit whose precision is set.
-    pub(super) unit: Option<UnitError>,
-    pub(super) costs: Costs,
+    pub unit: Option<UnitError>,
+    /// What the setting costs.
+    pub costs: Costs,
 }
 
 /// How far a unit is off, in units of the last place, over all mantissas.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct UnitError {
+pub struct UnitError {
     /// At most.
-    pub(super) largest: f64,
+    pub largest: f64,
     /// On average.
-    pub(super) mean: f64,
+    pub mean: f64,
 }
 
 impl UnitError {
@@ -84,74 +74,129 @@ impl UnitError {
 
 /// What a setting costs.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct Costs {
+pub struct Costs {
     /// Initiation intervals of the kernels by name.
-    pub(super) ii: BTreeMap<String, u32>,
+    pub ii: BTreeMap<String, u32>,
     /// Cycles in which cores had work, all of them together.
-    pub(super) srp_cycles: u64,
+    pub srp_cycles: u64,
     /// Cycles of the T&I clock in which units had rays, all of them together.
-    pub(super) tni_cycles: u64,
+    pub tni_cycles: u64,
     /// SRP cycles of the frame.
-    pub(super) frame_cycles: u64,
+    pub frame_cycles: u64,
     /// Bytes that the memory moved.
-    pub(super) dram_bytes: u64,
+    pub dram_bytes: u64,
     /// mJ of the frame, as far as what is done has a price.
-    pub(super) energy: f64,
+    pub energy: f64,
     /// mm² of all cores and their units, as far as they have a price.
-    pub(super) area: f64,
+    pub area: f64,
     /// Seconds of the host for the simulation, without compiling.
-    pub(super) host_seconds: f64,
+    pub host_seconds: f64,
 }
 
-/// A frame that was simulated.
-pub(super) struct Frame {
-    pub(super) picture: Picture,
-    pub(super) leaks: Leaks,
-    pub(super) costs: Costs,
+/// What a trial has rendered.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Rendering {
+    /// The picture.
+    pub picture: Picture,
+    /// The largest difference of a channel of each pixel from the picture in binary64, in levels.
+    pub levels: Vec<u8>,
 }
 
-impl Studio<'_> {
-    /// The scene with a subject's light.
-    pub(super) fn scene_of(&self, subject: &Subject) -> Scene {
-        Scene {
-            options: subject.options,
-            ..self.scene.clone()
+/// What is measured of a frame, whatever its setting is called.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Measured {
+    all: Difference,
+    agreeing: Difference,
+    leaks: Leaks,
+    attribution: AttributionSummary,
+    costs: Costs,
+    pub(super) rendering: Rendering,
+}
+
+/// Measures a frame, or finds what was measured before. Its picture is held against one in binary64 of
+/// a subject; errors are attributed in one tile of so many.
+///
+/// # Errors
+///
+/// The frame cannot be simulated, or the work was cancelled.
+pub(super) fn measured(
+    frame: &Frame,
+    (subject, reference): (&Subject, &[DVec3]),
+    edges: &Edges,
+    one_in: u32,
+    session: &Session<'_>,
+) -> Result<Measured, Error> {
+    let image = frame.image()?;
+    let key = frame.key(Kind::Trials, &image);
+    // The reference is of the same scene with the subject's options, in its order of samples.
+    let key = key.value(&subject.arch).value(&subject.options);
+    let key = key.value(&one_in).finish();
+    if let Some(known) = session.cache.get(key, session.watch) {
+        return Ok(known);
+    }
+    let leaks = edges.probe(&frame.scene, &image, &frame.arch);
+    let attribution = AttributionSummary::of(frame, &image, one_in, session)?;
+    let (picture, costs) = simulated(frame, image, session)?;
+    let comparison = Comparison::of(&picture, reference);
+    let measured = Measured {
+        all: comparison.over(|_| true),
+        agreeing: comparison.over(|i| comparison.levels[i] <= DECIDED),
+        leaks,
+        attribution,
+        costs,
+        rendering: Rendering {
+            picture,
+            levels: comparison.levels,
+        },
+    };
+    session.cache.put(key, &measured, session.watch);
+    Ok(measured)
+}
+
+/// Compiles, schedules and simulates a frame.
+fn simulated(
+    frame: &Frame,
+    image: SceneImage,
+    session: &Session<'_>,
+) -> Result<(Picture, Costs), Error> {
+    let compiled = frame.build.compile(None, &frame.arch, session)?;
+    session.check()?;
+    let program = compiled.runnable()?;
+    let engines = Engines::of(program, Engine::Interpreter, session)?;
+    let start = session.watch.elapsed();
+    let (picture, report) = frame.render(image, program, &engines, session)?;
+    let host_seconds = (session.watch.elapsed() - start).as_secs_f64();
+    session.check()?;
+    let costs = Costs {
+        host_seconds,
+        ..costs(&report, program, &frame.arch)
+    };
+    Ok((picture, costs))
+}
+
+impl Trial {
+    /// The trial of a setting.
+    pub(super) fn of(setting: &Setting, measured: &Measured) -> Trial {
+        Trial {
+            knob: setting.knob.clone(),
+            value: setting.value.clone(),
+            how: setting.how.clone(),
+            all: measured.all,
+            agreeing: measured.agreeing,
+            leaks: measured.leaks,
+            attribution: measured.attribution.clone(),
+            unit: UnitError::of(&setting.units),
+            costs: measured.costs.clone(),
         }
     }
 
-    /// Compiles, schedules and simulates a frame.
-    pub(super) fn frame(&self, subject: &Subject) -> Result<Frame, Failure> {
-        let arch = &subject.arch;
-        let scene = &self.scene_of(subject);
-        let compiled = subject.build.compile(None, arch, self.session)?;
-        interrupt::end_if_requested()?;
-        let program = compiled.runnable()?;
-        let image = scene_image::build(scene, self.bvh, &scene.camera, arch, self.size)
-            .map_err(Failure::message)?;
-        let leaks = self.edges.probe(scene, &image, arch);
-        let engines = Engines::of(program, Engine::Interpreter, self.session)?;
-        let cores = engines.cores(arch.system.cores);
-        let timing = system::Timing::Full;
-        let options = system_options(program, Guard::default(), timing, self.session);
-        let start = Instant::now();
-        let rendered = system::render(image, cores, arch, options);
-        let host_seconds = start.elapsed().as_secs_f64();
-        let (picture, report) = rendered.map_err(Failure::message)?;
-        interrupt::end_if_requested()?;
-        Ok(Frame {
-            picture,
-            leaks,
-            costs: Costs {
-                host_seconds,
-                ..costs(&report, program, arch)
-            },
-        })
+    /// Whether it changes what is computed, not how exactly.
+    pub fn is_sampling(&self) -> bool {
+        is_sampling(&self.knob)
     }
-}
 
-#[cfg(test)]
-impl Trial {
     /// One of which nothing is known.
+    #[cfg(test)]
     pub(super) fn empty() -> Trial {
         Trial {
             knob: String::new(),
@@ -160,30 +205,13 @@ impl Trial {
             all: Difference::default(),
             agreeing: Difference::default(),
             leaks: Leaks::default(),
-            blame: Blame::default(),
+            attribution: AttributionSummary::default(),
             unit: None,
             costs: Costs {
                 energy: 1.0,
                 area: 1.0,
                 ..Costs::default()
             },
-        }
-    }
-}
-
-impl Trial {
-    /// What is to be said of a frame.
-    pub(super) fn of(frame: &Frame, comparison: &Comparison) -> Trial {
-        Trial {
-            knob: String::new(),
-            value: String::new(),
-            how: String::new(),
-            all: comparison.over(|_| true),
-            agreeing: comparison.over(|i| comparison.levels[i] <= DECIDED),
-            leaks: frame.leaks,
-            blame: Blame::default(),
-            unit: None,
-            costs: frame.costs.clone(),
         }
     }
 }

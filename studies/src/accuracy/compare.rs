@@ -7,17 +7,17 @@ use srp_runtime::picture::Picture;
 
 /// The difference of two pictures over some of their pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Difference {
+pub struct Difference {
     /// Peak signal-to-noise ratio in dB of the bytes; `None` where no byte differs.
-    pub(super) psnr: Option<f64>,
+    pub psnr: Option<f64>,
     /// Mean of FLIP, from 0 to 1.
-    pub(super) flip: f64,
+    pub flip: f64,
     /// Pixels of which a channel is off by more than a level.
-    pub(super) beyond_1: u32,
-    /// And by more than eight.
-    pub(super) beyond_8: u32,
+    pub beyond_1: u32,
+    /// Pixels of which a channel is off by more than eight levels.
+    pub beyond_8: u32,
     /// Pixels that were compared.
-    pub(super) pixels: u32,
+    pub pixels: u32,
 }
 
 /// A picture beside the reference.

@@ -9,18 +9,18 @@ use srp_runtime::tni::TniCounters;
 
 /// Energy in mJ, without registers, control, clock and the memory outside.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct Energy {
+pub struct Energy {
     /// Ray-box tests.
-    pub(super) boxes: f64,
+    pub boxes: f64,
     /// Ray-triangle tests.
-    pub(super) triangles: f64,
+    pub triangles: f64,
     /// Accesses to the caches, and their refills.
-    pub(super) caches: f64,
+    pub caches: f64,
 }
 
 impl Energy {
     /// What these counters come to.
-    pub(crate) fn of(tni: &TniSpec, c: &TniCounters) -> Energy {
+    pub fn of(tni: &TniSpec, c: &TniCounters) -> Energy {
         const MJ: f64 = 1e-6;
         let test = operations_energy(tni.intersection.operations(tni.rcp));
         let cache = |spec: &CacheSpec, c: &CacheCounters| {
@@ -38,7 +38,7 @@ impl Energy {
     }
 
     /// All of it.
-    pub(crate) fn total(&self) -> f64 {
+    pub fn total(&self) -> f64 {
         self.boxes + self.triangles + self.caches
     }
 }
