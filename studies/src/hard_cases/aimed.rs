@@ -9,13 +9,13 @@ use super::settings::Setting;
 use super::shared::Shared;
 use super::surface::{self, Made, Scenery};
 use super::unit::{self, Unit};
+use crate::exact::{self, Distance};
 use glam::Vec3;
 use srp_archdesc::arch::{Approx, Arch};
 use srp_runtime::bvh::Bvh;
 use srp_runtime::scene::{Scene, Triangle};
 use srp_runtime::scene_image;
 use srp_runtime::tni::arithmetic::{Hit, Ray};
-use srp_studies::exact::{self, Distance};
 use std::cmp::Ordering;
 
 /// The sine of the angle at which a ray must meet a face, for the face to be more than an outline.
@@ -62,7 +62,7 @@ fn slant(direction: Vec3, triangle: &Triangle) -> f64 {
 }
 
 /// A ray that is aimed at something.
-struct Aimed {
+struct AimedRay {
     origin: [f32; 3],
     direction: [f32; 3],
     /// The triangles round it.
@@ -75,20 +75,20 @@ struct Aimed {
 }
 
 /// The rays of a case, and what they are aimed at.
-pub(super) struct Crowd {
+pub(super) struct AimedRays {
     triangles: Vec<Triangle>,
     tree: Bvh,
     light: Vec3,
     /// Whether the rays start inside a closed, convex mesh.
     inside: bool,
-    rays: Vec<Aimed>,
+    rays: Vec<AimedRay>,
 }
 
-impl Crowd {
+impl AimedRays {
     /// The rays of a case: so many `rays`, from a `seed`, at `edges`, `vertices`, `faces` or along the
     /// surface (`grazing`). A sphere is looked at from inside and has its `light` there, a scene from
     /// its camera.
-    pub(super) fn of(case: &Case, scene: &Scene) -> Crowd {
+    pub(super) fn of(case: &Case, scene: &Scene) -> AimedRays {
         let triangles = meshes::of(case, scene);
         let mut random = Random(u64::from(case.words::<1>("seed")[0]));
         let [count] = case.floats("rays");
@@ -148,7 +148,7 @@ impl Crowd {
             let distance = |t: &u32| exact::distance(&ray, &triangles[*t as usize]);
             let ahead = |t: &Distance| t.compare_number(0.0) == Ordering::Greater;
             let distances = round.iter().filter_map(distance).filter(ahead);
-            Some(Aimed {
+            Some(AimedRay {
                 origin,
                 direction,
                 met: distances.min_by(Distance::compare),
@@ -157,7 +157,7 @@ impl Crowd {
             })
         });
         let rays = rays.take(count as usize);
-        Crowd {
+        AimedRays {
             rays: rays.collect(),
             light: light.unwrap_or(own),
             tree: unit::tree(&triangles),
@@ -168,7 +168,7 @@ impl Crowd {
 
     /// Whether a ray went between triangles: it found nothing, or something behind what it meets in
     /// exact arithmetic by more than the unit's distances can be off.
-    fn is_lost(&self, aimed: &Aimed, hit: &Hit, arch: &Arch) -> bool {
+    fn is_lost(&self, aimed: &AimedRay, hit: &Hit, arch: &Arch) -> bool {
         if self.inside {
             return !hit.is_hit();
         }
@@ -191,7 +191,7 @@ impl Crowd {
         let arch = &setting.arch;
         let unit = Unit::of(arch, &self.triangles, &self.tree);
         let mut tracer = unit.tracer();
-        let lost = |aimed: &&Aimed| {
+        let lost = |aimed: &&AimedRay| {
             let ray = surface::ray(arch, aimed.origin, aimed.direction, f32::MAX);
             self.is_lost(aimed, &tracer.trace(&ray).hit, arch)
         };

@@ -1,5 +1,6 @@
 //! The T&I unit of a machine over the triangles of a case.
 
+use crate::tni::drive;
 use srp_archdesc::arch::Arch;
 use srp_runtime::bvh::{self, Bvh, Layout, TreeImage};
 use srp_runtime::memory::SystemMemory;
@@ -7,7 +8,6 @@ use srp_runtime::scene::Triangle;
 use srp_runtime::tni::arithmetic::{Hit, Ray};
 use srp_runtime::tni::place_for;
 use srp_runtime::tni::{Tracer, Tree};
-use srp_studies::tni::drive;
 
 /// The usual tree of some triangles.
 pub(super) fn tree(triangles: &[Triangle]) -> Bvh {

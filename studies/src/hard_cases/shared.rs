@@ -5,9 +5,9 @@
 //! of a point that is rounded: an outline, or the border of an open mesh, is nothing that can leak. With
 //! triangles on both sides there is no such way out. A vertex is closed where all edges that end there are.
 
+use crate::exact;
 use glam::Vec3;
 use srp_runtime::scene::Triangle;
-use srp_studies::exact;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 

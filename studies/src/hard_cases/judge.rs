@@ -8,7 +8,7 @@ use std::fmt::Write;
 
 /// What became of a case in a place.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Verdict {
+pub enum Verdict {
     /// It is right.
     Right,
     /// It is wrong, as it must be in this setting, and keeps the bound that is stated.

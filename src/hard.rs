@@ -1,12 +1,33 @@
-//! The matrix as text, as JSON and as a page.
+//! `srp hard-cases`: cases that go wrong in float arithmetic, as text, as JSON and as a page.
 
-use super::catalogue::{Case, Level};
-use super::judge::Verdict;
-use super::{Column, Matrix};
+use crate::cli::HardCases;
+use crate::failure::Failure;
+use crate::{files, interrupt, scenes, talk};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use serde_json::{Value, json};
+use srp_studies::hard_cases::{self, Case, Column, Level, Matrix, Verdict};
+use srp_toolchain::machine;
 use std::collections::BTreeMap;
 use std::fmt::Write;
+
+/// Runs `srp hard-cases`: 1 where a case is wrong that is not listed as failing by design.
+pub(crate) fn run(args: &HardCases) -> Result<i32, Failure> {
+    if let Some(path) = &args.html {
+        files::check_writable(path)?;
+    }
+    let arch = machine::read(&args.machine.machine)?;
+    let cases = hard_cases::cases(args.filter.as_deref().unwrap_or_default())?;
+    let session = &talk::session();
+    let scene = scenes::read(args.scene.as_deref(), None, session)?;
+    let matrix = interrupt::looked_for(|| hard_cases::run(&arch, cases, &scene, session))?;
+    if let Some(path) = &args.html {
+        files::write(path, page(&matrix).as_bytes())?;
+    }
+    talk::print(match args.json {
+        true => json(&matrix)?,
+        false => text(&matrix),
+    })?;
+    Ok(i32::from(matrix.is_wrong()))
+}
 
 /// The sign of a verdict in the text.
 fn sign(verdict: Option<&Verdict>) -> char {
@@ -37,21 +58,13 @@ fn columns(matrix: &Matrix, level: Level) -> impl Iterator<Item = Column> {
     columns.filter(move |c| c.level == level)
 }
 
-/// The name of a column's setting; on the host everything is exact.
-fn setting(matrix: &Matrix, column: Column) -> &str {
-    match column.level {
-        Level::Host => "exact",
-        _ => &matrix.settings[column.setting].name,
-    }
-}
-
 /// Columns as a letter each: a to z, then A to Z.
 fn letters() -> impl Iterator<Item = char> {
     ('a'..='z').chain('A'..='Z').cycle()
 }
 
 /// The matrix as text: a line for each case, a sign for each column.
-pub(super) fn text(matrix: &Matrix) -> String {
+fn text(matrix: &Matrix) -> String {
     let mut text = heading(matrix) + "\n\n";
     let mut header = String::new();
     let mut named = letters();
@@ -59,7 +72,7 @@ pub(super) fn text(matrix: &Matrix) -> String {
         for column in columns(matrix, level) {
             let letter = named.next().unwrap_or('?');
             header.push(letter);
-            let name = setting(matrix, column);
+            let name = matrix.setting(column);
             let _ = writeln!(text, "  {letter}  {:5} {name}", level.name());
         }
         header.push(' ');
@@ -104,7 +117,7 @@ fn list(
     let mut said: BTreeMap<(usize, Level), Vec<String>> = BTreeMap::new();
     for ((case, column), verdict) in &matrix.verdicts {
         if let Some(what) = what(verdict) {
-            let line = format!("{}: {what}", setting(matrix, *column));
+            let line = format!("{}: {what}", matrix.setting(*column));
             said.entry((*case, column.level)).or_default().push(line);
         }
     }
@@ -126,63 +139,16 @@ fn list(
     }
 }
 
-/// A verdict in a word, and what is said of it.
-fn told(verdict: &Verdict) -> (&'static str, &str) {
-    match verdict {
-        Verdict::Right => ("right", ""),
-        Verdict::Bounded(what) => ("bounded", what),
-        Verdict::Wrong(what) => ("wrong", what),
-    }
+/// The matrix as JSON.
+fn json(matrix: &Matrix) -> Result<String, Failure> {
+    let value = serde_json::to_value(matrix).map_err(Failure::message)?;
+    Ok(format!("{value:#}\n"))
 }
 
-/// The matrix as JSON, with the bits of all inputs.
-pub(super) fn json(matrix: &Matrix) -> String {
-    let hex = |word: &u32| Value::String(format!("{word:08x}"));
-    let case = |(i, case): (usize, &Case)| {
-        let results = matrix.verdicts.iter().filter(|((c, _), _)| *c == i);
-        let results = results.map(|((_, column), v)| {
-            let (verdict, what) = told(v);
-            json!({
-                "level": column.level.name(),
-                "setting": setting(matrix, *column),
-                "verdict": verdict,
-                "what": what,
-            })
-        });
-        let arguments = case.arguments.iter();
-        let arguments = arguments.map(|(name, words)| {
-            let bits: Vec<Value> = words.iter().map(hex).collect();
-            json!({ "name": name, "bits": bits })
-        });
-        json!({
-            "id": case.id,
-            "title": case.title,
-            "place": case.place,
-            "call": case.call,
-            "arguments": arguments.collect::<Vec<_>>(),
-            "gives": case.gives,
-            "within_ulp": case.within,
-            "oracle": case.oracle.name(),
-            "source": case.source,
-            "levels": case.levels.iter().map(|l| l.name()).collect::<Vec<_>>(),
-            "results": results.collect::<Vec<_>>(),
-        })
-    };
-    let cases: Vec<Value> = matrix.cases.iter().enumerate().map(case).collect();
-    let whole = json!({
-        "machine": matrix.machine,
-        "settings": matrix.settings.iter().map(|s| &s.name).collect::<Vec<_>>(),
-        "skipped": matrix.skipped,
-        "wrong": matrix.count(|v| matches!(v, Verdict::Wrong(_))),
-        "cases": cases,
-    });
-    format!("{whole:#}\n")
-}
-
-const STYLE: &str = include_str!("page.css");
+const STYLE: &str = include_str!("hard.css");
 
 /// The matrix as one page without network.
-pub(super) fn page(matrix: &Matrix) -> String {
+fn page(matrix: &Matrix) -> String {
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -230,7 +196,7 @@ fn table(matrix: &Matrix) -> Markup {
                     th { "case" } th.words {}
                     @for level in levels() {
                         @for (k, column) in of(level).into_iter().enumerate() {
-                            th.setting.first[k == 0] { span { (setting(matrix, column)) } }
+                            th.setting.first[k == 0] { span { (matrix.setting(column)) } }
                         }
                     }
                 }
@@ -253,7 +219,7 @@ fn table(matrix: &Matrix) -> Markup {
 }
 
 fn cell(verdict: Option<&Verdict>, first: bool) -> Markup {
-    let (class, what) = verdict.map_or(("none", ""), told);
+    let (class, what) = verdict.map_or(("none", ""), Verdict::told);
     html! { td.cell.first[first] { i class=(class) title=(what) {} } }
 }
 

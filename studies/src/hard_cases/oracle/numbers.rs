@@ -1,8 +1,8 @@
 //! Functions of numbers, in binary64 and in integers.
 
 use super::is_rounded;
-use crate::hard::call::texel;
-use crate::hard::catalogue::Case;
+use crate::hard_cases::call::texel;
+use crate::hard_cases::catalogue::Case;
 
 /// Whether the numbers of a case are those of its oracle.
 pub(super) fn check(case: &Case) -> Result<(), String> {

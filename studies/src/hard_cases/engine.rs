@@ -1,8 +1,7 @@
 //! Where the kernels' functions are run: on the host, by its C compiler, and on the simulated SRP.
 
-use crate::failure::Failure;
-use crate::talk::CONSOLE;
-use crate::{files, interrupt};
+use super::catalogue::FOLDER;
+use crate::Error;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Source;
 use srp_archdesc::isa::Class;
@@ -10,13 +9,15 @@ use srp_csimgen::{Interpreter, link};
 use srp_ir::check::Checked;
 use srp_runtime::effect::{Effect, Effects};
 use srp_runtime::solo::{self, Finish, Solo, SoloError};
+use srp_toolchain::cache::Workplace;
+use srp_toolchain::files::{self, FileError};
 use srp_toolchain::{Input, Options, Session, compile, input};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// The driver's text.
-const DRIVER: &str = include_str!("../../tests/hard/driver.c");
+const DRIVER: &str = include_str!("driver.c");
 
 /// What the kernels are built for: surfaces that mirror, bend and scatter light and have shadows.
 const EFFECTS: &str = "normals,texture,light,lights,highlight,shadow,reflection,transparency,\
@@ -45,7 +46,7 @@ fn defines(textures: bool) -> Vec<(String, String)> {
 
 /// The driver, and the kernels of the frame but for its queue of jobs.
 fn sources() -> Vec<Source> {
-    let mut sources = vec![Source::new("tests/hard/driver.c", DRIVER)];
+    let mut sources = vec![Source::new(format!("{FOLDER}/driver.c"), DRIVER)];
     let queue = |s: &Source| s.name.ends_with("frame.c");
     sources.extend(input::kernels().into_iter().filter(|s| !queue(s)));
     sources
@@ -53,15 +54,14 @@ fn sources() -> Vec<Source> {
 
 /// The driver as the host's C compiler has made it.
 pub(super) struct Host {
-    folder: PathBuf,
+    folder: Workplace,
 }
 
 impl Host {
     /// Compiles the driver; `None` where there is no C compiler `cc`.
-    pub(super) fn compile() -> Result<Option<Host>, Failure> {
-        let folder =
-            srp_toolchain::files::cache_folder().join(format!("hard-{}", std::process::id()));
-        files::make_folder(&folder)?;
+    pub(super) fn compile(session: &Session<'_>) -> Result<Option<Host>, Error> {
+        let folder = session.cache.workplace(session.watch);
+        let folder = folder.map_err(|e| FileError::writing(&std::env::temp_dir(), e))?;
         let host = Host { folder };
         let mut command = Command::new("cc");
         command.args([
@@ -72,12 +72,12 @@ impl Host {
             "-w",
             "-I",
         ]);
-        command.arg(&host.folder);
+        command.arg(host.folder.path());
         command.args(defines(true).iter().map(|(n, v)| format!("-D{n}={v}")));
         let headers = srp_kernels::HEADERS.iter().map(input::source);
         for source in sources().into_iter().chain(headers) {
             let name = Path::new(&source.name).file_name().unwrap_or_default();
-            let path = host.folder.join(name);
+            let path = host.folder.path().join(name);
             files::write(&path, source.text.as_bytes())?;
             if source.name.ends_with(".c") {
                 command.arg(path);
@@ -87,7 +87,7 @@ impl Host {
         match command.output() {
             Err(_) => Ok(None),
             Ok(output) if output.status.success() => Ok(Some(host)),
-            Ok(output) => Err(Failure::Message(format!(
+            Ok(output) => Err(Error::invalid(format_args!(
                 "the host's C compiler refuses the driver: {}",
                 String::from_utf8_lossy(&output.stderr)
             ))),
@@ -95,12 +95,13 @@ impl Host {
     }
 
     fn program(&self) -> PathBuf {
-        self.folder.join("driver")
+        self.folder.path().join("driver")
     }
 
     /// System memory after the driver has run.
-    pub(super) fn run(&self, memory: &[u8]) -> Result<Vec<u8>, Failure> {
-        let failed = |e: std::io::Error| Failure::Message(format!("the driver on the host: {e}"));
+    pub(super) fn run(&self, memory: &[u8]) -> Result<Vec<u8>, Error> {
+        let failed =
+            |e: std::io::Error| Error::invalid(format_args!("the driver on the host: {e}"));
         let mut child = Command::new(self.program())
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -115,15 +116,8 @@ impl Host {
         let output = child.wait_with_output().map_err(failed)?;
         match (written, output.status.success()) {
             (Some(Ok(())), true) => Ok(output.stdout),
-            _ => Err(Failure::message("the driver on the host fails")),
+            _ => Err(Error::invalid("the driver on the host fails")),
         }
-    }
-}
-
-impl Drop for Host {
-    fn drop(&mut self) {
-        // Where that fails, a folder in the cache stays behind.
-        let _ = std::fs::remove_dir_all(&self.folder);
     }
 }
 
@@ -134,34 +128,34 @@ pub(super) struct Srp {
 
 impl Srp {
     /// Compiles the driver; loops that are known are not scheduled again.
-    pub(super) fn compile(arch: &Arch, session: &Session<'_>) -> Result<Srp, Failure> {
+    pub(super) fn compile(arch: &Arch, session: &Session<'_>) -> Result<Srp, Error> {
         let options = Options {
             defines: defines(has_textures(arch)),
             auto_kernel: false,
             ..Options::default()
         };
         let input = Input::C(sources());
-        let compiled = interrupt::looked_for(|| compile(input, arch, &options, session))?;
-        interrupt::end_if_requested()?;
+        let compiled = compile(input, arch, &options, session)?;
+        session.check()?;
         Ok(Srp {
             program: compiled.runnable()?.clone(),
         })
     }
 
     /// System memory after the driver has run.
-    pub(super) fn run(&self, memory: Vec<u8>) -> Result<Vec<u8>, Failure> {
-        let spec = link(&self.program).map_err(Failure::message)?;
+    pub(super) fn run(&self, memory: Vec<u8>, session: &Session<'_>) -> Result<Vec<u8>, Error> {
+        let spec = link(&self.program).map_err(srp_toolchain::Error::from)?;
         let mut bus = Solo::new(&self.program.image, self.program.arch().system.sram_bytes);
         bus.memory = memory;
         let mut finish = Finish::default();
         let mut core = Interpreter::new(&spec);
-        let ended = interrupt::looked_for(|| {
-            solo::run_until(&mut core, &mut bus, MOST_CYCLES, &CONSOLE, &mut finish)
-        });
+        let ended = solo::run_until(&mut core, &mut bus, MOST_CYCLES, session.watch, &mut finish);
         match ended {
             Ok(()) => Ok(bus.memory),
-            Err(SoloError::Stopped) => Err(Failure::Interrupted),
-            Err(error) => Err(Failure::Message(format!("the driver on the SRP: {error}"))),
+            Err(SoloError::Stopped) => Err(srp_toolchain::Error::Cancelled.into()),
+            Err(error) => Err(Error::invalid(format_args!(
+                "the driver on the SRP: {error}"
+            ))),
         }
     }
 }

@@ -1,5 +1,5 @@
 //! Calls of the kernels' functions: how arguments and results stand in system memory, for the driver
-//! in `tests/hard/driver.c`.
+//! in `driver.c`.
 
 use super::catalogue::Case;
 use srp_runtime::memory::BASE;

@@ -1,120 +1,89 @@
-//! `srp hard-cases`: cases that go wrong in float arithmetic, tried on the host, on the simulated SRP
-//! and in the T&I unit, with each setting of precision that a machine has.
+//! Cases that go wrong in float arithmetic, tried on the host, on the simulated SRP and in the T&I unit,
+//! with each setting of precision that a machine has.
+//!
+//! The cases are data ([`catalogue`]). `driver.c` calls the functions of the kernels that they are about,
+//! and an oracle of the tests computes every answer that the catalogue states again.
 
+mod aimed;
 mod call;
 mod catalogue;
-mod crowd;
 mod engine;
 mod judge;
 mod meshes;
 #[cfg(test)]
 mod oracle;
-mod output;
+mod report;
 mod settings;
 mod shared;
 mod surface;
 mod unit;
 
-use crate::cli::HardCases;
-use crate::failure::Failure;
-use crate::talk::{self, Progress};
-use crate::{files, interrupt, scenes};
+pub use catalogue::{Case, Level, Oracle};
+pub use judge::Verdict;
+pub use report::{Column, Matrix};
+pub use settings::Setting;
+
+use crate::Error;
+use aimed::AimedRays;
 use call::{Calls, Function};
-use catalogue::{Case, Level};
-use crowd::Crowd;
 use engine::{Host, Srp};
-use judge::Verdict;
-use settings::Setting;
 use srp_archdesc::arch::{Approx, Arch, Precision};
+use srp_archdesc::watch::Stage;
 use srp_runtime::scene::{Scene, Triangle};
 use srp_runtime::tni::arithmetic::{self, Prepared, Ray};
 use srp_toolchain::Session;
-use srp_toolchain::machine;
 use std::collections::BTreeMap;
 use surface::Made;
 
-/// A column of the matrix: a level, and there a setting by its number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Column {
-    level: Level,
-    setting: usize,
-}
-
-/// What became of every case, in each column that it runs in.
-struct Matrix {
-    machine: String,
-    settings: Vec<Setting>,
-    cases: Vec<Case>,
-    columns: Vec<Column>,
-    /// By case and column.
-    verdicts: BTreeMap<(usize, Column), Verdict>,
-    /// Levels that could not be run, and why.
-    skipped: Vec<String>,
-}
-
-impl Matrix {
-    /// How many verdicts are of this kind.
-    fn count(&self, is: impl Fn(&Verdict) -> bool) -> usize {
-        self.verdicts.values().filter(|v| is(v)).count()
-    }
-}
-
-/// Runs `srp hard-cases`: 1 where a case is wrong that is not listed as failing by design.
-pub(crate) fn run(args: &HardCases) -> Result<i32, Failure> {
-    if let Some(path) = &args.html {
-        files::check_writable(path)?;
-    }
-    let arch = machine::read(&args.machine.machine)?;
-    let cases = catalogue::read().map_err(Failure::Message)?;
-    let chosen = |case: &Case| args.filter.iter().all(|f| case.id.starts_with(f.as_str()));
+/// The cases of the catalogue whose identifiers begin with `prefix`.
+///
+/// # Errors
+///
+/// There is none.
+pub fn cases(prefix: &str) -> Result<Vec<Case>, Error> {
+    let cases = catalogue::read().map_err(Error::Invalid)?;
+    let chosen = |case: &Case| case.id.starts_with(prefix);
     let cases: Vec<Case> = cases.into_iter().filter(chosen).collect();
-    if cases.is_empty() {
-        return Err(Failure::message(
+    match cases.is_empty() {
+        true => Err(Error::invalid(
             "no case has an identifier that begins so: `srp hard-cases` lists them",
-        ));
+        )),
+        false => Ok(cases),
     }
-    let session = &talk::session();
-    let scene = scenes::read(args.scene.as_deref(), None, session)?;
-    let matrix = try_all(&arch, cases, &scene, session)?;
-    if let Some(path) = &args.html {
-        files::write(path, output::page(&matrix).as_bytes())?;
-    }
-    talk::print(match args.json {
-        true => output::json(&matrix),
-        false => output::text(&matrix),
-    })?;
-    let wrong = matrix.count(|v| matches!(v, Verdict::Wrong(_)));
-    Ok(i32::from(wrong > 0))
 }
 
 /// Tries the cases on a machine with all its settings; rays are aimed at a scene's own edges too.
-fn try_all(
+///
+/// # Errors
+///
+/// The driver does not compile or does not end, or the work was cancelled.
+pub fn run(
     arch: &Arch,
     cases: Vec<Case>,
     scene: &Scene,
     session: &Session<'_>,
-) -> Result<Matrix, Failure> {
+) -> Result<Matrix, Error> {
     let settings = settings::of(arch);
     let mut trial = Trial {
         verdicts: BTreeMap::new(),
         skipped: Vec::new(),
         session,
         triangles: cases.iter().map(|c| meshes::of(c, scene)).collect(),
-        crowds: cases.iter().map(|c| crowd_of(c, scene)).collect(),
+        aimed: cases.iter().map(|c| aimed_of(c, scene)).collect(),
         cases: &cases,
-        progress: Progress::steps("trying", settings.len() as u64 + 1),
     };
+    let stage = Stage::of(session.watch, "trying", settings.len() as u64 + 1);
     // An array alone runs no programs.
     let has_slots = arch.srp.fus.values().any(|fu| fu.slot.is_some());
     trial.on_host(&settings[0])?;
     for (number, setting) in settings.iter().enumerate() {
-        interrupt::end_if_requested()?;
-        trial.progress.at(number as u64 + 1);
+        session.check()?;
+        stage.done(1);
         if has_slots && (setting.changes_kernels || setting.changes_textures) {
             trial.on_srp(number, setting)?;
         }
         if setting.changes_tni {
-            trial.in_unit(number, setting);
+            trial.in_unit(number, setting)?;
         }
     }
     let Trial {
@@ -133,18 +102,17 @@ fn try_all(
     })
 }
 
-fn crowd_of(case: &Case, scene: &Scene) -> Option<Crowd> {
-    matches!(case.call.as_str(), "leaks" | "acne").then(|| Crowd::of(case, scene))
+fn aimed_of(case: &Case, scene: &Scene) -> Option<AimedRays> {
+    matches!(case.call.as_str(), "leaks" | "acne").then(|| AimedRays::of(case, scene))
 }
 
 struct Trial<'a> {
     cases: &'a [Case],
     triangles: Vec<Vec<Triangle>>,
-    crowds: Vec<Option<Crowd>>,
+    aimed: Vec<Option<AimedRays>>,
     verdicts: BTreeMap<(usize, Column), Verdict>,
     skipped: Vec<String>,
     session: &'a Session<'a>,
-    progress: Progress,
 }
 
 /// What a case has in the driver's calls.
@@ -167,7 +135,7 @@ impl Trial<'_> {
         level: Level,
         arch: &Arch,
         wanted: impl Fn(&Case) -> bool,
-    ) -> Result<(Calls, Vec<(usize, Placed)>), Failure> {
+    ) -> Result<(Calls, Vec<(usize, Placed)>), Error> {
         let mut calls = Calls::new();
         let mut placed = Vec::new();
         for (i, case) in self.cases.iter().enumerate() {
@@ -177,8 +145,8 @@ impl Trial<'_> {
             if !case.levels.contains(&level) || !wanted(case) {
                 continue;
             }
-            let at = match (case.call.as_str(), &self.crowds[i]) {
-                ("acne", Some(crowd)) => crowd
+            let at = match (case.call.as_str(), &self.aimed[i]) {
+                ("acne", Some(rays)) => rays
                     .add_hits(&mut calls, case, function, arch)
                     .map(Placed::Hits),
                 ("surface", _) => {
@@ -190,24 +158,24 @@ impl Trial<'_> {
                 )),
                 _ => Ok(Placed::Call(calls.add_case(case, function))),
             };
-            let wrong = |e| Failure::Message(format!("{}: {e}", case.place));
+            let wrong = |e| Error::invalid(format_args!("{}: {e}", case.place));
             placed.push((i, at.map_err(wrong)?));
         }
         Ok((calls, placed))
     }
 
-    fn on_host(&mut self, setting: &Setting) -> Result<(), Failure> {
+    fn on_host(&mut self, setting: &Setting) -> Result<(), Error> {
         let arch = exact(&setting.arch);
         let wanted = |case: &Case| case.call != "acne";
         let (calls, placed) = self.calls(Level::Host, &arch, wanted)?;
-        let Some(host) = Host::compile()? else {
+        let Some(host) = Host::compile(self.session)? else {
             let note = "host: there is no C compiler `cc`";
             self.skipped.push(note.to_owned());
             return Ok(());
         };
         let memory = calls.memory();
         if memory.len() > engine::HOST_MEMORY {
-            return Err(Failure::message(
+            return Err(Error::invalid(
                 "the driver's memory does not hold the cases",
             ));
         }
@@ -223,7 +191,7 @@ impl Trial<'_> {
         Ok(())
     }
 
-    fn on_srp(&mut self, number: usize, setting: &Setting) -> Result<(), Failure> {
+    fn on_srp(&mut self, number: usize, setting: &Setting) -> Result<(), Error> {
         let textures = engine::has_textures(&setting.arch);
         if !textures && number == 0 {
             let note = "srp: no unit of the machine samples textures";
@@ -238,7 +206,7 @@ impl Trial<'_> {
             return Ok(());
         }
         let srp = Srp::compile(&setting.arch, self.session)?;
-        let results = calls.results(&srp.run(calls.memory())?);
+        let results = calls.results(&srp.run(calls.memory(), self.session)?);
         for (case, at) in placed {
             let verdict = self.judge(case, &at, &results, setting);
             self.put(case, Level::Srp, number, verdict);
@@ -249,9 +217,9 @@ impl Trial<'_> {
     /// What the driver's results say of a case.
     fn judge(&self, case: usize, at: &Placed, results: &[Vec<u32>], setting: &Setting) -> Verdict {
         let (i, case) = (case, &self.cases[case]);
-        let call = match (at, &self.crowds[i]) {
-            (Placed::Hits(hits), Some(crowd)) => {
-                return crowd.judge_acne(&setting.arch, hits, results);
+        let call = match (at, &self.aimed[i]) {
+            (Placed::Hits(hits), Some(rays)) => {
+                return rays.judge_acne(&setting.arch, hits, results);
             }
             (Placed::Call(call), _) => &results[*call],
             (Placed::Hits(_), None) => return Verdict::Right,
@@ -267,15 +235,16 @@ impl Trial<'_> {
         }
     }
 
-    fn in_unit(&mut self, number: usize, setting: &Setting) {
+    fn in_unit(&mut self, number: usize, setting: &Setting) -> Result<(), Error> {
         for i in 0..self.cases.len() {
+            self.session.check()?;
             let case = &self.cases[i];
             if !case.levels.contains(&Level::Tni) {
                 continue;
             }
-            let verdict = match (case.call.as_str(), &self.crowds[i]) {
+            let verdict = match (case.call.as_str(), &self.aimed[i]) {
                 ("ray", _) => judge_ray(case, setting, &self.triangles[i]),
-                ("leaks", Some(crowd)) => match crowd.leaks(case, setting) {
+                ("leaks", Some(rays)) => match rays.leaks(case, setting) {
                     Some(verdict) => verdict,
                     None => continue,
                 },
@@ -284,6 +253,7 @@ impl Trial<'_> {
             };
             self.put(i, Level::Tni, number, verdict);
         }
+        Ok(())
     }
 }
 

@@ -1,4 +1,4 @@
-//! The catalogue of hard cases: data in `tests/hard`, read here.
+//! The catalogue of hard cases: the `.cases` files beside this one, and their form.
 //!
 //! A file is lines of `keyword rest`; `#` begins a comment. `case ID TITLE` begins a case, the lines
 //! after it belong to it, and what stands before the first case of a file holds for all its cases:
@@ -12,7 +12,7 @@
 //!   on host srp tni              the levels that it runs at
 //!   within 2                     units of the last place that a result may be off; 0 where not said
 //!   costs rsqrt 1                how often the error of an approximate unit may go into the result
-//!   loses wald 0.16              a triangle test that may lose the ray, or this share of a crowd
+//!   loses wald 0.16              a triangle test that may lose the ray, or this share of many
 //! ```
 //!
 //! A number is the float nearest to a decimal number, `inf`, `nan`, or `x` and its bits in
@@ -20,28 +20,25 @@
 
 use std::collections::BTreeMap;
 
+/// Where the files of the catalogue are.
+pub(super) const FOLDER: &str = "studies/src/hard_cases";
+
 /// The files of the catalogue.
 const FILES: [(&str, &str); 9] = [
-    ("boxes", include_str!("../../tests/hard/boxes.cases")),
-    (
-        "triangles",
-        include_str!("../../tests/hard/triangles.cases"),
-    ),
-    ("origins", include_str!("../../tests/hard/origins.cases")),
-    ("vectors", include_str!("../../tests/hard/vectors.cases")),
-    (
-        "functions",
-        include_str!("../../tests/hard/functions.cases"),
-    ),
-    ("textures", include_str!("../../tests/hard/textures.cases")),
-    ("light", include_str!("../../tests/hard/light.cases")),
-    ("trees", include_str!("../../tests/hard/trees.cases")),
-    ("floats", include_str!("../../tests/hard/floats.cases")),
+    ("boxes", include_str!("boxes.cases")),
+    ("triangles", include_str!("triangles.cases")),
+    ("origins", include_str!("origins.cases")),
+    ("vectors", include_str!("vectors.cases")),
+    ("functions", include_str!("functions.cases")),
+    ("textures", include_str!("textures.cases")),
+    ("light", include_str!("light.cases")),
+    ("trees", include_str!("trees.cases")),
+    ("floats", include_str!("floats.cases")),
 ];
 
 /// Where a case is run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Level {
+pub enum Level {
     /// The kernels' C by the host's compiler.
     Host,
     /// The kernels on the simulated SRP.
@@ -51,9 +48,11 @@ pub(crate) enum Level {
 }
 
 impl Level {
-    pub(crate) const ALL: [Level; 3] = [Level::Host, Level::Srp, Level::Tni];
+    /// All of them, from the one without a simulation.
+    pub const ALL: [Level; 3] = [Level::Host, Level::Srp, Level::Tni];
 
-    pub(crate) fn name(self) -> &'static str {
+    /// Its name in the catalogue.
+    pub fn name(self) -> &'static str {
         match self {
             Level::Host => "host",
             Level::Srp => "srp",
@@ -64,7 +63,7 @@ impl Level {
 
 /// Who decides what is right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Oracle {
+pub enum Oracle {
     /// Rational arithmetic.
     Exact,
     /// Binary64, where its error cannot matter.
@@ -78,7 +77,7 @@ pub(crate) enum Oracle {
 }
 
 impl Oracle {
-    pub(crate) const ALL: [Oracle; 5] = [
+    const ALL: [Oracle; 5] = [
         Oracle::Exact,
         Oracle::Binary64,
         Oracle::Rounded,
@@ -86,7 +85,8 @@ impl Oracle {
         Oracle::Rule,
     ];
 
-    pub(crate) fn name(self) -> &'static str {
+    /// Its name in the catalogue.
+    pub fn name(self) -> &'static str {
         match self {
             Oracle::Exact => "exact",
             Oracle::Binary64 => "binary64",
@@ -99,66 +99,71 @@ impl Oracle {
 
 /// A hard case.
 #[derive(Clone, Debug)]
-pub(crate) struct Case {
-    pub(crate) id: String,
-    pub(crate) title: String,
+pub struct Case {
+    /// Its identifier: a letter for its family, and numbers.
+    pub id: String,
+    /// What is hard about it.
+    pub title: String,
     /// The function that is called.
-    pub(crate) call: String,
+    pub call: String,
     /// Its arguments by name, as bits.
-    pub(crate) arguments: Vec<(String, Vec<u32>)>,
+    pub arguments: Vec<(String, Vec<u32>)>,
     /// What it is to give: numbers and words.
-    pub(crate) gives: Vec<String>,
-    pub(crate) oracle: Oracle,
-    pub(crate) source: String,
-    pub(crate) levels: Vec<Level>,
+    pub gives: Vec<String>,
+    /// Who decides what is right.
+    pub oracle: Oracle,
+    /// Who knows of it.
+    pub source: String,
+    /// The levels that it runs at.
+    pub levels: Vec<Level>,
     /// Units of the last place of the largest part of the result.
-    pub(crate) within: f64,
+    pub within: f64,
     /// Approximate units, and how often their error goes into the result.
-    pub(crate) costs: Vec<(String, f64)>,
+    pub costs: Vec<(String, f64)>,
     /// Triangle tests that may lose the ray, or this share of many.
-    pub(crate) loses: Vec<(String, f64)>,
+    pub loses: Vec<(String, f64)>,
     /// File and line.
-    pub(crate) place: String,
+    pub place: String,
 }
 
 impl Case {
     /// An argument of this name.
-    pub(crate) fn argument(&self, name: &str) -> Option<&[u32]> {
+    pub(super) fn argument(&self, name: &str) -> Option<&[u32]> {
         let found = self.arguments.iter().find(|(n, _)| n == name);
         found.map(|(_, words)| words.as_slice())
     }
 
     /// The bits of an argument of `N` words; 0 where it is not given.
-    pub(crate) fn words<const N: usize>(&self, name: &str) -> [u32; N] {
+    pub(super) fn words<const N: usize>(&self, name: &str) -> [u32; N] {
         let given = self.argument(name).unwrap_or_default();
         std::array::from_fn(|i| given.get(i).copied().unwrap_or(0))
     }
 
     /// The same as floats.
-    pub(crate) fn floats<const N: usize>(&self, name: &str) -> [f32; N] {
+    pub(super) fn floats<const N: usize>(&self, name: &str) -> [f32; N] {
         self.words(name).map(f32::from_bits)
     }
 
     /// The numbers that it is to give.
-    pub(crate) fn numbers(&self) -> Vec<f32> {
+    pub(super) fn numbers(&self) -> Vec<f32> {
         let numbers = self.gives.iter().filter_map(|word| number(word));
         numbers.map(f32::from_bits).collect()
     }
 
     /// Whether it is to give this word.
-    pub(crate) fn gives(&self, word: &str) -> bool {
+    pub(super) fn gives(&self, word: &str) -> bool {
         self.gives.iter().any(|w| w == word)
     }
 
     /// The share of rays that a test may lose.
-    pub(crate) fn may_lose(&self, test: &str) -> Option<f64> {
+    pub(super) fn may_lose(&self, test: &str) -> Option<f64> {
         let found = self.loses.iter().find(|(name, _)| name == test);
         found.map(|&(_, share)| share)
     }
 }
 
 /// The bits of a number as the catalogue writes it.
-pub(crate) fn number(word: &str) -> Option<u32> {
+pub(super) fn number(word: &str) -> Option<u32> {
     if let Some(bits) = word.strip_prefix('x') {
         return u32::from_str_radix(bits, 16).ok();
     }
@@ -171,7 +176,7 @@ pub(crate) fn number(word: &str) -> Option<u32> {
 }
 
 /// All cases, in the order of the files. The error says where the catalogue is wrong, and how.
-pub(crate) fn read() -> Result<Vec<Case>, String> {
+pub(super) fn read() -> Result<Vec<Case>, String> {
     let mut cases = Vec::new();
     for (name, text) in FILES {
         read_file(name, text, &mut cases)?;
@@ -203,7 +208,7 @@ fn read_file(name: &str, text: &str, cases: &mut Vec<Case>) -> Result<(), String
     let first = cases.len();
     for (number, line) in (1..).zip(text.lines()) {
         let line = line.split('#').next().unwrap_or_default().trim();
-        let place = format!("tests/hard/{name}.cases:{number}");
+        let place = format!("{FOLDER}/{name}.cases:{number}");
         let Some((keyword, rest)) = line.split_once(' ') else {
             match line {
                 "" => continue,
@@ -229,7 +234,7 @@ fn read_file(name: &str, text: &str, cases: &mut Vec<Case>) -> Result<(), String
     let whole = |c: &&Case| c.call.is_empty() || c.gives.is_empty() || c.levels.is_empty();
     match cases[first..].iter().find(whole) {
         Some(case) => Err(format!(
-            "{}: {} lacks `call`, `gives` or `on`",
+            "{}: {} has no `call`, `gives` or `on`",
             case.place, case.id
         )),
         None => Ok(()),
@@ -282,4 +287,23 @@ fn pairs(text: &str, unknown: &dyn Fn(&str) -> String) -> Result<Vec<(String, f6
         _ => Err(unknown(text)),
     };
     words.chunks(2).map(pair).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_files_are_in_the_catalogue() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/hard_cases");
+        let entries = std::fs::read_dir(folder).expect("the folder is there");
+        let paths = entries.map(|e| e.expect("the entry can be read").path());
+        let cases = paths.filter(|p| p.extension().is_some_and(|e| e == "cases"));
+        let names = cases.filter_map(|p| Some(p.file_stem()?.to_str()?.to_owned()));
+        let mut names: Vec<String> = names.collect();
+        let mut read: Vec<&str> = FILES.iter().map(|(name, _)| *name).collect();
+        names.sort();
+        read.sort_unstable();
+        assert_eq!(names, read);
+    }
 }

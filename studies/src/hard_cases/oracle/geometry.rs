@@ -1,12 +1,12 @@
 //! Boxes and triangles in exact arithmetic, and what leaves a surface in binary64.
 
 use super::is_rounded;
-use crate::hard::catalogue::{self, Case, Oracle};
-use crate::hard::{meshes, plain_ray};
+use crate::exact;
+use crate::hard_cases::catalogue::{self, Case, Oracle};
+use crate::hard_cases::{meshes, plain_ray};
 use glam::{DVec3, Vec3};
 use srp_runtime::scene::{Triangle, demo};
 use srp_runtime::tni::arithmetic::Ray;
-use srp_studies::exact;
 
 /// Whether a case states what exact arithmetic finds.
 pub(super) fn check(case: &Case) -> Result<(), String> {
@@ -14,7 +14,7 @@ pub(super) fn check(case: &Case) -> Result<(), String> {
         "box" => of_box(case),
         "ray" => of_ray(case),
         "surface" => of_surface(case),
-        _ => of_crowd(case),
+        _ => of_aimed(case),
     }
 }
 
@@ -73,7 +73,7 @@ fn of_ray(case: &Case) -> Result<(), String> {
 }
 
 /// Inside a closed mesh every ray meets a triangle.
-fn of_crowd(case: &Case) -> Result<(), String> {
+fn of_aimed(case: &Case) -> Result<(), String> {
     if case.argument("scene").is_some() {
         return agree("an oracle of its own", true, case.gives("0"));
     }

@@ -1,27 +1,27 @@
 //! The settings of a machine that cases are tried with.
 
 use srp_archdesc::arch::{Approx, Arch, Precision, Refine};
-
 use srp_archdesc::datapath::Intersection;
 use srp_archdesc::system::Pipeline;
 
 /// A machine with a name for what was changed in it.
 #[derive(Clone, Debug)]
-pub(crate) struct Setting {
-    pub(crate) name: String,
-    pub(crate) arch: Arch,
+pub struct Setting {
+    /// What was changed, in words.
+    pub name: String,
+    pub(super) arch: Arch,
     /// Whether kernels compute something else than in a setting before.
-    pub(crate) changes_kernels: bool,
+    pub(super) changes_kernels: bool,
     /// Whether the texture unit does.
-    pub(crate) changes_textures: bool,
+    pub(super) changes_textures: bool,
     /// Whether the T&I unit does.
-    pub(crate) changes_tni: bool,
+    pub(super) changes_tni: bool,
 }
 
 /// The machine as it is, and its settings: everything exact, tables of 23, 16, 12 and 8 bits, 12 bits
 /// and a Newton step, fused and not; each triangle test, at the machine's precision and with 12 bits; both forms of the
 /// traversal unit; and each width of texture weights.
-pub(crate) fn of(machine: &Arch) -> Vec<Setting> {
+pub(super) fn of(machine: &Arch) -> Vec<Setting> {
     let mut settings = Settings(Vec::new());
     settings.add("machine", machine.clone());
     settings.add("exact", with_approx(machine, Approx::Exact));

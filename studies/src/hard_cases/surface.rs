@@ -5,6 +5,7 @@ use super::call::{Calls, Function};
 use super::catalogue::Case;
 use super::judge::{self, Verdict};
 use super::unit::{self, Unit};
+use crate::exact;
 use glam::Vec3;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::isa::Opcode;
@@ -14,7 +15,6 @@ use srp_runtime::memory::BASE;
 use srp_runtime::scene::{Camera, Light, Material, Options, Scene, Triangle};
 use srp_runtime::scene_image;
 use srp_runtime::tni::arithmetic::{self, NO_HIT, Ray};
-use srp_studies::exact;
 use std::cmp::Ordering;
 
 /// Where the kernels find a scene, and its figures in the header.
