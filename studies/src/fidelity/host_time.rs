@@ -1,41 +1,44 @@
-//! Time that work takes on this host: that of a clock on the wall, and that of the processor, where the system
-//! tells it, which other programs do not change.
+//! Time that work takes on this host: on the wall, and of the processor, where the system tells it, which
+//! other programs do not change.
 
 use serde::{Deserialize, Serialize};
-use std::time::Instant;
+use srp_archdesc::watch::Watch;
+use std::time::Duration;
 
 /// Clock ticks of `/proc` in a second (`USER_HZ`).
 const TICKS: f64 = 100.0;
 
-/// A watch that runs.
-pub(crate) struct Watch {
+/// When work began.
+pub(super) struct Start<'a> {
+    watch: &'a dyn Watch,
     processor: Option<f64>,
-    wall: Instant,
+    wall: Duration,
 }
 
 /// What work took.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(crate) struct Took {
+pub struct HostTime {
     /// Seconds on the wall.
-    pub(crate) seconds: f64,
+    pub seconds: f64,
     /// Seconds of the processor, of all threads together.
-    pub(crate) processor: Option<f64>,
+    pub processor: Option<f64>,
 }
 
-impl Watch {
-    /// Starts one.
-    pub(crate) fn start() -> Watch {
-        Watch {
+impl<'a> Start<'a> {
+    /// Work that begins now.
+    pub(super) fn now(watch: &'a dyn Watch) -> Start<'a> {
+        Start {
+            watch,
             processor: processor(),
-            wall: Instant::now(),
+            wall: watch.elapsed(),
         }
     }
 
     /// What was taken since then.
-    pub(crate) fn took(&self) -> Took {
+    pub(super) fn taken(&self) -> HostTime {
         let processor = processor().zip(self.processor);
-        Took {
-            seconds: self.wall.elapsed().as_secs_f64(),
+        HostTime {
+            seconds: (self.watch.elapsed() - self.wall).as_secs_f64(),
             processor: processor.map(|(to, from)| to - from),
         }
     }
