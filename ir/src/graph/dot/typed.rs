@@ -1,11 +1,11 @@
 //! Graphs that [`dfg::dot`](crate::dfg::dot()) wrote: whole loops, whose nodes say in attributes what
 //! the XML form says of them. The drawn edges must agree with that.
 
-use super::dot::{Attributes, DotEdge, DotNode, Tree};
-use super::raw::shortened;
-use super::{At, Found, Graph};
+use super::{Attributes, DotEdge, DotNode, Tree};
 use crate::dfg::{DepKind, Dfg, Node};
 use crate::dre::{self, Part};
+use crate::graph::raw::shortened;
+use crate::graph::{At, Found, Graph};
 use srp_archdesc::diagnostic::{Source, Span};
 use srp_archdesc::entity::EntityMap;
 use std::collections::BTreeMap;
