@@ -1,8 +1,46 @@
-//! The arrows between crates that must not exist, read from the manifests. `ARCHITECTURE.md` says
-//! why each.
+//! The arrows between crates and between modules that must not exist, read from manifests and sources.
+//! `ARCHITECTURE.md` says why each.
 
+mod source;
+
+use source::{File, Token};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+
+/// Crates by their folders, from the lowest; the command is last.
+const CRATES: [&str; 10] = [
+    "archdesc",
+    "kernels",
+    "ir",
+    "frontend",
+    "scheduler",
+    "runtime",
+    "csimgen",
+    "toolchain",
+    "studies",
+    "",
+];
+
+/// Modules that use each other, by crate: each group has its reason in `ARCHITECTURE.md`.
+const CIRCLES: &[(&str, &str)] = &[
+    ("archdesc", "datapath system"),
+    ("archdesc", "ops precision"),
+    ("ir", "dfg dre interp layout"),
+    ("ir", "text::body text::lex text::read"),
+    ("frontend", "lower::function lower::place lower::scalar"),
+    ("scheduler", "modulo::exact::encode modulo::exact::rations"),
+    ("scheduler", "modulo::problem modulo::route modulo::table"),
+    ("scheduler", "vliw::allocate vliw::spill"),
+    (
+        "runtime",
+        "system::core_bus system::core_unit system::observer system::report system::simulation",
+    ),
+    ("runtime", "tni::counters tni::full tni::ist tni::trv"),
+    ("runtime", "tni::decoded tni::function"),
+    ("", "cli::fidelity cli::scene"),
+    ("", "compile report"),
+    ("", "failure interrupt talk"),
+];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -154,4 +192,116 @@ fn files_clock_and_environment_stay_outside_the_libraries() {
         "csimgen/src/load.rs",
     ];
     assert_eq!(with_words("csimgen/src", &except, &words), none);
+}
+
+/// The files of a crate.
+fn files(krate: &str) -> Vec<File> {
+    source::files(&root().join(krate).join("src"))
+}
+
+#[test]
+fn sources_name_only_crates_of_their_manifests() {
+    for krate in &CRATES[..9] {
+        let mut allowed = imports(krate);
+        allowed.insert((*krate).to_owned());
+        for file in files(krate) {
+            for token in &file.tokens {
+                let Token::Name(name) = token else { continue };
+                let other = name.strip_prefix("srp_").filter(|n| CRATES.contains(n));
+                let is_allowed = other.is_none_or(|other| allowed.contains(other));
+                assert!(is_allowed, "{} names {name}", file.path.display());
+            }
+        }
+    }
+}
+
+#[test]
+fn nothing_below_the_command_talks() {
+    let crates = ["clap", "clap_complete", "indicatif", "maud", "ctrlc"];
+    let macros = ["print", "println", "eprint", "eprintln", "dbg"];
+    for krate in &CRATES[..9] {
+        let manifest = root().join(krate).join("Cargo.toml");
+        let manifest = std::fs::read_to_string(manifest).expect("every crate has a manifest");
+        for name in crates {
+            let imported = manifest.lines().any(|line| {
+                line.strip_prefix(name)
+                    .is_some_and(|rest| rest.starts_with(['.', ' ', '=']))
+            });
+            assert!(!imported, "{krate} imports {name}");
+        }
+        for file in files(krate) {
+            let path = file.path.display();
+            let streams = |t: &Token| matches!(t, Token::Name(n) if n == "stdout" || n == "stderr");
+            assert!(!file.calls(&macros), "{path} prints");
+            // Children of a process have streams too; those of this process come from `io`.
+            let own = file.paths.iter().any(|path| {
+                path.len() > 1
+                    && path[path.len() - 2] == "io"
+                    && streams(&Token::Name(path[path.len() - 1].clone()))
+            });
+            assert!(!own, "{path} writes to a stream of the process");
+        }
+    }
+}
+
+#[test]
+fn files_are_taken_in_from_the_own_crate() {
+    let mut count = 0;
+    for krate in CRATES {
+        let folder = root().join(krate);
+        for file in files(krate) {
+            for taken in file.taken_in() {
+                count += 1;
+                // Generated files are named by the end of their path.
+                if taken.starts_with('/') {
+                    continue;
+                }
+                let (path, own) = (file.path.display(), file.path.parent().expect("a folder"));
+                let found = own.join(taken).canonicalize();
+                let found = found.unwrap_or_else(|e| panic!("{path} takes in {taken}: {e}"));
+                let inside = found.starts_with(folder.canonicalize().expect("the crate is there"));
+                let tests = found.starts_with(root().join("tests").canonicalize().expect("tests/"));
+                assert!(inside && !tests, "{path} takes in {taken} of another crate");
+            }
+        }
+    }
+    assert!(count > 20, "only {count} files are taken in");
+}
+
+#[test]
+fn modules_use_each_other_in_one_direction() {
+    let text = root().join("ARCHITECTURE.md");
+    let text = std::fs::read_to_string(text).expect("ARCHITECTURE.md");
+    let mut found = BTreeSet::new();
+    for krate in CRATES {
+        for circle in source::circles(&source::uses(&files(krate))) {
+            found.insert((krate, circle.join(" ")));
+        }
+    }
+    let known = CIRCLES.iter().map(|&(krate, of)| (krate, of.to_owned()));
+    let known: BTreeSet<_> = known.collect();
+    let new: Vec<_> = found.difference(&known).collect();
+    assert!(new.is_empty(), "modules use each other: {new:?}");
+    let gone: Vec<_> = known.difference(&found).collect();
+    assert!(gone.is_empty(), "no circle any more: {gone:?}");
+    for (krate, circle) in CIRCLES {
+        let name = if krate.is_empty() { "srp" } else { krate };
+        let entry = format!("| {name} | {circle} |");
+        assert!(text.contains(&entry), "ARCHITECTURE.md has no `{entry}`");
+    }
+}
+
+#[test]
+fn arrows_are_seen() {
+    let of = |text: &str| source::File::of(PathBuf::new(), Vec::new(), source::tokens(text));
+    let file = of(
+        "use a::{b::{self, c as d}, e::*};\nfn f<'a>(x: char) { if x == '\"' { g::h(\"use i::j;\"); } } // k::l\n",
+    );
+    let paths: Vec<String> = file.paths.iter().map(|p| p.join("::")).collect();
+    assert_eq!(paths, ["g::h", "a::b", "a::b::c", "a::e"]);
+    let taken =
+        "#[path = \"../x.rs\"] mod x; const Y: &str = include_str!(concat!(env!(\"Z\"), \"/y\"));";
+    assert_eq!(of(taken).taken_in(), ["../x.rs", "/y"]);
+    assert!(of("fn f() { println!(\"x\") }").calls(&["println"]));
+    assert!(!of("// println!()\nconst X: &str = \"println!()\";").calls(&["println"]));
 }
