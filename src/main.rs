@@ -46,7 +46,7 @@ fn main() -> ExitCode {
     };
     let result = match command {
         Command::Render(args) => render::run(args).map(|()| 0),
-        Command::Fidelity(args) => fidelity::table::run(args).map(|()| 0),
+        Command::Fidelity(args) => fidelity::run(args).map(|()| 0),
         Command::Effects(args) => effects::run(args).map(|()| 0),
         Command::Accuracy(args) => accuracy::run(args).map(|()| 0),
         Command::Compile(args) => compile::run(args).map(|()| 0),

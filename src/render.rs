@@ -2,13 +2,13 @@
 
 use crate::cli::{self, Render};
 use crate::failure::Failure;
-use crate::fidelity::{Shot, frame_text, sampled_text};
+use crate::fidelity::{frame_text, sampled_text};
 use crate::{compile, files, interrupt, report, scenes, talk};
 use serde::Serialize;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene_image::SceneImage;
 use srp_runtime::system;
-use srp_studies::fidelity::{self, Fidelity, FrameFigure, Untimed};
+use srp_studies::fidelity::{self, Fidelity, FrameFigure, Prepared, Untimed};
 use srp_toolchain::{Engines, Frame, Session, system_options};
 
 /// Runs `srp render`.
@@ -45,20 +45,16 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     let engines = Engines::of(program, args.engine, session)?;
     let level = args.level.fidelity;
     if level < Fidelity::Cycle {
-        let shot = Shot {
-            scene: &frame.scene,
-            camera: &frame.scene.camera,
-            arch: &frame.arch,
+        let prepared = Prepared {
+            frame: &frame,
+            image,
             program,
             engines: &engines,
-            image,
-            effects: frame.build.effects,
-            guard: frame.guard.clone(),
-            size: args.size,
             threads: cli::threads(args.threads),
             recorded_hits: false,
+            session,
         };
-        return cheaply(&shot, args);
+        return cheaply(&prepared, args);
     }
     let arch = level.machine(&frame.arch);
     let cores = engines.cores(arch.system.cores);
@@ -93,15 +89,16 @@ fn without_clock(
 }
 
 /// A frame at a level without an account of every cycle.
-fn cheaply(shot: &Shot<'_>, args: &Render) -> Result<(), Failure> {
+fn cheaply(prepared: &Prepared<'_>, args: &Render) -> Result<(), Failure> {
     let level = args.level.fidelity;
     if level == Fidelity::Sampled {
-        let (sampled, _) = shot.sampled(args.level.seed, args.level.error)?;
-        show(args, &sampled, sampled_text(&sampled, shot.size))?;
+        let (seed, error) = (args.level.seed, args.level.error);
+        let (sampled, _) = interrupt::looked_for(|| prepared.sampled(seed, error))?;
+        show(args, &sampled, sampled_text(&sampled, args.size))?;
         talk::say("note: a sample has no picture; --fidelity functional makes the whole one");
         return Ok(());
     }
-    let whole = shot.whole(level)?;
+    let whole = interrupt::looked_for(|| prepared.whole(level))?;
     show_whole(args, &whole.picture, &whole.figures)
 }
 

@@ -78,6 +78,33 @@ impl Drop for Stage<'_> {
     }
 }
 
+/// The same watch, which hears nothing of stages and their steps: for work that runs beside other work
+/// of one stage.
+pub struct Unstaged<'a>(&'a dyn Watch);
+
+impl<'a> Unstaged<'a> {
+    /// Hides stages from a watch.
+    pub fn new(watch: &'a dyn Watch) -> Unstaged<'a> {
+        Unstaged(watch)
+    }
+}
+
+impl Watch for Unstaged<'_> {
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
+
+    fn tell(&self, event: Event<'_>) {
+        if let Event::Note(_) = event {
+            self.0.tell(event);
+        }
+    }
+
+    fn elapsed(&self) -> Duration {
+        self.0.elapsed()
+    }
+}
+
 /// The same watch, whose work also ends when a time is over.
 pub struct Limited<'a> {
     watch: &'a dyn Watch,

@@ -2,12 +2,13 @@
 
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
+use serde::{Deserialize, Serialize};
 
 use crate::memory::SystemMemory;
 use crate::scene_image::FrameBuffer;
 
 /// A picture of 8 bits a channel, row by row from the upper left corner.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Picture {
     /// Pixels in a row.
     pub width: u32,

@@ -1,46 +1,20 @@
 //! `srp accuracy --pixel X,Y`: where a pixel parts from binary64, and what follows from it.
 
-use super::blame;
-use super::setting::Subject;
-use super::trial::Studio;
 use crate::cli::Accuracy as Args;
 use crate::failure::Failure;
 use crate::talk;
 use serde_json::json;
-use srp_runtime::effect::Guard;
-use srp_runtime::scene_image;
-use srp_studies::attribution::{Explanation, explain};
+use srp_studies::accuracy;
+use srp_studies::attribution::Explanation;
+use srp_toolchain::Frame;
 use std::fmt::Write as _;
 
 /// Contributions that are told.
 const MOST_TOLD: usize = 12;
 
 /// Explains a pixel of the scene on the machine as it is.
-pub(super) fn run(
-    studio: &Studio<'_>,
-    subject: &Subject,
-    args: &Args,
-    pixel: (u32, u32),
-) -> Result<(), Failure> {
-    let ((x, y), (width, height)) = (pixel, args.size);
-    if x >= width || y >= height {
-        return Err(Failure::Message(format!(
-            "the frame of {width}x{height} has no pixel {x},{y}"
-        )));
-    }
-    let scene = studio.scene;
-    let arch = &subject.arch;
-    let (program, _) = subject.build.program(None, arch)?;
-    let image = scene_image::build(scene, studio.bvh, &scene.camera, arch, args.size)
-        .map_err(Failure::message)?;
-    let (triangles, lines) = (&scene.triangles, blame::lines());
-    let guard = Guard::default();
-    let found = explain(triangles, &image, &program, arch, &guard, &lines, pixel);
-    let Some(found) = found.map_err(Failure::message)? else {
-        return Err(Failure::Message(format!(
-            "nothing of the frame is written to pixel {x},{y}"
-        )));
-    };
+pub(super) fn run(frame: &Frame, args: &Args, pixel: (u32, u32)) -> Result<(), Failure> {
+    let found = accuracy::explain(frame, pixel)?;
     talk::print(match args.json {
         true => serde_json::to_string_pretty(&members(&found, pixel))
             .map(|text| text + "\n")

@@ -3,16 +3,13 @@
 
 mod plot;
 
-use super::blame::Blame;
-use super::setting::TOGETHER;
-use super::store::Store;
-use super::text::{decibels, flips, marks, unit};
-use super::trial::Trial;
-use super::{Report, is_sampling};
+use super::folder::Folder;
+use super::text::{decibels, marks, unit};
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use maud::{Markup, html};
 use plot::Plot;
+use srp_studies::accuracy::{AttributionSummary, Report, TOGETHER, Trial};
 
 const STYLE: &str = "
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(24rem, 1fr)); gap: 1rem 2rem; }
@@ -22,12 +19,12 @@ const STYLE: &str = "
 .plot path { fill: none; stroke: var(--float); stroke-width: 1.4; stroke-dasharray: 4 3; }
 .maps { display: grid; grid-template-columns: repeat(auto-fill, minmax(16rem, 1fr)); gap: 1rem; } .maps img { width: 100%; image-rendering: pixelated; border-radius: 4px; background: #000; }
 tr.best td:first-child { color: var(--float); font-weight: 600; } tr.cheapest td { background: color-mix(in srgb, var(--good) 12%, transparent); } td.hole { color: var(--above); font-weight: 600; }
-.summary td:first-child { min-width: 19rem; max-width: 26rem; } .summary td.words { min-width: 20rem; line-height: 1.2; } .summary th, .summary td { padding: .3rem .5rem; } .blame td, .blame th { padding: .15rem .8rem .15rem 0; text-align: right; } .blame .words { text-align: left; } .bar { display: inline-block; width: 8rem; height: .5rem; border-radius: 3px; background: var(--line); overflow: hidden; } .bar i { display: block; height: 100%; background: var(--float); }
+.summary td:first-child { min-width: 19rem; max-width: 26rem; } .summary td.words { min-width: 20rem; line-height: 1.2; } .summary th, .summary td { padding: .3rem .5rem; } .attribution td, .attribution th { padding: .15rem .8rem .15rem 0; text-align: right; } .attribution .words { text-align: left; } .bar { display: inline-block; width: 8rem; height: .5rem; border-radius: 3px; background: var(--line); overflow: hidden; } .bar i { display: block; height: 100%; background: var(--float); }
 td code { font-size: .8em; }
 ";
 
 /// The page.
-pub(super) fn page(report: &Report, store: &Store) -> String {
+pub(super) fn page(report: &Report, folder: &Folder) -> String {
     let (width, height) = report.size;
     let title = format!("What accuracy costs: {}", report.scene);
     let body = html! {
@@ -41,12 +38,12 @@ pub(super) fn page(report: &Report, store: &Store) -> String {
             (conclusion(report))
             section { h2 { "Picture against cost" } (plots(report)) }
             div.summary.scroll { (table(report)) }
-            @if let Some(base) = report.trials.first() { (blamed(&base.blame)) }
+            @if let Some(base) = report.trials.first() { (attributed(&base.attribution)) }
             section { h2 { "In words" } ul { @for s in &report.sentences { li { (s) } } } }
             section {
                 h2 { "What is off" }
                 p.soft { "Differences of a channel from binary64: black is none, red some, white 32 levels or more." }
-                (maps(report, store))
+                (maps(report, folder))
             }
         }
     };
@@ -88,7 +85,7 @@ fn plots(report: &Report) -> Markup {
         ("seconds of the host", |t| t.costs.host_seconds),
     ];
     let alike: Vec<Trial> = (report.trials.iter())
-        .filter(|t| !is_sampling(&t.knob))
+        .filter(|t| !t.is_sampling())
         .cloned()
         .collect();
     html! {
@@ -121,7 +118,7 @@ fn table(report: &Report) -> Markup {
                     td { (name(t)) } td { (marks(report, i)) }
                     td { (decibels(t.all.psnr)) } td { (decibels(t.agreeing.psnr)) } td { (format!("{:.5}", t.all.flip)) }
                     td { (t.all.beyond_1) } td { (t.all.beyond_8) }
-                    td { (t.blame.all_flips()) }
+                    td { (t.attribution.all_flips()) }
                     td.hole[t.leaks.leaks > 0] { (t.leaks.leaks) }
                     td { (format!("{:.1}", t.leaks.ulp_99)) } td { (unit(t)) }
                     td { (mega(t.costs.srp_cycles)) } td { (mega(t.costs.tni_cycles)) }
@@ -138,18 +135,18 @@ fn table(report: &Report) -> Markup {
 }
 
 /// Where the errors of the machine as it is come from.
-fn blamed(blame: &Blame) -> Markup {
+fn attributed(summary: &AttributionSummary) -> Markup {
     html! {
-        section.blame {
+        section.attribution {
             h2 { "Where the error comes from, as it is" }
             p.soft {
-                "The program was run with shadows in binary64 in " (blame.tiles.0) " of " (blame.tiles.1)
-                " tiles; " (format!("{:.1}", 100.0 * blame.named)) " % of the squared error are named. "
-                "Decisions that binary64 makes otherwise: " (flips(blame)) ", on " (blame.flipped_pixels) " pixels."
+                "The program was run with shadows in binary64 in " (summary.tiles.0) " of " (summary.tiles.1)
+                " tiles; " (format!("{:.1}", 100.0 * summary.named)) " % of the squared error are named. "
+                "Decisions that binary64 makes otherwise: " (summary.flips_in_words()) ", on " (summary.flipped_pixels) " pixels."
             }
             table {
                 tr { th { "part" } th { "" } th { "pixels" } th { "flips" } th.words { "line and operation, or unit" } }
-                @for s in blame.sources.iter().filter(|s| s.part.abs() >= 5e-4 || s.flips > 0) {
+                @for s in summary.sources.iter().filter(|s| s.part.abs() >= 5e-4 || s.flips > 0) {
                     tr {
                         td { (format!("{:.1} %", 100.0 * s.part)) }
                         td { span.bar { i style={ "width:" (format!("{:.1}", (100.0 * s.part).clamp(0.0, 100.0))) "%" } {} } }
@@ -157,16 +154,16 @@ fn blamed(blame: &Blame) -> Markup {
                     }
                 }
             }
-            @for n in &blame.non_finite { p.above { (n) } }
+            @for n in &summary.non_finite { p.above { (n) } }
         }
     }
 }
 
-fn maps(report: &Report, store: &Store) -> Markup {
+fn maps(report: &Report, folder: &Folder) -> Markup {
     html! {
         div.maps {
             @for trial in report.trials.iter().filter(|t| t.all.beyond_1 > 0) {
-                @if let Some(png) = store.map(trial) {
+                @if let Some(png) = folder.map(trial) {
                     figure {
                         figcaption { (name(trial)) " " span.soft { (decibels(trial.all.psnr)) " dB" } }
                         img alt=(name(trial)) loading="lazy"

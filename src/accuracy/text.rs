@@ -1,9 +1,6 @@
-//! The report as text, and its sentences.
+//! The report as text.
 
-use super::blame::Blame;
-use super::setting::TOGETHER;
-use super::trial::Trial;
-use super::{Report, is_sampling};
+use srp_studies::accuracy::{AttributionSummary, Report, TOGETHER, Trial};
 use std::fmt::Write as _;
 
 /// PSNR in words.
@@ -21,30 +18,18 @@ pub(super) fn unit(trial: &Trial) -> String {
         })
 }
 
-/// Decisions by kind, in words.
-pub(super) fn flips(blame: &Blame) -> String {
-    let some = blame.flips.iter().filter(|(_, count)| **count > 0);
-    let some: Vec<String> = some
-        .map(|(kind, count)| format!("{count} {kind}"))
-        .collect();
-    match some.is_empty() {
-        true => "none".to_owned(),
-        false => some.join(", "),
-    }
-}
-
 /// Where the errors of the machine as it is come from.
-fn blamed(blame: &Blame) -> String {
-    let (looked, of) = blame.tiles;
+fn attributed(summary: &AttributionSummary) -> String {
+    let (looked, of) = summary.tiles;
     let mut text = format!(
         "\nWhere the error comes from, as it is ({looked} of {of} tiles; {:.1} % of the squared error \
          named)\n\n{:>7} {:>7} {:>6}  line and operation, or unit\n",
-        100.0 * blame.named,
+        100.0 * summary.named,
         "part",
         "pixels",
         "flips"
     );
-    for s in blame
+    for s in summary
         .sources
         .iter()
         .filter(|s| s.part.abs() >= 5e-4 || s.flips > 0)
@@ -61,10 +46,10 @@ fn blamed(blame: &Blame) -> String {
     let _ = writeln!(
         text,
         "\nDecisions that binary64 makes otherwise: {}, on {} pixels.",
-        flips(blame),
-        blame.flipped_pixels
+        summary.flips_in_words(),
+        summary.flipped_pixels
     );
-    for n in &blame.non_finite {
+    for n in &summary.non_finite {
         let _ = writeln!(text, "{n}");
     }
     text
@@ -83,78 +68,6 @@ pub(super) fn marks(report: &Report, i: usize) -> String {
         marks.push('!');
     }
     marks
-}
-
-/// A part of something, as a change in percent.
-fn change(now: f64, before: f64) -> f64 {
-    match before > 0.0 {
-        true => 100.0 * (now / before - 1.0),
-        false => 0.0,
-    }
-}
-
-/// What a setting does, in words.
-pub(super) fn sentence(trial: &Trial, base: &Trial) -> String {
-    let mut text = match trial.knob.as_str() {
-        TOGETHER => format!("All of {}", trial.value),
-        knob => format!("{knob}: {}", trial.value),
-    };
-    text += ": ";
-    text += &match (trial.all.psnr, base.all.psnr) {
-        (Some(now), _) if is_sampling(&trial.knob) => {
-            format!("{now:.1} dB of the picture with the most samples and bounces")
-        }
-        (None, _) => "no byte of the picture is off".to_owned(),
-        (Some(now), Some(before)) if (now - before).abs() < 0.05 => "as good a picture".to_owned(),
-        (Some(now), Some(before)) if now > before => format!("{:.1} dB won", now - before),
-        (Some(now), Some(before)) => format!("{:.1} dB lost", before - now),
-        (Some(now), None) => format!("the picture falls to {now:.1} dB"),
-    };
-    if trial.all.beyond_8 != base.all.beyond_8 && !is_sampling(&trial.knob) {
-        let (now, before) = (trial.all.beyond_8, base.all.beyond_8);
-        let _ = write!(
-            text,
-            ", {now} pixels off by more than 8 levels ({before} before)"
-        );
-    }
-    if trial.blame.all_flips() > 0 {
-        let (looked, of) = trial.blame.tiles;
-        let flips = flips(&trial.blame);
-        let _ = write!(
-            text,
-            ", decided otherwise in {looked} of {of} tiles: {flips}"
-        );
-    }
-    if let Some(worst) = trial.blame.sources.first().filter(|s| s.part > 0.3) {
-        let part = 100.0 * worst.part;
-        let _ = write!(text, ", {part:.0} % of the error from {}", worst.name());
-    }
-    if trial.leaks.leaks != base.leaks.leaks {
-        let (now, aimed) = (trial.leaks.leaks, trial.leaks.aimed);
-        let _ = write!(text, ", {now} of {aimed} rays at edges get through");
-    }
-    let (now, before) = (&trial.costs, &base.costs);
-    for (kernel, ii) in &now.ii {
-        match before.ii.get(kernel) {
-            Some(old) if old != ii => {
-                let _ = write!(text, ", II of `{kernel}` {old} → {ii}");
-            }
-            _ => {}
-        }
-    }
-    for (what, change) in [
-        (
-            "cycles of the frame",
-            change(now.frame_cycles as f64, before.frame_cycles as f64),
-        ),
-        ("energy", change(now.energy, before.energy)),
-        ("area", change(now.area, before.area)),
-    ] {
-        if change.abs() >= 0.05 {
-            let _ = write!(text, ", {change:+.1} % {what}");
-        }
-    }
-    text + "."
 }
 
 fn heading(report: &Report) -> String {
@@ -213,7 +126,7 @@ pub(super) fn text(report: &Report) -> String {
             a.flip,
             a.beyond_1,
             a.beyond_8,
-            trial.blame.all_flips(),
+            trial.attribution.all_flips(),
             trial.leaks.leaks,
             trial.leaks.ulp_99,
             unit(trial),
@@ -233,7 +146,7 @@ pub(super) fn text(report: &Report) -> String {
         let _ = writeln!(text, "{sentence}");
     }
     if let Some(base) = report.trials.first() {
-        text += &blamed(&base.blame);
+        text += &attributed(&base.attribution);
     }
     if let Some(cheapest) = report.cheapest.map(|i| &report.trials[i]) {
         let _ = match cheapest.how.is_empty() {

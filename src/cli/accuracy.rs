@@ -3,9 +3,9 @@
 use super::one_of;
 use super::parse_threads;
 use super::scene::{BUILDERS, Building, Frame, parse_pixel, parse_size};
-use crate::accuracy::Target;
 use clap::Args;
 use srp_runtime::bvh::Builder;
+use srp_studies::accuracy::Target;
 use std::path::PathBuf;
 
 /// `srp accuracy`
@@ -17,8 +17,8 @@ Examples:
   srp accuracy sibenik.obj --pixel 160,120
   srp accuracy scene.obj --knob 'T&I reciprocal' --knob power --machine mine.xml
 
-The folder keeps every trial, with its picture and a map of what is off; said again, the command
-goes on where it was interrupted.")]
+The folder has the picture of every trial and a map of what is off in it. Trials are kept in the cache,
+so that the command goes on where it was interrupted.")]
 pub(crate) struct Accuracy {
     #[command(flatten)]
     pub(crate) frame: Frame,
@@ -43,7 +43,7 @@ pub(crate) struct Accuracy {
     /// Trials at a time; they change no figure but the host's seconds
     #[arg(long, value_name = "N", default_value = "2", value_parser = parse_threads)]
     pub(crate) threads: usize,
-    /// Folder of the report and of all trials
+    /// Folder of the report and of all pictures
     #[arg(short, long, value_name = "DIR", default_value = "accuracy")]
     pub(crate) output: PathBuf,
     /// Print the report as JSON instead of text

@@ -53,7 +53,7 @@ pub(crate) enum TableForm {
 /// `srp fidelity`
 #[derive(Args)]
 #[command(after_help = "\
-What has been simulated is kept in the cache folder, so that a run that was interrupted goes on where it was.
+What has been simulated is kept in the cache, so that a run that was interrupted goes on where it was.
 
 Examples:
   srp fidelity --size 320x240

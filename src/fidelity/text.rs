@@ -1,8 +1,7 @@
 //! Figures and tables as text.
 
-use super::table::{Row, Table, Trials};
-use srp_studies::fidelity::Fidelity;
 use srp_studies::fidelity::sampled::Sampled;
+use srp_studies::fidelity::{Fidelity, Row, Table, TrialFigure, Trials};
 use srp_studies::fidelity::{FrameFigure, FrameQuantity as Q};
 use srp_studies::figure::{Quantity, Unit};
 use std::fmt::Write as _;
@@ -152,7 +151,7 @@ const TRIAL_HEAD: [&str; 5] = [
 ];
 
 fn trial_rows(trials: &Trials) -> Vec<Vec<String>> {
-    let row = |f: &super::table::TrialFigure| {
+    let row = |f: &TrialFigure| {
         vec![
             f.quantity.to_string(),
             format!("{:.1}", 100.0 * f.covered),

@@ -9,25 +9,23 @@ use super::sheet::Sheet;
 use super::{Case, figures};
 use crate::cli;
 use crate::failure::Failure;
-use crate::fidelity::Shot;
 use crate::interrupt;
 use srp_archdesc::arch::Arch;
+use srp_runtime::bvh::Bvh;
 use srp_runtime::effect::{Effect, Effects, Guard, find};
 use srp_runtime::memory::cache::CacheCounters;
 use srp_runtime::scene::{Camera, Scene};
 use srp_runtime::system::{self, Report, Timing};
-use srp_runtime::{bvh::Bvh, scene_image};
-use srp_studies::fidelity::Fidelity;
-use srp_studies::fidelity::FrameQuantity as Q;
 use srp_studies::fidelity::sampled::Sampled;
+use srp_studies::fidelity::{Fidelity, FrameQuantity as Q, Prepared};
 use srp_studies::figure::estimate_of;
-use srp_toolchain::{Engines, Session, system_options};
+use srp_toolchain::{Engines, Frame, Session, system_options};
 
 /// Mirrorings of forced specular rays.
 const FORCED_BOUNCES: u32 = 2;
 
 /// What a frame is made of.
-struct Take<'a> {
+struct View<'a> {
     scene: &'a Scene,
     bvh: &'a Bvh,
     camera: &'a Camera,
@@ -44,43 +42,48 @@ fn built(scene: &Scene, args: &cli::Paper) -> Result<Effects, Failure> {
     }
 }
 
-fn shoot(
-    take: &Take<'_>,
+fn render(
+    view: &View<'_>,
     args: &cli::Paper,
     arch: &Arch,
     size: (u32, u32),
     sum: &mut Sum,
     session: &Session<'_>,
 ) -> Result<(), Failure> {
-    let image = scene_image::build(take.scene, take.bvh, take.camera, arch, size)
-        .map_err(Failure::message)?;
-    let build = args
-        .building
-        .build(take.built, take.scene.options.bounces)?;
-    let compiled = interrupt::looked_for(|| build.compile(None, arch, session))?;
+    let scene = Scene {
+        camera: *view.camera,
+        ..view.scene.clone()
+    };
+    let frame = Frame {
+        arch: arch.clone(),
+        build: args.building.build(view.built, scene.options.bounces)?,
+        scene,
+        bvh: view.bvh.clone(),
+        size,
+        guard: Guard::default(),
+    };
+    let image = frame.image()?;
+    let compiled = interrupt::looked_for(|| frame.build.compile(None, arch, session))?;
     interrupt::end_if_requested()?;
     let program = compiled.runnable()?;
     let engines = Engines::of(program, args.engine, session)?;
     if args.level.fidelity == Fidelity::Sampled {
-        let shot = Shot {
-            scene: take.scene,
-            camera: take.camera,
-            arch,
+        let prepared = Prepared {
+            frame: &frame,
+            image,
             program,
             engines: &engines,
-            image,
-            effects: take.built,
-            guard: Guard::default(),
-            size,
             threads: cli::threads(args.measuring.threads),
-            recorded_hits: take.timing == Timing::RecordedHits,
+            recorded_hits: view.timing == Timing::RecordedHits,
+            session,
         };
-        let (sampled, _) = shot.sampled(args.level.seed, args.level.error)?;
+        let (seed, error) = (args.level.seed, args.level.error);
+        let (sampled, _) = interrupt::looked_for(|| prepared.sampled(seed, error))?;
         sum.add_sampled(&sampled, arch);
         return Ok(());
     }
     let cores = engines.cores(arch.system.cores);
-    let options = system_options(program, Guard::default(), take.timing, session);
+    let options = system_options(program, Guard::default(), view.timing, session);
     let rendered = interrupt::looked_for(|| system::render(image, cores, arch, options));
     let (_, report) = rendered.map_err(Failure::message)?;
     interrupt::end_if_requested()?;
@@ -189,14 +192,14 @@ pub(super) fn table3(
         let built = built(&scene, args)?.without(Effect::Shadow);
         let mut sum = Sum::default();
         for camera in &case.cameras {
-            let take = Take {
+            let view = View {
                 scene: &scene,
                 bvh: &case.bvh,
                 camera,
                 built,
                 timing: Timing::RecordedHits,
             };
-            shoot(&take, args, arch, args.size(), &mut sum, session)?;
+            render(&view, args, arch, args.size(), &mut sum, session)?;
         }
         let paper = case
             .paper
@@ -239,14 +242,14 @@ pub(super) fn table6(
     let built = built(&case.scene, args)?;
     let mut sum = Sum::default();
     for camera in &case.cameras[..1] {
-        let take = Take {
+        let view = View {
             scene: &case.scene,
             bvh: &case.bvh,
             camera,
             built,
             timing: Timing::Full,
         };
-        shoot(&take, args, arch, args.size(), &mut sum, session)?;
+        render(&view, args, arch, args.size(), &mut sum, session)?;
     }
     let seconds = sum.cycles as f64 / (sum.mhz * 1e6);
     sheet.group("whole frames", sum.relative_error())?;

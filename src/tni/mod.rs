@@ -1,13 +1,10 @@
 //! `srp tni`: T&I units alone, fed with rays.
 
-mod energy;
 mod heat;
 mod levels;
 mod measuring;
 mod replay;
 mod text;
-
-pub(crate) use energy::Energy;
 
 use crate::cli::{self, HeatOf, Pipeline, RayKind, Tni, TniMemory};
 use crate::failure::Failure;
@@ -19,7 +16,7 @@ use srp_archdesc::system::{self as spec, SystemSpec};
 use srp_runtime::scene::{Camera, Scene};
 use srp_studies::fidelity::Fidelity;
 use srp_studies::rays::{self, Kind};
-use srp_studies::tni::{Measure, Memories};
+use srp_studies::tni::{Energy, Measure, Memories};
 use srp_toolchain::machine;
 use srp_toolchain::scene::Views;
 use std::path::Path;
@@ -157,7 +154,7 @@ fn print_measure(
         "intervals": measured.intervals(job),
         "all": measured.all,
         "all_with_private_memories": private,
-        "energy_mj": energy::Energy::of(&arch.system.tni, &measured.all.counters),
+        "energy_mj": Energy::of(&arch.system.tni, &measured.all.counters),
         "views": views,
     });
     let text = serde_json::to_string_pretty(&json).map_err(Failure::message)?;

@@ -4,7 +4,9 @@
 //! A study is a function from plain options to a report, which is data that `serde` writes. Nothing
 //! here prints, parses a command line or makes a page; whoever shows a report is above.
 //!
+//! * [`accuracy`] tries settings of precision: what each buys, and costs.
 //! * [`fidelity`] runs frames at every level of simulation, and says what each level costs and is off by.
+//! * [`hard_cases`] tries what goes wrong in float arithmetic with every setting of a machine.
 //! * [`tni`] runs T&I units without SRPs on [`rays`], all of them or a sample.
 //! * [`functional`] runs a frame without a schedule and a clock; [`attribution`] says where the errors of
 //!   its picture come from.
@@ -13,6 +15,7 @@
 //!   their bounds.
 //! * [`figure`] says what is measured; [`survey`] is the statistics of samples.
 
+pub mod accuracy;
 pub mod attribution;
 pub mod certificate;
 mod error;
@@ -20,6 +23,7 @@ pub mod exact;
 pub mod fidelity;
 pub mod figure;
 pub mod functional;
+pub mod hard_cases;
 pub mod loops;
 pub mod map;
 pub mod rays;

@@ -277,16 +277,3 @@ pub fn file_name(text: &str) -> String {
 pub fn make_folder(path: &Path) -> Result<(), FileError> {
     std::fs::create_dir_all(path).map_err(|e| FileError::new(path, "make the folder", e))
 }
-
-/// Where compiled simulators are kept: `SRP_CACHE`, else a folder in the user's cache.
-pub fn cache_folder() -> PathBuf {
-    let variable = |name| {
-        std::env::var_os(name)
-            .filter(|v| !v.is_empty())
-            .map(PathBuf::from)
-    };
-    variable("SRP_CACHE")
-        .or_else(|| variable("XDG_CACHE_HOME").map(|p| p.join("srp")))
-        .or_else(|| variable("HOME").map(|p| p.join(".cache").join("srp")))
-        .unwrap_or_else(|| std::env::temp_dir().join("srp-cache"))
-}

@@ -1,6 +1,6 @@
 //! Frames: what is rendered, what its kernels are built for, and running it.
 
-use crate::cache::{Key, Kind};
+use crate::cache::{Key, Kind, key};
 use crate::compile::{Compiled, compile};
 use crate::input::{self, Input};
 use crate::scene::{self, Loaded, Shading};
@@ -222,6 +222,20 @@ impl Frame {
         let Frame { scene, bvh, .. } = self;
         let image = scene_image::build(scene, bvh, &scene.camera, &self.arch, self.size);
         Ok(image?)
+    }
+
+    /// Begins a key of what is made of this frame. It holds all of the frame, as it is and as it lies
+    /// in memory, how its kernels are compiled, and the build of these tools, of which the kernels are a
+    /// part.
+    pub fn key(&self, kind: Kind, image: &SceneImage) -> key::Builder {
+        Key::of(kind)
+            .text(BUILD_ID)
+            .value(&self.arch)
+            .value(&self.scene)
+            .value(&self.size)
+            .value(&self.build.options())
+            .text(&format!("{:?}", self.guard))
+            .bytes(image.memory.bytes())
     }
 
     /// Renders the frame by a scheduled program. A frame that was cancelled has an account of what it

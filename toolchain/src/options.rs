@@ -1,5 +1,6 @@
 //! What a caller decides about a compilation.
 
+use serde::Serialize;
 use srp_archdesc::diagnostic::{Diagnostic, Severity};
 use srp_frontend::message::{warning_name, warning_names};
 use srp_ir::pass::FastMath;
@@ -8,7 +9,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 /// How a program is compiled. The default is what C allows, with innermost loops on the array.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Options {
     /// Folders to look for included files in, after that of the including file.
     pub include: Vec<PathBuf>,
@@ -44,7 +45,7 @@ impl Default for Options {
 }
 
 /// How long the best schedule of a loop is looked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Effort {
     /// As far as a fixed number of steps goes: the same for everybody.
     Steps,
@@ -66,7 +67,7 @@ impl Effort {
 }
 
 /// Wishes about warnings, the later before the earlier, as `-W` has them.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Warnings(Vec<String>);
 
 /// What becomes of a warning.

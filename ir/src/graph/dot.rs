@@ -2,11 +2,12 @@
 
 mod lex;
 mod tree;
+mod typed;
 
 pub(super) use tree::{Attributes, DotEdge, DotNode, Tree};
 
 use super::raw::{Lines, Raw, RawEdge, shortened};
-use super::{At, Found, Graph, MAX_EDGES, MAX_NODES, Options, names, typed};
+use super::{At, Found, Graph, MAX_EDGES, MAX_NODES, Options, names};
 use crate::program::SourceFile;
 use srp_archdesc::diagnostic::{Source, Span};
 use srp_archdesc::entity::Entity;

@@ -15,7 +15,6 @@ mod edges;
 mod json;
 mod names;
 mod raw;
-mod typed;
 
 pub use names::{Aliases, aliases, stands_for};
 

@@ -1,5 +1,6 @@
 //! A loop's block as a dataflow graph.
 
+use super::MAX_DISTANCE;
 use super::shape::{Loop, Outer};
 use super::{Reason, Refusal};
 use crate::dfg::{Initial, LiveIn, Node, NodeData, Operand};
@@ -7,9 +8,6 @@ use crate::program::{InstKind, Pos, Slot, Symbol, Value};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::{Effect, Opcode, Ty};
 use std::collections::{BTreeMap, BTreeSet};
-
-/// Iterations that a value may be carried over.
-pub(crate) const MAX_DISTANCE: usize = 1024;
 
 /// What makes two live-in values the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -37,6 +37,9 @@ use srp_archdesc::entity::{Entity, EntityMap};
 use std::collections::{BTreeMap, BTreeSet};
 use words::{Word, Words};
 
+/// Iterations that a value may be carried over.
+const MAX_DISTANCE: usize = 1024;
+
 /// What [`split`] returns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Split {

@@ -1,7 +1,7 @@
 //! Why loops stay in the control code, and why accesses stay in order: reasons as data, which print
 //! as the words that messages have for them.
 
-use super::body::MAX_DISTANCE;
+use super::MAX_DISTANCE;
 use srp_archdesc::isa::Opcode;
 
 /// Why a loop cannot be pipelined. Printed, it is a clause about the loop.

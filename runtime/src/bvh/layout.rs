@@ -9,7 +9,7 @@ use srp_archdesc::datapath::Intersection;
 use srp_archdesc::system::{NodeFormat, TniSpec};
 
 use super::Bvh;
-use super::node::{Corners, pack, reference_word, rounded, union};
+use super::node::{Corners, NodeRef, pack, reference_word, rounded, union};
 use super::record::TriangleRecord;
 use crate::scene::Triangle;
 
@@ -35,23 +35,6 @@ impl Layout {
             triangle_bytes: spec.triangle_bytes,
             intersection: spec.intersection,
         }
-    }
-}
-
-/// A node, as its parent's record or the root register names it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub struct NodeRef {
-    /// Of an inner node: index of the first of its two children. Of a leaf: index of its first
-    /// triangle record.
-    pub index: u32,
-    /// Triangles of a leaf; 0 for an inner node.
-    pub count: u32,
-}
-
-impl NodeRef {
-    /// Whether it is a leaf.
-    pub const fn is_leaf(self) -> bool {
-        self.count != 0
     }
 }
 
@@ -155,13 +138,4 @@ fn push(bytes: &mut Vec<u8>, words: &[u32], size: u32) {
     let end = bytes.len() + size as usize;
     bytes.extend(words.iter().flat_map(|w| w.to_le_bytes()));
     bytes.resize(end, 0);
-}
-
-#[inline]
-pub(super) fn read_words<const N: usize>(bytes: &[u8]) -> [u32; N] {
-    let mut words = [0; N];
-    for (word, bytes) in words.iter_mut().zip(bytes[..4 * N].chunks_exact(4)) {
-        *word = u32::from_le_bytes(bytes.try_into().expect("chunks of 4 bytes"));
-    }
-    words
 }

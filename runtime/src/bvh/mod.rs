@@ -19,8 +19,8 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
 use crate::scene::Triangle;
 
-pub use layout::{Layout, NodeRef, TreeImage, lay_out};
-pub use node::PairRecord;
+pub use layout::{Layout, TreeImage, lay_out};
+pub use node::{NodeRef, PairRecord};
 pub use record::{AnchorWords, TRIANGLE_BYTES, TriangleRecord, WaldWords, WoopWords};
 pub use sweep::sweep;
 
@@ -187,4 +187,14 @@ fn depth(tree: &Bvh2) -> usize {
         }
     }
     deepest
+}
+
+/// The words that bytes begin with.
+#[inline]
+fn read_words<const N: usize>(bytes: &[u8]) -> [u32; N] {
+    let mut words = [0; N];
+    for (word, bytes) in words.iter_mut().zip(bytes[..4 * N].chunks_exact(4)) {
+        *word = u32::from_le_bytes(bytes.try_into().expect("chunks of 4 bytes"));
+    }
+    words
 }

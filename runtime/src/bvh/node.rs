@@ -11,10 +11,27 @@
 
 use srp_archdesc::system::NodeFormat;
 
-use super::layout::{NodeRef, read_words};
+use super::read_words;
 
 /// A box: lowest and highest corner.
 pub(super) type Corners = [[f32; 3]; 2];
+
+/// A node, as its parent's record or the root register names it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct NodeRef {
+    /// Of an inner node: index of the first of its two children. Of a leaf: index of its first
+    /// triangle record.
+    pub index: u32,
+    /// Triangles of a leaf; 0 for an inner node.
+    pub count: u32,
+}
+
+impl NodeRef {
+    /// Whether it is a leaf.
+    pub const fn is_leaf(self) -> bool {
+        self.count != 0
+    }
+}
 
 /// Two siblings: boxes and references.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]

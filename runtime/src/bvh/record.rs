@@ -4,7 +4,7 @@
 use glam::DVec3;
 use srp_archdesc::datapath::Intersection;
 
-use super::layout::read_words;
+use super::read_words;
 use crate::scene::Triangle;
 
 /// Bytes of the words of a triangle record.

@@ -50,6 +50,11 @@ impl SystemMemory {
         self.bytes.is_empty()
     }
 
+    /// All of its bytes, from [`BASE`] on.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
     /// The bytes from `address` on, `size` of them; `None` where they are not all mapped.
     #[inline]
     pub fn get(&self, address: u32, size: u32) -> Option<&[u8]> {

@@ -3,12 +3,12 @@
 use std::fmt;
 
 use glam::{DVec3, Vec3};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::angle::turn;
 
 /// A pinhole camera.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Camera {
     /// Where it is.
     pub position: Vec3,

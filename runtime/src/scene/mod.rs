@@ -19,6 +19,7 @@ mod texture;
 use std::collections::BTreeMap;
 
 use glam::{Vec2, Vec3};
+use serde::Serialize;
 
 pub use camera::Camera;
 pub use light::default_lights;
@@ -35,7 +36,7 @@ pub const MAX_COORDINATE: f32 = 1e18;
 pub const MAX_TRIANGLES: usize = 4 << 20;
 
 /// What is rendered.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Scene {
     /// Its name, for reports.
     pub name: String,
@@ -76,7 +77,7 @@ impl Scene {
 }
 
 /// One triangle.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Triangle {
     /// Its vertices.
     pub positions: [Vec3; 3],
@@ -106,7 +107,7 @@ impl Triangle {
 }
 
 /// A material as MTL means it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Material {
     /// Its name.
     pub name: String,
@@ -137,7 +138,7 @@ pub struct Material {
 }
 
 /// Where a material is defined.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Origin {
     /// The material library.
     pub file: String,
@@ -205,7 +206,7 @@ impl Light {
 }
 
 /// A point light.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Light {
     /// Where it is.
     pub position: Vec3,

@@ -10,7 +10,7 @@ pub const MAX_SAMPLES: u32 = 1024;
 pub const MAX_LIGHTS: usize = 256;
 
 /// How far light is followed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Options {
     /// Most secondary rays in a row, at most [`MAX_BOUNCES`]; 0 for none.
     pub bounces: u32,

@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 use std::{fmt, io};
 
 use image::ImageReader;
+use serde::Serialize;
 
 /// Largest width and height of a picture, in texels.
 pub const MAX_TEXTURE_SIDE: u32 = 16384;
 
 /// A picture.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Texture {
     /// The file it comes from, or its name.
     pub name: String,
@@ -59,7 +60,7 @@ pub enum Channel {
 }
 
 /// A texture on a material.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct Map {
     /// Its index among the textures of the scene.
     pub texture: u32,

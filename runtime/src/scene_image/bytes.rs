@@ -7,21 +7,12 @@ use srp_archdesc::ops::semantics::texture::CLAMP;
 use srp_kernels::layout::{LIGHT, MATERIAL, SCENE, TEXTURE_MAP, TRIANGLE};
 
 use super::parts::Parts;
-use super::structure::Writer;
+use super::structure::{Bytes, Writer};
 use super::tiling::Tiling;
 use super::{FAR, OFFSET, lights};
-use crate::memory::BASE;
 use crate::scene::{Camera, Fresnel, Light, Map, Material, Scene, Surface, Triangle};
 
-/// Memory in the making; addresses are those of the finished memory.
-pub(super) struct Bytes(pub(super) Vec<u8>);
-
 impl Bytes {
-    pub(super) fn put(&mut self, address: u64, bytes: &[u8]) {
-        let start = (address - u64::from(BASE)) as usize;
-        self.0[start..start + bytes.len()].copy_from_slice(bytes);
-    }
-
     pub(super) fn header(
         &mut self,
         scene: &Scene,

@@ -21,9 +21,9 @@ use crate::bvh::{self, Bvh, Layout, TreeImage};
 use crate::memory::{BASE, MAX_BYTES, SystemMemory};
 use crate::scene::{Camera, Light, MAX_COORDINATE, Scene};
 use crate::tni::{Tree, arithmetic};
-use bytes::Bytes;
 use parts::Parts;
 use srp_kernels::layout::{LIGHT, MATERIAL, TRIANGLE};
+use structure::Bytes;
 use tiling::Tiling;
 
 /// Distance of a ray without end: beyond everything in a scene, and finite.

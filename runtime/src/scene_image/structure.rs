@@ -3,7 +3,17 @@
 use glam::Vec3;
 use srp_kernels::layout::Structure;
 
-use super::bytes::Bytes;
+use crate::memory::BASE;
+
+/// Memory in the making; addresses are those of the finished memory.
+pub(super) struct Bytes(pub(super) Vec<u8>);
+
+impl Bytes {
+    pub(super) fn put(&mut self, address: u64, bytes: &[u8]) {
+        let start = (address - u64::from(BASE)) as usize;
+        self.0[start..start + bytes.len()].copy_from_slice(bytes);
+    }
+}
 
 /// A structure in memory, written field by field.
 pub(super) struct Writer<'a> {

@@ -1,8 +1,7 @@
 //! Quality against cost, with the line of what is best.
 
-use super::super::target::front;
-use super::super::trial::Trial;
 use maud::{Markup, html};
+use srp_studies::accuracy::{Trial, front};
 
 /// Size of the drawing and of its margins.
 const WIDTH: f64 = 420.0;

@@ -12,17 +12,23 @@
 //! mean of the machine's own memory for reads that come alone ([`with_fixed_latency`]).
 
 mod figures;
+mod host_time;
+mod kept;
 mod ledger;
+mod prepared;
 pub mod sampled;
+mod table;
 mod untimed;
 
 use srp_archdesc::Arch;
-
 use srp_runtime::memory::unloaded::with_fixed_latency;
 use srp_runtime::system::Timing;
 
 pub use figures::{FrameFigure, FrameQuantity, known};
+pub use host_time::HostTime;
 pub use ledger::{COLUMNS, Column, Part, Tally, render_tiles};
+pub use prepared::{Prepared, Whole};
+pub use table::{Cell, Row, Table, TableOptions, TrialFigure, Trials, table};
 pub use untimed::{Untimed, untimed};
 
 /// A level of simulation.

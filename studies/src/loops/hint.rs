@@ -1,7 +1,7 @@
 //! The sentence that helps: what to do for a lower II, from what is known of a loop.
 
-use super::measure::resource_name;
 use super::model::{LoopReport, Position, Status, WhatIf};
+use super::resource::resource_name;
 use srp_archdesc::arch::Srp;
 use srp_scheduler::LoopFacts;
 use srp_scheduler::demand::Need;

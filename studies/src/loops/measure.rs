@@ -5,7 +5,8 @@ use super::model::{
     Carried, Cell, Edge, FileKind, FileLoad, Graph, Impossible, LinkLoad, LoopReport, Obstacle,
     Operation, Ordered, PortLoad, Position, Resource, SharedLoad, Status, Step, UnitLoad,
 };
-use srp_archdesc::arch::{self, Arch, Srp};
+use super::resource::resource_name;
+use srp_archdesc::arch::{self, Arch};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_ir::dfg::{Dep, Dfg, Node, Operand, Order};
 use srp_ir::dre::scheduled::{ModuloSchedule, PlacedOp, Source};
@@ -336,18 +337,6 @@ impl View<'_> {
                 let file = &self.arch.srp.files[reg.file].name;
                 format!("{what} in {file}[{}]", reg.index)
             }
-        }
-    }
-}
-
-/// What is needed, in words.
-pub(super) fn resource_name(need: &Need, srp: &Srp) -> String {
-    match need {
-        Need::Array => "all operations".to_owned(),
-        Need::Shared(resource) => srp.resources[*resource].name.clone(),
-        Need::Units(classes) => {
-            let names: Vec<&str> = classes.iter().map(|c| c.name()).collect();
-            names.join(", ")
         }
     }
 }

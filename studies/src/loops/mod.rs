@@ -8,6 +8,7 @@ mod diff;
 mod hint;
 mod measure;
 mod model;
+mod resource;
 mod trial;
 
 pub use diff::{Difference, Differences, Figure, diff};

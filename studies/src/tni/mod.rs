@@ -4,6 +4,7 @@
 //! rays, dealt in blocks to the units in turn, and every unit takes them as fast as it can. Units that share
 //! nothing may run on threads of their own; the counters are the same.
 
+mod energy;
 mod estimated;
 mod fed_unit;
 mod group;
@@ -27,6 +28,7 @@ use srp_runtime::memory::dram::DramCounters;
 use srp_runtime::tni::arithmetic::Ray;
 use srp_runtime::tni::{HitRecord, Logged, Runs, TniCounters, Tree, place_for};
 
+pub use energy::Energy;
 pub use estimated::Estimated;
 pub use group::Memories;
 pub use measure::Measure;

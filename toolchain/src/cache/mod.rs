@@ -21,7 +21,7 @@ pub mod key;
 mod store;
 
 pub use entry::Damage;
-pub use folder::Place;
+pub use folder::{Place, Workplace};
 pub use key::Key;
 pub use store::{Counts, Found};
 
@@ -156,10 +156,10 @@ impl Cache {
     /// # Errors
     ///
     /// Neither the cache's folder nor a temporary one can be written.
-    pub fn workplace(&self, watch: &dyn Watch) -> std::io::Result<folder::Workplace> {
+    pub fn workplace(&self, watch: &dyn Watch) -> std::io::Result<Workplace> {
         match self.with(watch, |store| store.workplace()) {
             Some(Ok(place)) => Ok(place),
-            Some(Err(_)) | None => folder::Workplace::temporary(),
+            Some(Err(_)) | None => Workplace::temporary(),
         }
     }
 

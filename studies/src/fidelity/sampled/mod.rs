@@ -18,7 +18,7 @@ mod trace;
 
 use serde::Serialize;
 use srp_archdesc::Arch;
-use srp_archdesc::watch::{Stage, Watch};
+use srp_archdesc::watch::{Stage, Unstaged, Watch};
 
 use super::figures::{FrameFigure, known, read_ns};
 use super::ledger::{Part, Tally, add, render_tiles};
@@ -93,15 +93,6 @@ pub struct Sampled {
     pub figures: Vec<FrameFigure>,
 }
 
-/// A watch that shows nothing of the frames that a sample consists of.
-struct Quiet<'a>(&'a dyn Watch);
-
-impl Watch for Quiet<'_> {
-    fn cancelled(&self) -> bool {
-        self.0.cancelled()
-    }
-}
-
 impl Frame<'_> {
     /// Tiles that batches measure.
     fn tiles_of(&self, batches: &[&[u32]]) -> u64 {
@@ -159,7 +150,7 @@ impl Frame<'_> {
             run_on.push((unit, core));
             queues[core].extend(self.first_pass.queue(unit));
         }
-        let quiet = Quiet(self.watch);
+        let quiet = Unstaged::new(self.watch);
         let options = Options {
             tiles: Some(TileQueue::of_cores(queues)),
             ..self.options(&quiet)

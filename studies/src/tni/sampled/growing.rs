@@ -1,5 +1,6 @@
 //! A sample that grows: the rounds that are drawn, their traces, and what they took.
 
+use srp_archdesc::system::SystemSpec;
 use srp_archdesc::threads;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -7,11 +8,22 @@ use std::ops::Range;
 use super::Subject;
 use super::TRACED_A_DRAW;
 use super::blocks::{Blocks, PacketId};
-use super::run::leading;
 use super::trace::{BlockTrace, BlockTracer};
 use crate::survey::{Population, Random, Sample, Stratum};
 use crate::tni::run_counts::RunCounts;
 use crate::tni::{Options, Outcome};
+
+/// Packets that are run before a block, at least: what is in the unit together with its first rays.
+const LEADING: usize = 8;
+
+/// Before a block so many times the rays are run that a unit can have.
+const FILLS: usize = 8;
+
+/// Packets that are run before a block of a machine.
+fn leading(spec: &SystemSpec) -> usize {
+    let resident = spec.tni.trvs as usize * spec.tni.stacks as usize;
+    LEADING.max((FILLS * resident).div_ceil(spec.buffers.rays.max(1) as usize))
+}
 
 /// Strata, at most, and rounds of each, at least.
 const STRATA: usize = 24;

@@ -4,8 +4,6 @@ use srp_archdesc::threads;
 use srp_archdesc::watch::Event;
 use std::sync::Arc;
 
-use srp_archdesc::system::SystemSpec;
-
 use super::Subject;
 use super::blocks::PacketId;
 use super::growing::Growing;
@@ -15,18 +13,6 @@ use crate::tni::fed_unit::{Packet, Role};
 use crate::tni::run_counts::RunCounts;
 use crate::tni::{BLOCK, Bench, Memories, Options, Outcome};
 use srp_runtime::tni::{TniCounters, WarmCaches};
-
-/// Packets that are run before a block, at least: what is in the unit together with its first rays.
-const LEADING: usize = 8;
-
-/// Before a block so many times the rays are run that a unit can have.
-const FILLS: usize = 8;
-
-/// Packets that are run before a block of a machine.
-pub(super) fn leading(spec: &SystemSpec) -> usize {
-    let resident = spec.tni.trvs as usize * spec.tni.stacks as usize;
-    LEADING.max((FILLS * resident).div_ceil(spec.buffers.rays.max(1) as usize))
-}
 
 /// Packets that a unit has behind a block, at most, while others that share its memory still have theirs.
 const COMPANY: usize = 16;

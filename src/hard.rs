@@ -1,0 +1,243 @@
+//! `srp hard-cases`: cases that go wrong in float arithmetic, as text, as JSON and as a page.
+
+use crate::cli::HardCases;
+use crate::failure::Failure;
+use crate::{files, interrupt, scenes, talk};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use srp_studies::hard_cases::{self, Case, Column, Level, Matrix, Verdict};
+use srp_toolchain::machine;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// Runs `srp hard-cases`: 1 where a case is wrong that is not listed as failing by design.
+pub(crate) fn run(args: &HardCases) -> Result<i32, Failure> {
+    if let Some(path) = &args.html {
+        files::check_writable(path)?;
+    }
+    let arch = machine::read(&args.machine.machine)?;
+    let cases = hard_cases::cases(args.filter.as_deref().unwrap_or_default())?;
+    let session = &talk::session();
+    let scene = scenes::read(args.scene.as_deref(), None, session)?;
+    let matrix = interrupt::looked_for(|| hard_cases::run(&arch, cases, &scene, session))?;
+    if let Some(path) = &args.html {
+        files::write(path, page(&matrix).as_bytes())?;
+    }
+    talk::print(match args.json {
+        true => json(&matrix)?,
+        false => text(&matrix),
+    })?;
+    Ok(i32::from(matrix.is_wrong()))
+}
+
+/// The sign of a verdict in the text.
+fn sign(verdict: Option<&Verdict>) -> char {
+    match verdict {
+        None => ' ',
+        Some(Verdict::Right) => '.',
+        Some(Verdict::Bounded(_)) => 'o',
+        Some(Verdict::Wrong(_)) => 'X',
+    }
+}
+
+fn heading(matrix: &Matrix) -> String {
+    let right = matrix.count(|v| *v == Verdict::Right);
+    let bounded = matrix.count(|v| matches!(v, Verdict::Bounded(_)));
+    let wrong = matrix.count(|v| matches!(v, Verdict::Wrong(_)));
+    format!(
+        "{}: {} cases, {} answers: {right} right, {bounded} within the bound stated for their \
+         setting, {wrong} wrong",
+        matrix.machine,
+        matrix.cases.len(),
+        matrix.verdicts.len(),
+    )
+}
+
+/// The columns of a level.
+fn columns(matrix: &Matrix, level: Level) -> impl Iterator<Item = Column> {
+    let columns = matrix.columns.iter().copied();
+    columns.filter(move |c| c.level == level)
+}
+
+/// Columns as a letter each: a to z, then A to Z.
+fn letters() -> impl Iterator<Item = char> {
+    ('a'..='z').chain('A'..='Z').cycle()
+}
+
+/// The matrix as text: a line for each case, a sign for each column.
+fn text(matrix: &Matrix) -> String {
+    let mut text = heading(matrix) + "\n\n";
+    let mut header = String::new();
+    let mut named = letters();
+    for level in Level::ALL {
+        for column in columns(matrix, level) {
+            let letter = named.next().unwrap_or('?');
+            header.push(letter);
+            let name = matrix.setting(column);
+            let _ = writeln!(text, "  {letter}  {:5} {name}", level.name());
+        }
+        header.push(' ');
+    }
+    let _ = writeln!(
+        text,
+        "\n  .  right   o  wrong by design, within its bound   X  wrong\n\n{:8} {header}",
+        "case"
+    );
+    for (i, case) in matrix.cases.iter().enumerate() {
+        let _ = write!(text, "{:8} ", case.id);
+        for level in Level::ALL {
+            let of = |column| sign(matrix.verdicts.get(&(i, column)));
+            text.extend(columns(matrix, level).map(of));
+            text.push(' ');
+        }
+        let _ = writeln!(text, "{}", case.title);
+    }
+    let bounded = |v: &Verdict| match v {
+        Verdict::Bounded(what) => Some(what.clone()),
+        _ => None,
+    };
+    let wrong = |v: &Verdict| match v {
+        Verdict::Wrong(what) => Some(what.clone()),
+        _ => None,
+    };
+    list(&mut text, matrix, "Wrong by design", &bounded);
+    list(&mut text, matrix, "Wrong", &wrong);
+    for note in &matrix.skipped {
+        let _ = writeln!(text, "\nskipped: {note}");
+    }
+    text
+}
+
+/// What is said of verdicts, each sentence once for the settings of a case that it is said of.
+fn list(
+    text: &mut String,
+    matrix: &Matrix,
+    title: &str,
+    what: &dyn Fn(&Verdict) -> Option<String>,
+) {
+    let mut said: BTreeMap<(usize, Level), Vec<String>> = BTreeMap::new();
+    for ((case, column), verdict) in &matrix.verdicts {
+        if let Some(what) = what(verdict) {
+            let line = format!("{}: {what}", matrix.setting(*column));
+            said.entry((*case, column.level)).or_default().push(line);
+        }
+    }
+    if said.is_empty() {
+        return;
+    }
+    let _ = writeln!(text, "\n{title}:");
+    for ((case, level), lines) in said {
+        let case = &matrix.cases[case];
+        for line in lines {
+            let _ = writeln!(
+                text,
+                "  {} {} ({})  {line}",
+                case.id,
+                level.name(),
+                case.place
+            );
+        }
+    }
+}
+
+/// The matrix as JSON.
+fn json(matrix: &Matrix) -> Result<String, Failure> {
+    let value = serde_json::to_value(matrix).map_err(Failure::message)?;
+    Ok(format!("{value:#}\n"))
+}
+
+const STYLE: &str = include_str!("hard.css");
+
+/// The matrix as one page without network.
+fn page(matrix: &Matrix) -> String {
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { "Hard cases on " (matrix.machine) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                h1 { "Hard cases on " (matrix.machine) }
+                p { (heading(matrix)) "." }
+                p.legend {
+                    span { i.right {} "right" }
+                    span { i.bounded {} "wrong by design in this setting, within the bound stated" }
+                    span { i.wrong {} "wrong" }
+                    span { i.none {} "not run there" }
+                }
+                @for note in &matrix.skipped { p.note { "Skipped: " (note) } }
+                (table(matrix))
+            }
+        }
+    }
+    .into_string()
+}
+
+fn table(matrix: &Matrix) -> Markup {
+    let levels = || Level::ALL.into_iter();
+    let of = |level| columns(matrix, level).collect::<Vec<_>>();
+    let title = |level| match level {
+        Level::Host => "host",
+        Level::Srp => "kernels on the simulated SRP",
+        Level::Tni => "T&I unit",
+    };
+    html! {
+        div.scroll { table {
+            thead {
+                tr {
+                    th colspan="2" {}
+                    @for level in levels() { @if !of(level).is_empty() {
+                        th.level colspan=(of(level).len()) { (title(level)) }
+                    } }
+                }
+                tr {
+                    th { "case" } th.words {}
+                    @for level in levels() {
+                        @for (k, column) in of(level).into_iter().enumerate() {
+                            th.setting.first[k == 0] { span { (matrix.setting(column)) } }
+                        }
+                    }
+                }
+            }
+            tbody {
+                @for (i, case) in matrix.cases.iter().enumerate() {
+                    tr {
+                        td.id { (case.id) }
+                        td.words { (about(case)) }
+                        @for level in levels() {
+                            @for (k, column) in of(level).into_iter().enumerate() {
+                                (cell(matrix.verdicts.get(&(i, column)), k == 0))
+                            }
+                        }
+                    }
+                }
+            }
+        } }
+    }
+}
+
+fn cell(verdict: Option<&Verdict>, first: bool) -> Markup {
+    let (class, what) = verdict.map_or(("none", ""), Verdict::told);
+    html! { td.cell.first[first] { i class=(class) title=(what) {} } }
+}
+
+/// The title, and the whole case behind it.
+fn about(case: &Case) -> Markup {
+    let bits = |words: &[u32]| {
+        let words = words.iter().map(|w| format!("{w:08x}"));
+        words.collect::<Vec<_>>().join(" ")
+    };
+    html! {
+        details {
+            summary { (case.title) }
+            p { code { (case.call) } " gives " code { (case.gives.join(" ")) }
+                @if case.within > 0.0 { ", within " (case.within) " units of the last place" } }
+            @for (name, words) in &case.arguments { @if words.len() <= 48 {
+                p.soft { (name) " " code { (bits(words)) } }
+            } }
+            p.soft { "Oracle: " (case.oracle.name()) ". Source: " (case.source) ". " code { (case.place) } }
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! A sentence about each setting: what it does to picture and costs.
+
+use super::setting::TOGETHER;
+use super::trial::Trial;
+use std::fmt::Write as _;
+
+/// The change from one value to another, in percent.
+fn change(now: f64, before: f64) -> f64 {
+    match before > 0.0 {
+        true => 100.0 * (now / before - 1.0),
+        false => 0.0,
+    }
+}
+
+/// Says what a setting does.
+pub(super) fn of(trial: &Trial, base: &Trial) -> String {
+    let mut text = match trial.knob.as_str() {
+        TOGETHER => format!("All of {}", trial.value),
+        knob => format!("{knob}: {}", trial.value),
+    };
+    text += ": ";
+    text += &match (trial.all.psnr, base.all.psnr) {
+        (Some(now), _) if trial.is_sampling() => {
+            format!("{now:.1} dB of the picture with the most samples and bounces")
+        }
+        (None, _) => "no byte of the picture is off".to_owned(),
+        (Some(now), Some(before)) if (now - before).abs() < 0.05 => "as good a picture".to_owned(),
+        (Some(now), Some(before)) if now > before => format!("{:.1} dB won", now - before),
+        (Some(now), Some(before)) => format!("{:.1} dB lost", before - now),
+        (Some(now), None) => format!("the picture falls to {now:.1} dB"),
+    };
+    if trial.all.beyond_8 != base.all.beyond_8 && !trial.is_sampling() {
+        let (now, before) = (trial.all.beyond_8, base.all.beyond_8);
+        let _ = write!(
+            text,
+            ", {now} pixels off by more than 8 levels ({before} before)"
+        );
+    }
+    if trial.attribution.all_flips() > 0 {
+        let (looked, of) = trial.attribution.tiles;
+        let flips = trial.attribution.flips_in_words();
+        let _ = write!(
+            text,
+            ", decided otherwise in {looked} of {of} tiles: {flips}"
+        );
+    }
+    if let Some(worst) = trial.attribution.sources.first().filter(|s| s.part > 0.3) {
+        let part = 100.0 * worst.part;
+        let _ = write!(text, ", {part:.0} % of the error from {}", worst.name());
+    }
+    if trial.leaks.leaks != base.leaks.leaks {
+        let (now, aimed) = (trial.leaks.leaks, trial.leaks.aimed);
+        let _ = write!(text, ", {now} of {aimed} rays at edges get through");
+    }
+    let (now, before) = (&trial.costs, &base.costs);
+    for (kernel, ii) in &now.ii {
+        match before.ii.get(kernel) {
+            Some(old) if old != ii => {
+                let _ = write!(text, ", II of `{kernel}` {old} → {ii}");
+            }
+            _ => {}
+        }
+    }
+    for (what, change) in [
+        (
+            "cycles of the frame",
+            change(now.frame_cycles as f64, before.frame_cycles as f64),
+        ),
+        ("energy", change(now.energy, before.energy)),
+        ("area", change(now.area, before.area)),
+    ] {
+        if change.abs() >= 0.05 {
+            let _ = write!(text, ", {change:+.1} % {what}");
+        }
+    }
+    text + "."
+}

@@ -1,0 +1,258 @@
+//! A setting tried: compiled, scheduled and simulated, and its picture held against the reference.
+
+use super::compare::{Comparison, Difference};
+use super::probe::{Edges, Leaks};
+use super::setting::{Setting, Subject, is_sampling};
+use super::summary::AttributionSummary;
+use crate::Error;
+use crate::tni::Energy;
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use srp_archdesc::arch::{Approx, Arch};
+use srp_archdesc::area;
+use srp_archdesc::certify::{Function, certify};
+use srp_ir::dre::scheduled::ScheduledDre;
+use srp_runtime::picture::Picture;
+use srp_runtime::scene_image::SceneImage;
+use srp_runtime::system::{self, Report};
+use srp_toolchain::cache::Kind;
+use srp_toolchain::{Engine, Engines, Frame, Session};
+use std::collections::BTreeMap;
+
+/// Energy in nJ that a byte of system memory takes: 40 pJ a bit, as Malladi et al. (ISCA 2012) have
+/// it of LPDDR2.
+const MEMORY_BYTE: f64 = 0.32;
+
+/// A pixel of which a channel is off by more levels has had another decision.
+const DECIDED: u8 = 8;
+
+/// A setting that was tried.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Trial {
+    /// What was turned, nothing at the machine as it is.
+    pub knob: String,
+    /// What to.
+    pub value: String,
+    /// How a user says it.
+    pub how: String,
+    /// Over all pixels.
+    pub all: Difference,
+    /// Over those on which all decisions fall as in binary64.
+    pub agreeing: Difference,
+    /// Rays aimed at the scene's own edges.
+    pub leaks: Leaks,
+    /// Where the errors come from, in the tiles that were looked into.
+    pub attribution: AttributionSummary,
+    /// Of the unit whose precision is set.
+    pub unit: Option<UnitError>,
+    /// What the setting costs.
+    pub costs: Costs,
+}
+
+/// How far a unit is off, in units of the last place, over all mantissas.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct UnitError {
+    /// At most.
+    pub largest: f64,
+    /// On average.
+    pub mean: f64,
+}
+
+impl UnitError {
+    /// Of the worst of some units.
+    pub(super) fn of(units: &[(Function, Approx)]) -> Option<UnitError> {
+        let each = units.iter().map(|&(function, approx)| {
+            let certificate = certify(function, approx);
+            UnitError {
+                largest: certificate.worst_ulp,
+                mean: certificate.mean_ulp,
+            }
+        });
+        each.max_by(|a, b| a.largest.total_cmp(&b.largest))
+    }
+}
+
+/// What a setting costs.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Costs {
+    /// Initiation intervals of the kernels by name.
+    pub ii: BTreeMap<String, u32>,
+    /// Cycles in which cores had work, all of them together.
+    pub srp_cycles: u64,
+    /// Cycles of the T&I clock in which units had rays, all of them together.
+    pub tni_cycles: u64,
+    /// SRP cycles of the frame.
+    pub frame_cycles: u64,
+    /// Bytes that the memory moved.
+    pub dram_bytes: u64,
+    /// mJ of the frame, as far as what is done has a price.
+    pub energy: f64,
+    /// mm² of all cores and their units, as far as they have a price.
+    pub area: f64,
+    /// Seconds of the host for the simulation, without compiling.
+    pub host_seconds: f64,
+}
+
+/// What a trial has rendered.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Rendering {
+    /// The picture.
+    pub picture: Picture,
+    /// The largest difference of a channel of each pixel from the picture in binary64, in levels.
+    pub levels: Vec<u8>,
+}
+
+/// What is measured of a frame, whatever its setting is called.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Measured {
+    all: Difference,
+    agreeing: Difference,
+    leaks: Leaks,
+    attribution: AttributionSummary,
+    costs: Costs,
+    pub(super) rendering: Rendering,
+}
+
+/// Measures a frame, or finds what was measured before. Its picture is held against one in binary64 of
+/// a subject; errors are attributed in one tile of so many.
+///
+/// # Errors
+///
+/// The frame cannot be simulated, or the work was cancelled.
+pub(super) fn measured(
+    frame: &Frame,
+    (subject, reference): (&Subject, &[DVec3]),
+    edges: &Edges,
+    one_in: u32,
+    session: &Session<'_>,
+) -> Result<Measured, Error> {
+    let image = frame.image()?;
+    let key = frame.key(Kind::Trials, &image);
+    // The reference is of the same scene with the subject's options, in its order of samples.
+    let key = key.value(&subject.arch).value(&subject.options);
+    let key = key.value(&one_in).finish();
+    if let Some(known) = session.cache.get(key, session.watch) {
+        return Ok(known);
+    }
+    let leaks = edges.probe(&frame.scene, &image, &frame.arch);
+    let attribution = AttributionSummary::of(frame, &image, one_in, session)?;
+    let (picture, costs) = simulated(frame, image, session)?;
+    let comparison = Comparison::of(&picture, reference);
+    let measured = Measured {
+        all: comparison.over(|_| true),
+        agreeing: comparison.over(|i| comparison.levels[i] <= DECIDED),
+        leaks,
+        attribution,
+        costs,
+        rendering: Rendering {
+            picture,
+            levels: comparison.levels,
+        },
+    };
+    session.cache.put(key, &measured, session.watch);
+    Ok(measured)
+}
+
+/// Compiles, schedules and simulates a frame.
+fn simulated(
+    frame: &Frame,
+    image: SceneImage,
+    session: &Session<'_>,
+) -> Result<(Picture, Costs), Error> {
+    let compiled = frame.build.compile(None, &frame.arch, session)?;
+    session.check()?;
+    let program = compiled.runnable()?;
+    let engines = Engines::of(program, Engine::Interpreter, session)?;
+    let start = session.watch.elapsed();
+    let (picture, report) = frame.render(image, program, &engines, session)?;
+    let host_seconds = (session.watch.elapsed() - start).as_secs_f64();
+    session.check()?;
+    let costs = Costs {
+        host_seconds,
+        ..costs(&report, program, &frame.arch)
+    };
+    Ok((picture, costs))
+}
+
+impl Trial {
+    /// The trial of a setting.
+    pub(super) fn of(setting: &Setting, measured: &Measured) -> Trial {
+        Trial {
+            knob: setting.knob.clone(),
+            value: setting.value.clone(),
+            how: setting.how.clone(),
+            all: measured.all,
+            agreeing: measured.agreeing,
+            leaks: measured.leaks,
+            attribution: measured.attribution.clone(),
+            unit: UnitError::of(&setting.units),
+            costs: measured.costs.clone(),
+        }
+    }
+
+    /// Whether it changes what is computed, not how exactly.
+    pub fn is_sampling(&self) -> bool {
+        is_sampling(&self.knob)
+    }
+
+    /// One of which nothing is known.
+    #[cfg(test)]
+    pub(super) fn empty() -> Trial {
+        Trial {
+            knob: String::new(),
+            value: String::new(),
+            how: String::new(),
+            all: Difference::default(),
+            agreeing: Difference::default(),
+            leaks: Leaks::default(),
+            attribution: AttributionSummary::default(),
+            unit: None,
+            costs: Costs {
+                energy: 1.0,
+                area: 1.0,
+                ..Costs::default()
+            },
+        }
+    }
+}
+
+fn costs(report: &Report, program: &ScheduledDre, arch: &Arch) -> Costs {
+    let ii = |k: &srp_ir::dre::scheduled::ModuloSchedule| (k.dfg.name.clone(), k.ii);
+    let tni = report.tni();
+    let working = |core: &system::CoreReport| {
+        let array: u64 = core.array.iter().map(|k| k.cycles).sum();
+        core.vliw + array + core.switch + core.memory_stall + core.texture_stall
+    };
+    let memory = &report.dram.counters;
+    let moved = memory.bytes_read + memory.bytes_written;
+    let cores = f64::from(arch.system.cores);
+    let unit = area::area(&arch.system.tni, &arch.system.buffers).total;
+    Costs {
+        ii: program.kernels.values().map(ii).collect(),
+        srp_cycles: report.cores.iter().map(working).sum(),
+        tni_cycles: tni.unit.active_cycles,
+        frame_cycles: report.cycles,
+        dram_bytes: moved,
+        energy: Energy::of(&arch.system.tni, &tni).total()
+            + array_energy(report, program, arch)
+            + moved as f64 * MEMORY_BYTE * 1e-6,
+        area: cores * (unit + area::srp_area(arch)),
+        host_seconds: 0.0,
+    }
+}
+
+/// mJ of the operations on the arrays, as if every cycle were one of a full pipeline.
+fn array_energy(report: &Report, program: &ScheduledDre, arch: &Arch) -> f64 {
+    let mut energy = 0.0;
+    for kernel in program.kernels.values() {
+        let each: f64 = (kernel.dfg.nodes.values())
+            .map(|node| area::operation_energy(node.op, &arch.precision))
+            .sum();
+        let cycles: u64 = (report.cores.iter().flat_map(|c| &c.array))
+            .filter(|k| k.kernel == kernel.dfg.name)
+            .map(|k| k.cycles)
+            .sum();
+        energy += each * cycles as f64 / f64::from(kernel.ii);
+    }
+    energy * 1e-6
+}

@@ -1,0 +1,270 @@
+//! Calls of the kernels' functions: how arguments and results stand in system memory, for the driver
+//! in `driver.c`.
+
+use super::catalogue::Case;
+use srp_runtime::memory::BASE;
+
+/// A function that the driver runs, under one of the names that the catalogue calls it by.
+pub(super) struct Function {
+    pub(super) name: &'static str,
+    /// Its number in the driver.
+    pub(super) number: usize,
+    /// Its arguments, each a `float4`.
+    pub(super) arguments: &'static [&'static str],
+    /// `float4`s that it gives.
+    pub(super) results: usize,
+    /// The words of these that are looked at.
+    pub(super) first: usize,
+    pub(super) words: usize,
+}
+
+const fn function(
+    name: &'static str,
+    number: usize,
+    arguments: &'static [&'static str],
+    results: usize,
+    first: usize,
+    words: usize,
+) -> Function {
+    Function {
+        name,
+        number,
+        arguments,
+        results,
+        first,
+        words,
+    }
+}
+
+/// A function of `math.h`, chosen by its number in the driver.
+const MATH: usize = 15;
+
+/// The functions of `math.h` in the driver's order.
+const MATH_FUNCTIONS: [&str; 24] = [
+    "powf", "expf", "exp2f", "logf", "log2f", "log10f", "sinf", "cosf", "tanf", "asinf", "acosf",
+    "atanf", "atan2f", "sinhf", "coshf", "tanhf", "sqrtf", "cbrtf", "hypotf", "fmodf", "rintf",
+    "roundf", "fminf", "fmaxf",
+];
+
+/// The number of the function that samples textures.
+const TEXTURE: usize = 11;
+/// The number of the function that makes rays.
+const RAY: usize = 12;
+/// The number of the one that shades a hit.
+const SURFACE: usize = 14;
+/// How many the driver has.
+const COUNT: usize = 19;
+
+const OF: &[&str] = &["of"];
+
+const FUNCTIONS: &[Function] = &[
+    function("unit", 0, &["of", "else"], 1, 0, 3),
+    function("plain-unit", 1, OF, 1, 0, 3),
+    function("difference", 2, OF, 1, 0, 1),
+    function("mirror", 3, &["of", "at"], 1, 0, 3),
+    function("basis", 4, OF, 2, 0, 8),
+    function("power", 5, OF, 1, 0, 1),
+    function("rcp", 6, OF, 2, 0, 1),
+    function("rsqrt", 6, OF, 2, 1, 1),
+    function("sqrt", 6, OF, 2, 2, 1),
+    function("exp2", 6, OF, 2, 3, 1),
+    function("log2", 6, OF, 2, 4, 1),
+    function("sin", 6, OF, 2, 5, 1),
+    function("cos", 6, OF, 2, 6, 1),
+    function("floor", 6, OF, 2, 7, 1),
+    function("min", 7, OF, 4, 0, 1),
+    function("max", 7, OF, 4, 1, 1),
+    function("fma", 7, OF, 4, 2, 1),
+    function("add", 7, OF, 4, 3, 1),
+    function("sub", 7, OF, 4, 4, 1),
+    function("mul", 7, OF, 4, 5, 1),
+    function("div", 7, OF, 4, 6, 1),
+    function("abs", 7, OF, 4, 7, 1),
+    function("ftoi", 7, OF, 4, 8, 1),
+    function("ftou", 7, OF, 4, 9, 1),
+    function("itof", 7, OF, 4, 10, 1),
+    function("utof", 7, OF, 4, 11, 1),
+    function("less", 7, OF, 4, 12, 1),
+    function("less-equal", 7, OF, 4, 13, 1),
+    function("equal", 7, OF, 4, 14, 1),
+    function("not-greater", 7, OF, 4, 15, 1),
+    function("cross-self", 8, OF, 3, 0, 3),
+    function("square-less-square", 8, OF, 3, 3, 1),
+    function("add-subtract", 8, OF, 3, 4, 1),
+    function("add-right", 8, OF, 3, 5, 1),
+    function("third", 8, OF, 3, 6, 1),
+    function("half-twice", 8, OF, 3, 7, 1),
+    function("guarded-quotient", 8, OF, 3, 8, 1),
+    function("folded-reciprocal", 8, OF, 3, 9, 1),
+    function("chain", 8, OF, 3, 10, 1),
+    function("folded-sum", 8, OF, 3, 11, 1),
+    function("fraction", 9, OF, 1, 0, 1),
+    function("scrambled-fraction", 9, OF, 1, 2, 1),
+    function(
+        "phong",
+        10,
+        &[
+            "light",
+            "normal",
+            "geometric",
+            "back",
+            "diffuse",
+            "specular",
+            "colour",
+        ],
+        1,
+        0,
+        4,
+    ),
+    function("texture", TEXTURE, &["at"], 1, 0, 4),
+    function("ray", RAY, &["from", "along"], 4, 0, 16),
+    function("bytes", 13, OF, 1, 0, 1),
+    function(
+        "surface",
+        SURFACE,
+        &["of", "view", "light", "scene", "places"],
+        12,
+        0,
+        48,
+    ),
+    function("math", MATH, OF, 1, 0, 1),
+    function("sequence-x", 16, OF, 1, 0, 1),
+    function("sequence-y", 16, OF, 1, 1, 1),
+    function("radical-inverse", 16, OF, 1, 2, 1),
+    function("bounce", 17, &["seed", "normal", "diffuse"], 2, 0, 4),
+    function("bounce-weight", 17, &["seed", "normal", "diffuse"], 2, 4, 3),
+    function("sum", 18, &["from", "of"], 1, 0, 3),
+];
+
+/// The function with this name in the catalogue.
+pub(super) fn find(name: &str) -> Option<&'static Function> {
+    let name = match MATH_FUNCTIONS.contains(&name) {
+        true => "math",
+        false => name,
+    };
+    FUNCTIONS.iter().find(|f| f.name == name)
+}
+
+/// Calls to be run together, and where in system memory everything stands.
+pub(super) struct Calls {
+    /// For each function of the driver, the words of its inputs, 4 words a `float4`.
+    inputs: Vec<Vec<u32>>,
+    /// For each call its function, and its place among those of the same number.
+    calls: Vec<(&'static Function, usize)>,
+    /// What else stands in memory, each at a multiple of 64 bytes behind the table.
+    data: Vec<u8>,
+}
+
+/// Bytes of the table at the start of memory.
+const TABLE: usize = (COUNT * 16).next_multiple_of(64);
+
+impl Calls {
+    pub(super) fn new() -> Calls {
+        Calls {
+            inputs: vec![Vec::new(); COUNT],
+            calls: Vec::new(),
+            data: Vec::new(),
+        }
+    }
+
+    /// Puts words into memory and says where they are.
+    pub(super) fn place(&mut self, words: &[u32]) -> u32 {
+        let address = BASE + (TABLE + self.data.len()) as u32;
+        let bytes = words.iter().flat_map(|w| w.to_le_bytes());
+        self.data.extend(bytes);
+        self.data.resize(self.data.len().next_multiple_of(64), 0);
+        address
+    }
+
+    /// Adds a call with these arguments, and says which it is.
+    pub(super) fn add(&mut self, function: &'static Function, arguments: &[[u32; 4]]) -> usize {
+        assert_eq!(
+            arguments.len(),
+            function.arguments.len(),
+            "{}",
+            function.name
+        );
+        let inputs = &mut self.inputs[function.number];
+        let place = inputs.len() / (4 * arguments.len());
+        inputs.extend(arguments.iter().flatten());
+        self.calls.push((function, place));
+        self.calls.len() - 1
+    }
+
+    /// Adds the call of a case.
+    pub(super) fn add_case(&mut self, case: &Case, function: &'static Function) -> usize {
+        let mut arguments: Vec<[u32; 4]> =
+            function.arguments.iter().map(|a| case.words(a)).collect();
+        match function.number {
+            MATH => {
+                let number = MATH_FUNCTIONS.iter().position(|f| *f == case.call);
+                arguments[0][2] = number.unwrap_or_default() as u32;
+            }
+            TEXTURE => arguments[0][2] = self.texture(case),
+            _ => {}
+        }
+        self.add(function, &arguments)
+    }
+
+    /// Places the texture of a case, `size` its width, height and whether it clamps; and says where
+    /// its descriptor is. 0 without a size: no texture.
+    fn texture(&mut self, case: &Case) -> u32 {
+        let [width, height, clamp] = case.floats("size").map(|x: f32| x as u32);
+        if width == 0 {
+            return 0;
+        }
+        let across = width.div_ceil(4);
+        let mut texels = vec![0; 16 * (across * height.div_ceil(4)) as usize];
+        for y in 0..height {
+            for x in 0..width {
+                let at = 16 * (y / 4 * across + x / 4) + 4 * (y % 4) + x % 4;
+                texels[at as usize] = texel(x, y);
+            }
+        }
+        let address = self.place(&texels);
+        self.place(&[address, width, height, clamp])
+    }
+
+    /// System memory before the driver runs.
+    pub(super) fn memory(&self) -> Vec<u8> {
+        let mut memory = vec![0; TABLE];
+        memory.extend_from_slice(&self.data);
+        for (number, inputs) in self.inputs.iter().enumerate() {
+            let Some(function) = FUNCTIONS.iter().find(|f| f.number == number) else {
+                continue;
+            };
+            let count = inputs.len() / (4 * function.arguments.len());
+            let start = memory.len();
+            memory.extend(inputs.iter().flat_map(|w| w.to_le_bytes()));
+            let results = memory.len();
+            memory.resize(results + 16 * function.results * count, 0);
+            memory.resize(memory.len().next_multiple_of(64), 0);
+            let row = [count as u32, BASE + start as u32, BASE + results as u32, 0];
+            let bytes: Vec<u8> = row.iter().flat_map(|w| w.to_le_bytes()).collect();
+            memory[16 * number..16 * number + 16].copy_from_slice(&bytes);
+        }
+        memory
+    }
+
+    /// The words that each call gave, from system memory after the driver ran.
+    pub(super) fn results(&self, memory: &[u8]) -> Vec<Vec<u32>> {
+        let word = |at: usize| {
+            let bytes = memory.get(at..at + 4).and_then(|b| b.try_into().ok());
+            u32::from_le_bytes(bytes.unwrap_or_default())
+        };
+        let result = |&(function, place): &(&Function, usize)| {
+            let results = (word(16 * function.number + 8) - BASE) as usize;
+            let start = results + 16 * function.results * place + 4 * function.first;
+            (0..function.words).map(|i| word(start + 4 * i)).collect()
+        };
+        self.calls.iter().map(result).collect()
+    }
+}
+
+/// The texel of the catalogue's textures in column `x` and row `y`: red in the low byte.
+pub(super) fn texel(x: u32, y: u32) -> u32 {
+    let byte = |n: u32| n & 255;
+    let (red, green) = (byte(37 * x + 101 * y + 11), byte(59 * x + 17 * y + 83));
+    let (blue, alpha) = (byte(x * y + 7 * x + 200), byte(0xff_ffff - 13 * x - 29 * y));
+    red | green << 8 | blue << 16 | alpha << 24
+}

@@ -1,0 +1,309 @@
+//! The catalogue of hard cases: the `.cases` files beside this one, and their form.
+//!
+//! A file is lines of `keyword rest`; `#` begins a comment. `case ID TITLE` begins a case, the lines
+//! after it belong to it, and what stands before the first case of a file holds for all its cases:
+//!
+//! ```text
+//! case S1.1 a zero of the direction on a slab plane: 0 · ∞
+//!   call box low 0 -1 -1 high 0 0 0 from 0 0 0 along 0 -1 0
+//!   gives hit
+//!   by exact                     the oracle that decides
+//!   source Barnes, …             who knows of it
+//!   on host srp tni              the levels that it runs at
+//!   within 2                     units of the last place that a result may be off; 0 where not said
+//!   costs rsqrt 1                how often the error of an approximate unit may go into the result
+//!   loses wald 0.16              a triangle test that may lose the ray, or this share of many
+//! ```
+//!
+//! A number is the float nearest to a decimal number, `inf`, `nan`, or `x` and its bits in
+//! hexadecimal.
+
+use std::collections::BTreeMap;
+
+/// Where the files of the catalogue are.
+pub(super) const FOLDER: &str = "studies/src/hard_cases";
+
+/// The files of the catalogue.
+const FILES: [(&str, &str); 9] = [
+    ("boxes", include_str!("boxes.cases")),
+    ("triangles", include_str!("triangles.cases")),
+    ("origins", include_str!("origins.cases")),
+    ("vectors", include_str!("vectors.cases")),
+    ("functions", include_str!("functions.cases")),
+    ("textures", include_str!("textures.cases")),
+    ("light", include_str!("light.cases")),
+    ("trees", include_str!("trees.cases")),
+    ("floats", include_str!("floats.cases")),
+];
+
+/// Where a case is run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// The kernels' C by the host's compiler.
+    Host,
+    /// The kernels on the simulated SRP.
+    Srp,
+    /// The T&I unit, with rays of the SRP where kernels make them.
+    Tni,
+}
+
+impl Level {
+    /// All of them, from the one without a simulation.
+    pub const ALL: [Level; 3] = [Level::Host, Level::Srp, Level::Tni];
+
+    /// Its name in the catalogue.
+    pub fn name(self) -> &'static str {
+        match self {
+            Level::Host => "host",
+            Level::Srp => "srp",
+            Level::Tni => "tni",
+        }
+    }
+}
+
+/// Who decides what is right.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Oracle {
+    /// Rational arithmetic.
+    Exact,
+    /// Binary64, where its error cannot matter.
+    Binary64,
+    /// A function of the reals, rounded once.
+    Rounded,
+    /// Every triangle, one after the other, in rational arithmetic.
+    BruteForce,
+    /// What a standard or this project's own documents say.
+    Rule,
+}
+
+impl Oracle {
+    const ALL: [Oracle; 5] = [
+        Oracle::Exact,
+        Oracle::Binary64,
+        Oracle::Rounded,
+        Oracle::BruteForce,
+        Oracle::Rule,
+    ];
+
+    /// Its name in the catalogue.
+    pub fn name(self) -> &'static str {
+        match self {
+            Oracle::Exact => "exact",
+            Oracle::Binary64 => "binary64",
+            Oracle::Rounded => "rounded",
+            Oracle::BruteForce => "brute-force",
+            Oracle::Rule => "rule",
+        }
+    }
+}
+
+/// A hard case.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// Its identifier: a letter for its family, and numbers.
+    pub id: String,
+    /// What is hard about it.
+    pub title: String,
+    /// The function that is called.
+    pub call: String,
+    /// Its arguments by name, as bits.
+    pub arguments: Vec<(String, Vec<u32>)>,
+    /// What it is to give: numbers and words.
+    pub gives: Vec<String>,
+    /// Who decides what is right.
+    pub oracle: Oracle,
+    /// Who knows of it.
+    pub source: String,
+    /// The levels that it runs at.
+    pub levels: Vec<Level>,
+    /// Units of the last place of the largest part of the result.
+    pub within: f64,
+    /// Approximate units, and how often their error goes into the result.
+    pub costs: Vec<(String, f64)>,
+    /// Triangle tests that may lose the ray, or this share of many.
+    pub loses: Vec<(String, f64)>,
+    /// File and line.
+    pub place: String,
+}
+
+impl Case {
+    /// An argument of this name.
+    pub(super) fn argument(&self, name: &str) -> Option<&[u32]> {
+        let found = self.arguments.iter().find(|(n, _)| n == name);
+        found.map(|(_, words)| words.as_slice())
+    }
+
+    /// The bits of an argument of `N` words; 0 where it is not given.
+    pub(super) fn words<const N: usize>(&self, name: &str) -> [u32; N] {
+        let given = self.argument(name).unwrap_or_default();
+        std::array::from_fn(|i| given.get(i).copied().unwrap_or(0))
+    }
+
+    /// The same as floats.
+    pub(super) fn floats<const N: usize>(&self, name: &str) -> [f32; N] {
+        self.words(name).map(f32::from_bits)
+    }
+
+    /// The numbers that it is to give.
+    pub(super) fn numbers(&self) -> Vec<f32> {
+        let numbers = self.gives.iter().filter_map(|word| number(word));
+        numbers.map(f32::from_bits).collect()
+    }
+
+    /// Whether it is to give this word.
+    pub(super) fn gives(&self, word: &str) -> bool {
+        self.gives.iter().any(|w| w == word)
+    }
+
+    /// The share of rays that a test may lose.
+    pub(super) fn may_lose(&self, test: &str) -> Option<f64> {
+        let found = self.loses.iter().find(|(name, _)| name == test);
+        found.map(|&(_, share)| share)
+    }
+}
+
+/// The bits of a number as the catalogue writes it.
+pub(super) fn number(word: &str) -> Option<u32> {
+    if let Some(bits) = word.strip_prefix('x') {
+        return u32::from_str_radix(bits, 16).ok();
+    }
+    let begins = |c: char| c.is_ascii_digit() || matches!(c, '-' | '+' | '.');
+    let special = matches!(word, "inf" | "-inf" | "nan");
+    if !special && !word.starts_with(begins) {
+        return None;
+    }
+    word.parse().ok().map(f32::to_bits)
+}
+
+/// All cases, in the order of the files. The error says where the catalogue is wrong, and how.
+pub(super) fn read() -> Result<Vec<Case>, String> {
+    let mut cases = Vec::new();
+    for (name, text) in FILES {
+        read_file(name, text, &mut cases)?;
+    }
+    let mut seen = BTreeMap::new();
+    for case in &cases {
+        if let Some(other) = seen.insert(&case.id, &case.place) {
+            return Err(format!("{}: {} stands at {other} too", case.place, case.id));
+        }
+    }
+    Ok(cases)
+}
+
+fn read_file(name: &str, text: &str, cases: &mut Vec<Case>) -> Result<(), String> {
+    let mut common = Case {
+        id: String::new(),
+        title: String::new(),
+        call: String::new(),
+        arguments: Vec::new(),
+        gives: Vec::new(),
+        oracle: Oracle::Rule,
+        source: String::new(),
+        levels: Vec::new(),
+        within: 0.0,
+        costs: Vec::new(),
+        loses: Vec::new(),
+        place: String::new(),
+    };
+    let first = cases.len();
+    for (number, line) in (1..).zip(text.lines()) {
+        let line = line.split('#').next().unwrap_or_default().trim();
+        let place = format!("{FOLDER}/{name}.cases:{number}");
+        let Some((keyword, rest)) = line.split_once(' ') else {
+            match line {
+                "" => continue,
+                _ => return Err(format!("{place}: `{line}` has nothing behind it")),
+            }
+        };
+        if keyword == "case" {
+            let (id, title) = rest.trim().split_once(' ').unwrap_or((rest, ""));
+            cases.push(Case {
+                id: id.to_owned(),
+                title: title.trim().to_owned(),
+                place,
+                ..common.clone()
+            });
+            continue;
+        }
+        let case = match cases.len() > first {
+            true => cases.last_mut().expect("there is one"),
+            false => &mut common,
+        };
+        property(case, keyword, rest.trim()).map_err(|what| format!("{place}: {what}"))?;
+    }
+    let whole = |c: &&Case| c.call.is_empty() || c.gives.is_empty() || c.levels.is_empty();
+    match cases[first..].iter().find(whole) {
+        Some(case) => Err(format!(
+            "{}: {} has no `call`, `gives` or `on`",
+            case.place, case.id
+        )),
+        None => Ok(()),
+    }
+}
+
+fn property(case: &mut Case, keyword: &str, rest: &str) -> Result<(), String> {
+    let words = || rest.split_whitespace();
+    let unknown = |what: &str| format!("`{what}` is none that {keyword} knows");
+    match keyword {
+        "call" => {
+            let mut words = words();
+            case.call = words.next().unwrap_or_default().to_owned();
+            case.arguments.clear();
+            for word in words {
+                match (number(word), case.arguments.last_mut()) {
+                    (Some(bits), Some((_, values))) => values.push(bits),
+                    (Some(_), None) => return Err(format!("`{word}` has no name before it")),
+                    (None, _) => case.arguments.push((word.to_owned(), Vec::new())),
+                }
+            }
+        }
+        "gives" => case.gives = words().map(str::to_owned).collect(),
+        "by" => {
+            let named = Oracle::ALL.into_iter().find(|o| o.name() == rest);
+            case.oracle = named.ok_or_else(|| unknown(rest))?;
+        }
+        "source" => case.source = rest.to_owned(),
+        "on" => {
+            let level = |word| Level::ALL.into_iter().find(|l| l.name() == word);
+            let levels = words().map(|w| level(w).ok_or_else(|| unknown(w)));
+            case.levels = levels.collect::<Result<_, _>>()?;
+        }
+        "within" => case.within = rest.parse().map_err(|_| unknown(rest))?,
+        "costs" => case.costs = pairs(rest, &unknown)?,
+        "loses" => case.loses = pairs(rest, &unknown)?,
+        _ => return Err(format!("`{keyword}` is no keyword")),
+    }
+    Ok(())
+}
+
+/// Names, each with a number.
+fn pairs(text: &str, unknown: &dyn Fn(&str) -> String) -> Result<Vec<(String, f64)>, String> {
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let pair = |pair: &[&str]| match pair {
+        [name, number] => match number.parse() {
+            Ok(number) => Ok(((*name).to_owned(), number)),
+            Err(_) => Err(unknown(number)),
+        },
+        _ => Err(unknown(text)),
+    };
+    words.chunks(2).map(pair).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_files_are_in_the_catalogue() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/hard_cases");
+        let entries = std::fs::read_dir(folder).expect("the folder is there");
+        let paths = entries.map(|e| e.expect("the entry can be read").path());
+        let cases = paths.filter(|p| p.extension().is_some_and(|e| e == "cases"));
+        let names = cases.filter_map(|p| Some(p.file_stem()?.to_str()?.to_owned()));
+        let mut names: Vec<String> = names.collect();
+        let mut read: Vec<&str> = FILES.iter().map(|(name, _)| *name).collect();
+        names.sort();
+        read.sort_unstable();
+        assert_eq!(names, read);
+    }
+}

@@ -1,0 +1,210 @@
+//! Whether an answer is the right one, or as wrong as it may be.
+
+use super::catalogue::Case;
+use super::settings::Setting;
+use srp_archdesc::arch::{Approx, Precision};
+use srp_runtime::tni::arithmetic::Hit;
+use std::fmt::Write;
+
+/// What became of a case in a place.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Verdict {
+    /// It is right.
+    Right,
+    /// It is wrong, as it must be in this setting, and keeps the bound that is stated.
+    Bounded(String),
+    /// It is wrong.
+    Wrong(String),
+}
+
+/// Unit roundoff of binary32.
+const U: f64 = 1.0 / (1 << 24) as f64;
+
+/// A bound of the error of an approximate function: relative for reciprocal, roots and exponential,
+/// absolute for the others. 0 where it is exact.
+pub(super) fn error(approx: Approx) -> f64 {
+    match approx {
+        Approx::Exact => 0.0,
+        approx => approx.error_bound(),
+    }
+}
+
+/// The same for the unit that the catalogue calls so.
+fn unit_error(setting: &Setting, unit: &str) -> f64 {
+    let precision = &setting.arch.precision;
+    match unit {
+        "rcp" => error(precision.rcp),
+        "rsqrt" => error(precision.rsqrt),
+        "sqrt" => error(precision.sqrt),
+        "exp2" => error(precision.exp2),
+        "log2" => error(precision.log2),
+        "sincos" => error(precision.sincos),
+        "tni" => error(setting.arch.system.tni.rcp),
+        // The middle of a step, along both axes.
+        "weight" => 2f64.powi(-(precision.texture_weight_bits as i32)),
+        _ => f64::NAN,
+    }
+}
+
+/// Whether a setting computes a function that has no approximate unit.
+pub(super) fn is_exact(precision: &Precision) -> bool {
+    let Precision {
+        texture_weight_bits,
+        ..
+    } = *precision;
+    *precision
+        == Precision {
+            texture_weight_bits,
+            ..Precision::EXACT
+        }
+}
+
+/// What the approximate units of a setting may add to a result whose largest part is `size`.
+pub(super) fn allowance(case: &Case, setting: &Setting, size: f64) -> f64 {
+    let of_unit = |(unit, times): &(String, f64)| {
+        let error = unit_error(setting, unit);
+        times
+            * if unit == "weight" {
+                error
+            } else {
+                error * size
+            }
+    };
+    case.costs.iter().map(of_unit).sum()
+}
+
+/// One unit of the last place of a number.
+pub(super) fn ulp(x: f64) -> f64 {
+    let exponent = (x.abs().max(f64::from(f32::MIN_POSITIVE)).to_bits() >> 52) as i32 - 1023;
+    2f64.powi(exponent.max(-126) - 23)
+}
+
+/// Numbers against those of the catalogue. The same bits, any NaN for any other, where nothing is
+/// allowed; else the difference counts in units of the last place of the largest number.
+pub(super) fn numbers(case: &Case, setting: &Setting, found: &[u32]) -> Verdict {
+    let expected = case.numbers();
+    let found: Vec<f32> = found.iter().map(|&w| f32::from_bits(w)).collect();
+    // `nan` stands for all of them; other bits of one, which are no number, for themselves.
+    let any = |x: f32| x.to_bits() == f32::NAN.to_bits();
+    let same = |(a, b): (&f32, &f32)| a.to_bits() == b.to_bits() || (a.is_nan() && any(*b));
+    let pairs = || found.iter().zip(&expected);
+    if pairs().all(same) {
+        return Verdict::Right;
+    }
+    let (mut size, mut off) = (0f64, 0f64);
+    for (&a, &b) in pairs() {
+        size = size.max(f64::from(b).abs());
+        off = off.max(match same((&a, &b)) {
+            true => 0.0,
+            false => match f64::from(a) - f64::from(b) {
+                difference if difference.is_finite() => difference.abs(),
+                _ => f64::INFINITY,
+            },
+        });
+    }
+    if off == 0.0 && case.within > 0.0 {
+        // Zeros of another sign.
+        return Verdict::Right;
+    }
+    within(case, setting, off, size, || {
+        format!("{found:?}, not {expected:?}")
+    })
+}
+
+/// Whether an error is one that the case allows, or one that its units bring.
+pub(super) fn within(
+    case: &Case,
+    setting: &Setting,
+    off: f64,
+    size: f64,
+    what: impl FnOnce() -> String,
+) -> Verdict {
+    let own = case.within * ulp(size);
+    if off <= own {
+        return Verdict::Right;
+    }
+    let bound = own + allowance(case, setting, size);
+    match off <= bound {
+        true => Verdict::Bounded(format!("off by {off:.1e}, at most {bound:.1e}")),
+        false => {
+            let mut text = what();
+            let _ = write!(text, ": off by {off:.1e}, more than {bound:.1e}");
+            Verdict::Wrong(text)
+        }
+    }
+}
+
+/// Whether two vectors are of length 1 and at right angles to each other and to a third.
+pub(super) fn basis(case: &Case, setting: &Setting, found: &[u32]) -> Verdict {
+    let vector = |words: &[u32]| [0, 1, 2].map(|i| f64::from(f32::from_bits(words[i])));
+    let normal = vector(&case.words::<3>("of"));
+    let (u, v) = (vector(found), vector(&found[4..]));
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    // The normal is of length 1 but for its own rounding.
+    let length = dot(normal, normal).sqrt();
+    let off = [
+        dot(u, u) - 1.0,
+        dot(v, v) - 1.0,
+        dot(u, v),
+        dot(u, normal) / length,
+        dot(v, normal) / length,
+    ];
+    let off = off.iter().fold(0f64, |m, x| match x.is_finite() {
+        true => m.max(x.abs()),
+        false => f64::INFINITY,
+    });
+    within(case, setting, off, 1.0, || format!("{u:?} and {v:?}"))
+}
+
+/// A hit, or that there is none, against what the catalogue says: `miss`; `hit`, by any of the
+/// triangles named or by any at all; and `t` with the distance.
+pub(super) fn hit(case: &Case, setting: &Setting, found: Option<Hit>) -> Verdict {
+    let Some(hit) = found else {
+        return Verdict::Wrong("the unit gave no answer".to_owned());
+    };
+    let is_coarse = setting.arch.system.tni.rcp != Approx::Exact;
+    let coarse = is_coarse && case.may_lose("coarse").is_some();
+    if case.gives("miss") {
+        return match hit.is_hit() {
+            true if coarse => {
+                let what = "beside the edge by less than the epsilon of a coarse reciprocal";
+                Verdict::Bounded(what.to_owned())
+            }
+            true => Verdict::Wrong(format!("a hit: {hit:?}")),
+            false => Verdict::Right,
+        };
+    }
+    let test = setting.arch.system.tni.intersection.name();
+    if !hit.is_hit() {
+        return match case.may_lose(test) {
+            Some(_) => Verdict::Bounded(format!("lost by {test}, and nothing else is hit")),
+            None => Verdict::Wrong("a miss".to_owned()),
+        };
+    }
+    let inside =
+        hit.u >= 0.0 && hit.v >= 0.0 && f64::from(hit.u) + f64::from(hit.v) <= 1.0 + 2.0 * U;
+    if !inside || !hit.t.is_finite() {
+        return Verdict::Wrong(format!("no place in a triangle: {hit:?}"));
+    }
+    let words = case.gives.split(|w| w == "t");
+    let mut words = words.map(|part| part.iter().filter_map(|w| super::catalogue::number(w)));
+    let mut allowed = words
+        .next()
+        .into_iter()
+        .flatten()
+        .map(f32::from_bits)
+        .peekable();
+    if allowed.peek().is_some() && !allowed.any(|p| p as u32 == hit.primitive) {
+        return Verdict::Wrong(format!("another triangle: {hit:?}"));
+    }
+    let Some(distance) = words.next().and_then(|mut t| t.next()) else {
+        return Verdict::Right;
+    };
+    let t = f64::from(f32::from_bits(distance));
+    let off = (f64::from(hit.t) - t).abs();
+    if case.may_lose(test).is_some() && off > case.within * ulp(t) && off <= 0.5 * t {
+        let text = format!("{test} says {}, not {t}: off by less than a half", hit.t);
+        return Verdict::Bounded(text);
+    }
+    within(case, setting, off, t, || format!("t = {}, not {t}", hit.t))
+}

@@ -1,0 +1,338 @@
+//! Cases that go wrong in float arithmetic, tried on the host, on the simulated SRP and in the T&I unit,
+//! with each setting of precision that a machine has.
+//!
+//! The cases are data ([`catalogue`]). `driver.c` calls the functions of the kernels that they are about,
+//! and an oracle of the tests computes every answer that the catalogue states again.
+
+mod aimed;
+mod call;
+mod catalogue;
+mod engine;
+mod judge;
+mod meshes;
+#[cfg(test)]
+mod oracle;
+mod report;
+mod settings;
+mod shared;
+mod surface;
+mod unit;
+
+pub use catalogue::{Case, Level, Oracle};
+pub use judge::Verdict;
+pub use report::{Column, Matrix};
+pub use settings::Setting;
+
+use crate::Error;
+use aimed::AimedRays;
+use call::{Calls, Function};
+use engine::{Host, Srp};
+use srp_archdesc::arch::{Approx, Arch, Precision};
+use srp_archdesc::watch::Stage;
+use srp_runtime::scene::{Scene, Triangle};
+use srp_runtime::tni::arithmetic::{self, Prepared, Ray};
+use srp_toolchain::Session;
+use std::collections::BTreeMap;
+use surface::Made;
+
+/// The cases of the catalogue whose identifiers begin with `prefix`.
+///
+/// # Errors
+///
+/// There is none.
+pub fn cases(prefix: &str) -> Result<Vec<Case>, Error> {
+    let cases = catalogue::read().map_err(Error::Invalid)?;
+    let chosen = |case: &Case| case.id.starts_with(prefix);
+    let cases: Vec<Case> = cases.into_iter().filter(chosen).collect();
+    match cases.is_empty() {
+        true => Err(Error::invalid(
+            "no case has an identifier that begins so: `srp hard-cases` lists them",
+        )),
+        false => Ok(cases),
+    }
+}
+
+/// Tries the cases on a machine with all its settings; rays are aimed at a scene's own edges too.
+///
+/// # Errors
+///
+/// The driver does not compile or does not end, or the work was cancelled.
+pub fn run(
+    arch: &Arch,
+    cases: Vec<Case>,
+    scene: &Scene,
+    session: &Session<'_>,
+) -> Result<Matrix, Error> {
+    let settings = settings::of(arch);
+    let mut trial = Trial {
+        verdicts: BTreeMap::new(),
+        skipped: Vec::new(),
+        session,
+        triangles: cases.iter().map(|c| meshes::of(c, scene)).collect(),
+        aimed: cases.iter().map(|c| aimed_of(c, scene)).collect(),
+        cases: &cases,
+    };
+    let stage = Stage::of(session.watch, "trying", settings.len() as u64 + 1);
+    // An array alone runs no programs.
+    let has_slots = arch.srp.fus.values().any(|fu| fu.slot.is_some());
+    trial.on_host(&settings[0])?;
+    for (number, setting) in settings.iter().enumerate() {
+        session.check()?;
+        stage.done(1);
+        if has_slots && (setting.changes_kernels || setting.changes_textures) {
+            trial.on_srp(number, setting)?;
+        }
+        if setting.changes_tni {
+            trial.in_unit(number, setting)?;
+        }
+    }
+    let Trial {
+        verdicts, skipped, ..
+    } = trial;
+    let mut columns: Vec<Column> = verdicts.keys().map(|(_, column)| *column).collect();
+    columns.sort();
+    columns.dedup();
+    Ok(Matrix {
+        machine: arch.name.clone(),
+        settings,
+        columns,
+        verdicts,
+        skipped,
+        cases,
+    })
+}
+
+fn aimed_of(case: &Case, scene: &Scene) -> Option<AimedRays> {
+    matches!(case.call.as_str(), "leaks" | "acne").then(|| AimedRays::of(case, scene))
+}
+
+struct Trial<'a> {
+    cases: &'a [Case],
+    triangles: Vec<Vec<Triangle>>,
+    aimed: Vec<Option<AimedRays>>,
+    verdicts: BTreeMap<(usize, Column), Verdict>,
+    skipped: Vec<String>,
+    session: &'a Session<'a>,
+}
+
+/// What a case has in the driver's calls.
+enum Placed {
+    /// One call.
+    Call(usize),
+    /// A call for each hit, with the triangle that was hit.
+    Hits(Vec<(u32, usize)>),
+}
+
+impl Trial<'_> {
+    fn put(&mut self, case: usize, level: Level, setting: usize, verdict: Verdict) {
+        let column = Column { level, setting };
+        self.verdicts.insert((case, column), verdict);
+    }
+
+    /// The calls of the cases of a level.
+    fn calls(
+        &self,
+        level: Level,
+        arch: &Arch,
+        wanted: impl Fn(&Case) -> bool,
+    ) -> Result<(Calls, Vec<(usize, Placed)>), Error> {
+        let mut calls = Calls::new();
+        let mut placed = Vec::new();
+        for (i, case) in self.cases.iter().enumerate() {
+            let Some(function) = function_of(case) else {
+                continue;
+            };
+            if !case.levels.contains(&level) || !wanted(case) {
+                continue;
+            }
+            let at = match (case.call.as_str(), &self.aimed[i]) {
+                ("acne", Some(rays)) => rays
+                    .add_hits(&mut calls, case, function, arch)
+                    .map(Placed::Hits),
+                ("surface", _) => {
+                    surface::add(&mut calls, case, function, &self.triangles[i], arch)
+                        .map(Placed::Call)
+                }
+                ("box", _) => Ok(Placed::Call(
+                    calls.add(function, &box_arguments(case, arch)),
+                )),
+                _ => Ok(Placed::Call(calls.add_case(case, function))),
+            };
+            let wrong = |e| Error::invalid(format_args!("{}: {e}", case.place));
+            placed.push((i, at.map_err(wrong)?));
+        }
+        Ok((calls, placed))
+    }
+
+    fn on_host(&mut self, setting: &Setting) -> Result<(), Error> {
+        let arch = exact(&setting.arch);
+        let wanted = |case: &Case| case.call != "acne";
+        let (calls, placed) = self.calls(Level::Host, &arch, wanted)?;
+        let Some(host) = Host::compile(self.session)? else {
+            let note = "host: there is no C compiler `cc`";
+            self.skipped.push(note.to_owned());
+            return Ok(());
+        };
+        let memory = calls.memory();
+        if memory.len() > engine::HOST_MEMORY {
+            return Err(Error::invalid(
+                "the driver's memory does not hold the cases",
+            ));
+        }
+        let results = calls.results(&host.run(&memory)?);
+        let exact = Setting {
+            arch,
+            ..setting.clone()
+        };
+        for (case, at) in placed {
+            let verdict = self.judge(case, &at, &results, &exact);
+            self.put(case, Level::Host, 0, verdict);
+        }
+        Ok(())
+    }
+
+    fn on_srp(&mut self, number: usize, setting: &Setting) -> Result<(), Error> {
+        let textures = engine::has_textures(&setting.arch);
+        if !textures && number == 0 {
+            let note = "srp: no unit of the machine samples textures";
+            self.skipped.push(note.to_owned());
+        }
+        let wanted = |case: &Case| match case.call.as_str() {
+            "texture" => textures && (setting.changes_textures || setting.changes_kernels),
+            _ => setting.changes_kernels,
+        };
+        let (calls, placed) = self.calls(Level::Srp, &setting.arch, wanted)?;
+        if placed.is_empty() {
+            return Ok(());
+        }
+        let srp = Srp::compile(&setting.arch, self.session)?;
+        let results = calls.results(&srp.run(calls.memory(), self.session)?);
+        for (case, at) in placed {
+            let verdict = self.judge(case, &at, &results, setting);
+            self.put(case, Level::Srp, number, verdict);
+        }
+        Ok(())
+    }
+
+    /// What the driver's results say of a case.
+    fn judge(&self, case: usize, at: &Placed, results: &[Vec<u32>], setting: &Setting) -> Verdict {
+        let (i, case) = (case, &self.cases[case]);
+        let call = match (at, &self.aimed[i]) {
+            (Placed::Hits(hits), Some(rays)) => {
+                return rays.judge_acne(&setting.arch, hits, results);
+            }
+            (Placed::Call(call), _) => &results[*call],
+            (Placed::Hits(_), None) => return Verdict::Right,
+        };
+        match case.call.as_str() {
+            "box" => {
+                let words = std::array::from_fn(|k| call[k]);
+                judge_box(case, Ray::from_words(words))
+            }
+            "surface" => surface::judge(case, &setting.arch, &self.triangles[i], &Made::of(call)),
+            "basis" => judge::basis(case, setting, call),
+            _ => judge::numbers(case, setting, call),
+        }
+    }
+
+    fn in_unit(&mut self, number: usize, setting: &Setting) -> Result<(), Error> {
+        for i in 0..self.cases.len() {
+            self.session.check()?;
+            let case = &self.cases[i];
+            if !case.levels.contains(&Level::Tni) {
+                continue;
+            }
+            let verdict = match (case.call.as_str(), &self.aimed[i]) {
+                ("ray", _) => judge_ray(case, setting, &self.triangles[i]),
+                ("leaks", Some(rays)) => match rays.leaks(case, setting) {
+                    Some(verdict) => verdict,
+                    None => continue,
+                },
+                ("box", _) if number == 0 => judge_box(case, plain_ray(case)),
+                _ => continue,
+            };
+            self.put(i, Level::Tni, number, verdict);
+        }
+        Ok(())
+    }
+}
+
+/// The function of the driver that a case calls; boxes call the one that makes rays.
+fn function_of(case: &Case) -> Option<&'static Function> {
+    call::find(match case.call.as_str() {
+        "box" => "ray",
+        "acne" => "surface",
+        name => name,
+    })
+}
+
+/// The machine with exact functions, as those of the host are.
+fn exact(arch: &Arch) -> Arch {
+    let mut arch = arch.clone();
+    arch.precision = Precision::EXACT;
+    arch.system.tni.rcp = Approx::Exact;
+    arch
+}
+
+/// Origin with the machine's widening, and direction.
+fn box_arguments(case: &Case, arch: &Arch) -> [[u32; 4]; 2] {
+    let [x, y, z] = case.words("from");
+    let widening = arithmetic::widening(arch.precision.rcp);
+    let [dx, dy, dz] = case.words("along");
+    [[x, y, z, widening.to_bits()], [dx, dy, dz, 0]]
+}
+
+/// The ray of a case, with exact reciprocals; `range` is its ends, from 0 to the largest number where
+/// it has none.
+fn plain_ray(case: &Case) -> Ray {
+    let (tmin, tmax) = ends(case);
+    Ray::new(case.floats("from"), case.floats("along"), tmin, tmax, 0)
+}
+
+fn ends(case: &Case) -> (f32, f32) {
+    let [tmin, tmax] = match case.argument("range") {
+        Some(_) => case.floats("range"),
+        None => [0.0, f32::MAX],
+    };
+    (tmin, tmax)
+}
+
+fn judge_box(case: &Case, ray: Ray) -> Verdict {
+    let (tmin, tmax) = ends(case);
+    let ray = Ray { tmin, tmax, ..ray };
+    let (low, high) = (case.floats("low"), case.floats("high"));
+    let meets = |p: Prepared| p.meets(&low, &high, tmax).is_some();
+    let met = Prepared::of(&ray).is_some_and(meets);
+    match (met, case.gives("hit")) {
+        (a, b) if a == b => Verdict::Right,
+        (true, false) if case.gives("pass") => {
+            Verdict::Bounded("a hit where there is none costs a visit".to_owned())
+        }
+        (true, false) => Verdict::Wrong("a hit".to_owned()),
+        _ => Verdict::Wrong("a miss".to_owned()),
+    }
+}
+
+/// The unit's function, and the unit cycle by cycle.
+fn judge_ray(case: &Case, setting: &Setting, triangles: &[Triangle]) -> Verdict {
+    let (tmin, tmax) = ends(case);
+    let flags = case.argument("any").map_or(0, |_| arithmetic::ANY_HIT);
+    let made = surface::ray(
+        &setting.arch,
+        case.floats("from"),
+        case.floats("along"),
+        tmax,
+    );
+    let ray = Ray {
+        tmin,
+        flags,
+        ..made
+    };
+    let unit = unit::Unit::of(&setting.arch, triangles, &unit::tree(triangles));
+    let found = unit.tracer().trace(&ray).hit;
+    let timed = unit.answer(&ray);
+    match timed {
+        Some(timed) if timed == found => judge::hit(case, setting, Some(found)),
+        other => Verdict::Wrong(format!("{found:?}, but cycle by cycle {other:?}")),
+    }
+}

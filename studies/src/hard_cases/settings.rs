@@ -1,0 +1,119 @@
+//! The settings of a machine that cases are tried with.
+
+use srp_archdesc::arch::{Approx, Arch, Precision, Refine};
+use srp_archdesc::datapath::Intersection;
+use srp_archdesc::system::Pipeline;
+
+/// A machine with a name for what was changed in it.
+#[derive(Clone, Debug)]
+pub struct Setting {
+    /// What was changed, in words.
+    pub name: String,
+    pub(super) arch: Arch,
+    /// Whether kernels compute something else than in a setting before.
+    pub(super) changes_kernels: bool,
+    /// Whether the texture unit does.
+    pub(super) changes_textures: bool,
+    /// Whether the T&I unit does.
+    pub(super) changes_tni: bool,
+}
+
+/// The machine as it is, and its settings: everything exact, tables of 23, 16, 12 and 8 bits, 12 bits
+/// and a Newton step, fused and not; each triangle test, at the machine's precision and with 12 bits; both forms of the
+/// traversal unit; and each width of texture weights.
+pub(super) fn of(machine: &Arch) -> Vec<Setting> {
+    let mut settings = Settings(Vec::new());
+    settings.add("machine", machine.clone());
+    settings.add("exact", with_approx(machine, Approx::Exact));
+    for bits in [23, 16, 12, 8] {
+        let table = Approx::table(bits, 0);
+        settings.add(format!("{bits} bits"), with_approx(machine, table));
+    }
+    let improved = Approx::table(12, 1);
+    settings.add("12 bits + 1 step", with_approx(machine, improved));
+    let separate = Approx::Table {
+        bits: 12,
+        steps: 1,
+        fused: false,
+        refine: Refine::Unit,
+    };
+    let name = "12 bits + 1 step, not fused";
+    settings.add(name, with_approx(machine, separate));
+    let twelve = with_approx(machine, Approx::table(12, 0));
+    for (what, machine) in [("", machine), (", 12 bits", &twelve)] {
+        for test in Intersection::ALL {
+            let mut arch = machine.clone();
+            arch.precision = settings.0[0].arch.precision;
+            arch.system.tni.intersection = test;
+            settings.add(format!("{}{what}", test.name()), arch);
+        }
+    }
+    for (name, pipeline) in [
+        ("single", Pipeline::Single),
+        ("parallel", Pipeline::Parallel),
+    ] {
+        let mut arch = machine.clone();
+        let tni = &mut arch.system.tni;
+        tni.pipeline = pipeline;
+        if pipeline == Pipeline::Single {
+            (tni.pres, tni.aabbs, tni.posts) = (1, 1, 1);
+        }
+        settings.add(format!("{name} pipeline"), arch);
+    }
+    for bits in [12, 8, 4, 0] {
+        let mut arch = machine.clone();
+        arch.precision.texture_weight_bits = bits;
+        settings.add(format!("weights of {bits} bits"), arch);
+    }
+    settings.0
+}
+
+struct Settings(Vec<Setting>);
+
+impl Settings {
+    /// Adds a machine, where it differs in what it computes from all that are there.
+    fn add(&mut self, name: impl Into<String>, arch: Arch) {
+        let without_weights = |p: &Precision| Precision {
+            texture_weight_bits: 0,
+            ..*p
+        };
+        let is_new = |differs: &dyn Fn(&Arch) -> bool| self.0.iter().all(|s| differs(&s.arch));
+        let setting = Setting {
+            changes_kernels: is_new(&|a| {
+                without_weights(&a.precision) != without_weights(&arch.precision)
+            }),
+            changes_textures: is_new(&|a| {
+                a.precision.texture_weight_bits != arch.precision.texture_weight_bits
+            }),
+            changes_tni: is_new(&|a| {
+                a.system.tni != arch.system.tni || a.precision.rcp != arch.precision.rcp
+            }),
+            name: name.into(),
+            arch,
+        };
+        if setting.changes_kernels || setting.changes_textures || setting.changes_tni {
+            self.0.push(setting);
+        }
+    }
+}
+
+/// The machine with all its special functions so, in the SRP and in the T&I unit. Exponential,
+/// logarithm and circular functions have no steps.
+fn with_approx(machine: &Arch, approx: Approx) -> Arch {
+    let plain = match approx {
+        Approx::Table { bits, .. } => Approx::table(bits, 0),
+        Approx::Exact => Approx::Exact,
+    };
+    let mut arch = machine.clone();
+    arch.precision = Precision {
+        rcp: approx,
+        rsqrt: approx,
+        sqrt: approx,
+        exp2: plain,
+        log2: plain,
+        sincos: plain,
+        ..arch.precision
+    };
+    arch.system.tni.rcp = approx;
+    arch
+}
