@@ -22,7 +22,7 @@ pub struct Simulator {
     positions: Arc<[String]>,
 }
 
-/// What the library exports, and the library, without which the pointers mean nothing.
+/// The functions that the library exports, and the library, without which the pointers mean nothing.
 #[derive(Debug)]
 struct Functions {
     new: extern "C" fn() -> *mut c_void,
@@ -40,7 +40,7 @@ pub enum LoadError {
     Library {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The system's reason.
         source: libloading::Error,
     },
     /// It was made for another version of this crate.
