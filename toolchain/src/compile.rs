@@ -71,21 +71,21 @@ impl Compiled {
     }
 }
 
-/// Some loops of a program, scheduled without the rest of it, and what is known of them.
+/// Some loops of a program, scheduled without the rest of it, and the facts about them.
 pub struct CompiledLoops {
     /// The program's files.
     pub files: EntityMap<SourceFile, String>,
-    /// The loops on the array, each with what is known of it besides its schedule.
+    /// The loops on the array, each with its schedule and the other facts about it.
     pub schedules: Vec<(ModuloSchedule, LoopFacts)>,
-    /// The names of the loops that nobody asked for.
+    /// The names of the loops that the caller did not ask for.
     pub others: Vec<String>,
     /// Warnings about the sources.
     pub messages: Messages,
-    /// What the passes remarked.
+    /// Remarks of the passes.
     pub pass_remarks: Vec<pass::Remark>,
-    /// All loops that stay in the control code, with what stands in their way.
+    /// All loops that stay in the control code, with the obstacle of each.
     pub not_pipelined: Vec<NotPipelined>,
-    /// Memory accesses of all loops that are kept in order for want of knowledge.
+    /// Memory accesses of all loops that stay in order because nothing shows that they never meet.
     pub remarks: Vec<Remark>,
     /// The memory orders of each loop that would be left if pointers were `restrict`.
     pub relaxed: BTreeMap<String, Vec<Order>>,

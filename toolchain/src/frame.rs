@@ -49,8 +49,8 @@ impl Build {
         }
     }
 
-    /// What the kernels of a scene are built for; the scene; and what stops a frame that calls for more.
-    /// What is doubtful about the scene's files goes to `told`.
+    /// Reads a scene. Returns it with the build of its kernels, and the guard that stops a frame which needs
+    /// more. `told` gets the doubts about the scene's files.
     ///
     /// # Errors
     ///
