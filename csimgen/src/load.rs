@@ -77,7 +77,7 @@ impl std::error::Error for LoadError {
 }
 
 impl Simulator {
-    /// Loads the library at `path`, which [`compile`](crate::compile()) has made of the source of
+    /// Loads the library at `path`, which [`Compiler::compile`](crate::Compiler::compile) has made of the source of
     /// `spec`.
     ///
     /// # Errors
