@@ -1,4 +1,4 @@
-//! What Rust knows of the C files: their names and texts, the structures of `scene.h`, and the
+//! Makes what Rust knows of the C files: their names and texts, the structures of `scene.h`, and the
 //! numbers of `rgs.h`. A new file, field or number is in the product as soon as it is in C.
 
 use std::fmt::Write;

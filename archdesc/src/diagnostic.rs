@@ -1,4 +1,4 @@
-//! Messages about a user's text: what is wrong, where, and what to do.
+//! Messages about a user's text: the mistake, its place, and advice.
 //!
 //! Every reader of text in the toolchain (the machine file, C) reports through [`Diagnostic`], an
 //! owned value without lifetimes, so that messages can be collected, sorted and returned; only
@@ -100,12 +100,12 @@ impl fmt::Display for Severity {
     }
 }
 
-/// A marked place and what is said about it.
+/// A marked place and a text about it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Label {
     /// The place.
     pub span: Span,
-    /// What is said beside the mark; may be empty.
+    /// The text beside the mark; may be empty.
     pub text: String,
 }
 
@@ -116,7 +116,7 @@ pub struct Diagnostic {
     pub severity: Severity,
     /// Its stable code, such as `A0107`.
     pub code: &'static str,
-    /// What is wrong, in one line.
+    /// The mistake, in one line.
     pub message: String,
     /// Name of the text it is about: [`Source::name`].
     pub file: String,
@@ -126,7 +126,7 @@ pub struct Diagnostic {
     pub secondary: Vec<Label>,
     /// Further facts.
     pub notes: Vec<String>,
-    /// What to do.
+    /// Advice.
     pub help: Option<String>,
 }
 
@@ -177,7 +177,7 @@ impl Diagnostic {
         self
     }
 
-    /// Says what to do.
+    /// Adds advice.
     pub fn help(mut self, text: impl Into<String>) -> Diagnostic {
         self.help = Some(text.into());
         self

@@ -16,10 +16,10 @@ pub struct DramSpec {
     pub bits: u32,
     /// Whether all cores share it; else each core has such a memory, and a bus, of its own.
     pub shared: bool,
-    /// Nanoseconds that every answer takes on top of what `model` says: the way through controller
+    /// Nanoseconds that every answer takes in addition to the time of `model`: the way through controller
     /// and interface.
     pub latency_ns: u32,
-    /// What takes the time.
+    /// The model of its timing.
     pub model: DramModel,
 }
 
@@ -44,7 +44,7 @@ pub struct BankedSpec {
     /// Columns that one command moves: the burst length, a power of two (≥ 2).
     pub burst: u32,
     /// Where an address above the burst's own bytes goes, from its most significant bit down.
-    /// Each part has in all the bits that it needs; what is above wraps.
+    /// The fields of each part have in all the bits that it needs; addresses beyond the capacity wrap.
     pub mapping: Vec<AddressField>,
     /// Times between commands.
     pub timing: DramTiming,
@@ -87,7 +87,7 @@ pub struct AddressField {
     pub bits: u32,
 }
 
-/// What the bits of an address choose.
+/// The coordinate that bits of an address choose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum AddressPart {
     /// The row of the bank.
@@ -167,7 +167,7 @@ pub struct ControllerSpec {
     pub write_queue: u32,
     /// Reads and writes that one bank's queue holds.
     pub command_queue: u32,
-    /// What becomes of a row after an access.
+    /// The treatment of a row after an access.
     pub row_policy: RowPolicy,
     /// Accesses to an open row after which a request for another row of the bank goes before
     /// further requests for it.
@@ -177,7 +177,7 @@ pub struct ControllerSpec {
     pub write_drain: u32,
 }
 
-/// What becomes of a row after an access.
+/// The treatment of a row after an access.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum RowPolicy {
     /// It stays open until another row is needed.
@@ -287,7 +287,7 @@ fn paper_gddr3() -> DramSpec {
     }
 }
 
-/// What the controllers of all presets have in common: the queues and rules of DRAMsim3.
+/// The controller of all presets: the queues and rules of DRAMsim3.
 const CONTROLLER: ControllerSpec = ControllerSpec {
     read_queue: 32,
     write_queue: 32,
@@ -297,7 +297,7 @@ const CONTROLLER: ControllerSpec = ControllerSpec {
     write_drain: 8,
 };
 
-/// What DRAMsim3 takes for tREFI where a file does not say. The standard's 3.9 µs are 3120 cycles
+/// The value of tREFI that DRAMsim3 takes if a file has none. The standard's 3.9 µs are 3120 cycles
 /// at 800 MHz and 3645 at 933 MHz.
 const DRAMSIM3_REFI: u32 = 7800;
 

@@ -8,7 +8,7 @@ use crate::dram::{DramModel, DramSpec, RowPolicy};
 use crate::isa::Class;
 use crate::system::{CacheSpec, Pipeline};
 
-/// The machine at a glance: the array as a grid of units, what each kind of unit runs, register
+/// The machine at a glance: the array as a grid of units, the classes that each kind of unit runs, register
 /// files, peak rates, memories and the T&I unit. Several lines, each with its line break.
 pub fn show(arch: &Arch) -> String {
     let mut out = String::new();
@@ -16,7 +16,7 @@ pub fn show(arch: &Arch) -> String {
     out
 }
 
-/// What two units of one kind have in common.
+/// The properties that units of one kind share.
 type UnitKind<'a> = (u32, bool, u32, &'a [FuOp]);
 
 fn unit_kind(unit: &FuSpec) -> UnitKind<'_> {

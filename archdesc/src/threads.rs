@@ -1,10 +1,10 @@
-//! Work in parts, on some threads of the host, which change nothing that comes out.
+//! Work in parts, on several threads of the host. Their number changes no result.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// What `work` makes of each part 0, 1, 2 …, in their order. Each thread has a state of its own to work with, and
-/// takes the next part when it has done one. Once a part has come to nothing, no other is begun.
+/// Runs `work` on the parts 0, 1, 2 … and returns its results in that order. Each thread has a state of its
+/// own to work with, and takes the next part when it has done one. After a part without a result, no other begins.
 pub fn some<S, T: Send>(
     threads: usize,
     parts: usize,
@@ -36,7 +36,7 @@ pub fn some<S, T: Send>(
     made.into_inner().expect("no thread panics with it")
 }
 
-/// What `work` makes of each part, in their order.
+/// Runs `work` on all parts and returns its results in their order.
 pub fn each<S, T: Send>(
     threads: usize,
     parts: usize,
@@ -47,7 +47,7 @@ pub fn each<S, T: Send>(
     made.into_iter().flatten().collect()
 }
 
-/// What `work` makes of all parts; nothing where one comes to nothing.
+/// Runs `work` on all parts and returns its results in their order, or `None` if a part has none.
 pub fn all<S, T: Send>(
     threads: usize,
     parts: usize,

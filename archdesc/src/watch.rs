@@ -1,14 +1,14 @@
-//! [`Watch`]: how long work tells how far it is, and learns that it is to end.
+//! [`Watch`]: the interface through which long work tells its progress, and learns that it is to end.
 //!
-//! Work names its stages and counts their steps; who watches shows them, measures them, or ignores
-//! them. A stage may begin within another, and items of a stage may run side by side. None of it
-//! changes a result, but that cancelled work gives what it has by then.
+//! Work names its stages and counts their steps; the watcher shows them, measures them, or ignores them. A
+//! stage may begin within another, and items of a stage may run side by side. Watching changes no result,
+//! except that cancelled work returns what it has by then.
 
 use std::time::Duration;
 
-/// Who watches work. [`Unwatched`] is nobody.
+/// A watcher of work. [`Unwatched`] ignores everything.
 pub trait Watch: Sync {
-    /// Whether the work is to end soon, with what it has.
+    /// Whether the work is to end soon, with the results that it has.
     fn cancelled(&self) -> bool {
         false
     }
@@ -18,19 +18,19 @@ pub trait Watch: Sync {
         let _ = event;
     }
 
-    /// The time that has gone by since some moment before the work began. Budgets of time go by it:
-    /// where nobody measures, no time goes by and a budget never ends.
+    /// The time since some moment before the work began. Budgets of time use it: with a watcher that does
+    /// not measure time, a budget never ends.
     fn elapsed(&self) -> Duration {
         Duration::ZERO
     }
 }
 
-/// What work tells.
+/// An event of work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event<'a> {
-    /// A stage begins, of so many steps, if that is known.
+    /// A stage begins, with the number of its steps if that is known.
     Begin(&'static str, Option<u64>),
-    /// So many more steps of the stage that began last are done.
+    /// This many more steps of the stage that began last are done.
     Done(u64),
     /// The stage that began last has ended.
     End,
@@ -42,7 +42,7 @@ pub enum Event<'a> {
     Note(&'a str),
 }
 
-/// Nobody watches.
+/// A watcher that ignores everything.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Unwatched;
 
@@ -54,13 +54,13 @@ pub struct Stage<'a> {
 }
 
 impl<'a> Stage<'a> {
-    /// Begins a stage of so many steps.
+    /// Begins a stage with this number of steps.
     pub fn of(watch: &'a dyn Watch, name: &'static str, steps: u64) -> Stage<'a> {
         watch.tell(Event::Begin(name, Some(steps)));
         Stage { watch }
     }
 
-    /// Begins a stage of which nobody knows how long it is.
+    /// Begins a stage with an unknown number of steps.
     pub fn unknown(watch: &'a dyn Watch, name: &'static str) -> Stage<'a> {
         watch.tell(Event::Begin(name, None));
         Stage { watch }

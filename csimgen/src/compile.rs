@@ -1,15 +1,15 @@
 //! [`Compiler`]: rustc makes a library of a simulator's source.
 //!
-//! It runs in a folder that the caller gives, with an environment that holds nothing but what a
-//! compiler and its linker need: what stands in the user's folder or environment (a toolchain file,
-//! flags, wrappers) is not meant for the simulator.
+//! It runs in a folder that the caller gives, with only those variables of the environment that a compiler
+//! and its linker need: the toolchain file, flags and wrappers in the user's folder or environment are not
+//! meant for the simulator.
 
 use crate::emit::SimSource;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::{env, fs, io};
 
-/// What rustc is called with, beside the names of files and [`features`]. Simulators are many small
+/// Arguments of rustc, beside the names of files and [`features`]. Simulators are many small
 /// functions: higher levels of optimisation take several times as long and gain nothing but
 /// vectors, which the one pass brings.
 const FLAGS: &[&str] = &[
@@ -21,7 +21,7 @@ const FLAGS: &[&str] = &[
     "-Cpasses=slp-vectorizer",
 ];
 
-/// What of the environment a compiler is given: where programs, toolchains and the user's files are.
+/// The variables of the environment that a compiler gets: where programs, toolchains and the user's files are.
 const ENVIRONMENT: &[&str] = &[
     "PATH",
     "HOME",
@@ -33,8 +33,8 @@ const ENVIRONMENT: &[&str] = &[
     "USERPROFILE",
 ];
 
-/// What the host has beyond the least of its kind that is worth using: fused multiply-add, which
-/// takes a dozen instructions otherwise. Results are the same with it and without.
+/// Features of the host beyond the least of its kind that are worth using: fused multiply-add, which
+/// takes a dozen instructions otherwise. Results are the same with them and without.
 fn features() -> &'static [&'static str] {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("fma") {
@@ -43,7 +43,7 @@ fn features() -> &'static [&'static str] {
     &[]
 }
 
-/// What a library depends on beside its source: the flags, the host's kind and what is used of it.
+/// Everything that a library depends on beside its source: the flags, the host's kind and the features used of it.
 /// The compiler is not among it: the source means the same to all of them, and the interface is C's.
 pub fn flags() -> impl Iterator<Item = &'static str> {
     let host = [env::consts::ARCH, env::consts::OS];
@@ -59,17 +59,17 @@ pub enum CompileError {
     /// The compiler failed; so it does where there is no linker.
     #[error("`{}` failed on the simulator:\n{messages}", .rustc.display())]
     Rustc {
-        /// What it was.
+        /// The compiler.
         rustc: PathBuf,
-        /// What it said.
+        /// Its messages.
         messages: String,
     },
     /// A file of the folder cannot be used.
     #[error("cannot compile the simulator in {}: {source}", .path.display())]
     Folder {
-        /// Which.
+        /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The system's reason.
         source: io::Error,
     },
 }
@@ -81,8 +81,8 @@ pub struct Compiler {
 }
 
 impl Compiler {
-    /// What the compiler says that it is, asked in the folder in which it will run, since a proxy may
-    /// choose the compiler by that.
+    /// Asks the compiler for its version, in the folder in which it will run, since a proxy may choose the
+    /// compiler by that.
     ///
     /// # Errors
     ///
@@ -92,7 +92,8 @@ impl Compiler {
         Ok(String::from_utf8_lossy(&output).into_owned())
     }
 
-    /// Compiles what all simulators share, in a folder; gives the library for [`compile`](Self::compile).
+    /// Compiles the part that all simulators share, in a folder. Returns the library for
+    /// [`compile`](Self::compile).
     ///
     /// # Errors
     ///
@@ -152,7 +153,7 @@ impl Compiler {
         fs::read(&path).map_err(|source| CompileError::Folder { path, source })
     }
 
-    /// Runs the compiler and gives what it prints.
+    /// Runs the compiler and returns its output.
     fn run(&self, folder: &Path, arguments: &[&str]) -> Result<Vec<u8>, CompileError> {
         let output = Command::new(&self.rustc)
             .env_clear()

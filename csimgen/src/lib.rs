@@ -3,8 +3,8 @@
 //! [`link()`] takes a program that the checker has passed and resolves everything into tables,
 //! [`SimSpec`]. Two engines run them:
 //!
-//! * [`Interpreter`] goes through the tables. It needs nothing, starts at once, and is what the
-//!   other is compared with.
+//! * [`Interpreter`] goes through the tables. It needs no compiler, starts at once, and is the
+//!   reference for the other.
 //! * [`emit()`] writes them as Rust, a [`Compiler`] has rustc make a library of that, and
 //!   [`Simulator`] loads it. It is an order of magnitude faster, and worth its compile time from
 //!   some ten million cycles on; the library is kept for the next time.

@@ -22,7 +22,7 @@ pub struct Simulator {
     positions: Arc<[String]>,
 }
 
-/// What the library exports, and the library, without which the pointers mean nothing.
+/// The functions that the library exports, and the library, without which the pointers mean nothing.
 #[derive(Debug)]
 struct Functions {
     new: extern "C" fn() -> *mut c_void,
@@ -40,7 +40,7 @@ pub enum LoadError {
     Library {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The system's reason.
         source: libloading::Error,
     },
     /// It was made for another version of this crate.
@@ -77,7 +77,7 @@ impl std::error::Error for LoadError {
 }
 
 impl Simulator {
-    /// Loads the library at `path`, which [`compile`](crate::compile()) has made of the source of
+    /// Loads the library at `path`, which [`Compiler::compile`](crate::Compiler::compile) has made of the source of
     /// `spec`.
     ///
     /// # Errors

@@ -59,17 +59,17 @@ pub struct SimSpec {
 pub struct Store {
     /// Its name: an identifier, unique among the stores of the same kernel or of the machine.
     pub name: String,
-    /// What is kept in a cell.
+    /// The type of a cell.
     pub ty: Ty,
     /// Number of cells.
     pub size: u32,
     /// Index of its first cell among those of all stores.
     pub base: u32,
-    /// What it is.
+    /// Its role.
     pub role: Role,
 }
 
-/// What a [`Store`] is.
+/// The role of a [`Store`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// An output register of a unit; one cell.
@@ -127,12 +127,12 @@ pub enum Operand {
     Cell(Cell),
 }
 
-/// What one unit or one wire does in one cycle.
+/// The work of one unit or one wire in one cycle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
     /// The stage whose predicate must be set; `None` in VLIW code and where nothing can go wrong.
     pub stage: Option<u32>,
-    /// What is computed.
+    /// The computation.
     pub action: Action,
     /// Type of the result; `None` where there is none. A narrow value is written into the low lane
     /// of a wide cell and leaves the other lanes as they are.
@@ -154,7 +154,7 @@ pub enum Landing {
     After(u32),
 }
 
-/// What a [`Step`] computes.
+/// The computation of a [`Step`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     /// An operation.
@@ -170,7 +170,7 @@ pub enum Action {
     Copy(Cell),
 }
 
-/// What the VLIW engine issues in one cycle.
+/// The operations that the VLIW engine issues in one cycle.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BundleSpec {
     /// The operations, a port operation first.

@@ -55,7 +55,7 @@ pub struct Object {
     pub image: Image,
     /// Whether it is defined in some source.
     pub defined: bool,
-    /// Of the library, so that it goes where nothing uses it.
+    /// A library object; dropped if nothing references it.
     pub optional: bool,
     /// The alignment asked for beyond that of its type, bytes.
     pub align: u32,

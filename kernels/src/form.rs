@@ -1,8 +1,8 @@
-//! Forms of the kernels: where a picture can be computed in several ways, which differ in their
-//! rounding and in what they cost, and change nothing else.
+//! Forms of the kernels: several ways to compute a part of the picture, which differ in rounding and cost
+//! and in nothing else.
 //!
 //! `kernels/forms.h` has a macro for each form, with the values in the order of its table here; the
-//! first is what is taken where nothing is said.
+//! first is the default.
 
 use std::fmt;
 
@@ -11,9 +11,9 @@ use std::fmt;
 pub struct Form {
     /// Its name on the command line.
     pub name: &'static str,
-    /// What there is to choose.
+    /// The choice, in a few words.
     pub what: &'static str,
-    /// The macro that the kernels are told it by.
+    /// The macro that tells the kernels its value.
     pub define: &'static str,
     /// The names of its values and what each means, in the order of their numbers from 0.
     pub values: &'static [(&'static str, &'static str)],
@@ -82,7 +82,7 @@ pub const TABLE: &[Form] = &[
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Forms([u8; TABLE.len()]);
 
-/// What is wrong with the choice of a form.
+/// A mistake in the choice of a form.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FormError {
     /// It is not written `NAME=VALUE`.
@@ -93,9 +93,9 @@ pub enum FormError {
     UnknownValue {
         /// The form.
         form: &'static str,
-        /// What was asked for.
+        /// The value that was asked for.
         value: String,
-        /// What there is.
+        /// The values that exist.
         values: Vec<&'static str>,
     },
 }

@@ -3,7 +3,7 @@
 //! * [`SOURCES`] and [`HEADERS`]: the kernels of a frame and their job queue (SGRT 3.4.3).
 //! * [`libc`]: the C library that programs are linked with.
 //! * [`MICRO`]: small programs whose loops are measured.
-//! * [`effect`] and [`form`]: what the kernels of a frame can be built for.
+//! * [`effect`] and [`form`]: the choices with which the kernels of a frame can be built.
 //! * [`layout`] and [`number`]: the structures of `scene.h` and the numbers of `rgs.h`.
 //!
 //! The build script lists the files: a new `kernels/x.c` is part of a frame, and a new
@@ -22,7 +22,7 @@ pub struct File {
     pub name: &'static str,
     /// Its path from the root of the repository, as messages have it.
     pub path: &'static str,
-    /// What it says.
+    /// Its text.
     pub text: &'static str,
 }
 

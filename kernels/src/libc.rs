@@ -1,10 +1,10 @@
-//! The C library: headers for `#include <…>`, and sources of which a program gets what it uses and
+//! The C library: headers for `#include <…>`, and sources. A program gets the functions that it uses and
 //! does not define.
 
 use crate::{File, files};
 
-/// The sources. Functions begin in the first column: the front end sees by that which source
-/// defines what, without parsing all of them.
+/// The sources. Functions begin in the first column, by which the front end finds the source of a function
+/// without parsing all of them.
 pub static SOURCES: &[File] = files::LIBC_SOURCES;
 
 /// The headers.

@@ -12,7 +12,7 @@ pub const SOURCE: &str = include_str!("core.rs");
 /// A 128-bit value: four words, lane 0 first. Narrower values use lane 0.
 pub type Lanes = [u32; 4];
 
-/// What an SRP asks of the world. Every call happens in the current cycle of the core.
+/// The services that an SRP asks of the system. Every call happens in the current cycle of the core.
 pub trait Bus {
     /// The core's SRAM, little endian. Engines check bounds themselves and trap.
     fn sram(&mut self) -> &mut [u8];
@@ -47,7 +47,7 @@ pub trait Bus {
     fn port_out(&mut self, port: u32, value: u32) -> bool;
 }
 
-/// What a core did in a run of cycles.
+/// The activity of a core in a run of cycles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Activity {
     /// Issued VLIW bundles.
@@ -62,19 +62,19 @@ pub enum Activity {
     Halted(i32),
 }
 
-/// A stretch of cycles of one kind.
+/// A run of cycles of one kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Run {
     /// Length in SRP cycles: at least 1, unless halted.
     pub cycles: u64,
-    /// What happened in all of them.
+    /// The activity in all of them.
     pub activity: Activity,
 }
 
 /// Why a simulation cannot go on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Trap {
-    /// What is wrong.
+    /// Its kind.
     pub kind: TrapKind,
     /// Source position, `file:line:column`, where known.
     pub at: Option<String>,

@@ -1,4 +1,4 @@
-//! What a simulator stands on: the scene, the memory, the T&I unit, and the clock that runs them
+//! The ground of all simulators: the scene, the memory, the T&I unit, and the clock that runs them
 //! together with the simulated cores.
 //!
 //! An engine is whatever implements [`core::Core`]; the compiler crates are unknown here. Nothing

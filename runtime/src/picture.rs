@@ -1,4 +1,4 @@
-//! Pictures: what stands in the frame buffer, and PNG.
+//! Pictures: the contents of the frame buffer, and PNG.
 
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
@@ -19,7 +19,7 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// What stands in the frame buffer, without the pixels that only fill tiles.
+    /// The contents of the frame buffer, without the pixels that only fill tiles.
     pub fn of(memory: &SystemMemory, frame: &FrameBuffer) -> Picture {
         let mut rgba = Vec::with_capacity((frame.width * frame.height * 4) as usize);
         for y in 0..frame.height {

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, VecDeque};
 /// Where system memory begins.
 pub use crate::memory::BASE as SYSTEM_BASE;
 
-/// What there is round a core that is by itself. No access ever stalls.
+/// The surroundings of a core without a system. No access ever stalls.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Solo {
     /// SRAM, from address 0.
@@ -20,7 +20,7 @@ pub struct Solo {
     pub inputs: BTreeMap<u32, VecDeque<u32>>,
     /// Words given to output ports other than those of the standard output and the exit status.
     pub outputs: BTreeMap<u32, Vec<u32>>,
-    /// What was written to the standard output.
+    /// Bytes written to the standard output.
     pub output: Vec<u8>,
     /// The status given to the exit port, which ends the program.
     pub exit: Option<i32>,

@@ -10,7 +10,7 @@
 //! * [`tni`] runs T&I units without SRPs on [`rays`], all of them or a sample.
 //! * [`functional`] runs a frame without a schedule and a clock; [`attribution`] says where the errors of
 //!   its picture come from.
-//! * [`reference`] renders in binary64; [`mod@exact`] decides about rays and triangles without rounding.
+//! * [`mod@reference`] renders in binary64; [`mod@exact`] decides about rays and triangles without rounding.
 //! * [`loops`] reports on the loops of programs, [`map`](mod@map) on graphs; [`certificate`] is what proves
 //!   their bounds.
 //! * [`figure`] says what is measured; [`survey`] is the statistics of samples.

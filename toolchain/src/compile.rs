@@ -20,7 +20,7 @@ use srp_scheduler::modulo::{self, Unschedulable};
 use srp_scheduler::{LoopFacts, Schedule, ScheduleError};
 use std::collections::BTreeMap;
 
-/// A scheduled program, and what is known of it.
+/// A scheduled program, and the facts about it.
 pub struct Compiled {
     /// The program before it was scheduled; `None` for a program that was read scheduled.
     pub dre: Option<Dre>,
@@ -28,11 +28,11 @@ pub struct Compiled {
     pub schedule: Schedule,
     /// Warnings about the sources.
     pub messages: Messages,
-    /// What the passes remarked.
+    /// Remarks of the passes.
     pub pass_remarks: Vec<pass::Remark>,
-    /// Loops that stay in the control code, with what stands in their way.
+    /// Loops that stay in the control code, with the obstacle of each.
     pub not_pipelined: Vec<NotPipelined>,
-    /// Memory accesses of the kernels that are kept in order for want of knowledge.
+    /// Memory accesses of the kernels that stay in order because nothing shows that they never meet.
     pub remarks: Vec<Remark>,
     /// The memory orders of each kernel that would be left if pointers were `restrict`.
     pub relaxed: BTreeMap<String, Vec<Order>>,
@@ -55,7 +55,7 @@ impl Compiled {
         }
     }
 
-    /// A program of which nothing but the schedule is known.
+    /// A program that was read scheduled, without other facts.
     fn of(schedule: Schedule) -> Compiled {
         Compiled {
             dre: None,
@@ -71,21 +71,21 @@ impl Compiled {
     }
 }
 
-/// Some loops of a program, scheduled without the rest of it, and what is known of them.
+/// Some loops of a program, scheduled without the rest of it, and the facts about them.
 pub struct CompiledLoops {
     /// The program's files.
     pub files: EntityMap<SourceFile, String>,
-    /// The loops on the array, each with what is known of it besides its schedule.
+    /// The loops on the array, each with its schedule and the other facts about it.
     pub schedules: Vec<(ModuloSchedule, LoopFacts)>,
-    /// The names of the loops that nobody asked for.
+    /// The names of the loops that the caller did not ask for.
     pub others: Vec<String>,
     /// Warnings about the sources.
     pub messages: Messages,
-    /// What the passes remarked.
+    /// Remarks of the passes.
     pub pass_remarks: Vec<pass::Remark>,
-    /// All loops that stay in the control code, with what stands in their way.
+    /// All loops that stay in the control code, with the obstacle of each.
     pub not_pipelined: Vec<NotPipelined>,
-    /// Memory accesses of all loops that are kept in order for want of knowledge.
+    /// Memory accesses of all loops that stay in order because nothing shows that they never meet.
     pub remarks: Vec<Remark>,
     /// The memory orders of each loop that would be left if pointers were `restrict`.
     pub relaxed: BTreeMap<String, Vec<Order>>,
@@ -304,7 +304,7 @@ fn refusal(dre: &Dre, error: ScheduleError) -> Error {
     Error::Invalid(failed.into_iter().map(line).collect::<Vec<_>>().join("\n"))
 }
 
-/// What is known of a loop whose schedule was made before.
+/// The facts about a loop whose schedule was made before.
 pub fn facts_alone(schedule: &ModuloSchedule, arch: &Arch) -> LoopFacts {
     LoopFacts {
         bounds: modulo::bounds(&schedule.dfg, &arch.srp),

@@ -17,15 +17,15 @@ pub struct NotPipelined {
     pub name: String,
     /// The loop statement.
     pub pos: Pos,
-    /// What is in the way.
+    /// The obstacle.
     pub reason: WhyNot,
     /// Where that is.
     pub at: Pos,
-    /// It was asked for by a pragma.
+    /// A pragma asked for the array.
     pub required: bool,
 }
 
-/// What keeps a loop from the array.
+/// The obstacle that keeps a loop from the array.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum WhyNot {
     /// Its form, which no array can run.
@@ -59,9 +59,9 @@ impl From<split::NotPipelined> for NotPipelined {
 pub struct Divided {
     /// The program.
     pub dre: Dre,
-    /// Loops that stay, with what stands in their way.
+    /// Loops that stay, with the obstacle of each.
     pub not_pipelined: Vec<NotPipelined>,
-    /// Memory accesses of the kernels that are kept in order for want of knowledge.
+    /// Memory accesses of the kernels that stay in order because nothing shows that they never meet.
     pub remarks: Vec<Remark>,
     /// The memory orders of each kernel that would be left if pointers were `restrict`.
     pub relaxed: BTreeMap<String, Vec<Order>>,

@@ -28,7 +28,7 @@ pub enum Error {
         line: u32,
         /// The column, from 1.
         column: u32,
-        /// What is wrong.
+        /// The mistake.
         why: String,
     },
     /// Something that the user asked for is not possible, in one sentence or several lines.

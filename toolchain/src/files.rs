@@ -11,7 +11,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// What went wrong with a file, and what to do.
+/// A failure to use a file, and advice.
 #[derive(Debug)]
 pub struct FileError {
     path: PathBuf,
@@ -152,7 +152,7 @@ pub fn writing() -> MutexGuard<'static, ()> {
 
 /// How a path is written.
 enum Target {
-    /// What is no file, such as a device: in place.
+    /// Something other than a file, such as a device: in place.
     Device,
     /// A file: under another name in the same folder, and renamed to this.
     File(PathBuf),

@@ -1,4 +1,4 @@
-//! Frames: what is rendered, what its kernels are built for, and running it.
+//! Frames: the scene, the build of the kernels, and rendering.
 
 use crate::cache::{Key, Kind, key};
 use crate::compile::{Compiled, compile};
@@ -22,16 +22,16 @@ use std::path::{Path, PathBuf};
 /// Most SRP cycles of a frame; far beyond any that ends.
 pub const MAX_CYCLES: u64 = 1 << 44;
 
-/// What the kernels of a frame are built for, besides the machine.
+/// The choices with which the kernels of a frame are built, besides the machine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Build {
     /// Effects that the kernels have.
     pub effects: Effects,
     /// Secondary rays in a row that there is room for.
     pub bounces: u32,
-    /// How the kernels compute what can be computed in several ways.
+    /// The forms in which the kernels compute.
     pub forms: Forms,
-    /// What may change results of floating-point arithmetic.
+    /// Permissions to change results of floating-point arithmetic.
     pub fast_math: FastMath,
     /// How long their loops are scheduled.
     pub effort: Effort,
@@ -49,8 +49,8 @@ impl Build {
         }
     }
 
-    /// What the kernels of a scene are built for; the scene; and what stops a frame that calls for more.
-    /// What is doubtful about the scene's files goes to `told`.
+    /// Reads a scene. Returns it with the build of its kernels, and the guard that stops a frame which needs
+    /// more. `told` gets the doubts about the scene's files.
     ///
     /// # Errors
     ///
@@ -86,8 +86,8 @@ impl Build {
         }
     }
 
-    /// The kernels that come along, or all C files of a folder, before they are divided: what they mean,
-    /// and not when. With warnings.
+    /// The kernels that come along, or all C files of a folder, before they are divided: their meaning without
+    /// a schedule. With warnings.
     ///
     /// # Errors
     ///
@@ -141,7 +141,7 @@ pub fn hash(text: &str) -> String {
     blake3::hash(text.as_bytes()).to_hex()[..16].to_owned()
 }
 
-/// What a frame is of.
+/// Options of a frame.
 #[derive(Clone, Debug, Default)]
 pub struct FrameOptions {
     /// The scene's file; else the default scene.
@@ -154,13 +154,13 @@ pub struct FrameOptions {
     pub bvh: bvh::Options,
     /// Width and height in pixels.
     pub size: (u32, u32),
-    /// How the kernels compute what can be computed in several ways.
+    /// The forms in which the kernels compute.
     pub forms: Forms,
-    /// What the compiler may do besides.
+    /// Permissions to change results of floating-point arithmetic.
     pub fast_math: FastMath,
 }
 
-/// A frame on a machine: what all that is done with it shares.
+/// A frame on a machine, for everything that is done with it.
 pub struct Frame {
     /// The machine.
     pub arch: Arch,
@@ -170,7 +170,7 @@ pub struct Frame {
     pub bvh: Bvh,
     /// Width and height in pixels.
     pub size: (u32, u32),
-    /// What the kernels are built for.
+    /// The build of the kernels.
     pub build: Build,
     /// Stops the frame where it calls for more.
     pub guard: Guard,
@@ -190,7 +190,7 @@ impl Frame {
         }
     }
 
-    /// Reads the scene and builds its tree. What is doubtful about the scene's files goes to `told`.
+    /// Reads the scene and builds its tree. `told` gets the doubts about the scene's files.
     ///
     /// # Errors
     ///
@@ -238,8 +238,7 @@ impl Frame {
             .bytes(image.memory.bytes())
     }
 
-    /// Renders the frame by a scheduled program. A frame that was cancelled has an account of what it
-    /// came to.
+    /// Renders the frame by a scheduled program. The account of a cancelled frame ends where it was cancelled.
     ///
     /// # Errors
     ///

@@ -1,4 +1,4 @@
-//! From C to the intermediate form, and what the passes make of it.
+//! From C to the intermediate form, and through the passes.
 
 use crate::input::{self, Input};
 use crate::options::Options;
@@ -125,12 +125,12 @@ pub fn syntax_tree(source: &Source, arch: &Arch, options: &Options) -> String {
     srp_frontend::ast::show::show(&unit, &map)
 }
 
-/// Runs the usual passes over a program, and gives what they remark.
+/// Runs the usual passes over a program. Returns their remarks.
 pub fn optimise(program: &mut Program, arch: &Arch, options: &Options) -> Vec<Remark> {
     run_passes(program, &pass::standard(), arch, options, &mut |_, _| {})
 }
 
-/// Runs some passes over a program, and gives what they remark; `after` sees the program after each.
+/// Runs some passes over a program. Returns their remarks; `after` sees the program after each pass.
 pub fn run_passes(
     program: &mut Program,
     passes: &[&Pass],
@@ -147,7 +147,7 @@ pub fn run_passes(
     remarks
 }
 
-/// The program of an input before it is divided, with warnings: what it means, and not when.
+/// The program of an input before it is divided, with warnings: its meaning without a schedule.
 ///
 /// # Errors
 ///

@@ -1,4 +1,4 @@
-//! What is compiled: C files, or one file of a later form.
+//! The input of a compilation: C files, or one file of a later form.
 
 use crate::{Error, files};
 use srp_archdesc::arch::Arch;
@@ -9,7 +9,7 @@ use srp_ir::program::Program;
 use srp_kernels::File;
 use std::path::{Path, PathBuf};
 
-/// What is compiled, by how far that has gone.
+/// The input of a compilation, by the stage that it has reached.
 pub enum Input {
     /// C sources.
     C(Vec<Source>),
@@ -17,7 +17,7 @@ pub enum Input {
     Ir(Box<Program>),
     /// A divided program.
     Dre(Box<Dre>),
-    /// A scheduled program, of which it is not known whether it keeps the rules of a machine.
+    /// A scheduled program that no checker has seen yet.
     Scheduled {
         /// The name of its file, for messages.
         file: String,

@@ -1,11 +1,11 @@
 //! From files to a scheduled program and a running simulator: every stage in its order.
 //!
-//! * [`input`] and [`machine`] read what a user gives; [`scene`] reads what is rendered.
+//! * [`input`] and [`machine`] read the files of a user; [`scene`] reads scenes.
 //! * [`compile()`] takes C, or a later form, to a schedule: [`front_end()`], [`optimise()`],
 //!   [`divide()`], [`schedule()`].
-//! * [`Build`] says what the kernels of a frame are built for, [`Frame`] what is rendered, and
-//!   [`Frame::render`] runs it.
-//! * [`Engine`] is what simulates an SRP.
+//! * A [`Build`] holds the choices with which the kernels of a frame are built, a [`Frame`] also its scene, and
+//!   [`Frame::render`] renders it.
+//! * An [`Engine`] simulates an SRP.
 //!
 //! Commands, studies, tests and benches call these functions and have no chain of their own. Options
 //! are plain data. Work goes on in a [`Session`], which says who watches it and how many threads it

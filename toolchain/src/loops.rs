@@ -1,4 +1,4 @@
-//! Schedules of loops, of which each is looked for once.
+//! Schedules of loops. The cache keeps each, so that it is searched for once.
 
 use crate::Session;
 use crate::cache::{Key, Kind};
@@ -13,8 +13,8 @@ use std::cmp::Reverse;
 /// Names the sources of the scheduler.
 const SCHEDULER: &str = env!("SRP_SCHEDULER_ID");
 
-/// Schedules a loop, unless that was done before: in this program or another, in this file or another,
-/// on this machine or another with the same SRP.
+/// Schedules a loop, or takes its schedule from the cache. The same loop in another program or file, or on
+/// another machine with the same SRP, has the same schedule.
 pub fn schedule_loop(
     dfg: &Dfg,
     srp: &Srp,
@@ -32,7 +32,7 @@ pub fn schedule_loop(
     let known = session.cache.get::<LoopResult>(key, watch);
     let result = known.unwrap_or_else(|| {
         let result = modulo::schedule(&anonymous, srp, options, watch);
-        // What was cut short depends on when.
+        // A search that was cut short depends on when.
         if !watch.cancelled() {
             session.cache.put(key, &result, watch);
         }

@@ -21,7 +21,7 @@ pub fn read(path: &Path) -> Result<Arch, Error> {
     parse(&name, &text)
 }
 
-/// Why a machine file cannot be read; what might be a name may be meant as one.
+/// Why a machine file cannot be read. If the path could be the name of a machine, the message lists the names.
 fn unknown(path: &Path, error: FileError) -> Error {
     if path.exists() || path.extension().is_some() {
         return error.into();
@@ -51,7 +51,7 @@ pub fn parse(name: &str, text: &str) -> Result<Arch, Error> {
 ///
 /// # Errors
 ///
-/// What does not fit, with the machine's name.
+/// The part that does not fit, with the machine's name.
 pub fn check_system(name: &str, arch: &Arch) -> Result<(), Error> {
     let checked = srp_runtime::system::check(&arch.system);
     checked

@@ -1,4 +1,4 @@
-//! What a caller decides about a compilation.
+//! Options of a compilation.
 
 use serde::Serialize;
 use srp_archdesc::diagnostic::{Diagnostic, Severity};
@@ -17,11 +17,11 @@ pub struct Options {
     pub defines: Vec<(String, String)>,
     /// Innermost loops become kernels where no pragma says so.
     pub auto_kernel: bool,
-    /// `double` is `float`; each place where it is gets a warning.
+    /// `double` is `float`; a message marks each place.
     pub double_is_float: bool,
-    /// Floating constants without suffix are floats; each gets a warning.
+    /// Floating constants without suffix are floats; a message marks each.
     pub single_constants: bool,
-    /// What may change results of floating-point arithmetic.
+    /// Permissions to change results of floating-point arithmetic.
     pub fast_math: FastMath,
     /// Which warnings there are, and which are errors.
     pub warnings: Warnings,
@@ -70,7 +70,7 @@ impl Effort {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Warnings(Vec<String>);
 
-/// What becomes of a warning.
+/// The treatment of a warning.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Level {
     Off,

@@ -1,4 +1,4 @@
-//! Scenes, their viewpoints, and what is asked of them.
+//! Scenes, their viewpoints, and the options for rendering them.
 
 use crate::{Error, Session, files};
 use srp_archdesc::diagnostic::Messages;
@@ -10,13 +10,13 @@ use srp_runtime::scene::{self, Light, MAX_LIGHTS, Scene};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// A scene, and what is doubtful about it.
+/// A scene, and the doubts about its files.
 pub struct Loaded {
     /// The scene.
     pub scene: Scene,
     /// Warnings about its files.
     pub warnings: Messages,
-    /// What it asks for and the kernels cannot do, a sentence each.
+    /// Features that it asks for and the kernels do not have, a sentence each.
     pub unsupported: Vec<String>,
 }
 
@@ -52,7 +52,8 @@ pub fn read(
     })
 }
 
-/// How far light is followed, and what the kernels are built for, where that is not the scene's own.
+/// How far light is followed, and the effects that the kernels are built for, where these are not the scene's
+/// own.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shading {
     /// A list of effects, as [`Effects::parse`] has it.
@@ -97,12 +98,12 @@ impl Shading {
         }
     }
 
-    /// What kernels are built for, and the guard that stops a frame which calls for more. What the
-    /// list leaves out by a sign is not guarded: it is not wanted.
+    /// The effects that kernels are built for, and the guard that stops a frame which calls for more. Effects
+    /// that the list removes with a sign are not guarded: the user does not want them.
     ///
     /// # Errors
     ///
-    /// The list names an unknown effect, or leaves out what the scene needs everywhere.
+    /// The list names an unknown effect, or leaves out one that the scene needs everywhere.
     pub fn effects(&self, scene: &Scene) -> Result<(Effects, Guard), Error> {
         let needed: Effects = effect::find(scene).into_iter().collect();
         let Some(list) = &self.effects else {
@@ -117,7 +118,7 @@ impl Shading {
     }
 }
 
-/// Builds the tree of a scene, and notes what came of it.
+/// Builds the tree of a scene, with a note about its cost and depth.
 pub fn build(scene: &Scene, options: &bvh::Options, session: &Session<'_>) -> Bvh {
     let stage = Stage::unknown(session.watch, "building the BVH");
     let bvh = bvh::build(&scene.triangles, options);

@@ -1,4 +1,4 @@
-//! What all work of one process shares.
+//! The session, which all work of one process shares.
 
 use crate::cache::Cache;
 use srp_archdesc::watch::{Event, Unwatched, Watch};
@@ -7,16 +7,16 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-/// Who watches the work, and what it may use.
+/// The surroundings of work: its watcher, and the means that it may use.
 pub struct Session<'a> {
-    /// Who watches.
+    /// The watcher.
     pub watch: &'a dyn Watch,
     /// Threads of the host; no result depends on them.
     pub threads: usize,
-    /// What was made before.
+    /// Results that were made before.
     pub cache: Arc<Cache>,
-    /// The program that builds simulators beside the work, which calls [`build`](crate::engine::build)
-    /// where its first argument asks for that; none where nothing is to be built so.
+    /// The program that builds simulators beside the work: it calls [`build`](crate::engine::build) if its
+    /// first argument asks for that. Without one, no simulators are built beside the work.
     pub builder: Option<PathBuf>,
 }
 
@@ -53,7 +53,7 @@ impl<'a> Session<'a> {
 }
 
 impl Default for Session<'_> {
-    /// A session that nobody watches.
+    /// A session without a watcher.
     fn default() -> Self {
         Session::new(&Unwatched)
     }

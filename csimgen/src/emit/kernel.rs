@@ -92,7 +92,7 @@ fn rotate(spec: &SimSpec, out: &mut String, kernel: &KernelSpec) {
     put!(out, "}}\n");
 }
 
-/// The structure of what is in flight.
+/// The structure of the results in flight.
 fn flight(spec: &SimSpec, out: &mut String, number: usize) {
     let role = Role::Flight(number as u32);
     let stores: Vec<&Store> = spec.stores.iter().filter(|s| s.role == role).collect();

@@ -31,7 +31,7 @@ pub struct SimSource {
     pub files: BTreeMap<String, String>,
 }
 
-/// What all simulators share: file names and text.
+/// The part that all simulators share: file names and text.
 pub const MACHINERY: [(&str, &str); 7] = [
     ("abi.rs", include_str!("../preamble/abi.rs")),
     ("border.rs", include_str!("../preamble/border.rs")),

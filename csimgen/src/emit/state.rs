@@ -89,7 +89,7 @@ pub(super) fn emit(spec: &SimSpec) -> String {
     text
 }
 
-/// What saves and restores a structure, field by field.
+/// Writes the code that saves and restores a structure, field by field.
 pub(super) fn saved(out: &mut String, name: &str, fields: &[String]) {
     put!(out, "impl Saved for {name} {{");
     put!(out, "    fn save(&self, out: &mut Vec<u32>) {{");

@@ -123,12 +123,12 @@ impl Flush for Option<u32> {
     }
 }
 
-/// What becomes of operands and results.
+/// Decides whether operands and results keep their subnormal floats.
 trait Floats {
     fn of<T: Flush>(value: T) -> T;
 }
 
-/// Nothing.
+/// Subnormal floats stay as they are.
 struct Kept;
 
 impl Floats for Kept {
@@ -179,7 +179,7 @@ macro_rules! computing {
 
 srp_archdesc::with_operations!(computing);
 
-/// What a computing step's function takes after its operands; for memory the offset.
+/// The arguments that a computing step's function takes after its operands; for memory the offset.
 pub(super) fn extra(op: Opcode, imm: i32, precision: &Precision) -> [u32; 2] {
     let table = |approx: Approx| <[u32; 2]>::from(approx.arguments());
     if op == Opcode::Tex {

@@ -1,4 +1,4 @@
-//! What the interpreter's steps are, and what they work on.
+//! The interpreter's steps, and the state that they work on.
 
 use crate::preamble::border::{Border, Fault};
 use crate::preamble::ops::V4;
@@ -19,7 +19,7 @@ pub(super) struct Micro {
     pub(super) operands: [Index; 3],
     /// The first two cells written; twice the same if there is but one.
     pub(super) dests: [Index; 2],
-    /// Further cells, a stretch of [`State::dests`].
+    /// Further cells, a range of [`State::dests`].
     pub(super) more: (u32, u32),
     /// Offset, immediate, or precision.
     pub(super) extra: [u32; 2],
@@ -35,7 +35,7 @@ pub(super) struct Rotating {
     pub(super) advanced: usize,
 }
 
-/// What changes while a program runs, and what is read with it.
+/// The state that changes while a program runs, and the tables that are read with it.
 #[derive(Clone)]
 pub(super) struct State {
     /// The registers, then constants, then one for results under way.

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 
 /// A value on its way.
 pub(super) struct Flow {
-    /// What its cells in flight are called.
+    /// The name of its cells in flight.
     pub(super) name: String,
     /// The cycle of iteration 0 in which it is made.
     pub(super) time: u32,
@@ -38,10 +38,10 @@ pub(super) enum Dest {
 pub(super) struct Contexts {
     kernel: u32,
     ii: u32,
-    /// The steps of each context, with the latency of what they write: of two that write the same
-    /// cell the older stays.
+    /// The steps of each context, with the latency of their results: of two that write the same cell,
+    /// the older stays.
     steps: Vec<Vec<(u32, Step)>>,
-    /// The steps that keep what outputs were, of every context.
+    /// The steps that keep earlier values of outputs, the same in every context.
     past: Vec<Step>,
     /// Stores for halves of split steps, by type.
     spare: BTreeMap<Ty, Vec<u32>>,
@@ -59,7 +59,7 @@ impl Contexts {
         }
     }
 
-    /// Keeps what `place` was in the last `delay` cycles; gives the store, the latest first.
+    /// Keeps the values of `place` of the last `delay` cycles. Returns their store, the latest first.
     pub(super) fn add_past(&mut self, linker: &mut Linker, place: Place, delay: u32) -> u32 {
         let output = &linker.stores[place.index()];
         let (name, ty) = (format!("{}_past", output.name), output.ty);

@@ -73,7 +73,7 @@ fn preset(linker: &Linker, schedule: &ModuloSchedule, preload: &Preload) -> Pres
 struct Array<'a> {
     schedule: &'a ModuloSchedule,
     contexts: Contexts,
-    /// The store of what an output was, for those read over links with registers.
+    /// The store of the earlier values of an output, for outputs that are read over links with registers.
     delayed: BTreeMap<Place, u32>,
 }
 
@@ -89,7 +89,7 @@ impl Array<'_> {
         }
     }
 
-    /// Makes a store for what each output was, where a link with registers is read.
+    /// Makes a store for the earlier values of each output that is read over a link with registers.
     fn find_delayed(&mut self, linker: &mut Linker) {
         let mut longest: BTreeMap<Place, u32> = BTreeMap::new();
         for op in self.schedule.ops.values() {

@@ -84,7 +84,7 @@ pub fn link(program: &Checked) -> Result<SimSpec, TooManyStages> {
     })
 }
 
-/// What both halves of the linker look things up in.
+/// The tables in which both halves of the linker look things up.
 struct Linker<'a> {
     program: &'a ScheduledDre,
     arch: &'a Arch,

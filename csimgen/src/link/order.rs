@@ -1,8 +1,8 @@
-//! Puts the steps of a cycle into an order in which carrying them out one after the other does
-//! what the machine does at once: all reads before all writes.
+//! Orders the steps of a cycle, so that running them one after the other has the effect of the machine,
+//! which runs them at once: all reads before all writes.
 //!
-//! A step must come before every step that overwrites what it reads. Where that is circular, one of
-//! the circle is split: it computes into a place of its own, and what it wrote is written later.
+//! A step must come before every step that overwrites a cell that it reads. To break a cycle of such
+//! constraints, one step is split: it computes into a cell of its own, and a later step copies the result.
 
 use crate::spec::{Cell, Landing, Step};
 use srp_archdesc::isa::Effect;
@@ -36,7 +36,7 @@ pub(super) fn sequence(
     ordered
 }
 
-/// Steps that have not been put in order, and what they wait for.
+/// Steps that have no place in the order yet, and the steps that they wait for.
 struct Pending {
     /// `None` once it is in order.
     steps: Vec<Option<Step>>,

@@ -1,4 +1,4 @@
-//! What passes between a simulator in a library and the program that has loaded it: C structures
+//! The interface between a simulator in a library and the program that has loaded it: C structures
 //! and functions only. This file is compiled on both sides; [`VERSION`] changes when it does.
 //!
 //! The library exports `srp_abi_version`, `srp_new`, `srp_run`, `srp_save`, `srp_restore` and
@@ -89,7 +89,7 @@ impl Bus for HostBus {
     }
 }
 
-/// What a call of `srp_run` gives: a [`Run`], or a trap. The meaning of `detail` depends on
+/// The result of a call of `srp_run`: a [`Run`], or a trap. The meaning of `detail` depends on
 /// `outcome`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -104,13 +104,13 @@ pub struct Outcome {
     pub detail: u32,
     /// Size of a trapped access.
     pub bytes: u32,
-    /// Of a trap: how many calls are told.
+    /// Of a trap: the number of calls in its list.
     pub call_count: u32,
     /// Their places, innermost first.
     pub calls: [u32; MAX_TOLD_CALLS],
 }
 
-/// What is wrong, where, and the places of the open calls, innermost first.
+/// A trap: its kind, its place, and the places of the open calls, innermost first.
 pub type Told = (TrapKind, u32, Vec<u32>);
 
 const VLIW: u32 = 0;

@@ -4,10 +4,10 @@
 use super::core_border::{Bus, TrapKind};
 use super::ops::{V4, texture};
 
-/// What has gone wrong in a cycle.
+/// A fault of a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fault {
-    /// What.
+    /// The kind.
     pub kind: TrapKind,
     /// Where: a number in the program's list of positions.
     pub at: u32,
@@ -57,7 +57,7 @@ impl From<Fault> for Stop {
     }
 }
 
-/// The bus, with what an engine has to know about its accesses.
+/// The bus, with the facts about accesses that an engine needs.
 #[derive(Debug)]
 pub struct Border<'a, B: ?Sized> {
     bus: &'a mut B,
@@ -206,7 +206,7 @@ impl<'a, B: Bus + ?Sized> Border<'a, B> {
         }
     }
 
-    /// What the texture unit gives; zero where the guard is false.
+    /// The texel that the texture unit returns; zero where the guard is false.
     pub fn texture(
         &mut self,
         guard: bool,

@@ -1,4 +1,4 @@
-//! State as words: what a core is saved as, and restored from.
+//! The state of a core as words, for saving and restoring it.
 
 use super::ops::V4;
 use super::registers::Rotating;

@@ -1,6 +1,6 @@
-//! What happens next in an SRP: which bundle issues, when results of VLIW code land, and how the
-//! mode changes between the VLIW engine and the array. What a bundle or a context *does* is the
-//! [`Datapath`]'s business, which the interpreter has in tables and a generated simulator in code.
+//! The order of events in an SRP: which bundle issues, when results of VLIW code land, and how the
+//! mode changes between the VLIW engine and the array. A [`Datapath`] knows what a bundle or a context
+//! *does*: the interpreter has one in tables, a generated simulator one in code.
 //!
 //! Rules, beside those of time in the scheduled program, which the checker has seen kept:
 //! * While the core is stalled or waits for a port, time stands still for all of it: results in
@@ -389,7 +389,7 @@ enum TransferKind {
     Return,
 }
 
-/// What a bundle leaves behind for later cycles.
+/// The effects of a bundle on later cycles: results in flight, targets of branches, the next mode.
 #[derive(Clone, Debug)]
 pub struct Issue {
     in_flight: Flight,
@@ -570,7 +570,7 @@ impl Flight {
         Some(())
     }
 
-    /// The end of a cycle: what lands then is written.
+    /// Ends a cycle: writes the results that land then.
     #[inline(always)]
     fn tick<B: ?Sized>(&mut self, path: &mut impl Datapath<B>) {
         if self.count > 0 {

@@ -34,7 +34,7 @@ pub(crate) fn reciprocal(func: &mut Function, remarks: &mut Vec<Remark>) -> bool
             let (above, below) = (args[0], args[1]);
             let inverse = constants.get(&below).map(|c| 1.0 / c);
             let made = match inverse {
-                // The reciprocal of one at the edges of what there is loses digits, or is none.
+                // Skips constants whose reciprocal is subnormal or infinite.
                 Some(inverse) if !inverse.is_normal() => {
                     out.push(inst);
                     continue;

@@ -1,4 +1,4 @@
-//! Effects: what the kernels can be built for.
+//! Effects: capabilities that the kernels can be built with.
 //!
 //! An effect is a capability. Kernels that are built for more than a scene needs make the same
 //! picture, bit for bit, in more cycles; kernels that are built for less cannot make it.
@@ -26,7 +26,7 @@ pub enum Effect {
     HighlightTexture,
     /// Shadow rays.
     Shadow,
-    /// Shadow rays that go on through what is transparent.
+    /// Shadow rays that go on through transparent surfaces.
     TintedShadow,
     /// Mirror rays.
     Reflection,
@@ -55,7 +55,7 @@ pub struct Entry {
     pub name: &'static str,
     /// Effects without which it is nothing.
     pub needs: &'static [Effect],
-    /// What it does.
+    /// Its action, in one line.
     pub what: &'static str,
 }
 

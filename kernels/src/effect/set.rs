@@ -1,4 +1,4 @@
-//! Sets of effects, closed under what they need.
+//! Sets of effects. With an effect, a set contains those that it needs.
 
 use std::fmt;
 
@@ -30,10 +30,10 @@ impl fmt::Display for UnknownEffect {
 impl std::error::Error for UnknownEffect {}
 
 impl Effects {
-    /// None.
+    /// The empty set.
     pub const NONE: Effects = Effects(0);
 
-    /// All of them: what a universal simulator is built for.
+    /// All effects, for which a universal simulator is built.
     pub fn all() -> Effects {
         TABLE.iter().map(|e| e.effect).collect()
     }
@@ -57,7 +57,7 @@ impl Effects {
         users.fold(left, |set, user| set.without(user.effect))
     }
 
-    /// What is in this set and not in another.
+    /// The effects of this set that another does not have.
     pub fn minus(self, other: Effects) -> impl Iterator<Item = Effect> {
         Effects(self.0 & !other.0).iter()
     }
@@ -95,7 +95,7 @@ impl Effects {
         Ok((set, is_whole))
     }
 
-    /// The macros that tell the kernels what they are built for: names and values.
+    /// The macros that tell the kernels their effects: names and values.
     pub fn defines(self) -> impl Iterator<Item = (String, String)> {
         TABLE.iter().map(move |entry| {
             let value = u8::from(self.contains(entry.effect));

@@ -13,7 +13,7 @@ use super::node::{Corners, NodeRef, pack, reference_word, rounded, union};
 use super::record::TriangleRecord;
 use crate::scene::Triangle;
 
-/// Sizes of the records, what is more than their words need being padding; and what they are for.
+/// Sizes of the records, padded beyond the words that they need, and the tests and formats they serve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
     /// How boxes are stored.
@@ -108,8 +108,8 @@ pub fn lay_out(bvh: &Bvh, triangles: &[Triangle], layout: Layout) -> TreeImage {
     image
 }
 
-/// The boxes to be stored of all nodes: of an inner one what holds its children's as they are read
-/// again, so that no box reaches beyond that of its parent.
+/// The boxes to store of all nodes. That of an inner node holds its children's as they read back, so that
+/// no box reaches beyond that of its parent.
 fn boxes(bvh: &Bvh, format: NodeFormat) -> Vec<Corners> {
     let nodes = &bvh.tree.nodes;
     let corners = |aabb: &obvhs::aabb::Aabb| [aabb.min.to_array(), aabb.max.to_array()];

@@ -1,4 +1,4 @@
-//! The bounding volume hierarchy: who builds it, what it costs, and how it lies in memory.
+//! The bounding volume hierarchy: its builders, its cost, and its layout in memory.
 //!
 //! Every builder gives an `obvhs` [`Bvh2`], so that its validation, reinsertion and collapse serve
 //! them all. The paper's builder is the full-sweep surface-area heuristic of Wald (2007), which
@@ -88,7 +88,7 @@ impl Default for Options {
 #[derive(Clone)]
 pub struct Bvh {
     /// The tree. No nodes where there are no triangles; otherwise node 0 is the root, and
-    /// siblings are neighbours. Boxes are the exact bounds of what is below.
+    /// siblings are neighbours. Boxes are the exact bounds of the triangles below.
     pub tree: Bvh2,
     /// Whether the tree of another builder was deeper than [`MAX_DEPTH`], so that the sweep's,
     /// which never is, was taken instead.

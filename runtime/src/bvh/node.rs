@@ -1,6 +1,6 @@
 //! Pairs of sibling nodes as they lie in memory: two boxes and two references, in one of the machine's
 //! formats. Boxes that do not fit a format are rounded outward, and a box never reaches beyond that of
-//! its parent, so no ray misses what it would have met.
+//! its parent, so no ray misses a box or a triangle that it would have met.
 //!
 //! * `f32`: 6 words of corners, 2 of reference.
 //! * `f16`: 6 binary16 numbers, 2 words of reference. A corner beyond all numbers is infinite.

@@ -1,4 +1,4 @@
-//! Triangle records: what the intersection unit reads of a triangle, 12 words whose meaning is that
+//! Triangle records: the words of a triangle that the intersection unit reads, 12 whose meaning is that
 //! of the machine's ray–triangle test.
 
 use glam::DVec3;
@@ -29,7 +29,7 @@ pub struct WaldWords {
     pub normal: [f32; 2],
     /// Distance of its plane from the origin along `axis`.
     pub distance: f32,
-    /// What the two projected coordinates, and 1, give to the weight of vertex 1.
+    /// Coefficients of the two projected coordinates, and of 1, in the weight of vertex 1.
     pub row_u: [f32; 3],
     /// The same for vertex 2.
     pub row_v: [f32; 3],
@@ -45,7 +45,7 @@ pub struct AnchorWords {
     pub normal: [f32; 2],
     /// Vertex 0 along `axis` and the two axes after it.
     pub anchor: [f32; 3],
-    /// What the two projected coordinates relative to the anchor give to the weight of vertex 1.
+    /// Coefficients of the two projected coordinates relative to the anchor, in the weight of vertex 1.
     pub row_u: [f32; 2],
     /// The same for vertex 2.
     pub row_v: [f32; 2],
@@ -90,7 +90,7 @@ impl Projection {
         }
     }
 
-    /// Upper bound of what one unit of coordinate adds to any of the three weights.
+    /// Upper bound of the change of any of the three weights by one unit of a coordinate.
     fn reach(&self) -> f64 {
         let [(u0, u1), (v0, v1)] = [self.row_u, self.row_v].map(|row| (row[0], row[1]));
         let reach = |a: f64, b: f64| a.abs() + b.abs();

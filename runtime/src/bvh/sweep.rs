@@ -11,10 +11,10 @@ use super::{Box3, MAX_DEPTH, half_area};
 
 /// Builds a tree whose leaves hold at most `max_leaf` boxes.
 ///
-/// A node becomes a leaf where that costs no more than its best split, the cost of a split being
-/// `traversal_cost + (A_l·N_l + A_r·N_r)/A`. Where no split tells the boxes apart (all their
-/// centres in one point), or where the levels left down to [`MAX_DEPTH`] are only just enough to
-/// halve what is there, the node is split in the middle.
+/// A node becomes a leaf if that costs no more than its best split; the cost of a split is
+/// `traversal_cost + (A_l·N_l + A_r·N_r)/A`. The builder splits a node in the middle if no split tells the
+/// boxes apart (all their centres in one point), or if the levels left down to [`MAX_DEPTH`] are only just
+/// enough to halve its triangles.
 pub fn sweep(boxes: &[Box3], max_leaf: u32, traversal_cost: f32) -> Bvh2 {
     let mut builder = Sweep::new(boxes, max_leaf as usize, f64::from(traversal_cost));
     if boxes.is_empty() {
@@ -58,7 +58,7 @@ struct Sweep<'a> {
     order: Vec<Vec<u32>>,
     /// Whether a box goes to the left child, while its node is split.
     left: Vec<bool>,
-    /// Costs of what is to the right of each split.
+    /// Costs of the boxes to the right of each split.
     right_cost: Vec<f64>,
     scratch: Vec<u32>,
 }

@@ -1,8 +1,8 @@
 //! Which effects a scene calls for, and how one can tell.
 //!
-//! Only what is reachable counts: materials of faces, lights that send out light. What a finding
-//! says is the witness: for an effect that is on, the first material, line and the number of
-//! faces; for one that is off, the count that proves its absence.
+//! Only reachable things count: materials of faces, lights that send out light. A finding names the witness:
+//! for an effect that is on, the first material, its line and the number of faces; for one that is off, the
+//! count that proves its absence.
 
 use super::{Effect, Effects, TABLE};
 use crate::scene::{Fresnel, Material, Scene, Surface};
@@ -25,7 +25,7 @@ struct Used {
     faces: usize,
 }
 
-/// What the findings are made of.
+/// The facts about a scene from which findings follow.
 struct View<'a> {
     scene: &'a Scene,
     used: Vec<Used>,

@@ -1,4 +1,4 @@
-//! The guard: a simulator meets nothing that it was not built for.
+//! The guard, which stops a frame before a simulator meets something that it was not built for.
 
 use std::fmt;
 
@@ -12,7 +12,7 @@ use crate::tni::arithmetic::ANY_HIT;
 pub struct Missing {
     /// The effect.
     pub effect: Effect,
-    /// What calls for it: a material and where it is defined, or what the scene has.
+    /// The witness: a material and where it is defined, or a property of the scene.
     pub by: String,
 }
 
@@ -29,7 +29,7 @@ impl fmt::Display for Missing {
 
 impl std::error::Error for Missing {}
 
-/// Knows of each face what a simulator is not built for that shades it.
+/// Knows for each face the effect that shading it needs and the simulator lacks, if any.
 #[derive(Clone, Debug, Default)]
 pub struct Guard {
     missing: Vec<Missing>,
@@ -148,7 +148,7 @@ impl Guard {
         self.of_triangle.is_empty()
     }
 
-    /// Finds the first of these hits that the simulator cannot shade, and says what it is not built for.
+    /// Finds the first of these hits that the simulator cannot shade. Returns the missing effect.
     pub fn check(&self, hits: &[HitRecord]) -> Option<&Missing> {
         hits.iter().find_map(|record| {
             let of = self.of_triangle.get(record.hit.primitive as usize)?;

@@ -1,8 +1,8 @@
-//! Effects: what the kernels can be built for, and which of it a scene calls for.
+//! Effects: capabilities that the kernels can be built with, and those that a scene calls for.
 //!
 //! An effect is a capability. Kernels that are built for more than a scene needs make the same
 //! picture, bit for bit, in more cycles; kernels that are built for less cannot make it, and the
-//! [guard](Guard) stops a frame that meets what they were not built for.
+//! [guard](Guard) stops a frame that needs an effect they lack.
 
 mod find;
 mod guard;

@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::scene::Scene;
 
-/// Statements of MTL that would change the picture and do not, and what is done without them.
+/// Statements of MTL that should change the picture and do not, and the rendering without them.
 const UNKNOWN: [(&[&str], &str); 8] = [
     (&["map_bump", "map_Bump", "bump"], "surfaces stay smooth"),
     (&["norm", "map_norm", "map_Norm"], "surfaces stay smooth"),
@@ -34,7 +34,7 @@ pub struct Unsupported {
     pub materials: usize,
     /// Faces of these.
     pub faces: usize,
-    /// What is done without it.
+    /// The rendering without it.
     pub instead: &'static str,
 }
 

@@ -1,14 +1,14 @@
 //! A set-associative cache, least recently used line replaced: tags and misses only.
 //!
 //! The cache knows lines by number (address divided by the line size). It never waits by itself:
-//! [`Cache::access`] says what happens, and whoever owns it sends the request of a miss on its way
-//! and calls [`Cache::fill`] when the line arrives.
+//! [`Cache::access`] returns the result; the owner sends the request of a miss on its way and calls
+//! [`Cache::fill`] when the line arrives.
 
 use crate::sums::sums;
 use serde::Serialize;
 use srp_archdesc::system::CacheSpec;
 
-/// What an access found.
+/// The result of an access.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     /// The line is there.
@@ -21,7 +21,7 @@ pub enum Access {
     Full,
 }
 
-/// What happened to a cache.
+/// Counts of a cache.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct CacheCounters {
     /// Accesses that found their line.
@@ -59,7 +59,7 @@ pub struct Cache {
     lines: Vec<u32>,
     dirty: Vec<bool>,
     outstanding: Vec<u32>,
-    /// What happened so far.
+    /// Counts so far.
     pub counters: CacheCounters,
 }
 
@@ -78,7 +78,7 @@ impl Cache {
         }
     }
 
-    /// Looks for `line` as [`access`](Self::access) does, but leaves out what a miss would do.
+    /// Looks for `line` as [`access`](Self::access) does, but without the effects of a miss.
     #[inline]
     pub fn hit(&mut self, line: u32) -> bool {
         let there = self.touch(line);
@@ -103,8 +103,8 @@ impl Cache {
         }
     }
 
-    /// Makes `line` the most recently used of its set without counting it, and brings it in where it is
-    /// neither there nor on the way; what was written there is lost. Whether it was there.
+    /// Makes `line` the most recently used of its set without counting it, and brings it in if it is neither
+    /// there nor on its way; the line that it replaces is not written back. Returns whether it was there.
     #[inline]
     pub fn warm(&mut self, line: u32) -> bool {
         if self.touch(line) {
@@ -118,7 +118,7 @@ impl Cache {
         false
     }
 
-    /// Holds the lines of another cache of the same form; what is counted and on the way stays.
+    /// Takes over the lines of another cache of the same form. Counts, and lines on their way, stay.
     pub fn hold_lines_of(&mut self, other: &Cache) {
         self.lines.clone_from(&other.lines);
         self.dirty.clone_from(&other.dirty);

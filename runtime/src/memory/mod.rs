@@ -1,6 +1,6 @@
-//! The memory below the cores: what it holds, and how long it takes.
+//! The memory below the cores: its contents and its timing.
 //!
-//! The two are apart. What memory holds is one flat array of bytes ([`SystemMemory`]), always up
+//! The two are separate. The contents are one flat array of bytes ([`SystemMemory`]), always up
 //! to date; caches ([`cache`]), bus and DRAM ([`path`], [`dram`]) only say when an access is over.
 
 pub mod cache;
@@ -15,7 +15,7 @@ pub const BASE: u32 = 0x8000_0000;
 /// Most bytes of system memory.
 pub const MAX_BYTES: usize = 1 << 30;
 
-/// What system memory holds: bytes from [`BASE`] on, little endian.
+/// The contents of system memory: bytes from [`BASE`] on, little endian.
 #[derive(Clone, Debug)]
 pub struct SystemMemory {
     bytes: Vec<u8>,
@@ -33,8 +33,8 @@ impl SystemMemory {
         }
     }
 
-    /// The same memory, of which cores may write only what is at `address` or above: a program
-    /// gone astray must not change the tree under the T&I unit.
+    /// The same memory, which cores may write only at `address` and above: a program gone astray must not
+    /// change the tree under the T&I unit.
     pub fn writable_from(mut self, address: u32) -> SystemMemory {
         self.writable_from = address;
         self

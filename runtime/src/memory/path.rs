@@ -133,7 +133,7 @@ impl MemoryPath {
         self.in_flight
     }
 
-    /// What the memory did.
+    /// Counts of the memory.
     pub fn counters(&self) -> DramCounters {
         self.dram.counters()
     }

@@ -1,4 +1,4 @@
-//! A memory at rest: what a read takes that nothing hinders, and a memory all of whose reads take that.
+//! A memory at rest: the latency of a read that nothing delays, and a memory with this fixed latency.
 
 use srp_archdesc::SystemSpec;
 use srp_archdesc::dram::{DramModel, DramSpec};

@@ -14,7 +14,7 @@ pub struct Camera {
     pub position: Vec3,
     /// Where it looks; of any length but 0.
     pub forward: Vec3,
-    /// What is up in the picture; not parallel to `forward`.
+    /// Up in the picture; not parallel to `forward`.
     pub up: Vec3,
     /// Field of view over the shorter axis of the picture, in degrees, above 0 and below 180.
     pub fov: f32,
@@ -144,12 +144,12 @@ fn number(text: &str, what: &str) -> Result<f32, CameraError> {
     }
 }
 
-/// One scene of a `cameras.json`: what the file holds under the scene's name.
+/// One scene of a `cameras.json`: the entry under the scene's name.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Viewpoints {
     /// Length of ambient-occlusion rays.
     pub ao_radius: Option<f32>,
-    /// What is up in every view.
+    /// Up in every view.
     pub up: [f32; 3],
     /// The views.
     pub views: Vec<View>,

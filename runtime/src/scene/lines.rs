@@ -18,7 +18,7 @@ pub(super) struct Line<'a> {
     pub(super) key: Word<'a>,
     /// The others.
     pub(super) words: Vec<Word<'a>>,
-    /// What follows the first word, without the blanks round it.
+    /// The rest of the line after the first word, without the blanks round it.
     pub(super) rest: Word<'a>,
 }
 
@@ -126,7 +126,7 @@ impl Findings {
     }
 }
 
-/// A finite number, or what is wrong with it.
+/// Reads a finite number, or returns the mistake.
 pub(super) fn number(word: &str) -> Result<f32, String> {
     let value: f32 = word
         .parse()

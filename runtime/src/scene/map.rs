@@ -25,7 +25,7 @@ struct Opt<'a> {
 }
 
 impl Opt<'_> {
-    /// Whether it says what holds without it.
+    /// Whether it states the default.
     fn says_nothing(&self) -> bool {
         let all = |x: f32| self.values.iter().all(|w| w.text.parse() == Ok(x));
         match self.name.text {

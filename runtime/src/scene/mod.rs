@@ -1,4 +1,4 @@
-//! [`Scene`]: what is rendered, as triangles, materials, light and camera.
+//! [`Scene`]: triangles, materials, light and camera.
 //!
 //! A scene comes from an OBJ file ([`read`]) or from code ([`demo`]). Nothing here opens files:
 //! the caller hands in a loader.
@@ -32,10 +32,10 @@ pub use texture::{Channel, MAX_TEXTURE_SIDE, Map, Texture};
 /// binary32 in the T&I unit.
 pub const MAX_COORDINATE: f32 = 1e18;
 
-/// Most triangles of a scene: what fits in system memory beside everything else.
+/// Most triangles of a scene: as many as fit in system memory beside everything else.
 pub const MAX_TRIANGLES: usize = 4 << 20;
 
-/// What is rendered.
+/// A scene to render.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Scene {
     /// Its name, for reports.
@@ -127,11 +127,11 @@ pub struct Material {
     pub filter: [f32; 3],
     /// Illumination model, `illum`.
     pub illumination: u8,
-    /// What its diffuse colour is multiplied by, `map_Kd`.
+    /// Factor of its diffuse colour, `map_Kd`.
     pub diffuse_map: Option<Map>,
-    /// What its specular colour is multiplied by, `map_Ks`.
+    /// Factor of its specular colour, `map_Ks`.
     pub specular_map: Option<Map>,
-    /// What its dissolve is multiplied by, `map_d`.
+    /// Factor of its dissolve, `map_d`.
     pub dissolve_map: Option<Map>,
     /// Where it is defined; nowhere, if it is made by code.
     pub origin: Option<Origin>,

@@ -20,7 +20,7 @@ const MAX_CORNERS: usize = 1024;
 pub(super) struct Checked {
     /// The rewriting for `tobj`, without `mtllib` and `usemtl` lines.
     pub(super) plain: String,
-    /// What each triangle gives, in `tobj`'s order.
+    /// The properties of each triangle, in `tobj`'s order.
     pub(super) gives: Vec<Gives>,
     /// Names of material libraries, with where they are asked for.
     pub(super) libraries: Vec<(String, Span)>,
@@ -28,7 +28,7 @@ pub(super) struct Checked {
     pub(super) used: Vec<(String, Span)>,
 }
 
-/// What the file says of a triangle beside its vertices.
+/// Properties of a triangle beside its vertices.
 #[derive(Clone, Copy)]
 pub(super) struct Gives {
     /// All its corners have normals.
@@ -127,8 +127,8 @@ impl Reader<'_> {
             .push(Diagnostic::error(code, self.file, message).at(span, label));
     }
 
-    /// The numbers of a line, of which there must be `least` to `most`; a place holder where they
-    /// are wrong, so that later indices still count.
+    /// Reads the numbers of a line, `least` to `most` of them. Wrong ones give a placeholder, so that later
+    /// indices still count.
     fn numbers(&mut self, line: &Line<'_>, least: usize, most: usize) -> Option<Vec<f32>> {
         if line.words.len() < least || line.words.len() > most {
             let wanted = if least == most {

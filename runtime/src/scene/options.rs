@@ -1,4 +1,4 @@
-//! How far light is followed: what a scene's file does not say, and the command line does.
+//! How far light is followed, which the command line states and no file of a scene does.
 
 /// Most secondary rays in a row.
 pub const MAX_BOUNCES: u32 = 16;
@@ -18,7 +18,7 @@ pub struct Options {
     pub samples: u32,
     /// Ambient occlusion rays from each point, at most [`MAX_SAMPLES`]; 0 for none.
     pub occlusion: u32,
-    /// How far they reach: what is farther away leaves ambient light alone.
+    /// How far they reach: surfaces farther away do not block ambient light.
     pub occlusion_radius: f32,
     /// Diffuse reflections in a row that are followed; 0 for none.
     pub inter_reflections: u32,

@@ -15,13 +15,13 @@ use super::{Camera, Material, Options, Origin, Scene, Triangle, bounds, default_
 /// Light that reaches every surface where a file does not say.
 const AMBIENT: [f32; 3] = [0.18; 3];
 
-/// What is behind the scene where a file does not say.
+/// The light behind the scene where a file does not state it.
 const BACKGROUND: [f32; 3] = [0.66, 0.9, 1.36];
 
 /// Most bytes of a scene file: positions in it are counted with 32 bits.
 const MAX_FILE_BYTES: usize = 1 << 30;
 
-/// A scene, and what is doubtful about it.
+/// A scene, and the doubts about its files.
 #[derive(Clone, Debug)]
 pub struct Loaded {
     /// The scene.

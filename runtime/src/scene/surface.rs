@@ -1,4 +1,4 @@
-//! What a material does to light: its MTL illumination model, worked out once for the kernels.
+//! The effect of a material on light: its MTL illumination model, evaluated once for the kernels.
 
 use super::Material;
 
@@ -9,7 +9,7 @@ pub enum Fresnel {
     None,
     /// From the mirror colour at normal incidence to white at a grazing angle (Schlick 1994).
     Conductor,
-    /// As the index of refraction says, without colour, and what is not mirrored goes through.
+    /// By the index of refraction, without colour; light that is not mirrored is transmitted.
     Dielectric,
 }
 
@@ -35,14 +35,14 @@ pub struct Surface {
     pub mirror: [f32; 3],
     /// How the mirror depends on the angle.
     pub fresnel: Fresnel,
-    /// What it lets through; 0 for nothing.
+    /// Colour of the light that it transmits; 0 for none.
     pub through: [f32; 3],
     /// Index of refraction; 1 where light goes straight through.
     pub index: f32,
 }
 
 impl Surface {
-    /// What a material does.
+    /// The surface of a material.
     pub fn of(m: &Material) -> Surface {
         let times = |colour: [f32; 3], factor: f32| colour.map(|c| c * factor);
         let glass = matches!(m.illumination, 4 | 6 | 7 | 9);

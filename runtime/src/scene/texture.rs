@@ -50,12 +50,12 @@ impl Texture {
     }
 }
 
-/// What a texture changes in a material.
+/// The property of a material that a texture changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Channel {
     /// Its colours.
     Colour,
-    /// How far light is stopped: the picture's alpha if it has any, else its brightness.
+    /// Its dissolve, by which it stops light: the picture's alpha if it has any, else its brightness.
     Dissolve,
 }
 

@@ -1,4 +1,4 @@
-//! What is written to system memory, value by value.
+//! Values as the bytes that are written to system memory.
 
 use std::collections::BTreeMap;
 

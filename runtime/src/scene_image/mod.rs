@@ -1,4 +1,4 @@
-//! The scene as it lies in system memory: what `kernels/scene.h` declares, byte by byte.
+//! The scene as it lies in system memory: the structures of `kernels/scene.h`, byte by byte.
 //!
 //! From [`BASE`] on: the header, materials, nodes and triangles of the T&I unit, shading records,
 //! textures, and the frame buffer, which is all that cores may write. Each part starts
@@ -64,12 +64,12 @@ pub struct FrameBuffer {
     pub rows: u32,
 }
 
-/// Addresses of what shading reads, each part behind the one before.
+/// Addresses of the data that shading reads, each part behind the one before.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ShadingParts {
     /// The materials.
     pub materials: u32,
-    /// What shading needs of each triangle.
+    /// The data of each triangle that shading needs.
     pub triangles: u32,
     /// The descriptors of textures; everything from here on is read through the texture cache.
     pub maps: u32,
@@ -92,7 +92,7 @@ impl ShadingParts {
 /// System memory at the start of a frame.
 #[derive(Clone, Debug)]
 pub struct SceneImage {
-    /// What it holds.
+    /// Its contents.
     pub memory: SystemMemory,
     /// The tree for the T&I unit.
     pub tree: Tree,
@@ -102,7 +102,7 @@ pub struct SceneImage {
     pub tiles: u32,
     /// Where the parts lie that shading reads.
     pub shading: ShadingParts,
-    /// What reciprocals are widened by ([`arithmetic::widening`]).
+    /// The factor that widens reciprocals ([`arithmetic::widening`]).
     pub widening: f32,
 }
 

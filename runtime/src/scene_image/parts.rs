@@ -10,7 +10,7 @@ use crate::bvh::TreeImage;
 use crate::memory::{BASE, MAX_BYTES};
 use crate::scene::{Map, Material, Scene};
 
-/// Addresses of the parts of system memory, and of what is behind the last.
+/// Addresses of the parts of system memory, and of its first byte behind the last part.
 pub(super) struct Parts {
     pub(super) header: u64,
     pub(super) materials: u64,

@@ -5,7 +5,7 @@ use srp_archdesc::SystemSpec;
 use crate::bvh::TRIANGLE_BYTES;
 use crate::tni::{HIT_BYTES, RAY_BYTES};
 
-/// Whether the units of a machine fit each other; what does not, where not.
+/// Checks that the units of a machine fit each other. The error names those that do not.
 pub fn check(spec: &SystemSpec) -> Result<(), String> {
     let tni = &spec.tni;
     let rays = u64::from(tni.trvs) * u64::from(tni.stacks);

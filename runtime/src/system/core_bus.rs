@@ -1,4 +1,4 @@
-//! What an engine sees of its core, and what cores share.
+//! The bus of an engine: its core as the engine sees it, and the parts that cores share.
 
 use srp_archdesc::ports;
 
@@ -11,7 +11,7 @@ use crate::memory::SystemMemory;
 use crate::memory::path::Clock;
 use crate::tni::{Buffers, SubmitError, Unit};
 
-/// What all cores share.
+/// The parts that all cores share.
 pub(super) struct Shared<'o> {
     pub(super) memory: SystemMemory,
     pub(super) tiles: TileQueue,
@@ -41,7 +41,7 @@ impl Shared<'_> {
     }
 }
 
-/// What an engine sees of its core in a cycle.
+/// A core as its engine sees it in a cycle.
 pub(super) struct CoreBus<'a, 'o> {
     pub(super) now: u64,
     pub(super) core: &'a mut Periphery,
@@ -124,7 +124,7 @@ impl CoreBus<'_, '_> {
         Some(core.ports.runs.shadow_hits)
     }
 
-    /// What system memory holds, zero-extended.
+    /// A value in system memory, zero-extended.
     fn words(&self, address: u32, bytes: u32) -> Option<Lanes> {
         let source = self.shared.memory.get(address, bytes)?;
         let mut padded = [0; 16];

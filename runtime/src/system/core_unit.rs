@@ -1,4 +1,4 @@
-//! One SGRT core: an SRP engine, and what surrounds it: SRAM, data cache and texture cache, T&I unit, ports,
+//! One SGRT core: an SRP engine, and the parts round it: SRAM, data cache and texture cache, T&I unit, ports,
 //! and the account of its cycles.
 
 use srp_archdesc::ports;
@@ -18,7 +18,7 @@ use crate::tni::{Estimated, HitRecord, Runs, SubmitError, Tni, Tree, Unit, Untim
 /// it talks to in the first cycle of a run only, and the caches, where a miss ends the run.
 const AHEAD: u64 = 1 << 16;
 
-/// What a core does.
+/// The state of a core.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum State {
     /// It runs, and goes on in cycle [`CoreUnit::ready`].
@@ -42,7 +42,7 @@ pub(super) struct Ports {
     pub(super) returned: u64,
     /// The hits that were taken in this run.
     pub(super) taken: Vec<HitRecord>,
-    /// What the program has printed.
+    /// Output of the program.
     pub(super) output: Vec<u8>,
     /// Its exit status.
     pub(super) exit: Option<i32>,
@@ -50,7 +50,7 @@ pub(super) struct Ports {
     pub(super) fault: Option<SubmitError>,
 }
 
-/// What surrounds the engine of a core.
+/// The parts of a core round its engine.
 pub(super) struct Periphery {
     pub(super) number: u32,
     pub(super) sram: Vec<u8>,
@@ -70,7 +70,8 @@ pub(super) struct CoreUnit {
     pub(super) ready: u64,
 }
 
-/// A T&I unit that keeps time so; where it is run cycle by cycle, `costs` says whether it notes what rays cost.
+/// A T&I unit that keeps time in this way. If it runs cycle by cycle and `costs` is set, it notes the cost of
+/// each ray.
 fn unit(timing: Timing, spec: &SystemSpec, tree: Tree, costs: bool) -> Unit {
     let buffers = spec.buffers.ray_buffers;
     match timing {
@@ -105,7 +106,7 @@ impl Periphery {
         }
     }
 
-    /// What the core has to stand still for.
+    /// The stall for which the core has to stand still.
     pub(super) fn stall(&self) -> Option<Stall> {
         if self.data.waits() {
             Some(Stall::Data)

@@ -1,4 +1,4 @@
-//! The data cache of one core and what is on the way between it and the memory.
+//! The data cache of one core, and the lines on their way between it and the memory.
 //!
 //! Loads allocate lines and stall the core when they miss. Stores never stall: one that hits marks
 //! its line, which is written back when it is replaced; one that misses goes round the cache into a

@@ -17,7 +17,7 @@ pub enum SystemError {
     Trap {
         /// The core.
         core: u32,
-        /// What it did.
+        /// Its trap.
         trap: Trap,
     },
     /// A core handed the T&I unit buffers that are not in its SRAM.
@@ -29,14 +29,14 @@ pub enum SystemError {
         /// Its size in bytes.
         bytes: u32,
     },
-    /// The program has met what it was not built for.
+    /// The program needs an effect that it was not built for.
     Effect {
         /// The core.
         core: u32,
-        /// What it is.
+        /// The effect that is missing.
         missing: Missing,
     },
-    /// Nobody moves any more.
+    /// Nothing can move any more.
     Deadlock {
         /// The SRP cycle.
         cycle: u64,

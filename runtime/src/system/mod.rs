@@ -1,12 +1,12 @@
 //! A frame: cores, T&I units, bus and memory under one clock.
 //!
-//! The system ticks and decides nothing: which rays are traced and what becomes of their hits is
-//! the business of the C code on the cores. At any instant the memory comes first, then the T&I
+//! The system ticks and decides nothing: the C code on the cores decides which rays are traced and how
+//! their hits are shaded. At any instant the memory comes first, then the T&I
 //! units whose cycle begins, then the cores, each in the order of their numbers; so the same input
 //! gives the same cycles on any host.
 //!
-//! Whoever measures more than the [`Report`] has is an [`Observer`]; whoever wants less than a whole
-//! frame gives the cores a [`TileQueue`].
+//! An [`Observer`] measures more than the [`Report`] has; a [`TileQueue`] gives the cores less than a whole
+//! frame.
 
 mod check;
 mod core_bus;
@@ -41,9 +41,9 @@ pub use warm::{Misses, WarmCaches};
 pub struct Options<'a> {
     /// Most SRP cycles of a frame.
     pub max_cycles: u64,
-    /// What each SRAM holds at the start, from address 0: the program's data. The rest is zero.
+    /// Contents of each SRAM at the start, from address 0: the program's data. The rest is zero.
     pub sram_image: &'a [u8],
-    /// Stops the frame where the program meets what it was not built for.
+    /// Stops the frame where the program needs an effect that it was not built for.
     pub guard: Guard,
     /// How the units keep time.
     pub timing: Timing,
@@ -51,7 +51,7 @@ pub struct Options<'a> {
     pub kernel_names: Vec<String>,
     /// The tiles that cores take; else all of the frame, in their order.
     pub tiles: Option<TileQueue>,
-    /// Is told what happens.
+    /// Sees all events.
     pub observer: Option<&'a mut dyn Observer>,
     /// Watches the frame, tile by tile.
     pub watch: &'a dyn Watch,
@@ -82,15 +82,15 @@ pub enum Timing {
     /// T&I units answer at once and without memory accesses, so that the kernels can be measured by
     /// themselves.
     RecordedHits,
-    /// T&I units answer when rays would be back that hinder each other as little as can be.
+    /// T&I units answer when the rays would be back if they hindered each other as little as possible.
     Estimated,
-    /// T&I units and memory take no time: what is computed is right, and cycles mean nothing.
+    /// T&I units and memory take no time: results are right, and cycles mean nothing.
     Untimed,
 }
 
 /// Runs a frame: one SGRT core of the machine for each engine, over the scene in `image`.
-/// The picture is what the cores have written to the frame buffer. A frame that was cancelled has an
-/// account of what it came to, which says that it is not [complete](Report::complete).
+/// The picture is the contents of the frame buffer. The account of a cancelled frame ends where it was
+/// cancelled, and is not [complete](Report::complete).
 ///
 /// # Errors
 ///

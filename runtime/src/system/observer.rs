@@ -1,8 +1,8 @@
-//! Observers: they are told what happens in a system, and change nothing.
+//! Observers, which see the events of a system and change nothing.
 //!
-//! An event says which core it is about and in which SRP cycle it happens, and gives access to what the
-//! core has counted by then. Events of one core come in the order of its cycles, but that a core runs
-//! ahead of the others: an event of a run comes when the run is simulated.
+//! An event names its core and its SRP cycle, and gives access to the counts of the core by then. Events of
+//! one core come in the order of its cycles. A core may run ahead of the others: the events of a run come
+//! when the run is simulated.
 
 use super::report::Account;
 use crate::core::Run;
@@ -48,12 +48,12 @@ pub struct CoreView<'a> {
     pub core: u32,
     /// The SRP cycle.
     pub cycle: u64,
-    /// Its cycles so far, by what it did in them. Of a run in which it talks to ports, or of a stall, the
-    /// cycles are not there yet.
+    /// Its cycles so far, by activity. The cycles of a run in which it uses ports, or of a stall, are not
+    /// included yet.
     pub account: &'a Account,
-    /// What its data cache has counted.
+    /// Counts of its data cache.
     pub data_cache: &'a CacheCounters,
-    /// What its texture cache has counted.
+    /// Counts of its texture cache.
     pub texture_cache: &'a CacheCounters,
     /// Samples of its texture unit.
     pub texture_samples: u64,
@@ -61,13 +61,13 @@ pub struct CoreView<'a> {
 }
 
 impl CoreView<'_> {
-    /// What its T&I unit has counted, without the accounts of pipelines. The sums are made for this call.
+    /// Counts of its T&I unit, without the accounts of pipelines. This call makes the sums.
     pub fn tni(&self) -> TniCounters {
         self.tni.progress()
     }
 }
 
-/// Who is told what happens in a system. Every event has a default that ignores it.
+/// An observer of a system. Every event has a default that ignores it.
 #[expect(unused_variables, reason = "the defaults ignore everything")]
 pub trait Observer {
     /// The core has asked for a tile and takes that at this place of the queue, or there is none left.

@@ -15,7 +15,7 @@ use crate::memory::dram::{DramCounters, DramReport};
 use crate::memory::path::Clock;
 use crate::tni::{PipeCounters, TniCounters};
 
-/// The cycles of one core by what it did in them.
+/// The cycles of one core by activity.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Account {
     /// Issued VLIW bundles.
@@ -66,7 +66,7 @@ pub struct KernelCycles {
 /// Cycles of waiting for one port.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct PortCycles {
-    /// What is waited for.
+    /// The port that the core waits for, in words.
     pub port: String,
     /// SRP cycles.
     pub cycles: u64,
@@ -101,9 +101,9 @@ pub struct CoreReport {
     pub texture_samples: u64,
     /// The T&I unit.
     pub tni: TniCounters,
-    /// What the program returned.
+    /// The status that the program returned.
     pub exit_status: i32,
-    /// What the program printed.
+    /// Output of the program.
     pub output: String,
 }
 

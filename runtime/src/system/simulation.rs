@@ -25,8 +25,8 @@ const MAX_STILLNESS: u64 = 64;
 /// SRP cycles between two looks at the outside.
 const REPORT_INTERVAL: u64 = 1 << 16;
 
-/// Who a request belongs to: this many numbers a core, of which the data cache has 0, the level-2
-/// cache 1, the texture cache 2, and the intersection units those after.
+/// Numbers of the requesters of a core: the data cache is 0, the level-2 cache 1, the texture cache 2, and
+/// the intersection units follow. The next core begins after this many.
 const CLIENTS: u32 = 1 << 16;
 const DATA: u32 = 0;
 const TRV_L2: u32 = 1;
@@ -299,7 +299,7 @@ impl<'a> Simulation<'a> {
     }
 }
 
-/// What a port is, in words.
+/// The purpose of a port, in words.
 pub(super) fn port_name(port: u32) -> &'static str {
     match port {
         ports::TILE => "next tile",

@@ -1,4 +1,4 @@
-//! The texture cache of one core, and what its texture unit holds of the textures in use.
+//! The texture cache of one core, and the descriptors that its texture unit holds.
 //!
 //! A sample asks for each line that its texels lie in, once; for its descriptor only where the unit
 //! does not hold it. Nothing is ever stored: a store into a texture shows in the texels that are

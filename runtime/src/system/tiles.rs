@@ -9,7 +9,7 @@ use super::WarmCaches;
 pub struct QueuedTile {
     /// Its number in the frame.
     pub tile: u32,
-    /// What the core's caches are made to hold when it takes the tile; else what they happen to.
+    /// Contents that the core's caches get when it takes the tile; without any, they keep theirs.
     pub caches: Option<Arc<WarmCaches>>,
 }
 

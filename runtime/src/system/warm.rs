@@ -1,4 +1,4 @@
-//! Functional warming: what the caches of a core hold after what it has read, without its time.
+//! Functional warming: the contents of the caches of a core after some reads, without simulating their time.
 
 use srp_archdesc::SystemSpec;
 

@@ -1,4 +1,4 @@
-//! What a T&I unit did, summed up for reports.
+//! Counts of a T&I unit, summed up for reports.
 
 use serde::Serialize;
 
@@ -7,7 +7,7 @@ use super::{PipeCounters, RauCounters, StackCounters, Tni, TrvCounters};
 use crate::memory::cache::CacheCounters;
 use crate::sums::sums;
 
-/// What is counted for the unit as a whole.
+/// Counts of the unit as a whole.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct UnitCounters {
     /// Cycles in which the unit had rays.
@@ -22,11 +22,11 @@ pub struct UnitCounters {
     pub void_rays: u64,
     /// Cycles from dispatch to result, summed over the rays.
     pub resident_cycles: u64,
-    /// What ray dispatch did in each cycle.
+    /// Cycles of ray dispatch.
     pub dispatch: DispatchAccount,
 }
 
-/// What ray dispatch did in each cycle: every cycle counts in exactly one of these.
+/// Cycles of ray dispatch by activity: every cycle counts in exactly one of these.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct DispatchAccount {
     /// It dispatched a ray.
@@ -44,7 +44,7 @@ impl DispatchAccount {
     }
 }
 
-/// What a T&I unit did. Parts of which there are several are summed.
+/// Counts of a T&I unit, summed over parts of the same kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct TniCounters {
     /// The unit as a whole.
@@ -127,8 +127,8 @@ impl TniCounters {
         sum
     }
 
-    /// What has been counted of rays, visits, tests and caches so far; the accounts of pipelines
-    /// are left out, which takes a copy of the unit.
+    /// Counts of rays, visits, tests and caches so far. The accounts of pipelines, which take a copy of
+    /// the unit, are left out.
     pub(super) fn progress(tni: &Tni) -> TniCounters {
         let mut sum = TniCounters {
             unit: tni.counters,

@@ -1,9 +1,9 @@
 //! The unit without contention: when a submission is back, by rays that go through the unit one by one.
 //!
-//! A ray takes a stack of its traversal unit as soon as one is free, a visit or a test takes what the
-//! pipelines and caches take that nobody else is in, and a line that is not there comes from the level-2
-//! cache or from memory after their latencies, once for all that wait for it. The unit cannot be faster
-//! than its pipelines issue. What is left out is queueing: for pipelines, banks, misses and the bus.
+//! A ray takes a stack of its traversal unit as soon as one is free. A visit or a test takes as long as in
+//! empty pipelines and caches. A line that misses comes from the level-2 cache or from memory after their
+//! latencies, once for all rays that wait for it. The unit cannot be faster than its pipelines issue. The
+//! estimate leaves out queueing: for pipelines, banks, misses and the bus.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -163,7 +163,7 @@ impl Estimated {
         })
     }
 
-    /// Holds what these caches hold; what is counted stays.
+    /// Takes over the contents of these caches. Counts stay.
     pub fn hold(&mut self, caches: &WarmCaches) {
         let level1 = self.paths.level1.iter_mut().zip(&caches.level1);
         let ists = self.paths.ists.iter_mut().zip(&caches.ists);
@@ -173,7 +173,7 @@ impl Estimated {
         }
     }
 
-    /// What the unit did so far: rays, visits, tests and caches.
+    /// Counts of the unit so far: rays, visits, tests and caches.
     pub fn counters(&self) -> TniCounters {
         let paths = &self.paths;
         let spec = &paths.spec;
@@ -197,7 +197,7 @@ impl Estimated {
         self.counters.unit.rays + self.counters.unit.results
     }
 
-    /// What it waits for, in words.
+    /// Describes in words what the unit waits for.
     pub fn describe_state(&self) -> String {
         describe(&self.queue, [0; 3])
     }

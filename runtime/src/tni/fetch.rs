@@ -74,7 +74,7 @@ impl Rows {
     }
 }
 
-/// What a ray accumulation unit did.
+/// Counts of a ray accumulation unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct RauCounters {
     /// Rays that opened a row.
@@ -103,7 +103,7 @@ pub(super) struct Fetch {
     waiting: u32,
 }
 
-/// What a ray in the input buffer needs.
+/// The line that a ray in the input buffer needs, if any.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Need {
     /// This line of memory.
@@ -138,8 +138,8 @@ impl Fetch {
         !self.input.is_empty() || self.rows.ready > 0
     }
 
-    /// One port's cycle: at most one ray gets its line, or needs none, and is returned. `need` says
-    /// what a ray needs; lines to be requested go to `request`.
+    /// One port's cycle: at most one ray gets its line, or needs none, and is returned. `need` gives
+    /// the need of a ray; lines to request go to `request`.
     #[inline]
     pub(super) fn tick(
         &mut self,

@@ -27,7 +27,7 @@ use super::{
 use crate::bvh::TRIANGLE_BYTES;
 use crate::memory::SystemMemory;
 
-/// What all parts of the unit look at.
+/// The data that all parts of the unit read.
 pub(super) struct Context<'a> {
     pub(super) function: Function<'a>,
     /// Where events are noted, if they are.
@@ -192,7 +192,7 @@ impl Tni {
         }
     }
 
-    /// Holds what these caches hold; what is counted and on the way stays.
+    /// Takes over the contents of these caches. Counts, and lines on their way, stay.
     pub fn hold(&mut self, caches: &WarmCaches) {
         for (trv, cache) in self.trvs.iter_mut().zip(&caches.level1) {
             trv.fetch.cache.hold_lines_of(cache);
@@ -203,12 +203,12 @@ impl Tni {
         }
     }
 
-    /// Notes from now on what each ray costs.
+    /// Notes the cost of each ray from now on.
     pub fn note_costs(&mut self) {
         self.recording.costs.get_or_insert_default();
     }
 
-    /// What the rays cost that have come back since the last call, in the order of their return.
+    /// Takes the costs of the rays that have come back since the last call, in the order of their return.
     pub fn take_costs(&mut self) -> impl Iterator<Item = RayCost> {
         let costs = self.recording.costs.iter_mut();
         costs.flat_map(|costs| costs.drain(..))
@@ -219,7 +219,7 @@ impl Tni {
         self.recording.events.get_or_insert_default();
     }
 
-    /// What has happened since the last call.
+    /// Takes the events since the last call.
     pub fn take_events(&mut self) -> Vec<Logged> {
         let events = self.recording.events.as_mut();
         events.map(std::mem::take).unwrap_or_default()
@@ -316,7 +316,7 @@ impl Tni {
             return;
         };
         self.next_trv = if trv + 1 == count { 0 } else { trv + 1 };
-        // What is counted of this cycle is what the unit had before.
+        // The counts of this cycle are of the rays that the unit had before.
         self.trvs[trv].count_until(Tick {
             now: now + 1,
             index: tick.index + 1,
@@ -398,7 +398,7 @@ impl Tni {
         self.trvs[trv].free.push(slot);
     }
 
-    /// What the unit did so far.
+    /// Counts of the unit so far.
     pub fn counters(&self) -> TniCounters {
         let mut tni = self.clone();
         let end = Tick {
@@ -420,7 +420,7 @@ impl Tni {
         self.counters.rays + self.counters.results
     }
 
-    /// What it waits for, in words, for the report of a deadlock.
+    /// Describes in words what the unit waits for, for the report of a deadlock.
     pub fn describe_state(&self) -> String {
         let resident: usize = self
             .trvs
@@ -433,8 +433,8 @@ impl Tni {
     }
 }
 
-/// What a unit waits for, in words: its submissions; and the rays in it, those that wait for nodes, and
-/// those that wait for triangles.
+/// Describes in words what a unit waits for: its submissions; and the rays in it, those that wait for nodes,
+/// and those that wait for triangles.
 pub(super) fn describe(queue: &Queue, [resident, for_nodes, for_triangles]: [u32; 3]) -> String {
     format!(
         "{} submissions ({} complete), {resident} rays resident, {for_nodes} of them waiting for \

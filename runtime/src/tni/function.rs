@@ -1,4 +1,4 @@
-//! What the unit computes, apart from when: the tests on boxes and triangles of a tree in memory,
+//! The function of the unit, apart from its timing: the tests on boxes and triangles of a tree in memory,
 //! and a ray's whole way through it.
 
 use std::sync::Arc;
@@ -60,7 +60,7 @@ impl Function<'_> {
     }
 
     /// Tests triangle record `index` of a leaf whose box the ray enters at `enter`. Returns the
-    /// triangle's number, what the test found, and whether that is now the nearest hit.
+    /// triangle's number, the result of the test, and whether that is now the nearest hit.
     #[inline]
     pub(super) fn test(
         &self,
@@ -122,7 +122,7 @@ impl Function<'_> {
     }
 }
 
-/// What a ray hits, and what it took to know.
+/// The hit of a ray, and the work of finding it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Traced {
     /// The hit.
@@ -135,7 +135,7 @@ pub struct Traced {
     pub triangle_tests: u32,
 }
 
-/// A step on a ray's way, with what it reads of memory.
+/// A step on a ray's way, with the addresses that it reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     /// The visit of an inner node.

@@ -54,8 +54,8 @@ impl Ist {
         self.fetch.fill(line);
     }
 
-    /// Counts the cycles before `tick` that are not counted yet. Whatever changes what they count
-    /// as comes after this.
+    /// Counts the cycles before `tick` that are not counted yet. Call it before any change that would count
+    /// them otherwise.
     pub(super) fn count_until(&mut self, tick: Tick) {
         if let Some((first, cycles)) = self.counted.until(tick)
             && self.fetch.waiting() > 0

@@ -4,9 +4,9 @@
 //! last ray of a submission is back, its hits stand in the hit buffer in four runs: shadow hits,
 //! shadow misses, other hits, other misses, each in the order of the rays.
 //!
-//! What a ray hits is decided by [`arithmetic`] alone. When it is back depends on how the unit keeps
-//! time, which is all that the kinds of a [`Unit`] differ in: [`Tni`] runs every cycle, [`Estimated`]
-//! takes rays one by one, [`Untimed`] answers at once. Time is counted in cycles of the unit's own
+//! [`arithmetic`] alone decides what a ray hits. The kinds of a [`Unit`] differ only in how they keep
+//! time, and so in when a ray is back: [`Tni`] runs every cycle, [`Estimated`] takes rays one by one,
+//! [`Untimed`] answers at once. Time is counted in cycles of the unit's own
 //! clock; the memory below the caches is the owner's business: [`Unit::take_request`] and
 //! [`Unit::fill`].
 

@@ -1,4 +1,4 @@
-//! A fully pipelined stretch of logic of fixed depth: TRV_PRE, TRV_AABB, TRV_POST or the triangle
+//! A fully pipelined block of logic of fixed depth: TRV_PRE, TRV_AABB, TRV_POST or the triangle
 //! test. And the account of its cycles.
 
 use serde::Serialize;
@@ -7,8 +7,7 @@ use super::Slot;
 use super::ring::Ring;
 use crate::sums::sums;
 
-/// What the first stage of a pipeline did in each cycle: every cycle counts in exactly one of
-/// these.
+/// Cycles of a pipeline's first stage by activity: every cycle counts in exactly one of these.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct StallAccount {
     /// It took a ray to work on.
@@ -52,7 +51,7 @@ impl StallAccount {
 
 sums!(StallAccount: work occupied bypass recirculate memory latency elsewhere idle);
 
-/// What a pipeline did.
+/// Counts of a pipeline.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct PipeCounters {
     /// Rays that passed and were worked on.
@@ -243,8 +242,8 @@ impl Pipe {
         Some(slot)
     }
 
-    /// In `cycles` from `first` on, in the first of which at most rays have left and entered, rays
-    /// wait for memory.
+    /// Counts that rays wait for memory in `cycles` cycles from `first` on. At most in the first of these,
+    /// rays have left or entered.
     pub(super) fn wait(&mut self, first: u64, cycles: u64) {
         let waited = cycles - self.free.saturating_sub(first).min(cycles);
         self.waited += waited;
@@ -253,7 +252,7 @@ impl Pipe {
         }
     }
 
-    /// What it did before cycle `end`, of the `cycles` in which there were rays that it is for.
+    /// Counts before cycle `end`, with `cycles` cycles in which there were rays for the pipeline.
     pub(super) fn counters(&self, end: u64, cycles: u64) -> PipeCounters {
         let mut all = self.counters;
         if self.next != u64::MAX {

@@ -5,7 +5,7 @@ use super::fetch::Need;
 use super::walk::{Next, Walk};
 use crate::bvh::NodeRef;
 
-/// What a ray is in the unit for at the moment.
+/// The task of a resident ray at the moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Phase {
     /// It visits the node of its walk.
@@ -22,12 +22,12 @@ pub(super) struct RayState {
     pub(super) hit: Hit,
     pub(super) walk: Walk,
     pub(super) phase: Phase,
-    /// What TRV_AABB found: the children and where the ray enters them.
+    /// Results of TRV_AABB: the children and where the ray enters them.
     pub(super) children: [NodeRef; 2],
     pub(super) enter: [Option<f32>; 2],
     /// Whether TRV_AABB knows what comes next, so that TRV_POST has nothing to do.
     pub(super) direct: bool,
-    /// What was decided.
+    /// The decision of TRV_POST.
     pub(super) next: Next,
     /// Lines still to be read: the next, and the last.
     pub(super) line: u32,

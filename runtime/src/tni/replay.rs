@@ -1,18 +1,18 @@
-//! What can be asked of single rays: what they cost, and everything that happens to them.
+//! Records of single rays: their costs, and everything that happens to them.
 
 use super::Slot;
 use crate::bvh::NodeRef;
 
-/// What is noted of rays, where somebody wants to know.
+/// Notes about rays, where somebody asks for them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Recording {
-    /// What each ray cost, in the order of their return.
+    /// The cost of each ray, in the order of their return.
     pub(super) costs: Option<Vec<RayCost>>,
-    /// What happened to each ray.
+    /// The events of each ray.
     pub(super) events: Option<Vec<Logged>>,
 }
 
-/// What one ray cost.
+/// The cost of one ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RayCost {
     /// Its submission, counted from 0 since the unit was made.
@@ -34,11 +34,11 @@ pub struct Logged {
     pub cycle: u64,
     /// The ray's place: traversal unit times stacks, plus stack.
     pub slot: Slot,
-    /// What happens.
+    /// The event.
     pub event: Event,
 }
 
-/// What happens to a resident ray.
+/// An event of a resident ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
     /// Ray dispatch gives it to a traversal unit.

@@ -1,4 +1,4 @@
-//! What passes between SRP and T&I unit: submissions of rays, and their hits in four runs.
+//! The traffic between SRP and T&I unit: submissions of rays, and their hits in four runs.
 
 use std::collections::VecDeque;
 use std::ops::{Index, IndexMut};
@@ -6,7 +6,7 @@ use std::ops::{Index, IndexMut};
 use super::arithmetic::{ANY_HIT, Hit};
 use super::{HIT_BYTES, RAY_BYTES};
 
-/// What is submitted: rays in the SRAM, and where their hits go.
+/// Buffers of a submission: rays in the SRAM, and where their hits go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Buffers {
     /// Address of the ray buffer.
@@ -56,7 +56,7 @@ pub struct Runs {
 /// A finished ray as it is written to the hit buffer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HitRecord {
-    /// What was hit.
+    /// The hit.
     pub hit: Hit,
     /// Index of the ray in its buffer.
     pub ray: u32,
@@ -153,7 +153,7 @@ pub(super) struct Queue {
 }
 
 impl Queue {
-    /// No submissions, of which there may be `room` ≥ 1 at once.
+    /// An empty queue with room for `room` ≥ 1 submissions.
     pub(super) fn new(room: u32) -> Queue {
         Queue {
             room: room.max(1) as usize,

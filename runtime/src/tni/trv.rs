@@ -7,7 +7,7 @@
 //! ray comes back to TRV_POST.
 //!
 //! In the parallel form each sub-pipeline feeds only those that can come next. In the single form
-//! they are one deep pipeline, and a ray passes through what it does not need.
+//! they are one deep pipeline, and a ray passes through stages that it does not need.
 //!
 //! There may be several of each sub-pipeline in the parallel form. Each kind has one FIFO in front,
 //! from which every sub-pipeline of the kind takes a ray a cycle, and the crossbar has these paths
@@ -68,7 +68,7 @@ impl Stage {
     }
 }
 
-/// What a traversal unit did as a whole.
+/// Counts of a traversal unit as a whole.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct TrvCounters {
     /// Visits of inner nodes.
@@ -172,8 +172,8 @@ impl Trv {
         self.fetch.fill(line);
     }
 
-    /// Counts the cycles before `tick` that are not counted yet. Whatever changes what they count
-    /// as comes after this.
+    /// Counts the cycles before `tick` that are not counted yet. Call it before any change that would count
+    /// them otherwise.
     #[inline]
     pub(super) fn count_until(&mut self, tick: Tick) {
         let Some((first, cycles)) = self.counted.until(tick) else {

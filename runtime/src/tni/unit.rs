@@ -1,4 +1,4 @@
-//! A unit, whichever way it keeps time: what all of them do.
+//! A unit, whichever way it keeps time: the operations that all of them have.
 
 use super::{
     Buffers, Client, Estimated, Finished, LineRequest, SubmitError, Tni, TniCounters, Untimed,
@@ -98,7 +98,7 @@ impl Unit {
         }
     }
 
-    /// Holds what these caches hold; what is counted and on the way stays.
+    /// Takes over the contents of these caches. Counts, and lines on their way, stay.
     pub fn hold(&mut self, caches: &WarmCaches) {
         match self {
             Unit::Full(unit) => unit.hold(caches),
@@ -107,7 +107,7 @@ impl Unit {
         }
     }
 
-    /// What the unit did so far.
+    /// Counts of the unit so far.
     pub fn counters(&self) -> TniCounters {
         match self {
             Unit::Full(unit) => unit.counters(),
@@ -135,7 +135,7 @@ impl Unit {
         }
     }
 
-    /// What it waits for, in words, for the report of a deadlock.
+    /// Describes in words what the unit waits for, for the report of a deadlock.
     pub fn describe_state(&self) -> String {
         match self {
             Unit::Full(unit) => unit.describe_state(),

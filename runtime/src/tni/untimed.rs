@@ -13,10 +13,10 @@ use super::submission::Queue;
 use super::{Buffers, Finished, HitRecord, RAY_BYTES, Runs, SubmitError, Tree, read_ray};
 use crate::memory::SystemMemory;
 
-/// What rays took.
+/// The work of tracing rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RayCounts {
-    /// Rays by what became of them.
+    /// Rays by their outcome.
     pub runs: Runs,
     /// Submissions.
     pub submissions: u64,
@@ -70,7 +70,7 @@ pub struct Untimed {
     /// The inner nodes, once they were read.
     decoded: Option<Arc<Decoded>>,
     queue: Queue,
-    /// What its rays have taken.
+    /// The work of its rays.
     pub counts: RayCounts,
 }
 
@@ -129,7 +129,7 @@ impl Untimed {
         self.queue.take_finished()
     }
 
-    /// What the unit did so far: rays, visits and tests.
+    /// Counts of the unit so far: rays, visits and tests.
     pub fn counters(&self) -> TniCounters {
         let mut counters = TniCounters {
             trvs: self.spec.trvs.into(),
@@ -145,7 +145,7 @@ impl Untimed {
         counters
     }
 
-    /// What it waits for, in words.
+    /// Describes in words what the unit waits for.
     pub fn describe_state(&self) -> String {
         describe(&self.queue, [0; 3])
     }

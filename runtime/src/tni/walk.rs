@@ -1,4 +1,4 @@
-//! A ray's way through the tree: what TRV_POST does with the stack.
+//! A ray's way through the tree: the stack operations of TRV_POST.
 //!
 //! The stack is short: when it overflows, its oldest entry is forgotten, and when it runs empty
 //! too early the ray starts again at the root. A trail (Laine 2010), one bit a level, says what has
@@ -15,7 +15,7 @@ use crate::sums::sums;
 // One trail bit a level.
 const _: () = assert!(MAX_DEPTH < 127);
 
-/// What stacks did.
+/// Counts of stacks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct StackCounters {
     /// Nodes put on a stack.
@@ -63,7 +63,7 @@ pub(super) struct Walk {
     depth: usize,
 }
 
-/// What comes next for a ray.
+/// The next step of a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Next {
     /// A visit of [`Walk::node`].

@@ -1,4 +1,4 @@
-//! Functional warming: what the caches of a unit hold after rays, without their time.
+//! Functional warming: the contents of the caches of a unit after some rays, without simulating their time.
 
 use srp_archdesc::system::TniSpec;
 

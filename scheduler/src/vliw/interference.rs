@@ -49,7 +49,7 @@ impl Interference {
         for &label in &code.order {
             let block = &code.blocks[label];
             let weight = 10f64.powi(block.depth.min(8) as i32);
-            // Few registers are live at once, of which there may be many.
+            // A sorted set: few of the many registers are live at once.
             let mut live: BTreeSet<Vreg> = out[label].iter().collect();
             for reg in block.end.uses() {
                 live.insert(reg);

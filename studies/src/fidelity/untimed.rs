@@ -1,5 +1,5 @@
-//! A frame without a clock: its picture and its counts, from the program's meaning alone. Nothing is
-//! divided, scheduled or generated for it.
+//! A frame without a clock: its picture and its counts, from the program's meaning alone. The program is
+//! neither divided nor scheduled, and no simulator is generated.
 
 use crate::Error;
 use crate::fidelity::{FrameFigure, FrameQuantity};
@@ -13,7 +13,7 @@ use srp_runtime::picture::Picture;
 use srp_runtime::scene_image::SceneImage;
 use srp_toolchain::Session;
 
-/// A frame of which nothing is known that takes a clock.
+/// A frame without the figures that need a clock.
 pub struct Untimed {
     /// The picture: that of the frame with a clock, to the bit.
     pub picture: Picture,
@@ -25,7 +25,7 @@ pub struct Untimed {
 ///
 /// # Errors
 ///
-/// The program does something that cannot be done, or the work was cancelled.
+/// The program traps, or the work was cancelled.
 pub fn untimed(
     image: &SceneImage,
     program: &Program,

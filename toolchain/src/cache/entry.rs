@@ -1,11 +1,11 @@
-//! The form of an entry: its bytes, then a trailer that says what they are.
+//! The form of an entry: its bytes, then a trailer that identifies and protects them.
 //!
 //! The trailer comes last because a simulator is loaded from the file as it stands, and loaders do
 //! not mind bytes behind a library.
 //!
 //! | bytes | |
 //! |---|---|
-//! | n | what was put there |
+//! | n | the bytes of the result |
 //! | 32 | the key's digest |
 //! | 32 | the digest of the n bytes |
 //! | 8 | n, least significant byte first |
@@ -57,11 +57,11 @@ pub(super) fn trailer(key: Key, bytes: &[u8]) -> Vec<u8> {
     trailer
 }
 
-/// The bytes that were put there, of the bytes of a file.
+/// Checks the bytes of a file and returns those of the result.
 ///
 /// # Errors
 ///
-/// They are not what was put there.
+/// They are not as the cache wrote them.
 pub(super) fn open(key: Key, mut file: Vec<u8>) -> Result<Vec<u8>, Damage> {
     let length = file.len().checked_sub(TRAILER).ok_or(Damage::Trailer)?;
     let (bytes, trailer) = file.split_at(length);

@@ -1,11 +1,11 @@
-//! Where entries lie, and whom that folder may belong to.
+//! The folder of entries: where it is, and who may own it.
 
 use std::fs::{self, DirBuilder, File};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Where a cache is wanted.
+/// The place of a cache.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Place {
     /// In this folder, made if it is not there.
@@ -51,7 +51,7 @@ pub(super) fn open(place: &Path) -> io::Result<PathBuf> {
     Ok(folder)
 }
 
-/// Makes a folder and those above it; what is made is the user's alone.
+/// Makes a folder and those above it. New folders belong to the user alone.
 fn private_folder(path: &Path) -> io::Result<()> {
     let mut builder = DirBuilder::new();
     builder.recursive(true);
@@ -145,7 +145,7 @@ pub(super) fn sweep(entries: &Path) {
             Err(_) => age(&path).is_some_and(|age| age > FRESH),
         };
         if is_left {
-            // What cannot be removed takes up room and does no harm.
+            // A workplace that cannot be removed takes up room and does no harm.
             let _ = fs::remove_dir_all(&path);
         }
     }

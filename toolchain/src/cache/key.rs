@@ -25,7 +25,7 @@ impl Key {
         Builder { kind, hasher }
     }
 
-    /// What it names.
+    /// The kind of result that it names.
     pub const fn kind(self) -> Kind {
         self.kind
     }

@@ -1,9 +1,9 @@
-//! What was made once and is needed again: schedules, simulators, censuses, trials.
+//! Keeps results that are needed again: schedules, simulators, frames, trials.
 //!
 //! A cache maps a [`Key`], a digest over everything that a result depends on, to the result's bytes.
-//! It never answers with anything but what was put there under this very key: each entry holds its
-//! key, its length and a digest of its bytes, and these are checked before anything is used. An entry
-//! that is damaged is removed, made again, and a note says so.
+//! It never answers with anything but the bytes that were put under this very key: each entry holds its key,
+//! its length and a digest of its bytes, and the cache checks these before it answers. It removes a damaged
+//! entry, which is then made again, and a note says so.
 //!
 //! Entries are written to a temporary name, synced, and renamed; they are never changed. So any number
 //! of processes may use a folder at once, and may be killed at any moment. The folder is the user's
@@ -116,7 +116,7 @@ impl Cache {
         }
     }
 
-    /// Keeps the value of a key. What cannot be kept is made again the next time.
+    /// Keeps the value of a key. A value that cannot be kept is made again the next time.
     pub fn put<T: serde::Serialize>(&self, key: Key, value: &T, watch: &dyn Watch) {
         let Ok(bytes) = postcard::to_allocvec(value) else {
             return;
@@ -163,12 +163,12 @@ impl Cache {
         }
     }
 
-    /// What is in the folder, by kind.
+    /// Counts the entries of the folder, by kind.
     pub fn counts(&self, watch: &dyn Watch) -> Option<Counts> {
         self.with(watch, |store| store.counts())
     }
 
-    /// Removes all entries of the folder; how many files and bytes these were.
+    /// Removes all entries of the folder. Returns how many entries and bytes these were.
     pub fn clean(&self, watch: &dyn Watch) -> Option<Found> {
         let mut memory = self.memory.lock().unwrap_or_else(PoisonError::into_inner);
         memory.clear();
@@ -176,7 +176,8 @@ impl Cache {
         self.if_there(watch, |store| store.clean())
     }
 
-    /// Checks all entries of the folder, and removes those that are damaged; each with its damage.
+    /// Checks all entries of the folder, and removes those that are damaged. Returns how many are whole, and each
+    /// damaged one with its damage.
     pub fn verify(&self, watch: &dyn Watch) -> Option<(Found, Vec<(PathBuf, Damage)>)> {
         self.if_there(watch, |store| store.verify())
     }

@@ -10,7 +10,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-/// Bytes of all entries together, where nothing else is said (`SRP_CACHE_LIMIT`).
+/// Most bytes of all entries together, unless `SRP_CACHE_LIMIT` sets another limit.
 const LIMIT: u64 = 1 << 30;
 
 /// The part of the limit that is left when entries are removed to make room.
@@ -31,7 +31,7 @@ pub struct Found {
     pub bytes: u64,
 }
 
-/// What is in a folder.
+/// The entries of a folder, counted.
 #[derive(Clone, Debug)]
 pub struct Counts {
     /// The folder.
@@ -127,7 +127,7 @@ impl Store {
                 path.display()
             ),
         );
-        // What cannot be removed is written over.
+        // An entry that cannot be removed is written over.
         let _ = fs::remove_file(path);
     }
 
@@ -174,8 +174,8 @@ impl Store {
         Workplace::beside(&self.folder)
     }
 
-    /// Now and then: removes what killed processes have left, and the entries that were used least
-    /// recently where all take more than they may.
+    /// From time to time removes the workplaces of killed processes, and, if all entries take more than the
+    /// limit, those that were used least recently.
     fn make_room(&mut self) {
         if self.written < LOOK_AFTER {
             return;

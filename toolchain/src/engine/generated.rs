@@ -1,4 +1,4 @@
-//! Generated simulators: where they are kept, and how they are made.
+//! Generated simulators: how the cache keeps them, and how they are compiled.
 
 use crate::Session;
 use crate::cache::{Cache, Key, Kind, Place};
@@ -132,8 +132,8 @@ pub(super) fn ask(program: &std::path::Path) -> std::process::Command {
     command
 }
 
-/// Builds the simulator whose source comes over standard input, into the user's cache. It is what the
-/// builder of a [`Session`] does, beside the work that waits for it and longer if need be.
+/// Builds the simulator whose source comes over standard input, into the user's cache. The builder of a
+/// [`Session`] does this beside the work that waits for it, and longer if need be.
 ///
 /// # Errors
 ///

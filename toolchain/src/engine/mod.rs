@@ -1,5 +1,5 @@
-//! What simulates an SRP: a generated simulator, the interpreter of the same tables, or the one after
-//! the other.
+//! Engines, which simulate an SRP: a generated simulator, the interpreter of the same tables, or the one
+//! after the other.
 
 mod generated;
 mod takeover;
@@ -16,7 +16,7 @@ use srp_runtime::core::Core;
 use std::sync::Arc;
 use takeover::Takeover;
 
-/// What simulates an SRP. Pictures and cycles are the same to the bit.
+/// An engine, which simulates an SRP. All give the same pictures and cycles to the bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Engine {
     /// A simulator generated for the program, where it was compiled before; else the interpreter
@@ -40,8 +40,8 @@ pub enum Engines {
 }
 
 impl Engines {
-    /// What makes cores of a program, on the machine that it was checked for. Where a simulator cannot be compiled, the interpreter takes its
-    /// place, and a note says so.
+    /// Prepares an engine for a program, on the machine that it was checked for. If no simulator can be
+    /// compiled, the interpreter takes its place, and a note says so.
     ///
     /// # Errors
     ///

@@ -23,7 +23,7 @@ const PATIENCE: Duration = Duration::from_millis(250);
 /// Runs of a core between two looks at whether there is a simulator.
 const RUNS: u32 = 64;
 
-/// What all cores of a program share.
+/// The state that all cores of a program share.
 pub struct Takeover {
     spec: SimSpec,
     interpreter: Interpreter,

@@ -17,7 +17,7 @@ pub(super) struct Transaction {
     pub(super) accepted: u64,
 }
 
-/// The requests for one bank, and what they wait for.
+/// The requests for one bank, and the commands that they wait for.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BankQueue {
     pub(super) entries: VecDeque<Transaction>,
@@ -25,7 +25,7 @@ pub(super) struct BankQueue {
     pub(super) next: Next,
 }
 
-/// What a bank's queue can do next.
+/// The commands that a bank's queue can issue next.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Next {
     /// The bank is closed, and there is a request.
@@ -38,7 +38,7 @@ pub(super) struct Next {
 }
 
 impl BankQueue {
-    /// Finds out what the queue can do next while `row` is open, or no row. A row is kept for the
+    /// Finds the commands that the queue can issue next while `row` is open, or no row. A row is kept for the
     /// requests that need it until it `has_had_its_share`.
     pub(super) fn look_ahead(&mut self, row: Option<u32>, has_had_its_share: bool) {
         let mut next = Next::default();

@@ -2,17 +2,17 @@
 //!
 //! In every cycle it does three things, in this order.
 //! 1. It issues at most one command. While a refresh is due, that is a precharge or the refresh.
-//!    Else the bank queues are asked in turn, from the one after the last that had a command, and in
-//!    each the oldest request whose next command is ready goes first. A row is closed for the
+//!    Otherwise it asks the bank queues in turn, beginning after the last that had a command; in each, the
+//!    oldest request whose next command is ready goes first. A row is closed for the
 //!    oldest request of a queue only, and only if no request there is for the open row, or the row
 //!    has had its share of hits.
 //! 2. It moves the oldest request that finds room from the read queue to the queue of its bank; or
-//!    from the write queue while that is being drained, which begins when it has no room for what
-//!    is offered, or when it holds more than a few and the bank queues are empty.
-//! 3. What was offered in this cycle takes its place behind.
+//!    from the write queue while that is being drained, which begins when it has no room for
+//!    a request that is offered, or when it holds more than a few and the bank queues are empty.
+//! 3. Requests that were offered in this cycle take their places behind.
 //!
-//! A read of what is still to be written is answered at once, a write to it joins it, and a read of
-//! what is still to be read is answered together with that.
+//! A read of bytes that wait to be written is answered at once, and a write to them joins them. A read of
+//! bytes that wait to be read is answered together with the earlier read.
 //!
 //! Nothing happens in most cycles, and these are skipped: [`Channel::run`] goes from one cycle with
 //! something to do to the next.
@@ -241,8 +241,8 @@ impl Channel {
         wakes
     }
 
-    /// What the queue of a bank can do in this cycle, or else the first cycle in which it can do
-    /// something.
+    /// The command that the queue of a bank can issue in this cycle, or else the first cycle in which it can
+    /// issue one.
     fn ready(&self, bank: u32, cycle: u64) -> Result<Ready, u64> {
         let next = self.banks[bank as usize].next;
         if next.activate {
@@ -431,14 +431,14 @@ impl Channel {
         self.reads.iter().any(same) || queued.iter().any(same)
     }
 
-    /// Finds out what the queue of a bank can do next.
+    /// Finds the commands that the queue of a bank can issue next.
     fn look_ahead(&mut self, bank: u32) {
         let row = self.device.row(bank);
         let has_had_its_share = self.device.accesses(bank) >= self.spec.row_hits;
         self.banks[bank as usize].look_ahead(row, has_had_its_share);
     }
 
-    /// Adds what the queues held up to `cycle` to the counters.
+    /// Counts the occupancy of the queues up to `cycle`.
     fn count_until(&mut self, cycle: u64) {
         if cycle > self.counted {
             self.counters.queued_cycles += self.queued * (cycle - self.counted);
@@ -447,7 +447,7 @@ impl Channel {
     }
 }
 
-/// What a bank's queue can do in a cycle.
+/// A command that a bank's queue can issue.
 #[derive(Clone, Copy, Debug)]
 enum Ready {
     Activate,

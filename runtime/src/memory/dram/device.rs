@@ -248,7 +248,7 @@ impl Device {
         self.access(cycle + delays.write_to_precharge, bank, precharge);
     }
 
-    /// What reads and writes have in common; the bank may be closed from cycle `closing` on.
+    /// The part that reads and writes share; the bank may be closed from cycle `closing` on.
     fn access(&mut self, closing: u64, bank: u32, precharge: bool) {
         let state = &mut self.banks[bank as usize];
         state.accesses += 1;

@@ -6,11 +6,11 @@ use srp_archdesc::dram::DramSpec;
 
 use super::{ChannelCounters, Dram, DramCounters, Request};
 
-/// Neighbouring stretches of this many bytes lie in different channels.
+/// Neighbouring blocks of this many bytes lie in different channels.
 pub const INTERLEAVE: u32 = 64;
 
 /// A device in which every access takes the same time, and each channel moves at most two words
-/// of its width a cycle. An access that crosses from one stretch of [`INTERLEAVE`] bytes into the
+/// of its width a cycle. An access that crosses from one block of [`INTERLEAVE`] bytes into the
 /// next is one for each, and over with the last.
 #[derive(Clone, Debug)]
 pub struct FixedLatency {
@@ -18,7 +18,7 @@ pub struct FixedLatency {
     bytes_per_cycle: u32,
     /// For each channel: the cycle from which it is free.
     free: Vec<u64>,
-    /// What will be answered, in order of cycles, and the cycle in which it was asked for.
+    /// Answers to come: their cycle, the cycle in which they were asked for, and the request; in order of cycles.
     answers: VecDeque<(u64, u64, Request)>,
     counters: DramCounters,
 }
@@ -39,7 +39,7 @@ impl FixedLatency {
         }
     }
 
-    /// Moves the bytes of one stretch. Returns the cycle in which that is over.
+    /// Moves the bytes of one block. Returns the cycle in which that is over.
     fn stretch(&mut self, now: u64, address: u32, bytes: u32) -> u64 {
         let channel = (address / INTERLEAVE) as usize % self.free.len();
         let burst = u64::from(bytes.div_ceil(self.bytes_per_cycle));

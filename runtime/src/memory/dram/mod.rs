@@ -32,7 +32,7 @@ pub struct Request {
     pub source: u32,
 }
 
-/// What a memory did. Cycles are those of its clock.
+/// Counts of a memory. Cycles are those of its clock.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct DramCounters {
     /// Requests that read, as all below counted when they are answered.
@@ -65,13 +65,13 @@ impl DramCounters {
         }
     }
 
-    /// Adds what another memory did; its channels follow those that are here.
+    /// Adds the counts of another memory, whose channels follow those that are here.
     pub fn add(&mut self, other: &DramCounters) {
         self.add_requests(other);
         self.channels.extend_from_slice(&other.channels);
     }
 
-    /// Adds what the same memory, or one like it, did at another time: channel by channel.
+    /// Adds, channel by channel, the counts of the same memory, or one like it, at another time.
     pub fn add_run(&mut self, other: &DramCounters) {
         self.add_requests(other);
         let channels = self.channels.len().max(other.channels.len());
@@ -91,7 +91,7 @@ impl DramCounters {
     }
 }
 
-/// What a channel did. All but `busy_cycles` stay 0 in a memory without banks.
+/// Counts of a channel. All but `busy_cycles` stay 0 in a memory without banks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct ChannelCounters {
     /// Read commands.
@@ -108,7 +108,7 @@ pub struct ChannelCounters {
     pub read_row_hits: u64,
     /// The same for write commands.
     pub write_row_hits: u64,
-    /// Bursts read from what is still to be written.
+    /// Bursts read from bytes that wait to be written.
     pub forwarded_reads: u64,
     /// Bursts read together with an earlier request.
     pub joined_reads: u64,
@@ -171,7 +171,7 @@ pub trait Dram: Send {
     /// requests are answered.
     fn next_event(&self) -> Option<u64>;
 
-    /// What it did so far.
+    /// Its counts so far.
     fn counters(&self) -> DramCounters;
 }
 

@@ -1,4 +1,4 @@
-//! What a memory did, in figures to read.
+//! The work of a memory, in figures to read.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use srp_archdesc::dram::DramSpec;
 use super::DramCounters;
 use crate::digits::thousands;
 
-/// What one memory, or the memories of all cores, did in some time.
+/// The work of one memory, or of the memories of all cores, in some time.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct DramReport {
     /// Its clock, MHz.
@@ -26,13 +26,13 @@ pub struct DramReport {
     pub mean_read_ns: f64,
     /// The most that a read took.
     pub max_read_ns: f64,
-    /// What the channels did, as shares.
+    /// The work of the channels, as shares.
     pub channels: Vec<ChannelReport>,
     /// The figures that all this comes from.
     pub counters: DramCounters,
 }
 
-/// What one channel did.
+/// The work of one channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct ChannelReport {
     /// Gigabytes a second on its data lines: whole bursts.

@@ -28,9 +28,9 @@ const MAX_MISTAKES: usize = 20;
 /// One line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Offer {
-    /// What is offered.
+    /// The request.
     pub request: Request,
-    /// From which cycle on.
+    /// The cycle from which it is offered.
     pub cycle: u64,
 }
 
@@ -43,7 +43,7 @@ pub struct Replay {
     pub taken: u64,
     /// Cycles in which the requester had to wait for room.
     pub refused_cycles: u64,
-    /// What the memory did in these cycles.
+    /// Counts of the memory in these cycles.
     pub counters: DramCounters,
 }
 
@@ -60,7 +60,7 @@ pub fn default_bytes(spec: &DramSpec) -> u32 {
 ///
 /// # Errors
 ///
-/// What is wrong with its lines, in their order.
+/// The mistakes of its lines, in their order.
 pub fn parse(file: &str, text: &str, bytes: u32) -> Result<Vec<Offer>, Vec<Diagnostic>> {
     let mut offers = Vec::new();
     let mut mistakes = Vec::new();
@@ -87,7 +87,7 @@ pub fn parse(file: &str, text: &str, bytes: u32) -> Result<Vec<Offer>, Vec<Diagn
     }
 }
 
-/// What is wrong with a line, at these bytes of it.
+/// A mistake in a line, at these bytes of it.
 struct Mistake {
     code: &'static str,
     message: String,

@@ -47,7 +47,7 @@ fn texel(x: u32, y: u32) -> u32 {
     u32::from_le_bytes([r, g, b, 255])
 }
 
-/// Values from 0 to 1 at the corners of cells, and what is between them; repeats with the picture.
+/// Values from 0 to 1 at the corners of cells, interpolated between them; they repeat with the picture.
 fn noise(x: u32, y: u32, cell: u32) -> f32 {
     let count = SIDE / cell;
     let corner = |dx: u32, dy: u32| {

@@ -1,9 +1,31 @@
 //! From a problem to a formula.
 //!
-//! Variables are made on demand, from the consumers back to the producers: an operand must be read
-//! somewhere, what is read must stand there, what stands there must have stood there before or have
-//! come. Each variable's clause says how; units, outputs, ports, registers and shared resources are
-//! then rationed slot by slot.
+//! The encoder makes variables on demand, from the consumers back to the producers: an operand must be
+//! read from some place; the value must stand there; and it must have stood there in the cycle before, or
+//! arrive. Cycles are those of iteration 0; resources repeat every II cycles.
+//!
+//! | variable | holds if |
+//! |---|---|
+//! | `start(n, fu, t)` | node n is issued on unit fu in cycle t |
+//! | `issued(n, t)` | node n is issued in cycle t or before |
+//! | [`Item::Out`]`(p, t)` | the value stands in the output p in cycle t |
+//! | [`Item::Held`]`(f, t, tag)` | a register of the file f holds the value in cycle t |
+//! | [`Item::Written`]`(f, t, tag, via)` | the value is written into f, by a result or over a link, and stands there from t on |
+//! | [`Item::Read`]`(f, t, tag, fu)` | unit fu reads the value from f in cycle t |
+//! | [`Item::Move`]`(fu, t, …)` | unit fu issues a move of the value in cycle t |
+//! | `invariant(f, v)` | the static file f holds the loop invariant v throughout |
+//!
+//! | clauses | made by |
+//! |---|---|
+//! | every node starts exactly once | [`Encoder::starts`] |
+//! | `issued` is the order encoding of `start`: it rises once, in the cycle of issue | [`Encoder::issued_by`] |
+//! | a node starts no earlier than its operands and memory orders allow | [`Encoder::order`] |
+//! | a start implies, for each operand, a place from which it is read then | [`Encoder::edge`] |
+//! | a live-out is written into a central register | [`Encoder::live_out`] |
+//! | each item implies one of its causes: `Out` the same output a cycle before or a landing; `Held` the same file a cycle before or a write; `Written` a landing or an output at the link's start, and `Held`; `Read` `Held`; `Move` a place from which it reads | [`Encoder::settle`] |
+//! | a move or a result takes its output in the cycle in which it lands | [`Encoder::lands`], [`Encoder::results_land`] |
+//! | a result goes into at most one register of a file | [`Encoder::one_write`] |
+//! | in every slot of the II, units, outputs, shared resources, registers and ports suffice | [`Encoder::ration`] |
 
 use super::formula::{Formula, Lit};
 use super::rations::Rations;
@@ -20,12 +42,12 @@ use srp_archdesc::resource::{Place, PlaceKind};
 use srp_ir::dfg::{Initial, Node};
 use std::collections::BTreeMap;
 
-/// A formula, and what its variables mean.
+/// A formula, and the meaning of its variables.
 pub(super) struct Encoding {
     pub(super) formula: Formula,
     /// Units and cycles of each node.
     pub(super) starts: EntityMap<Node, Vec<(Fu, i32, Lit)>>,
-    /// What each value may take. Moves are without their read path: number 0.
+    /// The items that each value may take. Moves have no read path: number 0.
     pub(super) items: FxHashMap<(Node, Item), Lit>,
 }
 
@@ -57,7 +79,8 @@ struct Encoder<'e, 'p> {
     freedom: &'e Freedom,
     encoding: Encoding,
     start: FxHashMap<(Node, Fu, i32), Lit>,
-    /// For each node and cycle of its window but the last: issued by then.
+    /// The order variables of each node, one for each cycle of its window but the last, in which it is issued
+    /// in any case.
     issued: EntityMap<Node, Vec<Lit>>,
     /// The first cycle in which each value can stand in each place.
     earliest: EntityMap<Node, EntityMap<Place, i32>>,
@@ -116,6 +139,7 @@ impl<'e, 'p> Encoder<'e, 'p> {
                 let from = all.len();
                 for &fu in &problem.units[node] {
                     let timing = problem.timing(node, fu);
+                    // A unit that is busy for longer than the II would meet itself in the next iteration.
                     if timing.interval <= self.question.ii {
                         let literal = self.encoding.formula.variable();
                         all.push(literal);
@@ -140,12 +164,15 @@ impl<'e, 'p> Encoder<'e, 'p> {
     fn issued_by(&mut self, node: Node, time: i32, here: &[Lit], last: bool) {
         let before = self.issued[node].last().copied();
         let formula = &mut self.encoding.formula;
+        // Issued in this cycle, so not before.
         if let Some(before) = before {
             here.iter().for_each(|&l| formula.clause([-l, -before]));
         }
+        // By the last cycle the node is issued anyway: that needs no variable.
         if last {
             return;
         }
+        // issued = before or here.
         let issued = formula.variable();
         here.iter().for_each(|&l| formula.clause([-l, issued]));
         match before {
@@ -190,7 +217,9 @@ impl<'e, 'p> Encoder<'e, 'p> {
         for (from, to, distance, delay) in all {
             let (first, last) = self.window(from);
             for time in first..=last {
-                // Issued at `time` or later, so the other at `least` or later.
+                // If `from` is issued at `time` or later, then `to` is issued at `least` or later. In order
+                // variables: issued(from, time − 1) or not issued(to, least − 1). A literal that its window
+                // makes false is left out; a clause that it makes true is skipped.
                 let least = time + delay as i32 - self.ii() * distance as i32;
                 let (early, latest) = self.window(to);
                 if least <= early {
@@ -208,7 +237,8 @@ impl<'e, 'p> Encoder<'e, 'p> {
         }
     }
 
-    /// The first cycle in which a node's value can stand in each place.
+    /// The first cycle in which a node's value can stand in each place, by the distances of moves. No variables
+    /// are made for earlier cycles, which keeps the formula small.
     fn first_at(&self, node: Node) -> EntityMap<Place, i32> {
         let problem = self.problem;
         let mut first = EntityMap::filled(problem.graph.places.len(), i32::MAX);
@@ -268,6 +298,7 @@ impl<'e, 'p> Encoder<'e, 'p> {
             Item::Kept(..) => return None,
         };
         let wide = self.problem.graph.places[place].width >= self.ty(value).bits();
+        // Too early for the value to be there, or too narrow for it.
         if time < self.earliest[value][place] || !wide {
             return None;
         }
@@ -290,7 +321,8 @@ impl<'e, 'p> Encoder<'e, 'p> {
         Some(literal)
     }
 
-    /// What stands in a place for a unit to read, over one of its paths.
+    /// The variable that lets a unit read a value over one of its paths. Tagged values are those that need a
+    /// register set before the loop; they are read from files only.
     fn readable(&mut self, value: Node, fu: Fu, read: usize, tag: Tag, time: i32) -> Option<Lit> {
         let path = self.problem.graph.reads[fu][read];
         if path.width < self.ty(value).bits() {
@@ -312,6 +344,8 @@ impl<'e, 'p> Encoder<'e, 'p> {
                 let tag = edge.tag.unwrap_or(Tag::Plain);
                 for i in 0..self.encoding.starts[to].len() {
                     let (fu, time, literal) = self.encoding.starts[to][i];
+                    // The consumer takes the value of `distance` iterations ago, so in the time of the
+                    // producer's iteration it reads that many IIs later.
                     let read_at = time + self.ii() * edge.distance as i32;
                     let mut clause = vec![-literal];
                     for read in 0..self.problem.graph.reads[fu].len() {
@@ -332,6 +366,7 @@ impl<'e, 'p> Encoder<'e, 'p> {
             let file = self.problem.graph.file[central];
             self.kept[file] += 1;
             let (_, last) = self.window(edge.from);
+            // Some cycles beyond the last result, for moves on the way to the file.
             let last = last + 2 * self.ii() + 8;
             for time in self.earliest[edge.from][file]..=last {
                 clause.extend(self.writes(edge.from, file, tag, time));
@@ -361,7 +396,8 @@ impl<'e, 'p> Encoder<'e, 'p> {
             .collect()
     }
 
-    /// Writes the clause of every variable, which may make more of them.
+    /// Writes the clause of every variable: it implies one of its causes. That may make more variables, whose
+    /// clauses are written too.
     fn settle(&mut self) -> Option<()> {
         while let Some((value, item, literal)) = self.agenda.pop() {
             let mut clause = vec![-literal];
@@ -379,6 +415,7 @@ impl<'e, 'p> Encoder<'e, 'p> {
                     clause.extend(self.writes(value, place, tag, time));
                 }
                 Item::Written(place, time, tag, via) => {
+                    // A live-out keeps its register from then on, which `kept` counts.
                     if !matches!(tag, Tag::LiveOut(_)) {
                         let held = self.item(value, Item::Held(place, time, tag));
                         self.encoding
@@ -407,7 +444,7 @@ impl<'e, 'p> Encoder<'e, 'p> {
         Some(())
     }
 
-    /// What can bring a value into a unit's output in a cycle.
+    /// The causes that can bring a value into a unit's output in a cycle: its node's result, or a move.
     fn landings(&mut self, value: Node, fu: Fu, place: Place, time: i32) -> Vec<Lit> {
         let mut all = Vec::new();
         let problem = self.problem;
@@ -428,7 +465,7 @@ impl<'e, 'p> Encoder<'e, 'p> {
         )
     }
 
-    /// What a write can take the value from.
+    /// The causes of a write: a landing in the unit's output, or the value in the output at the link's start.
     fn sources(&mut self, value: Node, file: Place, time: i32, via: Via) -> Vec<Lit> {
         let problem = self.problem;
         match via {
@@ -463,7 +500,8 @@ impl<'e, 'p> Encoder<'e, 'p> {
         self.encoding.formula.clause([-literal, standing]);
     }
 
-    /// A result takes the output in the cycle it lands, where that matters.
+    /// A result takes the output in the cycle in which it lands, if a variable exists for that. The rations count
+    /// the other results.
     fn results_land(&mut self) {
         for (node, starts) in self.encoding.starts.iter() {
             for &(fu, time, literal) in starts {
@@ -500,7 +538,7 @@ impl<'e, 'p> Encoder<'e, 'p> {
         }
     }
 
-    /// In every slot, no more than there is.
+    /// In every slot of the II, limits the uses of each unit, output, shared resource, register file and port.
     fn ration(&mut self, spare: &EntityMap<Place, u32>) {
         let problem = self.problem;
         let formula = &mut self.encoding.formula;
@@ -525,6 +563,8 @@ impl<'e, 'p> Encoder<'e, 'p> {
                 .iter()
                 .filter(|r| r.file == file)
                 .count() as u32;
+            // Registers that hold something else throughout, that live-outs keep, or that a tightened question
+            // leaves out.
             let taken = fixed + self.kept[place] + spare[place];
             let invariants = self.invariants.iter().filter(|((p, _), _)| *p == place);
             let invariants: Vec<Lit> = invariants.map(|(_, &literal)| literal).collect();
