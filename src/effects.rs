@@ -9,6 +9,7 @@ use crate::{files, scenes, talk};
 use serde::Serialize;
 use srp_runtime::effect::{self, Effects};
 use srp_runtime::scene::Scene;
+use srp_toolchain::{Build, Frame, machine};
 
 /// What there is to say of a scene.
 #[derive(Serialize)]
@@ -51,13 +52,15 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         files::check_writable(html)?;
     }
     let session = &talk::session();
-    let building = Some(&args.building);
-    let frame = scenes::frame(&args.frame, building, args.bvh, args.size, session)?;
-    let (scene, built) = (&frame.scene, frame.build.effects);
+    let arch = machine::read(&args.frame.machine.machine)?;
+    let options = (args.frame).options(Some(&args.building), args.bvh, args.size)?;
+    let of_scene = Build::of_scene(&options, &mut scenes::say, session)?;
+    let (scene, build, _) = &of_scene;
+    let built = build.effects;
     let mut report = Report {
         scene: scene.name.clone(),
         triangles: scene.triangles.len(),
-        key: frame.build.name(&frame.arch),
+        key: build.name(&arch),
         built: built.iter().map(effect::Effect::name).collect(),
         effects: lines(scene, built),
         lacks: (effect::unsupported(scene).iter())
@@ -67,6 +70,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         simulators: Vec::new(),
     };
     if !args.no_costs {
+        // Only frames take a tree.
+        let frame = Frame::of(arch, of_scene, &options, session);
         costs::measure(&mut report, &frame, args.engine, session)?;
     }
     if let Some(html) = &args.html {

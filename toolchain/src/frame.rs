@@ -201,16 +201,25 @@ impl Frame {
         told: &mut dyn FnMut(&Loaded),
         session: &Session<'_>,
     ) -> Result<Frame, Error> {
-        let (scene, build, guard) = Build::of_scene(options, told, session)?;
-        let bvh = scene::build(&scene, &options.bvh, session);
-        Ok(Frame {
+        let of_scene = Build::of_scene(options, told, session)?;
+        Ok(Frame::of(arch, of_scene, options, session))
+    }
+
+    /// A frame of a scene that was read, with its tree built.
+    pub fn of(
+        arch: Arch,
+        (scene, build, guard): (Scene, Build, Guard),
+        options: &FrameOptions,
+        session: &Session<'_>,
+    ) -> Frame {
+        Frame {
+            bvh: scene::build(&scene, &options.bvh, session),
             arch,
             scene,
-            bvh,
             size: options.size,
             build,
             guard,
-        })
+        }
     }
 
     /// System memory at the start of the frame.
