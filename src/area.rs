@@ -1,11 +1,15 @@
-//! `srp area`: what the T&I unit of a machine costs, in the form of the paper's Tables 1 and 2.
+//! `srp area`: what the chip of a machine costs: the T&I unit in the form of the paper's Tables 1 and 2, the
+//! SRP by its parts, bus, cores and technologies.
 
 use crate::cli;
 use crate::failure::Failure;
 use crate::talk;
+use serde::Serialize;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::area::{self, Area, Complexity};
+use srp_archdesc::cost::{Technology, array};
 use srp_archdesc::datapath::{BOX_TEST, Intersection};
+use srp_archdesc::structure::Special;
 use srp_archdesc::system::{Pipeline, TniSpec};
 use srp_toolchain::machine;
 use std::fmt::Write as _;
@@ -28,17 +32,124 @@ pub(crate) fn run(args: &cli::Area) -> Result<(), Failure> {
     Ok(talk::print(out)?)
 }
 
+/// The paper's areas of one SRP and of four cores, mm² at 65 nm.
+const PAPER_SRP: f64 = 2.9;
+const PAPER_CHIP: f64 = 25.0;
+
+/// The whole chip, mm² at 65 nm.
+#[derive(Serialize)]
+struct Chip {
+    srp_mm2: f64,
+    tni_mm2: f64,
+    bus_mm2: f64,
+    cores: u32,
+    total_mm2: f64,
+    /// The same in each technology.
+    scaled_mm2: Vec<(Technology, f64)>,
+}
+
+fn chip(arch: &Arch) -> Chip {
+    let srp_mm2 = array::srp(arch).total_mm2;
+    let tni_mm2 = area::area(&arch.system.tni, &arch.system.buffers).total;
+    let bus_mm2 = array::bus_area(arch);
+    let cores = arch.system.cores;
+    let total_mm2 = f64::from(cores) * (srp_mm2 + tni_mm2) + bus_mm2;
+    let scaled = Technology::ALL.map(|t| (t, total_mm2 * t.area));
+    Chip {
+        srp_mm2,
+        tni_mm2,
+        bus_mm2,
+        cores,
+        total_mm2,
+        scaled_mm2: scaled.to_vec(),
+    }
+}
+
+/// The SRP by its parts, and the whole.
+fn write_chip(out: &mut String, arch: &Arch) -> std::fmt::Result {
+    let srp = array::srp(arch);
+    writeln!(out, "\nSRP of `{}`, 65 nm", arch.name)?;
+    writeln!(out, "{:28} {:>9} {:>7}  extent", "part", "mm²", "share")?;
+    for item in &srp.items {
+        let share = 100.0 * item.mm2 / srp.total_mm2;
+        writeln!(
+            out,
+            "{:28} {:>9.4} {share:>5.1} %  {}",
+            item.name, item.mm2, item.extent
+        )?;
+    }
+    writeln!(
+        out,
+        "{:28} {:>9.4}          the paper {PAPER_SRP}: {:+.0} %",
+        "total",
+        srp.total_mm2,
+        100.0 * (srp.total_mm2 / PAPER_SRP - 1.0)
+    )?;
+    write_specials(out, arch)?;
+    let chip = chip(arch);
+    writeln!(
+        out,
+        "\nchip: {} × (SRP {:.2} + T&I {:.2}) + bus {:.3} = {:.2} mm² (the paper's four cores {PAPER_CHIP}: {:+.0} %)",
+        chip.cores,
+        chip.srp_mm2,
+        chip.tni_mm2,
+        chip.bus_mm2,
+        chip.total_mm2,
+        100.0 * (chip.total_mm2 / PAPER_CHIP - 1.0)
+    )?;
+    for (technology, mm2) in &chip.scaled_mm2 {
+        writeln!(out, "  {:>2} nm {mm2:>9.3} mm²", technology.nm)?;
+    }
+    writeln!(
+        out,
+        "The paper's figures are not used. Not counted: instruction cache, memory controller, pads, and\n\
+         what a floor plan leaves empty. `docs/costs.md` says where the deviation comes from"
+    )
+}
+
+/// The units of special functions, each by itself.
+fn write_specials(out: &mut String, arch: &Arch) -> std::fmt::Result {
+    writeln!(
+        out,
+        "\n{:9} {:>8} {:>9} {:>9} {:>9}  largest parts, µm²",
+        "function", "latency", "interval", "mm²", "pJ"
+    )?;
+    for special in Special::ALL {
+        let unit = arch.special_unit(special);
+        let cycles = |n: Option<u32>| n.map_or("class".to_owned(), |n| n.to_string());
+        let mut parts: Vec<_> = unit.parts.iter().collect();
+        parts.sort_by(|a, b| b.area_um2.total_cmp(&a.area_um2));
+        let parts: Vec<String> = (parts.iter().take(3))
+            .map(|part| format!("{} {:.0}", part.name, part.area_um2))
+            .collect();
+        writeln!(
+            out,
+            "{:9} {:>8} {:>9} {:>9.5} {:>9.2}  {}",
+            special.name(),
+            cycles(unit.latency),
+            cycles(unit.interval),
+            unit.area_um2 * 1e-6,
+            unit.energy_pj,
+            parts.join(", ")
+        )?;
+    }
+    Ok(())
+}
+
 /// The unit as it is, in both forms, and what each operation takes.
 fn json(arch: &Arch) -> serde_json::Value {
     let tni = &arch.system.tni;
     serde_json::json!({
         "machine": arch.name,
+        "chip": chip(arch),
+        "srp": array::srp(arch),
+        "special": Special::ALL.map(|s| (s.name(), arch.special_unit(s))).to_vec(),
         "tni": area::area(tni, &arch.system.buffers),
         "parallel_mm2": form(arch, Pipeline::Parallel),
         "single_mm2": form(arch, Pipeline::Single),
         "energy_nj": {
             "box_test": area::operations_energy(BOX_TEST),
-            "triangle_test": area::operations_energy(tni.intersection.operations(tni.rcp)),
+            "triangle_test": area::triangle_energy(tni),
             "trv_l1": area::cache_energy(tni.trv_l1.bytes),
             "trv_l2": area::cache_energy(tni.trv_l2.bytes),
             "ist_l1": area::cache_energy(tni.ist_l1.bytes),
@@ -64,7 +175,8 @@ fn write_area(out: &mut String, arch: &Arch) -> std::fmt::Result {
     forms(out, arch)?;
     deviations(out, tni, &costs)?;
     tests(out, arch)?;
-    energy(out, tni)
+    energy(out, tni)?;
+    write_chip(out, arch)
 }
 
 /// Table 1.
@@ -151,10 +263,11 @@ fn deviations(out: &mut String, tni: &TniSpec, costs: &Area) -> std::fmt::Result
     let wired = |mm2: f64| mm2 * (1.0 + area::WIRING);
     let wald = Intersection::Wald.operations(srp_archdesc::arch::Approx::Exact);
     let test = tni.intersection.operations(tni.rcp);
+    let rcp = area::rcp_area(tni);
     let price = |o: srp_archdesc::datapath::Operations| {
         (f64::from(o.add) * area::FP_ADD
             + f64::from(o.mul) * area::FP_MUL
-            + f64::from(o.rcp) * area::FP_RCP
+            + f64::from(o.rcp) * rcp
             + f64::from(o.cmp) * area::FP_CMP)
             * (1.0 + area::CONTROL)
     };
@@ -215,7 +328,7 @@ fn tests(out: &mut String, arch: &Arch) -> std::fmt::Result {
             o.rcp,
             o.cmp,
             area::area(&tni, &arch.system.buffers).total,
-            area::operations_energy(o)
+            area::triangle_energy(&tni)
         )?;
     }
     Ok(())
@@ -227,7 +340,7 @@ fn energy(out: &mut String, tni: &TniSpec) -> std::fmt::Result {
         "\nenergy, nJ: box test {:.3}, triangle test {:.3}, access to TRV L1 {:.3}, TRV L2 {:.3}, \
          IST L1 {:.3}\n(`srp tni` multiplies them by what it counts)",
         area::operations_energy(BOX_TEST),
-        area::operations_energy(tni.intersection.operations(tni.rcp)),
+        area::triangle_energy(tni),
         area::cache_energy(tni.trv_l1.bytes),
         area::cache_energy(tni.trv_l2.bytes),
         area::cache_energy(tni.ist_l1.bytes)

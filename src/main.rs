@@ -8,6 +8,7 @@ mod compile;
 mod diagnostics;
 mod dram;
 mod effects;
+mod energy;
 mod failure;
 mod fidelity;
 mod files;

@@ -3,13 +3,22 @@
 use crate::cli::{self, Render};
 use crate::failure::Failure;
 use crate::fidelity::{frame_text, sampled_text};
-use crate::{compile, files, interrupt, report, scenes, talk};
+use crate::{compile, energy, files, interrupt, report, scenes, talk};
 use serde::Serialize;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene_image::SceneImage;
 use srp_runtime::system;
+use srp_studies::energy::Energy;
 use srp_studies::fidelity::{self, Fidelity, FrameFigure, Prepared, Untimed};
 use srp_toolchain::{Engines, Frame, Session, system_options};
+
+/// Where time and energy of a frame went.
+#[derive(Serialize)]
+struct Account<'a> {
+    #[serde(flatten)]
+    report: &'a system::Report,
+    energy: &'a Energy,
+}
 
 /// Runs `srp render`.
 pub(crate) fn run(args: &Render) -> Result<(), Failure> {
@@ -66,7 +75,12 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     if report.complete {
         files::write(&args.output, &picture.png())?;
     }
-    show(args, &report, report.text())?;
+    let energy = srp_studies::energy::energy(&report, program, &arch);
+    let account = Account {
+        report: &report,
+        energy: &energy,
+    };
+    show(args, &account, report.text() + &energy::text(&energy))?;
     if !report.complete {
         return Err(Failure::Interrupted);
     }

@@ -5,8 +5,11 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::talk::{self, Progress};
 use serde::Serialize;
-use srp_archdesc::arch::Approx;
+use srp_archdesc::arch::{Approx, Arch};
 use srp_archdesc::certify::{Certificate, Function, certify};
+use srp_archdesc::cost::Unit;
+use srp_archdesc::cost::special::unit;
+use srp_archdesc::structure::{Special, Structure};
 use srp_toolchain::machine;
 use std::fmt::Write as _;
 
@@ -14,10 +17,20 @@ use std::fmt::Write as _;
 #[derive(Serialize)]
 struct Report {
     machine: String,
+    /// Cycles, area and energy of the functions of the SRP, as [`Special::ALL`] has them.
+    costs: Vec<Cost>,
     /// Special functions of the SRP, with the steps that the program takes.
     srp: Vec<Certificate>,
     /// The reciprocal of the T&I unit.
     tni: Certificate,
+}
+
+/// What the unit of a function costs.
+#[derive(Serialize)]
+struct Cost {
+    function: Special,
+    #[serde(flatten)]
+    unit: Unit,
 }
 
 /// Runs `srp units`.
@@ -38,6 +51,12 @@ pub(crate) fn run(args: &cli::Units) -> Result<(), Failure> {
     });
     let report = Report {
         machine: arch.name.clone(),
+        costs: (Special::ALL.into_iter())
+            .map(|special| Cost {
+                function: special,
+                unit: arch.special_unit(special),
+            })
+            .collect(),
         srp: srp?,
         tni: tried(Function::ALL.len(), Function::Rcp, arch.system.tni.rcp)?,
     };
@@ -47,7 +66,8 @@ pub(crate) fn run(args: &cli::Units) -> Result<(), Failure> {
         return Ok(talk::print(json + "\n")?);
     }
     let mut out = String::new();
-    text(&mut out, &report).expect("writing to a String does not fail");
+    let written = text(&mut out, &report).and_then(|()| costs(&mut out, &arch));
+    written.expect("writing to a String does not fail");
     Ok(talk::print(out)?)
 }
 
@@ -55,7 +75,7 @@ fn text(out: &mut String, report: &Report) -> std::fmt::Result {
     writeln!(out, "units of `{}` over all mantissas", report.machine)?;
     writeln!(
         out,
-        "{:<10}{:<30}{:>13}  {:<10}{:>11}{:>7}{:>11}{:>10}{:>8}",
+        "{:<10}{:<45}{:>13}  {:<10}{:>11}{:>7}{:>11}{:>10}{:>8}",
         "", "", "largest ulp", "at", "mean ulp", "bits", "rounded", "monotone", "2^k"
     )?;
     for certificate in &report.srp {
@@ -68,15 +88,59 @@ fn text(out: &mut String, report: &Report) -> std::fmt::Result {
     )
 }
 
+/// How a unit is made.
+fn made(structure: Structure, bits: u32, steps: u32, fused: bool) -> String {
+    let first = match structure {
+        Structure::Table if steps == 0 => format!("table of {bits} bits"),
+        Structure::Table => format!("{bits} bits"),
+        other => format!("{other}, {bits} bits"),
+    };
+    let fused = if fused { "" } else { " not fused" };
+    match steps {
+        0 => first,
+        1 => format!("{first} + 1 step{fused}"),
+        _ => format!("{first} + {steps} steps{fused}"),
+    }
+}
+
+/// Cycles, area and energy of each unit, and how they come about.
+fn costs(out: &mut String, arch: &Arch) -> std::fmt::Result {
+    writeln!(
+        out,
+        "\n{:<10}{:>9}{:>10}{:>10}{:>10}  at 65 nm and the clock of the unit",
+        "cost", "latency", "interval", "mm²", "pJ"
+    )?;
+    let tni = &arch.system.tni;
+    let rcp = unit(Special::Rcp, tni.rcp, &tni.rcp_build, arch.system.tni_mhz);
+    let of_srp = Special::ALL.map(|special| (special.name(), arch.special_unit(special)));
+    for (name, unit) in of_srp.into_iter().chain([("T&I rcp", rcp)]) {
+        let cycles = |cycles: Option<u32>| match cycles {
+            Some(cycles) => cycles.to_string(),
+            None => "class".to_owned(),
+        };
+        let why = match unit.latency {
+            Some(_) => unit.why.as_str(),
+            None => "exact, and nothing said of how: the class's cycles",
+        };
+        writeln!(
+            out,
+            "{name:<10}{:>9}{:>10}{:>10.5}{:>10.2}  {why}",
+            cycles(unit.latency),
+            cycles(unit.interval),
+            unit.area_um2 * 1e-6,
+            unit.energy_pj,
+        )?;
+    }
+    writeln!(
+        out,
+        "an `<op>` that gives latency or interval of its class overrides what follows from structure"
+    )
+}
+
 fn line(out: &mut String, name: &str, c: &Certificate) -> std::fmt::Result {
-    let made = match c.table_bits {
-        None => "exact".to_owned(),
-        Some(bits) if c.steps == 0 => format!("table of {bits} bits"),
-        Some(bits) => {
-            let fused = if c.fused { "" } else { " not fused" };
-            let plural = if c.steps == 1 { "" } else { "s" };
-            format!("{bits} bits + {} step{plural}{fused}", c.steps)
-        }
+    let made = match (c.structure, c.table_bits) {
+        (Some(structure), Some(bits)) => made(structure, bits, c.steps, c.fused),
+        _ => "exact".to_owned(),
     };
     let answer = |answer: Option<bool>| match answer {
         None => "–",
@@ -85,7 +149,7 @@ fn line(out: &mut String, name: &str, c: &Certificate) -> std::fmt::Result {
     };
     writeln!(
         out,
-        "{name:<10}{made:<30}{:>13.4}  {:<#10x}{:>11.4}{:>7.1}{:>10.3}%{:>10}{:>8}",
+        "{name:<10}{made:<45}{:>13.4}  {:<#10x}{:>11.4}{:>7.1}{:>10.3}%{:>10}{:>8}",
         c.worst_ulp,
         c.worst_at,
         c.mean_ulp,

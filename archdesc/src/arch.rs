@@ -1,9 +1,12 @@
 //! [`Arch`]: one SGRT system, the SRP array and the units round it, every name resolved and every
 //! default filled in. It is what a machine file means; nothing downstream sees XML.
 
+use crate::cost::{self, Builds};
+use crate::datapath::RCP_LATENCY;
 use crate::entity;
 use crate::entity::EntityMap;
 use crate::isa::{Class, Opcode, Ty};
+use crate::structure::Special;
 use crate::system::SystemSpec;
 use serde::{Deserialize, Serialize};
 
@@ -31,6 +34,8 @@ pub struct Arch {
     pub srp: Srp,
     /// How exact its special functions are.
     pub precision: Precision,
+    /// What the file says of how they are built, besides.
+    pub builds: Builds,
     /// The units round it.
     pub system: SystemSpec,
 }
@@ -90,7 +95,8 @@ pub struct FuSpec {
 }
 
 impl FuSpec {
-    /// How this unit runs operations of `class`, or `None` where it does not.
+    /// How this unit runs operations of `class`, or `None` where it does not. Special functions may
+    /// run differently each: see [`timing`](Self::timing).
     pub fn op(&self, class: Class) -> Option<&FuOp> {
         self.ops.iter().find(|o| o.class == class)
     }
@@ -101,8 +107,13 @@ impl FuSpec {
         let fits = |ty: Ty| ty.bits() <= self.width;
         let info = op.info();
         let mut operands = info.operands.iter().map(|kind| kind.ty());
-        self.op(info.class)
+        self.timing(op)
             .filter(|_| operands.all(fits) && op.result().is_none_or(fits))
+    }
+
+    /// How this unit runs operations of the class of `op`, and `op` of them; however wide it is.
+    pub fn timing(&self, op: Opcode) -> Option<&FuOp> {
+        self.op(op.class()).map(|how| how.of(op))
     }
 }
 
@@ -117,6 +128,46 @@ pub struct FuOp {
     pub interval: u32,
     /// Shared resources taken for `interval` cycles from issue.
     pub uses: Vec<Resource>,
+    /// Operations of the class that run differently, for their units are built so. They have none.
+    pub special: Vec<SpecialOp>,
+    /// Whether the machine file gives latency and interval of a class with special functions: then
+    /// these run like that whatever their structure.
+    pub given: [bool; 2],
+}
+
+impl FuOp {
+    /// A class of which nothing special is said.
+    pub const fn new(class: Class, latency: u32, interval: u32) -> FuOp {
+        FuOp {
+            class,
+            latency,
+            interval,
+            uses: Vec::new(),
+            special: Vec::new(),
+            given: [false; 2],
+        }
+    }
+
+    /// How `op` of this class runs.
+    pub fn of(&self, op: Opcode) -> &FuOp {
+        let special = self.special.iter().find(|special| special.op == op);
+        special.map_or(self, |special| &special.how)
+    }
+
+    /// The shortest interval of an operation of this class.
+    fn shortest_interval(&self) -> u32 {
+        let special = self.special.iter().map(|special| special.how.interval);
+        special.min().unwrap_or(self.interval)
+    }
+}
+
+/// An operation that runs differently from the rest of its class.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SpecialOp {
+    /// The operation.
+    pub op: Opcode,
+    /// How it runs.
+    pub how: FuOp,
 }
 
 /// A register file.
@@ -183,6 +234,58 @@ pub struct ResourceSpec {
     pub count: u32,
 }
 
+impl Arch {
+    /// What the unit of a special function of the SRP costs.
+    pub fn special_unit(&self, special: Special) -> cost::Unit {
+        let (approx, build) = (self.precision.of(special), self.builds.of(special));
+        cost::special::unit(special, approx, build, self.system.srp_mhz)
+    }
+
+    /// Lets the cycles of special functions follow from their structure and precision, where the
+    /// machine gives none, and those of the triangle test with its reciprocal. Whoever changes either
+    /// calls it.
+    pub fn derive_cycles(&mut self) {
+        let units = Special::ALL.map(|special| (special, self.special_unit(special)));
+        for fu in self.srp.fus.values_mut() {
+            for how in &mut fu.ops {
+                let mut all = Vec::new();
+                for (special, unit) in &units {
+                    let build = self.builds.of(*special);
+                    let follows = |number: Option<u32>, given: bool| number.filter(|_| !given);
+                    let latency = build.latency.or(follows(unit.latency, how.given[0]));
+                    let interval = build.interval.or(follows(unit.interval, how.given[1]));
+                    let of_class = special
+                        .opcodes()
+                        .iter()
+                        .filter(|op| op.class() == how.class);
+                    all.extend(of_class.map(|&op| SpecialOp {
+                        op,
+                        how: FuOp {
+                            uses: how.uses.clone(),
+                            ..FuOp::new(
+                                how.class,
+                                latency.unwrap_or(how.latency),
+                                interval.unwrap_or(how.interval),
+                            )
+                        },
+                    }));
+                }
+                let as_others = (how.latency, how.interval);
+                all.retain(|s| (s.how.latency, s.how.interval) != as_others);
+                how.special = all;
+            }
+        }
+        let mhz = self.system.tni_mhz;
+        let tni = &mut self.system.tni;
+        let rcp = cost::special::unit(Special::Rcp, tni.rcp, &tni.rcp_build, mhz).latency;
+        let rcp = rcp.unwrap_or(RCP_LATENCY);
+        tni.ist_latency = (tni.ist_latency + rcp)
+            .saturating_sub(tni.rcp_latency)
+            .max(1);
+        tni.rcp_latency = rcp;
+    }
+}
+
 impl Srp {
     /// The unit of VLIW slot `slot`.
     pub fn slot(&self, slot: u32) -> Option<Fu> {
@@ -221,7 +324,7 @@ impl Srp {
             .map(|fu| {
                 fu.ops
                     .iter()
-                    .map(|o| f64::from(flops(o.class)) / f64::from(o.interval))
+                    .map(|o| f64::from(flops(o.class)) / f64::from(o.shortest_interval()))
                     .fold(0.0, f64::max)
             })
             .sum()

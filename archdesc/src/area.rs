@@ -6,13 +6,12 @@
 //! the machine; nothing is taken over but prices. Energies are those of the same synthesis, which
 //! SimTRaX (Spjut et al., 2009) ships: the paper prints the areas of that source.
 
-mod array;
-
-pub use array::{function_area, function_energy, operation_energy, srp_area};
-
 use serde::Serialize;
 
+use crate::cost::{self, Build};
 use crate::datapath::{BOX_TEST, Operations};
+use crate::precision::Approx;
+use crate::structure::Special;
 use crate::system::{BufferSpec, CacheSpec, Pipeline, TniSpec};
 
 /// Area in mm² of an operator.
@@ -113,6 +112,33 @@ fn rau_registers(tni: &TniSpec, line: u32) -> u32 {
     tni.rau_rows * (line + 4 + RAY_NUMBER * tni.rau_rays)
 }
 
+/// The reciprocal of a T&I unit: what its structure costs. An exact one of which nothing is said is the
+/// paper's.
+fn rcp_unit(tni: &TniSpec) -> Option<cost::Unit> {
+    let said = tni.rcp != Approx::Exact || tni.rcp_build != Build::default();
+    // Area and energy do not depend on the clock but for the registers of the pipeline.
+    said.then(|| cost::special::unit(Special::Rcp, tni.rcp, &tni.rcp_build, RCP_MHZ))
+}
+
+/// The clock for which pipelines of reciprocals are priced, the paper's.
+const RCP_MHZ: u32 = 500;
+
+/// Area in mm² of the reciprocal of a T&I unit.
+pub fn rcp_area(tni: &TniSpec) -> f64 {
+    rcp_unit(tni).map_or(FP_RCP, |unit| unit.area_um2 * 1e-6)
+}
+
+/// Energy in nJ of a ray-triangle test.
+pub fn triangle_energy(tni: &TniSpec) -> f64 {
+    let operations = tni.intersection.operations(tni.rcp);
+    let others = Operations {
+        rcp: 0,
+        ..operations
+    };
+    let rcp = rcp_unit(tni).map_or(ENERGY[2], |unit| unit.energy_pj * 1e-3);
+    operations_energy(others) + f64::from(operations.rcp) * rcp
+}
+
 /// What the T&I unit of a machine is made of.
 pub fn area(tni: &TniSpec, buffers: &BufferSpec) -> Area {
     let trv = Complexity {
@@ -148,7 +174,7 @@ fn items(tni: &TniSpec, trv: Complexity, ist: Complexity) -> Vec<Item> {
     let mut items = vec![
         item("FP adder", FP_ADD, all.add),
         item("FP multiplier", FP_MUL, all.mul),
-        item("FP reciprocal", function_area(tni.rcp), all.rcp),
+        item("FP reciprocal", rcp_area(tni), all.rcp),
         item("FP comparator", FP_CMP, all.cmp),
         item("integer adder", INT_ADD, INT_ADDERS * (tni.trvs + tni.ists)),
     ];

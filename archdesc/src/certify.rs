@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::ops::semantics::elementary::{self, cosine, logarithm, power, sine};
 use crate::precision::{Approx, Precision};
+use crate::structure::Structure;
 
 /// A function that a unit computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -153,12 +154,16 @@ fn dividend(x: u32) -> u32 {
 pub struct Certificate {
     /// The function.
     pub function: Function,
-    /// Bits of its table; `None` for the exact function.
+    /// How its unit is built; `None` for the exact function.
+    pub structure: Option<Structure>,
+    /// Bits of its first approximation; `None` for the exact function.
     pub table_bits: Option<u32>,
     /// Newton–Raphson steps after it.
     pub steps: u32,
     /// Whether these are fused.
     pub fused: bool,
+    /// −log2 of the error that the machine promises: correct bits are not fewer.
+    pub promised_bits: f64,
     /// Operands that were tried.
     pub operands: u32,
     /// Largest error in units in the last place of the exact result.
@@ -212,17 +217,23 @@ pub fn certify(function: Function, approx: Approx) -> Certificate {
     }
     let powers = function.powers();
     let exact = |&(x, y): &(u32, u32)| function.unit(x, arguments) == y;
-    let (table_bits, steps, fused) = match approx {
-        Approx::Exact => (None, 0, true),
+    let (structure, table_bits, steps, fused) = match approx {
+        Approx::Exact => (None, None, 0, true),
         Approx::Table {
-            bits, steps, fused, ..
-        } => (Some(bits), steps, fused),
+            structure,
+            bits,
+            steps,
+            fused,
+            ..
+        } => (Some(structure), Some(bits), steps, fused),
     };
     Certificate {
         function,
+        structure,
         table_bits,
         steps,
         fused,
+        promised_bits: -approx.error_bound().log2(),
         operands,
         worst_ulp: worst,
         worst_at,

@@ -106,8 +106,14 @@ impl Latencies {
         (tni.pre_latency, tni.post_latency) = (pre, post);
         tni.aabb_latency = box_depth(fp);
         tni.ist_latency = match self {
-            Latencies::Calibrated => CALIBRATED_IST,
-            Latencies::Synthesis65nm => tni.intersection.depth(tni.rcp, fp),
+            Latencies::Calibrated => CALIBRATED_IST - CALIBRATED.rcp + tni.rcp_latency,
+            Latencies::Synthesis65nm => tni.intersection.depth(
+                tni.rcp,
+                FpLatency {
+                    rcp: tni.rcp_latency,
+                    ..fp
+                },
+            ),
         };
     }
 }
@@ -117,7 +123,7 @@ pub const SYNTHESIS_65NM: FpLatency = FpLatency {
     add: 2,
     mul: 2,
     cmp: 1,
-    rcp: 16,
+    rcp: RCP_LATENCY,
 };
 
 /// Deep operators, as of a library of pipelined parts.
@@ -125,10 +131,13 @@ const CALIBRATED: FpLatency = FpLatency {
     add: 5,
     mul: 5,
     cmp: 2,
-    rcp: 16,
+    rcp: RCP_LATENCY,
 };
 
-/// Depth of TRV_PRE and TRV_POST with them, and of a triangle test.
+/// Cycles through a reciprocal where the machine does not say how it is made: SimTRaX's.
+pub const RCP_LATENCY: u32 = 16;
+
+/// Depth of TRV_PRE and TRV_POST with them, and of a triangle test with such a reciprocal.
 const CALIBRATED_PRE: u32 = 6;
 const CALIBRATED_POST: u32 = 14;
 const CALIBRATED_IST: u32 = 37;

@@ -21,6 +21,7 @@
 pub mod arch;
 pub mod area;
 pub mod certify;
+pub mod cost;
 pub mod datapath;
 pub mod diagnostic;
 pub mod dram;
@@ -33,6 +34,7 @@ pub mod ports;
 pub mod precision;
 pub mod resource;
 pub mod show;
+pub mod structure;
 pub mod system;
 pub mod threads;
 pub mod watch;

@@ -13,20 +13,23 @@ pub use semantics::lanes::V4;
 /// One function per opcode. Depends on nothing but `std`, so that it can be part of a generated
 /// program as it stands.
 pub mod semantics {
+    pub mod approximation;
     pub mod elementary;
     pub mod lanes;
     pub mod texture;
     pub mod word;
 }
 
-/// The text of [`semantics`], as the content of a module: the modules `word`, `lanes` and
-/// `elementary`, and all their public items by name. `V4` is there the same type as here, word by
+/// The text of [`semantics`], as the content of a module: the modules `word`, `lanes`, `approximation`
+/// and `elementary`, and all their public items by name. `V4` is there the same type as here, word by
 /// word.
 pub const SOURCE: &str = concat!(
     "pub mod word {\n",
     include_str!("ops/semantics/word.rs"),
     "}\n\npub mod lanes {\n",
     include_str!("ops/semantics/lanes.rs"),
+    "}\n\npub mod approximation {\n",
+    include_str!("ops/semantics/approximation.rs"),
     "}\n\npub mod elementary {\n",
     include_str!("ops/semantics/elementary.rs"),
     "}\n\npub mod texture {\n",
@@ -100,9 +103,9 @@ pub enum Extra {
     Nothing,
     /// The immediate, as a `u32`.
     Immediate,
-    /// Table bits and Newton steps, two `u32`, as [`Approx::arguments`] has them.
+    /// Unit word and Newton steps, two `u32`, as [`Approx::arguments`] has them.
     Steps(fn(&Precision) -> Approx),
-    /// Table bits, a `u32`; 0 for the exact function.
+    /// Unit word, a `u32`; 0 for the exact function.
     Bits(fn(&Precision) -> Approx),
 }
 
@@ -251,7 +254,7 @@ macro_rules! operations {
 
 /// Expands the macro `$expand` with the table of operations: for each module of [`semantics`] its
 /// opcodes, each with its function, the numbers of its operands, and what it takes after them:
-/// nothing, `immediate`, or table `bits` or `bits` and Newton `steps` of a field of [`Precision`].
+/// nothing, `immediate`, or a unit word (`bits`) or that and Newton `steps` of a field of [`Precision`].
 #[macro_export]
 macro_rules! with_operations {
     ($expand:ident) => {

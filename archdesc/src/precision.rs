@@ -1,6 +1,7 @@
 //! [`Precision`]: how exact a machine's approximate units are.
 
 use crate::ops::semantics::elementary::SEPARATE;
+use crate::structure::{Special, Structure};
 use serde::{Deserialize, Serialize};
 
 /// How exact the special functions and the texture unit are.
@@ -12,7 +13,7 @@ pub struct Precision {
     pub rsqrt: Approx,
     /// Square root.
     pub sqrt: Approx,
-    /// Division: a product by a reciprocal of this precision.
+    /// Division: a product by a reciprocal of this precision, or digit by digit.
     pub div: Approx,
     /// Power of two.
     pub exp2: Approx,
@@ -89,6 +90,8 @@ pub enum Approx {
     /// A first approximation good to `bits` bits, improved by `steps` Newton–Raphson steps where
     /// the function has them (reciprocal, roots, division).
     Table {
+        /// How it is made; all but tables and polynomials take no steps.
+        structure: Structure,
         /// Correct bits of the first approximation, 4 to 23.
         bits: u32,
         /// Newton–Raphson steps after it, 0 to 3.
@@ -127,8 +130,20 @@ impl Approx {
     /// A table of so many bits, improved by so many fused steps in its unit.
     pub const fn table(bits: u32, steps: u32) -> Approx {
         Approx::Table {
+            structure: Structure::Table,
             bits,
             steps,
+            fused: true,
+            refine: Refine::Unit,
+        }
+    }
+
+    /// So many bits by a structure, without steps.
+    pub const fn built(structure: Structure, bits: u32) -> Approx {
+        Approx::Table {
+            structure,
+            bits,
+            steps: 0,
             fused: true,
             refine: Refine::Unit,
         }
@@ -139,8 +154,13 @@ impl Approx {
         match self {
             Approx::Exact => Approx::Exact,
             Approx::Table {
-                bits, steps, fused, ..
+                structure,
+                bits,
+                steps,
+                fused,
+                ..
             } => Approx::Table {
+                structure,
                 bits,
                 steps,
                 fused,
@@ -150,24 +170,57 @@ impl Approx {
     }
 
     /// What the unit does, as the functions of [`ops::semantics`](crate::ops::semantics) take it:
-    /// table bits, 0 for the exact function, and steps, with
-    /// [`SEPARATE`] where they are not fused.
+    /// unit word, 0 for the exact function, and steps, with [`SEPARATE`] where they are not fused.
     pub const fn arguments(self) -> (u32, u32) {
         match self {
             Approx::Exact => (0, 0),
             Approx::Table {
+                structure,
                 bits,
                 refine: Refine::Code,
                 ..
-            } => (bits, 0),
+            } => (structure.unit_word(bits), 0),
             Approx::Table {
-                bits, steps, fused, ..
-            } => (bits, if fused { steps } else { steps | SEPARATE }),
+                structure,
+                bits,
+                steps,
+                fused,
+                ..
+            } => {
+                let steps = if fused { steps } else { steps | SEPARATE };
+                (structure.unit_word(bits), steps)
+            }
         }
     }
 }
 
 impl Precision {
+    /// That of one function.
+    pub const fn of(&self, special: Special) -> Approx {
+        match special {
+            Special::Rcp => self.rcp,
+            Special::Rsqrt => self.rsqrt,
+            Special::Sqrt => self.sqrt,
+            Special::Div => self.div,
+            Special::Exp2 => self.exp2,
+            Special::Log2 => self.log2,
+            Special::Sincos => self.sincos,
+        }
+    }
+
+    /// That of one function, to change it.
+    pub const fn of_mut(&mut self, special: Special) -> &mut Approx {
+        match special {
+            Special::Rcp => &mut self.rcp,
+            Special::Rsqrt => &mut self.rsqrt,
+            Special::Sqrt => &mut self.sqrt,
+            Special::Div => &mut self.div,
+            Special::Exp2 => &mut self.exp2,
+            Special::Log2 => &mut self.log2,
+            Special::Sincos => &mut self.sincos,
+        }
+    }
+
     /// The same with all Newton–Raphson steps in their units: what a compiled program computes.
     pub const fn in_units(self) -> Precision {
         Precision {

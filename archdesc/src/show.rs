@@ -6,6 +6,7 @@ use std::fmt::Write;
 use crate::arch::{Approx, Arch, FileKind, FuOp, FuSpec, Precision, Refine, Subnormals};
 use crate::dram::{DramModel, DramSpec, RowPolicy};
 use crate::isa::Class;
+use crate::structure::Structure;
 use crate::system::{CacheSpec, Pipeline};
 
 /// The machine at a glance: the array as a grid of units, the classes that each kind of unit runs, register
@@ -121,16 +122,20 @@ fn show_kinds(out: &mut String, arch: &Arch, kinds: &[UnitKind<'_>]) -> std::fmt
 fn show_classes(out: &mut String, arch: &Arch) -> std::fmt::Result {
     writeln!(out, "class   latency  interval  units  slots  shares")?;
     for &class in Class::ALL {
-        let mut ways: BTreeMap<(u32, u32, Vec<_>), (u32, u32)> = BTreeMap::new();
+        let mut ways: BTreeMap<((bool, &str), u32, u32, Vec<_>), (u32, u32)> = BTreeMap::new();
         for unit in arch.srp.fus.values() {
-            if let Some(op) = unit.op(class) {
-                let way = ways.entry((op.latency, op.interval, op.uses.clone()));
+            let Some(op) = unit.op(class) else { continue };
+            // The class first, then operations of it that run differently.
+            let all = std::iter::once(((false, class.name()), op));
+            let special = op.special.iter().map(|s| ((true, s.op.name()), &s.how));
+            for (name, how) in all.chain(special) {
+                let way = ways.entry((name, how.latency, how.interval, how.uses.clone()));
                 let (units, slots) = way.or_default();
                 *units += 1;
                 *slots += u32::from(unit.slot.is_some());
             }
         }
-        for ((latency, interval, uses), (units, slots)) in ways {
+        for (((_, name), latency, interval, uses), (units, slots)) in ways {
             let uses: Vec<String> = uses
                 .iter()
                 .map(|&r| {
@@ -142,7 +147,7 @@ fn show_classes(out: &mut String, arch: &Arch) -> std::fmt::Result {
                 .collect();
             let line = format!(
                 "{:<8}{latency:>7}{interval:>10}{units:>7}{slots:>7}  {}",
-                class.name(),
+                name,
                 uses.join(", ")
             );
             writeln!(out, "{}", line.trim_end())?;
@@ -218,20 +223,35 @@ fn show_engine(out: &mut String, arch: &Arch) -> std::fmt::Result {
 fn precision(approx: Approx) -> String {
     match approx {
         Approx::Exact => "exact".to_owned(),
-        Approx::Table { bits, steps: 0, .. } => format!("{bits} bits"),
         Approx::Table {
+            structure,
+            bits,
+            steps: 0,
+            ..
+        } => format!("{bits} bits{}", by(structure)),
+        Approx::Table {
+            structure,
             bits,
             steps,
             fused,
             refine,
         } => {
+            let by = by(structure);
             let separate = if fused { "" } else { " not fused" };
             let place = match refine {
                 Refine::Unit => "",
                 Refine::Code => " in code",
             };
-            format!("{bits} bits + {steps} steps{separate}{place}")
+            format!("{bits} bits{by} + {steps} steps{separate}{place}")
         }
+    }
+}
+
+/// How a first approximation is made, unless it is by the plain table.
+fn by(structure: Structure) -> String {
+    match structure {
+        Structure::Table => String::new(),
+        other => format!(" by {other}"),
     }
 }
 

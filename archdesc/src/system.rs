@@ -1,6 +1,7 @@
 //! [`SystemSpec`]: the units round the array. Sizes are bytes, clocks MHz, latencies cycles of the
 //! unit's own clock unless the name says otherwise.
 
+use crate::cost::Build;
 use crate::datapath::Intersection;
 use crate::dram::DramSpec;
 use crate::precision::Approx;
@@ -117,6 +118,10 @@ pub struct TniSpec {
     pub triangle_bytes: u32,
     /// Precision of the reciprocal in the ray–triangle test.
     pub rcp: Approx,
+    /// What the file says of how it is built, besides.
+    pub rcp_build: Build,
+    /// Cycles through it.
+    pub rcp_latency: u32,
     /// The ray–triangle test.
     pub intersection: Intersection,
     /// Whether a ray for which any hit will do ends with its first.

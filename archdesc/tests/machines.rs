@@ -8,6 +8,7 @@ use srp_archdesc::arch::{Approx, FileKind, Fu, Refine, Subnormals};
 use srp_archdesc::diagnostic::render_all;
 use srp_archdesc::machines::{ALL, Machine, SGRT, TINY, WIDE};
 use srp_archdesc::ops::semantics::elementary::SEPARATE;
+use srp_archdesc::structure::Structure;
 use srp_archdesc::system::NodeFormat;
 use srp_archdesc::{Arch, Opcode, ResourceGraph, parse, show, xml};
 
@@ -191,6 +192,7 @@ fn cells_and_links_can_deviate() {
     assert_eq!(arch.precision.rcp, Approx::table(12, 1));
     assert_eq!(arch.precision.sincos, Approx::table(20, 0));
     let in_code = Approx::Table {
+        structure: Structure::Table,
         bits: 10,
         steps: 2,
         fused: false,

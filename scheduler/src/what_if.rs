@@ -87,8 +87,8 @@ impl Edit {
                 srp.fus[fu].ops.extend(model);
                 srp.fus[fu].ops.sort_by_key(|op| op.class);
             }
-            Edit::EveryCycle(class) => of_class(srp, class).for_each(|op| op.interval = 1),
-            Edit::Faster(class) => of_class(srp, class).for_each(|op| {
+            Edit::EveryCycle(class) => of_class(srp, class, |op| op.interval = 1),
+            Edit::Faster(class) => of_class(srp, class, |op| {
                 op.latency = (op.latency - 1).max(op.interval).max(1);
             }),
             Edit::LocalFiles(times) => {
@@ -110,9 +110,15 @@ impl Edit {
 }
 
 /// The timing of a class on all units that run it.
-fn of_class(srp: &mut Srp, class: Class) -> impl Iterator<Item = &mut FuOp> {
+/// Calls `change` on each way in which units run a class, and operations of it that run differently.
+fn of_class(srp: &mut Srp, class: Class, change: impl Fn(&mut FuOp)) {
     let ops = srp.fus.values_mut().flat_map(|fu| fu.ops.iter_mut());
-    ops.filter(move |op| op.class == class)
+    for op in ops.filter(|op| op.class == class) {
+        change(op);
+        op.special
+            .iter_mut()
+            .for_each(|special| change(&mut special.how));
+    }
 }
 
 /// A change that lowers a loop's II: one edit or two.

@@ -234,8 +234,8 @@ fn mapping(graph: &Graph, scheduled: &modulo::Scheduled) -> Mapping {
 /// What the graph's file says that the machine's does not.
 fn notes(graph: &Graph, arch: &Arch) -> Vec<String> {
     let differs = |&&(node, latency): &&(_, u32)| {
-        let class = graph.dfg.nodes[node].op.class();
-        let mut ways = arch.srp.fus.values().filter_map(|fu| fu.op(class));
+        let op = graph.dfg.nodes[node].op;
+        let mut ways = arch.srp.fus.values().filter_map(|fu| fu.timing(op));
         !ways.any(|way| way.latency == latency)
     };
     let mut notes = Vec::new();

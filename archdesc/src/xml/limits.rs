@@ -51,6 +51,13 @@ pub(super) const READ_PORTS: Limit = count("read-ports", 1, 256);
 pub(super) const WRITE_PORTS: Limit = count("write-ports", 1, 256);
 pub(super) const APPROX_BITS: Limit = count("bits", 4, 23);
 pub(super) const APPROX_STEPS: Limit = count("steps", 0, 3);
+pub(super) const DATAPATH: Limit = count("datapath", 0, 15);
+pub(super) const AREA: Limit = count("area-um2", 0, 1_000_000_000);
+pub(super) const ENERGY: Limit = count("energy-fj", 0, 1_000_000_000);
+pub(super) const DEGREE: Limit = count("degree", 1, 3);
+pub(super) const SEGMENTS: Limit = count("segments", 1, 1 << crate::structure::MAX_SEGMENTS);
+pub(super) const OFFSET_TABLES: Limit = count("tables", 1, 4);
+pub(super) const RADIX: Limit = count("radix", 2, 16);
 
 /// Links of one array, generated and written.
 pub(super) const MAX_LINKS: usize = 65_536;

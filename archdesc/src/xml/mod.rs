@@ -80,7 +80,7 @@ fn resolve(machine: &raw::Machine, at: Span, found: &Findings) -> Option<Arch> {
     let name = values::required_identifier(found, &machine.name, "machine", at);
     let resources = units::resources(found, &machine.resource);
     let cx = units::op_context(found, &machine.op, &resources);
-    let precision = special::precision(found, machine);
+    let specials = special::machine(found, machine);
     let system = system::system(found, &machine.system);
     let Some(array) = &machine.array else {
         if !found.suspects(at, "array") {
@@ -95,7 +95,7 @@ fn resolve(machine: &raw::Machine, at: Span, found: &Findings) -> Option<Arch> {
     let links = links::links(found, array, array.span, &units);
     let (files, file_spans) = array::files(found, array, &units);
     let number = |text, limit, default| values::number(found, text, limit, default);
-    let arch = Arch {
+    let mut arch = Arch {
         name: name.unwrap_or_default(),
         srp: Srp {
             rows: units.rows,
@@ -109,9 +109,12 @@ fn resolve(machine: &raw::Machine, at: Span, found: &Findings) -> Option<Arch> {
             preload_width: number(&vliw.preload_width, limits::PRELOAD_WIDTH, 4),
             branch_delay: number(&vliw.branch_delay, limits::BRANCH_DELAY, 1),
         },
-        precision,
+        precision: specials.precision,
+        builds: specials.builds,
         system,
     };
+    arch.derive_cycles();
+    specials.check_cycles(found, &arch);
     let places = rules::Places {
         array: array.span,
         units: &units,

@@ -141,9 +141,20 @@ raw! {
     Special {
         function: Option<Text>,
         bits: Option<Text>,
+        structure: Option<Text>,
+        degree: Option<Text>,
+        segments: Option<Text>,
+        tables: Option<Text>,
+        radix: Option<Text>,
+        unrolled: Option<Text>,
         steps: Option<Text>,
         fused: Option<Text>,
         refine: Option<Text>,
+        datapath: Option<Text>,
+        latency: Option<Text>,
+        interval: Option<Text>,
+        area_um2: Option<Text>,
+        energy_fj: Option<Text>,
     }
 
     /// `<system>`

@@ -7,8 +7,10 @@ use super::limits::{self, Limit};
 use super::raw::{self, Text};
 use super::special;
 use super::values;
-use crate::datapath::{FpLatency, Intersection, Latencies, box_depth};
+use crate::cost::{self, Build};
+use crate::datapath::{FpLatency, Intersection, Latencies, RCP_LATENCY, box_depth};
 use crate::precision::Approx;
+use crate::structure::Special;
 use crate::system::{BufferSpec, BusSpec, CacheSpec, NodeFormat, Pipeline, SystemSpec, TniSpec};
 
 /// The system of the SGRT paper: its section 4.1, and where it is silent the assumptions that
@@ -51,6 +53,8 @@ fn default() -> SystemSpec {
             node_bytes: NodeFormat::F32.bytes(),
             triangle_bytes: 48,
             rcp: Approx::Exact,
+            rcp_build: Build::default(),
+            rcp_latency: RCP_LATENCY,
             intersection: Intersection::AnchorWaldScaled,
             any_hit: true,
         },
@@ -84,10 +88,11 @@ pub(super) fn system(found: &Findings, raw: &Option<Spanned<raw::System>>) -> Sy
     let no_sram = raw::Sram::default();
     let sram = raw.sram.as_ref().map_or(&no_sram, |sram| &sram.value);
     let sram_bytes = multiple(found, &sram.size, limits::SRAM_SIZE, 16, default.sram_bytes);
+    let tni_mhz = number(&raw.tni_mhz, limits::TNI_MHZ, default.tni_mhz);
     let system = SystemSpec {
         cores: number(&raw.cores, limits::CORES, default.cores),
         srp_mhz: number(&raw.srp_mhz, limits::SRP_MHZ, default.srp_mhz),
-        tni_mhz: number(&raw.tni_mhz, limits::TNI_MHZ, default.tni_mhz),
+        tni_mhz,
         sram_bytes,
         data_cache: cache_spec(found, "data-cache", &raw.data_cache, default.data_cache),
         texture_cache: cache_spec(
@@ -97,7 +102,7 @@ pub(super) fn system(found: &Findings, raw: &Option<Spanned<raw::System>>) -> Sy
             default.texture_cache,
         ),
         buffers: buffers(found, &raw.buffers, default.buffers),
-        tni: tni(found, &raw.tni, default.tni),
+        tni: tni(found, &raw.tni, tni_mhz, default.tni),
         bus: bus(found, &raw.bus, default.bus),
         dram: dram::dram(found, &raw.dram),
     };
@@ -214,7 +219,7 @@ fn buffers_fit(found: &Findings, raw: &Spanned<raw::System>, system: &SystemSpec
     }
 }
 
-fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, default: TniSpec) -> TniSpec {
+fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, mhz: u32, default: TniSpec) -> TniSpec {
     const PIPELINES: [(&str, Pipeline); 2] = [
         ("single", Pipeline::Single),
         ("parallel", Pipeline::Parallel),
@@ -230,10 +235,15 @@ fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, default: TniSpec) -> T
     let formats = NodeFormat::ALL.map(|f| (f.name(), f));
     let node_format = values::word(found, &raw.node_format, "node-format", &formats)
         .unwrap_or(default.node_format);
-    let rcp = special::tni_rcp(found, &raw.special);
+    let (rcp, rcp_build) = special::tni_rcp(found, &raw.special, mhz);
+    let rcp_latency = cost::special::unit(Special::Rcp, rcp, &rcp_build, mhz).latency;
+    let rcp_latency = rcp_latency.unwrap_or(default.rcp_latency);
     let mut default = TniSpec {
         intersection,
         rcp,
+        rcp_build,
+        rcp_latency,
+        ist_latency: default.ist_latency - default.rcp_latency + rcp_latency,
         ..default
     };
     let presets = Latencies::ALL.map(|l| (l.name(), l));
@@ -287,6 +297,8 @@ fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, default: TniSpec) -> T
             default.triangle_bytes,
         ),
         rcp,
+        rcp_build,
+        rcp_latency,
         intersection,
         any_hit: values::flag(found, &raw.any_hit, "any-hit", default.any_hit),
     };

@@ -161,12 +161,8 @@ pub(super) fn op_context<'m>(
         line.map_or(1, |&(_, cycles)| cycles)
     };
     let table = Class::ALL.iter().map(|&class| {
-        let op = FuOp {
-            class,
-            latency: default(DEFAULT_LATENCY, class),
-            interval: default(DEFAULT_INTERVAL, class),
-            uses: Vec::new(),
-        };
+        let latency = default(DEFAULT_LATENCY, class);
+        let op = FuOp::new(class, latency, default(DEFAULT_INTERVAL, class));
         (class, op)
     });
     let mut cx = OpContext {
@@ -215,12 +211,22 @@ fn changed_op(cx: &OpContext<'_>, base: &FuOp, op: &raw::Op) -> FuOp {
         None => base.uses.clone(),
         Some(text) => uses(cx, text),
     };
+    let given = [
+        base.given[0] || op.latency.is_some(),
+        base.given[1] || op.interval.is_some(),
+    ];
     FuOp {
-        class: base.class,
         latency: values::number(cx.found, &op.latency, limits::LATENCY, base.latency),
         interval: values::number(cx.found, &op.interval, limits::INTERVAL, base.interval),
         uses,
+        given: given.map(|given| given && has_special(base.class)),
+        ..FuOp::new(base.class, 1, 1)
     }
+}
+
+/// Whether operations of a class are special functions, whose cycles follow from their structure.
+pub(super) fn has_special(class: Class) -> bool {
+    matches!(class, Class::Sfu | Class::Fdiv)
 }
 
 fn uses(cx: &OpContext<'_>, text: &Text) -> Vec<Resource> {

@@ -5,9 +5,11 @@ use std::fmt::Write;
 
 use super::dram::{PARTS, ROW_POLICIES};
 use super::links::{TOPOLOGIES, Topology};
-use super::special::FUNCTIONS;
+use super::units::has_special;
 use crate::arch::{Approx, Arch, FileKind, FileSpec, Fu, FuSpec};
+use crate::cost::Build;
 use crate::dram::{BankedSpec, DramModel, DramSpec};
+use crate::structure::{Special, Structure};
 use crate::system::{CacheSpec, Pipeline, SystemSpec};
 
 /// The machine file that spells out `arch`. [`parse`](super::parse) gives the same machine back.
@@ -23,12 +25,11 @@ fn write_machine(out: &mut String, arch: &Arch) -> std::fmt::Result {
         let (name, count) = (&resource.name, resource.count);
         writeln!(out, "  <resource name=\"{name}\" count=\"{count}\"/>")?;
     }
-    let mut precision = arch.precision;
-    for function in FUNCTIONS {
-        let approx = *(function.field)(&mut precision);
-        write_special(out, "  ", function.name, approx)?;
+    for function in Special::ALL {
+        let approx = arch.precision.of(function);
+        write_special(out, "  ", function, approx, arch.builds.of(function))?;
     }
-    let subnormals = precision.subnormals.name();
+    let subnormals = arch.precision.subnormals.name();
     writeln!(out, "  <float subnormals=\"{subnormals}\"/>")?;
     let none = TOPOLOGIES.iter().find(|(_, t)| *t == Topology::None);
     let none = none.map_or("", |(name, _)| name);
@@ -60,20 +61,69 @@ fn write_machine(out: &mut String, arch: &Arch) -> std::fmt::Result {
     writeln!(out, "</machine>")
 }
 
-fn write_special(out: &mut String, indent: &str, name: &str, approx: Approx) -> std::fmt::Result {
-    write!(out, "{indent}<special function=\"{name}\"")?;
+fn write_special(
+    out: &mut String,
+    indent: &str,
+    function: Special,
+    approx: Approx,
+    build: &Build,
+) -> std::fmt::Result {
+    write!(out, "{indent}<special function=\"{}\"", function.name())?;
     match approx {
-        Approx::Exact => writeln!(out, " bits=\"exact\"/>"),
+        Approx::Exact => {
+            write!(out, " bits=\"exact\"")?;
+            if let Some(structure) = build.exact {
+                write_structure(out, structure)?;
+            }
+        }
         Approx::Table {
+            structure,
             bits,
             steps,
             fused,
             refine,
         } => {
-            let refine = refine.name();
-            write!(out, " bits=\"{bits}\" steps=\"{steps}\"")?;
-            writeln!(out, " fused=\"{fused}\" refine=\"{refine}\"/>")
+            write!(out, " bits=\"{bits}\"")?;
+            write_structure(out, structure)?;
+            if structure.is_tabulated() {
+                let refine = refine.name();
+                write!(
+                    out,
+                    " steps=\"{steps}\" fused=\"{fused}\" refine=\"{refine}\""
+                )?;
+            }
         }
+    }
+    let numbers = [
+        ("datapath", build.datapath),
+        ("latency", build.latency),
+        ("interval", build.interval),
+        ("area-um2", build.area_um2),
+        ("energy-fj", build.energy_fj),
+    ];
+    for (name, number) in numbers {
+        if let Some(number) = number {
+            write!(out, " {name}=\"{number}\"")?;
+        }
+    }
+    writeln!(out, "/>")
+}
+
+fn write_structure(out: &mut String, structure: Structure) -> std::fmt::Result {
+    write!(out, " structure=\"{}\"", structure.name())?;
+    match structure {
+        Structure::Offsets { tables } if tables > 1 => write!(out, " tables=\"{tables}\""),
+        Structure::Polynomial { degree, segments } => {
+            write!(
+                out,
+                " degree=\"{degree}\" segments=\"{}\"",
+                1u32 << segments
+            )
+        }
+        Structure::Recurrence { radix, unrolled } => {
+            write!(out, " radix=\"{radix}\" unrolled=\"{unrolled}\"")
+        }
+        _ => Ok(()),
     }
 }
 
@@ -96,14 +146,16 @@ fn write_unit(out: &mut String, arch: &Arch, unit: &FuSpec) -> std::fmt::Result 
             .iter()
             .map(|&r| arch.srp.resources[r].name.as_str())
             .collect();
-        writeln!(
-            out,
-            "      <op class=\"{}\" latency=\"{}\" interval=\"{}\" uses=\"{}\"/>",
-            op.class,
-            op.latency,
-            op.interval,
-            uses.join(" ")
-        )?;
+        write!(out, "      <op class=\"{}\"", op.class)?;
+        // Cycles of special functions that follow from their structure follow from it again.
+        let special = has_special(op.class);
+        if !special || op.given[0] {
+            write!(out, " latency=\"{}\"", op.latency)?;
+        }
+        if !special || op.given[1] {
+            write!(out, " interval=\"{}\"", op.interval)?;
+        }
+        writeln!(out, " uses=\"{}\"/>", uses.join(" "))?;
     }
     writeln!(out, "    </fu>")
 }
@@ -236,7 +288,7 @@ fn write_tni(out: &mut String, system: &SystemSpec) -> std::fmt::Result {
     write_cache(out, "      ", "trv-l1", &tni.trv_l1)?;
     write_cache(out, "      ", "trv-l2", &tni.trv_l2)?;
     write_cache(out, "      ", "ist-l1", &tni.ist_l1)?;
-    write_special(out, "      ", "rcp", tni.rcp)?;
+    write_special(out, "      ", Special::Rcp, tni.rcp, &tni.rcp_build)?;
     writeln!(out, "    </tni>")
 }
 

@@ -4,9 +4,11 @@
 use srp_archdesc::arch::{Approx, Refine};
 use srp_archdesc::certify::{Function, certify};
 use srp_archdesc::ops::semantics::elementary::rcp;
+use srp_archdesc::structure::Structure;
 
 fn approx(bits: u32, steps: u32, fused: bool) -> Approx {
     Approx::Table {
+        structure: Structure::Table,
         bits,
         steps,
         fused,

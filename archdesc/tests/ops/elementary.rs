@@ -5,6 +5,7 @@ use crate::double_double::{self, Dd};
 use crate::values::{Random, floats, result, rounds};
 use srp_archdesc::Opcode;
 use srp_archdesc::arch::{Approx, Refine};
+use srp_archdesc::structure::Structure;
 
 use srp_archdesc::ops::semantics::elementary::{
     SEPARATE, cos, exp2, fdiv, log2, rcp, rsqrt, sin, sqrt,
@@ -277,6 +278,7 @@ fn newton_steps_reach_full_precision() {
 fn the_bound_of_a_unit_holds() {
     let tables = [(4, 0), (8, 1), (12, 0), (12, 1), (23, 0), (5, 3)];
     let separate = |(bits, steps)| Approx::Table {
+        structure: Structure::Table,
         bits,
         steps,
         fused: false,

@@ -7,5 +7,6 @@ mod elementary;
 mod host;
 mod ieee;
 mod integer;
+mod structures;
 mod texture;
 mod values;

@@ -186,7 +186,7 @@ impl<'a> Linker<'a> {
 
     /// The latency of `op` on `fu`.
     fn latency(&self, fu: Fu, op: Opcode) -> u32 {
-        let run = self.arch.srp.fus[fu].op(op.class());
+        let run = self.arch.srp.fus[fu].timing(op);
         run.expect("units were checked to run their operations")
             .latency
     }

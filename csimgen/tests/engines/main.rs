@@ -11,6 +11,7 @@ use cases::Case;
 use srp_archdesc::Arch;
 use srp_archdesc::arch::{Approx, Refine, Subnormals};
 use srp_archdesc::entity::Entity;
+use srp_archdesc::structure::Structure;
 use srp_csimgen::emit::machinery;
 use srp_csimgen::{Compiler, Interpreter, SimSpec, Simulator, emit_on_machinery, link};
 use srp_ir::dre::scheduled::ScheduledDre;
@@ -128,12 +129,14 @@ fn delayed() -> Arch {
     arch.precision.div = Approx::table(12, 1);
     arch.precision.subnormals = Subnormals::Flush;
     arch.precision.rsqrt = Approx::Table {
+        structure: Structure::Table,
         bits: 8,
         steps: 2,
         fused: false,
         refine: Refine::Unit,
     };
     arch.precision.rcp = Approx::Table {
+        structure: Structure::Table,
         bits: 12,
         steps: 1,
         fused: true,

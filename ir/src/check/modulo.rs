@@ -102,7 +102,7 @@ impl Checker<'_> {
 
     /// How the unit of a placed operation runs it.
     fn how(&self, op: &PlacedOp) -> &FuOp {
-        let how = self.srp.fus[op.fu].op(self.opcode(op).class());
+        let how = self.srp.fus[op.fu].timing(self.opcode(op));
         how.expect("units were checked to run their operations")
     }
 

@@ -3,6 +3,7 @@
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
 use srp_archdesc::arch::{Approx, Precision, Refine};
+use srp_archdesc::structure::Structure;
 use srp_ir::interp::{self, End, FlatWorld, Options};
 use srp_ir::layout::Layout;
 use srp_ir::pass;
@@ -78,6 +79,7 @@ fn steps_in_code_give_the_bits_of_the_unit() {
     ] {
         let refine = Refine::Code;
         let approx = Approx::Table {
+            structure: Structure::Table,
             bits,
             steps,
             fused,

@@ -4,7 +4,7 @@ use super::route;
 use rustc_hash::FxHashMap;
 use srp_archdesc::arch::{FileKind, Fu, FuOp, Srp};
 use srp_archdesc::entity::{Entity, EntityMap};
-use srp_archdesc::isa::{Class, Opcode, Ty};
+use srp_archdesc::isa::{Opcode, Ty};
 use srp_archdesc::resource::{Place, PlaceKind, ReadPath, ResourceGraph};
 use srp_ir::dfg::{Dfg, Initial, Node, Operand};
 
@@ -17,7 +17,7 @@ pub(super) struct Problem<'a> {
     pub(super) srp: &'a Srp,
     pub(super) graph: ResourceGraph,
     /// The class of each node's operation.
-    classes: EntityMap<Node, Class>,
+    opcodes: EntityMap<Node, Opcode>,
     /// Units that can run each node, in order.
     pub(super) units: EntityMap<Node, Vec<Fu>>,
     /// Values that have to be routed.
@@ -139,7 +139,7 @@ impl<'a> Problem<'a> {
             })
             .collect();
         let mut problem = Problem {
-            classes: dfg.nodes.values().map(|n| n.op.class()).collect(),
+            opcodes: dfg.nodes.values().map(|n| n.op).collect(),
             units: EntityMap::new(),
             edges: Vec::new(),
             edges_of: EntityMap::filled(dfg.nodes.len(), Vec::new()),
@@ -292,13 +292,13 @@ impl<'a> Problem<'a> {
         }
     }
 
-    fn class_timing(&self, class: Class, fu: Fu) -> Option<&'a FuOp> {
-        self.timings[class as usize * self.srp.fus.len() + fu.index()]
+    fn op_timing(&self, op: Opcode, fu: Fu) -> Option<&'a FuOp> {
+        self.timings[op as usize * self.srp.fus.len() + fu.index()]
     }
 
     /// How a unit runs a node.
     pub(super) fn timing(&self, node: Node, fu: Fu) -> &'a FuOp {
-        self.class_timing(self.classes[node], fu)
+        self.op_timing(self.opcodes[node], fu)
             .expect("only units that run it are asked")
     }
 
@@ -307,7 +307,7 @@ impl<'a> Problem<'a> {
         let op = Opcode::mov(ty);
         let place = self.graph.result_place(fu, op);
         place.filter(|&p| self.graph.places[p].width >= ty.bits())?;
-        self.class_timing(op.class(), fu)
+        self.op_timing(op, fu)
     }
 
     fn moves_of(&self, ty: Ty) -> EntityMap<Place, Vec<MoveWay<'a>>> {
@@ -427,8 +427,13 @@ impl<'a> Problem<'a> {
 }
 
 fn timings(srp: &Srp) -> Vec<Option<&FuOp>> {
-    let of_class = |class: &Class| srp.fus.values().map(|fu| fu.op(*class)).collect::<Vec<_>>();
-    Class::ALL.iter().flat_map(of_class).collect()
+    let of_op = |op: &Opcode| {
+        srp.fus
+            .values()
+            .map(|fu| fu.timing(*op))
+            .collect::<Vec<_>>()
+    };
+    Opcode::ALL.iter().flat_map(of_op).collect()
 }
 
 fn longest_read(graph: &ResourceGraph) -> i32 {

@@ -176,7 +176,7 @@ pub fn opcode(schedule: &ModuloSchedule, op: &PlacedOp) -> Opcode {
 
 /// How the unit of a placed operation runs it.
 pub fn timing<'a>(schedule: &ModuloSchedule, srp: &'a Srp, op: &PlacedOp) -> Option<&'a FuOp> {
-    srp.fus[op.fu].op(opcode(schedule, op).class())
+    srp.fus[op.fu].timing(opcode(schedule, op))
 }
 
 /// Whose value an operand is.

@@ -4,6 +4,7 @@
 use srp_archdesc::arch::{Approx, Arch, Precision, Refine, Subnormals};
 use srp_archdesc::certify::Function;
 use srp_archdesc::datapath::Intersection;
+use srp_archdesc::structure::Structure;
 use srp_archdesc::system::NodeFormat;
 use srp_ir::pass::FastMath;
 use srp_kernels::form;
@@ -119,6 +120,7 @@ impl Setting {
     pub(super) fn applied(&self, subject: &Subject) -> Subject {
         let mut changed = subject.clone();
         (self.change)(&mut changed);
+        changed.arch.derive_cycles();
         changed
     }
 }
@@ -201,6 +203,7 @@ const PLAIN: &[Approx] = &[
 /// A 12-bit table with a step.
 const fn step(fused: bool, refine: Refine) -> Approx {
     Approx::Table {
+        structure: Structure::Table,
         bits: 12,
         steps: 1,
         fused,
@@ -213,6 +216,7 @@ fn words(approx: Approx) -> (String, String) {
     match approx {
         Approx::Exact => ("exact".to_owned(), "bits=\"exact\"".to_owned()),
         Approx::Table {
+            structure: _,
             bits,
             steps,
             fused,

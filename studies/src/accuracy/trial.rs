@@ -5,12 +5,13 @@ use super::probe::{Edges, Leaks};
 use super::setting::{Setting, Subject, is_sampling};
 use super::summary::AttributionSummary;
 use crate::Error;
-use crate::tni::Energy;
+use crate::energy::energy;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::{Approx, Arch};
 use srp_archdesc::area;
 use srp_archdesc::certify::{Function, certify};
+use srp_archdesc::cost;
 use srp_ir::dre::scheduled::ScheduledDre;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene_image::SceneImage;
@@ -18,10 +19,6 @@ use srp_runtime::system::{self, Report};
 use srp_toolchain::cache::Kind;
 use srp_toolchain::{Engine, Engines, Frame, Session};
 use std::collections::BTreeMap;
-
-/// Energy in nJ that a byte of system memory takes: 40 pJ a bit, as Malladi et al. (ISCA 2012) have
-/// it of LPDDR2.
-const MEMORY_BYTE: f64 = 0.32;
 
 /// A pixel of which a channel is off by more levels has had another decision.
 const DECIDED: u8 = 8;
@@ -233,26 +230,8 @@ fn costs(report: &Report, program: &ScheduledDre, arch: &Arch) -> Costs {
         tni_cycles: tni.unit.active_cycles,
         frame_cycles: report.cycles,
         dram_bytes: moved,
-        energy: Energy::of(&arch.system.tni, &tni).total()
-            + array_energy(report, program, arch)
-            + moved as f64 * MEMORY_BYTE * 1e-6,
-        area: cores * (unit + area::srp_area(arch)),
+        energy: energy(report, program, arch).total_mj,
+        area: cores * (unit + cost::array::srp(arch).total_mm2),
         host_seconds: 0.0,
     }
-}
-
-/// mJ of the operations on the arrays, as if every cycle were one of a full pipeline.
-fn array_energy(report: &Report, program: &ScheduledDre, arch: &Arch) -> f64 {
-    let mut energy = 0.0;
-    for kernel in program.kernels.values() {
-        let each: f64 = (kernel.dfg.nodes.values())
-            .map(|node| area::operation_energy(node.op, &arch.precision))
-            .sum();
-        let cycles: u64 = (report.cores.iter().flat_map(|c| &c.array))
-            .filter(|k| k.kernel == kernel.dfg.name)
-            .map(|k| k.cycles)
-            .sum();
-        energy += each * cycles as f64 / f64::from(kernel.ii);
-    }
-    energy * 1e-6
 }

@@ -2,6 +2,7 @@
 
 use srp_archdesc::arch::{Approx, Arch, Precision, Refine};
 use srp_archdesc::datapath::Intersection;
+use srp_archdesc::structure::Structure;
 use srp_archdesc::system::Pipeline;
 
 /// A machine with a name for what was changed in it.
@@ -32,6 +33,7 @@ pub(super) fn of(machine: &Arch) -> Vec<Setting> {
     let improved = Approx::table(12, 1);
     settings.add("12 bits + 1 step", with_approx(machine, improved));
     let separate = Approx::Table {
+        structure: Structure::Table,
         bits: 12,
         steps: 1,
         fused: false,

@@ -1,7 +1,7 @@
 //! Energy of the T&I units: what they counted times what each of it takes.
 
 use serde::Serialize;
-use srp_archdesc::area::{cache_energy, operations_energy};
+use srp_archdesc::area::{cache_energy, operations_energy, triangle_energy};
 use srp_archdesc::datapath::BOX_TEST;
 use srp_archdesc::system::{CacheSpec, TniSpec};
 use srp_runtime::memory::cache::CacheCounters;
@@ -22,7 +22,7 @@ impl Energy {
     /// What these counters come to.
     pub fn of(tni: &TniSpec, c: &TniCounters) -> Energy {
         const MJ: f64 = 1e-6;
-        let test = operations_energy(tni.intersection.operations(tni.rcp));
+        let test = triangle_energy(tni);
         let cache = |spec: &CacheSpec, c: &CacheCounters| {
             // A miss looks for the line, and writes it when it comes.
             (c.hits + c.joined + 2 * c.misses) as f64 * cache_energy(spec.bytes)

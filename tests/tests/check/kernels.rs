@@ -67,7 +67,7 @@ impl Loop<'_> {
     }
 
     fn how(&self, op: &PlacedOp) -> FuOp {
-        let how = self.arch.srp.fus[op.fu].op(self.opcode(op).class());
+        let how = self.arch.srp.fus[op.fu].timing(self.opcode(op));
         how.expect("the schedule was right").clone()
     }
 

@@ -124,9 +124,8 @@ fn run(schedule: &ModuloSchedule, arch: &Arch, iterations: i64) -> BTreeMap<Reg,
             events.written.insert(start + i64::from(cycle));
         };
         for op in schedule.ops.values() {
-            let class = opcode(schedule, op).class();
             let latency = arch.srp.fus[op.fu]
-                .op(class)
+                .timing(opcode(schedule, op))
                 .expect("the unit runs it")
                 .latency;
             op.writes

@@ -168,7 +168,7 @@ impl Engine<'_> {
             };
             if let (Some(dst), Some(value)) = (op.dst, result) {
                 let how = self.arch.srp.fus[op.fu]
-                    .op(op.op.class())
+                    .timing(op.op)
                     .expect("a unit that runs it");
                 self.flying
                     .push((self.cycle + u64::from(how.latency), dst, value));

@@ -2,8 +2,9 @@
 //!
 //! Each takes its precision in `bits`. **0 bits** means exact: reciprocal and roots correctly
 //! rounded, the others evaluated in binary64 by fixed series, of `+ − · /` alone, and rounded once,
-//! which leaves an error below 0.501 units in the last place. **4 to 23 bits** is what small
-//! hardware does: a table addressed by the top bits of the operand, each entry the value in the
+//! which leaves an error below 0.501 units in the last place. Else it is a unit word of
+//! [`approximation`](super::approximation), which has the other structures; with nothing above its **4 to
+//! 23 bits** of precision it is what small hardware does: a table addressed by the top bits of the operand, each entry the value in the
 //! middle of its interval; the first interval has its value at its beginning, so that 1/1, √1, 2⁰,
 //! log2 1, sin 0 are exact. Tables are monotone. Reciprocal and roots are good to a relative error
 //! of 2^−bits and can be improved by `steps` Newton–Raphson steps, in binary32 with fused
@@ -11,6 +12,9 @@
 //! of 2^−bits; log2, sine and cosine to an absolute one; all this before the result is rounded to
 //! binary32. A compiler that puts the same steps behind a first approximation gets the same bits.
 
+use super::approximation::{
+    self, CORDIC, Curve, RECURRENCE, TABLE, kind, precision, rounded, tabulated,
+};
 use super::word::{canonical, flt, fma, fmul, fsub};
 
 /// In a number of Newton–Raphson steps: they have no fused operations.
@@ -62,7 +66,13 @@ pub fn rcp(x: u32, bits: u32, steps: u32) -> u32 {
         return canonical(1.0 / value);
     }
     let (mantissa, exponent) = normalized(f64::from(value.abs()));
-    let first = entry(1.0 / interval(mantissa, bits), bits) * power_of_two(-exponent);
+    let first = match kind(bits) {
+        TABLE => entry(1.0 / interval(mantissa, bits), bits),
+        RECURRENCE => rounded(1.0 / mantissa, precision(bits)),
+        CORDIC => approximation::cordic_quotient(1.0, mantissa, precision(bits)),
+        _ => tabulated(Curve::Reciprocal, mantissa - 1.0, bits),
+    };
+    let first = first * power_of_two(-exponent);
     let mut y = (first as f32).to_bits() | (x & SIGN);
     for _ in 0..steps % SEPARATE {
         if steps < SEPARATE {
@@ -80,8 +90,9 @@ pub fn rcp(x: u32, bits: u32, steps: u32) -> u32 {
     y
 }
 
-/// a/b: exact, or the product of the mantissa of a and the reciprocal of that of b, with its steps,
-/// rounded once, and once more where it is denormal. Zeros, infinities and NaNs as everywhere.
+/// a/b: exact; or the quotient of the mantissas, digit by digit; or the product of the mantissa of a and
+/// the reciprocal of that of b, with its steps, rounded once; and once more where it is denormal. Zeros,
+/// infinities and NaNs as everywhere.
 pub fn fdiv(a: u32, b: u32, bits: u32, steps: u32) -> u32 {
     let (above, below) = (f32::from_bits(a), f32::from_bits(b));
     let ordinary = |x: f32| x != 0.0 && x.is_finite();
@@ -90,18 +101,31 @@ pub fn fdiv(a: u32, b: u32, bits: u32, steps: u32) -> u32 {
     }
     let (above, exponent) = normalized(f64::from(above.abs()));
     let (below, less) = normalized(f64::from(below.abs()));
-    let reciprocal = rcp((below as f32).to_bits(), bits, steps);
-    let quotient = fmul((above as f32).to_bits(), reciprocal);
-    let quotient = f64::from(f32::from_bits(quotient)) * power_of_two(exponent - less);
+    let quotient = match kind(bits) {
+        RECURRENCE => rounded(above / below, precision(bits)),
+        CORDIC => approximation::cordic_quotient(above, below, precision(bits)),
+        _ => {
+            let reciprocal = rcp((below as f32).to_bits(), bits, steps);
+            let quotient = fmul((above as f32).to_bits(), reciprocal);
+            f64::from(f32::from_bits(quotient))
+        }
+    };
+    let quotient = quotient * power_of_two(exponent - less);
     (quotient as f32).to_bits() | ((a ^ b) & SIGN)
 }
 
-/// 1/√m for 1 ≤ m < 4, from a table of 2·2^bits entries, half of them for m ≥ 2. A Newton step is
+/// 1/√m for 1 ≤ m < 4; a direct table has 2·2^bits entries, half of them for m ≥ 2. A Newton step is
 /// e = fma(−(m·y), y, 1), y = fma(y/2, e, y); without fused operations y = (y/2)·(3 − (m·y)·y).
-fn table_rsqrt(m: f32, bits: u32, steps: u32) -> f32 {
+fn approximate_rsqrt(m: f32, bits: u32, steps: u32) -> f32 {
     let half = if m < 2.0 { 1.0 } else { 2.0 };
-    let center = half * interval(f64::from(m) / half, bits);
-    let mut y = (entry(1.0 / center.sqrt(), bits) as f32).to_bits();
+    let operand = f64::from(m) / half;
+    let first = match kind(bits) {
+        TABLE => entry(1.0 / (half * interval(operand, bits)).sqrt(), bits),
+        RECURRENCE => rounded(1.0 / f64::from(m).sqrt(), precision(bits)),
+        _ if m < 2.0 => tabulated(Curve::InverseRoot, operand - 1.0, bits),
+        _ => tabulated(Curve::InverseRootOfTwice, operand - 1.0, bits),
+    };
+    let mut y = (first as f32).to_bits();
     for _ in 0..steps % SEPARATE {
         let (along, halved) = (fmul(m.to_bits(), y), fmul(HALF, y));
         y = if steps < SEPARATE {
@@ -126,19 +150,23 @@ pub fn rsqrt(x: u32, bits: u32, steps: u32) -> u32 {
         return canonical((1.0 / f64::from(value).sqrt()) as f32);
     }
     let (m, n) = normalized_by_four(value);
-    let result = f64::from(table_rsqrt(m, bits, steps)) * power_of_two(-n);
+    let result = f64::from(approximate_rsqrt(m, bits, steps)) * power_of_two(-n);
     (result as f32).to_bits()
 }
 
-/// √x; the approximate one is m·(1/√m). √±0 = ±0, √+∞ = +∞, NaN for negative operands.
+/// √x; the approximate one is m·(1/√m), unless it is made digit by digit. √±0 = ±0, √+∞ = +∞, NaN for negative operands.
 pub fn sqrt(x: u32, bits: u32, steps: u32) -> u32 {
     let value = f32::from_bits(x);
     if bits == 0 || value <= 0.0 || !value.is_finite() {
         return canonical(value.sqrt());
     }
     let (m, n) = normalized_by_four(value);
-    let root = m * table_rsqrt(m, bits, steps);
-    ((f64::from(root) * power_of_two(n)) as f32).to_bits()
+    let root = match kind(bits) {
+        RECURRENCE => rounded(f64::from(m).sqrt(), precision(bits)),
+        CORDIC => approximation::cordic_root(f64::from(m), precision(bits)),
+        _ => f64::from(m * approximate_rsqrt(m, bits, steps)),
+    };
+    ((root * power_of_two(n)) as f32).to_bits()
 }
 
 /// The polynomial with these coefficients, the last the constant one.
@@ -189,8 +217,13 @@ pub fn exp2(x: u32, bits: u32) -> u32 {
     } else {
         // Toward −∞: the cast truncates, and its operand is positive.
         let n = (value + 150.0) as i32 - 150;
-        let fraction = interval(value - f64::from(n), bits);
-        entry(power(fraction), bits) * power_of_two(n)
+        let fraction = value - f64::from(n);
+        let first = match kind(bits) {
+            TABLE => entry(power(interval(fraction, bits)), bits),
+            CORDIC => approximation::cordic_power(fraction, precision(bits)),
+            _ => tabulated(Curve::Power, fraction, bits),
+        };
+        first * power_of_two(n)
     };
     (result as f32).to_bits()
 }
@@ -233,7 +266,12 @@ pub fn log2(x: u32, bits: u32) -> u32 {
         logarithm(f64::from(value))
     } else {
         let (m, n) = normalized(f64::from(value));
-        f64::from(n) + entry(logarithm(interval(m, bits + 1)), bits)
+        let first = match kind(bits) {
+            TABLE => entry(logarithm(interval(m, bits + 1)), bits),
+            CORDIC => approximation::cordic_logarithm(m - 1.0, precision(bits)),
+            _ => tabulated(Curve::Logarithm, m - 1.0, bits),
+        };
+        f64::from(n) + first
     };
     (result as f32).to_bits()
 }
@@ -313,9 +351,13 @@ pub(crate) fn cosine(r: f64) -> f64 {
     polynomial(r * r, TAYLOR)
 }
 
-/// The sine table: sin(t·π/2) for 0 ≤ t ≤ 1.
-fn table_sine(t: f64, bits: u32) -> f64 {
-    let t = interval(t, bits + 1);
+/// The approximate sine: sin(t·π/2) for 0 ≤ t ≤ 1.
+fn approximate_sine(t: f64, bits: u32) -> f64 {
+    let t = match kind(bits) {
+        TABLE => interval(t, bits + 1),
+        CORDIC => return approximation::cordic_sine(t, precision(bits)),
+        _ => return tabulated(Curve::QuarterSine, t, bits),
+    };
     let value = if t <= 0.5 {
         sine(t * std::f64::consts::FRAC_PI_2)
     } else {
@@ -335,8 +377,8 @@ fn shifted_sine(x: f32, quadrant: u32, bits: u32) -> u32 {
     let value = match (bits, quadrant & 1) {
         (0, 0) => sine(r),
         (0, _) => cosine(r),
-        (_, 0) => table_sine(t, bits).copysign(r),
-        (_, _) => table_sine(1.0 - t, bits),
+        (_, 0) => approximate_sine(t, bits).copysign(r),
+        (_, _) => approximate_sine(1.0 - t, bits),
     };
     let value = if quadrant & 2 == 0 { value } else { -value };
     (value as f32).to_bits()

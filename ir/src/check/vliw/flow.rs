@@ -154,7 +154,7 @@ impl Flow<'_> {
             self.read(at, reg, &state);
         }
         for op in &ops {
-            let how = self.srp.fus[op.fu].op(op.op.class());
+            let how = self.srp.fus[op.fu].timing(op.op);
             let how = how.expect("bundles were checked by themselves").clone();
             used.push(op.fu);
             self.unit(slot(op), op.fu, &how, &mut state);

@@ -219,7 +219,7 @@ impl Checker<'_> {
     /// Where no unit runs it, which is reported elsewhere, any will do.
     fn latency(&self, op: &SlotOp) -> u32 {
         let unit = self.srp.fus.get(op.fu);
-        let how = unit.and_then(|unit| unit.op(op.op.class()));
+        let how = unit.and_then(|unit| unit.timing(op.op));
         how.map_or(1, |how| how.latency)
     }
 

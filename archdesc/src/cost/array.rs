@@ -1,0 +1,469 @@
+//! The SRP: its units, registers, wires and memories.
+//!
+//! A unit of the array has the operators of the widest of its classes, once, and each special function
+//! of its classes; functions with a common datapath have one between them. Multiplexers have an input for
+//! each place that a unit reads. A context has for every unit an opcode, a choice for every
+//! operand, addresses of registers and constants.
+
+use serde::Serialize;
+
+use super::memory::{REGISTER_BIT, SRAM_BIT, file_area, file_energy, read_energy};
+use super::operator::{
+    SINGLE, compare, convert, float_add, float_fma, float_mul, integer_add, integer_mul,
+    product_area, product_energy, registers, shift,
+};
+use crate::arch::{Arch, FileSpec, Fu, FuSpec, LinkSpec, Srp};
+use crate::area::{CONTROL, WIRING, cache_area};
+use crate::isa::{Class, Opcode};
+use crate::precision::Approx;
+use crate::resource::ResourceGraph;
+use crate::structure::{Special, Structure};
+
+/// Area of an input of a multiplexer beyond its first, µm² a bit: 2.4 gates of 1.44 µm².
+const MULTIPLEXER_BIT: f64 = 3.4;
+
+/// Energy of a bit through one of its levels, pJ.
+const MULTIPLEXER_PJ: f64 = 0.001;
+
+/// Energy of a bit along a millimetre of wire, pJ.
+pub const WIRE_PJ: f64 = 0.12;
+
+/// Area of a bit of configuration memory, µm²: each unit has an array of its own, 7500 µm² for 128
+/// contexts of 64 bits.
+const CONTEXT_BIT: f64 = 0.92;
+
+/// Energy of a bit of context that is read, pJ: 1.5 pJ for 64 of them.
+const CONTEXT_PJ: f64 = 0.0234;
+
+/// Bits of a context word that choose an opcode.
+const OPCODE_BITS: u32 = 7;
+
+/// Operands of a unit.
+const OPERANDS: u32 = 3;
+
+/// A kind of part of an SRP, all of the kind together.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Item {
+    /// What it is.
+    pub name: &'static str,
+    /// How much of it there is.
+    pub extent: String,
+    /// Area, mm² at 65 nm.
+    pub mm2: f64,
+}
+
+/// What an SRP is made of.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SrpArea {
+    /// Its parts.
+    pub items: Vec<Item>,
+    /// All of them, mm² at 65 nm.
+    pub total_mm2: f64,
+}
+
+/// Operators that one operation of a class keeps busy: floating-point adders, multipliers,
+/// comparators, integer adders, integer multipliers.
+#[derive(Clone, Copy, Default)]
+struct Operators {
+    add: u32,
+    mul: u32,
+    cmp: u32,
+    int: u32,
+    imul: u32,
+}
+
+fn operators(class: Class) -> Operators {
+    let (add, mul, cmp, int, imul) = match class {
+        Class::Alu | Class::Load | Class::Store | Class::Cload | Class::Cstore | Class::Branch => {
+            (0, 0, 0, 1, 0)
+        }
+        Class::Imul => (0, 0, 0, 0, 1),
+        Class::Fadd => (1, 0, 1, 0, 0),
+        Class::Fmul => (0, 1, 0, 0, 0),
+        Class::Fma => (1, 1, 0, 0, 0),
+        Class::Valu => (0, 0, 0, 4, 0),
+        Class::Vmul => (0, 0, 0, 0, 4),
+        Class::Vfadd => (4, 0, 4, 0, 0),
+        Class::Vfmul => (0, 4, 0, 0, 0),
+        Class::Vfma => (4, 4, 0, 0, 0),
+        Class::Vdot => (3, 4, 0, 0, 0),
+        Class::Idiv
+        | Class::Pred
+        | Class::Fdiv
+        | Class::Sfu
+        | Class::Cvt
+        | Class::Lane
+        | Class::Tex
+        | Class::Io => (0, 0, 0, 0, 0),
+    };
+    Operators {
+        add,
+        mul,
+        cmp,
+        int,
+        imul,
+    }
+}
+
+/// The special functions of a class.
+fn functions(class: Class) -> impl Iterator<Item = Special> {
+    let of_class = move |special: &Special| special.opcodes()[0].class() == class;
+    Special::ALL.into_iter().filter(of_class)
+}
+
+/// What every unit has, and how much of it there is on the whole array.
+#[derive(Default)]
+struct Sums {
+    operators: Operators,
+    operators_um2: f64,
+    divisions: u32,
+    special: u32,
+    special_um2: f64,
+    filters: u32,
+}
+
+/// The area of an SRP by its parts.
+pub fn srp(arch: &Arch) -> SrpArea {
+    let srp = &arch.srp;
+    let mut sums = Sums::default();
+    for fu in srp.fus.values() {
+        unit(&mut sums, fu, arch);
+    }
+    // A filter stands behind each port of the texture unit.
+    let ports = (srp.fus.values()).filter_map(|fu| fu.op(Class::Tex)?.uses.first());
+    let ports = ports.map(|&port| srp.resources[port].count).min();
+    sums.filters = sums.filters.min(ports.unwrap_or(u32::MAX));
+    let o = sums.operators;
+    let item = |name, extent: String, um2: f64| Item {
+        name,
+        extent,
+        mm2: um2 * 1e-6,
+    };
+    let mut items = vec![
+        item(
+            "operators",
+            format!(
+                "{} FP adders, {} multipliers; integer: {} adders, {} multipliers, {} dividers",
+                o.add, o.mul, o.int, o.imul, sums.divisions
+            ),
+            sums.operators_um2,
+        ),
+        item(
+            "special functions",
+            format!("{} of units", sums.special),
+            sums.special_um2,
+        ),
+        item(
+            "texture filter",
+            format!(
+                "{}, weights of {} bits",
+                sums.filters, arch.precision.texture_weight_bits
+            ),
+            f64::from(sums.filters) * filter_area(arch.precision.texture_weight_bits),
+        ),
+    ];
+    let logic: f64 = items.iter().map(|item| item.mm2).sum();
+    items.push(item(
+        "control",
+        "23.3 % of these".to_owned(),
+        logic * CONTROL * 1e6,
+    ));
+    items.extend(storage(arch));
+    let before: f64 = items.iter().map(|item| item.mm2).sum();
+    items.push(item(
+        "wiring",
+        "30 % of all".to_owned(),
+        before * WIRING * 1e6,
+    ));
+    let total_mm2 = items.iter().map(|item| item.mm2).sum();
+    SrpArea { items, total_mm2 }
+}
+
+/// The operators of one unit.
+fn unit(sums: &mut Sums, fu: &FuSpec, arch: &Arch) {
+    let mut widest = Operators::default();
+    let mut um2 = 0.0;
+    for op in &fu.ops {
+        let needed = operators(op.class);
+        widest.add = widest.add.max(needed.add);
+        widest.mul = widest.mul.max(needed.mul);
+        widest.cmp = widest.cmp.max(needed.cmp);
+        widest.int = widest.int.max(needed.int);
+        widest.imul = widest.imul.max(needed.imul);
+        match op.class {
+            Class::Cvt => um2 += convert().area_um2,
+            // A row of recurrence and its registers.
+            Class::Idiv => {
+                sums.divisions += 1;
+                um2 += 160.0 * 33.0 + registers(4 * 32).area_um2;
+            }
+            Class::Lane => um2 += MULTIPLEXER_BIT * 3.0 * 128.0,
+            Class::Tex => sums.filters += 1,
+            _ => {}
+        }
+    }
+    let times = |n: u32, each: f64| f64::from(n) * each;
+    um2 += times(widest.add, float_add(SINGLE).area_um2)
+        + times(widest.mul, float_mul(SINGLE).area_um2)
+        + times(widest.cmp, compare(32).area_um2)
+        // An integer lane shifts, too.
+        + times(widest.int, integer_add(32).area_um2 + shift(32).area_um2)
+        // An integer product is made by the multiplier of a float, where there is one, made larger.
+        + times(widest.imul, integer_mul(32).area_um2)
+        - times(widest.imul.min(widest.mul), product_area(24.0, 24.0));
+    sums.operators_um2 += um2;
+    sums.operators.add += widest.add;
+    sums.operators.mul += widest.mul;
+    sums.operators.cmp += widest.cmp;
+    sums.operators.int += widest.int;
+    sums.operators.imul += widest.imul;
+    let here: Vec<Special> = (fu.ops.iter()).flat_map(|op| functions(op.class)).collect();
+    sums.special += here.len() as u32;
+    sums.special_um2 += specials_area(&here, arch);
+}
+
+/// Area of the special functions of one unit, µm². Exact reciprocal, roots and quotients of which the
+/// machine says no more are one recurrence, as SimTRaX's.
+fn specials_area(here: &[Special], arch: &Arch) -> f64 {
+    #[derive(PartialEq)]
+    enum Shared {
+        Datapath(u32, Option<Structure>),
+        Unsaid,
+    }
+    let mut shared: Vec<(Shared, f64)> = Vec::new();
+    let mut area = 0.0;
+    for &special in here {
+        let (approx, build) = (arch.precision.of(special), arch.builds.of(special));
+        let unit = arch.special_unit(special);
+        let structure = match approx {
+            // Polynomials of different segments differ in their tables.
+            Approx::Table {
+                structure: Structure::Polynomial { degree, .. },
+                ..
+            } => Some(Structure::Polynomial {
+                degree,
+                segments: 0,
+            }),
+            Approx::Table {
+                structure: Structure::Table,
+                ..
+            } => Some(Structure::Table),
+            Approx::Table { structure, .. } => Some(structure),
+            Approx::Exact => build.exact,
+        };
+        let key = match (build.datapath, approx, build.exact) {
+            (Some(number), ..) => Shared::Datapath(number, structure),
+            (None, Approx::Exact, None) if special.has_steps() => Shared::Unsaid,
+            _ => {
+                area += unit.area_um2;
+                continue;
+            }
+        };
+        area += unit.area_um2 - unit.shared_um2;
+        match shared.iter_mut().find(|(other, _)| *other == key) {
+            Some((_, largest)) => *largest = largest.max(unit.shared_um2),
+            None => shared.push((key, unit.shared_um2)),
+        }
+    }
+    area + shared.into_iter().map(|(_, largest)| largest).sum::<f64>()
+}
+
+/// Area of a bilinear filter, µm²: in each of four channels four products of 24-bit texels and weights of
+/// twice the bits, three sums, and the table that decodes three of them in each texel.
+fn filter_area(weight_bits: u32) -> f64 {
+    let weight = f64::from(2 * weight_bits).max(1.0);
+    let products = 16.0 * product_area(24.0, weight);
+    let sums = 12.0 * integer_add(24 + 2 * weight_bits).area_um2;
+    products + sums + 12.0 * super::memory::ROM_BIT * 256.0 * 24.0
+}
+
+/// Registers, multiplexers and memories.
+fn storage(arch: &Arch) -> Vec<Item> {
+    let srp = &arch.srp;
+    let graph = ResourceGraph::of(srp);
+    let files = |central: bool| {
+        let of = srp
+            .files
+            .values()
+            .filter(move |file| (file.readers.len() > 1) == central);
+        let (mut count, mut bits, mut area) = (0u32, 0u32, 0.0);
+        for file in of {
+            count += 1;
+            bits += file.size * file.width;
+            area += file_area(file.size, file.width, file.read_ports + file.write_ports);
+        }
+        (count, bits, area)
+    };
+    let (mut inputs, mut multiplexers) = (0u32, 0.0);
+    let mut contexts = 0u32;
+    for (fu, spec) in srp.fus.iter() {
+        let paths = &graph.reads[fu];
+        let bits: u32 = paths.iter().map(|path| path.width.min(spec.width)).sum();
+        inputs += OPERANDS * paths.len() as u32;
+        multiplexers +=
+            f64::from(OPERANDS) * MULTIPLEXER_BIT * f64::from(bits.saturating_sub(spec.width));
+        contexts += context_bits(srp, &graph, fu);
+    }
+    let outputs: u32 = srp
+        .fus
+        .values()
+        .map(|fu| fu.width + u32::from(fu.pred_out))
+        .sum();
+    let delayed: u32 = srp.links.values().map(|link| link.delay * link.width).sum();
+    let configuration = contexts * srp.contexts;
+    let system = &arch.system;
+    let item = |name, extent: String, um2: f64| Item {
+        name,
+        extent,
+        mm2: um2 * 1e-6,
+    };
+    let kib = |bytes: u32| format!("{} KiB", f64::from(bytes) / 1024.0);
+    let (central, own) = (files(true), files(false));
+    let extent = |(count, bits, _): (u32, u32, f64)| format!("{count} files, {bits} bits");
+    vec![
+        item("shared register files", extent(central), central.2),
+        item("units' register files", extent(own), own.2),
+        item(
+            "output and link registers",
+            format!("{} bits", outputs + delayed),
+            REGISTER_BIT * f64::from(outputs + delayed),
+        ),
+        item(
+            "operand multiplexers",
+            format!("{inputs} inputs, {} links", srp.links.len()),
+            multiplexers,
+        ),
+        item(
+            "configuration memory",
+            format!("{} contexts of {contexts} bits", srp.contexts),
+            CONTEXT_BIT * f64::from(configuration),
+        ),
+        item(
+            "SRAM",
+            kib(system.sram_bytes),
+            SRAM_BIT * 8.0 * f64::from(system.sram_bytes),
+        ),
+        item(
+            "data cache",
+            kib(system.data_cache.bytes),
+            1e6 * cache_area(system.data_cache.bytes),
+        ),
+        item(
+            "texture cache",
+            kib(system.texture_cache.bytes),
+            1e6 * cache_area(system.texture_cache.bytes),
+        ),
+    ]
+}
+
+/// Bits that choose one of so many.
+fn choice(of: usize) -> u32 {
+    (of.max(1) as u32).next_power_of_two().ilog2()
+}
+
+/// Bits of a context for one unit.
+pub fn context_bits(srp: &Srp, graph: &ResourceGraph, fu: Fu) -> u32 {
+    let spec = &srp.fus[fu];
+    // Constants are sources as well.
+    let sources = graph.reads[fu].len() + spec.constants as usize;
+    let mut bits = OPCODE_BITS + OPERANDS * choice(sources) + 32 * spec.constants;
+    for file in srp.files.values() {
+        let address = choice(file.size as usize);
+        let shared = |users: &[Fu], ports: u32| match users.len() {
+            0 => 0,
+            n => ports.div_ceil(n as u32),
+        };
+        if file.readers.contains(&fu) {
+            bits += address * shared(&file.readers, file.read_ports);
+        }
+        if file.writers.contains(&fu) {
+            bits += (address + 1) * shared(&file.writers, file.write_ports);
+        }
+    }
+    bits
+}
+
+/// Bits of a context for all units.
+pub fn all_context_bits(srp: &Srp) -> u32 {
+    let graph = ResourceGraph::of(srp);
+    srp.fus.keys().map(|fu| context_bits(srp, &graph, fu)).sum()
+}
+
+/// Energy of reading contexts of so many bits, pJ.
+pub fn context_energy(bits: u32) -> f64 {
+    CONTEXT_PJ * f64::from(bits)
+}
+
+/// Area of the bus, mm²: a register for each bit in each cycle of both ways, and for each core a
+/// multiplexer; addresses beside the data.
+pub fn bus_area(arch: &Arch) -> f64 {
+    let bus = &arch.system.bus;
+    let bits = f64::from(8 * bus.width + 32);
+    let ways = f64::from(2 * bus.latency.max(1));
+    let cores = f64::from(arch.system.cores);
+    let um2 = bits * (REGISTER_BIT * ways + MULTIPLEXER_BIT * cores * 2.0);
+    um2 * 1e-6 * (1.0 + CONTROL) * (1.0 + WIRING)
+}
+
+/// Energy of an operation itself, pJ: its operators, or its special function. None of registers,
+/// wires and memories.
+pub fn operation_energy(op: Opcode, arch: &Arch) -> f64 {
+    if let Some(special) = Special::of(op) {
+        return arch.special_unit(special).energy_pj;
+    }
+    let o = operators(op.class());
+    let times = |n: u32, each: f64| f64::from(n) * each;
+    let (add, mul) = (float_add(SINGLE).energy_pj, float_mul(SINGLE).energy_pj);
+    let fused = o.add.min(o.mul);
+    let floats = match op.class() {
+        Class::Fma | Class::Vfma => times(fused, float_fma(SINGLE).energy_pj),
+        // What compares does not add.
+        Class::Fadd | Class::Vfadd if !adds(op) => times(o.cmp, compare(32).energy_pj),
+        _ => times(o.add, add) + times(o.mul, mul),
+    };
+    floats
+        + times(o.int, integer_add(32).energy_pj)
+        + times(o.imul, integer_mul(32).energy_pj)
+        + match op.class() {
+            Class::Cvt => convert().energy_pj,
+            Class::Idiv => 0.223 * 34.0 * 35.0,
+            Class::Tex => {
+                let weight = f64::from(2 * arch.precision.texture_weight_bits).max(1.0);
+                16.0 * product_energy(24.0, weight) + 12.0 * read_energy(256.0 * 24.0, 24.0)
+            }
+            _ => 0.0,
+        }
+}
+
+fn adds(op: Opcode) -> bool {
+    matches!(
+        op,
+        Opcode::Fadd | Opcode::Fsub | Opcode::Vfadd | Opcode::Vfsub
+    )
+}
+
+/// Energy of a read or a write of a file, pJ.
+pub fn register_energy(file: &FileSpec) -> f64 {
+    file_energy(file.size, file.width, file.read_ports + file.write_ports)
+}
+
+/// Energy of so many bits through the operand multiplexer of a unit that reads so many places, pJ.
+pub fn multiplexer_energy(bits: u32, places: usize) -> f64 {
+    MULTIPLEXER_PJ * f64::from(bits * choice(places).max(1))
+}
+
+/// Energy of so many bits along a link, pJ: past as many units as it spans, each 0.3 mm wide, and its
+/// registers.
+pub fn link_energy(srp: &Srp, link: &LinkSpec, bits: u32) -> f64 {
+    const UNIT_MM: f64 = 0.3;
+    let (from, to) = (&srp.fus[link.from], &srp.fus[link.to]);
+    let cells = from.row.abs_diff(to.row) + from.col.abs_diff(to.col);
+    let wire = WIRE_PJ * UNIT_MM * f64::from(cells.max(1));
+    f64::from(bits) * (wire + 0.002 * f64::from(link.delay))
+}
+
+/// Energy of an access of so many bytes to the SRAM, pJ; it is in 16 banks.
+pub fn sram_energy(arch: &Arch, bytes: u32) -> f64 {
+    let bank = f64::from(arch.system.sram_bytes) * 8.0 / 16.0;
+    read_energy(bank, f64::from(bytes * 8))
+}

@@ -1,0 +1,117 @@
+//! Units by every structure keep what their precision promises, on every mantissa.
+
+use srp_archdesc::arch::{Approx, Refine};
+use srp_archdesc::certify::{Function, certify};
+use srp_archdesc::isa::Opcode;
+use srp_archdesc::structure::{Special, Structure};
+
+fn special(function: Function) -> Special {
+    let op = Opcode::parse(function.name()).filter(|op| *op != Opcode::Div);
+    op.and_then(Special::of).unwrap_or(Special::Div)
+}
+
+fn polynomial(function: Function, degree: u32, bits: u32) -> Structure {
+    let segments = special(function).segments(degree, bits);
+    Structure::Polynomial { degree, segments }
+}
+
+/// One function for each curve that tables cover.
+const CURVES: [Function; 5] = [
+    Function::Rcp,
+    Function::Rsqrt,
+    Function::Exp2,
+    Function::Log2,
+    Function::Sin,
+];
+
+const RADIX_4: Structure = Structure::Recurrence {
+    radix: 4,
+    unrolled: false,
+};
+
+fn keeps(function: Function, structure: Structure, bits: u32) {
+    if !special(function).can_be(structure) {
+        return;
+    }
+    let found = certify(function, Approx::built(structure, bits));
+    println!(
+        "{:6} {structure} {bits}: {:.2} of {:.2} bits",
+        function.name(),
+        found.correct_bits,
+        found.promised_bits
+    );
+    assert!(found.correct_bits >= found.promised_bits, "{found:?}");
+    // Units with tables test for operands without a fraction.
+    if structure.is_tabulated() && !matches!(function, Function::Rsqrt | Function::Sqrt) {
+        assert_ne!(found.powers_exact, Some(false), "{found:?}");
+    }
+}
+
+#[test]
+fn tables_of_offsets_keep_their_bits() {
+    for function in CURVES {
+        for (tables, bits) in [(1, 4), (1, 9), (2, 12), (4, 23)] {
+            keeps(function, Structure::Offsets { tables }, bits);
+        }
+    }
+}
+
+#[test]
+fn polynomials_keep_their_bits() {
+    for function in CURVES {
+        for (degree, bits) in [(1, 12), (2, 16), (3, 23)] {
+            keeps(function, polynomial(function, degree, bits), bits);
+        }
+    }
+    for function in [Function::Sqrt, Function::Div] {
+        keeps(function, polynomial(function, 2, 23), 23);
+    }
+}
+
+#[test]
+fn digit_recurrence_is_correctly_rounded() {
+    for function in [
+        Function::Rcp,
+        Function::Rsqrt,
+        Function::Sqrt,
+        Function::Div,
+    ] {
+        for bits in [4, 11, 23] {
+            keeps(function, RADIX_4, bits);
+        }
+        // With all bits it is the exact function.
+        let exact = certify(function, Approx::built(RADIX_4, 24));
+        assert!(exact.rounded > 0.999_999, "{exact:?}");
+    }
+}
+
+#[test]
+fn rotations_keep_their_bits() {
+    for function in Function::ALL {
+        for bits in [4, 23] {
+            keeps(function, Structure::Cordic, bits);
+        }
+    }
+}
+
+/// A seed by any structure is squared by a step.
+#[test]
+fn steps_improve_any_seed() {
+    for structure in [
+        Structure::Offsets { tables: 1 },
+        polynomial(Function::Rsqrt, 2, 12),
+    ] {
+        for function in [Function::Rcp, Function::Rsqrt, Function::Div] {
+            let approx = Approx::Table {
+                structure,
+                bits: 12,
+                steps: 1,
+                fused: true,
+                refine: Refine::Unit,
+            };
+            let found = certify(function, approx);
+            assert!(found.correct_bits >= found.promised_bits, "{found:?}");
+            assert!(found.correct_bits > 21.0, "{found:?}");
+        }
+    }
+}

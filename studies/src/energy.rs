@@ -1,0 +1,358 @@
+//! Where the energy of a frame goes: what the units counted, times what each of it takes.
+//!
+//! Of a kernel the schedule says what an iteration does: its operations, the places that they take
+//! operands from and write to, and the contexts that it goes through. A core is as many iterations along as
+//! its cycles on the kernel hold initiation intervals, so prologues and epilogues count as full. Of control
+//! code the counters know bundles only: each is charged with the mean of the program's. Prices are those of
+//! [`srp_archdesc::cost`] at 65 nm, in which the clock tree and the leakage of logic are not.
+
+use serde::Serialize;
+use srp_archdesc::ResourceGraph;
+use srp_archdesc::arch::{Arch, RegFile};
+use srp_archdesc::area::{cache_energy, operations_energy, triangle_energy};
+use srp_archdesc::cost::{Technology, array};
+use srp_archdesc::datapath::BOX_TEST;
+use srp_archdesc::isa::{Opcode, Space, Ty};
+use srp_archdesc::structure::Special;
+use srp_archdesc::system::CacheSpec;
+use srp_ir::dre::scheduled::{BundleData, ModuloSchedule, ScheduledDre, Source, Src};
+use srp_runtime::memory::cache::CacheCounters;
+use srp_runtime::system::Report;
+
+/// Energy of a bit to or from system memory, pJ: 100 mW for a GB/s, Arm's rule for mobile memories.
+const MEMORY_BIT_PJ: f64 = 12.5;
+
+/// Millimetres of a bus between cores and memory.
+const BUS_MM: f64 = 5.0;
+
+/// Energy of a bit that a pipeline of the T&I unit hands on, pJ: a register's clock and its data.
+const PIPELINE_BIT_PJ: f64 = 0.004;
+
+/// Leakage of memories, W a byte: 6.2 mW for 240 KB of CACTI's LOP cells.
+const LEAKAGE: f64 = 6.2e-3 / (240.0 * 1024.0);
+
+/// Parts of a system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Part {
+    /// Adders, multipliers, and what else operations on the array compute with.
+    ArrayOperators,
+    /// Special functions and divisions on the array.
+    ArraySpecial,
+    /// Register files that kernels read and write.
+    ArrayRegisters,
+    /// Operand multiplexers, output registers and links.
+    ArrayLinks,
+    /// Contexts of kernels.
+    Configuration,
+    /// Control code: operations, registers, bundles.
+    Vliw,
+    /// SRAM of the cores.
+    Sram,
+    /// Data caches.
+    DataCache,
+    /// Texture caches.
+    TextureCache,
+    /// Ray–box tests.
+    BoxTests,
+    /// Ray–triangle tests.
+    TriangleTests,
+    /// Caches of the T&I units.
+    TniCaches,
+    /// Rays in the pipelines of the T&I units.
+    TniPipelines,
+    /// The bus.
+    Bus,
+    /// System memory.
+    Memory,
+    /// Leakage of SRAM and caches.
+    Leakage,
+}
+
+impl Part {
+    /// Its name in listings.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Part::ArrayOperators => "array: operators",
+            Part::ArraySpecial => "array: special functions",
+            Part::ArrayRegisters => "array: register files",
+            Part::ArrayLinks => "array: multiplexers, links",
+            Part::Configuration => "configuration memory",
+            Part::Vliw => "VLIW",
+            Part::Sram => "SRAM",
+            Part::DataCache => "data cache",
+            Part::TextureCache => "texture cache",
+            Part::BoxTests => "T&I: box tests",
+            Part::TriangleTests => "T&I: triangle tests",
+            Part::TniCaches => "T&I: caches",
+            Part::TniPipelines => "T&I: rays in pipelines",
+            Part::Bus => "bus",
+            Part::Memory => "system memory",
+            Part::Leakage => "leakage of memories",
+        }
+    }
+}
+
+/// Energy of one part.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Share {
+    /// The part.
+    pub part: Part,
+    /// mJ at 65 nm.
+    pub mj: f64,
+}
+
+/// Energy of a frame.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Energy {
+    /// By part, of all cores together.
+    pub parts: Vec<Share>,
+    /// mJ at 65 nm, all parts.
+    pub total_mj: f64,
+    /// mJ of all but system memory, at each technology that is known.
+    pub chip_mj: Vec<(Technology, f64)>,
+    /// pJ for each ray that was traced, all parts at 65 nm.
+    pub pj_per_ray: f64,
+    /// Mean power, W at 65 nm.
+    pub watts: f64,
+}
+
+impl Energy {
+    /// The energy of a part, mJ.
+    pub fn of_part(&self, part: Part) -> f64 {
+        let share = self.parts.iter().find(|share| share.part == part);
+        share.map_or(0.0, |share| share.mj)
+    }
+}
+
+/// What one iteration of a kernel, or one bundle, takes; pJ.
+#[derive(Clone, Copy, Default)]
+struct Activity {
+    operators: f64,
+    special: f64,
+    registers: f64,
+    links: f64,
+    contexts: f64,
+    sram: f64,
+}
+
+impl Activity {
+    fn add(&mut self, other: Activity, times: f64) {
+        self.operators += other.operators * times;
+        self.special += other.special * times;
+        self.registers += other.registers * times;
+        self.links += other.links * times;
+        self.contexts += other.contexts * times;
+        self.sram += other.sram * times;
+    }
+
+    fn operation(&mut self, op: Opcode, prices: &Prices<'_>) {
+        let energy = prices.operations[op as usize];
+        match Special::of(op) {
+            Some(_) => self.special += energy,
+            None => self.operators += energy,
+        }
+        if op.space() == Some(Space::Sram) {
+            self.sram += array::sram_energy(prices.arch, op.access_bytes().unwrap_or(4));
+        }
+    }
+}
+
+/// What things take on a machine.
+struct Prices<'a> {
+    arch: &'a Arch,
+    graph: ResourceGraph,
+    operations: Vec<f64>,
+    contexts: f64,
+}
+
+impl Prices<'_> {
+    fn of(arch: &Arch) -> Prices<'_> {
+        let energy = |&op: &Opcode| array::operation_energy(op, arch);
+        Prices {
+            arch,
+            graph: ResourceGraph::of(&arch.srp),
+            operations: Opcode::ALL.iter().map(energy).collect(),
+            contexts: array::context_energy(array::all_context_bits(&arch.srp)),
+        }
+    }
+
+    fn register(&self, file: RegFile) -> f64 {
+        array::register_energy(&self.arch.srp.files[file])
+    }
+
+    /// One iteration of a kernel.
+    fn iteration(&self, kernel: &ModuloSchedule) -> Activity {
+        let srp = &self.arch.srp;
+        let mut sum = Activity {
+            contexts: self.contexts * f64::from(kernel.ii),
+            ..Activity::default()
+        };
+        for placed in kernel.ops.values() {
+            let node = kernel.dfg.nodes[placed.node].op;
+            let op = match node.result() {
+                Some(ty) if placed.is_move => Opcode::mov(ty),
+                _ => node,
+            };
+            sum.operation(op, self);
+            let places = self.graph.reads[placed.fu].len();
+            for (source, kind) in placed.operands.iter().zip(op.info().operands) {
+                let bits = kind.ty().bits();
+                sum.links += array::multiplexer_energy(bits, places);
+                match *source {
+                    Source::Reg { reg, .. } => sum.registers += self.register(reg.file),
+                    Source::Out(Some(link)) => {
+                        sum.links += array::link_energy(srp, &srp.links[link], bits);
+                    }
+                    Source::Out(None) | Source::Const(_) => {}
+                }
+            }
+            let result = op.result().map_or(0, Ty::bits);
+            sum.links += PIPELINE_BIT_PJ * f64::from(result);
+            let written = placed.writes.iter().map(|at| self.register(at.file));
+            sum.registers += written.sum::<f64>();
+        }
+        for transfer in &kernel.transfers {
+            let bits = kernel.dfg.ty(transfer.node).map_or(0, Ty::bits);
+            sum.links += array::link_energy(srp, &srp.links[transfer.link], bits);
+            sum.registers += self.register(transfer.to.file);
+        }
+        sum
+    }
+
+    /// One bundle of control code.
+    fn bundle(&self, bundle: &BundleData) -> Activity {
+        let slots = self.arch.srp.slots();
+        let bits = slots
+            .iter()
+            .map(|&fu| array::context_bits(&self.arch.srp, &self.graph, fu));
+        let mut sum = Activity {
+            contexts: array::context_energy(bits.sum()),
+            ..Activity::default()
+        };
+        for op in &bundle.ops {
+            sum.operation(op.op, self);
+            for src in &op.srcs {
+                if let Src::Reg(reg) = src {
+                    sum.registers += self.register(reg.file);
+                }
+            }
+            sum.registers += op.dst.map_or(0.0, |reg| self.register(reg.file));
+        }
+        sum
+    }
+}
+
+/// The energy of a frame of this program on this machine.
+pub fn energy(report: &Report, program: &ScheduledDre, arch: &Arch) -> Energy {
+    let prices = Prices::of(arch);
+    let mut kernels = Activity::default();
+    for kernel in program.kernels.values() {
+        let runs = report.cores.iter().flat_map(|core| &core.array);
+        let cycles: u64 = (runs.filter(|run| run.kernel == kernel.dfg.name))
+            .map(|run| run.cycles)
+            .sum();
+        let iterations = cycles as f64 / f64::from(kernel.ii);
+        kernels.add(prices.iteration(kernel), iterations);
+    }
+    let mut control = Activity::default();
+    let bundles = report.cores.iter().map(|core| core.vliw).sum::<u64>() as f64;
+    let each = bundles / program.bundles.len().max(1) as f64;
+    for bundle in program.bundles.values() {
+        control.add(prices.bundle(bundle), each);
+    }
+    let mut parts = vec![
+        (Part::ArrayOperators, kernels.operators),
+        (Part::ArraySpecial, kernels.special),
+        (Part::ArrayRegisters, kernels.registers),
+        (Part::ArrayLinks, kernels.links),
+        (Part::Configuration, kernels.contexts),
+        (
+            Part::Vliw,
+            control.operators + control.special + control.registers + control.contexts,
+        ),
+        (Part::Sram, kernels.sram + control.sram),
+    ];
+    parts.extend(counted(report, arch));
+    let parts: Vec<Share> = (parts.into_iter())
+        .map(|(part, pj)| Share {
+            part,
+            mj: pj * 1e-9,
+        })
+        .collect();
+    let total_mj: f64 = parts.iter().map(|share| share.mj).sum();
+    let outside: f64 = (parts.iter().filter(|share| share.part == Part::Memory))
+        .map(|share| share.mj)
+        .sum();
+    let chip = |t: Technology| (t, (total_mj - outside) * t.energy);
+    Energy {
+        parts,
+        total_mj,
+        chip_mj: Technology::ALL.map(chip).to_vec(),
+        pj_per_ray: 1e9 * total_mj / report.rays.max(1) as f64,
+        watts: match report.milliseconds > 0.0 {
+            true => total_mj / report.milliseconds,
+            false => 0.0,
+        },
+    }
+}
+
+/// Parts whose uses the system counts; pJ.
+fn counted(report: &Report, arch: &Arch) -> Vec<(Part, f64)> {
+    let (system, tni) = (&arch.system, report.tni());
+    let spec = &system.tni;
+    // A miss looks for the line, and writes it when it comes.
+    let cache = |spec: &CacheSpec, c: &CacheCounters| {
+        (c.hits + c.joined + 2 * c.misses) as f64 * 1e3 * cache_energy(spec.bytes)
+    };
+    let of_cores = |spec: &CacheSpec,
+                    of: fn(&srp_runtime::system::CoreReport) -> &CacheCounters| {
+        report
+            .cores
+            .iter()
+            .map(|core| cache(spec, of(core)))
+            .sum::<f64>()
+    };
+    let passes = tni.pre.passes + tni.aabb.passes + tni.post.passes + tni.ist.passes;
+    let ray_bits = 8 * (system.buffers.ray_bytes + system.buffers.hit_bytes);
+    let memory = &report.dram.counters;
+    let bits = 8.0 * (memory.bytes_read + memory.bytes_written) as f64;
+    let bytes = system.sram_bytes
+        + system.data_cache.bytes
+        + system.texture_cache.bytes
+        + spec.trvs * spec.trv_l1.bytes
+        + spec.trv_l2.bytes
+        + spec.ists * spec.ist_l1.bytes;
+    let leakage = LEAKAGE * f64::from(bytes) * f64::from(system.cores);
+    vec![
+        (
+            Part::DataCache,
+            of_cores(&system.data_cache, |core| &core.data_cache),
+        ),
+        (
+            Part::TextureCache,
+            of_cores(&system.texture_cache, |core| &core.texture_cache),
+        ),
+        (
+            Part::BoxTests,
+            tni.box_tests as f64 * 1e3 * operations_energy(BOX_TEST),
+        ),
+        (
+            Part::TriangleTests,
+            tni.triangle_tests as f64 * 1e3 * triangle_energy(spec),
+        ),
+        (
+            Part::TniCaches,
+            cache(&spec.trv_l1, &tni.trv_l1)
+                + cache(&spec.trv_l2, &tni.trv_l2)
+                + cache(&spec.ist_l1, &tni.ist_l1),
+        ),
+        (
+            Part::TniPipelines,
+            passes as f64 * f64::from(ray_bits) * PIPELINE_BIT_PJ,
+        ),
+        (Part::Bus, bits * array::WIRE_PJ * BUS_MM),
+        (Part::Memory, bits * MEMORY_BIT_PJ),
+        (Part::Leakage, leakage * report.milliseconds * 1e9),
+    ]
+}
