@@ -1,0 +1,169 @@
+//! Whatever a machine file changes of a unit, a file, a link or a memory shows in cycles, area or energy.
+
+use srp_archdesc::Arch;
+use srp_archdesc::cost::array;
+use srp_archdesc::isa::Opcode;
+use srp_archdesc::machines::SGRT;
+use srp_archdesc::parse;
+use srp_archdesc::structure::Special;
+
+/// The machine that comes along, with lines put in and words replaced.
+fn machine(special: &str, edits: &[(&str, &str)]) -> Arch {
+    let mut xml = SGRT
+        .xml
+        .replace("<array rows", &format!("{special}<array rows"));
+    for (from, to) in edits {
+        assert!(xml.contains(from), "{from}");
+        xml = xml.replace(from, to);
+    }
+    parse("knobs.xml", &xml).unwrap_or_else(|errors| panic!("{special} {edits:?}: {errors:?}"))
+}
+
+fn with(special: &str) -> Arch {
+    machine(special, &[])
+}
+
+/// Latency and interval of an operation.
+fn cycles(arch: &Arch, op: Opcode) -> (u32, u32) {
+    let mut how = arch.srp.fus.values().filter_map(|fu| fu.runs(op));
+    how.next().map_or((0, 0), |how| (how.latency, how.interval))
+}
+
+fn area(arch: &Arch) -> f64 {
+    array::srp(arch).total_mm2
+}
+
+fn energy(arch: &Arch, op: Opcode) -> f64 {
+    array::operation_energy(op, arch)
+}
+
+#[test]
+fn cycles_follow_from_the_structure() {
+    let rcp = |attributes: &str| {
+        let arch = with(&format!("<special function=\"rcp\" {attributes}/>"));
+        cycles(&arch, Opcode::Rcp)
+    };
+    // Of the class while nothing is said of how.
+    assert_eq!(rcp("bits=\"exact\""), (8, 2));
+    assert_eq!(rcp("bits=\"8\""), (2, 1));
+    assert_eq!(rcp("bits=\"8\" steps=\"1\""), (8, 2));
+    assert_eq!(rcp("bits=\"8\" steps=\"2\""), (14, 4));
+    assert_eq!(rcp("bits=\"8\" steps=\"2\" refine=\"code\""), (2, 1));
+    assert_eq!(rcp("structure=\"newton\" bits=\"8\""), (8, 2));
+    // A large table is slow, and two small ones are not.
+    assert_eq!(rcp("bits=\"16\""), (4, 1));
+    assert_eq!(rcp("structure=\"bipartite\" bits=\"16\"").1, 1);
+    assert!(rcp("structure=\"bipartite\" bits=\"16\"").0 < 4);
+    assert!(rcp("structure=\"polynomial\" bits=\"23\"").0 <= 4);
+    let radix = |r| rcp(&format!("structure=\"srt\" radix=\"{r}\""));
+    assert_eq!(
+        [radix(2), radix(4), radix(16)],
+        [(27, 27), (14, 14), (8, 8)]
+    );
+    assert_eq!(rcp("structure=\"srt\" unrolled=\"true\" radix=\"2\"").1, 1);
+    let cordic = rcp("structure=\"cordic\" bits=\"20\"");
+    assert!(cordic.0 > 20 && cordic.1 > 20);
+    // What the file gives counts.
+    assert_eq!(rcp("bits=\"8\" latency=\"5\""), (5, 1));
+    assert_eq!(rcp("bits=\"8\" interval=\"3\""), (2, 3));
+    let of_class = [("<op class=\"sfu\"/>", "<op class=\"sfu\" latency=\"9\"/>")];
+    let given = |special: &str| cycles(&machine(special, &of_class), Opcode::Rcp);
+    assert_eq!(given("<special function=\"rcp\" bits=\"8\"/>"), (9, 1));
+    assert_eq!(
+        given("<special function=\"rcp\" bits=\"8\" latency=\"4\"/>"),
+        (4, 1)
+    );
+    // Others of the class are as they were, and so is the divider.
+    let arch = with("<special function=\"rcp\" bits=\"8\"/>");
+    assert_eq!(cycles(&arch, Opcode::Rsqrt), (8, 2));
+    assert_eq!(cycles(&arch, Opcode::Fdiv), (12, 4));
+    let div = with("<special function=\"div\" structure=\"srt\" radix=\"4\"/>");
+    assert_eq!(cycles(&div, Opcode::Fdiv), (14, 14));
+}
+
+#[test]
+fn cycles_follow_from_the_clock() {
+    let at = |mhz: &str| {
+        let edit = format!("srp-mhz=\"{mhz}\"");
+        let special = "<special function=\"rsqrt\" structure=\"polynomial\" bits=\"22\"/>";
+        cycles(
+            &machine(special, &[("srp-mhz=\"1000\"", &edit)]),
+            Opcode::Rsqrt,
+        )
+        .0
+    };
+    assert!(at("500") < at("1000") && at("1000") < at("2000"));
+    // The T&I unit has its own: 16 cycles of 37 are the reciprocal's.
+    let ist = |rcp: &str| {
+        let exact = "<special function=\"rcp\" bits=\"exact\"/>\n    </tni>";
+        let edit = format!("<special function=\"rcp\" {rcp}/></tni>");
+        machine("", &[(exact, &edit)]).system.tni.ist_latency
+    };
+    assert_eq!(ist("bits=\"exact\""), 37);
+    assert!(ist("bits=\"8\"") < ist("bits=\"8\" steps=\"1\""));
+    assert!(ist("bits=\"8\" steps=\"1\"") < ist("structure=\"srt\" radix=\"2\""));
+    assert_eq!(ist("bits=\"8\" latency=\"20\""), 41);
+}
+
+#[test]
+fn area_and_energy_follow_from_the_structure() {
+    let exact = with("");
+    let table = |bits: u32| with(&format!("<special function=\"exp2\" bits=\"{bits}\"/>"));
+    let (small, large) = (table(8), table(16));
+    assert!(area(&small) < area(&exact) && area(&small) < area(&large));
+    assert!(energy(&small, Opcode::Exp2) < energy(&large, Opcode::Exp2));
+    assert!(energy(&small, Opcode::Exp2) < energy(&exact, Opcode::Exp2));
+    assert_eq!(energy(&small, Opcode::Fadd), energy(&exact, Opcode::Fadd));
+    // A table of its own costs more than a common datapath's.
+    let both = |datapath: &str| {
+        let unit = format!("structure=\"polynomial\" bits=\"20\" {datapath}");
+        let line = |f: &str| format!("<special function=\"{f}\" {unit}/>");
+        area(&with(&(line("exp2") + &line("log2") + &line("sincos"))))
+    };
+    assert!(both("datapath=\"1\"") < both(""));
+    // What the file gives counts.
+    let given =
+        with("<special function=\"exp2\" bits=\"8\" area-um2=\"1000000\" energy-fj=\"5000\"/>");
+    assert_eq!(energy(&given, Opcode::Exp2), 5.0);
+    assert!(area(&given) > area(&small) + 1.0);
+    assert_eq!(given.special_unit(Special::Exp2).area_um2, 1e6);
+}
+
+#[test]
+fn area_follows_from_everything_else() {
+    let base = area(&with(""));
+    let larger = [
+        ("size=\"240K\"", "size=\"480K\""),
+        ("<data-cache size=\"4K\"", "<data-cache size=\"16K\""),
+        ("<texture-cache size=\"32K\"", "<texture-cache size=\"64K\""),
+        ("contexts=\"128\"", "contexts=\"256\""),
+        ("topology=\"mesh-diagonal\"", "topology=\"full\""),
+        ("link-delay=\"0\"", "link-delay=\"1\""),
+        (
+            "kind=\"rotating\" size=\"16\"",
+            "kind=\"rotating\" size=\"32\"",
+        ),
+        (
+            "size=\"16\" read-ports=\"3\"",
+            "size=\"16\" read-ports=\"6\"",
+        ),
+        (
+            "kind=\"static\" size=\"8\" read-ports=\"2\" write-ports=\"1\"",
+            "kind=\"static\" size=\"8\" read-ports=\"2\" write-ports=\"3\"",
+        ),
+        ("width=\"32\" size=\"64\"", "width=\"32\" size=\"128\""),
+        (
+            "classes=\"alu imul pred fadd fmul fma cvt\"",
+            "classes=\"alu imul idiv pred fadd fmul fma cvt\"",
+        ),
+        (
+            "<row units=\"vec scalar vec scalar\"/>",
+            "<row units=\"vec vec vec scalar\"/>",
+        ),
+        ("<sram ", "<texture weight-bits=\"12\"/><sram "),
+    ];
+    for edit in larger {
+        let changed = area(&machine("", &[edit]));
+        assert!(changed > base, "{edit:?}: {changed} for {base}");
+    }
+}
