@@ -142,6 +142,17 @@ fn delayed() -> Arch {
         fused: true,
         refine: Refine::Code,
     };
+    arch.precision.sqrt = Approx::built(Structure::Cordic, 20);
+    arch.precision.exp2 = Approx::built(
+        Structure::Polynomial {
+            degree: 2,
+            segments: 5,
+        },
+        21,
+    );
+    arch.precision.log2 = Approx::built(Structure::Offsets { tables: 2 }, 14);
+    arch.precision.sincos = Approx::built(Structure::Cordic, 16);
+    arch.derive_cycles();
     arch.srp.contexts = 1024;
     arch
 }
