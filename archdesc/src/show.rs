@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use crate::arch::{Approx, Arch, FileKind, FuOp, FuSpec, Precision, Refine, Subnormals};
+use crate::arch::{Approx, Arch, FileKind, FuOp, FuSpec, Precision, Refine, Resource, Subnormals};
 use crate::dram::{DramModel, DramSpec, RowPolicy};
 use crate::isa::Class;
 use crate::structure::Structure;
@@ -117,12 +117,16 @@ fn show_kinds(out: &mut String, arch: &Arch, kinds: &[UnitKind<'_>]) -> std::fmt
     Ok(())
 }
 
+/// A way in which a class runs: whether it is that of one operation only, whose name it is, latency,
+/// interval, and what is taken.
+type Way<'a> = ((bool, &'a str), u32, u32, Vec<Resource>);
+
 /// Latency, interval and units of each class; classes that run differently on some units have
 /// several lines.
 fn show_classes(out: &mut String, arch: &Arch) -> std::fmt::Result {
     writeln!(out, "class   latency  interval  units  slots  shares")?;
     for &class in Class::ALL {
-        let mut ways: BTreeMap<((bool, &str), u32, u32, Vec<_>), (u32, u32)> = BTreeMap::new();
+        let mut ways: BTreeMap<Way<'_>, (u32, u32)> = BTreeMap::new();
         for unit in arch.srp.fus.values() {
             let Some(op) = unit.op(class) else { continue };
             // The class first, then operations of it that run differently.
