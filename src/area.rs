@@ -7,7 +7,8 @@ use crate::talk;
 use serde::Serialize;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::area::{self, Area, Complexity};
-use srp_archdesc::cost::{Technology, array};
+use srp_archdesc::chip;
+use srp_archdesc::cost::Technology;
 use srp_archdesc::datapath::{BOX_TEST, Intersection};
 use srp_archdesc::structure::Special;
 use srp_archdesc::system::{Pipeline, TniSpec};
@@ -49,9 +50,9 @@ struct Chip {
 }
 
 fn chip(arch: &Arch) -> Chip {
-    let srp_mm2 = array::srp(arch).total_mm2;
+    let srp_mm2 = chip::srp(arch).total_mm2;
     let tni_mm2 = area::area(&arch.system.tni, &arch.system.buffers).total;
-    let bus_mm2 = array::bus_area(arch);
+    let bus_mm2 = chip::bus_area(arch);
     let cores = arch.system.cores;
     let total_mm2 = f64::from(cores) * (srp_mm2 + tni_mm2) + bus_mm2;
     let scaled = Technology::ALL.map(|t| (t, total_mm2 * t.area));
@@ -67,7 +68,7 @@ fn chip(arch: &Arch) -> Chip {
 
 /// The SRP by its parts, and the whole.
 fn write_chip(out: &mut String, arch: &Arch) -> std::fmt::Result {
-    let srp = array::srp(arch);
+    let srp = chip::srp(arch);
     writeln!(out, "\nSRP of `{}`, 65 nm", arch.name)?;
     writeln!(out, "{:28} {:>9} {:>7}  extent", "part", "mm²", "share")?;
     for item in &srp.items {
@@ -142,7 +143,7 @@ fn json(arch: &Arch) -> serde_json::Value {
     serde_json::json!({
         "machine": arch.name,
         "chip": chip(arch),
-        "srp": array::srp(arch),
+        "srp": chip::srp(arch),
         "special": Special::ALL.map(|s| (s.name(), arch.special_unit(s))).to_vec(),
         "tni": area::area(tni, &arch.system.buffers),
         "parallel_mm2": form(arch, Pipeline::Parallel),

@@ -1,7 +1,7 @@
 //! [`Arch`]: one SGRT system, the SRP array and the units round it, every name resolved and every
 //! default filled in. It is what a machine file means; nothing downstream sees XML.
 
-use crate::cost::{self, Builds};
+use crate::cost::special::{self as cost, Builds};
 use crate::datapath::RCP_LATENCY;
 use crate::entity;
 use crate::entity::EntityMap;
@@ -238,7 +238,7 @@ impl Arch {
     /// What the unit of a special function of the SRP costs.
     pub fn special_unit(&self, special: Special) -> cost::Unit {
         let (approx, build) = (self.precision.of(special), self.builds.of(special));
-        cost::special::unit(special, approx, build, self.system.srp_mhz)
+        cost::unit(special, approx, build, self.system.srp_mhz)
     }
 
     /// Lets the cycles of special functions follow from their structure and precision, where the
@@ -277,7 +277,7 @@ impl Arch {
         }
         let mhz = self.system.tni_mhz;
         let tni = &mut self.system.tni;
-        let rcp = cost::special::unit(Special::Rcp, tni.rcp, &tni.rcp_build, mhz).latency;
+        let rcp = cost::unit(Special::Rcp, tni.rcp, &tni.rcp_build, mhz).latency;
         let rcp = rcp.unwrap_or(RCP_LATENCY);
         tni.ist_latency = (tni.ist_latency + rcp)
             .saturating_sub(tni.rcp_latency)

@@ -8,7 +8,7 @@
 
 use serde::Serialize;
 
-use crate::cost::{self, Build};
+use crate::cost::special::{self as cost, Build};
 use crate::datapath::{BOX_TEST, Operations};
 use crate::precision::Approx;
 use crate::structure::Special;
@@ -117,7 +117,7 @@ fn rau_registers(tni: &TniSpec, line: u32) -> u32 {
 fn rcp_unit(tni: &TniSpec) -> Option<cost::Unit> {
     let said = tni.rcp != Approx::Exact || tni.rcp_build != Build::default();
     // Area and energy do not depend on the clock but for the registers of the pipeline.
-    said.then(|| cost::special::unit(Special::Rcp, tni.rcp, &tni.rcp_build, RCP_MHZ))
+    said.then(|| cost::unit(Special::Rcp, tni.rcp, &tni.rcp_build, RCP_MHZ))
 }
 
 /// The clock for which pipelines of reciprocals are priced, the paper's.

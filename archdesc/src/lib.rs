@@ -21,6 +21,7 @@
 pub mod arch;
 pub mod area;
 pub mod certify;
+pub mod chip;
 pub mod cost;
 pub mod datapath;
 pub mod diagnostic;

@@ -1,7 +1,7 @@
 //! [`SystemSpec`]: the units round the array. Sizes are bytes, clocks MHz, latencies cycles of the
 //! unit's own clock unless the name says otherwise.
 
-use crate::cost::Build;
+use crate::cost::special::Build;
 use crate::datapath::Intersection;
 use crate::dram::DramSpec;
 use crate::precision::Approx;

@@ -1,7 +1,7 @@
 //! Whatever a machine file changes of a unit, a file, a link or a memory shows in cycles, area or energy.
 
 use srp_archdesc::Arch;
-use srp_archdesc::cost::array;
+use srp_archdesc::chip;
 use srp_archdesc::isa::Opcode;
 use srp_archdesc::machines::SGRT;
 use srp_archdesc::parse;
@@ -30,11 +30,11 @@ fn cycles(arch: &Arch, op: Opcode) -> (u32, u32) {
 }
 
 fn area(arch: &Arch) -> f64 {
-    array::srp(arch).total_mm2
+    chip::srp(arch).total_mm2
 }
 
 fn energy(arch: &Arch, op: Opcode) -> f64 {
-    array::operation_energy(op, arch)
+    chip::operation_energy(op, arch)
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //! test keeps the model within what it says there.
 
 use srp_archdesc::arch::Approx;
-use srp_archdesc::cost::special::{Build, unit};
+use srp_archdesc::cost::special::{Build, Unit, unit};
 use srp_archdesc::cost::{memory, operator};
 use srp_archdesc::structure::{Special, Structure};
 
@@ -14,7 +14,7 @@ fn recurrence(radix: u32, unrolled: bool) -> Structure {
 }
 
 /// At 1 GHz.
-fn cost(special: Special, structure: Structure, bits: u32) -> srp_archdesc::cost::Unit {
+fn cost(special: Special, structure: Structure, bits: u32) -> Unit {
     unit(
         special,
         Approx::built(structure, bits),
@@ -161,7 +161,7 @@ fn more_bits_cost_no_less() {
             let units: Vec<_> = can
                 .map(|structure| cost(special, structure, bits))
                 .collect();
-            let of = |f: fn(&srp_archdesc::cost::Unit) -> f64| units.iter().map(f).collect();
+            let of = |f: fn(&Unit) -> f64| units.iter().map(f).collect();
             let now: [Vec<f64>; 4] = [
                 of(|unit| unit.area_um2),
                 of(|unit| unit.energy_pj),

@@ -10,7 +10,8 @@ use serde::Serialize;
 use srp_archdesc::ResourceGraph;
 use srp_archdesc::arch::{Arch, RegFile};
 use srp_archdesc::area::{cache_energy, operations_energy, triangle_energy};
-use srp_archdesc::cost::{Technology, array};
+use srp_archdesc::chip;
+use srp_archdesc::cost::Technology;
 use srp_archdesc::datapath::BOX_TEST;
 use srp_archdesc::isa::{Opcode, Space, Ty};
 use srp_archdesc::structure::Special;
@@ -153,7 +154,7 @@ impl Activity {
             None => self.operators += energy,
         }
         if op.space() == Some(Space::Sram) {
-            self.sram += array::sram_energy(prices.arch, op.access_bytes().unwrap_or(4));
+            self.sram += chip::sram_energy(prices.arch, op.access_bytes().unwrap_or(4));
         }
     }
 }
@@ -168,17 +169,17 @@ struct Prices<'a> {
 
 impl Prices<'_> {
     fn of(arch: &Arch) -> Prices<'_> {
-        let energy = |&op: &Opcode| array::operation_energy(op, arch);
+        let energy = |&op: &Opcode| chip::operation_energy(op, arch);
         Prices {
             arch,
             graph: ResourceGraph::of(&arch.srp),
             operations: Opcode::ALL.iter().map(energy).collect(),
-            contexts: array::context_energy(array::all_context_bits(&arch.srp)),
+            contexts: chip::context_energy(chip::all_context_bits(&arch.srp)),
         }
     }
 
     fn register(&self, file: RegFile) -> f64 {
-        array::register_energy(&self.arch.srp.files[file])
+        chip::register_energy(&self.arch.srp.files[file])
     }
 
     /// One iteration of a kernel.
@@ -198,11 +199,11 @@ impl Prices<'_> {
             let places = self.graph.reads[placed.fu].len();
             for (source, kind) in placed.operands.iter().zip(op.info().operands) {
                 let bits = kind.ty().bits();
-                sum.links += array::multiplexer_energy(bits, places);
+                sum.links += chip::multiplexer_energy(bits, places);
                 match *source {
                     Source::Reg { reg, .. } => sum.registers += self.register(reg.file),
                     Source::Out(Some(link)) => {
-                        sum.links += array::link_energy(srp, &srp.links[link], bits);
+                        sum.links += chip::link_energy(srp, &srp.links[link], bits);
                     }
                     Source::Out(None) | Source::Const(_) => {}
                 }
@@ -214,7 +215,7 @@ impl Prices<'_> {
         }
         for transfer in &kernel.transfers {
             let bits = kernel.dfg.ty(transfer.node).map_or(0, Ty::bits);
-            sum.links += array::link_energy(srp, &srp.links[transfer.link], bits);
+            sum.links += chip::link_energy(srp, &srp.links[transfer.link], bits);
             sum.registers += self.register(transfer.to.file);
         }
         sum
@@ -225,9 +226,9 @@ impl Prices<'_> {
         let slots = self.arch.srp.slots();
         let bits = slots
             .iter()
-            .map(|&fu| array::context_bits(&self.arch.srp, &self.graph, fu));
+            .map(|&fu| chip::context_bits(&self.arch.srp, &self.graph, fu));
         let mut sum = Activity {
-            contexts: array::context_energy(bits.sum()),
+            contexts: chip::context_energy(bits.sum()),
             ..Activity::default()
         };
         for op in &bundle.ops {
@@ -351,7 +352,7 @@ fn counted(report: &Report, arch: &Arch) -> Vec<(Part, f64)> {
             Part::TniPipelines,
             passes as f64 * f64::from(ray_bits) * PIPELINE_BIT_PJ,
         ),
-        (Part::Bus, bits * array::WIRE_PJ * BUS_MM),
+        (Part::Bus, bits * chip::WIRE_PJ * BUS_MM),
         (Part::Memory, bits * MEMORY_BIT_PJ),
         (Part::Leakage, leakage * report.milliseconds * 1e9),
     ]

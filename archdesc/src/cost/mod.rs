@@ -1,5 +1,5 @@
 //! What hardware costs: cycles, area and energy of units that follow from their structure and
-//! precision, of memories, and of the whole SRP.
+//! precision, and of memories. [`chip`](mod@crate::chip) adds them up.
 //!
 //! All figures are for 65 nm, and its constants are fitted to published ones; `docs/costs.md` names the
 //! sources and holds units of the model against units that were built. Area and energy of other
@@ -7,14 +7,11 @@
 //! bare datapaths, synthesis and measured silicon: these are of the class of synthesis (SimTRaX,
 //! 65 nm), and ratios between units are what to trust.
 
-pub mod array;
 pub mod memory;
 pub mod operator;
 pub mod special;
 
 use serde::{Deserialize, Serialize};
-
-pub use special::{Build, Builds, Unit};
 
 /// Area and energy of a part of a unit, and its share of the way through it.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -11,17 +11,17 @@ use super::memory::REGISTER_BIT;
 pub const SINGLE: u32 = 24;
 
 /// Area of an array of partial products of a × b bits, µm².
-pub(super) fn product_area(a: f64, b: f64) -> f64 {
+pub fn product_area(a: f64, b: f64) -> f64 {
     11.4 * a * b
 }
 
 /// Its energy, pJ.
-pub(super) fn product_energy(a: f64, b: f64) -> f64 {
+pub fn product_energy(a: f64, b: f64) -> f64 {
     0.0173 * a * b
 }
 
 /// Its delay with a sum that is not carried, FO4.
-pub(super) fn product_fo4(a: f64, b: f64) -> f64 {
+pub fn product_fo4(a: f64, b: f64) -> f64 {
     6.0 + 8.5 * a.min(b).max(2.0).log2()
 }
 

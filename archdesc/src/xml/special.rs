@@ -9,7 +9,7 @@ use super::raw::{self, Text};
 use super::units::unique;
 use super::values;
 use crate::arch::Arch;
-use crate::cost::{self, Build, Builds, Unit};
+use crate::cost::special::{self as cost, Build, Builds, Unit};
 use crate::diagnostic::Span;
 use crate::precision::{Approx, Precision, Refine, Subnormals};
 use crate::structure::{MAX_SEGMENTS, Special, Structure};
@@ -100,7 +100,7 @@ pub(super) fn tni_rcp(
     let specials = specials(found, raw, &["rcp"], false);
     let (rcp, build) = (specials.precision.rcp, *specials.builds.of(Special::Rcp));
     if let Some(&place) = specials.places.get("rcp") {
-        let unit = cost::special::unit(Special::Rcp, rcp, &build, mhz);
+        let unit = cost::unit(Special::Rcp, rcp, &build, mhz);
         check_cycles(found, place, &unit, mhz);
     }
     (rcp, build)

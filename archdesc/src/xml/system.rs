@@ -7,7 +7,7 @@ use super::limits::{self, Limit};
 use super::raw::{self, Text};
 use super::special;
 use super::values;
-use crate::cost::{self, Build};
+use crate::cost::special::{self as cost, Build};
 use crate::datapath::{FpLatency, Intersection, Latencies, RCP_LATENCY, box_depth};
 use crate::precision::Approx;
 use crate::structure::Special;
@@ -236,7 +236,7 @@ fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, mhz: u32, default: Tni
     let node_format = values::word(found, &raw.node_format, "node-format", &formats)
         .unwrap_or(default.node_format);
     let (rcp, rcp_build) = special::tni_rcp(found, &raw.special, mhz);
-    let rcp_latency = cost::special::unit(Special::Rcp, rcp, &rcp_build, mhz).latency;
+    let rcp_latency = cost::unit(Special::Rcp, rcp, &rcp_build, mhz).latency;
     let rcp_latency = rcp_latency.unwrap_or(default.rcp_latency);
     let mut default = TniSpec {
         intersection,

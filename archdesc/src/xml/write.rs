@@ -7,7 +7,7 @@ use super::dram::{PARTS, ROW_POLICIES};
 use super::links::{TOPOLOGIES, Topology};
 use super::units::has_special;
 use crate::arch::{Approx, Arch, FileKind, FileSpec, Fu, FuSpec};
-use crate::cost::Build;
+use crate::cost::special::Build;
 use crate::dram::{BankedSpec, DramModel, DramSpec};
 use crate::structure::{Special, Structure};
 use crate::system::{CacheSpec, Pipeline, SystemSpec};

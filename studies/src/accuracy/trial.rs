@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::{Approx, Arch};
 use srp_archdesc::area;
 use srp_archdesc::certify::{Function, certify};
-use srp_archdesc::cost;
+use srp_archdesc::chip;
 use srp_ir::dre::scheduled::ScheduledDre;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene_image::SceneImage;
@@ -231,7 +231,7 @@ fn costs(report: &Report, program: &ScheduledDre, arch: &Arch) -> Costs {
         frame_cycles: report.cycles,
         dram_bytes: moved,
         energy: energy(report, program, arch).total_mj,
-        area: cores * (unit + cost::array::srp(arch).total_mm2),
+        area: cores * (unit + chip::srp(arch).total_mm2),
         host_seconds: 0.0,
     }
 }

@@ -7,13 +7,13 @@
 
 use serde::Serialize;
 
-use super::memory::{REGISTER_BIT, SRAM_BIT, file_area, file_energy, read_energy};
-use super::operator::{
+use crate::arch::{Arch, FileSpec, Fu, FuSpec, LinkSpec, Srp};
+use crate::area::{CONTROL, WIRING, cache_area};
+use crate::cost::memory::{REGISTER_BIT, SRAM_BIT, file_area, file_energy, read_energy};
+use crate::cost::operator::{
     SINGLE, compare, convert, float_add, float_fma, float_mul, integer_add, integer_mul,
     product_area, product_energy, registers, shift,
 };
-use crate::arch::{Arch, FileSpec, Fu, FuSpec, LinkSpec, Srp};
-use crate::area::{CONTROL, WIRING, cache_area};
 use crate::isa::{Class, Opcode};
 use crate::precision::Approx;
 use crate::resource::ResourceGraph;
@@ -274,7 +274,7 @@ fn filter_area(weight_bits: u32) -> f64 {
     let weight = f64::from(2 * weight_bits).max(1.0);
     let products = 16.0 * product_area(24.0, weight);
     let sums = 12.0 * integer_add(24 + 2 * weight_bits).area_um2;
-    products + sums + 12.0 * super::memory::ROM_BIT * 256.0 * 24.0
+    products + sums + 12.0 * crate::cost::memory::ROM_BIT * 256.0 * 24.0
 }
 
 /// Registers, multiplexers and memories.
