@@ -18,6 +18,7 @@ mod map;
 mod page;
 mod paper;
 mod proof;
+mod refused_kernel;
 mod render;
 mod report;
 mod run;

@@ -1,5 +1,6 @@
 //! Loop-invariant code motion.
 
+use super::alias::{Object, Objects};
 use super::preheader::{find, with_preheaders};
 use crate::flow::{Cfg, Dominators, Loop, LoopData, Loops};
 use crate::program::*;
@@ -10,7 +11,7 @@ use srp_archdesc::isa::{Class, Effect, Space};
 ///
 /// Pure instructions always; divisions, which may trap, and loads only from loops without ports,
 /// calls and launches and from blocks that every iteration passes before it leaves; loads, besides,
-/// only if the loop does not store to their memory.
+/// only if the loop does not store to their memory, or only to other objects.
 pub(crate) fn licm(func: &mut Function) -> bool {
     let (cfg, dominators, loops) = with_preheaders(func);
     let mut home = EntityMap::<Value, Option<Block>>::filled(func.values.len(), None);
@@ -21,24 +22,28 @@ pub(crate) fn licm(func: &mut Function) -> bool {
             home[value] = Some(block);
         }
     }
+    let objects = Objects::of(func);
     let mut changed = false;
     // Inner loops first: what leaves one may leave the next.
     for id in loops.loops.keys().rev() {
-        changed |= hoist(func, &cfg, &dominators, &loops, id, &mut home);
+        changed |= hoist(func, &cfg, &dominators, &loops, id, &objects, &mut home);
     }
     changed
 }
 
 /// What a loop does that forbids moving others.
-struct Effects {
-    stores_sram: bool,
+struct Effects<'a> {
+    objects: &'a Objects,
+    /// The objects in SRAM that it stores to; none for a store that may be to any.
+    stored: Vec<Option<Object>>,
     stores_cached: bool,
     opaque: bool,
 }
 
-fn effects(func: &Function, data: &LoopData) -> Effects {
+fn effects<'a>(func: &Function, data: &LoopData, objects: &'a Objects) -> Effects<'a> {
     let mut effects = Effects {
-        stores_sram: false,
+        objects,
+        stored: Vec::new(),
         stores_cached: false,
         opaque: false,
     };
@@ -46,9 +51,11 @@ fn effects(func: &Function, data: &LoopData) -> Effects {
     for &inst in insts {
         match &func.insts[inst].kind {
             InstKind::Call { .. } | InstKind::Launch { .. } => effects.opaque = true,
-            InstKind::Op { op, .. } => match (op.info().effect, op.space()) {
+            InstKind::Op { op, args, .. } => match (op.info().effect, op.space()) {
                 (Effect::Io, _) => effects.opaque = true,
-                (Effect::Store, Some(Space::Sram)) => effects.stores_sram = true,
+                (Effect::Store, Some(Space::Sram)) => {
+                    effects.stored.push(objects.object(args[1]));
+                }
                 (Effect::Store, _) => effects.stores_cached = true,
                 (Effect::Pure | Effect::Load, _) => {}
             },
@@ -65,11 +72,12 @@ fn hoist(
     dominators: &Dominators,
     loops: &Loops,
     id: Loop,
+    objects: &Objects,
     home: &mut EntityMap<Value, Option<Block>>,
 ) -> bool {
     let data = &loops.loops[id];
     let before = find(func, cfg, data).expect("every loop was given a preheader");
-    let effects = effects(func, data);
+    let effects = effects(func, data, objects);
     let leaves = |&block: &Block| {
         let mut targets = func.blocks[block].end.targets();
         targets.any(|t| !loops.contains(id, t.block))
@@ -102,14 +110,18 @@ fn hoist(
     changed
 }
 
-fn may_move(kind: &InstKind, effects: &Effects, passed: bool) -> bool {
-    let InstKind::Op { op, .. } = kind else {
+fn may_move(kind: &InstKind, effects: &Effects<'_>, passed: bool) -> bool {
+    let InstKind::Op { op, args, .. } = kind else {
         return kind.is_pure();
     };
     let trapping = passed && !effects.opaque;
     match (op.info().effect, op.space()) {
         (Effect::Pure, _) => op.class() != Class::Idiv || trapping,
-        (Effect::Load, Some(Space::Sram)) => trapping && !effects.stores_sram,
+        (Effect::Load, Some(Space::Sram)) => {
+            let from = effects.objects.object(args[1]);
+            let mut stored = effects.stored.iter();
+            trapping && stored.all(|to| from.is_some() && to.is_some() && *to != from)
+        }
         (Effect::Load, _) => trapping && !effects.stores_cached,
         (Effect::Store | Effect::Io, _) => false,
     }
