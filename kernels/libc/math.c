@@ -1,5 +1,5 @@
-/* Functions of float, without loops and with no branch that cannot become a selection, so that loops
- * that call them run on the array. Where a unit of the machine is exact to a float (the compiler
+/* Functions of float, but for fmodf without loops and with no branch that cannot become a selection, so
+ * that loops that call them run on the array. Where a unit of the machine is exact to a float (the compiler
  * defines __SRP_EXACT_SQRT and its like then), a function takes what it gives; where it is not,
  * it computes with what the machine does exactly. -fapprox-func (__SRP_APPROX_FUNC) takes the unit
  * in any case, and leaves out what only rare operands need.
@@ -116,14 +116,8 @@ float fmodf(float x, float y)
     float r = frexpf(a, &na), m = frexpf(b, &nb), inverse = 1 / m;
     int n = na - nb;
     r = remainder_step(r, m, inverse);
-    if (n > 21) {
-#define STEP(k) r = n > 21 + 22 * (k) ? remainder_step(r * 4194304.0f, m, inverse) : r;
-        STEP(0) STEP(1) STEP(2) STEP(3) STEP(4) STEP(5)
-        STEP(6) STEP(7) STEP(8) STEP(9) STEP(10) STEP(11) STEP(12)
-#undef STEP
-        /* What is left of n is n modulo 22. */
-        n -= (n * 2979 >> 16) * 22;
-    }
+    /* For quotients beyond 2^21, which keep loops that call this from the array. */
+    for (; n > 21; n -= 22) r = remainder_step(r * 4194304.0f, m, inverse);
     r = remainder_step(r * of_bits((unsigned)((n > 0 ? n : 0) + 127) << 23), m, inverse);
     r = r < 0 ? r + m : r;
     r = copysignf(ldexpf(r, nb), x);

@@ -181,7 +181,11 @@ pub const PASSES: &[Pass] = &[
     Pass {
         name: "licm",
         what: "Moves out of loops what is the same in every iteration.",
-        run: Run::Function(|f, _| licm(f)),
+        run: Run::Program(|program, _| {
+            let Program { globals, funcs, .. } = program;
+            let changed = funcs.values_mut().map(|f| licm(f, globals));
+            changed.fold(false, |any, changed| any | changed)
+        }),
     },
     Pass {
         name: "promote",

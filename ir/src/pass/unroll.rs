@@ -24,7 +24,7 @@ const MAX_TRIP: u32 = 32;
 /// Operations that a loop may have when those inside it are written out, and where they have branches,
 /// which become predicates: beyond, it takes long to find a schedule.
 const MAX_OPERATIONS: u32 = 150;
-const MAX_CONDITIONAL: u32 = 75;
+const MAX_CONDITIONAL: u32 = 110;
 
 /// How deep a value of a loop is followed to constants.
 const MAX_DEPTH: u32 = 24;
