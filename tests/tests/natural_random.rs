@@ -301,7 +301,7 @@ fn random_loops_mean_the_same_to_the_host() {
         let seeds = start..(start + BATCH).min(first + count);
         let all = text(seeds.clone());
         std::fs::write(&file, &all).expect("the folder can be written");
-        let expected = on_host(&[file.clone()], &binary).expect("the programs are C");
+        let expected = on_host(std::slice::from_ref(&file), &binary).expect("the programs are C");
         let simulate = start - first < simulated;
         if difference(&file, &expected, &arch, simulate).is_ok() {
             continue;
@@ -309,7 +309,8 @@ fn random_loops_mean_the_same_to_the_host() {
         for seed in seeds {
             let one = text(seed..seed + 1);
             std::fs::write(&file, &one).expect("the folder can be written");
-            let expected = on_host(&[file.clone()], &binary).expect("the programs are C");
+            let expected =
+                on_host(std::slice::from_ref(&file), &binary).expect("the programs are C");
             if let Err(what) = difference(&file, &expected, &arch, simulate) {
                 panic!("seed {seed}: {what}\n{one}");
             }

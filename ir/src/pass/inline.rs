@@ -216,7 +216,7 @@ impl Inliner {
             let size = size(data);
             let worth = size <= SMALL || graph.is_called_once(callee);
             let grown = func.insts.len() + size;
-            if !in_kernel && !(item.own && worth && grown <= LARGE) {
+            if !(in_kernel || item.own && worth && grown <= LARGE) {
                 continue;
             }
             if grown > MAX_SIZE {

@@ -23,7 +23,7 @@ const MAX_TRIP: u32 = 32;
 
 /// Operations that a loop may have when those inside it are written out, and where they have branches,
 /// which become predicates: beyond, it takes long to find a schedule.
-const MAX_OPERATIONS: u32 = 150;
+const MAX_OPERATIONS: u32 = 230;
 const MAX_CONDITIONAL: u32 = 110;
 
 /// How deep a value of a loop is followed to constants.
@@ -135,7 +135,11 @@ fn worth_unrolling<'a>(
         }
         apart += one.launched(trip.count);
     }
-    let straight = inner.iter().all(|(data, _)| data.blocks.len() == 1);
+    let branches = |b: Block| matches!(func.blocks[b].end, Terminator::Branch { .. });
+    let straight = inner.iter().all(|(data, trip)| {
+        let mut others = data.blocks.iter().filter(|&&b| b != trip.test);
+        others.all(|&b| !branches(b))
+    });
     let most = if straight {
         MAX_OPERATIONS
     } else {

@@ -44,7 +44,7 @@ pub(super) fn flatten(
     };
     let innermost = loops.loops.values().all(|l| l.parent != Some(inner_id));
     let mark = func.blocks[inner.header].kernel.as_ref();
-    if !innermost || !mark.is_some_and(|m| !m.required) {
+    if !innermost || mark.is_none_or(|m| m.required) {
         return false;
     }
     let Some(nest) = Nest::of(func, dominators, outer, inner) else {
