@@ -3,7 +3,7 @@
 use crate::cli::{self, Compile, Form};
 use crate::failure::Failure;
 use crate::talk::CONSOLE;
-use crate::{diagnostics, files, interrupt, report, talk};
+use crate::{diagnostics, files, interrupt, refused_kernel, report, talk};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Source;
 use srp_archdesc::entity::EntityMap;
@@ -126,6 +126,7 @@ fn forms(
         return write_divided_alone(&out, input, arch, wants(Form::Dfg), wants(Form::Dre));
     }
     let compiled = interrupt::looked_for(|| compile(input, arch, options, session))?;
+    refused_kernel::check(&compiled, arch, options, source, session)?;
     say_not_pipelined(&compiled, arch, source.remarks_passes(), session)?;
     loops.write(&compiled, arch, session)?;
     if wants(Form::Dfg) || wants(Form::Dre) {

@@ -19,6 +19,7 @@ mod map;
 mod page;
 mod paper;
 mod proof;
+mod refused_kernel;
 mod render;
 mod report;
 mod run;

@@ -2,7 +2,7 @@
 
 use crate::cli::{self, Run, RunEngine};
 use crate::failure::Failure;
-use crate::{compile, diagnostics, interrupt, report, talk};
+use crate::{compile, diagnostics, interrupt, refused_kernel, report, talk};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::Entity;
 use srp_ir::dre::scheduled::ScheduledDre;
@@ -33,6 +33,7 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
         RunEngine::Ir => return interpret(input, &options, source, &arch, args.limit),
     };
     let compiled = compile::compile_and_say(input, &arch, &options, source, session)?;
+    refused_kernel::check(&compiled, &arch, &options, source, session)?;
     compile::say_not_pipelined(&compiled, &arch, source.remarks_passes(), session)?;
     loops.write(&compiled, &arch, session)?;
     interrupt::end_if_requested()?;

@@ -43,7 +43,7 @@ pub mod typed;
 
 pub use check::check;
 pub use lower::lower;
-pub use options::{Include, Options};
+pub use options::{Include, Options, precision_macros};
 pub use parse::parse;
 
 use library::Archive;

@@ -72,6 +72,8 @@ codes! {
     STATEMENT = "C0601";
     /// A pragma that cannot be followed.
     PRAGMA = "C0602";
+    /// A loop under `#pragma srp kernel` that is not on the array; told after it is scheduled.
+    KERNEL = "C0604";
     /// `_Static_assert` failed.
     STATIC_ASSERT = "C0603";
     /// A function that returns a value may end without one.
@@ -127,6 +129,7 @@ const NAMES: &[(Code, &str)] = &[
     (OVERFLOW, "overflow"),
     (RETURN_VALUE, "return-mismatch"),
     (UNROLL, "unroll"),
+    (KERNEL, "kernel"),
     (DOUBLE_AS_FLOAT, "double-as-float"),
     (LIBRARY_TYPE, "builtin-declaration-mismatch"),
 ];

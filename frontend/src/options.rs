@@ -1,5 +1,6 @@
 //! What the caller of the front end decides.
 
+use srp_archdesc::arch::{Approx, Precision};
 use srp_archdesc::diagnostic::Source;
 
 /// A file that a source asks for with `#include`.
@@ -49,4 +50,19 @@ impl std::fmt::Debug for Options<'_> {
             .field("auto_kernel", &self.auto_kernel)
             .finish_non_exhaustive()
     }
+}
+
+/// The macros by which the library knows which special functions of a machine are exact: its own
+/// functions then take what the unit gives.
+pub fn precision_macros(precision: &Precision) -> Vec<(String, String)> {
+    let units = [
+        ("__SRP_EXACT_SQRT", precision.sqrt),
+        ("__SRP_EXACT_EXP2", precision.exp2),
+        ("__SRP_EXACT_LOG2", precision.log2),
+        ("__SRP_EXACT_SINCOS", precision.sincos),
+    ];
+    let exact = units.into_iter().filter(|(_, unit)| *unit == Approx::Exact);
+    exact
+        .map(|(name, _)| (name.to_owned(), "1".to_owned()))
+        .collect()
 }

@@ -1,7 +1,9 @@
 //! What makes a program better: one file a pass.
 
+mod alias;
 mod cfg;
 mod compact;
+mod constants;
 mod copyprop;
 mod dce;
 mod fast_math;
@@ -14,11 +16,13 @@ mod mem2reg;
 mod params;
 mod pipeline;
 mod preheader;
+mod promote;
 mod reassociate;
 mod refine;
 mod rename;
 mod restrict;
 mod strength;
+mod unroll;
 
 use crate::program::Pos;
 
@@ -29,6 +33,7 @@ pub use pipeline::{
 
 use cfg::simplify_cfg;
 pub(crate) use compact::compact;
+use constants::constants;
 use copyprop::copyprop;
 pub(crate) use dce::dce;
 use fast_math::{CONTRACT, RECIPROCAL, contract, reciprocal};
@@ -38,10 +43,12 @@ use ifconvert::ifconvert;
 use inline::inline;
 use licm::licm;
 use mem2reg::mem2reg;
+use promote::promote;
 use reassociate::{REASSOCIATE, reassociate};
 use refine::refine;
 pub(crate) use restrict::{restrict_number, settle_restrict};
 use strength::strength;
+use unroll::{unnest, unroll};
 
 /// What stood in a pass's way, for the user to know.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -207,6 +207,8 @@ pub struct KernelMark {
     pub pos: Pos,
     /// Asked for by a pragma, so that a failure is worth a message.
     pub required: bool,
+    /// It has loops inside it, and the mark counts only if those are unrolled.
+    pub nest: bool,
     /// The `restrict` pointers in scope around the loop, by the numbers, from 1, of the `mov`s that
     /// make their values: while the loop runs, what is reached through one of them is reached in no
     /// other way, if it is written (C17 6.7.3.1).

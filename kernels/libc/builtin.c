@@ -87,9 +87,9 @@ unsigned long long __builtin_bswap64(unsigned long long x)
 
 /* ---- Numbers */
 
-static u64 double_bits(double x)
+static u64 double_bits(__srp_double x)
 {
-    union { double x; u64 bits; } both = { x };
+    union { __srp_double x; u64 bits; } both = { x };
     return both.bits;
 }
 

@@ -28,12 +28,22 @@ typedef float float_t;
 typedef double double_t;
 int __srp_fpclassify(double x);
 int __srp_signbit(double x);
-#define fpclassify(x) __srp_fpclassify(x)
-#define signbit(x) __srp_signbit(x)
-#define isnan(x) (__srp_fpclassify(x) == FP_NAN)
-#define isinf(x) (__srp_fpclassify(x) == FP_INFINITE ? __srp_signbit(x) ? -1 : 1 : 0)
-#define isfinite(x) (__srp_fpclassify(x) > FP_INFINITE)
-#define isnormal(x) (__srp_fpclassify(x) == FP_NORMAL)
+int __srp_isnan(double x);
+int __srp_isinf(double x);
+int __srp_isfinite(double x);
+int __srp_fpclassifyf(float x);
+int __srp_signbitf(float x);
+int __srp_isnanf(float x);
+int __srp_isinff(float x);
+int __srp_isfinitef(float x);
+/* Of a float without software double. */
+#define __srp_of_float(name, x) _Generic((x), float: name##f, default: name)(x)
+#define fpclassify(x) __srp_of_float(__srp_fpclassify, x)
+#define signbit(x) __srp_of_float(__srp_signbit, x)
+#define isnan(x) __srp_of_float(__srp_isnan, x)
+#define isinf(x) __srp_of_float(__srp_isinf, x)
+#define isfinite(x) __srp_of_float(__srp_isfinite, x)
+#define isnormal(x) (fpclassify(x) == FP_NORMAL)
 #define isgreater(x, y) ((x) > (y))
 #define isgreaterequal(x, y) ((x) >= (y))
 #define isless(x, y) ((x) < (y))
@@ -53,9 +63,11 @@ float sinhf(float x);
 float tanhf(float x);
 float expf(float x);
 float exp2f(float x);
+float expm1f(float x);
 float logf(float x);
 float log2f(float x);
 float log10f(float x);
+float log1pf(float x);
 float powf(float x, float y);
 float sqrtf(float x);
 float cbrtf(float x);
@@ -68,6 +80,7 @@ float roundf(float x);
 float rintf(float x);
 float nearbyintf(float x);
 long lroundf(float x);
+long lrintf(float x);
 float fmodf(float x, float y);
 float fminf(float x, float y);
 float fmaxf(float x, float y);

@@ -28,7 +28,53 @@ int __srp_fpclassify(double x)
 }
 
 int __srp_signbit(double x) { return (int)(bits_of(x) >> 63); }
+int __srp_isnan(double x) { return __srp_fpclassify(x) == FP_NAN; }
+int __srp_isinf(double x) { return __srp_fpclassify(x) == FP_INFINITE ? __srp_signbit(x) ? -1 : 1 : 0; }
+int __srp_isfinite(double x) { return __srp_fpclassify(x) > FP_INFINITE; }
 
+#ifdef __SRP_DOUBLE_IS_FLOAT
+double acos(double x) { return acosf(x); }
+double asin(double x) { return asinf(x); }
+double atan(double x) { return atanf(x); }
+double cos(double x) { return cosf(x); }
+double sin(double x) { return sinf(x); }
+double tan(double x) { return tanf(x); }
+double cosh(double x) { return coshf(x); }
+double sinh(double x) { return sinhf(x); }
+double tanh(double x) { return tanhf(x); }
+double exp(double x) { return expf(x); }
+double exp2(double x) { return exp2f(x); }
+double log(double x) { return logf(x); }
+double log2(double x) { return log2f(x); }
+double log10(double x) { return log10f(x); }
+double sqrt(double x) { return sqrtf(x); }
+double cbrt(double x) { return cbrtf(x); }
+double fabs(double x) { return fabsf(x); }
+double floor(double x) { return floorf(x); }
+double ceil(double x) { return ceilf(x); }
+double trunc(double x) { return truncf(x); }
+double round(double x) { return roundf(x); }
+double rint(double x) { return rintf(x); }
+double nearbyint(double x) { return nearbyintf(x); }
+double expm1(double x) { return expm1f(x); }
+double log1p(double x) { return log1pf(x); }
+double atan2(double x, double y) { return atan2f(x, y); }
+double pow(double x, double y) { return powf(x, y); }
+double hypot(double x, double y) { return hypotf(x, y); }
+double fmod(double x, double y) { return fmodf(x, y); }
+double fmin(double x, double y) { return fminf(x, y); }
+double fmax(double x, double y) { return fmaxf(x, y); }
+double fdim(double x, double y) { return fdimf(x, y); }
+double copysign(double x, double y) { return copysignf(x, y); }
+double fma(double x, double y, double z) { return fmaf(x, y, z); }
+double ldexp(double x, int n) { return ldexpf(x, n); }
+double scalbn(double x, int n) { return ldexpf(x, n); }
+double frexp(double x, int *n) { return frexpf(x, n); }
+double modf(double x, double *whole) { return modff(x, whole); }
+long lround(double x) { return lroundf(x); }
+long lrint(double x) { return lrintf(x); }
+long long llround(double x) { return (long long)roundf(x); }
+#else
 double fabs(double x) { return of_bits(bits_of(x) & ~SIGN); }
 double copysign(double x, double y) { return of_bits((bits_of(x) & ~SIGN) | (bits_of(y) & SIGN)); }
 double fmin(double x, double y) { return x != x ? y : y != y ? x : x < y ? x : y; }
@@ -441,3 +487,4 @@ double fma(double x, double y, double z)
     double f = (p - (s - t)) + (z - t);
     return s + (f + e);
 }
+#endif

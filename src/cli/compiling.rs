@@ -44,7 +44,8 @@ pub(crate) struct Source {
     /// `no-auto-kernel`, as the option of that name; `single-precision-constant`: constants without
     /// suffix are floats; `associative-math`: floating-point sums and products in any order;
     /// `reciprocal-math`: quotients as products with reciprocals; `fp-contract=fast`: sums that take in
-    /// a product without rounding it. `-R pass` tells each place that changes a result
+    /// a product without rounding it; `approx-func`: functions of math.h as the special-function unit
+    /// gives them; `fast-math`: all four. `-R pass` tells each place that changes a result
     #[arg(short = 'f', value_name = "FEATURE", value_enum)]
     pub(crate) feature: Vec<Feature>,
     /// Warnings: NAME, no-NAME, error, error=NAME, no-error=NAME, none
@@ -106,15 +107,25 @@ pub(crate) enum Feature {
     /// It may not, as if nothing were said
     #[value(name = "fp-contract=off")]
     ContractOff,
+    /// Functions of math.h may be what the special-function unit gives
+    ApproxFunc,
+    /// All of associative-math, reciprocal-math, fp-contract=fast and approx-func
+    FastMath,
 }
 
 /// What some features allow that may change results.
 pub(crate) fn fast_math(features: &[Feature]) -> FastMath {
     let contract = |f: &&Feature| matches!(f, Feature::ContractFast | Feature::ContractOff);
+    let has = |feature| features.contains(&feature) || features.contains(&Feature::FastMath);
+    let contracts = match features.iter().rfind(contract) {
+        Some(last) => *last == Feature::ContractFast,
+        None => features.contains(&Feature::FastMath),
+    };
     FastMath {
-        associative: features.contains(&Feature::AssociativeMath),
-        reciprocal: features.contains(&Feature::ReciprocalMath),
-        contract: features.iter().rfind(contract) == Some(&Feature::ContractFast),
+        associative: has(Feature::AssociativeMath),
+        reciprocal: has(Feature::ReciprocalMath),
+        contract: contracts,
+        approximate: has(Feature::ApproxFunc),
     }
 }
 

@@ -313,17 +313,10 @@ void invert(int n)
     let port = |n: u32| format!("name=\"sram_port\" count=\"{n}\"");
     edited("one.xml", &port(4), &port(1));
     edited("two.xml", &port(4), &port(2));
-    let division = "class=\"fdiv\" latency=\"12\" interval=";
-    edited(
-        "slow.xml",
-        &format!("{division}\"4\""),
-        &format!("{division}\"8\""),
-    );
-    edited(
-        "quick.xml",
-        &format!("{division}\"4\""),
-        &format!("{division}\"1\""),
-    );
+    let division = "<op class=\"fdiv\"";
+    let every = |cycles: u32| format!("{division} latency=\"12\" interval=\"{cycles}\"");
+    edited("slow.xml", division, &every(8));
+    edited("quick.xml", division, &every(1));
     let cases = [
         ("one.xml", "two.xml", "add", "one more sram_port"),
         ("slow.xml", "quick.xml", "invert", "fdiv issued every cycle"),

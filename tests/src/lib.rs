@@ -8,7 +8,7 @@ use srp_archdesc::diagnostic::Source;
 use srp_archdesc::machines;
 use srp_csimgen::{Interpreter, link};
 use srp_frontend::message::render_all;
-use srp_frontend::{Include, Options, compile};
+use srp_frontend::{Include, Options, compile, precision_macros};
 use srp_ir::check::Checked;
 use srp_ir::dre::{self, Dre};
 use srp_ir::interp::{self, FlatWorld};
@@ -96,17 +96,35 @@ pub fn compiled_for(
     arch: &Arch,
     defines: Vec<(String, String)>,
 ) -> Result<Program, String> {
+    compiled_with(sources, arch, defines, false)
+}
+
+/// Compiles C as people write it: innermost loops become kernels without a pragma.
+pub fn compiled_as_written(sources: &[PathBuf], arch: &Arch) -> Result<Program, String> {
+    compiled_with(sources, arch, Vec::new(), true)
+}
+
+fn compiled_with(
+    sources: &[PathBuf],
+    arch: &Arch,
+    defines: Vec<(String, String)>,
+    auto_kernel: bool,
+) -> Result<Program, String> {
     let beside = sources.first().and_then(|path| path.parent());
     let beside = beside.unwrap_or(Path::new(""));
     let text = |name: &str| {
         let read = |folder: &Path| std::fs::read_to_string(folder.join(name)).ok();
         read(beside).or_else(|| read(&root().join("kernels")))
     };
-    let resolve = |include: &Include<'_>| Some(Source::new(include.name, text(include.name)?));
+    let resolve = |include: &Include<'_>| match text(include.name) {
+        Some(text) => Some(Source::new(include.name, text)),
+        None => srp_frontend::library::header(include.name),
+    };
+    let units = precision_macros(&arch.precision).into_iter();
     let options = Options {
-        defines,
+        defines: units.chain(defines).collect(),
         resolve: &resolve,
-        auto_kernel: false,
+        auto_kernel,
         ..Options::default()
     };
     let source = |path: &PathBuf| {

@@ -81,8 +81,12 @@ fn with<R>(
         ("SRP_HIT_BUFFERS", buffers.hit_buffers),
     ];
     let machine = machine.map(|(name, value)| (name.to_owned(), value.to_string()));
+    let approximate = ("__SRP_APPROX_FUNC".to_owned(), "1".to_owned());
+    let approximate = options.fast_math.approximate.then_some(approximate);
+    let units = srp_frontend::precision_macros(&arch.precision);
+    let machine = machine.into_iter().chain(units).chain(approximate);
     f(&srp_frontend::Options {
-        defines: machine.into_iter().chain(options.defines.clone()).collect(),
+        defines: machine.chain(options.defines.clone()).collect(),
         resolve: &|include| texts.find(include),
         auto_kernel: options.auto_kernel,
         double_is_float: options.double_is_float,

@@ -120,6 +120,20 @@ impl Warnings {
         chosen
     }
 
+    /// Whether a loop under `#pragma srp kernel` that is not on the array is an error: always, but with
+    /// `no-error=kernel`, `no-error` or `no-kernel`.
+    pub fn refuses_kernels(&self) -> bool {
+        let mut refuses = true;
+        for wish in &self.0 {
+            match wish.as_str() {
+                "no-error" | "no-error=kernel" | "no-kernel" | "none" => refuses = false,
+                "error" | "error=kernel" | "kernel" => refuses = true,
+                _ => {}
+            }
+        }
+        refuses
+    }
+
     fn level(&self, name: &str) -> Level {
         let mut level = Level::Warn;
         for wish in &self.0 {

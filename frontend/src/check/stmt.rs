@@ -100,7 +100,12 @@ impl Checker<'_> {
                 };
                 return self.loop_(s, asked);
             }
-            K::Switch(e, body) => return self.switch(*e, *body, span),
+            K::Switch(e, body) => {
+                self.scopes.push(Scope::default());
+                let switch = self.switch(*e, *body, span);
+                self.close_scope();
+                return switch;
+            }
             K::Labelled(labels, body) => return self.labelled(labels, *body, span),
             K::Pragmas(pragmas, body) => return self.pragmas(pragmas, *body),
             K::Goto(name, at) => {
@@ -167,11 +172,14 @@ impl Checker<'_> {
                 last = Some(self.inner(s));
                 break;
             };
+            // The statement is a block, of which what follows `else` is a part (C11 6.8.4p3).
+            self.scopes.push(Scope::default());
             let cond = self.condition(*c);
             let (then, flow) = self.inner(*then);
             links.push((cond, then, flow, *span));
             next = *other;
         }
+        links.iter().for_each(|_| self.close_scope());
         let mut other = last.map(|(stmt, _)| stmt);
         let mut flow = last.is_none_or(|(_, flow)| flow);
         for (cond, then, then_flow, span) in links.into_iter().rev() {

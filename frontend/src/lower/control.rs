@@ -184,11 +184,18 @@ impl Lowering<'_> {
             Some(cond) => self.branch(cond, header, exit),
             None => self.jump(header, Vec::new()),
         }
-        if data.kernel || self.auto_kernel && !has_inner && !data.labelled {
+        if data.kernel || self.auto_kernel && !data.labelled {
+            let nest = has_inner && !data.kernel;
+            let name = match nest {
+                // The name is that of the loop inside, once that is unrolled.
+                true => self.nest_name(),
+                false => self.kernel_name(),
+            };
             self.func.blocks[header].kernel = Some(KernelMark {
-                name: self.kernel_name(),
+                name,
                 pos,
                 required: data.kernel,
+                nest,
                 restrict: self.restrict.clone(),
             });
         }

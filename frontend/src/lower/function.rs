@@ -301,6 +301,11 @@ impl Lowering<'_> {
         self.kernels.after(&self.func.name)
     }
 
+    /// A name for a loop with loops inside it, until one of those gives it its own.
+    pub(super) fn nest_name(&mut self) -> String {
+        self.kernels.after(&format!("{}_nest", self.func.name))
+    }
+
     /// Appends an operation that has a result.
     pub(super) fn op(&mut self, op: Opcode, args: &[Value]) -> Value {
         self.op_imm(op, args, 0)

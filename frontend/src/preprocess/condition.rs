@@ -72,6 +72,20 @@ impl Preprocessor<'_> {
         let mut rest = tokens;
         while let Some((token, after)) = rest.split_first() {
             rest = after;
+            if token.is_word("__has_include")
+                && let [open, inside @ ..] = after
+                && open.is("(")
+                && let Some(close) = inside.iter().position(|t| t.is(")"))
+            {
+                let found = self.has_include(token.span, &inside[..close]);
+                out.push(PpToken {
+                    kind: PpKind::Number,
+                    text: self.names.name(if found { "1" } else { "0" }),
+                    ..token.clone()
+                });
+                rest = &inside[close + 1..];
+                continue;
+            }
             let name = match after {
                 _ if !token.is_word("defined") => None,
                 [name, ..] if name.kind == PpKind::Ident => Some((name, 1)),
@@ -87,7 +101,10 @@ impl Preprocessor<'_> {
                 continue;
             };
             let known = self.macros.contains_key(&name.text)
-                || matches!(&*name.text, "__LINE__" | "__FILE__" | "__COUNTER__");
+                || matches!(
+                    &*name.text,
+                    "__LINE__" | "__FILE__" | "__COUNTER__" | "__has_include"
+                );
             out.push(PpToken {
                 kind: PpKind::Number,
                 text: self.names.name(if known { "1" } else { "0" }),

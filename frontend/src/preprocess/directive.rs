@@ -49,14 +49,33 @@ impl Preprocessor<'_> {
                 self.messages.push(message);
             }
             "pragma" => self.pragma(file, span, rest),
-            // Positions stay those of the text.
-            "line" => {}
+            // Positions of messages stay those of the text.
+            "line" => self.line_directive(file, span, rest),
+            _ if word.kind == PpKind::Number => {
+                self.line_directive(file, span, &line);
+            }
             "ident" => {}
             other => {
                 let text = format!("`#{other}` is no directive of this compiler");
                 self.error(DIRECTIVE, span, text, "");
             }
         }
+    }
+
+    /// `#line`, and what other preprocessors write for it: the number of the next line, and a name.
+    fn line_directive(&mut self, file: SourceFile, span: Span, rest: &[PpToken]) {
+        let rest = self.expand(rest.to_vec());
+        let number = rest.first().and_then(|t| t.text.parse::<i64>().ok());
+        let Some(number) = number else {
+            return self.error(DIRECTIVE, span, "`#line` takes a number", "");
+        };
+        let named = rest.get(1).filter(|t| t.kind == PpKind::Str);
+        let before = self.lines.get(&file).and_then(|(_, name)| name.clone());
+        let name = named
+            .map(|t| t.text.trim_matches('"').to_owned())
+            .or(before);
+        let here = i64::from(self.sources.pos(span).line);
+        self.lines.insert(file, (number - here - 1, name));
     }
 
     /// Opens a conditional section; the condition is looked at only where it matters.
@@ -101,7 +120,9 @@ impl Preprocessor<'_> {
 
     fn is_defined(&mut self, span: Span, rest: &[PpToken]) -> bool {
         match rest.first() {
-            Some(name) if name.kind == PpKind::Ident => self.macros.contains_key(&name.text),
+            Some(name) if name.kind == PpKind::Ident => {
+                self.macros.contains_key(&name.text) || &*name.text == "__has_include"
+            }
             _ => {
                 self.error(DIRECTIVE, span, "a macro name must follow", "");
                 false

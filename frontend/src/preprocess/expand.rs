@@ -153,13 +153,16 @@ impl Preprocessor<'_> {
     fn builtin(&mut self, token: &PpToken) -> Option<PpToken> {
         let (kind, text) = match &*token.text {
             "__LINE__" => {
-                let line = self.sources.pos(token.span).line;
+                let line = i64::from(self.sources.pos(token.span).line);
+                let file = self.sources.file(token.span);
+                let moved = file.and_then(|file| self.lines.get(&file));
+                let line = line + moved.map_or(0, |(by, _)| *by);
                 (PpKind::Number, line.to_string())
             }
             "__FILE__" => {
                 let file = self.sources.file(token.span)?;
-                let name = self.sources.name(file);
-                (PpKind::Str, quote(name))
+                let named = self.lines.get(&file).and_then(|(_, name)| name.as_deref());
+                (PpKind::Str, quote(named.unwrap_or(self.sources.name(file))))
             }
             "__COUNTER__" => {
                 self.counter += 1;

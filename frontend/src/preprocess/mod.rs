@@ -158,6 +158,8 @@ struct Preprocessor<'a> {
     macros: HashMap<Name, Rc<Macro>>,
     /// What `#pragma push_macro` has put aside: for each name, last on top.
     pushed: HashMap<Name, Vec<Option<Rc<Macro>>>>,
+    /// What `#line` has said of files: what is added to the numbers of lines, and a name.
+    lines: HashMap<SourceFile, (i64, Option<String>)>,
     once: HashSet<SourceFile>,
     /// Conditional sections around the current line, innermost last.
     sections: Vec<Section>,
@@ -195,6 +197,7 @@ pub(crate) fn preprocess(
         macros: HashMap::new(),
         pushed: HashMap::new(),
         once: HashSet::new(),
+        lines: HashMap::new(),
         sections: Vec::new(),
         depth: 0,
         counter: 0,
@@ -204,6 +207,9 @@ pub(crate) fn preprocess(
     let nowhere = Span::point(preprocessor.sources.base(file));
     for &(name, body) in PREDEFINED {
         preprocessor.predefine(name, body, nowhere);
+    }
+    if options.double_is_float {
+        preprocessor.predefine("__SRP_DOUBLE_IS_FLOAT", "1", nowhere);
     }
     for (name, body) in &options.defines {
         preprocessor.predefine(name, body, nowhere);
@@ -302,6 +308,27 @@ impl Preprocessor<'_> {
                 _ => self.out.push(token),
             }
         }
+    }
+
+    /// Whether `#include` would find what is between the brackets of `__has_include`.
+    pub(crate) fn has_include(&mut self, span: Span, tokens: &[PpToken]) -> bool {
+        let (name, system) = match tokens {
+            [name] if name.kind == PpKind::Str => (name.text.trim_matches('"').to_owned(), false),
+            [open, middle @ .., close] if open.is("<") && close.is(">") => {
+                (middle.iter().map(|t| &*t.text).collect(), true)
+            }
+            _ => return false,
+        };
+        let Some(from) = self.sources.file(span) else {
+            return false;
+        };
+        let from = self.sources.name(from).to_owned();
+        let include = Include {
+            name: &name,
+            from: &from,
+            system,
+        };
+        (self.resolve)(&include).is_some() || library::header(&name).is_some()
     }
 
     fn include(&mut self, from: SourceFile, span: Span, name: &str, system: bool) {

@@ -339,6 +339,7 @@ impl Reader<'_> {
                 name: name.text.to_owned(),
                 pos: terms::read_pos(element, "kernel-at", &self.names.files)?,
                 required: element.required("required")?.bool()?,
+                nest: false,
                 restrict: Vec::new(),
             }),
         };

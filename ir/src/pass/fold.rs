@@ -255,6 +255,7 @@ impl Folder<'_> {
             }
             Eq | Ne | Lt | Le | Ltu | Leu => self.comparison(op, a, b),
             Feq | Fne | Flt | Fle => self.two_valued(op, a, b),
+            Fdiv => self.quotient(a, b),
             Div | Divu | Rem | Remu => self.division(op, a, b, c),
             Pand | Por | Pxor | Pnot | Ptoi => self.predicate(op, a, b),
             Vext | Vins | Swz | Vblend | Vadd | Vsub | Vand | Vor | Vxor => {

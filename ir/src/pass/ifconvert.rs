@@ -11,8 +11,10 @@ use crate::program::*;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Effect, Opcode, Ty};
 
+mod exits;
 mod predicates;
 
+use exits::{Free, run_in_chunks};
 use predicates::Ways;
 
 /// Makes each marked loop one block that jumps back to itself or out. Where that cannot be, the
@@ -23,6 +25,7 @@ pub(crate) fn ifconvert(func: &mut Function) -> Vec<Remark> {
     if func.layout.iter().all(|&b| func.blocks[b].kernel.is_none()) {
         return remarks;
     }
+    let free = run_in_chunks(func);
     let cfg = Cfg::of(func);
     let dominators = Dominators::of(&cfg);
     let loops = Loops::of(&cfg, &dominators);
@@ -39,7 +42,8 @@ pub(crate) fn ifconvert(func: &mut Function) -> Vec<Remark> {
                 message: format!("kernel {} stays on the VLIW engine: {why}", mark.name),
             }),
             None if data.blocks.len() > 1 => {
-                flatten(func, &cfg, &dominators, data, &mut renames);
+                let ways = Ways::of(func, &cfg, &dominators, data);
+                flatten(func, ways, data, &free, &mut renames);
             }
             None => {}
         }
@@ -102,16 +106,15 @@ fn obstacle(
 /// Puts all blocks of a loop into its header.
 fn flatten(
     func: &mut Function,
-    cfg: &Cfg,
-    dominators: &Dominators,
+    mut ways: Ways,
     data: &LoopData,
+    free: &Free,
     renames: &mut Renames,
 ) {
-    let mut ways = Ways::of(func, cfg, dominators, data);
     let mut insts = Vec::new();
     for &block in &data.blocks {
         if block != data.header {
-            merge_params(func, &mut ways, block, &mut insts, renames);
+            merge_params(func, &mut ways, block, free, &mut insts, renames);
         }
         let guard = ways.from(func, data.header, block, &mut insts);
         for inst in std::mem::take(&mut func.blocks[block].insts) {
@@ -140,20 +143,23 @@ fn merge_params(
     func: &mut Function,
     ways: &mut Ways,
     block: Block,
+    free: &Free,
     insts: &mut Vec<Inst>,
     renames: &mut Renames,
 ) {
     let edges = ways.edges_into(block).to_vec();
     // The way whose predicate takes most to compute is the one that is left over.
     let costs: Vec<u32> = edges.iter().map(|edge| ways.cost(block, edge)).collect();
-    let rest = (0..edges.len()).max_by_key(|&i| costs[i]).unwrap_or(0);
     let mut taken = vec![None; edges.len()];
     for (place, param) in func.blocks[block].params.clone().into_iter().enumerate() {
         let ty = func.values[param];
+        let matters = |i: &usize| !free.contains(&(edges[*i].from, block, place));
+        let rest = (0..edges.len()).filter(matters).max_by_key(|&i| costs[i]);
+        let rest = rest.unwrap_or(0);
         let mut value = renames.find(edges[rest].args[place]);
         for (i, edge) in edges.iter().enumerate() {
             let other = renames.find(edge.args[place]);
-            if i == rest || other == value {
+            if i == rest || other == value || !matters(&i) {
                 continue;
             }
             let taken = *taken[i].get_or_insert_with(|| ways.taken(func, block, edge, insts));

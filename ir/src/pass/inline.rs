@@ -205,10 +205,18 @@ impl Inliner {
                 stays(&format!("{} is recursive", data.name));
                 continue;
             }
+            let hopeless = graph.hopeless[callee];
+            if hopeless {
+                stays(&format!(
+                    "{} computes in double, or talks to a port",
+                    data.name
+                ));
+            }
+            let in_kernel = item.kernel.is_some() && !hopeless;
             let size = size(data);
             let worth = size <= SMALL || graph.is_called_once(callee);
             let grown = func.insts.len() + size;
-            if item.kernel.is_none() && !(item.own && worth && grown <= LARGE) {
+            if !(in_kernel || item.own && worth && grown <= LARGE) {
                 continue;
             }
             if grown > MAX_SIZE {
@@ -338,7 +346,7 @@ fn kernel_blocks(func: &Function) -> EntityMap<Block, Option<String>> {
     let cfg = Cfg::of(func);
     let loops = Loops::of(&cfg, &Dominators::of(&cfg));
     for data in loops.loops.values() {
-        if let Some(mark) = &func.blocks[data.header].kernel {
+        if let Some(mark) = func.blocks[data.header].kernel.as_ref().filter(|m| !m.nest) {
             for &block in &data.blocks {
                 kernels[block] = Some(mark.name.clone());
             }

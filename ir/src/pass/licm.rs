@@ -1,5 +1,6 @@
 //! Loop-invariant code motion.
 
+use super::alias::{Object, Objects};
 use super::preheader::{find, with_preheaders};
 use crate::flow::{Cfg, Dominators, Loop, LoopData, Loops};
 use crate::program::*;
@@ -8,10 +9,11 @@ use srp_archdesc::isa::{Class, Effect, Space};
 
 /// Moves what gives the same value in every iteration to before the loop.
 ///
-/// Pure instructions always; divisions, which may trap, and loads only from loops without ports,
-/// calls and launches and from blocks that every iteration passes before it leaves; loads, besides,
-/// only if the loop does not store to their memory.
-pub(crate) fn licm(func: &mut Function) -> bool {
+/// Pure instructions always; divisions, which may trap, and loads only from loops without ports, calls
+/// and launches and from blocks that every iteration passes before it leaves; loads, besides, only if
+/// the loop does not store to their memory, or only to other objects. A kernel's load from a place in a
+/// global cannot trap, and need not be in such a block.
+pub(crate) fn licm(func: &mut Function, globals: &EntityMap<Global, GlobalData>) -> bool {
     let (cfg, dominators, loops) = with_preheaders(func);
     let mut home = EntityMap::<Value, Option<Block>>::filled(func.values.len(), None);
     for &block in &cfg.order {
@@ -21,24 +23,73 @@ pub(crate) fn licm(func: &mut Function) -> bool {
             home[value] = Some(block);
         }
     }
+    let objects = Objects::of(func);
+    let safe = safe_addresses(func, globals);
     let mut changed = false;
     // Inner loops first: what leaves one may leave the next.
     for id in loops.loops.keys().rev() {
-        changed |= hoist(func, &cfg, &dominators, &loops, id, &mut home);
+        changed |= hoist(
+            func,
+            &cfg,
+            &dominators,
+            &loops,
+            id,
+            (&objects, &safe),
+            &mut home,
+        );
     }
     changed
 }
 
+/// Loads that are made before a kernel though not every iteration makes them: each takes a register.
+const MAX_SPECULATED: u32 = 32;
+
+/// For an address in a global, how far from its beginning, and how long that is.
+type Safe = EntityMap<Value, Option<(i64, i64)>>;
+
+/// The addresses of places in globals.
+fn safe_addresses(func: &Function, globals: &EntityMap<Global, GlobalData>) -> Safe {
+    let mut safe = EntityMap::filled(func.values.len(), None);
+    for &inst in func.layout.iter().flat_map(|&b| &func.blocks[b].insts) {
+        if let InstKind::SymbolAddr(Symbol::Global(global), offset) = func.insts[inst].kind {
+            let data = &globals[global];
+            // Up to its alignment, where it lies does not matter.
+            if data.align >= 4 {
+                let place = (i64::from(offset), i64::from(data.size));
+                safe[func.insts[inst].results[0]] = Some(place);
+            }
+        }
+    }
+    safe
+}
+
+/// Whether a load is from a place that is there.
+fn is_safe(kind: &InstKind, safe: &Safe) -> bool {
+    let InstKind::Op { op, args, imm } = kind else {
+        return false;
+    };
+    let (Effect::Load, Some(bytes)) = (op.info().effect, op.access_bytes()) else {
+        return false;
+    };
+    safe[args[1]].is_some_and(|(offset, size)| {
+        let (start, bytes) = (offset + i64::from(*imm), i64::from(bytes));
+        bytes <= 4 && start >= 0 && start % bytes == 0 && start + bytes <= size
+    })
+}
+
 /// What a loop does that forbids moving others.
-struct Effects {
-    stores_sram: bool,
+struct Effects<'a> {
+    objects: &'a Objects,
+    /// The objects in SRAM that it stores to; none for a store that may be to any.
+    stored: Vec<Option<Object>>,
     stores_cached: bool,
     opaque: bool,
 }
 
-fn effects(func: &Function, data: &LoopData) -> Effects {
+fn effects<'a>(func: &Function, data: &LoopData, objects: &'a Objects) -> Effects<'a> {
     let mut effects = Effects {
-        stores_sram: false,
+        objects,
+        stored: Vec::new(),
         stores_cached: false,
         opaque: false,
     };
@@ -46,9 +97,11 @@ fn effects(func: &Function, data: &LoopData) -> Effects {
     for &inst in insts {
         match &func.insts[inst].kind {
             InstKind::Call { .. } | InstKind::Launch { .. } => effects.opaque = true,
-            InstKind::Op { op, .. } => match (op.info().effect, op.space()) {
+            InstKind::Op { op, args, .. } => match (op.info().effect, op.space()) {
                 (Effect::Io, _) => effects.opaque = true,
-                (Effect::Store, Some(Space::Sram)) => effects.stores_sram = true,
+                (Effect::Store, Some(Space::Sram)) => {
+                    effects.stored.push(objects.object(args[1]));
+                }
                 (Effect::Store, _) => effects.stores_cached = true,
                 (Effect::Pure | Effect::Load, _) => {}
             },
@@ -65,17 +118,21 @@ fn hoist(
     dominators: &Dominators,
     loops: &Loops,
     id: Loop,
+    (objects, safe): (&Objects, &Safe),
     home: &mut EntityMap<Value, Option<Block>>,
 ) -> bool {
     let data = &loops.loops[id];
     let before = find(func, cfg, data).expect("every loop was given a preheader");
-    let effects = effects(func, data);
+    let effects = effects(func, data, objects);
     let leaves = |&block: &Block| {
         let mut targets = func.blocks[block].end.targets();
         targets.any(|t| !loops.contains(id, t.block))
     };
     let exits: Vec<Block> = data.blocks.iter().copied().filter(leaves).collect();
     let mut changed = false;
+    // Control code makes a load under a condition only where it is met.
+    let kernel = func.blocks[data.header].kernel.is_some();
+    let mut speculated = 0;
     for &block in &data.blocks {
         let passed = block == data.header
             || !exits.is_empty() && exits.iter().all(|&exit| dominators.dominates(block, exit));
@@ -83,11 +140,14 @@ fn hoist(
             .into_iter()
             .partition(|&inst| {
                 let inst = &func.insts[inst];
-                let mut invariant = may_move(&inst.kind, &effects, passed);
+                let speculates = !passed && kernel && speculated < MAX_SPECULATED;
+                let cannot_trap = speculates && is_safe(&inst.kind, safe);
+                let mut invariant = may_move(&inst.kind, &effects, passed || cannot_trap);
                 inst.kind.for_each_use(|value| {
                     invariant &= home[value].is_some_and(|home| !loops.contains(id, home));
                 });
                 if invariant {
+                    speculated += u32::from(cannot_trap);
                     inst.results
                         .iter()
                         .for_each(|&result| home[result] = Some(before));
@@ -102,14 +162,18 @@ fn hoist(
     changed
 }
 
-fn may_move(kind: &InstKind, effects: &Effects, passed: bool) -> bool {
-    let InstKind::Op { op, .. } = kind else {
+fn may_move(kind: &InstKind, effects: &Effects<'_>, passed: bool) -> bool {
+    let InstKind::Op { op, args, .. } = kind else {
         return kind.is_pure();
     };
     let trapping = passed && !effects.opaque;
     match (op.info().effect, op.space()) {
         (Effect::Pure, _) => op.class() != Class::Idiv || trapping,
-        (Effect::Load, Some(Space::Sram)) => trapping && !effects.stores_sram,
+        (Effect::Load, Some(Space::Sram)) => {
+            let from = effects.objects.object(args[1]);
+            let mut stored = effects.stored.iter();
+            trapping && stored.all(|to| from.is_some() && to.is_some() && *to != from)
+        }
         (Effect::Load, _) => trapping && !effects.stores_cached,
         (Effect::Store | Effect::Io, _) => false,
     }

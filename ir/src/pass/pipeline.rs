@@ -16,6 +16,9 @@ pub struct FastMath {
     pub reciprocal: bool,
     /// Sums may take in products without rounding them.
     pub contract: bool,
+    /// Functions of the library may be what the special-function unit gives, and need not care for
+    /// rare operands.
+    pub approximate: bool,
 }
 
 /// How to optimise.
@@ -36,6 +39,7 @@ impl Options {
                 associative: false,
                 reciprocal: false,
                 contract: false,
+                approximate: false,
             },
         }
     }
@@ -57,6 +61,8 @@ struct Context<'a> {
     /// Whether the steps of special functions are in the program. Until then their operations stand
     /// for all of it.
     refined: bool,
+    /// Whether loops have become innermost ones by unrolling.
+    unrolled: bool,
     remarks: Vec<Remark>,
 }
 
@@ -127,6 +133,37 @@ pub const PASSES: &[Pass] = &[
         }),
     },
     Pass {
+        name: "constants",
+        what: "Computes loads of globals that nothing writes.",
+        run: Run::Program(|program, _| constants(program)),
+    },
+    Pass {
+        name: "inline-kernels",
+        what: "Puts functions in the place of their calls in loops that have become kernels by unrolling.",
+        run: Run::Program(|program, context| {
+            if !context.unrolled {
+                return false;
+            }
+            let remarks = inline(program);
+            context.remarks.retain(|r| r.pass != "inline");
+            context.remarks.extend(remarks);
+            true
+        }),
+    },
+    Pass {
+        name: "unroll",
+        what: "Unrolls short loops of constant counts in loops that can run on the array without them.",
+        run: Run::Program(|program, context| {
+            context.unrolled = unroll(program, &context.precision());
+            context.unrolled
+        }),
+    },
+    Pass {
+        name: "unnest",
+        what: "Forgets the marks of loops that still have loops inside them.",
+        run: Run::Function(|f, _| unnest(f)),
+    },
+    Pass {
         name: "reciprocal-math",
         what: "Makes quotients products with reciprocals, where that is allowed.",
         run: Run::Function(|f, context| {
@@ -144,7 +181,16 @@ pub const PASSES: &[Pass] = &[
     Pass {
         name: "licm",
         what: "Moves out of loops what is the same in every iteration.",
-        run: Run::Function(|f, _| licm(f)),
+        run: Run::Program(|program, _| {
+            let Program { globals, funcs, .. } = program;
+            let changed = funcs.values_mut().map(|f| licm(f, globals));
+            changed.fold(false, |any, changed| any | changed)
+        }),
+    },
+    Pass {
+        name: "promote",
+        what: "Keeps words of globals in values while a kernel loop runs.",
+        run: Run::Function(|f, _| promote(f)),
     },
     Pass {
         name: "ifconvert",
@@ -189,11 +235,18 @@ pub const STANDARD: &[&str] = &[
     "simplify",
     "inline",
     "simplify",
+    "unroll",
+    "inline-kernels",
+    "unnest",
+    "simplify",
+    "constants",
+    "simplify",
     "reciprocal-math",
     "simplify",
     "refine",
     "simplify",
     "licm",
+    "promote",
     "ifconvert",
     "simplify",
     "associative-math",
@@ -255,6 +308,7 @@ pub fn run(
         context: Context {
             options,
             refined: false,
+            unrolled: false,
             remarks: Vec::new(),
         },
         settled: EntityMap::new(),

@@ -49,6 +49,10 @@ impl std::fmt::Display for Reason {
             Reason::InnerLoop => "there is another loop inside it",
             Reason::SeveralExits => "it is left in more than one place",
             Reason::Branches => "its body has branches that could not be turned into predicates",
+            Reason::Call(name) if name.starts_with("__srp_") && name.contains("df") => {
+                "it computes in `double`, which is software: make constants and functions `float` \
+                 (`1.0f`, `sqrtf`), or compile with `--double float`"
+            }
             Reason::Call(name) => return write!(f, "the call to `{name}` is not inlined"),
             Reason::IndirectCall => "a call through a pointer cannot be inlined",
             Reason::Launch => "the loop launches another kernel",

@@ -2,8 +2,8 @@
 
 use super::places::{Def, Places};
 use super::{Reason, Refusal};
+use crate::flow::{Cfg, Dominators, Loops};
 use crate::program::{Bits, Block, Callee, Function, InstKind, Program, Target, Terminator, Value};
-use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Effect, Opcode, Ty};
 use std::collections::BTreeSet;
 
@@ -55,11 +55,11 @@ impl<'a> Loop<'a> {
                     (true, false) => (*cond, true, then, other),
                     (false, true) => (*cond, false, other, then),
                     (true, true) => return Err(endless),
-                    (false, false) => return Err(why_not_one_block(program, func, places, block)),
+                    (false, false) => return Err(why_not_one_block(program, func, block)),
                 }
             }
             Terminator::Jump(t) if t.block == block => return Err(endless),
-            _ => return Err(why_not_one_block(program, func, places, block)),
+            _ => return Err(why_not_one_block(program, func, block)),
         };
         check_insts(program, func, block)?;
         let mut l = Loop {
@@ -204,68 +204,45 @@ fn check_insts(program: &Program, func: &Function, block: Block) -> Result<(), R
     Ok(())
 }
 
-/// Blocks that `next` leads to from `from`, in one step or more.
-fn reached<I: IntoIterator<Item = Block>>(
-    func: &Function,
-    from: Block,
-    next: impl Fn(Block) -> I,
-) -> EntityMap<Block, bool> {
-    let mut seen = EntityMap::filled(func.blocks.len(), false);
-    let mut open = vec![from];
-    while let Some(block) = open.pop() {
-        for target in next(block) {
-            if !std::mem::replace(&mut seen[target], true) {
-                open.push(target);
-            }
-        }
-    }
-    seen
-}
-
 /// What keeps the loop with this header from being one block.
-fn why_not_one_block(
-    program: &Program,
-    func: &Function,
-    places: &Places,
-    header: Block,
-) -> Refusal {
-    let targets = |b: Block| func.blocks[b].end.targets().map(|t| t.block);
-    let after = reached(func, header, targets);
-    let before = reached(func, header, |b| places.preds(b).iter().copied());
-    let in_body = |b: &Block| after[*b] && before[*b];
-    let body: Vec<Block> = func.layout.iter().copied().filter(in_body).collect();
+fn why_not_one_block(program: &Program, func: &Function, header: Block) -> Refusal {
+    let cfg = Cfg::of(func);
+    let loops = Loops::of(&cfg, &Dominators::of(&cfg));
     let pos = func.blocks[header].end_pos;
-    if body.is_empty() {
+    let Some((id, data)) = loops.loops.iter().find(|(_, l)| l.header == header) else {
         let reason = Reason::NoWayBack;
         return Refusal { pos, reason };
-    }
-    for &block in &body {
+    };
+    for &block in &data.blocks {
         if let Err(refusal) = check_insts(program, func, block) {
             return refusal;
         }
     }
-    let inner = body.iter().copied().filter(|b| *b != header).find(|b| {
-        let inner = |b: Block| targets(b).filter(|t| *t != header && in_body(t));
-        reached(func, *b, inner)[*b]
-    });
-    if let Some(inner) = inner {
+    if let Some(inner) = loops.loops.values().find(|l| l.parent == Some(id)) {
+        let statement = func.blocks[inner.header].kernel.as_ref().map(|m| m.pos);
         return Refusal {
-            pos: func.blocks[inner].end_pos,
+            pos: statement.unwrap_or(func.blocks[inner.latches[0]].end_pos),
             reason: Reason::InnerLoop,
         };
     }
-    let leaves = |b: &Block| targets(*b).any(|t| !in_body(&t));
-    let exits: Vec<Block> = body.iter().copied().filter(leaves).collect();
-    if let [_, second, ..] = exits[..] {
+    let leaves = |b: &&Block| {
+        let mut targets = func.blocks[**b].end.targets();
+        targets.any(|t| !data.blocks.contains(&t.block))
+    };
+    let early = |b: &&Block| !data.latches.contains(b);
+    let exits: Vec<Block> = data.blocks.iter().filter(leaves).copied().collect();
+    if let (Some(&exit), true) = (exits.iter().find(early), exits.len() > 1) {
         return Refusal {
-            pos: func.blocks[second].end_pos,
+            pos: func.blocks[exit].end_pos,
             reason: Reason::SeveralExits,
         };
     }
-    let branch = body
+    let branches = |b: &&Block| matches!(func.blocks[**b].end, Terminator::Branch { .. });
+    let branch = data
+        .blocks
         .iter()
-        .find(|b| matches!(func.blocks[**b].end, Terminator::Branch { .. }) && !exits.contains(b));
-    let at = branch.or(exits.first()).or(body.first());
+        .find(|b| branches(b) && !exits.contains(b));
+    let at = branch.or(exits.first()).or(data.blocks.first());
     Refusal {
         pos: at.map_or(pos, |b| func.blocks[*b].end_pos),
         reason: Reason::Branches,

@@ -98,6 +98,7 @@ impl Body {
             self.func.blocks[block].kernel = Some(KernelMark {
                 name: line.name()?,
                 required: line.eat_word("required"),
+                nest: line.eat_word("nest"),
                 restrict: match line.eat_word("restrict") {
                     true => comma_list(line, |line| line.number())?,
                     false => Vec::new(),

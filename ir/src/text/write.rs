@@ -200,12 +200,13 @@ impl Writer<'_> {
         match &data.kernel {
             Some(mark) => {
                 let required = if mark.required { " required" } else { "" };
+                let nest = if mark.nest { " nest" } else { "" };
                 let name = word(&mark.name);
                 let restrict = match &mark.restrict[..] {
                     [] => String::new(),
                     numbers => format!(" restrict {}", list(numbers, u32::to_string)),
                 };
-                let text = format_args!("{head} kernel {name}{required}{restrict}");
+                let text = format_args!("{head} kernel {name}{required}{nest}{restrict}");
                 self.line(text, mark.pos);
             }
             None => self.line(head, Pos::nowhere()),

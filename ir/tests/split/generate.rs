@@ -143,6 +143,7 @@ impl Maker {
             name: "k".to_owned(),
             pos: pos(4),
             required: true,
+            nest: false,
             restrict: Vec::new(),
         });
         let entry_args: Vec<Value> = self.entry_args(start, &carried);

@@ -87,6 +87,7 @@ impl Form {
             name: "trip".to_owned(),
             pos,
             required: true,
+            nest: false,
             restrict: Vec::new(),
         });
         let constant = |func: &mut Function, block, w| func.append_const(block, Bits::Word(w), pos);

@@ -2,6 +2,7 @@
 
 use crate::program::*;
 use srp_archdesc::entity::EntityMap;
+use srp_archdesc::isa::Effect;
 
 /// The direct calls of a program.
 pub(super) struct CallGraph {
@@ -9,6 +10,9 @@ pub(super) struct CallGraph {
     pub(super) callees_first: Vec<Func>,
     /// Functions that may call themselves, at once or through others.
     pub(super) recursive: EntityMap<Func, bool>,
+    /// Functions with which no loop can run on the array: they talk to a port, or compute in software
+    /// double, or call one that does.
+    pub(super) hopeless: EntityMap<Func, bool>,
     /// Calls in the text of the program.
     calls: EntityMap<Func, u32>,
     /// Functions that can be called from elsewhere too: `main`, and those whose address is used.
@@ -21,6 +25,7 @@ impl CallGraph {
         let mut graph = CallGraph {
             callees_first: Vec::new(),
             recursive: EntityMap::filled(count, false),
+            hopeless: EntityMap::filled(count, false),
             calls: EntityMap::filled(count, 0),
             open: EntityMap::filled(count, false),
         };
@@ -35,6 +40,7 @@ impl CallGraph {
         }
         let mut callees = EntityMap::<Func, Vec<Func>>::filled(count, Vec::new());
         for (caller, func) in program.funcs.iter() {
+            graph.hopeless[caller] = is_double(&func.name);
             for &inst in func.layout.iter().flat_map(|&b| &func.blocks[b].insts) {
                 match func.insts[inst].kind {
                     InstKind::Call {
@@ -45,11 +51,19 @@ impl CallGraph {
                         callees[caller].push(callee);
                     }
                     InstKind::SymbolAddr(Symbol::Func(func), _) => graph.open[func] = true,
+                    InstKind::Op { op, .. } if op.info().effect == Effect::Io => {
+                        graph.hopeless[caller] = true;
+                    }
                     _ => {}
                 }
             }
         }
         graph.search(&callees);
+        for i in 0..graph.callees_first.len() {
+            let func = graph.callees_first[i];
+            let called = callees[func].iter().any(|&callee| graph.hopeless[callee]);
+            graph.hopeless[func] |= called;
+        }
         graph
     }
 
@@ -115,4 +129,9 @@ impl CallGraph {
         }
         self.callees_first.extend(members.into_iter().rev());
     }
+}
+
+/// Whether this is a function of software double (`support.c` has their names from GCC's library).
+fn is_double(name: &str) -> bool {
+    name.starts_with("__srp_") && name.contains("df")
 }

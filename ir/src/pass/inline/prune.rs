@@ -40,7 +40,8 @@ pub(super) fn prune(program: &mut Program) {
         .collect();
     program.funcs = kept;
     let number = |func: &mut Func| {
-        if let Some(new) = numbers[*func] {
+        // Instructions that are in no block may name functions that were dropped before.
+        if let Some(&Some(new)) = numbers.get(*func) {
             *func = new;
         }
     };

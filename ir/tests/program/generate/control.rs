@@ -126,6 +126,7 @@ impl Maker<'_> {
                 name: format!("{}_{}", self.func.name, header.index()),
                 pos: mark_pos,
                 required: self.below(2) == 0,
+                nest: false,
                 restrict: Vec::new(),
             });
         }

@@ -1,0 +1,137 @@
+//! Which object each address of a function points into.
+//!
+//! Pointer arithmetic stays inside the object that it starts from (C17 6.5.6), so what is made by
+//! adding to the address of a global points into that global, whatever was added.
+
+use crate::flow::Cfg;
+use crate::program::*;
+use srp_archdesc::entity::EntityMap;
+use srp_archdesc::isa::{Class, Opcode};
+
+/// Rounds after which what still changes counts as unknown.
+const MAX_ROUNDS: usize = 24;
+
+/// An object with an address.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Object {
+    /// A global, or a function.
+    Symbol(Symbol),
+    /// A stack slot.
+    Slot(Slot),
+}
+
+/// What a word is, as an address.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Points {
+    /// Not known yet.
+    Open,
+    /// A number.
+    Number,
+    /// Somewhere into an object.
+    Into(Object),
+    /// Anywhere.
+    Anywhere,
+}
+
+impl Points {
+    fn or(self, other: Points) -> Points {
+        match (self, other) {
+            (Points::Open, x) | (x, Points::Open) => x,
+            (a, b) if a == b => a,
+            _ => Points::Anywhere,
+        }
+    }
+
+    fn plus(self, other: Points) -> Points {
+        match (self, other) {
+            (Points::Into(_), Points::Into(_)) => Points::Anywhere,
+            (Points::Into(object), _) | (_, Points::Into(object)) => Points::Into(object),
+            (Points::Open, x) | (x, Points::Open) => x,
+            (Points::Number, Points::Number) => Points::Number,
+            _ => Points::Anywhere,
+        }
+    }
+}
+
+/// The objects of all addresses of a function.
+pub(super) struct Objects {
+    points: EntityMap<Value, Points>,
+}
+
+impl Objects {
+    /// The least solution of the definitions.
+    pub(super) fn of(func: &Function) -> Objects {
+        let cfg = Cfg::of(func);
+        let mut points = EntityMap::filled(func.values.len(), Points::Open);
+        for &param in &func.blocks[func.entry()].params {
+            points[param] = Points::Anywhere;
+        }
+        for round in 0.. {
+            let mut changed = false;
+            let mut set = |points: &mut EntityMap<Value, Points>, value: Value, now: Points| {
+                if points[value] != now {
+                    let settled = round < MAX_ROUNDS;
+                    points[value] = if settled { now } else { Points::Anywhere };
+                    changed = true;
+                }
+            };
+            for &block in &cfg.order {
+                for &inst in &func.blocks[block].insts {
+                    let InstData { kind, results, .. } = &func.insts[inst];
+                    let now = of_inst(kind, &points);
+                    for &result in results {
+                        let now = points[result].or(now);
+                        set(&mut points, result, now);
+                    }
+                }
+                for target in func.blocks[block].end.targets() {
+                    for (&param, &arg) in func.blocks[target.block].params.iter().zip(&target.args)
+                    {
+                        let now = points[param].or(points[arg]);
+                        set(&mut points, param, now);
+                    }
+                }
+            }
+            if !changed {
+                break;
+            }
+        }
+        Objects { points }
+    }
+
+    /// The object that an address points into, if there is one that it surely does.
+    pub(super) fn object(&self, address: Value) -> Option<Object> {
+        match self.points[address] {
+            Points::Into(object) => Some(object),
+            _ => None,
+        }
+    }
+
+    /// Whether a value is surely no address.
+    pub(super) fn is_number(&self, value: Value) -> bool {
+        matches!(self.points[value], Points::Number | Points::Open)
+    }
+}
+
+fn of_inst(kind: &InstKind, points: &EntityMap<Value, Points>) -> Points {
+    match kind {
+        InstKind::Const(_) => Points::Number,
+        InstKind::SymbolAddr(symbol, _) => Points::Into(Object::Symbol(*symbol)),
+        InstKind::SlotAddr(slot, _) => Points::Into(Object::Slot(*slot)),
+        InstKind::Op { op, args, .. } => match op {
+            Opcode::Mov => points[args[0]],
+            Opcode::Add | Opcode::And | Opcode::Or => points[args[0]].plus(points[args[1]]),
+            Opcode::Sub => match (points[args[0]], points[args[1]]) {
+                (Points::Open, _) | (_, Points::Open) => Points::Open,
+                (_, Points::Into(_)) => Points::Number,
+                (Points::Anywhere, Points::Anywhere) => Points::Anywhere,
+                (left, _) => left,
+            },
+            Opcode::Sel => points[args[1]].or(points[args[2]]),
+            Opcode::Min | Opcode::Max | Opcode::Minu | Opcode::Maxu => Points::Anywhere,
+            _ if op.is_pure() && op.class() != Class::Lane => Points::Number,
+            _ => Points::Anywhere,
+        },
+        InstKind::Call { .. } | InstKind::Launch { .. } => Points::Anywhere,
+    }
+}

@@ -1,0 +1,372 @@
+//! Flattening: a loop and the one inside it as one loop.
+//!
+//! Where both run a constant number of times, the kernel runs as often as both together. It begins
+//! where the inner loop does; what stands around that one in the outer loop is done, under the test of
+//! the inner loop, on the way to the next iteration. Values that cross blocks go through stack slots,
+//! which [`mem2reg`](super::super::mem2reg) makes values again.
+
+use super::estimate::{Callees, Work};
+use super::{Dominators, Loop, LoopData, Loops, access, copy, trip};
+use crate::program::*;
+use rustc_hash::FxHashSet;
+use srp_archdesc::arch::Precision;
+use srp_archdesc::isa::{Opcode, Ty};
+
+/// Iterations of the loops.
+const MAX_INNER: u32 = 64;
+const MAX_OUTER: u32 = 4096;
+
+/// Operations around the inner loop: they take part in every iteration.
+const MAX_AROUND: u32 = 48;
+
+/// Cycles until the first iteration of a launch is done.
+const FILLING: u32 = 20;
+
+/// Cycles from one iteration to the next that the tests of both loops and what they select take.
+const TESTS: u32 = 5;
+
+/// Operations of both: that of a loop that is soon scheduled.
+const MAX_SIZE: u32 = 200;
+
+/// Flattens a marked loop that has one loop inside it, where that can be done and gains.
+pub(super) fn flatten(
+    func: &mut Function,
+    dominators: &Dominators,
+    loops: &Loops,
+    id: Loop,
+    callees: &Callees,
+    precision: &Precision,
+) -> bool {
+    let outer = &loops.loops[id];
+    let mut inside = loops.loops.iter().filter(|(_, l)| l.parent == Some(id));
+    let (Some((inner_id, inner)), None) = (inside.next(), inside.next()) else {
+        return false;
+    };
+    let innermost = loops.loops.values().all(|l| l.parent != Some(inner_id));
+    let mark = func.blocks[inner.header].kernel.as_ref();
+    if !innermost || mark.is_none_or(|m| m.required) {
+        return false;
+    }
+    let Some(nest) = Nest::of(func, dominators, outer, inner) else {
+        return false;
+    };
+    let often = trip(func, dominators, inner, MAX_INNER, precision);
+    let rounds = trip(func, dominators, outer, MAX_OUTER, precision);
+    let (Some(often), Some(rounds)) = (often, rounds) else {
+        return false;
+    };
+    if often.test != inner.latches[0] || rounds.test != outer.latches[0] || rounds.count < 2 {
+        return false;
+    }
+    let (mut own, mut around) = (Work::default(), Work::default());
+    for &block in &outer.blocks {
+        let work = match inner.blocks.contains(&block) {
+            true => &mut own,
+            false => &mut around,
+        };
+        if work.add(func, block, 1, callees).is_none() {
+            return false;
+        }
+    }
+    if around.size() > MAX_AROUND || around.size() + own.size() > MAX_SIZE {
+        return false;
+    }
+    // A launch fills and drains the array; an iteration of both waits for the tests of the one before.
+    let apart = FILLING + own.launched(often.count);
+    own.and(&around);
+    if often.count * own.interval().max(TESTS) >= apart {
+        return false;
+    }
+    nest.flatten(func, often.count * rounds.count);
+    true
+}
+
+/// Two loops, one in the other, that are entered and left at one place each.
+struct Nest<'a> {
+    outer: &'a LoopData,
+    inner: &'a LoopData,
+    /// The blocks of the outer loop before the inner one.
+    before: Vec<Block>,
+}
+
+impl<'a> Nest<'a> {
+    fn of(
+        func: &Function,
+        dominators: &Dominators,
+        outer: &'a LoopData,
+        inner: &'a LoopData,
+    ) -> Option<Nest<'a>> {
+        let ([latch], [inner_latch]) = (&outer.latches[..], &inner.latches[..]) else {
+            return None;
+        };
+        // Every round of the outer loop runs the inner one, and both end at their latches.
+        if !dominators.dominates(inner.header, *latch) || inner.header == outer.header {
+            return None;
+        }
+        let leaves = |data: &LoopData, block: Block| {
+            let mut targets = func.blocks[block].end.targets();
+            targets.any(|t| !data.blocks.contains(&t.block))
+        };
+        let early = |data: &LoopData, latch: Block| {
+            data.blocks.iter().any(|&b| b != latch && leaves(data, b))
+        };
+        if early(outer, *latch) || early(inner, *inner_latch) {
+            return None;
+        }
+        let after = |b: Block| dominators.dominates(inner.header, b);
+        let mut before = outer.blocks.clone();
+        before.retain(|&b| !inner.blocks.contains(&b) && !after(b));
+        before.contains(&outer.header).then_some(Nest {
+            outer,
+            inner,
+            before,
+        })
+    }
+
+    fn flatten(&self, func: &mut Function, count: u32) {
+        let Nest { outer, inner, .. } = self;
+        let mut mark = func.blocks[inner.header].kernel.take();
+        let outer_mark = func.blocks[outer.header].kernel.take();
+        if let (Some(mark), Some(outer)) = (&mut mark, &outer_mark) {
+            // What holds of pointers holds for as long as the outer loop runs.
+            mark.restrict.clone_from(&outer.restrict);
+        }
+        let pos = outer_mark.as_ref().map_or(Pos::nowhere(), |m| m.pos);
+        let blocks = outer.blocks.clone();
+        params_to_slots(func, outer.header);
+        params_to_slots(func, inner.header);
+        for &block in &blocks {
+            if block != outer.header && block != inner.header {
+                params_to_slots(func, block);
+            }
+        }
+        values_to_slots(func, &blocks);
+
+        // The way to the next round: what comes before the inner loop, once more.
+        let mut again_old = self.before.clone();
+        let edges: Vec<Block> = func.layout.clone();
+        // Blocks that were put on jumps between those before the inner loop, and into it.
+        for &block in &edges {
+            let on_edge = !blocks.contains(&block) && !again_old.contains(&block);
+            let from = |b: &Block| func.blocks[*b].end.targets().any(|t| t.block == block);
+            if on_edge && self.before.iter().any(from) {
+                again_old.push(block);
+            }
+        }
+        let (again, _) = copy(func, &again_old);
+        for &block in &again {
+            func.blocks[block].kernel = None;
+        }
+        let head = again_old.iter().position(|&b| b == outer.header);
+        let head = again[head.expect("the header is before the inner loop")];
+
+        let counter = func.slots.push(SlotData {
+            name: "rounds".to_owned(),
+            size: 4,
+            align: 4,
+        });
+        let [latch, exit] = [(); 2].map(|()| {
+            let block = func.blocks.push(BlockData::unreachable());
+            func.blocks[block].end_pos = pos;
+            block
+        });
+        let one = func.append_const(latch, Bits::Word(1), pos);
+        let (insts, counted) = access(func, counter, Ty::Word, None, pos);
+        func.blocks[latch].insts.extend(insts);
+        let counted = counted.expect("loads have a result");
+        let next = func.append_op(latch, Opcode::Add, &[counted, one], 0, pos);
+        let next = next.expect("sums have a result");
+        let (insts, _) = access(func, counter, Ty::Word, Some(next), pos);
+        func.blocks[latch].insts.extend(insts);
+        let all = func.append_const(latch, Bits::Word(count), pos);
+        let more = func.append_op(latch, Opcode::Ne, &[next, all], 0, pos);
+        let to = |block: Block| Target {
+            block,
+            args: Vec::new(),
+        };
+        func.blocks[latch].end = Terminator::Branch {
+            cond: more.expect("comparisons have a result"),
+            then: to(inner.header),
+            other: to(exit),
+        };
+
+        // Into the inner loop: from the first copy as before, from all else by the new latch.
+        let stored: Vec<Block> = func.layout.iter().copied().chain(again.clone()).collect();
+        let first: FxHashSet<Block> = again_old.iter().copied().collect();
+        for &block in &stored {
+            for target in func.blocks[block].end.targets_mut() {
+                if target.block == inner.header && !first.contains(&block) {
+                    target.block = latch;
+                }
+            }
+        }
+        // Back to the outer loop: to the copy of what comes before the inner one. Out of it: to the
+        // new latch, which goes on to where it left.
+        let end_of = outer.latches[0];
+        let Terminator::Branch { then, other, .. } = func.blocks[end_of].end.clone() else {
+            unreachable!("the outer loop is left at its latch")
+        };
+        let goes_back = |t: &Target| reaches_header(func, t.block, outer.header);
+        let (back, out) = match goes_back(&then) {
+            true => (then, other),
+            false => (other, then),
+        };
+        let mut entry_of_back = back.block;
+        if entry_of_back == outer.header {
+            entry_of_back = head;
+        } else {
+            // A block on the jump, which stores what it brings.
+            for target in func.blocks[entry_of_back].end.targets_mut() {
+                target.block = head;
+            }
+        }
+        let leave = func.blocks.push(BlockData::unreachable());
+        func.blocks[leave].end_pos = pos;
+        let mut kept = Vec::new();
+        for &arg in &out.args {
+            let ty = func.values[arg];
+            let slot = new_slot(func, ty);
+            let (insts, _) = access(func, slot, ty, Some(arg), pos);
+            func.blocks[leave].insts.extend(insts);
+            kept.push((slot, ty));
+        }
+        func.blocks[leave].end = Terminator::Jump(to(latch));
+        for target in func.blocks[end_of].end.targets_mut() {
+            match *target == out {
+                true => *target = to(leave),
+                false => *target = to(entry_of_back),
+            }
+        }
+        let mut args = Vec::new();
+        for (slot, ty) in kept {
+            let (insts, value) = access(func, slot, ty, None, pos);
+            func.blocks[exit].insts.extend(insts);
+            args.extend(value);
+        }
+        func.blocks[exit].end = Terminator::Jump(Target {
+            block: out.block,
+            args,
+        });
+        // The count begins where the outer loop does.
+        let zero = func.make_inst(InstKind::Const(Bits::Word(0)), &[Ty::Word], pos);
+        let value = func.insts[zero].results[0];
+        let (mut insts, _) = access(func, counter, Ty::Word, Some(value), pos);
+        insts.insert(0, zero);
+        func.blocks[outer.header].insts.splice(0..0, insts);
+        func.blocks[inner.header].kernel = mark;
+        func.layout.extend(again);
+        func.layout.extend([latch, leave, exit]);
+    }
+}
+
+/// Whether a block is the header, or one that only jumps there.
+fn reaches_header(func: &Function, block: Block, header: Block) -> bool {
+    let jumps = |t: &Terminator| matches!(t, Terminator::Jump(to) if to.block == header);
+    block == header || jumps(&func.blocks[block].end)
+}
+
+fn new_slot(func: &mut Function, ty: Ty) -> Slot {
+    let size = if ty == Ty::Vec { 16 } else { 4 };
+    func.slots.push(SlotData {
+        name: "nest".to_owned(),
+        size,
+        align: size,
+    })
+}
+
+/// Lets the parameters of a block come through slots: a block on each jump to it stores them.
+fn params_to_slots(func: &mut Function, block: Block) {
+    let params = std::mem::take(&mut func.blocks[block].params);
+    if params.is_empty() {
+        return;
+    }
+    let pos = func.blocks[block].end_pos;
+    let mut slots = Vec::new();
+    let mut loads = Vec::new();
+    for &param in &params {
+        let ty = func.values[param];
+        let slot = new_slot(func, ty);
+        let (mut insts, value) = access(func, slot, ty, None, pos);
+        // The last instruction defines the parameter now.
+        let last = insts.pop().expect("a load has instructions");
+        func.insts[last].results = vec![param];
+        debug_assert!(value.is_some());
+        insts.push(last);
+        loads.extend(insts);
+        slots.push((slot, ty));
+    }
+    func.blocks[block].insts.splice(0..0, loads);
+    for from in func.layout.clone() {
+        let ways = func.blocks[from].end.targets().count();
+        for way in 0..ways {
+            let target = func.blocks[from].end.targets().nth(way).cloned();
+            let Some(target) = target.filter(|t| t.block == block) else {
+                continue;
+            };
+            let on_way = func.add_block();
+            func.blocks[on_way].end_pos = pos;
+            for (&(slot, ty), &arg) in slots.iter().zip(&target.args) {
+                let (insts, _) = access(func, slot, ty, Some(arg), pos);
+                func.blocks[on_way].insts.extend(insts);
+            }
+            func.blocks[on_way].end = Terminator::Jump(Target {
+                block,
+                args: Vec::new(),
+            });
+            if let Some(to) = func.blocks[from].end.targets_mut().nth(way) {
+                *to = Target {
+                    block: on_way,
+                    args: Vec::new(),
+                };
+            }
+        }
+    }
+}
+
+/// Keeps what some blocks define and other blocks use in slots.
+fn values_to_slots(func: &mut Function, blocks: &[Block]) {
+    let mut defined = Vec::new();
+    for &block in blocks {
+        for &inst in &func.blocks[block].insts {
+            defined.extend(func.insts[inst].results.iter().map(|&v| (v, block, inst)));
+        }
+    }
+    let all = func.layout.clone();
+    let mut users = rustc_hash::FxHashMap::<Value, Vec<Block>>::default();
+    for &block in &all {
+        let mut note = |v: Value| {
+            let list = users.entry(v).or_default();
+            if list.last() != Some(&block) {
+                list.push(block);
+            }
+        };
+        for &inst in &func.blocks[block].insts {
+            func.insts[inst].kind.for_each_use(&mut note);
+        }
+        func.blocks[block].end.for_each_use(&mut note);
+    }
+    for (value, block, inst) in defined {
+        let elsewhere: Vec<Block> = users.get(&value).map_or(Vec::new(), |list| {
+            list.iter().copied().filter(|&b| b != block).collect()
+        });
+        if elsewhere.is_empty() {
+            continue;
+        }
+        if super::is_constant(&func.insts[inst].kind) {
+            for user in elsewhere {
+                super::make_where_used(func, user, value, inst);
+            }
+            continue;
+        }
+        let ty = func.values[value];
+        let slot = new_slot(func, ty);
+        let pos = func.insts[inst].pos;
+        let (store, _) = access(func, slot, ty, Some(value), pos);
+        let insts = &func.blocks[block].insts;
+        let place = insts.iter().position(|&i| i == inst).map_or(0, |p| p + 1);
+        func.blocks[block].insts.splice(place..place, store);
+        for user in elsewhere {
+            super::load_where_used(func, user, value, slot, ty);
+        }
+    }
+}
