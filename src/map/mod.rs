@@ -26,6 +26,12 @@ use srp_archdesc::threads;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
+/// Nodes of a graph that is given more effort than a loop of a program, and how many times as much; twice
+/// that from so many nodes on.
+const LARGE: usize = 80;
+const LARGE_EFFORT: u64 = 4;
+const LARGEST: usize = 256;
+
 /// What graphs reach on a machine.
 #[derive(Serialize)]
 pub(crate) struct Table {
@@ -204,8 +210,13 @@ fn map_one(found: &Found, options: &graph::Options, args: &Map, arch: &Arch) -> 
     let limit = args.timeout.map_or(Duration::MAX, Duration::from_secs_f64);
     let watch = Limited::new(&CONSOLE, limit);
     let options = args.search.effort().modulo();
+    let usual = match graph.dfg.nodes.len() {
+        0..LARGE => options.effort,
+        LARGE..LARGEST => LARGE_EFFORT * options.effort,
+        _ => 2 * LARGE_EFFORT * options.effort,
+    };
     let options = modulo::Options {
-        effort: args.effort.unwrap_or(options.effort),
+        effort: args.effort.unwrap_or(usual),
         ..options
     };
     let result = modulo::schedule(&graph.dfg, &arch.srp, &options, &watch);
