@@ -147,6 +147,12 @@ pub fn map_all(
     outcomes.into_iter().flatten().collect()
 }
 
+/// Nodes of a graph that is given more effort than a loop of a program, and how many times as much; twice
+/// that from so many nodes on.
+const LARGE: usize = 80;
+const LARGE_EFFORT: u64 = 4;
+const LARGEST: usize = 256;
+
 /// Maps a graph of a file onto the array of a machine.
 pub fn map(
     graph: Graph,
@@ -159,8 +165,13 @@ pub fn map(
     let limit = options.timeout.unwrap_or(Duration::MAX);
     let watch = Limited::new(session.watch, limit);
     let search = options.search.modulo();
+    let usual = match graph.dfg.nodes.len() {
+        0..LARGE => search.effort,
+        LARGE..LARGEST => LARGE_EFFORT * search.effort,
+        _ => 2 * LARGE_EFFORT * search.effort,
+    };
     let search = modulo::Options {
-        effort: options.steps.unwrap_or(search.effort),
+        effort: options.steps.unwrap_or(usual),
         ..search
     };
     let result = modulo::schedule(&graph.dfg, &arch.srp, &search, &watch);

@@ -3,10 +3,13 @@
 //!
 //! Attempts at one II take turns between the two ways of [`place`](super::place), and each learns
 //! from those before: nodes that gave trouble are placed earlier (squeaky wheel optimisation, Joslin
-//! and Clements 1999), and edges that found no route weigh more.
+//! and Clements 1999), and edges that found no route weigh more. Large loops at small IIs, where routes
+//! are what runs out, begin with [negotiation](super::negotiate). Where no way finds anything at any II,
+//! all are gone again from other seeds, and nodes are placed in sequence.
 
 use super::anneal::{self, Anneal};
 use super::finish;
+use super::negotiate::{Lanes, Negotiation};
 use super::obstacle::{FailedIi, Obstacle, Unschedulable};
 use super::order::{Freedom, order};
 use super::place::{Attempt, Conflict, LIGHTEST};
@@ -28,6 +31,20 @@ const ATTEMPTS: u32 = 64;
 const PROPOSALS: u32 = 20;
 const DOUBLINGS: u32 = 3;
 
+/// Nodes of a loop that negotiation is tried on first, at least.
+const LARGE: usize = 80;
+/// Units of an array on which the other ways get a small part of the effort at such loops only.
+const WIDE: usize = 36;
+/// IIs above the bound from which on they get all of it.
+const NEAR: u32 = 2;
+/// The largest bound of a loop that negotiation is tried on first: with more slots there is so much room
+/// between values that the router finds its way at less expense.
+const CROWDED: u32 = 20;
+/// Times that all ways are gone up to the largest II before a loop is given up.
+const ROUNDS: u32 = 4;
+/// Steps of the shortest negotiation, for each node.
+const QUICK_STEPS: u64 = 150;
+
 /// How an attempt goes about it.
 #[derive(Clone, Copy)]
 enum Way {
@@ -35,6 +52,8 @@ enum Way {
     OneByOne,
     /// From annealed positions.
     AllAtOnce,
+    /// By negotiation, with so many steps for each node.
+    Negotiated(u64),
 }
 
 /// The search over IIs.
@@ -43,6 +62,7 @@ pub(super) struct Heuristic<'a, 'p> {
     live_ins: &'a [Reg],
     fixed: &'a [Reg],
     router: Router,
+    lanes: Lanes,
     levels: BTreeMap<u32, Level>,
 }
 
@@ -50,7 +70,7 @@ pub(super) struct Heuristic<'a, 'p> {
 struct Level {
     freedom: Freedom,
     /// Attempts so far, by way.
-    attempts: [u32; 2],
+    attempts: [u32; 3],
     trouble: EntityMap<Node, u32>,
     /// Weights of the edges.
     weights: Vec<u32>,
@@ -70,6 +90,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
             live_ins,
             fixed,
             router: Router::default(),
+            lanes: Lanes::of(problem),
             levels: BTreeMap::new(),
         }
     }
@@ -82,19 +103,33 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         watch: &dyn Watch,
     ) -> Result<ModuloSchedule, Unschedulable> {
         let deepest = self.problem.srp.contexts;
-        for way in [Way::OneByOne, Way::AllAtOnce] {
-            let mut ii = bound;
-            while ii <= deepest {
-                let limit = self.router.expanded + options.effort;
-                if let Some(schedule) = self.attempt(ii, way, limit, watch) {
+        let negotiated = Way::Negotiated(QUICK_STEPS);
+        let ways = match self.is_crowded(bound) {
+            true => [negotiated, Way::OneByOne, Way::AllAtOnce],
+            false => [Way::OneByOne, Way::AllAtOnce, negotiated],
+        };
+        if self.is_crowded(bound) {
+            let limit = self.router.expanded + options.effort;
+            if let Some(schedule) = self.attempt(bound, Way::OneByOne, limit, watch) {
+                return Ok(schedule);
+            }
+        }
+        for round in 0..ROUNDS {
+            for way in ways {
+                if let Some(schedule) = self.climb(way, bound, options.effort, watch) {
                     return Ok(schedule);
                 }
                 if watch.cancelled() {
                     let failed = self.failed(deepest);
                     return Err(Unschedulable::Stopped { failed });
                 }
-                ii += 1 + (ii - bound) / 3;
             }
+            if round == 0
+                && let Some(schedule) = self.in_sequence(deepest)
+            {
+                return Ok(schedule);
+            }
+            self.spread_trouble();
         }
         Err(match self.failed(deepest) {
             Some(failed) => Unschedulable::NotFound {
@@ -108,6 +143,73 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         })
     }
 
+    /// The first II from the bound on in growing steps that one way works at, with one attempt each.
+    fn climb(
+        &mut self,
+        way: Way,
+        bound: u32,
+        effort: u64,
+        watch: &dyn Watch,
+    ) -> Option<ModuloSchedule> {
+        let mut ii = bound;
+        while ii <= self.problem.srp.contexts && !watch.cancelled() {
+            let limit = self.router.expanded + effort;
+            if let Some(schedule) = self.attempt(ii, way, limit, watch) {
+                return Some(schedule);
+            }
+            ii += 1 + (ii - bound) / 3;
+        }
+        None
+    }
+
+    /// A schedule with the largest II, in which every node follows all that its operands need.
+    fn in_sequence(&mut self, ii: u32) -> Option<ModuloSchedule> {
+        let freedom = Freedom::at(self.problem, ii);
+        let (problem, fixed) = (self.problem, self.fixed);
+        let mut attempt = Attempt::new(problem, ii, 0, &freedom, fixed, &mut self.router);
+        let placement = attempt.in_sequence()?;
+        let schedule = finish::finish(problem, &placement, self.live_ins);
+        (schedule.stages() <= MAX_STAGES).then_some(schedule)
+    }
+
+    /// Lets every II know what gave trouble at any.
+    fn spread_trouble(&mut self) {
+        let mut all = EntityMap::filled(self.problem.dfg.nodes.len(), 0);
+        for level in self.levels.values() {
+            (level.trouble.iter()).for_each(|(node, &times)| all[node] = times.max(all[node]));
+        }
+        for level in self.levels.values_mut() {
+            level.trouble.clone_from(&all);
+        }
+    }
+
+    /// Whether positions and routes are better found all at once from the start.
+    fn is_crowded(&self, bound: u32) -> bool {
+        self.problem.dfg.nodes.len() >= LARGE && bound <= CROWDED
+    }
+
+    /// Betters a schedule by negotiation: between the bound and the best II, and where that fails next
+    /// to the best with more and more steps.
+    fn negotiate(&mut self, best: &mut ModuloSchedule, bound: u32, limit: u64, watch: &dyn Watch) {
+        let mut steps = QUICK_STEPS;
+        // The least II that these steps have not failed at.
+        let mut least = bound;
+        while best.ii > bound && self.router.expanded < limit && !watch.cancelled() {
+            if least >= best.ii {
+                steps *= 2;
+                least = best.ii - 1;
+            }
+            let ii = (least + best.ii) / 2;
+            match self.attempt(ii, Way::Negotiated(steps), limit, watch) {
+                Some(schedule) => {
+                    *best = schedule;
+                    least = least.min(best.ii - 1).max(bound);
+                }
+                None => least = ii + 1,
+            }
+        }
+    }
+
     /// Betters a schedule with so many steps: in leaps as long as these work, then II by II.
     pub(super) fn improve(
         &mut self,
@@ -116,7 +218,18 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         effort: u64,
         watch: &dyn Watch,
     ) {
-        let limit = self.router.expanded + effort;
+        let mut limit = self.router.expanded + effort;
+        if self.is_crowded(bound) {
+            let others = match self.problem.srp.fus.len() {
+                0..WIDE => effort / 2,
+                _ => effort / 8,
+            };
+            self.negotiate(best, bound, limit - others, watch);
+            // The last steps to the bound often are those of the other ways.
+            if best.ii - bound <= NEAR {
+                limit = self.router.expanded + effort;
+            }
+        }
         let mut leap = (best.ii - bound).div_ceil(LEAPS);
         while best.ii > bound && leap > 0 {
             let ii = best.ii - leap.min(best.ii - bound);
@@ -164,25 +277,45 @@ impl<'a, 'p> Heuristic<'a, 'p> {
     ) -> Option<ModuloSchedule> {
         let problem = self.problem;
         let level = (self.levels.entry(ii)).or_insert_with(|| Level::new(problem, ii));
-        let seed = level.attempts[way as usize];
-        level.attempts[way as usize] += 1;
+        let attempts = match way {
+            Way::OneByOne => &mut level.attempts[0],
+            Way::AllAtOnce => &mut level.attempts[1],
+            Way::Negotiated(_) => &mut level.attempts[2],
+        };
+        let seed = *attempts;
+        *attempts += 1;
         let (freedom, router) = (&level.freedom, &mut self.router);
-        let mut attempt = Attempt::new(problem, ii, seed, freedom, self.fixed, router);
         let result = match way {
-            Way::OneByOne => attempt.one_by_one(&order(problem, freedom, seed, &level.trouble)),
+            Way::Negotiated(steps) => {
+                let mut run = Negotiation::new(problem, &self.lanes, ii, freedom, self.fixed, seed);
+                let left = limit.saturating_sub(router.expanded);
+                let result = run.run(steps, left, watch);
+                router.expanded += run.effort();
+                result
+            }
+            Way::OneByOne => {
+                let order = order(problem, freedom, seed, &level.trouble);
+                let mut attempt = Attempt::new(problem, ii, seed, freedom, self.fixed, router);
+                let result = attempt.one_by_one(&order);
+                attempt.report(&mut level.trouble, &mut level.weights);
+                result
+            }
             Way::AllAtOnce => {
                 let proposals = PROPOSALS << seed.min(DOUBLINGS);
                 let start = Anneal::new(problem, ii, freedom, seed, &level.weights);
-                match start.map(|anneal| anneal.run(proposals)) {
+                let positions = start.map(|anneal| anneal.run(proposals));
+                let mut attempt = Attempt::new(problem, ii, seed, freedom, self.fixed, router);
+                let result = match positions {
                     Some(positions) => {
                         let spent = anneal::effort(problem, proposals);
                         attempt.all_at_once(&positions, spent, limit, watch)
                     }
                     None => Err(None),
-                }
+                };
+                attempt.report(&mut level.trouble, &mut level.weights);
+                result
             }
         };
-        attempt.report(&mut level.trouble, &mut level.weights);
         match result {
             Ok(placement) => {
                 let schedule = finish::finish(problem, &placement, self.live_ins);
@@ -208,7 +341,7 @@ impl Level {
     fn new(problem: &Problem<'_>, ii: u32) -> Level {
         Level {
             freedom: Freedom::at(problem, ii),
-            attempts: [0; 2],
+            attempts: [0; 3],
             trouble: EntityMap::filled(problem.dfg.nodes.len(), 0),
             weights: vec![LIGHTEST; problem.edges.len()],
             failed: None,

@@ -11,6 +11,7 @@ mod bounds;
 mod exact;
 mod finish;
 mod heuristic;
+mod negotiate;
 mod noise;
 mod obstacle;
 mod order;
@@ -62,6 +63,8 @@ const MANY: usize = 128;
 /// Operations of the largest loop that the exact way is tried on within the limits: for larger ones
 /// making the formula alone takes too long.
 const LARGEST_EXACT: usize = 150;
+/// IIs from the bound on that the exact way is asked about where the heuristic has found nothing.
+const EXACT_RANGE: u32 = 4;
 /// Steps of the exact way and of the heuristic, in turns, beyond the limits.
 const EXACT_TURN: u64 = 100_000;
 const HEURISTIC_TURN: u64 = 10_000_000;
@@ -152,22 +155,31 @@ pub fn schedule(
         .chain(abi::reserved(srp))
         .collect();
     let mut heuristic = Heuristic::new(&problem, &live_ins, &fixed);
-    let mut schedule = heuristic.first(bound, options, watch)?;
+    let mut agenda = Agenda::new(bound, options.slack);
+    let exactly = |agenda: &mut Agenda, below: u32, limits: Limits<'_>| {
+        agenda.search(&problem, &live_ins, &fixed, below, limits)
+    };
+    let is_small = problem.dfg.nodes.len() <= LARGEST_EXACT;
+    let limits = |effort: u64| Limits { effort, watch };
+    let mut schedule = match heuristic.first(bound, options, watch) {
+        Ok(schedule) => schedule,
+        Err(why) => {
+            // The exact way may know of one where there is little room.
+            let below = bound.saturating_add(EXACT_RANGE).min(srp.contexts + 1);
+            let found = match is_small {
+                true => exactly(&mut agenda, below, limits(options.exact_effort)),
+                false => None,
+            };
+            found.ok_or(why)?
+        }
+    };
     let operations = problem.dfg.nodes.len().min(MANY) as u64;
     let steps = options.effort.saturating_mul(operations) / FEW;
     heuristic.improve(&mut schedule, bound, steps, watch);
-    let mut agenda = Agenda::new(bound, options.slack);
-    let exactly = |agenda: &mut Agenda, schedule: &mut ModuloSchedule, limits: Limits<'_>| {
-        if let Some(better) = agenda.search(&problem, &live_ins, &fixed, schedule.ii, limits) {
-            *schedule = better;
-        }
-    };
-    if problem.dfg.nodes.len() <= LARGEST_EXACT {
-        let limits = Limits {
-            effort: options.exact_effort,
-            watch,
-        };
-        exactly(&mut agenda, &mut schedule, limits);
+    if is_small
+        && let Some(better) = exactly(&mut agenda, schedule.ii, limits(options.exact_effort))
+    {
+        schedule = better;
     }
     if let Some(time) = options.beyond {
         agenda.extend(FARTHEST);
@@ -177,7 +189,9 @@ pub fn schedule(
                 effort: EXACT_TURN,
                 watch,
             };
-            exactly(&mut agenda, &mut schedule, limits);
+            if let Some(better) = exactly(&mut agenda, schedule.ii, limits) {
+                schedule = better;
+            }
             heuristic.improve(&mut schedule, bound, HEURISTIC_TURN, watch);
         }
     }

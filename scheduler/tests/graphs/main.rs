@@ -2,6 +2,7 @@
 //! reach the intervals that are known of them, and larger machines are never worse.
 
 mod monotone;
+mod orders;
 
 use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;

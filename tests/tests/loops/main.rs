@@ -112,3 +112,11 @@ fn random_loops_mean_the_same_on_random_machines() {
         equal + unscheduled
     );
 }
+
+/// Loops of the family above whose nodes and moves compete for units that issue every other cycle.
+#[test]
+fn moves_keep_their_units_for_their_whole_interval() {
+    for seed in [77_000_118, 77_000_134, 88_000_018, 88_000_151] {
+        trial(seed);
+    }
+}

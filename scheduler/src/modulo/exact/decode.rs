@@ -12,14 +12,14 @@ use srp_archdesc::entity::EntityMap;
 use srp_archdesc::resource::{Place, PlaceKind};
 use srp_ir::dfg::Node;
 
-/// The placement of a model, or the file whose registers do not suffice.
+/// The placement of a model, or the file whose registers do not suffice, if that is what is wrong.
 pub(super) fn decode(
     problem: &Problem<'_>,
     question: &Question<'_>,
     freedom: &Freedom,
     encoding: &Encoding,
     model: &[bool],
-) -> Result<Placement, Place> {
+) -> Result<Placement, Option<Place>> {
     let placed = |starts: &Vec<_>| {
         let holds = |&&(_, _, literal): &&(Fu, i32, i32)| model[literal as usize];
         let &(fu, time, _) = starts.iter().find(holds).expect("every node is placed");

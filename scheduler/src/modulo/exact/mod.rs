@@ -100,7 +100,8 @@ pub(super) fn solve(
             Outcome::Model(model) => {
                 match decode::decode(problem, question, &freedom, &encoding, &model) {
                     Ok(placement) => return (Answer::Placed(Box::new(placement)), spent),
-                    Err(full) => spare[full] += 1,
+                    Err(Some(full)) => spare[full] += 1,
+                    Err(None) => return (Answer::Unknown, spent),
                 }
             }
         }

@@ -114,9 +114,15 @@ impl Attempt<'_, '_> {
                     displaced.insert(other);
                 }
                 Some(Issuer::Move(value)) => {
+                    // A move holds as many slots as its interval, of which this may be any.
                     let slot = self.table.slot(time + k);
+                    let problem = self.problem;
+                    let ty = problem.dfg.ty(value).expect("only values are moved");
+                    let interval = (problem.move_timing(fu, ty)).map_or(1, |t| t.interval as i32);
                     self.rip(value, &mut ripped, |table, item| match item {
-                        Item::Move(unit, t, ..) => unit == fu && table.slot(t) == slot,
+                        Item::Move(unit, t, ..) if unit == fu => {
+                            (0..interval).any(|held| table.slot(t + held) == slot)
+                        }
                         _ => false,
                     });
                 }

@@ -11,6 +11,7 @@
 mod force;
 mod position;
 mod repair;
+mod sequence;
 mod take;
 
 pub(super) use take::{constants_of, invariant_reads};
@@ -257,7 +258,7 @@ impl<'a, 'p> Attempt<'a, 'p> {
 }
 
 /// The placement of units, cycles and routes that were found otherwise; the file whose registers do
-/// not suffice for them.
+/// not suffice for them, if that is what is wrong.
 pub(super) fn adopt(
     problem: &Problem<'_>,
     ii: u32,
@@ -265,24 +266,24 @@ pub(super) fn adopt(
     fixed: &[Reg],
     at: &EntityMap<Node, Position>,
     routes: Vec<Route>,
-) -> Result<Placement, Place> {
+) -> Result<Placement, Option<Place>> {
     let mut router = Router::default();
     let mut attempt = Attempt::new(problem, ii, 0, freedom, fixed, &mut router);
     for (node, &(fu, time)) in at.iter() {
         if !attempt.occupy(node, fu, time) {
-            return Err(attempt.full().expect("only registers can run out"));
+            return Err(attempt.full());
         }
     }
     for (edge, route) in problem.edges.iter().zip(&routes) {
-        assert!(attempt.take(edge, route), "routes that were found fit");
+        if !attempt.take(edge, route) {
+            return Err(None);
+        }
         if let Some(full) = attempt.hold(edge, route) {
-            return Err(full);
+            return Err(Some(full));
         }
     }
     attempt.routes = routes.into_iter().map(Some).collect();
-    Ok(attempt
-        .placement()
-        .expect("everything is placed and routed"))
+    attempt.placement().ok_or(None)
 }
 
 /// The ranks of the positions that are tried: all of the first, then fewer and fewer.

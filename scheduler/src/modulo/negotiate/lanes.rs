@@ -1,0 +1,312 @@
+//! Places as lanes of vectors, and the ways between them as shifts.
+//!
+//! The cheapest deliveries of a value are computed for all places at once, cycle by cycle. On an
+//! array that is regular, what a link does to one unit's output it does to all: it shifts it by so
+//! many units. So outputs, predicate outputs and the units' own files each are a *block* of lanes, one
+//! for each unit in their order, and a link is a shift between two blocks with a mask of the units that
+//! have it. What fits no block, such as a central file, is a lane of its own, and its ways are listed.
+
+use crate::modulo::problem::Problem;
+use srp_archdesc::arch::{Fu, FuOp};
+use srp_archdesc::entity::{Entity, EntityMap};
+use srp_archdesc::isa::{Opcode, Ty};
+use srp_archdesc::resource::Place;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The price of what cannot be: more than any sum of prices that can.
+pub(super) const NEVER: i16 = 20_000;
+
+/// Lanes of a vector register, at most: blocks are multiples of it.
+const VECTOR: usize = 16;
+
+/// A shift is worth a vector where so many units have it; else its ways are listed.
+const WORTH: usize = 4;
+
+/// All lanes of a machine.
+pub(in crate::modulo) struct Lanes {
+    /// Lanes of a block: the units, and some for alignment.
+    pub(super) stride: usize,
+    /// All lanes, without the margins on both sides that shifts may reach into.
+    pub(super) count: usize,
+    /// The lane of each place.
+    pub(super) of: EntityMap<Place, usize>,
+    /// The ways of a value of each type.
+    pub(super) ways: [Ways; 3],
+    /// The units whose results can be written into each file.
+    pub(super) writers: EntityMap<Place, Vec<Fu>>,
+    /// The transfers into each file: where they start, and their index there.
+    pub(super) transfers: EntityMap<Place, Vec<(Place, usize)>>,
+    /// The units whose moves of each type land in each output.
+    pub(super) landers: [EntityMap<Place, Vec<Fu>>; 3],
+}
+
+/// The ways of a value of one type.
+pub(super) struct Ways {
+    /// Into the operands of units.
+    pub(super) reads: Shifts,
+    /// Of what lands in a unit's output into files.
+    pub(super) writes: Shifts,
+    /// Of what stands in an output into files, past the units.
+    pub(super) transfers: Shifts,
+    /// Where what a unit moves lands; `None` for a unit that does not.
+    pub(super) landing: Vec<Option<Landing>>,
+    /// Units whose moves take a single issue slot and nothing else, by the latency of these moves.
+    pub(super) movers: Vec<Movers>,
+    /// The other units that move.
+    pub(super) odd_movers: Vec<OddMover>,
+    /// The lane of unit 0's landings, where all land in one block.
+    pub(super) landing_block: Option<usize>,
+    /// The lanes where such a value can stand, in whole vectors: first lane and length.
+    pub(super) spans: Vec<(usize, usize)>,
+}
+
+/// Where a unit's move lands.
+#[derive(Clone, Copy)]
+pub(super) struct Landing {
+    pub(super) lane: usize,
+    pub(super) latency: i32,
+}
+
+/// Units whose moves take as long: 0 in a mask of prices, [`NEVER`] for all others.
+pub(super) struct Movers {
+    pub(super) latency: i32,
+    pub(super) mask: Vec<i16>,
+}
+
+/// A unit whose moves hold more than one issue slot.
+pub(super) struct OddMover {
+    pub(super) fu: Fu,
+    pub(super) timing: FuOp,
+}
+
+/// Ways from lanes to lanes, by shift, and the rest one by one.
+#[derive(Default)]
+pub(super) struct Shifts {
+    pub(super) regular: Vec<Shift>,
+    pub(super) odd: Vec<Way>,
+}
+
+/// The same way for many units.
+pub(super) struct Shift {
+    /// The lanes that lane 0 of the block of ends comes from, and that it is.
+    pub(super) from: isize,
+    pub(super) to: usize,
+    pub(super) delay: i32,
+    /// Whether what is read stands in outputs, for which nobody pays.
+    pub(super) free: bool,
+    /// 0 for the ends that have the way, [`NEVER`] for others; a block.
+    pub(super) mask: Vec<i16>,
+}
+
+/// A way by itself.
+#[derive(Clone, Copy)]
+pub(super) struct Way {
+    pub(super) from: usize,
+    pub(super) to: usize,
+    pub(super) delay: i32,
+}
+
+impl Lanes {
+    pub(in crate::modulo) fn of(problem: &Problem<'_>) -> Lanes {
+        let units = problem.srp.fus.len();
+        let stride = units.next_multiple_of(VECTOR);
+        let (of, count) = number(problem, stride);
+        let ways = Ty::ALL.map(|ty| Ways::of(problem, ty, &of, (stride, count)));
+        let none = || EntityMap::filled(problem.graph.places.len(), Vec::new());
+        let (mut writers, mut transfers) = (none(), EntityMap::filled(of.len(), Vec::new()));
+        for (fu, files) in problem.graph.writes.iter() {
+            files.iter().for_each(|&file| writers[file].push(fu));
+        }
+        for (from, ways) in problem.graph.transfers.iter() {
+            for (i, way) in ways.iter().enumerate() {
+                transfers[way.to].push((from, i));
+            }
+        }
+        let landers = Ty::ALL.map(|ty| {
+            let mut landers: EntityMap<Place, Vec<Fu>> = none();
+            for fu in problem.srp.fus.keys() {
+                if problem.move_timing(fu, ty).is_some() {
+                    landers[problem.move_place(fu, ty)].push(fu);
+                }
+            }
+            landers
+        });
+        Lanes {
+            stride,
+            count,
+            of,
+            ways,
+            writers,
+            transfers,
+            landers,
+        }
+    }
+}
+
+/// A lane for each place, and how many there are.
+fn number(problem: &Problem<'_>, stride: usize) -> (EntityMap<Place, usize>, usize) {
+    let graph = &problem.graph;
+    let mut of = EntityMap::filled(graph.places.len(), usize::MAX);
+    for fu in problem.srp.fus.keys() {
+        of[graph.pred_out[fu]] = stride + fu.index();
+        of[graph.out[fu]] = fu.index();
+    }
+    let mut blocks = 2;
+    let mut own = vec![0; problem.srp.fus.len()];
+    let mut others = Vec::new();
+    for (file, spec) in problem.srp.files.iter() {
+        let place = graph.file[file];
+        match (spec.readers.as_slice(), spec.writers.as_slice()) {
+            ([reader], [writer]) if reader == writer => {
+                let block = 2 + own[reader.index()];
+                own[reader.index()] += 1;
+                blocks = blocks.max(block + 1);
+                of[place] = block * stride + reader.index();
+            }
+            _ => others.push(place),
+        }
+    }
+    let first = blocks * stride;
+    for (i, place) in others.iter().enumerate() {
+        of[*place] = first + i;
+    }
+    (of, first + others.len().next_multiple_of(VECTOR))
+}
+
+impl Ways {
+    fn of(
+        problem: &Problem<'_>,
+        ty: Ty,
+        of: &EntityMap<Place, usize>,
+        (stride, count): (usize, usize),
+    ) -> Ways {
+        let graph = &problem.graph;
+        let fits = |width: u32| width >= ty.bits();
+        let reads = graph.reads.values().flatten().filter(|r| fits(r.width));
+        let reads = reads.map(|r| Way {
+            from: of[r.from],
+            to: r.to.index(),
+            delay: r.delay as i32,
+        });
+        let writes = graph.writes.iter().flat_map(|(fu, files)| {
+            let wide = files.iter().filter(|&&f| fits(graph.places[f].width));
+            wide.map(move |&file| (fu, file))
+        });
+        let writes = writes.map(|(fu, file)| Way {
+            from: fu.index(),
+            to: of[file],
+            delay: 0,
+        });
+        let transfers = graph.transfers.values().flatten().filter(|t| fits(t.width));
+        let transfers = transfers.map(|t| Way {
+            from: of[t.from],
+            to: of[t.to],
+            delay: t.delay as i32 + 1,
+        });
+        let landing = |fu: Fu| {
+            let timing = problem.move_timing(fu, ty)?;
+            let place = graph.result_place(fu, Opcode::mov(ty))?;
+            Some(Landing {
+                lane: of[place],
+                latency: timing.latency as i32,
+            })
+        };
+        let landing: Vec<Option<Landing>> = problem.srp.fus.keys().map(landing).collect();
+        let mut by_latency: BTreeMap<i32, Vec<i16>> = BTreeMap::new();
+        let mut odd_movers = Vec::new();
+        for fu in problem.srp.fus.keys() {
+            let Some(timing) = problem.move_timing(fu, ty) else {
+                continue;
+            };
+            if timing.interval == 1 && timing.uses.is_empty() {
+                let mask = by_latency.entry(timing.latency as i32);
+                mask.or_insert_with(|| vec![NEVER; stride])[fu.index()] = 0;
+            } else {
+                let timing = timing.clone();
+                odd_movers.push(OddMover { fu, timing });
+            }
+        }
+        let movers = by_latency.into_iter();
+        // Units that do not move land nowhere, so they do not keep the others from being a block.
+        let mut firsts = landing.iter().enumerate().filter_map(|(unit, landing)| {
+            let landing = (*landing)?;
+            Some(landing.lane.checked_sub(unit))
+        });
+        let first = firsts.next().unwrap_or(Some(0));
+        // Whoever reads outputs may read past the ends of all lanes, as far as the margins go.
+        let margin = stride as isize;
+        let readable = |from: isize, free: bool| {
+            let end = from + margin;
+            (free && from >= -margin) || (from >= 0 && end <= count as isize)
+        };
+        let results = problem.srp.fus.keys();
+        let results = results.filter_map(|fu| graph.result_place(fu, Opcode::mov(ty)));
+        let files = graph.file.values().copied();
+        let standing = results.chain(files.filter(|&p| fits(graph.places[p].width)));
+        Ways {
+            spans: spans(standing.map(|place| of[place])),
+            reads: Shifts::of(reads, stride, readable),
+            writes: Shifts::of(writes, stride, |from, _| from == 0),
+            transfers: Shifts::of(transfers, stride, |from, _| from >= -margin),
+            landing_block: first.filter(|_| firsts.all(|other| other == first)),
+            landing,
+            odd_movers,
+            movers: movers
+                .map(|(latency, mask)| Movers { latency, mask })
+                .collect(),
+        }
+    }
+}
+
+impl Shifts {
+    /// Shifts where `regular` accepts what they start from, and whether that is outputs only.
+    fn of(
+        ways: impl Iterator<Item = Way>,
+        stride: usize,
+        regular: impl Fn(isize, bool) -> bool,
+    ) -> Shifts {
+        // By the block of ends, the shift, and the delay.
+        let mut groups: BTreeMap<(usize, isize, i32), Vec<Way>> = BTreeMap::new();
+        for way in ways {
+            let block = way.to / stride;
+            let shift = way.from as isize - way.to as isize;
+            groups
+                .entry((block, shift, way.delay))
+                .or_default()
+                .push(way);
+        }
+        let mut shifts = Shifts::default();
+        for ((block, shift, delay), ways) in groups {
+            let to = block * stride;
+            let from = to as isize + shift;
+            let free = ways.iter().all(|way| way.from < 2 * stride);
+            if ways.len() < WORTH || !regular(from, free) {
+                shifts.odd.extend(ways);
+                continue;
+            }
+            let mut mask = vec![NEVER; stride];
+            ways.iter().for_each(|way| mask[way.to - to] = 0);
+            shifts.regular.push(Shift {
+                from,
+                to,
+                delay,
+                free,
+                mask,
+            });
+        }
+        shifts
+    }
+}
+
+/// Whole vectors that have these lanes, those that touch as one.
+fn spans(lanes: impl Iterator<Item = usize>) -> Vec<(usize, usize)> {
+    let vectors: BTreeSet<usize> = lanes.map(|lane| lane / VECTOR).collect();
+    let mut spans: Vec<(usize, usize)> = Vec::new();
+    for first in vectors.into_iter().map(|vector| vector * VECTOR) {
+        match spans.last_mut() {
+            Some((start, length)) if *start + *length == first => *length += VECTOR,
+            _ => spans.push((first, VECTOR)),
+        }
+    }
+    spans
+}

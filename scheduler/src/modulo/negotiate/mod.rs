@@ -1,0 +1,337 @@
+//! Scheduling by negotiation: units, cycles and routes of a loop all at once, where everything may be
+//! taken too often at a price that rises until nothing is.
+//!
+//! Every node has a place and most values have routes from the start, although they are in each
+//! other's way. A step takes a node and all its values out, computes the cost of delivering its operands to,
+//! and its result from, every unit in every cycle of a window ([`deliver`]), draws one of these positions
+//! with a probability that falls with its cost (*heat bath*; Metropolis et al. 1953, Geman and Geman
+//! 1984), routes for real, and keeps that or goes back. What is taken too often grows dearer
+//! ([`market`]), as the temperature falls. All numbers are integers, so that every host agrees.
+
+/// Calls one of two functions that do the same: the second is compiled for vectors of 256 bits, for hosts
+/// that have them.
+macro_rules! wide {
+    ($here:expr => $wide:expr) => {{
+        #[cfg(target_arch = "x86_64")]
+        {
+            #[expect(unsafe_code, reason = "the host was asked for what the function needs")]
+            match std::arch::is_x86_feature_detected!("avx2") {
+                true => unsafe { $wide },
+                false => $here,
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        $here
+    }};
+}
+
+mod deliver;
+mod lanes;
+mod market;
+mod start;
+mod state;
+mod survey;
+mod trace;
+
+use super::noise::noise;
+use super::order::Freedom;
+use super::place::{self, Conflict, Placement};
+use super::problem::{Position, Problem};
+use super::route::Route;
+pub(in crate::modulo) use lanes::Lanes;
+use srp_archdesc::Watch;
+use srp_archdesc::entity::Entity;
+use srp_archdesc::resource::Place;
+use srp_ir::dfg::Node;
+use srp_ir::dre::scheduled::Reg;
+use state::State;
+use survey::{Scale, Survey};
+
+/// Stages of one temperature each.
+const STAGES: u32 = 40;
+/// By how many 16ths a cost has to rise to be half as likely, in the first stage: a move costs 64.
+/// Each stage has so many 65536ths of the one before.
+const HALF: u32 = 1220;
+const COOLING: u32 = 62_740;
+/// Stages at the last temperature while few nodes are in conflict, and how few.
+const MORE_STAGES: u32 = 40;
+const FEW: usize = 12;
+/// What a use beyond what there is costs in the first stage and in the last.
+const PENALTY: (i32, i32) = (10, 800);
+/// What each stage adds for good to the price of what is taken too often.
+const HISTORY: i16 = 12;
+
+/// What an edge without a route costs beyond the penalty, so that it is more than any route that takes
+/// little too often; what each stage adds for good; and what each cycle costs by which it is too short
+/// for a route.
+const OPEN: i32 = 900;
+const OPEN_HISTORY: i32 = 40;
+const MOST_OPEN: i32 = 4000;
+const LATE: i32 = 40;
+const MOST_LATE: i32 = 60;
+
+/// What takes as long as a step of the router: lanes of rows of costs, and a part of a step.
+const LANES_PER_STEP: u64 = 500;
+const STEPS_PER_STEP: u64 = 20;
+
+/// Cycles that a value has more than it needs at the start.
+const ROOM: i32 = 1;
+
+/// Steps in a hundred that take a node in conflict, as long as some are.
+const IN_CONFLICT: u32 = 50;
+/// Steps in a hundred that leave a node as it is where it was drawn to its own place and is in no
+/// conflict; the others route it again.
+const AS_IT_IS: u32 = 85;
+
+/// What keeping a memory order too little by so many cycles costs.
+fn price_of_early(cycles: i64) -> i64 {
+    match cycles {
+        0 => 0,
+        _ => i64::from(OPEN) + i64::from(LATE) * cycles,
+    }
+}
+
+/// A run at one II.
+pub(super) struct Negotiation<'a, 'p> {
+    problem: &'a Problem<'p>,
+    freedom: &'a Freedom,
+    fixed: &'a [Reg],
+    state: State<'a, 'p>,
+    survey: Survey,
+    seed: u64,
+    draws: u64,
+    open_history: Vec<i32>,
+    /// Nodes in conflict when they were counted last.
+    conflicts: Vec<Node>,
+    /// Steps so far.
+    steps: u64,
+}
+
+impl<'a, 'p> Negotiation<'a, 'p> {
+    pub(super) fn new(
+        problem: &'a Problem<'p>,
+        lanes: &'a Lanes,
+        ii: u32,
+        freedom: &'a Freedom,
+        fixed: &'a [Reg],
+        seed: u32,
+    ) -> Negotiation<'a, 'p> {
+        let state = State::new(problem, lanes, ii, fixed);
+        let mut run = Negotiation {
+            survey: Survey::new(&state, OPEN),
+            state,
+            problem,
+            freedom,
+            fixed,
+            seed: u64::from(seed),
+            draws: 0,
+            open_history: vec![0; problem.edges.len()],
+            conflicts: Vec::new(),
+            steps: 0,
+        };
+        let earliest = start::times(problem, ii, ROOM);
+        for node in problem.nodes() {
+            let units = &problem.units[node];
+            let fits = |fu: &&srp_archdesc::arch::Fu| problem.timing(node, **fu).interval <= ii;
+            let fitting: Vec<_> = units.iter().filter(fits).copied().collect();
+            let Some(&unit) = fitting.get(run.below(fitting.len().max(1) as u32) as usize) else {
+                continue;
+            };
+            run.state.put(node, (unit, earliest[node]));
+        }
+        run
+    }
+
+    fn random(&mut self) -> u32 {
+        self.draws += 1;
+        noise(self.seed, self.draws, 0x4e67)
+    }
+
+    /// A number below `below`.
+    fn below(&mut self, below: u32) -> u32 {
+        ((u64::from(self.random()) * u64::from(below)) >> 32) as u32
+    }
+
+    /// Runs from hot to cold with so many steps for each node.
+    /// Ends early when so much effort has been spent ([`effort`](Self::effort)).
+    pub(super) fn run(
+        &mut self,
+        steps: u64,
+        limit: u64,
+        watch: &dyn Watch,
+    ) -> Result<Placement, Option<Conflict>> {
+        let nodes = self.problem.dfg.nodes.len() as u64;
+        let each = (nodes * steps).div_ceil(u64::from(STAGES)).max(1);
+        let mut half = HALF << 8;
+        for stage in 0..STAGES + MORE_STAGES {
+            if stage >= STAGES && self.conflicts.len() > FEW {
+                break;
+            }
+            self.reprice(stage.min(STAGES - 1));
+            for step in 0..each {
+                if step % 64 == 0 {
+                    self.find_conflicts();
+                    if let Some(placement) = self.settled() {
+                        return Ok(placement);
+                    }
+                    if watch.cancelled() || self.effort() > limit {
+                        return Err(self.worst());
+                    }
+                }
+                self.step((half >> 8) as i32);
+            }
+            if stage + 1 < STAGES {
+                half = ((u64::from(half) * u64::from(COOLING)) >> 16) as u32;
+            }
+        }
+        self.settled().ok_or_else(|| self.worst())
+    }
+
+    /// Raises the prices for a stage.
+    fn reprice(&mut self, stage: u32) {
+        let (part, whole) = (stage as i32, STAGES as i32 - 1);
+        let penalty = PENALTY.0 + (PENALTY.1 - PENALTY.0) * part * part / (whole * whole);
+        self.state.market.remember(HISTORY);
+        self.state.market.reprice(penalty as i16);
+        for (e, history) in self.open_history.iter_mut().enumerate() {
+            if self.state.routes[e].is_none() {
+                *history += OPEN_HISTORY;
+            }
+            self.survey.open[e] = (OPEN + penalty + *history).min(MOST_OPEN);
+        }
+    }
+
+    /// The placement, if nothing is in conflict any more. A file whose registers do not suffice after
+    /// all counts as smaller from then on.
+    fn settled(&mut self) -> Option<Placement> {
+        if self.state.market.excess > 0 || self.state.open > 0 || self.state.early > 0 {
+            return None;
+        }
+        match self.settle() {
+            Ok(placement) => Some(placement),
+            Err(full) => {
+                let lane = full.map(|place| self.state.lanes.of[place]);
+                lane.into_iter()
+                    .for_each(|lane| self.state.market.shrink(lane));
+                None
+            }
+        }
+    }
+
+    /// What is in the way: an edge without a route, or a node that takes what others take.
+    fn worst(&self) -> Option<Conflict> {
+        let open = self.state.routes.iter().position(Option::is_none);
+        let node = || self.conflicts.first().copied();
+        open.map(Conflict::Route)
+            .or_else(|| node().map(Conflict::Unit))
+    }
+
+    /// The effort so far, in steps of the router that take as long.
+    pub(super) fn effort(&self) -> u64 {
+        self.survey.lanes / LANES_PER_STEP + self.steps * STEPS_PER_STEP
+    }
+
+    fn find_conflicts(&mut self) {
+        let state = &self.state;
+        self.conflicts.clear();
+        let nodes = self.problem.nodes();
+        self.conflicts
+            .extend(nodes.filter(|&node| state.is_in_conflict(node)));
+    }
+
+    /// The placement, or the file whose registers do not suffice after all.
+    fn settle(&self) -> Result<Placement, Option<Place>> {
+        let routes: Option<Vec<Route>> = self.state.routes.iter().cloned().collect();
+        let routes = routes.expect("no edge is open");
+        place::adopt(
+            self.problem,
+            self.state.ii as u32,
+            self.freedom,
+            self.fixed,
+            &self.state.at,
+            routes,
+        )
+    }
+
+    /// Takes a node out, and puts it where it is drawn to, or back.
+    fn step(&mut self, half: i32) {
+        self.steps += 1;
+        let any = self.conflicts.is_empty() || self.below(100) >= IN_CONFLICT;
+        let node = match any {
+            true => Node::new(self.below(self.problem.dfg.nodes.len() as u32) as usize),
+            false => {
+                let i = self.below(self.conflicts.len() as u32);
+                self.conflicts[i as usize]
+            }
+        };
+        let old = self.state.at[node];
+        let (old_cost, routes) = self.take_out(node);
+        let random = self.random();
+        self.survey.look(&self.state, node, random);
+        let random = self.random();
+        let drawn = self.survey.draw(half, random);
+        let Some(new) = drawn else {
+            self.put_back(node, old, routes);
+            return;
+        };
+        if new == old && any && self.below(100) < AS_IT_IS {
+            self.put_back(node, old, routes);
+            return;
+        }
+        let new_cost = self.put_in(node, new);
+        let random = self.random();
+        if !Scale::of(half).accepts(new_cost - old_cost, random) {
+            self.take_out(node);
+            self.put_back(node, old, routes);
+        }
+    }
+
+    /// Takes a node and the routes of its edges out: what they cost, and the routes.
+    fn take_out(&mut self, node: Node) -> (i32, Vec<(usize, Route)>) {
+        let mut cost = 0;
+        let mut routes = Vec::new();
+        for i in 0..self.problem.edges_of[node].len() {
+            let e = self.problem.edges_of[node][i];
+            match self.state.release(e) {
+                Some((route, price)) => {
+                    cost += price;
+                    routes.push((e, route));
+                }
+                None => cost += self.survey.price_of_open(&self.state, e),
+            }
+        }
+        cost += price_of_early(self.state.earliness(node)) as i32;
+        cost += self.state.lift(node);
+        (cost, routes)
+    }
+
+    fn put_back(&mut self, node: Node, old: Position, routes: Vec<(usize, Route)>) {
+        self.state.put(node, old);
+        for (e, route) in routes {
+            self.state.take(e, route);
+        }
+    }
+
+    /// Puts a node somewhere and routes its edges; what that costs.
+    fn put_in(&mut self, node: Node, at: Position) -> i32 {
+        let mut cost = self.state.put(node, at);
+        cost += price_of_early(self.state.earliness(node)) as i32;
+        let mut edges: Vec<(i32, usize)> = Vec::new();
+        for &e in &self.problem.edges_of[node] {
+            let edge = &self.problem.edges[e];
+            let span = match edge.to() {
+                Some(to) => {
+                    let arrival = self.state.at[to].1 + self.state.ii * edge.distance as i32;
+                    arrival - self.state.ready(edge.from)
+                }
+                None => i32::MAX,
+            };
+            edges.push((span, e));
+        }
+        edges.sort_unstable();
+        for (_, e) in edges {
+            cost += self.survey.route(&mut self.state, e);
+        }
+        cost
+    }
+}

@@ -1,0 +1,357 @@
+//! Where everything is, and what it takes: positions of nodes, routes of values, and the market they
+//! take it from.
+
+use super::deliver::Own;
+use super::lanes::Lanes;
+use super::market::{Good, Market};
+use crate::modulo::place::{constants_of, invariant_reads};
+use crate::modulo::problem::{Position, Problem, Tag};
+use crate::modulo::route::Route;
+use crate::modulo::table::Item;
+use rustc_hash::FxHashMap;
+use srp_archdesc::arch::{Fu, FuOp};
+use srp_archdesc::entity::{Entity, EntityMap};
+use srp_archdesc::resource::Place;
+use srp_ir::dfg::{Initial, Node};
+use srp_ir::dre::scheduled::Reg;
+use std::collections::BTreeMap;
+
+/// What a node needs on a unit besides its issue slot.
+#[derive(Default)]
+pub(super) struct Needs {
+    /// Registers of static files that are set before the loop.
+    pub(super) constants: Vec<(Place, Initial)>,
+    /// Files that are read when it issues.
+    pub(super) reads: Vec<Place>,
+}
+
+/// Positions, routes, and the prices that follow from them.
+pub(super) struct State<'a, 'p> {
+    pub(super) problem: &'a Problem<'p>,
+    pub(super) lanes: &'a Lanes,
+    pub(super) market: Market,
+    pub(super) ii: i32,
+    pub(super) at: EntityMap<Node, Position>,
+    /// Whether a node has been put down.
+    placed: EntityMap<Node, bool>,
+    /// The route of each edge; `None` where it is open.
+    pub(super) routes: Vec<Option<Route>>,
+    /// Edges without a route.
+    pub(super) open: usize,
+    /// Cycles by which memory orders are not kept, of all together.
+    pub(super) early: i64,
+    /// Items of each value, counted.
+    items: EntityMap<Node, FxHashMap<Item, u32>>,
+    /// Registers that are set before the loop to something, and for how many nodes.
+    constants: FxHashMap<(Place, Initial), u32>,
+    /// What nodes need on units, where that is anything.
+    needs: FxHashMap<(Node, Fu), Needs>,
+    scratch: Vec<Good>,
+}
+
+impl<'a, 'p> State<'a, 'p> {
+    /// All registers free but `fixed`, and nothing placed.
+    pub(super) fn new(
+        problem: &'a Problem<'p>,
+        lanes: &'a Lanes,
+        ii: u32,
+        fixed: &[Reg],
+    ) -> State<'a, 'p> {
+        let mut market = Market::new(problem, lanes, ii);
+        let mut taken: BTreeMap<Place, u32> = BTreeMap::new();
+        for reg in fixed {
+            *taken.entry(problem.graph.file[reg.file]).or_default() += 1;
+        }
+        for (place, count) in taken {
+            market.reserve(lanes.of[place], count);
+        }
+        let nodes = problem.dfg.nodes.len();
+        State {
+            market,
+            lanes,
+            ii: ii as i32,
+            at: EntityMap::filled(nodes, (Fu::new(0), 0)),
+            placed: EntityMap::filled(nodes, false),
+            routes: vec![None; problem.edges.len()],
+            open: problem.edges.len(),
+            early: 0,
+            items: EntityMap::filled(nodes, FxHashMap::default()),
+            constants: FxHashMap::default(),
+            needs: needs(problem),
+            scratch: Vec::new(),
+            problem,
+        }
+    }
+
+    /// The cycle in which a node's result stands in its unit's output first.
+    pub(super) fn ready(&self, node: Node) -> i32 {
+        let (fu, time) = self.at[node];
+        time + self.problem.timing(node, fu).latency as i32
+    }
+
+    /// What a node needs on a unit besides its issue slot, if that is anything.
+    pub(super) fn needs(&self, node: Node, fu: Fu) -> Option<&Needs> {
+        self.needs.get(&(node, fu))
+    }
+
+    /// The price of the registers that a node needs set before the loop on a unit.
+    pub(super) fn price_of_constants(&self, needs: &Needs) -> i32 {
+        let new = |wanted: &&(Place, Initial)| !self.constants.contains_key(*wanted);
+        let price = |&(place, _): &(Place, Initial)| self.price_throughout(self.lanes.of[place]);
+        needs.constants.iter().filter(new).map(price).sum()
+    }
+
+    /// The price of a register of a file in every slot.
+    pub(super) fn price_throughout(&self, lane: usize) -> i32 {
+        let price = |t: i32| self.market.price(self.market.hold_good(t, lane));
+        (0..self.ii).map(price).sum()
+    }
+
+    fn take_all(&mut self, goods: &[Good]) -> i32 {
+        let mut sum = 0;
+        for &good in goods {
+            sum += self.market.price(good);
+            self.market.take(good);
+        }
+        sum
+    }
+
+    fn give_all_back(&mut self, goods: &[Good]) -> i32 {
+        let mut sum = 0;
+        for &good in goods {
+            self.market.give_back(good);
+            sum += self.market.price(good);
+        }
+        sum
+    }
+
+    /// All that a node takes on a unit but its result's output and its constants.
+    fn goods_of_node(&self, node: Node, fu: Fu, time: i32, goods: &mut Vec<Good>) {
+        let timing = self.problem.timing(node, fu);
+        self.market.goods_of_operation(fu, time, timing, goods);
+        if let Some(needs) = self.needs(node, fu) {
+            let read = |place: &Place| self.market.read_good(time, self.lanes.of[*place]);
+            goods.extend(needs.reads.iter().map(read));
+        }
+    }
+
+    /// The output that a node's result stands in.
+    fn result_item(&self, node: Node, fu: Fu, time: i32) -> Option<Item> {
+        let op = self.problem.dfg.nodes[node].op;
+        let place = self.problem.graph.result_place(fu, op)?;
+        let latency = self.problem.timing(node, fu).latency as i32;
+        Some(Item::Out(place, time + latency))
+    }
+
+    /// Puts a node somewhere; what that costs.
+    pub(super) fn put(&mut self, node: Node, (fu, time): Position) -> i32 {
+        let mut goods = std::mem::take(&mut self.scratch);
+        goods.clear();
+        self.goods_of_node(node, fu, time, &mut goods);
+        let mut cost = self.take_all(&goods);
+        self.scratch = goods;
+        if let Some(item) = self.result_item(node, fu, time) {
+            cost += self.take_item(node, item, None);
+        }
+        cost += self.count_constants(node, fu, true);
+        self.at[node] = (fu, time);
+        self.placed[node] = true;
+        self.early += self.earliness(node);
+        cost
+    }
+
+    /// Takes a node away; what it cost. Its edges have no routes any more.
+    pub(super) fn lift(&mut self, node: Node) -> i32 {
+        self.early -= self.earliness(node);
+        let (fu, time) = self.at[node];
+        let mut goods = std::mem::take(&mut self.scratch);
+        goods.clear();
+        self.goods_of_node(node, fu, time, &mut goods);
+        let mut cost = self.give_all_back(&goods);
+        self.scratch = goods;
+        if let Some(item) = self.result_item(node, fu, time) {
+            cost += self.release_item(node, item, None);
+        }
+        cost += self.count_constants(node, fu, false);
+        self.placed[node] = false;
+        cost
+    }
+
+    /// Takes a node's constants, or gives them back; what they cost.
+    fn count_constants(&mut self, node: Node, fu: Fu, take: bool) -> i32 {
+        let Some(needs) = self.needs.get(&(node, fu)) else {
+            return 0;
+        };
+        let mut goods = Vec::new();
+        for &wanted in &needs.constants {
+            let count = self.constants.entry(wanted).or_insert(0);
+            let changes = *count == u32::from(!take);
+            *count = if take { *count + 1 } else { *count - 1 };
+            if *count == 0 {
+                self.constants.remove(&wanted);
+            }
+            if changes {
+                let lane = self.lanes.of[wanted.0];
+                goods.extend((0..self.ii).map(|t| self.market.hold_good(t, lane)));
+            }
+        }
+        match take {
+            true => self.take_all(&goods),
+            false => self.give_all_back(&goods),
+        }
+    }
+
+    /// Cycles by which a node's memory orders are not kept with nodes that are placed.
+    pub(super) fn earliness(&self, node: Node) -> i64 {
+        let issued = |n: Node| (n == node || self.placed[n]).then(|| self.at[n].1);
+        let lack = |&o: &usize| {
+            let order = &self.problem.orders[o];
+            let (from, to) = (issued(order.from)?, issued(order.to)?);
+            let span = self.ii * order.distance as i32;
+            Some(i64::from((from + order.delay as i32 - to - span).max(0)))
+        };
+        let orders = &self.problem.orders_of[node];
+        orders.iter().filter_map(lack).sum()
+    }
+
+    /// Takes the items of a route; what those cost that its value did not have.
+    pub(super) fn take(&mut self, e: usize, route: Route) -> i32 {
+        let mut cost = 0;
+        for &item in &route.items {
+            let timing = self.item_timing(e, item);
+            cost += self.take_item(self.problem.edges[e].from, item, timing);
+        }
+        self.routes[e] = Some(route);
+        self.open -= 1;
+        cost
+    }
+
+    /// Gives the route of an edge back, if it has one; what it cost.
+    pub(super) fn release(&mut self, e: usize) -> Option<(Route, i32)> {
+        let route = self.routes[e].take()?;
+        self.open += 1;
+        let mut cost = 0;
+        for &item in &route.items {
+            let timing = self.item_timing(e, item);
+            cost += self.release_item(self.problem.edges[e].from, item, timing);
+        }
+        Some((route, cost))
+    }
+
+    fn item_timing(&self, e: usize, item: Item) -> Option<&'p FuOp> {
+        match item {
+            Item::Move(fu, ..) => self.problem.move_timing(fu, self.problem.edges[e].ty),
+            _ => None,
+        }
+    }
+
+    fn take_item(&mut self, node: Node, item: Item, timing: Option<&FuOp>) -> i32 {
+        let count = self.items[node].entry(item).or_insert(0);
+        *count += 1;
+        if *count > 1 {
+            return 0;
+        }
+        let mut goods = std::mem::take(&mut self.scratch);
+        goods.clear();
+        self.market
+            .goods_of_item(self.lanes, item, timing, &mut goods);
+        let cost = self.take_all(&goods);
+        self.scratch = goods;
+        cost
+    }
+
+    fn release_item(&mut self, node: Node, item: Item, timing: Option<&FuOp>) -> i32 {
+        let count = self.items[node].get_mut(&item);
+        let count = count.expect("only taken items are released");
+        *count -= 1;
+        if *count > 0 {
+            return 0;
+        }
+        self.items[node].remove(&item);
+        let mut goods = std::mem::take(&mut self.scratch);
+        goods.clear();
+        self.market
+            .goods_of_item(self.lanes, item, timing, &mut goods);
+        let cost = self.give_all_back(&goods);
+        self.scratch = goods;
+        cost
+    }
+
+    /// Whether a value goes into a file in a cycle in two guises: a result is written into one
+    /// register of a file at most.
+    pub(super) fn is_written_otherwise(&self, node: Node, route: &Route) -> bool {
+        let writes = |item: &Item| match *item {
+            Item::Written(place, time, tag, _) => Some((place, time, tag)),
+            _ => None,
+        };
+        let clashes = |(place, time, tag): (Place, i32, Tag)| {
+            let others = self.items[node].keys().filter_map(writes);
+            let mut others = others.filter(|&(p, t, _)| (p, t) == (place, time));
+            others.any(|(.., other)| other != tag)
+        };
+        route.items.iter().filter_map(writes).any(clashes)
+    }
+
+    /// What a value has that its further routes may start from.
+    pub(super) fn own(&self, node: Node, tag: Option<Tag>, own: &mut Own) {
+        own.stands.clear();
+        own.tagged.clear();
+        own.lands.clear();
+        let (fu, _) = self.at[node];
+        own.lands.push((self.ready(node), fu.index()));
+        let ty = self.problem.dfg.ty(node).expect("only values are routed");
+        for &item in self.items[node].keys() {
+            match item {
+                Item::Out(place, time) | Item::Held(place, time, Tag::Plain) => {
+                    own.stands.push((time, self.lanes.of[place]));
+                }
+                Item::Held(place, time, other) if Some(other) == tag => {
+                    own.tagged.push((time, self.lanes.of[place]));
+                }
+                Item::Move(fu, time, ..) => {
+                    let timing = self.problem.move_timing(fu, ty);
+                    let latency = timing.expect("moves go over movers").latency as i32;
+                    own.lands.push((time + latency, fu.index()));
+                }
+                _ => {}
+            }
+        }
+        own.sort();
+    }
+
+    /// Whether anything that a node or its values take is taken too often, or an edge of it is open.
+    pub(super) fn is_in_conflict(&self, node: Node) -> bool {
+        let (fu, time) = self.at[node];
+        let mut goods = Vec::new();
+        self.goods_of_node(node, fu, time, &mut goods);
+        let edges = &self.problem.edges_of[node];
+        if edges.iter().any(|&e| self.routes[e].is_none()) || self.earliness(node) > 0 {
+            return true;
+        }
+        let ty = self.problem.dfg.ty(node);
+        for &item in self.items[node].keys() {
+            let timing = match item {
+                Item::Move(fu, ..) => ty.and_then(|ty| self.problem.move_timing(fu, ty)),
+                _ => None,
+            };
+            self.market
+                .goods_of_item(self.lanes, item, timing, &mut goods);
+        }
+        goods.iter().any(|&good| self.market.is_overused(good))
+    }
+}
+
+/// What nodes need on units besides issue slots, where that is anything.
+fn needs(problem: &Problem<'_>) -> FxHashMap<(Node, Fu), Needs> {
+    let mut needs = FxHashMap::default();
+    for node in problem.nodes() {
+        for &fu in &problem.units[node] {
+            let constants = constants_of(problem, node, fu);
+            let reads = invariant_reads(problem, node, fu);
+            if !constants.is_empty() || !reads.is_empty() {
+                needs.insert((node, fu), Needs { constants, reads });
+            }
+        }
+    }
+    needs
+}
