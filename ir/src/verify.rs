@@ -69,7 +69,23 @@ pub fn verify(program: &Program) -> Result<(), Vec<Violation>> {
     {
         found.push(whole(format!("main is {main}, which does not exist")));
     }
-    for func in program.funcs.keys() {
+    check_functions(program, program.funcs.keys(), found)
+}
+
+/// The rules of functions alone, for some functions of a program of which all else holds.
+pub(crate) fn verify_functions(
+    program: &Program,
+    funcs: impl Iterator<Item = Func>,
+) -> Result<(), Vec<Violation>> {
+    check_functions(program, funcs, Vec::new())
+}
+
+fn check_functions(
+    program: &Program,
+    funcs: impl Iterator<Item = Func>,
+    mut found: Vec<Violation>,
+) -> Result<(), Vec<Violation>> {
+    for func in funcs {
         Checker::new(program, func, &mut found).check();
     }
     if found.is_empty() { Ok(()) } else { Err(found) }

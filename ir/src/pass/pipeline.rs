@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::program::{Func, Function, Program};
+use crate::verify::verify_functions;
 use serde::Serialize;
 use srp_archdesc::arch::Precision;
 use srp_archdesc::entity::EntityMap;
@@ -312,6 +313,7 @@ pub fn run(
             remarks: Vec::new(),
         },
         settled: EntityMap::new(),
+        touched: Touched::Functions(Vec::new()),
         after,
     };
     passes.iter().for_each(|pass| runner.run(program, pass));
@@ -321,8 +323,15 @@ pub fn run(
     remarks
 }
 
+/// What may have changed since the last check.
+enum Touched {
+    Functions(Vec<Func>),
+    Everything,
+}
+
 struct Runner<'a, 'f> {
     context: Context<'a>,
+    touched: Touched,
     /// For each function, the repeated group after which it has not been changed, by its address in
     /// the table.
     settled: EntityMap<Func, Option<&'static str>>,
@@ -337,7 +346,7 @@ impl Runner<'_, '_> {
         match &pass.run {
             Run::Function(_) => {
                 for func in program.funcs.keys() {
-                    if self.apply(pass, &mut program.funcs[func]) {
+                    if self.apply(pass, program, func) {
                         self.settled[func] = None;
                     }
                 }
@@ -345,6 +354,7 @@ impl Runner<'_, '_> {
             Run::Program(run) => {
                 if run(program, &mut self.context) {
                     self.settled = EntityMap::filled(program.funcs.len(), None);
+                    self.touched = Touched::Everything;
                 }
             }
             Run::Repeat(names) => self.repeat(program, pass.name, names),
@@ -362,7 +372,7 @@ impl Runner<'_, '_> {
             for name in names {
                 let pass = pass(name).expect("groups consist of passes");
                 for &func in &open {
-                    changed[func] |= self.apply(pass, &mut program.funcs[func]);
+                    changed[func] |= self.apply(pass, program, func);
                 }
                 self.finish(pass, program);
             }
@@ -376,17 +386,29 @@ impl Runner<'_, '_> {
         }
     }
 
-    fn apply(&mut self, pass: &Pass, func: &mut Function) -> bool {
-        match &pass.run {
-            Run::Function(run) => run(func, &mut self.context),
+    fn apply(&mut self, pass: &Pass, program: &mut Program, func: Func) -> bool {
+        let changed = match &pass.run {
+            Run::Function(run) => run(&mut program.funcs[func], &mut self.context),
             Run::Program(_) | Run::Repeat(_) => {
                 unreachable!("groups consist of passes on functions")
             }
+        };
+        if let (true, Touched::Functions(touched)) = (changed, &mut self.touched) {
+            touched.push(func);
         }
+        changed
     }
 
+    /// Verifies, in a debug build, what a pass has changed, and shows the program.
     fn finish(&mut self, pass: &Pass, program: &Program) {
-        debug_assert_eq!(crate::verify(program), Ok(()), "after {}", pass.name);
+        let touched = std::mem::replace(&mut self.touched, Touched::Functions(Vec::new()));
+        if cfg!(debug_assertions) {
+            let verified = match touched {
+                Touched::Functions(funcs) => verify_functions(program, funcs.into_iter()),
+                Touched::Everything => crate::verify(program),
+            };
+            assert_eq!(verified, Ok(()), "after {}", pass.name);
+        }
         (self.after)(pass, program);
     }
 }
