@@ -357,7 +357,7 @@ void divide(const int *x, int *y, int n, int d)
 #pragma srp kernel
     for (int i = 0; i < n; i++)
         y[i] = x[i] / d +
-            x[i] % 7;
+            x[i] % n;
 }
 ";
     write(&folder, "divide.c", text);
