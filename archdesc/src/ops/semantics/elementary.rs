@@ -3,7 +3,7 @@
 //! Each takes its precision in `bits`. **0 bits** means exact: reciprocal and roots correctly
 //! rounded, the others evaluated in binary64 by fixed series, of `+ − · /` alone, and rounded once,
 //! which leaves an error below 0.501 units in the last place. Else it is a unit word of
-//! [`approximation`](super::approximation), which has the other structures; with nothing above its **4 to
+//! [`super::approximation`], which has the other structures; with nothing above its **4 to
 //! 23 bits** of precision it is what small hardware does: a table addressed by the top bits of the operand, each entry the value in the
 //! middle of its interval; the first interval has its value at its beginning, so that 1/1, √1, 2⁰,
 //! log2 1, sin 0 are exact. Tables are monotone. Reciprocal and roots are good to a relative error
