@@ -5,10 +5,13 @@ mod cache;
 mod compiling;
 pub(crate) mod dram;
 mod fidelity;
+mod frame;
 mod hard;
 mod machine;
 pub(crate) mod map;
-mod scene;
+mod paper;
+mod render;
+mod tni;
 
 pub(crate) use accuracy::Accuracy;
 pub(crate) use cache::{Cache, CacheAction};
@@ -17,13 +20,12 @@ pub(crate) use compiling::{
     fast_math,
 };
 pub(crate) use fidelity::{FidelityTable, Level, TableForm};
+pub(crate) use frame::{Building, Frame, parse_cameras};
 pub(crate) use hard::HardCases;
 pub(crate) use machine::{Area, Machine, MachineAction, Units};
-use scene::parse_size;
-pub(crate) use scene::{
-    BUILDERS, Building, Effects, Frame, HeatOf, Latencies, Paper, Pipeline, RayKind, Render, Table,
-    Tni, TniMemory, parse_cameras,
-};
+pub(crate) use paper::{Paper, Table};
+pub(crate) use render::{Effects, Render};
+pub(crate) use tni::{HeatOf, Latencies, Pipeline, RayKind, Tni, TniMemory};
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
@@ -137,9 +139,23 @@ pub(crate) fn threads(asked: Option<usize>) -> usize {
     asked.unwrap_or(host.min(MAX_THREADS))
 }
 
+/// The longest search for a schedule, in hundredths of the usual one.
+const MAX_EFFORT: f64 = 1e7;
+
+fn parse_effort(text: &str) -> Result<u32, String> {
+    let times = text.parse().ok().map(|times: f64| (times * 100.0).round());
+    let percent = times.filter(|percent| (0.0..=MAX_EFFORT).contains(percent));
+    // The range is that of the type.
+    let percent = percent.map(|percent| percent as u32);
+    percent.ok_or_else(|| format!("write a number from 0 to {}", MAX_EFFORT / 100.0))
+}
+
 /// How hard loops are scheduled.
 #[derive(Args)]
 pub(crate) struct Search {
+    /// Look for schedules so many times as long as usual; that is up to a second or so for each loop
+    #[arg(long, value_name = "TIMES", default_value = "1", value_parser = parse_effort)]
+    pub(crate) effort: u32,
     /// Look for the smallest II by SAT too, for so many seconds (60), or prove that there is none
     #[arg(long, value_name = "SECONDS", num_args = 0..=1, require_equals = true, default_missing_value = "60")]
     pub(crate) optimal: Option<f64>,
@@ -150,8 +166,10 @@ impl Search {
     pub(crate) fn effort(&self) -> Effort {
         // A year is as good as for ever, and does not overflow.
         let seconds = |s: f64| Duration::from_secs_f64(s.clamp(0.0, 3.2e7));
-        let beyond = |s| Effort::Beyond(seconds(s));
-        self.optimal.map_or(Effort::Steps, beyond)
+        Effort {
+            percent: self.effort,
+            beyond: self.optimal.map(seconds),
+        }
     }
 }
 

@@ -31,13 +31,14 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         threads: cli::threads(args.threads),
         ..talk::session()
     };
-    let frame = scenes::frame(
+    let mut frame = scenes::frame(
         &args.frame,
         Some(&args.building),
         args.bvh,
         args.size,
         session,
     )?;
+    frame.build.effort = args.search.effort();
     // A frame that is refused is so before kernels are compiled for it.
     let image = frame.image()?;
     let kernels = args.kernels.as_deref();

@@ -1,8 +1,8 @@
 //! The command line of `srp accuracy`.
 
+use super::frame::{BUILDERS, Building, Frame, parse_pixel, parse_size};
 use super::one_of;
 use super::parse_threads;
-use super::scene::{BUILDERS, Building, Frame, parse_pixel, parse_size};
 use clap::Args;
 use srp_runtime::bvh::Builder;
 use srp_studies::accuracy::Target;

@@ -1,6 +1,7 @@
 //! Levels of simulation on the command line, and `srp fidelity`.
 
-use super::{BUILDERS, ENGINES, Frame, one_of};
+use super::frame::{BUILDERS, Frame, parse_size};
+use super::{ENGINES, one_of, parse_threads};
 use clap::{Args, ValueEnum};
 use srp_runtime::bvh::Builder;
 use srp_studies::fidelity::Fidelity;
@@ -63,7 +64,7 @@ pub(crate) struct FidelityTable {
     #[command(flatten)]
     pub(crate) frame: Frame,
     /// Width and height of the image in pixels
-    #[arg(long, value_name = "WxH", default_value = "320x240", value_parser = super::parse_size)]
+    #[arg(long, value_name = "WxH", default_value = "320x240", value_parser = parse_size)]
     pub(crate) size: (u32, u32),
     /// What simulates the SRP; without rustc, csim gives way to interp
     #[arg(long, value_name = "ENGINE", default_value = "auto", value_parser = one_of(ENGINES))]
@@ -81,7 +82,7 @@ pub(crate) struct FidelityTable {
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=100_000))]
     pub(crate) trials: u64,
     /// Threads of the host for samples, as many as it has processors by default; they change no figure
-    #[arg(long, value_name = "N", value_parser = super::parse_threads)]
+    #[arg(long, value_name = "N", value_parser = parse_threads)]
     pub(crate) threads: Option<usize>,
     /// Form of the table
     #[arg(long, value_enum, default_value_t = TableForm::Text)]

@@ -42,9 +42,6 @@ pub(crate) struct Map {
     /// Write a DRAT certificate that the II below is impossible; its formula goes to FILE.cnf
     #[arg(long, value_name = "FILE")]
     pub(crate) proof: Option<PathBuf>,
-    /// Steps of the heuristic for each graph, about 3 million a second
-    #[arg(long, value_name = "N")]
-    pub(crate) effort: Option<u64>,
     /// End the search for a graph after so many seconds, with the best schedule so far
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     pub(crate) timeout: Option<f64>,

@@ -89,7 +89,6 @@ fn map_one(
     let file = found.path.display().to_string();
     let options = Options {
         search: args.search.effort(),
-        steps: args.effort,
         timeout: args.timeout.map(Duration::from_secs_f64),
     };
     match found.read(reading) {

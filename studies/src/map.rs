@@ -15,24 +15,12 @@ use srp_toolchain::{Effort, Session};
 use std::time::Duration;
 
 /// How graphs are mapped.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
     /// How long schedules are looked for.
     pub search: Effort,
-    /// Steps of the heuristic, instead of those that loops of programs get.
-    pub steps: Option<u64>,
     /// The time of the watch after which the search for a graph ends with the best schedule so far.
     pub timeout: Option<Duration>,
-}
-
-impl Default for Options {
-    fn default() -> Options {
-        Options {
-            search: Effort::Steps,
-            steps: None,
-            timeout: None,
-        }
-    }
 }
 
 /// What graphs reach on a machine.
@@ -147,11 +135,13 @@ pub fn map_all(
     outcomes.into_iter().flatten().collect()
 }
 
-/// Nodes of a graph that is given more effort than a loop of a program, and how many times as much; twice
-/// that from so many nodes on.
+/// How many times the effort of a loop of a program a graph gets, by its nodes: who maps a graph waits for a
+/// good schedule of it, not for an answer to an edit.
+const EFFORT: u64 = 6;
 const LARGE: usize = 80;
-const LARGE_EFFORT: u64 = 4;
+const LARGE_EFFORT: u64 = 4 * EFFORT;
 const LARGEST: usize = 256;
+const LARGEST_EFFORT: u64 = 8 * EFFORT;
 
 /// Maps a graph of a file onto the array of a machine.
 pub fn map(
@@ -164,15 +154,16 @@ pub fn map(
     let start = session.watch.elapsed();
     let limit = options.timeout.unwrap_or(Duration::MAX);
     let watch = Limited::new(session.watch, limit);
-    let search = options.search.modulo();
-    let usual = match graph.dfg.nodes.len() {
-        0..LARGE => search.effort,
-        LARGE..LARGEST => LARGE_EFFORT * search.effort,
-        _ => 2 * LARGE_EFFORT * search.effort,
+    let of_loop = options.search.modulo();
+    let times = match graph.dfg.nodes.len() {
+        0..LARGE => EFFORT,
+        LARGE..LARGEST => LARGE_EFFORT,
+        _ => LARGEST_EFFORT,
     };
     let search = modulo::Options {
-        effort: options.steps.unwrap_or(usual),
-        ..search
+        effort: of_loop.effort.saturating_mul(times),
+        exact_effort: of_loop.exact_effort.saturating_mul(EFFORT),
+        ..of_loop
     };
     let result = modulo::schedule(&graph.dfg, &arch.srp, &search, &watch);
     let mut row = Row {

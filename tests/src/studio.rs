@@ -124,7 +124,7 @@ impl Studio {
     pub fn frame(&self, built: Effects, guard: Guard) -> Result<(Picture, Report), SystemError> {
         let Studio { arch, session, .. } = self;
         let program = self.program(built);
-        let compiled = schedule(program, arch, Effort::Steps, session);
+        let compiled = schedule(program, arch, Effort::default(), session);
         let compiled = compiled.unwrap_or_else(|e| panic!("{built}: {e}"));
         assert_eq!(compiled.not_pipelined, [], "{built}");
         let program = &compiled.schedule.program;

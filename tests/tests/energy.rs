@@ -15,7 +15,8 @@ fn frame(studio: &Studio) -> (Checked, Report) {
     let effects = effect::find(&studio.scene).into_iter().collect();
     let session = Session::default();
     let program = studio.program(effects);
-    let compiled = schedule(program, &studio.arch, Effort::Steps, &session).expect("it compiles");
+    let compiled =
+        schedule(program, &studio.arch, Effort::default(), &session).expect("it compiles");
     let program = compiled.schedule.program;
     let engines = Engines::of(&program, Engine::Interpreter, &session).expect("it links");
     let timing = system::Timing::Full;

@@ -36,7 +36,7 @@ fn rows(path: &Path, binary: &Path) -> Result<String, String> {
     if has_host_compiler() && on_host(&sources, binary)? != meant {
         return Err("the intermediate form differs from the host".to_owned());
     }
-    let compiled = schedule(control, &arch, Effort::Steps, &Session::default());
+    let compiled = schedule(control, &arch, Effort::default(), &Session::default());
     let compiled = compiled.map_err(|e| e.to_string())?;
     if let Some(dre) = &compiled.dre
         && interpreted(dre, &arch)? != meant

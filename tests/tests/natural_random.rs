@@ -278,7 +278,7 @@ fn difference(file: &Path, expected: &Ended, arch: &Arch, simulate: bool) -> Res
     same("after the passes", interpreted(&whole, arch)?)?;
     same("divided", interpreted(&split(&control).dre, arch)?)?;
     if simulate {
-        let compiled = schedule(control, arch, Effort::Steps, &Session::default());
+        let compiled = schedule(control, arch, Effort::default(), &Session::default());
         let compiled = compiled.map_err(|e| e.to_string())?;
         same("simulated", simulated(&compiled.schedule.program)?)?;
     }

@@ -45,7 +45,7 @@ impl Build {
             bounces,
             forms: Forms::default(),
             fast_math: FastMath::default(),
-            effort: Effort::Steps,
+            effort: Effort::default(),
         }
     }
 

@@ -39,29 +39,40 @@ impl Default for Options {
             single_constants: false,
             fast_math: FastMath::default(),
             warnings: Warnings::default(),
-            effort: Effort::Steps,
+            effort: Effort::default(),
         }
     }
 }
 
-/// How long the best schedule of a loop is looked for.
+/// How long the best schedule of a loop is looked for. The default is a number of steps that takes about a
+/// second at most for the loops of a shader, the same on every host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub enum Effort {
-    /// As far as a fixed number of steps goes: the same for everybody.
-    Steps,
-    /// For so long beyond these steps, for each loop that has not reached its bound.
-    Beyond(Duration),
+pub struct Effort {
+    /// Hundredths of these steps.
+    pub percent: u32,
+    /// For so long beyond them, for each loop that has not reached its bound.
+    pub beyond: Option<Duration>,
+}
+
+impl Default for Effort {
+    fn default() -> Effort {
+        Effort {
+            percent: 100,
+            beyond: None,
+        }
+    }
 }
 
 impl Effort {
     /// This effort in the words of the scheduler.
     pub fn modulo(self) -> modulo::Options {
+        let usual = modulo::Options::default();
+        let times = |steps: u64| steps.saturating_mul(u64::from(self.percent)) / 100;
         modulo::Options {
-            beyond: match self {
-                Effort::Steps => None,
-                Effort::Beyond(time) => Some(time),
-            },
-            ..modulo::Options::default()
+            effort: times(usual.effort),
+            exact_effort: times(usual.exact_effort),
+            beyond: self.beyond,
+            ..usual
         }
     }
 }

@@ -15,7 +15,7 @@ use super::order::{Freedom, order};
 use super::place::{Attempt, Conflict, LIGHTEST};
 use super::problem::Problem;
 use super::route::Router;
-use super::{MAX_STAGES, Options};
+use super::{MAX_STAGES, worth};
 use srp_archdesc::Watch;
 use srp_archdesc::entity::EntityMap;
 use srp_ir::dfg::Node;
@@ -25,6 +25,8 @@ use std::collections::BTreeMap;
 /// The part of the way down to the bound that is tried in one leap, and attempts at it.
 const LEAPS: u32 = 4;
 const LEAP_ATTEMPTS: u32 = 3;
+/// On the way up, the part of the bound that is passed over between attempts.
+const WAY_UP: u32 = 20;
 /// Attempts at each II on the way down, at most.
 const ATTEMPTS: u32 = 64;
 /// Proposals of the annealing for each node and temperature: at first, and how often they double.
@@ -95,11 +97,11 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         }
     }
 
-    /// A schedule with the first II that works, by quick attempts.
+    /// A schedule with the first II that works, by attempts of so many steps.
     pub(super) fn first(
         &mut self,
         bound: u32,
-        options: &Options,
+        effort: u64,
         watch: &dyn Watch,
     ) -> Result<ModuloSchedule, Unschedulable> {
         let deepest = self.problem.srp.contexts;
@@ -109,14 +111,14 @@ impl<'a, 'p> Heuristic<'a, 'p> {
             false => [Way::OneByOne, Way::AllAtOnce, negotiated],
         };
         if self.is_crowded(bound) {
-            let limit = self.router.expanded + options.effort;
+            let limit = self.router.expanded + effort;
             if let Some(schedule) = self.attempt(bound, Way::OneByOne, limit, watch) {
                 return Ok(schedule);
             }
         }
         for round in 0..ROUNDS {
             for way in ways {
-                if let Some(schedule) = self.climb(way, bound, options.effort, watch) {
+                if let Some(schedule) = self.climb(way, bound, effort, watch) {
                     return Ok(schedule);
                 }
                 if watch.cancelled() {
@@ -157,7 +159,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
             if let Some(schedule) = self.attempt(ii, way, limit, watch) {
                 return Some(schedule);
             }
-            ii += 1 + (ii - bound) / 3;
+            ii += 1 + ((ii - bound) / 3).max(bound / WAY_UP);
         }
         None
     }
@@ -190,17 +192,19 @@ impl<'a, 'p> Heuristic<'a, 'p> {
 
     /// Betters a schedule by negotiation: between the bound and the best II, and where that fails next
     /// to the best with more and more steps.
-    fn negotiate(&mut self, best: &mut ModuloSchedule, bound: u32, limit: u64, watch: &dyn Watch) {
+    fn negotiate(&mut self, best: &mut ModuloSchedule, bound: u32, effort: u64, watch: &dyn Watch) {
+        let start = self.router.expanded;
+        let limit = |best: &ModuloSchedule| start + worth(effort, best.ii, bound);
         let mut steps = QUICK_STEPS;
         // The least II that these steps have not failed at.
         let mut least = bound;
-        while best.ii > bound && self.router.expanded < limit && !watch.cancelled() {
+        while best.ii > bound && self.router.expanded < limit(best) && !watch.cancelled() {
             if least >= best.ii {
                 steps *= 2;
                 least = best.ii - 1;
             }
             let ii = (least + best.ii) / 2;
-            match self.attempt(ii, Way::Negotiated(steps), limit, watch) {
+            match self.attempt(ii, Way::Negotiated(steps), limit(best), watch) {
                 Some(schedule) => {
                     *best = schedule;
                     least = least.min(best.ii - 1).max(bound);
@@ -210,7 +214,8 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         }
     }
 
-    /// Betters a schedule with so many steps: in leaps as long as these work, then II by II.
+    /// Betters a schedule with so many steps, if it is worth them: in leaps as long as these work, then II by
+    /// II.
     pub(super) fn improve(
         &mut self,
         best: &mut ModuloSchedule,
@@ -218,24 +223,28 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         effort: u64,
         watch: &dyn Watch,
     ) {
-        let mut limit = self.router.expanded + effort;
+        let mut start = self.router.expanded;
         if self.is_crowded(bound) {
             let others = match self.problem.srp.fus.len() {
                 0..WIDE => effort / 2,
                 _ => effort / 8,
             };
-            self.negotiate(best, bound, limit - others, watch);
+            self.negotiate(best, bound, effort - others, watch);
             // The last steps to the bound often are those of the other ways.
             if best.ii - bound <= NEAR {
-                limit = self.router.expanded + effort;
+                start = self.router.expanded;
             }
         }
         let mut leap = (best.ii - bound).div_ceil(LEAPS);
         while best.ii > bound && leap > 0 {
             let ii = best.ii - leap.min(best.ii - bound);
+            let effort = worth(effort, best.ii, bound);
             let (attempts, limit) = match leap {
-                1 => (ATTEMPTS, limit),
-                _ => (LEAP_ATTEMPTS, limit.min(self.router.expanded + effort / 4)),
+                1 => (ATTEMPTS, start + effort),
+                _ => (
+                    LEAP_ATTEMPTS,
+                    (start + effort).min(self.router.expanded + effort / 4),
+                ),
             };
             match self.attempts(ii, attempts, limit, watch) {
                 Some(schedule) => *best = schedule,

@@ -57,9 +57,16 @@ pub struct Options {
 /// Cycles beyond the critical path up to which the exact search goes in the end.
 pub const FARTHEST: u32 = 15;
 
+/// Steps for each operation that an attempt at the first II that works has at least: with fewer, IIs are missed
+/// at which a schedule is soon found.
+const FIRST: u64 = 8_000;
 /// Operations of a loop that gets the effort once, and of one that gets the most.
 const FEW: u64 = 32;
 const MANY: usize = 128;
+/// The effort goes once to a loop that could save one cycle in so many, and so many times at most to one that
+/// could save more.
+const WORTHWHILE: u32 = 8;
+const MOST_WORTH: u64 = 6;
 /// Operations of the largest loop that the exact way is tried on within the limits: for larger ones
 /// making the formula alone takes too long.
 const LARGEST_EXACT: usize = 150;
@@ -72,8 +79,8 @@ const HEURISTIC_TURN: u64 = 10_000_000;
 impl Default for Options {
     fn default() -> Self {
         Options {
-            effort: 2_000_000,
-            exact_effort: 45_000,
+            effort: 350_000,
+            exact_effort: 8_000,
             slack: 3,
             beyond: None,
         }
@@ -161,7 +168,9 @@ pub fn schedule(
     };
     let is_small = problem.dfg.nodes.len() <= LARGEST_EXACT;
     let limits = |effort: u64| Limits { effort, watch };
-    let mut schedule = match heuristic.first(bound, options, watch) {
+    let operations = problem.dfg.nodes.len();
+    let first = options.effort.max(FIRST * operations as u64);
+    let mut schedule = match heuristic.first(bound, first, watch) {
         Ok(schedule) => schedule,
         Err(why) => {
             // The exact way may know of one where there is little room.
@@ -173,13 +182,11 @@ pub fn schedule(
             found.ok_or(why)?
         }
     };
-    let operations = problem.dfg.nodes.len().min(MANY) as u64;
-    let steps = options.effort.saturating_mul(operations) / FEW;
+    let steps = options.effort.saturating_mul(operations.min(MANY) as u64) / FEW;
     heuristic.improve(&mut schedule, bound, steps, watch);
-    if is_small
-        && let Some(better) = exactly(&mut agenda, schedule.ii, limits(options.exact_effort))
-    {
-        schedule = better;
+    if is_small {
+        let limits = limits(worth(options.exact_effort, schedule.ii, bound));
+        schedule = exactly(&mut agenda, schedule.ii, limits).unwrap_or(schedule);
     }
     if let Some(time) = options.beyond {
         agenda.extend(FARTHEST);
@@ -202,6 +209,17 @@ pub fn schedule(
             .filter(|_| schedule.ii > bound),
         schedule,
         bounds,
+    })
+}
+
+/// How much of an effort a better II is worth: it grows with the square of the part of the cycles that the
+/// bound would save, since a search for more of them takes longer and brings more.
+fn worth(effort: u64, ii: u32, bound: u32) -> u64 {
+    let saved = u128::from(WORTHWHILE * (ii - bound));
+    let whole = u128::from(ii);
+    let worth = u128::from(effort) * saved * saved / (whole * whole);
+    u64::try_from(worth).map_or(u64::MAX, |worth| {
+        worth.min(effort.saturating_mul(MOST_WORTH))
     })
 }
 

@@ -37,7 +37,6 @@ const CIRCLES: &[(&str, &str)] = &[
     ),
     ("runtime", "tni::counters tni::full tni::ist tni::trv"),
     ("runtime", "tni::decoded tni::function"),
-    ("", "cli::fidelity cli::scene"),
     ("", "compile report"),
     ("", "failure interrupt talk"),
 ];

@@ -31,13 +31,12 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use store::Store;
 
-/// Kinds of entries: each has a folder of its own.
+/// Kinds of entries: each has a folder of its own. Control code is not kept: all of a frame's is scheduled
+/// in the time that some reads take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Kind {
     /// Schedules of loops.
     Loops,
-    /// Control code of programs.
-    Control,
     /// Compiled simulators.
     Simulators,
     /// Frames at levels of simulation.
@@ -48,19 +47,12 @@ pub enum Kind {
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Kind; 5] = [
-        Kind::Loops,
-        Kind::Control,
-        Kind::Simulators,
-        Kind::Frames,
-        Kind::Trials,
-    ];
+    pub const ALL: [Kind; 4] = [Kind::Loops, Kind::Simulators, Kind::Frames, Kind::Trials];
 
     /// Its name, which is that of its folder.
     pub const fn name(self) -> &'static str {
         match self {
             Kind::Loops => "loops",
-            Kind::Control => "control",
             Kind::Simulators => "simulators",
             Kind::Frames => "frames",
             Kind::Trials => "trials",

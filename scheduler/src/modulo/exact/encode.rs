@@ -27,9 +27,9 @@
 //! | a result goes into at most one register of a file | [`Encoder::one_write`] |
 //! | in every slot of the II, units, outputs, shared resources, registers and ports suffice | [`Encoder::ration`] |
 
+use super::Question;
 use super::formula::{Formula, Lit};
 use super::rations::Rations;
-use super::{LARGEST_FORMULA, Question};
 use crate::modulo::order::Freedom;
 use crate::modulo::place::{constants_of, invariant_reads};
 use crate::modulo::problem::{Edge, Goal, Problem, Tag, UNREACHABLE};
@@ -153,7 +153,7 @@ impl<'e, 'p> Encoder<'e, 'p> {
             }
             self.encoding.formula.clause(all.iter().copied());
             self.encoding.formula.at_most_one(&all);
-            if self.encoding.formula.variables() > LARGEST_FORMULA {
+            if self.encoding.formula.variables() > self.question.largest_formula() {
                 return None;
             }
         }
@@ -355,7 +355,7 @@ impl<'e, 'p> Encoder<'e, 'p> {
                 }
             }
         }
-        (self.encoding.formula.variables() <= LARGEST_FORMULA).then_some(())
+        (self.encoding.formula.variables() <= self.question.largest_formula()).then_some(())
     }
 
     /// A live-out must be written into a central register at some time.
@@ -436,7 +436,7 @@ impl<'e, 'p> Encoder<'e, 'p> {
                 Item::Kept(..) => {}
             }
             self.encoding.formula.clause(clause);
-            if self.encoding.formula.variables() > LARGEST_FORMULA {
+            if self.encoding.formula.variables() > self.question.largest_formula() {
                 return None;
             }
         }

@@ -44,6 +44,14 @@ pub(super) struct Question<'a> {
     pub(super) watch: &'a dyn Watch,
 }
 
+impl Question<'_> {
+    /// Variables of the largest formula that may be made: no more than fit, nor than the effort allows.
+    fn largest_formula(&self) -> usize {
+        let affordable = self.effort.saturating_mul(VARIABLES_A_STEP);
+        usize::try_from(affordable).map_or(LARGEST_FORMULA, |most| most.min(LARGEST_FORMULA))
+    }
+}
+
 /// What came out.
 pub(super) enum Answer {
     /// A placement.
@@ -78,7 +86,12 @@ pub(super) fn solve(
     let mut spent = 0;
     for tightening in 0..=TIGHTENINGS {
         let Some(encoding) = encode::encode(problem, question, &freedom, &spare) else {
-            return (Answer::TooLarge, spent);
+            let largest = question.largest_formula();
+            let answer = match largest < LARGEST_FORMULA {
+                true => Answer::Unknown,
+                false => Answer::TooLarge,
+            };
+            return (answer, spent + largest as u64 / VARIABLES_A_STEP);
         };
         let proof = proof.as_mut().filter(|_| tightening == 0);
         let variables = encoding.formula.variables() as u64;

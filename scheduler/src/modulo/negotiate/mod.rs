@@ -53,9 +53,15 @@ const STAGES: u32 = 40;
 /// Each stage has so many 65536ths of the one before.
 const HALF: u32 = 1220;
 const COOLING: u32 = 62_740;
-/// Stages at the last temperature while few nodes are in conflict, and how few.
+/// Stages beyond these while few nodes are in conflict, and how few.
 const MORE_STAGES: u32 = 40;
 const FEW: usize = 12;
+/// Stages without one conflict less after which a run is frozen, and more of them where hardly a node is in
+/// conflict, so that rising prices may still tell; the stage that a frozen run goes back to.
+const FROZEN: u32 = 4;
+const NEARLY: usize = 4;
+const NEARLY_FROZEN: u32 = 12;
+const REHEATED: u32 = 14;
 /// What a use beyond what there is costs in the first stage and in the last.
 const PENALTY: (i32, i32) = (10, 800);
 /// What each stage adds for good to the price of what is taken too often.
@@ -88,6 +94,54 @@ fn price_of_early(cycles: i64) -> i64 {
     match cycles {
         0 => 0,
         _ => i64::from(OPEN) + i64::from(LATE) * cycles,
+    }
+}
+
+/// How far a run has cooled down. A run in which no conflict has gone for some stages is frozen, and goes on
+/// from a higher temperature, where all is cheaper but for what it has learned.
+struct Cooling {
+    /// The stage, which sets the prices, and the costs in it by how many 256ths of a 16th are half as likely.
+    stage: u32,
+    half: u32,
+    /// The fewest nodes in conflict since it was hot, and the stages since then.
+    fewest: usize,
+    since: u32,
+}
+
+impl Default for Cooling {
+    fn default() -> Cooling {
+        Cooling {
+            stage: 0,
+            half: HALF << 8,
+            fewest: usize::MAX,
+            since: 0,
+        }
+    }
+}
+
+impl Cooling {
+    /// Goes to the next stage after one that left so many nodes in conflict.
+    fn go_on(&mut self, conflicts: usize) {
+        self.since += 1;
+        if conflicts < self.fewest {
+            self.fewest = conflicts;
+            self.since = 0;
+        }
+        let patience = match conflicts {
+            0..=NEARLY => NEARLY_FROZEN,
+            _ => FROZEN,
+        };
+        if self.since >= patience && self.stage > REHEATED {
+            *self = Cooling::default();
+            (0..REHEATED).for_each(|_| self.cool());
+        } else if self.stage + 1 < STAGES {
+            self.cool();
+        }
+    }
+
+    fn cool(&mut self) {
+        self.stage += 1;
+        self.half = ((u64::from(self.half) * u64::from(COOLING)) >> 16) as u32;
     }
 }
 
@@ -162,12 +216,12 @@ impl<'a, 'p> Negotiation<'a, 'p> {
     ) -> Result<Placement, Option<Conflict>> {
         let nodes = self.problem.dfg.nodes.len() as u64;
         let each = (nodes * steps).div_ceil(u64::from(STAGES)).max(1);
-        let mut half = HALF << 8;
+        let mut cooling = Cooling::default();
         for stage in 0..STAGES + MORE_STAGES {
             if stage >= STAGES && self.conflicts.len() > FEW {
                 break;
             }
-            self.reprice(stage.min(STAGES - 1));
+            self.reprice(cooling.stage);
             for step in 0..each {
                 if step % 64 == 0 {
                     self.find_conflicts();
@@ -178,11 +232,9 @@ impl<'a, 'p> Negotiation<'a, 'p> {
                         return Err(self.worst());
                     }
                 }
-                self.step((half >> 8) as i32);
+                self.step(cooling.half as i32 >> 8);
             }
-            if stage + 1 < STAGES {
-                half = ((u64::from(half) * u64::from(COOLING)) >> 16) as u32;
-            }
+            cooling.go_on(self.conflicts.len());
         }
         self.settled().ok_or_else(|| self.worst())
     }

@@ -1,0 +1,86 @@
+//! `srp render` and `srp effects`.
+
+use super::fidelity::Level;
+use super::frame::{BUILDERS, Building, Frame, parse_size};
+use super::{ENGINES, Loops, Search, one_of, parse_threads};
+use clap::Args;
+use srp_runtime::bvh::Builder;
+use srp_toolchain::Engine;
+use std::path::PathBuf;
+
+/// `srp render`
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  srp render
+  srp render sibenik.obj --cameras cameras.json:sibenik/0 --size 320x240 -o sibenik.png
+  srp render scene.obj --camera 0,1,5/0,0,-1/60 --machine wide --report frame.json --loops loops.html")]
+pub(crate) struct Render {
+    #[command(flatten)]
+    pub(crate) frame: Frame,
+    #[command(flatten)]
+    pub(crate) building: Building,
+    /// Width and height of the image in pixels
+    #[arg(long, value_name = "WxH", default_value = "320x240", value_parser = parse_size)]
+    pub(crate) size: (u32, u32),
+    /// What simulates the SRP; without rustc, csim gives way to interp
+    #[arg(long, value_name = "ENGINE", default_value = "auto", value_parser = one_of(ENGINES))]
+    pub(crate) engine: Engine,
+    /// Folder with the kernels in C, instead of those that come along
+    #[arg(long, value_name = "DIR")]
+    pub(crate) kernels: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) search: Search,
+    #[command(flatten)]
+    pub(crate) level: Level,
+    /// Threads of the host for --fidelity sampled, as many as it has processors by default; they change
+    /// no figure
+    #[arg(long, value_name = "N", value_parser = parse_threads)]
+    pub(crate) threads: Option<usize>,
+    /// How the bounding volume hierarchy is built
+    #[arg(long, value_name = "BUILDER", default_value = "sweep", value_parser = one_of(BUILDERS))]
+    pub(crate) bvh: Builder,
+    /// The image
+    #[arg(short, long, value_name = "FILE.png", default_value = "out.png")]
+    pub(crate) output: PathBuf,
+    /// Write the whole account as JSON too
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) report: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) loops: Loops,
+    /// Print the account as JSON instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// `srp effects`
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  srp effects scene.obj
+  srp effects scene.obj --no-costs --json
+  srp effects --effects +antialiasing,-shadow --html effects.html")]
+pub(crate) struct Effects {
+    #[command(flatten)]
+    pub(crate) frame: Frame,
+    #[command(flatten)]
+    pub(crate) building: Building,
+    /// Measure nothing: only which effects, and why
+    #[arg(long)]
+    pub(crate) no_costs: bool,
+    /// Width and height of the frames that are measured
+    #[arg(long, value_name = "WxH", default_value = "64x48", value_parser = parse_size)]
+    pub(crate) size: (u32, u32),
+    /// What simulates the SRP in these frames
+    #[arg(long, value_name = "ENGINE", default_value = "interp", value_parser = one_of(ENGINES))]
+    pub(crate) engine: Engine,
+    /// How the bounding volume hierarchy is built
+    #[arg(long, value_name = "BUILDER", default_value = "sweep", value_parser = one_of(BUILDERS))]
+    pub(crate) bvh: Builder,
+    /// Write the report as a page too
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) html: Option<PathBuf>,
+    /// Print the report as JSON instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
+}
