@@ -1,14 +1,14 @@
 //! `srp effects`: which effects a scene calls for, why, and what they cost.
 
-mod costs;
 mod output;
 
 use crate::cli::Effects as Args;
 use crate::failure::Failure;
-use crate::{files, scenes, talk};
+use crate::{files, interrupt, scenes, talk};
 use serde::Serialize;
 use srp_runtime::effect::{self, Effects};
 use srp_runtime::scene::Scene;
+use srp_studies::effects::{Cost, Costs, Measured, costs};
 use srp_toolchain::{Build, Frame, machine};
 
 /// What there is to say of a scene.
@@ -28,7 +28,7 @@ struct Report {
     /// Pixels of the frames that were measured.
     size: (u32, u32),
     /// Simulators by what they are built for, where they were measured.
-    simulators: Vec<costs::Measured>,
+    simulators: Vec<Measured>,
 }
 
 /// One effect.
@@ -43,7 +43,7 @@ struct Line {
     /// The witness.
     why: String,
     /// What it costs in a frame, where that was measured.
-    cost: Option<costs::Cost>,
+    cost: Option<Cost>,
 }
 
 /// Runs `srp effects`.
@@ -72,7 +72,18 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if !args.no_costs {
         // Only frames take a tree.
         let frame = Frame::of(arch, of_scene, &options, session);
-        costs::measure(&mut report, &frame, args.engine, session)?;
+        let measured = interrupt::looked_for(|| costs(&frame, args.engine, session));
+        let Costs {
+            effects,
+            simulators,
+        } = measured.map_err(|error| match Failure::from(error) {
+            Failure::Message(text) => Failure::Message(format!("{text}; --no-costs builds none")),
+            other => other,
+        })?;
+        for (line, cost) in report.effects.iter_mut().zip(effects) {
+            line.cost = Some(cost);
+        }
+        report.simulators = simulators.into();
     }
     if let Some(html) = &args.html {
         files::write(html, output::page(&report).as_bytes())?;

@@ -34,6 +34,10 @@ impl From<srp_studies::Error> for Failure {
     fn from(error: srp_studies::Error) -> Failure {
         match error {
             srp_studies::Error::Toolchain(error) => error.into(),
+            srp_studies::Error::Simulator {
+                source: Error::Cancelled,
+                ..
+            } => Failure::Interrupted,
             error => Failure::message(error),
         }
     }

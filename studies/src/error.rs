@@ -9,6 +9,14 @@ pub enum Error {
     /// A frame without a clock fails.
     #[error(transparent)]
     Functional(#[from] crate::functional::FunctionalError),
+    /// The simulator of so many effects cannot be built, or fails.
+    #[error("{source}\nnote: this is the simulator of {effects} effects")]
+    Simulator {
+        /// Number of effects.
+        effects: usize,
+        /// The failure.
+        source: srp_toolchain::Error,
+    },
     /// Something that the user asked for is not possible, in one sentence or several lines.
     #[error("{0}")]
     Invalid(String),

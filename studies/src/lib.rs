@@ -11,6 +11,7 @@
 //! * [`functional`] runs a frame without a schedule and a clock; [`attribution`] says where the errors of
 //!   its picture come from.
 //! * [`mod@reference`] renders in binary64; [`mod@exact`] decides about rays and triangles without rounding.
+//! * [`effects`] measures the cost of each effect of a scene.
 //! * [`energy`](mod@energy) says where the energy of a frame goes.
 //! * [`loops`] reports on the loops of programs, [`map`](mod@map) on graphs; [`certificate`] is what proves
 //!   their bounds.
@@ -19,6 +20,7 @@
 pub mod accuracy;
 pub mod attribution;
 pub mod certificate;
+pub mod effects;
 pub mod energy;
 mod error;
 pub mod exact;
