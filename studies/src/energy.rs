@@ -1,10 +1,10 @@
-//! Where the energy of a frame goes: what the units counted, times what each of it takes.
+//! Where the energy of a frame goes: the counts of the units, times the energy of each event.
 //!
-//! Of a kernel the schedule says what an iteration does: its operations, the places that they take
+//! The schedule of a kernel gives the work of an iteration: its operations, the places that they take
 //! operands from and write to, and the contexts that it goes through. A core is as many iterations along as
-//! its cycles on the kernel hold initiation intervals, so prologues and epilogues count as full. Of control
+//! its cycles on the kernel hold initiation intervals, so prologues and epilogues count as full. For control
 //! code the counters know bundles only: each is charged with the mean of the program's. Prices are those of
-//! [`srp_archdesc::cost`] at 65 nm, in which the clock tree and the leakage of logic are not.
+//! [`srp_archdesc::cost`] at 65 nm; they leave out the clock tree and the leakage of logic.
 
 use serde::Serialize;
 use srp_archdesc::ResourceGraph;
@@ -126,7 +126,7 @@ impl Energy {
     }
 }
 
-/// What one iteration of a kernel, or one bundle, takes; pJ.
+/// Energy of one iteration of a kernel, or of one bundle; pJ.
 #[derive(Clone, Copy, Default)]
 struct Activity {
     operators: f64,
@@ -159,7 +159,7 @@ impl Activity {
     }
 }
 
-/// What things take on a machine.
+/// Energies of events on a machine.
 struct Prices<'a> {
     arch: &'a Arch,
     graph: ResourceGraph,

@@ -28,7 +28,7 @@ impl Error {
         Error::Invalid(why.to_string())
     }
 
-    /// Whether the user asked for an end.
+    /// True if the user asked for an end.
     pub fn is_cancelled(&self) -> bool {
         matches!(self, Error::Toolchain(srp_toolchain::Error::Cancelled))
     }

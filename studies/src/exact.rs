@@ -97,7 +97,7 @@ pub struct Distance {
 }
 
 impl Distance {
-    /// Whether it is less, equal or greater.
+    /// Orders it against another, exactly.
     pub fn compare(&self, other: &Distance) -> Ordering {
         let (a, b) = (
             self.above.times(&other.below),
@@ -106,7 +106,7 @@ impl Distance {
         a.minus(&b).sign()
     }
 
-    /// Whether it is less than a number, equal to it, or greater. NaN is taken for +∞.
+    /// Orders it against a number. NaN is taken for +∞.
     pub fn compare_number(&self, number: f32) -> Ordering {
         if !number.is_finite() {
             return match number == f32::NEG_INFINITY {
@@ -156,8 +156,8 @@ pub fn distance(ray: &Ray, triangle: &Triangle) -> Option<Distance> {
     }
 }
 
-/// Whether the ray, without its ends but for the origin, meets the closed triangle in exact
-/// arithmetic. A ray in the triangle's plane meets nothing.
+/// True if the ray, without its ends but for the origin, meets the closed triangle in exact arithmetic. A ray
+/// in the triangle's plane meets nothing.
 pub fn meets(ray: &Ray, triangle: &Triangle) -> bool {
     distance(ray, triangle).is_some_and(|t| t.above.sign() == Ordering::Greater)
 }
@@ -193,14 +193,14 @@ pub fn side(point: [f32; 3], triangle: &Triangle) -> Ordering {
     triple(&a, &b, &c).sign().reverse()
 }
 
-/// Whether a direction leads to the side of a triangle's normal (greater), away from it (less), or
-/// along its plane.
+/// Returns `Greater` if a direction leads to the side of a triangle's normal, `Less` if away from it, and
+/// `Equal` if along its plane.
 pub fn leans(direction: [f32; 3], triangle: &Triangle) -> Ordering {
     let [a, b, c] = triangle.positions.map(|p| p.to_array());
     triple(&vector(direction), &relative(b, a), &relative(c, a)).sign()
 }
 
-/// Whether the ray, within its ends, meets the closed box.
+/// True if the ray, within its ends, meets the closed box.
 pub fn meets_box(ray: &Ray, low: [f32; 3], high: [f32; 3]) -> bool {
     // Each bound as a quotient whose denominator is above 0.
     let end = |plane: f32, axis: usize| {

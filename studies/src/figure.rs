@@ -8,7 +8,7 @@ use serde::{Serialize, Serializer};
 
 use crate::survey::Estimate;
 
-/// What is measured. It is shown by its name.
+/// A quantity that is measured. It is shown by its name.
 pub trait Quantity: Clone + PartialEq + fmt::Debug + fmt::Display {
     /// Its unit.
     fn unit(&self) -> Unit;
@@ -59,7 +59,7 @@ impl Serialize for Unit {
 /// A quantity with its value and interval.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure<Q> {
-    /// What is measured.
+    /// The quantity that is measured.
     pub quantity: Q,
     /// Its value and interval.
     pub estimate: Estimate,

@@ -1,4 +1,4 @@
-//! Bare dataflow graphs on an array: what each reaches, what bounds it, and what keeps it from more.
+//! Bare dataflow graphs on an array: the II of each, its bounds, and the obstacles to a lower one.
 
 use serde::Serialize;
 use srp_archdesc::arch::Arch;
@@ -23,7 +23,7 @@ pub struct Options {
     pub timeout: Option<Duration>,
 }
 
-/// What graphs reach on a machine.
+/// Results of mapping graphs on a machine.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Table {
     /// The machine's name.
@@ -45,7 +45,7 @@ pub struct Row {
     pub edges: usize,
     /// Seconds that it took on this host.
     pub seconds: f64,
-    /// Whether the search was cut short by the time-out.
+    /// True if the search was cut short by the time-out.
     pub timed_out: bool,
     /// The mapping, if there is one.
     pub mapping: Option<Mapping>,
@@ -62,7 +62,7 @@ pub struct Mapping {
     pub ii: u32,
     /// Bound set by units and shared resources.
     pub res_mii: u32,
-    /// What sets it.
+    /// The resource that sets it.
     pub res_mii_why: String,
     /// Bound set by recurrences.
     pub rec_mii: u32,
@@ -89,7 +89,7 @@ pub struct Impossible {
     pub slack: u32,
 }
 
-/// What became of a graph.
+/// The outcome of mapping a graph.
 pub struct Outcome {
     /// Its row of the table.
     pub row: Row,
@@ -233,7 +233,7 @@ fn mapping(graph: &Graph, scheduled: &modulo::Scheduled) -> Mapping {
     }
 }
 
-/// What the graph's file says that the machine's does not.
+/// Returns statements of the graph's file that differ from the machine's.
 fn notes(graph: &Graph, arch: &Arch) -> Vec<String> {
     let differs = |&&(node, latency): &&(_, u32)| {
         let op = graph.dfg.nodes[node].op;

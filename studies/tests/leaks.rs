@@ -100,7 +100,7 @@ impl Mesh {
         (ray, round)
     }
 
-    /// Whether the ray meets any triangle in exact arithmetic; those round its aim come first.
+    /// True if the ray meets any triangle in exact arithmetic; those round its aim come first.
     fn meets(&self, ray: &Ray, round: &[u32]) -> bool {
         let met = |t: &u32| exact::meets(ray, &self.triangles[*t as usize]);
         let mut may_be_met = self.triangles.iter().filter(|t| !surely_passes(ray, t));
@@ -108,8 +108,8 @@ impl Mesh {
     }
 }
 
-/// Whether binary64 is enough to say that a ray's line passes a triangle: it has one edge on its
-/// left and one on its right, by more than the rounding of these products can be.
+/// True if binary64 is enough to say that a ray's line passes a triangle: it has one edge on its left and one
+/// on its right, by more than the rounding of these products can be.
 fn surely_passes(ray: &Ray, triangle: &Triangle) -> bool {
     let origin = Vec3::from(ray.origin).as_dvec3();
     let direction = Vec3::from(ray.direction).as_dvec3();

@@ -85,7 +85,7 @@ fn slope(ray: &Ray, triangle: &Triangle) -> f64 {
     direction.dot(normal).abs()
 }
 
-/// What is wrong with a hit, if anything is; `sure` is where the nearest really is.
+/// Returns the fault of a hit, if it has one; `sure` is where the nearest really is.
 fn wrong(
     test: Intersection,
     ray: &Ray,

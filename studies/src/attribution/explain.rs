@@ -37,11 +37,11 @@ pub struct Step {
     pub exact: f64,
     /// The difference in units of the last place of the result.
     pub ulps: f64,
-    /// What the difference makes of the pixel's error, in levels.
+    /// The effect of the difference on the pixel's error, in levels.
     pub effect: f64,
 }
 
-/// What there is to be told of a pixel.
+/// The explanation of a pixel.
 #[derive(Clone, Debug)]
 pub struct Explanation {
     /// The pixel.
@@ -50,8 +50,8 @@ pub struct Explanation {
     pub tile: u32,
     /// The channel that is off most: 0 red, 1 green, 2 blue.
     pub channel: usize,
-    /// What contributes, the largest first: source as `file:line`, operation or unit, and the
-    /// contribution to each channel, in levels.
+    /// Contributions, the largest first: source as `file:line`, operation or unit, and the contribution to
+    /// each channel, in levels.
     pub contributions: Vec<(String, String, [f64; 3])>,
     /// The first operation that parts from binary64 by more than rounding, and the operations
     /// that hand this on, to the pixel.
@@ -140,7 +140,7 @@ impl Studio<'_> {
 
     /// From the first operation that parts to a result.
     fn chain(&self, tape: &Tape, sweep: &mut Sweep, root: u32) -> Vec<Step> {
-        /// What is known of a node behind the result.
+        /// A node behind the result.
         struct Behind {
             effect: f64,
             /// The node through which most of its error goes on, and how much.

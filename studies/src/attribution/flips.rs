@@ -9,16 +9,16 @@ use srp_ir::shadow::tape::{Contributions, Sweep};
 /// Sources that are told of each flip.
 const MOST_TOLD: usize = 3;
 
-/// What kind of decision it is.
+/// A kind of decision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FlipKind {
     /// Which triangle a ray hits.
     Primitive,
-    /// Whether a shadow ray is stopped.
+    /// A shadow ray is stopped or not.
     Shadow,
-    /// Whether a ray hits the surface on which it begins.
+    /// A ray hits the surface on which it begins, or not.
     SelfHit,
-    /// Whether all light is mirrored.
+    /// All light is mirrored, or not.
     TotalReflection,
     /// Which texels a texture is filtered from.
     Texel,
@@ -57,12 +57,12 @@ pub struct Flip {
     pub kind: FlipKind,
     /// The pixel that it was made for, if that is known.
     pub pixel: Option<(u32, u32)>,
-    /// What decides, by its number in [`Attribution::sources`](super::Attribution::sources).
+    /// The source that decides, by its number in [`Attribution::sources`](super::Attribution::sources).
     pub source: usize,
-    /// What was decided about, or the triangles: in the run, and in binary64.
+    /// The subject of the decision, or the triangles: in the run, and in binary64.
     pub what: String,
-    /// What contributes most to the difference, the largest first. Where the unit that decides does
-    /// so otherwise by itself, that is the first.
+    /// Contributions to the difference, the largest first. Where the unit that decides does so otherwise by
+    /// itself, that is the first.
     pub because: Vec<Contribution>,
 }
 

@@ -1,13 +1,13 @@
 //! Where the errors of a picture come from: a frame [without a clock](crate::functional), with
 //! [shadows](srp_ir::shadow) in binary64 beside it.
 //!
-//! The shadow of a ray is followed to the triangle that the unit has hit, by exact formulas; what the
-//! hit is off is shared between the ray and the stages of the unit. Where the shadow would hit
-//! something else that is a flip, and the shadow goes on from what the unit has hit.
+//! The shadow of a ray is followed to the triangle that the unit has hit, by exact formulas; the error of the
+//! hit is shared between the ray and the stages of the unit. If the shadow would hit another triangle, that
+//! is a flip, and the shadow goes on from the unit's hit.
 //!
-//! A pixel's colour is what its bytes were converted from: nothing here is rounded to bytes. Its
-//! error is the sum of what each source contributes, exactly. Every tile is a run of its own, as in
-//! the frame without shadows, so the result does not depend on the number of threads.
+//! A pixel's colour is the value that its bytes were converted from: nothing here is rounded to bytes. Its
+//! error is the sum of the contributions of all sources, exactly. Every tile is a run of its own, as in the
+//! frame without shadows, so the result does not depend on the number of threads.
 
 mod exact;
 mod explain;
@@ -89,7 +89,7 @@ pub struct NonFinite {
     /// The operation that made it of finite numbers, by its number in
     /// [`Attribution::sources`].
     pub source: usize,
-    /// What it made.
+    /// The value that it made.
     pub value: f32,
     /// How often.
     pub count: u64,
@@ -116,7 +116,7 @@ pub struct Attribution {
     pub flips: Vec<Flip>,
     /// Infinities and NaNs by what made them, in the order of the sources.
     pub non_finite: Vec<NonFinite>,
-    /// Whether it was not cancelled.
+    /// True if it was not cancelled.
     pub complete: bool,
 }
 
@@ -129,7 +129,7 @@ impl Attribution {
     }
 }
 
-/// What the runs of all tiles share.
+/// Data that the runs of all tiles share.
 struct Studio<'a> {
     stage: Stage<'a>,
     sources: Sources,
@@ -141,7 +141,7 @@ struct Studio<'a> {
 /// Column and row of a pixel.
 type Place = (u32, u32);
 
-/// What was found in a tile.
+/// Findings in a tile.
 struct Found {
     pixels: Vec<(Place, Pixel)>,
     shares: Vec<Share>,

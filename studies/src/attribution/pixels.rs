@@ -8,12 +8,12 @@ use srp_runtime::scene_image::FrameBuffer;
 /// Sources that are kept for each pixel.
 const MOST_TOLD: usize = 4;
 
-/// What a source contributes to the error of a colour.
+/// The contribution of a source to the error of a colour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contribution {
     /// The source, by its number in [`Attribution::sources`](super::Attribution::sources).
     pub source: usize,
-    /// What it contributes: red, green and blue in levels, for pixels.
+    /// The error that it contributes: red, green and blue in levels, for pixels.
     pub error: [f64; 3],
 }
 
@@ -27,8 +27,8 @@ impl Contribution {
 /// A pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pixel {
-    /// What its bytes were converted from: red, green and blue in levels from 0 to 255, and whatever
-    /// the program adds before it converts (the kernels add a half). Where they were not converted
+    /// The value that its bytes were converted from: red, green and blue in levels from 0 to 255, and
+    /// whatever the program adds before it converts (the kernels add a half). Where they were not converted
     /// from floats with an error, the bytes.
     pub value: [f64; 3],
     /// The same in binary64, following the run's decisions.
@@ -51,7 +51,7 @@ impl Pixel {
     }
 }
 
-/// What a source contributes to the squared error.
+/// The contribution of a source to the squared error.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Share {
     pub(super) squared: f64,

@@ -73,18 +73,18 @@ const AT_ORIGIN: f64 = 1.0 / 1024.0;
 /// A ray whose shadow hits something else.
 #[derive(Clone, Debug)]
 pub(super) struct Lost {
-    /// Whether any hit would have done.
+    /// True if any hit would have done.
     pub(super) any: bool,
-    /// Whether what the unit has hit is where the ray begins.
+    /// True if the unit has hit the surface where the ray begins.
     pub(super) at_origin: bool,
     pub(super) tag: u32,
-    /// What the unit has hit, and what the shadow hits.
+    /// The triangles that the unit and the shadow hit.
     pub(super) real: Option<u32>,
     pub(super) shadow: Option<u32>,
-    /// Whether the shadow's answer is that of the ray as the unit was given it: then the unit itself
-    /// decides otherwise.
+    /// True if the shadow's answer is that of the ray as the unit was given it: then the unit itself decides
+    /// otherwise.
     pub(super) by_unit: bool,
-    /// What the place depends on that is decided about: its three coordinates.
+    /// The numbers that the decided place depends on: its three coordinates.
     pub(super) roots: Vec<(u32, [f64; 3])>,
 }
 
@@ -184,7 +184,7 @@ impl<'a> FrameShadows<'a> {
         }
     }
 
-    /// Whether the shadow hits the same.
+    /// Compares the hit of the unit with the shadow's.
     fn decide(&mut self, marked: &Marked, record: &HitRecord, shadow: &ExactRay, tag: u32) {
         let any = record.flags & ANY_HIT != 0;
         let only_any = any && self.hardware.arch.system.tni.any_hit;
@@ -229,8 +229,8 @@ impl<'a> FrameShadows<'a> {
         });
     }
 
-    /// Whether a ray meets a triangle as near as another, on an edge of one of them or so that the
-    /// order of their numbers decides, as far as binary64 can tell.
+    /// True if a ray meets a triangle as near as another, on an edge of one of them or so that the order of
+    /// their numbers decides, as far as binary64 can tell.
     fn ties(&self, real: u32, nearest: u32, t: f64, ray: &ExactRay) -> bool {
         let meet = |triangle| self.hardware.exact.meet(triangle, ray);
         let (Some(a), Some(b)) = (meet(real), meet(nearest)) else {
@@ -241,7 +241,7 @@ impl<'a> FrameShadows<'a> {
         near && (edge || real < nearest)
     }
 
-    /// Whether it goes through an edge of a triangle, or ends there, as far as binary64 can tell.
+    /// True if it goes through an edge of a triangle, or ends there, as far as binary64 can tell.
     fn on_edge(&self, triangle: u32, ray: &ExactRay) -> bool {
         let Some(meeting) = self.hardware.exact.meet(triangle, ray) else {
             return false;

@@ -9,7 +9,7 @@ use super::ledger::{COLUMNS, Column, Part, Tally};
 use crate::figure::{self, Quantity, Unit};
 use crate::survey::Estimate;
 
-/// What is measured of a frame.
+/// A quantity that is measured of a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FrameQuantity {
     /// Cycles of the SRP clock.
@@ -182,7 +182,7 @@ impl FrameQuantity {
         before.into_iter().chain(arrays).chain(behind).collect()
     }
 
-    /// Whether it counts what is done, and so needs no clock.
+    /// True if it counts events, and so needs no clock.
     pub fn is_count(&self) -> bool {
         matches!(
             self,
@@ -227,7 +227,7 @@ pub fn known(part: &Part, arch: &Arch, kernel_names: &[String]) -> Vec<FrameFigu
     measured.figures(arch, kernel_names)
 }
 
-/// What figures are made of.
+/// The estimates that figures are computed from.
 pub(super) struct Measured<'a> {
     /// The sum of some columns over all tiles.
     pub(super) total: &'a dyn Fn(&[usize]) -> Estimate,
@@ -262,7 +262,7 @@ impl Measured<'_> {
         };
         let total = |column: C| (self.total)(&[column as usize]);
         let per_ray = |column: C| (self.ratio)(&[column as usize], &[C::Rays as usize]);
-        // What is measured in cycles of tiles, for cycles of the frame.
+        // Converts rates per cycle of tiles to rates per cycle of the frame.
         let share = at_work.value / (at_work.value + self.idle).max(1.0) * cores;
         let per_cycle = |above: &[usize]| (self.ratio)(above, &[C::Cycles as usize]).times(share);
         let both = |hits: C, misses: C| [hits as usize, misses as usize];

@@ -15,7 +15,7 @@ pub(super) struct Start<'a> {
     wall: Duration,
 }
 
-/// What work took.
+/// Host time of a piece of work.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct HostTime {
     /// Seconds on the wall.
@@ -34,7 +34,7 @@ impl<'a> Start<'a> {
         }
     }
 
-    /// What was taken since then.
+    /// Returns the time taken since then.
     pub(super) fn taken(&self) -> HostTime {
         let processor = processor().zip(self.processor);
         HostTime {

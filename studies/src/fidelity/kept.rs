@@ -36,7 +36,7 @@ pub(super) struct Kept<'a> {
 }
 
 impl<'a> Kept<'a> {
-    /// What is known of a frame.
+    /// Writes the program as text, for the keys of the frame.
     pub(super) fn of(prepared: &'a Prepared<'a>) -> Kept<'a> {
         Kept {
             program: write_scheduled(prepared.program, &prepared.frame.arch),

@@ -1,9 +1,10 @@
-//! What each tile took: an observer that parts a core's account and counters by the tile in whose service it was.
+//! Counters of each tile: an observer that assigns a core's account and counters to the tile that it works
+//! for.
 //!
-//! A core works for one tile at a time: from the port's word that gives it the tile, or the hits of
-//! one of its packets, until the next such word. What it waits for a packet belongs to that packet's
-//! tile. The T&I unit says of each ray what it took; what its caches do is shared among the tiles whose
-//! rays come back meanwhile, by their visits. So every cycle and every byte has a tile, but for those before a core's
+//! A core works for one tile at a time: from the port's word that gives it the tile, or the hits of one of
+//! its packets, until the next such word. Cycles in which it waits for a packet belong to that packet's tile.
+//! The T&I unit gives the cost of each ray; the work of its caches is shared among the tiles whose rays come
+//! back meanwhile, by their visits. So every cycle and every byte has a tile, but for those before a core's
 //! first tile and after its last, and the sum is the whole.
 
 use std::collections::{BTreeMap, VecDeque};
@@ -18,7 +19,7 @@ use srp_runtime::system::{
 };
 use srp_runtime::tni::{HitRecord, RayCost};
 
-/// What is counted for each tile, apart from the kernels' cycles.
+/// A counter of each tile, apart from the kernels' cycles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(usize)]
 pub enum Column {
@@ -90,14 +91,14 @@ pub(super) fn add(sum: &mut Tally, more: &Tally) {
         .for_each(|(sum, more)| *sum += more);
 }
 
-/// What a frame, or a part of one, took.
+/// Counters of a frame, or of a part of one.
 #[derive(Clone, Debug)]
 pub struct Part {
     /// The account of all of it.
     pub report: Report,
-    /// What each of its tiles took, by its place in the queue.
+    /// Counters of each of its tiles, by the tile's place in the queue.
     pub tallies: Vec<Tally>,
-    /// What all cores took before their first tiles and after their last.
+    /// Counters of all cores before their first tiles and after their last.
     pub around: Tally,
 }
 
@@ -210,11 +211,11 @@ struct CoreLedger {
     owners: VecDeque<Option<u32>>,
     /// Packets that have come back.
     back: u64,
-    /// What rays took that have come back and are not charged yet.
+    /// Costs of rays that have come back and are not charged yet.
     returned: BTreeMap<Option<u32>, Returned>,
-    /// Whether the T&I unit tells of every ray that comes back.
+    /// True if the T&I unit tells of every ray that comes back.
     rays_return: bool,
-    /// What has been charged already.
+    /// The sum of all that has been charged already.
     charged: Tally,
     /// Of each tile taken: its place in the queue, and its counters.
     tallies: Vec<(u32, Tally)>,

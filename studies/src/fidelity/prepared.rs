@@ -17,11 +17,11 @@ pub struct Prepared<'a> {
     pub image: SceneImage,
     /// Its kernels, scheduled.
     pub program: &'a Checked,
-    /// What runs them.
+    /// The engines that run them.
     pub engines: &'a Engines,
     /// Threads of the host for samples; they change no figure.
     pub threads: usize,
-    /// Whether T&I units answer at once, whatever the level.
+    /// True if T&I units answer at once, whatever the level.
     pub recorded_hits: bool,
     /// Who watches, and what was made before.
     pub session: &'a Session<'a>,
@@ -33,7 +33,7 @@ pub struct Whole {
     pub picture: Picture,
     /// Its figures.
     pub figures: Vec<FrameFigure>,
-    /// What running it took.
+    /// Host time of the run.
     pub took: HostTime,
 }
 

@@ -1,4 +1,4 @@
-//! What every level costs in host time and is off by, and trials of its intervals.
+//! Host time and error of every level, and trials of its intervals.
 
 use super::host_time::HostTime;
 use super::kept::{Kept, Sample};
@@ -56,7 +56,7 @@ pub struct Row {
 /// A figure at a level.
 #[derive(Debug, Serialize)]
 pub struct Cell {
-    /// What it is a figure of.
+    /// The quantity that the figure measures.
     #[serde(flatten, serialize_with = "name_and_unit")]
     pub quantity: FrameQuantity,
     /// Its value.
@@ -88,7 +88,7 @@ pub struct Trials {
 /// One figure in all trials.
 #[derive(Debug, Serialize)]
 pub struct TrialFigure {
-    /// What it is a figure of.
+    /// The quantity that the figure measures.
     #[serde(rename = "name", serialize_with = "name")]
     pub quantity: FrameQuantity,
     /// The part of the intervals that hold what the top level has.

@@ -1,11 +1,10 @@
 //! A frame without a clock: the program runs by its meaning ([`srp_ir::interp`]), and the T&I unit
 //! answers at once.
 //!
-//! What a pixel gets depends on its tile alone, so each tile is a run of the whole program that is
-//! handed one tile and no other: tiles can be run in parallel, or some of them only, and each has
-//! counts of its own. The picture is that of the system with a clock, to the bit. What the program
-//! does besides, before its first tile and after its last, is [counted](Frame::idle) apart, for
-//! every core does it once.
+//! The colour of a pixel depends on its tile alone, so each tile is a run of the whole program that gets one
+//! tile and no other: tiles can be run in parallel, or some of them only, and each has counts of its own. The
+//! picture is that of the system with a clock, to the bit. The work of the program before its first tile and
+//! after its last is [counted](Frame::idle) apart, for every core does it once.
 
 mod world;
 
@@ -44,10 +43,10 @@ pub struct Options<'a> {
 /// Instructions after which a tile is given up, where nothing else is said.
 pub const MAX_STEPS: u64 = 1 << 33;
 
-/// What a tile took.
+/// Counts of a tile.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// What its rays took.
+    /// Counts of its rays.
     pub rays: RayCounts,
     /// Instructions, jumps and returns of the program.
     pub steps: u64,
@@ -76,16 +75,16 @@ pub struct Frame {
     pub picture: Picture,
     /// Each tile that was run, by number, with what it took beyond [`idle`](Self::idle).
     pub tiles: Vec<(u32, Counts)>,
-    /// What was run how often for all these tiles, beyond what is run without a tile.
+    /// How often each part of the program ran for all these tiles, beyond a run without a tile.
     pub profile: Profile,
-    /// What a core takes that is handed no tile.
+    /// Counts of a core that gets no tile.
     pub idle: Counts,
-    /// Whether it was not cancelled.
+    /// True if it was not cancelled.
     pub complete: bool,
 }
 
 impl Frame {
-    /// What all tiles took together, and the cores before and after them.
+    /// Returns the counts of all tiles together, with those of the cores before and after them.
     pub fn counts(&self, cores: u32) -> Counts {
         let mut sum = Counts::default();
         for (_, counts) in &self.tiles {
@@ -118,7 +117,7 @@ pub enum FunctionalError {
     Trap {
         /// The tile it was at work on, if it was.
         tile: Option<u32>,
-        /// What it did, and where.
+        /// The fault, and where it happened.
         what: String,
     },
     /// The program handed the T&I unit buffers that are not in the SRAM.
@@ -164,7 +163,7 @@ impl std::error::Error for FunctionalError {}
 struct Tile {
     counts: Counts,
     profile: Profile,
-    /// What was written to the frame buffer: bytes from its start, and the word.
+    /// Words written to the frame buffer: bytes from its start, and the word.
     writes: Vec<(u32, u32)>,
 }
 

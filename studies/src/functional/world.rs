@@ -1,4 +1,4 @@
-//! What the program of one tile sees: its SRAM, system memory, and the ports of its core.
+//! The world of the program of one tile: its SRAM, system memory, and the ports of its core.
 
 use super::{Counts, FunctionalError, Stage};
 use srp_archdesc::isa::Space;
@@ -84,7 +84,7 @@ impl<'a> TileWorld<'a> {
         bytes.map_or(0, |bytes| value(bytes).as_word())
     }
 
-    /// What a run came to, in the words of a frame.
+    /// Returns the outcome of a run, or its fault as an error of a frame.
     pub(crate) fn judge(
         &mut self,
         ran: Result<Outcome, Trap>,
@@ -104,8 +104,8 @@ impl<'a> TileWorld<'a> {
         }
     }
 
-    /// What it took, and what was written to the frame buffer, in order: bytes from its start, and
-    /// the word.
+    /// Returns the counts, and the words written to the frame buffer, in order: bytes from its start, and the
+    /// word.
     pub(crate) fn finish(mut self) -> (Counts, Vec<(u32, u32)>) {
         self.written.sort_unstable();
         self.written.dedup();

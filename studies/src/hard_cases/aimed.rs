@@ -79,7 +79,7 @@ pub(super) struct AimedRays {
     triangles: Vec<Triangle>,
     tree: Bvh,
     light: Vec3,
-    /// Whether the rays start inside a closed, convex mesh.
+    /// True if the rays start inside a closed, convex mesh.
     inside: bool,
     rays: Vec<AimedRay>,
 }
@@ -166,8 +166,8 @@ impl AimedRays {
         }
     }
 
-    /// Whether a ray went between triangles: it found nothing, or something behind what it meets in
-    /// exact arithmetic by more than the unit's distances can be off.
+    /// True if a ray went between triangles: it found nothing, or a hit farther behind the one of exact
+    /// arithmetic than the unit's distances can be off.
     fn is_lost(&self, aimed: &AimedRay, hit: &Hit, arch: &Arch) -> bool {
         if self.inside {
             return !hit.is_hit();

@@ -151,7 +151,7 @@ pub(super) struct Calls {
     inputs: Vec<Vec<u32>>,
     /// For each call its function, and its place among those of the same number.
     calls: Vec<(&'static Function, usize)>,
-    /// What else stands in memory, each at a multiple of 64 bytes behind the table.
+    /// Other data in memory, each item at a multiple of 64 bytes behind the table.
     data: Vec<u8>,
 }
 

@@ -72,7 +72,7 @@ pub enum Oracle {
     Rounded,
     /// Every triangle, one after the other, in rational arithmetic.
     BruteForce,
-    /// What a standard or this project's own documents say.
+    /// The text of a standard, or of this project's own documents.
     Rule,
 }
 
@@ -102,13 +102,13 @@ impl Oracle {
 pub struct Case {
     /// Its identifier: a letter for its family, and numbers.
     pub id: String,
-    /// What is hard about it.
+    /// The difficulty of the case.
     pub title: String,
     /// The function that is called.
     pub call: String,
     /// Its arguments by name, as bits.
     pub arguments: Vec<(String, Vec<u32>)>,
-    /// What it is to give: numbers and words.
+    /// The answer that it must give: numbers and words.
     pub gives: Vec<String>,
     /// Who decides what is right.
     pub oracle: Oracle,
@@ -150,7 +150,7 @@ impl Case {
         numbers.map(f32::from_bits).collect()
     }
 
-    /// Whether it is to give this word.
+    /// True if it must give this word.
     pub(super) fn gives(&self, word: &str) -> bool {
         self.gives.iter().any(|w| w == word)
     }

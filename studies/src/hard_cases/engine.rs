@@ -19,7 +19,7 @@ use std::process::{Command, Stdio};
 /// The driver's text.
 const DRIVER: &str = include_str!("driver.c");
 
-/// What the kernels are built for: surfaces that mirror, bend and scatter light and have shadows.
+/// The effects that the kernels are built for: surfaces that mirror, bend and scatter light and have shadows.
 const EFFECTS: &str = "normals,texture,light,lights,highlight,shadow,reflection,transparency,\
                        refraction,fresnel,inter_reflection";
 
@@ -29,7 +29,7 @@ const MOST_CYCLES: u64 = 2_000_000_000;
 /// Bytes of system memory that the driver has on the host.
 pub(super) const HOST_MEMORY: usize = 8 << 20;
 
-/// Whether a machine samples textures.
+/// True if a machine samples textures.
 pub(super) fn has_textures(arch: &Arch) -> bool {
     arch.srp.fus.values().any(|fu| fu.op(Class::Tex).is_some())
 }

@@ -1,4 +1,4 @@
-//! Whether an answer is the right one, or as wrong as it may be.
+//! Verdicts on answers: right, or within the error that is allowed.
 
 use super::catalogue::Case;
 use super::settings::Setting;
@@ -6,7 +6,7 @@ use srp_archdesc::arch::{Approx, Precision};
 use srp_runtime::tni::arithmetic::Hit;
 use std::fmt::Write;
 
-/// What became of a case in a place.
+/// The verdict on a case in a place.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
     /// It is right.
@@ -46,7 +46,7 @@ fn unit_error(setting: &Setting, unit: &str) -> f64 {
     }
 }
 
-/// Whether a setting computes a function that has no approximate unit.
+/// True if a setting computes a function that has no approximate unit.
 pub(super) fn is_exact(precision: &Precision) -> bool {
     let Precision {
         texture_weight_bits,
@@ -59,7 +59,8 @@ pub(super) fn is_exact(precision: &Precision) -> bool {
         }
 }
 
-/// What the approximate units of a setting may add to a result whose largest part is `size`.
+/// Returns the error that the approximate units of a setting may add to a result whose largest part is
+/// `size`.
 pub(super) fn allowance(case: &Case, setting: &Setting, size: f64) -> f64 {
     let of_unit = |(unit, times): &(String, f64)| {
         let error = unit_error(setting, unit);
@@ -111,7 +112,7 @@ pub(super) fn numbers(case: &Case, setting: &Setting, found: &[u32]) -> Verdict 
     })
 }
 
-/// Whether an error is one that the case allows, or one that its units bring.
+/// Checks that an error is one that the case allows, or one that its units bring.
 pub(super) fn within(
     case: &Case,
     setting: &Setting,
@@ -134,7 +135,7 @@ pub(super) fn within(
     }
 }
 
-/// Whether two vectors are of length 1 and at right angles to each other and to a third.
+/// Checks that two vectors are of length 1 and at right angles to each other and to a third.
 pub(super) fn basis(case: &Case, setting: &Setting, found: &[u32]) -> Verdict {
     let vector = |words: &[u32]| [0, 1, 2].map(|i| f64::from(f32::from_bits(words[i])));
     let normal = vector(&case.words::<3>("of"));

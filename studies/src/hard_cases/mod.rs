@@ -115,7 +115,7 @@ struct Trial<'a> {
     session: &'a Session<'a>,
 }
 
-/// What a case has in the driver's calls.
+/// The place of a case in the driver's calls.
 enum Placed {
     /// One call.
     Call(usize),
@@ -214,7 +214,7 @@ impl Trial<'_> {
         Ok(())
     }
 
-    /// What the driver's results say of a case.
+    /// Returns the verdict on a case from the driver's results.
     fn judge(&self, case: usize, at: &Placed, results: &[Vec<u32>], setting: &Setting) -> Verdict {
         let (i, case) = (case, &self.cases[case]);
         let call = match (at, &self.aimed[i]) {

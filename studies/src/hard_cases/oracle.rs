@@ -74,7 +74,7 @@ fn every_family_has_its_cases() {
     assert!(exact > 100, "{exact} cases are decided by exact arithmetic");
 }
 
-/// What must be noticed: a wrong answer for a case of each kind.
+/// A wrong answer for a case of each kind must be noticed.
 #[test]
 fn a_lie_is_noticed() {
     let cases = catalogue::read().unwrap_or_else(|e| panic!("{e}"));

@@ -1,4 +1,4 @@
-//! What became of every case, as data.
+//! Verdicts on all cases, as data.
 
 use super::catalogue::{Case, Level};
 use super::judge::Verdict;
@@ -16,7 +16,7 @@ pub struct Column {
     pub setting: usize,
 }
 
-/// What became of every case, in each column that it runs in. It is written with the bits of all inputs.
+/// Verdicts on all cases, in each column that they run in. It is written with the bits of all inputs.
 #[derive(Clone, Debug)]
 pub struct Matrix {
     /// The machine's name.
@@ -39,7 +39,7 @@ impl Matrix {
         self.verdicts.values().filter(|v| is(v)).count()
     }
 
-    /// Whether an answer is wrong that is not listed as failing by design.
+    /// True if an answer is wrong that is not listed as failing by design.
     pub fn is_wrong(&self) -> bool {
         self.count(|v| matches!(v, Verdict::Wrong(_))) > 0
     }

@@ -8,14 +8,14 @@ use srp_archdesc::system::Pipeline;
 /// A machine with a name for what was changed in it.
 #[derive(Clone, Debug)]
 pub struct Setting {
-    /// What was changed, in words.
+    /// The change, in words.
     pub name: String,
     pub(super) arch: Arch,
-    /// Whether kernels compute something else than in a setting before.
+    /// True if kernels compute something else than in a setting before.
     pub(super) changes_kernels: bool,
-    /// Whether the texture unit does.
+    /// True if the texture unit does.
     pub(super) changes_textures: bool,
-    /// Whether the T&I unit does.
+    /// True if the T&I unit does.
     pub(super) changes_tni: bool,
 }
 

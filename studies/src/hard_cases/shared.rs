@@ -1,5 +1,4 @@
-//! What triangles share: their edges and vertices, and whether the mesh is closed round these as a
-//! ray sees it.
+//! Edges and vertices that triangles share, and checks that the mesh is closed round these as a ray sees it.
 //!
 //! Beside an edge with triangles on one side only a ray is right to go, whatever exact arithmetic says
 //! of a point that is rounded: an outline, or the border of an open mesh, is nothing that can leak. With
@@ -50,7 +49,7 @@ impl<'a> Shared<'a> {
         both.copied().collect()
     }
 
-    /// Whether an edge, seen from a point, has triangles on both of its sides, in exact arithmetic.
+    /// True if an edge, seen from a point, has triangles on both of its sides, in exact arithmetic.
     pub(super) fn is_closed_edge(&self, from: Vec3, a: Vec3, b: Vec3) -> bool {
         let seen = meshes::triangle([from, a, b]);
         let ends = [key(a), key(b)];
@@ -63,7 +62,7 @@ impl<'a> Shared<'a> {
         sides.contains(&Ordering::Less) && sides.contains(&Ordering::Greater)
     }
 
-    /// Whether all edges that end at a vertex, seen from a point, have triangles on both sides.
+    /// True if all edges that end at a vertex, seen from a point, have triangles on both sides.
     pub(super) fn is_closed_vertex(&self, from: Vec3, a: Vec3) -> bool {
         let corners = |t: &u32| self.triangles[*t as usize].positions;
         let ends = self.vertex(a).iter().flat_map(corners);

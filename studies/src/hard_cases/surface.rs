@@ -105,7 +105,7 @@ impl Scenery {
     }
 }
 
-/// What the kernels made of a hit.
+/// The rays that the kernels made of a hit.
 #[derive(Clone, Copy)]
 pub(super) struct Made {
     pub(super) shadow: Ray,
@@ -146,8 +146,8 @@ pub(super) fn ray(arch: &Arch, origin: [f32; 3], direction: [f32; 3], tmax: f32)
     }
 }
 
-/// Adds the call of a case: `tri` the triangles, of which the first is hit, `weights` where,
-/// `view` from where, `light` and `index`.
+/// Adds the call of a case. Arguments: `tri`, the triangles, of which the ray hits the first; `weights`, the
+/// place of the hit; `view`, the viewing direction; `light` and `index`.
 pub(super) fn add(
     calls: &mut Calls,
     case: &Case,
@@ -165,9 +165,9 @@ pub(super) fn add(
     Ok(calls.add(function, &arguments))
 }
 
-/// Whether the origins lie on their sides of the plane in exact arithmetic, and whether the rays
-/// find what they must: `shadow lit`, `dark` or `empty`; `mirror` and `through` the number of a
-/// triangle, `miss`, or `none` where no ray is sent.
+/// Checks that the origins lie on their sides of the plane in exact arithmetic, and that the rays find what
+/// they must: `shadow lit`, `dark` or `empty`; `mirror` and `through` the number of a triangle, `miss`, or
+/// `none` where no ray is sent.
 pub(super) fn judge(case: &Case, arch: &Arch, triangles: &[Triangle], made: &Made) -> Verdict {
     let unit = Unit::of(arch, triangles, &unit::tree(triangles));
     let mut tracer = unit.tracer();

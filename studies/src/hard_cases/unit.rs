@@ -35,12 +35,12 @@ impl<'a> Unit<'a> {
         }
     }
 
-    /// What traces rays as the unit does, without its time.
+    /// Returns a tracer that traces rays as the unit does, without its time.
     pub(super) fn tracer(&self) -> Tracer<'_> {
         Tracer::new(&self.arch.system.tni, &self.tree, &self.memory)
     }
 
-    /// What the unit answers, cycle by cycle.
+    /// Returns the unit's answer, simulated cycle by cycle.
     pub(super) fn answer(&self, ray: &Ray) -> Option<Hit> {
         let outcome = drive(&self.arch.system, &self.image, std::slice::from_ref(ray));
         outcome.hits.first().map(|record| record.hit)

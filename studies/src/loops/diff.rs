@@ -1,4 +1,4 @@
-//! What got worse between two reports.
+//! Regressions between two reports.
 //!
 //! A loop is known by its kernel's name. The II counts first: where it fell, more stages, registers,
 //! moves or contexts are its price and only told; where it did not, they are worse.
@@ -7,17 +7,17 @@ use super::model::{FileKind, LoopReport, Report, Status, VERSION, part, percent}
 use serde::Serialize;
 use std::cmp::Ordering;
 
-/// What a file of differences calls itself.
+/// The name of the format in a file of differences.
 const DIFF_FORMAT: &str = "srp-report-diff";
 
 /// A figure of a loop that is compared, those first that count most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Figure {
-    /// Whether it is on the array at all.
+    /// Its place: on the array or not.
     OnArray,
     /// Its II.
     Interval,
-    /// Whether its II is known to be the least.
+    /// The proof that its II is the least, if there is one.
     Proof,
     /// Iterations that overlap.
     Stages,
@@ -67,7 +67,7 @@ impl Serialize for Figure {
 /// The differences between two reports.
 #[derive(Serialize)]
 pub struct Differences {
-    /// What a file of differences calls itself.
+    /// The name of the format.
     pub format: &'static str,
     /// [`VERSION`].
     pub version: u32,
@@ -84,7 +84,7 @@ pub struct Differences {
 }
 
 impl Differences {
-    /// Whether anything got worse.
+    /// True if anything got worse.
     pub fn is_worse(&self) -> bool {
         !self.worse.is_empty()
     }
@@ -136,7 +136,7 @@ pub fn diff(old: &Report, new: &Report) -> Differences {
             false => all.changed.push(difference),
         }
     }
-    // What counts most comes first, then loop by loop.
+    // The most important differences come first, then loop by loop.
     for list in [&mut all.worse, &mut all.better, &mut all.changed] {
         list.sort_by_key(|d| d.figure.min(Figure::Stages));
     }

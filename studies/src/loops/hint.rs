@@ -1,4 +1,4 @@
-//! The sentence that helps: what to do for a lower II, from what is known of a loop.
+//! Hints: advice for a lower II, from the facts of a loop.
 
 use super::model::{LoopReport, Position, Status, WhatIf};
 use super::resource::resource_name;
@@ -7,7 +7,7 @@ use srp_scheduler::LoopFacts;
 use srp_scheduler::demand::Need;
 use srp_scheduler::modulo::{FailedIi, Obstacle};
 
-/// What to do about a loop of which these facts are known.
+/// Returns the advice for a loop.
 pub(super) fn of(l: &LoopReport, facts: &LoopFacts, srp: &Srp) -> String {
     if l.ii == 1 {
         return "an iteration starts every cycle: nothing is to be gained".to_owned();
@@ -24,7 +24,7 @@ pub(super) fn of(l: &LoopReport, facts: &LoopFacts, srp: &Srp) -> String {
     }
 }
 
-/// What trying changes has shown.
+/// Returns advice from the changes that were tried.
 fn tried(l: &LoopReport, what_if: &WhatIf, facts: &LoopFacts, srp: &Srp) -> String {
     match what_if.changes.first() {
         Some(best) => format!("{} would give II = {}", best.what, best.ii),
@@ -38,7 +38,7 @@ fn tried(l: &LoopReport, what_if: &WhatIf, facts: &LoopFacts, srp: &Srp) -> Stri
     }
 }
 
-/// What the bounds say.
+/// Returns advice from the bounds alone.
 fn untried(l: &LoopReport, facts: &LoopFacts, srp: &Srp) -> String {
     let bounds = &facts.bounds;
     let scarce = bounds.demands.iter().find(|d| d.bound == bounds.resources);
@@ -76,7 +76,7 @@ fn untried(l: &LoopReport, facts: &LoopFacts, srp: &Srp) -> String {
     }
 }
 
-/// What to do where the II is above its bounds and nothing is proved.
+/// Returns advice for a loop whose II is above its bounds with nothing proved.
 fn open(l: &LoopReport, failed: Option<&FailedIi>) -> String {
     let Some(failed) = failed else {
         let bound = l.bound();
@@ -93,7 +93,7 @@ fn open(l: &LoopReport, failed: Option<&FailedIi>) -> String {
     format!("{failed}: {remedy}, or a longer search (--optimal)")
 }
 
-/// Whether the recurrence passes through accesses that are kept in order for want of knowledge.
+/// True if the recurrence passes through accesses that are kept in order for want of knowledge.
 fn through_memory(l: &LoopReport) -> bool {
     let ends = |at: &Position| l.ordered.iter().any(|o| o.first == *at || o.second == *at);
     l.recurrence.iter().filter(|step| ends(&step.at)).count() > 1

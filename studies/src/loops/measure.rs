@@ -31,7 +31,7 @@ impl Names<'_> {
     }
 }
 
-/// What is known beside loops.
+/// Facts of the program and the machine that a report needs beside loops.
 pub(super) struct View<'a> {
     pub(super) names: Names<'a>,
     pub(super) arch: &'a Arch,
@@ -178,7 +178,7 @@ impl View<'_> {
         }
     }
 
-    /// What was in the way, with the operations that it names.
+    /// Returns the obstacle of an II that failed, with the operations that it names.
     fn obstacle(&self, dfg: &Dfg, failed: &FailedIi) -> Obstacle {
         let operations = failed.obstacle.operations();
         Obstacle {
@@ -341,7 +341,7 @@ impl View<'_> {
     }
 }
 
-/// The nodes that a walk along dependences comes to, each of which `way` turns as it likes.
+/// Returns the nodes that a walk along dependences reaches; `way` may reverse each dependence.
 fn reached(dfg: &Dfg, start: Node, way: impl Fn(Node, Node) -> (Node, Node)) -> BTreeSet<Node> {
     let mut next: BTreeMap<Node, Vec<Node>> = BTreeMap::new();
     for (from, to, _) in dfg.deps() {

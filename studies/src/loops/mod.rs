@@ -1,8 +1,8 @@
-//! Initiation intervals: what every loop of a program reached, what bounds it, what it takes of the
-//! machine, and what would help.
+//! Initiation intervals: the II of every loop of a program, its bounds, the resources that it takes, and
+//! changes that would help.
 //!
-//! [`report()`] says it of a [`Subject`]; [`diff()`] compares two reports. A [`Report`] is data that
-//! reads back from what `serde` writes of it.
+//! [`report()`] makes the [`Report`] of a [`Subject`]; [`diff()`] compares two reports. A [`Report`] is data:
+//! it can be read back from the text that `serde` writes of it.
 
 mod diff;
 mod hint;
@@ -34,7 +34,7 @@ use srp_toolchain::{Compiled, CompiledLoops, Session, Times, facts_alone};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// What a report says besides what a schedule shows.
+/// Contents of a report besides what a schedule shows.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Options {
     /// Report the loops of this name only.
@@ -57,7 +57,7 @@ pub struct Subject<'a> {
     others: &'a [String],
 }
 
-/// What is known of a program besides its schedules.
+/// Facts of a program besides its schedules.
 #[derive(Clone, Copy)]
 struct Known<'a> {
     not_pipelined: &'a [srp_toolchain::NotPipelined],
@@ -204,7 +204,7 @@ pub fn report(
     Ok(report)
 }
 
-/// What schedules, and what is known of them, show.
+/// Returns the report of schedules and the facts known of them.
 fn measured(subject: &Subject<'_>, arch: &Arch) -> Report {
     let view = View {
         names: Names(subject.files),

@@ -5,7 +5,7 @@ use crate::Error;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// What a file of a report calls itself.
+/// The name of the format in a file of a report.
 pub const FORMAT: &str = "srp-report";
 
 /// The version of the members below. It rises when one changes its meaning or goes away.
@@ -20,7 +20,7 @@ pub struct Report {
     pub version: u32,
     /// The machine.
     pub machine: Machine,
-    /// Whether the search for schedules went its whole way; not where it was interrupted.
+    /// True if the search for schedules went its whole way; not where it was interrupted.
     pub complete: bool,
     /// Loops on the array, in program order.
     pub loops: Vec<LoopReport>,
@@ -29,7 +29,7 @@ pub struct Report {
     /// Functions on the VLIW engine, in program order.
     #[serde(default)]
     pub functions: Vec<FunctionReport>,
-    /// What lowers the II of several loops or of one, the most helpful first; empty unless changes
+    /// Changes that lower the II of several loops or of one, the most helpful first; empty unless changes
     /// were tried.
     pub advice: Vec<Advice>,
     /// How long each stage of the compilation took on this host, if that was asked for.
@@ -143,7 +143,7 @@ pub struct Machine {
 /// A change of the machine, and the loops that it helps.
 #[derive(Serialize, Deserialize)]
 pub struct Advice {
-    /// What changes.
+    /// The change.
     pub what: String,
     /// The loops.
     pub lowers: Vec<Lowered>,
@@ -177,7 +177,7 @@ pub struct LoopReport {
     pub status: Status,
     /// Bound set by units and shared resources.
     pub res_mii: u32,
-    /// What sets it.
+    /// The resource that sets it.
     pub res_mii_why: String,
     /// The bound of each resource, the scarcest first.
     pub resources: Vec<Resource>,
@@ -188,13 +188,13 @@ pub struct LoopReport {
     /// That recurrence and all others that meet it: everything that depends on its operations and that
     /// they depend on.
     pub recurrence_graph: Graph,
-    /// What failed one II below, if that is not below a bound.
+    /// The obstacle one II below, if that is not below a bound.
     pub why_not_lower: Option<Obstacle>,
     /// Lower IIs that were proved impossible.
     pub impossible: Vec<Impossible>,
-    /// What became of trying changes of the machine, if that was asked for.
+    /// The outcome of trying changes of the machine, if that was asked for.
     pub what_if: Option<WhatIf>,
-    /// In a sentence, what to do for a lower II.
+    /// A sentence with advice for a lower II.
     pub hint: String,
     /// Accesses that are kept in order because nothing shows that they need not be.
     pub ordered: Vec<Ordered>,
@@ -216,11 +216,11 @@ pub struct LoopReport {
     pub cycles_per_ray: f64,
     /// Issue slots taken of each unit.
     pub units: Vec<UnitLoad>,
-    /// What each shared resource is used.
+    /// Loads of shared resources.
     pub shared: Vec<SharedLoad>,
-    /// What goes over each link.
+    /// Loads of links.
     pub links: Vec<LinkLoad>,
-    /// What stands in each register file and passes its ports.
+    /// Live registers and port loads of register files.
     pub files: Vec<FileLoad>,
     /// The modulo reservation table: a row a slot, a cell a unit.
     pub table: Vec<Vec<Option<Cell>>>,
@@ -271,7 +271,7 @@ pub enum Status {
     Bound,
     /// It is above the bound, and all IIs in between were proved impossible, within a horizon.
     Proved,
-    /// Whether there is a smaller one is not known.
+    /// It is not known if there is a smaller one.
     Open,
 }
 
@@ -286,12 +286,12 @@ impl Status {
     }
 }
 
-/// What a loop needs of a resource.
+/// The need of a loop for a resource.
 #[derive(Serialize, Deserialize)]
 pub struct Resource {
     /// Classes of operations, `all operations`, or the name of a shared resource.
     pub resource: String,
-    /// Whether units share it; else it is issue slots of units.
+    /// True if units share it; else it is issue slots of units.
     pub shared: bool,
     /// Operations of an iteration that need it.
     pub operations: u32,
@@ -303,7 +303,7 @@ pub struct Resource {
     pub bound: u32,
 }
 
-/// What became of trying changes of the machine.
+/// The outcome of trying changes of the machine.
 #[derive(Serialize, Deserialize)]
 pub struct WhatIf {
     /// Changes that were tried.
@@ -315,13 +315,13 @@ pub struct WhatIf {
 /// A change of the machine.
 #[derive(Serialize, Deserialize)]
 pub struct Change {
-    /// What changes.
+    /// The change.
     pub what: String,
     /// The II that the loop then has.
     pub ii: u32,
 }
 
-/// What was in the way of a lower II.
+/// The obstacle to a lower II.
 #[derive(Serialize, Deserialize)]
 pub struct Obstacle {
     /// In words.
@@ -333,7 +333,7 @@ pub struct Obstacle {
 /// An operation and where it comes from.
 #[derive(Serialize, Deserialize)]
 pub struct Operation {
-    /// What it does.
+    /// The operation that it performs.
     pub op: String,
     /// Its number in the loop.
     pub node: u32,
@@ -358,7 +358,7 @@ pub struct Ordered {
     pub first: Position,
     /// The other.
     pub second: Position,
-    /// What is not known of them.
+    /// The fact that is not known of them.
     pub why: String,
 }
 
@@ -417,7 +417,7 @@ pub struct Edge {
     pub latency: u32,
     /// Iterations between them.
     pub distance: u32,
-    /// Whether it is a step of the recurrence that sets the bound.
+    /// True if it is a step of the recurrence that sets the bound.
     pub critical: bool,
 }
 
@@ -492,7 +492,7 @@ pub struct Carried {
     pub file: Option<String>,
 }
 
-/// What stands in a register file and passes its ports.
+/// Live registers of a register file and the load of its ports.
 #[derive(Serialize, Deserialize)]
 pub struct FileLoad {
     /// The file's name.
@@ -511,7 +511,7 @@ pub struct FileLoad {
     pub live_slot: u32,
     /// Live registers, by slot.
     pub live_by_slot: Vec<u32>,
-    /// Registers that hold one thing throughout: invariants, live-ins, live-outs, what the calling
+    /// Registers that hold one value throughout: invariants, live-ins, live-outs, and those that the calling
     /// convention keeps.
     pub kept: u32,
     /// Reading it.
@@ -556,18 +556,18 @@ pub struct PortLoad {
     pub uses: u32,
 }
 
-/// What a unit issues in a slot.
+/// The operation that a unit issues in a slot.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Cell {
     /// The operation.
     pub op: String,
     /// Its class.
     pub class: String,
-    /// Whether it was issued before, and the unit cannot issue again yet.
+    /// True if it was issued before, and the unit cannot issue again yet.
     pub held: bool,
     /// Its number in the loop.
     pub node: u32,
-    /// Whether it only moves the value of that operation.
+    /// True if it only moves the value of that operation.
     pub is_move: bool,
     /// Its stage.
     pub stage: u32,
@@ -584,13 +584,13 @@ pub struct NotPipelined {
     pub kernel: String,
     /// Where the loop statement is.
     pub at: Position,
-    /// What is in the way.
+    /// The obstacle.
     pub reason: String,
     /// Where that is.
     pub reason_at: Position,
-    /// Whether a pragma asked for it.
+    /// True if a pragma asked for it.
     pub required: bool,
-    /// What became of trying changes of the machine, where it is the machine that is in the way and
-    /// that was asked for.
+    /// The outcome of trying changes of the machine, where the machine is the obstacle and that was asked
+    /// for.
     pub what_if: Option<WhatIf>,
 }

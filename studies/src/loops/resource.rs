@@ -1,9 +1,9 @@
-//! Names of what the operations of a loop share.
+//! Names of resources that the operations of a loop share.
 
 use srp_archdesc::arch::Srp;
 use srp_scheduler::demand::Need;
 
-/// What is needed, in words.
+/// Returns the name of a need, in words.
 pub(super) fn resource_name(need: &Need, srp: &Srp) -> String {
     match need {
         Need::Array => "all operations".to_owned(),

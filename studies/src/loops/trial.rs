@@ -13,7 +13,7 @@ use srp_toolchain::{Session, schedule_loop};
 /// Steps of the search for the II that is left without aliases: enough to see what order it is of.
 const RESTRICT_EFFORT: u64 = 200_000;
 
-/// What lowers an II.
+/// A change that lowers an II.
 #[derive(Clone, Debug, PartialEq)]
 enum Remedy {
     /// Another machine.
@@ -33,7 +33,7 @@ impl Remedy {
     }
 }
 
-/// What became of trying remedies for a loop.
+/// The outcome of trying remedies for a loop.
 struct Tried {
     kernel: String,
     /// Its II; `None` where it is not on the array.
@@ -57,8 +57,8 @@ impl Tried {
     }
 }
 
-/// Tries changes of the machine, and of what is known of the accesses, for every loop of a report,
-/// and for loops that the machine kept from the array.
+/// Tries changes of the machine, and of the facts known of the accesses, for every loop of a report, and for
+/// loops that the machine kept from the array.
 pub(super) fn try_changes(
     report: &mut Report,
     subject: &Subject<'_>,
@@ -179,8 +179,8 @@ fn unordered(free: &Dfg, ii: u32, srp: &Srp, session: &Session<'_>) -> Option<u3
     (reached < ii).then_some(reached)
 }
 
-/// What helps several loops or one: each change with the loops whose II it lowers, those first that
-/// bring loops onto the array, then those that help most loops.
+/// Returns the changes that help several loops or one, each with the loops whose II it lowers: those first
+/// that bring loops onto the array, then those that help most loops.
 fn advice<'a>(tried: impl Iterator<Item = &'a Tried>, srp: &Srp) -> Vec<Advice> {
     let mut remedies: Vec<(&Remedy, Vec<Lowered>)> = Vec::new();
     for Tried {

@@ -34,7 +34,7 @@ const SETBACK: f32 = 1e-4;
 /// Longest distance of rays without an end of their own.
 const FAR: f32 = f32::MAX;
 
-/// What rays are for.
+/// The purpose of rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// Primary rays.
@@ -60,7 +60,7 @@ pub struct Source {
     made: Made,
 }
 
-/// What rays are made of.
+/// The data that rays are made from.
 enum Made {
     /// Nothing: they are there.
     Given(Vec<Ray>),
@@ -68,7 +68,7 @@ enum Made {
     Secondary(Box<Secondary>),
 }
 
-/// What secondary rays are made of.
+/// The data that secondary rays are made from.
 struct Secondary {
     seen: Vec<Seen>,
     /// The directions of samples about a normal along z.
@@ -208,7 +208,7 @@ impl Secondary {
 }
 
 impl Seen {
-    /// What a primary ray has hit.
+    /// Returns the surface that a primary ray has hit.
     fn at(ray: &Ray, t: f32, triangle: &Triangle) -> Seen {
         let direction = Vec3::from(ray.direction);
         let normal = triangle.geometric_normal();

@@ -13,7 +13,7 @@ const LEAST_WEIGHT: f64 = 0.002;
 /// Surfaces in a row that a shadow ray goes through.
 const MOST_LAYERS: usize = 33;
 
-/// A ray of which the light is looked for.
+/// A ray whose light is computed.
 #[derive(Clone, Copy)]
 pub(super) struct Ray {
     pub(super) origin: DVec3,
@@ -25,7 +25,7 @@ pub(super) struct Ray {
     pub(super) depth: u32,
     /// How many of these were diffuse reflections.
     pub(super) diffuse: u32,
-    /// Whether the last was one.
+    /// True if the last was one.
     pub(super) is_diffuse: bool,
 }
 
@@ -78,7 +78,7 @@ impl<'a> Paths<'a> {
         }
     }
 
-    /// What a ray finds, times its weight.
+    /// Returns the light that a ray finds, times its weight.
     pub(super) fn seen(&self, ray: Ray, place: Place) -> DVec3 {
         let Ray {
             origin,
@@ -148,7 +148,7 @@ impl<'a> Paths<'a> {
         ray.weight * rgb(self.scene.ambient) * s.optics.diffuse * s.optics.there * share
     }
 
-    /// What the diffuse reflection ray finds.
+    /// Returns the light that the diffuse reflection ray finds.
     fn reflected(&self, s: &Surface<'_>, ray: Ray, place: Place) -> DVec3 {
         let weight = ray.weight * s.optics.diffuse * s.optics.there;
         if weight.max_element() <= LEAST_WEIGHT {
@@ -242,7 +242,7 @@ impl<'a> Paths<'a> {
         light
     }
 
-    /// What is left of a light behind all that is between it and a point.
+    /// Returns the rest of a light behind all surfaces between it and a point.
     fn arriving(&self, mut from: DVec3, light: DVec3, mut brought: DVec3) -> DVec3 {
         for _ in 0..MOST_LAYERS {
             let way = light - from;

@@ -1,10 +1,10 @@
-//! What a ray meets: the point, its normals, and what the material does with light.
+//! The surface that a ray meets: the point, its normals, and the effect of the material on light.
 
 use super::geometry::Hit;
 use glam::{DVec2, DVec3};
 use srp_runtime::scene::{Map, Material, Scene, Texture};
 
-/// What a material does, after the table of the document.
+/// Optical properties of a material, after the table of the document.
 pub(super) struct Optics {
     pub(super) diffuse: DVec3,
     pub(super) highlight: DVec3,
@@ -101,7 +101,7 @@ fn linear(s: f64) -> f64 {
     }
 }
 
-/// What a ray meets.
+/// The surface that a ray meets.
 pub(super) struct Surface<'a> {
     pub(super) material: &'a Material,
     pub(super) optics: Optics,
@@ -109,12 +109,12 @@ pub(super) struct Surface<'a> {
     /// On the side of the ray.
     pub(super) geometric: DVec3,
     pub(super) normal: DVec3,
-    /// Whether the ray comes from behind.
+    /// True if the ray comes from behind.
     pub(super) inside: bool,
     pub(super) off: f64,
 }
 
-/// What a ray of this direction meets where it hits.
+/// Returns the surface that a ray of this direction meets at a hit.
 pub(super) fn surface<'a>(scene: &'a Scene, hit: &Hit, direction: DVec3) -> Surface<'a> {
     let t = &scene.triangles[hit.triangle];
     let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];

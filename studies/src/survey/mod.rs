@@ -49,7 +49,7 @@ impl Estimate {
         }
     }
 
-    /// Whether the interval holds `truth`, up to a rounding of sums.
+    /// True if the interval holds `truth`, up to a rounding of sums.
     pub fn covers(&self, truth: f64) -> bool {
         (self.value - truth).abs() <= self.half_width + 1e-9 * truth.abs()
     }
@@ -105,8 +105,8 @@ pub fn student(freedom: f64) -> f64 {
     z + g1 / n + g2 / n.powi(2) + g3 / n.powi(3) + g4 / n.powi(4)
 }
 
-/// The quotient of two sums over a population, of a simple random sample of it: Cochran 6.2 and 6.4,
-/// without the correction for a population that is hardly larger.
+/// Estimates the quotient of two sums over a population from a simple random sample of it: Cochran 6.2 and
+/// 6.4, without the correction for a population that is hardly larger.
 pub fn ratio(numerators: &[f64], denominators: &[f64]) -> Estimate {
     let n = numerators.len().min(denominators.len()) as f64;
     let below: f64 = denominators.iter().sum();

@@ -1,15 +1,15 @@
-//! What is drawn from: units in strata, and what is known of them before.
+//! The population that samples are drawn from: units in strata, and their auxiliary variables.
 
 use super::{LEAST_DRAWS, Random};
 
 /// Bits of a binary64 number below those that size classes share: two classes an octave.
 const CLASS_BITS: u32 = 51;
 
-/// A population in strata, of which units 0, 1, 2 … have been looked at: all, or a random sample of each stratum
+/// A population in strata. Units 0, 1, 2 … have been looked at: all, or a random sample of each stratum
 /// (double sampling, Cochran 12).
 #[derive(Clone, Debug)]
 pub struct Population {
-    /// Of each unit the auxiliary variables, the most telling first.
+    /// The auxiliary variables of each unit, the most telling first.
     pub(super) auxiliaries: Vec<Vec<f64>>,
     pub(super) strata: Vec<Stratum>,
 }
@@ -38,10 +38,10 @@ impl Population {
         }
     }
 
-    /// At most about `count` strata. Units are numbered so that neighbours are alike. A stratum is a
-    /// run of neighbours of about one size; strata have about the same sum of roots of sizes, so that a
-    /// draw from each takes more of the large units. What units vary by, and what they cost, is taken to
-    /// go with their size (Cochran 5.5: allocation in proportion to N·S/√c).
+    /// Divides units into at most about `count` strata. Units are numbered so that neighbours are alike. A
+    /// stratum is a run of neighbours of about one size; strata have about the same sum of roots of sizes, so
+    /// that a draw from each takes more of the large units. Variance and cost are taken to grow with size
+    /// (Cochran 5.5: allocation in proportion to N·S/√c).
     pub fn of(sizes: Vec<f64>, auxiliaries: Vec<Vec<f64>>, count: usize) -> Population {
         let smallest = sizes.iter().copied().fold(f64::INFINITY, f64::min);
         let smallest = smallest.max(f64::MIN_POSITIVE);
@@ -79,7 +79,7 @@ impl Population {
         self.auxiliaries.len()
     }
 
-    /// Whether there are none.
+    /// True if there are none.
     pub fn is_empty(&self) -> bool {
         self.auxiliaries.is_empty()
     }
@@ -89,8 +89,8 @@ impl Population {
         self.strata.len()
     }
 
-    /// What has been looked at in random batches: each takes one more unit of every stratum that has
-    /// units left, so the first k batches are a stratified random sample without replacement.
+    /// Returns the units that were looked at, in random batches: each takes one more unit of every stratum
+    /// that has units left, so the first k batches are a stratified random sample without replacement.
     pub fn batches(&self, seed: u64) -> Vec<Vec<u32>> {
         let mut random = Random::new(seed);
         let mut shuffled: Vec<Vec<u32>> = self.strata.iter().map(|s| s.looked.clone()).collect();

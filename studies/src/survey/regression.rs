@@ -2,10 +2,10 @@
 //! *Numerical Methods for Least Squares Problems*, 1996, 2.4). Columns that add nothing to those before
 //! them, that one row decides alone, or that so few rows cannot bear, are left out.
 
-/// A column of which less than this part is its own adds nothing.
+/// A column is left out if less than this part of it is its own: it adds nothing.
 const OWN: f64 = 1e-5;
 
-/// A column of which one row has more than this part would get that row's slope.
+/// A column is left out if one row has more than this part of it: its slope would be that row's.
 const MOST_OF_ONE: f64 = 0.25;
 
 /// Rows for each column, at least.
@@ -33,7 +33,7 @@ pub(super) struct Regression {
 pub(super) struct Fit {
     /// The slope of each column; 0 where it is left out.
     pub(super) slopes: Vec<f64>,
-    /// What is left of each value.
+    /// The residual of each value.
     pub(super) residuals: Vec<f64>,
 }
 

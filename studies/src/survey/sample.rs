@@ -12,7 +12,7 @@ struct Drawn {
     units: Vec<usize>,
 }
 
-/// What of the variance of the auxiliary variables' totals is left by not having looked at all units.
+/// Variance of the auxiliary variables' totals that is left by not having looked at all units.
 #[derive(Clone, Debug)]
 struct Unlooked {
     covariances: Vec<Vec<f64>>,
@@ -121,9 +121,9 @@ impl Sample {
         }
     }
 
-    /// The sum of a value over the population: the generalised regression estimator (Särndal 6.4), its
-    /// variance that of a stratified sample of the residuals (Cochran 5.3), and that of the totals of what has been
-    /// looked at (Särndal 9.7).
+    /// Estimates the sum of a value over the population with the generalised regression estimator (Särndal
+    /// 6.4). Its variance is that of a stratified sample of the residuals (Cochran 5.3), and of the totals of
+    /// the units that were looked at (Särndal 9.7).
     pub fn total(&self, values: &[f64]) -> Estimate {
         if self.complete {
             return Estimate::exact(self.expand(values));

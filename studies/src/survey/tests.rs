@@ -4,8 +4,8 @@ fn unit(random: &mut Random) -> f64 {
     random.draw() as f64 / u64::MAX as f64
 }
 
-/// Sizes and values: three kinds of units in runs, the largest of which are few; values follow the
-/// sizes with noise that grows with them.
+/// Sizes and values: three kinds of units in runs, with few of the largest kind; values follow the sizes with
+/// noise that grows with them.
 fn population(random: &mut Random) -> (Vec<f64>, Vec<f64>) {
     let (mut sizes, mut values) = (Vec::new(), Vec::new());
     for run in 0..60 {
@@ -64,7 +64,7 @@ fn intervals_cover_known_totals_and_ratios_in_19_of_20_samples() {
         covered += u32::from(estimate.covers(total));
         rates += u32::from(sample.ratio(&of(&hits), &of(&values)).covers(rate));
         error += (estimate.value - total) * (estimate.value - total);
-        // What a sample without strata and sizes would give.
+        // The estimate of a sample without strata and sizes.
         let mut any: Vec<usize> = (0..values.len()).collect();
         random.shuffle(&mut any);
         let mean = any[..units.len()].iter().map(|&u| values[u]).sum::<f64>() / units.len() as f64;
@@ -76,8 +76,8 @@ fn intervals_cover_known_totals_and_ratios_in_19_of_20_samples() {
     assert!(error < plain / 10.0, "{error} {plain}");
 }
 
-/// What is counted of units explains more than their sizes, though columns repeat each other, are empty
-/// or tell nothing; and few units do not get many slopes.
+/// Auxiliary variables explain more than sizes, though columns repeat each other, are empty or tell nothing;
+/// and few units do not get many slopes.
 #[test]
 fn more_columns_make_narrower_intervals_that_hold() {
     let mut random = Random::new(29);

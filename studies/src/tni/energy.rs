@@ -1,4 +1,4 @@
-//! Energy of the T&I units: what they counted times what each of it takes.
+//! Energy of the T&I units: their counts times the energy of each event.
 
 use serde::Serialize;
 use srp_archdesc::area::{cache_energy, operations_energy, triangle_energy};
@@ -19,7 +19,7 @@ pub struct Energy {
 }
 
 impl Energy {
-    /// What these counters come to.
+    /// Returns the energy of these counters.
     pub fn of(tni: &TniSpec, c: &TniCounters) -> Energy {
         const MJ: f64 = 1e-6;
         let test = triangle_energy(tni);

@@ -64,7 +64,7 @@ impl<'a> Estimated<'a> {
         }
     }
 
-    /// What it comes to.
+    /// Returns the outcome.
     pub fn finish(self) -> Outcome {
         let mut counters = TniCounters::default();
         for (unit, &end) in self.units.iter().zip(&self.ends) {

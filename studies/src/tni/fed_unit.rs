@@ -27,17 +27,17 @@ pub(super) struct Packet {
     /// Its place among all that are measured.
     pub(super) number: u64,
     pub(super) role: Role,
-    /// Whether the unit has nothing after it: its run ends when it is back, and not when it is taken.
+    /// True if the unit has nothing after it: its run ends when it is back, and not when it is taken.
     pub(super) is_last: bool,
 }
 
-/// What a packet is for.
+/// The purpose of a packet.
 #[derive(Clone, Debug)]
 pub(super) enum Role {
     /// To be measured, as soon as there is room.
     Measured,
-    /// To begin a stretch of so many rays, when no unit of the group has anything to do, with caches that hold this. What
-    /// was before is a run of its own.
+    /// To begin a stretch of so many rays, when no unit of the group has anything to do, with caches that
+    /// hold these lines. The rays before it are a run of their own.
     First {
         caches: Arc<WarmCaches>,
         rays: u64,
@@ -115,22 +115,22 @@ impl FedUnit {
         self.waiting.push_back(packet);
     }
 
-    /// Whether no packet waits for the unit.
+    /// True if no packet waits for the unit.
     pub(super) fn is_fed(&self) -> bool {
         self.waiting.is_empty()
     }
 
-    /// Whether all packets are back.
+    /// True if all packets are back.
     pub(super) fn is_done(&self) -> bool {
         self.waiting.is_empty() && self.under_way.is_empty()
     }
 
-    /// Whether it has nothing to do.
+    /// True if it has nothing to do.
     pub(super) fn is_idle(&self) -> bool {
         self.under_way.is_empty()
     }
 
-    /// Whether the unit has not taken all of its stretch.
+    /// True if the unit has not taken all of its stretch.
     pub(super) fn is_in_stretch(&self) -> bool {
         self.tni.rays() < self.stretch
     }
@@ -261,8 +261,8 @@ impl FedUnit {
         self.end
     }
 
-    /// What was spent, and counted, from the last ray of each run's predecessor to its own. Where packets followed each
-    /// other without stretches, the last run goes on until everything is back.
+    /// Returns cycles and counters of each run, from the last ray of its predecessor to its own. Where
+    /// packets followed each other without stretches, the last run goes on until everything is back.
     pub(super) fn spent(&self) -> impl Iterator<Item = (u64, RunCounts, TniCounters)> {
         let last = self.taken.keys().next_back().copied();
         let drained = last.filter(|_| self.stretch == 0 && self.is_done());

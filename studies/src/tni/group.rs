@@ -21,8 +21,7 @@ pub enum Memories {
 /// Cycles between two looks at whether to go on.
 const LOOK_UP: u64 = 1 << 16;
 
-/// Who a request belongs to: this many numbers a unit, of which the level-2 cache has 0, and the
-/// intersection units those after.
+/// Numbers of requesters for each unit: 0 is its level-2 cache, the next ones are its intersection units.
 const CLIENTS: u32 = 1 << 8;
 
 /// Units, their memory, and their clock.
@@ -102,7 +101,7 @@ impl Group {
         self.now += 1;
     }
 
-    /// What the memory did.
+    /// Returns the counters of the memory.
     pub(super) fn dram(&self) -> DramCounters {
         self.path.counters()
     }

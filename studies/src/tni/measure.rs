@@ -1,4 +1,4 @@
-//! What the counters come to: rates, shares, and means a ray.
+//! Figures from counters: rates, shares, and means a ray.
 
 use serde::Serialize;
 
@@ -62,7 +62,7 @@ pub struct Measure {
     pub outstanding: f64,
     /// Gigabytes per second of simulated time that moved between units and memories.
     pub gigabytes_per_second: f64,
-    /// What the memory did, or the memories of all units.
+    /// The report of the memory, or of the memories of all units.
     pub memory: DramReport,
     /// All counters.
     pub counters: TniCounters,
@@ -153,7 +153,7 @@ impl Measure {
     }
 }
 
-/// What the memories did in all views, `cycles` of the T&I clock long.
+/// Returns the report of the memories in all views, `cycles` of the T&I clock long.
 fn memory(views: &[Outcome], cycles: u64, spec: &SystemSpec) -> DramReport {
     let memories = views.iter().map(|v| v.dram.len()).max().unwrap_or(0);
     let mut all = DramCounters::default();

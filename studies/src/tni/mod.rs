@@ -43,17 +43,17 @@ const BLOCK: u64 = 16;
 pub struct Options {
     /// How many units.
     pub units: u32,
-    /// Whether they share the memory.
+    /// True if they share the memory.
     pub memories: Memories,
     /// Threads of the host.
     pub threads: usize,
-    /// Whether hits are kept.
+    /// True if hits are kept.
     pub hits: bool,
-    /// Whether what each pixel costs is kept.
+    /// True if the cost of each pixel is kept.
     pub costs: bool,
 }
 
-/// What the rays of one pixel cost; a pixel is what the rays' payload says.
+/// The cost of the rays of one pixel; the rays' payload names the pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PixelCost {
     /// Cycles from dispatch to result, summed over the rays.
@@ -64,14 +64,14 @@ pub struct PixelCost {
     pub tests: u64,
 }
 
-/// What became of the rays.
+/// Hits and counters of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
     /// Cycles from the first ray to the last hit, of the unit that took longest.
     pub cycles: u64,
-    /// What all units did.
+    /// Counters of all units.
     pub counters: TniCounters,
-    /// What each memory did.
+    /// Counters of each memory.
     pub dram: Vec<DramCounters>,
     /// Bytes that moved between the memories and the units.
     pub bytes: u64,
@@ -80,7 +80,7 @@ pub struct Outcome {
     pub relative_error: Option<f64>,
     /// Units that had rays.
     pub at_work: u64,
-    /// What each run of packets took.
+    /// Counts of each run of packets.
     pub spent: Vec<RunCounts>,
     /// The hits in the order of the rays, where they were kept.
     pub hits: Vec<HitRecord>,
@@ -233,7 +233,7 @@ impl<'a> Bench<'a> {
         Some(outcome)
     }
 
-    /// What each run took, and what was counted of it, of all units together.
+    /// Returns the cost and the counters of each run, of all units together.
     fn spent_by_run(&self) -> BTreeMap<u64, (RunCounts, TniCounters)> {
         let mut runs: BTreeMap<u64, (RunCounts, TniCounters)> = BTreeMap::new();
         let units = self.groups.iter().flat_map(|g| &g.units);

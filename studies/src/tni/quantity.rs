@@ -1,10 +1,10 @@
-//! What is measured of T&I units.
+//! Quantities that are measured of T&I units.
 
 use std::fmt;
 
 use crate::figure::{self, Quantity, Unit};
 
-/// What is measured of T&I units.
+/// A quantity that is measured of T&I units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UnitQuantity {
     /// Rays over the time, of all units.

@@ -1,4 +1,4 @@
-//! What runs of packets took, and figures with intervals from the spread between them.
+//! Counts of runs of packets, and figures with intervals from the spread between them.
 
 use srp_archdesc::system::SystemSpec;
 
@@ -7,7 +7,8 @@ use srp_runtime::tni::TniCounters;
 
 use super::quantity::{UnitFigure, UnitQuantity};
 
-/// What is counted of a run. A miss asks for a line, or joins one that does; a line is read from memory.
+/// An event that is counted of a run. A miss asks for a line, or joins one that does; a line is read from
+/// memory.
 #[derive(Clone, Copy)]
 enum Count {
     Rays,
@@ -55,7 +56,7 @@ impl RunCounts {
         ])
     }
 
-    /// What came after `before`.
+    /// Returns the counts after `before`.
     pub(super) fn since(&self, before: &RunCounts) -> RunCounts {
         RunCounts(std::array::from_fn(|i| self.0[i] - before.0[i]))
     }

@@ -1,5 +1,5 @@
-//! Tiles dispatched to cores as the frame would, without its time: which core takes which, what its caches
-//! hold meanwhile, and about how long it takes.
+//! Dispatches tiles to cores as the frame would, without its time: models which core takes which tile, the
+//! contents of its caches meanwhile, and about how long it takes.
 
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ const OF_TILE: f64 = 400.0;
 const OF_RAY: f64 = 15.0;
 const OF_SHADED: f64 = 10.0;
 
-/// What is counted of tiles before they are run.
+/// Counts of tiles, from before they are run.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Counts {
     tiles: f64,
@@ -32,7 +32,7 @@ pub(super) struct Counts {
     wait: f64,
 }
 
-/// What things take, in SRP cycles.
+/// Times of things, in SRP cycles.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Costs {
     /// A miss of the data or the texture cache.

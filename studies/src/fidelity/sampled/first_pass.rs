@@ -32,11 +32,11 @@ struct Unit {
     /// Those that are measured, in the core's tiles, and all that are run.
     measured: Range<usize>,
     run: Range<usize>,
-    /// What the core's caches hold before the first that is run.
+    /// Contents of the core's caches before the first that is run.
     caches: Arc<WarmCaches>,
 }
 
-/// What is known of a frame before it is sampled.
+/// The result of the first pass: the units of a frame, and the population to sample from.
 #[derive(Clone, Debug)]
 pub struct FirstPass {
     /// Tiles of each core, in their order.
@@ -136,8 +136,8 @@ impl FirstPass {
         &self.tiles[unit.core][unit.measured.clone()]
     }
 
-    /// What a core has to do for a unit: the tiles that lead to it, its own, and those behind it that are in
-    /// hand together with its last.
+    /// Returns the tiles that a core runs for a unit: those that lead to it, its own, and those behind it
+    /// that are in hand together with its last.
     pub(super) fn queue(&self, unit: u32) -> impl Iterator<Item = QueuedTile> {
         let unit = &self.units[unit as usize];
         let tiles = &self.tiles[unit.core];

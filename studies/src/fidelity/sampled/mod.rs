@@ -1,15 +1,15 @@
 //! A frame from a sample of its tiles.
 //!
-//! A [first pass](first_pass) traces all rays without time, dispatches the tiles to cores as the frame would, and
-//! follows what the caches hold. A unit of the sample is a run of tiles that one core takes one after the other.
-//! It is run cycle by cycle, on all units of the machine, from the caches as the first pass leaves them, with tiles before
-//! and behind it that are not measured; other cores run other units meanwhile. What it took comes from
-//! the [`ledger`](super::ledger); strata, and regression on the counts of the first pass, make figures of the frame of
-//! it, with intervals ([`crate::survey`]). Units are drawn until the cycles are known well enough; where that would
-//! be most of the frame, all of it is run.
+//! A [first pass](first_pass) traces all rays without time, dispatches the tiles to cores as the frame would,
+//! and follows the contents of the caches. A unit of the sample is a run of tiles that one core takes one
+//! after the other. It is run cycle by cycle, on all units of the machine, from the caches as the first pass
+//! leaves them, with tiles before and behind it that are not measured; other cores run other units meanwhile.
+//! Its counters come from the [`ledger`](super::ledger); strata, and regression on the counts of the first
+//! pass, turn them into figures of the frame, with intervals ([`crate::survey`]). Units are drawn until the
+//! cycles are known well enough; where that would be most of the frame, all of it is run.
 //!
-//! Measuring few runs of a long program, from warm caches, and telling how far they can be trusted is that of
-//! SMARTS (Wunderlich et al., ISCA 2003); doing it with parts of a picture is that of Zatel (ISPASS 2024).
+//! SMARTS (Wunderlich et al., ISCA 2003) measures few runs of a long program, from warm caches, and tells how
+//! far they can be trusted; Zatel (ISPASS 2024) does it with parts of a picture.
 
 mod dispatch;
 mod figures;
@@ -51,9 +51,9 @@ pub struct Frame<'a> {
     pub arch: &'a Arch,
     /// The program's data.
     pub sram_image: &'a [u8],
-    /// What the program was not built for.
+    /// The guard against effects that the program was not built for.
     pub guard: Guard,
-    /// Whether T&I units answer at once.
+    /// True if T&I units answer at once.
     pub recorded_hits: bool,
     /// Names of the kernels.
     pub kernel_names: &'a [String],
@@ -65,14 +65,14 @@ pub struct Frame<'a> {
     pub watch: &'a dyn Watch,
 }
 
-/// What a batch of units took.
+/// Counters of a batch of units.
 #[derive(Clone, Debug, Default)]
 struct Batch {
     /// Units of the population.
     units: Vec<u32>,
-    /// What each took.
+    /// Counters of each unit.
     tallies: Vec<Tally>,
-    /// What all cores took before their first tiles and after their last.
+    /// Counters of all cores before their first tiles and after their last.
     around: Tally,
     /// Cycles of all reads from memory, over their number, in ns.
     read_ns: f64,

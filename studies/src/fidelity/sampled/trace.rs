@@ -1,10 +1,10 @@
-//! A frame traced without time: what each tile reads, and about what it will take.
+//! A frame traced without time: the reads of each tile, and estimates of its work.
 //!
-//! The rays of all pixels are traced as the T&I unit does, without its time, and what they lead to: rays to
-//! lights, mirrored ones and those through glass, packet by packet as the kernels send them. What comes out
-//! warms caches, and orders and explains what tiles take: it need not be exact, and is not bit by bit what
-//! the kernels compute. What it leaves out makes intervals wider ([`crate::survey`]), or the caches of a unit
-//! a little wrong, which the intervals of [`super`] allow for.
+//! The rays of all pixels are traced as the T&I unit does, without its time, and so are the rays that follow
+//! from them: rays to lights, mirrored ones and those through glass, packet by packet as the kernels send
+//! them. The result warms caches, and orders tiles and explains their costs: it need not be exact, and
+//! may differ in bits from the kernels' results. Work that it leaves out makes intervals wider
+//! ([`crate::survey`]), or the caches of a unit a little wrong, which the intervals of [`super`] allow for.
 
 use glam::Vec3;
 
@@ -41,13 +41,13 @@ pub struct TracedFrame<'a> {
     pub size: (u32, u32),
     /// Width and height of a tile.
     pub tile: (u32, u32),
-    /// What the kernels are built for.
+    /// The effects that the kernels are built for.
     pub effects: Effects,
     /// Bits of the weights of texels.
     pub texel_bits: u32,
 }
 
-/// What rays do.
+/// Counts of the work of rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Work {
     /// Their number.
@@ -80,13 +80,13 @@ impl Work {
     }
 }
 
-/// A traced tile: packet by packet, what is read of memory until its hits are shaded, and
-/// what its rays do.
+/// A traced tile: for each packet, the addresses that are read until its hits are shaded, and the work of its
+/// rays.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TileTrace {
     /// Addresses that are read, in about their order.
     touched: Vec<u32>,
-    /// Of each packet what its rays do, and where its addresses end.
+    /// For each packet, the work of its rays, and the end of its addresses.
     packets: Vec<(Work, usize)>,
 }
 
@@ -96,7 +96,7 @@ impl TileTrace {
         self.packets.len()
     }
 
-    /// What the rays of a packet do, and the addresses that are read for it.
+    /// Returns the work of the rays of a packet, and the addresses that are read for it.
     pub(super) fn packet(&self, i: usize) -> (&Work, &[u32]) {
         let start = if i == 0 { 0 } else { self.packets[i - 1].1 };
         let (work, end) = &self.packets[i];
@@ -131,7 +131,7 @@ struct SurfacePoint {
     normal: Vec3,
 }
 
-/// What becomes of light at a surface.
+/// The parts into which a surface splits light.
 struct SplitLight {
     mirrored: f32,
     through: f32,
@@ -251,8 +251,9 @@ impl<'a> TileTracer<'a> {
         }
     }
 
-    /// What the rays of a tile do: one through the middle of each pixel, and what it leads to. Packets go as the
-    /// kernels send them: those to lights behind the one that they light, then the rays that wait, the last first.
+    /// Traces the rays of a tile: one through the middle of each pixel, and all that follow from it. Packets
+    /// go as the kernels send them: those to lights behind the one that they light, then the rays that wait,
+    /// the last first.
     pub(super) fn tile(&mut self, tile: u32) -> TileTrace {
         let frame = self.frame;
         let (width, height) = frame.tile;
@@ -442,7 +443,7 @@ impl<'a> TileTracer<'a> {
         self.met = met;
     }
 
-    /// What is read to know how much light what stands in its way lets through.
+    /// Records the addresses that are read to know how much light passes a surface in its way.
     fn tint(&mut self, hit: &Hit) {
         let frame = self.frame;
         if let Some(triangle) = frame.scene.triangles.get(hit.primitive as usize)

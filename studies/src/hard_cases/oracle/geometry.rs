@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 use srp_runtime::scene::{Triangle, demo};
 use srp_runtime::tni::arithmetic::Ray;
 
-/// Whether a case states what exact arithmetic finds.
+/// Checks that a case states the findings of exact arithmetic.
 pub(super) fn check(case: &Case) -> Result<(), String> {
     match case.call.as_str() {
         "box" => of_box(case),
@@ -18,7 +18,7 @@ pub(super) fn check(case: &Case) -> Result<(), String> {
     }
 }
 
-/// Whether a ray is one that hits nothing by the rules of `kernels/scene.h`.
+/// True if a ray hits nothing by the rules of `kernels/scene.h`.
 fn is_void(ray: &Ray) -> bool {
     let parts = ray.origin.iter().chain(&ray.direction);
     let still = ray.direction == [0.0; 3];

@@ -4,7 +4,7 @@ use super::is_rounded;
 use crate::hard_cases::call::texel;
 use crate::hard_cases::catalogue::Case;
 
-/// Whether the numbers of a case are those of its oracle.
+/// Checks that the numbers of a case are those of its oracle.
 pub(super) fn check(case: &Case) -> Result<(), String> {
     if case.call == "bytes" {
         return bytes(case);
@@ -50,7 +50,7 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// What binary64 says.
+/// Returns the values in binary64.
 fn values(case: &Case) -> Option<Vec<f64>> {
     let [a, b, c] = case.floats("of");
     let [x, y, z] = [a, b, c].map(f64::from);
@@ -167,7 +167,7 @@ fn scrambled(mut x: u32) -> u32 {
     x ^ (x >> 16)
 }
 
-/// The root of x³ = x + 1, of whose powers the R2 sequence is made (Roberts 2018).
+/// The root of x³ = x + 1. The R2 sequence is made of its powers (Roberts 2018).
 const PLASTIC: f64 = 1.324_717_957_244_746;
 
 /// The digits of a number in base 2, mirrored at the point: exact.
@@ -176,7 +176,7 @@ fn radical_inverse(number: u32) -> f64 {
     (0..32).map(digit).sum()
 }
 
-/// What 24 bits after the point keep of a number below 1.
+/// Returns the first 24 bits after the point of a number below 1.
 fn first_24(x: f64) -> f64 {
     (x * f64::from(1 << 24)).floor() / f64::from(1 << 24)
 }

@@ -60,7 +60,8 @@ impl<'a> Blocks<'a> {
         self.starts.last().copied().unwrap_or(0)
     }
 
-    /// What is drawn: where units share a memory, the blocks that they have at a time; else single blocks.
+    /// Returns the units of drawing: where units share a memory, the blocks that they have at a time; else
+    /// single blocks.
     pub(super) fn rounds(&self, memories: Memories) -> Vec<Range<u64>> {
         let step = match memories {
             Memories::Shared => self.units,
@@ -134,7 +135,8 @@ impl<'a> Blocks<'a> {
         taken
     }
 
-    /// Whether what warms a unit's caches for a block goes back to the first packets that the unit had.
+    /// True if the packets that warm a unit's caches for a block go back to the first packets that the unit
+    /// had.
     pub(super) fn is_near_start(&self, block: u64) -> bool {
         let [.., (far, _)] = WARMING;
         (self.before(block).take(far as usize + 1).count() as u64) <= far

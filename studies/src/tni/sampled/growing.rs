@@ -35,7 +35,8 @@ const BLOCKS_A_ROW: usize = 256;
 /// Packets from anywhere that warm caches before each block: a small scene they hold as a whole.
 const WARMING_PACKETS: usize = 512;
 
-/// Where all rounds are traced, what caches hold before them is kept for so many of each stratum.
+/// Where all rounds are traced, the contents of the caches before a round are kept for so many rounds of each
+/// stratum.
 const KEPT: usize = 8;
 
 /// A sample that grows.
@@ -44,7 +45,7 @@ pub(super) struct Growing<'a> {
     pub(super) blocks: Blocks<'a>,
     /// Packets that are run before a block.
     pub(super) leading: usize,
-    /// What is drawn: blocks that are run at a time.
+    /// The rounds that are drawn: blocks that are run at a time.
     pub(super) rounds: Vec<Range<u64>>,
     /// The rounds of each stratum in the order in which they are drawn.
     pub(super) strata: Vec<Vec<u32>>,
@@ -140,7 +141,7 @@ impl<'a> Growing<'a> {
             .blocks_in(&new)
             .flat_map(|block| self.blocks.packets(block));
         let mut wanted: BTreeSet<PacketId> = own.collect();
-        // A batch is put in order once for what is traced and what may be run.
+        // A batch is put in order once, for the blocks that are traced and those that may be run.
         let run = self.first_rounds(0..count / TRACED_A_DRAW);
         wanted.extend(self.blocks_in(&run).flat_map(|block| self.around(block)));
         self.fetch(&wanted)?;

@@ -26,7 +26,7 @@ use crate::survey::{LEAST_DRAWS, Sample};
 use srp_runtime::memory::SystemMemory;
 use srp_runtime::tni::Tree;
 
-/// What rounds of a stratum are taken to vary by before one has been traced, as a part of their mean.
+/// Spread of the rounds of a stratum before one has been traced, as a part of their mean.
 const SPREAD: f64 = 0.25;
 
 /// Where so great a part of all would be traced, all is.
@@ -41,7 +41,8 @@ const MOST: f64 = 0.5;
 /// Samples of fewer rounds tell too little.
 const LEAST_ROUNDS: usize = 48;
 
-/// What tracing a block, warming caches for it, and the company of its neighbours cost of what running it does.
+/// Costs of tracing a block, of warming caches for it, and of its neighbours' company, as parts of the cost
+/// of running it.
 const OF_TRACING: f64 = 0.1;
 const OF_WARMING: f64 = 0.8;
 const OF_COMPANY: f64 = 0.4;
@@ -49,7 +50,7 @@ const OF_COMPANY: f64 = 0.4;
 /// More is drawn than the spread so far asks for: it is an estimate too.
 const MARGIN: f64 = 1.2;
 
-/// What is to be sampled.
+/// The subject of a sample.
 pub struct Subject<'a> {
     /// The machine.
     pub spec: &'a SystemSpec,
@@ -65,7 +66,7 @@ pub struct Subject<'a> {
     pub watch: &'a dyn Watch,
 }
 
-/// What a sample has found.
+/// The result of a sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sampled {
     /// The seed.
@@ -80,16 +81,16 @@ pub struct Sampled {
     pub run: u64,
     /// The figures, with 95 % intervals.
     pub figures: Vec<UnitFigure>,
-    /// What was counted of them, and what memories did meanwhile, for each group of blocks.
+    /// Counters of the blocks and the memories, for each group of blocks.
     pub outcomes: Vec<Outcome>,
 }
 
-/// What came of sampling.
+/// The outcome of sampling.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Found {
     /// The sample.
     Sample(Box<Sampled>),
-    /// A sample that tells enough would be most of the rays.
+    /// A sample that is precise enough would be most of the rays.
     TooMuch,
 }
 

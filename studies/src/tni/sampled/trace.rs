@@ -1,4 +1,4 @@
-//! Blocks traced without time: counts of what their rays do, and of what the caches of their unit miss.
+//! Blocks traced without time: counts of the work of their rays, and of misses in the caches of their unit.
 
 use std::sync::Arc;
 
@@ -49,13 +49,13 @@ pub(super) struct BlockTracer<'a> {
     tree: Tree,
     tracer: Tracer<'a>,
     caches: WarmCaches,
-    /// What the caches are taken to hold before all that is known of them.
+    /// Contents of the caches before all packets that are known.
     before_all: WarmCaches,
     /// Cycles until a line from memory is there.
     latency: f64,
 }
 
-/// What rays do.
+/// Counts of the work of rays.
 #[derive(Clone, Copy, Debug, Default)]
 struct Work {
     rays: f64,
@@ -138,7 +138,7 @@ impl<'a> BlockTracer<'a> {
         (work, misses)
     }
 
-    /// Traces a block by itself, from empty caches: what it misses is what it reads.
+    /// Traces a block by itself, from empty caches: it misses every line that it reads.
     pub(super) fn alone(&mut self, blocks: &Blocks<'_>, block: u64) -> BlockTrace {
         self.caches = WarmCaches::new(self.spec, self.tree);
         let packets: Vec<PacketId> = blocks.packets(block).collect();
@@ -203,7 +203,7 @@ impl<'a> BlockTracer<'a> {
         }
     }
 
-    /// What the caches hold where the last `leading` packets before a block begin.
+    /// Returns the contents of the caches where the last `leading` packets before a block begin.
     pub(super) fn before(
         &mut self,
         blocks: &Blocks<'_>,
