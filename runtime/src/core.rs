@@ -37,7 +37,7 @@ pub trait Bus {
     /// The first of the addresses that is not mapped or not aligned.
     fn texels(&mut self, addresses: Lanes) -> Result<Lanes, u32>;
 
-    /// Whether the core must stand still after the cycle that made the last access.
+    /// True if the core must stand still after the cycle that made the last access.
     fn stalled(&self) -> bool;
 
     /// Takes a word from an input port, or `None` where the core has to wait for it.
@@ -130,8 +130,8 @@ impl std::fmt::Display for Trap {
 
 impl std::error::Error for Trap {}
 
-/// All state of a core, in words whose meaning is the engines' own: registers, what is in flight, and
-/// where the program is. All engines of one program have the same words for the same state.
+/// All state of a core, in words whose meaning is the engines' own: registers, values in flight, and the
+/// place in the program. All engines of one program have the same words for the same state.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CoreState {
     /// The words.

@@ -1,5 +1,5 @@
-//! What is said about scenes that cannot be read, or only with doubt: each `scenes/NAME.obj` has
-//! its messages in `scenes/NAME.expected`. `SRP_BLESS=1` writes them anew.
+//! Messages about scenes that cannot be read, or only with doubt: each `scenes/NAME.obj` has its messages in
+//! `scenes/NAME.expected`. `SRP_BLESS=1` writes them anew.
 
 use std::io;
 use std::path::{Path, PathBuf};

@@ -72,7 +72,7 @@ fn textures_in_use_are_read_once_and_turned_upright() {
     assert_eq!(scene.textures[1].texel(0, 0).to_le_bytes()[3], 77);
 }
 
-/// What the texture unit reads at the descriptors of the image are the texels of the scene.
+/// The texture unit reads the texels of the scene at the descriptors of the image.
 #[test]
 fn the_image_holds_what_the_texture_unit_reads() {
     let Loaded { scene, .. } = load(MTL);

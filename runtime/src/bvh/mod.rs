@@ -90,8 +90,8 @@ pub struct Bvh {
     /// The tree. No nodes where there are no triangles; otherwise node 0 is the root, and
     /// siblings are neighbours. Boxes are the exact bounds of the triangles below.
     pub tree: Bvh2,
-    /// Whether the tree of another builder was deeper than [`MAX_DEPTH`], so that the sweep's,
-    /// which never is, was taken instead.
+    /// True if the tree of another builder was deeper than [`MAX_DEPTH`], so that the sweep's, which never
+    /// is, was taken instead.
     pub fell_back: bool,
 }
 

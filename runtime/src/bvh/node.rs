@@ -27,7 +27,7 @@ pub struct NodeRef {
 }
 
 impl NodeRef {
-    /// Whether it is a leaf.
+    /// True if it is a leaf.
     pub const fn is_leaf(self) -> bool {
         self.count != 0
     }

@@ -59,7 +59,7 @@ pub struct AnchorWords {
 pub struct WoopWords {
     /// The vertices.
     pub vertices: [[f32; 3]; 3],
-    /// Whether the triangle has no area and cannot be hit.
+    /// True if the triangle has no area and cannot be hit.
     pub void: bool,
 }
 

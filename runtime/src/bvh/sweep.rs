@@ -56,7 +56,7 @@ struct Sweep<'a> {
     tree: Bvh2,
     /// Box indices sorted by the centre along each axis.
     order: Vec<Vec<u32>>,
-    /// Whether a box goes to the left child, while its node is split.
+    /// True for each box that goes to the left child, while its node is split.
     left: Vec<bool>,
     /// Costs of the boxes to the right of each split.
     right_cost: Vec<f64>,
@@ -138,7 +138,7 @@ impl<'a> Sweep<'a> {
         None
     }
 
-    /// Whether any split but a halving could make the tree too deep.
+    /// True if any split but a halving could make the tree too deep.
     fn must_halve(&self, range: &Range) -> bool {
         let leaves = (range.end - range.begin).div_ceil(self.max_leaf);
         let halvings = leaves.next_power_of_two().trailing_zeros() as usize;
@@ -181,7 +181,7 @@ impl<'a> Sweep<'a> {
         best
     }
 
-    /// Whether the centres of a node's boxes differ along `axis`.
+    /// True if the centres of a node's boxes differ along `axis`.
     fn spreads(&self, axis: usize, range: &Range) -> bool {
         let centre = |at: usize| {
             let b = self.boxes[self.order[axis][at] as usize].aabb();

@@ -7,12 +7,12 @@
 use super::{Effect, Effects, TABLE};
 use crate::scene::{Fresnel, Material, Scene, Surface};
 
-/// Whether a scene calls for an effect, and why.
+/// An effect, if a scene calls for it, and why.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
     /// The effect.
     pub effect: Effect,
-    /// Whether the scene calls for it.
+    /// True if the scene calls for it.
     pub on: bool,
     /// The witness.
     pub why: String,
@@ -153,7 +153,7 @@ impl View<'_> {
         )
     }
 
-    /// Whether light goes through a used material, or through holes in it.
+    /// True if light goes through a used material, or through holes in it; with the witness.
     fn passing(&self) -> (bool, String) {
         let keywords = ["map_d", "Tf", "d", "illum"];
         let has_holes = |u: &Used| {
@@ -163,18 +163,18 @@ impl View<'_> {
         self.used(&keywords, |u| u.surface.transmits() || has_holes(u))
     }
 
-    /// Whether a used material has a picture.
+    /// True if a used material has a picture; with the witness.
     fn pictures(&self, keyword: &str, is: impl Fn(&Material) -> bool) -> (bool, String) {
         self.used(&[keyword], |u| is(&self.scene.materials[u.index]))
     }
 
-    /// Whether there is a used material with a surface of a kind.
+    /// True if there is a used material with a surface of a kind; with the witness.
     fn materials(&self, keywords: &[&str], is: impl Fn(&Surface) -> bool) -> (bool, String) {
         self.used(keywords, |u| is(&u.surface))
     }
 
-    /// Whether there is a used material of a kind; the first is the witness, and of its statements
-    /// the first there is.
+    /// True if there is a used material of a kind. The first such material is the witness, with the first of
+    /// the keywords that it states.
     fn used(&self, keywords: &[&str], is: impl Fn(&Used) -> bool) -> (bool, String) {
         let found: Vec<&Used> = self.used.iter().filter(|u| is(u)).collect();
         let (used, all) = (self.used.len(), self.scene.materials.len());

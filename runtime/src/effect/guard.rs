@@ -33,14 +33,14 @@ impl std::error::Error for Missing {}
 #[derive(Clone, Debug, Default)]
 pub struct Guard {
     missing: Vec<Missing>,
-    /// For each triangle, by rays that are not shadow rays and by those that are: one more than the
-    /// index of what is missing, or 0.
+    /// For each triangle, by rays that are not shadow rays and by those that are: one more than the index of
+    /// the missing effect, or 0.
     of_triangle: Vec<[u32; 2]>,
 }
 
 impl Guard {
-    /// The guard of a simulator that is built for `built`. What has nothing to do with a surface,
-    /// such as a second light, is an error at once.
+    /// The guard of a simulator that is built for `built`. A missing effect that has nothing to do with a
+    /// surface, such as a second light, is an error at once.
     pub fn of(scene: &Scene, built: Effects) -> Result<Guard, Missing> {
         let on_surfaces = [
             Effect::Normals,
@@ -143,7 +143,7 @@ impl Guard {
         index as u32 + 1
     }
 
-    /// Whether there is nothing to be guarded.
+    /// True if there is nothing to be guarded.
     pub fn is_idle(&self) -> bool {
         self.of_triangle.is_empty()
     }

@@ -45,7 +45,7 @@ impl SystemMemory {
         self.bytes.len()
     }
 
-    /// Whether there is none.
+    /// True if it has no bytes.
     pub fn is_empty(&self) -> bool {
         self.bytes.is_empty()
     }

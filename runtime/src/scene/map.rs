@@ -12,7 +12,7 @@ pub(super) struct Statement {
     pub(super) keyword: String,
     /// The file, as it is written.
     pub(super) file: String,
-    /// Whether coordinates stop at the edges.
+    /// True if coordinates stop at the edges.
     pub(super) clamp: bool,
     /// Where the statement stands.
     pub(super) span: Span,
@@ -25,7 +25,7 @@ struct Opt<'a> {
 }
 
 impl Opt<'_> {
-    /// Whether it states the default.
+    /// True if it states the default.
     fn says_nothing(&self) -> bool {
         let all = |x: f32| self.values.iter().all(|w| w.text.parse() == Ok(x));
         match self.name.text {
@@ -73,8 +73,8 @@ pub(super) fn file<'a>(line: &Line<'a>) -> Option<&'a str> {
     parts(line).1
 }
 
-/// The texture statements of a material library that the line-level check has passed. What is not
-/// done as it says goes to `findings`.
+/// The texture statements of a material library that the line-level check has passed. Statements that are not
+/// carried out as written go to `findings`.
 pub(super) fn statements(library: &str, text: &str, findings: &mut Findings) -> Vec<Statement> {
     let joined = join_continued(text);
     let mut statements = Vec::new();

@@ -60,12 +60,12 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Whether a texture changes colours: a white one does not.
+    /// True if a texture changes colours: a white one does not.
     pub fn colours(&self, map: Option<Map>) -> bool {
         map.is_some_and(|map| self.has_texel(map, |texel| texel & 0xff_ffff != 0xff_ffff))
     }
 
-    /// Whether a texture has holes.
+    /// True if a texture has holes.
     pub fn has_holes(&self, map: Option<Map>) -> bool {
         map.is_some_and(|map| self.has_texel(map, |texel| texel >> 24 != 255))
     }
@@ -91,8 +91,7 @@ pub struct Triangle {
 }
 
 impl Triangle {
-    /// Whether its normals at the vertices are that of its plane, so that there is nothing to
-    /// interpolate.
+    /// True if its normals at the vertices are that of its plane, so that there is nothing to interpolate.
     pub fn is_flat(&self) -> bool {
         let geometric = self.geometric_normal();
         self.normals.iter().all(|&n| n == geometric)
@@ -192,14 +191,14 @@ impl Material {
         maps.into_iter().flatten()
     }
 
-    /// Whether it sends out light.
+    /// True if it sends out light.
     pub fn emits(&self) -> bool {
         self.emission.iter().any(|&c| c > 0.0)
     }
 }
 
 impl Light {
-    /// Whether any light comes from it.
+    /// True if any light comes from it.
     pub fn emits(&self) -> bool {
         self.colour.iter().any(|&c| c > 0.0)
     }

@@ -80,17 +80,17 @@ impl Surface {
         }
     }
 
-    /// Whether it mirrors anything.
+    /// True if it mirrors anything.
     pub fn mirrors(&self) -> bool {
         self.mirror.iter().any(|&c| c > 0.0)
     }
 
-    /// Whether anything goes through it.
+    /// True if it lets light through.
     pub fn transmits(&self) -> bool {
         self.through.iter().any(|&c| c > 0.0)
     }
 
-    /// Whether it has a highlight.
+    /// True if it has a highlight.
     pub fn shines(&self) -> bool {
         self.specular.iter().any(|&c| c > 0.0)
     }

@@ -64,7 +64,7 @@ pub enum Channel {
 pub struct Map {
     /// Its index among the textures of the scene.
     pub texture: u32,
-    /// Whether coordinates stop at its edges; else it repeats.
+    /// True if coordinates stop at its edges; else it repeats.
     pub clamp: bool,
 }
 

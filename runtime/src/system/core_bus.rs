@@ -48,7 +48,7 @@ pub(super) struct CoreBus<'a, 'o> {
     pub(super) shared: &'a mut Shared<'o>,
 }
 
-/// Whether an access of this size may be made at this address.
+/// True if an access of this size may be made at this address.
 fn is_aligned(address: u32, bytes: u32) -> bool {
     matches!(bytes, 1 | 2 | 4 | 16) && address.is_multiple_of(bytes)
 }

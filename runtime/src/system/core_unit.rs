@@ -250,7 +250,7 @@ impl CoreUnit {
         self.ready += run.cycles;
     }
 
-    /// Whether the core has to stand still in cycle `now`.
+    /// True if the core has to stand still in cycle `now`.
     fn is_stalled(&mut self, now: u64, shared: &mut Shared<'_>) -> bool {
         self.count_stall(now);
         let before = match self.state {

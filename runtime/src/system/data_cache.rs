@@ -23,7 +23,7 @@ pub(super) struct DataCache {
     max_stores: usize,
     /// Requests to be sent: address, bytes, whether it writes.
     requests: VecDeque<(u32, u32, bool)>,
-    /// Whether lines are there as soon as they are asked for.
+    /// True if lines are there as soon as they are asked for.
     immediate: bool,
 }
 
@@ -49,7 +49,7 @@ impl DataCache {
         match self.cache.access(line) {
             Access::Hit | Access::Pending => {}
             Access::Miss => {
-                // What was stored round the cache has to be in memory first.
+                // Data stored round the cache has to be in memory first.
                 if let Some(i) = self.stores.iter().position(|s| s.0 == line) {
                     let (line, bytes) = self.stores.remove(i).expect("just found");
                     self.requests.push_back((line * self.line, bytes, true));
@@ -86,7 +86,7 @@ impl DataCache {
         }
     }
 
-    /// Whether loads wait for lines.
+    /// True if loads wait for lines.
     pub(super) fn waits(&self) -> bool {
         self.cache.outstanding() > 0 || !self.deferred.is_empty()
     }

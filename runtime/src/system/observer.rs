@@ -38,7 +38,7 @@ pub struct MemoryRequest {
     pub address: u32,
     /// Bytes that are read or written.
     pub bytes: u32,
-    /// Whether they are written.
+    /// True if they are written.
     pub is_write: bool,
 }
 

@@ -114,7 +114,7 @@ pub struct Report {
     pub width: u32,
     /// Rows of the picture.
     pub height: u32,
-    /// Whether the frame was finished; else this is the account of its first cycles.
+    /// True if the frame was finished; else this is the account of its first cycles.
     pub complete: bool,
     /// Tiles that cores have taken.
     pub tiles_taken: u32,

@@ -56,7 +56,7 @@ pub(super) struct Simulation<'a> {
     pub(super) frame: FrameBuffer,
     /// The bus and memory of all cores, or those of each core.
     pub(super) paths: Vec<MemoryPath>,
-    /// Whether requests need not go to the memory, because it takes no time.
+    /// True if requests need not go to the memory, because it takes no time.
     immediate: bool,
     max_cycles: u64,
     guard: Guard,

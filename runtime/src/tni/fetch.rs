@@ -20,7 +20,7 @@ use crate::sums::sums;
 struct Rows {
     /// The line of each, or [`FREE`].
     lines: Vec<u32>,
-    /// Whether the line is here, and the rays may leave.
+    /// True if the line of the row is here, and its rays may leave.
     valid: Vec<bool>,
     /// The rays of each; their number is the occupancy counter.
     rays: Vec<VecDeque<Slot>>,
@@ -132,7 +132,7 @@ impl Fetch {
         self.counters.outstanding += cycles * self.cache.outstanding() as u64;
     }
 
-    /// Whether a port's cycle would do anything.
+    /// True if a port's cycle would do anything.
     #[inline]
     pub(super) fn has_work(&self) -> bool {
         !self.input.is_empty() || self.rows.ready > 0

@@ -158,7 +158,7 @@ impl Tni {
         self.counters.rays
     }
 
-    /// Whether a cycle would do nothing but count.
+    /// True if a cycle would do nothing but count.
     pub fn is_idle(&self) -> bool {
         self.queue.is_complete()
     }

@@ -115,7 +115,7 @@ impl Function<'_> {
         false
     }
 
-    /// Whether a ray with these flags needs no other hit than the one it has.
+    /// True if a ray with these flags needs no other hit than the one it has.
     #[inline]
     pub(super) fn is_settled(&self, flags: u32, hit: &Hit) -> bool {
         self.spec.any_hit && flags & (ANY_HIT | NEAREST) == ANY_HIT && hit.is_hit()

@@ -90,13 +90,13 @@ impl Pipes {
         }
     }
 
-    /// Whether a ray leaves in cycle `now`.
+    /// True if a ray leaves in cycle `now`.
     #[inline]
     pub(super) fn leave(&self, now: u64) -> bool {
         self.leaves <= now
     }
 
-    /// Whether a ray can enter in cycle `now`.
+    /// True if a ray can enter in cycle `now`.
     #[inline]
     pub(super) fn take(&self, now: u64) -> bool {
         self.free <= now
@@ -135,7 +135,7 @@ impl Pipes {
         self.leaves.min(enters)
     }
 
-    /// Whether no ray is in any of them.
+    /// True if no ray is in any of them.
     #[inline]
     pub(super) fn is_empty(&self) -> bool {
         self.leaves == u64::MAX
@@ -186,7 +186,7 @@ impl Pipe {
         }
     }
 
-    /// Whether a ray can enter in cycle `now`.
+    /// True if a ray can enter in cycle `now`.
     #[inline]
     pub(super) fn is_free(&self, now: u64) -> bool {
         self.free <= now

@@ -25,7 +25,7 @@ pub(super) struct RayState {
     /// Results of TRV_AABB: the children and where the ray enters them.
     pub(super) children: [NodeRef; 2],
     pub(super) enter: [Option<f32>; 2],
-    /// Whether TRV_AABB knows what comes next, so that TRV_POST has nothing to do.
+    /// True if TRV_AABB knows what comes next, so that TRV_POST has nothing to do.
     pub(super) direct: bool,
     /// The decision of TRV_POST.
     pub(super) next: Next,

@@ -64,7 +64,7 @@ pub enum Event {
     Post {
         /// Entries taken off the stack.
         popped: u32,
-        /// Whether nothing does.
+        /// True if nothing comes next.
         finished: bool,
     },
     /// The intersection unit begins with a triangle.
@@ -73,7 +73,7 @@ pub enum Event {
         primitive: u32,
         /// Where the ray meets it, if it does.
         t: Option<f32>,
-        /// Whether that is now the nearest hit.
+        /// True if that is now the nearest hit.
         taken: bool,
     },
     /// The result goes back to the SRP.

@@ -105,7 +105,7 @@ pub(super) struct Submission {
 }
 
 impl Submission {
-    /// Whether all its rays are back.
+    /// True if all its rays are back.
     pub(super) fn is_complete(&self) -> bool {
         self.records.len() == self.buffers.count as usize
     }
@@ -217,7 +217,7 @@ impl Queue {
         self.submissions.iter().filter(|s| s.is_complete()).count()
     }
 
-    /// Whether all are complete.
+    /// True if all are complete.
     #[inline]
     pub(super) fn is_complete(&self) -> bool {
         self.submissions.iter().all(Submission::is_complete)

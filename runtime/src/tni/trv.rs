@@ -122,19 +122,19 @@ impl Trv {
         }
     }
 
-    /// Whether it holds any ray, the intersection unit's visitors included.
+    /// True if it holds no ray, the intersection unit's visitors included.
     #[inline]
     pub(super) fn is_empty(&self) -> bool {
         self.free.len() == self.resident
     }
 
-    /// Whether a ray can be dispatched to it.
+    /// True if a ray can be dispatched to it.
     #[inline]
     pub(super) fn has_room(&self) -> bool {
         !self.free.is_empty() && self.fetch.input.len() < self.capacity
     }
 
-    /// Whether a ray can come back from the intersection unit.
+    /// True if a ray can come back from the intersection unit.
     pub(super) fn can_return(&self, pipeline: Pipeline) -> bool {
         let buffer = match pipeline {
             Pipeline::Single => &self.fetch.input,

@@ -37,7 +37,7 @@ impl Unit {
         }
     }
 
-    /// Whether a cycle would do nothing but count.
+    /// True if a cycle would do nothing but count.
     #[inline]
     pub fn is_idle(&self) -> bool {
         match self {
@@ -55,8 +55,8 @@ impl Unit {
         }
     }
 
-    /// Whether lines that it requests have to be read and [filled](Self::fill); else it has them
-    /// already, and only tells of them.
+    /// True if lines that it requests have to be read and [filled](Self::fill); else it has them already, and
+    /// only tells of them.
     #[inline]
     pub fn waits_for_lines(&self) -> bool {
         matches!(self, Unit::Full(_))

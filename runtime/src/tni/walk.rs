@@ -101,8 +101,8 @@ impl Walk {
         self.stack.clear();
     }
 
-    /// Whether going on from an inner node, whose children the ray enters at `enter`, leaves the
-    /// stack alone: it enters one of them only.
+    /// True if going on from an inner node, whose children the ray enters at `enter`, leaves the stack alone:
+    /// it enters one of them only.
     #[inline]
     pub(super) fn is_direct(&self, enter: [Option<f32>; 2]) -> bool {
         enter[0].is_some() != enter[1].is_some() && self.resume != self.level

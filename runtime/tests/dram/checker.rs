@@ -1,6 +1,6 @@
-//! What controllers issue, checked by rules written anew: no two commands closer than the times
-//! say, data never on the lines twice at once, every burst served in its row, and refreshes when
-//! they are due. The rules look at pairs of commands and know nothing of how the model keeps time.
+//! Commands of controllers, checked by rules written anew: no two commands closer than the times say, data
+//! never on the lines twice at once, every burst served in its row, and refreshes when they are due. The
+//! rules look at pairs of commands and know nothing of how the model keeps time.
 
 use std::collections::BTreeMap;
 
@@ -23,7 +23,7 @@ fn recovery(spec: &BankedSpec, is_write: bool) -> u64 {
     }
 }
 
-/// What a command is to a pair of commands: banks opened and closed by it, and when.
+/// An event in a rule for pairs of commands: a command opens or closes a bank, reads, writes or refreshes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
     Open,
@@ -256,7 +256,7 @@ fn check(seed: u64) {
         of_kind.map(|(_, count)| count).sum()
     };
     assert_eq!(bursts[0], asked(false), "every burst is read");
-    // What is left is less than a queue would wait with.
+    // Fewer writes are left than a queue would wait with.
     let most = u64::from(memory.channels * spec.controller.write_queue.max(600));
     assert!(bursts[1] <= asked(true) && asked(true) - bursts[1] <= most);
 }

@@ -5,8 +5,8 @@ use std::path::Path;
 use srp_archdesc::dram::presets;
 use srp_runtime::memory::dram::{self, trace};
 
-/// What DRAMsim3 measured in the first `cycles` cycles of a trace: bursts read and written, mean
-/// latency of a read in cycles, activations, and read commands that hit.
+/// Measurements of DRAMsim3 in the first `cycles` cycles of a trace: bursts read and written, mean latency of
+/// a read in cycles, activations, and read commands that hit.
 struct Reference {
     name: &'static str,
     cycles: u64,

@@ -1,4 +1,4 @@
-//! What the tests of the T&I unit share: scenes, rays, and the truth about them.
+//! Shared by the tests of the T&I unit: scenes, rays, and the truth about them.
 
 // Each test file uses a part of this.
 #![allow(dead_code, unreachable_pub)]

@@ -112,8 +112,8 @@ impl Banked {
         )
     }
 
-    /// Whether every channel has room for its bursts of a request; else the cycle from which that
-    /// may change.
+    /// Checks that every channel has room for its bursts of a request; else fails with the cycle from which
+    /// that may change.
     fn room(&mut self, now: u64, first: u32, last: u32, is_write: bool) -> Result<(), u64> {
         for i in 0..self.channels.len() {
             let here = |&burst: &u32| self.mapping.place(burst).channel as usize == i;

@@ -49,7 +49,7 @@ pub(super) struct Channel {
     joined: Vec<Transaction>,
     /// Writes that are still to be moved before reads have their turn again.
     draining: usize,
-    /// Whether a write was refused since they were last drained.
+    /// True if a write was refused since they were last drained.
     is_pressed: bool,
     refresh_due: u64,
     /// Refreshes that are due.
@@ -93,7 +93,7 @@ impl Channel {
         }
     }
 
-    /// Whether so many more bursts find room. Where the queue is empty, any number does.
+    /// True if so many more bursts find room. Where the queue is empty, any number does.
     pub(super) fn has_room(&self, bursts: usize, is_write: bool) -> bool {
         let (queue, depth) = match is_write {
             true => (&self.writes, self.spec.write_queue),
@@ -374,7 +374,7 @@ impl Channel {
             && let Some(position) = self.first_with_room(&self.writes)
         {
             if self.is_read_before(&self.writes[position]) {
-                // What is still to be read must not be overwritten: reads go on.
+                // A burst that is still to be read must not be overwritten: reads go on.
                 self.draining = 0;
             } else {
                 self.draining -= 1;
@@ -401,7 +401,7 @@ impl Channel {
         true
     }
 
-    /// Whether the write queue must be drained.
+    /// True if the write queue must be drained.
     fn drains(&self) -> bool {
         let waiting = self.writes.len();
         self.is_pressed
@@ -409,7 +409,7 @@ impl Channel {
             || (self.active == 0 && waiting > self.spec.write_drain as usize)
     }
 
-    /// Whether [`move_one`](Self::move_one) would find something, as things stand.
+    /// True if [`move_one`](Self::move_one) would find something, as things stand.
     fn can_move(&self) -> bool {
         if self.draining > 0 || self.drains() {
             return self.first_with_room(&self.writes).is_some();
@@ -424,7 +424,7 @@ impl Channel {
             .position(|t| self.full & (1 << t.place.bank) == 0)
     }
 
-    /// Whether the burst of a write is still to be read.
+    /// True if the burst of a write is still to be read.
     fn is_read_before(&self, write: &Transaction) -> bool {
         let same = |t: &Transaction| !t.is_write && t.burst == write.burst;
         let queued = &self.banks[write.place.bank as usize].entries;

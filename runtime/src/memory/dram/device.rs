@@ -22,7 +22,7 @@ pub enum Command {
         bank: u32,
         /// The burst.
         column: u32,
-        /// Whether the bank is closed behind it.
+        /// True if the bank is closed behind it.
         precharge: bool,
     },
     /// Writes one burst of the open row.
@@ -31,7 +31,7 @@ pub enum Command {
         bank: u32,
         /// The burst.
         column: u32,
-        /// Whether the bank is closed behind it.
+        /// True if the bank is closed behind it.
         precharge: bool,
     },
     /// Closes an open bank.

@@ -26,7 +26,7 @@ pub struct Request {
     pub address: u32,
     /// How many bytes.
     pub bytes: u32,
-    /// Whether it writes.
+    /// True if it writes.
     pub is_write: bool,
     /// Who asks: given back with the answer.
     pub source: u32,

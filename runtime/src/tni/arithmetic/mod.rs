@@ -23,9 +23,9 @@ pub use staged::{staged, stages};
 /// Unit roundoff of binary32.
 const U: f32 = 1.0 / (1 << 24) as f32;
 
-/// What a reciprocal of precision `rcp` is multiplied by to cover all errors of a far plane's
-/// distance against that of a near one: twice that of the reciprocal, twice those of subtraction
-/// and multiplication, and its own. `docs/numerics.md` derives it.
+/// The factor by which a reciprocal of precision `rcp` is multiplied to cover all errors of a far plane's
+/// distance against that of a near one: twice the error of the reciprocal, twice those of subtraction and
+/// multiplication, and the rounding of this product itself. `docs/numerics.md` derives it.
 pub fn widening(rcp: Approx) -> f32 {
     let error = rcp.error_bound();
     ((1.0 + error) / (1.0 - error) + 16.0 * f64::from(U)) as f32
@@ -109,7 +109,7 @@ impl Ray {
     }
 }
 
-/// What the dispatch unit makes of a ray, once, before it is traversed.
+/// A ray as the dispatch unit prepares it, once, before it is traversed.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Prepared {
     origin: [f32; 3],
@@ -244,7 +244,7 @@ fn smaller(a: f32, b: f32) -> f32 {
     if b < a { b } else { a }
 }
 
-/// What a ray has hit so far.
+/// The nearest hit of a ray so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Distance in lengths of the direction; `tmax` where nothing was hit.
@@ -271,7 +271,7 @@ impl Hit {
         }
     }
 
-    /// Whether something was hit.
+    /// True if something was hit.
     pub fn is_hit(&self) -> bool {
         self.primitive != NO_HIT
     }
@@ -300,7 +300,7 @@ impl Hit {
 mod tests {
     use super::*;
 
-    /// Whether the ray meets the box within a distance that no limit cuts.
+    /// True if the ray meets the box within a distance that no limit cuts.
     fn meets(origin: [f32; 3], direction: [f32; 3], min: [f32; 3], max: [f32; 3]) -> bool {
         let ray = Ray::new(origin, direction, 0.0, f32::MAX, 0);
         let prepared = Prepared::of(&ray).expect("a proper ray");

@@ -65,7 +65,7 @@ pub fn staged(
     }
 }
 
-/// What the projections have in common: a plane through an anchor, and two rows.
+/// The words that all projections use: a plane through an anchor, and two rows.
 struct Words {
     axis: usize,
     normal: [f64; 2],

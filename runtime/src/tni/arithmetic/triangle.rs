@@ -14,7 +14,7 @@ pub(super) const NEXT: [usize; 3] = [1, 2, 0];
 /// Distance and weights of vertices 1 and 2.
 type Meeting = (f32, f32, f32);
 
-/// What Woop's test knows of a ray: its slopes along its longest axis, and the reciprocal there.
+/// The shear of Woop's test for a ray: its slopes along its longest axis, and the reciprocal there.
 pub(super) fn shear(ray: &Ray, longest: usize) -> [f32; 3] {
     let (x, y) = (NEXT[longest], NEXT[NEXT[longest]]);
     let inverse = ray.reciprocal[longest];
@@ -88,8 +88,8 @@ impl Prepared {
         })
     }
 
-    /// Whether a distance is one at which something can be hit; an infinite one, or a NaN from a
-    /// ray in the triangle's plane, is none.
+    /// True if something can be hit at this distance; not at an infinite one, nor at a NaN from a ray in the
+    /// triangle's plane.
     #[inline]
     fn reaches(&self, t: f32) -> bool {
         t > self.tmin && t <= f32::MAX
@@ -148,7 +148,8 @@ impl Prepared {
             let way = t * self.reach;
             let size = way + larger(larger(pk.abs(), pu.abs()), pv.abs());
             let grazing = larger(1.0, exponent_reciprocal(along) * self.reach);
-            // What the operations round, and what a coarse reciprocal moves the point along the ray.
+            // Rounding errors of the operations, and the way that a coarse reciprocal moves the point along
+            // the ray.
             let off = size * grazing + way * coarseness(rcp);
             // Never more than the triangle's own size, or a ray along its plane would hit anywhere.
             smaller(w.slack * off, 1.0)
@@ -201,8 +202,8 @@ fn inside(t: f32, u: f32, v: f32, epsilon: f32) -> Option<Meeting> {
     inside.then(|| moved_inside(t, u, v))
 }
 
-/// What an epsilon let pass, or a coarse reciprocal took beyond an edge, is moved into the triangle: its
-/// weights are not negative, and at most 1 together.
+/// Moves a hit into the triangle that an epsilon let pass, or that a coarse reciprocal took beyond an edge:
+/// its weights are not negative, and at most 1 together.
 #[inline]
 fn moved_inside(t: f32, u: f32, v: f32) -> Meeting {
     let u = smaller(larger(u, 0.0), 1.0);
