@@ -1,4 +1,4 @@
-//! What an approximate unit is worth: its function over all 2²³ mantissas, held against binary64.
+//! Certificates of approximate units: the error of a function over all 2²³ mantissas, against binary64.
 //!
 //! Reciprocal and division go through the octave from 1 to 2, roots through the two from 1 to 4, exp2
 //! through all fractions (from 1 to 2), log2 through 1 to 2, sine and cosine through ½ to 1. By powers
@@ -85,7 +85,7 @@ impl Function {
         }
     }
 
-    /// What the unit makes of a word.
+    /// Returns the unit's result for a word.
     fn unit(self, x: u32, (bits, steps): (u32, u32)) -> u32 {
         match self {
             Function::Rcp => elementary::rcp(x, bits, steps),
@@ -114,7 +114,7 @@ impl Function {
         }
     }
 
-    /// Whether its results rise with its operands there; `None` where they do neither that nor fall.
+    /// True if its results rise with its operands there; `None` where they do neither that nor fall.
     fn rises(self) -> Option<bool> {
         match self {
             Function::Rcp | Function::Rsqrt | Function::Cos => Some(false),
@@ -123,7 +123,7 @@ impl Function {
         }
     }
 
-    /// Whether its tables promise an absolute error; else it is a relative one.
+    /// True if its tables promise an absolute error; else it is a relative one.
     pub const fn is_absolute(self) -> bool {
         matches!(self, Function::Log2 | Function::Sin | Function::Cos)
     }
@@ -149,7 +149,7 @@ fn dividend(x: u32) -> u32 {
     ONE | (x.wrapping_mul(0x9e37_79b9) >> 9)
 }
 
-/// What a unit does over all mantissas.
+/// The measured errors of a unit over all mantissas.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Certificate {
     /// The function.
@@ -160,7 +160,7 @@ pub struct Certificate {
     pub table_bits: Option<u32>,
     /// Newton–Raphson steps after it.
     pub steps: u32,
-    /// Whether these are fused.
+    /// True if these are fused.
     pub fused: bool,
     /// −log2 of the error that the machine promises: correct bits are not fewer.
     pub promised_bits: f64,
@@ -178,9 +178,9 @@ pub struct Certificate {
     /// Share of results that are the nearest float (for exp2, log2, sine and cosine: the float that
     /// binary64 rounds to).
     pub rounded: f64,
-    /// Whether the order of the results is that of the exact ones; `None` where these have none.
+    /// True if the order of the results is that of the exact ones; `None` where these have none.
     pub monotone: Option<bool>,
-    /// Whether powers of two (whole numbers for exp2) have exact results; `None` where there are none.
+    /// True if powers of two (whole numbers for exp2) have exact results; `None` where there are none.
     pub powers_exact: Option<bool>,
 }
 

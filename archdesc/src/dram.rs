@@ -14,7 +14,7 @@ pub struct DramSpec {
     pub channels: u32,
     /// Data lines of one channel, a power of two (≥ 8).
     pub bits: u32,
-    /// Whether all cores share it; else each core has such a memory, and a bus, of its own.
+    /// True if all cores share it; else each core has such a memory, and a bus, of its own.
     pub shared: bool,
     /// Nanoseconds that every answer takes in addition to the time of `model`: the way through controller
     /// and interface.

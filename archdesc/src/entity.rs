@@ -107,7 +107,7 @@ impl<K: Entity, V> EntityMap<K, V> {
         self.items.len()
     }
 
-    /// Whether there are none.
+    /// True if there are none.
     pub fn is_empty(&self) -> bool {
         self.items.is_empty()
     }

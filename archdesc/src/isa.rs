@@ -1,5 +1,5 @@
-//! The one opcode table: what operations there are, what they take and give, and which class of
-//! functional unit runs them. What each computes is [`ops`](crate::ops).
+//! The one opcode table: the operations, their operands and results, and the class of functional unit that
+//! runs each. [`ops`](crate::ops) has their functions.
 //!
 //! The SRP knows three kinds of storage: 32-bit words, 128-bit vectors of four words, and one-bit
 //! predicates ([`Ty`]). Whether a word holds an integer or a float is the business of the
@@ -87,7 +87,7 @@ impl Kind {
     }
 }
 
-/// What an operation may do besides computing its result from its operands.
+/// An effect of an operation besides computing its result from its operands.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Effect {
     /// Nothing: it may be moved, repeated and dropped.
@@ -202,7 +202,7 @@ pub struct OpInfo {
     pub result: Option<Kind>,
     /// Which units run it.
     pub class: Class,
-    /// What it does besides.
+    /// Its effect besides.
     pub effect: Effect,
     /// Its first two operands may change places.
     pub commutative: bool,
@@ -414,12 +414,12 @@ impl Opcode {
         self.info().result.map(Kind::ty)
     }
 
-    /// Whether it does nothing but compute its result from its operands.
+    /// True if it does nothing but compute its result from its operands.
     pub fn is_pure(self) -> bool {
         self.info().effect == Effect::Pure
     }
 
-    /// Whether its first operand is a guard: nothing happens, and the result is zero, where false.
+    /// True if its first operand is a guard: nothing happens, and the result is zero, where false.
     pub fn is_guarded(self) -> bool {
         matches!(self.info().effect, Effect::Load | Effect::Store) || self.class() == Class::Idiv
     }

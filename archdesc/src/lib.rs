@@ -1,15 +1,15 @@
-//! What an SRP can do, and what one SGRT system is made of.
+//! Operations of an SRP, and the parts of one SGRT system.
 //!
 //! This is the ground floor: every other crate stands on it, and it imports none of them.
 //!
 //! * [`isa`]: the one opcode table.
-//! * [`ops`]: what each opcode computes, written once.
+//! * [`ops`]: the function of each opcode, written once.
 //! * [`ports`]: the numbers by which programs talk to the units round an SRP.
 //! * [`arch`], [`system`], [`dram`] and [`precision`]: a machine as data. [`parse`] makes it from the XML file an architecture
 //!   designer edits; whatever the file leaves out is filled in there, so nothing downstream knows
 //!   of defaults.
-//! * [`area`]: what a T&I unit costs.
-//! * [`certify`](mod@certify): what an approximate unit is worth.
+//! * [`area`]: the cost of a T&I unit.
+//! * [`certify`](mod@certify): the errors of an approximate unit.
 //! * [`datapath`]: the tests that the T&I unit can be built for, their operators and depths.
 //! * [`resource`]: the machine as a router sees it, derived from [`Arch`].
 //! * [`machines`]: the machine files that the toolchain ships.

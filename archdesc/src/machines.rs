@@ -5,7 +5,7 @@
 pub struct Machine {
     /// The name of the machine, by which a command line can ask for it.
     pub name: &'static str,
-    /// What it is, in one line.
+    /// Its description, in one line.
     pub about: &'static str,
     /// The file's text, for [`parse`](crate::parse).
     pub xml: &'static str,

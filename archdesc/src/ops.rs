@@ -1,9 +1,9 @@
-//! What each opcode computes, written once.
+//! The function of each opcode, written once.
 //!
 //! [`semantics`] has one plain function per opcode, named as in the opcode table. Everything that
 //! gives a program meaning calls them: the constant folder and the interpreters through [`eval`],
 //! generated simulators by their text ([`SOURCE`], [`call`]). Memory and ports are not computation;
-//! [`loaded`] is what a load makes of the bytes it reads.
+//! [`loaded`] turns the bytes of a load into its result.
 
 use crate::isa::{Class, Kind, Opcode};
 use crate::precision::{Approx, Precision, Subnormals};
@@ -57,8 +57,8 @@ impl std::fmt::Display for Fault {
 
 impl std::error::Error for Fault {}
 
-/// Whether an operation takes part where subnormal floats are flushed: it computes with floats. What
-/// looks at signs alone, converts or moves does not.
+/// True if an operation computes with floats, and so takes part where subnormal floats are flushed.
+/// Operations that look at signs alone, convert or move do not.
 pub fn flushes(op: Opcode) -> bool {
     let info = op.info();
     let is_float = |kind: &Kind| matches!(kind, Kind::F | Kind::F4);
@@ -70,7 +70,7 @@ pub fn flushes(op: Opcode) -> bool {
     op.is_pure() && info.operands.iter().all(is_float) && !signs && !converts
 }
 
-/// What `op` computes from its operands, its immediate (ignored where it has none), and the machine's
+/// Returns the result of `op` for its operands, its immediate (ignored where it has none), and the machine's
 /// precision. `Ok(None)` for loads, stores and ports.
 ///
 /// # Panics
@@ -96,7 +96,7 @@ pub fn eval(
     })
 }
 
-/// What a function of [`semantics`] takes after the opcode's operands.
+/// The arguments of a function of [`semantics`] after the opcode's operands.
 #[derive(Clone, Copy, Debug)]
 pub enum Extra {
     /// Nothing.
@@ -114,9 +114,9 @@ pub enum Extra {
 pub struct Call {
     /// Its name in [`semantics`], and in the module made of [`SOURCE`].
     pub function: &'static str,
-    /// What it takes after the operands.
+    /// Its arguments after the operands.
     pub extra: Extra,
-    /// Whether it gives an `Option`, `None` meaning [`Fault::DivisionByZero`].
+    /// True if it returns an `Option`, `None` meaning [`Fault::DivisionByZero`].
     pub fallible: bool,
 }
 
@@ -368,7 +368,7 @@ macro_rules! with_operations {
 
 with_operations!(operations);
 
-/// What the load `op` gives, from the bytes it has read, zero-extended.
+/// Returns the result of the load `op` from the bytes it has read, zero-extended.
 pub fn loaded(op: Opcode, bytes: Value) -> Value {
     match op {
         Opcode::Lb | Opcode::Glb => V4::word(semantics::word::extend_byte(bytes.as_word())),

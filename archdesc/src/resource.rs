@@ -23,7 +23,7 @@ entity! {
     Place = "pl";
 }
 
-/// What a [`Place`] is.
+/// The kind of a [`Place`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlaceKind {
     /// The output register of a unit: one value.
@@ -37,7 +37,7 @@ pub enum PlaceKind {
 /// A place and what fits in it.
 #[derive(Clone, Copy, Debug)]
 pub struct PlaceSpec {
-    /// What it is.
+    /// Its kind.
     pub kind: PlaceKind,
     /// Widest value it holds, in bits.
     pub width: u32,
@@ -86,7 +86,7 @@ pub struct ResourceGraph {
     pub pred_out: EntityMap<Fu, Place>,
     /// The place of each file.
     pub file: EntityMap<RegFile, Place>,
-    /// What each unit can read, in a fixed order: own output, own predicate output, links, files.
+    /// The places that each unit can read, in a fixed order: own output, own predicate output, links, files.
     pub reads: EntityMap<Fu, Vec<ReadPath>>,
     /// Files that each unit's results can be written into directly.
     pub writes: EntityMap<Fu, Vec<Place>>,
@@ -249,7 +249,7 @@ impl ResourceGraph {
         }
     }
 
-    /// Whether the registers of `place` advance with the iteration.
+    /// True if the registers of `place` advance with the iteration.
     pub fn rotates(&self, srp: &Srp, place: Place) -> bool {
         self.as_file(place)
             .is_some_and(|rf| srp.files[rf].kind == FileKind::Rotating)

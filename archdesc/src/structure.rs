@@ -31,7 +31,7 @@ pub enum Structure {
     Recurrence {
         /// The radix, a power of two from 2 to 16: digits that one cycle gives.
         radix: u32,
-        /// Whether every digit has a row of its own, so that an operation starts every cycle.
+        /// True if every digit has a row of its own, so that an operation starts every cycle.
         unrolled: bool,
     },
     /// Rotations by shifts and additions, one a cycle.
@@ -54,7 +54,7 @@ impl Structure {
         }
     }
 
-    /// Whether it has tables, and so gives a first approximation that Newton–Raphson steps can improve.
+    /// True if it has tables, and so gives a first approximation that Newton–Raphson steps can improve.
     pub const fn is_tabulated(self) -> bool {
         matches!(
             self,
@@ -167,7 +167,7 @@ impl Special {
         }
     }
 
-    /// Whether it has Newton–Raphson steps.
+    /// True if it has Newton–Raphson steps.
     pub const fn has_steps(self) -> bool {
         matches!(
             self,
@@ -175,12 +175,12 @@ impl Special {
         )
     }
 
-    /// Whether the program can take its steps.
+    /// True if the program can take its steps.
     pub const fn has_steps_in_code(self) -> bool {
         matches!(self, Special::Rcp | Special::Rsqrt | Special::Sqrt)
     }
 
-    /// Whether a unit of this structure can compute it.
+    /// True if a unit of this structure can compute it.
     pub const fn can_be(self, structure: Structure) -> bool {
         match structure {
             Structure::Recurrence { .. } => self.has_steps(),

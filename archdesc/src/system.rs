@@ -118,13 +118,13 @@ pub struct TniSpec {
     pub triangle_bytes: u32,
     /// Precision of the reciprocal in the ray–triangle test.
     pub rcp: Approx,
-    /// What the file says of how it is built, besides.
+    /// Its build, as the file describes it.
     pub rcp_build: Build,
     /// Cycles through it.
     pub rcp_latency: u32,
     /// The ray–triangle test.
     pub intersection: Intersection,
-    /// Whether a ray for which any hit will do ends with its first.
+    /// True if a ray for which any hit will do ends with its first.
     pub any_hit: bool,
 }
 
@@ -161,7 +161,7 @@ impl NodeFormat {
         }
     }
 
-    /// Bytes of a node: box, half of what the boxes of two siblings share, and a reference of 8.
+    /// Bytes of a node: its box, half of the data that the boxes of two siblings share, and a reference of 8.
     #[inline]
     pub const fn bytes(self) -> u32 {
         match self {

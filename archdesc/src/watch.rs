@@ -8,7 +8,7 @@ use std::time::Duration;
 
 /// A watcher of work. [`Unwatched`] ignores everything.
 pub trait Watch: Sync {
-    /// Whether the work is to end soon, with the results that it has.
+    /// True if the work is to end soon, with the results that it has.
     fn cancelled(&self) -> bool {
         false
     }

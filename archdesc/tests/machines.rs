@@ -110,7 +110,7 @@ fn default_machine_is_the_papers() {
     assert!(SGRT.xml.lines().count() <= 150);
 }
 
-/// What a file does not say is what the default machine says.
+/// Settings that a file leaves out are those of the default machine.
 #[test]
 fn defaults_are_those_of_the_default_machine() {
     let start = SGRT.xml.find("  <system").expect("a system");

@@ -20,17 +20,17 @@ const SLOTS: &str = "slots";
 pub(super) struct Units {
     pub(super) rows: u32,
     pub(super) cols: u32,
-    /// Whether the file says how large the array is; if not, rules about cells would blame it twice.
+    /// True if the file says how large the array is; if not, rules about cells would report it twice.
     pub(super) sized: bool,
     pub(super) fus: EntityMap<Fu, FuSpec>,
-    /// What each unit was made from.
+    /// The elements that each unit was made from.
     pub(super) origins: EntityMap<Fu, Origin>,
     names: BTreeMap<String, Fu>,
     /// Names of units that have no cell, which was reported.
     dropped: BTreeSet<String>,
 }
 
-/// What a unit was made from.
+/// The elements of the file that a unit was made from.
 #[derive(Clone)]
 pub(super) struct Origin {
     /// Name of its `<fu-type>`, if it has one.
@@ -114,7 +114,7 @@ fn find_type<'r, 't>(
     fu_type.map(|(&name, fu_type)| (name, fu_type))
 }
 
-/// What the file says about the cells of the array.
+/// The file's statements about the cells of the array.
 struct Layout<'r, 't> {
     types: &'t FuTypes<'r>,
     /// The `<row>`s, to be repeated over the array.

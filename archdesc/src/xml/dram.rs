@@ -1,5 +1,5 @@
-//! System memory. What the file leaves out is the named memory's, and without a name the default
-//! machine's.
+//! System memory. Settings that the file leaves out are those of the named memory, and without a name those
+//! of the default machine.
 
 use super::de::Spanned;
 use super::findings::Findings;
@@ -69,7 +69,7 @@ pub(super) fn dram(found: &Findings, raw: &Option<Spanned<raw::Dram>>) -> DramSp
     spec
 }
 
-/// What memories of both kinds have.
+/// Reads the attributes that memories of both kinds have.
 fn common(found: &Findings, raw: &raw::Dram, base: DramSpec) -> DramSpec {
     let number = |text, limit, default| values::number(found, text, limit, default);
     DramSpec {
@@ -257,7 +257,7 @@ fn needed(spec: &BankedSpec, channels: u32, part: AddressPart) -> u32 {
     bits.iter().find(|(p, _)| *p == part).map_or(0, |(_, b)| *b)
 }
 
-/// The fields of a named memory, of which the first of each part adapts to other sizes.
+/// The fields of a named memory. The first field of each part adapts to other sizes.
 fn flexible(base: &[AddressField]) -> Vec<RawField> {
     let adapt = |(i, field): (usize, &AddressField)| RawField {
         part: field.part,

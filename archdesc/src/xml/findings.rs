@@ -1,5 +1,5 @@
-//! What is found wrong in one machine file, gathered until the end: reading goes on after a
-//! mistake, with a value that causes no further ones.
+//! Mistakes in one machine file, gathered until the end: reading goes on after a mistake, with a value that
+//! causes no further ones.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -52,13 +52,13 @@ impl Findings {
         suspects.entry(name.to_owned()).or_default().insert(element);
     }
 
-    /// Whether the part `name` of the element at `element` could not be read in full.
+    /// True if the part `name` of the element at `element` could not be read in full.
     pub(super) fn suspects(&self, element: Span, name: &str) -> bool {
         let suspects = self.suspects.borrow();
         suspects.get(name).is_some_and(|s| s.contains(&element))
     }
 
-    /// Whether a part with one of these names could not be read in full, in any element.
+    /// True if a part with one of these names could not be read in full, in any element.
     pub(super) fn suspects_any(&self, names: &[&str]) -> bool {
         let suspects = self.suspects.borrow();
         names.iter().any(|&name| suspects.contains_key(name))
@@ -69,7 +69,7 @@ impl Findings {
         self.suspect(span, "");
     }
 
-    /// Whether the value at `span` is to be taken as not given.
+    /// True if the value at `span` is to be taken as not given.
     pub(super) fn is_void(&self, span: Span) -> bool {
         self.suspects(span, "")
     }
@@ -79,12 +79,12 @@ impl Findings {
         self.found.borrow().len()
     }
 
-    /// Whether further mistakes would not be shown.
+    /// True if further mistakes would not be shown.
     pub(super) fn is_full(&self) -> bool {
         self.len() > MAX_FINDINGS
     }
 
-    /// Whether nothing was found.
+    /// True if nothing was found.
     pub(super) fn is_empty(&self) -> bool {
         self.found.borrow().is_empty()
     }

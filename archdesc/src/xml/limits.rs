@@ -8,7 +8,7 @@ pub(super) struct Limit {
     pub(super) name: &'static str,
     pub(super) min: u32,
     pub(super) max: u32,
-    /// Whether it is a size in bytes, for which `K` and `M` may be written.
+    /// True if it is a size in bytes, for which `K` and `M` may be written.
     pub(super) bytes: bool,
 }
 

@@ -14,7 +14,7 @@ use crate::isa::{Class, Kind, Opcode, Ty};
 pub(super) struct Places<'p> {
     /// The `<array>`.
     pub(super) array: Span,
-    /// What each unit was made from.
+    /// The units, with the elements that each was made from.
     pub(super) units: &'p Units,
     /// Each register file.
     pub(super) files: &'p EntityMap<RegFile, Span>,
@@ -39,7 +39,7 @@ pub(super) fn check(found: &Findings, arch: &Arch, places: &Places<'_>) {
     }
 }
 
-/// A unit does not run classes all of whose operations are wider than itself.
+/// Checks that a unit runs no class whose operations are all wider than the unit.
 fn widths(found: &Findings, arch: &Arch, places: &Places<'_>) {
     let mut reported = BTreeSet::new();
     for (fu, unit) in arch.srp.fus.iter().filter(|(_, unit)| unit.width < 128) {
@@ -63,7 +63,7 @@ fn widths(found: &Findings, arch: &Arch, places: &Places<'_>) {
     }
 }
 
-/// Whether all operations of a class take or give vectors.
+/// True if all operations of a class take or give vectors.
 fn is_wide(class: Class) -> bool {
     let wide = |kind: &Kind| kind.ty() == Ty::Vec;
     let mut ops = operations(class).peekable();

@@ -14,7 +14,7 @@ use crate::diagnostic::Span;
 use crate::precision::{Approx, Precision, Refine, Subnormals};
 use crate::structure::{MAX_SEGMENTS, Special, Structure};
 
-/// What a `<special>` can say a unit is; `newton` is a table with at least one step.
+/// Structures that a `<special>` can name; `newton` is a table with at least one step.
 const STRUCTURES: [&str; 7] = [
     "table",
     "bipartite",
@@ -28,7 +28,7 @@ const STRUCTURES: [&str; 7] = [
 /// Where something does not go together.
 type Complaint<'r> = (Span, String, &'r str);
 
-/// What the `<special>`s of a machine or of a T&I unit say.
+/// Settings from the `<special>`s of a machine or of a T&I unit.
 pub(super) struct Specials {
     pub(super) precision: Precision,
     pub(super) builds: Builds,
@@ -47,8 +47,8 @@ impl Specials {
     }
 }
 
-/// The special functions of a machine, exact where the file says nothing, what it does with subnormal
-/// floats, and the precision of the texture unit.
+/// The special functions of a machine, exact where the file says nothing; its handling of subnormal floats;
+/// and the precision of the texture unit.
 pub(super) fn machine(found: &Findings, machine: &raw::Machine) -> Specials {
     let (raw, system) = (&machine.special, &machine.system);
     let mut specials = specials(found, raw, &Special::ALL.map(|f| f.name()), true);
@@ -106,7 +106,7 @@ pub(super) fn tni_rcp(
     (rcp, build)
 }
 
-/// Whether a unit is as quick as a machine's units have to be.
+/// Checks that a unit is as quick as a machine's units have to be.
 pub(super) fn check_cycles(found: &Findings, place: Span, unit: &Unit, mhz: u32) {
     let latency = unit.latency.max(unit.interval).unwrap_or(0);
     let most = limits::LATENCY.max;
@@ -157,7 +157,7 @@ fn specials(
     specials
 }
 
-/// What one `<special>` says.
+/// Reads one `<special>`.
 fn unit(
     found: &Findings,
     special: &Spanned<raw::Special>,

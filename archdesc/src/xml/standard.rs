@@ -9,7 +9,7 @@ use std::fmt::Write;
 use super::limits;
 use crate::isa::Class;
 
-/// What links a standard array has.
+/// The links of a standard array.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ArrayTopology {
     /// To the four neighbours.

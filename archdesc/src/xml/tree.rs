@@ -62,17 +62,17 @@ pub struct Attribute<'x> {
     pub value_span: Span,
 }
 
-/// What [`parse`] makes of a text.
+/// The result of [`parse`].
 #[derive(Debug)]
 pub struct Document<'x> {
     /// The root element; `None` where the text has none, or is not XML to its end. Attributes and
     /// elements that are mistakes are left out.
     pub root: Option<Element<'x>>,
-    /// What is wrong, in the order in which it was found.
+    /// The mistakes, in the order in which they were found.
     pub mistakes: Vec<Mistake<'x>>,
 }
 
-/// What is wrong with a text.
+/// A mistake in a text.
 #[derive(Debug)]
 pub enum Mistake<'x> {
     /// It has more bytes than [`Limits`] allow.
@@ -149,7 +149,7 @@ pub enum Mistake<'x> {
     Malformed {
         /// From where it is not, to the end of the tag or the line.
         rest: Span,
-        /// What is wrong, in the words of the XML reader.
+        /// The mistake, in the words of the XML reader.
         reason: String,
         /// The same, with the kind of mistake before it.
         why: String,
@@ -170,7 +170,7 @@ pub enum AttributeMistake {
     NoValue {
         /// The byte at which something else was expected.
         at: u32,
-        /// Whether that was an equals sign, and not a quote.
+        /// True if that was an equals sign, and not a quote.
         equals: bool,
     },
     /// Its value cannot be read.

@@ -39,7 +39,7 @@ const DEFAULT_INTERVAL: &[(Class, u32)] = &[(Class::Idiv, 4), (Class::Fdiv, 4), 
 /// How classes run, by class.
 pub(super) type Ops = BTreeMap<Class, FuOp>;
 
-/// What a unit is, position apart.
+/// The properties of a unit, position apart.
 #[derive(Clone, Default)]
 pub(super) struct Body {
     pub(super) width: u32,
@@ -94,7 +94,7 @@ macro_rules! body_parts {
 
 body_parts! { FuType Fu }
 
-/// What operations need of the rest of the machine.
+/// The parts of the machine that operations need.
 pub(super) struct OpContext<'m> {
     pub(super) found: &'m Findings,
     pub(super) resources: &'m EntityMap<Resource, ResourceSpec>,
@@ -129,7 +129,7 @@ pub(super) fn resources(
     resources
 }
 
-/// Whether `name` is new; reports it where it is not.
+/// True if `name` is new; reports it where it is not.
 pub(super) fn unique(
     found: &Findings,
     seen: &mut BTreeMap<String, Span>,
@@ -224,7 +224,7 @@ fn changed_op(cx: &OpContext<'_>, base: &FuOp, op: &raw::Op) -> FuOp {
     }
 }
 
-/// Whether operations of a class are special functions, whose cycles follow from their structure.
+/// True if operations of a class are special functions, whose cycles follow from their structure.
 pub(super) fn has_special(class: Class) -> bool {
     matches!(class, Class::Sfu | Class::Fdiv)
 }
@@ -249,7 +249,7 @@ fn uses(cx: &OpContext<'_>, text: &Text) -> Vec<Resource> {
     uses
 }
 
-/// What a unit is: `base` (a unit of no class where there is none) with what `parts` say.
+/// Returns the properties of a unit: `base` (a unit of no class where there is none), changed as `parts` say.
 pub(super) fn body(cx: &OpContext<'_>, base: Option<&Body>, parts: &BodyParts<'_>) -> Body {
     let found = cx.found;
     let mut body = base.cloned().unwrap_or(Body {

@@ -26,7 +26,7 @@ fn parts(x: u32) -> (u128, i32) {
     }
 }
 
-/// Whether `y` is the float nearest to 1/√x: (y ± half a place)² · x lies on both sides of 1.
+/// True if `y` is the float nearest to 1/√x: (y ± half a place)² · x lies on both sides of 1.
 fn nearest_rsqrt(x: u32, y: u32) -> bool {
     let ((m, e), (n, f)) = (parts(x), parts(y));
     // Half a place below a power of two is half as long; then the test asks for more than it must.
@@ -34,7 +34,7 @@ fn nearest_rsqrt(x: u32, y: u32) -> bool {
     (2 * n - 1).pow(2) * m < one && one < (2 * n + 1).pow(2) * m
 }
 
-/// Whether `y` is the float nearest to √x.
+/// True if `y` is the float nearest to √x.
 fn nearest_sqrt(x: u32, y: u32) -> bool {
     let ((m, e), (n, f)) = (parts(x), parts(y));
     let m = m << (e - 2 * (f - 1));

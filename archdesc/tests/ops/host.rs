@@ -342,7 +342,7 @@ fn ports_have_the_numbers_of_the_machine() {
     assert_eq!(in_rust, in_c);
 }
 
-/// What C has no single word for, or what the host cannot be asked.
+/// Lists the opcodes for which C has no single word, or about which the host cannot be asked.
 #[test]
 fn every_opcode_has_a_c_form() {
     use Opcode::*;

@@ -8,7 +8,7 @@ use srp_archdesc::isa::Kind;
 use srp_archdesc::ops::{V4, eval};
 use srp_archdesc::{Class, Opcode};
 
-/// What this file tests.
+/// The opcodes that this file tests.
 pub(crate) const COVERED: &[Opcode] = &[
     Opcode::Fadd,
     Opcode::Fsub,

@@ -5,7 +5,7 @@ use srp_archdesc::arch::Precision;
 use srp_archdesc::ops::{Fault, V4, eval};
 use srp_archdesc::{Opcode, Ty};
 
-/// What a two-operand word operation means, in integers wide enough never to overflow.
+/// Returns the result of a two-operand word operation, in integers wide enough never to overflow.
 fn wide(op: Opcode, a: u32, b: u32) -> Option<u32> {
     let (s, t) = (i128::from(a as i32), i128::from(b as i32));
     let (u, v) = (i128::from(a), i128::from(b));

@@ -1,5 +1,5 @@
-//! What the opcodes compute, against definitions that share nothing with `ops`: big integers,
-//! `rustc_apfloat`, double-double series, and the C twin in `kernels/srp_host.h`.
+//! Tests of the opcodes against definitions that share nothing with `ops`: big integers, `rustc_apfloat`,
+//! double-double series, and the C twin in `kernels/srp_host.h`.
 
 mod certificates;
 mod double_double;

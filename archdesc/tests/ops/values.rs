@@ -112,7 +112,7 @@ pub(crate) fn rounds(usual: u32) -> u32 {
     asked.map_or(usual, |n| n.parse().expect("SRP_VECTORS is a number"))
 }
 
-/// What `op` gives for words and predicates (as 0 or 1), exact special functions.
+/// Returns the result of `op` for words and predicates (as 0 or 1), exact special functions.
 pub(crate) fn result(op: Opcode, args: &[u32]) -> u32 {
     let args: Vec<Value> = args.iter().map(|&a| V4::word(a)).collect();
     eval(op, &args, 0, &Precision::EXACT)

@@ -374,10 +374,10 @@ pub fn cordic_root(m: f64, p: u32) -> f64 {
     2.0 * (product >> fraction) as f64 / unit
 }
 
-/// What circular rotations lengthen by, inverted; 60 fraction bits, as in all of these.
+/// The inverse of the factor by which circular rotations lengthen; 60 fraction bits, as in all of these.
 const CIRCULAR_GAIN: i64 = 700_114_967_507_363_238;
 
-/// What hyperbolic rotations shorten by, inverted.
+/// The inverse of the factor by which hyperbolic rotations shorten.
 const HYPERBOLIC_GAIN: i64 = 1_392_149_336_173_756_979;
 
 /// arctan 2^−i.

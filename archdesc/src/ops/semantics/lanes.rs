@@ -29,7 +29,7 @@ impl V4 {
         self.0[0]
     }
 
-    /// Whether lane 0 is not 0.
+    /// True if lane 0 is not 0.
     #[inline(always)]
     pub const fn as_pred(self) -> bool {
         self.0[0] != 0

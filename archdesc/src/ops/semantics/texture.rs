@@ -1,10 +1,10 @@
-//! What the texture unit computes: between which texels a coordinate lies, and their weighted mean.
+//! Functions of the texture unit: the texels between which a coordinate lies, and their weighted mean.
 //!
-//! A descriptor is four words: the address of the texels, width and height in texels, and
-//! [`CLAMP`] or 0. Sizes are 1 to 65,536; what is below counts as the one, what is above as the
-//! other. Texels are words, red in the low byte, then green, blue and alpha, in tiles of 4×4, row by
-//! row: 64 bytes that a bilinear footprint seldom leaves. Tiles follow each other row by row; where
-//! width or height is no multiple of 4 the last tile of a row or column is whole nevertheless.
+//! A descriptor is four words: the address of the texels, width and height in texels, and [`CLAMP`] or 0.
+//! Sizes are 1 to 65,536; smaller ones count as 1, larger ones as 65,536. Texels are words, red in the low
+//! byte, then green, blue and alpha, in tiles of 4×4, row by row: 64 bytes that a bilinear footprint seldom
+//! leaves. Tiles follow each other row by row; where width or height is no multiple of 4 the last tile of a
+//! row or column is whole nevertheless.
 //!
 //! Everything but the last rounding is exact. Along an axis of `n` texels the coordinate `c` stands
 //! at `c·n − ½`, rounded to the nearest multiple of 2^−`bits` (ties up), `bits` being the weight
@@ -21,7 +21,7 @@ use super::lanes::V4;
 /// The flag of a descriptor whose coordinates stop at the edges.
 pub const CLAMP: u32 = 1;
 
-/// What a texture of address 0 gives, without touching memory: 1 in all lanes.
+/// The result for a texture of address 0, without touching memory: 1 in all lanes.
 pub const NO_TEXTURE: V4 = V4([0x3f80_0000; 4]);
 
 /// Texels that a coordinate lies between.

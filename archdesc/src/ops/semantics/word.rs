@@ -114,13 +114,13 @@ pub fn maxu(a: u32, b: u32) -> u32 {
     a.max(b)
 }
 
-/// Whether the words are equal.
+/// True if the words are equal.
 #[inline(always)]
 pub fn eq(a: u32, b: u32) -> bool {
     a == b
 }
 
-/// Whether the words differ.
+/// True if the words differ.
 #[inline(always)]
 pub fn ne(a: u32, b: u32) -> bool {
     a != b
@@ -330,8 +330,8 @@ pub fn fmul(a: u32, b: u32) -> u32 {
     canonical(float(a) * float(b))
 }
 
-/// Whether the host that this is compiled for multiplies and adds in one instruction. Elsewhere
-/// [`fma`] gets the same result from binary64.
+/// True if the host that this is compiled for multiplies and adds in one instruction. Elsewhere [`fma`] gets
+/// the same result from binary64.
 pub(super) const FUSED: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
 
 /// `a·b + c`, rounded once.
@@ -354,8 +354,8 @@ pub(super) fn product_sum(a: u32, b: u32, c: u32) -> f64 {
     f64::from(float(a)) * f64::from(float(b)) + f64::from(float(c))
 }
 
-/// Whether rounding this sum to binary32 might differ from rounding the exact sum: a normal result
-/// only where the sum lies half way between two floats, a denormal one in more ways.
+/// True if rounding this sum to binary32 might differ from rounding the exact sum: a normal result only where
+/// the sum lies half way between two floats, a denormal one in more ways.
 #[inline(always)]
 pub(super) fn may_round_twice(sum: f64) -> bool {
     const LEAST_NORMAL: u32 = 0x3810_0000;
@@ -414,13 +414,13 @@ pub fn ftou(a: u32) -> u32 {
     float(a) as u32
 }
 
-/// What a signed load makes of a byte.
+/// Returns the result of a signed load of a byte.
 #[inline(always)]
 pub fn extend_byte(a: u32) -> u32 {
     a as u8 as i8 as u32
 }
 
-/// What a signed load makes of two bytes.
+/// Returns the result of a signed load of two bytes.
 #[inline(always)]
 pub fn extend_half(a: u32) -> u32 {
     a as u16 as i16 as u32
