@@ -14,7 +14,7 @@ use srp_runtime::core::Core;
 use srp_runtime::solo::{self, Solo};
 use std::time::Instant;
 
-/// What shading kernels are made of.
+/// True if shading kernels are made of such operations.
 fn ordinary(op: Opcode) -> bool {
     use Class::*;
     let classes = [

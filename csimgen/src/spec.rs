@@ -110,7 +110,7 @@ impl Cell {
         }
     }
 
-    /// Whether two cells are, or may be in some iteration, the same.
+    /// True if two cells are, or may be in some iteration, the same.
     pub fn meets(self, other: Cell) -> bool {
         let apart = self.index + self.ring <= other.index || other.index + other.ring <= self.index;
         let same_ring = (self.index, self.ring) == (other.index, other.ring);
@@ -320,7 +320,7 @@ impl Step {
 }
 
 impl BundleSpec {
-    /// Whether it has a port operation, which is then its first step.
+    /// True if it has a port operation, which is then its first step.
     pub fn talks(&self) -> bool {
         let first = self.steps.first().and_then(Step::opcode);
         first.is_some_and(|op| op.info().effect == Effect::Io)

@@ -32,7 +32,7 @@ pub(super) fn emit(spec: &SimSpec, number: usize) -> String {
     let list = slots.join(", ");
     put!(
         out,
-        "/// What happens in each cycle between the beginnings of two iterations."
+        "/// The steps of each cycle between the beginnings of two iterations."
     );
     put!(
         out,

@@ -21,7 +21,7 @@ pub(super) fn emit(spec: &SimSpec) -> String {
         out,
         "use super::ops::V4;\nuse super::registers::Rotating;\nuse super::saved::{{Saved, Words}};\nuse super::sequencer::Issue;\n"
     );
-    put!(out, "/// What a bundle or a context sees of the world.");
+    put!(out, "/// The world as a bundle or a context sees it.");
     put!(out, "pub(crate) type Bus<'a> = Border<'a, HostBus>;");
     put!(out, "/// A bundle.");
     put!(
@@ -161,7 +161,7 @@ pub(super) fn field_type(store: &Store) -> String {
     }
 }
 
-/// Whether a store's field is its only cell.
+/// True if a store's field is its only cell.
 pub(super) fn is_single(store: &Store) -> bool {
     store.size == 1 && matches!(store.role, Role::Output | Role::Flight(_))
 }

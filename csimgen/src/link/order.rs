@@ -41,8 +41,7 @@ struct Pending {
     /// `None` once it is in order.
     steps: Vec<Option<Step>>,
     left: usize,
-    /// Whether a step is the second half of a split one, which is not split again: what it reads
-    /// is its own.
+    /// True if a step is the second half of a split one. It is not split again: it reads only its own cells.
     is_half: Vec<bool>,
     /// How many steps must come before a step is carried out.
     waits: Vec<usize>,
@@ -154,7 +153,7 @@ fn written(step: &Step) -> &[Cell] {
     }
 }
 
-/// Whether `first` must come before `other` because of memory; `is_earlier` if it was given first.
+/// True if `first` must come before `other` because of memory; `is_earlier` if it was given first.
 fn memory_orders(first: &Step, other: &Step, is_earlier: bool) -> bool {
     match (effect(first), effect(other)) {
         (Effect::Load, Effect::Store) => true,
@@ -192,7 +191,7 @@ mod tests {
         }
     }
 
-    /// Carries out steps on small integers: each writes the sum of what it reads, times ten.
+    /// Carries out steps on small integers: each writes ten times the sum of the cells that it reads.
     fn run(steps: &[Step], state: &mut [u32]) {
         for step in steps {
             let value = step.reads().map(|c| state[c.index as usize]).sum::<u32>() * 10;

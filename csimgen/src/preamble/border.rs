@@ -75,7 +75,7 @@ impl<'a, B: Bus + ?Sized> Border<'a, B> {
         }
     }
 
-    /// Whether an access of the cycle that ends here has stalled the core.
+    /// True if an access of the cycle that ends here has stalled the core.
     #[inline(always)]
     pub fn cycle_stalled(&mut self) -> bool {
         std::mem::take(&mut self.accessed) && self.bus.stalled()

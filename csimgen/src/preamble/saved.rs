@@ -24,7 +24,7 @@ impl<'a> Words<'a> {
         Some(u64::from(low) | u64::from(self.next_word()?) << 32)
     }
 
-    /// Whether all words have been read.
+    /// True if all words have been read.
     pub fn is_empty(&self) -> bool {
         self.0.len() == 0
     }

@@ -133,8 +133,8 @@ pub(crate) struct Code {
     pub(crate) functions: Vec<usize>,
 }
 
-/// One operation of a kernel: what, where, when, what it takes and from where, and further places of
-/// its result.
+/// One operation of a kernel: its opcode, unit, time, operands and their places, and further places of its
+/// result.
 pub(crate) struct KernelOp {
     pub(crate) op: Opcode,
     pub(crate) fu: usize,
@@ -176,12 +176,12 @@ pub(crate) fn cp(value: bool) -> Take {
     (Source::Const(bits), Operand::Const(bits))
 }
 
-/// What node `node` has computed in this iteration.
+/// The result of node `node` in this iteration.
 pub(crate) fn now(node: usize) -> Operand {
     before(node, &[])
 }
 
-/// What node `node` has computed so many iterations before as there are initial values.
+/// The result of node `node` as many iterations before as there are initial values.
 pub(crate) fn before(node: usize, init: &[Initial]) -> Operand {
     Operand::Node {
         node: Node::new(node),
@@ -281,9 +281,9 @@ pub(crate) const DISPATCH: u64 = 4;
 /// The source line of the call of a case.
 pub(crate) const CALL_LINE: u32 = 1;
 
-/// One program of all cases, each of which is a function. It takes the address of the function to call
-/// from port 8; the result says whose is which. The functions of a case itself come before those of
-/// all cases, in their order.
+/// Combines all cases into one program; each case is a function. The program reads the address of the
+/// function to call from port 8; the result says whose is which. The functions of a case itself come before
+/// those of all cases, in their order.
 pub(crate) fn combine<'a>(cases: impl IntoIterator<Item = &'a Code>) -> (ScheduledDre, Vec<u32>) {
     let mut program = ScheduledDre {
         machine: "tiny".to_owned(),

@@ -14,7 +14,7 @@ pub(crate) struct Case {
     pub(crate) name: &'static str,
     pub(crate) code: Code,
     pub(crate) world: World,
-    /// What the core does after the dispatch; kernels are numbered within the case.
+    /// Activities of the core after the dispatch; kernels are numbered within the case.
     pub(crate) activities: Vec<(Activity, u64)>,
     pub(crate) stalled: u64,
     /// Status, or trap and line.

@@ -1,4 +1,4 @@
-//! What the tools say: the generated text of a small program, and the linker's error.
+//! Output of the tools: the generated text of a small program, and the linker's error.
 
 use crate::build::*;
 use crate::kernels;

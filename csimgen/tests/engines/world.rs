@@ -16,7 +16,7 @@ pub(crate) struct World {
 }
 
 impl World {
-    /// Whether `port` must be asked again.
+    /// True if `port` must be asked again.
     fn is_busy(&mut self, port: u32) -> bool {
         match self.busy.get_mut(&port) {
             Some(left) if *left > 0 => {
@@ -75,7 +75,7 @@ impl Bus for World {
     }
 }
 
-/// What a core did: stretches of one activity, stalls apart, and how it ended.
+/// The course of a run: stretches of one activity, stalls apart, and how it ended.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Record {
     pub(crate) activities: Vec<(Activity, u64)>,

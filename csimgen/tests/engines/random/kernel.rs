@@ -1,5 +1,5 @@
-//! Random kernels: first operations in units and cycles, then registers for their results, then
-//! operands from what stands where they are. The dataflow graph is what that comes to.
+//! Random kernels: first operations in units and cycles, then registers for their results, then operands from
+//! the values at hand. The dataflow graph follows from these.
 
 use super::{Constants, Dice, LIVE_INS, Shape, files, immediate, opcodes, safe_operand};
 use srp_archdesc::Arch;
@@ -103,13 +103,13 @@ struct Value {
     node: usize,
     ty: Ty,
     at: RegAt,
-    /// Whether a transfer brings it, and not its operation.
+    /// True if a transfer brings it, and not its operation.
     moved: bool,
     /// How many registers take turns.
     turns: u32,
     /// The cycle of iteration 0 from which it stands there.
     stands: u32,
-    /// What is there for iterations before the first, the last of them first.
+    /// Values for iterations before the first, the last of them first.
     initial: Vec<Initial>,
 }
 
@@ -204,8 +204,8 @@ impl<'a> Loop<'a> {
         }
     }
 
-    /// A register of `file` for a value that arrives in a cycle, if there is one. What is there before
-    /// may be set at entry, unless the value is moved there.
+    /// A register of `file` for a value that arrives in a cycle, if there is one. Its earlier contents may be
+    /// set at entry, unless the value is moved there.
     fn keep(
         &mut self,
         node: usize,
@@ -340,7 +340,7 @@ impl<'a> Loop<'a> {
                 continue;
             }
             let ty = kind.ty();
-            // What is chosen first, and what else there may be.
+            // The first choice, and its alternatives.
             let choice = self.dice.roll(8);
             let first = (choice == 0).then(|| self.dice.constant(ty));
             let take = first.and_then(|bits| self.constant(fu, bits, &mut constants));
@@ -365,7 +365,7 @@ impl<'a> Loop<'a> {
         fits.then_some((Source::Const(bits), Operand::Const(bits)))
     }
 
-    /// What some unit's output holds, or the unit's own.
+    /// Returns the output of some unit, or the unit's own.
     fn output(&mut self, fu: Fu, time: u32, ty: Ty) -> Option<Take> {
         let output = |from: Fu| match ty {
             Ty::Pred => self.graph.pred_out[from],
@@ -425,7 +425,7 @@ impl<'a> Loop<'a> {
             .then_some((source, Operand::LiveIn(k as u32)))
     }
 
-    /// Whether a file has a port left in a cycle, which is then taken.
+    /// True if a file has a port left in a cycle, which is then taken.
     fn read(&mut self, file: RegFile, time: u32) -> bool {
         let ports = self.arch.srp.files[file].read_ports;
         let reads = self.reads.entry((file, time % self.ii)).or_insert(0);

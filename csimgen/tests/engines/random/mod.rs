@@ -109,7 +109,7 @@ fn files(arch: &Arch, fits: impl Fn(RegFile) -> bool) -> Vec<RegFile> {
     arch.srp.files.keys().filter(|file| fits(*file)).collect()
 }
 
-/// What a random program is like.
+/// The shape of a random program.
 pub(crate) struct Shape {
     /// Number of kernels.
     pub(crate) kernels: usize,

@@ -80,8 +80,8 @@ impl<'a> Code<'a> {
         self.operation(slot, op, &[Src::Const(value)], Some(reg));
     }
 
-    /// An operation in each slot where one can issue, none of which writes a register of `kept` or
-    /// number 0 of its file.
+    /// Adds an operation in each slot where one can issue. None of them writes a register of `kept` or number
+    /// 0 of its file.
     pub(super) fn random_bundle(&mut self, dice: &mut Dice, shape: &Shape, kept: &[Reg]) {
         let mut ops: Vec<SlotOp> = Vec::new();
         let mut read = BTreeSet::new();
@@ -126,8 +126,8 @@ impl<'a> Code<'a> {
         made
     }
 
-    /// Whether an operation can issue in the next bundle, of whose operations these registers are
-    /// read. If so, it is under way.
+    /// True if an operation can issue in the next bundle, whose operations so far read these registers. If
+    /// so, it is under way.
     fn take(&mut self, op: &SlotOp, read: &mut BTreeSet<Reg>) -> bool {
         let cycle = self.bundles.len();
         let srp = &self.arch.srp;
