@@ -1,8 +1,8 @@
-//! Files: the one reader of what a user names, and the one writer.
+//! Files: the one reader of files that a user names, and the one writer.
 //!
-//! What is read is a regular file, or what the shell hands over as an open file, and no larger than its
-//! kind may be: a device or a pipe that never ends is no input. What is written is written as a whole or
-//! not at all, never over a file that this process has read, and never twice under one name.
+//! A file to be read is a regular one, or one that the shell hands over open, and no larger than its kind may
+//! be: a device or a pipe that never ends is no input. Output is written as a whole or not at all, never over
+//! a file that this process has read, and never twice under one name.
 
 use srp_archdesc::diagnostic::Source;
 use std::collections::BTreeSet;
@@ -103,7 +103,7 @@ pub(crate) fn read_limited(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Whether a path stands for a file that a shell has opened, such as standard input.
+/// True if a path stands for a file that a shell has opened, such as standard input.
 fn is_handed_over(path: &Path) -> bool {
     let handed_over = ["/dev/stdin", "/dev/fd", "/proc/self/fd"];
     handed_over.iter().any(|start| path.starts_with(start))
@@ -166,7 +166,7 @@ impl Target {
             Ok(found) if found.permissions().readonly() => {
                 Err(io::ErrorKind::PermissionDenied.into())
             }
-            // What a link points to is replaced, not the link.
+            // Replaces the target of a link, not the link.
             Ok(_) => {
                 let path = std::fs::canonicalize(path)?;
                 let inputs = INPUTS.lock().unwrap_or_else(PoisonError::into_inner);
@@ -261,7 +261,7 @@ pub fn file_name(text: &str) -> String {
     let is_whole = name == text && !name.starts_with('.') && !name.is_empty();
     match is_whole {
         true => name,
-        // What was two texts must not become one file.
+        // Two texts must not become one file.
         false => {
             let digest = blake3::hash(text.as_bytes()).to_hex();
             format!("_{}-{}", name.trim_start_matches('.'), &digest[..8])

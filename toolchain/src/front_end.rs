@@ -43,7 +43,7 @@ impl<'a> Texts<'a> {
         Some(found)
     }
 
-    /// Whether a file that was read is one of those that come along.
+    /// True if a file that was read is one of those that come along.
     fn comes_along(&self, name: &str) -> bool {
         let mut all = srp_kernels::SOURCES.iter().chain(srp_kernels::HEADERS);
         let read = self.read.borrow();

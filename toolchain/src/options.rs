@@ -131,7 +131,7 @@ impl Warnings {
         chosen
     }
 
-    /// Whether a loop under `#pragma srp kernel` that is not on the array is an error: always, but with
+    /// True if a loop under `#pragma srp kernel` that is not on the array is an error: always, but with
     /// `no-error=kernel`, `no-error` or `no-kernel`.
     pub fn refuses_kernels(&self) -> bool {
         let mut refuses = true;

@@ -50,7 +50,7 @@ pub(super) struct Store {
     limit: u64,
     /// Bytes written since the last look; at first as many as call for a look.
     written: u64,
-    /// Whether a note has said that something cannot be written.
+    /// True if a note has said that something cannot be written.
     complained: bool,
 }
 

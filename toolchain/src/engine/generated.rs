@@ -119,7 +119,7 @@ fn load(
 /// The argument by which a process is asked to [`build`].
 const BUILD: &str = "--build-simulator";
 
-/// Whether a process is asked to do nothing but [`build`].
+/// True if a process is asked to do nothing but [`build`].
 pub fn is_build_request(argument: &OsStr) -> bool {
     argument == BUILD
 }
