@@ -38,7 +38,7 @@ impl Effects {
         TABLE.iter().map(|e| e.effect).collect()
     }
 
-    /// Whether an effect is in it.
+    /// True if an effect is in it.
     pub fn contains(self, effect: Effect) -> bool {
         self.0 & bit(effect) != 0
     }
