@@ -307,7 +307,7 @@ fn deviations(out: &mut String, tni: &TniSpec, costs: &Area) -> std::fmt::Result
     )
 }
 
-/// What each ray-triangle test would cost.
+/// Writes the cost of each ray-triangle test.
 fn tests(out: &mut String, arch: &Arch) -> std::fmt::Result {
     writeln!(
         out,

@@ -11,7 +11,7 @@ use srp_runtime::scene::Scene;
 use srp_studies::effects::{Cost, Costs, Measured, costs};
 use srp_toolchain::{Build, Frame, machine};
 
-/// What there is to say of a scene.
+/// The report on a scene.
 #[derive(Serialize)]
 struct Report {
     /// Its name.
@@ -23,7 +23,7 @@ struct Report {
     /// Names of the effects that it is built for.
     built: Vec<&'static str>,
     effects: Vec<Line>,
-    /// What the scene asks for and nobody has.
+    /// Features of the scene that no effect supports.
     lacks: Vec<String>,
     /// Pixels of the frames that were measured.
     size: (u32, u32),
@@ -36,13 +36,13 @@ struct Report {
 struct Line {
     effect: &'static str,
     what: &'static str,
-    /// Whether the scene calls for it.
+    /// True if the scene calls for it.
     on: bool,
-    /// Whether the simulator is built for it.
+    /// True if the simulator is built for it.
     built: bool,
     /// The witness.
     why: String,
-    /// What it costs in a frame, where that was measured.
+    /// Its cost in a frame, where that was measured.
     cost: Option<Cost>,
 }
 

@@ -7,7 +7,7 @@ use std::path::Path;
 
 pub(crate) use srp_toolchain::files::{make_folder, read_source, read_text};
 
-/// Whether a path stands for standard output.
+/// True if a path stands for standard output.
 fn is_output(path: &Path) -> bool {
     path == Path::new("-")
 }

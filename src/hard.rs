@@ -107,7 +107,7 @@ fn text(matrix: &Matrix) -> String {
     text
 }
 
-/// What is said of verdicts, each sentence once for the settings of a case that it is said of.
+/// Lists texts about verdicts, each once for all settings of the case that have it.
 fn list(
     text: &mut String,
     matrix: &Matrix,

@@ -11,7 +11,7 @@ pub(crate) const STATUS: u8 = 130;
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
-/// Whether the work at hand looks for an interrupt, and ends by itself.
+/// True if the work at hand looks for an interrupt, and ends by itself.
 static LOOKED_FOR: AtomicBool = AtomicBool::new(false);
 
 /// From now on Ctrl-C is answered.
@@ -20,7 +20,7 @@ pub(crate) fn catch() {
     let _ = ctrlc::set_handler(answer);
 }
 
-/// Whether the user has asked for an end.
+/// True if the user has asked for an end.
 pub(crate) fn requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
 }

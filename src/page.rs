@@ -1,4 +1,4 @@
-//! What every page has: one file without network, in the colours that the reader prefers.
+//! The frame of every page: one file without network, in the colours that the reader prefers.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 

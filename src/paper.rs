@@ -155,7 +155,7 @@ fn kinds(case: &Case) -> [Kind; 3] {
     ]
 }
 
-/// What is varied of a measurement.
+/// The settings that vary between measurements.
 #[derive(Clone, Copy)]
 struct How {
     units: u32,
@@ -359,8 +359,8 @@ fn unsorted(
     sheet.line("  cycles a node visit", None, m.cycles_per_visit)
 }
 
-/// What makes the rate another than the paper's: the cycles a ray is in the unit, taken apart.
-/// The paper's residence is that of 64 rays at 500 MHz by Little's law.
+/// Explains why the rate differs from the paper's: splits up the cycles for which a ray is in the unit. The
+/// paper's residence is that of 64 rays at 500 MHz by Little's law.
 fn explain(sheet: &mut Sheet, paper: Option<(f64, f64)>, ours: &Measure) -> Result<(), Failure> {
     let Some((steps, mrays)) = paper else {
         return Ok(());

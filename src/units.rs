@@ -24,7 +24,7 @@ struct Report {
     tni: Certificate,
 }
 
-/// What the unit of a function costs.
+/// The cost of the unit of a function.
 #[derive(Serialize)]
 struct Cost {
     function: Special,

@@ -28,7 +28,7 @@ fn seconds(line: &Line) -> String {
     cost.unwrap_or_default()
 }
 
-/// What the picture says of it.
+/// Compares the picture without the effect: `same` or `other`.
 fn picture(line: &Line) -> &'static str {
     match line.cost {
         Some(cost) if cost.same_picture => "same",

@@ -123,7 +123,7 @@ fn rows(table: &Table) -> Vec<Vec<String>> {
         .collect()
 }
 
-/// What holds for all of a table.
+/// Returns the facts that hold for all of a table.
 fn about(table: &Table) -> String {
     format!(
         "{}, {} triangles, {}x{} pixels, machine `{}`",

@@ -56,7 +56,7 @@ fn write_table(out: &mut String, table: &Table) -> std::fmt::Result {
     )
 }
 
-/// What there is to say about one graph; its bounds too where it is the only one.
+/// Writes the remarks on one graph; its bounds too where it is the only one.
 fn write_remarks(out: &mut String, row: &Row, single: bool) -> std::fmt::Result {
     let mut remarks = Vec::new();
     if row.timed_out {

@@ -1,7 +1,7 @@
 //! Figures of Tables 3 to 6 of W.-J. Lee et al., "SGRT: a mobile GPU architecture for real-time ray
 //! tracing", HPG 2013. Data to compare with.
 
-/// What the paper has for one scene.
+/// The paper's figures for one scene.
 pub(super) struct PaperScene {
     /// Its name, as that of the scene's file.
     pub(super) name: &'static str,

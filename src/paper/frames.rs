@@ -1,9 +1,9 @@
 //! Table 3, ray generation and shading by themselves, and Table 6, frames of the whole system.
 //!
-//! For Table 3 the T&I unit answers at once and without memory accesses, so that what is left is
-//! the kernels', the job queue's, and their caches'. There are no shadow rays, which the paper does
-//! not mention: primary rays are shaded with Phong's model and textures, and forced specular rays
-//! are two mirrorings of each, on scenes all of whose materials mirror a half.
+//! For Table 3 the T&I unit answers at once and without memory accesses, so that the cycles left are those of
+//! the kernels, the job queue, and their caches. There are no shadow rays, which the paper does not mention:
+//! primary rays are shaded with Phong's model and textures, and forced specular rays are two mirrorings of
+//! each, on scenes where all materials mirror a half.
 
 use super::sheet::Sheet;
 use super::{Case, figures};
@@ -24,7 +24,7 @@ use srp_toolchain::{Engines, Frame, Session, system_options};
 /// Mirrorings of forced specular rays.
 const FORCED_BOUNCES: u32 = 2;
 
-/// What a frame is made of.
+/// The inputs of a frame.
 struct View<'a> {
     scene: &'a Scene,
     bvh: &'a Bvh,
@@ -33,7 +33,7 @@ struct View<'a> {
     timing: Timing,
 }
 
-/// What the kernels are built for: what the scene calls for, and what the command line says.
+/// The effects that the kernels are built for: those that the scene calls for, or those of the command line.
 fn built(scene: &Scene, args: &cli::Paper) -> Result<Effects, Failure> {
     let needed: Effects = find(scene).into_iter().collect();
     match &args.effects {

@@ -1,4 +1,4 @@
-//! What `srp paper` prints: the paper's figure, ours and their ratio, as text or as JSON.
+//! Output of `srp paper`: the paper's figure, ours and their ratio, as text or as JSON.
 
 use crate::failure::Failure;
 use crate::talk;
@@ -44,7 +44,7 @@ impl Sheet {
         }
     }
 
-    /// What holds for all of it.
+    /// Prints the facts that hold for all of it.
     pub(super) fn heading(&mut self, text: String) -> Result<(), Failure> {
         self.put(&text)?;
         self.heading = text;
@@ -61,8 +61,8 @@ impl Sheet {
         Ok(())
     }
 
-    /// Figures of one kind of rays begin; `error` is the relative error of what is measured on a
-    /// part of the rays.
+    /// Begins the figures of one kind of rays; `error` is the relative error of figures that are measured on
+    /// a part of the rays.
     pub(super) fn group(&mut self, rays: &str, error: Option<f64>) -> Result<(), Failure> {
         let error = error.map_or(String::new(), |e| format!(" ± {:.1} %", 100.0 * e));
         self.put(&format!(

@@ -118,7 +118,7 @@ fn frame(
     Ok((Input::C(input::kernels_with(&of.files)?), options))
 }
 
-/// What is asked about loops.
+/// The questions asked about loops.
 pub(super) struct Asked<'a> {
     pub(super) options: loops::Options,
     /// Where a certificate goes.

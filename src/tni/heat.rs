@@ -1,4 +1,4 @@
-//! What each pixel cost, as a picture.
+//! The cost of each pixel, as a picture.
 
 use crate::cli::HeatOf;
 use crate::failure::Failure;

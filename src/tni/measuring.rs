@@ -19,7 +19,7 @@ use srp_studies::tni::{
 };
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What is traced.
+/// The rays that are traced.
 pub(crate) enum Rays {
     /// Rays of a view.
     Of(Kind),
@@ -28,7 +28,7 @@ pub(crate) enum Rays {
 }
 
 impl Rays {
-    /// What they are called.
+    /// Returns their name.
     pub(crate) fn name(&self) -> &'static str {
         match self {
             Rays::Of(Kind::Primary) => "primary",
@@ -39,7 +39,7 @@ impl Rays {
     }
 }
 
-/// What is measured.
+/// The subject and the settings of a measurement.
 #[derive(Clone, Copy)]
 pub(crate) struct Job<'a> {
     pub(crate) scene: &'a Scene,
@@ -54,7 +54,7 @@ pub(crate) struct Job<'a> {
     pub(crate) units: u32,
     pub(crate) memories: Memories,
     pub(crate) threads: usize,
-    /// Whether what each pixel costs is kept.
+    /// True if the cost of each pixel is kept.
     pub(crate) costs: bool,
 }
 
@@ -119,11 +119,11 @@ impl<'a> Job<'a> {
 
 /// A measurement.
 pub(crate) struct Measured {
-    /// What became of the rays of each view, or, of a sample, of each group of blocks.
+    /// The outcome of each view, or, of a sample, of each group of blocks.
     pub(crate) outcomes: Vec<Outcome>,
-    /// The figures of all rays; of a sample those that need no interval are of what was run.
+    /// The figures of all rays. In a sample, figures without an interval are those of the rays that were run.
     pub(crate) all: Measure,
-    /// What was sampled, if it was.
+    /// The sample, if there is one.
     pub(crate) sample: Option<Box<Sampled>>,
     /// One run of packets in so many was measured.
     pub(crate) one_in: u64,
@@ -251,7 +251,7 @@ fn some(job: &Job<'_>, outcomes: Vec<Outcome>) -> Result<Vec<Outcome>, Failure> 
     )))
 }
 
-/// Measures all views of a job. What comes out does not depend on the number of threads.
+/// Measures all views of a job. The result does not depend on the number of threads.
 pub(crate) fn measure(job: &Job<'_>) -> Result<Vec<Outcome>, Failure> {
     let (memory, tree) = job.place();
     let views = job.views();

@@ -227,7 +227,7 @@ fn cameras(args: &Tni, views: &Option<Views>, scene: &Scene) -> Result<Vec<Camer
     }
 }
 
-/// What is traced.
+/// Returns the rays to trace.
 fn rays_of(args: &Tni, views: &Option<Views>, scene: &Scene) -> Result<Rays, Failure> {
     let samples = args.spp;
     Ok(match args.rays {

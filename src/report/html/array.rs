@@ -117,7 +117,7 @@ fn edge(middle: (f64, f64), way: (f64, f64)) -> (f64, f64) {
     (middle.0 + out * way.0, middle.1 + out * way.1)
 }
 
-/// What the drawings of all loops share: arrow heads, and the links that there are.
+/// Elements that the drawings of all loops share: arrow heads, and the links that there are.
 pub(super) fn shared(l: &LoopReport) -> Markup {
     let grid = Grid::of(l);
     let head = |id: &str| {
@@ -139,7 +139,7 @@ pub(super) fn shared(l: &LoopReport) -> Markup {
     }
 }
 
-/// Whether the array is too wide for anything to stand beside it.
+/// True if the array is too wide for anything to stand beside it.
 pub(super) fn is_wide(l: &LoopReport) -> bool {
     Grid::of(l).size.0 > 700.0
 }

@@ -159,7 +159,7 @@ fn bounds(l: &LoopReport) -> Markup {
     }
 }
 
-/// What each resource asks for, as bars up to the II.
+/// The bound of each resource, as bars up to the II.
 fn resources(l: &LoopReport) -> Markup {
     let width = |r: &Resource| format!("width:{:.0}%", 100.0 * part(r.bound, l.ii).min(1.0));
     let offer = |r: &Resource| match r.shared {

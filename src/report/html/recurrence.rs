@@ -99,7 +99,7 @@ fn operation(placed: &Placed<'_>, l: &LoopReport) -> Markup {
     }
 }
 
-/// What is written at a dependence.
+/// The label of a dependence.
 fn label(latency: u32, distance: u32) -> String {
     let cycles = count(latency, "cycle");
     match distance {

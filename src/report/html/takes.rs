@@ -1,4 +1,4 @@
-//! What a loop takes of register files and links, one by one.
+//! Loads of a loop on register files and links, one by one.
 
 use super::super::text::count;
 use maud::{Markup, html};
