@@ -1,6 +1,5 @@
-//! Initiation intervals of the loops of `kernels/micro` and of the frame, on an array of 4×4 and one
-//! of 8×8: reached, bound, what is proved or in the way, and how long the scheduler takes, one loop
-//! at a time.
+//! Initiation intervals of the loops of `kernels/micro` and of the frame, on an array of 4×4 and one of 8×8:
+//! the II, its bound, the proof or the obstacle, and the time of the scheduler, one loop at a time.
 //!
 //! `cargo bench -p srp-tests --bench micro [-- LOOP…]`: those whose names begin with a word given.
 
@@ -11,7 +10,7 @@ use srp_scheduler::modulo::{self, Scheduled};
 use srp_tests::{compiled, machine, suites};
 use std::time::{Duration, Instant};
 
-/// What came of a loop.
+/// The result for a loop.
 struct Row {
     nodes: usize,
     result: Result<Scheduled, modulo::Unschedulable>,
@@ -63,7 +62,7 @@ fn least(scheduled: &Scheduled) -> u32 {
     open.expect("some II is possible")
 }
 
-/// What is known of the IIs between the bound and the one reached.
+/// Describes what is proved of the IIs between the bound and the one reached.
 fn proof(scheduled: &Scheduled) -> String {
     let (ii, bound) = (scheduled.schedule.ii, scheduled.bounds.min_ii());
     let (least, slack) = (

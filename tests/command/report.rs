@@ -32,7 +32,7 @@ void keep(const float *p, float *q, int n)
 }
 ";
 
-/// What runs them.
+/// The program that runs them.
 const MAIN: &str = "
 static int a[64], b[64], c[64];
 static float x[64], y[64];
@@ -225,7 +225,7 @@ fn what_got_worse_is_named() {
         better.contains("0 worse") && better.contains("better:"),
         "{better}"
     );
-    // With a lower II, what it costs is told, and is not worse.
+    // With a lower II, its price is reported, and is not worse.
     changed(&|json| {
         json["loops"][0]["ii"] = (ii - 1).into();
         json["loops"][0]["stages"] = 40.into();
@@ -277,7 +277,7 @@ fn what_is_no_report_is_refused() {
     assert_eq!(both.status.code(), Some(2), "files and --diff");
 }
 
-/// What trying changes promises is what the changed machine gives.
+/// The changed machine gives the II that trying the change promised.
 #[test]
 fn what_to_do_holds_on_the_changed_machine() {
     let folder = folder("report_what_if");
@@ -455,7 +455,7 @@ fn any_command_writes_the_report() {
     );
 }
 
-/// Tags are closed in their order, what is referred to is there once, and nothing comes from a
+/// Tags are closed in their order, every target of a reference is there once, and nothing comes from a
 /// network.
 #[test]
 fn a_page_is_well_formed() {

@@ -3,7 +3,7 @@
 use crate::{TRIANGLE, folder, misused, refused, srp, write};
 use std::path::Path;
 
-/// What the command prints where all is well.
+/// Returns the output of the command, which must succeed.
 fn printed(folder: &Path, args: &[&str]) -> String {
     let output = srp(folder, args);
     let message = String::from_utf8_lossy(&output.stderr);
@@ -183,7 +183,7 @@ fn the_papers_tables_are_data_too() {
     assert!(line.is_some_and(|l| l.contains(&shown)), "{shown}: {text}");
 }
 
-/// What is sampled says of how much, with intervals; too few rays for a sample are all run, and that is said.
+/// A sample states its size, with intervals; too few rays for a sample are all run, and the report says so.
 #[test]
 fn rays_are_sampled_or_all_run() {
     let folder = folder("sampled rays");
@@ -235,7 +235,7 @@ fn memories_are_shared_or_not() {
     let both = of(&["own.xml", "--memory", "both"]);
     assert_eq!(both["all"], shared["all"]);
     assert_eq!(both["all_with_private_memories"], private["all"]);
-    // What the units ask for is what the memories give.
+    // The memories deliver the bytes that the units ask for.
     for report in [&shared["all"], &private["all"]] {
         let read = &report["memory"]["counters"]["bytes_read"];
         assert_eq!(*read, report["counters"]["bytes_read"]);

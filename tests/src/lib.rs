@@ -24,7 +24,7 @@ use std::process::Command;
 pub struct Ended {
     /// Its exit status.
     pub status: i32,
-    /// What it printed.
+    /// The text that it printed.
     pub output: String,
 }
 
@@ -54,7 +54,7 @@ pub struct Suite {
     pub name: String,
     /// Its sources.
     pub sources: Vec<PathBuf>,
-    /// Whether it runs by itself: a frame needs a scene.
+    /// True if it runs by itself: a frame needs a scene.
     pub runs_alone: bool,
 }
 
@@ -170,7 +170,7 @@ pub fn simulated(program: &Checked) -> Result<Ended, String> {
     })
 }
 
-/// Whether there is a host compiler to compare with.
+/// True if there is a host compiler to compare with.
 pub fn has_host_compiler() -> bool {
     Command::new("cc").arg("--version").output().is_ok()
 }
@@ -198,7 +198,7 @@ pub fn on_host(sources: &[PathBuf], binary: &Path) -> Result<Ended, String> {
     })
 }
 
-/// What goes wrong with the [`suites`], each on its own lines.
+/// Returns the failures of the [`suites`], each on its own lines.
 pub fn failures(mut run: impl FnMut(&Suite) -> Result<(), String>) -> String {
     let mut failures = String::new();
     for suite in suites() {
@@ -217,7 +217,7 @@ pub fn equal(what: &str, found: &Ended, expected: &Ended) -> Result<(), String> 
     Err(format!("{what}: {found:?}, not {expected:?}"))
 }
 
-/// What a program does before it is divided: all of it is control code.
+/// Returns the result of a program before it is divided: all of it is control code.
 pub fn meaning(suite: &Suite, arch: &Arch) -> Result<Ended, String> {
     let control = compiled(&suite.sources, arch)?;
     let kernels = Default::default();

@@ -18,7 +18,7 @@ fn studio() -> (Studio, Effects) {
     (studio, built)
 }
 
-/// What the sources contribute to the squared error adds up to it.
+/// The contributions of the sources add up to the squared error.
 fn adds_up(found: &Attribution) {
     let sum: f64 = found.sources.iter().map(|source| source.squared).sum();
     let whole = found.squared_error;

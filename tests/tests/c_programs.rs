@@ -195,7 +195,7 @@ fn on_host(paths: &[PathBuf], binary: &Path) -> Result<(i32, Vec<u8>), String> {
     Ok((run.status.code().unwrap_or(-1), run.stdout))
 }
 
-/// What programs do that is not what they should, each on its own lines.
+/// Returns the failures of programs, each on its own lines.
 fn failures(run: impl Fn(&[PathBuf]) -> Result<(), String>) -> String {
     let mut failures = String::new();
     for paths in programs() {
@@ -250,7 +250,7 @@ fn programs_mean_the_same_to_the_host() {
     assert!(failures.is_empty(), "{failures}");
 }
 
-/// What is wrong with a result.
+/// Compares a result with the expected one.
 fn compared(found: (i32, Vec<u8>), expected: &(i32, Vec<u8>)) -> Result<(), String> {
     succeeded(&found)?;
     match found.1 == expected.1 {

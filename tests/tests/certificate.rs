@@ -43,7 +43,7 @@ impl Clauses {
         self.clauses.push(clause);
     }
 
-    /// Whether assuming that none of `clause` holds leads to a contradiction by propagation alone.
+    /// True if assuming that none of `clause` holds leads to a contradiction by propagation alone.
     fn implies(&self, clause: &[i32]) -> bool {
         let mut holds = vec![false; self.occurrences.len()];
         let mut trail: Vec<i32> = Vec::new();
@@ -79,7 +79,7 @@ impl Clauses {
         false
     }
 
-    /// Whether a proof holds. Clauses that it deletes are kept, which cannot make it hold.
+    /// True if a proof holds. Clauses that it deletes are kept, which cannot make it hold.
     fn refuted_by(&mut self, proof: &str) -> bool {
         for line in proof.lines().filter(|line| !line.starts_with('d')) {
             let clause = literals(line);

@@ -10,8 +10,8 @@ use srp_ir::interp::{self, FlatWorld};
 use srp_ir::layout::Layout;
 use srp_tests::{compiled, machine, root};
 
-/// A function: its name, the largest error in units of the last place, what binary64 says, and where
-/// its operands are from.
+/// A function: its name, the largest error in units of the last place, its value in binary64, and the source
+/// of its operands.
 struct Function {
     name: &'static str,
     bound: f64,
@@ -100,7 +100,7 @@ const FUNCTIONS: [Function; 28] = [
     ),
 ];
 
-/// What the functions give for these calls: number and operands.
+/// Returns the results of the functions for these calls: number and operands.
 fn results(calls: &[(usize, f32, f32)]) -> Vec<f32> {
     let arch = machine("sgrt");
     let program = compiled(&[root().join("tests/math/float.c")], &arch);

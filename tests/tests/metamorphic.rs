@@ -56,7 +56,7 @@ fn differing(a: &Picture, b: &Picture, levels: u8) -> usize {
     pixels.filter(differ).count()
 }
 
-/// What the primary rays of a scene hit.
+/// Returns the hits of the primary rays of a scene.
 fn hits(studio: &Studio, options: &Options) -> Vec<Hit> {
     let Studio { arch, scene, .. } = studio;
     let tree = bvh::build(&scene.triangles, options);
@@ -134,7 +134,7 @@ fn the_order_of_triangles_does_not_matter() {
     let found = picture(&studio, &program, 2);
     let changed = differing(&found, &expected, 0);
     println!("{ties} ties, {changed} pixels change");
-    // What two triangles share is that of the first of them, which is another now.
+    // A point that two triangles share belongs to the first of them, which is another now.
     assert!(
         ties * 100 <= 64 * 48 && changed <= ties + 64 * 48 / 200,
         "{ties}, {changed}"

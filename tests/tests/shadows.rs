@@ -51,7 +51,7 @@ struct Found {
     contributions: Vec<(u32, String, f64)>,
 }
 
-/// What a run of a program leaves, and the lines on which decisions flip.
+/// Returns the results of a run of a program, and the lines on which decisions flip.
 fn run(
     program: &Program,
     inputs: &[f32],
@@ -84,7 +84,7 @@ fn run(
     let flips = flips
         .map(|flip| (flip.decision, place(flip.source).0))
         .collect();
-    // What is known without the history is the same.
+    // Contributions that are known without the history are the same.
     let before: Vec<_> = found.iter().map(|found| &found.contributions).collect();
     shadows.collapse(Vec::new());
     let after = self::found(&shadows, &world, results, &place);
@@ -92,7 +92,7 @@ fn run(
     (found, flips)
 }
 
-/// What is known of the results.
+/// Returns the results, with their errors and contributions.
 fn found(
     shadows: &Shadows<'_>,
     world: &FlatWorld,

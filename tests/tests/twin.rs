@@ -26,7 +26,7 @@ fn defines((effects, forms): (Effects, Forms)) -> Vec<(String, String)> {
     effects.defines().chain(forms.defines()).collect()
 }
 
-/// What the host's compiler makes of a program; `None` where there is none.
+/// Returns the output of a program that the host's compiler builds; `None` where there is none.
 fn native(sources: &[PathBuf], build: (Effects, Forms)) -> Option<Vec<u8>> {
     let stem = sources[0].file_stem().unwrap_or_default().to_string_lossy();
     let (count, forms) = (build.0.iter().count(), build.1.to_string());

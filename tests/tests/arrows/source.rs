@@ -146,7 +146,7 @@ fn end_of_group(tokens: &[Token], start: usize) -> usize {
     tokens.len()
 }
 
-/// What `use` brings into a module: a path, and the name that it has there.
+/// A name that `use` brings into a module: a path, and the name that it has there.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Import {
     /// The path as it is written, without a `*` at its end.
@@ -164,7 +164,7 @@ pub(super) struct File {
     pub(super) module: Vec<String>,
     /// Its tokens, without those of its tests.
     pub(super) tokens: Vec<Token>,
-    /// What it imports.
+    /// Its imports.
     pub(super) imports: Vec<Import>,
     /// All paths in it of more than one part, imports among them.
     pub(super) paths: Vec<Vec<String>>,
@@ -216,7 +216,7 @@ impl File {
         (0..self.tokens.len()).filter_map(by_macro).collect()
     }
 
-    /// Whether it calls one of these macros.
+    /// True if it calls one of these macros.
     pub(super) fn calls(&self, macros: &[&str]) -> bool {
         self.tokens.windows(2).any(|pair| match pair {
             [Token::Name(name), Token::Sign('!')] => macros.contains(&name.as_str()),
@@ -305,7 +305,7 @@ fn collect(path: &Path, folder: &Path, module: Vec<String>, files: &mut Vec<File
         {
             let own = folder.join(name);
             let candidates = [folder.join(format!("{name}.rs")), own.join("mod.rs")];
-            // What is generated, or has a path of its own, is no file here.
+            // A generated module, or one with a path of its own, is no file here.
             if let Some(file) = candidates.iter().find(|file| file.exists()) {
                 let module = [&module[..], std::slice::from_ref(name)].concat();
                 collect(file, &own, module, files);
@@ -385,8 +385,8 @@ fn resolved(
     }
 }
 
-/// Circles among modules with the same parent: groups of modules each of which uses, by some way, all
-/// others of its group. What a module uses counts for all modules above it.
+/// Circles among modules with the same parent: groups in which each module uses all others of its group,
+/// directly or not. The imports of a module count for all modules above it.
 pub(super) fn circles(uses: &BTreeMap<Vec<String>, BTreeSet<Vec<String>>>) -> Vec<Vec<String>> {
     let mut between: BTreeMap<Vec<String>, BTreeSet<Vec<String>>> = BTreeMap::new();
     for (from, to) in uses

@@ -75,7 +75,7 @@ impl Loop<'_> {
         self.schedule.dfg.ty(op.node)
     }
 
-    /// Whether an operation is among those that memory orders name.
+    /// True if an operation is among those that memory orders name.
     fn is_ordered(&self, op: &PlacedOp) -> bool {
         let orders = self.schedule.dfg.order.iter();
         !op.is_move

@@ -28,7 +28,7 @@ pub(crate) struct Case {
     effect: Effect,
 }
 
-/// What a program leaves behind: its exit status and its globals.
+/// The effects of a program: its exit status and its globals.
 #[derive(Debug, PartialEq)]
 struct Effect {
     status: i32,
@@ -74,7 +74,7 @@ impl Case {
         case
     }
 
-    /// In what a program differs from what this one does; `None` where it does not.
+    /// Describes how a program's effect differs from this one's; `None` where it does not.
     pub(crate) fn difference(&self, program: &ScheduledDre) -> Option<String> {
         let spec = match check::check(program.clone(), &self.arch) {
             Ok(checked) => link(&checked).expect("its kernels are short"),
@@ -123,7 +123,7 @@ impl Case {
     }
 }
 
-/// What a program means.
+/// Returns the effects of a program by its meaning.
 fn meaning(dre: &Dre, arch: &Arch, layout: &Layout) -> Effect {
     let mut world = FlatWorld::new(layout, arch.system.sram_bytes);
     let options = Options {

@@ -1,9 +1,9 @@
-//! What became of the damage, by its kind.
+//! Outcomes of the damage, by its kind.
 
 use srp_ir::check::{Rule, Violation};
 use std::fmt::Write;
 
-/// What a kind of damage comes to.
+/// The possible harm of a kind of damage.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Harm {
     /// It breaks one of the rules each time.

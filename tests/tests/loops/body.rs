@@ -14,7 +14,7 @@ use srp_ir::program::{
 /// Bytes of the data that loops read and write, in SRAM and in system memory.
 const DATA: u32 = 256;
 
-/// What stands in system memory at first.
+/// The initial contents of system memory.
 pub(crate) fn system_memory() -> Vec<u8> {
     (0..DATA).map(|i| (i * 37 + 11) as u8).collect()
 }

@@ -17,7 +17,7 @@ use srp_runtime::solo::{self, Solo};
 use srp_scheduler::{ScheduleError, schedule};
 use std::time::{Duration, Instant};
 
-/// What a trial came to.
+/// The outcome of a trial.
 enum Trial {
     Equal,
     /// The machine is too small for the loop.

@@ -1,4 +1,4 @@
-//! What a schedule is said to take of its machine, against a plain run of it.
+//! Compares the usage that is reported for a schedule with a plain run of it.
 
 use srp_archdesc::arch::{Arch, FileKind, RegFile};
 use srp_ir::dre::scheduled::{ModuloSchedule, Reg, RegAt, Source};
@@ -6,7 +6,7 @@ use srp_scheduler::abi;
 use srp_scheduler::usage::{opcode, usage};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What happens to a register in a cycle.
+/// Events of a register, by cycle.
 #[derive(Default)]
 struct Events {
     /// Cycles in which something new stands in it.
@@ -95,7 +95,7 @@ pub(super) fn agrees(schedule: &ModuloSchedule, arch: &Arch, seed: u64) {
     );
 }
 
-/// Whether what a register holds in a cycle is read before it is written again.
+/// True if the value of a register in a cycle is read before it is written again.
 fn is_live(events: &Events, cycle: i64) -> bool {
     let next_read = events.read.range(cycle..).next();
     let next_write = events.written.range(cycle + 1..).next();

@@ -108,7 +108,7 @@ impl Engine<'_> {
         }
     }
 
-    /// What a control transfer does, decided when it issues.
+    /// Returns the effect of a control transfer, decided when it issues.
     fn control(&mut self, control: &Control, at: Bundle) -> Option<Next> {
         let delay = u64::from(self.arch.srp.branch_delay);
         let back = (at.index() as u64 + 1 + delay) as u32;
