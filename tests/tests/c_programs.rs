@@ -220,8 +220,12 @@ fn programs_return_0() {
 }
 
 #[test]
-fn programs_return_0_after_the_passes() {
-    let failures = failures(|paths| succeeded(&interpreted(&optimised(compiled(paths)?)?)?));
+fn programs_mean_the_same_after_the_passes() {
+    let failures = failures(|paths| {
+        let program = compiled(paths)?;
+        let expected = interpreted(&program)?;
+        compared(interpreted(&optimised(program)?)?, &expected)
+    });
     assert!(failures.is_empty(), "{failures}");
 }
 

@@ -167,8 +167,12 @@ fn trip(
     let [latch] = data.latches[..] else {
         return None;
     };
-    let mut back = func.blocks[latch].end.targets();
-    let back = back.find(|t| t.block == data.header)?;
+    let mut backs = func.blocks[latch].end.targets();
+    let back = backs.find(|t| t.block == data.header)?;
+    if backs.any(|t| t.block == data.header) {
+        // Two ways back may give the header different values.
+        return None;
+    }
     let mut entries = func.layout.iter().flat_map(|&from| {
         let targets = func.blocks[from].end.targets();
         targets
@@ -178,7 +182,7 @@ fn trip(
     let (_, entry) = entries.find(|(from, _)| !data.blocks.contains(from))?;
     let several = entries.any(|(from, _)| !data.blocks.contains(&from));
     let params = &func.blocks[data.header].params;
-    let tests: Vec<(Block, Value, bool)> = data
+    let mut tests: Vec<(Block, Value, bool)> = data
         .blocks
         .iter()
         .filter(|&&block| dominators.dominates(block, latch))
@@ -200,18 +204,16 @@ fn trip(
         let pairs = params.iter().copied().zip(state.iter().copied());
         known.params = pairs.filter_map(|(p, v)| Some((p, v?))).collect();
         known.memo.clear();
-        let mut any = false;
+        // A test that is unknown in one iteration may end the loop there: it is not the test that
+        // counts, even if it is known later.
+        tests.retain(|&(_, cond, _)| known.value(cond, 0).is_some());
+        if tests.is_empty() {
+            return None;
+        }
         for &(test, cond, stays) in &tests {
-            let Some(value) = known.value(cond, 0) else {
-                continue;
-            };
-            if (value.0[0] != 0) != stays {
+            if known.value(cond, 0).is_some_and(|v| (v.0[0] != 0) != stays) {
                 return Some(Trip { count, test });
             }
-            any = true;
-        }
-        if !any {
-            return None;
         }
         state = back.args.iter().map(|&v| known.value(v, 0)).collect();
     }

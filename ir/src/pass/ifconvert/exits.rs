@@ -43,6 +43,11 @@ pub(super) fn is_left_early(func: &Function, data: &LoopData) -> bool {
     let [latch] = data.latches[..] else {
         return false;
     };
+    let targets = func.blocks[latch].end.targets();
+    if targets.filter(|t| t.block == data.header).count() > 1 {
+        // Two ways back may give the header different values.
+        return false;
+    }
     let mut ways = 0;
     let mut early = false;
     for &block in &data.blocks {
