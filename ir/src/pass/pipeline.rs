@@ -191,7 +191,11 @@ pub const PASSES: &[Pass] = &[
     Pass {
         name: "promote",
         what: "Keeps words of globals in values while a kernel loop runs.",
-        run: Run::Function(|f, _| promote(f)),
+        run: Run::Program(|program, _| {
+            let Program { globals, funcs, .. } = program;
+            let changed = funcs.values_mut().map(|f| promote(f, globals));
+            changed.fold(false, |any, changed| any | changed)
+        }),
     },
     Pass {
         name: "ifconvert",

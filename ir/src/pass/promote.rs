@@ -17,10 +17,23 @@ struct Place {
     vector: bool,
 }
 
+impl Place {
+    /// Whether it can be accessed, be that in the program or not: a loop may have accesses that it
+    /// never makes.
+    fn is_there(&self, globals: &EntityMap<Global, GlobalData>) -> bool {
+        let GlobalData { size, align, .. } = globals[self.global];
+        let bytes = if self.vector { 16 } else { 4 };
+        let start = u32::try_from(self.start).ok();
+        let end = start.and_then(|start| start.checked_add(bytes));
+        let inside = end.is_some_and(|end| end <= size);
+        inside && align >= bytes && start.is_some_and(|start| start.is_multiple_of(bytes))
+    }
+}
+
 /// Loads a word that a marked loop stores to before the loop, and stores it behind, where all else
 /// that the loop accesses is surely elsewhere. In between it is in a stack slot, which
 /// [`mem2reg`](super::mem2reg) makes a value.
-pub(crate) fn promote(func: &mut Function) -> bool {
+pub(crate) fn promote(func: &mut Function, globals: &EntityMap<Global, GlobalData>) -> bool {
     let wanted = |b: &Block| func.blocks[*b].kernel.as_ref().is_some_and(|m| !m.nest);
     if !func.layout.iter().any(wanted) {
         return false;
@@ -33,7 +46,7 @@ pub(crate) fn promote(func: &mut Function) -> bool {
             continue;
         }
         let before = find(func, &cfg, data).expect("every loop was given a preheader");
-        for (place, accesses) in places(func, data) {
+        for (place, accesses) in places(func, data, globals) {
             keep(func, data, before, place, &accesses);
             changed = true;
         }
@@ -42,7 +55,11 @@ pub(crate) fn promote(func: &mut Function) -> bool {
 }
 
 /// The places that can be promoted, with their accesses.
-fn places(func: &Function, data: &LoopData) -> BTreeMap<Place, Vec<Inst>> {
+fn places(
+    func: &Function,
+    data: &LoopData,
+    globals: &EntityMap<Global, GlobalData>,
+) -> BTreeMap<Place, Vec<Inst>> {
     let objects = Objects::of(func);
     let mut symbols = EntityMap::<Value, Option<(Global, i32)>>::filled(func.values.len(), None);
     for &inst in func.layout.iter().flat_map(|&b| &func.blocks[b].insts) {
@@ -87,10 +104,12 @@ fn places(func: &Function, data: &LoopData) -> BTreeMap<Place, Vec<Inst>> {
     let all: Vec<Place> = found.keys().copied().collect();
     found.retain(|place, _| {
         let symbol = Object::Symbol(Symbol::Global(place.global));
-        let end = |p: &Place| p.start + if p.vector { 16 } else { 4 };
+        let start = |p: &Place| i64::from(p.start);
+        let end = |p: &Place| start(p) + if p.vector { 16 } else { 4 };
         let overlaps =
-            |p: &&Place| p.global == place.global && p.start < end(place) && place.start < end(p);
+            |p: &&Place| p.global == place.global && start(p) < end(place) && start(place) < end(p);
         stored.contains(place)
+            && place.is_there(globals)
             && !others.contains(&symbol)
             && all.iter().filter(overlaps).count() == 1
     });
