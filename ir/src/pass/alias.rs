@@ -1,7 +1,8 @@
 //! Which object each address of a function points into.
 //!
 //! Pointer arithmetic stays inside the object that it starts from (C17 6.5.6), so what is made by
-//! adding to the address of a global points into that global, whatever was added.
+//! adding to the address of a global points into that global, whatever was added. Integers may hold
+//! distances between objects, though, which lead from one to another.
 
 use crate::flow::Cfg;
 use crate::program::*;
@@ -29,8 +30,10 @@ enum Points {
     Number,
     /// Somewhere into an object.
     Into(Object),
-    /// Anywhere.
+    /// Anywhere, or a number.
     Anywhere,
+    /// That, or a distance from one object to another.
+    Across,
 }
 
 impl Points {
@@ -38,12 +41,14 @@ impl Points {
         match (self, other) {
             (Points::Open, x) | (x, Points::Open) => x,
             (a, b) if a == b => a,
+            (Points::Across, _) | (_, Points::Across) => Points::Across,
             _ => Points::Anywhere,
         }
     }
 
     fn plus(self, other: Points) -> Points {
         match (self, other) {
+            (Points::Across, _) | (_, Points::Across) => Points::Across,
             (Points::Into(_), Points::Into(_)) => Points::Anywhere,
             (Points::Into(object), _) | (_, Points::Into(object)) => Points::Into(object),
             (Points::Open, x) | (x, Points::Open) => x,
@@ -71,7 +76,7 @@ impl Objects {
             let mut set = |points: &mut EntityMap<Value, Points>, value: Value, now: Points| {
                 if points[value] != now {
                     let settled = round < MAX_ROUNDS;
-                    points[value] = if settled { now } else { Points::Anywhere };
+                    points[value] = if settled { now } else { Points::Across };
                     changed = true;
                 }
             };
@@ -123,8 +128,10 @@ fn of_inst(kind: &InstKind, points: &EntityMap<Value, Points>) -> Points {
             Opcode::Add | Opcode::And | Opcode::Or => points[args[0]].plus(points[args[1]]),
             Opcode::Sub => match (points[args[0]], points[args[1]]) {
                 (Points::Open, _) | (_, Points::Open) => Points::Open,
+                (Points::Across, _) | (_, Points::Across) => Points::Across,
+                (Points::Into(left), Points::Into(right)) if left != right => Points::Across,
+                (Points::Number, Points::Into(_)) => Points::Across,
                 (_, Points::Into(_)) => Points::Number,
-                (Points::Anywhere, Points::Anywhere) => Points::Anywhere,
                 (left, _) => left,
             },
             Opcode::Sel => points[args[1]].or(points[args[2]]),

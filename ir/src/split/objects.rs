@@ -2,7 +2,8 @@
 //!
 //! Pointer arithmetic stays inside the object that it starts from (C17 6.5.6), so an address made by
 //! adding something to the address of a global points into that global, whatever was added. What a
-//! `restrict` pointer points to counts as an object of its own in the loops in its scope.
+//! `restrict` pointer points to counts as an object of its own in the loops in its scope. Integers may
+//! hold distances between objects, though, which lead from one to another.
 
 use super::places::Def;
 use super::shape::Loop;
@@ -38,6 +39,8 @@ pub(super) struct Objects {
     number: bool,
     /// It can also point anywhere.
     anywhere: bool,
+    /// It can also be the distance from one object to another.
+    across: bool,
 }
 
 impl Objects {
@@ -63,7 +66,7 @@ impl Objects {
     }
 
     fn points(&self) -> bool {
-        !self.objects.is_empty() && !self.number && !self.anywhere
+        !self.objects.is_empty() && !self.number && !self.anywhere && !self.across
     }
 
     fn unknown(&self) -> impl Iterator<Item = Value> + '_ {
@@ -105,6 +108,7 @@ impl Objects {
         self.objects.extend(other.objects);
         self.number |= other.number;
         self.anywhere |= other.anywhere;
+        self.across |= other.across;
         self
     }
 
@@ -112,6 +116,7 @@ impl Objects {
     fn plus(self, other: Objects) -> Objects {
         let unknown = Objects::default();
         match (self.has_object(), other.has_object()) {
+            _ if self.across || other.across => self.or(other),
             (true, false) => self,
             (false, true) => other,
             (true, true) => self.or(other).or(Objects::anywhere()),
@@ -129,10 +134,17 @@ impl Objects {
 
     /// What a difference is: a pointer less a number, or a number.
     fn minus(self, other: Objects) -> Objects {
-        if other.has_object() {
-            Objects::number()
-        } else {
-            self
+        if !other.has_object() {
+            return self.or(Objects {
+                across: other.across,
+                ..Objects::default()
+            });
+        }
+        let leads = |objects: &Objects| objects.has_object() || objects.is_number();
+        Objects {
+            number: true,
+            across: leads(&self) && self.objects != other.objects,
+            ..Objects::default()
         }
     }
 }
