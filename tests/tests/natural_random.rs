@@ -1,5 +1,6 @@
 //! Random loops in C as people write them: pointers that may alias, strides of either sign, counts of
-//! nothing, one and many, narrow arrays, conditional stores, early exits, short loops inside. Each
+//! nothing, one and many, narrow arrays, conditional stores, early exits, short loops
+//! inside, two deep, of several forms and with several ways back and out. Each
 //! program means the same to the host's compiler, to the intermediate form after the passes, and
 //! divided; some are scheduled and simulated too.
 //!
@@ -59,8 +60,8 @@ static void check(void)
         add((unsigned)b[i]);
         add((unsigned)h[i]);
         add(c[i]);
-        add((unsigned)(int)(f[i] * 16.0f));
-        add((unsigned)(int)(g[i] * 16.0f));
+        add((unsigned)(int)(fmaxf(fminf(f[i], 1e6f), -1e6f) * 16.0f));
+        add((unsigned)(int)(fmaxf(fminf(g[i], 1e6f), -1e6f) * 16.0f));
         add((unsigned)items[i & 31].x + (unsigned)items[i & 31].z + items[i & 31].w);
     }
     printf(\"%08x\\n\", sum);
@@ -70,7 +71,10 @@ static void check(void)
 struct Maker {
     random: Pcg32,
     text: String,
+    /// Loops around a statement beside that of `i`.
     deep: usize,
+    /// Whether `continue` goes on to what counts.
+    continues: bool,
 }
 
 impl Maker {
@@ -88,7 +92,8 @@ impl Maker {
             0..=2 if size == 64 => "i".into(),
             3 => format!("({} - i) & {mask}", self.below(64)),
             4 => format!("(i * {} + {}) & {mask}", self.below(5) + 1, self.below(9)),
-            5 if self.deep > 0 => format!("(i + j) & {mask}"),
+            5 if self.deep == 1 => format!("(i + j) & {mask}"),
+            5 if self.deep == 2 => format!("(i + j * 4 + k) & {mask}"),
             _ => format!("(i + {}) & {mask}", self.below(6)),
         }
     }
@@ -111,7 +116,7 @@ impl Maker {
                     format!("items[{index}].{member}")
                 }
                 4 => format!("table[{}]", self.below(8)),
-                5 if self.deep > 0 => "j".into(),
+                5 if self.deep > 0 => self.one(&["j", "k"][..self.deep]).into(),
                 _ => self.place(),
             };
         }
@@ -178,39 +183,105 @@ impl Maker {
             }
             9 => {
                 let (condition, one, other) = (self.condition(), self.integer(1), self.integer(1));
-                format!("if ({condition}) s -= {one}; else s ^= {other};")
+                match self.below(3) {
+                    0 => format!("if ({condition}) total = {one};"),
+                    _ => format!("if ({condition}) s -= {one}; else s ^= {other};"),
+                }
             }
-            10 if self.deep == 0 => return self.short_loop(indent),
+            10 if self.deep < 2 => return self.short_loop(indent),
             _ => {
                 let condition = self.condition();
-                let what = match self.deep {
-                    0 => self.one(&["break", "continue", "return s"]),
-                    _ => self.one(&["break", "continue"]),
-                };
+                let ways = ["break", "return s", "continue"];
+                let what = self.one(&ways[..2 + usize::from(self.continues)]);
                 format!("if ({condition}) {what};")
             }
         };
         writeln!(self.text, "{indent}{line}").expect("strings take text");
     }
 
+    fn line(&mut self, indent: &str, line: &str) {
+        writeln!(self.text, "{indent}{line}").expect("strings take text");
+    }
+
+    fn statements(&mut self, indent: &str, most: u32) {
+        for _ in 0..=self.below(most) {
+            self.statement(indent);
+        }
+    }
+
     /// A loop of few iterations inside another.
     fn short_loop(&mut self, indent: &str) {
+        let inside = format!("{indent}    ");
+        let j = ["j", "k"][self.deep];
         let (count, condition) = (self.below(7) + 1, self.condition());
         let also = match self.below(4) {
             0 => format!(" && {condition}"),
             _ => String::new(),
         };
-        writeln!(
-            self.text,
-            "{indent}for (int j = 0; j < {count}{also}; j++) {{"
-        )
-        .expect("text");
-        self.deep += 1;
-        for _ in 0..=self.below(2) {
-            self.statement(&format!("{indent}    "));
+        let form = self.below(8);
+        let continues = std::mem::replace(&mut self.continues, form < 6);
+        match form {
+            0..=2 => {
+                self.line(
+                    indent,
+                    &format!("for (int {j} = 0; {j} < {count}{also}; {j}++) {{"),
+                );
+                self.deep += 1;
+                self.statements(&inside, 3);
+                self.line(indent, "}");
+            }
+            // Whether it is left is known behind the first iteration.
+            3 => {
+                let (x, first) = (format!("x{j}"), self.integer(1));
+                let (left, then) = (self.below(3), self.below(3));
+                self.line(
+                    indent,
+                    &format!("for (int {j} = 0, {x} = ({first}) & 3; {j} < {count}; {j}++) {{"),
+                );
+                self.deep += 1;
+                self.statements(&inside, 1);
+                self.line(&inside, &format!("if ({x} == {left}) break;"));
+                self.statements(&inside, 2);
+                self.line(&inside, &format!("{x} = {then};"));
+                self.line(indent, "}");
+            }
+            4 | 5 => {
+                let step = match form {
+                    4 => "1".to_owned(),
+                    _ => format!("{condition} ? 2 : 1"),
+                };
+                self.line(indent, &format!("{{ int {j}_ = 0;"));
+                self.line(indent, "do {");
+                self.deep += 1;
+                self.line(&inside, &format!("int {j} = {j}_;"));
+                self.line(&inside, &format!("{j}_ += {step};"));
+                self.statements(&inside, 2);
+                self.line(indent, &format!("}} while ({j}_ < {count}{also}); }}"));
+            }
+            // Two ways back, each with its step.
+            6 => {
+                self.line(indent, &format!("{{ int {j} = 0;"));
+                self.line(indent, "do {");
+                self.deep += 1;
+                self.statements(&inside, 2);
+                let again = self.condition();
+                self.line(&inside, &format!("if ({again}) {{ {j} += 2; continue; }}"));
+                self.statements(&inside, 2);
+                self.line(&inside, &format!("{j}++;"));
+                self.line(indent, &format!("}} while ({j} < {count}); }}"));
+            }
+            _ => {
+                self.line(indent, &format!("{{ int {j} = 0;"));
+                self.line(indent, "for (;;) {");
+                self.deep += 1;
+                self.statements(&inside, 2);
+                self.line(&inside, &format!("if ({j}++ == {count}) break;"));
+                self.statements(&inside, 2);
+                self.line(indent, "} }");
+            }
         }
         self.deep -= 1;
-        writeln!(self.text, "{indent}}}").expect("text");
+        self.continues = continues;
     }
 
     fn program(&mut self, number: u64) {
@@ -225,7 +296,16 @@ impl Maker {
         .expect("text");
         for _ in 0..=self.below(2) {
             let step = self.below(3) + 1;
-            let head = match self.below(6) {
+            let form = self.below(8);
+            if form >= 6 {
+                let last = match form {
+                    6 => self.below(40).to_string(),
+                    _ => "n".into(),
+                };
+                self.repeat(&last);
+                continue;
+            }
+            let head = match form {
                 0 => format!("for (int i = n - 1; i >= 0; i -= {step})"),
                 1 => format!("for (int i = 0; i < {}; i += {step})", self.below(64) + 1),
                 2 => format!("for (int i = {}; i != 64; i++)", self.below(64)),
@@ -233,12 +313,27 @@ impl Maker {
                 _ => format!("for (int i = 0; i < n; i += {step})"),
             };
             writeln!(self.text, "    {head} {{").expect("text");
-            for _ in 0..=self.below(4) {
-                self.statement("        ");
-            }
+            self.statements("        ", 5);
             self.text.push_str("    }\n");
         }
         self.text.push_str("    return s;\n}\n");
+    }
+
+    /// A loop with two ways back, each with its step.
+    fn repeat(&mut self, last: &str) {
+        let again = self.below(3) + 1;
+        self.line("    ", "{ int i = 0; do {");
+        self.continues = false;
+        self.statements("        ", 3);
+        let condition = self.condition();
+        self.line(
+            "        ",
+            &format!("if ({condition}) {{ i += {again}; continue; }}"),
+        );
+        self.statements("        ", 3);
+        self.continues = true;
+        self.line("        ", "i++;");
+        self.line("    ", &format!("}} while (i < {last}); }}"));
     }
 }
 
@@ -251,6 +346,7 @@ fn text(seeds: std::ops::Range<u64>) -> String {
             random: Pcg32::new(seed, 77),
             text: String::new(),
             deep: 0,
+            continues: true,
         };
         maker.program(seed);
         all += &maker.text;
