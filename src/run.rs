@@ -9,9 +9,11 @@ use srp_ir::dre::scheduled::ScheduledDre;
 use srp_ir::dre::{self, Dre};
 use srp_ir::interp::{self, FlatWorld};
 use srp_ir::layout::Layout;
-use srp_ir::program::Kernel;
+use srp_ir::program::{Kernel, Program};
 use srp_runtime::solo::{self, Finish, Solo, SoloError};
-use srp_toolchain::{Engine, Engines, Error, Input, Options, front_end, input, machine};
+use srp_toolchain::{
+    Engine, Engines, Error, Input, Options, divide, front_end, input, machine, optimise,
+};
 
 /// Runs `srp run`; the program's exit status.
 pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
@@ -87,14 +89,20 @@ fn interpret(
     let dre = match input {
         Input::C(sources) => {
             let compiled = front_end(&sources, arch, options);
-            let (control, warnings) =
+            let (mut control, warnings) =
                 compiled.map_err(|e| diagnostics::failure(e, source.error_format))?;
             talk::say_all(&diagnostics::show(&warnings, source.error_format));
-            // Steps that the compiler would put into the program are not in it.
-            precision = precision.in_units();
-            Dre {
-                control,
-                kernels: Default::default(),
+            if says_independent(&control) {
+                // What pragmas say of loops is checked of the loops that the array gets.
+                optimise(&mut control, arch, options);
+                divide(&mut control, arch)?.dre
+            } else {
+                // Steps that the compiler would put into the program are not in it.
+                precision = precision.in_units();
+                Dre {
+                    control,
+                    kernels: Default::default(),
+                }
             }
         }
         Input::Ir(program) => Dre {
@@ -124,4 +132,11 @@ fn interpret(
     let outcome = outcome.map_err(|trap| Failure::Message(trap.show(&dre.control)))?;
     talk::say(format_args!("{} steps", outcome.profile.steps));
     Ok(outcome.status())
+}
+
+/// Whether a pragma of a program says that iterations are independent.
+fn says_independent(program: &Program) -> bool {
+    let blocks = program.funcs.values().flat_map(|f| f.blocks.values());
+    let mut marks = blocks.filter_map(|block| block.kernel.as_ref());
+    marks.any(|mark| !mark.independence.is_none())
 }

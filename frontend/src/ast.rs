@@ -524,10 +524,15 @@ pub enum Label {
 }
 
 /// A pragma before a loop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Pragma {
     /// The loop is to run on the array.
     Kernel,
     /// The body is to be repeated this many times.
     Unroll(u32),
+    /// Iterations access different elements by these variables, and different variables are different
+    /// objects.
+    Independent(Rc<[Name]>),
+    /// Iterations access different elements.
+    Ivdep,
 }

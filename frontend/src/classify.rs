@@ -56,7 +56,7 @@ pub(crate) fn classify(tokens: &mut Vec<Token>, sources: &SourceMap, messages: &
                 reader.fixed(*fixed, before);
                 before = Some(*fixed);
             }
-            Tok::Kernel | Tok::Unroll(_) => before = None,
+            Tok::Kernel | Tok::Unroll(_) | Tok::Independent(_) | Tok::Ivdep => before = None,
             _ => {
                 reader.expression();
                 before = None;

@@ -89,6 +89,10 @@ pub enum Tok {
     Kernel,
     /// `#pragma srp unroll N`.
     Unroll(u32),
+    /// `#pragma srp independent(NAME, …)`.
+    Independent(Rc<[Name]>),
+    /// `#pragma ivdep`.
+    Ivdep,
     /// Something that has been complained about.
     Bad,
 }
@@ -179,10 +183,20 @@ fn token(pp: &PpToken, sources: &SourceMap, messages: &mut Messages) -> Tok {
             let c = pp.text.chars().next().unwrap_or(' ');
             error(LEXICAL, format!("`{}` is no part of C", c.escape_debug()))
         }
-        PpKind::Pragma => match pp.text.strip_prefix("unroll ").map(str::parse) {
-            Some(Ok(count)) => Tok::Unroll(count),
-            _ => Tok::Kernel,
-        },
+        PpKind::Pragma => pragma(&pp.text),
+    }
+}
+
+/// A pragma for the compiler, as the preprocessor spells it.
+fn pragma(text: &str) -> Tok {
+    let mut words = text.split(' ');
+    match (words.next(), words.next().map(str::parse)) {
+        (Some("unroll"), Some(Ok(count))) => Tok::Unroll(count),
+        (Some("independent"), _) => {
+            Tok::Independent(text.split(' ').skip(1).map(Name::from).collect())
+        }
+        (Some("ivdep"), _) => Tok::Ivdep,
+        _ => Tok::Kernel,
     }
 }
 

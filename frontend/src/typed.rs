@@ -94,6 +94,8 @@ pub struct Function {
     pub internal: bool,
     /// Of the library, so that it goes too where nothing uses it.
     pub optional: bool,
+    /// An attribute asks that no call of it is inlined.
+    pub noinline: bool,
     /// Where it is defined, or declared.
     pub pos: Pos,
 }
@@ -344,10 +346,23 @@ pub struct Loop {
     pub kernel: bool,
     /// How often a pragma repeats the body.
     pub unroll: u32,
+    /// A pragma says that iterations access different elements.
+    pub ivdep: bool,
+    /// Groups of variables that a pragma calls independent.
+    pub independent: Vec<Vec<Variable>>,
     /// How often it runs, where that is plain.
     pub trip: Option<Trip>,
     /// A label of the function stands in it, or it is left or entered by `goto`.
     pub labelled: bool,
+}
+
+/// A variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Variable {
+    /// Of the function.
+    Local(LocalId),
+    /// With static storage.
+    Object(ObjectId),
 }
 
 /// How often a loop runs that counts with constants.

@@ -241,6 +241,9 @@ impl Trap {
             0 => format!("{}{place}", self.kind),
             _ => format!("{}: {}{place}", program.show_pos(self.pos), self.kind),
         };
+        if let TrapKind::Overlap { other, .. } = self.kind {
+            text += &format!("\n  the other access: {}", program.show_pos(other));
+        }
         for &(func, pos) in self.calls.iter().filter(|(_, pos)| pos.line > 0) {
             text += &format!("\n  called at {}{}", program.show_pos(pos), name(func));
         }
@@ -272,6 +275,13 @@ pub enum TrapKind {
     Port(u32),
     /// A launch of a kernel that is not there.
     NoKernel(Kernel),
+    /// Accesses of a kernel meet that the source says never to.
+    Overlap {
+        /// Where, in bytes.
+        address: u32,
+        /// The position of the other access.
+        other: Pos,
+    },
     /// More steps than allowed.
     StepLimit,
 }
@@ -313,6 +323,10 @@ impl fmt::Display for TrapKind {
             TrapKind::Unreachable => f.write_str("unreachable code was reached"),
             TrapKind::Port(port) => write!(f, "port {port} is never ready"),
             TrapKind::NoKernel(kernel) => write!(f, "there is no kernel {kernel}"),
+            TrapKind::Overlap { address, .. } => write!(
+                f,
+                "this access meets another at {address:#010x}, which a pragma of the loop denies"
+            ),
             TrapKind::StepLimit => f.write_str("the limit on steps is reached"),
         }
     }

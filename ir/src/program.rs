@@ -169,6 +169,8 @@ pub struct Function {
     pub name: String,
     /// Types of the results.
     pub results: Vec<Ty>,
+    /// The source asks that no call of it is inlined.
+    pub noinline: bool,
     /// Blocks; `layout` says which are part of the function and in what order.
     pub blocks: EntityMap<Block, BlockData>,
     /// The blocks in order; the first is the entry.
@@ -213,6 +215,27 @@ pub struct KernelMark {
     /// make their values: while the loop runs, what is reached through one of them is reached in no
     /// other way, if it is written (C17 6.7.3.1).
     pub restrict: Vec<u32>,
+    /// What the source says of its iterations.
+    pub independence: Independence,
+}
+
+/// What pragmas say of the memory accesses of a loop's iterations. It is believed only where nothing
+/// else shows how far apart two accesses meet.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Independence {
+    /// No iteration accesses what another writes.
+    pub all: bool,
+    /// Groups of variables, each by the number, from 1, of the `mov`s that make its address. No
+    /// iteration accesses by a variable of a group what another writes by one, nor what the same
+    /// writes by another variable of the group.
+    pub groups: Vec<Vec<u32>>,
+}
+
+impl Independence {
+    /// Whether nothing is said.
+    pub fn is_none(&self) -> bool {
+        !self.all && self.groups.is_empty()
+    }
 }
 
 /// A stack slot: storage in SRAM for the time of one call.
@@ -249,7 +272,8 @@ pub enum InstKind {
         /// Operands, as the table has them.
         args: Vec<Value>,
         /// The immediate, 0 where the opcode has none. A `mov` with the number of a
-        /// [`restrict`](KernelMark::restrict) pointer makes its value.
+        /// [`restrict`](KernelMark::restrict) pointer makes its value, one with that of a variable
+        /// of an [`Independence`] its address.
         imm: i32,
     },
     /// The address of a global or a function, plus an offset in bytes.
@@ -458,6 +482,7 @@ impl Function {
         let mut func = Function {
             name: name.to_owned(),
             results,
+            noinline: false,
             blocks: EntityMap::new(),
             layout: Vec::new(),
             insts: EntityMap::new(),

@@ -349,7 +349,7 @@ impl<'a> Checker<'a> {
             Opcode::Vext | Opcode::Vins => 0..=3,
             Opcode::Swz => 0..=255,
             Opcode::In | Opcode::Out => 0..=i32::MAX,
-            // The number of a `restrict` pointer.
+            // The number of a `restrict` pointer or independent variable.
             Opcode::Mov => 0..=i32::MAX,
             _ if op.info().immediate => i32::MIN..=i32::MAX,
             _ => 0..=0,

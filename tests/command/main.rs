@@ -6,6 +6,7 @@ mod answers;
 mod cache;
 mod hard;
 mod inputs;
+mod pragmas;
 mod report;
 mod units;
 

@@ -11,6 +11,7 @@ static void fft(void)
     for (int size = 2; size <= N; size *= 2) {
         int half = size / 2, step = N / size;
         for (int start = 0; start < N; start += size)
+#pragma srp independent(re, im)
             for (int k = 0; k < half; k++) {
                 int i = start + k, j = i + half;
                 float c = wr[k * step], s = wi[k * step];

@@ -253,6 +253,7 @@ pub(crate) fn kernel(
             trip: Some(0),
             nodes: nodes.collect(),
             order: Vec::new(),
+            assumed: Vec::new(),
             live_outs,
         },
         ii,

@@ -1,5 +1,6 @@
 //! Types from specifiers and declarators.
 
+use super::attribute::noinline;
 use super::{Checker, Operand, Symbol};
 use crate::ast;
 use crate::ast::{
@@ -18,6 +19,7 @@ pub(super) struct Base {
     pub(super) ty: QualType,
     pub(super) storage: Option<(Storage, Span)>,
     pub(super) inline: bool,
+    pub(super) noinline: bool,
     /// The alignment asked for, bytes, or 1.
     pub(super) align: u32,
 }
@@ -152,6 +154,7 @@ impl Checker<'_> {
             ty: self.types.qualified(QualType { ty, quals }),
             storage,
             inline,
+            noinline: noinline(&attributes),
             align,
         }
     }

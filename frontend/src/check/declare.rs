@@ -1,5 +1,6 @@
 //! Declarations and function definitions.
 
+use super::attribute::noinline;
 use super::declarator::Base;
 use super::link::Definition;
 use super::{Checker, Symbol};
@@ -63,7 +64,10 @@ impl Checker<'_> {
                 let text = "a function has no initial value";
                 self.error(DECLARATION, init.span, text, "");
             }
-            self.declare_function(&name, ty.ty, storage, base.inline, span);
+            let function = self.declare_function(&name, ty.ty, storage, base.inline, span);
+            if let Some(function) = function {
+                self.functions[function].noinline |= base.noinline || noinline(&item.attributes);
+            }
             return None;
         }
         if self.is_error(ty.ty) {
@@ -372,6 +376,7 @@ impl Checker<'_> {
                     body: None,
                     internal,
                     optional: false,
+                    noinline: false,
                     pos: self.sources.pos(span),
                 });
                 if !internal {

@@ -56,6 +56,7 @@ impl Checker<'_> {
         };
         let function = self.declare_function(&name, ty, storage, base.inline, span);
         if let Some(function) = function {
+            self.functions[function].noinline |= base.noinline;
             let definition = Definition {
                 span,
                 unit: self.number,

@@ -1,6 +1,6 @@
 //! Statements, and whether control reaches their ends.
 
-use super::{Cases, Checker, Scope};
+use super::{Cases, Checker, Scope, Symbol};
 use crate::ast::{self, Label, Pragma};
 use crate::ctype::Type;
 use crate::message::{PRAGMA, RETURN_VALUE, STATEMENT, UNDECLARED, UNROLL};
@@ -10,10 +10,23 @@ use srp_archdesc::diagnostic::Span;
 use std::collections::BTreeMap;
 
 /// What pragmas ask of a loop.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 struct Asked {
     kernel: bool,
     unroll: u32,
+    ivdep: bool,
+    independent: Vec<Vec<Variable>>,
+}
+
+impl Asked {
+    fn nothing() -> Asked {
+        Asked {
+            kernel: false,
+            unroll: 1,
+            ivdep: false,
+            independent: Vec::new(),
+        }
+    }
 }
 
 impl Checker<'_> {
@@ -94,10 +107,7 @@ impl Checker<'_> {
             }
             K::If(..) => return self.if_chain(s),
             K::While(..) | K::DoWhile(..) | K::For(..) => {
-                let asked = Asked {
-                    kernel: false,
-                    unroll: 1,
-                };
+                let asked = Asked::nothing();
                 return self.loop_(s, asked);
             }
             K::Switch(e, body) => {
@@ -198,14 +208,19 @@ impl Checker<'_> {
     }
 
     fn pragmas(&mut self, pragmas: &[(Pragma, Span)], body: ast::StmtId) -> (StmtId, bool) {
-        let mut asked = Asked {
-            kernel: false,
-            unroll: 1,
-        };
-        for (pragma, _) in pragmas {
+        let mut asked = Asked::nothing();
+        for (pragma, span) in pragmas {
             match pragma {
                 Pragma::Kernel => asked.kernel = true,
                 Pragma::Unroll(count) => asked.unroll = *count,
+                Pragma::Ivdep => asked.ivdep = true,
+                Pragma::Independent(names) => {
+                    let variables = names
+                        .iter()
+                        .filter_map(|name| self.variable_of(name, *span));
+                    let variables = variables.collect();
+                    asked.independent.push(variables);
+                }
             }
         }
         use ast::StmtKind as K;
@@ -218,6 +233,39 @@ impl Checker<'_> {
                 self.stmt(body)
             }
         }
+    }
+
+    /// The array, struct or pointer that a pragma names.
+    fn variable_of(&mut self, name: &Name, span: Span) -> Option<Variable> {
+        let (variable, ty) = match self.lookup(name) {
+            Some((Symbol::Local(local), _)) => {
+                (Variable::Local(local), self.body.locals[local].ty.ty)
+            }
+            Some((Symbol::Object(object), _)) => {
+                (Variable::Object(object), self.objects[object].ty.ty)
+            }
+            Some(_) => {
+                self.error(PRAGMA, span, format!("`{name}` is no variable"), "");
+                return None;
+            }
+            None => {
+                self.error(UNDECLARED, span, format!("`{name}` is not declared"), "");
+                return None;
+            }
+        };
+        let fits = matches!(
+            self.types.get(ty),
+            Type::Array(..) | Type::Record(_) | Type::Pointer(_)
+        );
+        if !fits {
+            let text = format!(
+                "`independent` takes arrays and pointers; `{name}` is {}",
+                self.show(ty)
+            );
+            self.error(PRAGMA, span, text, "");
+            return None;
+        }
+        Some(variable)
     }
 
     /// The body of a loop; whether a `break` leaves it.
@@ -277,6 +325,8 @@ impl Checker<'_> {
             step,
             body,
             kernel: asked.kernel,
+            ivdep: asked.ivdep,
+            independent: asked.independent,
             unroll: if labelled { 1 } else { asked.unroll },
             trip,
             labelled,

@@ -4,7 +4,7 @@ use super::function::{Breakable, Lowering};
 use super::scalar::Scalar;
 use crate::ctype::TypeId;
 use crate::typed::{Loop, Relation, StmtId, StmtKind, Switch};
-use srp_ir::program::{Block, KernelMark, Pos, Target, Terminator, Value};
+use srp_ir::program::{Block, Independence, KernelMark, Pos, Target, Terminator, Value};
 
 /// Cases of a `switch` that are compared one after another; more are halved first.
 const MAX_COMPARED: usize = 4;
@@ -25,9 +25,10 @@ impl Lowering<'_> {
             StmtKind::Init(local, init) => self.init(*local, init),
             StmtKind::If(..) => self.if_chain(s),
             StmtKind::Loop(data) => {
-                let outside = self.restrict.len();
+                let outside = (self.restrict.len(), self.independent.len());
                 self.loop_(data, stmt.pos);
-                self.restrict.truncate(outside);
+                self.restrict.truncate(outside.0);
+                self.independent.truncate(outside.1);
             }
             StmtKind::Switch(switch) => self.switch(switch),
             StmtKind::Label(number) => {
@@ -147,6 +148,11 @@ impl Lowering<'_> {
         if let Some(init) = data.init {
             self.stmt(init);
         }
+        let groups = data.independent.iter();
+        let independence = Independence {
+            all: data.ivdep,
+            groups: groups.map(|group| self.number(group)).collect(),
+        };
         let exit = self.new_block(&[]);
         let trip = self.trip(data);
         if trip.is_some_and(|trip| trip <= data.unroll && data.unroll > 1) {
@@ -197,6 +203,7 @@ impl Lowering<'_> {
                 required: data.kernel,
                 nest,
                 restrict: self.restrict.clone(),
+                independence,
             });
         }
         self.enter(exit);

@@ -107,7 +107,8 @@ impl Lowering<'_> {
             chain.push(first);
             first = left;
         }
-        let mut value = self.start(first);
+        let value = self.start(first);
+        let mut value = self.held(first, value);
         for e in chain.into_iter().rev() {
             value = self.go_on(e, value);
             if let ExprKind::Binary(..) | ExprKind::Negate(_) | ExprKind::Complement(_) =

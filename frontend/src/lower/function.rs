@@ -4,7 +4,7 @@ use super::Symbols;
 use super::place::Part;
 use crate::ctype::{Type, TypeId};
 use crate::options::Options;
-use crate::typed::{self, Body, Checked, LocalId, StmtKind};
+use crate::typed::{self, Body, Checked, LocalId, StmtKind, Variable};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_ir::program::*;
@@ -88,6 +88,8 @@ pub(super) struct Lowering<'a> {
     kernels: &'a mut KernelNames,
     /// The numbers of the `restrict` pointers in scope that the loops of this function may count on.
     pub(super) restrict: Vec<u32>,
+    /// The variables that loops around call independent, with their numbers.
+    pub(super) independent: Vec<(Variable, u32)>,
 }
 
 /// How a function passes values.
@@ -142,7 +144,9 @@ pub(super) fn lower(
         guard: None,
         kernels,
         restrict: Vec::new(),
+        independent: Vec::new(),
     };
+    lowering.func.noinline = function.noinline;
     lowering.locals();
     lowering.params(&passing);
     if let Some(root) = body.root {
@@ -288,6 +292,33 @@ impl Lowering<'_> {
         self.kernels.restrict += 1;
         self.restrict.push(self.kernels.restrict);
         self.op_imm(Opcode::Mov, &[value], self.kernels.restrict as i32)
+    }
+
+    /// Numbers the independent variables of a loop, whose body follows.
+    pub(super) fn number(&mut self, group: &[Variable]) -> Vec<u32> {
+        let mut numbers = Vec::new();
+        for &variable in group {
+            self.kernels.restrict += 1;
+            self.independent.push((variable, self.kernels.restrict));
+            numbers.push(self.kernels.restrict);
+        }
+        numbers
+    }
+
+    /// An address by a variable, known as that where a loop around calls the variable independent.
+    pub(super) fn by(&mut self, variable: Variable, mut address: Value) -> Value {
+        for i in 0..self.independent.len() {
+            let (independent, number) = self.independent[i];
+            if independent == variable {
+                address = self.op_imm(Opcode::Mov, &[address], number as i32);
+            }
+        }
+        address
+    }
+
+    /// Whether a loop around calls a variable independent.
+    pub(super) fn is_independent(&self, variable: Variable) -> bool {
+        self.independent.iter().any(|&(other, _)| other == variable)
     }
 
     /// Whether a variable is a `restrict` pointer.

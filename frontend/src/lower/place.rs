@@ -3,7 +3,7 @@
 use super::function::{Lowering, Storage};
 use super::scalar::Scalar;
 use crate::ctype::{BitRange, Record, Type, TypeId, TypeTable};
-use crate::typed::{ExprId, ExprKind, LocalId, PlaceId, PlaceKind};
+use crate::typed::{ExprId, ExprKind, LocalId, PlaceId, PlaceKind, Update, Variable};
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_ir::program::{InstKind, Slot, SlotData, Symbol, Value};
 
@@ -284,16 +284,25 @@ impl Lowering<'_> {
         let body = self.body;
         let data = &body.places[place];
         match &data.kind {
-            PlaceKind::Local(local) => self.local(*local),
+            PlaceKind::Local(local) => {
+                let location = self.local(*local);
+                match location.base {
+                    Base::Slot(_) => self.named(Variable::Local(*local), data.ty.ty, location),
+                    _ => location,
+                }
+            }
             PlaceKind::Literal(local, init) => {
                 self.init(*local, init);
                 self.local(*local)
             }
-            PlaceKind::Object(object) => Location {
-                base: Base::Symbol(self.symbols.object(*object)),
-                offset: 0,
-                global: false,
-            },
+            PlaceKind::Object(object) => {
+                let location = Location {
+                    base: Base::Symbol(self.symbols.object(*object)),
+                    offset: 0,
+                    global: false,
+                };
+                self.named(Variable::Object(*object), data.ty.ty, location)
+            }
             PlaceKind::Deref(pointer) => self.pointed(*pointer, data.ty.quals.global),
             PlaceKind::Member(outer, offset) | PlaceKind::Bits(outer, offset, _) => {
                 self.location(*outer).plus(*offset)
@@ -318,6 +327,38 @@ impl Lowering<'_> {
                 self.copy(to, from, ty);
                 to
             }
+        }
+    }
+
+    /// Where an array or struct is, known as its own if a loop around calls it independent.
+    fn named(&mut self, variable: Variable, ty: TypeId, location: Location) -> Location {
+        let is_pointer = matches!(self.checked.types.get(ty), Type::Pointer(_));
+        if is_pointer || !self.is_independent(variable) {
+            return location;
+        }
+        let address = self.address(location);
+        Location::pointer(self.by(variable, address), location.global)
+    }
+
+    /// What a pointer variable that an expression reads or sets holds, known as its own if a loop
+    /// around calls it independent.
+    pub(super) fn held(&mut self, e: ExprId, value: Scalar) -> Scalar {
+        let (ExprKind::Load(place)
+        | ExprKind::Assign(place, _)
+        | ExprKind::Update(Update { place, .. })) = self.body.exprs[e].kind
+        else {
+            return value;
+        };
+        let variable = match self.body.places[place].kind {
+            PlaceKind::Local(local) => Variable::Local(local),
+            PlaceKind::Object(object) => Variable::Object(object),
+            _ => return value,
+        };
+        match value {
+            Scalar::Single(pointer) if self.is_pointer(e) && self.is_independent(variable) => {
+                Scalar::Single(self.by(variable, pointer))
+            }
+            value => value,
         }
     }
 

@@ -268,11 +268,13 @@ impl Preprocessor<'_> {
                     }
                 }
             }
+            ["srp", "independent", ..] => self.independent(span, rest),
+            ["ivdep"] | ["GCC", "ivdep"] => self.emit_pragma(span, "ivdep"),
             ["srp", ..] => {
                 let message = self
                     .sources
                     .error(PRAGMA, span, "unknown `srp` pragma", "")
-                    .help("there are `#pragma srp kernel` and `#pragma srp unroll N`");
+                    .help("there are `kernel`, `unroll N` and `independent(NAME, …)`");
                 self.messages.push(message);
             }
             ["push_macro", "(", name, ")"] if name.starts_with('"') => {
@@ -304,6 +306,35 @@ impl Preprocessor<'_> {
                 self.messages.push(message);
             }
         }
+    }
+
+    /// `#pragma srp independent(NAME, …)`.
+    fn independent(&mut self, span: Span, rest: &[PpToken]) {
+        let tokens = self.expand(rest[2..].to_vec());
+        let list = match tokens.as_slice() {
+            [open, list @ .., close] if open.is("(") && close.is(")") => list,
+            _ => &[],
+        };
+        let mut text = "independent".to_owned();
+        for (i, token) in list.iter().enumerate() {
+            let fits = match i % 2 {
+                0 => token.kind == PpKind::Ident,
+                _ => token.is(","),
+            };
+            if !fits || list.len() % 2 == 0 {
+                text.clear();
+                break;
+            }
+            if i % 2 == 0 {
+                text.push(' ');
+                text.push_str(&token.text);
+            }
+        }
+        if list.is_empty() || text.is_empty() {
+            let text = "`independent` takes names of arrays and pointers in parentheses";
+            return self.error(PRAGMA, span, text, "");
+        }
+        self.emit_pragma(span, &text);
     }
 
     fn emit_pragma(&mut self, span: Span, text: &str) {

@@ -8,11 +8,13 @@ use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::{Effect, Opcode, Ty};
 use std::collections::BTreeSet;
 
+mod assumed;
 mod dot;
 mod recurrence;
 mod run;
 mod verify;
 
+pub use assumed::Watched;
 pub use dot::dot;
 pub use run::run;
 pub use verify::Violation;
@@ -50,6 +52,10 @@ pub struct Dfg {
     /// Order between memory accesses that no value carries. Accesses that meet only after
     /// [`MAX_OVERLAP`] iterations or more are not listed.
     pub order: Vec<Order>,
+    /// What the source says of accesses that could meet. Only those are in an order yet of which it
+    /// is known how many iterations apart they meet.
+    #[serde(default)]
+    pub assumed: Vec<Assumed>,
     /// Values of the last iteration that the control code uses afterwards; the launch returns them
     /// in this order.
     pub live_outs: Vec<Node>,
@@ -65,6 +71,7 @@ impl Dfg {
             trip,
             nodes,
             order,
+            assumed: _,
             live_outs,
         } = self.clone();
         let live_in = |live_in: LiveIn| LiveIn {
@@ -82,6 +89,7 @@ impl Dfg {
             trip,
             nodes: nodes.into_values().map(node).collect(),
             order,
+            assumed: Vec::new(),
             live_outs,
         }
     }
@@ -152,6 +160,18 @@ pub enum Initial {
     LiveIn(u32),
     /// Nothing depends on it: whatever happens to be found will do, and no register has to be set.
     Any,
+}
+
+/// Two memory accesses, one of which writes at least, that the source says never to meet: not in
+/// different iterations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Assumed {
+    /// The one that comes first in the loop.
+    pub first: Node,
+    /// The other.
+    pub second: Node,
+    /// They do not meet in one iteration either.
+    pub together: bool,
 }
 
 /// `to` of iteration `i + distance` must come after `from` of iteration `i`.

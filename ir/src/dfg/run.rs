@@ -1,6 +1,6 @@
 //! What a [`Dfg`] means: one iteration after the other.
 
-use super::{Dfg, Initial, Node, Operand};
+use super::{Dfg, Initial, Node, Operand, Watched};
 use crate::interp::{Stop, Trap, TrapKind, World, operate};
 use crate::program::Bits;
 use srp_archdesc::arch::Precision;
@@ -61,6 +61,7 @@ pub fn run(
         })
         .collect();
     let order = dfg.topological();
+    let mut watched = Watched::of(dfg);
     let trip = dfg.trip.expect("a bare graph is not launched");
     let trip = match live_ins[trip as usize].lanes()[0] {
         0 => 1 << 32,
@@ -81,6 +82,15 @@ pub fn run(
                 *arg = get(from, iteration, &mut history);
             }
             let args = &args[..data.operands.len().min(3)];
+            if let (Some(watched), Some(bytes)) = (&mut watched, data.op.access_bytes())
+                && args[0].as_pred()
+            {
+                let address = args[1].as_word().wrapping_add_signed(data.imm);
+                if let Some(other) = watched.touch(node, iteration, address, bytes) {
+                    let other = dfg.nodes[other].pos;
+                    return Err(trap(TrapKind::Overlap { address, other }));
+                }
+            }
             let result = operate(data.op, args, data.imm, precision, world);
             let result = result.map_err(|stop| match stop {
                 Stop::Trap(kind) => trap(kind),

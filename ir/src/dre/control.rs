@@ -262,6 +262,7 @@ fn read_function(
         func: Function {
             name: element.required("name")?.text.to_owned(),
             results: results?,
+            noinline: false,
             blocks: EntityMap::new(),
             layout: Vec::new(),
             insts: EntityMap::new(),
@@ -341,6 +342,7 @@ impl Reader<'_> {
                 required: element.required("required")?.bool()?,
                 nest: false,
                 restrict: Vec::new(),
+                independence: Default::default(),
             }),
         };
         let Some((last, insts)) = element.children.split_last() else {

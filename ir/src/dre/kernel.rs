@@ -2,7 +2,7 @@
 
 use super::element::{self, Element, ElementExt, Read, Text};
 use super::terms::{self, Files, Names};
-use crate::dfg::{Dfg, Initial, LiveIn, Node, NodeData, Operand, Order};
+use crate::dfg::{Assumed, Dfg, Initial, LiveIn, Node, NodeData, Operand, Order};
 use srp_archdesc::diagnostic::Span;
 use srp_archdesc::entity;
 use srp_archdesc::entity::EntityMap;
@@ -45,6 +45,14 @@ pub(super) fn open(xml: &mut Writer, dfg: &Dfg) {
                 .attr("from", order.from)
                 .attr("to", order.to)
                 .attr("distance", order.distance),
+        );
+    }
+    for assumed in &dfg.assumed {
+        xml.leaf(
+            Tag::new("assumed")
+                .attr("first", assumed.first)
+                .attr("second", assumed.second)
+                .attr("together", assumed.together),
         );
     }
     for node in &dfg.live_outs {
@@ -167,7 +175,7 @@ pub(crate) fn read_parts(
 }
 
 /// The children of a kernel that describe its graph.
-pub(super) const CHILDREN: [&str; 4] = ["live-in", "node", "order", "live-out"];
+pub(super) const CHILDREN: [&str; 5] = ["live-in", "node", "order", "assumed", "live-out"];
 
 pub(super) fn read(element: &Element<'_>, files: &Files) -> Read<(Dfg, KernelNames)> {
     element.only(&["name", "trip", "at"])?;
@@ -208,6 +216,15 @@ pub(super) fn read(element: &Element<'_>, files: &Files) -> Read<(Dfg, KernelNam
             distance: child.required("distance")?.u32()?,
         });
     }
+    let mut assumed = Vec::new();
+    for child in named("assumed") {
+        child.only(&["first", "second", "together"])?;
+        assumed.push(Assumed {
+            first: names.nodes.get(child.required("first")?)?,
+            second: names.nodes.get(child.required("second")?)?,
+            together: child.required("together")?.bool()?,
+        });
+    }
     let mut live_outs = Vec::new();
     for child in named("live-out") {
         child.only(&["node"])?;
@@ -220,6 +237,7 @@ pub(super) fn read(element: &Element<'_>, files: &Files) -> Read<(Dfg, KernelNam
         live_ins,
         nodes,
         order,
+        assumed,
         live_outs,
     };
     check(element, &dfg)?;

@@ -222,6 +222,7 @@ impl<'a> Raw<'a> {
                 trip: None,
                 nodes: data,
                 order,
+                assumed: Vec::new(),
                 live_outs: Vec::new(),
             },
             files,

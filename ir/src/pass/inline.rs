@@ -205,6 +205,10 @@ impl Inliner {
                 stays(&format!("{} is recursive", data.name));
                 continue;
             }
+            if data.noinline {
+                stays(&format!("{} is declared noinline", data.name));
+                continue;
+            }
             let hopeless = graph.hopeless[callee];
             if hopeless {
                 stays(&format!(

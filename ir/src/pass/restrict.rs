@@ -1,4 +1,5 @@
-//! The moves that make the values of `restrict` pointers. They stand in the way of nothing but
+//! The moves that make the values of `restrict` pointers, and the addresses of variables that a pragma
+//! calls independent. They stand in the way of nothing but
 //! [copy propagation](super::copyprop), and go when no loop needs to know of them any more.
 
 use super::rename::Renames;
@@ -6,7 +7,7 @@ use crate::program::*;
 use srp_archdesc::isa::Opcode;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The number of the `restrict` pointer that an instruction makes.
+/// The number of the `restrict` pointer or independent variable whose address an instruction makes.
 pub(crate) fn restrict_number(kind: &InstKind) -> Option<u32> {
     match *kind {
         InstKind::Op {
@@ -18,10 +19,16 @@ pub(crate) fn restrict_number(kind: &InstKind) -> Option<u32> {
     }
 }
 
+/// The numbers that a mark counts on.
+fn counted_on(mark: &KernelMark) -> impl Iterator<Item = &u32> {
+    let groups = mark.independence.groups.iter();
+    mark.restrict.iter().chain(groups.flatten())
+}
+
 /// Forgets that the moves of a function make `restrict` pointers where no loop of it counts on that.
 pub(super) fn forget_unused(func: &mut Function) {
     let marks = func.layout.iter().map(|&b| &func.blocks[b].kernel);
-    let used: BTreeSet<u32> = marks.flatten().flat_map(|m| &m.restrict).copied().collect();
+    let used: BTreeSet<u32> = marks.flatten().flat_map(counted_on).copied().collect();
     for inst in func.insts.values_mut() {
         if restrict_number(&inst.kind).is_some_and(|number| !used.contains(&number))
             && let InstKind::Op { imm, .. } = &mut inst.kind
@@ -65,9 +72,7 @@ impl FreshNumbers {
         let insts = program.funcs.values().flat_map(|f| f.insts.values());
         let numbers = insts.filter_map(|inst| restrict_number(&inst.kind));
         let marks = program.funcs.values().flat_map(|f| f.blocks.values());
-        let listed = marks
-            .filter_map(|b| b.kernel.as_ref())
-            .flat_map(|m| &m.restrict);
+        let listed = marks.filter_map(|b| b.kernel.as_ref()).flat_map(counted_on);
         FreshNumbers(numbers.chain(listed.copied()).max().unwrap_or(0))
     }
 
@@ -92,7 +97,9 @@ impl FreshNumbers {
             }
         }
         for mark in marks {
-            mark.restrict.iter_mut().for_each(|n| *n = number(*n));
+            let groups = mark.independence.groups.iter_mut();
+            let all = mark.restrict.iter_mut().chain(groups.flatten());
+            all.for_each(|n| *n = number(*n));
         }
     }
 }

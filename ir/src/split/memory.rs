@@ -11,8 +11,8 @@ use super::linear::{Affine, first_in_window};
 use super::objects::{Objects, objects_of};
 use super::shape::Loop;
 use super::{Doubt, Remark};
-use crate::dfg::{MAX_OVERLAP, Node, Order};
-use crate::program::{Bits, InstKind, KernelMark, Pos, Value};
+use crate::dfg::{Assumed, MAX_OVERLAP, Node, Order};
+use crate::program::{Bits, Independence, InstKind, KernelMark, Pos, Value};
 use srp_archdesc::isa::{Effect, Opcode, Space};
 use std::collections::BTreeSet;
 
@@ -63,6 +63,8 @@ pub(super) struct MemoryOrder {
     pub(super) orders: Vec<Order>,
     /// What would have to, if pointers that may alias were `restrict`; where that is less.
     pub(super) relaxed: Option<Vec<Order>>,
+    /// What the source says of accesses that could meet.
+    pub(super) assumed: Vec<Assumed>,
     /// What could not be told.
     pub(super) remarks: Vec<Remark>,
 }
@@ -75,9 +77,10 @@ pub(super) fn order(
     mark: &KernelMark,
 ) -> MemoryOrder {
     let inductions = Inductions::of(lp, true);
-    let accesses = accesses(lp, body, &inductions, &mark.restrict);
+    let accesses = accesses(lp, body, &inductions, mark);
     let mut orders = Vec::new();
     let mut relaxed = Vec::new();
+    let mut assumed = Vec::new();
     let mut remarks = Vec::new();
     for (i, first) in accesses.iter().enumerate() {
         for second in &accesses[i + 1..] {
@@ -93,8 +96,22 @@ pub(super) fn order(
                 distance: u32::try_from(distance).expect("below the limit"),
             };
             let (a, b) = (first.node, second.node);
-            let forward = meeting.forward.filter(possible);
-            let backward = meeting.backward.filter(possible);
+            let mut forward = meeting.forward.filter(possible);
+            let mut backward = meeting.backward.filter(possible);
+            let said = denied(&mark.independence, first, second);
+            if let Some(together) = said
+                && (backward.is_some() || forward.is_some_and(|d| d > 0 || together))
+            {
+                if !meeting.exact {
+                    forward = forward.filter(|&d| d == 0 && !together);
+                    backward = None;
+                }
+                assumed.push(Assumed {
+                    first: a,
+                    second: b,
+                    together,
+                });
+            }
             let found = forward.map(|d| edge(a, b, d)).into_iter();
             let found = found.chain(backward.map(|d| edge(b, a, d)));
             let before = orders.len();
@@ -103,7 +120,7 @@ pub(super) fn order(
             if !restrict {
                 relaxed.extend_from_slice(&orders[before..]);
             }
-            if !meeting.exact && orders.len() > before {
+            if !meeting.exact && said.is_none() && orders.len() > before {
                 remarks.push(remark(&mark.name, first, second, restrict));
             }
         }
@@ -114,8 +131,30 @@ pub(super) fn order(
     MemoryOrder {
         relaxed: (relaxed.len() < orders.len()).then(|| without_implied(relaxed)),
         orders: without_implied(orders),
+        assumed,
         remarks,
     }
+}
+
+/// Whether the source says that two accesses never meet in different iterations, and if so, whether in
+/// one iteration neither.
+fn denied(independence: &Independence, first: &Access, second: &Access) -> Option<bool> {
+    if first.bytes == 0 || second.bytes == 0 {
+        return None;
+    }
+    let [one, other] = [first, second].map(|access| access.objects.variables());
+    let mut said = independence.all.then_some(false);
+    for group in &independence.groups {
+        let of = |variables: &BTreeSet<u32>| -> BTreeSet<u32> {
+            let group = group.iter().copied();
+            group.filter(|n| variables.contains(n)).collect()
+        };
+        let (one, other) = (of(&one), of(&other));
+        if !one.is_empty() && !other.is_empty() {
+            said = Some(said == Some(true) || one.is_disjoint(&other));
+        }
+    }
+    said
 }
 
 /// Says of two accesses that nothing shows that they need no order, and whether `restrict` would.
@@ -139,7 +178,7 @@ fn accesses(
     lp: &Loop<'_>,
     body: &Body<'_>,
     inductions: &Inductions<'_>,
-    restrict: &[u32],
+    mark: &KernelMark,
 ) -> Vec<Access> {
     let mut accesses = Vec::new();
     let mut stores = body.stores.iter();
@@ -178,7 +217,7 @@ fn accesses(
             bytes: bytes.unwrap_or(0),
             address: affine,
             objects: match bytes {
-                Some(_) => objects_of(lp, restrict, *address),
+                Some(_) => objects_of(lp, mark, *address),
                 None => Objects::default(),
             },
             guard: facts,

@@ -198,6 +198,7 @@ fn take_loop(
         trip: Some(trip),
         nodes: std::mem::take(&mut body.nodes),
         order: std::mem::take(&mut order.orders),
+        assumed: std::mem::take(&mut order.assumed),
         live_outs: launch.live_outs,
     };
     let exit = lp.exit.clone();

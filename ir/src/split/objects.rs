@@ -8,7 +8,7 @@
 use super::places::Def;
 use super::shape::Loop;
 use crate::pass::restrict_number;
-use crate::program::{InstKind, Slot, Symbol, Value};
+use crate::program::{InstKind, KernelMark, Slot, Symbol, Value};
 use srp_archdesc::isa::{Class, Opcode};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -41,6 +41,9 @@ pub(super) struct Objects {
     anywhere: bool,
     /// It can also be the distance from one object to another.
     across: bool,
+    /// The numbers of the independent variables by all of which it is surely reached. None where
+    /// nothing is known yet, or for what is no address.
+    variables: Option<BTreeSet<u32>>,
 }
 
 impl Objects {
@@ -54,6 +57,7 @@ impl Objects {
     fn anywhere() -> Objects {
         Objects {
             anywhere: true,
+            variables: Some(BTreeSet::new()),
             ..Objects::default()
         }
     }
@@ -61,6 +65,7 @@ impl Objects {
     fn object(object: Object) -> Objects {
         Objects {
             objects: BTreeSet::from([object]),
+            variables: Some(BTreeSet::new()),
             ..Objects::default()
         }
     }
@@ -109,13 +114,34 @@ impl Objects {
         self.number |= other.number;
         self.anywhere |= other.anywhere;
         self.across |= other.across;
+        self.variables = match (self.variables, other.variables) {
+            (Some(one), Some(other)) => Some(&one & &other),
+            (one, other) => one.or(other),
+        };
+        self
+    }
+
+    /// The numbers of the independent variables by which it is surely reached.
+    pub(super) fn variables(&self) -> BTreeSet<u32> {
+        self.variables.clone().unwrap_or_default()
+    }
+
+    /// The same, reached by an independent variable.
+    fn by(mut self, variable: u32) -> Objects {
+        if self != Objects::default() {
+            self.variables.get_or_insert_default().insert(variable);
+        }
         self
     }
 
     /// What a sum of the two is: one of them is the pointer.
     fn plus(self, other: Objects) -> Objects {
         let unknown = Objects::default();
-        match (self.has_object(), other.has_object()) {
+        let variables = match (&self.variables, &other.variables) {
+            (Some(one), Some(other)) => Some(one | other),
+            (one, other) => one.as_ref().or(other.as_ref()).cloned(),
+        };
+        let sum = match (self.has_object(), other.has_object()) {
             _ if self.across || other.across => self.or(other),
             (true, false) => self,
             (false, true) => other,
@@ -125,6 +151,10 @@ impl Objects {
             (false, false) if self.is_number() => other,
             (false, false) if other.is_number() => self,
             (false, false) => self.or(other),
+        };
+        match sum == Objects::default() {
+            true => sum,
+            false => Objects { variables, ..sum },
         }
     }
 
@@ -149,9 +179,9 @@ impl Objects {
     }
 }
 
-/// The objects that `address` can point into, where the `restrict` pointers of these numbers are in
-/// scope: the least solution of the definitions it comes from.
-pub(super) fn objects_of(lp: &Loop<'_>, restrict: &[u32], address: Value) -> Objects {
+/// The objects that `address` can point into, in the scope of the `restrict` pointers of this
+/// mark: the least solution of the definitions it comes from.
+pub(super) fn objects_of(lp: &Loop<'_>, mark: &KernelMark, address: Value) -> Objects {
     let mut known = BTreeMap::new();
     let mut open = vec![address];
     let mut order = Vec::new();
@@ -161,13 +191,13 @@ pub(super) fn objects_of(lp: &Loop<'_>, restrict: &[u32], address: Value) -> Obj
         }
         if known.insert(value, Objects::default()).is_none() {
             order.push(value);
-            open.extend(sources(lp, restrict, value));
+            open.extend(sources(lp, mark, value));
         }
     }
     for _ in 0..MAX_ROUNDS {
         let mut changed = false;
         for &value in order.iter().rev() {
-            let now = eval(lp, restrict, value, &known);
+            let now = eval(lp, mark, value, &known);
             changed |= known.insert(value, now.clone()) != Some(now);
         }
         if !changed {
@@ -178,12 +208,12 @@ pub(super) fn objects_of(lp: &Loop<'_>, restrict: &[u32], address: Value) -> Obj
 }
 
 /// The values whose objects decide those of `value`.
-fn sources(lp: &Loop<'_>, restrict: &[u32], value: Value) -> Vec<Value> {
+fn sources(lp: &Loop<'_>, mark: &KernelMark, value: Value) -> Vec<Value> {
     match lp.def(value) {
         Some(Def::Param(block, i)) if !lp.is_entry(block) => {
             lp.jumps_to(block).map(|(_, t)| t.args[i]).collect()
         }
-        Some(Def::Inst(..)) if simple(lp, restrict, value).is_none() => {
+        Some(Def::Inst(..)) if simple(lp, mark, value).is_none() => {
             let (op, args) = lp.op(value).expect("anything else is simple");
             let first = usize::from(op == Opcode::Sel);
             args[first..].to_vec()
@@ -194,11 +224,11 @@ fn sources(lp: &Loop<'_>, restrict: &[u32], value: Value) -> Vec<Value> {
 
 fn eval(
     lp: &Loop<'_>,
-    restrict: &[u32],
+    mark: &KernelMark,
     value: Value,
     known: &BTreeMap<Value, Objects>,
 ) -> Objects {
-    let mut from = sources(lp, restrict, value)
+    let mut from = sources(lp, mark, value)
         .into_iter()
         .map(|v| known[&v].clone());
     let op = lp.op(value).map(|(op, _)| op);
@@ -210,18 +240,26 @@ fn eval(
         (Some(Def::Param(block, _)), _) if !lp.is_entry(block) => {
             from.fold(Objects::default(), Objects::or)
         }
-        (Some(Def::Inst(..)), op) => match (simple(lp, restrict, value), op) {
+        (Some(Def::Inst(..)), op) => match (simple(lp, mark, value), op) {
             (Some(simple), _) => simple,
             (None, Some(Opcode::Add | Opcode::And | Opcode::Or)) => both(Objects::plus),
             (None, Some(Opcode::Sub)) => both(Objects::minus),
-            (None, _) => from.fold(Objects::default(), Objects::or),
+            (None, _) => {
+                let all = from.fold(Objects::default(), Objects::or);
+                let number = lp.inst(value).and_then(|inst| restrict_number(&inst.kind));
+                let is_listed = |n: &u32| mark.independence.groups.iter().any(|g| g.contains(n));
+                match number.filter(is_listed) {
+                    Some(number) => all.by(number),
+                    None => all,
+                }
+            }
         },
         _ => Objects::object(Object::Unknown(value)),
     }
 }
 
 /// Definitions that are no sums.
-fn simple(lp: &Loop<'_>, restrict: &[u32], value: Value) -> Option<Objects> {
+fn simple(lp: &Loop<'_>, mark: &KernelMark, value: Value) -> Option<Objects> {
     let kind = &lp.inst(value)?.kind;
     let unknown = Objects::object(Object::Unknown(value));
     match kind {
@@ -230,7 +268,7 @@ fn simple(lp: &Loop<'_>, restrict: &[u32], value: Value) -> Option<Objects> {
         InstKind::SlotAddr(slot, _) => Some(Objects::object(Object::Slot(*slot))),
         InstKind::Op { op, .. } => match op {
             Opcode::Mov => restrict_number(kind)
-                .filter(|number| restrict.contains(number))
+                .filter(|number| mark.restrict.contains(number))
                 .map(|number| Objects::object(Object::Restrict(number))),
             Opcode::Add | Opcode::And | Opcode::Or => None,
             Opcode::Sub | Opcode::Sel => None,

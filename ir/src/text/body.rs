@@ -103,6 +103,7 @@ impl Body {
                     true => comma_list(line, |line| line.number())?,
                     false => Vec::new(),
                 },
+                independence: independence(line)?,
                 pos,
             });
         } else if line.pos.is_some() {
@@ -318,4 +319,17 @@ fn constant(line: &mut Line<'_>) -> Result<Bits, TextError> {
         *lane = line.number()?;
     }
     Ok(Bits::Vec(lanes))
+}
+
+/// What is said of a kernel's iterations.
+fn independence(line: &mut Line<'_>) -> Result<Independence, TextError> {
+    let mut independence = Independence {
+        all: line.eat_word("ivdep"),
+        groups: Vec::new(),
+    };
+    while line.eat_word("independent") {
+        let group = comma_list(line, |line| line.number())?;
+        independence.groups.push(group);
+    }
+    Ok(independence)
 }

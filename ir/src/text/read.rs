@@ -144,9 +144,11 @@ impl Reader {
                 results.push(ty(&mut line)?);
             }
         }
+        let noinline = line.eat_word("noinline");
         line.expect('{')?;
         line.done()?;
         let mut body = Body::new(Function::new(&name, &[], results, self.pos(&line)?));
+        body.func.noinline = noinline;
         body.define_params(&line, body.func.entry(), params)?;
         loop {
             let part = next(rest, &line)?;

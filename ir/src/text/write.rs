@@ -178,7 +178,9 @@ impl Writer<'_> {
             more => format!(" -> ({})", list(more, Ty::to_string)),
         };
         let name = word(&func.name);
-        self.line(format_args!("{id} {name}({params}){results} {{"), func.pos);
+        let noinline = if func.noinline { " noinline" } else { "" };
+        let head = format_args!("{id} {name}({params}){results}{noinline} {{");
+        self.line(head, func.pos);
         for (slot, SlotData { name, size, align }) in func.slots.iter() {
             let line = format!("  {slot} {} size {size} align {align}", word(name));
             self.line(line, Pos::nowhere());
@@ -206,7 +208,15 @@ impl Writer<'_> {
                     [] => String::new(),
                     numbers => format!(" restrict {}", list(numbers, u32::to_string)),
                 };
-                let text = format_args!("{head} kernel {name}{required}{nest}{restrict}");
+                let mut independent = String::new();
+                if mark.independence.all {
+                    independent.push_str(" ivdep");
+                }
+                for group in &mark.independence.groups {
+                    independent += &format!(" independent {}", list(group, u32::to_string));
+                }
+                let text =
+                    format_args!("{head} kernel {name}{required}{nest}{restrict}{independent}");
                 self.line(text, mark.pos);
             }
             None => self.line(head, Pos::nowhere()),

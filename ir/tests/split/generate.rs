@@ -145,6 +145,7 @@ impl Maker {
             required: true,
             nest: false,
             restrict: Vec::new(),
+            independence: Default::default(),
         });
         let entry_args: Vec<Value> = self.entry_args(start, &carried);
         self.enter_loop(body, entry_args);

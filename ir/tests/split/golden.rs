@@ -87,6 +87,11 @@ fn pointers() {
 }
 
 #[test]
+fn independent() {
+    check("independent");
+}
+
+#[test]
 fn countdown() {
     check("countdown");
 }

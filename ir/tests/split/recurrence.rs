@@ -68,6 +68,7 @@ fn graph(rng: &mut Pcg32) -> Dfg {
         trip: Some(0),
         nodes,
         order,
+        assumed: Vec::new(),
         live_outs: Vec::new(),
     }
 }

@@ -89,6 +89,7 @@ impl Form {
             required: true,
             nest: false,
             restrict: Vec::new(),
+            independence: Default::default(),
         });
         let constant = |func: &mut Function, block, w| func.append_const(block, Bits::Word(w), pos);
         let op = |func: &mut Function, block, op, args: [Value; 2]| {

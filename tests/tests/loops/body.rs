@@ -58,6 +58,7 @@ pub(crate) fn random(random: &mut Pcg64) -> Dre {
         trip: Some(0),
         nodes: body.nodes,
         order: body.order,
+        assumed: Vec::new(),
         live_outs,
     };
     around(random, dfg, body.live_ins)

@@ -156,6 +156,7 @@ fn kernel(extra: &[Ty]) -> Dfg {
         trip: Some(0),
         nodes,
         order: Vec::new(),
+        assumed: Vec::new(),
         live_outs: (0..3).map(Node::new).collect(),
     }
 }

@@ -479,6 +479,7 @@ impl<'a> Loop<'a> {
                 trip: Some(0),
                 nodes: nodes.collect(),
                 order: Vec::new(),
+                assumed: Vec::new(),
                 live_outs: outs.iter().map(|v| Node::new(v.node)).collect(),
             },
             ii: self.ii,

@@ -44,7 +44,9 @@ pub(super) fn flatten(
     };
     let innermost = loops.loops.values().all(|l| l.parent != Some(inner_id));
     let mark = func.blocks[inner.header].kernel.as_ref();
-    if !innermost || mark.is_none_or(|m| m.required) {
+    // What a pragma says of the iterations of one loop says nothing of those of both.
+    let says = |mark: &KernelMark| !mark.independence.is_none();
+    if !innermost || mark.is_none_or(|m| m.required || says(m)) {
         return false;
     }
     let Some(nest) = Nest::of(func, dominators, outer, inner) else {

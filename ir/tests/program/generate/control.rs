@@ -128,6 +128,7 @@ impl Maker<'_> {
                 required: self.below(2) == 0,
                 nest: false,
                 restrict: Vec::new(),
+                independence: Default::default(),
             });
         }
         let zero = self.word(0);
