@@ -126,7 +126,8 @@ fn forms(
         return write_divided_alone(&out, input, arch, wants(Form::Dfg), wants(Form::Dre));
     }
     let compiled = interrupt::looked_for(|| compile(input, arch, options, session))?;
-    refused_kernel::check(&compiled, arch, options, source, session)?;
+    let format = source.error_format;
+    refused_kernel::check(&compiled, arch, &options.warnings, format, session)?;
     say_not_pipelined(&compiled, arch, source.remarks_passes(), session)?;
     loops.write(&compiled, arch, session)?;
     if wants(Form::Dfg) || wants(Form::Dre) {

@@ -1,12 +1,12 @@
 //! Loops that a pragma asks onto the array, and that are not: errors with their places.
 
-use crate::cli::{self, ErrorFormat};
+use crate::cli::ErrorFormat;
 use crate::diagnostics;
 use crate::failure::Failure;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::{Diagnostic, Messages, Source, Span};
 use srp_studies::loops::{self, NotPipelined, Subject};
-use srp_toolchain::{Compiled, Options, Session};
+use srp_toolchain::{Compiled, Session, Warnings};
 
 /// The code of the message, and what turns it off.
 const CODE: &str = "C0604";
@@ -20,18 +20,18 @@ const HELP: &str = "`-Wno-error=kernel` lets such loops run on the VLIW engine";
 pub(crate) fn check(
     compiled: &Compiled,
     arch: &Arch,
-    options: &Options,
-    source: &cli::Source,
+    warnings: &Warnings,
+    format: ErrorFormat,
     session: &Session<'_>,
 ) -> Result<(), Failure> {
     let required = compiled.not_pipelined.iter().any(|n| n.required);
-    if !required || !options.warnings.refuses_kernels() {
+    if !required || !warnings.refuses_kernels() {
         return Ok(());
     }
     let subject = Subject::of_program(compiled);
     let report = loops::report(&subject, arch, &loops::Options::default(), session)?;
     let refused = report.not_pipelined.iter().filter(|n| n.required);
-    Err(Failure::Reported(show(refused, source.error_format)))
+    Err(Failure::Reported(show(refused, format)))
 }
 
 fn show<'a>(refused: impl Iterator<Item = &'a NotPipelined>, format: ErrorFormat) -> String {

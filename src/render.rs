@@ -3,14 +3,14 @@
 use crate::cli::{self, Render};
 use crate::failure::Failure;
 use crate::fidelity::{frame_text, sampled_text};
-use crate::{compile, energy, files, interrupt, report, scenes, talk};
+use crate::{compile, energy, files, interrupt, refused_kernel, report, scenes, talk};
 use serde::Serialize;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene_image::SceneImage;
 use srp_runtime::system;
 use srp_studies::energy::Energy;
 use srp_studies::fidelity::{self, Fidelity, FrameFigure, Prepared, Untimed};
-use srp_toolchain::{Engines, Frame, Session, system_options};
+use srp_toolchain::{Engines, Frame, Session, Warnings, system_options};
 
 /// Where time and energy of a frame went.
 #[derive(Serialize)]
@@ -47,6 +47,9 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     }
     let compiled = interrupt::looked_for(|| frame.build.compile(kernels, &frame.arch, session))?;
     talk::say_all(&compiled.messages.render(talk::colour()));
+    let warnings = Warnings::parse(&args.warnings).map_err(Failure::Message)?;
+    let format = cli::ErrorFormat::Human;
+    refused_kernel::check(&compiled, &frame.arch, &warnings, format, session)?;
     compile::say_not_pipelined(&compiled, &frame.arch, false, session)?;
     loops.write(&compiled, &frame.arch, session)?;
     interrupt::end_if_requested()?;

@@ -35,7 +35,8 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
         RunEngine::Ir => return interpret(input, &options, source, &arch, args.limit),
     };
     let compiled = compile::compile_and_say(input, &arch, &options, source, session)?;
-    refused_kernel::check(&compiled, &arch, &options, source, session)?;
+    let format = source.error_format;
+    refused_kernel::check(&compiled, &arch, &options.warnings, format, session)?;
     compile::say_not_pipelined(&compiled, &arch, source.remarks_passes(), session)?;
     loops.write(&compiled, &arch, session)?;
     interrupt::end_if_requested()?;

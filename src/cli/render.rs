@@ -29,6 +29,10 @@ pub(crate) struct Render {
     /// Folder with the kernels in C, instead of those that come along
     #[arg(long, value_name = "DIR")]
     pub(crate) kernels: Option<PathBuf>,
+    /// Warnings about the kernels, as of `srp compile`: no-error=kernel lets loops that the array cannot
+    /// run stay on the VLIW engine
+    #[arg(short = 'W', value_name = "NAME")]
+    pub(crate) warnings: Vec<String>,
     #[command(flatten)]
     pub(crate) search: Search,
     #[command(flatten)]

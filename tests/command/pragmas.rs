@@ -1,5 +1,5 @@
 //! What pragmas say of loops: that iterations are independent, which is believed, and checked by
-//! `--engine ir`.
+//! `--engine ir`; and that a loop is a kernel, which is an error where it is not.
 
 use super::{folder, refused, srp, write};
 
@@ -86,4 +86,27 @@ int main(void) { copy(a, a, 8); return 0; }
     write(&folder, "same.c", text);
     let says = ["same.c:6:", "same.c:7:"];
     refused(&folder, &["run", "same.c", "--engine", "ir"], &says);
+}
+
+#[test]
+fn kernels_of_a_frame_that_are_not_on_the_array_are_refused() {
+    let folder = folder("kernel");
+    let text = "int a[8];
+static int half(int n) { return n < 2 ? n : half(n / 2) + 1; }
+int main(void)
+{
+#pragma srp kernel
+    for (int i = 0; i < 8; i++)
+        a[i] = half(i);
+    return 0;
+}
+";
+    std::fs::create_dir(folder.join("own")).expect("it can be made");
+    write(&folder, "own/frame.c", text);
+    let render = ["render", "--kernels", "own", "--size", "8x8"];
+    let says = ["error[C0604]", "own/frame.c:7:", "-Wno-error=kernel"];
+    refused(&folder, &render, &says);
+    let output = srp(&folder, &[&render[..], &["-W", "no-error=kernel"]].concat());
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(!said.contains("C0604") && said.contains("main"), "{said}");
 }
