@@ -1,0 +1,86 @@
+//! `-ffast-math` and its parts: each changes what it names and nothing else, and tells where.
+
+use super::{folder, srp, write};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+const PROGRAM: &str = "#include <math.h>
+float a[64], b[64], c[64];
+float sum(void)
+{
+    float s = 0;
+    for (int i = 0; i < 64; i++)
+        s = s + a[i] + b[i];
+    return s;
+}
+void divide(void)
+{
+    for (int i = 0; i < 64; i++)
+        b[i] = a[i] / 3.0f;
+}
+void contract(void)
+{
+    for (int i = 0; i < 64; i++)
+        c[i] = a[i] * b[i] + 1.0f;
+}
+void power(void)
+{
+    for (int i = 0; i < 64; i++)
+        a[i] = powf(b[i], 1.5f);
+}
+";
+
+/// The functions of the program after the passes with these options, and what is told of them.
+fn functions(folder: &Path, options: &[&str]) -> (BTreeMap<String, String>, String) {
+    let compile = [
+        "compile", "f.c", "--emit", "ir", "--passes", "standard", "-o", ".", "-R", "pass",
+    ];
+    let compiled = srp(folder, &[&compile[..], options].concat());
+    let said = String::from_utf8_lossy(&compiled.stderr).into_owned();
+    assert!(compiled.status.success(), "{said}");
+    let text = std::fs::read_to_string(folder.join("f.ir")).expect("it was written");
+    let mut functions = BTreeMap::<String, String>::new();
+    let mut name = String::new();
+    for line in text.lines() {
+        // The functions' numbers depend on what there is of the library.
+        let mut words = line.splitn(2, ' ');
+        let head = words.next().is_some_and(|word| word.starts_with("fn"));
+        let line = words.next().filter(|_| head).unwrap_or(line);
+        if head {
+            name = line.split('(').next().unwrap_or_default().to_owned();
+        }
+        *functions.entry(name.clone()).or_default() += line;
+    }
+    (functions, said)
+}
+
+#[test]
+fn each_part_changes_what_it_names() {
+    let folder = folder("fast_math");
+    write(&folder, "f.c", PROGRAM);
+    let (exact, said) = functions(&folder, &[]);
+    assert!(exact.len() >= 5 && !said.contains("-f"), "{exact:?} {said}");
+    let changed = |options: &[&str]| {
+        let (functions, said) = functions(&folder, options);
+        let own = ["sum", "divide", "contract", "power"];
+        let changed = own.into_iter().filter(|f| functions[*f] != exact[*f]);
+        (changed.collect::<Vec<_>>(), said)
+    };
+    for (option, function, line) in [
+        ("-freciprocal-math", "divide", "f.c:13:"),
+        ("-ffp-contract=fast", "contract", "f.c:18:"),
+    ] {
+        let (changed, said) = changed(&[option]);
+        assert_eq!(changed, [function], "{option}");
+        let told = said.lines().find(|l| l.contains(option));
+        assert!(told.is_some_and(|l| l.contains(line)), "{option}: {said}");
+    }
+    let (associated, said) = changed(&["-fassociative-math"]);
+    assert!(associated.contains(&"sum") && !associated.contains(&"divide"));
+    assert!(said.contains("f.c:7:"), "{said}");
+    assert_eq!(changed(&["-fapprox-func"]).0, ["power"]);
+    assert_eq!(
+        changed(&["-ffast-math"]).0,
+        ["sum", "divide", "contract", "power"]
+    );
+}
