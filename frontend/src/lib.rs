@@ -24,6 +24,7 @@
 //! [`Options::double_is_float`]. The [`library`] gives what a program uses and does not define.
 
 pub mod ast;
+pub mod bytes;
 pub mod check;
 mod classify;
 pub mod ctype;

@@ -1,5 +1,6 @@
 //! Constants: numbers, characters and strings as C writes them.
 
+use crate::bytes::byte_of;
 use crate::message::{CONSTANT_RANGE, Code, LEXICAL, UNSUPPORTED};
 use std::rc::Rc;
 
@@ -270,7 +271,9 @@ fn unquote(text: &str) -> Result<(bool, Vec<u32>), Bad> {
     let mut units = Vec::new();
     while let Some(c) = chars.next() {
         if c != '\\' {
-            if wide {
+            if let Some(byte) = byte_of(c) {
+                units.push(byte.into());
+            } else if wide {
                 units.push(c as u32);
             } else {
                 units.extend(c.encode_utf8(&mut [0; 4]).bytes().map(u32::from));

@@ -197,10 +197,39 @@ fn traps_tell_their_place_and_the_open_calls() {
 #[test]
 fn what_is_no_text_is_refused() {
     let folder = folder("text");
-    std::fs::write(folder.join("latin.c"), b"int x;\n// na\xefve\n").expect("it can be written");
-    refused(&folder, &["run", "latin.c"], &["latin.c", "0xef at 2:6"]);
+    std::fs::write(folder.join("latin.ir"), b"int x;\n// na\xefve\n").expect("it can be written");
+    refused(&folder, &["run", "latin.ir"], &["latin.ir", "0xef at 2:6"]);
     std::fs::create_dir(folder.join("folder.c")).expect("it can be made");
     refused(&folder, &["run", "folder.c"], &["folder.c"]);
+}
+
+/// Comments may hold any bytes, and strings keep theirs.
+#[test]
+fn sources_need_not_be_utf_8() {
+    let folder = folder("latin");
+    let text = b"/* na\xefve */\nint main(void)\n{\n    const char *s = \"\xe9t\xc3\xa9\\xe9\";\n    \
+                 const unsigned char wanted[] = {0xe9, 't', 0xc3, 0xa9, 0xe9, 0};\n    \
+                 for (int i = 0; i < 6; i++)\n        if ((unsigned char)s[i] != wanted[i]) return 1;\n    \
+                 return '\xe9' != -23;\n}\n";
+    std::fs::write(folder.join("latin.c"), text).expect("it can be written");
+    let run = srp(&folder, &["run", "latin.c", "--engine", "ir"]);
+    let said = String::from_utf8_lossy(&run.stderr);
+    assert_eq!(run.status.code(), Some(0), "{said}");
+}
+
+#[test]
+fn a_stack_that_does_not_fit_is_refused() {
+    let folder = folder("stack");
+    let text = "int a[64];\nint main(void)\n{\n    volatile int big[200000];\n    \
+                for (int i = 0; i < 64; i++) big[i * 3000] = a[i];\n    return big[0];\n}\n";
+    write(&folder, "deep.c", text);
+    let says = [
+        "deep.c:2:5: ",
+        "variables of main need 800000 bytes of stack",
+        "<sram size",
+    ];
+    refused(&folder, &["run", "deep.c"], &says);
+    refused(&folder, &["compile", "deep.c"], &says);
 }
 
 /// Kernels by themselves have reports, schedules and simulators; only to run they need a `main`.

@@ -13,6 +13,7 @@ use srp_ir::check::{self, Checked};
 use srp_ir::dfg::{Dfg, Order};
 use srp_ir::dre::Dre;
 use srp_ir::dre::scheduled::ModuloSchedule;
+use srp_ir::layout::Layout;
 use srp_ir::pass;
 use srp_ir::program::{Kernel, Program, SourceFile};
 use srp_ir::split::Remark;
@@ -187,6 +188,7 @@ pub fn compile(
         }
         Input::Ir(program) => schedule_timed(*program, arch, options.effort, session, &timed),
         Input::Dre(dre) => {
+            frames_fit(&dre.control, arch)?;
             let scheduled = schedule_dre(&dre, arch, options.effort, session, &timed);
             Ok(Compiled {
                 times: timed.times(),
@@ -239,6 +241,7 @@ fn schedule_timed(
     session: &Session<'_>,
     timed: &Timed<'_>,
 ) -> Result<Compiled, Error> {
+    frames_fit(&program, arch)?;
     let (mut unschedulable, mut all_refused) = (Vec::new(), Vec::new());
     loop {
         let Divided {
@@ -271,6 +274,26 @@ fn schedule_timed(
             Err(error) => return Err(error.into()),
         }
     }
+}
+
+/// Refuses a function whose variables alone are more than the stack can be, before anything is
+/// scheduled for long.
+fn frames_fit(program: &Program, arch: &Arch) -> Result<(), Error> {
+    let layout = Layout::of(program, arch.system.sram_bytes)?;
+    let left = u64::from(layout.stack_top).saturating_sub(layout.image.len() as u64);
+    for func in program.funcs.values() {
+        let sizes = func.slots.values().map(|slot| u64::from(slot.size));
+        let bytes: u64 = sizes.sum();
+        if bytes > left {
+            return Err(Error::Invalid(format!(
+                "{}: the variables of {} need {bytes} bytes of stack; beside its globals, the program \
+                 has {left} in SRAM: make them static or smaller, or the `<sram size=\"…\"/>` larger",
+                program.show_pos(func.pos),
+                func.name,
+            )));
+        }
+    }
+    Ok(())
 }
 
 fn schedule_dre(

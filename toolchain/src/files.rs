@@ -134,13 +134,15 @@ pub fn read_text(path: &Path) -> Result<String, FileError> {
     })
 }
 
-/// Reads a text file as a source with its name.
+/// Reads a C file as a source with its name. It may be in any encoding that has ASCII in it.
 ///
 /// # Errors
 ///
-/// As of [`read_text`].
+/// The file cannot be read.
 pub fn read_source(path: &Path) -> Result<Source, FileError> {
-    Ok(Source::new(path.display().to_string(), read_text(path)?))
+    let bytes = read_limited(path, MAX_TEXT).map_err(|e| FileError::new(path, "read", e))?;
+    let text = srp_frontend::bytes::decode(bytes);
+    Ok(Source::new(path.display().to_string(), text))
 }
 
 static WRITING: Mutex<()> = Mutex::new(());
