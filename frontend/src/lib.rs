@@ -28,6 +28,7 @@ pub mod bytes;
 pub mod check;
 mod classify;
 pub mod ctype;
+pub mod interface;
 mod lex;
 pub mod library;
 mod literal;
@@ -47,35 +48,26 @@ pub use lower::lower;
 pub use options::{Include, Options, precision_macros};
 pub use parse::parse;
 
-use library::Archive;
 use message::Messages;
 use source::SourceMap;
 use srp_archdesc::diagnostic::{Diagnostic, Source};
 use srp_ir::Program;
+
+/// A checked program with the texts and messages that it was made with.
+pub(crate) struct Compilation {
+    map: SourceMap,
+    messages: Messages,
+    checked: Option<typed::Checked>,
+}
 
 /// Compiles sources to one program, with warnings; or says all that is wrong with them.
 pub fn compile(
     sources: &[Source],
     options: &Options<'_>,
 ) -> Result<(Program, Vec<Diagnostic>), Vec<Diagnostic>> {
-    let mut map = SourceMap::new();
-    let mut messages = Messages::new();
-    let units: Vec<_> = sources
-        .iter()
-        .map(|source| parse(source, options, &mut map, &mut messages))
-        .collect();
-    let mut archive = Archive::of(&units);
-    let mut library: Vec<ast::Unit> = Vec::new();
-    while let Some(source) = archive.next(library.last()) {
-        library.push(parse(&source, options, &mut map, &mut messages));
-    }
-    let program = check::Sources {
-        units: &units,
-        library: &library,
-        owned: &archive.owned,
-        map: &map,
-    };
-    let checked = check(&program, options, &mut messages);
+    let Compilation {
+        messages, checked, ..
+    } = interface::compilation(sources, options);
     match checked {
         Some(checked) => Ok((lower(&checked, options), messages.into_list())),
         None => Err(messages.into_list()),

@@ -39,6 +39,17 @@ struct Expansion {
 pub struct SourceMap {
     files: EntityMap<SourceFile, File>,
     expansions: BTreeMap<Span, Expansion>,
+    /// What `#pragma srp range` has said, in the order of the text.
+    pub(crate) ranges: Vec<Range>,
+}
+
+/// What `#pragma srp range(name, low, high)` says.
+#[derive(Clone, Debug)]
+pub(crate) struct Range {
+    pub(crate) name: String,
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+    pub(crate) span: Span,
 }
 
 impl SourceMap {

@@ -2,6 +2,7 @@
 
 mod explain;
 mod folder;
+mod kernel;
 mod page;
 mod text;
 
@@ -11,22 +12,27 @@ use crate::{files, interrupt, scenes, talk};
 use folder::Folder;
 use srp_studies::Error;
 use srp_studies::accuracy::{Options, Rendering, Study, Trial};
+use std::path::Path;
 
 /// Runs `srp accuracy`.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let session = &talk::session();
+    if let Some(path) = args.kernel_file() {
+        return kernel::run(path, args, session);
+    }
+    args.check_frame()?;
     let building = Some(&args.building);
-    let frame = scenes::frame(&args.frame, building, args.bvh, args.size, session)?;
+    let frame = scenes::frame(&args.frame, building, args.bvh(), args.size(), session)?;
     if let Some(pixel) = args.pixel {
         return explain::run(&frame, args, pixel);
     }
     let options = Options {
         knobs: args.knob.clone(),
-        target: args.target.clone(),
+        target: args.target()?,
         threads: args.threads,
     };
     let study = Study::of(&frame, options)?;
-    let folder = Folder::open(&args.output)?;
+    let folder = Folder::open(args.output.as_deref().unwrap_or(Path::new("accuracy")))?;
     let shown = |trial: &Trial, rendering: &Rendering| {
         let written = folder.write(trial, rendering);
         written.map_err(Error::from)

@@ -77,7 +77,7 @@ pub(crate) enum ErrorFormat {
 }
 
 /// What `double` is: whether it is `float`.
-const DOUBLES: &[Choice<bool>] = &[
+pub(super) const DOUBLES: &[Choice<bool>] = &[
     Choice {
         value: false,
         name: "soft",
@@ -129,18 +129,20 @@ pub(crate) fn fast_math(features: &[Feature]) -> FastMath {
     }
 }
 
+/// A macro's name and body, as `-D` has them.
+pub(super) fn define(text: &str) -> (String, String) {
+    let (name, value) = text.split_once('=').unwrap_or((text, "1"));
+    (name.to_owned(), value.to_owned())
+}
+
 impl Compilation {
     /// How C is compiled, and its loops are scheduled.
     pub(crate) fn options(&self) -> Result<Options, Failure> {
         let source = &self.source;
-        let define = |text: &String| {
-            let (name, value) = text.split_once('=').unwrap_or((text, "1"));
-            (name.to_owned(), value.to_owned())
-        };
         let has = |feature| source.feature.contains(&feature);
         Ok(Options {
             include: source.include.clone(),
-            defines: source.define.iter().map(define).collect(),
+            defines: source.define.iter().map(|text| define(text)).collect(),
             auto_kernel: !source.no_auto_kernel && !has(Feature::NoAutoKernel),
             double_is_float: source.double,
             single_constants: has(Feature::SinglePrecisionConstant),

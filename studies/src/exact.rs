@@ -1,75 +1,13 @@
-//! Exact arithmetic for rays, boxes and triangles whose numbers are binary32: sums of binary64 numbers
-//! that do not overlap (Shewchuk, "Adaptive precision floating-point arithmetic", 1997). No
+//! Exact arithmetic for rays, boxes and triangles whose numbers are binary32, by [`expansion`]. No
 //! rounding, so no doubt; for products of up to six of them, as binary64 has the exponents.
+//!
+//! [`expansion`]: crate::expansion
 
 use std::cmp::Ordering;
 
+use crate::expansion::Expansion as Exact;
 use srp_runtime::scene::Triangle;
 use srp_runtime::tni::arithmetic::Ray;
-
-/// A number: the sum of its parts, which grow in magnitude and do not overlap.
-#[derive(Clone, Debug)]
-struct Exact(Vec<f64>);
-
-/// `a + b` and what rounding took from it.
-fn two_sum(a: f64, b: f64) -> (f64, f64) {
-    let sum = a + b;
-    let from_b = sum - a;
-    (sum, (a - (sum - from_b)) + (b - from_b))
-}
-
-impl Exact {
-    fn of(x: f32) -> Exact {
-        Exact(vec![f64::from(x)])
-    }
-
-    fn plus_number(&self, mut b: f64) -> Exact {
-        let mut parts = Vec::with_capacity(self.0.len() + 1);
-        for &a in &self.0 {
-            let (sum, rest) = two_sum(b, a);
-            if rest != 0.0 {
-                parts.push(rest);
-            }
-            b = sum;
-        }
-        parts.push(b);
-        Exact(parts)
-    }
-
-    fn plus(&self, other: &Exact) -> Exact {
-        other
-            .0
-            .iter()
-            .fold(self.clone(), |sum, &b| sum.plus_number(b))
-    }
-
-    fn minus(&self, other: &Exact) -> Exact {
-        other
-            .0
-            .iter()
-            .fold(self.clone(), |sum, &b| sum.plus_number(-b))
-    }
-
-    fn times(&self, other: &Exact) -> Exact {
-        let mut sum = Exact(vec![0.0]);
-        for &a in &self.0 {
-            for &b in &other.0 {
-                let product = a * b;
-                sum = sum.plus_number(a.mul_add(b, -product)).plus_number(product);
-            }
-        }
-        sum
-    }
-
-    fn value(&self) -> f64 {
-        self.0.iter().sum()
-    }
-
-    fn sign(&self) -> Ordering {
-        let largest = self.0.iter().rev().find(|part| **part != 0.0);
-        largest.map_or(Ordering::Equal, |part| part.total_cmp(&0.0))
-    }
-}
 
 type Vector = [Exact; 3];
 

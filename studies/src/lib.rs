@@ -24,14 +24,18 @@ pub mod effects;
 pub mod energy;
 mod error;
 pub mod exact;
+mod expansion;
 pub mod fidelity;
 pub mod figure;
 pub mod functional;
 pub mod hard_cases;
+pub mod kernel;
 pub mod loops;
 pub mod map;
 pub mod rays;
+pub mod real;
 pub mod reference;
+mod search;
 pub mod survey;
 pub mod tni;
 

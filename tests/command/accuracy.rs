@@ -1,6 +1,6 @@
 //! `srp accuracy`: knobs really turn, trials are kept, and what is at fault is refused.
 
-use super::{folder, refused, srp, write};
+use super::{folder, misused, refused, srp, write};
 use serde_json::Value;
 use std::path::Path;
 
@@ -75,4 +75,69 @@ fn knobs_and_targets_at_fault_are_refused() {
     );
     let output = srp(&folder, &["accuracy", "--target", "beauty=1"]);
     assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+fn kernels_take_the_place_of_scenes() {
+    let folder = folder("accuracy-kernel");
+    write(
+        &folder,
+        "f.c",
+        "float f(float x)\n{\n    return 1.0f / (x - 0.5f);\n}\n",
+    );
+    let args = [
+        "accuracy", "f.c", "--range", "x=1:2", "--points", "64", "--trials", "4", "--json", "-o",
+        "out",
+    ];
+    let output = srp(&folder, &args);
+    assert_eq!(
+        output.status.code(),
+        Some(0),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let kernel = &report["kernels"][0];
+    assert_eq!(kernel["name"], "f");
+    let trials = kernel["trials"].as_array().expect("trials");
+    assert_eq!(trials.len(), 4);
+    assert!(
+        trials[0]["bound"]["relative"]
+            .as_f64()
+            .is_some_and(|b| b < 1e-6)
+    );
+    // The machine of a trial is one that the command takes.
+    assert_eq!(
+        srp(&folder, &["machine", "check", "out/f-0.xml"])
+            .status
+            .code(),
+        Some(0)
+    );
+    assert_eq!(srp(&folder, &args).stdout, output.stdout);
+    refused(
+        &folder,
+        &["accuracy", "f.c"],
+        &["no parameter or object has a range"],
+    );
+    misused(
+        &folder,
+        &["accuracy", "f.c", "--range", "x=1:2", "--size", "8x8"],
+        &["--size is of scenes"],
+    );
+    misused(
+        &folder,
+        &["accuracy", "--range", "x=1:2"],
+        &["--range is of kernels"],
+    );
+    misused(
+        &folder,
+        &["accuracy", "f.c", "--range", "x=2:1"],
+        &["the range of `x` is empty"],
+    );
+    write(&folder, "wrong.fpcore", "(FPCore (x)\n  (+ x y))");
+    refused(
+        &folder,
+        &["accuracy", "wrong.fpcore"],
+        &["wrong.fpcore:2:8: nothing is called `y`"],
+    );
 }

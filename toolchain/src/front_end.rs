@@ -5,6 +5,7 @@ use crate::options::Options;
 use crate::{Error, files};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::{Diagnostic, Messages, Severity, Source};
+use srp_frontend::interface::Interface;
 use srp_frontend::{Include, library};
 use srp_ir::pass::{self, Pass, Remark};
 use srp_ir::program::Program;
@@ -116,6 +117,19 @@ pub fn front_end(
         Some(program) if !messages.diagnostics.iter().any(is_error) => Ok((program, messages)),
         _ => Err(Error::Messages(messages)),
     }
+}
+
+/// The functions and objects that sources define, with their types.
+///
+/// # Errors
+///
+/// All that is wrong with the sources.
+pub fn interface(sources: &[Source], arch: &Arch, options: &Options) -> Result<Interface, Error> {
+    let texts = Texts::new(sources, &options.include);
+    let found = with(&texts, arch, options, |o| {
+        srp_frontend::interface::interface(sources, o)
+    });
+    found.map_err(|list| Error::Messages(texts.messages(options.warnings.choose(list))))
 }
 
 /// The syntax tree of a source, as text.

@@ -34,8 +34,9 @@ pub use error::Error;
 pub use frame::{
     BUILD_ID, Build, Frame, FrameOptions, MAX_CYCLES, hash, kernel_names, system_options,
 };
-pub use front_end::{front_end, optimise, program, run_passes, syntax_tree};
+pub use front_end::{front_end, interface, optimise, program, run_passes, syntax_tree};
 pub use input::Input;
 pub use loops::schedule_loop;
 pub use options::{Effort, Options, Warnings};
 pub use session::{Session, Timed, Times};
+pub use srp_frontend::interface::{Function, Interface, Object, Shape, StatedRange};

@@ -6,7 +6,7 @@ use crate::lex::{PpKind, PpToken};
 use crate::message::{
     DIRECTIVE, IGNORED, MACRO, MACRO_REDEFINED, PRAGMA, USER_ERROR, USER_WARNING,
 };
-use crate::source::Name;
+use crate::source::{Name, Range};
 use srp_archdesc::diagnostic::Span;
 use srp_ir::program::SourceFile;
 use std::rc::Rc;
@@ -270,11 +270,12 @@ impl Preprocessor<'_> {
             }
             ["srp", "independent", ..] => self.independent(span, rest),
             ["ivdep"] | ["GCC", "ivdep"] => self.emit_pragma(span, "ivdep"),
+            ["srp", "range", ..] => self.range(span, &rest[2..]),
             ["srp", ..] => {
                 let message = self
                     .sources
                     .error(PRAGMA, span, "unknown `srp` pragma", "")
-                    .help("there are `kernel`, `unroll N` and `independent(NAME, …)`");
+                    .help("there are `kernel`, `unroll N`, `independent(NAME, …)` and `range(NAME, LOW, HIGH)`");
                 self.messages.push(message);
             }
             ["push_macro", "(", name, ")"] if name.starts_with('"') => {
@@ -335,6 +336,43 @@ impl Preprocessor<'_> {
             return self.error(PRAGMA, span, text, "");
         }
         self.emit_pragma(span, &text);
+    }
+
+    /// `range(name, low, high)`: between which numbers a parameter or object lies. Nothing depends on it but
+    /// studies of accuracy.
+    fn range(&mut self, span: Span, rest: &[PpToken]) {
+        let text: String = match rest {
+            [open, name, middle @ .., close] if open.is("(") && close.is(")") => {
+                let middle = self.expand(middle.to_vec());
+                let middle = middle.iter().map(|t| &*t.text);
+                std::iter::once(&*name.text).chain(middle).collect()
+            }
+            _ => String::new(),
+        };
+        let parts: Vec<&str> = text.split(',').collect();
+        let number = |text: &str| {
+            let text = text.trim_end_matches(['f', 'F']);
+            text.parse().ok().filter(|x: &f64| x.is_finite())
+        };
+        match parts.as_slice() {
+            [name, low, high] if !name.is_empty() => {
+                if let (Some(low), Some(high)) = (number(low), number(high))
+                    && low <= high
+                {
+                    let name = (*name).to_owned();
+                    self.sources.ranges.push(Range {
+                        name,
+                        low,
+                        high,
+                        span,
+                    });
+                    return;
+                }
+            }
+            _ => {}
+        }
+        let text = "`range` takes a name and two numbers, the least first: range(x, 0.1, 10)";
+        self.error(PRAGMA, span, text, "");
     }
 
     fn emit_pragma(&mut self, span: Span, text: &str) {

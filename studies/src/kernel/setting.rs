@@ -1,0 +1,218 @@
+//! Settings of a kernel: the structure, bits and steps of each special-function unit, and what the
+//! compiler may do.
+
+use srp_archdesc::arch::{Approx, Arch, Refine, Subnormals};
+use srp_archdesc::structure::{Special, Structure};
+use srp_toolchain::Options;
+use std::sync::Arc;
+
+/// A machine and a compiler.
+#[derive(Clone)]
+pub(super) struct Subject {
+    pub(super) arch: Arch,
+    pub(super) options: Options,
+}
+
+type Change = Arc<dyn Fn(&mut Subject) + Send + Sync>;
+
+/// A value of a knob.
+#[derive(Clone)]
+pub(super) struct Value {
+    /// In a few words; empty where everything stays as it is.
+    pub(super) words: String,
+    /// How a user says it.
+    pub(super) how: String,
+    change: Change,
+}
+
+/// What can be turned.
+#[derive(Clone)]
+pub(super) struct Knob {
+    pub(super) name: String,
+    /// The unit that it is of; a permission of the compiler has none.
+    pub(super) unit: Option<Special>,
+    /// Its values, the first of which leaves everything as it is.
+    pub(super) values: Vec<Value>,
+}
+
+impl Value {
+    fn as_it_is() -> Value {
+        Value {
+            words: String::new(),
+            how: String::new(),
+            change: Arc::new(|_| {}),
+        }
+    }
+}
+
+/// Tables that are tried of units with Newton–Raphson steps: bits and steps.
+const STEPPED: [(u32, u32); 9] = [
+    (16, 0),
+    (12, 0),
+    (8, 0),
+    (16, 1),
+    (12, 1),
+    (8, 1),
+    (16, 2),
+    (12, 2),
+    (8, 2),
+];
+
+/// The precisions that are tried of a unit.
+fn precisions(special: Special) -> Vec<Approx> {
+    let polynomial = |bits| {
+        let segments = special.segments(2, bits);
+        Approx::built(
+            Structure::Polynomial {
+                degree: 2,
+                segments,
+            },
+            bits,
+        )
+    };
+    let mut all = vec![Approx::Exact];
+    match special.has_steps() {
+        true => all.extend(
+            STEPPED
+                .iter()
+                .map(|&(bits, steps)| Approx::table(bits, steps)),
+        ),
+        false => all.extend([16, 12, 8].map(|bits| Approx::table(bits, 0))),
+    }
+    all.push(Approx::built(Structure::Offsets { tables: 1 }, 16));
+    all.push(polynomial(16));
+    all.push(polynomial(22));
+    all
+}
+
+/// A precision in a few words, and as attributes of a machine file.
+pub(super) fn words(approx: Approx) -> (String, String) {
+    let Approx::Table {
+        structure,
+        bits,
+        steps,
+        fused,
+        refine,
+    } = approx
+    else {
+        return ("exact".to_owned(), "bits=\"exact\"".to_owned());
+    };
+    let mut words = format!("{bits} bits");
+    let mut how = format!("bits=\"{bits}\"");
+    if structure != Structure::Table {
+        words += &format!(" {}", structure.name());
+        how += &format!(" structure=\"{}\"", structure.name());
+        if let Structure::Polynomial { degree, .. } = structure {
+            words += &format!(" {degree}");
+            how += &format!(" degree=\"{degree}\"");
+        }
+    }
+    if steps > 0 {
+        let plural = if steps > 1 { "s" } else { "" };
+        words += &format!(" + {steps} step{plural}");
+        how += &format!(" steps=\"{steps}\"");
+    }
+    if !fused {
+        words += " not fused";
+        how += " fused=\"false\"";
+    }
+    if refine == Refine::Code {
+        words += " in code";
+        how += " refine=\"code\"";
+    }
+    (words, how)
+}
+
+/// The knobs of a kernel that uses some units, on a machine as it is.
+pub(super) fn knobs(units: &[Special], base: &Subject) -> Vec<Knob> {
+    let mut knobs: Vec<Knob> = units.iter().map(|&special| unit(special, base)).collect();
+    let allowed = base.options.fast_math;
+    let mut permission = |name: &str, has: bool, allow: fn(&mut Subject)| {
+        if !has {
+            let value = Value {
+                words: "yes".to_owned(),
+                how: format!("-f{name}"),
+                change: Arc::new(allow),
+            };
+            knobs.push(Knob {
+                name: name.to_owned(),
+                unit: None,
+                values: vec![Value::as_it_is(), value],
+            });
+        }
+    };
+    permission("associative-math", allowed.associative, |s| {
+        s.options.fast_math.associative = true;
+    });
+    permission("reciprocal-math", allowed.reciprocal, |s| {
+        s.options.fast_math.reciprocal = true;
+    });
+    permission("fp-contract=fast", allowed.contract, |s| {
+        s.options.fast_math.contract = true;
+    });
+    permission("approx-func", allowed.approximate, |s| {
+        s.options.fast_math.approximate = true;
+    });
+    if base.arch.precision.subnormals == Subnormals::Keep {
+        knobs.push(Knob {
+            name: "subnormals".to_owned(),
+            unit: None,
+            values: vec![
+                Value::as_it_is(),
+                Value {
+                    words: "flush".to_owned(),
+                    how: "<float subnormals=\"flush\"/>".to_owned(),
+                    change: Arc::new(|s| s.arch.precision.subnormals = Subnormals::Flush),
+                },
+            ],
+        });
+    }
+    knobs
+}
+
+fn unit(special: Special, base: &Subject) -> Knob {
+    let known = base.arch.precision.of(special);
+    let tried = precisions(special)
+        .into_iter()
+        .filter(|&approx| approx != known);
+    let value = |approx: Approx| {
+        let (words, attributes) = words(approx);
+        Value {
+            words,
+            how: format!("<special function=\"{}\" {attributes}/>", special.name()),
+            change: Arc::new(move |s: &mut Subject| *s.arch.precision.of_mut(special) = approx),
+        }
+    };
+    Knob {
+        name: special.name().to_owned(),
+        unit: Some(special),
+        values: std::iter::once(Value::as_it_is())
+            .chain(tried.map(value))
+            .collect(),
+    }
+}
+
+/// The knob of a unit that the program uses only with a permission: each of its values gives that too.
+pub(super) fn brought(special: Special, base: &Subject, by: &Knob) -> Knob {
+    let mut knob = unit(special, base);
+    for value in knob.values.iter_mut().skip(1) {
+        let (permission, own) = (Arc::clone(&by.values[1].change), Arc::clone(&value.change));
+        value.words += &format!(" with {}", by.name);
+        value.how = format!("{}  {}", by.values[1].how, value.how);
+        value.change = Arc::new(move |s| {
+            permission(s);
+            own(s);
+        });
+    }
+    knob
+}
+
+/// A subject with a value of every knob.
+pub(super) fn applied(base: &Subject, knobs: &[Knob], point: &[usize]) -> Subject {
+    let mut subject = base.clone();
+    for (knob, &value) in knobs.iter().zip(point) {
+        (knob.values[value].change)(&mut subject);
+    }
+    subject.arch.derive_cycles();
+    subject
+}
