@@ -34,7 +34,7 @@ pub struct Arch {
     pub srp: Srp,
     /// How exact its special functions are.
     pub precision: Precision,
-    /// What the file says of how they are built, besides.
+    /// Structures, shared datapaths and costs of special functions, as far as the file gives them.
     pub builds: Builds,
     /// The units round it.
     pub system: SystemSpec,
@@ -82,7 +82,7 @@ pub struct FuSpec {
     pub col: u32,
     /// Widest value its output register holds, in bits: 32 or 128. Narrower values fit as well.
     pub width: u32,
-    /// Whether predicates have an output register of their own; where not, they travel through
+    /// True if predicates have an output register of their own; where not, they travel through
     /// the data output as 0 or 1.
     pub pred_out: bool,
     /// Constants of words and vectors that one context word can carry. Those of predicates are part
@@ -130,7 +130,7 @@ pub struct FuOp {
     pub uses: Vec<Resource>,
     /// Operations of the class that run differently, for their units are built so. They have none.
     pub special: Vec<SpecialOp>,
-    /// Whether the machine file gives latency and interval of a class with special functions: then
+    /// True where the machine file gives latency, or interval, of a class with special functions: then
     /// these run like that whatever their structure.
     pub given: [bool; 2],
 }
@@ -179,7 +179,7 @@ pub struct FileSpec {
     pub width: u32,
     /// Number of registers.
     pub size: u32,
-    /// What kind of file it is.
+    /// The kind of file.
     pub kind: FileKind,
     /// Registers that can be read in one cycle, by all readers together.
     pub read_ports: u32,
@@ -189,13 +189,13 @@ pub struct FileSpec {
     pub readers: Vec<Fu>,
     /// Units whose results can be written into it.
     pub writers: Vec<Fu>,
-    /// Whether a value that arrives at a writer's inputs over a link can be written into the file
+    /// True if a value that arrives at a writer's inputs over a link can be written into the file
     /// without passing through the unit.
     pub from_links: bool,
 }
 
 impl FileSpec {
-    /// Whether a value of this type fits in one of its registers.
+    /// True if a value of this type fits in one of its registers.
     pub fn holds(&self, ty: Ty) -> bool {
         ty.bits() <= self.width
     }
@@ -235,7 +235,7 @@ pub struct ResourceSpec {
 }
 
 impl Arch {
-    /// What the unit of a special function of the SRP costs.
+    /// Returns cycles, area and energy of the unit of a special function of the SRP.
     pub fn special_unit(&self, special: Special) -> cost::Unit {
         let (approx, build) = (self.precision.of(special), self.builds.of(special));
         cost::unit(special, approx, build, self.system.srp_mhz)

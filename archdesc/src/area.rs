@@ -59,7 +59,7 @@ pub struct Complexity {
 /// A line of Table 2.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Item {
-    /// What it is.
+    /// Its name in listings.
     pub name: &'static str,
     /// Area of one, mm²; `None` where it is a part of others' area.
     pub unit: Option<f64>,
@@ -69,7 +69,7 @@ pub struct Item {
     pub total: f64,
 }
 
-/// What a T&I unit is made of.
+/// The parts of a T&I unit, with their areas.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Area {
     /// Traversal units.
@@ -139,7 +139,7 @@ pub fn triangle_energy(tni: &TniSpec) -> f64 {
     operations_energy(others) + f64::from(operations.rcp) * rcp
 }
 
-/// What the T&I unit of a machine is made of.
+/// Returns the parts of a machine's T&I unit.
 pub fn area(tni: &TniSpec, buffers: &BufferSpec) -> Area {
     let trv = Complexity {
         operations: BOX_TEST.times(tni.trvs * tni.aabbs),

@@ -44,7 +44,7 @@ const OPERANDS: u32 = 3;
 /// A kind of part of an SRP, all of the kind together.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Item {
-    /// What it is.
+    /// Its name in listings.
     pub name: &'static str,
     /// How much of it there is.
     pub extent: String,
@@ -52,7 +52,7 @@ pub struct Item {
     pub mm2: f64,
 }
 
-/// What an SRP is made of.
+/// The parts of an SRP, with their areas.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SrpArea {
     /// Its parts.
@@ -111,7 +111,7 @@ fn functions(class: Class) -> impl Iterator<Item = Special> {
     Special::ALL.into_iter().filter(of_class)
 }
 
-/// What every unit has, and how much of it there is on the whole array.
+/// Operators of all units of the array, added up.
 #[derive(Default)]
 struct Sums {
     operators: Operators,

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 /// Area and energy of a part of a unit, and its share of the way through it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Part {
-    /// What it is.
+    /// Its name in listings.
     pub name: String,
     /// Area, µm².
     pub area_um2: f64,

@@ -16,7 +16,7 @@ use crate::ops::semantics::approximation::{coefficient, division, fraction};
 use crate::precision::{Approx, Refine};
 use crate::structure::{Special, Structure};
 
-/// What a machine file says of a unit besides its precision.
+/// Structure and costs of a unit that a machine file gives besides its precision.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Build {
     /// How an exact function is made; where nothing is said, cycles are those of its class.
@@ -33,7 +33,7 @@ pub struct Build {
     pub energy_fj: Option<u32>,
 }
 
-/// What a machine file says of all of them.
+/// The same of all units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Builds([Build; 7]);
 
@@ -49,7 +49,7 @@ impl Builds {
     }
 }
 
-/// What a unit costs.
+/// Cycles, area and energy of a unit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Unit {
     /// Cycles from issue until the result can be read; `None` where nothing is said of how an exact
@@ -63,7 +63,7 @@ pub struct Unit {
     pub shared_um2: f64,
     /// Energy of one operation, pJ.
     pub energy_pj: f64,
-    /// What it is made of, in the order of an operation's way through it.
+    /// Its parts, in the order of an operation's way through it.
     pub parts: Vec<Part>,
     /// How latency and interval come about, for people.
     pub why: String,
@@ -85,7 +85,7 @@ struct Way {
     /// Cycles beyond the pipeline, and of the interval.
     cycles: u32,
     interval: u32,
-    /// Whether its parts have the registers of their pipeline in them.
+    /// True if its parts have the registers of their pipeline in them.
     registered: bool,
     why: Vec<String>,
 }
@@ -103,7 +103,7 @@ impl Way {
     }
 }
 
-/// What the unit of a function costs at a clock.
+/// Returns the costs of a function's unit at a clock.
 pub fn unit(special: Special, approx: Approx, build: &Build, mhz: u32) -> Unit {
     let (structure, bits) = match approx {
         Approx::Table {
@@ -146,7 +146,7 @@ fn exact(special: Special, build: &Build) -> (Structure, u32) {
     }
 }
 
-/// What comes before the function proper.
+/// The parts before the function proper.
 fn operand(special: Special, structure: Structure, way: &mut Way) {
     match special {
         // Times 2/π, with as many bits more as an operand may lose.
@@ -303,7 +303,7 @@ fn cordic(special: Special, bits: u32, mhz: u32, way: &mut Way) {
     way.why.push(format!("{rotations} rotations"));
 }
 
-/// What comes after a first approximation: steps, products, rounding.
+/// The parts after a first approximation: steps, products, rounding.
 fn result(special: Special, approx: Approx, structure: Structure, mhz: u32, way: &mut Way) {
     let product = structure.is_tabulated() && matches!(special, Special::Div | Special::Sqrt);
     let (steps, fused) = match approx {

@@ -281,6 +281,11 @@ fn word(constant: i64, fraction: u32) -> i64 {
     (constant + (1 << (59 - fraction))) >> (60 - fraction)
 }
 
+/// The angle of rotation `i` by a table that ends where angles are powers of two.
+fn angle(table: &[i64], i: u32) -> i64 {
+    table.get(i as usize).copied().unwrap_or(1 << (60 - i))
+}
+
 /// a/b for 1 ≤ a, b < 2 by rotations in the linear system.
 pub fn cordic_quotient(a: f64, b: f64, p: u32) -> f64 {
     let (fraction, last) = rotations(p);
@@ -301,7 +306,7 @@ pub fn cordic_sine(t: f64, p: u32) -> f64 {
     let (mut x, mut y) = (word(CIRCULAR_GAIN, fraction), 0i64);
     let mut z = nearest(t * std::f64::consts::FRAC_PI_2 * unit);
     for i in 0..=last {
-        let (dx, dy, dz) = (y >> i, x >> i, word(ARC_TANGENT[i as usize], fraction));
+        let (dx, dy, dz) = (y >> i, x >> i, word(angle(&ARC_TANGENT, i), fraction));
         if z >= 0 {
             (x, y, z) = (x - dx, y + dy, z - dz);
         } else {
@@ -324,7 +329,7 @@ pub fn cordic_power(t: f64, p: u32) -> f64 {
     let mut z = nearest(t * std::f64::consts::LN_2 * unit);
     // cosh and sinh begin and remain equal: one register serves for both.
     for i in hyperbolic_shifts(last) {
-        let (dx, dz) = (x >> i, word(HYPERBOLIC_ARC_TANGENT[i as usize], fraction));
+        let (dx, dz) = (x >> i, word(angle(&HYPERBOLIC_ARC_TANGENT, i), fraction));
         if z >= 0 {
             (x, z) = (x + dx, z - dz);
         } else {
@@ -341,7 +346,7 @@ fn hyperbolic_vector(mut x: i64, mut y: i64, fraction: u32, last: u32) -> (i64, 
         let (dx, dy, dz) = (
             y >> i,
             x >> i,
-            word(HYPERBOLIC_ARC_TANGENT[i as usize], fraction),
+            word(angle(&HYPERBOLIC_ARC_TANGENT, i), fraction),
         );
         if y >= 0 {
             (x, y, z) = (x - dx, y - dy, z + dz);
@@ -380,8 +385,8 @@ const CIRCULAR_GAIN: i64 = 700_114_967_507_363_238;
 /// The inverse of the factor by which hyperbolic rotations shorten.
 const HYPERBOLIC_GAIN: i64 = 1_392_149_336_173_756_979;
 
-/// arctan 2^−i.
-const ARC_TANGENT: [i64; 32] = [
+/// arctan 2^−i; beyond the table it is 2^−i to the last bit.
+const ARC_TANGENT: [i64; 20] = [
     905502432259640355,
     534549298976576474,
     282441168888798124,
@@ -402,22 +407,10 @@ const ARC_TANGENT: [i64; 32] = [
     8796093022037,
     4398046511083,
     2199023255549,
-    1099511627776,
-    549755813888,
-    274877906944,
-    137438953472,
-    68719476736,
-    34359738368,
-    17179869184,
-    8589934592,
-    4294967296,
-    2147483648,
-    1073741824,
-    536870912,
 ];
 
-/// artanh 2^−i; there is none for 0.
-const HYPERBOLIC_ARC_TANGENT: [i64; 32] = [
+/// artanh 2^−i; there is none for 0, and beyond the table it is 2^−i to the last bit.
+const HYPERBOLIC_ARC_TANGENT: [i64; 20] = [
     0,
     633306866415404364,
     294470923372008554,
@@ -438,16 +431,4 @@ const HYPERBOLIC_ARC_TANGENT: [i64; 32] = [
     8796093022379,
     4398046511125,
     2199023255555,
-    1099511627776,
-    549755813888,
-    274877906944,
-    137438953472,
-    68719476736,
-    34359738368,
-    17179869184,
-    8589934592,
-    4294967296,
-    2147483648,
-    1073741824,
-    536870912,
 ];
