@@ -29,6 +29,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let options = Options {
         knobs: args.knob.clone(),
         target: args.target()?,
+        combinations: args.combinations(),
         threads: args.threads,
     };
     let study = Study::of(&frame, options)?;

@@ -4,7 +4,7 @@
 mod plot;
 
 use super::folder::Folder;
-use super::text::{decibels, marks, unit};
+use super::text::{decibels, marks, noise, percent, search_in_words, unit};
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use maud::{Markup, html};
@@ -70,6 +70,22 @@ fn conclusion(report: &Report) -> Markup {
                 Some(_) => p { "The machine as it is." },
                 None => p.above { "Nothing that was tried keeps to it." },
             }
+            p.soft { (search_in_words(report)) " " (noise(report)) }
+            h2 { "What a dB costs" }
+            table {
+                tr { th { "at least" } th { "cycles" } th { "area" } th { "energy" } th.words { "settings" } }
+                @for price in &report.prices {
+                    tr {
+                        td { (format!("{:.0} dB", price.decibels)) }
+                        td { (percent(price.cycles)) " %" } td { (percent(price.area)) " %" } td { (percent(price.energy)) " %" }
+                        td.words {
+                            @for (n, &i) in price.trials.iter().enumerate() {
+                                @if !price.trials[..n].contains(&i) { div { (name(&report.trials[i])) } }
+                            }
+                        }
+                    }
+                }
+            }
         }
     }
 }
@@ -130,7 +146,10 @@ fn table(report: &Report) -> Markup {
                 }
             }
         }
-        p.soft { "* no other setting has a better picture for fewer cycles; < cheapest that keeps to the target; ! rays get through." }
+        p.soft {
+            "No other setting has a better picture for * fewer cycles, a less area, e less energy; < cheapest that keeps to the "
+            "target; ! rays get through; - not exercised: the frame does not use the unit, and the setting gets no credit."
+        }
     }
 }
 

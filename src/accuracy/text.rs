@@ -55,11 +55,22 @@ fn attributed(summary: &AttributionSummary) -> String {
     text
 }
 
-/// What marks a line: on the front, the cheapest that meets the target, a hole.
+/// What marks a line: on a front, the cheapest that meets the target, a hole, a unit that is not used.
 pub(super) fn marks(report: &Report, i: usize) -> String {
     let mut marks = String::new();
-    if report.front.contains(&i) {
-        marks.push('*');
+    let fronts = [
+        (&report.front, '*'),
+        (&report.front_area, 'a'),
+        (&report.front_energy, 'e'),
+    ];
+    marks.extend(
+        fronts
+            .iter()
+            .filter(|(front, _)| front.contains(&i))
+            .map(|(_, mark)| *mark),
+    );
+    if report.trials[i].not_exercised {
+        marks.push('-');
     }
     if report.cheapest == Some(i) {
         marks.push('<');
@@ -140,8 +151,11 @@ pub(super) fn text(report: &Report) -> String {
             marks(report, i)
         );
     }
-    text += "\n* no other setting has a better picture for fewer cycles; < cheapest that keeps to the \
-             target\n  (cycles times energy times area); ! rays get through between triangles\n\n";
+    text += "\nNo other setting has a better picture for * fewer cycles, a less area, e less energy; < cheapest that \
+             keeps\nto the target (cycles times energy times area); ! rays get through between triangles; - not \
+             exercised:\nthe frame does not use the unit, and the setting gets no credit\n\n";
+    let _ = writeln!(text, "{}\n", noise(report));
+    text += &prices(report);
     for sentence in &report.sentences {
         let _ = writeln!(text, "{sentence}");
     }
@@ -152,12 +166,14 @@ pub(super) fn text(report: &Report) -> String {
         let _ = match cheapest.how.is_empty() {
             true => writeln!(
                 text,
-                "\nNothing cheaper than the machine as it is keeps to the target."
+                "\nNothing cheaper than the machine as it is keeps to the target. {}",
+                search_in_words(report)
             ),
             false => writeln!(
                 text,
-                "\nCheapest that keeps to the target: {}",
-                cheapest.how
+                "\nCheapest that keeps to the target: {}\n{}",
+                cheapest.how,
+                search_in_words(report)
             ),
         };
     }
@@ -165,4 +181,57 @@ pub(super) fn text(report: &Report) -> String {
         text += "\nInterrupted: say it again, and it goes on from here.\n";
     }
     text
+}
+
+/// What cycles differ by for the order of tiles.
+pub(super) fn noise(report: &Report) -> String {
+    format!(
+        "In {} other orders of tiles the cycles of the machine as it is differ by up to {:.2} %; differences up to \
+         that count as none.",
+        report.cycles_in_other_orders.len(),
+        100.0 * report.cycle_noise
+    )
+}
+
+/// Whether better settings may exist.
+pub(super) fn search_in_words(report: &Report) -> String {
+    let refused = match report.screened {
+        0 => String::new(),
+        n => format!(" {n} combinations miss the target by their picture and were not simulated."),
+    };
+    match (report.complete, report.closed) {
+        (false, _) => String::new(),
+        (_, true) => format!(
+            "No setting found is better: every one that differs from the best in one knob was tried, misses the target, \
+             or is predicted to cost more.{refused}"
+        ),
+        _ => format!("Better combinations may exist: --trials ended the search.{refused}"),
+    }
+}
+
+/// A part of a cost as a change in percent.
+pub(super) fn percent(part: f64) -> String {
+    match part == 1.0 {
+        true => "0".to_owned(),
+        false => format!("{:+.1}", 100.0 * (part - 1.0)),
+    }
+}
+
+/// What a dB costs.
+fn prices(report: &Report) -> String {
+    let mut text =
+        "What a dB costs (least of a setting without leaks, % of the machine as it is)\n\n\
+                    at least   cycles     area   energy\n"
+            .to_owned();
+    for price in &report.prices {
+        let _ = writeln!(
+            text,
+            "{:>5.0} dB {:>8} {:>8} {:>8}",
+            price.decibels,
+            percent(price.cycles),
+            percent(price.area),
+            percent(price.energy)
+        );
+    }
+    text + "\n"
 }

@@ -52,6 +52,9 @@ pub(crate) struct Accuracy {
     /// How the bounding volume hierarchy is built (sweep)
     #[arg(long, value_name = "BUILDER", value_parser = one_of(BUILDERS))]
     bvh: Option<Builder>,
+    /// Combinations of a frame's settings that are tried, at most (40); of a kernel, all settings (400)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    trials: Option<u32>,
     /// Trials at a time; they change no figure but the host's seconds
     #[arg(long, value_name = "N", default_value = "2", value_parser = parse_threads)]
     pub(crate) threads: usize,
@@ -81,9 +84,6 @@ pub(crate) struct Kernel {
     /// Evaluations that are drawn from the ranges
     #[arg(long, value_name = "N", default_value = "1024", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     points: u32,
-    /// Settings that are tried, at most: each one alone, then combinations
-    #[arg(long, value_name = "N", default_value = "400", value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    trials: u32,
     /// Folder to look for included files in, after that of the including file
     #[arg(short = 'I', value_name = "DIR")]
     include: Vec<PathBuf>,
@@ -144,6 +144,11 @@ impl Accuracy {
         self.size.unwrap_or((320, 240))
     }
 
+    /// Combinations of a frame's settings that are tried.
+    pub(crate) fn combinations(&self) -> usize {
+        self.trials.unwrap_or(40) as usize
+    }
+
     /// How the tree is built.
     pub(crate) fn bvh(&self) -> Builder {
         self.bvh.unwrap_or(Builder::Sweep)
@@ -196,7 +201,6 @@ impl Accuracy {
             length,
             function,
             points,
-            trials,
             include,
             define: defines,
             double,
@@ -216,7 +220,7 @@ impl Accuracy {
                 function: function.clone(),
             },
             points: *points as usize,
-            budget: *trials as usize,
+            budget: self.trials.unwrap_or(400) as usize,
             target: target.map_err(|why| Failure::Usage(format!("--target: {why}")))?,
             threads: self.threads,
         })

@@ -5,6 +5,7 @@
 //! here prints, parses a command line or makes a page; whoever shows a report is above.
 //!
 //! * [`accuracy`] tries settings of precision: what each buys, and costs.
+//! * [`kernel`] does the same for functions of C and FPCore, against [`real`] arithmetic.
 //! * [`fidelity`] runs frames at every level of simulation, and says what each level costs and is off by.
 //! * [`hard_cases`] tries what goes wrong in float arithmetic with every setting of a machine.
 //! * [`tni`] runs T&I units without SRPs on [`rays`], all of them or a sample.
@@ -18,6 +19,7 @@
 //! * [`figure`] says what is measured; [`survey`] is the statistics of samples.
 
 pub mod accuracy;
+mod attributes;
 pub mod attribution;
 pub mod certificate;
 pub mod effects;

@@ -53,8 +53,48 @@ fn knobs_turn_and_trials_are_kept() {
     assert!(number(&coarse["costs"]["area"]) < number(&base["costs"]["area"]));
     let woop = trial("intersection", "woop");
     assert!(number(&woop["costs"]["area"]) > number(&base["costs"]["area"]));
+    // The noise is known, prices are told, and settings are combined until none is left.
+    assert!(number(&report["cycle_noise"]) < 0.5);
+    assert_eq!(
+        report["cycles_in_other_orders"].as_array().map(Vec::len),
+        Some(4)
+    );
+    assert!(!report["prices"].as_array().expect("prices").is_empty());
+    assert_eq!(report["closed"], true);
+    let together = trials.iter().filter(|t| t["knob"] == "together");
+    assert!(together.count() > 0, "{text}");
     let page = std::fs::read_to_string(folder.join("accuracy/report.html")).expect("the page");
     assert!(page.contains("T&amp;I reciprocal: 8 bits") && !page.contains("http"));
+}
+
+#[test]
+fn units_that_a_frame_does_not_use_get_no_credit() {
+    let folder = folder("accuracy-unused");
+    write(&folder, "scene.obj", SCENE);
+    let args = [
+        "accuracy",
+        "scene.obj",
+        "--camera",
+        "0,2,5/0,-0.2,-1/50",
+        "--size",
+        "16x8",
+        "--knob",
+        "sine and cosine",
+        "--json",
+    ];
+    let output = srp(&folder, &args);
+    let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let trials = report["trials"].as_array().expect("trials");
+    let area = &trials[0]["costs"]["area"];
+    for trial in &trials[1..] {
+        assert_eq!(trial["not_exercised"], true);
+        assert_eq!(
+            trial["costs"]["area"], *area,
+            "a unit that nothing uses saves nothing"
+        );
+    }
+    assert_eq!(report["cheapest"], 0);
+    assert_eq!(report["front"], serde_json::json!([0]));
 }
 
 /// The report, which is the same to the byte when it is asked for again.

@@ -16,7 +16,7 @@ use srp_runtime::effect::{Effects, Guard};
 use srp_runtime::picture::Picture;
 use srp_runtime::scene::{Camera, Scene};
 use srp_runtime::scene_image::{self, SceneImage};
-use srp_runtime::system::{self, Report, Timing};
+use srp_runtime::system::{self, Report, TileQueue, Timing};
 use std::path::{Path, PathBuf};
 
 /// Most SRP cycles of a frame; far beyond any that ends.
@@ -259,7 +259,26 @@ impl Frame {
         engines: &Engines,
         session: &Session<'_>,
     ) -> Result<(Picture, Report), Error> {
-        let options = system_options(program, self.guard.clone(), Timing::Full, session);
+        self.render_in_order(None, image, program, engines, session)
+    }
+
+    /// The same, where cores take the tiles in another order than that of the frame.
+    ///
+    /// # Errors
+    ///
+    /// The frame was not finished.
+    pub fn render_in_order(
+        &self,
+        tiles: Option<TileQueue>,
+        image: SceneImage,
+        program: &ScheduledDre,
+        engines: &Engines,
+        session: &Session<'_>,
+    ) -> Result<(Picture, Report), Error> {
+        let options = system::Options {
+            tiles,
+            ..system_options(program, self.guard.clone(), Timing::Full, session)
+        };
         let cores = engines.cores(self.arch.system.cores);
         Ok(system::render(image, cores, &self.arch, options)?)
     }

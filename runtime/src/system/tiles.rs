@@ -21,6 +21,8 @@ pub struct TileQueue(Queue);
 enum Queue {
     /// So many tiles, to whoever asks, in their order.
     Common { next: u32, count: u32 },
+    /// These tiles, to whoever asks, in this order.
+    Ordered { next: u32, tiles: Vec<u32> },
     /// Of each core those that are left, the next at the end, with their places.
     OfCores {
         left: Vec<Vec<(u32, QueuedTile)>>,
@@ -32,6 +34,11 @@ impl TileQueue {
     /// The first `count` tiles of a frame, to whichever core asks first.
     pub fn common(count: u32) -> TileQueue {
         TileQueue(Queue::Common { next: 0, count })
+    }
+
+    /// Tiles in an order, to whichever core asks first.
+    pub fn ordered(tiles: Vec<u32>) -> TileQueue {
+        TileQueue(Queue::Ordered { next: 0, tiles })
     }
 
     /// Certain tiles for each core, in their order; places go core by core. A core with an empty queue,
@@ -57,6 +64,11 @@ impl TileQueue {
                 *next += 1;
                 Some((tile, QueuedTile { tile, caches: None }))
             }
+            Queue::Ordered { next, tiles } => {
+                let (place, tile) = (*next, *tiles.get(*next as usize)?);
+                *next += 1;
+                Some((place, QueuedTile { tile, caches: None }))
+            }
             Queue::OfCores { left, .. } => left.get_mut(core as usize)?.pop(),
         }
     }
@@ -64,7 +76,7 @@ impl TileQueue {
     /// Tiles handed out so far.
     pub(super) fn taken(&self) -> u32 {
         match &self.0 {
-            Queue::Common { next, .. } => *next,
+            Queue::Common { next, .. } | Queue::Ordered { next, .. } => *next,
             Queue::OfCores { left, count } => {
                 count - left.iter().map(Vec::len).sum::<usize>() as u32
             }
@@ -73,8 +85,9 @@ impl TileQueue {
 
     /// Tiles in all.
     pub(super) fn count(&self) -> u32 {
-        match self.0 {
-            Queue::Common { count, .. } | Queue::OfCores { count, .. } => count,
+        match &self.0 {
+            Queue::Common { count, .. } | Queue::OfCores { count, .. } => *count,
+            Queue::Ordered { tiles, .. } => tiles.len() as u32,
         }
     }
 }

@@ -2,12 +2,15 @@
 //!
 //! A frame is rendered under many settings of machine, compiler and kernels, one knob at a time, each
 //! really compiled, scheduled and simulated; every picture is held against a renderer in binary64.
-//! Then settings that keep to the target are put together as long as they keep to it together.
+//! Then a search ([`combine`]) puts settings together that keep to the target, and ends when no neighbour of the
+//! best is left that could be better.
 //!
 //! Every trial goes into the session's cache, so that a study that was cancelled goes on where it was.
 
+mod combine;
 mod compare;
 mod flip;
+mod price;
 mod probe;
 mod sentence;
 mod setting;
@@ -16,10 +19,11 @@ mod target;
 mod trial;
 
 pub use compare::Difference;
+pub use price::Price;
 pub use probe::Leaks;
 pub use setting::{SAMPLING, TOGETHER};
 pub use summary::{AttributionSummary, ErrorSource};
-pub use target::{Bound, Target, front};
+pub use target::{Bound, Target, front, relative_cycles};
 pub use trial::{Costs, Rendering, Trial, UnitError};
 
 use crate::attribution::{self, Explanation};
@@ -36,8 +40,8 @@ use srp_runtime::scene_image;
 use srp_toolchain::{Frame, Session};
 use std::sync::Arc;
 
-/// Most settings that are put together.
-const MOST_TOGETHER: usize = 6;
+/// Orders of tiles in which the machine as it is renders the frame, to see what cycles differ by.
+const ORDERS: u64 = 4;
 
 /// Errors are attributed in one of so many tiles; in all tiles, of the machine as it is.
 const ONE_IN: u32 = 8;
@@ -49,6 +53,8 @@ pub struct Options {
     pub knobs: Vec<String>,
     /// What a setting has to keep to.
     pub target: Target,
+    /// Combinations of settings that are tried, at most.
+    pub combinations: usize,
     /// Trials at a time; no figure depends on them but the host's seconds.
     pub threads: usize,
 }
@@ -68,8 +74,23 @@ pub struct Report {
     pub target: Target,
     /// The machine as it is, then every setting, then settings together.
     pub trials: Vec<Trial>,
+    /// Cycles of the machine as it is in other orders of tiles.
+    pub cycles_in_other_orders: Vec<u64>,
+    /// What cycles differ by for the order of tiles, as a part of them: a difference up to that is none.
+    pub cycle_noise: f64,
     /// Numbers of the trials that no other beats in picture and cycles.
     pub front: Vec<usize>,
+    /// The same of picture and area.
+    pub front_area: Vec<usize>,
+    /// The same of picture and energy.
+    pub front_energy: Vec<usize>,
+    /// What each step of quality costs at least.
+    pub prices: Vec<Price>,
+    /// Combinations that were not simulated, because their picture or aimed rays miss the target.
+    pub screened: usize,
+    /// Whether all combinations that differ from one of the best in one knob were tried or are predicted
+    /// not to be better.
+    pub closed: bool,
     /// The number of the cheapest trial that keeps to the target.
     pub cheapest: Option<usize>,
     /// What each setting does, a sentence each.
@@ -118,15 +139,16 @@ impl<'a> Study<'a> {
         let bench = Bench::of(self, session)?;
         let mut all = vec![Setting::none()];
         all.extend(self.settings.iter().cloned());
-        let found = bench.all(&all, self.options.threads, shown);
+        let found = bench.all(&all, false, shown);
         let mut trials = Vec::new();
         let mut used = Vec::new();
-        for (setting, trial) in all.into_iter().zip(found) {
-            if let Some(trial) = trial? {
-                trials.push(trial);
+        for (setting, tried) in all.into_iter().zip(found) {
+            if let Tried::Trial(trial) = tried? {
+                trials.push(*trial);
                 used.push(setting);
             }
         }
+        let orders = bench.cycles_in_other_orders()?;
         let frame = self.frame;
         let mut report = Report {
             scene: frame.scene.name.clone(),
@@ -135,12 +157,22 @@ impl<'a> Study<'a> {
             size: frame.size,
             target: self.options.target.clone(),
             complete: !session.watch.cancelled() && !trials.is_empty(),
+            cycle_noise: noise(&trials, &orders),
+            cycles_in_other_orders: orders,
             trials,
             front: Vec::new(),
+            front_area: Vec::new(),
+            front_energy: Vec::new(),
+            prices: Vec::new(),
+            screened: 0,
+            closed: false,
             cheapest: None,
             sentences: Vec::new(),
         };
-        bench.together(&mut report, &used, shown)?;
+        let budget = self.options.combinations;
+        combine::combine(&bench, &mut report, &used, budget, shown)?;
+        report.complete &= !session.watch.cancelled();
+        report.closed &= report.complete;
         report.conclude();
         Ok(report)
     }
@@ -177,9 +209,31 @@ fn check_size(frame: &Frame) -> Result<(), Error> {
     Ok(checked.map_err(srp_toolchain::Error::from)?)
 }
 
+/// What became of a setting.
+enum Tried {
+    /// It was tried.
+    Trial(Box<Trial>),
+    /// Its picture or its aimed rays miss the target, so that it was not simulated.
+    Refused,
+    /// The user asked for an end before.
+    Cancelled,
+}
+
+/// The largest difference of the cycles in any order of tiles from those in the frame's own, as a part of them.
+fn noise(trials: &[Trial], orders: &[u64]) -> f64 {
+    let base = trials
+        .first()
+        .map_or(1.0, |t| t.costs.frame_cycles.max(1) as f64);
+    let off = orders
+        .iter()
+        .map(|&cycles| (cycles as f64 / base - 1.0).abs());
+    off.fold(0.0, f64::max)
+}
+
 /// What all trials of a frame share, and what they are held against.
 struct Bench<'a> {
     frame: &'a Frame,
+    options: &'a Options,
     base: &'a Subject,
     /// The options of the scene with the most samples and bounces that are tried.
     finest: Subject,
@@ -203,6 +257,7 @@ impl<'a> Bench<'a> {
         drop(stage);
         Ok(Bench {
             frame,
+            options: &study.options,
             base,
             finest,
             edges: Edges::of(&frame.scene),
@@ -211,13 +266,13 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// Each setting's trial; none where it was cancelled before.
+    /// Each setting's trial. Where they are `screened`, settings that miss the target are not simulated.
     fn all(
         &self,
         settings: &[Setting],
-        threads: usize,
+        screened: bool,
         shown: &Shown<'_>,
-    ) -> Vec<Result<Option<Trial>, Error>> {
+    ) -> Vec<Result<Tried, Error>> {
         let watch = self.session.watch;
         let stage = Stage::of(watch, "trying", settings.len() as u64);
         // Trials run side by side, so that none of them has the terminal for stages of its own.
@@ -230,23 +285,25 @@ impl<'a> Bench<'a> {
         };
         let trial = |(): &mut (), i: usize| {
             let trial = match watch.cancelled() {
-                true => Ok(None),
-                false => self.trial(&settings[i], shown, &session),
+                true => Ok(Tried::Cancelled),
+                false => self.trial(&settings[i], screened, shown, &session),
             };
             stage.done(1);
             Some(trial)
         };
+        let threads = self.options.threads;
         let all = threads::some(threads, settings.len(), || (), trial);
         all.into_iter().flatten().collect()
     }
 
-    /// The trial of a setting, from the cache where it has been made before; none where it was cancelled.
+    /// The trial of a setting, from the cache where it has been made before.
     fn trial(
         &self,
         setting: &Setting,
+        screened: bool,
         shown: &Shown<'_>,
         session: &Session<'_>,
-    ) -> Result<Option<Trial>, Error> {
+    ) -> Result<Tried, Error> {
         let is_sampling = setting::is_sampling(&setting.knob);
         let [plain, finest] = &self.references;
         let held_against = match is_sampling {
@@ -255,62 +312,48 @@ impl<'a> Bench<'a> {
         };
         let one_in = if setting.knob.is_empty() { 1 } else { ONE_IN };
         let frame = setting.applied(self.base).frame(self.frame);
-        let tried = trial::measured(&frame, held_against, &self.edges, one_in, session);
-        let measured = match tried {
-            Err(error) if error.is_cancelled() => return Ok(None),
+        let tried = || -> Result<Option<trial::Measured>, Error> {
+            if screened && !self.passes(&frame, session)? {
+                return Ok(None);
+            }
+            trial::measured(&frame, held_against, &self.edges, one_in, session).map(Some)
+        };
+        let measured = match tried() {
+            Err(error) if error.is_cancelled() => return Ok(Tried::Cancelled),
             tried => tried?,
+        };
+        let Some(measured) = measured else {
+            return Ok(Tried::Refused);
         };
         let trial = Trial::of(setting, &measured);
         shown(&trial, &measured.rendering)?;
-        Ok(Some(trial))
+        Ok(Tried::Trial(Box::new(trial)))
     }
 
-    /// Adds settings together, the one that saves most first, as long as the target is kept to.
-    fn together(
-        &self,
-        report: &mut Report,
-        settings: &[Setting],
-        shown: &Shown<'_>,
-    ) -> Result<(), Error> {
-        let Some(base) = report.trials.first().cloned() else {
-            return Ok(());
-        };
-        let cost = |t: &Trial| target::relative_cost(t, &base);
-        let mut order: Vec<usize> = (1..report.trials.len())
-            .filter(|&i| {
-                let trial = &report.trials[i];
-                !trial.is_sampling() && cost(trial) < 1.0 && report.target.met_by(trial)
-            })
-            .collect();
-        order.sort_by(|&a, &b| cost(&report.trials[a]).total_cmp(&cost(&report.trials[b])));
-        let mut chosen: Vec<usize> = Vec::new();
-        let mut tries = 0;
-        for i in order {
-            let knob = &report.trials[i].knob;
-            if chosen.iter().any(|&c| report.trials[c].knob == *knob) || tries == MOST_TOGETHER {
-                continue;
-            }
-            let mut with = chosen.clone();
-            with.push(i);
-            if with.len() > 1 {
-                if self.session.watch.cancelled() {
-                    return Ok(());
-                }
-                tries += 1;
-                let parts: Vec<&Setting> = with.iter().map(|&i| &settings[i]).collect();
-                let setting = Setting::together(&parts);
-                let Some(trial) = self.trial(&setting, shown, self.session)? else {
-                    return Ok(());
-                };
-                let keeps = report.target.met_by(&trial);
-                report.trials.push(trial);
-                if !keeps {
-                    continue;
-                }
-            }
-            chosen = with;
+    /// True if a frame keeps to the target, as far as that is known without a schedule and a clock.
+    fn passes(&self, frame: &Frame, session: &Session<'_>) -> Result<bool, Error> {
+        let target = &self.options.target;
+        let leaks = self.edges.probe(&frame.scene, &frame.image()?, &frame.arch);
+        if !target.met_by_leaks(leaks) {
+            return Ok(false);
         }
-        Ok(())
+        let [plain, _] = &self.references;
+        Ok(target.met_by_picture(&trial::screened(frame, plain, session)?))
+    }
+
+    /// Cycles of the frame as it is in other orders of tiles; none where the work was cancelled.
+    fn cycles_in_other_orders(&self) -> Result<Vec<u64>, Error> {
+        let unstaged = Unstaged::new(self.session.watch);
+        let session = Session {
+            watch: &unstaged,
+            threads: self.session.threads,
+            cache: Arc::clone(&self.session.cache),
+            builder: None,
+        };
+        match trial::cycles_in_other_orders(self.frame, ORDERS, &session) {
+            Err(error) if error.is_cancelled() => Ok(Vec::new()),
+            cycles => cycles,
+        }
     }
 }
 
@@ -340,13 +383,20 @@ impl Report {
         let Some(first) = self.trials.first() else {
             return;
         };
-        self.front = target::front(&self.trials, |t| t.costs.frame_cycles as f64);
-        let cost = |i: &usize| target::relative_cost(&self.trials[*i], first);
+        let noise = self.cycle_noise;
+        self.front = target::front(&self.trials, |t| target::relative_cycles(t, first, noise));
+        self.front_area = target::front(&self.trials, |t| t.costs.area);
+        self.front_energy = target::front(&self.trials, |t| t.costs.energy);
+        self.prices = price::prices(&self.trials, noise);
+        let cost = |i: &usize| combine::cost(self, &self.trials[*i]);
         self.cheapest = (0..self.trials.len())
-            .filter(|&i| !self.trials[i].is_sampling() && self.target.met_by(&self.trials[i]))
+            .filter(|&i| {
+                let trial = &self.trials[i];
+                !trial.is_sampling() && !trial.not_exercised && self.target.met_by(trial)
+            })
             .min_by(|a, b| cost(a).total_cmp(&cost(b)));
         self.sentences = (self.trials[1..].iter())
-            .map(|trial| sentence::of(trial, first))
+            .map(|trial| sentence::of(trial, first, noise))
             .collect();
     }
 }

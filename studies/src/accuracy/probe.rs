@@ -2,8 +2,10 @@
 //!
 //! Rays go from the camera to points of edges that two triangles share, one on each side of the edge as
 //! the camera sees it. However a unit rounds, it must find one of the two or something nearer; at
-//! outlines it may take either side.
+//! outlines it may take either side. A ray's direction is rounded to binary32, so that far from the origin of
+//! the scene it may pass both triangles: only those rays count that meet one of them in exact arithmetic.
 
+use crate::exact;
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::{Arch, Precision};
@@ -32,7 +34,7 @@ const FARTHER: f64 = 1e-3;
 /// What aimed rays came to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Leaks {
-    /// Rays that were aimed.
+    /// Rays that were aimed, and meet a triangle in exact arithmetic.
     pub aimed: u32,
     /// Of these, rays that the unit let through.
     pub leaks: u32,
@@ -44,11 +46,19 @@ pub struct Leaks {
 
 type Key = [u32; 3];
 
-/// The edges that triangles share, with two of these.
-pub(super) struct Edges(Vec<([Vec3; 2], [usize; 2])>);
+/// A ray from the camera that meets one of two triangles at an edge that they share.
+struct Aimed {
+    direction: Vec3,
+    /// How far along it the planes of both are passed.
+    t: f64,
+}
+
+/// The rays that are aimed at edges between triangles.
+pub(super) struct Edges(Vec<Aimed>);
 
 impl Edges {
-    /// Those of a scene, evenly drawn where they are more than are needed.
+    /// Aims rays at edges that have a triangle on each side, as the camera sees them; the edges are evenly
+    /// drawn where they are more than are needed.
     pub(super) fn of(scene: &Scene) -> Edges {
         let key = |v: Vec3| v.to_array().map(|x| (x + 0.0).to_bits());
         let mut first: BTreeMap<[Key; 2], usize> = BTreeMap::new();
@@ -65,39 +75,49 @@ impl Edges {
             }
         }
         let step = shared.len().div_ceil(RAYS / PLACES.len()).max(1);
-        Edges(shared.into_iter().step_by(step).collect())
-    }
-
-    /// Aims rays at those that have a triangle on each side, as the camera sees them.
-    pub(super) fn probe(&self, scene: &Scene, image: &SceneImage, arch: &Arch) -> Leaks {
-        let mut tracer = Tracer::new(&arch.system.tni, &image.tree, &image.memory);
-        let farther = 1.0 + FARTHER + allowance(arch);
         let origin = scene.camera.position;
-        let mut leaks = Leaks::default();
-        let mut ulps = Vec::new();
-        for (ends, triangles) in &self.0 {
-            let corners = triangles.map(|t| scene.triangles[t].positions);
-            if !between(*ends, corners, origin) {
+        let mut aimed = Vec::new();
+        for (ends, triangles) in shared.into_iter().step_by(step) {
+            let triangles = triangles.map(|t| &scene.triangles[t]);
+            let corners = triangles.map(|t| t.positions);
+            if !between(ends, corners, origin) {
                 continue;
             }
             for place in PLACES {
                 let direction = ends[0].lerp(ends[1], place as f32 / 16.0) - origin;
-                let Some(t) = farthest(corners, origin, direction) else {
-                    continue;
-                };
-                leaks.aimed += 1;
-                let hit = tracer
-                    .trace(&ray(origin, direction, image, &arch.precision))
-                    .hit;
-                if !hit.is_hit() || f64::from(hit.t) > t * farther {
-                    leaks.leaks += 1;
-                    continue;
+                let ray = Ray::new(origin.into(), direction.into(), 0.0, f32::MAX, 0);
+                let is_closed = || triangles.iter().any(|t| exact::meets(&ray, t));
+                match farthest(corners, origin, direction) {
+                    Some(t) if is_closed() => aimed.push(Aimed { direction, t }),
+                    _ => {}
                 }
-                let found = scene.triangles.get(hit.primitive as usize);
-                if let Some(exact) = found.and_then(|t| distance(t.positions, origin, direction)) {
-                    let ulp = f64::from(hit.t.next_up() - hit.t);
-                    ulps.push((f64::from(hit.t) - exact).abs() / ulp);
-                }
+            }
+        }
+        Edges(aimed)
+    }
+
+    /// Traces the rays on a machine.
+    pub(super) fn probe(&self, scene: &Scene, image: &SceneImage, arch: &Arch) -> Leaks {
+        let mut tracer = Tracer::new(&arch.system.tni, &image.tree, &image.memory);
+        let farther = 1.0 + FARTHER + allowance(arch);
+        let origin = scene.camera.position;
+        let mut leaks = Leaks {
+            aimed: self.0.len() as u32,
+            ..Leaks::default()
+        };
+        let mut ulps = Vec::new();
+        for &Aimed { direction, t } in &self.0 {
+            let hit = tracer
+                .trace(&ray(origin, direction, image, &arch.precision))
+                .hit;
+            if !hit.is_hit() || f64::from(hit.t) > t * farther {
+                leaks.leaks += 1;
+                continue;
+            }
+            let found = scene.triangles.get(hit.primitive as usize);
+            if let Some(exact) = found.and_then(|t| distance(t.positions, origin, direction)) {
+                let ulp = f64::from(hit.t.next_up() - hit.t);
+                ulps.push((f64::from(hit.t) - exact).abs() / ulp);
             }
         }
         ulps.sort_by(f64::total_cmp);
@@ -165,4 +185,34 @@ fn ray(origin: Vec3, direction: Vec3, image: &SceneImage, precision: &Precision)
     });
     ray.far = ray.reciprocal.map(|r| r * image.widening);
     ray
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use srp_archdesc::machines;
+    use srp_runtime::bvh;
+    use srp_runtime::scene::demo::demo;
+    use srp_runtime::scene_image;
+
+    /// The default scene moved so far that a unit in the last place of its coordinates is a thousandth.
+    #[test]
+    fn far_from_the_origin_nothing_leaks_that_is_closed() {
+        let arch =
+            srp_archdesc::parse("sgrt", machines::SGRT.xml).expect("the machine that comes along");
+        for far in [0.0, 1e4] {
+            let mut scene = demo();
+            let offset = Vec3::new(far, -far, far);
+            for triangle in &mut scene.triangles {
+                triangle.positions = triangle.positions.map(|p| p + offset);
+            }
+            scene.camera.position += offset;
+            let tree = bvh::build(&scene.triangles, &bvh::Options::default());
+            let image = scene_image::build(&scene, &tree, &scene.camera, &arch, (16, 16));
+            let image = image.expect("the scene fits");
+            let leaks = Edges::of(&scene).probe(&scene, &image, &arch);
+            assert!(leaks.aimed > 20, "{far}: {leaks:?}");
+            assert_eq!(leaks.leaks, 0, "{far}: {leaks:?}");
+        }
+    }
 }

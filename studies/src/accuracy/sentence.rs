@@ -1,6 +1,7 @@
 //! A sentence about each setting: what it does to picture and costs.
 
 use super::setting::TOGETHER;
+use super::target::relative_cycles;
 use super::trial::Trial;
 use std::fmt::Write as _;
 
@@ -12,12 +13,15 @@ fn change(now: f64, before: f64) -> f64 {
     }
 }
 
-/// Says what a setting does.
-pub(super) fn of(trial: &Trial, base: &Trial) -> String {
+/// Says what a setting does. Cycles that differ by no more than the noise do not differ.
+pub(super) fn of(trial: &Trial, base: &Trial, noise: f64) -> String {
     let mut text = match trial.knob.as_str() {
         TOGETHER => format!("All of {}", trial.value),
         knob => format!("{knob}: {}", trial.value),
     };
+    if trial.not_exercised {
+        return text + ": not exercised, the frame does not use the unit.";
+    }
     text += ": ";
     text += &match (trial.all.psnr, base.all.psnr) {
         (Some(now), _) if trial.is_sampling() => {
@@ -64,7 +68,7 @@ pub(super) fn of(trial: &Trial, base: &Trial) -> String {
     for (what, change) in [
         (
             "cycles of the frame",
-            change(now.frame_cycles as f64, before.frame_cycles as f64),
+            change(relative_cycles(trial, base, noise), 1.0),
         ),
         ("energy", change(now.energy, before.energy)),
         ("area", change(now.area, before.area)),

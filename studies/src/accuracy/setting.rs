@@ -1,10 +1,11 @@
 //! What accuracy can be changed by: settings of the machine file, of the compiler and of the kernels,
 //! one of each knob at a time.
 
+use crate::attributes::words;
 use srp_archdesc::arch::{Approx, Arch, Precision, Refine, Subnormals};
 use srp_archdesc::certify::Function;
 use srp_archdesc::datapath::Intersection;
-use srp_archdesc::structure::Structure;
+use srp_archdesc::structure::{Special, Structure};
 use srp_archdesc::system::NodeFormat;
 use srp_ir::pass::FastMath;
 use srp_kernels::form;
@@ -71,6 +72,8 @@ pub(super) struct Setting {
     pub(super) how: String,
     /// The units whose precision it sets.
     pub(super) units: Vec<(Function, Approx)>,
+    /// The special functions of the SRP among them.
+    pub(super) specials: Vec<Special>,
     change: Change,
 }
 
@@ -88,6 +91,7 @@ impl Setting {
             value: value.into(),
             how: how.into(),
             units: Vec::new(),
+            specials: Vec::new(),
             change: Arc::new(change),
         }
     }
@@ -97,6 +101,11 @@ impl Setting {
             units: functions.iter().map(|&f| (f, approx)).collect(),
             ..self
         }
+    }
+
+    /// True if all special functions that it sets are others than these.
+    pub(super) fn is_of_other_units(&self, used: &[Special]) -> bool {
+        !self.specials.is_empty() && !self.specials.iter().any(|s| used.contains(s))
     }
 
     /// The frame as it is.
@@ -171,17 +180,7 @@ fn intersection(all: &mut Vec<Setting>) {
     }
 }
 
-/// Precisions that are tried of a unit that has Newton steps.
-const STEPPED: &[Approx] = &[
-    Approx::table(8, 0),
-    Approx::table(12, 0),
-    Approx::table(16, 0),
-    Approx::table(8, 1),
-    Approx::table(12, 1),
-    step(false, Refine::Unit),
-];
-
-/// And of a function whose steps the program can take.
+/// Precisions that are tried of a function whose steps the program can take.
 const PROGRAMMED: &[Approx] = &[
     Approx::table(8, 0),
     Approx::table(12, 0),
@@ -193,12 +192,11 @@ const PROGRAMMED: &[Approx] = &[
     step(false, Refine::Code),
 ];
 
-/// And of one that has none.
-const PLAIN: &[Approx] = &[
-    Approx::table(8, 0),
-    Approx::table(12, 0),
-    Approx::table(16, 0),
-];
+/// Those of a unit that takes its steps itself.
+const STEPPED: &[Approx] = PROGRAMMED.split_at(6).0;
+
+/// Those of one that has none.
+const PLAIN: &[Approx] = PROGRAMMED.split_at(3).0;
 
 /// A 12-bit table with a step.
 const fn step(fused: bool, refine: Refine) -> Approx {
@@ -208,36 +206,6 @@ const fn step(fused: bool, refine: Refine) -> Approx {
         steps: 1,
         fused,
         refine,
-    }
-}
-
-/// A precision in a few words, and as attributes.
-fn words(approx: Approx) -> (String, String) {
-    match approx {
-        Approx::Exact => ("exact".to_owned(), "bits=\"exact\"".to_owned()),
-        Approx::Table {
-            structure: _,
-            bits,
-            steps,
-            fused,
-            refine,
-        } => {
-            let mut value = format!("{bits} bits");
-            let mut how = format!("bits=\"{bits}\"");
-            if steps > 0 {
-                value += &format!(" + {steps} step");
-                how += &format!(" steps=\"{steps}\"");
-            }
-            if !fused {
-                value += " not fused";
-                how += " fused=\"false\"";
-            }
-            if refine == Refine::Code {
-                value += " in code";
-                how += " refine=\"code\"";
-            }
-            (value, how)
-        }
     }
 }
 
@@ -286,7 +254,13 @@ fn functions(all: &mut Vec<Setting>) {
             });
             let function = Function::ALL.iter().filter(|f| name.starts_with(f.name()));
             let functions: Vec<Function> = function.copied().collect();
-            all.push(setting.of_units(&functions, approx));
+            let specials = Special::ALL
+                .iter()
+                .filter(|s| s.name() == name || name == "exp2" && **s == Special::Log2);
+            all.push(Setting {
+                specials: specials.copied().collect(),
+                ..setting.of_units(&functions, approx)
+            });
         }
     }
 }

@@ -1,5 +1,7 @@
 //! What a picture has to keep to, and which settings are worth having.
 
+use super::compare::Difference;
+use super::probe::Leaks;
 use super::trial::Trial;
 use serde::Serialize;
 use std::fmt;
@@ -39,7 +41,7 @@ impl Figure {
 pub struct Target(Vec<Bound>);
 
 impl Target {
-    /// What a text like `psnr=45,leaks=0` asks.
+    /// The target of a text like `psnr=45,leaks=0`.
     ///
     /// # Errors
     ///
@@ -59,14 +61,25 @@ impl Target {
         bounds.collect::<Result<_, _>>().map(Target)
     }
 
-    /// Whether a trial keeps to it.
+    /// True if a trial keeps to it.
     pub fn met_by(&self, trial: &Trial) -> bool {
+        self.met_by_picture(&trial.all) && self.met_by_leaks(trial.leaks)
+    }
+
+    /// True if a picture keeps to what is asked of it.
+    pub(super) fn met_by_picture(&self, picture: &Difference) -> bool {
         self.0.iter().all(|b| match b.figure {
-            Figure::Psnr => trial.all.psnr.is_none_or(|psnr| psnr >= b.bound),
-            Figure::Flip => trial.all.flip <= b.bound,
-            Figure::Leaks => f64::from(trial.leaks.leaks) <= b.bound,
-            Figure::Pixels => f64::from(trial.all.beyond_8) <= b.bound,
+            Figure::Psnr => picture.psnr.is_none_or(|psnr| psnr >= b.bound),
+            Figure::Flip => picture.flip <= b.bound,
+            Figure::Pixels => f64::from(picture.beyond_8) <= b.bound,
+            Figure::Leaks => true,
         })
+    }
+
+    /// True if aimed rays keep to what is asked of them.
+    pub(super) fn met_by_leaks(&self, leaks: Leaks) -> bool {
+        let mut asked = self.0.iter().filter(|b| b.figure == Figure::Leaks);
+        asked.all(|b| f64::from(leaks.leaks) <= b.bound)
     }
 }
 
@@ -82,15 +95,29 @@ impl fmt::Display for Target {
     }
 }
 
-/// What a trial costs beside another: the product of its cycles, energy and area over the other's.
-pub(super) fn relative_cost(trial: &Trial, base: &Trial) -> f64 {
+/// Cycles of a trial over those of another, 1 where they differ by no more than the noise.
+pub fn relative_cycles(trial: &Trial, base: &Trial, noise: f64) -> f64 {
+    let ratio = trial.costs.frame_cycles as f64 / base.costs.frame_cycles.max(1) as f64;
+    match (ratio - 1.0).abs() <= noise {
+        true => 1.0,
+        false => ratio,
+    }
+}
+
+/// Cycles, area and energy of a trial over those of another.
+pub(super) fn relative_costs(trial: &Trial, base: &Trial, noise: f64) -> [f64; 3] {
     let (a, b) = (&trial.costs, &base.costs);
-    let cycles = a.frame_cycles as f64 / b.frame_cycles.max(1) as f64;
-    cycles * (a.energy / b.energy) * (a.area / b.area)
+    let cycles = relative_cycles(trial, base, noise);
+    [cycles, a.area / b.area, a.energy / b.energy]
+}
+
+/// What a trial costs beside another: the product of its cycles, energy and area over the other's.
+pub(super) fn relative_cost(trial: &Trial, base: &Trial, noise: f64) -> f64 {
+    relative_costs(trial, base, noise).iter().product()
 }
 
 /// PSNR as a number that can be compared: a picture without a wrong byte is better than any.
-fn quality(trial: &Trial) -> f64 {
+pub(super) fn quality(trial: &Trial) -> f64 {
     trial.all.psnr.unwrap_or(f64::INFINITY)
 }
 
@@ -101,7 +128,7 @@ pub fn front(trials: &[Trial], cost: impl Fn(&Trial) -> f64) -> Vec<usize> {
         qa >= qb && ca <= cb && (qa > qb || ca < cb)
     };
     let alike: Vec<usize> = (0..trials.len())
-        .filter(|&i| !trials[i].is_sampling())
+        .filter(|&i| !trials[i].is_sampling() && !trials[i].not_exercised)
         .collect();
     let stays = |i: &usize| !alike.iter().any(|&j| better(&trials[j], &trials[*i]));
     alike.iter().copied().filter(stays).collect()

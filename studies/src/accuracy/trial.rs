@@ -4,21 +4,22 @@ use super::compare::{Comparison, Difference};
 use super::probe::{Edges, Leaks};
 use super::setting::{Setting, Subject, is_sampling};
 use super::summary::AttributionSummary;
-use crate::Error;
 use crate::energy::energy;
+use crate::{Error, functional};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::{Approx, Arch};
 use srp_archdesc::area;
 use srp_archdesc::certify::{Function, certify};
 use srp_archdesc::chip;
+use srp_archdesc::structure::Special;
 use srp_ir::dre::scheduled::ScheduledDre;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene_image::SceneImage;
-use srp_runtime::system::{self, Report};
+use srp_runtime::system::{self, Report, TileQueue};
 use srp_toolchain::cache::Kind;
 use srp_toolchain::{Engine, Engines, Frame, Session};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A pixel of which a channel is off by more levels has had another decision.
 const DECIDED: u8 = 8;
@@ -44,6 +45,8 @@ pub struct Trial {
     pub unit: Option<UnitError>,
     /// What the setting costs.
     pub costs: Costs,
+    /// It is of a unit that the frame does not use: whatever differs has another cause.
+    pub not_exercised: bool,
 }
 
 /// How far a unit is off, in units of the last place, over all mantissas.
@@ -84,8 +87,11 @@ pub struct Costs {
     pub dram_bytes: u64,
     /// mJ of the frame, as far as what is done has a price.
     pub energy: f64,
-    /// mm² of all cores and their units, as far as they have a price.
+    /// mm² of all cores and their units, as far as they have a price. Units that the frame does not use are
+    /// priced as the machine has them that the study began with.
     pub area: f64,
+    /// The special functions that the frame computes.
+    pub used: Vec<Special>,
     /// Seconds of the host for the simulation, without compiling.
     pub host_seconds: f64,
 }
@@ -133,7 +139,7 @@ pub(super) fn measured(
     }
     let leaks = edges.probe(&frame.scene, &image, &frame.arch);
     let attribution = AttributionSummary::of(frame, &image, one_in, session)?;
-    let (picture, costs) = simulated(frame, image, session)?;
+    let (picture, costs) = simulated(frame, &subject.arch, image, session)?;
     let comparison = Comparison::of(&picture, reference);
     let measured = Measured {
         all: comparison.over(|_| true),
@@ -150,9 +156,34 @@ pub(super) fn measured(
     Ok(measured)
 }
 
+/// The picture of a frame without a schedule and a clock, which is the same to the bit, held against the
+/// reference.
+///
+/// # Errors
+///
+/// The program does not fit the machine, or the work was cancelled.
+pub(super) fn screened(
+    frame: &Frame,
+    reference: &[DVec3],
+    session: &Session<'_>,
+) -> Result<Difference, Error> {
+    let (program, _) = frame.build.program(None, &frame.arch)?;
+    let options = functional::Options {
+        guard: &frame.guard,
+        threads: 1,
+        tiles: None,
+        steps: functional::MAX_STEPS,
+        watch: session.watch,
+    };
+    let rendered = functional::render(&frame.image()?, &program, &frame.arch, options)?;
+    session.check()?;
+    Ok(Comparison::of(&rendered.picture, reference).over(|_| true))
+}
+
 /// Compiles, schedules and simulates a frame.
 fn simulated(
     frame: &Frame,
+    base: &Arch,
     image: SceneImage,
     session: &Session<'_>,
 ) -> Result<(Picture, Costs), Error> {
@@ -166,9 +197,68 @@ fn simulated(
     session.check()?;
     let costs = Costs {
         host_seconds,
-        ..costs(&report, program, &frame.arch)
+        ..costs(&report, program, &frame.arch, base)
     };
     Ok((picture, costs))
+}
+
+/// SRP cycles of a frame whose tiles are taken in other orders: each begins at another tile, and goes round.
+/// Neighbours remain neighbours, which caches need; but other tiles meet on the cores, and another is the last.
+/// No setting deserves what these cycles differ by.
+///
+/// # Errors
+///
+/// The frame cannot be simulated, or the work was cancelled.
+pub(super) fn cycles_in_other_orders(
+    frame: &Frame,
+    orders: u64,
+    session: &Session<'_>,
+) -> Result<Vec<u64>, Error> {
+    let image = frame.image()?;
+    let key = frame
+        .key(Kind::Trials, &image)
+        .text("tiles that begin elsewhere");
+    let key = key.value(&orders).finish();
+    if let Some(known) = session.cache.get(key, session.watch) {
+        return Ok(known);
+    }
+    let compiled = frame.build.compile(None, &frame.arch, session)?;
+    let program = compiled.runnable()?;
+    let engines = Engines::of(program, Engine::Interpreter, session)?;
+    let cycles = |number: u64| -> Result<u64, Error> {
+        session.check()?;
+        let mut tiles: Vec<u32> = (0..image.tiles).collect();
+        tiles.rotate_left((number * u64::from(image.tiles) / (orders + 1)) as usize);
+        let order = Some(TileQueue::ordered(tiles));
+        let (_, report) =
+            frame.render_in_order(order, image.clone(), program, &engines, session)?;
+        session.check()?;
+        Ok(report.cycles)
+    };
+    let cycles = (1..=orders).map(cycles).collect::<Result<Vec<u64>, _>>()?;
+    session.cache.put(key, &cycles, session.watch);
+    Ok(cycles)
+}
+
+/// The special functions that a frame computes: those of the kernels that ran, and of control code.
+fn used(report: &Report, program: &ScheduledDre) -> Vec<Special> {
+    let ran = |number: usize| {
+        let of_core = |core: &system::CoreReport| core.array.get(number).map_or(0, |k| k.cycles);
+        report.cores.iter().map(of_core).sum::<u64>() > 0
+    };
+    let kernels = program
+        .kernels
+        .values()
+        .enumerate()
+        .filter(|(i, _)| ran(*i));
+    let of_kernels = kernels.flat_map(|(_, k)| k.dfg.nodes.values().map(|node| node.op));
+    let bundles = program.bundles.values();
+    let of_control = bundles.flat_map(|bundle| bundle.ops.iter().map(|slot| slot.op));
+    let all: BTreeSet<Special> = of_kernels
+        .chain(of_control)
+        .filter_map(Special::of)
+        .collect();
+    all.into_iter().collect()
 }
 
 impl Trial {
@@ -183,6 +273,7 @@ impl Trial {
             leaks: measured.leaks,
             attribution: measured.attribution.clone(),
             unit: UnitError::of(&setting.units),
+            not_exercised: setting.is_of_other_units(&measured.costs.used),
             costs: measured.costs.clone(),
         }
     }
@@ -204,6 +295,7 @@ impl Trial {
             leaks: Leaks::default(),
             attribution: AttributionSummary::default(),
             unit: None,
+            not_exercised: false,
             costs: Costs {
                 energy: 1.0,
                 area: 1.0,
@@ -213,7 +305,12 @@ impl Trial {
     }
 }
 
-fn costs(report: &Report, program: &ScheduledDre, arch: &Arch) -> Costs {
+fn costs(report: &Report, program: &ScheduledDre, arch: &Arch, base: &Arch) -> Costs {
+    let used = used(report, program);
+    let mut priced = arch.clone();
+    for special in Special::ALL.into_iter().filter(|s| !used.contains(s)) {
+        *priced.precision.of_mut(special) = base.precision.of(special);
+    }
     let ii = |k: &srp_ir::dre::scheduled::ModuloSchedule| (k.dfg.name.clone(), k.ii);
     let tni = report.tni();
     let working = |core: &system::CoreReport| {
@@ -231,7 +328,8 @@ fn costs(report: &Report, program: &ScheduledDre, arch: &Arch) -> Costs {
         frame_cycles: report.cycles,
         dram_bytes: moved,
         energy: energy(report, program, arch).total_mj,
-        area: cores * (unit + chip::srp(arch).total_mm2),
+        area: cores * (unit + chip::srp(&priced).total_mm2),
+        used,
         host_seconds: 0.0,
     }
 }

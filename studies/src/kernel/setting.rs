@@ -1,7 +1,8 @@
 //! Settings of a kernel: the structure, bits and steps of each special-function unit, and what the
 //! compiler may do.
 
-use srp_archdesc::arch::{Approx, Arch, Refine, Subnormals};
+use crate::attributes::words;
+use srp_archdesc::arch::{Approx, Arch, Subnormals};
 use srp_archdesc::structure::{Special, Structure};
 use srp_toolchain::Options;
 use std::sync::Arc;
@@ -83,44 +84,6 @@ fn precisions(special: Special) -> Vec<Approx> {
     all.push(polynomial(16));
     all.push(polynomial(22));
     all
-}
-
-/// A precision in a few words, and as attributes of a machine file.
-pub(super) fn words(approx: Approx) -> (String, String) {
-    let Approx::Table {
-        structure,
-        bits,
-        steps,
-        fused,
-        refine,
-    } = approx
-    else {
-        return ("exact".to_owned(), "bits=\"exact\"".to_owned());
-    };
-    let mut words = format!("{bits} bits");
-    let mut how = format!("bits=\"{bits}\"");
-    if structure != Structure::Table {
-        words += &format!(" {}", structure.name());
-        how += &format!(" structure=\"{}\"", structure.name());
-        if let Structure::Polynomial { degree, .. } = structure {
-            words += &format!(" {degree}");
-            how += &format!(" degree=\"{degree}\"");
-        }
-    }
-    if steps > 0 {
-        let plural = if steps > 1 { "s" } else { "" };
-        words += &format!(" + {steps} step{plural}");
-        how += &format!(" steps=\"{steps}\"");
-    }
-    if !fused {
-        words += " not fused";
-        how += " fused=\"false\"";
-    }
-    if refine == Refine::Code {
-        words += " in code";
-        how += " refine=\"code\"";
-    }
-    (words, how)
 }
 
 /// The knobs of a kernel that uses some units, on a machine as it is.
