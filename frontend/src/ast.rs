@@ -36,7 +36,7 @@ pub struct Unit {
     pub wide: bool,
 }
 
-/// What stands at file level.
+/// An item at file level.
 #[derive(Clone, Debug)]
 pub enum Item {
     /// A function definition.
@@ -63,7 +63,7 @@ pub struct FunctionDefinition {
 /// A declaration.
 #[derive(Clone, Debug)]
 pub struct Declaration {
-    /// What all declarators share.
+    /// The specifiers that all declarators share.
     pub specs: Specs,
     /// The names declared; empty where only a tag is.
     pub declarators: Vec<InitDeclarator>,
@@ -74,9 +74,9 @@ pub struct Declaration {
 /// `_Static_assert(condition, text)`.
 #[derive(Clone, Debug)]
 pub struct StaticAssert {
-    /// What must hold.
+    /// The condition that must hold.
     pub condition: ExprId,
-    /// What to say where it does not.
+    /// The message shown if the condition is false.
     pub text: Option<Rc<[u8]>>,
     /// All of it.
     pub span: Span,
@@ -169,7 +169,7 @@ pub enum TypeKeyword {
 /// `struct` or `union`.
 #[derive(Clone, Debug)]
 pub struct RecordSpec {
-    /// Whether it is a union.
+    /// True if it is a union.
     pub union: bool,
     /// Its tag.
     pub tag: Option<(Name, Span)>,
@@ -182,7 +182,7 @@ pub struct RecordSpec {
 /// One declaration of members.
 #[derive(Clone, Debug)]
 pub struct Member {
-    /// What all its declarators share.
+    /// The specifiers that all declarators share.
     pub specs: Specs,
     /// The members; empty for an anonymous struct or union.
     pub declarators: Vec<MemberDeclarator>,
@@ -296,12 +296,12 @@ const EFFECTIVE: &[&str] = &[
 ];
 
 impl Attribute {
-    /// Whether it changes a type, a layout or what is called.
+    /// True if the attribute changes a type, a layout or the function that is called.
     pub fn has_effect(&self) -> bool {
         EFFECTIVE.contains(&&*self.name)
     }
 
-    /// Whether it is known to change nothing.
+    /// True if the attribute is known to change nothing.
     pub fn is_harmless(&self) -> bool {
         HARMLESS.contains(&&*self.name)
     }
@@ -368,13 +368,13 @@ pub struct TypeName {
 /// An initialiser.
 #[derive(Clone, Debug)]
 pub struct Initialiser {
-    /// What it is.
+    /// Its kind and contents.
     pub kind: InitialiserKind,
     /// Where it is.
     pub span: Span,
 }
 
-/// What an initialiser is.
+/// Kinds of initialisers.
 #[derive(Clone, Debug)]
 pub enum InitialiserKind {
     /// A value.
@@ -397,7 +397,7 @@ pub enum Designator {
 /// An expression.
 #[derive(Clone, Debug)]
 pub struct Expr {
-    /// What it is.
+    /// Its kind and operands.
     pub kind: ExprKind,
     /// Where it is.
     pub span: Span,
@@ -405,7 +405,7 @@ pub struct Expr {
     pub depth: u32,
 }
 
-/// What an expression is.
+/// Kinds of expressions.
 #[derive(Clone, Debug)]
 pub enum ExprKind {
     /// An integer constant.
@@ -465,7 +465,7 @@ pub enum ExprKind {
 /// A statement.
 #[derive(Clone, Debug)]
 pub struct Stmt {
-    /// What it is.
+    /// Its kind and parts.
     pub kind: StmtKind,
     /// Where it is.
     pub span: Span,
@@ -473,7 +473,7 @@ pub struct Stmt {
     pub depth: u32,
 }
 
-/// What a statement is.
+/// Kinds of statements.
 #[derive(Clone, Debug)]
 pub enum StmtKind {
     /// `;`.

@@ -66,7 +66,7 @@ pub(crate) fn classify(tokens: &mut Vec<Token>, sources: &SourceMap, messages: &
     }
 }
 
-/// Whether a type's name may begin with it.
+/// True if a type's name may begin with this keyword.
 fn names_type(fixed: Fixed) -> bool {
     use Fixed::*;
     matches!(
@@ -102,10 +102,10 @@ enum At {
     Expr,
 }
 
-/// What a bracket holds.
+/// The contents of a bracket.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Holds {
-    /// Statements, or what stands at file level.
+    /// Statements, or items at file level.
     Block,
     /// Members of a struct or union.
     Members,
@@ -127,10 +127,10 @@ enum Holds {
 struct Frame {
     holds: Holds,
     at: At,
-    /// What the current item is: a declaration, and a `typedef`.
+    /// True if the current item is a declaration. `typedef`: the declaration names types.
     declaration: bool,
     typedef: bool,
-    /// What braces hold that follow now: set after `struct`, `union`, `enum`.
+    /// The contents of the next braces: set after `struct`, `union`, `enum`.
     tagged: Option<Holds>,
     /// Parameters of the function that the current declarator declares.
     params: Option<Vec<Name>>,
@@ -183,13 +183,13 @@ impl Reader {
         self.frames.last_mut().expect("the file's frame stays")
     }
 
-    /// Whether a declaration at file level may start here.
+    /// True if a declaration at file level may start here.
     fn at_item(&self) -> bool {
         self.frames.len() == 1 && self.frames[0].at == At::Start
     }
 
-    /// Whether a name and parameters stand here, and then the body of a function or declarations of
-    /// its parameters.
+    /// True if the tokens begin with a name and parameters, followed by the body of a function or
+    /// declarations of its parameters.
     fn defines_function(&self, tokens: &[Token]) -> bool {
         let fixed = |i: usize| match tokens.get(i).map(|token| &token.tok) {
             Some(Tok::Fixed(fixed)) => Some(*fixed),
@@ -273,7 +273,7 @@ impl Reader {
         }
     }
 
-    /// Whether the innermost brackets are a declarator's, of a parameter.
+    /// True if the innermost brackets belong to the declarator of a parameter.
     fn in_params(&self) -> bool {
         let mut outer = self.frames.iter().rev();
         self.frames
@@ -284,7 +284,7 @@ impl Reader {
                 .is_some_and(|f| f.holds == Holds::Params)
     }
 
-    /// What seemed a declarator in parentheses is a list of parameters: `int (int)`.
+    /// Takes an apparent declarator in parentheses as a list of parameters: `int (int)`.
     fn declarator_is_params(&mut self, named: bool) {
         self.scopes.push(HashMap::new());
         let frame = self.frame();

@@ -26,7 +26,7 @@ pub const MAX_TYPE_DEPTH: u32 = 64;
 /// A type without qualifiers.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Type {
-    /// What an erroneous expression has; fits everywhere.
+    /// The type of an erroneous expression; compatible with every type.
     Error,
     /// `void`.
     Void,
@@ -82,7 +82,7 @@ impl Quals {
         }
     }
 
-    /// Whether it has `const` and `volatile` where the other has.
+    /// True if it has `const` and `volatile` wherever the other has.
     pub fn covers(self, other: Quals) -> bool {
         (self.constant || !other.constant) && (self.volatile || !other.volatile)
     }
@@ -107,16 +107,16 @@ impl QualType {
     }
 }
 
-/// What a function takes and gives.
+/// The result and parameters of a function.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Signature {
     /// The result; `void` for none.
     pub result: TypeId,
     /// The parameters, without qualifiers.
     pub params: Vec<TypeId>,
-    /// It takes more arguments, as it likes.
+    /// It takes further arguments: `...`.
     pub variadic: bool,
-    /// It is declared without saying what it takes: `()`.
+    /// Its declaration leaves the parameters open: `()`.
     pub open: bool,
 }
 
@@ -137,7 +137,7 @@ impl Signature {
 pub struct Record {
     /// Its tag.
     pub tag: Option<Name>,
-    /// Whether it is a union.
+    /// True if it is a union.
     pub union: bool,
     /// Its members; `None` while they are not known.
     pub fields: Option<Vec<Field>>,
@@ -356,22 +356,22 @@ impl TypeTable {
         }
     }
 
-    /// Whether it is `_Bool` or an integer.
+    /// True if it is `_Bool` or an integer.
     pub fn is_integer(&self, id: TypeId) -> bool {
         matches!(self.get(id), Type::Bool | Type::Int(_) | Type::Error)
     }
 
-    /// Whether it is `float` or `double`.
+    /// True if it is `float` or `double`.
     pub fn is_floating(&self, id: TypeId) -> bool {
         matches!(self.get(id), Type::Float | Type::Double)
     }
 
-    /// Whether it is a number.
+    /// True if it is a number.
     pub fn is_arithmetic(&self, id: TypeId) -> bool {
         self.is_integer(id) || self.is_floating(id)
     }
 
-    /// Whether its values are pairs of words.
+    /// True if its values are pairs of words.
     pub fn is_wide(&self, id: TypeId) -> bool {
         match self.get(id) {
             Type::Double => true,
@@ -380,7 +380,7 @@ impl TypeTable {
         }
     }
 
-    /// What a pointer points to.
+    /// Returns the type that a pointer points to.
     pub fn pointee(&self, id: TypeId) -> Option<QualType> {
         match self.get(id) {
             Type::Pointer(to) => Some(*to),
@@ -388,7 +388,7 @@ impl TypeTable {
         }
     }
 
-    /// Whether it is arithmetic or a pointer.
+    /// True if it is arithmetic or a pointer.
     pub fn is_scalar(&self, id: TypeId) -> bool {
         self.is_arithmetic(id) || self.pointee(id).is_some()
     }
@@ -401,7 +401,8 @@ impl TypeTable {
         }
     }
 
-    /// Whether values of the type are unsigned integers or pointers, to compare and divide.
+    /// True if comparisons and divisions of its values are unsigned: unsigned integers and
+    /// pointers.
     pub fn is_unsigned(&self, id: TypeId) -> bool {
         match self.get(id) {
             Type::Int(int) => !int.signed(),
@@ -429,8 +430,8 @@ impl TypeTable {
         })
     }
 
-    /// Whether two types are compatible: the same but for array lengths that one leaves open.
-    /// Structs of different sources are compatible where their members are.
+    /// True if two types are compatible: equal except for array lengths that one leaves open.
+    /// Structs of different sources are compatible if their members are.
     pub fn compatible(&self, a: TypeId, b: TypeId) -> bool {
         self.compatible_within(a, b, &mut Vec::new())
     }
@@ -470,7 +471,7 @@ impl TypeTable {
         }
     }
 
-    /// Whether two records are the same one, declared in two sources.
+    /// True if two records are the same one, declared in two sources.
     fn same_record(
         &self,
         a: RecordId,

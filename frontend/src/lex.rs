@@ -30,7 +30,7 @@ pub(crate) enum PpKind {
 /// A preprocessing token.
 #[derive(Clone, Debug)]
 pub(crate) struct PpToken {
-    /// What it is.
+    /// Its kind.
     pub(crate) kind: PpKind,
     /// Its spelling, without line splices.
     pub(crate) text: Name,
@@ -45,12 +45,12 @@ pub(crate) struct PpToken {
 }
 
 impl PpToken {
-    /// Whether it is this operator or punctuator.
+    /// True if it is this operator or punctuator.
     pub(crate) fn is(&self, punct: &str) -> bool {
         self.kind == PpKind::Punct && &*self.text == punct
     }
 
-    /// Whether it is this identifier.
+    /// True if it is this identifier.
     pub(crate) fn is_word(&self, word: &str) -> bool {
         self.kind == PpKind::Ident && &*self.text == word
     }
@@ -154,12 +154,12 @@ impl Cursor<'_> {
     }
 }
 
-/// Whether an identifier may start with it: letters of any script, and GNU's `$`.
+/// True if an identifier may start with it: letters of any script, and GNU's `$`.
 fn starts_ident(c: char) -> bool {
     c.is_alphabetic() || c == '_' || c == '$'
 }
 
-/// Whether an identifier may go on with it.
+/// True if an identifier may contain it after the start.
 fn continues_ident(c: char) -> bool {
     c.is_alphanumeric() || c == '_' || c == '$'
 }

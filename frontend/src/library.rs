@@ -30,7 +30,7 @@ pub fn text(name: &str) -> Option<&'static str> {
     libc::at(name).map(|file| file.text)
 }
 
-/// Which sources a program has been given, and what it may still want.
+/// The library sources that a program has been given, and the names that it may still need.
 #[derive(Default)]
 pub(crate) struct Archive {
     /// Names that the program mentions and does not define.
@@ -43,7 +43,7 @@ pub(crate) struct Archive {
 }
 
 impl Archive {
-    /// What the sources of a program define themselves.
+    /// Collects the names that the sources of a program mention and define.
     pub(crate) fn of(units: &[Unit]) -> Archive {
         let mut archive = Archive::default();
         for unit in units {

@@ -145,7 +145,7 @@ pub fn warning_names() -> impl Iterator<Item = &'static str> {
     NAMES.iter().map(|(_, name)| *name)
 }
 
-/// What a code stands for.
+/// Returns the explanation of a code; `None` if the code is unknown.
 pub fn explain(code: &str) -> Option<String> {
     let (code, text) = Code::ALL.iter().find(|(known, _)| known.0 == code)?;
     let name = warning_name(code.0).map(|name| {

@@ -35,7 +35,7 @@ pub enum Relation {
     Ge,
 }
 
-/// What a type's values are to the opcodes.
+/// The class of a type's values, which selects opcodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Class {
     /// A signed integer.
@@ -71,7 +71,7 @@ impl Class {
         }
     }
 
-    /// Whether its values are vectors.
+    /// True if its values are vectors.
     pub(crate) fn is_vector(self) -> bool {
         matches!(self, Class::Int4 | Class::Float4)
     }

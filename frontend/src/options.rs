@@ -1,4 +1,4 @@
-//! What the caller of the front end decides.
+//! Options of the front end.
 
 use srp_archdesc::arch::{Approx, Precision};
 use srp_archdesc::diagnostic::Source;
@@ -14,13 +14,13 @@ pub struct Include<'a> {
     pub system: bool,
 }
 
-/// What the caller decides.
+/// Options of the front end.
 #[derive(Clone)]
 pub struct Options<'a> {
     /// Macros defined before each source: name and body.
     pub defines: Vec<(String, String)>,
-    /// Finds included files. The name of the source it gives is shown in messages, and the same
-    /// for the same file.
+    /// Finds included files. Messages show the name of the source that it returns; one file always
+    /// gets one name.
     pub resolve: &'a dyn Fn(&Include<'_>) -> Option<Source>,
     /// Marks innermost loops as kernels where no pragma does.
     pub auto_kernel: bool,

@@ -63,7 +63,7 @@ pub fn parse(
     unit
 }
 
-/// Whether a token may bring in numbers of 64 bits; `...` takes floats as doubles.
+/// True if a token may bring in numbers of 64 bits; `...` takes floats as doubles.
 fn is_wide(tok: &Tok) -> bool {
     match tok {
         Tok::Fixed(fixed) => matches!(
@@ -125,8 +125,8 @@ fn explain(
     }
 }
 
-/// Whether something earlier on the line of a token was complained about: what follows from that
-/// is no news.
+/// True if a lexical error precedes a token on its line: a syntax error there is only a
+/// consequence.
 fn complained_before(at: usize, tokens: &[Token], sources: &SourceMap) -> bool {
     let at = at.min(tokens.len());
     let Some(before) = at.checked_sub(1).and_then(|at| tokens.get(at)) else {
@@ -143,7 +143,7 @@ fn complained_before(at: usize, tokens: &[Token], sources: &SourceMap) -> bool {
     same_line.take(64).any(|token| token.tok == Tok::Bad)
 }
 
-/// What was expected in words: the one thing that would help most.
+/// Returns the expected token in words: the most helpful one only.
 fn wanted(expected: &[String], at_end: bool) -> Option<&'static str> {
     let has = |name: &str| expected.iter().any(|e| e.trim_matches('"') == name);
     if at_end && has("}") {

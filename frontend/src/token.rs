@@ -100,7 +100,7 @@ pub enum Tok {
 /// A token and where it stands.
 #[derive(Clone, Debug)]
 pub struct Token {
-    /// What it is.
+    /// Its kind and value.
     pub tok: Tok,
     /// Where it is.
     pub span: Span,

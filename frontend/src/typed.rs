@@ -51,9 +51,9 @@ pub struct Object {
     pub name: String,
     /// Its type.
     pub ty: QualType,
-    /// What it holds at the start: of known size once defined.
+    /// Its initial contents, of known size once it is defined.
     pub image: Image,
-    /// Whether it is defined in some source.
+    /// True if some source defines it.
     pub defined: bool,
     /// A library object; dropped if nothing references it.
     pub optional: bool,
@@ -68,11 +68,11 @@ pub struct Object {
 pub struct Image {
     /// The first bytes; the rest is zero.
     pub bytes: Vec<u8>,
-    /// Addresses in it: offset, what is pointed to, and what is added.
+    /// Addresses in it: offset, target, and the number added.
     pub addresses: Vec<(u32, Address, i32)>,
 }
 
-/// What a constant address points to.
+/// The target of a constant address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Address {
     /// An object.
@@ -88,11 +88,11 @@ pub struct Function {
     pub name: String,
     /// Its type.
     pub ty: TypeId,
-    /// What it does, where it is defined.
+    /// Its body; `None` if no source defines it.
     pub body: Option<Body>,
-    /// Not known to other sources, so that it goes where nothing uses it.
+    /// No other source knows it; dropped if nothing uses it.
     pub internal: bool,
-    /// Of the library, so that it goes too where nothing uses it.
+    /// A library function; dropped if nothing uses it.
     pub optional: bool,
     /// An attribute asks that no call of it is inlined.
     pub noinline: bool,
@@ -100,7 +100,7 @@ pub struct Function {
     pub pos: Pos,
 }
 
-/// What a function does.
+/// The body of a function.
 #[derive(Debug, Default)]
 pub struct Body {
     /// Its parameters.
@@ -109,7 +109,7 @@ pub struct Body {
     pub locals: EntityMap<LocalId, Local>,
     /// Its expressions.
     pub exprs: EntityMap<ExprId, Expr>,
-    /// What has an address.
+    /// Its places: lvalues.
     pub places: EntityMap<PlaceId, Place>,
     /// Its statements.
     pub stmts: EntityMap<StmtId, Stmt>,
@@ -138,7 +138,7 @@ pub const MAX_LOCAL_ALIGN: u32 = 16;
 /// An expression.
 #[derive(Clone, Debug)]
 pub struct Expr {
-    /// What it computes.
+    /// Its kind and operands.
     pub kind: ExprKind,
     /// Its type.
     pub ty: TypeId,
@@ -148,15 +148,15 @@ pub struct Expr {
     pub span: Span,
 }
 
-/// What an expression computes.
+/// Kinds of expressions.
 #[derive(Clone, Debug)]
 pub enum ExprKind {
     /// A constant of a scalar type, in its bits; those above a word are zero in all but the types
     /// of 64 bits.
     Const(u64),
-    /// What a scalar, pointer or vector place holds.
+    /// The value in a scalar, pointer or vector place.
     Load(PlaceId),
-    /// What a struct or union place holds.
+    /// The value in a struct or union place.
     Aggregate(PlaceId),
     /// The address of a place.
     AddressOf(PlaceId),
@@ -240,7 +240,7 @@ pub enum Callee {
 /// Something with an address, or a lane of it.
 #[derive(Clone, Debug)]
 pub struct Place {
-    /// What it is.
+    /// Its kind and operands.
     pub kind: PlaceKind,
     /// Its type.
     pub ty: QualType,
@@ -248,7 +248,7 @@ pub struct Place {
     pub span: Span,
 }
 
-/// What a place is.
+/// Kinds of places.
 #[derive(Clone, Debug)]
 pub enum PlaceKind {
     /// A variable.
@@ -257,7 +257,7 @@ pub enum PlaceKind {
     Literal(LocalId, Init),
     /// An object with static storage.
     Object(ObjectId),
-    /// What a pointer points to.
+    /// The target of a pointer.
     Deref(ExprId),
     /// A part of another place at this offset.
     Member(PlaceId, u32),
@@ -294,13 +294,13 @@ pub struct Part {
 /// A statement.
 #[derive(Clone, Debug)]
 pub struct Stmt {
-    /// What it does.
+    /// Its kind and operands.
     pub kind: StmtKind,
     /// Where it is.
     pub pos: Pos,
 }
 
-/// What a statement does.
+/// Kinds of statements.
 #[derive(Clone, Debug)]
 pub enum StmtKind {
     /// Statements one after another.
@@ -332,15 +332,15 @@ pub enum StmtKind {
 /// A loop.
 #[derive(Clone, Debug)]
 pub struct Loop {
-    /// What is done before.
+    /// The statement before the first iteration.
     pub init: Option<StmtId>,
     /// Goes on while it holds; for ever where there is none.
     pub cond: Option<ExprId>,
     /// The condition is tested after the body only.
     pub body_first: bool,
-    /// What is done after each iteration.
+    /// The expression evaluated after each iteration.
     pub step: Option<ExprId>,
-    /// What is repeated.
+    /// The body.
     pub body: StmtId,
     /// A pragma asks for the array.
     pub kernel: bool,
@@ -378,7 +378,7 @@ pub struct Trip {
 /// A `switch`.
 #[derive(Clone, Debug)]
 pub struct Switch {
-    /// What is compared.
+    /// The value compared.
     pub value: ExprId,
     /// Ranges of values, first and last in their order, with the number of the label they go to.
     pub cases: Vec<(i128, i128, usize)>,

@@ -1,5 +1,5 @@
-//! What the grammar's actions call: nodes are made here, their spans and depths computed, and
-//! what passes [`MAX_DEPTH`] replaced by an error.
+//! Functions that the grammar's actions call. They make nodes, compute spans and depths, and
+//! replace trees deeper than [`MAX_DEPTH`] by an error.
 
 use super::*;
 use crate::message::{LIMIT, Messages, UNSUPPORTED};
@@ -10,14 +10,14 @@ use crate::token::{IntConst, Token};
 /// not count: no visitor recurses along them.
 pub const MAX_DEPTH: u32 = 200;
 
-/// What may stand before a statement.
+/// A label or pragma before a statement.
 #[derive(Debug)]
 pub(crate) enum Before {
     Label(Label),
     Pragma(Pragma),
 }
 
-/// What may stand between a `*` and what it belongs to.
+/// A qualifier or attributes after a `*`.
 pub(crate) enum PointerWord {
     Qualifier((Qualifier, Span)),
     Attributes(Vec<Attribute>),
@@ -28,12 +28,12 @@ pub(crate) type AsmOperand = (Rc<[u8]>, Option<ExprId>);
 
 /// A unit in the making. Positions of the grammar are numbers of tokens.
 pub struct Builder<'a> {
-    /// What is being made.
+    /// The unit under construction.
     pub(crate) unit: Unit,
     pub(crate) sources: &'a SourceMap,
     pub(crate) messages: &'a mut Messages,
     tokens: &'a [Token],
-    /// What the parser did not understand, by number of the token.
+    /// Syntax errors, by number of the token.
     pub(crate) trouble: Vec<crate::trouble::Trouble>,
 }
 

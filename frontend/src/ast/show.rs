@@ -96,7 +96,7 @@ impl Printer<'_> {
         self.out.push_str(name);
     }
 
-    /// What is derived, in words and from the name outwards.
+    /// Writes the derivation of a declarator in words, from the name outwards.
     fn derived(&mut self, declarator: &Declarator) {
         for (step, _) in &declarator.derived {
             match step {

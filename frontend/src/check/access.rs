@@ -65,7 +65,7 @@ impl Checker<'_> {
         Operand::Place(self.deref(pointer, span))
     }
 
-    /// What a pointer points to.
+    /// Returns the place that a pointer points to.
     pub(super) fn deref(&mut self, pointer: ExprId, span: Span) -> PlaceId {
         let ty = self.ty(pointer);
         let target = match self.types.pointee(ty) {

@@ -39,7 +39,8 @@ impl Checker<'_> {
         (ty, align)
     }
 
-    /// What `aligned` asks for, bytes; without an argument the most that any type has.
+    /// Returns the alignment that `aligned` asks for, in bytes; without an argument, the largest of
+    /// any type.
     fn alignment(&mut self, attribute: &Attribute) -> u32 {
         let &[e] = attribute.args.as_slice() else {
             return 16;

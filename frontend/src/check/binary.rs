@@ -8,7 +8,7 @@ use crate::operator::{self, Class};
 use crate::typed::*;
 use srp_archdesc::diagnostic::Span;
 
-/// What an infix operator is once assignment and short circuits are set apart.
+/// Kinds of infix operators other than assignments and short circuits.
 enum Kind {
     Arithmetic(BinaryOp),
     Relation(Relation),

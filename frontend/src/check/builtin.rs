@@ -9,7 +9,8 @@ use crate::message::{CALL, NOT_CONSTANT};
 use crate::typed::*;
 use srp_archdesc::diagnostic::Span;
 
-/// What `add_overflow`, `smull_overflow` and their like do, as that function numbers it.
+/// Returns the number that the library's overflow function gives to the operation of
+/// `add_overflow`, `smull_overflow` and the like.
 fn overflow_operation(name: &str) -> Option<u64> {
     let name = name.strip_suffix("_overflow")?;
     let operation = |name: &str| {

@@ -12,7 +12,7 @@ use crate::typed::*;
 use srp_archdesc::diagnostic::Span;
 use srp_archdesc::isa::{Class, Kind, Opcode};
 
-/// What an operation's name stands for.
+/// The meaning of an operation's name.
 enum Operation {
     /// An opcode; vectors, and words that are never looked into, hold floats where true.
     Opcode(Opcode, bool),
@@ -59,7 +59,7 @@ fn operation(name: &str) -> Option<Operation> {
     fits.then_some(Operation::Opcode(op, float))
 }
 
-/// Whether an opcode's integer result is unsigned to C.
+/// True if C takes an opcode's integer result as unsigned.
 fn unsigned_result(op: Opcode) -> bool {
     use Opcode::*;
     matches!(op, Minu | Maxu | Mulhu | Ftou | Shr)

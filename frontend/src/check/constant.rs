@@ -23,8 +23,8 @@ pub(super) enum Constant {
     Address(Address, i32),
 }
 
-/// What an opcode without guard gives on constants. The precision of special functions is the
-/// machine's, so that these are not folded here.
+/// Evaluates an opcode without guard on constants. Special functions are not folded here, since
+/// their precision depends on the machine.
 fn eval(op: Opcode, args: &[Value]) -> Option<Value> {
     ops::eval(op, args, 0, &Precision::EXACT).ok().flatten()
 }
@@ -34,7 +34,7 @@ fn words(op: Opcode, args: &[u32]) -> Option<u32> {
     eval(op, &args).map(|v| v.as_word())
 }
 
-/// Whether a constant of this type is not zero.
+/// True if a constant of this type is not zero.
 pub(crate) fn truth(bits: u64, ty: &Type) -> bool {
     match ty {
         // Both zeros are zero.
@@ -104,7 +104,7 @@ fn truncated(value: f64, int: Int) -> u64 {
     }
 }
 
-/// What `l op r` gives on constants of one type; `None` for a division by zero.
+/// Evaluates `l op r` on constants of one type; `None` for a division by zero.
 pub(super) fn binary(op: BinaryOp, class: Class, l: u64, r: u64) -> Option<u64> {
     match operator::binary(op, class)? {
         Plan::Direct(op) => words(op, &[l as u32, r as u32]).map(u64::from),
@@ -214,7 +214,7 @@ pub(super) fn fold(
 }
 
 impl Checker<'_> {
-    /// Whether a constant condition is true; `None` where it is not constant.
+    /// Returns the truth of a constant condition; `None` if the condition is not constant.
     pub(super) fn const_truth(&self, e: ExprId) -> Option<bool> {
         let ty = self.types.get(self.ty(e));
         self.const_value(e).map(|bits| truth(bits, ty))

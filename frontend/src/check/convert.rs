@@ -179,7 +179,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Whether a value is a null pointer constant.
+    /// True if a value is a null pointer constant.
     fn is_null(&self, e: ExprId) -> bool {
         let pointee = self.types.pointee(self.ty(e));
         let void = pointee.is_some_and(|to| to == QualType::plain(self.types.known.void));
@@ -290,7 +290,7 @@ impl Checker<'_> {
         self.convert(e, to)
     }
 
-    /// Whether two types are different integers of one size.
+    /// True if two types are different integers of one size.
     fn same_size_integers(&self, a: TypeId, b: TypeId) -> bool {
         match (self.types.get(a), self.types.get(b)) {
             (Type::Int(x), Type::Int(y)) => x != y && x.size() == y.size(),
@@ -416,7 +416,7 @@ impl Checker<'_> {
         self.error_value(span)
     }
 
-    /// What two pointers have in common, for relations and `?:`; `None` where nothing.
+    /// Returns the common type of two pointers, for relations and `?:`; `None` if there is none.
     pub(super) fn common_pointer(&mut self, a: ExprId, b: ExprId) -> Option<TypeId> {
         let (ta, tb) = (self.ty(a), self.ty(b));
         let pointees = (self.types.pointee(ta), self.types.pointee(tb));

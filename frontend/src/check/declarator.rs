@@ -13,7 +13,7 @@ use crate::message::{
 };
 use srp_archdesc::diagnostic::Span;
 
-/// What specifiers say.
+/// The meaning of a list of specifiers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Base {
     pub(super) ty: QualType,
@@ -81,7 +81,7 @@ fn named(keywords: &Keywords) -> Option<Type> {
 }
 
 impl Checker<'_> {
-    /// What specifiers say. `alone`: nothing is declared but a tag.
+    /// Checks specifiers and returns their meaning. `alone`: nothing is declared but a tag.
     pub(super) fn specs(&mut self, specs: &Specs, alone: bool) -> Base {
         let mut keywords = Keywords::default();
         let mut whole: Option<QualType> = None;
@@ -357,7 +357,7 @@ impl Checker<'_> {
         list
     }
 
-    /// Whether an expression may do more than compute a value.
+    /// True if an expression may do more than compute a value.
     fn has_effect(&self, e: ast::ExprId) -> bool {
         use ast::ExprKind as K;
         match &self.unit.exprs[e].kind {
@@ -382,7 +382,7 @@ impl Checker<'_> {
         self.declared_type(base.ty, &name.declarator)
     }
 
-    /// Whether an object can have this type; an error where not.
+    /// True if an object can have this type; reports an error if not.
     pub(super) fn complete(&mut self, ty: TypeId, span: Span, what: &str) -> bool {
         if self.types.size(ty).is_some() {
             return true;

@@ -263,7 +263,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Whether a thing of this source has internal linkage.
+    /// True if a symbol of this source has internal linkage.
     fn is_internal(&self, symbol: Symbol) -> bool {
         match symbol {
             Symbol::Function(function) => self.functions[function].internal,

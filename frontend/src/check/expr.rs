@@ -8,7 +8,7 @@ use crate::token::{FloatConst, IntConst};
 use crate::typed::*;
 use srp_archdesc::diagnostic::Span;
 
-/// What names the function around, as a string.
+/// Names that stand for the name of the enclosing function, as a string.
 const FUNCTION_NAME: [&str; 3] = ["__func__", "__FUNCTION__", "__PRETTY_FUNCTION__"];
 
 impl Checker<'_> {

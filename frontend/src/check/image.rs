@@ -10,7 +10,7 @@ use crate::typed::*;
 pub(super) const MAX_IMAGE: u32 = 1 << 24;
 
 impl Checker<'_> {
-    /// Whether an initial value goes on in a member of unknown length.
+    /// True if an initial value extends into a member of unknown length.
     pub(super) fn reaches_past_end(&self, ty: TypeId, init: &Init) -> bool {
         let size = self.types.size(ty).unwrap_or(u32::MAX);
         let end = |part: &Part| {
@@ -22,7 +22,7 @@ impl Checker<'_> {
             .any(|part| part.bits.is_none() && end(part) > size)
     }
 
-    /// Whether the last member of a struct has no length.
+    /// True if the last member of a struct has no length.
     fn is_open(&self, ty: TypeId) -> bool {
         let Type::Record(record) = self.types.get(ty) else {
             return false;

@@ -62,7 +62,7 @@ impl<'u> List<'u> {
 }
 
 impl Checker<'_> {
-    /// What an initialiser does to an object, and the object's type with its length known.
+    /// Returns the object's type, with its length known, and the stores that its initialiser makes.
     pub(super) fn initialise(
         &mut self,
         ty: QualType,
@@ -100,7 +100,7 @@ impl Checker<'_> {
         Some((ty, out))
     }
 
-    /// Whether the parts of an initial value leave no byte of an object out.
+    /// True if the parts of an initial value cover every byte of an object.
     fn covers(&self, init: &Init, size: u32) -> bool {
         let range = |part: &Part| {
             let bytes = self.types.size(self.ty(part.value)).unwrap_or(0);

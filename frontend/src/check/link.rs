@@ -18,7 +18,7 @@ pub(super) struct Definition {
     pub(super) full: bool,
 }
 
-/// What is known of the things with linkage.
+/// Objects and functions with linkage: their names, definitions and first uses.
 #[derive(Debug, Default)]
 pub(super) struct Externals {
     /// Names with external linkage.
@@ -164,8 +164,8 @@ impl Checker<'_> {
         }
     }
 
-    /// Whether a name's second declaration says the same as its first; an error where not. The
-    /// type with what both know.
+    /// Returns the composite type of a name's two declarations; reports an error if they are not
+    /// compatible.
     pub(super) fn same_declaration(
         &mut self,
         name: &str,

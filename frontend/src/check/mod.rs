@@ -35,14 +35,14 @@ use srp_archdesc::diagnostic::{Severity, Span};
 use srp_archdesc::entity::EntityMap;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-/// What is checked together.
+/// The sources that are checked together.
 #[derive(Clone, Copy, Debug)]
 pub struct Sources<'a> {
     /// The program.
     pub units: &'a [ast::Unit],
-    /// What it was given of the library.
+    /// The parts of the library that the program needs.
     pub library: &'a [ast::Unit],
-    /// What of the library's the program defines itself.
+    /// Names of the library that the program defines itself.
     pub owned: &'a HashSet<Name>,
     /// The texts of both.
     pub map: &'a SourceMap,
@@ -76,7 +76,7 @@ pub fn check(
     checker.finish()
 }
 
-/// What a name stands for.
+/// The meaning of a name.
 #[derive(Clone, Copy, Debug)]
 enum Symbol {
     Local(LocalId),
@@ -87,7 +87,7 @@ enum Symbol {
     Constant(u64, TypeId),
 }
 
-/// What a tag stands for.
+/// The meaning of a tag.
 #[derive(Clone, Copy, Debug)]
 enum Tag {
     Record(RecordId),
@@ -103,7 +103,7 @@ struct Scope {
     tags: HashMap<Name, (Tag, Span)>,
 }
 
-/// What an expression is before it is used as a value.
+/// An expression before it is used as a value.
 #[derive(Clone, Copy, Debug)]
 enum Operand {
     Place(PlaceId),
@@ -132,20 +132,20 @@ struct Label {
     used: Option<Span>,
 }
 
-/// What surrounds the current statement.
+/// The surroundings of the current statement.
 #[derive(Debug, Default)]
 struct Context {
     /// The result of the current function.
     result: Option<TypeId>,
     function: Option<Name>,
-    /// For each loop and `switch` around: whether a `break` leaves it.
+    /// For each loop and `switch` around: true if a `break` leaves it.
     breaks: Vec<bool>,
     /// How many of them are loops.
     loops: usize,
     switches: Vec<Cases>,
     /// Labels for `goto`: number, where each stands, and where it is first used.
     labels: BTreeMap<Name, Label>,
-    /// Whether the function takes arguments by `...`.
+    /// True if the function takes arguments by `...`.
     variadic: bool,
     /// How many labels and `goto` statements there have been, to see whether a loop has some.
     jumps: usize,
@@ -158,7 +158,7 @@ struct Checker<'a> {
     /// The number of the unit.
     number: usize,
     sources: &'a SourceMap,
-    /// What of the library's the program defines itself.
+    /// Names of the library that the program defines itself.
     owned: &'a HashSet<Name>,
     messages: &'a mut Messages,
     types: TypeTable,
@@ -241,7 +241,7 @@ impl<'a> Checker<'a> {
         self.messages.push(message);
     }
 
-    /// Whether a place is the library's, of which only errors are told.
+    /// True if a place lies in the library, for which only errors are reported.
     fn is_library(&self, span: Span) -> bool {
         let file = || self.sources.file(span).map(|file| self.sources.name(file));
         self.in_library || file().is_some_and(|name| crate::library::text(name).is_some())

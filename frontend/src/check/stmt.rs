@@ -9,7 +9,7 @@ use crate::typed::*;
 use srp_archdesc::diagnostic::Span;
 use std::collections::BTreeMap;
 
-/// What pragmas ask of a loop.
+/// Requests of pragmas for a loop.
 #[derive(Clone)]
 struct Asked {
     kernel: bool,
@@ -59,7 +59,7 @@ impl Checker<'_> {
         (self.stmt_at(StmtKind::Block(stmts), span), flow)
     }
 
-    /// Whether a statement can be reached by a label in it.
+    /// True if a label in a statement makes it reachable.
     fn is_labelled(&self, s: ast::StmtId) -> bool {
         // A label anywhere below counts: this only keeps a warning from being missed.
         match &self.unit.stmts[s].kind {

@@ -56,7 +56,7 @@ impl Checker<'_> {
         }
     }
 
-    /// What a statement sets the counter to.
+    /// Returns the constant that a statement sets the counter to.
     fn start(&self, init: StmtId, counter: LocalId) -> Option<u64> {
         match &self.body.stmts[init].kind {
             StmtKind::Init(local, init) if *local == counter => match init.parts.as_slice() {
@@ -77,7 +77,7 @@ impl Checker<'_> {
         }
     }
 
-    /// What a step adds to the counter.
+    /// Returns the constant that a step adds to the counter.
     fn step_of(&self, step: ExprId, counter: LocalId) -> Option<i32> {
         let ExprKind::Update(update) = &self.body.exprs[step].kind else {
             return None;

@@ -2,8 +2,8 @@
 
 /// The integer types.
 ///
-/// What a bit-field of more bits than an `int` holds has, as with GCC, a type of just as many bits,
-/// in which it is computed with; it cannot be named.
+/// As with GCC, a bit-field wider than an `int` has a type of exactly its width and is computed in
+/// it. Programs cannot name that type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[allow(missing_docs)] // each is its C name
 pub enum Int {
@@ -43,7 +43,7 @@ impl Int {
         }
     }
 
-    /// Whether it has negative values.
+    /// True if it has negative values.
     pub fn signed(self) -> bool {
         !matches!(
             self,

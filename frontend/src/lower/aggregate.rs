@@ -357,7 +357,7 @@ impl Lowering<'_> {
         self.end(Terminator::Return(values));
     }
 
-    /// Whether a type is a struct or union.
+    /// True if a type is a struct or union.
     pub(super) fn is_record(&self, ty: TypeId) -> bool {
         matches!(self.checked.types.get(ty), Type::Record(_))
     }

@@ -8,7 +8,7 @@ use srp_archdesc::isa::{Opcode, Ty};
 use srp_ir::program::{Bits, Block, Target, Terminator, Value};
 
 impl Lowering<'_> {
-    /// Whether an expression is not zero.
+    /// Emits a predicate: true if the expression is not zero.
     pub(super) fn pred(&mut self, e: ExprId) -> Value {
         let body = self.body;
         let expr = &body.exprs[e];
@@ -44,7 +44,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Whether a constant is not zero.
+    /// True if a constant is not zero.
     fn const_truth(&self, bits: u64, ty: TypeId) -> bool {
         crate::check::truth(bits, self.checked.types.get(ty))
     }

@@ -243,7 +243,7 @@ impl Lowering<'_> {
         })
     }
 
-    /// What the values of a type are to the opcodes.
+    /// Returns the class of a type's values.
     pub(super) fn class(&self, ty: TypeId) -> Class {
         Class::of(self.checked.types.get(ty))
     }

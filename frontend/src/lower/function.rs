@@ -48,7 +48,7 @@ pub(super) enum Storage {
 pub(super) struct Breakable {
     /// Where `break` goes.
     pub(super) exit: Block,
-    /// Whether it is a loop.
+    /// True if it is a loop.
     pub(super) is_loop: bool,
     /// Where `continue` goes, once one is seen.
     pub(super) next: Option<Block>,
@@ -321,7 +321,7 @@ impl Lowering<'_> {
         self.independent.iter().any(|&(other, _)| other == variable)
     }
 
-    /// Whether a variable is a `restrict` pointer.
+    /// True if a variable is a `restrict` pointer.
     pub(super) fn is_restrict(&self, local: LocalId) -> bool {
         let ty = self.body.locals[local].ty;
         ty.quals.restrict && matches!(self.checked.types.get(ty.ty), Type::Pointer(_))

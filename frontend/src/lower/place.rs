@@ -161,7 +161,7 @@ fn push(out: &mut Vec<Leaf>, limit: usize, offset: u32, access: Access) -> Optio
     Some(())
 }
 
-/// Whether there is a union in a type, or something that is laid out as one.
+/// True if a type contains a union, or a struct that is laid out as one.
 fn has_union(types: &TypeTable, ty: TypeId) -> bool {
     match types.get(ty) {
         Type::Array(of, _) => has_union(types, of.ty),
@@ -174,7 +174,7 @@ fn has_union(types: &TypeTable, ty: TypeId) -> bool {
     }
 }
 
-/// What a location counts from.
+/// The base of a location.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Base {
     Slot(Slot),
@@ -194,7 +194,7 @@ pub(super) struct Location {
 }
 
 impl Location {
-    /// What a pointer points to.
+    /// Returns the location that a pointer points to.
     pub(super) fn pointer(pointer: Value, global: bool) -> Location {
         Location {
             base: Base::Pointer(pointer),
@@ -362,7 +362,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// What a pointer points to; constant offsets go into the location.
+    /// Returns the location that a pointer points to, with constant offsets folded into it.
     fn pointed(&mut self, pointer: ExprId, global: bool) -> Location {
         let (mut e, mut offset) = (pointer, 0u32);
         loop {

@@ -1,10 +1,10 @@
-//! What a program uses, from the functions that other sources know.
+//! Finds the objects and functions that a program uses, from the functions that other sources know.
 
 use crate::operator::{self, Class, Plan, Support};
 use crate::typed::*;
 use std::collections::BTreeSet;
 
-/// What is used.
+/// The objects and functions that are used.
 #[derive(Default)]
 pub(super) struct Reached {
     pub(super) objects: BTreeSet<ObjectId>,
@@ -48,7 +48,7 @@ pub(super) fn of(checked: &Checked) -> Reached {
     reached
 }
 
-/// What a function names, and what it needs of the library.
+/// Pushes the addresses that a function names, and the library functions that it needs.
 fn uses(checked: &Checked, body: &Body, work: &mut Vec<Address>) {
     let mut need = |support: Option<Support>| {
         let function = support.and_then(|support| checked.support.get(&support));

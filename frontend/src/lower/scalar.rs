@@ -254,7 +254,7 @@ impl Lowering<'_> {
         self.op(Opcode::Por, &[high, low])
     }
 
-    /// Whether a scalar of a type is not zero.
+    /// Emits a predicate: true if a scalar is not zero.
     pub(super) fn scalar_not_zero(&mut self, value: Scalar, ty: TypeId) -> Value {
         let zero = self.word(0);
         match (value, self.class(ty)) {
@@ -329,7 +329,7 @@ impl Lowering<'_> {
         })
     }
 
-    /// Whether every value of one integer type of 64 bits or less is one of another.
+    /// True if the second type has every value of the first, for integers of up to 64 bits.
     fn is_contained(&self, from: TypeId, to: TypeId) -> bool {
         match (self.checked.types.get(from), self.checked.types.get(to)) {
             (Type::Int(a), Type::Int(b)) => {
@@ -385,7 +385,7 @@ impl Lowering<'_> {
     }
 }
 
-/// Whether every value of one integer type is one of the other, or is the same word.
+/// True if every value of `from` is a value of `to`, or has the same word there.
 fn fits(from: Int, to: Int) -> bool {
     let same = from.signed() == to.signed();
     to.size() == 4 || from.size() <= to.size() && same || from.size() < to.size() && !from.signed()

@@ -5,7 +5,7 @@ use srp_ir::program::{
     Bits, Callee, Function, Global, GlobalData, InstKind, Program, Reloc, Symbol, Terminator,
 };
 
-/// What the program is called to itself.
+/// The name that the program gets as `argv[0]`.
 const NAME: &[u8] = b"program\0";
 
 /// Makes a function that calls `main` with its own name as the only argument, where `main` takes

@@ -31,7 +31,7 @@ struct Reader<'a> {
 }
 
 impl Preprocessor<'_> {
-    /// Whether the condition holds; one that has no value does not.
+    /// True if the condition holds; false if it cannot be evaluated.
     pub(super) fn condition(&mut self, span: Span, rest: &[PpToken]) -> bool {
         let replaced = self.replace_defined(rest);
         let tokens = self.expand(replaced);

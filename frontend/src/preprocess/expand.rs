@@ -16,7 +16,7 @@ pub(super) struct Macro {
     pub(super) params: Option<Vec<Name>>,
     /// The last parameter takes all further arguments.
     pub(super) variadic: bool,
-    /// What it stands for.
+    /// The replacement list.
     pub(super) body: Vec<PpToken>,
     /// Its name in the definition.
     pub(super) span: Span,
@@ -33,7 +33,7 @@ impl Macro {
         }
     }
 
-    /// Whether a second definition says the same.
+    /// True if a second definition is equivalent.
     pub(super) fn same(&self, other: &Macro) -> bool {
         self.params == other.params
             && self.variadic == other.variadic
@@ -68,7 +68,7 @@ impl Stack {
         }
     }
 
-    /// Whether the next token is `(`.
+    /// True if the next token is `(`.
     fn at_call(&self) -> bool {
         let mut nexts = self.0.iter().rev();
         nexts
@@ -331,8 +331,8 @@ impl Preprocessor<'_> {
     }
 }
 
-/// Whether everything left of the `##` before `body[at]` was empty, back to the last token that
-/// is not joined to it.
+/// True if everything left of the `##` before `body[at]` was empty, back to the last token that no
+/// `##` joins to it.
 fn pasted_nothing(
     body: &[PpToken],
     at: usize,
@@ -358,7 +358,7 @@ fn quote(text: &str) -> String {
     format!("\"{escaped}\"")
 }
 
-/// What `#` makes of an argument.
+/// Makes a string literal from an argument, as `#` does.
 fn stringised(arg: &[PpToken]) -> String {
     let mut text = String::new();
     for (i, token) in arg.iter().enumerate() {

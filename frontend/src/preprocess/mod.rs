@@ -156,15 +156,15 @@ struct Preprocessor<'a> {
     resolve: &'a dyn Fn(&Include<'_>) -> Option<Source>,
     names: Interner,
     macros: HashMap<Name, Rc<Macro>>,
-    /// What `#pragma push_macro` has put aside: for each name, last on top.
+    /// Definitions saved by `#pragma push_macro`: for each name, the latest last.
     pushed: HashMap<Name, Vec<Option<Rc<Macro>>>>,
-    /// What `#line` has said of files: what is added to the numbers of lines, and a name.
+    /// Effects of `#line` on each file: a number added to its line numbers, and a name.
     lines: HashMap<SourceFile, (i64, Option<String>)>,
     once: HashSet<SourceFile>,
     /// Conditional sections around the current line, innermost last.
     sections: Vec<Section>,
     depth: usize,
-    /// What `__COUNTER__` is next.
+    /// The next value of `__COUNTER__`.
     counter: u32,
     /// Tokens that may still be produced.
     budget: usize,
@@ -310,7 +310,7 @@ impl Preprocessor<'_> {
         }
     }
 
-    /// Whether `#include` would find what is between the brackets of `__has_include`.
+    /// True if `#include` would find the file named in the brackets of `__has_include`.
     pub(crate) fn has_include(&mut self, span: Span, tokens: &[PpToken]) -> bool {
         let (name, system) = match tokens {
             [name] if name.kind == PpKind::Str => (name.text.trim_matches('"').to_owned(), false),

@@ -44,7 +44,7 @@ const FLOATS: [&str; 9] = [
     "0.0f", "1.0f", "-0.5f", "3.25f", "1e10f", "0.1", "-2.75", "1e-3", "65536.5",
 ];
 
-/// What every program begins with: the functions that keep it defined, and the variables.
+/// The start of every program: the functions that keep it defined, and the variables.
 pub(crate) const COMMON: &str = "\
 #include \"srp.h\"
 static int div_i(int a, int b) { return b == 0 || b == -1 ? a : a / b; }
@@ -61,7 +61,7 @@ static unsigned long long mix_d(unsigned long long h, double d) { union { double
 
 pub(crate) struct Maker {
     rng: Pcg32,
-    /// What comes before every name of the program.
+    /// The prefix of every name of the program.
     prefix: String,
     /// Loops around the current statement.
     loops: usize,

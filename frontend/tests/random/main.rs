@@ -28,14 +28,14 @@ const PLAIN: u64 = 4;
 /// SRAM of the machine that the programs run on.
 const SRAM_BYTES: u32 = 240 * 1024;
 
-/// What ends a run without a result: a program that loops for long, not one that is wrong.
+/// Steps after which a run ends without a result: the program loops for long but may be right.
 const MAX_STEPS: u64 = 500_000_000;
 
 fn kernels() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../kernels")
 }
 
-/// What prints checksums, one a line.
+/// Writes a `main` that prints the checksums of programs, one a line.
 fn printing(prefixes: &[String]) -> String {
     let mut out = String::from(
         "static void show(unsigned long long h) { for (int i = 60; i >= 0; i -= 4) \
@@ -52,7 +52,7 @@ fn alone(tree: &Tree, prefix: &str) -> String {
     format!("{COMMON}{}{}", tree.text(), printing(&[prefix.to_owned()]))
 }
 
-/// What a program prints by `ir::interp`; `None` where it runs for too long.
+/// Runs a program on `ir::interp` and returns its output; `None` if it runs for too long.
 fn interpreted(text: &str, optimise: bool) -> Result<Option<String>, String> {
     let file = |name: &str| std::fs::read_to_string(kernels().join(name)).ok();
     let resolve = |include: &Include<'_>| Some(Source::new(include.name, file(include.name)?));
@@ -112,7 +112,7 @@ fn on_host(text: &str, directory: &Path) -> Result<Vec<String>, String> {
     Ok(output.lines().map(str::to_owned).collect())
 }
 
-/// What is wrong with a program whose checksums are known, one a line.
+/// Returns the first difference between a program's checksums and the expected ones, one a line.
 fn difference(text: &str, expected: &str, plain: bool) -> Option<String> {
     for optimise in [false, true] {
         if !optimise && !plain {

@@ -12,7 +12,7 @@ pub(crate) enum Piece {
 #[derive(Clone, Debug)]
 pub(crate) struct Expr {
     pub(crate) pieces: Vec<Piece>,
-    /// What can stand in its place, as text.
+    /// The simplest text that can replace the node.
     pub(crate) simplest: &'static str,
 }
 
