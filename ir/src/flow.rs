@@ -60,7 +60,7 @@ impl Cfg {
         }
     }
 
-    /// Whether a block can be reached.
+    /// True if a block can be reached.
     pub fn is_reached(&self, block: Block) -> bool {
         self.position[block].is_some()
     }
@@ -149,7 +149,7 @@ impl Dominators {
         &self.children[block]
     }
 
-    /// Whether each way from the entry to `below` passes `above`. Both can be reached.
+    /// True if every path from the entry to `below` passes `above`. Both must be reachable.
     pub fn dominates(&self, above: Block, below: Block) -> bool {
         self.entered[above] <= self.entered[below] && self.left[below] <= self.left[above]
     }
@@ -222,7 +222,7 @@ impl Loops {
         self.innermost[block]
     }
 
-    /// Whether a block is in a loop.
+    /// True if a block is in a loop.
     pub fn contains(&self, of: Loop, block: Block) -> bool {
         let mut at = self.innermost[block];
         while let Some(id) = at {

@@ -1,10 +1,9 @@
-//! What a [`Program`] means, and how often each part of it runs.
+//! The semantics of a [`Program`], and the profile of a run.
 //!
-//! The interpreter has no stack of its own but the program's: calls push frames on a vector, and
-//! the storage of stack slots lies in SRAM below [`Layout::stack_top`], so that an address of a
-//! variable is an address as any other. What every opcode computes is
-//! [`ops::eval`]; memory and ports are a [`World`]; kernels of the
-//! [`Dre`](crate::dre::Dre) are run by whoever knows them, through [`Kernels`].
+//! Calls push frames on a vector. The storage of stack slots lies in SRAM below
+//! [`Layout::stack_top`], so a variable has an address like any other. [`ops::eval`] computes every
+//! opcode; memory and ports are a [`World`]; [`Kernels`] runs the kernels of the
+//! [`Dre`](crate::dre::Dre).
 
 use crate::layout::Layout;
 use crate::program::{Bits, Block, Func, Kernel, Pos, Program};
@@ -76,7 +75,7 @@ impl<W: World + ?Sized> World for &mut W {
     }
 }
 
-/// What comes of a word given to an output port.
+/// The result of a write to an output port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PortOut {
     /// It is taken.
@@ -116,7 +115,7 @@ impl Kernels for NoKernels {
     }
 }
 
-/// What a run stands on.
+/// Layout, precision and limits of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Options<'a> {
     /// Where globals and the stack are. The [`World`]'s SRAM holds its image at the start.
@@ -146,7 +145,7 @@ impl<'a> Options<'a> {
 pub struct Outcome {
     /// How it ended.
     pub end: End,
-    /// What was run how often.
+    /// Execution counts.
     pub profile: Profile,
 }
 
@@ -169,7 +168,7 @@ pub enum End {
     Exited(i32),
 }
 
-/// What was run how often.
+/// Execution counts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Profile {
     /// Instructions, jumps and returns.
@@ -215,7 +214,7 @@ impl Profile {
 /// Why a run cannot go on, and where.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Trap {
-    /// What is wrong.
+    /// The kind of trap.
     pub kind: TrapKind,
     /// The function, where known.
     pub func: Option<Func>,
@@ -403,7 +402,7 @@ fn access<W: World + ?Sized>(
     Ok(Some(ops::loaded(op, raw)))
 }
 
-/// What the texture unit gives, from guard, address of a descriptor, and coordinates.
+/// Samples a texture. Arguments: guard, address of a descriptor, coordinates.
 fn sample<W: World + ?Sized>(
     args: &[Value],
     weight_bits: u32,

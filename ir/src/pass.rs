@@ -1,4 +1,4 @@
-//! What makes a program better: one file a pass.
+//! Optimisation passes: one file a pass.
 
 mod alias;
 mod cfg;
@@ -50,20 +50,20 @@ pub(crate) use restrict::{restrict_number, settle_restrict};
 use strength::strength;
 use unroll::{unnest, unroll};
 
-/// What stood in a pass's way, for the user to know.
+/// A pass's remark for the user: an obstacle, or a place where results may change.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Remark {
     /// Where.
     pub pos: Pos,
     /// The pass.
     pub pass: &'static str,
-    /// What, and what can be done.
+    /// The message, with advice where there is some.
     pub message: String,
 }
 
 impl Remark {
-    /// Whether it tells of a place where results may change, which [`FastMath`] has allowed. The
-    /// pass is then the name of the feature.
+    /// True if results may change at this place, as [`FastMath`] has allowed. `pass` is then the
+    /// name of the feature.
     pub fn changes_results(&self) -> bool {
         [REASSOCIATE, RECIPROCAL, CONTRACT].contains(&self.pass)
     }

@@ -143,7 +143,7 @@ pub struct GlobalData {
 pub struct Reloc {
     /// Byte offset of the word.
     pub offset: u32,
-    /// What it points to.
+    /// The symbol that it points to.
     pub symbol: Symbol,
     /// Added to the address of the symbol.
     pub addend: i32,
@@ -252,7 +252,7 @@ pub struct SlotData {
 /// One instruction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InstData {
-    /// What it does.
+    /// The operation.
     pub kind: InstKind,
     /// Values it defines: one for most, none for stores, any number for calls and launches.
     pub results: Vec<Value>,
@@ -260,7 +260,7 @@ pub struct InstData {
     pub pos: Pos,
 }
 
-/// What an instruction does.
+/// Kinds of instructions.
 #[derive(Clone, Debug, PartialEq)]
 pub enum InstKind {
     /// A constant.
@@ -414,7 +414,7 @@ impl InstKind {
         }
     }
 
-    /// Whether it does nothing but define its results.
+    /// True if its only effect is to define its results.
     pub fn is_pure(&self) -> bool {
         match self {
             InstKind::Const(_) | InstKind::SymbolAddr(..) | InstKind::SlotAddr(..) => true,

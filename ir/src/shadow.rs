@@ -1,5 +1,5 @@
-//! Shadows: beside every binary32 value of a run, what the same operations give in binary64, and
-//! where the difference comes from.
+//! Shadows: for every binary32 value of a run, the result of the same operations in binary64, and
+//! the sources of the difference.
 //!
 //! [`Shadows`] observes a run ([`interp`](crate::interp)). A value that is not what it would be in
 //! binary64 has a node on a [`Tape`]: its *error*, value less shadow; how it depends on
@@ -38,11 +38,11 @@ use tape::Tape;
 pub use bytes::Converted;
 pub use source::{Origin, Source, Sources};
 
-/// What is known of a word beyond its bits.
+/// Knowledge about a word beyond its bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Mark(u32);
 
-/// What a [`Mark`] says.
+/// The meaning of a [`Mark`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Meaning {
     /// Nothing: a number without error, or no number.
@@ -115,29 +115,29 @@ pub type Marks = [Mark; 4];
 
 const PLAIN: Marks = [Mark::PLAIN; 4];
 
-/// What kind of decision it is.
+/// Kinds of decisions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Decision {
     /// A comparison of floats.
     Comparison,
-    /// Which texels a texture is filtered from.
+    /// The choice of texels that a texture is filtered from.
     Texel,
-    /// Which integer a float becomes.
+    /// The integer that a float is converted to.
     Integer,
-    /// Whether there is a number at all: the shadow has none, or an infinite one.
+    /// The existence of a number: the shadow is infinite or NaN.
     Number,
 }
 
 /// A decision that the shadows make otherwise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flip {
-    /// Which kind.
+    /// The kind.
     pub decision: Decision,
     /// The operation that decides, by its number in [`Sources`].
     pub source: u32,
     /// The tag of the values that it decides about: see [`tape::Entry::tag`].
     pub tag: u32,
-    /// What was decided about.
+    /// The values decided about.
     pub values: [f32; 2],
     /// The same by the shadows.
     pub shadows: [f64; 2],
@@ -152,7 +152,7 @@ pub struct NonFinite {
     pub source: u32,
     /// The tag of its operands.
     pub tag: u32,
-    /// What it made.
+    /// The result.
     pub value: f32,
 }
 

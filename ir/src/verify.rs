@@ -1,5 +1,5 @@
-//! What holds of every [`Program`], checked in one place. Shares no code with the passes, so that
-//! a mistake in one is not repeated in the other.
+//! Checks the invariants of every [`Program`]. Shares no code with the passes, so that a mistake in
+//! one is not repeated in the other.
 
 use crate::program::*;
 use srp_archdesc::entity::EntityMap;
@@ -18,7 +18,7 @@ pub struct Violation {
     pub block: Option<Block>,
     /// The instruction, if it is one.
     pub inst: Option<Inst>,
-    /// What is wrong.
+    /// The message.
     pub message: String,
 }
 
@@ -187,7 +187,7 @@ struct Checker<'a> {
     defs: EntityMap<Value, Option<Def>>,
     /// The blocks of the layout that exist, in order, each once.
     blocks: Vec<Block>,
-    /// Whether a block is among them.
+    /// True for each block of `blocks`.
     present: EntityMap<Block, bool>,
     found: &'a mut Vec<Violation>,
     block: Option<Block>,

@@ -1,16 +1,16 @@
-//! Whether a scheduled program can run on a machine, and means what it should. It does not matter who
-//! made the schedule, and the code that makes schedules is not seen from here.
+//! Checks that a scheduled program can run on a machine and means what it should. The checks do not
+//! depend on the scheduler and share no code with it.
 //!
-//! [`check`] asks everything of a program, and its answer is a [`Checked`], which later stages demand:
+//! [`check`] runs all checks and returns a [`Checked`], which later stages demand:
 //!
 //! * [`check_control`] goes through the VLIW code along all its paths.
-//! * [`check_sequence`] holds the bundles against the operations that they are to do, one after
-//!   another: values, memory, transfers. Only the scheduler that made the bundles knows the sequence,
-//!   so [`check_against`] takes it.
-//! * [`check_kernels`] runs each kernel with *tokens* for values (node and iteration) through the
-//!   array, by the rules of time of [`ResourceGraph`](srp_archdesc::ResourceGraph), and looks
-//!   whether each operand finds the token that the dataflow graph asks for. [`check_loop`] does so
-//!   for one modulo schedule by itself.
+//! * [`check_sequence`] compares the bundles with the operations in sequence: values, memory,
+//!   transfers. Only the scheduler that made the bundles knows the sequence, so [`check_against`]
+//!   takes it.
+//! * [`check_kernels`] runs each kernel with *tokens* for values (node and iteration) on the array,
+//!   by the timing of [`ResourceGraph`](srp_archdesc::ResourceGraph), and checks that each operand
+//!   finds the token that the dataflow graph asks for. [`check_loop`] does so for a single modulo
+//!   schedule.
 //!
 //! [`Rule`] lists the rules.
 
@@ -36,7 +36,7 @@ pub struct Violation {
     pub at: Place,
     /// Which rule.
     pub rule: Rule,
-    /// What is wrong, in words.
+    /// The message.
     pub message: String,
 }
 
@@ -94,7 +94,7 @@ pub enum Rule {
     /// When a launch, or the target of a call or return, begins, no result is in flight and no unit
     /// is taken.
     InFlight,
-    /// What is read has been written before, on every way there.
+    /// A register that is read has been written before, on every path there.
     Undefined,
     /// An operand finds the value that the dataflow graph asks for, of the right iteration; in VLIW
     /// code the one that it has in sequence.

@@ -91,7 +91,7 @@ impl Checker<'_> {
         });
     }
 
-    /// What a placed operation does: its node's opcode, or a move.
+    /// Returns the opcode of a placed operation: that of its node, or a move.
     fn opcode(&self, op: &PlacedOp) -> Opcode {
         let node = self.schedule.dfg.nodes[op.node].op;
         match node.result() {

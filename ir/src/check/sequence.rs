@@ -24,7 +24,7 @@ pub struct Stretch {
 /// An operation without its slot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
-    /// What it does.
+    /// The opcode.
     pub op: Opcode,
     /// Its operands.
     pub srcs: Vec<Src>,

@@ -10,8 +10,8 @@ use std::fmt::Write;
 /// live-ins; edges with their distances, and dashed where they are orders. Live-outs have a double
 /// border.
 ///
-/// What Graphviz does not draw is in attributes that it does not know: [`graph::read_dot`] makes the
-/// same graph of them.
+/// Further attributes, which Graphviz ignores, hold the rest: [`graph::read_dot`] restores the
+/// graph from them.
 ///
 /// [`graph::read_dot`]: crate::graph::read_dot
 pub fn dot(dfg: &Dfg, files: &EntityMap<SourceFile, String>) -> String {
@@ -60,7 +60,7 @@ fn whole(dfg: &Dfg, files: &EntityMap<SourceFile, String>) -> String {
     list.join(", ")
 }
 
-/// What a node is, for readers.
+/// Returns a node's attributes for readers.
 fn said(data: &NodeData) -> String {
     let args: Vec<String> = data.operands.iter().map(dre::operand_text).collect();
     let mut list = vec![

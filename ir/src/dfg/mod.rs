@@ -107,7 +107,7 @@ pub struct LiveIn {
 /// One operation of a loop body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NodeData {
-    /// What it does.
+    /// The opcode.
     pub op: Opcode,
     /// Its operands, as the opcode table has them.
     pub operands: Vec<Operand>,
@@ -131,7 +131,7 @@ pub enum Operand {
     Const(Bits),
     /// A live-in value.
     LiveIn(u32),
-    /// What `node` computed `init.len()` iterations ago.
+    /// The result of `node` `init.len()` iterations ago.
     Node {
         /// The producer.
         node: Node,
@@ -188,7 +188,7 @@ pub struct Order {
 /// An edge of the dependence graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Dep {
-    /// What kind.
+    /// The kind of dependence.
     pub kind: DepKind,
     /// Iterations between producer and consumer.
     pub distance: u32,
@@ -298,7 +298,7 @@ impl Dfg {
         order
     }
 
-    /// Whether nothing says how often the loop runs, so that only its dependences count.
+    /// True if the trip count is unknown, so that only dependences matter.
     pub fn is_bare(&self) -> bool {
         self.trip.is_none()
     }

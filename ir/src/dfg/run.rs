@@ -1,4 +1,4 @@
-//! What a [`Dfg`] means: one iteration after the other.
+//! The semantics of a [`Dfg`]: runs one iteration after the other.
 
 use super::{Dfg, Initial, Node, Operand, Watched};
 use crate::interp::{Stop, Trap, TrapKind, World, operate};

@@ -16,7 +16,7 @@ const LIMITS: Limits = Limits {
     attributes: 32,
 };
 
-/// What is wrong, and where.
+/// An error and its place.
 #[derive(Debug)]
 pub(super) struct Fault {
     pub(super) span: Span,
@@ -44,7 +44,7 @@ pub(super) struct Text<'a> {
     pub(super) text: &'a str,
     /// The whole value, where its pieces cannot be told apart in the file.
     span: Span,
-    /// Whether the value stands in the file as it is, so that pieces have places of their own.
+    /// True if the file contains the value verbatim, so that its pieces have spans of their own.
     verbatim: bool,
 }
 
@@ -95,14 +95,14 @@ impl<'a> Text<'a> {
         })
     }
 
-    /// What stands before and after the first `border`.
+    /// Returns the text before and after the first `border`.
     pub(super) fn split_once(self, border: char) -> Option<(Text<'a>, Text<'a>)> {
         let at = self.text.find(border)?;
         let after = at + border.len_utf8();
         Some((self.piece(0, at), self.piece(after, self.text.len())))
     }
 
-    /// What stands before `end`, if it ends in that.
+    /// Returns the text before `end`; `None` if it does not end so.
     pub(super) fn strip_suffix(self, end: char) -> Option<Text<'a>> {
         let rest = self.text.strip_suffix(end)?;
         Some(self.piece(0, rest.len()))
@@ -159,7 +159,7 @@ pub(super) fn made<'x>(
     }
 }
 
-/// What is asked of an element.
+/// Accessors of an element.
 pub(super) trait ElementExt {
     /// A mistake at its name.
     fn fault<T>(&self, message: impl Into<String>) -> Read<T>;

@@ -137,7 +137,7 @@ impl KernelNames {
     }
 }
 
-/// What an element would say, where it stands in another form.
+/// An element's content that was written in another form.
 pub(crate) struct Part<'x> {
     name: &'static str,
     span: Span,

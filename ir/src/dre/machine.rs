@@ -133,7 +133,7 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// What stands before `[`, and what between it and `]`.
+    /// Reads `file[index]`: the file, and the text in the brackets.
     fn read_register<'t>(&self, text: Text<'t>) -> Read<(RegFile, Text<'t>)> {
         match text.strip_suffix(']').and_then(|t| t.split_once('[')) {
             Some((file, index)) => Ok((self.read_file(file)?, index)),

@@ -77,7 +77,7 @@ pub struct DreError {
     pub line: u32,
     /// Column in characters, from 1.
     pub column: u32,
-    /// What is wrong, and what to do.
+    /// The error, and how to mend it.
     pub message: String,
     /// The place in the text.
     pub span: Span,

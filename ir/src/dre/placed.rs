@@ -255,7 +255,7 @@ fn read_symbol(element: &Element<'_>) -> Read<DataSymbol> {
     })
 }
 
-/// What names mean in a scheduled program.
+/// The meaning of names in a scheduled program.
 struct Reader<'a> {
     machine: &'a Machine<'a>,
     files: &'a Files,

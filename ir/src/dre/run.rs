@@ -1,4 +1,5 @@
-//! What a [`Dre`] means: the control code interpreted, and each launch the loop it stands for.
+//! The semantics of a [`Dre`]: interprets the control code, and runs a kernel's loop at each
+//! launch.
 
 use super::Dre;
 use crate::dfg;

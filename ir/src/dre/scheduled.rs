@@ -71,9 +71,9 @@ pub struct Reg {
     pub index: u32,
 }
 
-/// What the VLIW engine issues in one cycle: at most one operation a slot, at most one control
-/// transfer. Operands are read at issue; results stand in their registers `latency` cycles later.
-/// There are no interlocks.
+/// The operations that the VLIW engine issues in one cycle: at most one a slot, with at most one
+/// control transfer. Operands are read at issue; results are written to their registers `latency`
+/// cycles later. There are no interlocks.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BundleData {
     /// Operations, by slot.
@@ -88,7 +88,7 @@ pub struct BundleData {
 pub struct SlotOp {
     /// The unit of the slot.
     pub fu: Fu,
-    /// What it does.
+    /// The opcode.
     pub op: Opcode,
     /// Its operands.
     pub srcs: Vec<Src>,
@@ -182,7 +182,7 @@ pub struct ModuloSchedule {
 pub struct PlacedOp {
     /// The node it is, or the node whose value it moves.
     pub node: Node,
-    /// Whether it is a routing move (the `mov` of the node's type) and not the node itself.
+    /// True if it is a routing move (the `mov` of the node's type) and not the node itself.
     pub is_move: bool,
     /// The unit.
     pub fu: Fu,

@@ -82,7 +82,7 @@ pub(super) fn read_bits(text: Text<'_>) -> Read<Bits> {
     }
 }
 
-/// Whether a term can only be a constant.
+/// True if a term can only be a constant.
 pub(super) fn is_bits(text: Text<'_>) -> bool {
     text.text.starts_with(|c: char| c.is_ascii_digit()) || matches!(text.text, "true" | "false")
 }

@@ -52,7 +52,7 @@ pub(super) fn read(source: &Source, options: &Options, found: &mut Found) -> Opt
     raw.build(options, found)
 }
 
-/// What a node does, and where that is said: an attribute, or a word of the label.
+/// Returns a node's operation and its span: from an attribute, or a word of the label.
 fn operation(attributes: &Attributes) -> Option<(String, Span)> {
     let said = ["op", "opcode", "operation"];
     if let Some((op, span)) = said.iter().find_map(|name| attributes.get(*name)) {
@@ -89,7 +89,7 @@ fn operand(edge: &DotEdge) -> Option<u32> {
     }
 }
 
-/// Whether an edge only orders its ends.
+/// True if an edge only orders its ends.
 fn is_order(edge: &DotEdge, file: &str, found: &mut Found) -> bool {
     match edge.attributes.get("kind") {
         Some((kind, _)) if kind == "order" => true,

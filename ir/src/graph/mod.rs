@@ -41,7 +41,7 @@ const MAX_MISTAKES: usize = 20;
 /// How to read what a graph leaves open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options {
-    /// What operations of unknown name are; they are errors where this is `None`.
+    /// The class of operations with unknown names; `None` makes them errors.
     pub any_op: Option<Class>,
 }
 
@@ -52,7 +52,7 @@ pub struct Graph {
     pub dfg: Dfg,
     /// Files that positions name.
     pub files: EntityMap<SourceFile, String>,
-    /// What the file calls each node.
+    /// The name of each node in the file.
     pub names: EntityMap<Node, String>,
     /// Edges with a latency of their own: the producer, and the cycles. The machine's latencies hold;
     /// these are for whoever wants to compare.
@@ -61,7 +61,7 @@ pub struct Graph {
     pub carried: Vec<Node>,
 }
 
-/// What goes wrong in reading: at least one message, at most 21.
+/// Errors in a file: at least one diagnostic, at most 21.
 pub type Mistakes = Vec<Diagnostic>;
 
 /// Reads a graph in the language of Graphviz.

@@ -1,7 +1,7 @@
-//! What operations are called: our own opcodes, and the names of other mappers and of LLVM.
+//! The names of operations: our own opcodes, and those of other mappers and of LLVM.
 //!
-//! Of an operation of a bare graph its class counts, and that it has a result. So every name stands
-//! for some opcode of the class with a word for result, whichever is nearest in meaning: a
+//! In a bare graph, only an operation's class matters, and that it has a result. So every name
+//! stands for the opcode of its class, with a word as its result, that is nearest in meaning: a
 //! comparison is a subtraction, a predicate a word.
 
 use srp_archdesc::isa::{Class, Effect, Opcode, Ty};
@@ -169,7 +169,7 @@ pub(super) fn opcode(name: &str) -> Option<Opcode> {
     exact(&lower).or_else(|| exact(plain))
 }
 
-/// Whether an opcode can be one of a bare graph: no ports, and predicates are words.
+/// True if an opcode can occur in a bare graph: no ports, and predicates are words.
 fn fits(op: Opcode) -> bool {
     op.info().effect != Effect::Io && op.result() != Some(Ty::Pred)
 }

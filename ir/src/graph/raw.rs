@@ -20,7 +20,7 @@ pub(super) struct Raw<'a> {
     nodes: EntityMap<Node, RawNode>,
     by_name: BTreeMap<String, Node>,
     edges: Vec<RawEdge>,
-    /// Whether a limit was passed and said so.
+    /// True if a limit was passed and reported.
     full: bool,
 }
 
@@ -66,7 +66,7 @@ struct RawNode {
     name: String,
     /// Where it is first named.
     span: Span,
-    /// Whether that is among the edges.
+    /// True if `span` lies in the list of edges.
     in_edge: bool,
     op: Option<(String, Span)>,
 }
@@ -78,7 +78,7 @@ pub(super) struct RawEdge {
     pub(super) operand: Option<u32>,
     pub(super) distance: u32,
     pub(super) latency: Option<u32>,
-    /// Whether it only orders its ends and carries no value.
+    /// True if it only orders its ends and carries no value.
     pub(super) order: bool,
     pub(super) span: Span,
 }
@@ -247,8 +247,8 @@ impl<'a> Raw<'a> {
         carried
     }
 
-    /// What each node does. A store that passes a value on is a load, which takes the same ports and
-    /// has a result.
+    /// Returns the opcode of each node. A store that passes a value on becomes a load, which takes
+    /// the same ports and has a result.
     fn opcodes(
         &self,
         options: &Options,

@@ -45,7 +45,7 @@ pub(super) enum Step {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OpStep {
     pub(super) op: Opcode,
-    /// Whether it does nothing but compute.
+    /// True if its only effect is its result.
     pub(super) pure: bool,
     pub(super) args: [u32; MAX_OPERANDS],
     /// Its result, or [`NONE`].

@@ -112,7 +112,7 @@ impl<'a, W: World, O: Observer<W>> Machine<'a, W, O> {
         self.code.layout.address(Symbol::Func(func))
     }
 
-    /// Whether a function exists, takes these arguments and, if asked, has these results.
+    /// True if a function exists, takes these arguments and, if asked, has these results.
     fn fits(&self, func: Func, args: &[Ty], results: Option<&[Ty]>) -> bool {
         let Some(data) = self.program.funcs.get(func) else {
             return false;

@@ -61,7 +61,7 @@ pub struct Done<'a> {
     pub func: Func,
     /// The instruction.
     pub inst: Inst,
-    /// What it does.
+    /// The opcode.
     pub op: Opcode,
     /// Its immediate.
     pub imm: i32,

@@ -21,7 +21,7 @@ pub(super) enum Object {
     Slot(Slot),
 }
 
-/// What a word is, as an address.
+/// The target of a word used as an address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Points {
     /// Not known yet.
@@ -112,7 +112,7 @@ impl Objects {
         }
     }
 
-    /// Whether a value is surely no address.
+    /// True if a value is certainly no address.
     pub(super) fn is_number(&self, value: Value) -> bool {
         matches!(self.points[value], Points::Number | Points::Open)
     }

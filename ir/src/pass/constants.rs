@@ -104,8 +104,8 @@ pub(super) fn never_written(program: &Program) -> EntityMap<Global, bool> {
     fixed
 }
 
-/// Whether an operation on an address gives an address of the same object, or a number that is of no
-/// use as one.
+/// True if an operation on an address returns an address of the same object, or a number that
+/// cannot serve as an address.
 fn kept(op: Opcode) -> bool {
     matches!(
         op,
@@ -113,7 +113,8 @@ fn kept(op: Opcode) -> bool {
     ) || op.result() != Some(srp_archdesc::isa::Ty::Word) && op.result().is_some()
 }
 
-/// What a load at an offset of a global gives, if that is inside and no address.
+/// Returns the constant that a load at an offset of a global reads; `None` if it is outside or
+/// reads an address.
 fn loaded(global: &GlobalData, op: Opcode, start: i64) -> Option<Bits> {
     let bytes = op.access_bytes()?;
     let start = u32::try_from(start).ok()?;

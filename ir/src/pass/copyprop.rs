@@ -50,7 +50,7 @@ fn constants(func: &Function) -> FxHashMap<Value, Bits> {
         .collect()
 }
 
-/// What jumps bring for one parameter.
+/// The arguments of all jumps for one parameter.
 #[derive(Clone, Copy)]
 enum Brought {
     Nothing,

@@ -1,5 +1,6 @@
-//! What C does not allow, for those who ask: quotients by reciprocals, and sums that take in a
-//! product without its rounding. Results differ in their rounding, so each place is told.
+//! Transformations that C does not allow, on request: quotients by reciprocals, and products
+//! contracted into sums without rounding. Results differ in their rounding, so each place gets a
+//! remark.
 
 use super::{Remark, rename::Renames};
 use crate::program::*;

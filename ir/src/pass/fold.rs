@@ -140,7 +140,7 @@ impl Folder<'_> {
         }
     }
 
-    /// What defines a value.
+    /// Returns the instruction that defines a value.
     fn kind_of(&self, value: Value) -> Option<&InstKind> {
         let inst = self.defs.get(value.index()).copied().flatten()?;
         Some(&self.func.insts[inst].kind)
@@ -176,7 +176,7 @@ impl Folder<'_> {
         }
     }
 
-    /// Whether two values are surely the same.
+    /// True if two values are certainly the same.
     fn same(&self, a: Value, b: Value) -> bool {
         a == b || self.bits(a).is_some_and(|bits| self.bits(b) == Some(bits))
     }

@@ -46,7 +46,7 @@ pub(crate) fn gvn(func: &mut Function) -> bool {
     changed
 }
 
-/// What two instructions have in common that compute the same.
+/// A key that is equal for instructions which compute the same value.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum Key {
     Const(Bits),
@@ -65,9 +65,9 @@ struct Numbering {
 struct Visit {
     block: Block,
     next: usize,
-    /// What it has made known.
+    /// Keys that it added to the known ones.
     made: Vec<Key>,
-    /// What is known of memory at its end.
+    /// Values known to be in memory at its end.
     loads: Loads,
 }
 
@@ -106,7 +106,7 @@ impl Numbering {
     }
 }
 
-/// What makes a pure instruction the same as another.
+/// Returns the key of a pure instruction; `None` if the instruction is not pure.
 fn key_of(kind: &InstKind) -> Option<Key> {
     Some(match kind {
         InstKind::Const(bits) => Key::Const(*bits),
@@ -123,7 +123,7 @@ fn key_of(kind: &InstKind) -> Option<Key> {
     })
 }
 
-/// What is known of memory at a point.
+/// Values known to be in memory at a point.
 #[derive(Clone, Default)]
 struct Loads {
     known: Vec<Known>,
@@ -194,8 +194,7 @@ impl Loads {
     }
 }
 
-/// Whether a store may change what is known: not in the other memory, and not beside it from the
-/// same base address.
+/// True if a store may overwrite a known value: same memory, and not disjoint from the same base.
 fn may_overlap(known: &Known, space: Space, op: Opcode, base: Value, imm: i32) -> bool {
     if known.op.space() != Some(space) {
         return false;

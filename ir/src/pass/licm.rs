@@ -63,7 +63,7 @@ fn safe_addresses(func: &Function, globals: &EntityMap<Global, GlobalData>) -> S
     safe
 }
 
-/// Whether a load is from a place that is there.
+/// True if a load is aligned and inside an object that exists.
 fn is_safe(kind: &InstKind, safe: &Safe) -> bool {
     let InstKind::Op { op, args, imm } = kind else {
         return false;
@@ -77,7 +77,7 @@ fn is_safe(kind: &InstKind, safe: &Safe) -> bool {
     })
 }
 
-/// What a loop does that forbids moving others.
+/// Effects of a loop that forbid moving instructions out of it.
 struct Effects<'a> {
     objects: &'a Objects,
     /// The objects in SRAM that it stores to; none for a store that may be to any.

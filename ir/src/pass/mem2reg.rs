@@ -47,7 +47,7 @@ struct Range {
     bytes: u32,
 }
 
-/// What loads and stores access slots whose address goes nowhere else.
+/// Returns the loads and stores of slots whose address does not escape, with their ranges.
 fn accesses(func: &Function) -> BTreeMap<Inst, Range> {
     let mut addresses = EntityMap::<Value, Option<(Slot, i32)>>::filled(func.values.len(), None);
     for inst in listed(func) {
@@ -85,7 +85,7 @@ fn listed(func: &Function) -> impl Iterator<Item = Inst> + '_ {
     blocks.flat_map(|&block| func.blocks[block].insts.iter().copied())
 }
 
-/// What a load or store with the address of a slot accesses, if that is inside the slot and aligned.
+/// Returns the range that a load or store of a slot accesses, if it is aligned and inside the slot.
 fn range(
     func: &Function,
     addresses: &EntityMap<Value, Option<(Slot, i32)>>,

@@ -7,18 +7,18 @@ use serde::Serialize;
 use srp_archdesc::arch::Precision;
 use srp_archdesc::entity::EntityMap;
 
-/// What may change results of floating-point arithmetic beyond what C allows. Each place where it
-/// does is a [`Remark`].
+/// Permissions to change results of floating-point arithmetic beyond what C allows. Each place
+/// where a pass does so gets a [`Remark`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct FastMath {
-    /// Sums and products may be associated otherwise.
+    /// Sums and products may be reassociated.
     pub associative: bool,
-    /// Quotients may be products with reciprocals.
+    /// Quotients may become products with reciprocals.
     pub reciprocal: bool,
-    /// Sums may take in products without rounding them.
+    /// Products may be contracted into sums without rounding.
     pub contract: bool,
-    /// Functions of the library may be what the special-function unit gives, and need not care for
-    /// rare operands.
+    /// Library functions may return the result of the special-function unit and ignore rare
+    /// operands.
     pub approximate: bool,
 }
 
@@ -27,12 +27,12 @@ pub struct FastMath {
 pub struct Options {
     /// How exact the special functions of the machine are: constants are folded by them.
     pub precision: Precision,
-    /// What may change results.
+    /// Permissions to change results.
     pub fast_math: FastMath,
 }
 
 impl Options {
-    /// What C allows, on a machine of this precision.
+    /// Options that keep to C, on a machine of this precision.
     pub const fn new(precision: Precision) -> Options {
         Options {
             precision,
@@ -51,18 +51,18 @@ impl Options {
 pub struct Pass {
     /// Its name in [`parse`] and on command lines.
     pub name: &'static str,
-    /// What it does, in one sentence.
+    /// Its purpose, in one sentence.
     pub what: &'static str,
     run: Run,
 }
 
-/// What passes know, and leave behind.
+/// State shared by passes.
 struct Context<'a> {
     options: &'a Options,
-    /// Whether the steps of special functions are in the program. Until then their operations stand
-    /// for all of it.
+    /// True if the steps of special functions are in the program. Until then, one operation stands
+    /// for all steps.
     refined: bool,
-    /// Whether loops have become innermost ones by unrolling.
+    /// True if unrolling has made loops innermost ones.
     unrolled: bool,
     remarks: Vec<Remark>,
 }
@@ -291,7 +291,7 @@ pub fn parse(list: &str) -> Result<Vec<&'static Pass>, String> {
 
 /// Brings a verified program from the form that a front end lowers to into the one that the
 /// machine runs: no calls and no branches in kernel loops, variables in registers, nothing twice.
-/// What could not be done is told, each remark once, in the order of the sources.
+/// Returns the remarks, each once, in the order of the sources.
 pub fn optimise(program: &mut Program, options: &Options) -> Vec<Remark> {
     run(program, &standard(), options, &mut |_, _| {})
 }
@@ -327,7 +327,7 @@ pub fn run(
     remarks
 }
 
-/// What may have changed since the last check.
+/// The parts of the program that may have changed since the last check.
 enum Touched {
     Functions(Vec<Func>),
     Everything,

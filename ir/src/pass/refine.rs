@@ -44,7 +44,7 @@ pub(crate) fn refine(func: &mut Function, precision: &Precision) -> bool {
     changed
 }
 
-/// What follows a first approximation.
+/// The refinement that follows a first approximation.
 #[derive(Clone, Copy)]
 struct Newton {
     steps: u32,
@@ -52,7 +52,7 @@ struct Newton {
 }
 
 impl Newton {
-    /// That of an operation that is refined in code.
+    /// The refinement of an operation, if it is refined in code.
     fn of(op: Opcode, precision: &Precision) -> Option<Newton> {
         let approx = match op {
             Opcode::Rcp => precision.rcp,

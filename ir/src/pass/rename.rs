@@ -10,7 +10,7 @@ pub(super) struct Renames {
 }
 
 impl Renames {
-    /// What a value is now.
+    /// Returns the current replacement of a value.
     pub(super) fn find(&self, value: Value) -> Value {
         let mut value = value;
         while let Some(Some(to)) = self.to.get(value.index()) {

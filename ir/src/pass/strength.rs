@@ -32,7 +32,7 @@ pub(crate) fn strength(func: &mut Function) -> bool {
     changed
 }
 
-/// What is counted once for all loops of a function, and kept right while they change.
+/// Counts for all loops of a function, updated as the loops change.
 struct Counts {
     /// The words that are constants.
     constants: FxHashMap<Value, u32>,

@@ -1,4 +1,4 @@
-//! What float operations give in binary64, and how that changes with their operands.
+//! Results of float operations in binary64, and their partial derivatives.
 
 use super::{Decision, Flip, Mark, NonFinite, Shadows};
 
@@ -84,7 +84,7 @@ impl Function {
 pub(super) type Marked = (f32, Mark);
 
 impl Shadows<'_> {
-    /// What a float would be in binary64.
+    /// Returns a float's value in binary64.
     #[inline]
     pub(super) fn shadow(&self, (value, mark): Marked) -> f64 {
         self.tape.shadow(mark.node_of(), value)

@@ -12,7 +12,7 @@ use srp_archdesc::isa::Opcode;
 /// The bits of the mantissa of a binary32.
 const MANTISSA: u32 = 0x7f_ffff;
 
-/// Whether a mask takes off last places, and leaves the rest.
+/// True if a mask clears the last places of a mantissa and keeps the rest.
 fn rounds(mask: u32) -> bool {
     let off = mask.trailing_zeros();
     (1..23).contains(&off) && mask == u32::MAX << off

@@ -12,7 +12,7 @@ pub struct Converted {
     pub value: f32,
     /// The conversion, by its number in [`Sources`](super::Sources).
     pub source: u32,
-    /// Whether the shadow becomes another integer.
+    /// True if the shadow is converted to another integer.
     pub differs: bool,
 }
 

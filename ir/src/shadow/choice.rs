@@ -1,4 +1,4 @@
-//! Comparisons that the shadows decide otherwise, and what comes of them.
+//! Comparisons that the shadows decide otherwise, and their consequences.
 
 use super::arithmetic::Marked;
 use super::{Decision, Flip, Mark, Meaning, Shadows};
@@ -7,7 +7,7 @@ use super::{Decision, Flip, Mark, Meaning, Shadows};
 #[derive(Clone, Debug)]
 pub(super) struct Dispute {
     pub(super) flip: Flip,
-    /// Whether something has come of it.
+    /// True if it has had a consequence.
     settled: bool,
 }
 
@@ -43,7 +43,7 @@ impl Shadows<'_> {
         Mark::dispute(self.disputes.len() - 1)
     }
 
-    /// What a word, of truth values alone, is by the shadows.
+    /// Returns a word of truth values as the shadows have it.
     pub(super) fn truth(word: u32, mark: Mark, all: u32) -> u32 {
         match mark.meaning() {
             Meaning::Dispute(_) => word ^ all,

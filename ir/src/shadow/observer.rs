@@ -1,4 +1,4 @@
-//! What shadows make of each operation of a run.
+//! Applies the rule of each operation of a run to the shadows.
 
 use super::arithmetic::{Function, Marked};
 use super::rule::{Relation, Rule};

@@ -1,13 +1,13 @@
-//! What each operation makes of marks: one line an opcode.
+//! The effect of each operation on marks: one line an opcode.
 //!
-//! The table is complete by construction: an opcode without a line does not compile, nor does one on
-//! floats whose line is for other values.
+//! The table is complete by construction: an opcode without a line does not compile, nor does a
+//! float operation whose line is for other values.
 
 use super::arithmetic::Function;
 use srp_archdesc::isa::{Kind, Opcode};
 
-/// What an operation makes of the marks of its operands. Where operations have forms for one lane
-/// and for several, the number of lanes comes with the rule.
+/// The effect of an operation on the marks of its operands. Rules for one lane and for several
+/// include the number of lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rule {
     /// It computes a function of floats.
@@ -16,9 +16,9 @@ pub(super) enum Rule {
     Dot(usize),
     /// It filters texels.
     Texture,
-    /// It makes floats of integers, which are signed or not.
+    /// It converts integers to floats.
     FromInteger {
-        /// Whether they are signed.
+        /// True if the integers are signed.
         signed: bool,
         /// Lanes.
         lanes: usize,
@@ -67,7 +67,7 @@ pub(super) enum Relation {
 }
 
 impl Relation {
-    /// Whether it holds of two numbers.
+    /// True if the relation holds of two numbers.
     pub(super) fn holds(self, a: f64, b: f64) -> bool {
         match self {
             Relation::Equal => a == b,
@@ -78,7 +78,7 @@ impl Relation {
     }
 }
 
-/// What is done with bits.
+/// A bitwise or integer operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Bitwise {
     And,
@@ -195,7 +195,7 @@ impl Rule {
         }
     }
 
-    /// Whether its operands or its result are floats.
+    /// True if its operands or its result are floats.
     const fn is_of_floats(self) -> bool {
         match self {
             Rule::Float(..) | Rule::Dot(_) | Rule::Texture | Rule::FromInteger { .. } => true,
@@ -206,7 +206,7 @@ impl Rule {
         }
     }
 
-    /// Whether something comes of it even where its operands have no marks.
+    /// True if it has an effect even if its operands have no marks.
     pub(super) fn needs_no_marks(self) -> bool {
         matches!(
             self,
@@ -219,7 +219,7 @@ impl Rule {
     }
 }
 
-/// Whether an operation reads bits as floats, or makes floats.
+/// True if an operation has float operands or a float result.
 const fn is_on_floats(op: Opcode) -> bool {
     let info = op.info();
     let mut found = matches!(info.result, Some(Kind::F | Kind::F4));

@@ -5,7 +5,7 @@ use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Opcode;
 use std::collections::BTreeMap;
 
-/// What an error comes from: the operations of one kind on one line, or a unit.
+/// The source of an error: the operations of one kind on one line, or a unit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {
     /// The file and the line; `None` for a unit outside of the program.
@@ -82,7 +82,7 @@ impl Sources {
         self.list.len()
     }
 
-    /// Whether there are none.
+    /// True if there are none.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }

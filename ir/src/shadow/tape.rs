@@ -6,7 +6,7 @@ pub const NO_TAG: u32 = u32::MAX;
 /// A node of the tape.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
-    /// What the value would be in binary64.
+    /// The value in binary64.
     pub shadow: f64,
     /// The part of the error that its own operation has made.
     pub local: f64,
@@ -19,7 +19,7 @@ pub struct Entry {
     pub source: u32,
     /// The value.
     pub value: f32,
-    /// What it belongs to, a number of the observer's choice; that of its first parent with one.
+    /// A number of the observer's choice; inherited from the first parent that has one.
     pub tag: u32,
 }
 
@@ -35,7 +35,7 @@ impl Entry {
 #[derive(Clone, Debug, Default)]
 pub struct Tape {
     entries: Vec<Entry>,
-    /// What each source contributes to values whose history is forgotten.
+    /// Contributions of each source to values whose history is forgotten.
     sums: Vec<Vec<(u32, f64)>>,
 }
 
@@ -51,7 +51,7 @@ impl Tape {
         self.entries.len()
     }
 
-    /// Whether there is none.
+    /// True if there is none.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
@@ -68,7 +68,7 @@ impl Tape {
         self.get(node).map_or(0.0, Entry::error)
     }
 
-    /// What a value with this node would be in binary64; with none, itself.
+    /// Returns the value of this node in binary64; without a node, `value` itself.
     #[inline]
     pub fn shadow(&self, node: u32, value: f32) -> f64 {
         self.get(node)
@@ -102,7 +102,8 @@ impl Tape {
         self.push_tagged(of.value, of.shadow, source, [(0, 0.0); 3], of.tag)
     }
 
-    /// What the operation of a node has made of its error, or the sources that it stands for.
+    /// Returns the local error of a node's operation, or the contributions of the sources that it
+    /// stands for.
     fn locals(&self, entry: &Entry) -> impl Iterator<Item = (u32, f64)> + '_ {
         let sum = entry.source.checked_sub(SUM);
         let parts = sum.map_or(&[][..], |sum| &self.sums[sum as usize]);
@@ -209,7 +210,7 @@ impl Sweep {
     }
 }
 
-/// What sources contribute to three results, each to its error.
+/// Contributions of sources to the errors of three results.
 #[derive(Clone, Debug, Default)]
 pub struct Contributions {
     sums: Vec<[f64; 3]>,
@@ -243,7 +244,7 @@ impl Contributions {
         self.sources.dedup();
     }
 
-    /// What a source contributes.
+    /// Returns the contribution of a source.
     pub fn of(&self, source: u32) -> [f64; 3] {
         self.sums.get(source as usize).copied().unwrap_or_default()
     }

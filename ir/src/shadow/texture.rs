@@ -1,4 +1,4 @@
-//! What the texture unit gives in binary64: texels weighted as the coordinates say, without their
+//! Results of the texture unit in binary64: texels weighted by the exact coordinates, without
 //! rounding to the bits of the unit's weights.
 
 use super::arithmetic::Marked;

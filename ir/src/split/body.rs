@@ -9,7 +9,7 @@ use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::{Effect, Opcode, Ty};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What makes two live-in values the same.
+/// The identity of a live-in value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Origin {
     Symbol(Symbol, i32),
@@ -17,12 +17,12 @@ enum Origin {
     Value(Value),
 }
 
-/// What control code finds where it used a value of the loop.
+/// The replacement of a loop's value in the control code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum After {
     /// Something it had before.
     Outer(Outer),
-    /// What the launch returns for this node.
+    /// The launch's result for this node.
     Node(Node),
 }
 
@@ -39,9 +39,9 @@ pub(super) struct Body<'a> {
     /// The value of each live-in in the control code.
     pub(super) sources: Vec<Value>,
     origins: BTreeMap<Origin, u32>,
-    /// What each used parameter is.
+    /// The operand for each parameter that is used.
     params: Vec<Option<Operand>>,
-    /// What each value used after the loop has become.
+    /// The replacement of each value used after the loop.
     pub(super) after: BTreeMap<Value, After>,
 }
 

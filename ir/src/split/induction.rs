@@ -13,8 +13,8 @@ const MAX_DEPTH: u32 = 64;
 /// Which words of a loop are affine in the iteration number.
 pub(super) struct Inductions<'a> {
     lp: &'a Loop<'a>,
-    /// Whether values from before the loop are taken apart, down to the objects they point into.
-    /// Where not, they are what the control code has at hand.
+    /// True if values from before the loop are decomposed, down to the objects they point into. If
+    /// false, they are atoms that the control code has in registers.
     through: bool,
     /// Words of the loop as sums over its parameters and values from outside.
     sums: BTreeMap<Value, Linear>,
@@ -50,7 +50,7 @@ impl<'a> Inductions<'a> {
         inductions
     }
 
-    /// What is known of `value`.
+    /// Returns `value` as a function of the iteration, if it is known.
     pub(super) fn affine(&self, value: Value) -> Option<Affine> {
         let sum = self.sum(value)?;
         let mut affine = Affine::invariant(Linear::constant(sum.constant));

@@ -78,7 +78,7 @@ impl Linear {
         Linear::default().plus(factor, self)
     }
 
-    /// Whether it is short enough to be followed.
+    /// True if it is short enough to be followed.
     pub(super) fn is_short(&self) -> bool {
         self.terms.len() <= MAX_TERMS
     }
@@ -114,7 +114,7 @@ impl Linear {
 pub(super) struct Affine {
     /// The value in iteration 0.
     pub(super) base: Linear,
-    /// What each iteration adds.
+    /// The increment of each iteration.
     pub(super) stride: Linear,
 }
 

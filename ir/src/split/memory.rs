@@ -28,7 +28,7 @@ struct Access {
     /// The address, offset included, if it is one that is known.
     address: Option<Affine>,
     objects: Objects,
-    /// What is known to hold when the access is made.
+    /// Facts known to hold when the access is made.
     guard: BTreeSet<(Fact, bool)>,
     pos: Pos,
 }
@@ -47,7 +47,7 @@ struct Meeting {
     forward: Option<u64>,
     /// The least number, from 1, by which the first can be behind.
     backward: Option<u64>,
-    /// Whether this is what happens, rather than what cannot be excluded.
+    /// True if the accesses do meet; false if they only may.
     exact: bool,
 }
 
@@ -59,13 +59,14 @@ const ANYTHING: Meeting = Meeting {
 
 /// The memory order of a loop.
 pub(super) struct MemoryOrder {
-    /// What must stay in order.
+    /// Accesses that must stay in order.
     pub(super) orders: Vec<Order>,
-    /// What would have to, if pointers that may alias were `restrict`; where that is less.
+    /// The orders that would remain if pointers that may alias were `restrict`; `None` if all
+    /// would.
     pub(super) relaxed: Option<Vec<Order>>,
     /// What the source says of accesses that could meet.
     pub(super) assumed: Vec<Assumed>,
-    /// What could not be told.
+    /// Accesses that could not be told apart.
     pub(super) remarks: Vec<Remark>,
 }
 
@@ -267,7 +268,7 @@ fn collect_facts(
     facts.insert(fact);
 }
 
-/// Whether two accesses are never both made in one iteration.
+/// True if two accesses are never both made in one iteration.
 fn exclusive(a: &Access, b: &Access) -> bool {
     a.guard
         .iter()

@@ -1,12 +1,11 @@
 //! Divides a [`Program`] between the two engines: [`split`].
 //!
-//! Every loop marked as a kernel that is one block and whose number of iterations can be computed
-//! before it starts becomes a [`Dfg`]; a block that computes that number and launches the kernel
-//! takes its place in the control code. A loop that cannot stays where it is, and a
-//! [`NotPipelined`] says why.
+//! A marked loop becomes a [`Dfg`] if it is one block and its number of iterations can be computed
+//! before it starts. In the control code, a block that computes this number and launches the kernel
+//! replaces the loop. Any other loop stays, and a [`NotPipelined`] says why.
 //!
-//! What the loop leaves behind is what its values were in the last iteration. Operations that
-//! nothing depends on (the exit test, usually) do not become nodes.
+//! The loop's live-outs are its values in the last iteration. Operations that nothing depends on
+//! (the exit test, usually) do not become nodes.
 
 mod body;
 mod induction;
@@ -40,17 +39,17 @@ use words::{Word, Words};
 /// Iterations that a value may be carried over.
 const MAX_DISTANCE: usize = 1024;
 
-/// What [`split`] returns.
+/// The result of [`split`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Split {
     /// The divided program.
     pub dre: Dre,
     /// Marked loops that stay in the control code, in program order.
     pub not_pipelined: Vec<NotPipelined>,
-    /// What could not be told of the memory accesses of the kernels, in program order.
+    /// Memory accesses of the kernels that could not be told apart, in program order.
     pub remarks: Vec<Remark>,
-    /// The memory orders that would be left of a kernel's, by its name, if the pointers of which that
-    /// cannot be told were `restrict`. Kernels of which none would go are not listed.
+    /// By the kernel's name, the memory orders that would remain if the pointers that may alias
+    /// were `restrict`. Kernels that would lose no order are not listed.
     pub relaxed: BTreeMap<String, Vec<Order>>,
 }
 
@@ -61,11 +60,11 @@ pub struct NotPipelined {
     pub name: String,
     /// The loop statement.
     pub pos: Pos,
-    /// What is in the way.
+    /// The reason why.
     pub reason: Reason,
-    /// Where that is.
+    /// The place of the reason.
     pub at: Pos,
-    /// It was asked for by a pragma.
+    /// A pragma asks for it.
     pub required: bool,
 }
 
@@ -78,7 +77,7 @@ pub struct Remark {
     pub first: Pos,
     /// The other.
     pub second: Pos,
-    /// What is not known of them.
+    /// The reason why the order is kept.
     pub doubt: Doubt,
 }
 
@@ -208,7 +207,7 @@ fn take_loop(
     Ok((dfg, order))
 }
 
-/// What a launch returns, and where.
+/// The live-outs of a launch, and the parameters that are renamed after the loop.
 struct LaunchResults {
     live_outs: Vec<Node>,
     /// Parameters whose uses after the loop mean something else now.

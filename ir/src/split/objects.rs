@@ -23,14 +23,14 @@ const MAX_ROUNDS: usize = 32;
 enum Object {
     Symbol(Symbol),
     Slot(Slot),
-    /// What this `restrict` pointer points to.
+    /// The target of this `restrict` pointer.
     Restrict(u32),
     /// Whatever this word, which came from elsewhere, points to: it may be any other object, or
     /// the word may be no pointer.
     Unknown(Value),
 }
 
-/// What a word can be as an address. Nothing at all: not known yet, in a circle of definitions.
+/// The possible targets of a word as an address. Empty: not known yet, in a cycle of definitions.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Objects {
     /// Objects that it can point into.
@@ -81,18 +81,18 @@ impl Objects {
         })
     }
 
-    /// Whether it points into objects that are known and nowhere else.
+    /// True if it points only into known objects.
     pub(super) fn is_known(&self) -> bool {
         self.points() && self.unknown().next().is_none()
     }
 
-    /// Whether addresses with these objects can never meet.
+    /// True if addresses with these objects can never meet.
     pub(super) fn apart_from(&self, other: &Objects) -> bool {
         self.is_known() && other.is_known() && self.objects.is_disjoint(&other.objects)
     }
 
-    /// Whether they could never meet if the pointers from outside the loop that they start from were
-    /// `restrict`.
+    /// True if they could never meet if the pointers from outside the loop that they start from
+    /// were `restrict`.
     pub(super) fn could_be_apart_from(&self, lp: &Loop<'_>, other: &Objects) -> bool {
         let outside = |objects: &Objects| objects.unknown().all(|value| !lp.is_inside(value));
         self.points()
@@ -102,7 +102,7 @@ impl Objects {
             && self.objects.is_disjoint(&other.objects)
     }
 
-    /// Whether there is an object among them for sure.
+    /// True if it contains an object for certain.
     fn has_object(&self) -> bool {
         self.objects
             .iter()
@@ -134,7 +134,7 @@ impl Objects {
         self
     }
 
-    /// What a sum of the two is: one of them is the pointer.
+    /// Returns the targets of a sum of the two: one of them is the pointer.
     fn plus(self, other: Objects) -> Objects {
         let unknown = Objects::default();
         let variables = match (&self.variables, &other.variables) {
@@ -162,7 +162,7 @@ impl Objects {
         *self == Objects::number()
     }
 
-    /// What a difference is: a pointer less a number, or a number.
+    /// Returns the targets of a difference: a pointer less a number, or a number.
     fn minus(self, other: Objects) -> Objects {
         if !other.has_object() {
             return self.or(Objects {
@@ -279,7 +279,7 @@ fn simple(lp: &Loop<'_>, mark: &KernelMark, value: Value) -> Option<Objects> {
     }
 }
 
-/// Whether the operation only passes words on.
+/// True if the operation only passes words on.
 fn is_traffic(op: Opcode) -> bool {
     op.class() == Class::Lane
         || matches!(op, Opcode::Min | Opcode::Max | Opcode::Minu | Opcode::Maxu)

@@ -84,15 +84,14 @@ impl std::fmt::Display for Reason {
     }
 }
 
-/// What is not known of two memory accesses that are kept in order. Printed, it says what that costs
-/// too.
+/// Reasons why two memory accesses are kept in order. A printed reason includes its cost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Doubt {
-    /// Whether they are to different objects.
+    /// They may be to the same object.
     Alias,
-    /// The same, and `restrict` on their pointers would say that they are.
+    /// They may be to the same object, and `restrict` on their pointers would rule that out.
     AliasUnlessRestrict,
-    /// Whether they are to different elements of one object.
+    /// They may be to the same element of one object.
     SameElement,
 }
 

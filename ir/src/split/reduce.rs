@@ -48,7 +48,7 @@ pub(super) fn without_implied(
     orders
 }
 
-/// Whether the edges that are left lead from the order's one end to the other in its distance.
+/// True if the remaining edges lead from one end of the order to the other within its distance.
 fn leads(edges: &Edges, order: Order, kept: &[bool]) -> bool {
     let mut best: EntityMap<Node, u64> = EntityMap::filled(edges.len(), u64::MAX);
     let mut open = BinaryHeap::from([Reverse((0, order.from.index()))]);

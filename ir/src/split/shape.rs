@@ -95,7 +95,7 @@ impl<'a> Loop<'a> {
         }
     }
 
-    /// Whether `value` is defined in the loop.
+    /// True if `value` is defined in the loop.
     pub(super) fn is_inside(&self, value: Value) -> bool {
         match self.def(value) {
             Some(Def::Param(block, _) | Def::Inst(block, _)) => block == self.block,
@@ -132,7 +132,7 @@ impl<'a> Loop<'a> {
             .map_or(Outer::Value(value), Outer::Const)
     }
 
-    /// Whether the parameters of `block` are those of the function.
+    /// True if `block` is the entry, whose parameters are those of the function.
     pub(super) fn is_entry(&self, block: Block) -> bool {
         self.func.layout.first() == Some(&block)
     }
@@ -204,7 +204,7 @@ fn check_insts(program: &Program, func: &Function, block: Block) -> Result<(), R
     Ok(())
 }
 
-/// What keeps the loop with this header from being one block.
+/// Returns the reason why the loop with this header is not a single block.
 fn why_not_one_block(program: &Program, func: &Function, header: Block) -> Refusal {
     let cfg = Cfg::of(func);
     let loops = Loops::of(&cfg, &Dominators::of(&cfg));

@@ -118,7 +118,7 @@ fn exit_test(lp: &Loop<'_>, inductions: &Inductions<'_>) -> Result<ExitTest, Ref
     })
 }
 
-/// Whether control code reaches the loop only where the exit test held one step before.
+/// True if control code reaches the loop only where the exit test held one step before.
 fn is_guarded(lp: &Loop<'_>, inductions: &Inductions<'_>, exit: &ExitTest) -> bool {
     let before = |a: &Affine| a.base.minus(&a.stride);
     let wanted = canonical(exit.test, before(&exit.left), before(&exit.right));

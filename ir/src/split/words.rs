@@ -24,7 +24,7 @@ pub(super) enum Flag {
 /// Instructions for the end of the block that takes a loop's place.
 pub(super) struct Words<'a> {
     lp: &'a Loop<'a>,
-    /// What the function gets.
+    /// Values and instructions to add to the function.
     pub(super) added: Additions,
     /// The instructions so far.
     pub(super) insts: Vec<Inst>,

@@ -208,7 +208,7 @@ impl Body {
         Ok(())
     }
 
-    /// What an instruction does, and the types of its results.
+    /// Reads an instruction without its results; returns it with their types.
     fn kind(
         &mut self,
         line: &mut Line<'_>,

@@ -92,12 +92,12 @@ impl Dominance {
         changed
     }
 
-    /// Whether every way from the entry to `block` passes `dominator`.
+    /// True if every path from the entry to `block` passes `dominator`.
     pub(super) fn dominates(&self, dominator: Block, block: Block) -> bool {
         self.rows[block][dominator.index() / 64] & (1 << (dominator.index() % 64)) != 0
     }
 
-    /// Whether there is a way from the entry to the block.
+    /// True if a path leads from the entry to the block.
     pub(super) fn is_reached(&self, block: Block) -> bool {
         self.reached[block]
     }

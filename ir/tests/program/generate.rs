@@ -427,7 +427,8 @@ impl<'a> Maker<'a> {
         self.op(op, &args, at as i32);
     }
 
-    /// Whether a value is the address of a slot smaller than the window, or of a place inside one.
+    /// True if a value is the address of a slot smaller than the window, or of a place inside a
+    /// slot.
     fn is_slot_part(&self, base: Value) -> bool {
         self.func.insts.values().any(|inst| match inst.kind {
             InstKind::SlotAddr(slot, offset) => {

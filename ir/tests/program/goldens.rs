@@ -1,5 +1,5 @@
-//! What passes make of the programs in `tests/passes`: the first line of a case names the passes,
-//! the file beside it is what comes out. `UPDATE_GOLDENS=1 cargo test` writes it anew.
+//! Results of passes on the programs in `tests/passes`: the first line of a case names the passes,
+//! the file beside it is the expected output. `UPDATE_GOLDENS=1 cargo test` writes it anew.
 
 use crate::passes::{Case, run};
 use srp_ir::pass::Remark;

@@ -1,4 +1,4 @@
-//! What programs mean, and the limits of a run.
+//! The semantics of programs, and the limits of a run.
 
 use crate::generate;
 use srp_archdesc::isa::{Opcode, Space};

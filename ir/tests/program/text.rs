@@ -25,7 +25,7 @@ fn random_programs_are_valid_and_read_back() {
     }
 }
 
-/// What a person writes is what comes back, but for comments and numbering.
+/// A listing written by hand comes back, except for comments and numbering.
 #[test]
 fn listing_comes_back() {
     let text = include_str!("cases/listing.ir");

@@ -48,7 +48,7 @@ fn read_back(dre: &Dre) {
     }
 }
 
-/// What Graphviz is to draw is read back as well.
+/// Graphs written for Graphviz can be read back as well.
 fn drawn_back(dfg: &Dfg, files: &EntityMap<SourceFile, String>) {
     let drawn = dfg::dot(dfg, files);
     let source = diagnostic::Source::new("loop.dot", drawn);

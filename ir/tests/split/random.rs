@@ -26,7 +26,7 @@ fn arguments(rng: &mut Pcg32, layout: &Layout) -> Vec<Bits> {
     args
 }
 
-/// What the loops of a test were.
+/// Counts of the loops of a test.
 #[derive(Default)]
 struct Seen {
     pipelined: usize,

@@ -186,8 +186,8 @@ fn random_ends(rng: &mut Pcg32) -> (u32, u32) {
     (start, start.wrapping_add(near(300, rng)))
 }
 
-/// Whether the variable passes from the one end of its test's numbers to the other: then an ordered
-/// test is not held to what it counts.
+/// True if the variable leaves the range of its test's numbers. The count of an ordered test need
+/// not be exact then.
 fn wraps(form: Form, start: u32, bound: u32, count: u32) -> bool {
     if matches!(form.test, Opcode::Eq | Opcode::Ne) {
         return false;

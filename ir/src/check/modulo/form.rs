@@ -1,4 +1,4 @@
-//! What can be seen of each part by itself: numbers, operands, ways between places, live values.
+//! Checks of each part by itself: numbers, operands, links between places, live values.
 
 use super::{Checker, MAX_LENGTH, numbered};
 use crate::check::Rule;
@@ -62,7 +62,7 @@ impl Checker<'_> {
         }
     }
 
-    /// What an operation's numbers name.
+    /// Checks that an operation's numbers name things that exist and fit it.
     fn numbers(&mut self, number: Placed, op: &PlacedOp) {
         let dfg = &self.schedule.dfg;
         let Some(unit) = self.srp.fus.get(op.fu) else {
@@ -130,7 +130,7 @@ impl Checker<'_> {
         }
     }
 
-    /// What is wrong with a register as an iteration names it.
+    /// Returns the error in a register as an iteration names it, if there is one.
     fn register_fault(&self, at: RegAt) -> Option<String> {
         let Some(file) = self.srp.files.get(at.file) else {
             return Some(format!("file {} does not exist", at.file));
@@ -211,7 +211,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Whether the machine has the ways that values take, and memory orders are kept.
+    /// Checks that the machine has the links that values take, and that memory orders are kept.
     pub(super) fn ways(&mut self) {
         let schedule = self.schedule;
         for (number, op) in numbered(schedule) {

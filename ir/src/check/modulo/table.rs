@@ -1,5 +1,5 @@
-//! What repeats every II cycles: units and shared resources; and whether the configuration memory
-//! holds it.
+//! Checks the use of units and shared resources in each slot of the II, and the size of the
+//! configuration.
 
 use super::{Checker, numbered};
 use crate::check::Rule;

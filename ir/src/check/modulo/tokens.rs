@@ -16,16 +16,16 @@ use srp_archdesc::resource::Place;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-/// What stands in a place.
+/// The content of a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Token {
-    /// What a node computed in an iteration.
+    /// The result of a node in an iteration.
     Value(Node, i64),
     Const(Bits),
     LiveIn(u32),
 }
 
-/// What an initial value is; `None` for those on which nothing depends.
+/// Returns the token of an initial value; `None` if nothing depends on it.
 fn initial(value: Initial) -> Option<Token> {
     match value {
         Initial::Const(bits) => Some(Token::Const(bits)),
@@ -91,10 +91,10 @@ struct Run<'a> {
     /// Operations and transfers by their cycle modulo the II.
     ops: Vec<Vec<Placed>>,
     transfers: Vec<Vec<PlacedTransfer>>,
-    /// What outputs got, with the cycle from which it stands, in order.
+    /// Values that each output received, in order, with the cycle from which it holds them.
     outputs: EntityMap<Place, Vec<(i64, Option<Token>)>>,
     files: EntityMap<RegFile, Vec<Option<Token>>>,
-    /// What arrives when.
+    /// Values under way, by the cycle in which they arrive.
     landing: BTreeMap<i64, Vec<Landing>>,
     found: Vec<(Option<Placed>, Rule, String)>,
     /// Operations that a mistake was found with; one each is enough.
@@ -315,7 +315,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// What an operand must be in an iteration; `None` where anything will do.
+    /// Returns the token that an operand must be in an iteration; `None` if any will do.
     fn wanted(&self, node: Node, operand: usize, iteration: i64) -> Option<Token> {
         match &self.checker.schedule.dfg.nodes[node].operands[operand] {
             Operand::Const(bits) => Some(Token::Const(*bits)),
@@ -330,7 +330,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// What stands in an output in a cycle.
+    /// Returns the token that an output holds in a cycle.
     fn standing(&self, place: Place, cycle: i64) -> Option<Token> {
         let all = self.outputs[place].iter().rev();
         let mut before = all.skip_while(|&&(from, _)| from > cycle);

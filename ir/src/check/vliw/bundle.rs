@@ -202,7 +202,7 @@ impl Checker<'_> {
     }
 }
 
-/// What a unit does with a file.
+/// The direction in which a unit accesses a file.
 #[derive(Clone, Copy)]
 enum Side {
     Reads,

@@ -10,7 +10,7 @@ use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Class;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What is wrong between bundles.
+/// Returns the violations between bundles.
 pub(super) fn check(dre: &ScheduledDre, srp: &Srp) -> Vec<Violation> {
     let (numbers, count) = numbering(srp);
     let mut everything = Defined::none(count);
@@ -80,9 +80,10 @@ struct Flow<'a> {
     entries: BTreeSet<Bundle>,
     states: BTreeMap<Node, State>,
     work: BTreeSet<Node>,
-    /// What holds a value when a function returns, by its entry.
+    /// Registers that hold a value when a function returns, by its entry.
     exits: BTreeMap<Bundle, Defined>,
-    /// Calls of a function, by its entry: where they come back and what held a value before.
+    /// Calls of a function, by its entry: where they return to, and the registers that held a value
+    /// before.
     sites: BTreeMap<Bundle, BTreeMap<Node, Defined>>,
     /// In the last pass, what was found.
     report: Option<Vec<Violation>>,
@@ -372,7 +373,7 @@ impl Flow<'_> {
         }
     }
 
-    /// What a kernel needs and leaves.
+    /// Checks that a launch's live-in registers are set, and updates the defined registers.
     fn launch(&mut self, bundle: Bundle, schedule: &ModuloSchedule, defined: &mut Defined) {
         let central = |file| {
             let spec = self.srp.files.get(file);

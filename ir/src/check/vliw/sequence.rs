@@ -43,10 +43,10 @@ pub fn check_sequence(dre: &ScheduledDre, sequence: &[Stretch], srp: &Srp) -> Ve
     violations
 }
 
-/// What a register holds.
+/// The content of a register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Token {
-    /// What it held when the stretch began.
+    /// Its content at the start of the stretch.
     Entry(Reg),
     /// The result of a step.
     Result(usize),
@@ -308,7 +308,7 @@ struct Access {
 struct Location {
     space: Space,
     private: bool,
-    /// What is in the register that the offset is counted from; none where that is zero.
+    /// The base register's content; `None` if the base is zero.
     base: Option<Token>,
     offset: u32,
     /// `None`: anywhere.
@@ -354,7 +354,7 @@ impl Access {
 }
 
 impl Location {
-    /// Whether both are counted from the same address and share no byte.
+    /// True if both have the same base and share no byte.
     fn is_beside(&self, other: &Location) -> bool {
         let (Some(bytes), Some(others)) = (self.bytes, other.bytes) else {
             return false;

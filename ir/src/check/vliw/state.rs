@@ -1,4 +1,4 @@
-//! What is under way when a bundle issues, on any path there.
+//! The operations under way when a bundle issues, on any path there.
 
 use crate::dre::scheduled::Reg;
 use srp_archdesc::arch::{FileKind, Fu, RegFile, Resource, Srp};
@@ -59,11 +59,11 @@ impl Defined {
     }
 }
 
-/// What is under way at the start of a cycle. Cycles are counted from that one.
+/// The operations under way at the start of a cycle, from which cycles are counted.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct State {
-    /// Results by the cycle in which they arrive, and whether they are on their way, or have
-    /// arrived, on every path.
+    /// Results by the cycle in which they arrive; true if they are under way, or have arrived, on
+    /// every path.
     pub(super) flying: BTreeMap<(u32, Reg), bool>,
     /// The cycle from which a unit can issue.
     pub(super) busy: BTreeMap<Fu, u32>,

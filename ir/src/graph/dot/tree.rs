@@ -1,4 +1,4 @@
-//! What a Graphviz file says: nodes and edges with their attributes, subgraphs dissolved.
+//! The content of a Graphviz file: nodes and edges with their attributes, subgraphs dissolved.
 
 use super::lex::{Kind, Token, tokens};
 use crate::graph::raw::shortened;
@@ -25,7 +25,7 @@ pub(in crate::graph) struct Tree {
 pub(in crate::graph) struct DotNode {
     pub(in crate::graph) name: String,
     pub(in crate::graph) span: Span,
-    /// Whether a statement of its own says something about it.
+    /// True if it has a node statement of its own.
     pub(in crate::graph) stated: bool,
     pub(in crate::graph) attributes: Attributes,
 }

@@ -10,7 +10,7 @@ use srp_archdesc::diagnostic::{Source, Span};
 use srp_archdesc::entity::EntityMap;
 use std::collections::BTreeMap;
 
-/// Whether a graph is a loop with a trip count.
+/// True if a graph is a loop with a trip count.
 pub(super) fn is_loop(tree: &Tree) -> bool {
     tree.attributes.contains_key("trip")
 }

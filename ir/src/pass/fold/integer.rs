@@ -179,7 +179,7 @@ impl Folder<'_> {
         }
     }
 
-    /// Whether a word is the sign extension of its low `bits` bits (1 to 31).
+    /// True if a word is the sign extension of its low `bits` bits (1 to 31).
     fn fits(&self, value: Value, bits: u32) -> bool {
         let loaded = match self.op_of(value) {
             Some((Opcode::Lb | Opcode::Glb, ..)) => 8,

@@ -111,7 +111,7 @@ impl Folder<'_> {
         (self.word(y) == Some(0) && self.ones(x, 0) <= 1).then_some(x)
     }
 
-    /// Whether one of two predicates is always the negation of the other.
+    /// True if one of two predicates is always the negation of the other.
     fn are_opposite(&self, a: Value, b: Value) -> bool {
         let not = |x: Value, y: Value| match self.op_of(x) {
             Some((Opcode::Pnot, [inner, ..], _)) => inner == y,

@@ -67,7 +67,7 @@ impl CallGraph {
         graph
     }
 
-    /// Whether there is one call of a function and no other way to it.
+    /// True if a function has a single call and no other use.
     pub(super) fn is_called_once(&self, func: Func) -> bool {
         self.calls[func] == 1 && !self.open[func]
     }
@@ -131,7 +131,7 @@ impl CallGraph {
     }
 }
 
-/// Whether this is a function of software double (`support.c` has their names from GCC's library).
+/// True for a function of software double (`support.c` has their names from GCC's library).
 fn is_double(name: &str) -> bool {
     name.starts_with("__srp_") && name.contains("df")
 }

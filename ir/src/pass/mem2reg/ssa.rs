@@ -42,7 +42,7 @@ pub(super) fn promote(
 /// The parameters that each block gets for cells, in order.
 type Meetings = EntityMap<Block, Vec<(Cell, Value)>>;
 
-/// Whether an access needs the value before it: anything but a store to all of a cell.
+/// True if an access needs the value before it: anything but a store to all of a cell.
 fn reads(kind: &InstKind, access: Access, is_true: impl Fn(Value) -> bool) -> bool {
     match kind {
         InstKind::Op { op, args, .. } if op.info().effect == Effect::Store => {
@@ -140,7 +140,7 @@ impl Marks {
         self.marked[block] == self.round
     }
 
-    /// Whether it was not there before.
+    /// Adds a block; true if it was not there before.
     fn set(&mut self, block: Block) -> bool {
         std::mem::replace(&mut self.marked[block], self.round) != self.round
     }
@@ -188,7 +188,7 @@ struct Promoter<'a> {
     meetings: Meetings,
     /// The value of each cell here.
     current: EntityMap<Cell, Option<Value>>,
-    /// What `current` was before, newest last.
+    /// Previous values in `current`, newest last.
     undo: Vec<(Cell, Option<Value>)>,
     renames: Renames,
     /// Zeros of the types that are needed, for the start of the function.

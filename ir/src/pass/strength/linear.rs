@@ -129,7 +129,7 @@ impl Linearity {
         self.known.get(&value)
     }
 
-    /// What an induction variable advances by.
+    /// Returns the step of an induction variable.
     pub(super) fn step(&self, iv: Value) -> u32 {
         self.steps[&iv]
     }
