@@ -1,5 +1,5 @@
-//! What a loop asks of a machine, resource by resource, and along its recurrence: the figures
-//! behind the bounds of its initiation interval.
+//! Demands of a loop on a machine, for each resource and along its recurrence: the figures behind
+//! the bounds of its initiation interval.
 
 use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::Resource;
@@ -8,7 +8,7 @@ use srp_archdesc::isa::Class;
 /// How often a loop needs a resource in an iteration, and how often the machine offers it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Demand {
-    /// What is needed.
+    /// The resource.
     pub need: Need,
     /// Operations of an iteration that need it.
     pub operations: u32,

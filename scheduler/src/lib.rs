@@ -47,11 +47,12 @@ pub struct Schedule {
     pub program: Checked,
     /// For each kernel, what bounds its II and what kept it from the bound.
     pub loops: EntityMap<Kernel, LoopFacts>,
-    /// What is known of the control code of each function; nothing for a program that was read.
+    /// Facts about the control code of each function; empty for a program that was read from a
+    /// file.
     pub control: Vec<vliw::FunctionFacts>,
 }
 
-/// What is known of a loop besides its schedule.
+/// Facts about a loop besides its schedule.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoopFacts {
     /// Lower bounds of the II.
@@ -110,7 +111,7 @@ impl std::fmt::Display for ScheduleError {
 
 impl std::error::Error for ScheduleError {}
 
-/// What came of a loop.
+/// The result for a loop.
 pub type LoopResult = Result<modulo::Scheduled, modulo::Unschedulable>;
 
 /// Schedules a program for a machine: its loops, then everything else around them.

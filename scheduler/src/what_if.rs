@@ -1,5 +1,5 @@
-//! What a small change to the machine would do to a loop's initiation interval, found by really
-//! scheduling the loop on the changed machine.
+//! Effects of small changes to the machine on a loop's initiation interval, found by scheduling the
+//! loop on the changed machine.
 
 use crate::modulo::{self, Options};
 use srp_archdesc::arch::{FileKind, Fu, FuOp, LinkSpec, Resource, Srp};
@@ -46,7 +46,7 @@ pub enum Apart {
 impl Apart {
     const ALL: [Apart; 3] = [Apart::Neighbours, Apart::Diagonal, Apart::TwoSteps];
 
-    /// Whether units are so far apart that are so many rows and columns apart.
+    /// True if units that are so many rows and columns apart have this distance.
     fn is(self, rows: u32, columns: u32) -> bool {
         match self {
             Apart::Neighbours => rows + columns == 1,
@@ -57,7 +57,7 @@ impl Apart {
 }
 
 impl Edit {
-    /// What changes, in words.
+    /// Describes the change in words.
     pub fn in_words(self, srp: &Srp) -> String {
         match self {
             Edit::MoreOf(resource) => format!("one more {}", srp.resources[resource].name),
@@ -124,19 +124,19 @@ fn of_class(srp: &mut Srp, class: Class, change: impl Fn(&mut FuOp)) {
 /// A change that lowers a loop's II: one edit or two.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Change {
-    /// What changes.
+    /// The changes.
     pub edits: Vec<Edit>,
     /// The II on the changed machine.
     pub ii: u32,
 }
 
-/// What several edits change, in words.
+/// Describes several edits in words.
 pub fn in_words(edits: &[Edit], srp: &Srp) -> String {
     let edits = edits.iter().map(|edit| edit.in_words(srp));
     edits.collect::<Vec<_>>().join(" and ")
 }
 
-/// What became of trying changes.
+/// The result of trying changes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WhatIf {
     /// How many were tried, those that a bound rules out included.

@@ -1,4 +1,4 @@
-//! The agenda of the exact way: which IIs and horizons are still in question, and the search that
+//! The worklist of the exact way: the IIs and horizons that are still open, and the search that
 //! asks them in turn.
 
 use super::exact::{self, Answer};
@@ -19,7 +19,7 @@ pub(super) struct Limits<'a> {
     pub(super) watch: &'a dyn Watch,
 }
 
-/// What the exact way has found out about the IIs below a schedule's.
+/// Results of the exact way for the IIs below a schedule's.
 pub(super) struct Agenda {
     bound: u32,
     /// The longest horizon to ask about.
@@ -48,7 +48,7 @@ impl Agenda {
         self.slack = slack.max(self.slack);
     }
 
-    /// Whether nothing is left to ask below an II.
+    /// True if no question is left below an II.
     pub(super) fn is_settled(&self, below: u32) -> bool {
         self.open(below, u32::BITS).is_empty()
     }

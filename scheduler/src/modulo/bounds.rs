@@ -14,9 +14,9 @@ use std::collections::{BTreeMap, BTreeSet};
 pub struct Bounds {
     /// Smallest II at which units and shared resources suffice.
     pub resources: u32,
-    /// What sets it, in words: operation classes and the units or the resource they need.
+    /// The reason for it, in words: operation classes and the units or the resource they need.
     pub resources_why: String,
-    /// What the loop needs of each resource, the scarcest first.
+    /// Demands of the loop on each resource, the scarcest first.
     pub demands: Vec<Demand>,
     /// Smallest II at which every recurrence fits: the maximum over all dependence cycles of
     /// latency by distance, rounded up. At least 1.
@@ -117,8 +117,8 @@ fn groups(problem: &Problem<'_>) -> Vec<Group> {
     groups.into_values().collect()
 }
 
-/// What is shared out among the units: issue cycles, or whole operations of at least so many issue
-/// cycles, of which a unit takes only those that end within the II.
+/// The quantity shared out among the units: issue cycles, or whole operations of at least so many
+/// issue cycles. A unit takes only operations that end within the II.
 #[derive(Clone, Copy)]
 enum Share {
     Cycles,
@@ -278,7 +278,7 @@ fn augment(
     Err(queue)
 }
 
-/// What each class of operations, and all of them together, need of the units.
+/// Returns the demands of each class of operations, and of all together, on the units.
 fn class_demands(problem: &Problem<'_>) -> Vec<Demand> {
     let mut classes: BTreeMap<Class, Vec<Node>> = BTreeMap::new();
     for node in problem.nodes() {
@@ -319,7 +319,7 @@ fn least_interval(problem: &Problem<'_>, node: Node) -> u32 {
     intervals.min().unwrap_or(1)
 }
 
-/// What the loop needs of each shared resource that it cannot do without.
+/// Returns the demands on each shared resource that the loop cannot avoid.
 fn shared_demands(problem: &Problem<'_>) -> Vec<Demand> {
     let of_resource = |(resource, spec): (_, &srp_archdesc::arch::ResourceSpec)| {
         let needs = |&n: &Node| {

@@ -255,7 +255,7 @@ impl Finish<'_, '_> {
         self.source(edge.from, fu, route.read, route.tag, arrival, edge.distance)
     }
 
-    /// What a unit reads over one of its paths in a cycle.
+    /// Returns the source that a unit reads over one of its paths in a cycle.
     fn source(&self, value: Node, fu: Fu, read: u32, tag: Tag, time: i32, distance: u32) -> Source {
         let path = &self.problem.graph.reads[fu][read as usize];
         match self.problem.graph.places[path.from].kind {

@@ -13,7 +13,7 @@ use srp_ir::dfg::{Dfg, Node};
 pub struct Operation {
     /// The operation.
     pub node: Node,
-    /// What it does.
+    /// The opcode.
     pub op: Opcode,
     /// Its source line, from 1; 0 where it has none.
     pub line: u32,
@@ -50,7 +50,7 @@ pub enum Destination {
     LiveOut(u32),
 }
 
-/// What was most often in the way of a schedule at one II.
+/// The most frequent obstacle to a schedule at one II.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Obstacle {
     /// No unit that runs an operation was free when it had to be issued.
@@ -147,7 +147,7 @@ impl std::fmt::Display for Obstacle {
 pub struct FailedIi {
     /// The II.
     pub ii: u32,
-    /// What was in its way.
+    /// The obstacle.
     pub obstacle: Obstacle,
 }
 

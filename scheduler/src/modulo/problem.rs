@@ -62,7 +62,7 @@ pub(super) struct MoveWay<'a> {
 struct WayOn {
     to: Place,
     cycles: u32,
-    /// What the router charges.
+    /// The router's price.
     price: u32,
 }
 
@@ -170,7 +170,7 @@ impl<'a> Problem<'a> {
         problem
     }
 
-    /// Whether a unit can run a node, its constants and invariants within reach.
+    /// True if a unit can run a node, its constants and invariants within reach.
     fn runs(&self, node: Node, fu: Fu) -> bool {
         let data = &self.dfg.nodes[node];
         let result = data.op.result();
@@ -200,7 +200,7 @@ impl<'a> Problem<'a> {
         place.is_some_and(|p| self.graph.places[p].width >= ty.bits())
     }
 
-    /// Whether a unit can read the central file of a type.
+    /// True if a unit can read the central file of a type.
     pub(super) fn reads_central(&self, fu: Fu, ty: Ty) -> bool {
         self.srp
             .central(ty)
@@ -350,7 +350,8 @@ impl<'a> Problem<'a> {
         self.reach[ty as usize][place][fu]
     }
 
-    /// What a route from `place` to an operand of `fu` costs at least, beyond holding the value.
+    /// Returns the least cost of a route from `place` to an operand of `fu`, beyond holding the
+    /// value.
     pub(super) fn detour(&self, ty: Ty, place: Place, fu: Fu) -> u32 {
         self.detour[ty as usize][place][fu]
     }
@@ -415,7 +416,7 @@ impl<'a> Problem<'a> {
         ways
     }
 
-    /// Whether a place is an output, which holds one value.
+    /// True if a place is an output, which holds one value.
     pub(super) fn is_output(&self, place: Place) -> bool {
         !matches!(self.graph.places[place].kind, PlaceKind::File(_))
     }

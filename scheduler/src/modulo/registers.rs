@@ -34,7 +34,7 @@ pub(super) struct Stay {
     runs: Vec<(i32, i32)>,
 }
 
-/// What has a register to itself.
+/// The holder of a register that nothing else may use.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Keeper {
     /// A loop invariant, set at entry.
@@ -223,7 +223,7 @@ impl FileState {
         self.fixed.contains(&register) || self.kept.iter().any(|&(_, r, _)| r == register)
     }
 
-    /// Whether a register holds nothing at any time. Those of a rotating file change their numbers.
+    /// True if a register never holds anything. Registers of a rotating file change their numbers.
     fn is_free_throughout(&self, register: u32) -> bool {
         let here = |s: &Stay| self.rotating || (s.index..s.index + s.ring).contains(&register);
         !self.is_taken_throughout(register) && !self.stays.iter().any(here)
@@ -279,7 +279,7 @@ impl FileState {
         self.stays.iter().map(after).min().unwrap_or(0)
     }
 
-    /// Whether a stay can have the registers it names.
+    /// True if a stay can have the registers it names.
     fn holds(&self, ii: i32, stay: &Stay) -> bool {
         let registers = stay.index..stay.index + stay.ring;
         let taken = self.fixed.iter().chain(self.kept.iter().map(|(_, r, _)| r));
@@ -331,8 +331,8 @@ impl FileState {
             || self.initials_clash(ii, b, a)
     }
 
-    /// Whether an instance of one overlaps one of the other in the same register: iteration `i` of
-    /// `a` and `i - d` of `b` overlap for `d` between two bounds.
+    /// True if an instance of `a` overlaps one of `b` in the same register: iteration `i` of `a`
+    /// and `i - d` of `b` overlap for `d` between two bounds.
     fn instances_clash(&self, ii: i32, a: &Stay, b: &Stay) -> bool {
         let from = -((a.last - b.first).div_euclid(ii));
         let to = (b.last - a.first).div_euclid(ii);
@@ -352,7 +352,7 @@ impl FileState {
         (low..high).any(|r| met((r - a.index) as i32 - (r - b.index) as i32))
     }
 
-    /// Whether a value of `a` set at entry is still needed when `b` takes its register.
+    /// True if a value of `a` set at entry is still needed when `b` takes its register.
     fn initials_clash(&self, ii: i32, a: &Stay, b: &Stay) -> bool {
         (1..=a.initials as i32).any(|k| {
             let register = self.register(a, -k);

@@ -15,7 +15,7 @@ use srp_ir::dfg::Node;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// What steps cost. Units and their outputs are what runs out first; registers are cheap.
+/// Costs of steps. Units and their outputs are scarce; registers are cheap.
 pub(super) const MOVE: u32 = 60;
 const HOLD_OUT: u32 = 14;
 const HOLD_REGISTER: u32 = 2;
@@ -46,7 +46,7 @@ pub(super) struct Route {
     pub(super) read: u32,
     /// Which copies in the file it reads, if it reads a file.
     pub(super) tag: Tag,
-    /// What it keeps in files: file, tag, first and last cycle.
+    /// Stays in files: file, tag, first and last cycle.
     pub(super) runs: Vec<(Place, Tag, (i32, i32))>,
     /// The file that keeps a live-out.
     pub(super) kept: Option<(Place, Tag)>,
@@ -221,8 +221,8 @@ impl Search<'_, '_> {
         best.map(|(cost, state, read)| (self.unwind(state, read), cost))
     }
 
-    /// What the rest of the way costs at least. Where the value has something already, it may be
-    /// free.
+    /// Returns a lower bound on the cost of the rest of the way. Items that the value already has
+    /// are free.
     fn rest(&self, place: Place, time: i32) -> u32 {
         let Some((fu, arrival)) = self.request.target else {
             return 0;
@@ -309,7 +309,7 @@ impl Search<'_, '_> {
         std::iter::once(Tag::Plain).chain(tagged)
     }
 
-    /// What writing the value into a file costs, or `None` where it does not fit.
+    /// Returns the cost of writing the value into a file; `None` if it does not fit.
     fn write_cost(&self, file: Place, time: i32, tag: Tag, via: Via, price: u32) -> Option<u32> {
         if self.problem.graph.places[file].width < self.request.ty.bits()
             || self.banned.contains(&file)
@@ -341,7 +341,7 @@ impl Search<'_, '_> {
             .then_some(price)
     }
 
-    /// Whether the consumer can take the value from here; the whole cost and its read path.
+    /// Returns the whole cost and the read path if the consumer can take the value from here.
     fn arrives(&self, place: Place, tag: Tag, time: i32, cost: u32) -> Option<(u32, u32)> {
         let Some((fu, arrival)) = self.request.target else {
             let done = matches!(tag, Tag::LiveOut(_)) && !self.problem.is_output(place);
@@ -371,7 +371,7 @@ impl Search<'_, '_> {
         None
     }
 
-    /// Whether a way to this state at this cost, or more, can be of use.
+    /// True if a way to this state at this cost, or more, can be of use.
     fn improves(&self, place: Place, tag: Tag, time: i32, cost: u32) -> bool {
         time <= self.last
             && self.in_time(place, time)
@@ -398,7 +398,7 @@ impl Search<'_, '_> {
         }
     }
 
-    /// Whether the consumer can still be reached in time.
+    /// True if the consumer can still be reached in time.
     fn in_time(&self, place: Place, time: i32) -> bool {
         let Some((fu, arrival)) = self.request.target else {
             return true;

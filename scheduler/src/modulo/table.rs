@@ -143,7 +143,7 @@ impl Table {
         self.held[place].iter_mut().for_each(|h| *h -= count);
     }
 
-    /// Whether the value of `node` has this item already.
+    /// True if the value of `node` has this item already.
     pub(super) fn has(&self, node: Node, item: Item) -> bool {
         match item {
             Item::Out(place, time) => {
@@ -154,7 +154,7 @@ impl Table {
         }
     }
 
-    /// Whether the value of `node` has this item already or could take it.
+    /// True if the value of `node` has this item already or could take it.
     pub(super) fn fits(&self, node: Node, item: Item, timing: Option<&FuOp>) -> bool {
         if self.has(node, item) {
             return true;
@@ -177,15 +177,15 @@ impl Table {
         }
     }
 
-    /// Whether the value of `node` is written into a file in this cycle under another tag already:
-    /// one result goes into at most one register of a file.
+    /// True if the value of `node` is already written into a file in this cycle under another tag:
+    /// a result goes into at most one register of a file.
     pub(super) fn written_otherwise(&self, node: Node, place: Place, time: i32, tag: Tag) -> bool {
         self.writes_of[node]
             .iter()
             .any(|&(p, t, other)| p == place && t == time && other != tag)
     }
 
-    /// Whether a unit can issue an operation with this timing in this cycle.
+    /// True if a unit can issue an operation with this timing in this cycle.
     pub(super) fn issues(&self, fu: Fu, time: i32, timing: &FuOp) -> bool {
         timing.interval <= self.ii
             && (0..timing.interval as i32).all(|k| {

@@ -1,7 +1,7 @@
-//! What a modulo schedule takes of its machine, slot by slot, once the pipeline is full: issue
-//! cycles, shared resources, links, registers and the ports of their files.
+//! Resources of the machine that a modulo schedule takes, slot by slot, once the pipeline is full:
+//! issue cycles, shared resources, links, registers and the ports of their files.
 //!
-//! Read off the schedule alone, whoever made it. A *slot* is a cycle modulo the II.
+//! They are read off the schedule alone, whoever made it. A *slot* is a cycle modulo the II.
 
 mod registers;
 
@@ -12,7 +12,7 @@ use srp_ir::dfg::Node;
 use srp_ir::dre::scheduled::{ModuloSchedule, Placed, PlacedOp, Source};
 use std::collections::BTreeSet;
 
-/// What a loop takes of a machine. Every list by slot has as many entries as the II.
+/// The resources that a loop takes. Every list by slot has as many entries as the II.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Usage {
     /// Of each unit.
@@ -43,10 +43,10 @@ impl UnitUse {
     }
 }
 
-/// What goes over a link.
+/// The use of a link.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LinkUse {
-    /// The values that are taken from its end, by slot, each with where it goes.
+    /// The values taken from its end, by slot, each with its destination.
     pub carried: Vec<Carried>,
 }
 
@@ -65,11 +65,11 @@ pub struct Carried {
     pub slot: u32,
     /// Whose value it is.
     pub node: Node,
-    /// What takes it.
+    /// Its destination.
     pub to: Taker,
 }
 
-/// What takes a value from a link.
+/// The destination of a value taken from a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Taker {
     /// An operand of this operation.
@@ -78,13 +78,13 @@ pub enum Taker {
     File(RegFile),
 }
 
-/// What stands in a register file and passes its ports.
+/// The use of a register file and its ports.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FileUse {
     /// Registers that hold something that is still needed, by slot.
     pub live: Vec<u32>,
-    /// Those among them that hold one thing throughout: loop invariants, live-ins and live-outs, and
-    /// what the calling convention keeps.
+    /// Those among them that hold one value throughout: loop invariants, live-ins and live-outs,
+    /// and registers that the calling convention keeps.
     pub kept: u32,
     /// Registers read, by slot: the most of any iteration.
     pub reads: Vec<u32>,
@@ -116,8 +116,8 @@ fn most(by_slot: &[u32]) -> (u32, u32) {
     (largest, slot as u32)
 }
 
-/// What a schedule takes of a machine. The schedule must be one that [`check`](srp_ir::check) finds
-/// right.
+/// Returns the resources that a schedule takes. [`check`](srp_ir::check) must have accepted the
+/// schedule.
 pub fn usage(schedule: &ModuloSchedule, srp: &Srp) -> Usage {
     let ii = schedule.ii as usize;
     let mut usage = Usage {
@@ -165,7 +165,7 @@ pub fn usage(schedule: &ModuloSchedule, srp: &Srp) -> Usage {
     usage
 }
 
-/// What a placed operation does: its node's operation, or a move of its node's value.
+/// Returns the opcode of a placed operation: that of its node, or a move of the node's value.
 pub fn opcode(schedule: &ModuloSchedule, op: &PlacedOp) -> Opcode {
     let node = schedule.dfg.nodes[op.node].op;
     match node.result() {

@@ -26,7 +26,7 @@ struct Read {
     time: i64,
 }
 
-/// What stands in each file and passes its ports.
+/// Returns the use of each file and its ports.
 pub(super) fn files(schedule: &ModuloSchedule, srp: &Srp) -> EntityMap<RegFile, FileUse> {
     let (mut writes, mut reads) = accesses(schedule, srp);
     let reserved = abi::reserved(srp);

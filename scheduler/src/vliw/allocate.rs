@@ -76,7 +76,7 @@ fn rename(code: &mut Code, to: impl Fn(Vreg) -> Vreg) {
     }
 }
 
-/// What a node's colour may be.
+/// The colours that nodes may have.
 struct Palette<'a> {
     target: &'a Target<'a>,
     graph: &'a Interference,
@@ -136,14 +136,15 @@ fn coalesce(code: &Code, target: &Target<'_>, graph: &mut Interference) {
     }
 }
 
-/// Whether every neighbour of `b` is easy to colour or interferes with machine register `a` already.
+/// True if every neighbour of `b` is easy to colour or interferes with machine register `a`
+/// already.
 fn george(palette: &Palette<'_>, a: Vreg, b: Vreg) -> bool {
     palette.rivals(b).all(|r| {
         palette.graph.is_physical(r) || palette.graph.interfere(a, r) || palette.is_easy(r)
     })
 }
 
-/// Whether the merged node would have fewer neighbours that are hard to colour than colours.
+/// True if the merged node would have fewer neighbours that are hard to colour than colours.
 fn briggs(palette: &Palette<'_>, a: Vreg, b: Vreg) -> bool {
     let room = palette.colours(palette.graph.file[a]).len();
     let other = palette
@@ -258,7 +259,7 @@ fn simplify(code: &Code, palette: &Palette<'_>, rivals: &BTreeMap<Vreg, Vec<Vreg
     }
 }
 
-/// What spilling a node costs for the room it makes, the best first.
+/// The cost of spilling a node for the room it makes, the best first.
 #[derive(Clone, Copy, PartialEq)]
 struct Rank(f64);
 
@@ -333,7 +334,7 @@ impl Rank {
     }
 }
 
-/// Whether an operation only makes a value that can be made again anywhere: a constant, or an
+/// True if an operation only makes a value that can be made again anywhere: a constant, or an
 /// address in the frame.
 pub(super) fn is_remade(inst: &Inst, sp: Vreg) -> bool {
     let fixed = inst

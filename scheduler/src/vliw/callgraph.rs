@@ -12,7 +12,7 @@ pub(super) struct CallGraph {
     callees: EntityMap<Func, BTreeSet<Func>>,
     /// Functions with everything they call before them, but for circles.
     order: Vec<Func>,
-    /// Whether a function can be active more than once at a time.
+    /// True for each function that can be active more than once at a time.
     pub(super) recursive: EntityMap<Func, bool>,
 }
 

@@ -22,9 +22,9 @@ pub(super) enum Wait {
 
 /// The dependences of a region. Operations are numbered in program order.
 pub(super) struct Depend {
-    /// What waits for each operation.
+    /// The operations that wait for each operation.
     pub(super) after: Vec<Vec<(usize, Wait)>>,
-    /// What each operation waits for.
+    /// The operations that each operation waits for.
     pub(super) before: Vec<Vec<(usize, Wait)>>,
     /// The last writer of each register.
     pub(super) writer: BTreeMap<Reg, usize>,
@@ -75,7 +75,7 @@ impl Access {
         })
     }
 
-    /// Whether the two can never touch the same byte.
+    /// True if the two can never touch the same byte.
     fn is_disjoint(&self, other: &Access) -> bool {
         if self.space != other.space || self.private != other.private {
             return true;

@@ -14,14 +14,14 @@ pub(super) struct Interference {
     /// The central file each register belongs to.
     pub(super) file: EntityMap<Vreg, RegFile>,
     physical: usize,
-    /// What each node must differ from.
+    /// The nodes that interfere with each node.
     neighbours: EntityMap<Vreg, BTreeSet<Vreg>>,
     leader: EntityMap<Vreg, Vreg>,
-    /// What each node leads besides itself.
+    /// The registers that each node represents besides itself.
     followers: EntityMap<Vreg, Vec<Vreg>>,
     /// Moves between registers with the depth of their loops, deepest first.
     pub(super) copies: Vec<(Vreg, Vreg, u32)>,
-    /// What spilling a register would cost: accesses, each weighted with the depth of its loops.
+    /// The cost of spilling each register: its accesses, weighted with the depth of their loops.
     pub(super) cost: EntityMap<Vreg, f64>,
 }
 
@@ -100,7 +100,7 @@ impl Interference {
         self.neighbours[b].insert(a);
     }
 
-    /// Whether it is a register of the machine.
+    /// True if it is a register of the machine.
     pub(super) fn is_physical(&self, reg: Vreg) -> bool {
         reg.index() < self.physical
     }
@@ -110,7 +110,7 @@ impl Interference {
         self.leader[reg]
     }
 
-    /// Whether two nodes must differ.
+    /// True if two nodes must have different registers.
     pub(super) fn interfere(&self, a: Vreg, b: Vreg) -> bool {
         self.neighbours[b].contains(&a)
     }

@@ -21,9 +21,9 @@ pub(super) struct Linker<'a> {
     calls: Vec<(Bundle, Func)>,
     /// First bundles of the functions and the start code, in the order they were added.
     entries: Vec<Bundle>,
-    /// What the bundles do, one operation after another.
+    /// The operations of the bundles in sequence.
     sequence: Vec<Stretch>,
-    /// What is known of each, in the same order as the entries.
+    /// Facts about each, in the same order as the entries.
     facts: Vec<FunctionFacts>,
 }
 

@@ -35,7 +35,7 @@ pub(super) struct Code {
 /// A register.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RegData {
-    /// What it holds; for a physical register the widest type of its file.
+    /// Its type; for a physical register the widest type of its file.
     pub(super) ty: Ty,
     /// How far spilling has come.
     pub(super) split: Split,
@@ -139,7 +139,7 @@ pub(super) struct Inst {
     pub(super) pos: Pos,
 }
 
-/// What an [`Inst`] does.
+/// Kinds of an [`Inst`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Op(Opcode),
@@ -203,7 +203,7 @@ impl Inst {
         }
     }
 
-    /// Whether it may be dropped where nobody reads its results.
+    /// True if it may be dropped if nobody reads its results.
     pub(super) fn is_droppable(&self) -> bool {
         match self.kind {
             Kind::Op(op) => op.is_pure() && op.class() != srp_archdesc::Class::Idiv,
@@ -317,7 +317,7 @@ pub(super) struct Frame {
     pub(super) slots: Vec<(u32, u32)>,
     /// Types of the spilled values.
     pub(super) homes: Vec<Ty>,
-    /// Whether the link register is saved.
+    /// True if the link register is saved.
     pub(super) saves_link: bool,
     /// Bytes of the outgoing area.
     pub(super) outgoing: u32,

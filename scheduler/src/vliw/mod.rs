@@ -55,13 +55,13 @@ pub struct VliwCode {
     pub functions: Vec<FunctionEntry>,
     /// Where execution starts.
     pub start: Bundle,
-    /// What the bundles do, one operation after another, in the order of the bundles.
+    /// The operations in sequence, in the order of the bundles.
     pub sequence: Vec<Stretch>,
-    /// What is known of the functions besides, in their order.
+    /// Facts about the functions, in their order.
     pub facts: Vec<FunctionFacts>,
 }
 
-/// What is known of a function's code besides the code.
+/// Facts about a function besides its code.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FunctionFacts {
     /// Its name.
@@ -70,7 +70,7 @@ pub struct FunctionFacts {
     pub operations: u32,
     /// Bundles.
     pub bundles: u32,
-    /// Bundles that its stretches of code take at least, each by itself: the longest chain of
+    /// The least number of bundles for its stretches of code, each by itself: the longest chain of
     /// operations that wait for each other, with the branch delay, or the operations by the slots.
     pub least: u32,
     /// Bytes of its stack frame.

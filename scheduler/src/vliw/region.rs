@@ -48,7 +48,7 @@ pub(super) struct Region {
     pub(super) exit: Option<(Transfer, Pos)>,
 }
 
-/// What is left to fill in once all frames are known.
+/// Values that are filled in once all frames are known.
 pub(super) struct Frames<'a> {
     pub(super) layout: &'a FrameLayout,
     /// The lowest value of the stack pointer.

@@ -78,7 +78,8 @@ fn plan(code: &mut Code, value: Vreg, defs: &[Inst], sp: Vreg) -> Plan {
     Plan::Home(code.frame.homes.len() as u32 - 1)
 }
 
-/// Whether it loads from a place that keeps its value: that of a piece, or an argument on the stack.
+/// True if it loads from a place that keeps its value: that of a piece, or an argument on the
+/// stack.
 fn is_settled_load(inst: &Inst) -> bool {
     let settled = matches!(
         inst.frame,
@@ -165,8 +166,8 @@ impl Spiller<'_> {
         Ok(())
     }
 
-    /// Whether the operation is part of how a value, spilled again, came to its stack place before,
-    /// or makes a value that is made at its uses from now on.
+    /// True if the operation stored a value that is spilled again to its stack place, or makes a
+    /// value that is now made at its uses.
     fn is_undone(&self, inst: &Inst) -> bool {
         if let [def] = inst.defs[..]
             && let Some(Plan::Remake(_)) = self.plans.get(&def)

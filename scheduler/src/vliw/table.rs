@@ -50,7 +50,7 @@ impl<'a> Table<'a> {
         self.rows.get(cycle as usize)
     }
 
-    /// Whether `op` can issue in `cycle` on `fu`.
+    /// True if `op` can issue in `cycle` on `fu`.
     pub(super) fn fits(&self, cycle: u32, fu: Fu, how: &FuOp, op: &Step) -> bool {
         let is_io = op.op.info().effect == Effect::Io;
         let io = is_io && self.at(cycle).is_some_and(|row| row.io);
@@ -71,7 +71,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Whether `transfer` can issue in `cycle`.
+    /// True if `transfer` can issue in `cycle`.
     pub(super) fn fits_transfer(&self, cycle: u32, transfer: Transfer) -> bool {
         let write = transfer.writes(self.target);
         self.branch_unit(cycle).is_some()

@@ -201,7 +201,7 @@ fn ii(graph: &Graph, array: &Array) -> u32 {
     }
 }
 
-/// What rose in one trial, in words.
+/// Returns the rises of the II in one trial, in words.
 fn trial(seed: u64) -> Vec<String> {
     let mut random = Pcg32::seed_from_u64(seed);
     let (graph, array) = (graph(&mut random), Array::random(&mut random));

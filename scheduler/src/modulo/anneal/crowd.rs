@@ -7,8 +7,8 @@ use srp_archdesc::arch::Fu;
 use srp_archdesc::resource::Place;
 use srp_ir::dfg::Node;
 
-/// The part of a unit's registers, in 16ths, beyond which it counts as crowded: the estimate does not
-/// see how values get in each other's way.
+/// The part of a unit's registers, in 16ths, beyond which it counts as crowded: the estimate
+/// ignores conflicts between values.
 const PART: u32 = 6;
 
 impl Anneal<'_, '_> {
@@ -40,14 +40,15 @@ impl Anneal<'_, '_> {
         }
     }
 
-    /// What the registers that a unit has too few of cost: as much as moving their values away.
+    /// Returns the price of the registers that a unit is short of: the cost of moving their values
+    /// away.
     fn crowd(&self, fu: Fu) -> i64 {
         let over = (self.load[fu] - self.capacity[fu]).max(0);
         i64::from(over) * i64::from(MOVE) / i64::from(self.ii)
     }
 
-    /// Counts the registers of nodes and of the values they read anew; by how much the price of
-    /// crowds has risen.
+    /// Counts the registers of nodes and of the values they read anew; returns the change of the
+    /// price of crowding.
     pub(super) fn recount(&mut self, nodes: &[Node], homes: &[(Node, Fu)]) -> i64 {
         let mut change = 0;
         let mut add = |a: &mut Self, fu: Fu, by: i32| {

@@ -157,7 +157,7 @@ impl<'a, 'p> Anneal<'a, 'p> {
         ((u64::from(random) * u64::from(below)) >> 32) as u32
     }
 
-    /// Whether a change of the price is taken at a temperature: a worse one with probability
+    /// True if a change of the price is accepted at a temperature: a worse price with probability
     /// exp(−change / temperature), by a logarithm good to some percent.
     fn accepts(&mut self, change: i64, temperature: u32) -> bool {
         if change <= 0 {

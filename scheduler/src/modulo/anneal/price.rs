@@ -1,4 +1,4 @@
-//! What the routes of a placement cost at least.
+//! Lower bounds on the costs of a placement's routes.
 
 use super::super::problem::UNREACHABLE;
 use super::super::route::{self, MOVE};
@@ -16,7 +16,7 @@ const NO_WAY: u32 = 100_000;
 const STANDING: u32 = 4;
 
 impl Anneal<'_, '_> {
-    /// What the route of a wire costs at least.
+    /// Returns a lower bound on the cost of a wire's route.
     #[inline]
     pub(super) fn price(&self, wire: &Wire) -> u32 {
         let ((from, issued), (to, read)) = (self.at[wire.from], self.at[wire.to]);
@@ -52,7 +52,7 @@ impl Anneal<'_, '_> {
         price * wire.weight
     }
 
-    /// Whether a value can stay in its unit's output for some cycles after it lands there.
+    /// True if a value can stay in its unit's output for some cycles after it lands there.
     #[inline]
     pub(super) fn stands(&self, node: Node, ready: i32, cycles: i32) -> bool {
         let Some(ty) = self.results[node] else {
@@ -62,10 +62,10 @@ impl Anneal<'_, '_> {
         cycles < self.ii && (1..=cycles).all(|k| lands[self.slot(ready + k)].is_none())
     }
 
-    /// Whether a unit can move a value that stands in an output from `ready` on to a consumer that
-    /// reads it at `arrival`. The unit takes it from the output while it stands there, or, its own,
-    /// from its registers; and keeps it in its output until it is read, or, the consumer's own, in
-    /// its registers.
+    /// True if a unit can move a value that stands in an output from `ready` on to a consumer that
+    /// reads it at `arrival`. The unit takes the value from that output while it stands there; its
+    /// own value it can also take from its registers. It keeps the value in its own output until
+    /// the consumer reads it; the consumer itself can also keep it in its registers.
     fn has_room(&self, ty: Ty, from: Fu, to: Fu, ready: i32, arrival: i32) -> bool {
         let gone = (ready..arrival).find(|&t| self.is_overwritten(ty, from, t + 1));
         let gone = gone.unwrap_or(arrival).min(arrival - 1);
@@ -85,7 +85,7 @@ impl Anneal<'_, '_> {
         })
     }
 
-    /// Whether a result lands in a unit's output in a cycle.
+    /// True if a result lands in a unit's output in a cycle.
     #[inline]
     fn is_overwritten(&self, ty: Ty, fu: Fu, time: i32) -> bool {
         self.lands[out_of(self.problem, ty, fu)][self.slot(time)].is_some()

@@ -1,4 +1,4 @@
-//! What a placement takes: issue slots, outputs and shared resources.
+//! The issue slots, outputs and shared resources that a placement takes.
 
 use super::super::problem::Position;
 use super::Anneal;

@@ -1,4 +1,4 @@
-//! What the machine offers between units, whatever is placed on it: the cheapest ways, and neighbours.
+//! The cheapest ways between units, and their neighbours, whatever is placed on them.
 
 use super::super::problem::{Problem, UNREACHABLE};
 use srp_archdesc::arch::Fu;

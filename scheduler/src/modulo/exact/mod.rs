@@ -27,7 +27,7 @@ use srp_archdesc::Watch;
 use srp_archdesc::entity::EntityMap;
 use srp_ir::dre::scheduled::Reg;
 
-/// What is asked.
+/// A question to the solver.
 pub(super) struct Question<'a> {
     pub(super) ii: u32,
     /// Cycles beyond the critical path in which operations may be issued.
@@ -52,7 +52,7 @@ impl Question<'_> {
     }
 }
 
-/// What came out.
+/// The answer to a question.
 pub(super) enum Answer {
     /// A placement.
     Placed(Box<Placement>),
@@ -122,9 +122,9 @@ pub(super) fn solve(
     (Answer::Unknown, spent)
 }
 
-/// What the solver found.
+/// The result of a run of the solver.
 enum Outcome {
-    /// For each variable, from 1 (and nothing at 0), whether it holds.
+    /// For each variable, from 1 (index 0 is unused): true if it holds.
     Model(Vec<bool>),
     Unsatisfiable,
     GaveUp,
@@ -136,7 +136,7 @@ struct Search<'a, 'p> {
     limit: u64,
     watch: &'a dyn Watch,
     proof: Option<&'a mut Certificate<'p>>,
-    /// Whether a line of the proof could not be written.
+    /// True if a line of the proof could not be written.
     failed: bool,
 }
 

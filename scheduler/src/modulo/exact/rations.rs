@@ -1,4 +1,4 @@
-//! What competes: for every resource and slot, the literals of which no more can hold than there is.
+//! Capacity limits: for every resource and slot, the literals that compete for it.
 
 use super::encode::Encoding;
 use super::formula::Lit;

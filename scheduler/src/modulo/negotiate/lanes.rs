@@ -92,7 +92,7 @@ pub(super) struct Shift {
     pub(super) from: isize,
     pub(super) to: usize,
     pub(super) delay: i32,
-    /// Whether what is read stands in outputs, for which nobody pays.
+    /// True if it reads outputs, which costs nothing.
     pub(super) free: bool,
     /// 0 for the ends that have the way, [`NEVER`] for others; a block.
     pub(super) mask: Vec<i16>,

@@ -1,6 +1,5 @@
-//! What everything costs: a price for each resource in each slot, which rises while more is taken of
-//! it than there is, and does not fall again as far as it rose (*negotiated congestion*, McMurchie and
-//! Ebeling, FPGA 1995).
+//! Prices: each resource has a price in each slot, which rises while it is overused and stays
+//! raised in part afterwards (*negotiated congestion*, McMurchie and Ebeling, FPGA 1995).
 
 use super::lanes::{Lanes, NEVER};
 use crate::modulo::problem::Problem;
@@ -9,8 +8,7 @@ use srp_archdesc::arch::{Fu, FuOp, Resource};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::resource::Place;
 
-/// What things cost that there is enough of. An issue slot and an output for a cycle are what runs
-/// out; registers are cheap.
+/// Prices without overuse. Issue slots and cycles of outputs are scarce; registers are cheap.
 const ISSUE: i16 = 32;
 const OUTPUT: i16 = 32;
 const REGISTER: i16 = 1;
@@ -46,9 +44,9 @@ pub(super) struct Market {
     price: Vec<i16>,
     /// The price of a file's port to write and of standing there, by lane.
     enter: Vec<i16>,
-    /// What each use beyond what there is costs.
+    /// The price of each use beyond the capacity.
     penalty: i16,
-    /// Uses beyond what there is, of all together.
+    /// Uses beyond the capacity, of all resources together.
     pub(super) excess: i64,
 }
 
@@ -123,7 +121,7 @@ impl Market {
         time.rem_euclid(self.ii) as usize
     }
 
-    /// What each use beyond what there is costs from now on.
+    /// Sets the price of each use beyond the capacity.
     pub(super) fn reprice(&mut self, penalty: i16) {
         self.penalty = penalty;
         (0..self.used.len() as u32).for_each(|i| self.set_price(Good(i)));
@@ -247,7 +245,7 @@ impl Market {
         i32::from(self.price[good.0 as usize])
     }
 
-    /// What an operation takes: its unit's issue slots, and shared resources.
+    /// Adds the goods of an operation: its unit's issue slots, and shared resources.
     pub(super) fn goods_of_operation(
         &self,
         fu: Fu,
@@ -263,7 +261,7 @@ impl Market {
         }
     }
 
-    /// What an item of a value takes; `timing` is that of a move.
+    /// Adds the goods of an item of a value; `timing` is that of a move.
     pub(super) fn goods_of_item(
         &self,
         lanes: &Lanes,

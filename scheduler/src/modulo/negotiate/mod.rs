@@ -62,21 +62,22 @@ const FROZEN: u32 = 4;
 const NEARLY: usize = 4;
 const NEARLY_FROZEN: u32 = 12;
 const REHEATED: u32 = 14;
-/// What a use beyond what there is costs in the first stage and in the last.
+/// The price of a use beyond the capacity in the first stage and in the last.
 const PENALTY: (i32, i32) = (10, 800);
-/// What each stage adds for good to the price of what is taken too often.
+/// The rise for good, in each stage, of the price of an overused resource.
 const HISTORY: i16 = 12;
 
-/// What an edge without a route costs beyond the penalty, so that it is more than any route that takes
-/// little too often; what each stage adds for good; and what each cycle costs by which it is too short
-/// for a route.
+/// Costs of an edge without a route: the cost beyond the penalty, larger than that of any route
+/// with a little overuse; the rise for good in each stage; and the cost of each cycle by which the
+/// edge is too short for a route.
 const OPEN: i32 = 900;
 const OPEN_HISTORY: i32 = 40;
 const MOST_OPEN: i32 = 4000;
 const LATE: i32 = 40;
 const MOST_LATE: i32 = 60;
 
-/// What takes as long as a step of the router: lanes of rows of costs, and a part of a step.
+/// Amounts of work that take as long as a step of the router: lanes of rows of costs, and a part of
+/// a step.
 const LANES_PER_STEP: u64 = 500;
 const STEPS_PER_STEP: u64 = 20;
 
@@ -89,7 +90,7 @@ const IN_CONFLICT: u32 = 50;
 /// conflict; the others route it again.
 const AS_IT_IS: u32 = 85;
 
-/// What keeping a memory order too little by so many cycles costs.
+/// Returns the cost of violating a memory order by so many cycles.
 fn price_of_early(cycles: i64) -> i64 {
     match cycles {
         0 => 0,
@@ -270,7 +271,7 @@ impl<'a, 'p> Negotiation<'a, 'p> {
         }
     }
 
-    /// What is in the way: an edge without a route, or a node that takes what others take.
+    /// Returns the first conflict: an edge without a route, or a node on an overused resource.
     fn worst(&self) -> Option<Conflict> {
         let open = self.state.routes.iter().position(Option::is_none);
         let node = || self.conflicts.first().copied();

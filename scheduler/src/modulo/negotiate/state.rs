@@ -16,7 +16,7 @@ use srp_ir::dfg::{Initial, Node};
 use srp_ir::dre::scheduled::Reg;
 use std::collections::BTreeMap;
 
-/// What a node needs on a unit besides its issue slot.
+/// The needs of a node on a unit besides its issue slot.
 #[derive(Default)]
 pub(super) struct Needs {
     /// Registers of static files that are set before the loop.
@@ -32,7 +32,7 @@ pub(super) struct State<'a, 'p> {
     pub(super) market: Market,
     pub(super) ii: i32,
     pub(super) at: EntityMap<Node, Position>,
-    /// Whether a node has been put down.
+    /// True for each node that is placed.
     placed: EntityMap<Node, bool>,
     /// The route of each edge; `None` where it is open.
     pub(super) routes: Vec<Option<Route>>,
@@ -44,7 +44,7 @@ pub(super) struct State<'a, 'p> {
     items: EntityMap<Node, FxHashMap<Item, u32>>,
     /// Registers that are set before the loop to something, and for how many nodes.
     constants: FxHashMap<(Place, Initial), u32>,
-    /// What nodes need on units, where that is anything.
+    /// The needs of nodes on units; no entry if there are none.
     needs: FxHashMap<(Node, Fu), Needs>,
     scratch: Vec<Good>,
 }
@@ -89,7 +89,7 @@ impl<'a, 'p> State<'a, 'p> {
         time + self.problem.timing(node, fu).latency as i32
     }
 
-    /// What a node needs on a unit besides its issue slot, if that is anything.
+    /// Returns the needs of a node on a unit besides its issue slot; `None` if there are none.
     pub(super) fn needs(&self, node: Node, fu: Fu) -> Option<&Needs> {
         self.needs.get(&(node, fu))
     }
@@ -277,8 +277,8 @@ impl<'a, 'p> State<'a, 'p> {
         cost
     }
 
-    /// Whether a value goes into a file in a cycle in two guises: a result is written into one
-    /// register of a file at most.
+    /// True if a route would write a value into a second register of a file in one cycle: a result
+    /// is written into at most one register of a file.
     pub(super) fn is_written_otherwise(&self, node: Node, route: &Route) -> bool {
         let writes = |item: &Item| match *item {
             Item::Written(place, time, tag, _) => Some((place, time, tag)),
@@ -292,7 +292,7 @@ impl<'a, 'p> State<'a, 'p> {
         route.items.iter().filter_map(writes).any(clashes)
     }
 
-    /// What a value has that its further routes may start from.
+    /// Collects the places of a value from which its further routes may start.
     pub(super) fn own(&self, node: Node, tag: Option<Tag>, own: &mut Own) {
         own.stands.clear();
         own.tagged.clear();
@@ -319,7 +319,7 @@ impl<'a, 'p> State<'a, 'p> {
         own.sort();
     }
 
-    /// Whether anything that a node or its values take is taken too often, or an edge of it is open.
+    /// True if a node or its values take an overused resource, or one of its edges has no route.
     pub(super) fn is_in_conflict(&self, node: Node) -> bool {
         let (fu, time) = self.at[node];
         let mut goods = Vec::new();
@@ -341,7 +341,7 @@ impl<'a, 'p> State<'a, 'p> {
     }
 }
 
-/// What nodes need on units besides issue slots, where that is anything.
+/// Lists the needs of nodes on units besides issue slots; no entry if there are none.
 fn needs(problem: &Problem<'_>) -> FxHashMap<(Node, Fu), Needs> {
     let mut needs = FxHashMap::default();
     for node in problem.nodes() {

@@ -51,7 +51,7 @@ pub(in crate::modulo) struct Placement {
     pub(in crate::modulo) registers: Registers,
 }
 
-/// What most often stood in the way.
+/// Kinds of conflicts, counted to find the most frequent one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(in crate::modulo) enum Conflict {
     /// No unit was free for this node.
@@ -77,7 +77,7 @@ pub(in crate::modulo) struct Attempt<'a, 'p> {
     conflicts: BTreeMap<Conflict, u32>,
     /// How often each node had to be forced.
     trouble: EntityMap<Node, u32>,
-    /// What is taken out, while somebody wants to know.
+    /// Changes made by the current move, while they are recorded.
     journal: Option<Journal>,
 }
 

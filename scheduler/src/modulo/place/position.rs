@@ -58,7 +58,7 @@ impl Attempt<'_, '_> {
         }
     }
 
-    /// Whether a node that issues in a cycle keeps its memory orders with all that is placed.
+    /// True if a node that issues in a cycle keeps its memory orders with all placed nodes.
     pub(super) fn keeps_orders(&self, node: Node, time: i32) -> bool {
         let issued = |n: Node| match n == node {
             true => Some(time),

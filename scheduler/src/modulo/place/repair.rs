@@ -17,7 +17,7 @@ use std::collections::BTreeSet;
 
 /// The best positions of a node, of which one is drawn.
 const BEST: usize = 12;
-/// What an edge without a route counts, in moves of values.
+/// The cost of an edge without a route, in moves of values.
 const UNROUTED: i64 = 8;
 /// Percent of the moves that are those of a neighbour of an edge's end.
 const NEIGHBOURS: usize = 50;
@@ -28,7 +28,7 @@ const HOPELESS: usize = 5;
 /// Effort after which a search that got no better is given up.
 const PATIENCE: u64 = 1_000_000;
 
-/// What a move has changed: positions and routes as they were before.
+/// Changes of a move: positions and routes as they were before.
 #[derive(Default)]
 pub(super) struct Journal {
     pub(super) nodes: Vec<(Node, Position)>,

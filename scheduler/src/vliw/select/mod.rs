@@ -28,7 +28,7 @@ use srp_ir::program::{
 };
 use std::collections::BTreeMap;
 
-/// What code selection needs to know of the whole program.
+/// The parts of the program and machine that code selection needs.
 pub(super) struct Context<'a> {
     pub(super) program: &'a Program,
     pub(super) kernels: &'a EntityMap<Kernel, ModuloSchedule>,
