@@ -23,7 +23,7 @@ entity! {
     StmtId = "s";
 }
 
-/// One source file with what it includes.
+/// One source file with its includes.
 #[derive(Clone, Debug, Default)]
 pub struct Unit {
     /// Declarations and function definitions, in order.
@@ -85,7 +85,7 @@ pub struct StaticAssert {
 /// A declarator with its initialiser.
 #[derive(Clone, Debug)]
 pub struct InitDeclarator {
-    /// The name and what is derived.
+    /// The name and its derivation.
     pub declarator: Declarator,
     /// Attributes after it.
     pub attributes: Vec<Attribute>,
@@ -307,7 +307,7 @@ impl Attribute {
     }
 }
 
-/// A name and what is derived from the specifiers' type for it.
+/// A name, and the derivation of its type from the specifiers.
 #[derive(Clone, Debug)]
 pub struct Declarator {
     /// The name, where there is one.

@@ -1,8 +1,8 @@
-//! The C library that comes along: headers for `#include <…>`, and sources that give a program
-//! what it uses and does not define itself, as an archive does.
+//! The C library: headers for `#include <…>`, and sources for the names that a program uses and
+//! does not define itself, as an archive has them.
 //!
-//! In the sources, definitions of functions begin in the first column: that is how it is seen
-//! which source defines what without parsing all of them.
+//! Function definitions begin in the first column. So the sources need not be parsed to find the
+//! one that defines a name.
 
 use crate::ast::{Derived, ExprKind, Item, Spec, Storage, Unit};
 use crate::source::Name;
@@ -13,7 +13,7 @@ use std::collections::{BTreeSet, HashSet};
 /// The source with the functions of [`Support`](crate::operator::Support).
 const SUPPORT: &str = "support.c";
 
-/// The function that computes what may overflow, for `__builtin_add_overflow` and its like.
+/// The function that detects overflow, for `__builtin_add_overflow` and the like.
 pub(crate) const OVERFLOW: &str = "__srp_overflow";
 
 fn source(file: &File) -> Source {
@@ -86,7 +86,7 @@ impl Archive {
         archive
     }
 
-    /// Notes what a unit mentions.
+    /// Notes the names that a unit mentions.
     fn look_at(&mut self, unit: &Unit) {
         self.support |= unit.wide;
         for expr in unit.exprs.values() {
@@ -100,8 +100,8 @@ impl Archive {
         }
     }
 
-    /// The next source that defines something that the program mentions. `last` is what came of
-    /// the one before.
+    /// Returns the next source that defines a name that the program mentions. `last` is the unit
+    /// parsed from the source before.
     pub(crate) fn next(&mut self, last: Option<&Unit>) -> Option<Source> {
         if let Some(unit) = last {
             self.look_at(unit);

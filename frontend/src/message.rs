@@ -1,4 +1,4 @@
-//! [`Messages`]: what one run has to say, and the codes it says it with.
+//! [`Messages`]: the messages of one run, and their codes.
 
 use srp_archdesc::diagnostic::{Diagnostic, Severity, render};
 

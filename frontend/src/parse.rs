@@ -1,5 +1,5 @@
-//! A source file to its syntax tree: preprocessing, classification, the generated parser, and
-//! words for what the parser did not understand.
+//! Turns a source file into its syntax tree: preprocessing, classification, the generated parser,
+//! and messages for syntax errors.
 
 use crate::ast::Unit;
 use crate::ast::build::Builder;
@@ -18,7 +18,7 @@ mod grammar {
     pub use file::*;
 }
 
-/// Parses one source file. What is wrong goes to `messages`; the tree has what was understood.
+/// Parses one source file. Errors go to `messages`; the tree has everything that was understood.
 pub fn parse(
     source: &Source,
     options: &Options<'_>,

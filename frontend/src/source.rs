@@ -26,7 +26,7 @@ struct File {
     inner: Vec<u32>,
 }
 
-/// A macro call: what it is called and where it was defined.
+/// A macro call: the macro's name and the place of its definition.
 #[derive(Debug)]
 struct Expansion {
     name: Name,

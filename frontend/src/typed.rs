@@ -184,7 +184,7 @@ pub enum ExprKind {
     Offset(ExprId, ExprId, i32),
     /// The distance of two pointers in units of this many bytes.
     Distance(ExprId, ExprId, u32),
-    /// Sets a place; the value is what it then holds.
+    /// Sets a place; returns the value that it then holds.
     Assign(PlaceId, ExprId),
     /// Changes a place.
     Update(Update),
@@ -215,7 +215,7 @@ pub struct Update {
     pub step: Step,
     /// The operand, in the type that the operation is done in (but the count of a shift).
     pub operand: ExprId,
-    /// The value of the expression is what the place held before.
+    /// The value of the expression is the one that the place held before.
     pub post: bool,
 }
 

@@ -23,7 +23,7 @@ pub(crate) enum PointerWord {
     Attributes(Vec<Attribute>),
 }
 
-/// An operand of `asm`: its constraint and expression, or what is clobbered.
+/// An operand of `asm`: its constraint and expression, or a clobbered register.
 pub(crate) type AsmOperand = (Rc<[u8]>, Option<ExprId>);
 
 /// A unit in the making. Positions of the grammar are numbers of tokens.
@@ -206,9 +206,9 @@ impl<'a> Builder<'a> {
         qualifiers
     }
 
-    /// Adds an `asm` statement: nothing where it only keeps the compiler from moving things, which
-    /// is what an empty text does; else it is refused. An output that an input shares its register
-    /// with is set to that.
+    /// Adds an `asm` statement. An empty text only keeps the compiler from moving things, and adds
+    /// nothing; other texts are refused. An output that shares its register with an input is set to
+    /// the input.
     pub(crate) fn assembly(
         &mut self,
         text: &[u8],

@@ -1,4 +1,4 @@
-//! Places: elements, lanes, members, what pointers point to; addresses, and what can be assigned.
+//! Places: elements, lanes, members, targets of pointers; addresses, and assignability.
 
 use super::{Checker, Operand};
 use crate::ast;

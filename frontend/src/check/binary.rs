@@ -224,7 +224,7 @@ impl Checker<'_> {
         }
     }
 
-    /// A pointer plus or minus an integer times what it points to.
+    /// A pointer plus or minus an integer times the size of its target.
     pub(super) fn offset(&mut self, p: ExprId, i: ExprId, sign: i32, span: Span) -> ExprId {
         let (pt, it) = (self.ty(p), self.ty(i));
         if self.is_error(pt) || self.is_error(it) {

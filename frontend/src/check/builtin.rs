@@ -122,8 +122,8 @@ impl Checker<'_> {
         (assign, place)
     }
 
-    /// `__builtin_add_overflow` and its like: sets what `result` points to, and says whether the
-    /// exact result does not fit there.
+    /// `__builtin_add_overflow` and the like: sets the target of `result`; true if the exact result
+    /// does not fit there.
     fn overflow(
         &mut self,
         operation: u64,

@@ -349,8 +349,7 @@ impl Checker<'_> {
         }
     }
 
-    /// A type written as a pointer to what it is where it is a function or an array: how
-    /// parameters are passed.
+    /// Turns a function or array type into the pointer type as which it is passed.
     pub(super) fn decayed(&mut self, ty: QualType) -> QualType {
         match self.types.get(ty.ty).clone() {
             Type::Array(of, _) => {

@@ -220,7 +220,7 @@ impl Checker<'_> {
         self.const_value(e).map(|bits| truth(bits, ty))
     }
 
-    /// The value of an integer constant expression and its type; what is not one is an error.
+    /// The value of an integer constant expression and its type; an error for any other expression.
     pub(super) fn const_int(
         &mut self,
         e: crate::ast::ExprId,

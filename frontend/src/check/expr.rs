@@ -366,7 +366,7 @@ impl Checker<'_> {
         self.make(ExprKind::Conditional(c, a, b), ty, span)
     }
 
-    /// `({ … })`: what its last expression is.
+    /// `({ … })`: the value of its last expression.
     fn statements(&mut self, body: ast::StmtId, span: Span) -> ExprId {
         if self.context.function.is_none() {
             let text = "statements in an expression stand in functions only";

@@ -35,7 +35,7 @@ impl Checker<'_> {
         })
     }
 
-    /// The initial image of an object from what an initialiser does.
+    /// Returns the initial image of an object from its initialiser's stores.
     pub(super) fn image(&mut self, ty: TypeId, init: &Init) -> Image {
         let mut image = Image::default();
         let size = self.types.size(ty).unwrap_or(0);

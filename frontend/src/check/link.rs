@@ -47,7 +47,7 @@ impl Externals {
 }
 
 impl Checker<'_> {
-    /// An operand of which only the type counts.
+    /// An operand whose type alone counts.
     pub(super) fn unevaluated(&mut self, e: ast::ExprId) -> super::Operand {
         self.externals.unevaluated += 1;
         let operand = self.operand(e);
@@ -102,7 +102,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Looks for what is used and defined nowhere, and makes names unique.
+    /// Reports names that are used and never defined, and makes names unique.
     pub(super) fn link(&mut self) {
         let mut missing = Vec::new();
         for (object, span) in std::mem::take(&mut self.externals.used_objects) {

@@ -328,7 +328,7 @@ impl Checker<'_> {
         u32::try_from(width).ok()
     }
 
-    /// Ends a scope: what it has announced must have been declared.
+    /// Ends a scope: every tag that it announced must have been declared.
     pub(super) fn close_scope(&mut self) {
         let scope = self.scopes.pop().unwrap_or_default();
         let announced = scope

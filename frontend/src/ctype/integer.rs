@@ -1,4 +1,4 @@
-//! The integer types: sizes, signs, and what a value is in each.
+//! The integer types: sizes, signs, and the value of bits in each.
 
 /// The integer types.
 ///

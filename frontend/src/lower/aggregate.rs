@@ -319,8 +319,8 @@ impl Lowering<'_> {
         self.address(room)
     }
 
-    /// Values as a function takes them that may have been called without a declaration: what is
-    /// missing or of another kind is zero.
+    /// Converts arguments for a function that may have been called without a declaration: arguments
+    /// that are missing or of another kind become zero.
     fn as_passed(&mut self, values: Vec<Value>, types: &[Ty]) -> Vec<Value> {
         let mut values = values.into_iter();
         let passed = types.iter().map(|&ty| match values.next() {

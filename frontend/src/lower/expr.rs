@@ -9,7 +9,7 @@ use srp_archdesc::isa::{Kind, Opcode, Ty};
 use srp_ir::program::{InstKind, Symbol, Terminator, Value};
 
 impl Lowering<'_> {
-    /// Computes an expression for what it does.
+    /// Computes an expression for its effects.
     pub(super) fn effect(&mut self, e: ExprId) {
         let body = self.body;
         let expr = &body.exprs[e];

@@ -369,7 +369,7 @@ impl Lowering<'_> {
         self.constant(Bits::Word(bits))
     }
 
-    /// The guard of what is not guarded.
+    /// The guard of an operation without condition.
     pub(super) fn always(&mut self) -> Value {
         match self.guard {
             Some((block, value)) if block == self.block => value,
@@ -381,7 +381,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Ends the current block; what follows goes to a new one that nothing reaches yet.
+    /// Ends the current block, and continues in a new one that nothing reaches yet.
     pub(super) fn end(&mut self, end: Terminator) {
         let block = &mut self.func.blocks[self.block];
         block.end = end;

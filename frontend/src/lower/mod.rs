@@ -95,7 +95,7 @@ pub fn lower(checked: &Checked, options: &Options<'_>) -> Program {
     program
 }
 
-/// Numbers what is reached from the functions that other sources know.
+/// Numbers everything reached from the functions that other sources know.
 fn number(checked: &Checked) -> Symbols {
     let reached = reach::of(checked);
     let mut next = 0;

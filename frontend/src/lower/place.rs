@@ -279,7 +279,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Where a place is. Computes what it depends on.
+    /// Emits the location of a place, and the values it depends on.
     pub(super) fn location(&mut self, place: PlaceId) -> Location {
         let body = self.body;
         let data = &body.places[place];
@@ -534,7 +534,7 @@ impl Lowering<'_> {
         self.extract(unit, bits, field.ty)
     }
 
-    /// Writes a scalar, vector or bit-field; what it then holds.
+    /// Writes a scalar, vector or bit-field; returns the value that it then holds.
     pub(super) fn write(&mut self, field: Field, value: Scalar) -> Scalar {
         let Some(bits) = field.bits else {
             self.write_at(field.location, field.ty, value);

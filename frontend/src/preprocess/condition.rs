@@ -25,7 +25,7 @@ type Outcome = Result<Number, Problem>;
 struct Reader<'a> {
     tokens: &'a [PpToken],
     at: usize,
-    /// The whole line, for what is missing at its end.
+    /// The whole line, for errors at its end.
     line: Span,
     depth: usize,
 }

@@ -29,7 +29,7 @@ pub(crate) enum Stmt {
     },
 }
 
-/// A function: its head and what stands before and after its statements.
+/// A function: its head and the text before and after its statements.
 #[derive(Clone, Debug)]
 pub(crate) struct Function {
     pub(crate) head: String,
