@@ -89,7 +89,8 @@ pub enum PortOut {
 /// Runs kernels that control code launches.
 pub trait Kernels {
     /// Runs `kernel` with its live-in values, in order, and gives its live-out values, in order.
-    /// `steps` is how many operations may still be run; what it runs is to be taken off.
+    /// `steps` is the number of operations that may still be run; the kernel subtracts those it
+    /// runs.
     fn launch(
         &mut self,
         kernel: Kernel,
@@ -150,7 +151,7 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// The exit status: what was given to the exit port, or the first result, or 0.
+    /// The exit status: the value given to the exit port, or the first result, or 0.
     pub fn status(&self) -> i32 {
         match &self.end {
             End::Exited(status) => *status,

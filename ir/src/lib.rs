@@ -1,18 +1,18 @@
-//! The program in each of its forms, and what it means.
+//! The program in each of its forms, and its semantics.
 //!
-//! * [`program`]: SSA with block parameters, what the front end makes and the passes change.
-//! * [`dfg`]: one loop body as a dataflow graph, what the modulo scheduler places.
+//! * [`program`]: SSA with block parameters, made by the front end and changed by the passes.
+//! * [`dfg`]: one loop body as a dataflow graph, placed by the modulo scheduler.
 //! * [`dre`]: the program divided between VLIW engine and array, unscheduled and scheduled.
-//! * [`check`]: what holds of every scheduled program.
-//! * [`graph`]: dataflow graphs that come from elsewhere, read.
+//! * [`check`]: checks every scheduled program.
+//! * [`graph`]: reads dataflow graphs that come from elsewhere.
 //! * [`split`]: makes a `Dre` of a `Program`.
 //! * [`flow`]: predecessors, dominators, loops.
 //! * [`layout`]: where globals live.
 //! * [`text`]: the listing of a program, written and read back.
-//! * [`verify()`]: what holds of every program.
-//! * [`interp`]: what a program means.
-//! * [`shadow`]: where its rounding errors come from.
-//! * [`pass`]: what makes it better.
+//! * [`verify()`]: checks the invariants of every program.
+//! * [`interp`]: interprets a program.
+//! * [`shadow`]: finds the sources of its rounding errors.
+//! * [`pass`]: optimises it.
 
 pub mod check;
 pub mod dfg;

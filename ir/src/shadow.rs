@@ -1,13 +1,13 @@
 //! Shadows: for every binary32 value of a run, the result of the same operations in binary64, and
 //! the sources of the difference.
 //!
-//! [`Shadows`] observes a run ([`interp`](crate::interp)). A value that is not what it would be in
-//! binary64 has a node on a [`Tape`]: its *error*, value less shadow; how it depends on
-//! the errors of what it was computed from (partial derivatives at the values); and the rest, the
-//! *local* error, which its own operation has made: its rounding, and what first order does not
-//! explain. So the error of any value is, exactly, the sum of the local errors behind it, each times
-//! the derivatives on its way ([`tape::Sweep`]); an operation, or a line of the program, answers for
-//! its own. Numbers that the program is given have no error.
+//! [`Shadows`] observes a run ([`interp`](crate::interp)). A value that differs from its shadow in
+//! binary64 has a node on a [`Tape`]. The node holds the value's *error*, value less shadow; the
+//! partial derivatives of the error by the errors of the operands; and the *local* error, which its
+//! own operation has made: its rounding, and the terms beyond first order. So the error of any
+//! value is, exactly, the sum of the local errors behind it, each times the derivatives on its way
+//! ([`tape::Sweep`]). Each local error is attributed to its operation, or line of the program.
+//! Inputs of the program have no error.
 //!
 //! Moves, selections, lanes and memory hand shadows on. Integers have none, but for bytes that a
 //! float was converted to: they keep it where they are shifted and put together; and where integer

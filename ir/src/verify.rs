@@ -72,7 +72,7 @@ pub fn verify(program: &Program) -> Result<(), Vec<Violation>> {
     check_functions(program, program.funcs.keys(), found)
 }
 
-/// The rules of functions alone, for some functions of a program of which all else holds.
+/// The rules of functions alone, for some functions of a program that is valid otherwise.
 pub(crate) fn verify_functions(
     program: &Program,
     funcs: impl Iterator<Item = Func>,
@@ -249,7 +249,7 @@ impl<'a> Checker<'a> {
         self.check_dominance();
     }
 
-    /// Finds the blocks and the definitions, and what is there twice or not at all.
+    /// Finds the blocks and the definitions, and reports those that exist twice or not at all.
     fn collect_definitions(&mut self) {
         let func = self.func;
         let mut inst_seen = EntityMap::<Inst, bool>::filled(func.insts.len(), false);

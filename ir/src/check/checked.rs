@@ -9,9 +9,9 @@ use std::ops::Deref;
 
 /// A scheduled program that keeps all rules, and the machine on which it does.
 ///
-/// Only [`check`] and [`check_against`] make one, and nobody can change it afterwards. Whoever asks for
-/// one need not look again whether what the program names exists and fits. It keeps the machine, since
-/// on another one the same program may break rules.
+/// Only [`check`] and [`check_against`] make one, and nobody can change it afterwards. So later
+/// stages need not check again that everything the program names exists and fits. It keeps the
+/// machine, since the same program may break rules on another one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checked {
     program: ScheduledDre,
@@ -73,7 +73,7 @@ pub fn check(program: ScheduledDre, arch: &Arch) -> Result<Checked, Refused> {
     checked(program, None, arch)
 }
 
-/// The same, and that the bundles do what `sequence` says.
+/// The same, and that the bundles do the operations of `sequence`.
 ///
 /// # Errors
 ///

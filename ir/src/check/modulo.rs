@@ -1,4 +1,4 @@
-//! Kernels: first what can be seen without running, then a run with tokens for values.
+//! Kernels: first static checks, then a run with tokens for values.
 
 mod form;
 mod table;

@@ -1,6 +1,6 @@
-//! The control code one operation after another, in registers of the machine: what the bundles of
-//! the VLIW engine are to do. A scheduler makes it along with the bundles, so that
-//! [`check_sequence`](super::check_sequence) can hold the one against the other.
+//! The control code in sequence, one operation after another, in registers of the machine. A
+//! scheduler makes it along with the bundles, so that [`check_sequence`](super::check_sequence) can
+//! compare the two.
 
 use crate::dre::scheduled::{Bundle, Control, Reg, Src};
 use crate::program::Pos;

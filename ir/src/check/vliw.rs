@@ -1,4 +1,5 @@
-//! VLIW code: each bundle by itself, then what is under way between bundles, along all paths.
+//! VLIW code: each bundle by itself, then the operations under way between bundles, along all
+//! paths.
 
 mod bundle;
 mod flow;

@@ -33,9 +33,9 @@ pub const MAX_OVERLAP: u32 = 1 << 16;
 /// Always holds: operands fit the opcode table; edges of distance 0 form no cycle; an operand at
 /// distance `d` has `d` initial values, the value before iteration 0 first.
 ///
-/// A graph without a trip count is *bare*: it can be scheduled but not launched. Of its operations
-/// only class and result count. They take any number of operands, each of its producer's type, and
-/// orders may be between any two of them. Graphs that come without a program are such
+/// A graph without a trip count is *bare*: it can be scheduled but not launched. Only class and
+/// result of its operations count. They take any number of operands, each of its producer's type,
+/// and orders may be between any two of them. Graphs that come without a program are bare
 /// ([`graph`](crate::graph)).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Dfg {
@@ -62,7 +62,8 @@ pub struct Dfg {
 }
 
 impl Dfg {
-    /// The graph without its name and its places in sources: what a schedule may depend on.
+    /// Returns the graph without its name and its places in sources: the parts that a schedule may
+    /// depend on.
     pub fn anonymous(&self) -> Dfg {
         let Dfg {
             name: _,
@@ -258,14 +259,14 @@ impl Dfg {
         }
     }
 
-    /// Checks that what is said to hold does; all that does not, if anything.
+    /// Checks the invariants; returns all violations, if there are any.
     pub fn verify(&self) -> Result<(), Vec<Violation>> {
         verify::verify(self)
     }
 
     /// The smallest initiation interval that the recurrences allow, at least 1, and a cycle that
-    /// sets it: nodes each of which the next depends on, and the first on the last. No nodes where
-    /// nothing depends on an earlier iteration. `latency` is that of each node's operation.
+    /// sets it: each node depends on the one before, and the first on the last. No nodes if nothing
+    /// depends on an earlier iteration. `latency` is that of each node's operation.
     ///
     /// Exact: the maximum over all cycles of [`delay`](Self::delay) over distance, rounded up.
     pub fn rec_mii(&self, latency: impl Fn(Node) -> u32) -> (u32, Vec<Node>) {
@@ -303,7 +304,7 @@ impl Dfg {
         self.trip.is_none()
     }
 
-    /// The storage of what an operand brings; `None` where it names nothing.
+    /// Returns the type of an operand; `None` if it names nothing.
     pub fn operand_ty(&self, operand: &Operand) -> Option<Ty> {
         match operand {
             Operand::Const(bits) => Some(bits.ty()),

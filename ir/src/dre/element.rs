@@ -1,5 +1,5 @@
-//! Elements of the XML forms with what is asked of them: attributes that are required, values that are
-//! numbers. The first mistake ends the reading.
+//! Elements of the XML forms, with accessors for required attributes and numbers. The first error
+//! ends the reading.
 
 use super::DreError;
 use srp_archdesc::diagnostic::Span;
@@ -275,7 +275,7 @@ fn worded<T>(mistake: Mistake<'_>, name: &str) -> Read<T> {
     }
 }
 
-/// `: did you mean x?`, or what there is.
+/// `: did you mean x?`, or the list of known names.
 pub(super) fn hint(name: &str, allowed: &[&str]) -> String {
     match nearest(name, allowed.iter().copied()) {
         Some(near) => format!("; did you mean `{near}`?"),

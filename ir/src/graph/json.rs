@@ -11,7 +11,7 @@ use srp_archdesc::entity::Entity;
 use srp_archdesc::nearest::nearest;
 use value::{Json, Value};
 
-/// Members of a graph; what begins with `x-` is anybody's.
+/// Members of a graph; names that begin with `x-` are free for other uses.
 const GRAPH: &[&str] = &["name", "nodes", "edges"];
 const NODE: &[&str] = &["id", "op", "label"];
 const EDGE: &[&str] = &["from", "to", "operand", "distance", "latency", "kind"];

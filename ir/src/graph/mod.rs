@@ -38,14 +38,14 @@ pub const MAX_BYTES: usize = 16 << 20;
 /// Most mistakes that are listed.
 const MAX_MISTAKES: usize = 20;
 
-/// How to read what a graph leaves open.
+/// How to read the parts that a graph leaves open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options {
     /// The class of operations with unknown names; `None` makes them errors.
     pub any_op: Option<Class>,
 }
 
-/// A graph, and what its file says besides.
+/// A graph, and the other contents of its file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Graph {
     /// The loop body. Positions are those in the graph's own files, unless these name others.
@@ -68,7 +68,7 @@ pub type Mistakes = Vec<Diagnostic>;
 ///
 /// # Errors
 ///
-/// `G01xx`: the text is not of this form; `G02xx`: what it says is no graph of operations.
+/// `G01xx`: the text is not of this form; `G02xx`: its content is no graph of operations.
 pub fn read_dot(source: &Source, options: &Options) -> Result<Graph, Mistakes> {
     let mut found = Found::of(source)?;
     let graph = dot::read(source, options, &mut found);

@@ -1,4 +1,4 @@
-//! A graph as its file has it, and what is made of it.
+//! A graph as its file has it, and its conversion.
 
 use super::{At, Found, Graph, MAX_DISTANCE, MAX_EDGES, MAX_NODES, MAX_OPERANDS, Options, names};
 use crate::dfg::{Dfg, Initial, Node, NodeData, Operand, Order};
@@ -130,7 +130,7 @@ impl<'a> Raw<'a> {
         Some(node)
     }
 
-    /// Says what a node does.
+    /// Sets the operation of a node.
     pub(super) fn set_op(&mut self, node: Node, op: &str, span: Span) {
         let raw = &mut self.nodes[node];
         if raw.in_edge {
@@ -232,8 +232,8 @@ impl<'a> Raw<'a> {
         })
     }
 
-    /// Gives edges from a node to itself the distance 1 where they have none: no other can be meant.
-    /// The nodes that have such edges.
+    /// Gives edges from a node to itself the distance 1 if they have none: no other can be meant.
+    /// Returns the nodes with these edges.
     fn carry(&mut self) -> Vec<Node> {
         let mut carried = Vec::new();
         for edge in &mut self.edges {

@@ -1,15 +1,14 @@
 //! Which object each address of a function points into.
 //!
-//! Pointer arithmetic stays inside the object that it starts from (C17 6.5.6), so what is made by
-//! adding to the address of a global points into that global, whatever was added. Integers may hold
-//! distances between objects, though, which lead from one to another.
+//! Pointer arithmetic stays inside the object that it starts from (C17 6.5.6), so the address of a
+//! global plus anything points into that global.
 
 use crate::flow::Cfg;
 use crate::program::*;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Class, Opcode};
 
-/// Rounds after which what still changes counts as unknown.
+/// Rounds after which a value that still changes counts as unknown.
 const MAX_ROUNDS: usize = 24;
 
 /// An object with an address.

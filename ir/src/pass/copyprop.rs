@@ -7,8 +7,8 @@ use rustc_hash::FxHashMap;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Opcode;
 
-/// Uses the source of each move that makes no `restrict` pointer, and what all jumps to a block bring for a parameter, instead of
-/// the copy. Constants count by their bits.
+/// Replaces each copy by its source: each move that makes no `restrict` pointer, and each parameter
+/// for which all jumps to its block pass the same value. Constants are compared by their bits.
 pub(crate) fn copyprop(func: &mut Function) -> bool {
     let mut renames = Renames::default();
     for &block in &func.layout {

@@ -5,9 +5,9 @@ use crate::program::*;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Effect;
 
-/// Removes instructions and block parameters that nothing needs: what is needed are stores, ports,
-/// calls, launches, conditions and results, and what they are computed from. A load that nothing
-/// needs goes too, and with it the trap it might have been.
+/// Removes instructions and block parameters that nothing needs. Stores, ports, calls, launches,
+/// conditions and results are needed, and the values they are computed from. A load that nothing
+/// needs goes too, and with it any trap of the load.
 pub(crate) fn dce(func: &mut Function) -> bool {
     let defs = definitions(func);
     let mut needed = Needed {

@@ -18,8 +18,8 @@ use prune::prune;
 /// Instructions of a function that is inlined wherever it is called.
 pub(super) const SMALL: usize = 32;
 
-/// Instructions that a function may grow to by inlining what is not in a kernel loop: beyond, a call
-/// is nothing beside the rest, and the passes take longer.
+/// Instructions that a function may grow to by inlining calls outside kernel loops: in a larger
+/// function a call costs next to nothing, and the passes take longer.
 const LARGE: usize = 4_000;
 
 /// Instructions that a function may grow to by inlining into its kernel loops.

@@ -7,7 +7,7 @@ use crate::program::*;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Class, Effect, Space};
 
-/// Moves what gives the same value in every iteration to before the loop.
+/// Moves instructions with the same value in every iteration in front of the loop.
 ///
 /// Pure instructions always; divisions, which may trap, and loads only from loops without ports, calls
 /// and launches and from blocks that every iteration passes before it leaves; loads, besides, only if
@@ -111,7 +111,7 @@ fn effects<'a>(func: &Function, data: &LoopData, objects: &'a Objects) -> Effect
     effects
 }
 
-/// Moves what is invariant in one loop to its preheader.
+/// Moves the invariant instructions of one loop to its preheader.
 fn hoist(
     func: &mut Function,
     cfg: &Cfg,

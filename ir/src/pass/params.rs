@@ -1,4 +1,4 @@
-//! Removing parameters of blocks together with what jumps bring for them.
+//! Removing parameters of blocks together with the arguments that jumps pass for them.
 
 use crate::program::{Block, Function};
 use srp_archdesc::entity::EntityMap;

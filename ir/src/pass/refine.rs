@@ -1,15 +1,14 @@
-//! Newton–Raphson steps as operations of the program, for special functions that the machine refines
-//! in code: its unit gives a first approximation, and what follows it here makes of that, to the bit,
-//! what a unit that takes the steps itself would give
-//! ([`elementary`](srp_archdesc::ops::semantics::elementary)).
+//! Newton–Raphson steps as operations of the program, for special functions that the machine
+//! refines in code. Its unit returns a first approximation; the steps refine it to the same bits as
+//! a unit that takes the steps itself ([`elementary`](srp_archdesc::ops::semantics::elementary)).
 
 use super::rename::Renames;
 use crate::program::*;
 use srp_archdesc::arch::{Approx, Precision, Refine};
 use srp_archdesc::isa::{Opcode, Ty};
 
-/// Puts the steps behind every reciprocal and root that is refined in code. To be done once: what it
-/// leaves are first approximations.
+/// Puts the steps behind every reciprocal and root that is refined in code. Runs once: afterwards
+/// these operations are first approximations.
 pub(crate) fn refine(func: &mut Function, precision: &Precision) -> bool {
     let mut renames = Renames::default();
     if *precision == precision.in_units() {

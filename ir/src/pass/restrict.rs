@@ -76,7 +76,8 @@ impl FreshNumbers {
         FreshNumbers(numbers.chain(listed.copied()).max().unwrap_or(0))
     }
 
-    /// Numbers anew what a copy of a function has: `insts` and the marks of `blocks`.
+    /// Renumbers the `restrict` pointers in a copy of a function: `insts` and the marks of
+    /// `blocks`.
     pub(super) fn renumber<'a>(
         &mut self,
         insts: impl Iterator<Item = &'a mut InstData>,

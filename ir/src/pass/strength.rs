@@ -70,8 +70,7 @@ impl Counts {
     }
 }
 
-/// Addresses that differ by constants: induction variable and its scale, and what does not change
-/// in the loop.
+/// Addresses that differ by constants: induction variable and its scale, and the invariant terms.
 type Group = (Value, u32, Vec<(Value, u32)>);
 
 /// An access, the group of its address, and the constant that is left.
@@ -176,7 +175,7 @@ fn removed(func: &Function, block: Block, uses: &[Use], count: &EntityMap<Value,
     removed
 }
 
-/// Adds to a function and counts what it adds.
+/// Adds instructions to a function and counts them.
 struct Appender<'a> {
     func: &'a mut Function,
     counts: &'a mut Counts,

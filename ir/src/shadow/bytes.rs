@@ -79,7 +79,7 @@ impl Shadows<'_> {
         self.add_bytes(std::array::from_fn(|i| bytes[i].filter(|_| whole(i))))
     }
 
-    /// The integers are used as such: another one makes a difference.
+    /// The integers are used as integers: another one makes a difference.
     pub(super) fn settle_bytes(&mut self, index: u32) {
         let bytes = &mut self.bytes[index as usize].0;
         for byte in bytes.iter_mut().flatten() {

@@ -1,5 +1,5 @@
-//! History made short: where a run is long, each value that is still known keeps what every source
-//! contributes to its error, and the operations in between are forgotten.
+//! Shortens the history of a long run: each value that is still known keeps the contributions of
+//! every source to its error, and the operations in between are forgotten.
 
 use super::bytes::Bytes;
 use super::tape::{Contributions, Sweep, Tape};

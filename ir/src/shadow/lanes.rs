@@ -1,4 +1,4 @@
-//! Marks of selections, and of what is made of bytes and of truth values.
+//! Marks of selections, and of values made of bytes and of truth values.
 
 use super::rule::{Bitwise, Logic};
 use super::{Mark, Marks, Meaning, PLAIN, Shadows};
@@ -119,7 +119,7 @@ impl Shadows<'_> {
         of
     }
 
-    /// Operands are used as what they are: something comes of them.
+    /// Operands are used as they are: disputes about them have consequences.
     pub(super) fn used(&mut self, marks: [Marks; 3]) -> Marks {
         marks.iter().flatten().for_each(|&mark| self.settle(mark));
         PLAIN

@@ -4,7 +4,7 @@ use super::{Mark, Marks, PLAIN, Shadows};
 use srp_archdesc::isa::{Opcode, Space};
 
 impl Shadows<'_> {
-    /// The marks of what a load of the machine has read.
+    /// The marks of the value that a load of the machine has read.
     #[inline]
     pub(super) fn loaded(&self, op: Opcode, address: u32) -> Marks {
         let mut marks = PLAIN;
@@ -29,7 +29,7 @@ impl Shadows<'_> {
         self.outside.get(&address).copied().unwrap_or_default()
     }
 
-    /// Marks what is stored. A part of a word has no mark, and takes that of the word.
+    /// Marks the value stored. A part of a word has no mark, and takes that of the word.
     #[inline]
     pub(super) fn stored(&mut self, op: Opcode, address: u32, marks: Marks) {
         let bytes = op.access_bytes().unwrap_or(0);

@@ -1,4 +1,5 @@
-//! The tape: every value that is not what it would be in binary64, with what it was computed from.
+//! The tape: every value that differs from its shadow in binary64, with the operands it was
+//! computed from.
 
 /// The tag of a node that has none.
 pub const NO_TAG: u32 = u32::MAX;
@@ -95,7 +96,8 @@ impl Tape {
         self.push_tagged(value, shadow, source, parents, tag)
     }
 
-    /// Makes the node of a value whose history is forgotten but for what each source contributes.
+    /// Makes the node of a value whose history is forgotten except for the contributions of each
+    /// source.
     pub(super) fn push_sum(&mut self, of: &Entry, parts: Vec<(u32, f64)>) -> u32 {
         let source = SUM | self.sums.len() as u32;
         self.sums.push(parts);
@@ -149,7 +151,7 @@ impl Tape {
     }
 }
 
-/// Sweeps over a tape from results back to what they come from.
+/// Sweeps over a tape from results back to their sources.
 #[derive(Clone, Debug, Default)]
 pub struct Sweep {
     /// How much the results change with each node that is marked.

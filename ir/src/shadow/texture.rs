@@ -80,7 +80,7 @@ impl<W: World> Texture<'_, W> {
 }
 
 impl Shadows<'_> {
-    /// The marks of what the texture unit gives.
+    /// The marks of the texture unit's result.
     pub(super) fn sampled(
         &mut self,
         done: &Done<'_>,

@@ -175,7 +175,8 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Finds what parameter `i` is in iteration `i`, and what those are on which it depends.
+    /// Finds the value of parameter `i` in iteration `i`, and of the parameters on which it
+    /// depends.
     fn resolve_param(&mut self, i: usize) -> Result<(), Refusal> {
         // The parameters that it takes its values from, one iteration apart.
         let mut chain = vec![i];
@@ -267,7 +268,7 @@ impl<'a> Body<'a> {
         })
     }
 
-    /// Finds what has become of the values used after the loop: those of the last iteration.
+    /// Finds the replacements of the values used after the loop: those of the last iteration.
     fn resolve_after(&mut self) {
         for &value in &self.lp.used_after {
             let is_op = self.lp.op(value).is_some();
@@ -369,7 +370,7 @@ fn for_each_live_in(data: &mut NodeData, mut f: impl FnMut(&mut u32)) {
     }
 }
 
-/// The values of the loop that something hangs on: what is stored, and what is used afterwards.
+/// The values of the loop that something needs: values stored, and values used after the loop.
 fn needed_values(lp: &Loop<'_>) -> BTreeSet<Value> {
     let mut open: Vec<Value> = lp.used_after.iter().copied().collect();
     for &inst in &lp.func.blocks[lp.block].insts {

@@ -14,11 +14,11 @@ const MAX_DEPTH: u32 = 64;
 pub(super) struct Inductions<'a> {
     lp: &'a Loop<'a>,
     /// True if values from before the loop are decomposed, down to the objects they point into. If
-    /// false, they are atoms that the control code has in registers.
+    /// false, they are atoms: values of the control code.
     through: bool,
     /// Words of the loop as sums over its parameters and values from outside.
     sums: BTreeMap<Value, Linear>,
-    /// For each parameter, what is known of it.
+    /// The function of the iteration for each parameter, if it is known.
     params: Vec<Option<Affine>>,
     outer: RefCell<BTreeMap<Value, Linear>>,
 }

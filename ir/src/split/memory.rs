@@ -3,7 +3,7 @@
 //! Addresses are sums of objects, unknown values and a multiple of the iteration number. Where two
 //! accesses differ by a known number of bytes in each iteration, the iterations that they are apart
 //! when they meet follow exactly, wrap-around included. Accesses to different objects never meet.
-//! All else may: such a pair is ordered in every iteration, and a [`Remark`] says so.
+//! All others may: a pair of them is ordered in every iteration, and a [`Remark`] says so.
 
 use super::body::Body;
 use super::induction::Inductions;
@@ -25,7 +25,7 @@ struct Access {
     is_store: bool,
     space: Space,
     bytes: u32,
-    /// The address, offset included, if it is one that is known.
+    /// The address, offset included, if it is known.
     address: Option<Affine>,
     objects: Objects,
     /// Facts known to hold when the access is made.
@@ -228,7 +228,7 @@ fn accesses(
     accesses
 }
 
-/// Adds what `value == sense` says.
+/// Adds the facts that `value == sense` implies.
 fn collect_facts(
     lp: &Loop<'_>,
     value: Value,

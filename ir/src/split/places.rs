@@ -53,14 +53,14 @@ impl Places {
         &self.preds[block]
     }
 
-    /// Forgets what `block` uses, before that changes.
+    /// Removes the uses in `block`, before it changes.
     pub(super) fn remove_uses(&mut self, func: &Function, block: Block) {
         for value in used(func, block) {
             self.users[value].retain(|user| *user != block);
         }
     }
 
-    /// Forgets what the loop of one block `block` defines and uses, and that it is one.
+    /// Removes the definitions and uses of the loop of one block `block`, and the loop itself.
     pub(super) fn remove(&mut self, func: &Function, block: Block) {
         self.remove_uses(func, block);
         for &inst in &func.blocks[block].insts {

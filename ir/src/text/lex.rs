@@ -210,7 +210,7 @@ impl<'a> Line<'a> {
         TextError::new(self.number, self.column(), message)
     }
 
-    /// An error that says what was wanted instead of the next token.
+    /// An error that names the token expected in place of the next one.
     pub(super) fn wanted(&self, what: &str) -> TextError {
         match self.peek() {
             Some(token) => self.error(format!("{what} expected, found {token}")),

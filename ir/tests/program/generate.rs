@@ -325,7 +325,7 @@ impl<'a> Maker<'a> {
         }
     }
 
-    /// A value, or a constant that identities are about, of which there are but few.
+    /// A value, or one of the few constants that have identities.
     fn simple(&mut self, ty: Ty) -> Value {
         if self.below(2) == 0 {
             return self.any(ty);

@@ -1,4 +1,4 @@
-//! Passes keep what a program means, and do what their goldens say.
+//! Passes keep the semantics of a program, and produce their goldens.
 
 use crate::generate;
 use srp_archdesc::arch::Precision;
@@ -22,7 +22,7 @@ fn names() -> impl Iterator<Item = &'static str> + Clone {
     all.chain(["standard"])
 }
 
-/// A program and what it does.
+/// A program and its behaviour.
 pub(crate) struct Case {
     seed: u64,
     program: Program,

@@ -1,4 +1,4 @@
-//! Special functions that are refined in code, and what C does not allow but may be asked for.
+//! Special functions refined in code, and transformations beyond C that may be asked for.
 
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;

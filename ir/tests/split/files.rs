@@ -1,4 +1,4 @@
-//! Files of divided and scheduled programs: what is written is read back, and mistakes are found.
+//! Files of divided and scheduled programs: written files are read back, and mistakes are found.
 
 use crate::generate;
 #[path = "../program/generate.rs"]
@@ -320,7 +320,7 @@ fn damaged_files_are_refused_or_read() {
     assert!(refused > 2000, "{refused} of 4000 refused");
 }
 
-/// Changes one piece of a file and shows what is said.
+/// Changes one piece of a file and shows the message.
 fn said(file: &str, from: &str, to: &str, read: impl Fn(&str) -> Option<dre::DreError>) -> String {
     assert!(file.contains(from), "{from} is not in\n{file}");
     let changed = file.replacen(from, to, 1);

@@ -1,4 +1,4 @@
-//! Cases with what becomes of them: the file of the divided program, and what was said about it.
+//! Cases with their results: the file of the divided program, and the remarks about it.
 //! `UPDATE_GOLDEN=1` writes the expectations anew.
 
 use srp_ir::program::{Pos, Program};

@@ -183,7 +183,7 @@ impl<'a> Run<'a> {
         self.live_outs();
     }
 
-    /// Puts what arrives in `cycle` in its place.
+    /// Puts the values that arrive in `cycle` in their places.
     fn land(&mut self, cycle: i64) {
         let mut seen: BTreeSet<Destination> = BTreeSet::new();
         let mut arrivals: BTreeMap<RegFile, u32> = BTreeMap::new();
@@ -304,7 +304,7 @@ impl<'a> Run<'a> {
         });
     }
 
-    /// Checks what a move or transfer of a value of `node` moves, once all values exist.
+    /// Checks the value of `node` that a move or transfer passes on, once all values exist.
     fn moved(&mut self, op: Option<Placed>, node: Node, token: Option<Token>, iteration: i64) {
         let right = matches!(token, Some(Token::Value(n, _)) if n == node);
         if !right && iteration >= self.distance {

@@ -7,7 +7,7 @@ use srp_archdesc::arch::{FileKind, Fu, RegFile, Srp};
 use srp_archdesc::isa::{Effect, Opcode, Ty};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Adds what is wrong with a bundle to `violations`.
+/// Adds the violations in a bundle to `violations`.
 pub(super) fn check(
     number: Bundle,
     bundle: &BundleData,

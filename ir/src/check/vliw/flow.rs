@@ -1,5 +1,5 @@
-//! All paths through the code: a fixed point over what is under way before each bundle, through
-//! calls and returns, then one pass that reports.
+//! All paths through the code: a fixed point of the operations under way before each bundle,
+//! through calls and returns, then one pass that reports.
 
 use super::bundle::{control_read, control_write};
 use super::state::{Defined, Numbering, State, numbering};
@@ -85,7 +85,7 @@ struct Flow<'a> {
     /// Calls of a function, by its entry: where they return to, and the registers that held a value
     /// before.
     sites: BTreeMap<Bundle, BTreeMap<Node, Defined>>,
-    /// In the last pass, what was found.
+    /// The violations found; present in the last pass only.
     report: Option<Vec<Violation>>,
 }
 
@@ -311,7 +311,7 @@ impl Flow<'_> {
         }
     }
 
-    /// Reports what is under way where nothing may be.
+    /// Reports operations under way where none may be.
     fn still(&mut self, bundle: Bundle, state: &State) {
         for &(_, reg) in state.flying.keys() {
             let name = self.name(reg);

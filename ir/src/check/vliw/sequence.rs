@@ -1,6 +1,6 @@
-//! Stretches of bundles against the operations that they do in sequence. Both run with tokens for
-//! values: which operation made what a register holds. The bundles follow the rules of time; the
-//! sequence does one thing after another.
+//! Compares stretches of bundles with their operations in sequence. Both run with tokens for
+//! values: a token names the operation that made a register's content. The bundles run with their
+//! latencies; the sequence runs one operation after another.
 
 use super::bundle::{control_read, control_write};
 use crate::check::sequence::{Step, Stretch};

@@ -46,7 +46,7 @@ impl Defined {
         self.words[number / 64] >> (number % 64) & 1 == 1
     }
 
-    /// Keeps what is in both.
+    /// Intersects the two sets.
     pub(super) fn meet(&mut self, other: &Defined) {
         let words = self.words.iter_mut().zip(&other.words);
         words.for_each(|(a, b)| *a &= b);
@@ -106,7 +106,7 @@ impl State {
         self.arrivals = later(&self.arrivals);
     }
 
-    /// Joins with what is under way on another path; whether that changed anything.
+    /// Joins with the state on another path; true if that changed anything.
     pub(super) fn merge(&mut self, other: &State, number: impl Fn(Reg) -> usize) -> bool {
         let before = self.clone();
         let holds = |state: &State, key: &(u32, Reg)| {

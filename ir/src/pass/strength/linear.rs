@@ -1,4 +1,4 @@
-//! Words of a loop as sums: of an induction variable, of what does not change, and of a constant.
+//! Words of a loop as sums of an induction variable, invariant values and a constant.
 
 use crate::program::*;
 use rustc_hash::FxHashMap;
@@ -58,7 +58,7 @@ impl Linear {
     }
 }
 
-/// The words of a loop of one block that are such sums.
+/// The words of a loop of one block that are sums of this form.
 pub(super) struct Linearity {
     known: FxHashMap<Value, Linear>,
     steps: FxHashMap<Value, u32>,
