@@ -1,4 +1,4 @@
-//! Which central register holds what where two pieces of scheduled code meet.
+//! The contents of central registers where two pieces of scheduled code meet.
 //!
 //! Values pass between functions, and between control code and kernels, in the central file of
 //! their type: the first word in word register 0, the second in 1, and so on, each file counted by

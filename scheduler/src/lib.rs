@@ -2,8 +2,8 @@
 //!
 //! [`schedule`] takes the program divided between the two engines and gives it units, cycles,
 //! routes and registers: [`modulo`] for the loops on the array, [`vliw`] for everything else. The
-//! result is data, a [`ScheduledDre`]; [`check`](srp_ir::check) goes over every one that leaves this
-//! crate, and shares no code with what made it.
+//! result is data, a [`ScheduledDre`]. [`check`](srp_ir::check) checks every one that leaves this
+//! crate, and shares no code with the schedulers.
 
 pub mod abi;
 pub mod demand;
@@ -45,7 +45,7 @@ impl Default for Options {
 pub struct Schedule {
     /// The program, which the checker has found right on its machine.
     pub program: Checked,
-    /// For each kernel, what bounds its II and what kept it from the bound.
+    /// For each kernel, the bounds of its II and the reason why it is above the bound.
     pub loops: EntityMap<Kernel, LoopFacts>,
     /// Facts about the control code of each function; empty for a program that was read from a
     /// file.
@@ -63,7 +63,7 @@ pub struct LoopFacts {
     pub impossible: Vec<modulo::Impossible>,
 }
 
-/// The schedule of a loop, and what is known of it besides.
+/// The schedule of a loop, and the facts about it.
 pub fn with_facts(scheduled: modulo::Scheduled) -> (ModuloSchedule, LoopFacts) {
     let facts = LoopFacts {
         bounds: scheduled.bounds,
@@ -137,7 +137,7 @@ pub fn schedule(
 }
 
 /// Schedules the control code of a program, whose loops have been scheduled, and puts both together.
-/// `loops` has what came of each kernel, in their order.
+/// `loops` has the result of each kernel, in their order.
 ///
 /// # Errors
 ///

@@ -1,4 +1,4 @@
-//! Lower bounds on the initiation interval, each with what sets it.
+//! Lower bounds on the initiation interval, each with its reason.
 
 use super::problem::Problem;
 use crate::demand::{Demand, Dependence, Need};

@@ -8,7 +8,7 @@ use srp_archdesc::arch::RegFile;
 use srp_archdesc::isa::Opcode;
 use srp_ir::dfg::{Dfg, Node};
 
-/// An operation of a loop, with what a message names it by.
+/// An operation of a loop, with its name in messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Operation {
     /// The operation.

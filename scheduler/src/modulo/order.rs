@@ -88,7 +88,7 @@ impl Freedom {
 
 /// The order of placement for one attempt.
 ///
-/// Nodes that gave trouble before come earlier, by as many cycles.
+/// Nodes that were forced before come earlier, by one cycle for each time.
 pub(super) fn order(
     problem: &Problem<'_>,
     freedom: &Freedom,

@@ -39,7 +39,7 @@ pub(super) struct Stay {
 pub(super) enum Keeper {
     /// A loop invariant, set at entry.
     Invariant(Initial),
-    /// The value of the last iteration, for what comes after the loop.
+    /// The value of the last iteration, for the code after the loop.
     LiveOut(Node, Tag),
 }
 
@@ -199,7 +199,7 @@ impl Registers {
         &self.files[place].stays
     }
 
-    /// The register of what has one to itself.
+    /// The registers that have a single holder throughout.
     pub(super) fn kept(&self, place: Place) -> impl Iterator<Item = (Keeper, u32)> {
         self.files[place]
             .kept

@@ -1,9 +1,9 @@
 //! The router: the cheapest way of a value from its producer to one consumer, through outputs,
 //! links, moves and register files, cycle by cycle.
 //!
-//! Best-first search: what has been paid plus what holding the value for the rest of the time costs
-//! at least. Whatever the value has taken already costs nothing, so a value's routes grow into a
-//! tree.
+//! Best-first search by the cost so far plus a lower bound: the cost of holding the value for the
+//! rest of the time. Items that the value has taken already cost nothing, so a value's routes grow
+//! into a tree.
 
 use super::problem::{MoveWay, Problem, Tag, UNREACHABLE};
 use super::table::{Item, Table, Via};
@@ -37,7 +37,7 @@ pub(super) fn transfer_price(cycles: u32) -> u32 {
     TRANSFER.max(holding_price(cycles))
 }
 
-/// A way of a value: what it takes, and how the consumer gets it.
+/// A way of a value: the items it takes, and how the consumer gets it.
 #[derive(Clone, Debug)]
 pub(super) struct Route {
     /// Items from the producer on, in order.
@@ -132,7 +132,8 @@ pub(super) struct Router {
     pub(super) expanded: u64,
 }
 
-/// States that are expanded for one route at most: what is not found by then is too far away.
+/// States that are expanded for one route at most: a longer search finds only ways that are too
+/// long.
 const LARGEST_SEARCH: u32 = 3000;
 
 /// One search.

@@ -1,5 +1,5 @@
-//! [`Table`]: the modulo reservation table. Who takes what in which of the II slots, and whether
-//! something more fits.
+//! [`Table`]: the modulo reservation table. It tells who takes each resource in each of the II
+//! slots, and if something more fits.
 //!
 //! A value takes *items*: a place in a cycle, a unit's issue slot for a move, a file's port. Two
 //! routes of the same value share items, so each is counted, and the resource is taken while the

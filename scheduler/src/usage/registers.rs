@@ -1,7 +1,7 @@
 //! Register pressure: which registers hold something that is still needed, slot by slot.
 //!
-//! In the steady state everything repeats with the II, so it is enough to follow iteration 0. A read
-//! finds what the latest write to its register left there; in between, the register is live. A
+//! In the steady state everything repeats with the II, so it is enough to follow iteration 0. A
+//! read finds the result of the latest write to its register; in between, the register is live. A
 //! register that is read and never written holds a loop invariant.
 
 use super::{FileUse, timing};

@@ -1,4 +1,4 @@
-//! Bundles of all functions one after another, with numbers for what jumps aim at.
+//! Bundles of all functions one after another, with numbers for the targets of jumps.
 
 use super::lir::{Code, FrameLayout, Label};
 use super::list::{self, Packed};

@@ -1,4 +1,4 @@
-//! The reservation table of a region: what each cycle has taken.
+//! The reservation table of a region: the resources taken in each cycle.
 
 use super::region::Transfer;
 use super::target::{Target, reads_by_file};
@@ -61,7 +61,7 @@ impl<'a> Table<'a> {
                 .is_none_or(|dst| self.fits_write(cycle + how.latency, dst))
     }
 
-    /// Takes what `op` needs when it issues in `cycle` on `fu`.
+    /// Takes the resources of `op` when it issues in `cycle` on `fu`.
     pub(super) fn take(&mut self, cycle: u32, fu: Fu, how: &FuOp, op: &Step) {
         self.take_unit(cycle, fu, how);
         self.take_reads(cycle, &op.srcs);
@@ -79,7 +79,7 @@ impl<'a> Table<'a> {
             && write.is_none_or(|link| self.fits_write(self.arrival(cycle), link))
     }
 
-    /// Takes what `transfer` needs when it issues in `cycle`, if that is free.
+    /// Takes the resources of `transfer` when it issues in `cycle`, if they are free.
     pub(super) fn take_transfer(&mut self, cycle: u32, transfer: Transfer) {
         let Some((fu, how)) = self.branch_unit(cycle) else {
             return;

@@ -1,5 +1,5 @@
-//! The VLIW engine as code selection, allocation and list scheduling see it: which slots run what,
-//! and all central registers under one numbering.
+//! The VLIW engine as code selection, allocation and list scheduling see it: the operations of each
+//! slot, and all central registers under one numbering.
 
 use super::VliwError;
 use crate::abi;
@@ -8,7 +8,7 @@ use srp_archdesc::isa::{Class, Opcode, Ty};
 use srp_ir::dre::scheduled::{Reg, Src};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The machine, with what every step asks of it worked out.
+/// The machine, with derived data that every step needs.
 pub(super) struct Target<'a> {
     pub(super) srp: &'a Srp,
     /// The slots in order.

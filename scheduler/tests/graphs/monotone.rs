@@ -75,7 +75,7 @@ impl Array {
         }
     }
 
-    /// Every way to grow by one step, with what it is.
+    /// Every way to grow by one step, with its description.
     fn grown(&self, random: &mut Pcg32) -> Vec<(&'static str, Array)> {
         let plain = Cell {
             multiplies: false,

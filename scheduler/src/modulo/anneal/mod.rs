@@ -1,5 +1,5 @@
-//! Placement by simulated annealing: units and cycles for all nodes at once, judged by what the
-//! routes between them would cost at least if nothing else were in their way.
+//! Placement by simulated annealing: units and cycles for all nodes at once. The price of a
+//! placement is a lower bound on the costs of its routes, as if each route were alone.
 //!
 //! Placing one node after the other is quick, but it fills a crowded array with nodes whose
 //! neighbours then have to stay far away. Here every node moves until the whole is good (Kirkpatrick
@@ -30,7 +30,7 @@ const LATE: u32 = 90;
 const LATE_CYCLE: u32 = 20;
 /// The first temperature, as a price.
 const HOT: u32 = 240;
-/// Temperatures, and what each is of the one before, in 65536ths: the last is 8.
+/// Temperatures, and the ratio of each to the one before, in 65536ths: the last is 8.
 const STEPS: u32 = 48;
 const COOLING: u64 = 61052;
 /// Nodes of a loop in which values rarely wait for long: every other run does without
@@ -205,7 +205,7 @@ impl<'a, 'p> Anneal<'a, 'p> {
         self.exchange(node, old, new, temperature);
     }
 
-    /// Exchanges a node and the one that is where it should go, if that is possible and taken.
+    /// Exchanges a node and the node in its new position, if that is possible and accepted.
     fn exchange(&mut self, node: Node, old: Position, new: Position, temperature: u32) {
         let Some(other) = self.occupant(node, new).filter(|&other| other != node) else {
             return;

@@ -24,7 +24,7 @@ impl Anneal<'_, '_> {
         }
     }
 
-    /// Cycles that a value has beyond what its way takes.
+    /// Cycles that a value has beyond those that its way takes.
     fn slack(&self, wire: &Wire) -> i32 {
         let ((from, issued), (to, read)) = (self.at[wire.from], self.at[wire.to]);
         let units = self.problem.srp.fus.len();

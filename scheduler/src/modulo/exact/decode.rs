@@ -12,7 +12,7 @@ use srp_archdesc::entity::EntityMap;
 use srp_archdesc::resource::{Place, PlaceKind};
 use srp_ir::dfg::Node;
 
-/// The placement of a model, or the file whose registers do not suffice, if that is what is wrong.
+/// Reads the placement of a model; if registers do not suffice, returns their file as the error.
 pub(super) fn decode(
     problem: &Problem<'_>,
     question: &Question<'_>,

@@ -175,7 +175,7 @@ fn dimacs(literal: batsat::Lit) -> Lit {
     if literal.sign() { variable } else { -variable }
 }
 
-/// Runs the solver; what it found, and its conflicts.
+/// Runs the solver; returns its result and its conflicts.
 fn run(
     formula: &Formula,
     limit: u64,

@@ -13,7 +13,7 @@ use srp_archdesc::isa::{Opcode, Ty};
 use srp_archdesc::resource::Place;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The price of what cannot be: more than any sum of prices that can.
+/// The price of the impossible: more than any sum of other prices.
 pub(super) const NEVER: i16 = 20_000;
 
 /// Lanes of a vector register, at most: blocks are multiples of it.
@@ -44,11 +44,11 @@ pub(in crate::modulo) struct Lanes {
 pub(super) struct Ways {
     /// Into the operands of units.
     pub(super) reads: Shifts,
-    /// Of what lands in a unit's output into files.
+    /// Of results that land in a unit's output into files.
     pub(super) writes: Shifts,
-    /// Of what stands in an output into files, past the units.
+    /// Of values that stand in an output into files, past the units.
     pub(super) transfers: Shifts,
-    /// Where what a unit moves lands; `None` for a unit that does not.
+    /// The place where a unit's moves land; `None` for a unit without moves.
     pub(super) landing: Vec<Option<Landing>>,
     /// Units whose moves take a single issue slot and nothing else, by the latency of these moves.
     pub(super) movers: Vec<Movers>,
@@ -259,7 +259,8 @@ impl Ways {
 }
 
 impl Shifts {
-    /// Shifts where `regular` accepts what they start from, and whether that is outputs only.
+    /// Groups ways into shifts. `regular` accepts a shift by its start; its second argument is true
+    /// if the shift reads outputs only.
     fn of(
         ways: impl Iterator<Item = Way>,
         stride: usize,

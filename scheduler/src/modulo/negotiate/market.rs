@@ -127,7 +127,7 @@ impl Market {
         (0..self.used.len() as u32).for_each(|i| self.set_price(Good(i)));
     }
 
-    /// Makes what is taken too often dearer for all time.
+    /// Raises the prices of overused resources for good.
     pub(super) fn remember(&mut self, by: i16) {
         for i in 0..self.used.len() {
             if self.used[i] > self.room[i] {

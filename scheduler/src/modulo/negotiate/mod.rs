@@ -339,7 +339,7 @@ impl<'a, 'p> Negotiation<'a, 'p> {
         }
     }
 
-    /// Takes a node and the routes of its edges out: what they cost, and the routes.
+    /// Takes out a node and the routes of its edges; returns their cost, and the routes.
     fn take_out(&mut self, node: Node) -> (i32, Vec<(usize, Route)>) {
         let mut cost = 0;
         let mut routes = Vec::new();
@@ -365,7 +365,7 @@ impl<'a, 'p> Negotiation<'a, 'p> {
         }
     }
 
-    /// Puts a node somewhere and routes its edges; what that costs.
+    /// Puts a node somewhere and routes its edges; returns the cost.
     fn put_in(&mut self, node: Node, at: Position) -> i32 {
         let mut cost = self.state.put(node, at);
         cost += price_of_early(self.state.earliness(node)) as i32;

@@ -143,7 +143,7 @@ impl<'a, 'p> State<'a, 'p> {
         Some(Item::Out(place, time + latency))
     }
 
-    /// Puts a node somewhere; what that costs.
+    /// Puts a node somewhere; returns the cost.
     pub(super) fn put(&mut self, node: Node, (fu, time): Position) -> i32 {
         let mut goods = std::mem::take(&mut self.scratch);
         goods.clear();
@@ -160,7 +160,7 @@ impl<'a, 'p> State<'a, 'p> {
         cost
     }
 
-    /// Takes a node away; what it cost. Its edges have no routes any more.
+    /// Takes a node away; returns its cost. Its edges have no routes any more.
     pub(super) fn lift(&mut self, node: Node) -> i32 {
         self.early -= self.earliness(node);
         let (fu, time) = self.at[node];
@@ -177,7 +177,7 @@ impl<'a, 'p> State<'a, 'p> {
         cost
     }
 
-    /// Takes a node's constants, or gives them back; what they cost.
+    /// Takes a node's constants, or gives them back; returns their cost.
     fn count_constants(&mut self, node: Node, fu: Fu, take: bool) -> i32 {
         let Some(needs) = self.needs.get(&(node, fu)) else {
             return 0;
@@ -214,7 +214,7 @@ impl<'a, 'p> State<'a, 'p> {
         orders.iter().filter_map(lack).sum()
     }
 
-    /// Takes the items of a route; what those cost that its value did not have.
+    /// Takes the items of a route; returns the cost of those that its value did not have.
     pub(super) fn take(&mut self, e: usize, route: Route) -> i32 {
         let mut cost = 0;
         for &item in &route.items {
@@ -226,7 +226,7 @@ impl<'a, 'p> State<'a, 'p> {
         cost
     }
 
-    /// Gives the route of an edge back, if it has one; what it cost.
+    /// Gives the route of an edge back, if it has one; returns its cost.
     pub(super) fn release(&mut self, e: usize) -> Option<(Route, i32)> {
         let route = self.routes[e].take()?;
         self.open += 1;

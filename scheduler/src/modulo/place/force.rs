@@ -1,5 +1,5 @@
-//! Forcing: a node for which nothing fits is put somewhere all the same, and what is in its way
-//! taken out.
+//! Forcing: puts a node for which nothing fits somewhere all the same, and takes out the nodes and
+//! routes in its way.
 
 use super::{Attempt, Conflict};
 use crate::modulo::route::Route;
@@ -9,8 +9,8 @@ use srp_ir::dfg::Node;
 use std::collections::BTreeSet;
 
 impl Attempt<'_, '_> {
-    /// Puts a node somewhere and takes out what is in its way; the nodes to be placed again, or
-    /// `None` where there is no position at all.
+    /// Puts a node somewhere and takes out the nodes and routes in its way. Returns the nodes to be
+    /// placed again, or `None` if there is no position at all.
     pub(super) fn force(&mut self, node: Node) -> Option<Vec<Node>> {
         let mut displaced = BTreeSet::new();
         let mut positions = self.positions(node, true);

@@ -114,7 +114,7 @@ impl<'a, 'p> Attempt<'a, 'p> {
         }
     }
 
-    /// Places the nodes in this order, or says what stood in the way most often.
+    /// Places the nodes in this order, or returns the most frequent conflict.
     pub(in crate::modulo) fn one_by_one(
         &mut self,
         order: &[Node],
@@ -142,8 +142,8 @@ impl<'a, 'p> Attempt<'a, 'p> {
     }
 
     /// Takes these positions, routes between them and moves nodes until all is routed or the router
-    /// has made `limit` steps, `spent` of them for the positions; or says what stood in the way most
-    /// often.
+    /// has made `limit` steps, `spent` of them for the positions. Otherwise returns the most
+    /// frequent conflict.
     pub(in crate::modulo) fn all_at_once(
         &mut self,
         positions: &EntityMap<Node, Position>,
@@ -156,8 +156,8 @@ impl<'a, 'p> Attempt<'a, 'p> {
         self.repair(limit, watch).ok_or_else(|| self.worst())
     }
 
-    /// Takes positions found otherwise, those that can be had and keep the memory orders, and routes
-    /// between them what can be routed.
+    /// Takes positions found otherwise, if they are free and keep the memory orders, and routes as
+    /// many edges between them as possible.
     fn begin_with(&mut self, positions: &EntityMap<Node, Position>) {
         for (node, &(fu, time)) in positions.iter() {
             if self.is_free(node, fu, time) && self.keeps_orders(node, time) {
@@ -185,8 +185,8 @@ impl<'a, 'p> Attempt<'a, 'p> {
         })
     }
 
-    /// Adds what gave trouble in this attempt to what did before, and makes the edges that found no
-    /// route weigh more.
+    /// Adds the forced nodes of this attempt to those of earlier ones, and raises the weights of
+    /// edges that found no route.
     pub(in crate::modulo) fn report(
         &self,
         trouble: &mut EntityMap<Node, u32>,
@@ -257,8 +257,8 @@ impl<'a, 'p> Attempt<'a, 'p> {
     }
 }
 
-/// The placement of units, cycles and routes that were found otherwise; the file whose registers do
-/// not suffice for them, if that is what is wrong.
+/// The placement of units, cycles and routes that were found otherwise. If registers do not suffice
+/// for them, returns their file as the error.
 pub(super) fn adopt(
     problem: &Problem<'_>,
     ii: u32,

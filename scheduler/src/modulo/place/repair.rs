@@ -1,10 +1,10 @@
 //! Repair of a placement in which some edges have no route yet: nodes around them are moved, one at a
 //! time, as long as that leaves fewer edges without.
 //!
-//! A min-conflicts search (Minton et al. 1992) that sometimes takes a step for the worse, and whose
-//! edges weigh the more the longer they stay without a route, which leads out of local minima
-//! (breakout, Morris 1993). All nodes keep a place all the time: what a moved node pushes out takes
-//! the place that became free, or the best other.
+//! A min-conflicts search (Minton et al. 1992) that sometimes takes a step for the worse. An edge
+//! weighs the more the longer it stays without a route, which leads out of local minima (breakout,
+//! Morris 1993). All nodes keep a place all the time: a displaced node takes the place that became
+//! free, or the best other.
 
 use super::{Attempt, Placement};
 use crate::modulo::noise::noise;
@@ -15,7 +15,7 @@ use srp_archdesc::Watch;
 use srp_ir::dfg::Node;
 use std::collections::BTreeSet;
 
-/// The best positions of a node, of which one is drawn.
+/// The number of best positions of a node from which one is drawn.
 const BEST: usize = 12;
 /// The cost of an edge without a route, in moves of values.
 const UNROUTED: i64 = 8;
@@ -140,7 +140,7 @@ impl Attempt<'_, '_> {
         Some((fu, time))
     }
 
-    /// Moves a node, unless everything is worse by more than what is tolerated.
+    /// Moves a node, unless the total is worse by more than is tolerated.
     fn shift(&mut self, node: Node, to: Position, tolerance: i64, weights: &[i64]) {
         let Some(old) = self.at[node] else { return };
         self.journal = Some(Journal::default());

@@ -159,8 +159,8 @@ impl<'p> Attempt<'_, 'p> {
         None
     }
 
-    /// Takes a route with its registers; nothing taken, and the file that has not enough, if that is
-    /// what is wrong, where that cannot be.
+    /// Takes a route with its registers. If that is impossible, it takes nothing, and returns the
+    /// file that has too few registers, if that is the reason.
     pub(super) fn take_route(&mut self, e: usize, route: Route) -> Result<(), Option<Place>> {
         let edge = &self.problem.edges[e];
         if !self.take(edge, &route) {
