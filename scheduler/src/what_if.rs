@@ -282,11 +282,11 @@ fn link_edits(srp: &Srp) -> Vec<Edit> {
     edits
 }
 
-/// A class on the last unit that is wide enough and lacks it.
+/// A class on the last unit that is wide enough and does not run it.
 fn one_more_unit(srp: &Srp, class: Class) -> Option<Edit> {
     let model = srp.fus.values().find(|fu| fu.op(class).is_some())?;
-    let lacks = |fu: Fu| srp.fus[fu].op(class).is_none() && srp.fus[fu].width >= model.width;
-    let fu = srp.fus.keys().rev().find(|&fu| lacks(fu))?;
+    let missing = |fu: Fu| srp.fus[fu].op(class).is_none() && srp.fus[fu].width >= model.width;
+    let fu = srp.fus.keys().rev().find(|&fu| missing(fu))?;
     Some(Edit::OnUnit(class, fu))
 }
 

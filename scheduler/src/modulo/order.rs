@@ -11,7 +11,7 @@ use srp_archdesc::entity::{Entity, EntityMap};
 use srp_ir::dfg::Node;
 
 /// Cycles by which a node is put forward at most.
-const MOST_TROUBLE: u32 = 40;
+const MOST_FORCED: u32 = 40;
 
 /// Earliest and latest start of each node at one II if units and routes were free, relative to the
 /// earliest start of all.
@@ -93,14 +93,14 @@ pub(super) fn order(
     problem: &Problem<'_>,
     freedom: &Freedom,
     attempt: u32,
-    trouble: &EntityMap<Node, u32>,
+    times_forced: &EntityMap<Node, u32>,
 ) -> Vec<Node> {
     let recurrence = recurrences(problem);
     let slack = |n: Node| freedom.latest[n] - freedom.earliest[n];
     let scarcity = |n: Node| problem.units[n].len();
     let jitter = |n: Node| {
         let jitter = noise(u64::from(attempt / 2), n.index() as u64, 1) % 3;
-        jitter as i32 - trouble[n].min(MOST_TROUBLE) as i32
+        jitter as i32 - times_forced[n].min(MOST_FORCED) as i32
     };
     let mut rest: Vec<Node> = problem.nodes().collect();
     if attempt.is_multiple_of(2) {

@@ -28,7 +28,7 @@ const CIRCLES: &[(&str, &str)] = &[
     ("ir", "dfg dre interp layout"),
     ("ir", "text::body text::lex text::read"),
     ("frontend", "lower::function lower::place lower::scalar"),
-    ("scheduler", "modulo::exact::encode modulo::exact::rations"),
+    ("scheduler", "modulo::exact::budget modulo::exact::encode"),
     ("scheduler", "modulo::problem modulo::route modulo::table"),
     ("scheduler", "vliw::allocate vliw::spill"),
     (

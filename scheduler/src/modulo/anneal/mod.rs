@@ -7,7 +7,7 @@
 //! which makes a move some hundred times cheaper; [`place`](super::place) then routes for real,
 //! and places again what fails. All arithmetic is in integers, so that every host agrees.
 
-mod crowd;
+mod crowding;
 mod price;
 mod propose;
 mod slots;
@@ -17,7 +17,7 @@ mod ways;
 use super::noise::noise;
 use super::order::Freedom;
 use super::problem::{Position, Problem};
-use crowd::capacity;
+use crowding::capacity;
 use srp_archdesc::arch::{Fu, Resource};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::Ty;

@@ -25,11 +25,11 @@
 //! | each item implies one of its causes: `Out` the same output a cycle before or a landing; `Held` the same file a cycle before or a write; `Written` a landing or an output at the link's start, and `Held`; `Read` `Held`; `Move` a place from which it reads | [`Encoder::settle`] |
 //! | a move or a result takes its output in the cycle in which it lands | [`Encoder::lands`], [`Encoder::results_land`] |
 //! | a result goes into at most one register of a file | [`Encoder::one_write`] |
-//! | in every slot of the II, units, outputs, shared resources, registers and ports suffice | [`Encoder::ration`] |
+//! | in every slot of the II, units, outputs, shared resources, registers and ports suffice | [`Encoder::limit_uses`] |
 
 use super::Question;
+use super::budget::Budget;
 use super::formula::{Formula, Lit};
-use super::rations::Rations;
 use crate::modulo::order::Freedom;
 use crate::modulo::place::{constants_of, invariant_reads};
 use crate::modulo::problem::{Edge, Goal, Problem, Tag, UNREACHABLE};
@@ -68,8 +68,8 @@ pub(super) fn encode(
     }
     encoder.settle()?;
     encoder.one_write();
-    encoder.rations.landings(problem, &encoder.encoding);
-    encoder.ration(spare);
+    encoder.budget.landings(problem, &encoder.encoding);
+    encoder.limit_uses(spare);
     Some(encoder.encoding)
 }
 
@@ -85,8 +85,8 @@ struct Encoder<'e, 'p> {
     /// The first cycle in which each value can stand in each place.
     earliest: EntityMap<Node, EntityMap<Place, i32>>,
     /// Variables whose clause is still to be written.
-    agenda: Vec<(Node, Item, Lit)>,
-    rations: Rations,
+    worklist: Vec<(Node, Item, Lit)>,
+    budget: Budget,
     /// Invariants in static files.
     invariants: BTreeMap<(Place, Initial), Lit>,
     /// Live-outs that keep a register of each file.
@@ -112,8 +112,8 @@ impl<'e, 'p> Encoder<'e, 'p> {
             start: FxHashMap::default(),
             issued: EntityMap::filled(nodes, Vec::new()),
             earliest: EntityMap::new(),
-            agenda: Vec::new(),
-            rations: Rations::new(problem, question.ii),
+            worklist: Vec::new(),
+            budget: Budget::new(problem, question.ii),
             invariants: BTreeMap::new(),
             kept: EntityMap::filled(problem.graph.places.len(), 0),
         }
@@ -145,7 +145,7 @@ impl<'e, 'p> Encoder<'e, 'p> {
                         all.push(literal);
                         self.encoding.starts[node].push((fu, time, literal));
                         self.start.insert((node, fu, time), literal);
-                        self.rations.issue(fu, time, timing, literal);
+                        self.budget.issue(fu, time, timing, literal);
                         self.invariants_of(node, fu, time, literal);
                     }
                 }
@@ -194,8 +194,8 @@ impl<'e, 'p> Encoder<'e, 'p> {
             formula.clause([-literal, kept]);
         }
         for place in invariant_reads(self.problem, node, fu) {
-            let slot = self.rations.slot(time);
-            self.rations.reads[place][slot].push(literal);
+            let slot = self.budget.slot(time);
+            self.budget.reads[place][slot].push(literal);
         }
     }
 
@@ -307,16 +307,16 @@ impl<'e, 'p> Encoder<'e, 'p> {
         }
         let literal = self.encoding.formula.variable();
         self.encoding.items.insert((value, item), literal);
-        self.agenda.push((value, item, literal));
+        self.worklist.push((value, item, literal));
         match item {
             Item::Move(fu, time, ..) => {
                 let timing = self
                     .problem
                     .move_timing(fu, self.ty(value))
                     .expect("it moves");
-                self.rations.issue(fu, time, timing, literal);
+                self.budget.issue(fu, time, timing, literal);
             }
-            item => self.rations.item(item, literal),
+            item => self.budget.item(item, literal),
         }
         Some(literal)
     }
@@ -399,7 +399,7 @@ impl<'e, 'p> Encoder<'e, 'p> {
     /// Writes the clause of every variable: it implies one of its causes. That may make more variables, whose
     /// clauses are written too.
     fn settle(&mut self) -> Option<()> {
-        while let Some((value, item, literal)) = self.agenda.pop() {
+        while let Some((value, item, literal)) = self.worklist.pop() {
             let mut clause = vec![-literal];
             match item {
                 Item::Out(place, time) => {
@@ -500,8 +500,8 @@ impl<'e, 'p> Encoder<'e, 'p> {
         self.encoding.formula.clause([-literal, standing]);
     }
 
-    /// A result takes the output in the cycle in which it lands, if a variable exists for that. The rations count
-    /// the other results.
+    /// A result takes the output in the cycle in which it lands, if a variable exists for that. The
+    /// budget counts the other results.
     fn results_land(&mut self) {
         for (node, starts) in self.encoding.starts.iter() {
             for &(fu, time, literal) in starts {
@@ -539,19 +539,14 @@ impl<'e, 'p> Encoder<'e, 'p> {
     }
 
     /// In every slot of the II, limits the uses of each unit, output, shared resource, register file and port.
-    fn ration(&mut self, spare: &EntityMap<Place, u32>) {
+    fn limit_uses(&mut self, spare: &EntityMap<Place, u32>) {
         let problem = self.problem;
         let formula = &mut self.encoding.formula;
-        let rations = &self.rations;
-        for slot in rations
-            .issue
-            .values()
-            .chain(rations.outs.values())
-            .flatten()
-        {
+        let budget = &self.budget;
+        for slot in budget.issue.values().chain(budget.outs.values()).flatten() {
             formula.at_most_one(slot);
         }
-        for (resource, slots) in rations.shared.iter() {
+        for (resource, slots) in budget.shared.iter() {
             let count = problem.srp.resources[resource].count;
             slots.iter().for_each(|slot| formula.at_most(count, slot));
         }
@@ -568,12 +563,12 @@ impl<'e, 'p> Encoder<'e, 'p> {
             let taken = fixed + self.kept[place] + spare[place];
             let invariants = self.invariants.iter().filter(|((p, _), _)| *p == place);
             let invariants: Vec<Lit> = invariants.map(|(_, &literal)| literal).collect();
-            for slot in 0..rations.ii as usize {
-                let mut held = rations.held[place][slot].clone();
+            for slot in 0..budget.ii as usize {
+                let mut held = budget.held[place][slot].clone();
                 held.extend_from_slice(&invariants);
                 formula.at_most(spec.size.saturating_sub(taken), &held);
-                formula.at_most(spec.read_ports, &rations.reads[place][slot]);
-                formula.at_most(spec.write_ports, &rations.writes[place][slot]);
+                formula.at_most(spec.read_ports, &budget.reads[place][slot]);
+                formula.at_most(spec.write_ports, &budget.writes[place][slot]);
             }
         }
     }

@@ -12,10 +12,10 @@
 //! start in the shortest schedule with unlimited units; a model whose values find no registers
 //! proves nothing, and the formula is tightened.
 
+mod budget;
 mod decode;
 mod encode;
 mod formula;
-mod rations;
 
 use super::Certificate;
 use super::order::Freedom;

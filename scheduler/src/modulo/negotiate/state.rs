@@ -204,14 +204,14 @@ impl<'a, 'p> State<'a, 'p> {
     /// Cycles by which a node's memory orders are not kept with nodes that are placed.
     pub(super) fn earliness(&self, node: Node) -> i64 {
         let issued = |n: Node| (n == node || self.placed[n]).then(|| self.at[n].1);
-        let lack = |&o: &usize| {
+        let missing = |&o: &usize| {
             let order = &self.problem.orders[o];
             let (from, to) = (issued(order.from)?, issued(order.to)?);
             let span = self.ii * order.distance as i32;
             Some(i64::from((from + order.delay as i32 - to - span).max(0)))
         };
         let orders = &self.problem.orders_of[node];
-        orders.iter().filter_map(lack).sum()
+        orders.iter().filter_map(missing).sum()
     }
 
     /// Takes the items of a route; returns the cost of those that its value did not have.

@@ -43,7 +43,7 @@ impl Attempt<'_, '_> {
                 continue;
             }
             if self.route(e).is_none() {
-                self.blame(Conflict::Route(e));
+                self.count_conflict(Conflict::Route(e));
                 let victim = if edge.from == node {
                     edge.to().unwrap_or(node)
                 } else {

@@ -76,7 +76,7 @@ pub(in crate::modulo) struct Attempt<'a, 'p> {
     scarcity: EntityMap<Fu, u32>,
     conflicts: BTreeMap<Conflict, u32>,
     /// How often each node had to be forced.
-    trouble: EntityMap<Node, u32>,
+    times_forced: EntityMap<Node, u32>,
     /// Changes made by the current move, while they are recorded.
     journal: Option<Journal>,
 }
@@ -108,7 +108,7 @@ impl<'a, 'p> Attempt<'a, 'p> {
             forced: FxHashMap::default(),
             scarcity: scarcity(problem),
             conflicts: BTreeMap::new(),
-            trouble: EntityMap::filled(problem.dfg.nodes.len(), 0),
+            times_forced: EntityMap::filled(problem.dfg.nodes.len(), 0),
             journal: None,
             problem,
         }
@@ -131,7 +131,7 @@ impl<'a, 'p> Attempt<'a, 'p> {
             if self.place(node) {
                 continue;
             }
-            self.trouble[node] += 1;
+            self.times_forced[node] += 1;
             let Some(displaced) = self.force(node) else {
                 return Err(self.worst());
             };
@@ -189,11 +189,11 @@ impl<'a, 'p> Attempt<'a, 'p> {
     /// edges that found no route.
     pub(in crate::modulo) fn report(
         &self,
-        trouble: &mut EntityMap<Node, u32>,
+        times_forced: &mut EntityMap<Node, u32>,
         weights: &mut [u32],
     ) {
-        for (node, &times) in self.trouble.iter() {
-            trouble[node] += times;
+        for (node, &times) in self.times_forced.iter() {
+            times_forced[node] += times;
         }
         for conflict in self.conflicts.keys() {
             if let Conflict::Route(e) = conflict {
@@ -202,7 +202,7 @@ impl<'a, 'p> Attempt<'a, 'p> {
         }
     }
 
-    fn blame(&mut self, conflict: Conflict) {
+    fn count_conflict(&mut self, conflict: Conflict) {
         *self.conflicts.entry(conflict).or_insert(0) += 1;
     }
 
@@ -217,7 +217,7 @@ impl<'a, 'p> Attempt<'a, 'p> {
     fn place(&mut self, node: Node) -> bool {
         let positions = self.positions(node, false);
         if positions.is_empty() {
-            self.blame(Conflict::Unit(node));
+            self.count_conflict(Conflict::Unit(node));
             return false;
         }
         let mut found: Vec<(u32, Fu, i32)> = Vec::new();
@@ -247,7 +247,7 @@ impl<'a, 'p> Attempt<'a, 'p> {
             match self.route(e) {
                 Some(cost) => sum += cost,
                 None => {
-                    self.blame(Conflict::Route(e));
+                    self.count_conflict(Conflict::Route(e));
                     self.remove(node);
                     return None;
                 }

@@ -47,7 +47,7 @@ impl<'p> Attempt<'_, 'p> {
     pub(super) fn route_all(&mut self, edges: impl IntoIterator<Item = usize>) {
         for e in self.by_slack(edges) {
             if self.route(e).is_none() {
-                self.blame(Conflict::Route(e));
+                self.count_conflict(Conflict::Route(e));
             }
         }
     }
@@ -108,7 +108,7 @@ impl<'p> Attempt<'_, 'p> {
         for (i, &(place, value)) in wanted.iter().enumerate() {
             if !self.keep(place, Keeper::Invariant(value)) {
                 self.release_these(&wanted[..i]);
-                self.blame(Conflict::Registers(place));
+                self.count_conflict(Conflict::Registers(place));
                 return false;
             }
         }
@@ -168,7 +168,7 @@ impl<'p> Attempt<'_, 'p> {
         }
         if let Some(full) = self.hold(edge, &route) {
             self.give_back(edge, &route.items);
-            self.blame(Conflict::Registers(full));
+            self.count_conflict(Conflict::Registers(full));
             return Err(Some(full));
         }
         self.routes[e] = Some(route);

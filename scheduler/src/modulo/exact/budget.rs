@@ -9,7 +9,7 @@ use srp_archdesc::entity::EntityMap;
 use srp_archdesc::resource::Place;
 
 /// Literals that compete in each slot, by resource.
-pub(super) struct Rations {
+pub(super) struct Budget {
     pub(super) ii: i32,
     pub(super) issue: EntityMap<Fu, Vec<Vec<Lit>>>,
     pub(super) outs: EntityMap<Place, Vec<Vec<Lit>>>,
@@ -19,11 +19,11 @@ pub(super) struct Rations {
     pub(super) shared: EntityMap<Resource, Vec<Vec<Lit>>>,
 }
 
-impl Rations {
-    pub(super) fn new(problem: &Problem<'_>, ii: u32) -> Rations {
+impl Budget {
+    pub(super) fn new(problem: &Problem<'_>, ii: u32) -> Budget {
         let slots = vec![Vec::new(); ii as usize];
         let places = || EntityMap::filled(problem.graph.places.len(), slots.clone());
-        Rations {
+        Budget {
             ii: ii as i32,
             issue: EntityMap::filled(problem.srp.fus.len(), slots.clone()),
             outs: places(),

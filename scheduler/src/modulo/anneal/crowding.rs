@@ -42,7 +42,7 @@ impl Anneal<'_, '_> {
 
     /// Returns the price of the registers that a unit is short of: the cost of moving their values
     /// away.
-    fn crowd(&self, fu: Fu) -> i64 {
+    fn crowding(&self, fu: Fu) -> i64 {
         let over = (self.load[fu] - self.capacity[fu]).max(0);
         i64::from(over) * i64::from(MOVE) / i64::from(self.ii)
     }
@@ -53,9 +53,9 @@ impl Anneal<'_, '_> {
         let mut change = 0;
         let mut add = |a: &mut Self, fu: Fu, by: i32| {
             if by != 0 {
-                change -= a.crowd(fu);
+                change -= a.crowding(fu);
                 a.load[fu] += by;
-                change += a.crowd(fu);
+                change += a.crowding(fu);
             }
         };
         for &(node, home) in homes {
