@@ -13,7 +13,7 @@ use std::collections::{BTreeSet, HashSet};
 /// The source with the functions of [`Support`](crate::operator::Support).
 const SUPPORT: &str = "support.c";
 
-/// The function that detects overflow, for `__builtin_add_overflow` and the like.
+/// The function that computes and detects overflow, for `__builtin_add_overflow` and the like.
 pub(crate) const OVERFLOW: &str = "__srp_overflow";
 
 fn source(file: &File) -> Source {
