@@ -2,7 +2,7 @@
 //! again while the effort lasts.
 //!
 //! Attempts at one II take turns between the two ways of [`place`](super::place), and each learns
-//! from those before: nodes that gave trouble are placed earlier (squeaky wheel optimisation, Joslin
+//! from those before: nodes that were forced out of place often are placed earlier (squeaky wheel optimisation, Joslin
 //! and Clements 1999), and edges that found no route weigh more. Large loops at small IIs, where routes
 //! are what runs out, begin with [negotiation](super::negotiate). Where no way finds anything at any II,
 //! all are gone again from other seeds, and nodes are placed in sequence.
@@ -73,7 +73,7 @@ struct Level {
     freedom: Freedom,
     /// Attempts so far, by way.
     attempts: [u32; 3],
-    trouble: EntityMap<Node, u32>,
+    times_forced: EntityMap<Node, u32>,
     /// Weights of the edges.
     weights: Vec<u32>,
     /// What was most often in the way of the first attempt that failed; `Some(None)` where that was
@@ -131,7 +131,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
             {
                 return Ok(schedule);
             }
-            self.spread_trouble();
+            self.share_times_forced();
         }
         Err(match self.failed(deepest) {
             Some(failed) => Unschedulable::NotFound {
@@ -174,14 +174,14 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         (schedule.stages() <= MAX_STAGES).then_some(schedule)
     }
 
-    /// Lets every II know what gave trouble at any.
-    fn spread_trouble(&mut self) {
+    /// Lets every II know how often nodes were forced out of place at any.
+    fn share_times_forced(&mut self) {
         let mut all = EntityMap::filled(self.problem.dfg.nodes.len(), 0);
         for level in self.levels.values() {
-            (level.trouble.iter()).for_each(|(node, &times)| all[node] = times.max(all[node]));
+            (level.times_forced.iter()).for_each(|(node, &times)| all[node] = times.max(all[node]));
         }
         for level in self.levels.values_mut() {
-            level.trouble.clone_from(&all);
+            level.times_forced.clone_from(&all);
         }
     }
 
@@ -303,10 +303,10 @@ impl<'a, 'p> Heuristic<'a, 'p> {
                 result
             }
             Way::OneByOne => {
-                let order = order(problem, freedom, seed, &level.trouble);
+                let order = order(problem, freedom, seed, &level.times_forced);
                 let mut attempt = Attempt::new(problem, ii, seed, freedom, self.fixed, router);
                 let result = attempt.one_by_one(&order);
-                attempt.report(&mut level.trouble, &mut level.weights);
+                attempt.report(&mut level.times_forced, &mut level.weights);
                 result
             }
             Way::AllAtOnce => {
@@ -321,7 +321,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
                     }
                     None => Err(None),
                 };
-                attempt.report(&mut level.trouble, &mut level.weights);
+                attempt.report(&mut level.times_forced, &mut level.weights);
                 result
             }
         };
@@ -351,7 +351,7 @@ impl Level {
         Level {
             freedom: Freedom::at(problem, ii),
             attempts: [0; 3],
-            trouble: EntityMap::filled(problem.dfg.nodes.len(), 0),
+            times_forced: EntityMap::filled(problem.dfg.nodes.len(), 0),
             weights: vec![LIGHTEST; problem.edges.len()],
             failed: None,
         }

@@ -5,7 +5,6 @@
 //! [`place`]ment until one succeeds, and then down again; [`exact`] closes the gap or proves that it
 //! cannot be closed. The result is data; `check` tells whether it is right.
 
-mod agenda;
 mod anneal;
 mod bounds;
 mod exact;
@@ -20,12 +19,12 @@ mod problem;
 mod registers;
 mod route;
 mod table;
+mod worklist;
 
 pub use bounds::Bounds;
 pub use obstacle::{Destination, FailedIi, Obstacle, Operation, Unschedulable};
 
 use crate::abi;
-use agenda::{Agenda, Limits};
 use exact::Answer;
 use heuristic::Heuristic;
 use problem::Problem;
@@ -36,6 +35,7 @@ use srp_ir::dfg::Dfg;
 use srp_ir::dre::scheduled::{ModuloSchedule, Reg};
 use std::io::Write;
 use std::time::Duration;
+use worklist::{Limits, Worklist};
 
 /// How hard to try. Everything is counted in steps, so that the same input gives the same schedule
 /// however fast the machine is; only a watch that ends the work can change that.
@@ -162,9 +162,9 @@ pub fn schedule(
         .chain(abi::reserved(srp))
         .collect();
     let mut heuristic = Heuristic::new(&problem, &live_ins, &fixed);
-    let mut agenda = Agenda::new(bound, options.slack);
-    let exactly = |agenda: &mut Agenda, below: u32, limits: Limits<'_>| {
-        agenda.search(&problem, &live_ins, &fixed, below, limits)
+    let mut worklist = Worklist::new(bound, options.slack);
+    let exactly = |worklist: &mut Worklist, below: u32, limits: Limits<'_>| {
+        worklist.search(&problem, &live_ins, &fixed, below, limits)
     };
     let is_small = problem.dfg.nodes.len() <= LARGEST_EXACT;
     let limits = |effort: u64| Limits { effort, watch };
@@ -176,7 +176,7 @@ pub fn schedule(
             // The exact way may know of one where there is little room.
             let below = bound.saturating_add(EXACT_RANGE).min(srp.contexts + 1);
             let found = match is_small {
-                true => exactly(&mut agenda, below, limits(options.exact_effort)),
+                true => exactly(&mut worklist, below, limits(options.exact_effort)),
                 false => None,
             };
             found.ok_or(why)?
@@ -186,24 +186,24 @@ pub fn schedule(
     heuristic.improve(&mut schedule, bound, steps, watch);
     if is_small {
         let limits = limits(worth(options.exact_effort, schedule.ii, bound));
-        schedule = exactly(&mut agenda, schedule.ii, limits).unwrap_or(schedule);
+        schedule = exactly(&mut worklist, schedule.ii, limits).unwrap_or(schedule);
     }
     if let Some(time) = options.beyond {
-        agenda.extend(FARTHEST);
+        worklist.extend(FARTHEST);
         let watch = &Limited::new(watch, time);
-        while schedule.ii > bound && !agenda.is_settled(schedule.ii) && !watch.cancelled() {
+        while schedule.ii > bound && !worklist.is_settled(schedule.ii) && !watch.cancelled() {
             let limits = Limits {
                 effort: EXACT_TURN,
                 watch,
             };
-            if let Some(better) = exactly(&mut agenda, schedule.ii, limits) {
+            if let Some(better) = exactly(&mut worklist, schedule.ii, limits) {
                 schedule = better;
             }
             heuristic.improve(&mut schedule, bound, HEURISTIC_TURN, watch);
         }
     }
     Ok(Scheduled {
-        impossible: agenda.impossible(schedule.ii),
+        impossible: worklist.impossible(schedule.ii),
         why_not_lower: heuristic
             .failed(schedule.ii - 1)
             .filter(|_| schedule.ii > bound),

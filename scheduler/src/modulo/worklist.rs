@@ -20,7 +20,7 @@ pub(super) struct Limits<'a> {
 }
 
 /// Results of the exact way for the IIs below a schedule's.
-pub(super) struct Agenda {
+pub(super) struct Worklist {
     bound: u32,
     /// The longest horizon to ask about.
     slack: u32,
@@ -33,9 +33,9 @@ pub(super) struct Agenda {
     round: u32,
 }
 
-impl Agenda {
-    pub(super) fn new(bound: u32, slack: u32) -> Agenda {
-        Agenda {
+impl Worklist {
+    pub(super) fn new(bound: u32, slack: u32) -> Worklist {
+        Worklist {
             bound,
             slack,
             proved: BTreeMap::new(),
