@@ -19,7 +19,7 @@ pub(crate) use compiling::{
     Compile, ErrorFormat, Feature, Form, Loops, Report, Reported, Run, RunEngine, Source, Watch,
     fast_math,
 };
-pub(crate) use fidelity::{FidelityTable, Level, TableForm};
+pub(crate) use fidelity::{FidelityTable, TableForm};
 pub(crate) use frame::{Building, Frame, parse_cameras};
 pub(crate) use hard::HardCases;
 pub(crate) use machine::{Area, Machine, MachineAction, Units};

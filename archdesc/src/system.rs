@@ -128,6 +128,16 @@ pub struct TniSpec {
     pub any_hit: bool,
 }
 
+impl TniSpec {
+    /// Gives the traversal units another form; the single one has one of each sub-pipeline.
+    pub fn set_pipeline(&mut self, pipeline: Pipeline) {
+        self.pipeline = pipeline;
+        if pipeline == Pipeline::Single {
+            (self.pres, self.aabbs, self.posts) = (1, 1, 1);
+        }
+    }
+}
+
 /// Forms of the traversal unit (SGRT Figure 4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Pipeline {

@@ -23,6 +23,17 @@ pub(crate) struct Level {
     pub(crate) seed: u64,
 }
 
+impl Level {
+    /// The same as studies take it.
+    pub(crate) fn plain(&self) -> srp_studies::views::Level {
+        srp_studies::views::Level {
+            fidelity: self.fidelity,
+            error: self.error,
+            seed: self.seed,
+        }
+    }
+}
+
 fn parse_level(text: &str) -> Result<Fidelity, String> {
     let found = Fidelity::ALL.into_iter().find(|f| f.name() == text);
     found.ok_or_else(|| {

@@ -3,6 +3,8 @@
 use crate::failure::Failure;
 use crate::talk;
 use serde::Serialize;
+use srp_studies::paper::Entry;
+use srp_toolchain::files::FileError;
 
 /// The output under way. Text is printed as it comes, JSON at the end.
 #[derive(Debug, Default)]
@@ -10,6 +12,8 @@ pub(super) struct Sheet {
     json: bool,
     heading: String,
     scenes: Vec<SceneSheet>,
+    /// The failure to print, if there was one: nothing is printed after it.
+    failed: Option<FileError>,
 }
 
 /// The figures of a scene.
@@ -45,55 +49,57 @@ impl Sheet {
     }
 
     /// Prints the facts that hold for all of it.
-    pub(super) fn heading(&mut self, text: String) -> Result<(), Failure> {
-        self.put(&text)?;
+    pub(super) fn heading(&mut self, text: String) {
+        self.put(&text);
         self.heading = text;
-        Ok(())
+    }
+
+    /// Takes the next entry.
+    pub(super) fn take(&mut self, entry: Entry) {
+        match entry {
+            Entry::Scene(name) => self.scene(name),
+            Entry::Group(rays, error) => self.group(rays, error),
+            Entry::Line(what, paper, ours) => self.line(&what, paper, ours),
+            Entry::Note(text) => self.note(&text),
+        }
     }
 
     /// A scene begins.
-    pub(super) fn scene(&mut self, name: String) -> Result<(), Failure> {
-        self.put(&format!("\n{name}"))?;
+    fn scene(&mut self, name: String) {
+        self.put(&format!("\n{name}"));
         self.scenes.push(SceneSheet {
             scene: name,
             groups: Vec::new(),
         });
-        Ok(())
     }
 
     /// Begins the figures of one kind of rays; `error` is the relative error of figures that are measured on
     /// a part of the rays.
-    pub(super) fn group(&mut self, rays: &str, error: Option<f64>) -> Result<(), Failure> {
+    fn group(&mut self, rays: String, error: Option<f64>) {
         let error = error.map_or(String::new(), |e| format!(" ± {:.1} %", 100.0 * e));
         self.put(&format!(
             "{rays:36} {:>9} {:>9} {:>7}{error}",
             "paper", "ours", "ratio"
-        ))?;
+        ));
         if let Some(scene) = self.scenes.last_mut() {
             scene.groups.push(Group {
-                rays: rays.to_owned(),
+                rays,
                 figures: Vec::new(),
                 notes: Vec::new(),
             });
         }
-        Ok(())
     }
 
     /// One line: the paper's figure, ours, and ours over the paper's.
-    pub(super) fn line(
-        &mut self,
-        what: &str,
-        paper: Option<f64>,
-        ours: f64,
-    ) -> Result<(), Failure> {
+    fn line(&mut self, what: &str, paper: Option<f64>, ours: f64) {
         let ratio = paper.map(|paper| ours / paper);
         match (paper, ratio) {
             (Some(paper), Some(ratio)) => {
                 self.put(&format!(
                     "  {what:34} {paper:>9.2} {ours:>9.2} {ratio:>7.2}"
-                ))?;
+                ));
             }
-            _ => self.put(&format!("  {what:34} {:>9} {ours:>9.2} {:>7}", "–", "–"))?,
+            _ => self.put(&format!("  {what:34} {:>9} {ours:>9.2} {:>7}", "–", "–")),
         }
         if let Some(group) = self.last_group() {
             group.figures.push(Figure {
@@ -103,32 +109,32 @@ impl Sheet {
                 ratio,
             });
         }
-        Ok(())
     }
 
     /// A remark on the figures before it.
-    pub(super) fn note(&mut self, text: String) -> Result<(), Failure> {
-        self.put(&text)?;
+    fn note(&mut self, text: &str) {
+        self.put(text);
         if let Some(group) = self.last_group() {
             let words: Vec<&str> = text.split_whitespace().collect();
             group.notes.push(words.join(" "));
         }
-        Ok(())
     }
 
     fn last_group(&mut self) -> Option<&mut Group> {
         self.scenes.last_mut()?.groups.last_mut()
     }
 
-    fn put(&self, text: &str) -> Result<(), Failure> {
-        if self.json {
-            return Ok(());
+    fn put(&mut self, text: &str) {
+        if !self.json && self.failed.is_none() {
+            self.failed = talk::print(format!("{text}\n")).err();
         }
-        Ok(talk::print(format!("{text}\n"))?)
     }
 
     /// Prints what is to be printed at the end.
     pub(super) fn finish(self, table: &str) -> Result<(), Failure> {
+        if let Some(failed) = self.failed {
+            return Err(failed.into());
+        }
         if !self.json {
             return Ok(());
         }

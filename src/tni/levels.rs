@@ -1,19 +1,18 @@
 //! Units alone without a clock, or with an estimate of it.
 
-use super::Job;
-use super::measuring::count;
 use crate::cli::Tni;
 use crate::failure::Failure;
 use crate::{interrupt, talk};
 use srp_studies::fidelity::Fidelity;
 use srp_studies::tni::Measure;
+use srp_studies::views::Job;
 use std::fmt::Write as _;
 
 /// Counts, and with `analytic` rates, for people or for programs.
 pub(super) fn print(args: &Tni, job: &Job<'_>) -> Result<(), Failure> {
     let level = args.level.fidelity;
     let estimated = level == Fidelity::Analytic;
-    let outcomes = interrupt::looked_for(|| count(job, estimated))?;
+    let outcomes = interrupt::looked_for(|| job.count())?;
     let all = Measure::of(&outcomes, job.units, job.spec);
     let hits = all.counters.unit.hits;
     let mut figures: Vec<(&str, f64)> = vec![

@@ -2,29 +2,24 @@
 
 mod heat;
 mod levels;
-mod measuring;
 mod replay;
 mod text;
 
-use crate::cli::{self, HeatOf, Pipeline, RayKind, Tni, TniMemory};
+use crate::cli::{self, HeatOf, RayKind, Tni, TniMemory};
 use crate::failure::Failure;
 use crate::scenes;
-use crate::{files, talk};
+use crate::{files, interrupt, talk};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::datapath::Latencies;
-use srp_archdesc::system::{self as spec, SystemSpec};
+use srp_archdesc::system;
 use srp_runtime::scene::{Camera, Scene};
 use srp_studies::fidelity::Fidelity;
 use srp_studies::rays::{self, Kind};
 use srp_studies::tni::{Energy, Measure, Memories};
+use srp_studies::views::{Job, Measured, Rays, ao_radius};
 use srp_toolchain::machine;
 use srp_toolchain::scene::Views;
 use std::path::Path;
-
-pub(crate) use measuring::{Job, Measured, Rays, measure_at};
-
-/// Length of ambient-occlusion rays where nothing says it, as a part of the scene's diagonal.
-const AO_RADIUS: f32 = 0.1;
 
 /// Runs `srp tni`.
 pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
@@ -47,6 +42,7 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
         size: args.size,
         rays: &rays,
         order: args.order,
+        level: args.level.plain(),
         one_in: args.sample.unwrap_or(1),
         units: args.units.unwrap_or(arch.system.cores),
         memories: match (args.memory, arch.system.dram.shared) {
@@ -55,6 +51,7 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
         },
         threads: cli::threads(args.measuring.threads),
         costs: args.heat.is_some(),
+        watch: session.watch,
     };
     if let Some(pixel) = args.ray {
         return Ok(talk::print(replay::explain(&job, pixel, args.json)?)?);
@@ -63,9 +60,9 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
     if level < Fidelity::Sampled {
         return levels::print(args, &job);
     }
-    let measured = measure_at(&job, &args.level)?;
+    let measured = interrupt::looked_for(|| job.measure())?;
     let private = match args.memory {
-        Some(TniMemory::Both) => Some(measure_private(&job, &args.level)?),
+        Some(TniMemory::Both) => Some(measure_private(&job)?),
         _ => None,
     };
     if let Some(path) = &args.heat {
@@ -112,13 +109,13 @@ fn check_arguments(args: &Tni) -> Result<(), Failure> {
 }
 
 /// The same with a memory for every unit.
-fn measure_private(job: &Job<'_>, level: &cli::Level) -> Result<Measure, Failure> {
+fn measure_private(job: &Job<'_>) -> Result<Measure, Failure> {
     let job = Job {
         memories: Memories::Private,
         costs: false,
         ..*job
     };
-    Ok(measure_at(&job, level)?.all)
+    Ok(interrupt::looked_for(|| job.measure())?.all)
 }
 
 fn print_measure(
@@ -164,7 +161,12 @@ fn print_measure(
 /// The machine, with what the command line changes of it.
 fn machine_for(args: &Tni) -> Result<Arch, Failure> {
     let mut arch = machine::read(&args.machine.machine)?;
-    set_pipeline(&mut arch.system, args.pipeline);
+    if let Some(pipeline) = args.pipeline {
+        arch.system.tni.set_pipeline(match pipeline {
+            cli::Pipeline::Single => system::Pipeline::Single,
+            cli::Pipeline::Parallel => system::Pipeline::Parallel,
+        });
+    }
     if let Some(latencies) = args.latencies {
         let latencies = match latencies {
             cli::Latencies::Calibrated => Latencies::Calibrated,
@@ -174,19 +176,6 @@ fn machine_for(args: &Tni) -> Result<Arch, Failure> {
     }
     machine::check_system(&arch.name, &arch)?;
     Ok(args.level.fidelity.machine(&arch))
-}
-
-/// Gives the traversal units another form.
-pub(crate) fn set_pipeline(system: &mut SystemSpec, pipeline: Option<Pipeline>) {
-    match pipeline {
-        None => {}
-        Some(Pipeline::Parallel) => system.tni.pipeline = spec::Pipeline::Parallel,
-        Some(Pipeline::Single) => {
-            let tni = &mut system.tni;
-            tni.pipeline = spec::Pipeline::Single;
-            (tni.pres, tni.aabbs, tni.posts) = (1, 1, 1);
-        }
-    }
 }
 
 /// The viewpoints that the command line names, or that lie beside the scene.
@@ -249,10 +238,4 @@ fn read_rays(path: &Path) -> Result<Vec<rays::Ray>, Failure> {
     let text = files::read_text(path)?;
     rays::read(&text)
         .map_err(|(line, why)| Failure::Message(format!("{}:{line}: {why}", path.display())))
-}
-
-/// Length of ambient-occlusion rays where no file of cameras says it.
-pub(crate) fn ao_radius(scene: &Scene) -> f32 {
-    let bounds = srp_runtime::scene::bounds(&scene.triangles);
-    bounds.map_or(1.0, |(lo, hi)| AO_RADIUS * (hi - lo).length())
 }

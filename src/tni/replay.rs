@@ -1,18 +1,16 @@
 //! One ray, explained: every visit, box, triangle and cycle.
 
-use super::Job;
 use crate::failure::Failure;
 use serde_json::{Value, json};
-use srp_archdesc::Unwatched;
 use srp_archdesc::system::TniSpec;
 use srp_runtime::tni::{Event, Logged};
-use srp_studies::rays::{Ray, Sampling};
-use srp_studies::tni::{Bench, Memories, Options};
+use srp_studies::rays::Ray;
+use srp_studies::views::Job;
 use std::fmt::Write as _;
 
 /// The first ray of a pixel of the first view, alone in a unit with empty caches: for people, or as JSON.
 pub(super) fn explain(job: &Job<'_>, pixel: (u32, u32), json: bool) -> Result<String, Failure> {
-    let (ray, events) = run(job, pixel)?;
+    let (ray, events) = job.follow(pixel)?;
     let mut out = String::new();
     match json {
         true => {
@@ -24,37 +22,6 @@ pub(super) fn explain(job: &Job<'_>, pixel: (u32, u32), json: bool) -> Result<St
         }
     }
     Ok(out)
-}
-
-/// The ray, and all that happens to it.
-fn run(job: &Job<'_>, (x, y): (u32, u32)) -> Result<(Ray, Vec<Logged>), Failure> {
-    if x >= job.size.0 || y >= job.size.1 {
-        return Err(Failure::Message(format!(
-            "there is no pixel {x},{y} in a picture of {}x{}",
-            job.size.0, job.size.1
-        )));
-    }
-    let (memory, tree) = job.place();
-    let pixel = y * job.size.0 + x;
-    let source = job.source(0, &tree, &memory);
-    let rays = (0..source.batches()).flat_map(|batch| source.batch(batch));
-    let ray = rays.into_iter().find(|r| r.payload == pixel);
-    let Some(ray) = ray else {
-        return Err(Failure::Message(format!(
-            "no ray of this kind starts at pixel {x},{y}"
-        )));
-    };
-    let options = Options {
-        units: 1,
-        memories: Memories::Private,
-        threads: 1,
-        hits: false,
-        costs: false,
-    };
-    let mut bench = Bench::new(job.spec, &memory, tree, options);
-    bench.note_events();
-    bench.feed(vec![ray], &Sampling::new(1, 1), &Unwatched);
-    Ok((ray, bench.run_out()))
 }
 
 /// The same for programs; boxes that are missed are `null`.

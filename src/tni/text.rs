@@ -1,12 +1,12 @@
 //! A measurement as text, for people.
 
-use super::{Job, Measured};
 use srp_archdesc::arch::Arch;
 use srp_runtime::tni::{PipeCounters, TniCounters};
 use srp_studies::figure::Quantity;
 use srp_studies::survey::Estimate;
 use srp_studies::tni::Energy;
 use srp_studies::tni::{Measure, Memories};
+use srp_studies::views::{Job, Measured};
 use std::fmt::Write as _;
 
 /// The whole report.

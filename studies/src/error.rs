@@ -28,6 +28,11 @@ impl Error {
         Error::Invalid(why.to_string())
     }
 
+    /// The user asked for an end.
+    pub fn cancelled() -> Error {
+        Error::Toolchain(srp_toolchain::Error::Cancelled)
+    }
+
     /// True if the user asked for an end.
     pub fn is_cancelled(&self) -> bool {
         matches!(self, Error::Toolchain(srp_toolchain::Error::Cancelled))

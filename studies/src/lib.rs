@@ -8,7 +8,8 @@
 //! * [`kernel`] does the same for functions of C and FPCore, against [`real`] arithmetic.
 //! * [`fidelity`] runs frames at every level of simulation, and says what each level costs and is off by.
 //! * [`hard_cases`] tries what goes wrong in float arithmetic with every setting of a machine.
-//! * [`tni`] runs T&I units without SRPs on [`rays`], all of them or a sample.
+//! * [`paper`] compares with the tables of the SGRT paper.
+//! * [`views`] measures T&I units over the views of a scene; [`tni`] runs T&I units without SRPs on [`rays`], all of them or a sample.
 //! * [`functional`] runs a frame without a schedule and a clock; [`attribution`] says where the errors of
 //!   its picture come from.
 //! * [`mod@reference`] renders in binary64; [`mod@exact`] decides about rays and triangles without rounding.
@@ -34,11 +35,13 @@ pub mod hard_cases;
 pub mod kernel;
 pub mod loops;
 pub mod map;
+pub mod paper;
 pub mod rays;
 pub mod real;
 pub mod reference;
 mod search;
 pub mod survey;
 pub mod tni;
+pub mod views;
 
 pub use error::Error;

@@ -5,21 +5,18 @@
 //! primary rays are shaded with Phong's model and textures, and forced specular rays are two mirrorings of
 //! each, on scenes where all materials mirror a half.
 
-use super::sheet::Sheet;
-use super::{Case, figures};
-use crate::cli;
-use crate::failure::Failure;
-use crate::interrupt;
+use super::{Options, Sheet, Subject, figures};
+use crate::Error;
+use crate::fidelity::sampled::Sampled;
+use crate::fidelity::{Fidelity, FrameQuantity as Q, Prepared};
+use crate::figure::estimate_of;
 use srp_archdesc::arch::Arch;
 use srp_runtime::bvh::Bvh;
 use srp_runtime::effect::{Effect, Effects, Guard, find};
 use srp_runtime::memory::cache::CacheCounters;
 use srp_runtime::scene::{Camera, Scene};
 use srp_runtime::system::{self, Report, Timing};
-use srp_studies::fidelity::sampled::Sampled;
-use srp_studies::fidelity::{Fidelity, FrameQuantity as Q, Prepared};
-use srp_studies::figure::estimate_of;
-use srp_toolchain::{Engines, Frame, Session, system_options};
+use srp_toolchain::{Build, Engines, Frame, system_options};
 
 /// Mirrorings of forced specular rays.
 const FORCED_BOUNCES: u32 = 2;
@@ -33,60 +30,61 @@ struct View<'a> {
     timing: Timing,
 }
 
-/// The effects that the kernels are built for: those that the scene calls for, or those of the command line.
-fn built(scene: &Scene, args: &cli::Paper) -> Result<Effects, Failure> {
+/// The effects that the kernels are built for: those that the scene calls for, or those that are asked for.
+fn built(scene: &Scene, options: &Options) -> Result<Effects, Error> {
     let needed: Effects = find(scene).into_iter().collect();
-    match &args.effects {
+    match &options.effects {
         None => Ok(needed),
-        Some(list) => Ok(needed.parse(list).map_err(Failure::message)?.0),
+        Some(list) => Ok(needed.parse(list).map_err(Error::invalid)?.0),
     }
 }
 
-fn render(
-    view: &View<'_>,
-    args: &cli::Paper,
-    arch: &Arch,
-    size: (u32, u32),
-    sum: &mut Sum,
-    session: &Session<'_>,
-) -> Result<(), Failure> {
+fn render(view: &View<'_>, subject: Subject<'_>, sum: &mut Sum) -> Result<(), Error> {
+    let Subject {
+        options,
+        arch,
+        session,
+        ..
+    } = subject;
     let scene = Scene {
         camera: *view.camera,
         ..view.scene.clone()
     };
     let frame = Frame {
         arch: arch.clone(),
-        build: args.building.build(view.built, scene.options.bounces)?,
+        build: Build {
+            effects: view.built,
+            bounces: scene.options.bounces,
+            ..options.build.clone()
+        },
         scene,
         bvh: view.bvh.clone(),
-        size,
+        size: options.size,
         guard: Guard::default(),
     };
     let image = frame.image()?;
-    let compiled = interrupt::looked_for(|| frame.build.compile(None, arch, session))?;
-    interrupt::end_if_requested()?;
+    let compiled = frame.build.compile(None, arch, session)?;
+    session.check()?;
     let program = compiled.runnable()?;
-    let engines = Engines::of(program, args.engine, session)?;
-    if args.level.fidelity == Fidelity::Sampled {
+    let engines = Engines::of(program, options.engine, session)?;
+    if options.level.fidelity == Fidelity::Sampled {
         let prepared = Prepared {
             frame: &frame,
             image,
             program,
             engines: &engines,
-            threads: cli::threads(args.measuring.threads),
+            threads: options.threads,
             recorded_hits: view.timing == Timing::RecordedHits,
             session,
         };
-        let (seed, error) = (args.level.seed, args.level.error);
-        let (sampled, _) = interrupt::looked_for(|| prepared.sampled(seed, error))?;
+        let (sampled, _) = prepared.sampled(options.level.seed, options.level.error)?;
         sum.add_sampled(&sampled, arch);
         return Ok(());
     }
     let cores = engines.cores(arch.system.cores);
-    let options = system_options(program, Guard::default(), view.timing, session);
-    let rendered = interrupt::looked_for(|| system::render(image, cores, arch, options));
-    let (_, report) = rendered.map_err(Failure::message)?;
-    interrupt::end_if_requested()?;
+    let how = system_options(program, Guard::default(), view.timing, session);
+    let (_, report) = system::render(image, cores, arch, how).map_err(Error::invalid)?;
+    session.check()?;
     sum.add(&report);
     Ok(())
 }
@@ -170,13 +168,8 @@ impl Sum {
 }
 
 /// Table 3.
-pub(super) fn table3(
-    case: &Case,
-    args: &cli::Paper,
-    arch: &Arch,
-    sheet: &mut Sheet,
-    session: &Session<'_>,
-) -> Result<(), Failure> {
+pub(super) fn table3(subject: Subject<'_>, sheet: &mut Sheet<'_>) -> Result<(), Error> {
+    let (case, options) = (subject.case, subject.options);
     for forced in [false, true] {
         let mut scene = case.scene.clone();
         scene.options.bounces = 0;
@@ -189,7 +182,7 @@ pub(super) fn table3(
                 material.dissolve_map = None;
             }
         }
-        let built = built(&scene, args)?.without(Effect::Shadow);
+        let built = built(&scene, options)?.without(Effect::Shadow);
         let mut sum = Sum::default();
         for camera in &case.cameras {
             let view = View {
@@ -199,7 +192,7 @@ pub(super) fn table3(
                 built,
                 timing: Timing::RecordedHits,
             };
-            render(&view, args, arch, args.size(), &mut sum, session)?;
+            render(&view, subject, &mut sum)?;
         }
         let paper = case
             .paper
@@ -209,37 +202,32 @@ pub(super) fn table3(
         } else {
             "primary"
         };
-        sheet.group(title, sum.relative_error())?;
-        sheet.line("Mrays/s", paper.map(|p| p.mrays), sum.mrays_per_second())?;
+        sheet.group(title, sum.relative_error());
+        sheet.line("Mrays/s", paper.map(|p| p.mrays), sum.mrays_per_second());
         let per_ray = |mrays: f64| figures::CORES * figures::SRP_MHZ / mrays;
         let theirs = paper.map(|p| per_ray(p.mrays));
-        sheet.line("SRP cycles a ray, each core", theirs, sum.cycles_per_ray())?;
+        sheet.line("SRP cycles a ray, each core", theirs, sum.cycles_per_ray());
         let data = 100.0 * sum.data.hit_rate();
-        sheet.line("data cache hits %", paper.map(|p| p.data_hit), data)?;
+        sheet.line("data cache hits %", paper.map(|p| p.data_hit), data);
         if sum.texture.hits + sum.texture.misses > 0 {
             let texture = 100.0 * sum.texture.hit_rate();
             let theirs = paper.and_then(|p| p.texture_hit);
-            sheet.line("texture cache hits %", theirs, texture)?;
+            sheet.line("texture cache hits %", theirs, texture);
         }
         let seconds = sum.cycles as f64 / (sum.mhz * 1e6);
         let rate = sum.bytes as f64 / seconds / 1e9;
-        sheet.line("GB/s", paper.map(|p| p.gb_s), rate)?;
+        sheet.line("GB/s", paper.map(|p| p.gb_s), rate);
         let stalled = 100.0 * sum.stalled as f64 / sum.at_work.max(1) as f64;
-        sheet.line("cycles stalled by caches %", None, stalled)?;
-        sheet.note(format!("  kernels built for: {built}"))?;
+        sheet.line("cycles stalled by caches %", None, stalled);
+        sheet.note(format!("  kernels built for: {built}"));
     }
     Ok(())
 }
 
 /// Table 6.
-pub(super) fn table6(
-    case: &Case,
-    args: &cli::Paper,
-    arch: &Arch,
-    sheet: &mut Sheet,
-    session: &Session<'_>,
-) -> Result<(), Failure> {
-    let built = built(&case.scene, args)?;
+pub(super) fn table6(subject: Subject<'_>, sheet: &mut Sheet<'_>) -> Result<(), Error> {
+    let (case, options) = (subject.case, subject.options);
+    let built = built(&case.scene, options)?;
     let mut sum = Sum::default();
     for camera in &case.cameras[..1] {
         let view = View {
@@ -249,24 +237,25 @@ pub(super) fn table6(
             built,
             timing: Timing::Full,
         };
-        render(&view, args, arch, args.size(), &mut sum, session)?;
+        render(&view, subject, &mut sum)?;
     }
     let seconds = sum.cycles as f64 / (sum.mhz * 1e6);
-    sheet.group("whole frames", sum.relative_error())?;
+    sheet.group("whole frames", sum.relative_error());
     let paper = case.paper.and_then(|p| p.frames_per_second);
-    sheet.line("frames per second", paper, 1.0 / seconds)?;
-    let pixels = f64::from(args.size().0) * f64::from(args.size().1);
-    sheet.line("rays a pixel", None, sum.rays as f64 / pixels)?;
-    sheet.line("Mrays/s", None, sum.mrays_per_second())?;
-    sheet.line("data cache hits %", None, 100.0 * sum.data.hit_rate())?;
+    sheet.line("frames per second", paper, 1.0 / seconds);
+    let pixels = f64::from(options.size.0) * f64::from(options.size.1);
+    sheet.line("rays a pixel", None, sum.rays as f64 / pixels);
+    sheet.line("Mrays/s", None, sum.mrays_per_second());
+    sheet.line("data cache hits %", None, 100.0 * sum.data.hit_rate());
     if sum.texture.hits + sum.texture.misses > 0 {
-        sheet.line("texture cache hits %", None, 100.0 * sum.texture.hit_rate())?;
+        sheet.line("texture cache hits %", None, 100.0 * sum.texture.hit_rate());
     }
-    sheet.line("GB/s", None, sum.bytes as f64 / seconds / 1e9)?;
+    sheet.line("GB/s", None, sum.bytes as f64 / seconds / 1e9);
     for (name, fps) in figures::OTHERS {
         sheet.note(format!(
             "  the paper's Fairy on {name}: {fps} frames per second"
-        ))?;
+        ));
     }
-    sheet.note(format!("  kernels built for: {built}"))
+    sheet.note(format!("  kernels built for: {built}"));
+    Ok(())
 }
