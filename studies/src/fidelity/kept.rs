@@ -1,7 +1,7 @@
 //! Frames that were run before, from the session's cache: whole frames by level, and samples.
 
-use super::host_time::HostTime;
-use super::{Fidelity, Prepared};
+use super::host_time::{HostTime, Start};
+use super::{Fidelity, FrameFigure, Prepared, untimed};
 use crate::Error;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -71,7 +71,28 @@ impl<'a> Kept<'a> {
             let whole = self.prepared.whole(level)?;
             Ok(Level {
                 took: whole.took,
-                values: whole.figures.iter().map(|f| f.estimate.value).collect(),
+                values: values(&whole.figures),
+            })
+        })
+    }
+
+    /// The counts of the frame without a clock, as [`untimed`] finds them: its program is neither divided nor
+    /// scheduled.
+    pub(super) fn untimed(&self) -> Result<Level, Error> {
+        let Prepared {
+            frame,
+            image,
+            session,
+            ..
+        } = self.prepared;
+        let key = self.key().text("untimed").finish();
+        self.known(key, || {
+            let (program, _) = frame.build.program(None, &frame.arch)?;
+            let start = Start::now(session.watch);
+            let untimed = untimed(image, &program, &frame.arch, &frame.guard, session)?;
+            Ok(Level {
+                took: start.taken(),
+                values: values(&untimed.figures),
             })
         })
     }
@@ -89,4 +110,8 @@ impl<'a> Kept<'a> {
             })
         })
     }
+}
+
+fn values(figures: &[FrameFigure]) -> Vec<f64> {
+    figures.iter().map(|f| f.estimate.value).collect()
 }

@@ -125,22 +125,27 @@ pub fn table(prepared: &Prepared<'_>, options: &TableOptions) -> Result<Table, E
             levels.push(row(sample.took, sample.measured, cells));
             continue;
         }
-        let known = kept.level(level)?;
         let all = FrameQuantity::all(&prepared.kernel_names());
-        let exact = all
+        let all = all.into_iter().zip(truth.values.iter().copied());
+        let (known, compared): (_, Vec<_>) = match level {
+            Fidelity::Functional => (
+                kept.untimed()?,
+                all.filter(|(quantity, _)| quantity.is_count()).collect(),
+            ),
+            _ => (kept.level(level)?, all.collect()),
+        };
+        let (quantities, truth): (Vec<_>, Vec<_>) = compared.into_iter().unzip();
+        let exact = |(quantity, &value)| FrameFigure {
+            quantity,
+            estimate: Estimate::exact(value),
+        };
+        let figures: Vec<FrameFigure> = quantities
             .into_iter()
             .zip(&known.values)
-            .map(|(quantity, &value)| {
-                let estimate = Estimate::exact(value);
-                FrameFigure { quantity, estimate }
-            });
-        let exact: Vec<FrameFigure> = exact.collect();
-        let mut cells = cells(&exact, &truth.values, false);
-        if level == Fidelity::Functional {
-            cells.retain(|c| c.quantity.is_count());
-        }
+            .map(exact)
+            .collect();
         let measured = f64::from(u8::from(level > Fidelity::Sampled));
-        levels.push(row(known.took, measured, cells));
+        levels.push(row(known.took, measured, cells(&figures, &truth, false)));
     }
     let trials = match options.trials {
         0 => None,
