@@ -1,5 +1,5 @@
-//! Makes what Rust knows of the C files: their names and texts, the structures of `scene.h`, and the
-//! numbers of `rgs.h`. A new file, field or number is in the product as soon as it is in C.
+//! Makes what Rust knows of the C files: their names and texts, the structures of `scene.h`, the
+//! numbers of `rgs.h`, and the lines that decide what a study counts. A new file, field or number is in the product as soon as it is in C.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -16,6 +16,7 @@ fn main() {
         ("files.rs", files(root)),
         ("structures.rs", structures(&header("scene.h"))),
         ("numbers.rs", numbers(&header("rgs.h"))),
+        ("decisions.rs", decisions(root)),
     ] {
         std::fs::write(Path::new(&out).join(name), text).expect("the folder can be written");
     }
@@ -133,6 +134,35 @@ fn numbers(header: &str) -> String {
         );
     }
     text
+}
+
+/// The lines of the kernels with a comment `decides: NAME`, each with the variant of `Decision` of that name. A name
+/// without a variant does not compile.
+fn decisions(root: &Path) -> String {
+    let mut text = String::from("pub(super) static LINES: &[(&str, u32, Decision)] = &[\n");
+    for file in names(root, "c") {
+        let source = std::fs::read_to_string(root.join(&file)).expect("the source can be read");
+        for (number, line) in (1..).zip(source.lines()) {
+            let Some((_, name)) = line.split_once("/* decides: ") else {
+                continue;
+            };
+            let (name, _) = name
+                .split_once(" */")
+                .expect("the comment ends on its line");
+            let variant: String = name.split(' ').map(capitalised).collect();
+            put(
+                &mut text,
+                format_args!("    ({file:?}, {number}, Decision::{variant}),"),
+            );
+        }
+    }
+    text.push_str("];\n");
+    text
+}
+
+fn capitalised(word: &str) -> String {
+    let (first, rest) = word.split_at(1);
+    first.to_uppercase() + rest
 }
 
 fn put(text: &mut String, line: std::fmt::Arguments<'_>) {

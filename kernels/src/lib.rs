@@ -4,11 +4,13 @@
 //! * [`libc`]: the C library that programs are linked with.
 //! * [`MICRO`]: small programs whose loops are measured.
 //! * [`effect`] and [`form`]: the choices with which the kernels of a frame can be built.
+//! * [`decision`]: the lines that decide what studies count by name.
 //! * [`layout`] and [`number`]: the structures of `scene.h` and the numbers of `rgs.h`.
 //!
 //! The build script lists the files: a new `kernels/x.c` is part of a frame, and a new
 //! `kernels/libc/x.c` part of the library, without a line elsewhere.
 
+pub mod decision;
 pub mod effect;
 pub mod form;
 pub mod layout;

@@ -13,18 +13,6 @@ use srp_runtime::system::{self, Report, SystemError};
 use srp_studies::attribution::{self, Attribution};
 use srp_studies::functional::{self, Frame, FunctionalError};
 use srp_toolchain::{Effort, Engine, Engines, Session, schedule, system_options};
-use std::collections::BTreeSet;
-use std::path::PathBuf;
-
-/// The lines of the kernels that decide about total internal reflection.
-pub fn reflecting_lines() -> BTreeSet<(String, u32)> {
-    let lines = |path: &PathBuf| {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let text = std::fs::read_to_string(path).unwrap_or_default();
-        attribution::reflecting_lines(&name, &text)
-    };
-    c_files("kernels").iter().flat_map(lines).collect()
-}
 
 /// A scene, and what all its frames share.
 pub struct Studio {
@@ -108,7 +96,6 @@ impl Studio {
             guard: &Guard::default(),
             threads,
             tiles: None,
-            total_reflection: &reflecting_lines(),
             most_nodes,
             watch: &Unwatched,
         };

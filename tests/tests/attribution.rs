@@ -7,7 +7,7 @@ use srp_runtime::effect::{Effects, Guard, find};
 use srp_runtime::scene::demo::demo;
 use srp_studies::attribution::{self, Attribution, MOST_NODES};
 use srp_studies::reference;
-use srp_tests::studio::{Studio, reflecting_lines};
+use srp_tests::studio::Studio;
 
 /// Pixels of a frame.
 const SIZE: (u32, u32) = (64, 48);
@@ -138,7 +138,6 @@ fn the_worst_unit_is_named() {
         &program,
         &studio.arch,
         &Guard::default(),
-        &reflecting_lines(),
         (at % SIZE.0, at / SIZE.0),
     );
     let told = told.unwrap_or_else(|e| panic!("{e}")).expect("a pixel");

@@ -192,9 +192,9 @@ pub fn explain(frame: &Frame, pixel: (u32, u32)) -> Result<Explanation, Error> {
         )));
     }
     let (program, _) = frame.build.program(None, &frame.arch)?;
-    let (image, lines) = (frame.image()?, summary::reflecting_lines());
+    let image = frame.image()?;
     let (triangles, arch, guard) = (&frame.scene.triangles, &frame.arch, Guard::default());
-    let found = attribution::explain(triangles, &image, &program, arch, &guard, &lines, pixel);
+    let found = attribution::explain(triangles, &image, &program, arch, &guard, pixel);
     found.map_err(Error::invalid)?.ok_or_else(|| {
         Error::invalid(format_args!(
             "nothing of the frame is written to pixel {x},{y}"

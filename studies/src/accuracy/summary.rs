@@ -1,14 +1,12 @@
 //! Where a picture's error comes from: the run of its program with shadows in binary64, summed up.
 
 use crate::Error;
-use crate::attribution::{
-    self, Attribution, FlipKind, MOST_NODES, Options, reflecting_lines as lines_of,
-};
+use crate::attribution::{self, Attribution, FlipKind, MOST_NODES, Options};
 use serde::{Deserialize, Serialize};
 use srp_runtime::effect::Guard;
 use srp_runtime::scene_image::SceneImage;
 use srp_toolchain::{Frame, Session};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// Sources that are told.
 const MOST_TOLD: usize = 24;
@@ -77,7 +75,6 @@ impl AttributionSummary {
             guard: &Guard::default(),
             threads: 1,
             tiles: Some(&tiles),
-            total_reflection: &reflecting_lines(),
             most_nodes: MOST_NODES,
             watch: session.watch,
         };
@@ -157,10 +154,4 @@ impl AttributionSummary {
 fn drawn(tile: u32, one_in: u32) -> bool {
     let scrambled = (tile ^ tile >> 7).wrapping_mul(0x9e37_79b9) >> 12;
     scrambled.is_multiple_of(one_in)
-}
-
-/// The lines of the kernels that decide about total reflection.
-pub(super) fn reflecting_lines() -> BTreeSet<(String, u32)> {
-    let sources = srp_kernels::SOURCES.iter();
-    sources.flat_map(|s| lines_of(s.path, s.text)).collect()
 }

@@ -10,7 +10,7 @@ use srp_ir::shadow::tape::{Contributions, Entry, Sweep, Tape};
 use srp_runtime::effect::Guard;
 use srp_runtime::scene::Triangle;
 use srp_runtime::scene_image::{SceneImage, tile_size};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// Units of the last place beyond which a value has parted from its shadow.
 const PARTED: f64 = 4.0;
@@ -61,15 +61,14 @@ pub struct Explanation {
     pub flips: Vec<(String, String, Flip)>,
 }
 
-/// Runs the tile of pixel (`x`, `y`) with shadows. `total_reflection` is as in
-/// [`Options`](super::Options); `None` where there is no such pixel, or nobody writes it.
+/// Runs the tile of pixel (`x`, `y`) with shadows; `None` where there is no such pixel, or
+/// nobody writes it.
 pub fn explain(
     triangles: &[Triangle],
     image: &SceneImage,
     program: &Program,
     arch: &Arch,
     guard: &Guard,
-    total_reflection: &BTreeSet<(String, u32)>,
     (x, y): (u32, u32),
 ) -> Result<Option<Explanation>, FunctionalError> {
     if x >= image.frame.width || y >= image.frame.height {
@@ -78,13 +77,7 @@ pub fn explain(
     let layout = functional::layout(program, arch)?;
     let stage = Stage::of(image, program, arch, &layout, guard, MAX_STEPS)?;
     let exact = Exact::of(triangles);
-    let studio = Studio::of(
-        stage,
-        &exact,
-        triangles.len(),
-        total_reflection,
-        MOST_REMEMBERED,
-    );
+    let studio = Studio::of(stage, &exact, triangles.len(), MOST_REMEMBERED);
     let (width, height) = tile_size(arch.system.buffers.rays);
     let tile = y / height * (image.frame.stride / width) + x / width;
     studio.explain(tile, (x, y))

@@ -5,6 +5,7 @@ use super::pixels::{Contribution, largest};
 use super::tni::{DECISION, FrameShadows};
 use srp_ir::shadow::Decision;
 use srp_ir::shadow::tape::{Contributions, Sweep};
+use srp_kernels::decision::{Decision as Named, decided_at};
 
 /// Sources that are told of each flip.
 const MOST_TOLD: usize = 3;
@@ -131,13 +132,13 @@ impl Studio<'_> {
             Decision::Integer | Decision::Number => FlipKind::Other,
             Decision::Comparison => {
                 let at = self.sources.get(source).and_then(|source| source.at);
-                let line = at.and_then(|(file, line)| {
+                let named = at.and_then(|(file, line)| {
                     let file = self.stage.program.files.get(file)?;
-                    Some((file.clone(), line))
+                    decided_at(file, line)
                 });
-                match line.is_some_and(|line| self.total_reflection.contains(&line)) {
-                    true => FlipKind::TotalReflection,
-                    false => FlipKind::Other,
+                match named {
+                    Some(Named::TotalInternalReflection) => FlipKind::TotalReflection,
+                    None => FlipKind::Other,
                 }
             }
         }

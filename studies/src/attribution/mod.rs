@@ -27,7 +27,6 @@ use srp_runtime::effect::Guard;
 use srp_runtime::scene::Triangle;
 use srp_runtime::scene_image::SceneImage;
 use srp_runtime::tni::arithmetic::stages;
-use std::collections::BTreeSet;
 use tni::{FrameShadows, Hardware};
 
 pub use explain::{Explanation, Step, explain};
@@ -42,9 +41,6 @@ pub struct Options<'a> {
     pub threads: usize,
     /// The tiles to be looked into; `None` for all of them.
     pub tiles: Option<&'a [u32]>,
-    /// Lines, by file, whose comparisons decide about total internal reflection:
-    /// [`reflecting_lines`].
-    pub total_reflection: &'a BTreeSet<(String, u32)>,
     /// Operations of a tile that are remembered at once, 64 bytes each; before that, the history of
     /// its values is made short, which changes no contribution. [`MOST_NODES`] for most purposes.
     pub most_nodes: usize,
@@ -55,14 +51,6 @@ pub struct Options<'a> {
 /// Operations of a tile that are remembered, where nothing else is said: an eighth of a gigabyte
 /// for each thread.
 pub const MOST_NODES: usize = 1 << 21;
-
-/// The lines of a source that have the comment `decides: total internal reflection`.
-pub fn reflecting_lines(file: &str, text: &str) -> BTreeSet<(String, u32)> {
-    let lines = (1..).zip(text.lines());
-    let says = |line: &str| line.contains("decides: total internal reflection");
-    let found = lines.filter(|(_, line)| says(line));
-    found.map(|(i, _)| (file.to_owned(), i)).collect()
-}
 
 /// A place and an operation, or a unit, that errors come from.
 #[derive(Clone, Debug, PartialEq)]
@@ -134,7 +122,6 @@ struct Studio<'a> {
     stage: Stage<'a>,
     sources: Sources,
     hardware: Hardware<'a>,
-    total_reflection: &'a BTreeSet<(String, u32)>,
     most_nodes: usize,
 }
 
@@ -161,13 +148,7 @@ pub fn attribute(
     let layout = functional::layout(program, arch)?;
     let stage = Stage::of(image, program, arch, &layout, options.guard, MAX_STEPS)?;
     let exact = Exact::of(triangles);
-    let studio = Studio::of(
-        stage,
-        &exact,
-        triangles.len(),
-        options.total_reflection,
-        options.most_nodes,
-    );
+    let studio = Studio::of(stage, &exact, triangles.len(), options.most_nodes);
     let tiles = chosen(options.tiles, image.tiles)?;
     let run = |tile| studio.look_into(tile);
     let runs = each(&tiles, options.threads, run, options.watch);
@@ -183,13 +164,7 @@ pub fn attribute(
 }
 
 impl<'a> Studio<'a> {
-    fn of(
-        stage: Stage<'a>,
-        exact: &'a Exact,
-        triangles: usize,
-        total_reflection: &'a BTreeSet<(String, u32)>,
-        most_nodes: usize,
-    ) -> Studio<'a> {
+    fn of(stage: Stage<'a>, exact: &'a Exact, triangles: usize, most_nodes: usize) -> Studio<'a> {
         let test = stage.arch.system.tni.intersection;
         let units = tni::units(stages(test));
         let units: Vec<&str> = units.iter().map(String::as_str).collect();
@@ -197,7 +172,6 @@ impl<'a> Studio<'a> {
             sources: Sources::of(stage.program, &units),
             hardware: Hardware::of(&stage, exact, triangles),
             stage,
-            total_reflection,
             most_nodes,
         }
     }
