@@ -1,5 +1,5 @@
 //! Mistakes in machine files: each `errors/NAME.xml` and the exact text shown for it, in
-//! `errors/NAME.stderr`. `SRP_BLESS=1 cargo test` writes these texts anew.
+//! `errors/NAME.stderr`. `BLESS=1 cargo test` writes these texts anew.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -25,7 +25,7 @@ fn every_mistake_is_shown_as_expected() {
         codes.extend(errors.iter().map(|e| e.code));
         let shown = render_all(&errors, &xml, false);
         let expected = path.with_extension("stderr");
-        if std::env::var_os("SRP_BLESS").is_some() {
+        if std::env::var_os("BLESS").is_some() {
             std::fs::write(&expected, shown).expect("a writable expectation");
         } else if std::fs::read_to_string(&expected).ok().as_ref() != Some(&shown) {
             wrong.push(format!("{name} shows\n{shown}"));

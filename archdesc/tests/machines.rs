@@ -1,5 +1,5 @@
 //! The shipped machines: what they are, that they grow, and that their expanded form is the same
-//! machine. Golden texts stand in `golden/`; `SRP_BLESS=1 cargo test` writes them anew.
+//! machine. Golden texts stand in `golden/`; `BLESS=1 cargo test` writes them anew.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -36,7 +36,7 @@ fn golden(name: &str, text: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("tests/golden")
         .join(name);
-    if std::env::var_os("SRP_BLESS").is_some() {
+    if std::env::var_os("BLESS").is_some() {
         std::fs::write(&path, text).expect("a writable golden file");
     }
     let expected = std::fs::read_to_string(&path).expect("a golden file");

@@ -1,5 +1,5 @@
 //! Every mistake in `errors/*.c` gives exactly the messages of the `.stderr` beside it. With
-//! `SRP_BLESS=1` in the environment the `.stderr` files are written instead; their difference is
+//! `BLESS=1` in the environment the `.stderr` files are written instead; their difference is
 //! then the review.
 
 use srp_archdesc::diagnostic::Source;
@@ -26,7 +26,7 @@ fn messages_are_exact() {
         resolve: &resolve,
         ..Options::default()
     };
-    let bless = std::env::var_os("SRP_BLESS").is_some();
+    let bless = std::env::var_os("BLESS").is_some();
     let entries = std::fs::read_dir(directory()).expect("the cases are there");
     let mut paths: Vec<_> = entries
         .map(|entry| entry.expect("the directory can be read").path())

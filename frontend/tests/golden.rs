@@ -1,4 +1,4 @@
-//! The syntax tree and the program of each `golden/*.c`, as text. With `SRP_BLESS=1` in the
+//! The syntax tree and the program of each `golden/*.c`, as text. With `BLESS=1` in the
 //! environment the golden files are written instead.
 
 use srp_archdesc::diagnostic::Source;
@@ -11,7 +11,7 @@ use std::collections::HashSet;
 use std::path::Path;
 
 fn compare(path: &Path, found: &str, differences: &mut String) {
-    if std::env::var_os("SRP_BLESS").is_some() {
+    if std::env::var_os("BLESS").is_some() {
         std::fs::write(path, found).expect("the golden file can be written");
         return;
     }

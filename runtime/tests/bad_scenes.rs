@@ -1,5 +1,5 @@
 //! Messages about scenes that cannot be read, or only with doubt: each `scenes/NAME.obj` has its messages in
-//! `scenes/NAME.expected`. `SRP_BLESS=1` writes them anew.
+//! `scenes/NAME.expected`. `BLESS=1` writes them anew.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ fn load(name: &str) -> Result<Loaded, Messages> {
 
 #[test]
 fn messages_are_as_expected() {
-    let bless = std::env::var_os("SRP_BLESS").is_some();
+    let bless = std::env::var_os("BLESS").is_some();
     let mut names: Vec<PathBuf> = std::fs::read_dir(folder())
         .expect("the folder is there")
         .map(|entry| entry.expect("it can be read").path())

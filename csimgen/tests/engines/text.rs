@@ -4,7 +4,7 @@ use crate::build::*;
 use crate::kernels;
 use srp_csimgen::{emit, link};
 
-/// The text of a program with one kernel. `SRP_BLESS=1` writes the expectation anew.
+/// The text of a program with one kernel. `BLESS=1` writes the expectation anew.
 #[test]
 fn generated_text() {
     let code = kernels::launching(kernels::doubling(), &[5, 508], &[]);
@@ -17,11 +17,11 @@ fn generated_text() {
         found += &format!("// {name}\n{}\n", source.files[name]);
     }
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/engines/double.golden");
-    if std::env::var_os("SRP_BLESS").is_some() {
+    if std::env::var_os("BLESS").is_some() {
         std::fs::write(path, &found).expect("the golden file can be written");
     }
     let expected = std::fs::read_to_string(path).expect("the golden file");
-    assert!(found == expected, "SRP_BLESS=1 and look at the difference");
+    assert!(found == expected, "BLESS=1 and look at the difference");
 }
 
 /// Simulators keep a bit for each iteration under way.
