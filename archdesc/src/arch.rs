@@ -71,6 +71,14 @@ pub struct Srp {
     pub branch_delay: u32,
 }
 
+impl Srp {
+    /// The least latency of a class on any unit; `None` where no unit runs it.
+    pub fn least_latency(&self, class: Class) -> Option<u32> {
+        let ways = self.fus.values().filter_map(|fu| fu.op(class));
+        ways.map(|how| how.latency).min()
+    }
+}
+
 /// One functional unit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FuSpec {

@@ -18,6 +18,7 @@ use crate::isa::{Class, Opcode};
 use crate::precision::Approx;
 use crate::resource::ResourceGraph;
 use crate::structure::{Special, Structure};
+use crate::system::CacheSpec;
 
 /// Area of an input of a multiplexer beyond its first, µm² a bit: 2.4 gates of 1.44 µm².
 const MULTIPLEXER_BIT: f64 = 3.4;
@@ -318,9 +319,12 @@ fn storage(arch: &Arch) -> Vec<Item> {
         mm2: um2 * 1e-6,
     };
     let kib = |bytes: u32| format!("{} KiB", f64::from(bytes) / 1024.0);
+    let misses =
+        [system.data_cache, system.texture_cache].map(|cache| (cache.misses, miss_bits(&cache)));
+    let late: u32 = misses.iter().map(|(number, bits)| number * bits).sum();
     let (central, own) = (files(true), files(false));
     let extent = |(count, bits, _): (u32, u32, f64)| format!("{count} files, {bits} bits");
-    vec![
+    let mut items = vec![
         item("shared register files", extent(central), central.2),
         item("units' register files", extent(own), own.2),
         item(
@@ -353,7 +357,28 @@ fn storage(arch: &Arch) -> Vec<Item> {
             kib(system.texture_cache.bytes),
             1e6 * cache_area(system.texture_cache.bytes),
         ),
-    ]
+    ];
+    if late > 0 {
+        let um2 = REGISTER_BIT * f64::from(late);
+        items.push(item(
+            "misses that do not block",
+            format!("{late} bits"),
+            um2,
+        ));
+    }
+    items
+}
+
+/// Bits that a cache which does not block has for each of its misses, beside the line's address that any cache has: the
+/// line as it arrives, and for each lane of a load a place in it, a register and a count of the cycles left.
+fn miss_bits(cache: &CacheSpec) -> u32 {
+    const LANES: u32 = 4;
+    const REGISTER: u32 = 8;
+    const COUNT: u32 = 8;
+    match cache.blocking {
+        true => 0,
+        false => 8 * cache.line + LANES * (choice(cache.line as usize) + REGISTER + COUNT),
+    }
 }
 
 /// Bits that choose one of so many.

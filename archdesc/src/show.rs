@@ -268,13 +268,14 @@ fn bytes(n: u32) -> String {
 
 fn cache(name: &str, c: &CacheSpec) -> String {
     format!(
-        "{name}: {}, {} ways, lines of {} bytes, latency {}, {} bank(s), {} misses",
+        "{name}: {}, {} ways, lines of {} bytes, latency {}, {} bank(s), {} misses{}",
         bytes(c.bytes),
         c.ways,
         c.line,
         c.latency,
         c.banks,
-        c.misses
+        c.misses,
+        if c.blocking { ", blocking" } else { "" }
     )
 }
 

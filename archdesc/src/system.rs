@@ -47,6 +47,10 @@ pub struct CacheSpec {
     pub banks: u32,
     /// Misses that may be outstanding.
     pub misses: u32,
+    /// Of the caches of the SRP: true if a load that misses freezes the core at once, until its line is there. Else
+    /// the core runs on, and freezes where the value of a load is due and its line is not there, or where a load
+    /// misses while as many misses as may be are outstanding. The T&I unit's caches never block, and have `false`.
+    pub blocking: bool,
 }
 
 impl CacheSpec {

@@ -2,8 +2,8 @@
 //!
 //! An engine (the table interpreter or a generated simulator) implements [`Core`]; the system
 //! implements [`Bus`]. The array and the VLIW engine are statically scheduled, so an engine's time
-//! varies for two reasons only, and both are the bus's word: a cached access that misses freezes
-//! the whole core ([`Bus::stalled`]), and a port that is not ready holds the VLIW engine where it is.
+//! varies for two reasons only, and both are the bus's word: a cached access that misses ends a run
+//! ([`Bus::stalled`]), after which the whole core may be frozen, and a port that is not ready holds the VLIW engine where it is.
 
 /// The text of this file, which depends on nothing but `std`: it is part of every generated
 /// simulator.
@@ -37,7 +37,7 @@ pub trait Bus {
     /// The first of the addresses that is not mapped or not aligned.
     fn texels(&mut self, addresses: Lanes) -> Result<Lanes, u32>;
 
-    /// True if the core must stand still after the cycle that made the last access.
+    /// True if the run has to end after the cycle that made the last access: the core is frozen, or a load has missed.
     fn stalled(&self) -> bool;
 
     /// Takes a word from an input port, or `None` where the core has to wait for it.

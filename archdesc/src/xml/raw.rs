@@ -185,6 +185,7 @@ raw! {
         latency: Option<Text>,
         banks: Option<Text>,
         misses: Option<Text>,
+        blocking: Option<Text>,
     }
 
     /// `<texture>`

@@ -21,8 +21,8 @@ fn default() -> SystemSpec {
         srp_mhz: 1000,
         tni_mhz: 500,
         sram_bytes: 240 << 10,
-        data_cache: cache(4, 2, 1, 1, 4),
-        texture_cache: cache(32, 4, 1, 1, 8),
+        data_cache: blocking(cache(4, 2, 1, 1, 4)),
+        texture_cache: blocking(cache(32, 4, 1, 1, 8)),
         buffers: BufferSpec {
             rays: 64,
             ray_buffers: 3,
@@ -75,6 +75,14 @@ const fn cache(kib: u32, ways: u32, latency: u32, banks: u32, misses: u32) -> Ca
         latency,
         banks,
         misses,
+        blocking: false,
+    }
+}
+
+const fn blocking(cache: CacheSpec) -> CacheSpec {
+    CacheSpec {
+        blocking: true,
+        ..cache
     }
 }
 
@@ -135,6 +143,13 @@ fn cache_spec(
     };
     let number = |text, limit, default| values::number(found, text, limit, default);
     let before = found.len();
+    if let Some(text) = (raw.blocking.as_ref())
+        .filter(|_| element.starts_with("trv-") || element.starts_with("ist-"))
+    {
+        let message =
+            format!("`blocking` is of the caches of the SRP: a `<{element}>` never blocks");
+        found.push(found.error("A0601", text.span, message, "leave it out"));
+    }
     let cache = CacheSpec {
         bytes: number(&raw.size, limits::CACHE_SIZE, default.bytes),
         ways: number(&raw.ways, limits::WAYS, default.ways),
@@ -142,6 +157,7 @@ fn cache_spec(
         latency: number(&raw.latency, limits::CACHE_LATENCY, default.latency),
         banks: values::power(found, &raw.banks, limits::BANKS, default.banks),
         misses: number(&raw.misses, limits::MISSES, default.misses),
+        blocking: values::flag(found, &raw.blocking, "blocking", default.blocking),
     };
     if found.len() > before {
         return default;

@@ -201,11 +201,16 @@ fn write_cache(
         latency,
         banks,
         misses,
+        blocking,
     } = cache;
+    let blocking = match element {
+        "data-cache" | "texture-cache" => format!(" blocking=\"{blocking}\""),
+        _ => String::new(),
+    };
     writeln!(
         out,
         "{indent}<{element} size=\"{bytes}\" ways=\"{ways}\" line=\"{line}\" \
-         latency=\"{latency}\" banks=\"{banks}\" misses=\"{misses}\"/>"
+         latency=\"{latency}\" banks=\"{banks}\" misses=\"{misses}\"{blocking}/>"
     )
 }
 

@@ -250,6 +250,7 @@ mod tests {
                 latency: 1,
                 banks: 1,
                 misses: 4,
+                blocking: true,
             };
             let mut cache = Cache::new(&spec);
             let mut reference = Reference {
@@ -295,6 +296,7 @@ mod tests {
             latency: 1,
             banks: 1,
             misses: 2,
+            blocking: true,
         };
         let mut cache = Cache::new(&spec);
         assert_eq!(cache.access(1), Access::Miss);

@@ -187,7 +187,8 @@ impl Bus for CoreBus<'_, '_> {
 
     /// Also true when the program has ended, so that the engine goes no further.
     fn stalled(&self) -> bool {
-        self.core.data.waits() || self.core.texture.lines.waits() || self.core.ports.exit.is_some()
+        let Periphery { data, texture, .. } = &*self.core;
+        data.ends_run() || texture.lines.ends_run() || self.core.ports.exit.is_some()
     }
 
     fn port_in(&mut self, port: u32) -> Option<u32> {

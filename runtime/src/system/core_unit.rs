@@ -1,8 +1,9 @@
 //! One SGRT core: an SRP engine, and the parts round it: SRAM, data cache and texture cache, T&I unit, ports,
 //! and the account of its cycles.
 
-use srp_archdesc::ports;
+use srp_archdesc::isa::Class;
 use srp_archdesc::system::SystemSpec;
+use srp_archdesc::{Arch, ports};
 
 use super::core_bus::{CoreBus, Shared};
 use super::data_cache::DataCache;
@@ -15,7 +16,8 @@ use crate::memory::unloaded;
 use crate::tni::{Estimated, HitRecord, Runs, SubmitError, Tni, Tree, Unit, Untimed};
 
 /// Cycles that an engine may run ahead: nothing from outside reaches it but through ports, which
-/// it talks to in the first cycle of a run only, and the caches, where a miss ends the run.
+/// it talks to in the first cycle of a run only, and the caches, where a miss ends the run. While a line is on its
+/// way, a run ends where the value of its load is due.
 const AHEAD: u64 = 1 << 16;
 
 /// The state of a core.
@@ -147,20 +149,23 @@ impl CoreUnit {
     pub(super) fn new(
         number: u32,
         engine: Box<dyn Core>,
-        spec: &SystemSpec,
+        arch: &Arch,
         sram: Vec<u8>,
         tree: Tree,
         timing: Timing,
         observed: bool,
     ) -> CoreUnit {
+        let (spec, latency) = (&arch.system, |class| {
+            arch.srp.least_latency(class).unwrap_or(1)
+        });
         let immediate = timing == Timing::Untimed;
         CoreUnit {
             engine,
             periphery: Periphery {
                 number,
                 sram,
-                data: DataCache::new(&spec.data_cache, immediate),
-                texture: TextureCache::new(&spec.texture_cache, immediate),
+                data: DataCache::new(&spec.data_cache, latency(Class::Cload), immediate),
+                texture: TextureCache::new(&spec.texture_cache, latency(Class::Tex), immediate),
                 tni: unit(timing, spec, tree, observed),
                 ports: Ports::default(),
                 account: Account::default(),
@@ -197,6 +202,8 @@ impl CoreUnit {
             return Ok(false);
         }
         self.periphery.ports.taken.clear();
+        let slacks = [&self.periphery.data, &self.periphery.texture.lines].map(DataCache::slack);
+        let ahead = slacks.into_iter().flatten().fold(AHEAD, u64::min);
         let mut bus = CoreBus {
             now,
             core: &mut self.periphery,
@@ -204,13 +211,17 @@ impl CoreUnit {
         };
         let run = self
             .engine
-            .run(&mut bus, AHEAD)
+            .run(&mut bus, ahead)
             .map_err(|trap| SystemError::Trap {
                 core: self.periphery.number,
                 trap,
             })?;
         if let Some(fault) = self.periphery.ports.fault {
             return Err(SystemError::submission(self.periphery.number, fault));
+        }
+        if !matches!(run.activity, Activity::Wait(_)) {
+            self.periphery.data.ran(run.cycles);
+            self.periphery.texture.lines.ran(run.cycles);
         }
         self.ready = now;
         self.count(run, shared);

@@ -1,6 +1,9 @@
 //! The data cache of one core, and the lines on their way between it and the memory.
 //!
-//! Loads allocate lines and stall the core when they miss. Stores never stall: one that hits marks
+//! Loads allocate lines. One that misses freezes the core: at once if the cache blocks, else where its value is due
+//! and its line is not there yet; what the core does until then is hit under miss. Due times are in cycles of the
+//! engine: while the core is frozen or waits for a port, time stands still for values in flight. Stores never freeze
+//! it: one that hits marks
 //! its line, which is written back when it is replaced; one that misses goes round the cache into a
 //! small buffer that combines neighbouring stores into lines (streams of pixels would otherwise
 //! read every line of the frame buffer before overwriting it).
@@ -11,11 +14,26 @@ use srp_archdesc::system::CacheSpec;
 
 use crate::memory::cache::{Access, Cache};
 
+/// A load whose line is on its way.
+#[derive(Clone, Copy, Debug)]
+struct Late {
+    line: u32,
+    /// Cycles that the engine may run before the value is due.
+    slack: u64,
+}
+
 /// Cache, store buffer and requests.
 #[derive(Clone, Debug)]
 pub(super) struct DataCache {
     pub(super) cache: Cache,
     line: u32,
+    blocking: bool,
+    /// Cycles that the engine may run after the one of a load before its value is due.
+    slack: u64,
+    /// Of a cache that does not block, the loads whose lines are on their way; those of the run that goes on are
+    /// behind the first `known`.
+    late: Vec<Late>,
+    known: usize,
     /// Lines that a load of the current cycle needs and that cannot be requested yet.
     deferred: Vec<u32>,
     /// Combined stores: line and bytes, oldest first.
@@ -28,10 +46,15 @@ pub(super) struct DataCache {
 }
 
 impl DataCache {
-    pub(super) fn new(spec: &CacheSpec, immediate: bool) -> DataCache {
+    /// An empty cache. The values of loads are due `latency` cycles after them.
+    pub(super) fn new(spec: &CacheSpec, latency: u32, immediate: bool) -> DataCache {
         DataCache {
             cache: Cache::new(spec),
             line: spec.line,
+            blocking: spec.blocking,
+            slack: u64::from(latency.saturating_sub(1)),
+            late: Vec::new(),
+            known: 0,
             deferred: Vec::new(),
             stores: VecDeque::new(),
             max_stores: spec.misses.max(1) as usize,
@@ -46,7 +69,8 @@ impl DataCache {
     }
 
     fn look_up(&mut self, line: u32) {
-        match self.cache.access(line) {
+        let result = self.cache.access(line);
+        match result {
             Access::Hit | Access::Pending => {}
             Access::Miss => {
                 // Data stored round the cache has to be in memory first.
@@ -59,8 +83,13 @@ impl DataCache {
             }
             Access::Full => self.deferred.push(line),
         }
-        if self.immediate && self.cache.outstanding() > 0 {
-            self.fill(line * self.line);
+        if self.immediate {
+            if self.cache.outstanding() > 0 {
+                self.fill(line * self.line);
+            }
+        } else if !self.blocking && result != Access::Hit && result != Access::Full {
+            let slack = self.slack;
+            self.late.push(Late { line, slack });
         }
     }
 
@@ -86,9 +115,31 @@ impl DataCache {
         }
     }
 
-    /// True if loads wait for lines.
+    /// True if the core has to stand still.
     pub(super) fn waits(&self) -> bool {
-        self.cache.outstanding() > 0 || !self.deferred.is_empty()
+        let is_due = match self.blocking {
+            true => self.cache.outstanding() > 0,
+            false => self.slack() == Some(0),
+        };
+        is_due || !self.deferred.is_empty()
+    }
+
+    /// Cycles that the engine may run before a value is due whose line is not there; `None` where there is none.
+    pub(super) fn slack(&self) -> Option<u64> {
+        self.late.iter().map(|late| late.slack).min()
+    }
+
+    /// True if a load of the run that goes on has missed, or has to wait: the run ends with its cycle.
+    pub(super) fn ends_run(&self) -> bool {
+        self.waits() || self.late.len() > self.known
+    }
+
+    /// The engine has run for so many cycles; loads of the run that missed did so in the last one.
+    pub(super) fn ran(&mut self, cycles: u64) {
+        for late in &mut self.late[..self.known] {
+            late.slack = late.slack.saturating_sub(cycles);
+        }
+        self.known = self.late.len();
     }
 
     /// A line arrives.
@@ -96,9 +147,12 @@ impl DataCache {
         if let Some(back) = self.cache.fill(address / self.line) {
             self.requests.push_back((back * self.line, self.line, true));
         }
+        let line = address / self.line;
+        self.late.retain(|late| late.line != line);
         for line in std::mem::take(&mut self.deferred) {
             self.look_up(line);
         }
+        self.known = self.late.len();
     }
 
     /// Writes everything back.
@@ -131,7 +185,9 @@ mod tests {
                 latency: 1,
                 banks: 1,
                 misses: 1,
+                blocking: true,
             },
+            4,
             false,
         )
     }
@@ -151,6 +207,48 @@ mod tests {
         assert_eq!(requests(&mut cache), [(0x80, 64, false)]);
         cache.fill(0x80);
         assert!(!cache.waits());
+    }
+
+    /// Values are due four cycles after their loads, and two lines may be on their way.
+    #[test]
+    fn the_core_runs_under_a_miss_until_the_value_is_due() {
+        let mut cache = DataCache {
+            blocking: false,
+            ..cache()
+        };
+        cache.cache = Cache::new(&CacheSpec {
+            bytes: 256,
+            ways: 2,
+            line: 64,
+            latency: 1,
+            banks: 1,
+            misses: 2,
+            blocking: false,
+        });
+        cache.load(0x40);
+        assert!(cache.ends_run() && !cache.waits());
+        cache.ran(9);
+        assert_eq!((cache.ends_run(), cache.slack()), (false, Some(3)));
+        // Another miss two cycles later, which the first one does not wait for.
+        cache.load(0x80);
+        cache.ran(2);
+        assert_eq!(requests(&mut cache), [(0x40, 64, false), (0x80, 64, false)]);
+        assert_eq!((cache.waits(), cache.slack()), (false, Some(1)));
+        cache.ran(1);
+        assert!(cache.waits());
+        cache.fill(0x40);
+        assert_eq!((cache.waits(), cache.slack()), (false, Some(2)));
+        // A third one has room now, a fourth one has to wait for it.
+        cache.load(0xc0);
+        assert!(!cache.waits());
+        cache.load(0x100);
+        assert!(cache.waits());
+        cache.ran(1);
+        cache.fill(0x80);
+        assert_eq!((cache.waits(), cache.slack()), (false, Some(3)));
+        cache.fill(0xc0);
+        cache.fill(0x100);
+        assert_eq!(cache.slack(), None);
     }
 
     #[test]

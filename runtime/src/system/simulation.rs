@@ -76,7 +76,7 @@ impl<'a> Simulation<'a> {
         let (timing, observed) = (options.timing, options.observer.is_some());
         let core = |(i, engine)| {
             let sram = sram.clone();
-            CoreUnit::new(i, engine, spec, sram, image.tree, timing, observed)
+            CoreUnit::new(i, engine, arch, sram, image.tree, timing, observed)
         };
         let paths = if spec.dram.shared { 1 } else { engines.len() };
         let tiles = options.tiles;

@@ -24,9 +24,10 @@ pub(super) struct TextureCache {
 }
 
 impl TextureCache {
-    pub(super) fn new(spec: &CacheSpec, immediate: bool) -> TextureCache {
+    /// An empty cache. The values of samples are due `latency` cycles after them.
+    pub(super) fn new(spec: &CacheSpec, latency: u32, immediate: bool) -> TextureCache {
         TextureCache {
-            lines: DataCache::new(spec, immediate),
+            lines: DataCache::new(spec, latency, immediate),
             line: spec.line,
             held: [0; HELD],
             samples: 0,
@@ -70,7 +71,9 @@ mod tests {
                 latency: 1,
                 banks: 1,
                 misses: 2,
+                blocking: true,
             },
+            12,
             false,
         )
     }
