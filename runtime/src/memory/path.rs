@@ -51,6 +51,9 @@ pub struct MemoryPath {
     /// On the way back: when they arrive, in ps.
     answers: VecDeque<(u64, Request)>,
     done: Vec<(u64, Request)>,
+    /// Cycle of the memory in which it has taken the last request; one behind another that waited for room arrives
+    /// before it, and is not offered before it.
+    taken: u64,
     in_flight: u32,
     /// A time, in ps, before which nothing arrives at the memory or leaves it.
     wakes: u64,
@@ -78,6 +81,7 @@ impl MemoryPath {
             to_dram: VecDeque::new(),
             answers: VecDeque::new(),
             done: Vec::new(),
+            taken: 0,
             in_flight: 0,
             wakes: u64::MAX,
             request_cycles: 0,
@@ -146,9 +150,12 @@ impl MemoryPath {
         while let Some(&(at, request)) = self.to_dram.front()
             && at <= now
         {
-            let cycle = self.dram_clock.cycle_from(at);
+            let cycle = self.dram_clock.cycle_from(at).max(self.taken);
             match self.dram.offer(cycle, request) {
-                Ok(()) => drop(self.to_dram.pop_front()),
+                Ok(()) => {
+                    self.taken = cycle;
+                    self.to_dram.pop_front();
+                }
                 Err(from) => self.to_dram[0].0 = self.dram_clock.start(from).max(at + 1),
             }
         }
@@ -251,6 +258,28 @@ mod tests {
         // One channel moves a line in 8 memory cycles: 10 ns.
         assert_eq!(times[1].0 - times[0].0, 10_000);
         assert_eq!(times[2].0 - times[1].0, 10_000);
+    }
+
+    /// Requests that wait behind one for which the memory has no room are taken after it, and none is answered sooner
+    /// than one alone.
+    #[test]
+    fn a_full_memory_holds_up_what_is_behind() {
+        let [spec, ..] = presets();
+        let mut path = path(&spec.spec);
+        for i in 0..100_u32 {
+            let request = Request {
+                address: i.wrapping_mul(0x9e37_79b1) & 0xff_ff80,
+                bytes: 64 << (i % 2),
+                ..read(i)
+            };
+            path.request(1000 * u64::from(i), request);
+        }
+        let times = times(&mut path);
+        assert_eq!(times.len(), 100);
+        let counters = path.counters();
+        let bursts = 100 * 6;
+        let cycles: u64 = counters.channels.iter().map(|c| c.read_cycles).sum();
+        assert!(cycles > bursts * 10 && cycles < bursts * 2000, "{cycles}");
     }
 
     /// Looking more often changes nothing: the memory is simulated to the same end.

@@ -40,6 +40,8 @@ pub struct Banked {
     answers: Answers,
     finished: Vec<Finished>,
     next_number: u64,
+    /// The cycle of the last offer.
+    offered: u64,
     counters: DramCounters,
 }
 
@@ -55,6 +57,7 @@ impl Banked {
             answers: BinaryHeap::new(),
             finished: Vec::new(),
             next_number: 0,
+            offered: 0,
             counters: DramCounters::default(),
         }
     }
@@ -142,6 +145,8 @@ impl Banked {
 
 impl Dram for Banked {
     fn offer(&mut self, now: u64, request: Request) -> Result<(), u64> {
+        debug_assert!(self.offered <= now, "time goes back");
+        self.offered = now;
         self.run(now);
         let (first, last) = self.bursts(&request);
         self.room(now, first, last, request.is_write)?;
