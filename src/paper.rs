@@ -6,7 +6,6 @@ use crate::cli;
 use crate::failure::Failure;
 use crate::{interrupt, scenes, talk};
 use sheet::Sheet;
-use srp_runtime::bvh::Builder;
 use srp_runtime::effect::Effects;
 use srp_studies::fidelity::Fidelity;
 use srp_studies::paper::{self, Case, Options};
@@ -84,7 +83,7 @@ fn case(path: Option<&Path>, args: &cli::Paper, session: &Session<'_>) -> Result
     let views = path.map_or(Ok(None), Views::beside)?;
     let first = views.as_ref().map(|v| v.camera(0)).transpose()?;
     let scene = scenes::read(path, first, session)?;
-    let tree = args.measuring.tree(Builder::Sweep);
+    let tree = args.measuring.tree(args.bvh);
     let bvh = srp_toolchain::scene::build(&scene, &tree, session);
     let stem = path.and_then(Path::file_stem).and_then(|n| n.to_str());
     Ok(Case::new(scene, bvh, views.as_ref(), stem)?)

@@ -49,7 +49,7 @@ pub(crate) struct Accuracy {
     /// Width and height of the frames (320x240)
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<(u32, u32)>,
-    /// How the bounding volume hierarchy is built (sweep)
+    /// How the bounding volume hierarchy is built (best)
     #[arg(long, value_name = "BUILDER", value_parser = one_of(BUILDERS))]
     bvh: Option<Builder>,
     /// Combinations of a frame's settings that are tried, at most (40); of a kernel, all settings (400)
@@ -151,7 +151,7 @@ impl Accuracy {
 
     /// How the tree is built.
     pub(crate) fn bvh(&self) -> Builder {
-        self.bvh.unwrap_or(Builder::Sweep)
+        self.bvh.unwrap_or_default()
     }
 
     /// Fails where something is said of kernels, and a frame is studied.

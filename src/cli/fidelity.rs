@@ -81,7 +81,7 @@ pub(crate) struct FidelityTable {
     #[arg(long, value_name = "ENGINE", default_value = "auto", value_parser = one_of(ENGINES))]
     pub(crate) engine: Engine,
     /// How the bounding volume hierarchy is built
-    #[arg(long, value_name = "BUILDER", default_value = "sweep", value_parser = one_of(BUILDERS))]
+    #[arg(long, value_name = "BUILDER", default_value = "best", value_parser = one_of(BUILDERS))]
     pub(crate) bvh: Builder,
     /// Half the width that drawing may leave to the intervals of cycles; what samples may be off by besides is added
     #[arg(long, value_name = "PERCENT", default_value = "1%", value_parser = parse_error)]

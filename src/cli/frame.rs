@@ -208,6 +208,11 @@ fn parse_light(text: &str) -> Result<Light, String> {
 /// How bounding volume hierarchies are built.
 pub(crate) const BUILDERS: &[Choice<Builder>] = &[
     Choice {
+        value: Builder::Best,
+        name: Builder::Best.name(),
+        what: "The best of these by the surface area heuristic",
+    },
+    Choice {
         value: Builder::Sweep,
         name: Builder::Sweep.name(),
         what: "Full-sweep surface area heuristic",

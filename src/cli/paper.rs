@@ -1,10 +1,11 @@
 //! `srp paper`: the paper's tables.
 
 use super::fidelity::Level;
-use super::frame::{Building, parse_size};
+use super::frame::{BUILDERS, Building, parse_size};
 use super::tni::{Measuring, ORDERS, parse_sample};
 use super::{ENGINES, MachineFile, one_of};
 use clap::{Args, ValueEnum};
+use srp_runtime::bvh::Builder;
 use srp_studies::rays::Order;
 use srp_toolchain::Engine;
 use std::path::PathBuf;
@@ -77,6 +78,9 @@ pub(crate) struct Paper {
     pub(crate) sample_primary: Option<u64>,
     #[command(flatten)]
     pub(crate) level: Level,
+    /// How the bounding volume hierarchy is built; the paper's is by sweep
+    #[arg(long, value_name = "BUILDER", default_value = "sweep", value_parser = one_of(BUILDERS))]
+    pub(crate) bvh: Builder,
     /// Order of the rays
     #[arg(long, value_name = "ORDER", default_value = "morton", value_parser = one_of(ORDERS))]
     pub(crate) order: Order,

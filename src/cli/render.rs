@@ -42,7 +42,7 @@ pub(crate) struct Render {
     #[arg(long, value_name = "N", value_parser = parse_threads)]
     pub(crate) threads: Option<usize>,
     /// How the bounding volume hierarchy is built
-    #[arg(long, value_name = "BUILDER", default_value = "sweep", value_parser = one_of(BUILDERS))]
+    #[arg(long, value_name = "BUILDER", default_value = "best", value_parser = one_of(BUILDERS))]
     pub(crate) bvh: Builder,
     /// The image
     #[arg(short, long, value_name = "FILE.png", default_value = "out.png")]
@@ -79,7 +79,7 @@ pub(crate) struct Effects {
     #[arg(long, value_name = "ENGINE", default_value = "interp", value_parser = one_of(ENGINES))]
     pub(crate) engine: Engine,
     /// How the bounding volume hierarchy is built
-    #[arg(long, value_name = "BUILDER", default_value = "sweep", value_parser = one_of(BUILDERS))]
+    #[arg(long, value_name = "BUILDER", default_value = "best", value_parser = one_of(BUILDERS))]
     pub(crate) bvh: Builder,
     /// Write the report as a page too
     #[arg(long, value_name = "FILE.html")]

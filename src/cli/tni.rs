@@ -167,7 +167,7 @@ pub(crate) struct Tni {
     #[arg(long, value_name = "ORDER", default_value = "morton", value_parser = one_of(ORDERS))]
     pub(crate) order: Order,
     /// How the bounding volume hierarchy is built
-    #[arg(long, value_name = "BUILDER", default_value = "sweep", value_parser = one_of(BUILDERS))]
+    #[arg(long, value_name = "BUILDER", default_value = "best", value_parser = one_of(BUILDERS))]
     pub(crate) bvh: Builder,
     #[command(flatten)]
     pub(crate) measuring: Measuring,

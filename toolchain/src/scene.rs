@@ -3,7 +3,7 @@
 use crate::{Error, Session, files};
 use srp_archdesc::diagnostic::Messages;
 use srp_archdesc::watch::{Event, Stage};
-use srp_runtime::bvh::{self, Bvh};
+use srp_runtime::bvh::{self, Builder, Bvh};
 use srp_runtime::effect::{self, Effects, Guard};
 use srp_runtime::scene::camera::{Camera, Viewpoints};
 use srp_runtime::scene::{self, Light, MAX_LIGHTS, Scene};
@@ -124,13 +124,17 @@ pub fn build(scene: &Scene, options: &bvh::Options, session: &Session<'_>) -> Bv
     let bvh = bvh::build(&scene.triangles, options);
     drop(stage);
     let note = |text: &str| session.watch.tell(Event::Note(text));
-    if bvh.fell_back {
+    if options.builder != Builder::Best && bvh.builder != options.builder {
         note("note: the tree was too deep for the T&I unit; the sweep's is used instead");
     }
+    let without = match bvh.dropped {
+        0 => String::new(),
+        n => format!(", {n} without area left out"),
+    };
     note(&format!(
-        "{} triangles, BVH by {}: SAH cost {:.1}, {} levels",
+        "{} triangles{without}, BVH by {}: SAH cost {:.1}, {} levels",
         scene.triangles.len(),
-        options.builder.name(),
+        bvh.builder.name(),
         bvh.sah_cost(options.traversal_cost),
         bvh.depth()
     ));

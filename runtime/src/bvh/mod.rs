@@ -33,8 +33,10 @@ pub const MAX_LEAF: u32 = 255;
 /// Who builds the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Builder {
-    /// Full-sweep SAH (Wald 2007), as in the paper.
+    /// That of the others whose tree has the least cost by the surface-area heuristic.
     #[default]
+    Best,
+    /// Full-sweep SAH (Wald 2007), as in the paper.
     Sweep,
     /// The same, then improved by reinsertion of subtrees (Meister and Bittner 2018).
     SweepReinsertion,
@@ -44,11 +46,17 @@ pub enum Builder {
 
 impl Builder {
     /// All of them.
-    pub const ALL: [Builder; 3] = [Builder::Sweep, Builder::SweepReinsertion, Builder::Ploc];
+    pub const ALL: [Builder; 4] = [
+        Builder::Best,
+        Builder::Sweep,
+        Builder::SweepReinsertion,
+        Builder::Ploc,
+    ];
 
     /// Its name on the command line.
     pub const fn name(self) -> &'static str {
         match self {
+            Builder::Best => "best",
             Builder::Sweep => "sweep",
             Builder::SweepReinsertion => "sweep+reinsertion",
             Builder::Ploc => "ploc",
@@ -73,11 +81,11 @@ pub struct Options {
 }
 
 impl Default for Options {
-    /// The sweep with leaves of at most 4 triangles. A visit costs about as much as a test in the
+    /// The best tree with leaves of at most 4 triangles. A visit costs about as much as a test in the
     /// T&I unit's fixed pipelines.
     fn default() -> Options {
         Options {
-            builder: Builder::Sweep,
+            builder: Builder::Best,
             max_leaf: 4,
             traversal_cost: 1.0,
         }
@@ -88,11 +96,14 @@ impl Default for Options {
 #[derive(Clone)]
 pub struct Bvh {
     /// The tree. No nodes where there are no triangles; otherwise node 0 is the root, and
-    /// siblings are neighbours. Boxes are the exact bounds of the triangles below.
+    /// siblings are neighbours. Boxes are the exact bounds of the triangles below. Triangles without area, which no
+    /// ray hits, are not in it.
     pub tree: Bvh2,
-    /// True if the tree of another builder was deeper than [`MAX_DEPTH`], so that the sweep's, which never
-    /// is, was taken instead.
-    pub fell_back: bool,
+    /// Who has built it: where the tree of the one asked for is deeper than [`MAX_DEPTH`], the sweep, whose tree never
+    /// is.
+    pub builder: Builder,
+    /// Triangles that are not in the tree, for they have no area.
+    pub dropped: usize,
 }
 
 impl Bvh {
@@ -122,30 +133,59 @@ impl Bvh {
 /// Builds the tree of a scene. Deterministic; any triangles do, none included, as long as their
 /// coordinates are finite.
 pub fn build(triangles: &[Triangle], options: &Options) -> Bvh {
-    let boxes: Vec<Box3> = triangles.iter().map(Box3::of).collect();
+    let solid = (0..)
+        .zip(triangles)
+        .filter(|(_, triangle)| has_area(triangle));
+    let (numbers, boxes): (Vec<u32>, Vec<Box3>) = solid.map(|(i, t)| (i, Box3::of(t))).unzip();
+    let asked = match options.builder {
+        Builder::Best => &[Builder::Sweep, Builder::SweepReinsertion, Builder::Ploc][..],
+        _ => &[options.builder],
+    };
+    let built = asked.iter().map(|&builder| Bvh {
+        tree: tree(&boxes, builder, options),
+        builder,
+        dropped: triangles.len() - boxes.len(),
+    });
+    let cost = |bvh: &Bvh| bvh.sah_cost(options.traversal_cost);
+    let shallow = built.filter(|bvh| bvh.depth() <= MAX_DEPTH);
+    let least = shallow.min_by(|a, b| cost(a).total_cmp(&cost(b)));
+    let mut bvh = least.unwrap_or_else(|| Bvh {
+        tree: tree(&boxes, Builder::Sweep, options),
+        builder: Builder::Sweep,
+        dropped: triangles.len() - boxes.len(),
+    });
+    for index in &mut bvh.tree.primitive_indices {
+        *index = numbers[*index as usize];
+    }
+    bvh
+}
+
+/// The tree of one builder, however deep.
+fn tree(boxes: &[Box3], builder: Builder, options: &Options) -> Bvh2 {
     let max_leaf = options.max_leaf.clamp(1, MAX_LEAF);
-    let swept = || sweep(&boxes, max_leaf, options.traversal_cost);
-    let mut tree = match options.builder {
-        Builder::Sweep => swept(),
-        // Reinsertion works best on single triangles, joined to leaves afterwards.
-        Builder::SweepReinsertion => sweep(&boxes, 1, options.traversal_cost),
+    // Reinsertion works best on single triangles, joined to leaves afterwards.
+    let mut tree = match builder {
+        Builder::SweepReinsertion => sweep(boxes, 1, options.traversal_cost),
         Builder::Ploc => PlocBuilder::with_capacity(boxes.len()).build(
             PlocSearchDistance::Medium,
-            &boxes,
+            boxes,
             (0..boxes.len() as u32).collect(),
             SortPrecision::U64,
             3,
         ),
+        Builder::Sweep | Builder::Best => return sweep(boxes, max_leaf, options.traversal_cost),
     };
-    if options.builder != Builder::Sweep && boxes.len() > 1 {
+    if boxes.len() > 1 {
         ReinsertionOptimizer::default().run(&mut tree, 0.2, None);
         collapse(&mut tree, max_leaf, options.traversal_cost);
     }
-    let fell_back = depth(&tree) > MAX_DEPTH;
-    if fell_back {
-        tree = swept();
-    }
-    Bvh { tree, fell_back }
+    tree
+}
+
+/// False for a triangle that no ray hits ([`TriangleRecord`]), whose box would only make others larger.
+fn has_area(triangle: &Triangle) -> bool {
+    let [a, b, c] = triangle.positions.map(|p| p.as_dvec3());
+    (b - a).cross(c - a) != glam::DVec3::ZERO
 }
 
 /// The box round one triangle.

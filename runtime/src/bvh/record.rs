@@ -4,7 +4,7 @@
 use glam::DVec3;
 use srp_archdesc::datapath::Intersection;
 
-use super::read_words;
+use super::{has_area, read_words};
 use crate::scene::Triangle;
 
 /// Bytes of the words of a triangle record.
@@ -222,7 +222,6 @@ fn woop(triangle: &Triangle) -> [u32; 12] {
     for (word, value) in words.iter_mut().zip(floats) {
         *word = value.to_bits();
     }
-    let [a, b, c] = triangle.positions.map(|p| p.as_dvec3());
-    words[9] = u32::from((b - a).cross(c - a) == DVec3::ZERO);
+    words[9] = u32::from(!has_area(triangle));
     words
 }
