@@ -18,6 +18,13 @@ pub const SGRT: Machine = Machine {
     xml: include_str!("../machines/sgrt.xml"),
 };
 
+/// The default with caches that do not block.
+pub const DECOUPLED: Machine = Machine {
+    name: "decoupled",
+    about: "sgrt, whose SRP runs on under misses of its caches",
+    xml: include_str!("../machines/decoupled.xml"),
+};
+
 /// A 2×2 array for tests.
 pub const TINY: Machine = Machine {
     name: "tiny",
@@ -33,4 +40,4 @@ pub const WIDE: Machine = Machine {
 };
 
 /// All of them.
-pub const ALL: [Machine; 3] = [SGRT, TINY, WIDE];
+pub const ALL: [Machine; 4] = [SGRT, DECOUPLED, TINY, WIDE];

@@ -281,6 +281,13 @@ fn cache(name: &str, c: &CacheSpec) -> String {
 
 fn show_system(out: &mut String, arch: &Arch) -> std::fmt::Result {
     let s = &arch.system;
+    match s.tile_block {
+        1 => writeln!(out, "tiles: one by one, in rows")?,
+        side => writeln!(
+            out,
+            "tiles: in blocks of up to {side}×{side}, each for one core"
+        )?,
+    }
     writeln!(out, "SRAM: {}", bytes(s.sram_bytes))?;
     writeln!(out, "{}", cache("data cache", &s.data_cache))?;
     writeln!(out, "{}", cache("texture cache", &s.texture_cache))?;

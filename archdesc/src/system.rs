@@ -12,6 +12,8 @@ use serde::{Deserialize, Serialize};
 pub struct SystemSpec {
     /// SGRT cores: each one SRP and one T&I unit.
     pub cores: u32,
+    /// Tiles on each side of the blocks in which cores get them, at most; 1: tile by tile, in rows.
+    pub tile_block: u32,
     /// Clock of the SRP, MHz.
     pub srp_mhz: u32,
     /// Clock of the T&I unit, MHz.

@@ -136,8 +136,14 @@ fn area_follows_from_everything_else() {
         ("size=\"240K\"", "size=\"480K\""),
         ("<data-cache size=\"4K\"", "<data-cache size=\"16K\""),
         ("<texture-cache size=\"32K\"", "<texture-cache size=\"64K\""),
-        ("<data-cache ", "<data-cache blocking=\"false\" "),
-        ("<texture-cache ", "<texture-cache blocking=\"false\" "),
+        (
+            "misses=\"4\" blocking=\"true\"",
+            "misses=\"4\" blocking=\"false\"",
+        ),
+        (
+            "misses=\"8\" blocking=\"true\"",
+            "misses=\"8\" blocking=\"false\"",
+        ),
         ("contexts=\"128\"", "contexts=\"256\""),
         ("topology=\"mesh-diagonal\"", "topology=\"full\""),
         ("link-delay=\"0\"", "link-delay=\"1\""),

@@ -11,7 +11,7 @@ Examples:
   srp area
   srp area my-machine.xml --json")]
 pub(crate) struct Area {
-    /// Machine file, or one of the machines that come along: sgrt, tiny, wide
+    /// Machine file, or one of the machines that come along: sgrt, decoupled, tiny, wide
     #[arg(default_value = "sgrt")]
     pub(crate) file: PathBuf,
     /// Print JSON instead of text
@@ -26,7 +26,7 @@ Examples:
   srp units
   srp units my-machine.xml --json")]
 pub(crate) struct Units {
-    /// Machine file, or one of the machines that come along: sgrt, tiny, wide
+    /// Machine file, or one of the machines that come along: sgrt, decoupled, tiny, wide
     #[arg(default_value = "sgrt")]
     pub(crate) file: PathBuf,
     /// Print JSON instead of text
@@ -54,26 +54,26 @@ pub(crate) struct Machine {
 pub(crate) enum MachineAction {
     /// Say everything that is wrong with it.
     Check {
-        /// The file, or one of the machines that come along: sgrt, tiny, wide
+        /// The file, or one of the machines that come along: sgrt, decoupled, tiny, wide
         #[arg(default_value = "sgrt")]
         file: PathBuf,
     },
     /// Show the array, the units and the peak rate.
     Show {
-        /// The file, or one of the machines that come along: sgrt, tiny, wide
+        /// The file, or one of the machines that come along: sgrt, decoupled, tiny, wide
         #[arg(default_value = "sgrt")]
         file: PathBuf,
     },
     /// Write it with every unit, link, file and default spelled out.
     Expand {
-        /// The file, or one of the machines that come along: sgrt, tiny, wide
+        /// The file, or one of the machines that come along: sgrt, decoupled, tiny, wide
         #[arg(default_value = "sgrt")]
         file: PathBuf,
     },
     /// Write a machine that comes along as it stands, with comments on what is known of it: a copy to edit.
     Source {
         /// Which
-        #[arg(default_value = "sgrt", value_parser = ["sgrt", "tiny", "wide"])]
+        #[arg(default_value = "sgrt", value_parser = ["sgrt", "decoupled", "tiny", "wide"])]
         name: String,
     },
     /// Write the machine file of a standard array: a mesh of equal units, or the like.

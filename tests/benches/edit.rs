@@ -125,7 +125,7 @@ fn main() {
     let machine = machine.expect("the command can be started").stdout;
     fs::write(desk.folder.join("machine.xml"), machine).expect("it can be written");
     let slower = |number: u32| {
-        let (from, to) = (300 + number, 301 + number);
+        let (from, to) = (number, number + 1);
         let latency = |ns: u32| format!("latency-ns=\"{ns}\"");
         desk.edit("machine.xml", &latency(from), &latency(to));
     };

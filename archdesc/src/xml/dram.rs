@@ -31,14 +31,10 @@ pub(super) const PARTS: [(&str, AddressPart); 4] = [
 pub(super) const ROW_POLICIES: [(&str, RowPolicy); 2] =
     [("open", RowPolicy::Open), ("closed", RowPolicy::Closed)];
 
-/// The memory that the default machine has: the paper's, with the latency that `sgrt.xml`
-/// explains.
+/// The memory that the default machine has: the paper's.
 pub(super) fn default() -> DramSpec {
     let [paper, ..] = presets();
-    DramSpec {
-        latency_ns: 300,
-        ..paper.spec
-    }
+    paper.spec
 }
 
 /// The memory that the file describes.
@@ -57,7 +53,7 @@ pub(super) fn dram(found: &Findings, raw: &Option<Spanned<raw::Dram>>) -> DramSp
         return common(found, raw, FIXED);
     }
     let named = presets().map(|preset| (preset.name, preset.spec));
-    let choices = [0, 1, 2].map(|i| (named[i].0, i));
+    let choices = [0, 1, 2, 3].map(|i| (named[i].0, i));
     let base = match values::word(found, &raw.preset, "preset", &choices) {
         Some(i) => named[i].1.clone(),
         None => default(),

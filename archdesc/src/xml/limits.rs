@@ -75,6 +75,7 @@ pub(super) const MAX_FILE_USERS: usize = 262_144;
 pub(super) const MAX_NAME: usize = 64;
 
 pub(super) const CORES: Limit = count("cores", 1, 64);
+pub(super) const TILE_BLOCK: Limit = count("tile-block", 1, 1024);
 pub(super) const SRP_MHZ: Limit = count("srp-mhz", 1, 10_000);
 pub(super) const TNI_MHZ: Limit = count("tni-mhz", 1, 10_000);
 pub(super) const MHZ: Limit = count("mhz", 1, 10_000);

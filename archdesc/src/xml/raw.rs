@@ -160,6 +160,7 @@ raw! {
     /// `<system>`
     System {
         cores: Option<Text>,
+        tile_block: Option<Text>,
         srp_mhz: Option<Text>,
         tni_mhz: Option<Text>,
         sram: Option<Spanned<Sram>>,

@@ -18,10 +18,14 @@ use crate::system::{BufferSpec, BusSpec, CacheSpec, NodeFormat, Pipeline, System
 fn default() -> SystemSpec {
     SystemSpec {
         cores: 4,
+        tile_block: 4,
         srp_mhz: 1000,
         tni_mhz: 500,
         sram_bytes: 240 << 10,
-        data_cache: blocking(cache(4, 2, 1, 1, 4)),
+        data_cache: CacheSpec {
+            line: 128,
+            ..blocking(cache(4, 4, 1, 1, 4))
+        },
         texture_cache: blocking(cache(32, 4, 1, 1, 8)),
         buffers: BufferSpec {
             rays: 64,
@@ -99,6 +103,7 @@ pub(super) fn system(found: &Findings, raw: &Option<Spanned<raw::System>>) -> Sy
     let tni_mhz = number(&raw.tni_mhz, limits::TNI_MHZ, default.tni_mhz);
     let system = SystemSpec {
         cores: number(&raw.cores, limits::CORES, default.cores),
+        tile_block: number(&raw.tile_block, limits::TILE_BLOCK, default.tile_block),
         srp_mhz: number(&raw.srp_mhz, limits::SRP_MHZ, default.srp_mhz),
         tni_mhz,
         sram_bytes,

@@ -218,6 +218,7 @@ fn write_system(out: &mut String, arch: &Arch) -> std::fmt::Result {
     let system = &arch.system;
     let SystemSpec {
         cores,
+        tile_block,
         srp_mhz,
         tni_mhz,
         sram_bytes,
@@ -230,7 +231,8 @@ fn write_system(out: &mut String, arch: &Arch) -> std::fmt::Result {
     } = system;
     writeln!(
         out,
-        "  <system cores=\"{cores}\" srp-mhz=\"{srp_mhz}\" tni-mhz=\"{tni_mhz}\">"
+        "  <system cores=\"{cores}\" tile-block=\"{tile_block}\" srp-mhz=\"{srp_mhz}\" \
+         tni-mhz=\"{tni_mhz}\">"
     )?;
     writeln!(out, "    <sram size=\"{sram_bytes}\"/>")?;
     write_cache(out, "    ", "data-cache", data_cache)?;

@@ -100,6 +100,8 @@ pub struct SceneImage {
     pub frame: FrameBuffer,
     /// Number of tiles.
     pub tiles: u32,
+    /// Tiles in a row.
+    pub across: u32,
     /// Where the parts lie that shading reads.
     pub shading: ShadingParts,
     /// The factor that widens reciprocals ([`arithmetic::widening`]).
@@ -239,6 +241,7 @@ pub fn build(
             rows: tiling.rows(),
         },
         tiles: tiling.across * tiling.down,
+        across: tiling.across,
         shading: ShadingParts {
             materials: parts.materials as u32,
             triangles: parts.triangles as u32,

@@ -34,7 +34,7 @@ pub use error::SystemError;
 pub use observer::{CoreView, MemoryRequest, Observer, Requester, Stall};
 pub use report::{Account, CoreReport, KernelCycles, PortCycles, Report};
 pub use simulation::MAX_SILENCE;
-pub use tiles::{QueuedTile, TileQueue};
+pub use tiles::{QueuedTile, TileQueue, frame_blocks, z_order};
 pub use warm::{Misses, WarmCaches};
 
 /// How a frame is run.
@@ -49,7 +49,7 @@ pub struct Options<'a> {
     pub timing: Timing,
     /// Names of the kernels, by their number in the scheduled program.
     pub kernel_names: Vec<String>,
-    /// The tiles that cores take; else all of the frame, in their order.
+    /// The tiles that cores take; else all of the frame, in the machine's blocks.
     pub tiles: Option<TileQueue>,
     /// Sees all events.
     pub observer: Option<&'a mut dyn Observer>,

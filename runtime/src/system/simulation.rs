@@ -6,7 +6,7 @@ use srp_archdesc::{Arch, ports};
 use super::core_bus::Shared;
 use super::core_unit::{CoreUnit, Periphery, State};
 use super::observer::{MemoryRequest, Requester, Stall};
-use super::tiles::TileQueue;
+use super::tiles::{TileQueue, frame_blocks};
 use super::{Options, SystemError, Timing};
 use crate::core::Core;
 use crate::effect::Guard;
@@ -79,13 +79,14 @@ impl<'a> Simulation<'a> {
             CoreUnit::new(i, engine, arch, sram, image.tree, timing, observed)
         };
         let paths = if spec.dram.shared { 1 } else { engines.len() };
-        let tiles = options.tiles;
+        let tiles =
+            (options.tiles).unwrap_or_else(|| TileQueue::of_blocks(frame_blocks(&image, spec)));
         Simulation {
             cores: (0..).zip(engines).map(core).collect(),
             paths: (0..paths).map(|_| MemoryPath::new(spec)).collect(),
             shared: Shared {
                 memory: image.memory,
-                tiles: tiles.unwrap_or_else(|| TileQueue::common(image.tiles)),
+                tiles,
                 srp: Clock::new(spec.srp_mhz),
                 tni: Clock::new(spec.tni_mhz),
                 observer: options.observer,

@@ -233,7 +233,8 @@ fn observers_are_told_everything_and_change_nothing() {
         let full = timing == Timing::Full;
         assert_eq!(sums.rays, if full { report.rays } else { 0 });
         assert_eq!(sums.stalled, [core.memory_stall, core.texture_stall]);
-        assert_eq!(sums.data, 64 * core.data_cache.misses);
+        let line = u64::from(arch.system.data_cache.line);
+        assert_eq!(sums.data, line * core.data_cache.misses);
         assert_eq!(sums.tni, core.tni.bytes_read);
         assert_eq!(sums.tni > 0, full || timing == Timing::Estimated);
         assert_eq!((sums.halted, sums.finished), (1, 1));

@@ -227,9 +227,11 @@ pub(super) fn cycles_in_other_orders(
     let engines = Engines::of(program, Engine::Interpreter, session)?;
     let cycles = |number: u64| -> Result<u64, Error> {
         session.check()?;
-        let mut tiles: Vec<u32> = (0..image.tiles).collect();
+        let blocks = system::frame_blocks(&image, &frame.arch.system);
+        let (mut tiles, longest) = (blocks.concat(), blocks[0].len());
         tiles.rotate_left((number * u64::from(image.tiles) / (orders + 1)) as usize);
-        let order = Some(TileQueue::ordered(tiles));
+        let blocks = tiles.chunks(longest).map(<[u32]>::to_vec).collect();
+        let order = Some(TileQueue::of_blocks(blocks));
         let (_, report) =
             frame.render_in_order(order, image.clone(), program, &engines, session)?;
         session.check()?;

@@ -101,7 +101,7 @@ fn word_sources(op: &SlotOp) -> Vec<usize> {
 
 #[test]
 fn emitted_code_is_accepted() {
-    for arch in ["sgrt", "tiny", "wide"].map(machine) {
+    for arch in ["sgrt", "decoupled", "tiny", "wide"].map(machine) {
         assert_eq!(check_control(&scheduled(&arch), &arch), []);
     }
 }

@@ -1,11 +1,12 @@
 //! Dispatches tiles to cores as the frame would, without its time: models which core takes which tile, the
 //! contents of its caches meanwhile, and about how long it takes.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use srp_archdesc::SystemSpec;
 
-use srp_runtime::system::{Misses, WarmCaches};
+use srp_runtime::system::{Misses, TileQueue, WarmCaches};
 
 use super::trace::{TileTrace, TracedFrame, Work};
 use srp_runtime::memory::unloaded::unloaded_ns;
@@ -146,21 +147,60 @@ pub(super) struct Dispatch {
     /// Tiles of a unit.
     pub(super) length: usize,
     pub(super) costs: Costs,
+    /// The tiles that are left, as the frame deals them.
+    queue: TileQueue,
+    /// Traced tiles that no core has taken yet.
+    traced: HashMap<u32, TileTrace>,
+    /// A core that has got a tile which is not traced yet.
+    wanted: Option<(usize, u32)>,
+    /// The cores that still get tiles.
+    open: Vec<usize>,
 }
 
 impl Dispatch {
-    /// Cores take packets of their jobs in turn, the core first that is free first, as the program in
-    /// `kernels/frame.c` does, until one of them needs this tile; it takes it.
-    pub(super) fn take(&mut self, tile: u32, trace: TileTrace) {
-        loop {
-            let busy = |c: usize| self.cores[c].busy;
-            let cores = 1..self.cores.len();
-            let core = cores.fold(0, |best, c| if busy(c) < busy(best) { c } else { best });
-            if self.cores[core].needs_tile() {
-                self.cores[core].take(tile, trace, self.length);
+    /// Cores with nothing in hand, units of so many tiles, and all tiles in a queue.
+    pub(super) fn new(
+        cores: Vec<CoreModel>,
+        length: usize,
+        costs: Costs,
+        queue: TileQueue,
+    ) -> Dispatch {
+        Dispatch {
+            open: (0..cores.len()).collect(),
+            cores,
+            length,
+            costs,
+            queue,
+            traced: HashMap::new(),
+            wanted: None,
+        }
+    }
+
+    /// A tile has been traced. Cores run packets of their jobs in turn, the core first that is free first, as the
+    /// program in `kernels/frame.c` does, until one of them gets a tile that has not.
+    pub(super) fn tell(&mut self, tile: u32, trace: TileTrace) {
+        self.traced.insert(tile, trace);
+        while let Some((core, tile)) = self.wanted.take().or_else(|| self.next()) {
+            let Some(trace) = self.traced.remove(&tile) else {
+                self.wanted = Some((core, tile));
                 return;
+            };
+            self.cores[core].take(tile, trace, self.length);
+        }
+    }
+
+    /// Runs packets until a core gets a tile; `None` where none is left.
+    fn next(&mut self) -> Option<(usize, u32)> {
+        loop {
+            let free = |c: &usize, d: &usize| self.cores[*c].busy.total_cmp(&self.cores[*d].busy);
+            let core = *self.open.iter().min_by(|c, d| free(c, d))?;
+            if !self.cores[core].needs_tile() {
+                self.cores[core].run_packet(&self.costs);
+            } else if let Some((_, queued)) = self.queue.take(core as u32) {
+                return Some((core, queued.tile));
+            } else {
+                self.open.retain(|&other| other != core);
             }
-            self.cores[core].run_packet(&self.costs);
         }
     }
 

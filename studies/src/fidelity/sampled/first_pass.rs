@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use srp_archdesc::Arch;
 
-use srp_runtime::system::{QueuedTile, WarmCaches};
+use srp_runtime::system::{QueuedTile, TileQueue, WarmCaches, frame_blocks, z_order};
 
 use super::dispatch::{CoreModel, Costs, Dispatch, jobs};
 use super::trace::{TileTrace, TileTracer, TracedFrame};
@@ -23,7 +23,7 @@ const STRATA: usize = 24;
 const UNITS_A_STRATUM: usize = 12;
 
 /// Tiles that are traced before their reads are followed through the caches.
-const CHUNK: u32 = 256;
+const CHUNK: usize = 256;
 
 /// A run of tiles that one core takes one after the other.
 #[derive(Clone, Debug)]
@@ -46,29 +46,23 @@ pub struct FirstPass {
     population: Population,
 }
 
-/// The bits of a number with a 0 between each two.
-fn interleaved(n: u32) -> u64 {
-    (0..16).fold(0, |sum, bit| sum | u64::from(n >> bit & 1) << (2 * bit))
-}
-
 impl FirstPass {
     /// Traces a frame for a machine, on so many threads of the host, which change nothing of the result.
     pub fn of(frame: &TracedFrame<'_>, arch: &Arch, threads: usize) -> FirstPass {
         let spec = &arch.system;
-        let (across, down) = frame.tiles();
-        let count = across * down;
+        let blocks = frame_blocks(frame.image, spec);
+        let order = blocks.concat();
         let cores = spec.cores.max(1) as usize;
-        let length = LEAST_TILES.max(count.div_ceil(MOST_UNITS)) as usize;
-        let mut dispatch = Dispatch {
-            cores: (0..cores).map(|_| CoreModel::new(spec, frame)).collect(),
-            length: length.max(jobs(spec) + 1),
-            costs: Costs::of(spec),
-        };
-        trace_all(frame, count, threads, &mut |tile, trace| {
-            dispatch.take(tile, trace)
+        let length = LEAST_TILES.max((order.len() as u32).div_ceil(MOST_UNITS)) as usize;
+        let cores = (0..cores).map(|_| CoreModel::new(spec, frame)).collect();
+        let length = length.max(jobs(spec) + 1);
+        let queue = TileQueue::of_blocks(blocks);
+        let mut dispatch = Dispatch::new(cores, length, Costs::of(spec), queue);
+        trace_all(frame, &order, threads, &mut |tile, trace| {
+            dispatch.tell(tile, trace)
         });
         dispatch.finish();
-        FirstPass::from(dispatch, across.max(1))
+        FirstPass::from(dispatch, frame.image.across)
     }
 
     fn from(dispatch: Dispatch, across: u32) -> FirstPass {
@@ -76,6 +70,7 @@ impl FirstPass {
             cores,
             length,
             costs,
+            ..
         } = dispatch;
         let mut units = Vec::new();
         let mut tiles = Vec::new();
@@ -84,7 +79,7 @@ impl FirstPass {
             {
                 let measured = i * length..((i + 1) * length).min(model.tiles.len());
                 let first = model.tiles[measured.start];
-                let curve = interleaved(first % across) | interleaved(first / across) << 1;
+                let curve = z_order(first % across, first / across);
                 let unit = Unit {
                     core,
                     run: *from..model.end(measured.end),
@@ -151,33 +146,35 @@ impl FirstPass {
     }
 }
 
-/// Traces all tiles, and tells their traces in order. While one thread tells a chunk, others trace the next.
+/// Traces tiles, and tells their traces in this order. While one thread tells a chunk, others trace the next.
 fn trace_all(
     frame: &TracedFrame<'_>,
-    count: u32,
+    order: &[u32],
     threads: usize,
     tell: &mut dyn FnMut(u32, TileTrace),
 ) {
     let mut tracers = vec![TileTracer::new(frame); threads.max(1)];
-    let mut ready: Vec<(u32, TileTrace)> = Vec::new();
-    for start in (0..count).step_by(CHUNK as usize) {
-        let next = AtomicU32::new(start);
-        let end = (start + CHUNK).min(count);
+    let mut ready: Vec<(usize, TileTrace)> = Vec::new();
+    for start in (0..order.len()).step_by(CHUNK) {
+        let next = AtomicUsize::new(start);
+        let end = (start + CHUNK).min(order.len());
         let trace_on = |tracer: &mut TileTracer<'_>| {
             let mut traces = Vec::new();
             loop {
-                let tile = next.fetch_add(1, Ordering::Relaxed);
-                if tile >= end {
+                let place = next.fetch_add(1, Ordering::Relaxed);
+                if place >= end {
                     return traces;
                 }
-                traces.push((tile, tracer.tile(tile)));
+                traces.push((place, tracer.tile(order[place])));
             }
         };
         let (own, others) = tracers.split_at_mut(1);
         ready = std::thread::scope(|scope| {
             let work = |tracer| scope.spawn(|| trace_on(tracer));
             let others: Vec<_> = others.iter_mut().map(work).collect();
-            ready.drain(..).for_each(|(tile, trace)| tell(tile, trace));
+            ready
+                .drain(..)
+                .for_each(|(place, trace)| tell(order[place], trace));
             let mut found = trace_on(&mut own[0]);
             for other in others {
                 match other.join() {
@@ -189,5 +186,7 @@ fn trace_all(
         });
         ready.sort_unstable_by_key(|r| r.0);
     }
-    ready.drain(..).for_each(|(tile, trace)| tell(tile, trace));
+    ready
+        .drain(..)
+        .for_each(|(place, trace)| tell(order[place], trace));
 }

@@ -104,14 +104,6 @@ impl TileTrace {
     }
 }
 
-impl TracedFrame<'_> {
-    /// Tiles in a row, and rows of tiles.
-    pub fn tiles(&self) -> (u32, u32) {
-        let (width, height) = self.size;
-        (width.div_ceil(self.tile.0), height.div_ceil(self.tile.1))
-    }
-}
-
 /// A ray that is not a shadow ray.
 #[derive(Clone, Copy, Debug)]
 struct PendingRay {
@@ -257,7 +249,7 @@ impl<'a> TileTracer<'a> {
     pub(super) fn tile(&mut self, tile: u32) -> TileTrace {
         let frame = self.frame;
         let (width, height) = frame.tile;
-        let across = frame.tiles().0;
+        let across = frame.image.across;
         let (left, top) = (tile % across * width, tile / across * height);
         let rays = (width * height) as usize;
         self.packet.clear();

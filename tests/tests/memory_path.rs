@@ -1,0 +1,64 @@
+//! The way from the SRP to the memory: each switch of the machine moves cycles and never the picture.
+
+use srp_archdesc::{Arch, dram};
+use srp_runtime::effect::{self, Guard};
+use srp_runtime::picture::Picture;
+use srp_runtime::scene::demo::demo;
+use srp_runtime::system::{self, Report, Timing};
+use srp_tests::studio::Studio;
+use srp_toolchain::{Effort, Engine, Engines, Session, schedule, system_options};
+
+/// Cycles for which the cores stood still for a cache.
+fn stalled(report: &Report) -> u64 {
+    let of_core = |core: &system::CoreReport| core.memory_stall + core.texture_stall;
+    report.cores.iter().map(of_core).sum()
+}
+
+#[test]
+fn the_memory_path_moves_cycles_and_no_pixel() {
+    let studio = Studio::of(demo(), (64, 48));
+    let effects = effect::find(&studio.scene).into_iter().collect();
+    let session = Session::default();
+    let program = studio.program(effects);
+    let compiled =
+        schedule(program, &studio.arch, Effort::default(), &session).expect("it compiles");
+    let program = compiled.schedule.program;
+    let engines = Engines::of(&program, Engine::Interpreter, &session).expect("it links");
+    let render = |change: &dyn Fn(&mut Arch)| -> (Picture, Report) {
+        // One core, so that who gets which tile does not matter.
+        let mut arch = studio.arch.clone();
+        arch.system.cores = 1;
+        change(&mut arch);
+        let options = system_options(&program, Guard::default(), Timing::Full, &session);
+        let cores = engines.cores(arch.system.cores);
+        system::render(studio.image(), cores, &arch, options).expect("the frame is finished")
+    };
+    let (picture, base) = render(&|_| {});
+    let of = |change: &dyn Fn(&mut Arch)| {
+        let (same, report) = render(change);
+        assert_eq!(same.rgba, picture.rgba);
+        report
+    };
+    let decoupled = of(&|arch| {
+        arch.system.data_cache.blocking = false;
+        arch.system.texture_cache.blocking = false;
+    });
+    assert!(decoupled.cycles < base.cycles && stalled(&decoupled) < stalled(&base));
+    let one_miss = of(&|arch| {
+        for cache in [&mut arch.system.data_cache, &mut arch.system.texture_cache] {
+            (cache.blocking, cache.misses) = (false, 1);
+        }
+    });
+    assert!(stalled(&one_miss) > stalled(&decoupled) && stalled(&one_miss) < stalled(&base));
+    let short_lines = of(&|arch| arch.system.data_cache.line = 32);
+    assert!(stalled(&short_lines) > stalled(&base));
+    let rows = of(&|arch| arch.system.tile_block = 1);
+    let misses =
+        |report: &Report| -> u64 { report.cores.iter().map(|c| c.data_cache.misses).sum() };
+    assert!(misses(&rows) > misses(&base));
+    let slow = of(&|arch| {
+        let [_, slow, ..] = dram::presets();
+        arch.system.dram = slow.spec;
+    });
+    assert!(slow.cycles > base.cycles && stalled(&slow) > 2 * stalled(&base));
+}
