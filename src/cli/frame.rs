@@ -210,7 +210,7 @@ pub(crate) const BUILDERS: &[Choice<Builder>] = &[
     Choice {
         value: Builder::Best,
         name: Builder::Best.name(),
-        what: "The best of these by the surface area heuristic",
+        what: "The tree of these three that costs least, measured on rays",
     },
     Choice {
         value: Builder::Sweep,

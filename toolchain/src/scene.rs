@@ -121,7 +121,13 @@ impl Shading {
 /// Builds the tree of a scene, with a note about its cost and depth.
 pub fn build(scene: &Scene, options: &bvh::Options, session: &Session<'_>) -> Bvh {
     let stage = Stage::unknown(session.watch, "building the BVH");
-    let bvh = bvh::build(&scene.triangles, options);
+    let bvh = bvh::build(
+        &scene.triangles,
+        &bvh::Options {
+            view: Some(scene.camera),
+            ..*options
+        },
+    );
     drop(stage);
     let note = |text: &str| session.watch.tell(Event::Note(text));
     if options.builder != Builder::Best && bvh.builder != options.builder {

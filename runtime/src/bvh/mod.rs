@@ -5,6 +5,7 @@
 //! `obvhs` does not have: [`sweep`].
 
 mod layout;
+mod measure;
 mod node;
 mod record;
 mod sweep;
@@ -17,7 +18,9 @@ use obvhs::bvh2::leaf_collapser::collapse;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
+use self::measure::Rays;
 use crate::scene::Triangle;
+use crate::scene::camera::Camera;
 
 pub use layout::{Layout, TreeImage, lay_out};
 pub use node::{NodeRef, PairRecord};
@@ -33,7 +36,7 @@ pub const MAX_LEAF: u32 = 255;
 /// Who builds the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Builder {
-    /// That of the others whose tree has the least cost by the surface-area heuristic.
+    /// That of the others whose tree costs least, measured on rays.
     #[default]
     Best,
     /// Full-sweep SAH (Wald 2007), as in the paper.
@@ -78,6 +81,8 @@ pub struct Options {
     pub max_leaf: u32,
     /// Cost of visiting an inner node, in ray–triangle tests.
     pub traversal_cost: f32,
+    /// The view whose rays decide for [`Builder::Best`]; without one, rays from all over the surfaces do.
+    pub view: Option<Camera>,
 }
 
 impl Default for Options {
@@ -88,6 +93,7 @@ impl Default for Options {
             builder: Builder::Best,
             max_leaf: 4,
             traversal_cost: 1.0,
+            view: None,
         }
     }
 }
@@ -136,7 +142,8 @@ pub fn build(triangles: &[Triangle], options: &Options) -> Bvh {
     let solid = (0..)
         .zip(triangles)
         .filter(|(_, triangle)| has_area(triangle));
-    let (numbers, boxes): (Vec<u32>, Vec<Box3>) = solid.map(|(i, t)| (i, Box3::of(t))).unzip();
+    let (numbers, solid): (Vec<u32>, Vec<&Triangle>) = solid.unzip();
+    let boxes: Vec<Box3> = solid.iter().map(|triangle| Box3::of(triangle)).collect();
     let asked = match options.builder {
         Builder::Best => &[Builder::Sweep, Builder::SweepReinsertion, Builder::Ploc][..],
         _ => &[options.builder],
@@ -146,9 +153,19 @@ pub fn build(triangles: &[Triangle], options: &Options) -> Bvh {
         builder,
         dropped: triangles.len() - boxes.len(),
     });
-    let cost = |bvh: &Bvh| bvh.sah_cost(options.traversal_cost);
-    let shallow = built.filter(|bvh| bvh.depth() <= MAX_DEPTH);
-    let least = shallow.min_by(|a, b| cost(a).total_cmp(&cost(b)));
+    let shallow: Vec<Bvh> = built.filter(|bvh| bvh.depth() <= MAX_DEPTH).collect();
+    let least = match &shallow[..] {
+        [first, _, ..] if !boxes.is_empty() => {
+            let rays = match &options.view {
+                Some(view) => Rays::of_view(view, &first.tree, &solid),
+                None => Rays::of_surfaces(&solid),
+            };
+            let cost = |bvh: &Bvh| rays.cost(&bvh.tree, &solid, options.traversal_cost);
+            let priced = shallow.into_iter().map(|bvh| (cost(&bvh), bvh));
+            (priced.min_by(|(a, _), (b, _)| a.total_cmp(b))).map(|(_, bvh)| bvh)
+        }
+        _ => shallow.into_iter().next(),
+    };
     let mut bvh = least.unwrap_or_else(|| Bvh {
         tree: tree(&boxes, Builder::Sweep, options),
         builder: Builder::Sweep,
