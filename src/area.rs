@@ -103,8 +103,9 @@ fn write_chip(out: &mut String, arch: &Arch) -> std::fmt::Result {
     }
     writeln!(
         out,
-        "The paper's figures are not used. Not counted: instruction cache, memory controller, pads, and\n\
-         what a floor plan leaves empty. `docs/costs.md` says where the deviation comes from"
+        "The paper's figures are not used. Not counted: ports of SRAM and caches beyond one,\n\
+         banks and outstanding misses of blocking caches, control of several pipelines of a kind, registers\n\
+         of deeper pipelines, instruction cache, memory controller, pads, and what a floor plan leaves empty. `docs/costs.md` says where the deviation comes from"
     )
 }
 

@@ -111,28 +111,31 @@ fn costs(out: &mut String, arch: &Arch) -> std::fmt::Result {
     )?;
     let tni = &arch.system.tni;
     let rcp = unit(Special::Rcp, tni.rcp, &tni.rcp_build, arch.system.tni_mhz);
-    let of_srp = Special::ALL.map(|special| (special.name(), arch.special_unit(special)));
-    for (name, unit) in of_srp.into_iter().chain([("T&I rcp", rcp)]) {
-        let cycles = |cycles: Option<u32>| match cycles {
-            Some(cycles) => cycles.to_string(),
-            None => "class".to_owned(),
-        };
+    let class = || "class".to_owned();
+    let of_srp = Special::ALL.map(|special| {
+        let unit = arch.special_unit(special);
+        let cycles = [unit.latency, unit.interval].map(|n| n.map_or_else(class, |n| n.to_string()));
+        (special.name(), unit, cycles, "the class's cycles")
+    });
+    let of_tni = [tni.rcp_latency, tni.rcp_interval].map(|n| n.to_string());
+    let of_tni = ("T&I rcp", rcp, of_tni, "SimTRaX's unit");
+    for (name, unit, [latency, interval], unsaid) in of_srp.into_iter().chain([of_tni]) {
         let why = match unit.latency {
-            Some(_) => unit.why.as_str(),
-            None => "exact, and nothing said of how: the class's cycles",
+            Some(_) => unit.why.clone(),
+            None => format!("exact, and nothing said of how: {unsaid}"),
         };
         writeln!(
             out,
             "{name:<10}{:>9}{:>10}{:>10.5}{:>10.2}  {why}",
-            cycles(unit.latency),
-            cycles(unit.interval),
+            latency,
+            interval,
             unit.area_um2 * 1e-6,
             unit.energy_pj,
         )?;
     }
     writeln!(
         out,
-        "an `<op>` that gives latency or interval of its class overrides what follows from structure"
+        "an `<op>` that gives latency or interval of its class overrides what follows from structure in the SRP"
     )
 }
 

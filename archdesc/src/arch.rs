@@ -285,12 +285,13 @@ impl Arch {
         }
         let mhz = self.system.tni_mhz;
         let tni = &mut self.system.tni;
-        let rcp = cost::unit(Special::Rcp, tni.rcp, &tni.rcp_build, mhz).latency;
-        let rcp = rcp.unwrap_or(RCP_LATENCY);
+        let unit = cost::unit(Special::Rcp, tni.rcp, &tni.rcp_build, mhz);
+        let rcp = unit.latency.unwrap_or(RCP_LATENCY);
         tni.ist_latency = (tni.ist_latency + rcp)
             .saturating_sub(tni.rcp_latency)
             .max(1);
         tni.rcp_latency = rcp;
+        tni.rcp_interval = unit.interval.unwrap_or(1);
     }
 }
 

@@ -128,6 +128,8 @@ pub struct TniSpec {
     pub rcp_build: Build,
     /// Cycles through it.
     pub rcp_latency: u32,
+    /// Cycles until it can take the next operand: so many are between two tests of an intersection unit.
+    pub rcp_interval: u32,
     /// The ray–triangle test.
     pub intersection: Intersection,
     /// True if a ray for which any hit will do ends with its first.

@@ -121,5 +121,6 @@ fn resolve(machine: &raw::Machine, at: Span, found: &Findings) -> Option<Arch> {
         files: &file_spans,
     };
     rules::check(found, &arch, &places);
+    system::hits_in_time(found, &machine.system, &arch);
     Some(arch)
 }

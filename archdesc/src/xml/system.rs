@@ -7,8 +7,10 @@ use super::limits::{self, Limit};
 use super::raw::{self, Text};
 use super::special;
 use super::values;
+use crate::arch::Arch;
 use crate::cost::special::{self as cost, Build};
 use crate::datapath::{FpLatency, Intersection, Latencies, RCP_LATENCY, box_depth};
+use crate::isa::Class;
 use crate::precision::Approx;
 use crate::structure::Special;
 use crate::system::{BufferSpec, BusSpec, CacheSpec, NodeFormat, Pipeline, SystemSpec, TniSpec};
@@ -59,6 +61,7 @@ fn default() -> SystemSpec {
             rcp: Approx::Exact,
             rcp_build: Build::default(),
             rcp_latency: RCP_LATENCY,
+            rcp_interval: 1,
             intersection: Intersection::AnchorWaldScaled,
             any_hit: true,
         },
@@ -155,12 +158,21 @@ fn cache_spec(
             format!("`blocking` is of the caches of the SRP: a `<{element}>` never blocks");
         found.push(found.error("A0601", text.span, message, "leave it out"));
     }
+    let banks = values::power(found, &raw.banks, limits::BANKS, default.banks);
+    if let Some(text) = raw
+        .banks
+        .as_ref()
+        .filter(|_| banks > 1 && element != "trv-l2")
+    {
+        let message = format!("`{element}` has one bank: only `<trv-l2>` has several");
+        found.push(found.error("A0601", text.span, message, "leave it out"));
+    }
     let cache = CacheSpec {
         bytes: number(&raw.size, limits::CACHE_SIZE, default.bytes),
         ways: number(&raw.ways, limits::WAYS, default.ways),
         line: values::power(found, &raw.line, limits::LINE, default.line),
         latency: number(&raw.latency, limits::CACHE_LATENCY, default.latency),
-        banks: values::power(found, &raw.banks, limits::BANKS, default.banks),
+        banks,
         misses: number(&raw.misses, limits::MISSES, default.misses),
         blocking: values::flag(found, &raw.blocking, "blocking", default.blocking),
     };
@@ -219,6 +231,47 @@ fn buffers(
 }
 
 /// Ray and hit buffers lie in the SRAM.
+/// Checks that schedules give the SRP's caches their time.
+pub(super) fn hits_in_time(found: &Findings, raw: &Option<Spanned<raw::System>>, arch: &Arch) {
+    let Some(Spanned { value: raw, .. }) = raw else {
+        return;
+    };
+    let system = &arch.system;
+    for (element, raw, cache, class) in [
+        (
+            "data-cache",
+            &raw.data_cache,
+            &system.data_cache,
+            Class::Cload,
+        ),
+        (
+            "texture-cache",
+            &raw.texture_cache,
+            &system.texture_cache,
+            Class::Tex,
+        ),
+    ] {
+        let text = raw.as_ref().and_then(|raw| raw.value.latency.as_ref());
+        if let (Some(text), Some(least)) = (text, arch.srp.least_latency(class))
+            && cache.latency > least
+        {
+            let message = format!(
+                "a hit in `{element}` takes {} cycles, and class `{class}`, by which schedules are made, {least}",
+                cache.latency
+            );
+            let help = format!(
+                "have `<op class=\"{class}\" latency=\"{}\"/>`",
+                cache.latency
+            );
+            found.push(
+                found
+                    .error("A0610", text.span, message, "too slow")
+                    .help(help),
+            );
+        }
+    }
+}
+
 fn buffers_fit(found: &Findings, raw: &Spanned<raw::System>, system: &SystemSpec) {
     let b = &system.buffers;
     let packet = u64::from(b.ray_buffers) * u64::from(b.ray_bytes)
@@ -257,13 +310,15 @@ fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, mhz: u32, default: Tni
     let node_format = values::word(found, &raw.node_format, "node-format", &formats)
         .unwrap_or(default.node_format);
     let (rcp, rcp_build) = special::tni_rcp(found, &raw.special, mhz);
-    let rcp_latency = cost::unit(Special::Rcp, rcp, &rcp_build, mhz).latency;
-    let rcp_latency = rcp_latency.unwrap_or(default.rcp_latency);
+    let unit = cost::unit(Special::Rcp, rcp, &rcp_build, mhz);
+    let rcp_latency = unit.latency.unwrap_or(default.rcp_latency);
+    let rcp_interval = unit.interval.unwrap_or(default.rcp_interval);
     let mut default = TniSpec {
         intersection,
         rcp,
         rcp_build,
         rcp_latency,
+        rcp_interval,
         ist_latency: default.ist_latency - default.rcp_latency + rcp_latency,
         ..default
     };
@@ -320,6 +375,7 @@ fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, mhz: u32, default: Tni
         rcp,
         rcp_build,
         rcp_latency,
+        rcp_interval,
         intersection,
         any_hit: values::flag(found, &raw.any_hit, "any-hit", default.any_hit),
     };

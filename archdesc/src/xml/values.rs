@@ -39,6 +39,16 @@ pub(super) fn number(found: &Findings, text: &Option<Text>, limit: Limit, defaul
             default
         }
         None => {
+            let negative = text.value.strip_prefix('-');
+            if negative.is_some_and(|digits| digits.parse::<u64>().is_ok()) {
+                let message = format!(
+                    "`{name}` is from {} to {}",
+                    show(min, limit),
+                    show(max, limit)
+                );
+                found.push(found.error("A0302", text.span, message, "too small"));
+                return default;
+            }
             let message = format!("`{name}` is a number, not {}", quoted(text));
             let mut diagnostic = found.error("A0301", text.span, message, "not a whole number");
             if limit.bytes {

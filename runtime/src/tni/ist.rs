@@ -1,4 +1,4 @@
-//! The intersection unit: one triangle a cycle, looping over the triangles of a leaf
+//! The intersection unit: one triangle a cycle, or as often as its reciprocal takes one, looping over the triangles of a leaf
 //! (SGRT section 3.3).
 
 use srp_archdesc::system::TniSpec;
@@ -126,7 +126,8 @@ impl Ist {
             return;
         }
         self.test(now, slot, ray, context);
-        self.pipe.issue(now, slot, 1);
+        self.pipe
+            .issue(now, slot, u64::from(context.spec().rcp_interval));
     }
 
     /// Tests the ray's triangle, and goes on to the next of its leaf.
