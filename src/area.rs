@@ -23,7 +23,7 @@ const PAPER_REGISTERS: (f64, f64) = (49.0, 8.0);
 
 /// Runs `srp area`.
 pub(crate) fn run(args: &cli::Area) -> Result<(), Failure> {
-    let arch = machine::read(&args.file)?;
+    let arch = machine::read(args.machine.file())?;
     if args.json {
         let json = serde_json::to_string_pretty(&json(&arch)).map_err(Failure::message)?;
         return Ok(talk::print(json + "\n")?);

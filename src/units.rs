@@ -34,7 +34,7 @@ struct Cost {
 
 /// Runs `srp units`.
 pub(crate) fn run(args: &cli::Units) -> Result<(), Failure> {
-    let arch = machine::read(&args.file)?;
+    let arch = machine::read(args.machine.file())?;
     let progress = Progress::steps("trying every mantissa", Function::ALL.len() as u64 + 1);
     let tried = |done: usize, function: Function, approx: Approx| {
         interrupt::end_if_requested()?;

@@ -2,7 +2,25 @@
 
 use super::map;
 use clap::{Args, Subcommand};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+/// The machine that a command describes.
+#[derive(Args)]
+pub(crate) struct Described {
+    /// Machine file, or one of the machines that come along: sgrt, decoupled, tiny, wide
+    #[arg(default_value = "sgrt")]
+    file: PathBuf,
+    /// The same, as other commands have it
+    #[arg(long, value_name = "FILE.xml", conflicts_with = "file")]
+    machine: Option<PathBuf>,
+}
+
+impl Described {
+    /// The machine file.
+    pub(crate) fn file(&self) -> &Path {
+        self.machine.as_ref().unwrap_or(&self.file)
+    }
+}
 
 /// `srp area`
 #[derive(Args)]
@@ -11,9 +29,8 @@ Examples:
   srp area
   srp area my-machine.xml --json")]
 pub(crate) struct Area {
-    /// Machine file, or one of the machines that come along: sgrt, decoupled, tiny, wide
-    #[arg(default_value = "sgrt")]
-    pub(crate) file: PathBuf,
+    #[command(flatten)]
+    pub(crate) machine: Described,
     /// Print JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,
@@ -26,9 +43,8 @@ Examples:
   srp units
   srp units my-machine.xml --json")]
 pub(crate) struct Units {
-    /// Machine file, or one of the machines that come along: sgrt, decoupled, tiny, wide
-    #[arg(default_value = "sgrt")]
-    pub(crate) file: PathBuf,
+    #[command(flatten)]
+    pub(crate) machine: Described,
     /// Print JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,

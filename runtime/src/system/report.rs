@@ -359,8 +359,8 @@ impl Report {
         line(
             out,
             format_args!(
-                "\n{:10} {:>14} {:>12} {:>7}",
-                "cache", "accesses", "misses", "hits"
+                "\n{:10} {:>14} {:>12} {:>12} {:>7}",
+                "cache", "accesses", "misses", "joined", "hits"
             ),
         );
         for (name, cache) in [
@@ -370,13 +370,18 @@ impl Report {
             ("SRP data", &data),
             ("texture", &texture),
         ] {
+            let accesses = cache.hits + cache.misses + cache.joined;
+            let hits = match accesses {
+                0 => "–".to_owned(),
+                _ => share(cache.hit_rate()),
+            };
             line(
                 out,
                 format_args!(
-                    "{name:10} {:>14} {:>12} {:>7}",
-                    thousands(cache.hits + cache.misses + cache.joined),
+                    "{name:10} {:>14} {:>12} {:>12} {hits:>7}",
+                    thousands(accesses),
                     thousands(cache.misses),
-                    share(cache.hit_rate()),
+                    thousands(cache.joined),
                 ),
             );
         }
@@ -544,12 +549,12 @@ TRV_POST            2 000  15.0 %   5.0 %          0          0
 IST                   240   7.2 %   2.4 %          0          0
 stacks: 900 pushes, 880 pops, 0 culled, 0 overflows, 0 restarts
 
-cache            accesses       misses    hits
-TRV L1              1 800           20  98.9 %
-TRV L2                  0            0 100.0 %
-IST L1                  0            0 100.0 %
-SRP data            2 000            2  99.9 %
-texture               200           20  90.0 %
+cache            accesses       misses       joined    hits
+TRV L1              1 800           20            0  98.9 %
+TRV L2                  0            0            0       –
+IST L1                  0            0            0       –
+SRP data            2 000            2            0  99.9 %
+texture               200           20            0  90.0 %
 textures: 128 samples, 1 280 bytes read
 memory: 64 000 bytes read, 512 written, 6.451 GB/s of 16.0; reads take 45.0 ns, at most 180.0
 channel             GB/s    busy        reads       writes row hits       opened refreshes  queued
