@@ -116,6 +116,7 @@ Examples:
   srp tni sibenik.obj --rays primary --size 1024x768
   srp tni sibenik.obj --rays diffuse --spp 32 --sample 1/64 --units 4 --threads 2
   srp tni sibenik.obj --views 2 --heat heat.png --heat-of visits
+  srp tni sibenik.obj --views 2 --hits rays.csv
   srp tni sibenik.obj --views 2 --ray 160,120")]
 pub(crate) struct Tni {
     /// Scene; the default scene where none is given
@@ -177,8 +178,12 @@ pub(crate) struct Tni {
     /// What the picture shows
     #[arg(long, value_enum, default_value_t = HeatOf::Cycles)]
     pub(crate) heat_of: HeatOf,
+    /// Write each ray with its hit and its cost as a table (CSV): t, u, v, primitive, nodes visited, triangles
+    /// tested, cycles
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) hits: Option<PathBuf>,
     /// Trace the first ray of this pixel alone, and tell all that happens to it
-    #[arg(long, value_name = "X,Y", value_parser = parse_pixel, conflicts_with = "heat")]
+    #[arg(long, value_name = "X,Y", value_parser = parse_pixel, conflicts_with_all = ["heat", "hits"])]
     pub(crate) ray: Option<(u32, u32)>,
     /// Print JSON instead of text
     #[arg(long)]

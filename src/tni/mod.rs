@@ -1,6 +1,7 @@
 //! `srp tni`: T&I units alone, fed with rays.
 
 mod heat;
+mod hits;
 mod levels;
 mod replay;
 mod text;
@@ -24,7 +25,7 @@ use std::path::Path;
 /// Runs `srp tni`.
 pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
     check_arguments(args)?;
-    if let Some(path) = &args.heat {
+    for path in [&args.heat, &args.hits].into_iter().flatten() {
         files::check_writable(path)?;
     }
     let arch = machine_for(args)?;
@@ -51,6 +52,7 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
         },
         threads: cli::threads(args.measuring.threads),
         costs: args.heat.is_some(),
+        keeps_rays: args.hits.is_some(),
         watch: session.watch,
     };
     if let Some(pixel) = args.ray {
@@ -68,6 +70,10 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
     if let Some(path) = &args.heat {
         let png = heat::picture(&measured.outcomes[0], args.size, args.heat_of)?;
         files::write(path, &png)?;
+        talk::say(path.display());
+    }
+    if let Some(path) = &args.hits {
+        files::write(path, hits::table(&measured.outcomes).as_bytes())?;
         talk::say(path.display());
     }
     print_measure(args, &arch, &job, &measured, private.as_ref())
@@ -94,6 +100,11 @@ fn check_arguments(args: &Tni) -> Result<(), Failure> {
         Fidelity::Sampled if args.heat.is_some() => Some(format!(
             "--heat shows what every pixel costs, and --fidelity {name} runs some rays: leave one out"
         )),
+        Fidelity::Sampled | Fidelity::Functional | Fidelity::Analytic if args.hits.is_some() => {
+            Some(format!(
+                "--hits writes the cycles of every ray, which --fidelity {name} does not simulate: leave one out"
+            ))
+        }
         Fidelity::Functional | Fidelity::Analytic if args.heat.is_some() => Some(format!(
             "--heat shows what rays cost, which --fidelity {name} does not simulate: leave one out"
         )),
@@ -113,6 +124,7 @@ fn measure_private(job: &Job<'_>) -> Result<Measure, Failure> {
     let job = Job {
         memories: Memories::Private,
         costs: false,
+        keeps_rays: false,
         ..*job
     };
     Ok(interrupt::looked_for(|| job.measure())?.all)

@@ -357,6 +357,41 @@ fn an_approximate_reciprocal_changes_distances_but_loses_nothing() {
     }
 }
 
+/// Rays that are kept have the hits and, in sum, the costs of their pixels.
+#[test]
+fn kept_rays_have_their_hits_and_costs() {
+    let mut random = Random::new(8);
+    let triangles = soup(&mut random, 300);
+    let tree = image(&triangles, Builder::Sweep);
+    let mut rays = rays(&mut random, 1000, Vec3::splat(-0.5), Vec3::splat(1.5));
+    for (pixel, ray) in (0..).zip(&mut rays) {
+        ray.payload = pixel % 100;
+    }
+    let spec = machine();
+    let (memory, root) = place_for(&spec, &tree);
+    let options = Options {
+        units: 3,
+        memories: Memories::Shared,
+        threads: 2,
+        hits: true,
+        costs: true,
+    };
+    let mut bench = Bench::new(&spec, &memory, root, options);
+    bench.feed(rays.clone(), &Sampling::new(1, 1000), &Unwatched);
+    let answer = bench.finish(&Unwatched).expect("nobody cancels it");
+    assert_eq!(answer.rays.len(), rays.len());
+    let mut sums = vec![(0, 0, 0); 100];
+    for ((traced, ray), record) in answer.rays.iter().zip(&rays).zip(&answer.hits) {
+        assert_eq!((traced.ray, traced.hit), (*ray, record.hit));
+        let sum = &mut sums[ray.payload as usize];
+        sum.0 += traced.cycles;
+        sum.1 += u64::from(traced.visits);
+        sum.2 += u64::from(traced.tests);
+    }
+    let pixels = answer.costs.iter().map(|c| (c.cycles, c.visits, c.tests));
+    assert!(pixels.eq(sums));
+}
+
 /// A triangle test takes as many cycles of its unit as the reciprocal is taken.
 #[test]
 fn the_interval_of_the_reciprocal_bounds_the_tests() {

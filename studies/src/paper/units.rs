@@ -54,6 +54,7 @@ fn run_kind(subject: Subject<'_>, kind: Kind, how: How) -> Result<Measure, Error
         memories: how.memories,
         threads: options.threads,
         costs: false,
+        keeps_rays: false,
         watch: session.watch,
     };
     Ok(job.measure()?.all)

@@ -82,6 +82,7 @@ impl<'a> Estimated<'a> {
             at_work: self.ends.iter().filter(|&&end| end > 0).count() as u64,
             spent: Vec::new(),
             hits: Vec::new(),
+            rays: Vec::new(),
             runs: Vec::new(),
             costs: Vec::new(),
         }

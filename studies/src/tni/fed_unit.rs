@@ -7,10 +7,10 @@ use std::sync::Arc;
 use srp_archdesc::system::SystemSpec;
 
 use super::run_counts::RunCounts;
-use super::{Options, PixelCost};
+use super::{Options, PixelCost, TracedRay};
 use srp_runtime::tni::arithmetic::Ray;
 use srp_runtime::tni::{
-    Buffers, HIT_BYTES, HitRecord, RAY_BYTES, Runs, Tni, TniCounters, Tree, WarmCaches,
+    Buffers, HIT_BYTES, HitRecord, RAY_BYTES, RayCost, Runs, Tni, TniCounters, Tree, WarmCaches,
 };
 
 /// Buffers for packets in front of a unit: so many that it never waits for rays because of one that
@@ -58,6 +58,7 @@ impl Packet {
 pub(super) struct Answer {
     pub(super) number: u64,
     pub(super) hits: Vec<HitRecord>,
+    pub(super) rays: Vec<TracedRay>,
     pub(super) runs: Runs,
 }
 
@@ -84,6 +85,8 @@ pub(super) struct FedUnit {
     keep_hits: bool,
     pub(super) answers: Vec<Answer>,
     costs: BTreeMap<u32, PixelCost>,
+    /// Where rays are kept, the costs of those of packets that are under way, by packet and place in it.
+    of_rays: Option<BTreeMap<(u64, u32), RayCost>>,
 }
 
 impl FedUnit {
@@ -108,6 +111,7 @@ impl FedUnit {
             keep_hits: options.hits,
             answers: Vec::new(),
             costs: BTreeMap::new(),
+            of_rays: (options.hits && options.costs).then(BTreeMap::new),
         }
     }
 
@@ -213,8 +217,10 @@ impl FedUnit {
             let (_, hits) = self.buffer(self.back);
             if self.keep_hits {
                 let hits = read_hits(&self.sram[hits as usize..], packet.range.len());
+                let rays = self.traced(&packet, &hits);
                 self.answers.push(Answer {
                     number: packet.number,
+                    rays,
                     hits,
                     runs: finished.runs,
                 });
@@ -240,7 +246,28 @@ impl FedUnit {
             sum.cycles += cost.cycles;
             sum.visits += u64::from(cost.visits);
             sum.tests += u64::from(cost.tests);
+            if let Some(of_rays) = &mut self.of_rays {
+                of_rays.insert((cost.submission, cost.index), cost);
+            }
         }
+    }
+
+    /// The rays of the packet that has come back, where they are kept.
+    fn traced(&mut self, packet: &Packet, hits: &[HitRecord]) -> Vec<TracedRay> {
+        let Some(of_rays) = &mut self.of_rays else {
+            return Vec::new();
+        };
+        let later = of_rays.split_off(&(self.back + 1, 0));
+        let costs = std::mem::replace(of_rays, later).into_values();
+        let all = packet.rays().iter().zip(hits).zip(costs);
+        all.map(|((&ray, record), cost)| TracedRay {
+            ray,
+            hit: record.hit,
+            cycles: cost.cycles,
+            visits: cost.visits,
+            tests: cost.tests,
+        })
+        .collect()
     }
 
     /// Adds what each pixel has cost here.

@@ -25,7 +25,7 @@ use crate::rays::Sampling;
 use srp_runtime::bvh::TreeImage;
 use srp_runtime::memory::SystemMemory;
 use srp_runtime::memory::dram::DramCounters;
-use srp_runtime::tni::arithmetic::Ray;
+use srp_runtime::tni::arithmetic::{Hit, Ray};
 use srp_runtime::tni::{HitRecord, Logged, Runs, TniCounters, Tree, place_for};
 
 pub use energy::Energy;
@@ -64,6 +64,21 @@ pub struct PixelCost {
     pub tests: u64,
 }
 
+/// A ray that has come back: its hit and its cost. It is kept where both hits and costs are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TracedRay {
+    /// The ray.
+    pub ray: Ray,
+    /// Its hit.
+    pub hit: Hit,
+    /// Cycles of the unit from its dispatch to its result.
+    pub cycles: u64,
+    /// Nodes visited, inner ones and leaves.
+    pub visits: u32,
+    /// Triangles tested.
+    pub tests: u32,
+}
+
 /// Hits and counters of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
@@ -84,6 +99,8 @@ pub struct Outcome {
     pub spent: Vec<RunCounts>,
     /// The hits in the order of the rays, where they were kept.
     pub hits: Vec<HitRecord>,
+    /// The rays in their order, where hits and costs were kept.
+    pub rays: Vec<TracedRay>,
     /// The runs of hits of each packet, in order, where hits were kept.
     pub runs: Vec<Runs>,
     /// By pixel, where costs were kept.
@@ -209,6 +226,7 @@ impl<'a> Bench<'a> {
             at_work: 0,
             spent: self.spent_by_run().into_values().map(|(s, _)| s).collect(),
             hits: Vec::new(),
+            rays: Vec::new(),
             runs: Vec::new(),
             costs: Vec::new(),
         };
@@ -228,6 +246,7 @@ impl<'a> Bench<'a> {
         packets.sort_by_key(|answer| answer.number);
         for answer in packets {
             outcome.hits.extend(answer.hits);
+            outcome.rays.extend(answer.rays);
             outcome.runs.push(answer.runs);
         }
         Some(outcome)

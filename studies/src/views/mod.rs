@@ -87,6 +87,8 @@ pub struct Job<'a> {
     pub threads: usize,
     /// True if the cost of each pixel is kept.
     pub costs: bool,
+    /// True if each ray is kept, with its hit and its cost.
+    pub keeps_rays: bool,
     /// Watches the work, ray by ray.
     pub watch: &'a dyn Watch,
 }
@@ -133,8 +135,8 @@ impl<'a> Job<'a> {
             units: self.units,
             memories: self.memories,
             threads,
-            hits: false,
-            costs: self.costs,
+            hits: self.keeps_rays,
+            costs: self.costs || self.keeps_rays,
         }
     }
 
