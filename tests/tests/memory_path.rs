@@ -34,6 +34,12 @@ fn the_memory_path_moves_cycles_and_no_pixel() {
         system::render(studio.image(), cores, &arch, options).expect("the frame is finished")
     };
     let (picture, base) = render(&|_| {});
+    // Nearly all loads are those of loops on the array, most of them those of triangles' records.
+    let stalls = &base.cores[0].kernel_stalls;
+    let in_kernels: u64 = stalls.iter().map(|k| k.cycles).sum();
+    assert!(in_kernels <= stalled(&base) && in_kernels * 10 > stalled(&base) * 9);
+    let most = stalls.iter().max_by_key(|k| k.cycles);
+    assert_eq!(most.map(|k| k.kernel.as_str()), Some("shade_hit"));
     let of = |change: &dyn Fn(&mut Arch)| {
         let (same, report) = render(change);
         assert_eq!(same.rgba, picture.rgba);

@@ -70,6 +70,8 @@ pub(super) struct CoreUnit {
     pub(super) state: State,
     /// The cycle from which the engine can go on.
     pub(super) ready: u64,
+    /// The kernel that is on the array, if one is.
+    kernel: Option<u32>,
 }
 
 /// A T&I unit that keeps time in this way. If it runs cycle by cycle and `costs` is set, it notes the cost of
@@ -172,6 +174,7 @@ impl CoreUnit {
             },
             state: State::Running,
             ready: 0,
+            kernel: None,
         }
     }
 
@@ -256,6 +259,10 @@ impl CoreUnit {
 
     /// Accounts for a run from the cycle on in which the engine could go on.
     fn count(&mut self, run: Run, shared: &mut Shared<'_>) {
+        self.kernel = match run.activity {
+            Activity::Array(kernel) => Some(kernel),
+            _ => None,
+        };
         self.periphery.account.add(run);
         shared.tell(&self.periphery, self.ready, |o, core| o.ran(core, &run));
         self.ready += run.cycles;
@@ -292,6 +299,9 @@ impl CoreUnit {
             match stall {
                 Stall::Data => account.memory_stall += now - *since,
                 Stall::Texture => account.texture_stall += now - *since,
+            }
+            if let Some(kernel) = self.kernel {
+                *account.kernel_stalls.entry(kernel).or_default() += now - *since;
             }
             *since = now;
         }

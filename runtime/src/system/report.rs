@@ -28,6 +28,8 @@ pub struct Account {
     pub memory_stall: u64,
     /// Stood still because of its texture cache alone.
     pub texture_stall: u64,
+    /// Of both, while it ran a kernel, by its number.
+    pub kernel_stalls: BTreeMap<u32, u64>,
     /// Waited for a port.
     pub wait: BTreeMap<u32, u64>,
 }
@@ -86,6 +88,8 @@ pub struct CoreReport {
     pub memory_stall: u64,
     /// SRP cycles in which it stood still because of its texture cache alone.
     pub texture_stall: u64,
+    /// Of both, those while a kernel was on the array; the rest is control code's.
+    pub kernel_stalls: Vec<KernelCycles>,
     /// SRP cycles of waiting for ports.
     pub wait: Vec<PortCycles>,
     /// SRP cycles after its program had ended; in a part of a frame, those that were not simulated
@@ -149,19 +153,22 @@ impl Report {
             Some(name) => name.clone(),
             None => format!("kernel {kernel}"),
         };
+        let of_kernels = |cycles: &BTreeMap<u32, u64>| -> Vec<KernelCycles> {
+            let of_kernel = |(kernel, &cycles): (&u32, &u64)| KernelCycles {
+                kernel: name(kernel),
+                cycles,
+            };
+            cycles.iter().map(of_kernel).collect()
+        };
         let core = |CoreUnit {
                         periphery: core, ..
                     }: &CoreUnit| CoreReport {
             vliw: core.account.vliw,
-            array: (core.account.array.iter())
-                .map(|(kernel, &cycles)| KernelCycles {
-                    kernel: name(kernel),
-                    cycles,
-                })
-                .collect(),
+            array: of_kernels(&core.account.array),
             switch: core.account.switch,
             memory_stall: core.account.memory_stall,
             texture_stall: core.account.texture_stall,
+            kernel_stalls: of_kernels(&core.account.kernel_stalls),
             wait: (core.account.wait.iter())
                 .map(|(&port, &cycles)| PortCycles {
                     port: port_name(port).to_owned(),
@@ -255,15 +262,23 @@ impl Report {
             }
         };
         row("VLIW", &|c| c.vliw);
-        for kernel in names(self.cores.iter().flat_map(|c| &c.array).map(|k| &k.kernel)) {
+        let of_kernel = |all: &[KernelCycles], kernel: &str| -> u64 {
+            let of_kernel = all.iter().filter(|k| k.kernel == kernel);
+            of_kernel.map(|k| k.cycles).sum()
+        };
+        let kernels = names(self.cores.iter().flat_map(|c| &c.array).map(|k| &k.kernel));
+        for kernel in &kernels {
             row(&format!("array: {kernel}"), &|c| {
-                let of_kernel = c.array.iter().filter(|k| k.kernel == kernel);
-                of_kernel.map(|k| k.cycles).sum()
+                of_kernel(&c.array, kernel)
             });
         }
         row("mode switch", &|c| c.switch);
         row("memory stall", &|c| c.memory_stall);
         row("texture stall", &|c| c.texture_stall);
+        for kernel in &kernels {
+            let stalls = |c: &CoreReport| of_kernel(&c.kernel_stalls, kernel);
+            row(&format!("  of both in {kernel}"), &stalls);
+        }
         for port in names(self.cores.iter().flat_map(|c| &c.wait).map(|w| &w.port)) {
             row(&format!("wait: {port}"), &|c| {
                 let of_port = c.wait.iter().filter(|w| w.port == port);
@@ -464,6 +479,10 @@ mod tests {
             switch: 0,
             memory_stall: 250,
             texture_stall: 50,
+            kernel_stalls: vec![KernelCycles {
+                kernel: kernel.to_owned(),
+                cycles: 280,
+            }],
             wait: vec![PortCycles {
                 port: "a finished submission".to_owned(),
                 cycles: 300,
@@ -538,6 +557,8 @@ array: primary               25.0 %          5 000              0
 array: shade                 42.0 %              0          8 400
 memory stall                  2.5 %            250            250
 texture stall                 0.5 %             50             50
+  of both in primary          1.4 %            280              0
+  of both in shade            1.4 %              0            280
 wait: a finished submission   3.0 %            300            300
 idle                         17.0 %          3 400              0
 
