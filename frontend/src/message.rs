@@ -110,6 +110,8 @@ codes! {
     RETURN_VALUE = "C0917";
     /// A use of `double` where `float` was asked for.
     DOUBLE_AS_FLOAT = "C0915";
+    /// `volatile`, which keeps no access: nothing but the program reads or writes its SRAM while it computes.
+    VOLATILE = "C0918";
 }
 
 /// The name of a warning on the command line.
@@ -132,6 +134,7 @@ const NAMES: &[(Code, &str)] = &[
     (KERNEL, "kernel"),
     (DOUBLE_AS_FLOAT, "double-as-float"),
     (LIBRARY_TYPE, "builtin-declaration-mismatch"),
+    (VOLATILE, "volatile"),
 ];
 
 /// The name of the warning with a code, for `-W`.

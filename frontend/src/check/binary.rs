@@ -211,7 +211,7 @@ impl Checker<'_> {
             self.warning(
                 SHIFT_RANGE,
                 at,
-                format!("the count of a shift is below {width}"),
+                format!("the count of a shift must be below {width}"),
             );
         }
         self.make(ExprKind::Binary(op, l, r), ty, span)

@@ -9,7 +9,7 @@ use crate::ast::{
 use crate::ctype::{self, MAX_TYPE_DEPTH, QualType, Quals, Signature, Type, TypeId};
 use crate::message::{
     BAD_TYPE, DECLARATION, DOUBLE_AS_FLOAT, IMPLICIT_INT, LIMIT, SPECIFIERS, UNDECLARED,
-    UNSUPPORTED,
+    UNSUPPORTED, VOLATILE,
 };
 use srp_archdesc::diagnostic::Span;
 
@@ -108,7 +108,15 @@ impl Checker<'_> {
                 }
                 Spec::Inline => inline = true,
                 Spec::Noreturn => {}
-                Spec::Qualifier(qualifier) => qualify(&mut quals, *qualifier),
+                Spec::Qualifier(qualifier) => {
+                    if *qualifier == Qualifier::Volatile && !self.told_volatile {
+                        self.told_volatile = true;
+                        let text = "`volatile` keeps no access: nothing else reads or writes the memory of a \
+                                    program that computes";
+                        self.warning(VOLATILE, *span, text);
+                    }
+                    qualify(&mut quals, *qualifier);
+                }
                 Spec::Keyword(keyword) => {
                     let count = &mut keywords.count[*keyword as usize];
                     *count = count.saturating_add(1);

@@ -46,6 +46,9 @@ impl Externals {
     }
 }
 
+/// Functions of the standard headers that are declared, and that the library does not have.
+const NOT_IN_LIBRARY: [&str; 3] = ["atof", "strtod", "strtof"];
+
 impl Checker<'_> {
     /// An operand whose type alone counts.
     pub(super) fn unevaluated(&mut self, e: ast::ExprId) -> super::Operand {
@@ -119,7 +122,12 @@ impl Checker<'_> {
         missing.sort();
         for (span, name) in missing {
             let text = format!("`{name}` is used but defined in no source");
-            self.error(UNDEFINED, span, text, "");
+            match NOT_IN_LIBRARY.contains(&name.as_str()) {
+                true => {
+                    self.error_help(UNDEFINED, span, text, "this C library has no such function")
+                }
+                false => self.error(UNDEFINED, span, text, ""),
+            }
         }
         self.check_main();
         let external_objects = self.external_ids(|symbol| match symbol {

@@ -182,6 +182,8 @@ struct Checker<'a> {
     double_is_float: bool,
     /// Floating constants without suffix are floats.
     single_constants: bool,
+    /// The warning about `volatile` has been given.
+    told_volatile: bool,
 }
 
 impl<'a> Checker<'a> {
@@ -205,6 +207,7 @@ impl<'a> Checker<'a> {
             library_end: (0, 0),
             double_is_float: false,
             single_constants: false,
+            told_volatile: false,
         }
     }
 

@@ -355,7 +355,7 @@ impl Preprocessor<'_> {
                 let message = self
                     .sources
                     .error(INCLUDE, span, text, "")
-                    .help("includes are looked up beside the file and in the kernel directory");
+                    .help("includes are looked up beside the file, in the folders of `-I`, and in the kernel directory");
                 self.messages.push(message);
             }
             Some(None) => self.error(LIMIT, span, "the sources are too large", ""),
