@@ -369,15 +369,16 @@ fn storage(arch: &Arch) -> Vec<Item> {
     items
 }
 
-/// Bits that a cache which does not block has for each of its misses, beside the line's address that any cache has: the
-/// line as it arrives, and for each lane of a load a place in it, a register and a count of the cycles left.
+/// Bits that a cache which does not block has for each of its misses, beside the line's address that any cache has: for
+/// each lane of a load a place in the line, a register and a count of the cycles left. The line goes into the cache as it
+/// arrives.
 fn miss_bits(cache: &CacheSpec) -> u32 {
     const LANES: u32 = 4;
     const REGISTER: u32 = 8;
     const COUNT: u32 = 8;
     match cache.blocking {
         true => 0,
-        false => 8 * cache.line + LANES * (choice(cache.line as usize) + REGISTER + COUNT),
+        false => LANES * (choice(cache.line as usize) + REGISTER + COUNT),
     }
 }
 
