@@ -112,10 +112,11 @@ impl std::fmt::Display for Trap {
         }
         match self.kind {
             TrapKind::Access { address, bytes } => {
-                write!(
-                    f,
-                    "access of {bytes} bytes at {address:#010x} is outside memory or unaligned"
-                )
+                let why = match address.is_multiple_of(bytes.max(1)) {
+                    true => "outside memory",
+                    false => "not aligned to its size",
+                };
+                write!(f, "access of {bytes} bytes at {address:#010x} is {why}")
             }
             TrapKind::DivisionByZero => f.write_str("integer division by zero"),
             TrapKind::StackOverflow => f.write_str("stack overflow"),
