@@ -17,7 +17,7 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(super) const NEVER: i16 = 20_000;
 
 /// Lanes of a vector register, at most: blocks are multiples of it.
-const VECTOR: usize = 16;
+pub(super) const VECTOR: usize = 16;
 
 /// A shift is worth a vector where so many units have it; else its ways are listed.
 const WORTH: usize = 4;

@@ -29,9 +29,40 @@ struct Goods {
     count: usize,
 }
 
+/// Remainders by a fixed divisor, by multiplication (Lemire, Kaser and Kurz, *Faster remainder by direct
+/// computation*, 2019).
+struct Slots {
+    ii: i32,
+    /// 2^64 / II, rounded up.
+    inverse: u64,
+    /// A multiple of the II that makes all cycles positive.
+    bias: i32,
+}
+
+impl Slots {
+    /// The largest distance of a cycle from 0.
+    const FARTHEST: i32 = 1 << 24;
+
+    fn of(ii: i32) -> Slots {
+        Slots {
+            ii,
+            inverse: (u64::MAX / ii as u64).wrapping_add(1),
+            bias: (Slots::FARTHEST / ii + 1) * ii,
+        }
+    }
+
+    #[inline(always)]
+    fn slot(&self, time: i32) -> usize {
+        debug_assert!(time.abs() <= Slots::FARTHEST, "cycle {time}");
+        let fraction = (self.inverse).wrapping_mul(u64::from((time + self.bias) as u32));
+        ((u128::from(fraction) * self.ii as u128) >> 64) as usize
+    }
+}
+
 /// All resources.
 pub(super) struct Market {
     ii: i32,
+    slots: Slots,
     issue: Goods,
     hold: Goods,
     write: Goods,
@@ -65,6 +96,7 @@ impl Market {
         let all = total as usize;
         let mut market = Market {
             ii: ii as i32,
+            slots: Slots::of(ii as i32),
             used: vec![0; all],
             room: vec![0; all],
             base: vec![NEVER; all],
@@ -118,7 +150,7 @@ impl Market {
 
     /// The slot of a cycle.
     pub(super) fn slot(&self, time: i32) -> usize {
-        time.rem_euclid(self.ii) as usize
+        self.slots.slot(time)
     }
 
     /// Sets the price of each use beyond the capacity.

@@ -39,12 +39,13 @@ use super::place::{self, Conflict, Placement};
 use super::problem::{Position, Problem};
 use super::route::Route;
 pub(in crate::modulo) use lanes::Lanes;
+use market::Good;
 use srp_archdesc::Watch;
 use srp_archdesc::entity::Entity;
 use srp_archdesc::resource::Place;
 use srp_ir::dfg::Node;
 use srp_ir::dre::scheduled::Reg;
-use state::State;
+use state::{Path, State};
 use survey::{Scale, Survey};
 
 /// Stages of one temperature each.
@@ -158,6 +159,11 @@ pub(super) struct Negotiation<'a, 'p> {
     open_history: Vec<i32>,
     /// Nodes in conflict when they were counted last.
     conflicts: Vec<Node>,
+    /// Lists that every step uses again: the routes that a node was taken out with, its edges by how far apart
+    /// their ends are, and what a node takes.
+    taken_out: Vec<(usize, Path)>,
+    by_span: Vec<(i32, usize)>,
+    goods: Vec<Good>,
     /// Steps so far.
     steps: u64,
 }
@@ -182,6 +188,9 @@ impl<'a, 'p> Negotiation<'a, 'p> {
             draws: 0,
             open_history: vec![0; problem.edges.len()],
             conflicts: Vec::new(),
+            taken_out: Vec::new(),
+            by_span: Vec::new(),
+            goods: Vec::new(),
             steps: 0,
         };
         let earliest = start::times(problem, ii, ROOM);
@@ -285,16 +294,17 @@ impl<'a, 'p> Negotiation<'a, 'p> {
     }
 
     fn find_conflicts(&mut self) {
-        let state = &self.state;
+        let (state, goods) = (&self.state, &mut self.goods);
         self.conflicts.clear();
         let nodes = self.problem.nodes();
         self.conflicts
-            .extend(nodes.filter(|&node| state.is_in_conflict(node)));
+            .extend(nodes.filter(|&node| state.is_in_conflict(node, goods)));
     }
 
     /// The placement, or the file whose registers do not suffice after all.
     fn settle(&self) -> Result<Placement, Option<Place>> {
-        let routes: Option<Vec<Route>> = self.state.routes.iter().cloned().collect();
+        let routes = self.state.routes.iter();
+        let routes: Option<Vec<Route>> = routes.map(|path| Some(path.as_ref()?.route())).collect();
         let routes = routes.expect("no edge is open");
         place::adopt(
             self.problem,
@@ -318,49 +328,57 @@ impl<'a, 'p> Negotiation<'a, 'p> {
             }
         };
         let old = self.state.at[node];
-        let (old_cost, routes) = self.take_out(node);
+        let old_cost = self.take_out(node);
         let random = self.random();
         self.survey.look(&self.state, node, random);
         let random = self.random();
         let drawn = self.survey.draw(half, random);
         let Some(new) = drawn else {
-            self.put_back(node, old, routes);
+            self.put_back(node, old);
             return;
         };
         if new == old && any && self.below(100) < AS_IT_IS {
-            self.put_back(node, old, routes);
+            self.put_back(node, old);
             return;
         }
         let new_cost = self.put_in(node, new);
         let random = self.random();
-        if !Scale::of(half).accepts(new_cost - old_cost, random) {
-            self.take_out(node);
-            self.put_back(node, old, routes);
+        if Scale::of(half).accepts(new_cost - old_cost, random) {
+            let dropped = self.taken_out.drain(..);
+            dropped.for_each(|(_, path)| self.state.drop_list(path.items));
+            return;
         }
+        for i in 0..self.problem.edges_of[node].len() {
+            if let Some((path, _)) = self.state.release(self.problem.edges_of[node][i]) {
+                self.state.drop_list(path.items);
+            }
+        }
+        self.state.lift(node);
+        self.put_back(node, old);
     }
 
-    /// Takes out a node and the routes of its edges; returns their cost, and the routes.
-    fn take_out(&mut self, node: Node) -> (i32, Vec<(usize, Route)>) {
+    /// Takes out a node and the routes of its edges, which it keeps in `taken_out`; returns their cost.
+    fn take_out(&mut self, node: Node) -> i32 {
         let mut cost = 0;
-        let mut routes = Vec::new();
         for i in 0..self.problem.edges_of[node].len() {
             let e = self.problem.edges_of[node][i];
             match self.state.release(e) {
                 Some((route, price)) => {
                     cost += price;
-                    routes.push((e, route));
+                    self.taken_out.push((e, route));
                 }
                 None => cost += self.survey.price_of_open(&self.state, e),
             }
         }
         cost += price_of_early(self.state.earliness(node)) as i32;
         cost += self.state.lift(node);
-        (cost, routes)
+        cost
     }
 
-    fn put_back(&mut self, node: Node, old: Position, routes: Vec<(usize, Route)>) {
+    /// Puts a node back with the routes that it was taken out with.
+    fn put_back(&mut self, node: Node, old: Position) {
         self.state.put(node, old);
-        for (e, route) in routes {
+        for (e, route) in self.taken_out.drain(..) {
             self.state.take(e, route);
         }
     }
@@ -369,7 +387,8 @@ impl<'a, 'p> Negotiation<'a, 'p> {
     fn put_in(&mut self, node: Node, at: Position) -> i32 {
         let mut cost = self.state.put(node, at);
         cost += price_of_early(self.state.earliness(node)) as i32;
-        let mut edges: Vec<(i32, usize)> = Vec::new();
+        let mut edges = std::mem::take(&mut self.by_span);
+        edges.clear();
         for &e in &self.problem.edges_of[node] {
             let edge = &self.problem.edges[e];
             let span = match edge.to() {
@@ -382,9 +401,10 @@ impl<'a, 'p> Negotiation<'a, 'p> {
             edges.push((span, e));
         }
         edges.sort_unstable();
-        for (_, e) in edges {
+        for &(_, e) in &edges {
             cost += self.survey.route(&mut self.state, e);
         }
+        self.by_span = edges;
         cost
     }
 }

@@ -25,6 +25,22 @@ pub(super) struct Needs {
     pub(super) reads: Vec<Place>,
 }
 
+/// A way of a value: the items that it takes from the producer on, the consumer's read path, and which copies
+/// in a file it reads.
+#[derive(Clone)]
+pub(super) struct Path {
+    pub(super) items: Vec<Item>,
+    pub(super) read: u32,
+    pub(super) tag: Tag,
+}
+
+impl Path {
+    /// The route, with its stays in files.
+    pub(super) fn route(&self) -> Route {
+        Route::new(self.items.clone(), self.read, self.tag)
+    }
+}
+
 /// Positions, routes, and the prices that follow from them.
 pub(super) struct State<'a, 'p> {
     pub(super) problem: &'a Problem<'p>,
@@ -35,7 +51,7 @@ pub(super) struct State<'a, 'p> {
     /// True for each node that is placed.
     placed: EntityMap<Node, bool>,
     /// The route of each edge; `None` where it is open.
-    pub(super) routes: Vec<Option<Route>>,
+    pub(super) routes: Vec<Option<Path>>,
     /// Edges without a route.
     pub(super) open: usize,
     /// Cycles by which memory orders are not kept, of all together.
@@ -47,6 +63,8 @@ pub(super) struct State<'a, 'p> {
     /// The needs of nodes on units; no entry if there are none.
     needs: FxHashMap<(Node, Fu), Needs>,
     scratch: Vec<Good>,
+    /// Lists of routes that were dropped, to be filled again.
+    spare: Vec<Vec<Item>>,
 }
 
 impl<'a, 'p> State<'a, 'p> {
@@ -79,6 +97,7 @@ impl<'a, 'p> State<'a, 'p> {
             constants: FxHashMap::default(),
             needs: needs(problem),
             scratch: Vec::new(),
+            spare: Vec::new(),
             problem,
         }
     }
@@ -215,7 +234,7 @@ impl<'a, 'p> State<'a, 'p> {
     }
 
     /// Takes the items of a route; returns the cost of those that its value did not have.
-    pub(super) fn take(&mut self, e: usize, route: Route) -> i32 {
+    pub(super) fn take(&mut self, e: usize, route: Path) -> i32 {
         let mut cost = 0;
         for &item in &route.items {
             let timing = self.item_timing(e, item);
@@ -227,7 +246,7 @@ impl<'a, 'p> State<'a, 'p> {
     }
 
     /// Gives the route of an edge back, if it has one; returns its cost.
-    pub(super) fn release(&mut self, e: usize) -> Option<(Route, i32)> {
+    pub(super) fn release(&mut self, e: usize) -> Option<(Path, i32)> {
         let route = self.routes[e].take()?;
         self.open += 1;
         let mut cost = 0;
@@ -236,6 +255,17 @@ impl<'a, 'p> State<'a, 'p> {
             cost += self.release_item(self.problem.edges[e].from, item, timing);
         }
         Some((route, cost))
+    }
+
+    /// A list to fill with the items of a route.
+    pub(super) fn new_list(&mut self) -> Vec<Item> {
+        self.spare.pop().unwrap_or_default()
+    }
+
+    /// Keeps the list of a route that is dropped.
+    pub(super) fn drop_list(&mut self, mut list: Vec<Item>) {
+        list.clear();
+        self.spare.push(list);
     }
 
     fn item_timing(&self, e: usize, item: Item) -> Option<&'p FuOp> {
@@ -279,17 +309,18 @@ impl<'a, 'p> State<'a, 'p> {
 
     /// True if a route would write a value into a second register of a file in one cycle: a result
     /// is written into at most one register of a file.
-    pub(super) fn is_written_otherwise(&self, node: Node, route: &Route) -> bool {
-        let writes = |item: &Item| match *item {
+    pub(super) fn is_written_otherwise(&self, node: Node, route: &Path) -> bool {
+        let writes = |item: Item| match item {
             Item::Written(place, time, tag, _) => Some((place, time, tag)),
             _ => None,
         };
         let clashes = |(place, time, tag): (Place, i32, Tag)| {
-            let others = self.items[node].keys().filter_map(writes);
+            let others = self.items[node].keys().copied().filter_map(writes);
             let mut others = others.filter(|&(p, t, _)| (p, t) == (place, time));
             others.any(|(.., other)| other != tag)
         };
-        route.items.iter().filter_map(writes).any(clashes)
+        let mut written = route.items.iter().copied().filter_map(writes);
+        written.any(clashes)
     }
 
     /// Collects the places of a value from which its further routes may start.
@@ -320,22 +351,25 @@ impl<'a, 'p> State<'a, 'p> {
     }
 
     /// True if a node or its values take an overused resource, or one of its edges has no route.
-    pub(super) fn is_in_conflict(&self, node: Node) -> bool {
+    /// `goods` is a list that is used again.
+    pub(super) fn is_in_conflict(&self, node: Node, goods: &mut Vec<Good>) -> bool {
+        if self.market.excess == 0 && self.open == 0 && self.early == 0 {
+            return false;
+        }
         let (fu, time) = self.at[node];
-        let mut goods = Vec::new();
-        self.goods_of_node(node, fu, time, &mut goods);
         let edges = &self.problem.edges_of[node];
         if edges.iter().any(|&e| self.routes[e].is_none()) || self.earliness(node) > 0 {
             return true;
         }
+        goods.clear();
+        self.goods_of_node(node, fu, time, goods);
         let ty = self.problem.dfg.ty(node);
         for &item in self.items[node].keys() {
             let timing = match item {
                 Item::Move(fu, ..) => ty.and_then(|ty| self.problem.move_timing(fu, ty)),
                 _ => None,
             };
-            self.market
-                .goods_of_item(self.lanes, item, timing, &mut goods);
+            self.market.goods_of_item(self.lanes, item, timing, goods);
         }
         goods.iter().any(|&good| self.market.is_overused(good))
     }

@@ -2,9 +2,8 @@
 
 use super::deliver::Map;
 use super::lanes::NEVER;
-use super::state::State;
+use super::state::{Path, State};
 use crate::modulo::problem::Tag;
-use crate::modulo::route::Route;
 use crate::modulo::table::{Item, Via};
 use srp_archdesc::arch::Fu;
 use srp_archdesc::entity::Entity;
@@ -54,10 +53,9 @@ pub(super) struct Trace<'t, 'a, 'p> {
 }
 
 impl Trace<'_, '_, '_> {
-    /// The cheapest route to an operand of a unit that reads in a cycle.
-    pub(super) fn to_operand(&self, fu: Fu, at: i32) -> Option<Route> {
+    /// The cheapest route to an operand of a unit that reads in a cycle, in an empty list.
+    pub(super) fn to_operand(&self, fu: Fu, at: i32, mut items: Vec<Item>) -> Option<Path> {
         let (read, from) = self.reading(fu, at, self.tag.is_some())?;
-        let mut items = Vec::new();
         let (place, time, tag) = match from {
             Point::Stands(place, time) => (place, time, Tag::Plain),
             Point::Tagged(place, time) => (place, time, self.tag.unwrap_or(Tag::Plain)),
@@ -68,11 +66,11 @@ impl Trace<'_, '_, '_> {
         }
         self.back(from, &mut items)?;
         items.reverse();
-        Some(Route::new(items, read, tag))
+        Some(Path { items, read, tag })
     }
 
-    /// The cheapest route into a file that keeps the value after the loop.
-    pub(super) fn to_keep(&self, place: Place) -> Option<Route> {
+    /// The cheapest route into a file that keeps the value after the loop, in an empty list.
+    pub(super) fn to_keep(&self, place: Place, mut items: Vec<Item>) -> Option<Path> {
         let tag = self.tag?;
         let lane = self.state.lanes.of[place];
         let mut least = Least::new();
@@ -82,10 +80,14 @@ impl Trace<'_, '_, '_> {
         let time = least.way?;
         // It was cheapest when it came in.
         let (via, before) = self.entering(place, time)?;
-        let mut items = vec![Item::Kept(place, tag), Item::Written(place, time, tag, via)];
+        items.extend([Item::Kept(place, tag), Item::Written(place, time, tag, via)]);
         self.back(before, &mut items)?;
         items.reverse();
-        Some(Route::new(items, 0, tag))
+        Some(Path {
+            items,
+            read: 0,
+            tag,
+        })
     }
 
     /// How a unit reads the value in a cycle most cheaply: the path, and where it stands then.

@@ -3,7 +3,7 @@
 use super::map::{Map, Own};
 use super::rows::{least, relax, relax_by, set};
 use super::{Deliver, over_moves};
-use crate::modulo::negotiate::lanes::{NEVER, OddMover, Shift, Ways};
+use crate::modulo::negotiate::lanes::{NEVER, OddMover, Shift, VECTOR, Ways};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Ty;
 
@@ -184,19 +184,15 @@ impl Deliver<'_> {
     ) {
         let stride = self.lanes.stride;
         let row = &mut inputs[cycle * stride..][..stride];
-        row.fill(NEVER);
-        for shift in &ways.reads.regular {
-            let Some(stood) = cycle.checked_sub(shift.delay as usize) else {
-                continue;
-            };
-            let start = ((stood * width + margin) as isize + shift.from) as usize;
-            let from = &stands[start..][..stride];
-            if shift.free {
-                relax(row, from, &shift.mask);
-            } else {
-                let price = self.market.read_row(self.market.slot(time - shift.delay));
-                relax_by(row, from, &price[shift.from as usize..], &shift.mask);
-            }
+        let at = (cycle, width, margin);
+        if stride == VECTOR {
+            // A row of its own length stays in a register.
+            let mut least = [NEVER; VECTOR];
+            self.read_regularly(ways, stands, &mut least, at, time);
+            row.copy_from_slice(&least);
+        } else {
+            row.fill(NEVER);
+            self.read_regularly(ways, stands, row, at, time);
         }
         for way in &ways.reads.odd {
             let Some(stood) = cycle.checked_sub(way.delay as usize) else {
@@ -205,6 +201,31 @@ impl Deliver<'_> {
             let price = self.market.read_row(self.market.slot(time - way.delay))[way.from];
             let cost = stands[stood * width + margin + way.from].saturating_add(price);
             row[way.to] = row[way.to].min(cost);
+        }
+    }
+
+    /// Lowers a row of units to what they can read over ways that many of them have.
+    #[inline(always)]
+    fn read_regularly(
+        &self,
+        ways: &Ways,
+        stands: &[i16],
+        row: &mut [i16],
+        (cycle, width, margin): (usize, usize, usize),
+        time: i32,
+    ) {
+        for shift in &ways.reads.regular {
+            let Some(stood) = cycle.checked_sub(shift.delay as usize) else {
+                continue;
+            };
+            let start = ((stood * width + margin) as isize + shift.from) as usize;
+            let from = &stands[start..][..row.len()];
+            if shift.free {
+                relax(row, from, &shift.mask);
+            } else {
+                let price = self.market.read_row(self.market.slot(time - shift.delay));
+                relax_by(row, from, &price[shift.from as usize..], &shift.mask);
+            }
         }
     }
 }

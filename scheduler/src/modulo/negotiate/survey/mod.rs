@@ -13,7 +13,7 @@ use super::{LATE, MOST_LATE};
 use crate::modulo::problem::{self, Edge, Position, Problem};
 use distances::Distances;
 use kind::Kind;
-use rows::{add, operation_row};
+use rows::{add, least_of, operation_row};
 use scale::LIGHTEST;
 pub(super) use scale::Scale;
 use srp_archdesc::arch::Fu;
@@ -387,8 +387,7 @@ impl Survey {
     fn draw_here(&mut self, half: i32, random: u32) -> Option<Position> {
         let rows = self.totals.chunks_exact(self.stride);
         self.mins.clear();
-        let least_of = |row: &[i32]| row.iter().fold(FAR, |least, &cost| least.min(cost));
-        self.mins.extend(rows.clone().map(least_of));
+        self.mins.extend(rows.clone().map(|row| least_of(row, FAR)));
         let least = self.mins.iter().copied().min()?;
         if least >= FAR {
             return None;
@@ -438,6 +437,7 @@ impl Survey {
             return open;
         }
         state.own(edge.from, edge.tag, &mut self.own);
+        let items = state.new_list();
         let tagged = edge.tag.is_some();
         deliver(state).forward_wide(edge.ty, &self.own, (ready, last), tagged, &mut self.map);
         self.lanes += (self.map.cycles * self.stride) as u64;
@@ -453,9 +453,9 @@ impl Survey {
                 let (fu, _) = state.at[to];
                 let row = self.map.inputs_row(last);
                 let cost = row.map_or(NEVER, |row| row[fu.index()]);
-                (i32::from(cost) < open).then(|| trace.to_operand(fu, last))
+                (i32::from(cost) < open).then(|| trace.to_operand(fu, last, items))
             }
-            None => kept_in(problem, edge.ty).map(|place| trace.to_keep(place)),
+            None => kept_in(problem, edge.ty).map(|place| trace.to_keep(place, items)),
         };
         match route.flatten() {
             Some(route) if !state.is_written_otherwise(edge.from, &route) => state.take(e, route),

@@ -1,5 +1,6 @@
 //! Rows of costs by unit.
 
+use crate::modulo::negotiate::lanes::VECTOR;
 use crate::modulo::negotiate::{LATE, MOST_LATE};
 
 /// Lowers a row of costs to those of operations in a slot.
@@ -26,6 +27,17 @@ pub(super) fn add(totals: &mut [i32], row: Option<&[i16]>, open: i32, late: i32,
     let late = late.clamp(-2 * MOST_LATE, MOST_LATE) as i16;
     let (open, most) = (open as i16, MOST_LATE as i16);
     let price = |reach: i16| open + LATE as i16 * (late + reach).clamp(0, most);
+    // As in the rows of deliveries, a single vector goes without a loop.
+    if let (Ok(totals), Some(row), Some(reach)) = (
+        <&mut [i32; VECTOR]>::try_from(&mut *totals),
+        row.and_then(|row| row.first_chunk::<VECTOR>()),
+        reach.first_chunk::<VECTOR>(),
+    ) {
+        for lane in 0..VECTOR {
+            totals[lane] += i32::from(row[lane].min(price(reach[lane])));
+        }
+        return;
+    }
     match row {
         Some(row) => {
             for ((total, &cost), &reach) in totals.iter_mut().zip(row).zip(reach) {
@@ -37,5 +49,14 @@ pub(super) fn add(totals: &mut [i32], row: Option<&[i16]>, open: i32, late: i32,
                 *total += i32::from(price(reach));
             }
         }
+    }
+}
+
+/// The least of a row of costs, and of `most`.
+#[inline(always)]
+pub(super) fn least_of(row: &[i32], most: i32) -> i32 {
+    match row.first_chunk::<VECTOR>() {
+        Some(only) if row.len() == VECTOR => only.iter().fold(most, |least, &cost| least.min(cost)),
+        _ => row.iter().fold(most, |least, &cost| least.min(cost)),
     }
 }
