@@ -7,6 +7,10 @@ use srp_archdesc::entity::{Entity, EntityMap};
 /// Addresses below this are never mapped, so that a null pointer traps.
 pub const FIRST_ADDRESS: u32 = 64;
 
+/// Bytes at both ends of the mapped SRAM that hold no object, so that a load this near to an object
+/// never traps.
+pub const RED_ZONE: u32 = 64;
+
 /// Bytes that the stack has at least; globals that leave less do not fit.
 pub const MIN_STACK: u32 = 4096;
 
@@ -46,7 +50,7 @@ impl std::error::Error for TooLarge {}
 impl Layout {
     /// Lays out the globals of `program` in their order in an SRAM of `sram_bytes` bytes.
     pub fn of(program: &Program, sram_bytes: u32) -> Result<Layout, TooLarge> {
-        let mut next = u64::from(FIRST_ADDRESS);
+        let mut next = u64::from(FIRST_ADDRESS + RED_ZONE);
         let mut addresses = EntityMap::new();
         for global in program.globals.values() {
             next = next.next_multiple_of(u64::from(global.align.max(1)));
@@ -54,7 +58,7 @@ impl Layout {
             next += u64::from(global.size);
         }
         let end = next.next_multiple_of(16);
-        let needed = end + u64::from(MIN_STACK);
+        let needed = end + u64::from(MIN_STACK + RED_ZONE);
         if needed > u64::from(sram_bytes) {
             return Err(TooLarge {
                 needed,
@@ -64,7 +68,7 @@ impl Layout {
         let mut layout = Layout {
             addresses,
             image: vec![0; end as usize],
-            stack_top: sram_bytes & !15,
+            stack_top: (sram_bytes & !15) - RED_ZONE,
         };
         for (global, data) in program.globals.iter() {
             let at = layout.addresses[global] as usize;

@@ -9,6 +9,7 @@ mod dce;
 mod fast_math;
 mod fold;
 mod gvn;
+mod hyperblock;
 mod ifconvert;
 mod inline;
 mod licm;
@@ -20,6 +21,7 @@ mod promote;
 mod reassociate;
 mod refine;
 mod rename;
+mod replicate;
 mod restrict;
 mod strength;
 mod unroll;
@@ -28,7 +30,8 @@ use crate::program::Pos;
 
 pub use compact::compact_program;
 pub use pipeline::{
-    FastMath, Options, PASSES, Pass, STANDARD, optimise, parse, pass, run, standard,
+    CONTROL, FastMath, Options, PASSES, Pass, STANDARD, optimise, optimise_control, parse, pass,
+    run, standard,
 };
 
 use cfg::simplify_cfg;
@@ -39,6 +42,7 @@ pub(crate) use dce::dce;
 use fast_math::{CONTRACT, RECIPROCAL, contract, reciprocal};
 use fold::fold;
 use gvn::gvn;
+use hyperblock::hyperblocks;
 use ifconvert::ifconvert;
 use inline::inline;
 use licm::licm;
@@ -46,6 +50,7 @@ use mem2reg::mem2reg;
 use promote::promote;
 use reassociate::{REASSOCIATE, reassociate};
 use refine::refine;
+use replicate::{replicate, write_out_loops};
 pub(crate) use restrict::{restrict_number, settle_restrict};
 use strength::strength;
 use unroll::{unnest, unroll};

@@ -5,6 +5,7 @@ use crate::Error;
 use srp_archdesc::arch::Arch;
 use srp_ir::dfg::{Dfg, Order};
 use srp_ir::dre::Dre;
+use srp_ir::pass;
 use srp_ir::program::{Block, Func, Kernel, Pos, Program};
 use srp_ir::split::{self, Remark, split};
 use srp_scheduler::modulo::{self, Unschedulable};
@@ -82,10 +83,12 @@ pub fn divide(program: &mut Program, arch: &Arch) -> Result<Divided, Error> {
         let failed = kernels.filter_map(|(k, dfg)| Some((k, modulo::admit(dfg, &arch.srp).err()?)));
         let failed: Vec<_> = failed.collect();
         if failed.is_empty() {
+            let mut dre = divided.dre;
+            pass::optimise_control(&mut dre.control, &pass::Options::new(arch.precision));
             let by_form = divided.not_pipelined.into_iter().map(NotPipelined::from);
             let not_pipelined = by_form.chain(returned).collect();
             return Ok(Divided {
-                dre: divided.dre,
+                dre,
                 not_pipelined,
                 remarks: divided.remarks,
                 relaxed: divided.relaxed,

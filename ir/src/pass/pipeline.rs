@@ -225,6 +225,21 @@ pub const PASSES: &[Pass] = &[
         run: Run::Function(|f, _| strength(f)),
     },
     Pass {
+        name: "write-out",
+        what: "Writes out loops of control code that run a small, constant number of times.",
+        run: Run::Function(|f, context| write_out_loops(f, &context.precision())),
+    },
+    Pass {
+        name: "hyperblock",
+        what: "Joins blocks of control code under predicates where that takes less than the branch.",
+        run: Run::Function(|f, _| hyperblocks(f)),
+    },
+    Pass {
+        name: "replicate",
+        what: "Unrolls loops of control code that are one block.",
+        run: Run::Function(|f, context| replicate(f, &context.precision())),
+    },
+    Pass {
         name: "compact",
         what: "Numbers what is left without gaps.",
         run: Run::Function(|f, _| {
@@ -264,6 +279,21 @@ pub const STANDARD: &[&str] = &[
     "compact",
 ];
 
+/// The passes that [`optimise_control`] runs.
+pub const CONTROL: &[&str] = &[
+    "write-out",
+    "simplify",
+    "hyperblock",
+    "simplify",
+    "licm",
+    "strength",
+    "replicate",
+    "simplify",
+    "hyperblock",
+    "simplify",
+    "compact",
+];
+
 /// The pass with this name.
 pub fn pass(name: &str) -> Option<&'static Pass> {
     PASSES.iter().find(|pass| pass.name == name)
@@ -296,6 +326,15 @@ pub fn optimise(program: &mut Program, options: &Options) -> Vec<Remark> {
     run(program, &standard(), options, &mut |_, _| {})
 }
 
+/// Makes the control code of a divided program fit the VLIW engine: fewer branches, and more operations
+/// beside each other.
+pub fn optimise_control(program: &mut Program, options: &Options) {
+    let passes = CONTROL.iter().map(|name| pass(name));
+    let passes: Vec<&Pass> = passes.map(|p| p.expect("it is in the table")).collect();
+    let remarks = run_on(program, &passes, options, true, &mut |_, _| {});
+    debug_assert_eq!(remarks, [], "control code has no marks to speak of");
+}
+
 /// The passes of [`optimise`].
 pub fn standard() -> Vec<&'static Pass> {
     let passes = STANDARD.iter().map(|name| pass(name));
@@ -309,10 +348,22 @@ pub fn run(
     options: &Options,
     after: &mut dyn FnMut(&Pass, &Program),
 ) -> Vec<Remark> {
+    run_on(program, passes, options, false, after)
+}
+
+/// Runs some passes on a program in which special functions have their steps or, as `refined` says, do
+/// not.
+fn run_on(
+    program: &mut Program,
+    passes: &[&Pass],
+    options: &Options,
+    refined: bool,
+    after: &mut dyn FnMut(&Pass, &Program),
+) -> Vec<Remark> {
     let mut runner = Runner {
         context: Context {
             options,
-            refined: false,
+            refined,
             unrolled: false,
             remarks: Vec::new(),
         },

@@ -151,13 +151,13 @@ fn worth_unrolling<'a>(
 
 /// How often a loop begins an iteration, and the block whose test says so.
 #[derive(Clone, Copy)]
-struct Trip {
-    count: u32,
+pub(super) struct Trip {
+    pub(super) count: u32,
     test: Block,
 }
 
 /// How often a loop runs, if one of its tests that every iteration makes depends on constants alone.
-fn trip(
+pub(super) fn trip(
     func: &Function,
     dominators: &Dominators,
     data: &LoopData,
@@ -271,7 +271,7 @@ impl<'a> Known<'a> {
 }
 
 /// Writes a loop out: copies of its blocks follow each other, and the last goes where the loop ended.
-fn write_out(func: &mut Function, data: &LoopData, trip: Trip) {
+pub(super) fn write_out(func: &mut Function, data: &LoopData, trip: Trip) {
     let latch = data.latches[0];
     let leaves = |func: &Function, block: Block| {
         let mut targets = func.blocks[block].end.targets();
@@ -330,7 +330,7 @@ fn write_out(func: &mut Function, data: &LoopData, trip: Trip) {
 }
 
 /// Copies of the blocks of a loop, not in the layout, and of what they define.
-fn copy(func: &mut Function, old: &[Block]) -> (Vec<Block>, FxHashMap<Value, Value>) {
+pub(super) fn copy(func: &mut Function, old: &[Block]) -> (Vec<Block>, FxHashMap<Value, Value>) {
     let mut map = FxHashMap::default();
     let mut blocks = Vec::new();
     for &block in old {
@@ -367,7 +367,8 @@ fn copy(func: &mut Function, old: &[Block]) -> (Vec<Block>, FxHashMap<Value, Val
     (blocks, map)
 }
 
-fn rename_outside(func: &mut Function, inside: &[Block], map: &FxHashMap<Value, Value>) {
+/// Gives the uses outside some blocks other values.
+pub(super) fn rename_outside(func: &mut Function, inside: &[Block], map: &FxHashMap<Value, Value>) {
     let rename = |v: &mut Value| *v = map.get(v).copied().unwrap_or(*v);
     for &block in &func.layout {
         if inside.contains(&block) {

@@ -1,0 +1,507 @@
+//! Hyperblocks: several blocks of control code as one, under predicates (Mahlke et al. 1992).
+//!
+//! A branch of the VLIW engine costs its own cycle, those of its delay, and the results under way,
+//! which must stand before its target begins; and operations of different blocks never share a bundle.
+//! So a branch goes where doing both ways takes less:
+//!
+//! * The ways of a small diamond or triangle become straight code, and selections.
+//! * A block that only one branch reaches joins that branch's block, if both are in one loop and the
+//!   other way leaves that loop, or if both blocks branch to the same place (`&&`, `||`). One branch is
+//!   left on the way that stays; the tests of the ways out follow outside the loop.
+//!
+//! Arithmetic runs whether it is wanted or not. Loads, stores and divisions get the predicate into
+//! their guards. A load whose own block is not certain to run needs no guard where the joined block
+//! accesses memory nearby in any case: no object lies so close to the ends of SRAM that it could trap
+//! ([`RED_ZONE`]).
+
+use super::rename::Renames;
+use crate::flow::{Cfg, Dominators, Loop, Loops};
+use crate::layout::RED_ZONE;
+use crate::program::*;
+use rustc_hash::{FxHashMap, FxHashSet};
+use srp_archdesc::entity::EntityMap;
+use srp_archdesc::isa::{Class, Effect, Opcode, Space};
+
+/// How far from a certain access a load may be that runs in any case. The pass runs twice on a
+/// program, and what one run has made certain the other takes for certain.
+const REACH: u32 = RED_ZONE / 2;
+
+/// Operations of a way that is not always taken: about those that the slots do in the cycles of a
+/// branch.
+const MAX_SIDE: usize = 10;
+
+/// Operations of a block that joins another on the way that stays in the loop.
+const MAX_JOINED: usize = 48;
+
+/// Operations of a whole hyperblock.
+const MAX_BLOCK: usize = 200;
+
+/// Rounds over a function, each of which may make the next possible.
+const MAX_ROUNDS: u32 = 32;
+
+/// Joins the blocks of a function where that takes less time.
+pub(crate) fn hyperblocks(func: &mut Function) -> bool {
+    let mut former = Former::of(func);
+    let mut changed = false;
+    for _ in 0..MAX_ROUNDS {
+        if !former.round() {
+            break;
+        }
+        changed = true;
+        super::cfg::simplify_cfg(former.func, &mut Vec::new());
+    }
+    changed
+}
+
+struct Former<'a> {
+    func: &'a mut Function,
+    /// Loads that run without a guard although their block might not have been reached.
+    speculated: FxHashSet<Inst>,
+    /// Blocks that a change of this round has touched.
+    touched: EntityMap<Block, bool>,
+}
+
+/// A function at the beginning of a round.
+struct Flow {
+    cfg: Cfg,
+    loops: Loops,
+    facts: Facts,
+}
+
+/// One way of a branch.
+#[derive(Clone)]
+struct Way {
+    target: Target,
+    /// The value of the condition on this way.
+    sense: bool,
+}
+
+impl<'a> Former<'a> {
+    fn of(func: &'a mut Function) -> Former<'a> {
+        Former {
+            func,
+            speculated: FxHashSet::default(),
+            touched: EntityMap::new(),
+        }
+    }
+
+    /// Changes every block once at most, the last of the control flow first.
+    fn round(&mut self) -> bool {
+        let cfg = Cfg::of(self.func);
+        let loops = Loops::of(&cfg, &Dominators::of(&cfg));
+        let facts = Facts::of(self.func);
+        let flow = Flow { cfg, loops, facts };
+        self.touched = EntityMap::filled(self.func.blocks.len(), false);
+        let mut renames = Renames::default();
+        let mut changed = false;
+        for &block in flow.cfg.order.iter().rev() {
+            if !self.touched[block] {
+                changed |= self.diamond(block, &flow, &mut renames)
+                    || self.join(block, &flow, &mut renames);
+            }
+        }
+        renames.apply(self.func);
+        changed
+    }
+
+    fn ways(&self, block: Block) -> Option<(Value, [Way; 2])> {
+        let Terminator::Branch { cond, then, other } = &self.func.blocks[block].end else {
+            return None;
+        };
+        let way = |target: &Target, sense| Way {
+            target: target.clone(),
+            sense,
+        };
+        Some((*cond, [way(then, true), way(other, false)]))
+    }
+
+    /// The size of a block, if all of it can move into another.
+    fn movable(&self, block: Block) -> Option<usize> {
+        size(self.func, block)
+    }
+
+    /// True if `block` can become part of its only predecessor.
+    fn follows(&self, block: Block, from: Block, flow: &Flow) -> bool {
+        block != from
+            && block != self.func.entry()
+            && !self.touched[block]
+            && flow.cfg.preds[block] == [from]
+            && self.func.blocks[block].kernel.is_none()
+    }
+
+    /// Makes straight code of a branch around one or two blocks that meet again.
+    fn diamond(&mut self, block: Block, flow: &Flow, renames: &mut Renames) -> bool {
+        let Some((cond, ways)) = self.ways(block) else {
+            return false;
+        };
+        let side = |way: &Way| {
+            let at = way.target.block;
+            let Terminator::Jump(to) = &self.func.blocks[at].end else {
+                return None;
+            };
+            let size = self.movable(at).filter(|_| self.follows(at, block, flow))?;
+            Some((size, to.block))
+        };
+        let found = [side(&ways[0]), side(&ways[1])];
+        let [then, other] = [ways[0].target.block, ways[1].target.block];
+        let (size, meets, moved) = match found {
+            [Some((a, x)), Some((b, y))] if x == y => (a + b, x, vec![0, 1]),
+            [Some((a, x)), _] if x == other => (a, x, vec![0]),
+            [_, Some((b, y))] if y == then => (b, y, vec![1]),
+            _ => return false,
+        };
+        if size > MAX_SIDE || moved.iter().any(|&i| ways[i].target.block == meets) {
+            return false;
+        }
+        let mut guards = Guards::of(cond);
+        let mut ends = [ways[0].target.clone(), ways[1].target.clone()];
+        for at in moved {
+            let from = ways[at].target.block;
+            self.absorb(block, &ways[at], &mut guards, &flow.facts, renames);
+            let end = std::mem::replace(&mut self.func.blocks[from].end, Terminator::Unreachable);
+            let Terminator::Jump(to) = end else {
+                unreachable!("it was a jump a moment ago")
+            };
+            ends[at] = to;
+        }
+        self.touched[block] = true;
+        let [then, other] = ends;
+        self.func.blocks[block].end = Terminator::Branch { cond, then, other };
+        true
+    }
+
+    /// Puts the block that a branch goes on to into the block of the branch.
+    fn join(&mut self, block: Block, flow: &Flow, renames: &mut Renames) -> bool {
+        let Some((cond, ways)) = self.ways(block) else {
+            return false;
+        };
+        (0..2).any(|at| {
+            let (on, off) = (&ways[at], &ways[1 - at]);
+            self.join_one(block, cond, on, off, flow, renames)
+        })
+    }
+
+    fn join_one(
+        &mut self,
+        block: Block,
+        cond: Value,
+        on: &Way,
+        off: &Way,
+        flow: &Flow,
+        renames: &mut Renames,
+    ) -> bool {
+        let next = on.target.block;
+        let around = flow.loops.innermost(block);
+        if !self.follows(next, block, flow)
+            || off.target.block == next
+            || flow.loops.innermost(next) != around
+        {
+            return false;
+        }
+        let leaves = |to: Block| around.is_some_and(|id| !self.contains(id, to, flow));
+        let Some(size) = self.movable(next) else {
+            return false;
+        };
+        let cold = leaves(off.target.block);
+        let fits = self.size(block) + size <= MAX_BLOCK && size <= MAX_JOINED;
+        match self.func.blocks[next].end.clone() {
+            Terminator::Jump(to) if cold && fits && !leaves(to.block) => {
+                let mut guards = Guards::of(cond);
+                self.absorb(block, on, &mut guards, &flow.facts, renames);
+                self.close(block, cond, on.sense, to, off.target.clone(), next);
+                true
+            }
+            Terminator::Branch {
+                cond: second,
+                then,
+                other,
+            } => {
+                let out = off.target.block;
+                let (stay, go, sense) = if other.block == out || leaves(other.block) {
+                    (then, other, true)
+                } else if then.block == out || leaves(then.block) {
+                    (other, then, false)
+                } else {
+                    return false;
+                };
+                let same = go.block == out;
+                let worth = cold && !leaves(stay.block) || same && size <= MAX_SIDE / 2;
+                if !worth || !fits || stay.block == go.block || stay.block == out {
+                    return false;
+                }
+                let mut guards = Guards::of(cond);
+                self.absorb(block, on, &mut guards, &flow.facts, renames);
+                let pos = self.func.blocks[next].end_pos;
+                let first = guards.when(self.func, block, on.sense, pos);
+                let second = renames.find(second);
+                let last = match sense {
+                    true => second,
+                    false => self.op(block, Opcode::Pnot, &[second], pos),
+                };
+                let both = self.op(block, Opcode::Pand, &[first, last], pos);
+                let away = match same {
+                    true => self.either(block, first, &go, &off.target, pos, renames),
+                    false => self.outside(first, go, off.target.clone(), pos),
+                };
+                self.close(block, both, true, stay, away, next);
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// True if a block, which may be new, is in a loop.
+    fn contains(&self, id: Loop, block: Block, flow: &Flow) -> bool {
+        use srp_archdesc::entity::Entity;
+        block.index() < flow.cfg.preds.len() && flow.loops.contains(id, block)
+    }
+
+    fn size(&self, block: Block) -> usize {
+        let insts = self.func.blocks[block].insts.iter();
+        let ops = insts.filter(|&&i| matches!(self.func.insts[i].kind, InstKind::Op { .. }));
+        ops.count()
+    }
+
+    /// Ends a block by a branch, where the block `gone` has become part of it.
+    fn close(
+        &mut self,
+        block: Block,
+        cond: Value,
+        sense: bool,
+        stay: Target,
+        away: Target,
+        gone: Block,
+    ) {
+        let (then, other) = if sense { (stay, away) } else { (away, stay) };
+        self.func.blocks[block].end = Terminator::Branch { cond, then, other };
+        self.func.blocks[gone].end = Terminator::Unreachable;
+        self.touched[block] = true;
+    }
+
+    /// The way out that two branches share: the values of the second where the first went on.
+    fn either(
+        &mut self,
+        block: Block,
+        first: Value,
+        second_out: &Target,
+        first_out: &Target,
+        pos: Pos,
+        renames: &Renames,
+    ) -> Target {
+        let pairs = second_out.args.iter().zip(&first_out.args);
+        let pairs: Vec<(Value, Value)> = pairs
+            .map(|(&a, &b)| (renames.find(a), renames.find(b)))
+            .collect();
+        let args = pairs.into_iter().map(|(second, early)| {
+            if second == early {
+                return second;
+            }
+            let op = Opcode::select(self.func.values[second]);
+            self.op(block, op, &[first, second, early], pos)
+        });
+        Target {
+            block: second_out.block,
+            args: args.collect(),
+        }
+    }
+
+    /// A new block that goes one of two ways.
+    fn outside(&mut self, cond: Value, then: Target, other: Target, pos: Pos) -> Target {
+        let block = self.func.add_block();
+        self.touched.push(true);
+        self.func.blocks[block].end = Terminator::Branch { cond, then, other };
+        self.func.blocks[block].end_pos = pos;
+        Target {
+            block,
+            args: Vec::new(),
+        }
+    }
+
+    /// The accesses of SRAM that a block makes whatever comes.
+    fn certain(&self, block: Block, facts: &Facts) -> Vec<Access> {
+        let access = |&inst: &Inst| match &self.func.insts[inst].kind {
+            InstKind::Op { op, args, imm } if !self.speculated.contains(&inst) => {
+                let access = Access::of(*op, args, *imm, facts)?;
+                facts.truths.contains(&args[0]).then_some(access)
+            }
+            _ => None,
+        };
+        let insts = self.func.blocks[block].insts.iter();
+        insts.filter_map(access).collect()
+    }
+
+    fn op(&mut self, block: Block, op: Opcode, args: &[Value], pos: Pos) -> Value {
+        let value = self.func.append_op(block, op, args, 0, pos);
+        value.expect("the operation has a result")
+    }
+
+    /// Moves the operations of the block that a way leads to into `into`, under its predicate.
+    fn absorb(
+        &mut self,
+        into: Block,
+        way: &Way,
+        guards: &mut Guards,
+        facts: &Facts,
+        renames: &mut Renames,
+    ) {
+        let from = way.target.block;
+        let certain = self.certain(into, facts);
+        let data = &mut self.func.blocks[from];
+        let insts = std::mem::take(&mut data.insts);
+        for (&param, &arg) in data.params.iter().zip(&way.target.args) {
+            renames.replace(param, renames.find(arg));
+        }
+        self.touched[from] = true;
+        for inst in insts {
+            let data = &mut self.func.insts[inst];
+            data.kind.for_each_use_mut(|v| *v = renames.find(*v));
+            let pos = data.pos;
+            if let InstKind::Op { op, args, imm } = &data.kind
+                && op.is_guarded()
+            {
+                let own = args[0];
+                let unguarded = facts.truths.contains(&own);
+                let access = Access::of(*op, args, *imm, facts);
+                let is_load = op.info().effect == Effect::Load;
+                let is_safe = access.is_some_and(|a| certain.iter().any(|c| c.vouches_for(&a)));
+                if unguarded && is_load && is_safe {
+                    self.speculated.insert(inst);
+                } else {
+                    let guard = guards.when(self.func, into, way.sense, pos);
+                    let guard = match unguarded {
+                        true => guard,
+                        false => self.op(into, Opcode::Pand, &[guard, own], pos),
+                    };
+                    if let InstKind::Op { args, .. } = &mut self.func.insts[inst].kind {
+                        args[0] = guard;
+                    }
+                }
+            }
+            self.func.blocks[into].insts.push(inst);
+        }
+    }
+}
+
+/// The operations of a block, those that take long counted for the cycles they take; `None` if one
+/// cannot be predicated.
+pub(super) fn size(func: &Function, block: Block) -> Option<usize> {
+    let mut count = 0;
+    for &inst in &func.blocks[block].insts {
+        count += match &func.insts[inst].kind {
+            InstKind::Const(_) | InstKind::SymbolAddr(..) | InstKind::SlotAddr(..) => 0,
+            InstKind::Op { op, .. } if op.info().effect == Effect::Io => return None,
+            InstKind::Op { op, .. } => match op.class() {
+                Class::Idiv | Class::Fdiv | Class::Sfu | Class::Tex => MAX_SIDE,
+                _ => 1,
+            },
+            InstKind::Call { .. } | InstKind::Launch { .. } => return None,
+        };
+    }
+    Some(count)
+}
+
+/// The predicates of the two ways of a branch, made once.
+struct Guards {
+    cond: Value,
+    negated: Option<Value>,
+}
+
+impl Guards {
+    fn of(cond: Value) -> Guards {
+        Guards {
+            cond,
+            negated: None,
+        }
+    }
+
+    /// The predicate that is true where the condition is `sense`.
+    fn when(&mut self, func: &mut Function, block: Block, sense: bool, pos: Pos) -> Value {
+        if sense {
+            return self.cond;
+        }
+        *self.negated.get_or_insert_with(|| {
+            let not = func.append_op(block, Opcode::Pnot, &[self.cond], 0, pos);
+            not.expect("it has a result")
+        })
+    }
+}
+
+/// Facts about the values of a function.
+struct Facts {
+    /// The constants *true*.
+    truths: FxHashSet<Value>,
+    /// Sums of a value and a constant.
+    sums: FxHashMap<Value, (Value, u32)>,
+}
+
+impl Facts {
+    fn of(func: &Function) -> Facts {
+        let mut facts = Facts {
+            truths: FxHashSet::default(),
+            sums: FxHashMap::default(),
+        };
+        let mut constants = FxHashMap::default();
+        let listed = || func.layout.iter().flat_map(|&b| &func.blocks[b].insts);
+        for data in listed().map(|&inst| &func.insts[inst]) {
+            match data.kind {
+                InstKind::Const(Bits::Pred(true)) => {
+                    facts.truths.insert(data.results[0]);
+                }
+                InstKind::Const(Bits::Word(word)) => {
+                    constants.insert(data.results[0], word);
+                }
+                _ => {}
+            }
+        }
+        for data in listed().map(|&inst| &func.insts[inst]) {
+            if let InstKind::Op { op, args, .. } = &data.kind
+                && *op == Opcode::Add
+                && let Some(&constant) = constants.get(&args[1])
+            {
+                facts.sums.insert(data.results[0], (args[0], constant));
+            }
+        }
+        facts
+    }
+
+    /// An address as a value and a constant.
+    fn base(&self, address: Value) -> (Value, u32) {
+        let (mut base, mut offset) = (address, 0u32);
+        while let Some(&(inner, constant)) = self.sums.get(&base) {
+            base = inner;
+            offset = offset.wrapping_add(constant);
+        }
+        (base, offset)
+    }
+}
+
+/// An access of SRAM.
+#[derive(Clone, Copy)]
+struct Access {
+    base: Value,
+    offset: u32,
+    bytes: u32,
+}
+
+impl Access {
+    fn of(op: Opcode, args: &[Value], imm: i32, facts: &Facts) -> Option<Access> {
+        if op.space() != Some(Space::Sram) {
+            return None;
+        }
+        let (base, offset) = facts.base(*args.get(1)?);
+        Some(Access {
+            base,
+            offset: offset.wrapping_add_signed(imm),
+            bytes: op.access_bytes()?,
+        })
+    }
+
+    /// True if another access cannot trap where this one does not.
+    fn vouches_for(&self, other: &Access) -> bool {
+        let distance = other.offset.wrapping_sub(self.offset) as i32;
+        self.base == other.base
+            && self.bytes >= other.bytes
+            && distance.unsigned_abs() + other.bytes <= REACH
+            && distance.unsigned_abs().is_multiple_of(other.bytes)
+    }
+}
