@@ -1,7 +1,8 @@
 //! Structs and unions as values: copies, initial values, calls.
 
 use super::function::{Lowering, passing, values_of};
-use super::place::{Access, Base, Field, Leaf, Location, leaves};
+use super::leaf::{Access, Leaf, leaves};
+use super::place::{Base, Field, Location};
 use super::scalar::Scalar;
 use crate::ctype::{Type, TypeId};
 use crate::typed::{Callee, ExprId, ExprKind, Init, LocalId};

@@ -192,7 +192,7 @@ pub(super) fn values_of(checked: &Checked, ty: TypeId) -> Option<Vec<Ty>> {
         Type::Void => Vec::new(),
         Type::Vector(_) => vec![Ty::Vec],
         Type::Record(_) => {
-            let leaves = super::place::leaves(&checked.types, ty, MAX_PASSED)?;
+            let leaves = super::leaf::leaves(&checked.types, ty, MAX_PASSED)?;
             leaves.iter().map(|leaf| leaf.access.ty()).collect()
         }
         _ if checked.types.is_wide(ty) => vec![Ty::Word; 2],
@@ -316,7 +316,7 @@ impl Lowering<'_> {
         address
     }
 
-    /// Whether a loop around calls a variable independent.
+    /// True when a loop around calls a variable independent.
     pub(super) fn is_independent(&self, variable: Variable) -> bool {
         self.independent.iter().any(|&(other, _)| other == variable)
     }

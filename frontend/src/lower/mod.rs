@@ -17,6 +17,7 @@ mod condition;
 mod control;
 mod expr;
 mod function;
+mod leaf;
 mod place;
 mod reach;
 mod scalar;

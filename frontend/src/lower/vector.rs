@@ -1,7 +1,8 @@
 //! Vectors: lanes, building, relations.
 
 use super::function::Lowering;
-use super::place::{Access, Base, Location};
+use super::leaf::Access;
+use super::place::{Base, Location};
 use crate::operator::{self, Class};
 use crate::typed::{ExprId, ExprKind, Relation};
 use srp_archdesc::isa::{Opcode, Ty};
