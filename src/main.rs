@@ -5,6 +5,7 @@ mod area;
 mod cache;
 mod cli;
 mod compile;
+mod count;
 mod diagnostics;
 mod dram;
 mod effects;

@@ -1,5 +1,6 @@
 //! Certificates that a smaller II is impossible.
 
+use crate::count::count;
 use crate::failure::Failure;
 use crate::files;
 use crate::talk;
@@ -50,11 +51,11 @@ pub(crate) fn write(
     files::write(&formula_path(path), &certificate.formula)?;
     files::write(path, &certificate.steps)?;
     talk::say(format_args!(
-        "{}: {} has no schedule at II = {} up to {} cycles beyond the critical path",
+        "{}: {} has no schedule at II = {} up to {} beyond the critical path",
         path.display(),
         dfg.name,
         claim.ii,
-        claim.slack
+        count(claim.slack, "cycle")
     ));
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! `srp run`
 
 use crate::cli::{self, Run, RunEngine};
+use crate::count::count;
 use crate::failure::Failure;
 use crate::{compile, diagnostics, interrupt, refused_kernel, report, talk};
 use srp_archdesc::arch::Arch;
@@ -66,8 +67,8 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
 
 fn say_account(account: &Finish, program: &ScheduledDre) {
     talk::say(format_args!(
-        "{} cycles: {} VLIW, {} switching",
-        account.cycles(),
+        "{}: {} VLIW, {} switching",
+        count(account.cycles(), "cycle"),
         account.vliw,
         account.switch
     ));
@@ -135,7 +136,7 @@ fn interpret(
     Ok(outcome.status())
 }
 
-/// Whether a pragma of a program says that iterations are independent.
+/// True when a pragma of a program says that iterations are independent.
 fn says_independent(program: &Program) -> bool {
     let blocks = program.funcs.values().flat_map(|f| f.blocks.values());
     let mut marks = blocks.filter_map(|block| block.kernel.as_ref());

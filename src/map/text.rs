@@ -1,5 +1,6 @@
 //! The table as text to read.
 
+use crate::count::count;
 use srp_studies::map::{Row, Table};
 use std::fmt::Write;
 
@@ -71,8 +72,9 @@ fn write_remarks(out: &mut String, row: &Row, single: bool) -> std::fmt::Result 
     if let Some(m) = &row.mapping {
         for proof in &m.impossible {
             remarks.push(format!(
-                "proved: no schedule with II = {} up to {} cycles beyond the critical path",
-                proof.ii, proof.slack
+                "proved: no schedule with II = {} up to {} beyond the critical path",
+                proof.ii,
+                count(proof.slack, "cycle")
             ));
         }
         remarks.extend(m.why_not_lower.clone());

@@ -1,6 +1,6 @@
 //! The differences between two reports as text.
 
-use super::text::count;
+use crate::count::count;
 use srp_studies::loops::Differences;
 use std::fmt::Write;
 

@@ -1,5 +1,6 @@
 //! The report as text. What to do comes first, then each loop in full.
 
+use crate::count::count;
 use srp_studies::loops::{
     Advice, FileKind, FileLoad, FunctionReport, LinkLoad, LoopReport, NotPipelined, Position,
     Report, SharedLoad, Status, UnitLoad, part, percent,
@@ -150,9 +151,9 @@ pub(super) fn standing(l: &LoopReport) -> String {
     match l.status {
         Status::Bound => "the bound".to_owned(),
         Status::Proved => format!(
-            "{} above the bound, less is proved impossible up to {} cycles beyond the critical path",
+            "{} above the bound, less is proved impossible up to {} beyond the critical path",
             l.ii - l.bound(),
-            l.horizon()
+            count(l.horizon(), "cycle")
         ),
         Status::Open => format!("{} above the bound", l.ii - l.bound()),
     }
@@ -251,7 +252,7 @@ fn bounds(out: &mut String, l: &LoopReport) {
 /// The recurrence's cycles and iterations.
 pub(super) fn recurrence(l: &LoopReport) -> String {
     let latency = l.recurrence.iter().map(|s| s.latency).sum();
-    let distance = l.recurrence.iter().map(|s| s.distance).sum();
+    let distance: u32 = l.recurrence.iter().map(|s| s.distance).sum();
     format!(
         "a recurrence of {} over {}",
         cycles(latency),
@@ -270,8 +271,9 @@ fn obstacles(out: &mut String, l: &LoopReport) {
         line(
             out,
             format_args!(
-                "  proved: no schedule at II = {} up to {} cycles beyond the critical path",
-                i.ii, i.slack
+                "  proved: no schedule at II = {} up to {} beyond the critical path",
+                i.ii,
+                cycles(i.slack)
             ),
         );
     }
@@ -420,12 +422,6 @@ pub(crate) fn not_pipelined(n: &NotPipelined) -> String {
 
 fn cycles(n: u32) -> String {
     count(n, "cycle")
-}
-
-/// A number of things.
-pub(super) fn count(n: u32, what: &str) -> String {
-    let plural = if n == 1 { "" } else { "s" };
-    format!("{n} {what}{plural}")
 }
 
 fn line(out: &mut String, text: std::fmt::Arguments<'_>) {

@@ -1,7 +1,7 @@
 //! The array, drawn: what every unit does and every link carries in a cycle of the II, and how busy
 //! they are over all of it.
 
-use super::super::text::count;
+use crate::count::count;
 use maud::{Markup, PreEscaped, html};
 use srp_studies::loops::{Carried, Cell, FileLoad, LinkLoad, LoopReport, UnitLoad, part, percent};
 use std::collections::BTreeMap;

@@ -6,7 +6,8 @@ mod recurrence;
 mod slots;
 mod takes;
 
-use super::text::{count, lowered, recurrence as recurrence_in_words, standing};
+use super::text::{lowered, recurrence as recurrence_in_words, standing};
+use crate::count::count;
 use crate::page as shell;
 use maud::{Markup, PreEscaped, html};
 use srp_studies::loops::{

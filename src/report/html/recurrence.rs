@@ -1,7 +1,7 @@
 //! The recurrence that bounds a loop, drawn: its operations in order with their lines and latencies,
 //! and whatever else is in circles with them.
 
-use super::super::text::count;
+use crate::count::count;
 use maud::{Markup, html};
 use srp_studies::loops::{Edge, LoopReport, Operation, Position, Step};
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,6 +1,6 @@
 //! Loads of a loop on register files and links, one by one.
 
-use super::super::text::count;
+use crate::count::count;
 use maud::{Markup, html};
 use srp_studies::loops::{FileLoad, LinkLoad, LoopReport, PortLoad, part, percent};
 
