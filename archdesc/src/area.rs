@@ -1,4 +1,4 @@
-//! What a T&I unit costs: operators, register files, caches, and from them area and energy, as in
+//! Costs of a T&I unit: operators, register files, caches, and from them area and energy, as in
 //! Tables 1 and 2 of the SGRT paper.
 //!
 //! Areas of single parts are the paper's, which come from 65 nm synthesis and CACTI. Caches of

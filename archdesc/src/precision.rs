@@ -21,7 +21,7 @@ pub struct Precision {
     pub log2: Approx,
     /// Sine and cosine.
     pub sincos: Approx,
-    /// What becomes of subnormal floats.
+    /// The treatment of subnormal floats.
     pub subnormals: Subnormals,
     /// Fraction bits of the weights by which texels are filtered, 0 to 12; 0 takes the nearest.
     pub texture_weight_bits: u32,
@@ -59,7 +59,7 @@ impl Approx {
     }
 }
 
-/// What operations make of floats below 2^-126 that are not 0.
+/// The treatment of floats below 2^-126 that are not 0, as operands and as results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Subnormals {
     /// They are numbers like others.
@@ -96,7 +96,7 @@ pub enum Approx {
         bits: u32,
         /// Newton–Raphson steps after it, 0 to 3.
         steps: u32,
-        /// Whether a step has fused multiply-adds; else it rounds after every operation.
+        /// True when a step has fused multiply-adds; else it rounds after every operation.
         fused: bool,
         /// Who takes the steps.
         refine: Refine,
@@ -169,7 +169,7 @@ impl Approx {
         }
     }
 
-    /// What the unit does, as the functions of [`ops::semantics`](crate::ops::semantics) take it:
+    /// Describes the unit as the functions of [`ops::semantics`](crate::ops::semantics) take it:
     /// unit word, 0 for the exact function, and steps, with [`SEPARATE`] where they are not fused.
     pub const fn arguments(self) -> (u32, u32) {
         match self {

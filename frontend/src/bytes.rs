@@ -4,7 +4,7 @@
 //! U+EF80 to U+EFFF; constants have the byte again. Comments may hold any bytes, then, and strings keep
 //! theirs. A source's own characters of that range are taken apart into bytes, so that nothing is lost.
 
-/// What stands for byte 0; those from 0x80 on are used.
+/// The character that stands for byte 0; those of bytes from 0x80 on are used.
 const ZERO: u32 = 0xef00;
 
 /// The text of a source.

@@ -13,14 +13,14 @@ use crate::{Compilation, ast};
 use srp_archdesc::diagnostic::{Diagnostic, Source};
 use srp_ir::program::Pos;
 
-/// What a program defines.
+/// The functions and objects that a program defines.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Interface {
     /// Functions, but for those of the library.
     pub functions: Vec<Function>,
     /// Objects with static storage.
     pub objects: Vec<Object>,
-    /// What `#pragma srp range(name, low, high)` says, in the order of the text.
+    /// The ranges that `#pragma srp range(name, low, high)` states, in the order of the text.
     pub ranges: Vec<StatedRange>,
 }
 
@@ -46,7 +46,7 @@ pub struct Object {
     pub name: String,
     /// Its type.
     pub shape: Shape,
-    /// Whether it is `const`.
+    /// True when it is `const`.
     pub constant: bool,
 }
 
@@ -61,11 +61,11 @@ pub enum Shape {
     Float,
     /// A pointer to numbers of this shape.
     Pointer {
-        /// What it points to.
+        /// The type that it points to.
         to: Box<Shape>,
-        /// Whether that is `const`.
+        /// True when that is `const`.
         constant: bool,
-        /// Whether it lies in system memory.
+        /// True when it lies in system memory.
         global: bool,
     },
     /// An array of so many numbers in all.
@@ -74,7 +74,7 @@ pub enum Shape {
     Other(String),
 }
 
-/// What a pragma says of the values of a parameter or object.
+/// The range that a pragma states for the values of a parameter or object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StatedRange {
     /// Its name.

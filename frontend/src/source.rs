@@ -39,11 +39,11 @@ struct Expansion {
 pub struct SourceMap {
     files: EntityMap<SourceFile, File>,
     expansions: BTreeMap<Span, Expansion>,
-    /// What `#pragma srp range` has said, in the order of the text.
+    /// The ranges that `#pragma srp range` has stated, in the order of the text.
     pub(crate) ranges: Vec<Range>,
 }
 
-/// What `#pragma srp range(name, low, high)` says.
+/// The range that a `#pragma srp range(name, low, high)` states.
 #[derive(Clone, Debug)]
 pub(crate) struct Range {
     pub(crate) name: String,

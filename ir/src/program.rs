@@ -215,12 +215,12 @@ pub struct KernelMark {
     /// make their values: while the loop runs, what is reached through one of them is reached in no
     /// other way, if it is written (C17 6.7.3.1).
     pub restrict: Vec<u32>,
-    /// What the source says of its iterations.
+    /// Statements of the source about its iterations.
     pub independence: Independence,
 }
 
-/// What pragmas say of the memory accesses of a loop's iterations. It is believed only where nothing
-/// else shows how far apart two accesses meet.
+/// Independence of the memory accesses of a loop's iterations, as pragmas state it. It is believed
+/// only where nothing else shows how far apart two accesses meet.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Independence {
     /// No iteration accesses what another writes.
@@ -232,7 +232,7 @@ pub struct Independence {
 }
 
 impl Independence {
-    /// Whether nothing is said.
+    /// True when nothing is said.
     pub fn is_none(&self) -> bool {
         !self.all && self.groups.is_empty()
     }

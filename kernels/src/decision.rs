@@ -1,7 +1,7 @@
 //! Lines of the kernels whose comparisons decide something that studies count by name: those with a comment
 //! `decides: NAME`, as the build script finds them.
 
-/// What a comparison decides.
+/// The question that a comparison decides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Decision {
     /// All light is mirrored at a surface that would let it through (Snell's law has no solution).

@@ -50,7 +50,7 @@ impl Folder {
     }
 }
 
-/// What is off, from black over red to white.
+/// Maps errors to colours, from black over red to white.
 fn map(picture: &Picture, levels: &[u8]) -> Picture {
     let pixel = |&level: &u8| {
         let bright = u32::from(level) * 510 / u32::from(WHITE_AT);

@@ -55,7 +55,7 @@ fn attributed(summary: &AttributionSummary) -> String {
     text
 }
 
-/// What marks a line: on a front, the cheapest that meets the target, a hole, a unit that is not used.
+/// The marks of a line: on a front, the cheapest that meets the target, a hole, a unit that is not used.
 pub(super) fn marks(report: &Report, i: usize) -> String {
     let mut marks = String::new();
     let fronts = [
@@ -183,7 +183,7 @@ pub(super) fn text(report: &Report) -> String {
     text
 }
 
-/// What cycles differ by for the order of tiles.
+/// Says how far cycles differ with the order of tiles.
 pub(super) fn noise(report: &Report) -> String {
     format!(
         "In {} other orders of tiles the cycles of the machine as it is differ by up to {:.2} %; differences up to \
@@ -193,7 +193,7 @@ pub(super) fn noise(report: &Report) -> String {
     )
 }
 
-/// Whether better settings may exist.
+/// Says whether better settings may exist.
 pub(super) fn search_in_words(report: &Report) -> String {
     let refused = match report.screened {
         0 => String::new(),
@@ -217,7 +217,7 @@ pub(super) fn percent(part: f64) -> String {
     }
 }
 
-/// What a dB costs.
+/// Says what a dB costs.
 fn prices(report: &Report) -> String {
     let mut text =
         "What a dB costs (least of a setting without leaks, % of the machine as it is)\n\n\

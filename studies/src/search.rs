@@ -16,9 +16,9 @@ pub(crate) type Point = Vec<usize>;
 /// How an objective of a combination follows from those of its settings alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Combined {
-    /// What the settings add to it is added.
+    /// The differences that the settings make alone are added.
     Added,
-    /// What they change of it is multiplied.
+    /// The factors by which they change it alone are multiplied.
     Multiplied,
 }
 
@@ -28,7 +28,7 @@ pub(crate) type Winners<'a, T> = dyn Fn(&[(Point, T)]) -> Vec<usize> + 'a;
 /// Judges objectives that are predicted, beside the trials that were made.
 pub(crate) type Promising<'a, T> = dyn Fn(&[(Point, T)], &[f64]) -> bool + 'a;
 
-/// What is searched.
+/// The space that is searched.
 pub(crate) struct Space<'a, T> {
     /// How many values each knob has, the one as it is among them.
     pub(crate) sizes: Vec<usize>,
@@ -42,18 +42,18 @@ pub(crate) struct Space<'a, T> {
     pub(crate) objectives: &'a dyn Fn(&T) -> Vec<f64>,
     /// The trials whose neighbours are to be tried, by their numbers.
     pub(crate) winners: &'a Winners<'a, T>,
-    /// Whether a point that is predicted to have these objectives is worth a trial.
+    /// True when a point that is predicted to have these objectives is worth a trial.
     pub(crate) promising: &'a Promising<'a, T>,
 }
 
-/// What a search has come to.
+/// The outcome of a search.
 #[derive(Clone, Debug)]
 pub(crate) struct Findings<T> {
     /// All trials in the order in which they were made.
     pub(crate) tried: Vec<(Point, T)>,
-    /// Whether no neighbour of a winner is left that is worth a trial.
+    /// True when no neighbour of a winner is left that is worth a trial.
     pub(crate) closed: bool,
-    /// Whether everything was tried.
+    /// True when everything was tried.
     pub(crate) exhaustive: bool,
 }
 
@@ -164,7 +164,7 @@ fn candidates<T>(space: &Space<'_, T>, tried: &[(Point, T)]) -> Vec<Point> {
     ranked.into_iter().map(|(_, _, point)| point).collect()
 }
 
-/// What each setting changes alone.
+/// The change that each setting makes alone.
 struct Model<'a, T> {
     space: &'a Space<'a, T>,
     base: Vec<f64>,
@@ -214,7 +214,7 @@ impl<'a, T> Model<'a, T> {
     }
 }
 
-/// Whether objectives are nowhere worse than others and somewhere better.
+/// True when objectives are nowhere worse than others and somewhere better.
 pub(crate) fn dominates(a: &[f64], b: &[f64]) -> bool {
     let pairs = || a.iter().zip(b);
     pairs().all(|(a, b)| a <= b) && pairs().any(|(a, b)| a < b)

@@ -1,4 +1,4 @@
-//! What pragmas say of loops: that iterations are independent, which is believed, and checked by
+//! Statements of pragmas about loops: that iterations are independent, which is believed, and checked by
 //! `--engine ir`; and that a loop is a kernel, which is an error where it is not.
 
 use super::{folder, refused, srp, write};

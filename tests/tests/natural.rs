@@ -133,7 +133,7 @@ fn table(text: &str) -> BTreeMap<String, Figures> {
     programs
 }
 
-/// What has got worse, and what is other without being worse, a line each. A loop that is gone is not
+/// Returns the lines that have got worse, and those that differ without being worse. A loop that is gone is not
 /// worse: it may have become part of another; the cycles tell.
 fn compared(
     known: &BTreeMap<String, Figures>,

@@ -73,7 +73,7 @@ struct Maker {
     text: String,
     /// Loops around a statement beside that of `i`.
     deep: usize,
-    /// Whether `continue` goes on to what counts.
+    /// True when `continue` goes on to what counts.
     continues: bool,
 }
 
@@ -360,7 +360,7 @@ fn number(variable: &str, default: u64) -> u64 {
     value.and_then(|v| v.parse().ok()).unwrap_or(default)
 }
 
-/// What is wrong with a file whose output is known.
+/// Returns what is wrong with a file whose output is known.
 fn difference(file: &Path, expected: &Ended, arch: &Arch, simulate: bool) -> Result<(), String> {
     let same = |what: &str, found: Ended| match found == *expected {
         true => Ok(()),

@@ -1,4 +1,4 @@
-//! What accuracy costs in time: five kernels under settings of the units that divide and take roots. The table is
+//! The cost of accuracy in time: five kernels under settings of the units that divide and take roots. The table is
 //! `tests/precision/cycles.txt`; `BLESS=1` writes it anew.
 
 use srp_archdesc::arch::Approx;

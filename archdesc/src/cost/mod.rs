@@ -1,4 +1,4 @@
-//! What hardware costs: cycles, area and energy of units that follow from their structure and
+//! Costs of hardware: cycles, area and energy of units that follow from their structure and
 //! precision, and of memories. [`chip`](mod@crate::chip) adds them up.
 //!
 //! All figures are for 65 nm, and its constants are fitted to published ones; `docs/costs.md` names the

@@ -9,7 +9,7 @@ use srp_archdesc::diagnostic::Span;
 /// The largest alignment that can be asked for, bytes.
 const MAX_ALIGN: i128 = 4096;
 
-/// Whether attributes ask that calls of a function are not inlined.
+/// True when attributes ask that calls of a function are not inlined.
 pub(super) fn noinline(attributes: &[Attribute]) -> bool {
     let mut names = attributes.iter().map(|a| a.name.trim_matches('_'));
     names.any(|name| matches!(name, "noinline" | "noipa"))

@@ -1,4 +1,4 @@
-//! Whether a run of a loop does what the source says of it.
+//! Checks that a run of a loop does what the source says of it.
 
 use super::{Assumed, Dfg, Node};
 use rustc_hash::FxHashMap;
@@ -35,7 +35,7 @@ impl Watched {
         })
     }
 
-    /// Whether something is said of an access.
+    /// True when something is said of an access.
     pub fn concerns(&self, node: Node) -> bool {
         !self.others[node].is_empty()
     }

@@ -52,7 +52,7 @@ pub struct Dfg {
     /// Order between memory accesses that no value carries. Accesses that meet only after
     /// [`MAX_OVERLAP`] iterations or more are not listed.
     pub order: Vec<Order>,
-    /// What the source says of accesses that could meet. Only those are in an order yet of which it
+    /// Statements of the source about accesses that could meet. Only those are in an order yet of which it
     /// is known how many iterations apart they meet.
     #[serde(default)]
     pub assumed: Vec<Assumed>,

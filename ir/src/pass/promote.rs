@@ -18,7 +18,7 @@ struct Place {
 }
 
 impl Place {
-    /// Whether it can be accessed, be that in the program or not: a loop may have accesses that it
+    /// True when it can be accessed, be that in the program or not: a loop may have accesses that it
     /// never makes.
     fn is_there(&self, globals: &EntityMap<Global, GlobalData>) -> bool {
         let GlobalData { size, align, .. } = globals[self.global];

@@ -479,7 +479,7 @@ pub(super) fn access(
     (insts, loaded)
 }
 
-/// Whether an instruction can be made again anywhere.
+/// True when an instruction can be made again anywhere.
 fn is_constant(kind: &InstKind) -> bool {
     matches!(
         kind,

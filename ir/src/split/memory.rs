@@ -64,7 +64,7 @@ pub(super) struct MemoryOrder {
     /// The orders that would remain if pointers that may alias were `restrict`; `None` if all
     /// would.
     pub(super) relaxed: Option<Vec<Order>>,
-    /// What the source says of accesses that could meet.
+    /// Statements of the source about accesses that could meet.
     pub(super) assumed: Vec<Assumed>,
     /// Accesses that could not be told apart.
     pub(super) remarks: Vec<Remark>,
@@ -137,8 +137,8 @@ pub(super) fn order(
     }
 }
 
-/// Whether the source says that two accesses never meet in different iterations, and if so, whether in
-/// one iteration neither.
+/// Returns `Some` when the source says that two accesses never meet in different iterations: true when
+/// they do not meet in one iteration either.
 fn denied(independence: &Independence, first: &Access, second: &Access) -> Option<bool> {
     if first.bytes == 0 || second.bytes == 0 {
         return None;

@@ -321,7 +321,7 @@ fn constant(line: &mut Line<'_>) -> Result<Bits, TextError> {
     Ok(Bits::Vec(lanes))
 }
 
-/// What is said of a kernel's iterations.
+/// Reads the words about the independence of a kernel's iterations.
 fn independence(line: &mut Line<'_>) -> Result<Independence, TextError> {
     let mut independence = Independence {
         all: line.eat_word("ivdep"),

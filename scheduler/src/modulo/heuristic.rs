@@ -68,7 +68,7 @@ pub(super) struct Heuristic<'a, 'p> {
     levels: BTreeMap<u32, Level>,
 }
 
-/// What is known of one II.
+/// The state of the search at one II.
 struct Level {
     freedom: Freedom,
     /// Attempts so far, by way.
@@ -76,7 +76,7 @@ struct Level {
     times_forced: EntityMap<Node, u32>,
     /// Weights of the edges.
     weights: Vec<u32>,
-    /// What was most often in the way of the first attempt that failed; `Some(None)` where that was
+    /// The most frequent conflict of the first attempt that failed; `Some(None)` where that was
     /// nothing in particular.
     failed: Option<Option<Conflict>>,
 }
@@ -185,7 +185,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         }
     }
 
-    /// Whether positions and routes are better found all at once from the start.
+    /// True when positions and routes are better found all at once from the start.
     fn is_crowded(&self, bound: u32) -> bool {
         self.problem.dfg.nodes.len() >= LARGE && bound <= CROWDED
     }

@@ -1,8 +1,8 @@
 //! Modulo scheduling of kernels onto the array: where and when each operation of a loop runs, and
 //! over which links and registers its values travel, so that an iteration starts every II cycles.
 //!
-//! [`bounds`] says which II cannot be beaten; from there up, [`heuristic`] makes attempts at a
-//! [`place`]ment until one succeeds, and then down again; [`exact`] closes the gap or proves that it
+//! `bounds` says which II cannot be beaten; from there up, `heuristic` makes attempts at a
+//! placement until one succeeds, and then down again; `exact` closes the gap or proves that it
 //! cannot be closed. The result is data; `check` tells whether it is right.
 
 mod anneal;

@@ -13,7 +13,7 @@ use srp_toolchain::{Session, machine};
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// What `--json` prints.
+/// The document that `--json` prints.
 #[derive(Serialize)]
 struct Reports<'a> {
     kernels: &'a [Report],
@@ -78,7 +78,7 @@ fn shown(report: &Report) -> Vec<usize> {
     shown
 }
 
-/// What marks a trial: the fronts that it is on, and whether it is the cheapest.
+/// The marks of a trial: the fronts that it is on, and whether it is the cheapest.
 fn marks(report: &Report, i: usize) -> String {
     let fronts = [
         (&report.front_cycles, 'c'),

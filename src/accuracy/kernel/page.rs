@@ -15,7 +15,7 @@ tr.cheapest td { background: color-mix(in srgb, var(--good) 12%, transparent); }
 td.words, th.words { text-align: left; } td code { font-size: .8em; } table.origins td { padding: .1rem .8rem .1rem 0; }
 ";
 
-/// What a trial costs.
+/// The costs of a trial.
 type Cost = fn(&Trial) -> f64;
 
 /// The page.

@@ -43,7 +43,7 @@ pub(super) fn intervals(trial: &Trial) -> String {
     }
 }
 
-/// What is set, or that nothing is.
+/// Says which settings a trial has, or that it has none.
 pub(super) fn words(trial: &Trial) -> &str {
     match trial.words.is_empty() {
         true => "as it is",
@@ -51,7 +51,7 @@ pub(super) fn words(trial: &Trial) -> &str {
     }
 }
 
-/// Whether better settings may exist.
+/// Says whether better settings may exist.
 pub(super) fn search_in_words(report: &Report) -> String {
     let count = report.trials.len();
     match (report.complete, report.exhaustive, report.closed) {
@@ -158,7 +158,7 @@ fn report(report: &Report) -> String {
     text
 }
 
-/// What is to be said of the machine as it is beyond its line.
+/// Remarks on the machine as it is beyond its line.
 fn details(text: &mut String, base: &Trial) {
     if let (Some(_), [_, ..]) = (base.error.ulps, base.error.worst.as_slice()) {
         let at = base

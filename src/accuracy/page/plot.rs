@@ -19,7 +19,7 @@ struct Dot {
     y: f64,
     label: String,
     best: bool,
-    /// Whether it costs more than the axis shows.
+    /// True when it costs more than the axis shows.
     far: bool,
 }
 

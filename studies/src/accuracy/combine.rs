@@ -11,10 +11,10 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Combinations that are tried between two looks at what is known.
 const BATCH: usize = 8;
 
-/// What a cost must be lower by to be lower at all.
+/// The part by which a cost must be lower to count as lower.
 const LEAST_GAIN: f64 = 1e-3;
 
-/// What a cost is of objectives.
+/// The cost that a trial's objectives come to.
 type Axis<'a> = dyn Fn(&[f64]) -> f64 + 'a;
 
 /// Settings of one knob that may be combined with those of others, by their numbers among the trials.

@@ -131,7 +131,7 @@ fn opponent(picture: &[Colour], width: usize) -> [Plane; 3] {
     })
 }
 
-/// What is seen of a picture: blurred as eyes blur it, in a space in which distances are differences.
+/// A picture as it is seen: blurred as eyes blur it, in a space in which distances are differences.
 fn perceived(planes: &[Plane; 3]) -> Vec<Colour> {
     let radius = (3.0 * (WIDEST / (2.0 * PI * PI)).sqrt() * PIXELS_PER_DEGREE).ceil() as isize;
     let blurred: Vec<Plane> = (planes.iter().zip(SENSITIVITY))

@@ -1,4 +1,4 @@
-//! What accuracy costs in time, and what it buys.
+//! Measures what accuracy costs in time, and what it buys.
 //!
 //! A frame is rendered under many settings of machine, compiler and kernels, one knob at a time, each
 //! really compiled, scheduled and simulated; every picture is held against a renderer in binary64.
@@ -46,12 +46,12 @@ const ORDERS: u64 = 4;
 /// Errors are attributed in one of so many tiles; in all tiles, of the machine as it is.
 const ONE_IN: u32 = 8;
 
-/// What is tried, and what for.
+/// The settings to try, and the target.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// The knobs that are turned; none for all of them.
     pub knobs: Vec<String>,
-    /// What a setting has to keep to.
+    /// The limits that a setting has to keep to.
     pub target: Target,
     /// Combinations of settings that are tried, at most.
     pub combinations: usize,
@@ -59,7 +59,7 @@ pub struct Options {
     pub threads: usize,
 }
 
-/// What the trials of a scene come to.
+/// The outcome of the trials of a scene.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     /// The scene's name.
@@ -70,13 +70,13 @@ pub struct Report {
     pub machine: String,
     /// Width and height of the frames in pixels.
     pub size: (u32, u32),
-    /// What settings have to keep to.
+    /// The limits that settings have to keep to.
     pub target: Target,
     /// The machine as it is, then every setting, then settings together.
     pub trials: Vec<Trial>,
     /// Cycles of the machine as it is in other orders of tiles.
     pub cycles_in_other_orders: Vec<u64>,
-    /// What cycles differ by for the order of tiles, as a part of them: a difference up to that is none.
+    /// The difference of cycles between orders of tiles, as a part of them: a difference up to that is none.
     pub cycle_noise: f64,
     /// Numbers of the trials that no other beats in picture and cycles.
     pub front: Vec<usize>,
@@ -84,18 +84,18 @@ pub struct Report {
     pub front_area: Vec<usize>,
     /// The same of picture and energy.
     pub front_energy: Vec<usize>,
-    /// What each step of quality costs at least.
+    /// The least cost of each step of quality.
     pub prices: Vec<Price>,
     /// Combinations that were not simulated, because their picture or aimed rays miss the target.
     pub screened: usize,
-    /// Whether all combinations that differ from one of the best in one knob were tried or are predicted
+    /// True when all combinations that differ from one of the best in one knob were tried or are predicted
     /// not to be better.
     pub closed: bool,
     /// The number of the cheapest trial that keeps to the target.
     pub cheapest: Option<usize>,
-    /// What each setting does, a sentence each.
+    /// A sentence for each setting that says what it does.
     pub sentences: Vec<String>,
-    /// Whether all settings were tried.
+    /// True when all settings were tried.
     pub complete: bool,
 }
 
@@ -209,7 +209,7 @@ fn check_size(frame: &Frame) -> Result<(), Error> {
     Ok(checked.map_err(srp_toolchain::Error::from)?)
 }
 
-/// What became of a setting.
+/// The outcome of one setting.
 enum Tried {
     /// It was tried.
     Trial(Box<Trial>),
@@ -230,7 +230,7 @@ fn noise(trials: &[Trial], orders: &[u64]) -> f64 {
     off.fold(0.0, f64::max)
 }
 
-/// What all trials of a frame share, and what they are held against.
+/// The parts that all trials of a frame share, and the references that they are held against.
 struct Bench<'a> {
     frame: &'a Frame,
     options: &'a Options,

@@ -1,4 +1,4 @@
-//! What a dB costs: for each step of quality the least cycles, area and energy of a trial that has it.
+//! The price of a dB: for each step of quality the least cycles, area and energy of a trial that has it.
 
 use super::target::{quality, relative_costs};
 use super::trial::Trial;

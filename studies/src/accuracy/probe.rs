@@ -1,4 +1,4 @@
-//! What the T&I unit of a machine loses on a scene's own edges, and how far its distances are off.
+//! Measures which rays the T&I unit loses on a scene's own edges, and how far its distances are off.
 //!
 //! Rays go from the camera to points of edges that two triangles share, one on each side of the edge as
 //! the camera sees it. However a unit rounds, it must find one of the two or something nearer; at
@@ -31,7 +31,7 @@ const NARROW: f64 = 1e-6;
 /// unit's reciprocal allows.
 const FARTHER: f64 = 1e-3;
 
-/// What aimed rays came to.
+/// The outcome of aimed rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Leaks {
     /// Rays that were aimed, and meet a triangle in exact arithmetic.
@@ -134,7 +134,7 @@ fn allowance(arch: &Arch) -> f64 {
     2.0 * (arch.system.tni.rcp.error_bound() + arch.precision.rcp.error_bound())
 }
 
-/// Whether two triangles lie on either side of the edge that they share, as it is seen from a point.
+/// True when two triangles lie on either side of the edge that they share, as it is seen from a point.
 fn between(ends: [Vec3; 2], corners: [[Vec3; 3]; 2], eye: Vec3) -> bool {
     let eye = eye.as_dvec3();
     let [p, q] = ends.map(|p| p.as_dvec3() - eye);

@@ -1,4 +1,4 @@
-//! What accuracy can be changed by: settings of the machine file, of the compiler and of the kernels,
+//! The settings that change accuracy: those of the machine file, of the compiler and of the kernels,
 //! one of each knob at a time.
 
 use crate::attributes::words;
@@ -18,12 +18,12 @@ use std::sync::Arc;
 /// the most of both.
 pub const SAMPLING: [&str; 2] = ["samples a pixel", "bounces"];
 
-/// Whether a knob is one of [`SAMPLING`].
+/// True when a knob is one of [`SAMPLING`].
 pub(super) fn is_sampling(knob: &str) -> bool {
     SAMPLING.contains(&knob)
 }
 
-/// What settings of several knobs are called.
+/// The name of settings of several knobs.
 pub const TOGETHER: &str = "together";
 
 /// A frame that can be made: machine, program, and how far light is followed.
@@ -35,7 +35,7 @@ pub(super) struct Subject {
 }
 
 impl Subject {
-    /// What a frame is made with.
+    /// Returns the machine, program and options of a frame.
     pub(super) fn of(frame: &Frame) -> Subject {
         Subject {
             arch: frame.arch.clone(),
@@ -64,9 +64,9 @@ impl Subject {
 /// One value of a knob, or of several.
 #[derive(Clone)]
 pub(super) struct Setting {
-    /// What is turned.
+    /// The knob that is turned.
     pub(super) knob: String,
-    /// What to.
+    /// The value that it is turned to.
     pub(super) value: String,
     /// How a user says it: a line of the machine file, or an option.
     pub(super) how: String,
@@ -265,7 +265,7 @@ fn functions(all: &mut Vec<Setting>) {
     }
 }
 
-/// Whether the SRP has subnormal floats.
+/// Adds the settings of subnormal floats on the SRP.
 fn floats(all: &mut Vec<Setting>) {
     for subnormals in Subnormals::ALL {
         let how = format!("<float subnormals=\"{}\"/>", subnormals.name());

@@ -27,7 +27,7 @@ pub struct AttributionSummary {
     pub named: f64,
     /// Lines and units, the largest share first.
     pub sources: Vec<ErrorSource>,
-    /// What made infinities and NaNs out of finite numbers.
+    /// The operations that made infinities and NaNs out of finite numbers.
     pub non_finite: Vec<String>,
 }
 
@@ -150,7 +150,7 @@ impl AttributionSummary {
     }
 }
 
-/// Whether a tile is one of those that are looked into.
+/// True when a tile is one of those that are looked into.
 fn drawn(tile: u32, one_in: u32) -> bool {
     let scrambled = (tile ^ tile >> 7).wrapping_mul(0x9e37_79b9) >> 12;
     scrambled.is_multiple_of(one_in)

@@ -1,4 +1,4 @@
-//! What a picture has to keep to, and which settings are worth having.
+//! The limits that a picture has to keep to, and the settings that are worth having.
 
 use super::compare::Difference;
 use super::probe::Leaks;
@@ -13,7 +13,7 @@ pub struct Bound {
     bound: f64,
 }
 
-/// What can be asked of a picture.
+/// The limits that can be asked of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum Figure {
@@ -111,7 +111,7 @@ pub(super) fn relative_costs(trial: &Trial, base: &Trial, noise: f64) -> [f64; 3
     [cycles, a.area / b.area, a.energy / b.energy]
 }
 
-/// What a trial costs beside another: the product of its cycles, energy and area over the other's.
+/// The cost of a trial relative to another's: the product of its cycles, energy and area over the other's.
 pub(super) fn relative_cost(trial: &Trial, base: &Trial, noise: f64) -> f64 {
     relative_costs(trial, base, noise).iter().product()
 }

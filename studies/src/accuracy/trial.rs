@@ -27,9 +27,9 @@ const DECIDED: u8 = 8;
 /// A setting that was tried.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Trial {
-    /// What was turned, nothing at the machine as it is.
+    /// The knob that was turned, none at the machine as it is.
     pub knob: String,
-    /// What to.
+    /// The value that it was turned to.
     pub value: String,
     /// How a user says it.
     pub how: String,
@@ -43,7 +43,7 @@ pub struct Trial {
     pub attribution: AttributionSummary,
     /// Of the unit whose precision is set.
     pub unit: Option<UnitError>,
-    /// What the setting costs.
+    /// The cost of the setting.
     pub costs: Costs,
     /// It is of a unit that the frame does not use: whatever differs has another cause.
     pub not_exercised: bool,
@@ -72,7 +72,7 @@ impl UnitError {
     }
 }
 
-/// What a setting costs.
+/// The cost of a setting.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Costs {
     /// Initiation intervals of the kernels by name.
@@ -96,7 +96,7 @@ pub struct Costs {
     pub host_seconds: f64,
 }
 
-/// What a trial has rendered.
+/// The pictures and counts that a trial has rendered.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Rendering {
     /// The picture.
@@ -105,7 +105,7 @@ pub struct Rendering {
     pub levels: Vec<u8>,
 }
 
-/// What is measured of a frame, whatever its setting is called.
+/// The measurements of a frame, whatever its setting is called.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Measured {
     all: Difference,
@@ -280,7 +280,7 @@ impl Trial {
         }
     }
 
-    /// Whether it changes what is computed, not how exactly.
+    /// True when it changes what is computed, not how exactly.
     pub fn is_sampling(&self) -> bool {
         is_sampling(&self.knob)
     }

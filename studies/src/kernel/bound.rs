@@ -22,7 +22,7 @@ const MOST_DIVIDED: usize = 6;
 /// Integers of a range that are taken one by one, at most.
 const MOST_INTEGERS: usize = 64;
 
-/// What no computed result is off by more than, wherever decisions fall as in real arithmetic.
+/// A bound on the error of every computed result, wherever decisions fall as in real arithmetic.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Bound {
     /// The difference from the real number.

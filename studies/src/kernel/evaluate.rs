@@ -1,4 +1,4 @@
-//! What a program means on real numbers: its intermediate form as the front end gives it, before any pass,
+//! Evaluates a program on real numbers: its intermediate form as the front end gives it, before any pass,
 //! run on a [`Number`].
 //!
 //! Words are either bits or a number that has not been rounded. Functions of `math.h` are taken for what they

@@ -1,4 +1,4 @@
-//! What accuracy costs in a kernel: a function of C with ranges of its parameters, a program with ranges of
+//! Measures what accuracy costs in a kernel: a function of C with ranges of its parameters, a program with ranges of
 //! its objects, or an FPCore.
 //!
 //! The kernel runs on samples of its ranges under many settings of the special-function units and of the
@@ -60,7 +60,7 @@ pub struct Study {
     pub points: usize,
     /// Trials of settings that are made, at most.
     pub budget: usize,
-    /// What a setting has to keep to.
+    /// The limits that a setting has to keep to.
     pub target: Target,
     /// Trials at a time; they change no result.
     pub threads: usize,
@@ -79,7 +79,7 @@ pub struct Range {
     pub length: u32,
 }
 
-/// What a kernel's trials come to.
+/// The outcome of a kernel's trials.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     /// The function, benchmark or program.
@@ -94,11 +94,11 @@ pub struct Report {
     pub outputs: Vec<String>,
     /// Evaluations that were drawn.
     pub points: usize,
-    /// What was assumed.
+    /// The assumptions that were made.
     pub notes: Vec<String>,
     /// The special functions that it computes.
     pub units: Vec<String>,
-    /// What settings have to keep to.
+    /// The limits that settings have to keep to.
     pub target: Target,
     /// The machine as it is, then the others in the order in which they were tried.
     pub trials: Vec<Trial>,
@@ -114,18 +114,18 @@ pub struct Report {
     pub origins: Origins,
     /// Where they come from with the cheapest, if that is another.
     pub cheapest_origins: Option<Origins>,
-    /// Whether all combinations were tried.
+    /// True when all combinations were tried.
     pub exhaustive: bool,
-    /// Whether all neighbours of the fronts were tried or are predicted to be beaten.
+    /// True when all neighbours of the fronts were tried or are predicted to be beaten.
     pub closed: bool,
-    /// Whether the study was not interrupted.
+    /// True when the study was not interrupted.
     pub complete: bool,
 }
 
 /// A setting that was tried.
 #[derive(Clone, Debug, Serialize)]
 pub struct Trial {
-    /// What is set, in a few words; empty for the machine as it is.
+    /// The settings, in a few words; empty for the machine as it is.
     pub words: String,
     /// How a user says it.
     pub how: String,
@@ -135,13 +135,13 @@ pub struct Trial {
     pub failed: Option<String>,
     /// How far the results are off.
     pub error: Measure,
-    /// What none is off by more than, where that was asked and can be told.
+    /// A bound on the error of every result, where one was asked for and can be told.
     pub bound: Option<Bound>,
     /// Why there is no bound, where one was asked.
     pub unbounded: Option<String>,
-    /// What it costs.
+    /// Its cost.
     pub costs: Costs,
-    /// What the compiler's permissions changed.
+    /// The changes that the compiler's permissions made.
     pub remarks: Vec<String>,
     #[serde(skip)]
     subject: Option<Arc<Arch>>,
@@ -168,7 +168,7 @@ pub struct Measure {
     pub relative: f64,
     /// The inputs of the largest error, of one evaluation.
     pub worst: Vec<(String, f64)>,
-    /// What was computed there, and what should have been.
+    /// The result computed there, and the right one.
     pub worst_result: (f64, f64),
     /// Results that are no numbers where the real ones are.
     pub not_finite: usize,
@@ -176,7 +176,7 @@ pub struct Measure {
     pub compared: usize,
 }
 
-/// What the kernels of a file come to.
+/// The outcome of the kernels of a file.
 #[derive(Debug)]
 pub struct Studied {
     /// A report of each kernel that could be studied.
@@ -216,7 +216,7 @@ pub fn study(source: &Source, study: &Study, session: &Session<'_>) -> Result<St
     }
 }
 
-/// What all trials of a kernel share.
+/// The parts that all trials of a kernel share.
 struct Bench<'a> {
     kernel: &'a Kernel,
     study: &'a Study,

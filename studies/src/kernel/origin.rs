@@ -23,7 +23,7 @@ pub struct Origin {
     pub share: f64,
 }
 
-/// What shadows find of a run.
+/// The findings of shadows in a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Origins {
     /// The operations that errors come from, largest share first.

@@ -233,7 +233,7 @@ fn meets_precondition(kernel: &Kernel, point: &[Vec<u32>]) -> Result<bool, Error
     holds.map_err(|why| Error::invalid(format_args!("`{}`: {}", kernel.name, why.0)))
 }
 
-/// What a benchmark gives for one of the drawn points.
+/// The result of a benchmark for one of the drawn points.
 fn benchmark(
     core: &fpcore::Core,
     kernel: &Kernel,
@@ -249,7 +249,7 @@ fn benchmark(
     Ok(Truth::of(&found))
 }
 
-/// What a program gives in real arithmetic.
+/// The result of a program in real arithmetic.
 fn run(
     kernel: &Kernel,
     meaning: &Meaning<'_>,

@@ -26,7 +26,7 @@ pub(super) struct Value {
     change: Change,
 }
 
-/// What can be turned.
+/// The knobs that can be turned.
 #[derive(Clone)]
 pub(super) struct Knob {
     pub(super) name: String,

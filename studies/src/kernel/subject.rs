@@ -1,4 +1,4 @@
-//! What is studied: a function of C, a whole program, or an FPCore, with a `main` that runs it on samples.
+//! The subject of a study: a function of C, a whole program, or an FPCore, with a `main` that runs it on samples.
 
 use super::fpcore::{self, At, Core};
 use super::translate;
@@ -17,10 +17,10 @@ pub(super) const BATCH: u32 = 256;
 /// Elements of an array whose length nobody says.
 const ARRAY: u32 = 64;
 
-/// What a name of the program stands for while its `main` is another's.
+/// The name that stands for the program's `main` while another is used.
 const MAIN: &str = "srp_main_of_the_program";
 
-/// What is asked about a file.
+/// The questions asked about a file.
 #[derive(Clone, Debug, Default)]
 pub struct Question {
     /// Ranges by the names of parameters or objects.
@@ -61,7 +61,7 @@ pub(super) struct Output {
     pub(super) length: u32,
 }
 
-/// What is studied.
+/// The subject of a study.
 #[derive(Clone, Debug)]
 pub(super) struct Kernel {
     pub(super) name: String,
@@ -80,7 +80,7 @@ pub(super) struct Kernel {
     pub(super) core: Option<Core>,
     /// Places in the user's file by the lines of the C that was made of it.
     pub(super) lines: BTreeMap<u32, At>,
-    /// What was assumed, in sentences.
+    /// The assumptions that were made, in sentences.
     pub(super) notes: Vec<String>,
 }
 
@@ -245,7 +245,7 @@ fn functions(
     chosen.iter().map(kernel).collect()
 }
 
-/// What pragmas between a function and the one before it say.
+/// The statements of pragmas between a function and the one before it.
 fn ranges_before(interface: &Interface, function: &Function) -> BTreeMap<String, (f64, f64)> {
     let same_file = |f: &&Function| f.file == function.file && f.line < function.line;
     let before = interface.functions.iter().filter(same_file).map(|f| f.line);

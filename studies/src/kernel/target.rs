@@ -1,4 +1,4 @@
-//! What the results of a kernel have to keep to.
+//! The limits that the results of a kernel have to keep to.
 
 use super::Measure;
 use serde::Serialize;

@@ -22,7 +22,7 @@ const MOST_CYCLES: u64 = 50_000_000;
 /// Steps after which the same is said of its program.
 const MOST_STEPS: u64 = 50_000_000;
 
-/// What a setting costs.
+/// The cost of a setting.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Costs {
     /// Cycles of an evaluation: those of the whole run, shared out.
@@ -37,7 +37,7 @@ pub struct Costs {
     pub energy: f64,
 }
 
-/// What the kernel computes and costs under a setting.
+/// The results and the cost of the kernel under a setting.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Measured {
     /// Bits of all outputs, by round and output.
@@ -45,7 +45,7 @@ pub(super) struct Measured {
     pub(super) costs: Costs,
     /// The special functions that the program computes.
     pub(super) used: Vec<Special>,
-    /// What the compiler's permissions have changed.
+    /// The changes that the compiler's permissions made.
     pub(super) remarks: Vec<String>,
 }
 

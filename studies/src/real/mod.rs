@@ -84,7 +84,7 @@ pub enum Operation {
     Cbrt,
     /// √(a² + b²)
     Hypot,
-    /// What is left of a by b, with the sign of a
+    /// The remainder of a by b, with the sign of a
     Fmod,
     /// The greatest whole number that is not above a
     Floor,
@@ -166,7 +166,7 @@ pub struct Undefined(pub String);
 
 /// A number that a program can be run on.
 pub trait Number: Clone {
-    /// What operations depend on besides their operands.
+    /// The settings that operations depend on besides their operands.
     type Context;
 
     /// A float.

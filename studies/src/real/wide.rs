@@ -40,7 +40,7 @@ impl Wide {
         float
     }
 
-    /// Whether it is a number.
+    /// True when it is a number.
     pub fn is_finite(&self) -> bool {
         self.value().is_finite()
     }

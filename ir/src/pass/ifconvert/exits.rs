@@ -36,7 +36,7 @@ const MAX_WAYS: usize = 12;
 /// Arguments of jumps that may be anything: from where, to where, and at which place.
 pub(super) type Free = FxHashSet<(Block, Block, usize)>;
 
-/// Whether a loop is one that would run on the array but for the places where it is left, and how
+/// True when a loop is one that would run on the array but for the places where it is left, and how
 /// often it can run is bounded by one of its tests.
 pub(super) fn is_left_early(func: &Function, data: &LoopData) -> bool {
     let inside = |block: Block| data.blocks.contains(&block);
@@ -69,7 +69,7 @@ pub(super) fn is_left_early(func: &Function, data: &LoopData) -> bool {
     early && ways <= MAX_WAYS && counts(func, data) && recurrence(func, data) <= MAX_RECURRENCE
 }
 
-/// Whether one of the tests that end a loop compares what changes by a constant with what does not
+/// True when one of the tests that end a loop compares what changes by a constant with what does not
 /// change.
 fn counts(func: &Function, data: &LoopData) -> bool {
     let mut home = EntityMap::<Value, bool>::filled(func.values.len(), false);

@@ -1,4 +1,4 @@
-//! What loops take on the array, by the units that a common one has: an estimate to choose by.
+//! Estimates what loops take on an array with common units, so that a form can be chosen.
 
 use crate::flow::{Cfg, Dominators, Loops};
 use crate::program::*;

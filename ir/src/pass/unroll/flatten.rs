@@ -261,7 +261,7 @@ impl<'a> Nest<'a> {
     }
 }
 
-/// Whether a block is the header, or one that only jumps there.
+/// True when a block is the header, or one that only jumps there.
 fn reaches_header(func: &Function, block: Block, header: Block) -> bool {
     let jumps = |t: &Terminator| matches!(t, Terminator::Jump(to) if to.block == header);
     block == header || jumps(&func.blocks[block].end)

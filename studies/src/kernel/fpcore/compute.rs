@@ -118,7 +118,7 @@ fn bound<N: Number>(
     Ok(inner)
 }
 
-/// Whether a condition holds.
+/// Decides a condition.
 pub(in crate::kernel) fn holds<N: Number>(
     node: &Node,
     values: &Values<N>,

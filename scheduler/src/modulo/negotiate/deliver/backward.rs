@@ -80,7 +80,7 @@ impl Deliver<'_> {
         }
     }
 
-    /// What a move that is issued in a cycle costs until the end.
+    /// Computes the cost until the end of a move that is issued in a cycle.
     #[inline(always)]
     fn move_on(&self, ways: &Ways, map: &mut Map, cycle: usize, time: i32) {
         let stride = map.stride;
@@ -109,7 +109,7 @@ impl Deliver<'_> {
         }
     }
 
-    /// What standing in an output is worth because it can go over a link into a file.
+    /// Lowers the cost of standing in an output to that of going over a link into a file.
     #[inline(always)]
     fn transfer_back(&self, ways: &Ways, map: &mut Map, cycle: usize, time: i32) {
         let (width, margin, cycles) = (map.width, map.margin, map.cycles);
@@ -145,7 +145,7 @@ impl Deliver<'_> {
         }
     }
 
-    /// What landing in a unit's output is worth: standing there, or being written into files.
+    /// Computes the cost of landing in a unit's output: by standing there, or by being written into files.
     #[inline(always)]
     fn land_back(&self, ways: &Ways, map: &mut Map, cycle: usize, slot: usize) {
         let (width, margin, stride) = (map.width, map.margin, map.stride);
@@ -173,7 +173,7 @@ impl Deliver<'_> {
     }
 }
 
-/// What standing somewhere is worth because it stands there in the next cycle.
+/// Lowers the cost of standing somewhere to that of standing there in the next cycle.
 #[inline(always)]
 fn stay_before(
     ways: &Ways,
@@ -193,7 +193,7 @@ fn stay_before(
     }
 }
 
-/// What standing in places in a cycle is worth because units can read them.
+/// Lowers the cost of standing in places in a cycle to that of a unit's reading them.
 #[inline(always)]
 fn read_back(
     ways: &Shifts,

@@ -99,7 +99,7 @@ impl Deliver<'_> {
         self.forward(ty, own, span, tag, map);
     }
 
-    /// What moves land in a cycle.
+    /// Computes the least cost of landing by a move in a cycle.
     #[inline(always)]
     fn land(&self, ways: &Ways, map: &mut Map, cycle: usize, time: i32) {
         let stride = map.stride;
@@ -126,8 +126,8 @@ impl Deliver<'_> {
         }
     }
 
-    /// What is written into files in a cycle: what lands then, and what comes over links from where
-    /// it stands, in `stands` itself where there is no `plain`.
+    /// Enters values into files in a cycle: those that land then, and those that come over links from where
+    /// they stand, in `stands` itself where there is no `plain`.
     #[inline(always)]
     fn enter(
         &self,
@@ -172,7 +172,7 @@ impl Deliver<'_> {
         }
     }
 
-    /// What units can read in a cycle of what stands in places, reading included.
+    /// Computes the cost at which units can read in a cycle from places, reading included.
     #[inline(always)]
     fn read(
         &self,
@@ -230,7 +230,7 @@ impl Deliver<'_> {
     }
 }
 
-/// What stands where it stood in the cycle before.
+/// Keeps values where they stood in the cycle before.
 #[inline(always)]
 fn stay(
     ways: &Ways,
@@ -252,7 +252,7 @@ fn stay(
     }
 }
 
-/// What lands in units' outputs stands there.
+/// Lets values that land in units' outputs stand there.
 #[inline(always)]
 fn come_out(ways: &Ways, row: &mut [i16], lands: &[i16]) {
     match ways.landing_block {

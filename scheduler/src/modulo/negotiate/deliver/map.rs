@@ -24,11 +24,11 @@ pub(in crate::modulo::negotiate) struct Map {
     pub(super) inputs: Vec<i16>,
     /// Forward: being readable from registers that are set before the loop.
     pub(super) tagged_inputs: Vec<i16>,
-    /// Whether the value has to be in such registers.
+    /// True when the value has to be in such registers.
     pub(super) has_tag: bool,
 }
 
-/// What a value has that others may start from: cycle, and lane or unit; by cycle.
+/// The points of a value's routes that others may start from: cycle, and lane or unit; by cycle.
 #[derive(Default)]
 pub(in crate::modulo::negotiate) struct Own {
     pub(in crate::modulo::negotiate) stands: Vec<(i32, usize)>,

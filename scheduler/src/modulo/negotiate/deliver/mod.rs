@@ -39,7 +39,7 @@ impl Deliver<'_> {
         &self.lanes.ways[ty as usize]
     }
 
-    /// What a move that holds more than an issue slot adds to the cost of one of its ends.
+    /// Adds the cost of all that a move holds besides an issue slot to the cost of one of its ends.
     fn odd_move(&self, ways: &Ways, fu: Fu, issue: i32, timing: &FuOp, cost: i16) -> i16 {
         let Some(landing) = ways.landing[fu.index()] else {
             return NEVER;

@@ -7,7 +7,7 @@ use srp_archdesc::entity::Entity;
 use srp_ir::dfg::Node;
 use std::collections::BTreeMap;
 
-/// What a node is to units: which of them take nothing of it but an issue slot and an output.
+/// The units that run a node, those apart that it costs nothing but an issue slot and an output.
 pub(super) struct Kind {
     pub(super) groups: Vec<Group>,
     /// The other units that run it.

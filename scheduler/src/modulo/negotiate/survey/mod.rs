@@ -1,4 +1,4 @@
-//! What every position of a node would cost: the operation itself, the delivery of its operands, and
+//! The cost of a node at every position: the operation itself, the delivery of its operands, and
 //! that of its result.
 
 mod distances;
@@ -33,7 +33,7 @@ const PART: i32 = 4;
 /// Cycles that are of interest, at most.
 const WIDEST: i32 = 64;
 
-/// What all positions of one node cost, with buffers that are used again.
+/// The costs of all positions of one node, with buffers that are used again.
 pub(super) struct Survey {
     distances: Distances,
     map: Map,
@@ -48,11 +48,11 @@ pub(super) struct Survey {
     mins: Vec<i32>,
     /// Positions that may be drawn: sums of weights up to each, and where it is among the costs.
     chances: Vec<(u64, u32)>,
-    /// Whether an edge is like an earlier one in everything but the operand.
+    /// The earlier edge that each is like in everything but the operand, if there is one.
     twins: Vec<Option<usize>>,
     /// Lanes of rows that have been computed, the measure of effort.
     pub(super) lanes: u64,
-    /// What each edge costs without a route.
+    /// The cost of each edge while it has no route.
     pub(super) open: Vec<i32>,
 }
 
@@ -105,7 +105,7 @@ impl Survey {
         (state.ready(edge.from) + reach - arrival).clamp(0, MOST_LATE)
     }
 
-    /// What an edge that has no route costs.
+    /// Returns the cost of an edge that has no route.
     pub(super) fn price_of_open(&self, state: &State<'_, '_>, e: usize) -> i32 {
         self.open[e] + LATE * self.lateness(state, e)
     }
@@ -197,7 +197,7 @@ impl Survey {
         }
     }
 
-    /// What the operation costs by itself.
+    /// Adds the cost of the operation by itself.
     #[inline(always)]
     fn operations(&mut self, state: &State<'_, '_>, node: Node) {
         let stride = self.stride;
@@ -228,7 +228,7 @@ impl Survey {
         }
     }
 
-    /// What it costs on a unit by itself, where that is more than an issue slot and an output.
+    /// Adds its cost on a unit by itself, where it holds more than an issue slot and an output.
     #[inline(always)]
     fn odd_operation(&mut self, state: &State<'_, '_>, node: Node, fu: Fu, slots: usize) {
         let problem = state.problem;
@@ -255,7 +255,7 @@ impl Survey {
         }
     }
 
-    /// What memory orders that are not kept cost.
+    /// Adds the cost of memory orders that are not kept.
     fn orders(&mut self, state: &State<'_, '_>, node: Node) {
         for &o in &state.problem.orders_of[node] {
             let order = &state.problem.orders[o];

@@ -28,7 +28,7 @@ impl Scale {
         }
     }
 
-    /// Whether a change of the cost is taken: a rise with a probability that halves with each `half`
+    /// True when a change of the cost is taken: a rise with a probability that halves with each `half`
     /// 16ths.
     pub(in crate::modulo::negotiate) fn accepts(self, change: i32, random: u32) -> bool {
         change <= 0 || random >> 12 < self.weight(change)
