@@ -17,6 +17,17 @@ use srp_ir::dre::scheduled::{Reg, RegAt};
 /// Rings longer than this would take too many contexts.
 const LARGEST_RING: u32 = 8;
 
+/// Returns how many registers of a file that does not rotate a value takes in turn at most.
+fn largest_ring(problem: &Problem<'_>, ii: u32) -> u32 {
+    let copies = (problem.srp.contexts / ii.max(1)).clamp(1, LARGEST_RING);
+    1 << copies.ilog2()
+}
+
+/// Returns the cycles for which a value can stay in a file that does not rotate.
+pub(super) fn longest_stay(problem: &Problem<'_>, ii: u32) -> i32 {
+    (largest_ring(problem, ii) * ii) as i32
+}
+
 /// A value's stay in a file, from the cycle it stands there first to the last, in iteration 0.
 #[derive(Clone, Debug)]
 pub(super) struct Stay {
@@ -75,11 +86,10 @@ impl Registers {
                 FileState::new(spec.kind == FileKind::Rotating, spec.size, taken)
             }
         };
-        let copies = (problem.srp.contexts / ii.max(1)).clamp(1, LARGEST_RING);
         Registers {
             files: problem.graph.places.keys().map(file).collect(),
             ii: ii as i32,
-            largest_ring: 1 << copies.ilog2(),
+            largest_ring: largest_ring(problem, ii),
         }
     }
 

@@ -12,14 +12,15 @@ use srp_archdesc::entity::EntityMap;
 use srp_archdesc::resource::{Place, PlaceKind};
 use srp_ir::dfg::Node;
 
-/// Reads the placement of a model; if registers do not suffice, returns their file as the error.
+/// Reads the placement of a model; where registers do not suffice, returns
+/// the file of each route that found none.
 pub(super) fn decode(
     problem: &Problem<'_>,
     question: &Question<'_>,
     freedom: &Freedom,
     encoding: &Encoding,
     model: &[bool],
-) -> Result<Placement, Option<Place>> {
+) -> Result<Placement, Vec<Place>> {
     let placed = |starts: &Vec<_>| {
         let holds = |&&(_, _, literal): &&(Fu, i32, i32)| model[literal as usize];
         let &(fu, time, _) = starts.iter().find(holds).expect("every node is placed");

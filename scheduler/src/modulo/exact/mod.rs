@@ -113,8 +113,8 @@ pub(super) fn solve(
             Outcome::Model(model) => {
                 match decode::decode(problem, question, &freedom, &encoding, &model) {
                     Ok(placement) => return (Answer::Placed(Box::new(placement)), spent),
-                    Err(Some(full)) => spare[full] += 1,
-                    Err(None) => return (Answer::Unknown, spent),
+                    Err(full) if full.is_empty() => return (Answer::Unknown, spent),
+                    Err(full) => full.into_iter().for_each(|file| spare[file] += 1),
                 }
             }
         }

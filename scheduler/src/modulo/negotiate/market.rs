@@ -4,7 +4,7 @@
 use super::lanes::{Lanes, NEVER};
 use crate::modulo::problem::Problem;
 use crate::modulo::table::Item;
-use srp_archdesc::arch::{Fu, FuOp, Resource};
+use srp_archdesc::arch::{FileKind, Fu, FuOp, Resource};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::resource::Place;
 
@@ -15,6 +15,8 @@ const REGISTER: i16 = 1;
 const WRITE: i16 = 1;
 const READ: i16 = 0;
 const SHARED: i16 = 4;
+/// The additional price of a cycle in a file that does not rotate, for a value that lives longer than it can stay there.
+const OVERSTAY: i16 = 2;
 
 /// Prices do not rise above this: sums of several stay below [`NEVER`].
 const DEAREST: i16 = 3000;
@@ -75,6 +77,9 @@ pub(super) struct Market {
     price: Vec<i16>,
     /// The price of a file's port to write and of standing there, by lane.
     enter: Vec<i16>,
+    /// The price of standing there for values that live long, by lane, and what it has more than the usual one.
+    hold_long: Vec<i16>,
+    overstay: Vec<i16>,
     /// The price of each use beyond the capacity.
     penalty: i16,
     /// Uses beyond the capacity, of all resources together.
@@ -103,6 +108,8 @@ impl Market {
             history: vec![0; all],
             price: vec![NEVER; all],
             enter: vec![NEVER; lanes.count * slots],
+            hold_long: vec![NEVER; lanes.count * slots],
+            overstay: vec![0; lanes.count * slots],
             penalty: 0,
             excess: 0,
             issue,
@@ -130,6 +137,9 @@ impl Market {
                     continue;
                 };
                 let spec = &problem.srp.files[file];
+                if spec.kind != FileKind::Rotating {
+                    market.overstay[slot * lanes.count + lane] = OVERSTAY;
+                }
                 market.offer(market.write.at(slot, lane), spec.write_ports, WRITE);
                 market.offer(market.read.at(slot, lane), spec.read_ports, READ);
             }
@@ -189,6 +199,7 @@ impl Market {
         let write = self.price[write.first as usize + lane];
         let hold = self.price[hold.first as usize + lane];
         self.enter[lane] = write.saturating_add(hold).min(NEVER);
+        self.hold_long[lane] = hold.saturating_add(self.overstay[lane]);
     }
 
     pub(super) fn take(&mut self, good: Good) {
@@ -239,6 +250,12 @@ impl Market {
     /// Prices of standing in a place for a cycle, by lane.
     pub(super) fn hold_row(&self, slot: usize) -> &[i16] {
         self.row(&self.hold, slot)
+    }
+
+    /// The same for values that live longer than they can stay in files that do not rotate.
+    pub(super) fn hold_long_row(&self, slot: usize) -> &[i16] {
+        let count = self.hold.count;
+        &self.hold_long[slot * count..(slot + 1) * count]
     }
 
     /// Prices of reading a place, by lane.

@@ -272,9 +272,9 @@ impl<'a, 'p> Negotiation<'a, 'p> {
         match self.settle() {
             Ok(placement) => Some(placement),
             Err(full) => {
-                let lane = full.map(|place| self.state.lanes.of[place]);
-                lane.into_iter()
-                    .for_each(|lane| self.state.market.shrink(lane));
+                for place in full {
+                    self.state.market.shrink(self.state.lanes.of[place]);
+                }
                 None
             }
         }
@@ -301,8 +301,8 @@ impl<'a, 'p> Negotiation<'a, 'p> {
             .extend(nodes.filter(|&node| state.is_in_conflict(node, goods)));
     }
 
-    /// The placement, or the file whose registers do not suffice after all.
-    fn settle(&self) -> Result<Placement, Option<Place>> {
+    /// The placement, or the file of each route whose registers do not suffice after all.
+    fn settle(&self) -> Result<Placement, Vec<Place>> {
         let routes = self.state.routes.iter();
         let routes: Option<Vec<Route>> = routes.map(|path| Some(path.as_ref()?.route())).collect();
         let routes = routes.expect("no edge is open");

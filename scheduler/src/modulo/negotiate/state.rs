@@ -6,10 +6,11 @@ use super::lanes::Lanes;
 use super::market::{Good, Market};
 use crate::modulo::place::{constants_of, invariant_reads};
 use crate::modulo::problem::{Position, Problem, Tag};
+use crate::modulo::registers;
 use crate::modulo::route::Route;
 use crate::modulo::table::Item;
 use rustc_hash::FxHashMap;
-use srp_archdesc::arch::{Fu, FuOp};
+use srp_archdesc::arch::{FileKind, Fu, FuOp};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::resource::Place;
 use srp_ir::dfg::{Initial, Node};
@@ -47,6 +48,8 @@ pub(super) struct State<'a, 'p> {
     pub(super) lanes: &'a Lanes,
     pub(super) market: Market,
     pub(super) ii: i32,
+    /// Cycles for which a value can stay in a file that does not rotate.
+    pub(super) longest_stay: i32,
     pub(super) at: EntityMap<Node, Position>,
     /// True for each node that is placed.
     placed: EntityMap<Node, bool>,
@@ -88,6 +91,7 @@ impl<'a, 'p> State<'a, 'p> {
             market,
             lanes,
             ii: ii as i32,
+            longest_stay: registers::longest_stay(problem, ii),
             at: EntityMap::filled(nodes, (Fu::new(0), 0)),
             placed: EntityMap::filled(nodes, false),
             routes: vec![None; problem.edges.len()],
@@ -106,6 +110,20 @@ impl<'a, 'p> State<'a, 'p> {
     pub(super) fn ready(&self, node: Node) -> i32 {
         let (fu, time) = self.at[node];
         time + self.problem.timing(node, fu).latency as i32
+    }
+
+    /// True when a value that lives from one cycle to another may outlive its stay in a file that does not rotate.
+    pub(super) fn lives_long(&self, from: i32, to: i32) -> bool {
+        to - from >= self.longest_stay
+    }
+
+    /// True when a way has a value stay in a file for longer than there can be registers for.
+    pub(super) fn overstays(&self, path: &Path) -> bool {
+        path.route().runs.iter().any(|&(place, _, (first, last))| {
+            let file = self.problem.graph.as_file(place);
+            let rotates = |file| self.problem.srp.files[file].kind == FileKind::Rotating;
+            last - first >= self.longest_stay && !file.is_some_and(rotates)
+        })
     }
 
     /// Returns the needs of a node on a unit besides its issue slot; `None` if there are none.

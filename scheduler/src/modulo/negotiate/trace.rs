@@ -50,6 +50,8 @@ pub(super) struct Trace<'t, 'a, 'p> {
     pub(super) node: Node,
     pub(super) ty: Ty,
     pub(super) tag: Option<Tag>,
+    /// True when the map has the prices of values that live long.
+    pub(super) lives_long: bool,
 }
 
 impl Trace<'_, '_, '_> {
@@ -142,6 +144,17 @@ impl Trace<'_, '_, '_> {
         i32::from(market.enter_row(market.slot(time))[lane])
     }
 
+    /// The price of standing for a cycle where the value stood before.
+    fn stay_price(&self, time: i32, lane: usize) -> i32 {
+        let market = &self.state.market;
+        let slot = market.slot(time);
+        let row = match self.lives_long {
+            true => market.hold_long_row(slot),
+            false => market.hold_row(slot),
+        };
+        i32::from(row[lane])
+    }
+
     /// The items from a point back to the producer, last first.
     fn back(&self, from: Point, items: &mut Vec<Item>) -> Option<()> {
         let mut point = from;
@@ -168,15 +181,10 @@ impl Trace<'_, '_, '_> {
     }
 
     fn before_standing(&self, place: Place, time: i32, items: &mut Vec<Item>) -> Option<Point> {
-        let State {
-            problem,
-            lanes,
-            market,
-            ..
-        } = self.state;
+        let State { problem, lanes, .. } = self.state;
         let lane = lanes.of[place];
         let mut least = Least::new();
-        let hold = market.price(market.hold_good(time, lane));
+        let hold = self.stay_price(time, lane);
         let held = i32::from(self.map.stands(time - 1, lane)) + hold;
         least.offer(held, (None, Point::Stands(place, time - 1)));
         if problem.is_output(place) {
@@ -206,12 +214,12 @@ impl Trace<'_, '_, '_> {
     }
 
     fn before_tagged(&self, place: Place, time: i32, items: &mut Vec<Item>) -> Option<Point> {
-        let State { lanes, market, .. } = self.state;
+        let State { lanes, .. } = self.state;
         let tag = self.tag?;
         let lane = lanes.of[place];
         items.push(Item::Held(place, time, tag));
         let mut least = Least::new();
-        let hold = market.price(market.hold_good(time, lane));
+        let hold = self.stay_price(time, lane);
         let held = i32::from(self.map.tagged(time - 1, lane)) + hold;
         least.offer(held, (None, Point::Tagged(place, time - 1)));
         if let Some((via, point)) = self.entering(place, time) {

@@ -258,7 +258,7 @@ impl<'a, 'p> Attempt<'a, 'p> {
 }
 
 /// The placement of units, cycles and routes that were found otherwise. If registers do not suffice
-/// for them, returns their file as the error.
+/// for them, returns the file of each route that got none as the error.
 pub(super) fn adopt(
     problem: &Problem<'_>,
     ii: u32,
@@ -266,24 +266,28 @@ pub(super) fn adopt(
     fixed: &[Reg],
     at: &EntityMap<Node, Position>,
     routes: Vec<Route>,
-) -> Result<Placement, Option<Place>> {
+) -> Result<Placement, Vec<Place>> {
     let mut router = Router::default();
     let mut attempt = Attempt::new(problem, ii, 0, freedom, fixed, &mut router);
+    let mut full = Vec::new();
     for (node, &(fu, time)) in at.iter() {
         if !attempt.occupy(node, fu, time) {
-            return Err(attempt.full());
+            return Err(attempt.full().into_iter().collect());
         }
     }
     for (edge, route) in problem.edges.iter().zip(&routes) {
         if !attempt.take(edge, route) {
-            return Err(None);
+            return Err(full);
         }
-        if let Some(full) = attempt.hold(edge, route) {
-            return Err(Some(full));
+        if let Some(place) = attempt.hold(edge, route) {
+            full.push(place);
         }
     }
+    if !full.is_empty() {
+        return Err(full);
+    }
     attempt.routes = routes.into_iter().map(Some).collect();
-    attempt.placement().ok_or(None)
+    attempt.placement().ok_or_else(Vec::new)
 }
 
 /// The ranks of the positions that are tried: all of the first, then fewer and fewer.

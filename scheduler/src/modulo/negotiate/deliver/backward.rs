@@ -43,7 +43,7 @@ impl Deliver<'_> {
                 };
                 wanted[cycle * stride + unit] = 0;
             }
-            let hold = self.market.hold_row(self.market.slot(time + 1));
+            let hold = self.stay_row(time + 1);
             let (cycles, at) = (map.cycles, (cycle, width, margin));
             stay_before(ways, &mut map.stands, cycles, at, hold);
             let price = self.market.read_row(slot);

@@ -31,7 +31,7 @@ impl Deliver<'_> {
             while let Some((_, unit)) = own_lands.next_if(|(t, _)| *t == time) {
                 map.lands[cycle * stride + unit] = 0;
             }
-            let hold = self.market.hold_row(self.market.slot(time));
+            let hold = self.stay_row(time);
             stay(ways, &mut map.stands, (cycle, width, margin), hold);
             let row = &mut map.stands[cycle * width + margin..];
             let lands = &map.lands[cycle * stride..][..stride];

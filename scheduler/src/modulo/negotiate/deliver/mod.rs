@@ -32,11 +32,22 @@ pub(super) enum Goal {
 pub(super) struct Deliver<'a> {
     pub(super) lanes: &'a Lanes,
     pub(super) market: &'a Market,
+    /// True when the value may live longer than it can stay in a file that does not rotate.
+    pub(super) lives_long: bool,
 }
 
 impl Deliver<'_> {
     fn ways(&self, ty: Ty) -> &Ways {
         &self.lanes.ways[ty as usize]
+    }
+
+    /// Prices of standing where the value stood before, by lane.
+    fn stay_row(&self, time: i32) -> &[i16] {
+        let slot = self.market.slot(time);
+        match self.lives_long {
+            true => self.market.hold_long_row(slot),
+            false => self.market.hold_row(slot),
+        }
     }
 
     /// Adds the cost of all that a move holds besides an issue slot to the cost of one of its ends.

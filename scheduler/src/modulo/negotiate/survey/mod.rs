@@ -288,7 +288,13 @@ impl Survey {
         if last >= ready {
             state.own(edge.from, edge.tag, &mut self.own);
             let tagged = edge.tag.is_some();
-            deliver(state).forward(edge.ty, &self.own, (ready, last), tagged, &mut self.map);
+            deliver(state, (ready, last)).forward(
+                edge.ty,
+                &self.own,
+                (ready, last),
+                tagged,
+                &mut self.map,
+            );
         } else {
             self.map.empty();
         }
@@ -319,7 +325,13 @@ impl Survey {
                 state.lanes.of[place],
                 state.price_throughout(state.lanes.of[place]),
             );
-            deliver(state).backward(edge.ty, goal, (first, last), true, &mut self.map);
+            deliver(state, (first, last)).backward(
+                edge.ty,
+                goal,
+                (first, last),
+                true,
+                &mut self.map,
+            );
             self.add_result(state, node, e, i32::MAX / 2, None);
             return;
         };
@@ -328,7 +340,13 @@ impl Survey {
         if arrival >= first {
             let goal = Goal::Operand(fu.index());
             let tagged = edge.tag.is_some();
-            deliver(state).backward(edge.ty, goal, (first, arrival), tagged, &mut self.map);
+            deliver(state, (first, arrival)).backward(
+                edge.ty,
+                goal,
+                (first, arrival),
+                tagged,
+                &mut self.map,
+            );
         } else {
             self.map.empty();
         }
@@ -438,8 +456,15 @@ impl Survey {
         }
         state.own(edge.from, edge.tag, &mut self.own);
         let items = state.new_list();
+        let lives_long = state.lives_long(ready, last);
         let tagged = edge.tag.is_some();
-        deliver(state).forward_wide(edge.ty, &self.own, (ready, last), tagged, &mut self.map);
+        deliver(state, (ready, last)).forward_wide(
+            edge.ty,
+            &self.own,
+            (ready, last),
+            tagged,
+            &mut self.map,
+        );
         self.lanes += (self.map.cycles * self.stride) as u64;
         let trace = super::trace::Trace {
             state,
@@ -447,6 +472,7 @@ impl Survey {
             node: edge.from,
             ty: edge.ty,
             tag: edge.tag,
+            lives_long,
         };
         let route = match edge.to() {
             Some(to) => {
@@ -458,7 +484,12 @@ impl Survey {
             None => kept_in(problem, edge.ty).map(|place| trace.to_keep(place, items)),
         };
         match route.flatten() {
-            Some(route) if !state.is_written_otherwise(edge.from, &route) => state.take(e, route),
+            Some(route)
+                if !state.is_written_otherwise(edge.from, &route)
+                    && !(lives_long && state.overstays(&route)) =>
+            {
+                state.take(e, route)
+            }
             _ => open,
         }
     }
@@ -469,9 +500,11 @@ fn kept_in(problem: &Problem<'_>, ty: Ty) -> Option<srp_archdesc::resource::Plac
     problem.srp.central(ty).map(|file| problem.graph.file[file])
 }
 
-fn deliver<'s>(state: &'s State<'_, '_>) -> Deliver<'s> {
+/// Deliveries of a value in a stretch of cycles.
+fn deliver<'s>(state: &'s State<'_, '_>, (from, to): (i32, i32)) -> Deliver<'s> {
     Deliver {
         lanes: state.lanes,
         market: &state.market,
+        lives_long: state.lives_long(from, to),
     }
 }
