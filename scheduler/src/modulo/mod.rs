@@ -68,8 +68,8 @@ const MANY: usize = 128;
 const WORTHWHILE: u32 = 8;
 const MOST_WORTH: u64 = 6;
 /// Operations of the largest loop that the exact way is tried on within the limits: for larger ones
-/// making the formula alone takes too long.
-const LARGEST_EXACT: usize = 150;
+/// making the formula takes most of the effort, and what is left hardly ever finds or proves anything.
+const LARGEST_EXACT: usize = 80;
 /// IIs from the bound on that the exact way is asked about where the heuristic has found nothing.
 const EXACT_RANGE: u32 = 4;
 /// Steps of the exact way and of the heuristic, in turns, beyond the limits.
