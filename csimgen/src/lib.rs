@@ -10,7 +10,8 @@
 //!   some ten million cycles on; the library is kept for the next time.
 //!
 //! Both implement [`Core`](srp_runtime::core::Core). They share the machinery in [`preamble`]: what
-//! a cycle is made of is in tables or code, when which cycle happens is written once.
+//! a cycle is made of is in tables or code, when which cycle happens is written once. [`Counting`] is the
+//! interpreter with counters, for profiles.
 
 pub mod compile;
 pub mod emit;
@@ -22,7 +23,7 @@ pub mod spec;
 
 pub use compile::{CompileError, Compiler};
 pub use emit::{SimSource, emit, emit_on_machinery};
-pub use interp::Interpreter;
+pub use interp::{Counting, Counts, Interpreter, KernelCounts, SharedCounts, Turn};
 pub use link::{TooManyStages, link};
 pub use load::{LoadError, Simulator};
 pub use spec::SimSpec;

@@ -325,6 +325,14 @@ impl BundleSpec {
         let first = self.steps.first().and_then(Step::opcode);
         first.is_some_and(|op| op.info().effect == Effect::Io)
     }
+
+    /// The kernel that it launches.
+    pub fn launches(&self) -> Option<u32> {
+        match self.control {
+            Some((Control::Launch(kernel), _)) => Some(kernel),
+            _ => None,
+        }
+    }
 }
 
 impl KernelSpec {

@@ -5,9 +5,12 @@
 //! a cycle does is a stretch of one vector of operations. Nothing is looked up by name or allocated
 //! while it runs.
 
+mod counted;
 mod runners;
 mod state;
 mod tables;
+
+pub use counted::{Counting, Counts, KernelCounts, SharedCounts, Turn};
 
 use crate::preamble::border::{Border, Fault, Stop};
 use crate::preamble::ops::V4;
