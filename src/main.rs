@@ -19,6 +19,7 @@ mod machine;
 mod map;
 mod page;
 mod paper;
+mod profile;
 mod proof;
 mod refused_kernel;
 mod render;

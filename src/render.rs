@@ -3,6 +3,8 @@
 use crate::cli::{self, Render};
 use crate::failure::Failure;
 use crate::fidelity::{frame_text, sampled_text};
+use crate::profile::Target;
+use crate::run::COUNTS;
 use crate::{compile, energy, files, interrupt, refused_kernel, report, scenes, talk};
 use serde::Serialize;
 use srp_runtime::picture::Picture;
@@ -10,7 +12,8 @@ use srp_runtime::scene_image::SceneImage;
 use srp_runtime::system;
 use srp_studies::energy::Energy;
 use srp_studies::fidelity::{self, Fidelity, FrameFigure, Prepared, Untimed};
-use srp_toolchain::{Engines, Frame, Session, Warnings, system_options};
+use srp_studies::profile::Profiler;
+use srp_toolchain::{Engine, Engines, Error, Frame, Session, Warnings, system_options};
 
 /// Where time and energy of a frame went.
 #[derive(Serialize)]
@@ -27,6 +30,8 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         files::check_writable(report)?;
     }
     let loops = report::Loops::to(&args.loops.loops)?;
+    let profile = Target::to(&args.profile)?;
+    check_profiled(args)?;
     let session = &Session {
         threads: cli::threads(args.threads),
         ..talk::session()
@@ -55,7 +60,15 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     interrupt::end_if_requested()?;
 
     let program = compiled.runnable()?;
-    let engines = Engines::of(program, args.engine, session)?;
+    let mut profiler = match &profile {
+        Some(_) => Some(Profiler::new(program).map_err(Error::from)?),
+        None => None,
+    };
+    let engine = match profile {
+        Some(_) => Engine::Interpreter,
+        None => args.engine,
+    };
+    let engines = Engines::of(program, engine, session)?;
     let level = args.level.fidelity;
     if level < Fidelity::Cycle {
         let prepared = Prepared {
@@ -70,12 +83,22 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         return cheaply(&prepared, args);
     }
     let arch = level.machine(&frame.arch);
-    let cores = engines.cores(arch.system.cores);
+    let cores = match &mut profiler {
+        Some(profiler) => profiler.cores(arch.system.cores),
+        None => engines.cores(arch.system.cores),
+    };
     let options = system_options(program, frame.guard.clone(), system::Timing::Full, session);
+    let options = system::Options {
+        observer: profiler.as_mut().map(|profiler| profiler as _),
+        ..options
+    };
     let rendered = interrupt::looked_for(|| system::render(image, cores, &arch, options));
     let (picture, report) = rendered.map_err(Failure::message)?;
     talk::say_shares(&engines);
 
+    if let (Some(target), Some(profiler)) = (profile, profiler) {
+        target.write("the frame", &profiler.profile())?;
+    }
     if report.complete {
         files::write(&args.output, &picture.png())?;
     }
@@ -90,6 +113,21 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     }
     talk::say(args.output.display());
     Ok(())
+}
+
+/// Refuses a profile where the cycles are not counted one by one.
+fn check_profiled(args: &Render) -> Result<(), Failure> {
+    if args.profile.is_none() {
+        return Ok(());
+    }
+    if args.level.fidelity < Fidelity::Cycle {
+        let why = "a profile needs every cycle: leave --fidelity out";
+        return Err(Failure::Usage(why.to_owned()));
+    }
+    match args.engine {
+        Engine::Generated => Err(Failure::Usage(COUNTS.to_owned())),
+        Engine::Auto | Engine::Interpreter => Ok(()),
+    }
 }
 
 /// A frame of which only the picture and the counts are wanted: its kernels are not even scheduled.

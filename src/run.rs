@@ -3,6 +3,7 @@
 use crate::cli::{self, Run, RunEngine};
 use crate::count::count;
 use crate::failure::Failure;
+use crate::profile::Target;
 use crate::{compile, diagnostics, interrupt, refused_kernel, report, talk};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::Entity;
@@ -12,9 +13,11 @@ use srp_ir::interp::{self, FlatWorld};
 use srp_ir::layout::Layout;
 use srp_ir::program::{Kernel, Program};
 use srp_runtime::solo::{self, Finish, Solo, SoloError};
+use srp_studies::profile::Profiler;
 use srp_toolchain::{
     Engine, Engines, Error, Input, Options, divide, front_end, input, machine, optimise,
 };
+use std::path::PathBuf;
 
 /// Runs `srp run`; the program's exit status.
 pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
@@ -24,6 +27,10 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     let session = &talk::session();
     let loops = report::Loops::to(&args.loops.loops)?;
     let input = input::read(&args.files, &arch)?;
+    let profile = Target::to(&args.profile)?;
+    if profile.is_some() && matches!(args.engine, RunEngine::Csim | RunEngine::Ir) {
+        return Err(Failure::Usage(COUNTS.to_owned()));
+    }
     let engine = match args.engine {
         RunEngine::Auto => Engine::Auto,
         RunEngine::Csim => Engine::Generated,
@@ -42,8 +49,19 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     loops.write(&compiled, &arch, session)?;
     interrupt::end_if_requested()?;
     let program = compiled.runnable()?;
+    let mut profiler = match &profile {
+        Some(_) => Some(Profiler::new(program).map_err(Error::from)?),
+        None => None,
+    };
+    let engine = match profile {
+        Some(_) => Engine::Interpreter,
+        None => engine,
+    };
     let engines = Engines::of(program, engine, session)?;
-    let mut core = engines.core();
+    let mut core = match &mut profiler {
+        Some(profiler) => profiler.core(),
+        None => engines.core(),
+    };
     let mut bus = Solo::new(&program.image, arch.system.sram_bytes);
     let mut account = Finish::default();
     let ended = interrupt::looked_for(|| {
@@ -58,11 +76,24 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     talk::print(&bus.output)?;
     say_account(&account, program);
     talk::say_shares(&engines);
+    if let (Some(target), Some(profiler)) = (profile, profiler) {
+        target.write(&title(&args.files), &profiler.profile())?;
+    }
     match ended {
         Ok(()) => Ok(account.status),
         Err(SoloError::Stopped) => Err(Failure::Interrupted),
         Err(error) => Err(Failure::message(error)),
     }
+}
+
+/// Why an engine and a profile do not go together.
+pub(crate) const COUNTS: &str =
+    "a profile is counted by the interpreter: leave --engine out, or give --engine interp";
+
+/// The files of a program, as a title.
+fn title(files: &[PathBuf]) -> String {
+    let names: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
+    names.join(", ")
 }
 
 fn say_account(account: &Finish, program: &ScheduledDre) {

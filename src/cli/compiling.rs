@@ -277,6 +277,7 @@ The program's output goes to standard output, cycles to standard error.
 Examples:
   srp run program.c
   srp run program.c --loops loops.html
+  srp run program.c --profile profile.html
   srp run program.c --engine ir")]
 pub(crate) struct Run {
     /// C files, or one file of a later form
@@ -289,6 +290,10 @@ pub(crate) struct Run {
     /// What runs it; without rustc, csim gives way to interp
     #[arg(long, value_enum, default_value_t = RunEngine::Auto)]
     pub(crate) engine: RunEngine,
+    /// Write where every cycle went, by function, loop and source line: a page if the name ends in .html, JSON if
+    /// in .json, else text; `-` is standard output. The interpreter counts, so it runs the program
+    #[arg(long, value_name = "FILE")]
+    pub(crate) profile: Option<PathBuf>,
     /// Stop after so many cycles (steps of --engine ir)
     #[arg(long, value_name = "N", default_value_t = 20_000_000_000)]
     pub(crate) limit: u64,

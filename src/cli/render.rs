@@ -52,6 +52,10 @@ pub(crate) struct Render {
     pub(crate) report: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) loops: Loops,
+    /// Write where every cycle of the cores went, by function, loop and source line: a page if the name ends in
+    /// .html, JSON if in .json, else text; `-` is standard output. The interpreter counts, so it renders
+    #[arg(long, value_name = "FILE")]
+    pub(crate) profile: Option<PathBuf>,
     /// Print the account as JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,

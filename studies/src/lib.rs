@@ -17,6 +17,7 @@
 //! * [`energy`](mod@energy) says where the energy of a frame goes.
 //! * [`loops`] reports on the loops of programs, [`map`](mod@map) on graphs; [`certificate`] is what proves
 //!   their bounds.
+//! * [`profile`] gives every cycle of a run to a function, a loop and a source line.
 //! * [`figure`] says what is measured; [`survey`] is the statistics of samples.
 
 pub mod accuracy;
@@ -36,6 +37,7 @@ pub mod kernel;
 pub mod loops;
 pub mod map;
 pub mod paper;
+pub mod profile;
 pub mod rays;
 pub mod real;
 pub mod reference;

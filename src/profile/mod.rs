@@ -1,0 +1,97 @@
+//! Profiles as text, JSON, and a page: functions, loops, and the source with the cycles of each line.
+
+mod listing;
+mod page;
+mod text;
+
+use crate::failure::Failure;
+use crate::files;
+use listing::Listing;
+use serde::Serialize;
+use srp_studies::profile::{Parts, Profile};
+use std::path::{Path, PathBuf};
+
+/// A file that a profile goes to, in the form that its name asks for.
+pub(crate) struct Target {
+    path: PathBuf,
+}
+
+/// The envelope of a profile as JSON.
+#[derive(Serialize)]
+struct Document<'a> {
+    format: &'static str,
+    version: u32,
+    #[serde(flatten)]
+    profile: &'a Profile,
+}
+
+impl Target {
+    /// A file of this name, which can be written.
+    pub(crate) fn to(path: &Option<PathBuf>) -> Result<Option<Target>, Failure> {
+        let Some(path) = path else {
+            return Ok(None);
+        };
+        files::check_writable(path)?;
+        Ok(Some(Target { path: path.clone() }))
+    }
+
+    /// Writes a profile of what `title` names.
+    pub(crate) fn write(&self, title: &str, profile: &Profile) -> Result<(), Failure> {
+        let extension = self.path.extension().and_then(|e| e.to_str());
+        let text = match extension {
+            Some("json") => {
+                let document = Document {
+                    format: "srp-profile",
+                    version: 1,
+                    profile,
+                };
+                serde_json::to_string_pretty(&document).map_err(Failure::message)? + "\n"
+            }
+            Some("html") => page::page(title, profile, &Listing::of(profile)),
+            _ => text::text(title, profile, &Listing::of(profile)),
+        };
+        files::write(Path::new(&self.path), text.as_bytes())
+    }
+}
+
+/// A part of the cycles in words.
+fn in_words(part: &str) -> &'static str {
+    match part {
+        "VLIW" => "VLIW bundles with operations",
+        "empty" => "VLIW bundles without: results or branches are waited for",
+        "array" => "loops on the array",
+        "switch" => "changes between VLIW engine and array",
+        "memory" => "the core stands still for its data cache",
+        "texture" => "the core stands still for its texture cache",
+        _ => "the core waits for a port, in a frame for the T&I unit",
+    }
+}
+
+/// Cycles as a part of others, in per cent.
+fn percent(cycles: u64, of: u64) -> String {
+    format!("{:.1}", 100.0 * cycles as f64 / of.max(1) as f64)
+}
+
+/// The largest costs of single lines: line, part, and cycles.
+fn largest(profile: &Profile) -> Vec<(String, &'static str, u64)> {
+    let lines = profile.lines.iter().filter(|l| l.line > 0);
+    let mut costs: Vec<(String, &'static str, u64)> = lines
+        .flat_map(|l| {
+            let name = format!("{}:{}", l.file, l.line);
+            (l.parts.named().into_iter()).map(move |(part, cycles)| (name.clone(), part, cycles))
+        })
+        .filter(|(.., cycles)| *cycles > 0)
+        .collect();
+    costs.sort_by(|a, b| b.2.cmp(&a.2).then_with(|| a.0.cmp(&b.0)));
+    costs.truncate(LARGEST);
+    costs
+}
+
+/// Single costs that are told first.
+const LARGEST: usize = 6;
+
+/// The parts that a profile has any cycles in, so that others need no column.
+fn columns(parts: &Parts) -> Vec<usize> {
+    let named = parts.named();
+    (0..named.len()).filter(|&i| named[i].1 > 0).collect()
+}

@@ -1,0 +1,133 @@
+//! The profile as data.
+
+use serde::Serialize;
+use std::ops::AddAssign;
+
+/// A line of a source file; file `""` and line 0 stand for what no line is known of.
+pub(super) type Line = (String, u32);
+
+/// SRP cycles by what they were spent on. All of them sum to the cycles of the cores until their programs ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Parts {
+    /// Bundles of VLIW code with an operation.
+    pub vliw: u64,
+    /// Bundles without one: results or branches that are waited for.
+    pub empty: u64,
+    /// Loops on the array.
+    pub array: u64,
+    /// Changes between VLIW engine and array.
+    pub switch: u64,
+    /// Standing still for the data cache.
+    pub memory_stall: u64,
+    /// Standing still for the texture cache alone.
+    pub texture_stall: u64,
+    /// Waiting for ports: for the T&I unit, in a frame.
+    pub wait: u64,
+}
+
+impl Parts {
+    /// The parts with their names, in this order everywhere.
+    pub fn named(&self) -> [(&'static str, u64); 7] {
+        [
+            ("VLIW", self.vliw),
+            ("empty", self.empty),
+            ("array", self.array),
+            ("switch", self.switch),
+            ("memory", self.memory_stall),
+            ("texture", self.texture_stall),
+            ("wait", self.wait),
+        ]
+    }
+
+    /// All cycles.
+    pub fn total(&self) -> u64 {
+        self.named().iter().map(|(_, cycles)| cycles).sum()
+    }
+
+    pub(super) fn add(&mut self, other: &Parts) {
+        *self += *other;
+    }
+}
+
+impl AddAssign for Parts {
+    fn add_assign(&mut self, other: Parts) {
+        self.vliw += other.vliw;
+        self.empty += other.empty;
+        self.array += other.array;
+        self.switch += other.switch;
+        self.memory_stall += other.memory_stall;
+        self.texture_stall += other.texture_stall;
+        self.wait += other.wait;
+    }
+}
+
+/// Where the cycles of a program went.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Profile {
+    /// The machine's name.
+    pub machine: String,
+    /// Cores that ran the program.
+    pub cores: u32,
+    /// All cycles of all cores.
+    pub parts: Parts,
+    /// Functions with their own code and the loops that they launch, most cycles first. What was inlined is part
+    /// of its caller.
+    pub functions: Vec<FunctionProfile>,
+    /// Loops on the array, most cycles first.
+    pub loops: Vec<LoopProfile>,
+    /// Lines that took cycles, by file and number. They sum to all cycles.
+    pub lines: Vec<LineProfile>,
+}
+
+/// The cycles of a function.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FunctionProfile {
+    /// Its name.
+    pub name: String,
+    /// Its cycles.
+    #[serde(flatten)]
+    pub parts: Parts,
+}
+
+/// The cycles of a loop on the array.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LoopProfile {
+    /// Its name.
+    pub kernel: String,
+    /// Its place, `file:line:column`.
+    pub at: Option<String>,
+    /// Initiation interval.
+    pub ii: u32,
+    /// Cycles of an iteration.
+    pub length: u32,
+    /// How often it was launched.
+    pub launches: u64,
+    /// How often it went round.
+    pub iterations: Iterations,
+    /// Its cycles.
+    #[serde(flatten)]
+    pub parts: Parts,
+}
+
+/// Iterations of a loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Iterations {
+    /// Of all launches.
+    pub all: u64,
+    /// The fewest of a launch.
+    pub fewest: u64,
+    /// The most of a launch.
+    pub most: u64,
+}
+
+/// The cycles of a source line.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LineProfile {
+    /// The file's name, empty where none is known.
+    pub file: String,
+    /// The line, from 1; 0 where none is known.
+    pub line: u32,
+    /// Its cycles.
+    #[serde(flatten)]
+    pub parts: Parts,
+}

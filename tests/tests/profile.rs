@@ -1,0 +1,180 @@
+//! Profiles: the same cycles as the account, given to the lines that took them.
+
+use srp_archdesc::{Arch, Unwatched};
+use srp_ir::check::Checked;
+use srp_runtime::effect::{self, Guard};
+use srp_runtime::scene::demo::demo;
+use srp_runtime::solo::{self, Finish, Solo};
+use srp_runtime::system::{self, Report, Timing};
+use srp_studies::profile::{Parts, Profile, Profiler};
+use srp_tests::studio::Studio;
+use srp_tests::{compiled, machine};
+use srp_toolchain::{Effort, Session, schedule, system_options};
+use std::fs;
+
+/// A program with a loop on the array, one that the VLIW engine runs, and a function that is called.
+const PROGRAM: &str = "\
+float a[64], b[64];
+int next[64];
+int hops(int from) {
+    int n = 0;
+    while (next[from]) { from = next[from]; n++; }
+    return n;
+}
+int main(void) {
+    for (int i = 0; i < 64; i++) next[i] = i < 40 ? i + 1 : 0;
+    for (int times = 0; times < 5; times++)
+#pragma srp kernel
+        for (int i = 0; i < 64; i++)
+            b[i] += a[i] * 2.0f;
+    return hops(1) + hops(2);
+}
+";
+
+fn sums(profile: &Profile) {
+    let mut lines = Parts::default();
+    profile.lines.iter().for_each(|line| lines += line.parts);
+    assert_eq!(lines, profile.parts, "lines sum to all cycles");
+    let mut functions = Parts::default();
+    profile.functions.iter().for_each(|f| functions += f.parts);
+    assert!(functions.total() <= profile.parts.total());
+    assert!(functions.total() * 100 >= profile.parts.total() * 99);
+}
+
+fn run(text: &str) -> (Profile, Finish) {
+    let folder = std::env::temp_dir().join(format!("srp-profile-{}", std::process::id()));
+    fs::create_dir_all(&folder).expect("a temporary folder");
+    let file = folder.join("program.c");
+    fs::write(&file, text).expect("a temporary file");
+    let arch = machine("sgrt");
+    let program = compiled(&[file], &arch).expect("it compiles");
+    let session = Session::default();
+    let program = schedule(program, &arch, Effort::default(), &session).expect("it is scheduled");
+    let program = &program.schedule.program;
+    let mut profiler = Profiler::new(program).expect("it links");
+    let mut core = profiler.core();
+    let mut bus = Solo::new(&program.image, arch.system.sram_bytes);
+    let mut finish = Finish::default();
+    solo::run_until(core.as_mut(), &mut bus, 1 << 30, &Unwatched, &mut finish).expect("it ends");
+    let _ = fs::remove_dir_all(folder);
+    (profiler.profile(), finish)
+}
+
+#[test]
+fn a_program_is_profiled_to_the_cycle() {
+    let (profile, finish) = run(PROGRAM);
+    sums(&profile);
+    let parts = profile.parts;
+    assert_eq!(parts.total(), finish.cycles());
+    assert_eq!(parts.vliw + parts.empty, finish.vliw);
+    assert_eq!(parts.switch, finish.switch);
+    assert_eq!(parts.array, finish.kernels.values().sum::<u64>());
+    assert_eq!(finish.status, 38 + 39 - 2 + 2);
+    let of = |line: u32| {
+        let mut parts = Parts::default();
+        let lines = profile
+            .lines
+            .iter()
+            .filter(|l| l.line == line && l.file.ends_with("program.c"));
+        lines.for_each(|l| parts += l.parts);
+        parts
+    };
+    // A walk along a list is control code's.
+    assert!(of(5).vliw > 0 && of(5).array == 0, "{:?}", of(5));
+    let looped = profile
+        .loops
+        .iter()
+        .max_by_key(|l| l.launches)
+        .expect("a loop is on the array");
+    assert_eq!((looped.launches, looped.iterations.all), (5, 5 * 64));
+    assert_eq!((looped.iterations.fewest, looped.iterations.most), (64, 64));
+
+    // The loop's cycles are those of its body and of its own counting.
+    assert!(of(13).array > 0 && of(13).vliw == 0, "{:?}", of(13));
+    assert_eq!(of(12).array + of(13).array, looped.parts.array);
+
+    // A longer walk moves the cycles of its line, and no other's by as much.
+    let (longer, _) = run(&PROGRAM.replace("i < 40", "i < 60"));
+    let walk = |p: &Profile| -> u64 {
+        let lines = p.lines.iter().filter(|l| l.line == 5);
+        lines.map(|l| l.parts.total()).sum()
+    };
+    let (more, all) = (
+        walk(&longer) - walk(&profile),
+        longer.parts.total() - profile.parts.total(),
+    );
+    assert!(more * 10 >= all * 9, "{more} of {all}");
+}
+
+/// The frame's own account.
+fn account(report: &Report) -> Parts {
+    let mut all = Parts::default();
+    for core in &report.cores {
+        all += Parts {
+            vliw: core.vliw,
+            empty: 0,
+            array: core.array.iter().map(|k| k.cycles).sum(),
+            switch: core.switch,
+            memory_stall: core.memory_stall,
+            texture_stall: core.texture_stall,
+            wait: core.wait.iter().map(|w| w.cycles).sum(),
+        };
+    }
+    all
+}
+
+fn profiled(studio: &Studio, arch: &Arch, program: &Checked) -> (Profile, Report) {
+    let session = Session::default();
+    let mut profiler = Profiler::new(program).expect("it links");
+    let cores = profiler.cores(arch.system.cores);
+    let options = system::Options {
+        observer: Some(&mut profiler),
+        ..system_options(program, Guard::default(), Timing::Full, &session)
+    };
+    let (picture, report) =
+        system::render(studio.image(), cores, arch, options).expect("the frame is finished");
+    let engines = srp_toolchain::Engines::of(program, srp_toolchain::Engine::Interpreter, &session);
+    let cores = engines.expect("it links").cores(arch.system.cores);
+    let options = system_options(program, Guard::default(), Timing::Full, &session);
+    let plain = system::render(studio.image(), cores, arch, options).expect("it is finished");
+    assert!(
+        plain.0.rgba == picture.rgba && plain.1 == report,
+        "a profile changes nothing"
+    );
+    (profiler.profile(), report)
+}
+
+#[test]
+fn a_frame_is_profiled_to_the_cycle() {
+    for name in ["sgrt", "decoupled"] {
+        let mut studio = Studio::of(demo(), (48, 32));
+        studio.arch = machine(name);
+        let effects = effect::find(&studio.scene).into_iter().collect();
+        let session = Session::default();
+        let program = studio.program(effects);
+        let compiled =
+            schedule(program, &studio.arch, Effort::default(), &session).expect("it compiles");
+        let program = compiled.schedule.program;
+        let (profile, report) = profiled(&studio, &studio.arch, &program);
+        sums(&profile);
+        let parts = Parts {
+            vliw: profile.parts.vliw + profile.parts.empty,
+            empty: 0,
+            ..profile.parts
+        };
+        assert_eq!(parts, account(&report), "{name}");
+        for l in &profile.loops {
+            let cycles = report.cores.iter().flat_map(|core| &core.array);
+            let cycles = cycles.filter(|k| k.kernel == l.kernel).map(|k| k.cycles);
+            assert_eq!(l.parts.array, cycles.sum::<u64>(), "{name}: {}", l.kernel);
+            let stalls = report.cores.iter().flat_map(|core| &core.kernel_stalls);
+            let stalls = stalls.filter(|k| k.kernel == l.kernel).map(|k| k.cycles);
+            let still = l.parts.memory_stall + l.parts.texture_stall;
+            assert_eq!(still, stalls.sum::<u64>(), "{name}: {}", l.kernel);
+        }
+        // The core stands still at lines of kernels.
+        let still = profile.lines.iter().filter(|l| l.parts.memory_stall > 0);
+        let (lines, nowhere): (Vec<_>, Vec<_>) = still.partition(|l| l.line > 0);
+        assert!(lines.len() > 3 && nowhere.is_empty(), "{nowhere:?}");
+    }
+}
