@@ -117,8 +117,14 @@ impl<'a, 'p> State<'a, 'p> {
         to - from >= self.longest_stay
     }
 
+    /// True when a value can go this way; `lives_long` as by [`lives_long`](Self::lives_long).
+    pub(super) fn admits(&self, node: Node, path: &Path, lives_long: bool) -> bool {
+        let overstays = lives_long && self.overstays(path);
+        !overstays && !self.is_written_otherwise(node, path)
+    }
+
     /// True when a way has a value stay in a file for longer than there can be registers for.
-    pub(super) fn overstays(&self, path: &Path) -> bool {
+    fn overstays(&self, path: &Path) -> bool {
         path.route().runs.iter().any(|&(place, _, (first, last))| {
             let file = self.problem.graph.as_file(place);
             let rotates = |file| self.problem.srp.files[file].kind == FileKind::Rotating;
@@ -327,7 +333,7 @@ impl<'a, 'p> State<'a, 'p> {
 
     /// True if a route would write a value into a second register of a file in one cycle: a result
     /// is written into at most one register of a file.
-    pub(super) fn is_written_otherwise(&self, node: Node, route: &Path) -> bool {
+    fn is_written_otherwise(&self, node: Node, route: &Path) -> bool {
         let writes = |item: Item| match item {
             Item::Written(place, time, tag, _) => Some((place, time, tag)),
             _ => None,

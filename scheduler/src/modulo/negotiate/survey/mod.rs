@@ -484,12 +484,7 @@ impl Survey {
             None => kept_in(problem, edge.ty).map(|place| trace.to_keep(place, items)),
         };
         match route.flatten() {
-            Some(route)
-                if !state.is_written_otherwise(edge.from, &route)
-                    && !(lives_long && state.overstays(&route)) =>
-            {
-                state.take(e, route)
-            }
+            Some(route) if state.admits(edge.from, &route, lives_long) => state.take(e, route),
             _ => open,
         }
     }
