@@ -24,6 +24,10 @@
  *   __srp_log2     float (float)                                       log2
  *   __srp_sin      float (float)                                       sin
  *   __srp_cos      float (float)                                       cos
+ *   __srp_rcp_fast float (float)               on the fast unit, or    rcp_fast
+ *   __srp_rsqrt_fast float (float)             on the ordinary one     rsqrt_fast
+ *   __srp_sqrt_fast float (float)              where the machine has   sqrt_fast
+ *   __srp_fdiv_fast float (float a, float b)   none; a / b             fdiv_fast
  *   __srp_fma      float (float a, float b, float c)      a*b+c        fma
  *   __srp_fmin     float (float, float)                                fmin
  *   __srp_fmax     float (float, float)                                fmax
@@ -117,6 +121,10 @@
 #define srp_rcp __srp_rcp
 #define srp_rsqrt __srp_rsqrt
 #define srp_sqrt __srp_sqrt
+#define srp_rcp_fast __srp_rcp_fast
+#define srp_rsqrt_fast __srp_rsqrt_fast
+#define srp_sqrt_fast __srp_sqrt_fast
+#define srp_div_fast __srp_fdiv_fast
 #define srp_exp2 __srp_exp2
 #define srp_log2 __srp_log2
 #define srp_sin __srp_sin

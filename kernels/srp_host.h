@@ -103,6 +103,12 @@ SRP_HOST float srp_rcp(float x) { return 1.0f / x; }
 SRP_HOST float srp_rsqrt(float x) { return (float)(1.0 / __builtin_sqrt((double)x)); }
 SRP_HOST float srp_sqrt(float x) { return __builtin_sqrtf(x); }
 
+/* Fast units: as on a machine that has none. */
+SRP_HOST float srp_rcp_fast(float x) { return srp_rcp(x); }
+SRP_HOST float srp_rsqrt_fast(float x) { return srp_rsqrt(x); }
+SRP_HOST float srp_sqrt_fast(float x) { return srp_sqrt(x); }
+SRP_HOST float srp_div_fast(float a, float b) { return a / b; }
+
 /* 2^x = 2^n * e^(r ln 2), n the nearest integer. */
 SRP_HOST float srp_exp2(float x)
 {

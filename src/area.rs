@@ -10,7 +10,6 @@ use srp_archdesc::area::{self, Area, Complexity};
 use srp_archdesc::chip;
 use srp_archdesc::cost::Technology;
 use srp_archdesc::datapath::{BOX_TEST, Intersection};
-use srp_archdesc::structure::Special;
 use srp_archdesc::system::{Pipeline, TniSpec};
 use srp_toolchain::machine;
 use std::fmt::Write as _;
@@ -116,7 +115,7 @@ fn write_specials(out: &mut String, arch: &Arch) -> std::fmt::Result {
         "\n{:9} {:>8} {:>9} {:>9} {:>9}  largest parts, µm²",
         "function", "latency", "interval", "mm²", "pJ"
     )?;
-    for special in Special::ALL {
+    for special in arch.precision.specials() {
         let unit = arch.special_unit(special);
         let cycles = |n: Option<u32>| n.map_or("class".to_owned(), |n| n.to_string());
         let mut parts: Vec<_> = unit.parts.iter().collect();
@@ -145,7 +144,8 @@ fn json(arch: &Arch) -> serde_json::Value {
         "machine": arch.name,
         "chip": chip(arch),
         "srp": chip::srp(arch),
-        "special": Special::ALL.map(|s| (s.name(), arch.special_unit(s))).to_vec(),
+        "special": arch.precision.specials()
+            .map(|s| (s.name(), arch.special_unit(s))).collect::<Vec<_>>(),
         "tni": area::area(tni, &arch.system.buffers),
         "parallel_mm2": form(arch, Pipeline::Parallel),
         "single_mm2": form(arch, Pipeline::Single),

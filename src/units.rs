@@ -16,12 +16,21 @@ use std::fmt::Write as _;
 #[derive(Serialize)]
 struct Report {
     machine: String,
-    /// Cycles, area and energy of the functions of the SRP, as [`Special::ALL`] has them.
+    /// Cycles, area and energy of the functions of the SRP, in the order of [`Special::ALL`].
     costs: Vec<Cost>,
     /// Special functions of the SRP, with the steps that the program takes.
     srp: Vec<Certificate>,
+    /// Fast functions of the SRP, as far as it has units for them.
+    fast: Vec<FastUnit>,
     /// The reciprocal of the T&I unit.
     tni: Certificate,
+}
+
+/// What a fast unit is worth.
+#[derive(Serialize)]
+struct FastUnit {
+    unit: Special,
+    certificate: Certificate,
 }
 
 /// The cost of the unit of a function.
@@ -35,7 +44,9 @@ struct Cost {
 /// Runs `srp units`.
 pub(crate) fn run(args: &cli::Units) -> Result<(), Failure> {
     let arch = machine::read(args.machine.file())?;
-    let progress = Progress::steps("trying every mantissa", Function::ALL.len() as u64 + 1);
+    let fast: Vec<Special> = arch.precision.specials().filter(|s| s.is_fast()).collect();
+    let all = Function::ALL.len() + fast.len() + 1;
+    let progress = Progress::steps("trying every mantissa", all as u64);
     let tried = |done: usize, function: Function, approx: Approx| {
         interrupt::end_if_requested()?;
         let certificate = certify(function, approx);
@@ -48,16 +59,26 @@ pub(crate) fn run(args: &cli::Units) -> Result<(), Failure> {
             .map(|(i, &f)| tried(i, f, f.of(&arch.precision)))
             .collect()
     });
+    let fast = fast.iter().enumerate().filter_map(|(i, &unit)| {
+        let function = Function::ALL
+            .into_iter()
+            .find(|f| f.special() == unit.ordinary())?;
+        let done = Function::ALL.len() + i;
+        let certificate = tried(done, function, arch.precision.of(unit));
+        Some(certificate.map(|certificate| FastUnit { unit, certificate }))
+    });
+    let fast: Result<Vec<_>, Failure> = interrupt::looked_for(|| fast.collect());
     let report = Report {
         machine: arch.name.clone(),
-        costs: (Special::ALL.into_iter())
+        costs: (arch.precision.specials())
             .map(|special| Cost {
                 function: special,
                 unit: arch.special_unit(special),
             })
             .collect(),
         srp: srp?,
-        tni: tried(Function::ALL.len(), Function::Rcp, arch.system.tni.rcp)?,
+        fast: fast?,
+        tni: tried(all - 1, Function::Rcp, arch.system.tni.rcp)?,
     };
     drop(progress);
     if args.json {
@@ -79,6 +100,9 @@ fn text(out: &mut String, report: &Report) -> std::fmt::Result {
     )?;
     for certificate in &report.srp {
         line(out, certificate.function.name(), certificate)?;
+    }
+    for FastUnit { unit, certificate } in &report.fast {
+        line(out, unit.name(), certificate)?;
     }
     line(out, "T&I rcp", &report.tni)?;
     writeln!(
@@ -112,14 +136,14 @@ fn costs(out: &mut String, arch: &Arch) -> std::fmt::Result {
     let tni = &arch.system.tni;
     let rcp = unit(Special::Rcp, tni.rcp, &tni.rcp_build, arch.system.tni_mhz);
     let class = || "class".to_owned();
-    let of_srp = Special::ALL.map(|special| {
+    let of_srp = arch.precision.specials().map(|special| {
         let unit = arch.special_unit(special);
         let cycles = [unit.latency, unit.interval].map(|n| n.map_or_else(class, |n| n.to_string()));
         (special.name(), unit, cycles, "the class's cycles")
     });
     let of_tni = [tni.rcp_latency, tni.rcp_interval].map(|n| n.to_string());
     let of_tni = ("T&I rcp", rcp, of_tni, "SimTRaX's unit");
-    for (name, unit, [latency, interval], unsaid) in of_srp.into_iter().chain([of_tni]) {
+    for (name, unit, [latency, interval], unsaid) in of_srp.chain([of_tni]) {
         let why = match unit.latency {
             Some(_) => unit.why.clone(),
             None => format!("exact, and nothing said of how: {unsaid}"),

@@ -10,7 +10,7 @@ use crate::structure::Special;
 use crate::system::SystemSpec;
 use serde::{Deserialize, Serialize};
 
-pub use crate::precision::{Approx, Precision, Refine, Subnormals};
+pub use crate::precision::{Approx, Fast, Precision, Refine, Subnormals};
 
 entity! {
     /// A functional unit of the array.
@@ -121,7 +121,8 @@ impl FuSpec {
 
     /// How this unit runs operations of the class of `op`, and `op` of them; however wide it is.
     pub fn timing(&self, op: Opcode) -> Option<&FuOp> {
-        self.op(op.class()).map(|how| how.of(op))
+        let how = self.op(op.class())?;
+        (!how.missing.contains(&op)).then(|| how.of(op))
     }
 }
 
@@ -138,6 +139,8 @@ pub struct FuOp {
     pub uses: Vec<Resource>,
     /// Operations of the class that run differently, for their units are built so. They have none.
     pub special: Vec<SpecialOp>,
+    /// Operations of the class for which the machine has no unit: fast functions that it does not describe.
+    pub missing: Vec<Opcode>,
     /// True where the machine file gives latency, or interval, of a class with special functions: then
     /// these run like that whatever their structure.
     pub given: [bool; 2],
@@ -152,6 +155,7 @@ impl FuOp {
             interval,
             uses: Vec::new(),
             special: Vec::new(),
+            missing: Vec::new(),
             given: [false; 2],
         }
     }
@@ -250,10 +254,11 @@ impl Arch {
     }
 
     /// Lets the cycles of special functions follow from their structure and precision, where the
-    /// machine gives none, and those of the triangle test with its reciprocal. Whoever changes either
-    /// calls it.
+    /// machine gives none, and those of the triangle test with its reciprocal; and notes which fast
+    /// functions there are. Whoever changes any of them calls it.
     pub fn derive_cycles(&mut self) {
-        let units = Special::ALL.map(|special| (special, self.special_unit(special)));
+        let units = self.precision.specials();
+        let units: Vec<_> = units.map(|s| (s, self.special_unit(s))).collect();
         for fu in self.srp.fus.values_mut() {
             for how in &mut fu.ops {
                 let mut all = Vec::new();
@@ -281,6 +286,10 @@ impl Arch {
                 let as_others = (how.latency, how.interval);
                 all.retain(|s| (s.how.latency, s.how.interval) != as_others);
                 how.special = all;
+                let class = how.class;
+                let missing = Special::ALL.into_iter().filter(|&s| !self.precision.has(s));
+                let missing = missing.flat_map(|s| s.opcodes()).copied();
+                how.missing = missing.filter(|op| op.class() == class).collect();
             }
         }
         let mhz = self.system.tni_mhz;
@@ -343,7 +352,7 @@ impl Srp {
 /// Floating-point operations that one instruction of a class stands for.
 fn flops(class: Class) -> u32 {
     match class {
-        Class::Fadd | Class::Fmul | Class::Fdiv | Class::Sfu => 1,
+        Class::Fadd | Class::Fmul | Class::Fdiv | Class::Sfu | Class::Fast => 1,
         Class::Fma => 2,
         Class::Vfadd | Class::Vfmul => 4,
         Class::Vdot => 7,

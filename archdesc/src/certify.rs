@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::ops::semantics::elementary::{self, cosine, logarithm, power, sine};
 use crate::precision::{Approx, Precision};
-use crate::structure::Structure;
+use crate::structure::{Special, Structure};
 
 /// A function that a unit computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -62,18 +62,22 @@ impl Function {
         }
     }
 
+    /// The special function that it is, or is of.
+    pub const fn special(self) -> Special {
+        match self {
+            Function::Rcp => Special::Rcp,
+            Function::Rsqrt => Special::Rsqrt,
+            Function::Sqrt => Special::Sqrt,
+            Function::Div => Special::Div,
+            Function::Exp2 => Special::Exp2,
+            Function::Log2 => Special::Log2,
+            Function::Sin | Function::Cos => Special::Sincos,
+        }
+    }
+
     /// The precision that a machine has it in, with all steps taken, wherever they are.
     pub fn of(self, precision: &Precision) -> Approx {
-        let approx = match self {
-            Function::Rcp => precision.rcp,
-            Function::Rsqrt => precision.rsqrt,
-            Function::Sqrt => precision.sqrt,
-            Function::Div => precision.div,
-            Function::Exp2 => precision.exp2,
-            Function::Log2 => precision.log2,
-            Function::Sin | Function::Cos => precision.sincos,
-        };
-        approx.in_unit()
+        precision.of(self.special()).in_unit()
     }
 
     /// The words that it is tried on, rising.

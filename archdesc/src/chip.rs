@@ -92,6 +92,7 @@ fn operators(class: Class) -> Operators {
         | Class::Pred
         | Class::Fdiv
         | Class::Sfu
+        | Class::Fast
         | Class::Cvt
         | Class::Lane
         | Class::Tex
@@ -106,10 +107,10 @@ fn operators(class: Class) -> Operators {
     }
 }
 
-/// The special functions of a class.
-fn functions(class: Class) -> impl Iterator<Item = Special> {
+/// The special functions of a class for which a machine has units.
+fn functions(class: Class, arch: &Arch) -> impl Iterator<Item = Special> {
     let of_class = move |special: &Special| special.opcodes()[0].class() == class;
-    Special::ALL.into_iter().filter(of_class)
+    arch.precision.specials().filter(of_class)
 }
 
 /// Operators of all units of the array, added up.
@@ -218,7 +219,8 @@ fn unit(sums: &mut Sums, fu: &FuSpec, arch: &Arch) {
     sums.operators.cmp += widest.cmp;
     sums.operators.int += widest.int;
     sums.operators.imul += widest.imul;
-    let here: Vec<Special> = (fu.ops.iter()).flat_map(|op| functions(op.class)).collect();
+    let here = fu.ops.iter().flat_map(|op| functions(op.class, arch));
+    let here: Vec<Special> = here.collect();
     sums.special += here.len() as u32;
     sums.special_um2 += specials_area(&here, arch);
 }
@@ -229,7 +231,10 @@ fn specials_area(here: &[Special], arch: &Arch) -> f64 {
     #[derive(PartialEq)]
     enum Shared {
         Datapath(u32, Option<Structure>),
-        Unsaid,
+        /// Fast units stand beside the ordinary one.
+        Unsaid {
+            fast: bool,
+        },
     }
     let mut shared: Vec<(Shared, f64)> = Vec::new();
     let mut area = 0.0;
@@ -254,7 +259,9 @@ fn specials_area(here: &[Special], arch: &Arch) -> f64 {
         };
         let key = match (build.datapath, approx, build.exact) {
             (Some(number), ..) => Shared::Datapath(number, structure),
-            (None, Approx::Exact, None) if special.has_steps() => Shared::Unsaid,
+            (None, Approx::Exact, None) if special.has_steps() => Shared::Unsaid {
+                fast: special.is_fast(),
+            },
             _ => {
                 area += unit.area_um2;
                 continue;

@@ -146,6 +146,8 @@ classes! {
     Fdiv = "fdiv";
     /// Special functions: reciprocal, roots, exponential, logarithm, sine, cosine.
     Sfu = "sfu";
+    /// The same functions again, on units of another precision beside them: reciprocal, roots, quotient.
+    Fast = "fast";
     /// Conversions between integer and float, scalar.
     Cvt = "cvt";
     /// Lane traffic: splat, extract, insert, swizzle, vector moves and selection.
@@ -312,6 +314,11 @@ opcodes! {
     Log2 "log2" (F) -> F: Sfu;
     Sin "sin" (F) -> F: Sfu;
     Cos "cos" (F) -> F: Sfu;
+    // The same on the machine's fast units, whose precision is their own.
+    RcpFast "rcp_fast" (F) -> F: Fast;
+    RsqrtFast "rsqrt_fast" (F) -> F: Fast;
+    SqrtFast "sqrt_fast" (F) -> F: Fast;
+    FdivFast "fdiv_fast" (F F) -> F: Fast;
     // To integers: toward zero, saturating, NaN gives 0.
     Itof "itof" (I) -> F: Cvt;
     Utof "utof" (I) -> F: Cvt;

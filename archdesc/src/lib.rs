@@ -22,6 +22,7 @@ pub mod arch;
 pub mod area;
 pub mod certify;
 pub mod chip;
+pub mod choice;
 pub mod cost;
 pub mod datapath;
 pub mod diagnostic;

@@ -7,6 +7,7 @@
 
 use crate::isa::{Class, Kind, Opcode};
 use crate::precision::{Approx, Precision, Subnormals};
+use crate::structure::Special;
 
 pub use semantics::lanes::V4;
 
@@ -236,25 +237,25 @@ macro_rules! operations {
     };
     (@apply ($args:ident $imm:ident $precision:ident) $module:ident $function:ident
         ($($operand:literal)*) steps $unit:ident) => {{
-        let (bits, steps) = $precision.$unit.arguments();
+        let (bits, steps) = $precision.of(Special::$unit).arguments();
         semantics::$module::$function($(Operand::of($args[$operand]),)* bits, steps)
     }};
     (@apply ($args:ident $imm:ident $precision:ident) $module:ident $function:ident
         ($($operand:literal)*) bits $unit:ident) => {
         semantics::$module::$function(
             $(Operand::of($args[$operand]),)*
-            $precision.$unit.arguments().0,
+            $precision.of(Special::$unit).arguments().0,
         )
     };
     (@extra) => { Extra::Nothing };
     (@extra immediate) => { Extra::Immediate };
-    (@extra steps $unit:ident) => { Extra::Steps(|precision| precision.$unit) };
-    (@extra bits $unit:ident) => { Extra::Bits(|precision| precision.$unit) };
+    (@extra steps $unit:ident) => { Extra::Steps(|precision| precision.of(Special::$unit)) };
+    (@extra bits $unit:ident) => { Extra::Bits(|precision| precision.of(Special::$unit)) };
 }
 
 /// Expands the macro `$expand` with the table of operations: for each module of [`semantics`] its
 /// opcodes, each with its function, the numbers of its operands, and what it takes after them:
-/// nothing, `immediate`, or a unit word (`bits`) or that and Newton `steps` of a field of [`Precision`].
+/// nothing, `immediate`, or the unit word (`bits`), or that and Newton `steps`, of a [`Special`].
 #[macro_export]
 macro_rules! with_operations {
     ($expand:ident) => {
@@ -353,14 +354,18 @@ macro_rules! with_operations {
                 Dot4 dot4 (0 1);
             }
             elementary {
-                Fdiv fdiv (0 1; steps div);
-                Rcp rcp (0; steps rcp);
-                Rsqrt rsqrt (0; steps rsqrt);
-                Sqrt sqrt (0; steps sqrt);
-                Exp2 exp2 (0; bits exp2);
-                Log2 log2 (0; bits log2);
-                Sin sin (0; bits sincos);
-                Cos cos (0; bits sincos);
+                Fdiv fdiv (0 1; steps Div);
+                Rcp rcp (0; steps Rcp);
+                Rsqrt rsqrt (0; steps Rsqrt);
+                Sqrt sqrt (0; steps Sqrt);
+                Exp2 exp2 (0; bits Exp2);
+                Log2 log2 (0; bits Log2);
+                Sin sin (0; bits Sincos);
+                Cos cos (0; bits Sincos);
+                RcpFast rcp_fast (0; steps RcpFast);
+                RsqrtFast rsqrt_fast (0; steps RsqrtFast);
+                SqrtFast sqrt_fast (0; steps SqrtFast);
+                FdivFast fdiv_fast (0 1; steps DivFast);
             }
         }
     };

@@ -4,6 +4,19 @@ use crate::ops::semantics::elementary::SEPARATE;
 use crate::structure::{Special, Structure};
 use serde::{Deserialize, Serialize};
 
+/// Fast units beside the ordinary ones; `None` where a machine has none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Fast {
+    /// Reciprocal.
+    pub rcp: Option<Approx>,
+    /// Reciprocal square root.
+    pub rsqrt: Option<Approx>,
+    /// Square root.
+    pub sqrt: Option<Approx>,
+    /// Division.
+    pub div: Option<Approx>,
+}
+
 /// How exact the special functions and the texture unit are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Precision {
@@ -21,6 +34,8 @@ pub struct Precision {
     pub log2: Approx,
     /// Sine and cosine.
     pub sincos: Approx,
+    /// Units of the same functions beside these.
+    pub fast: Fast,
     /// The treatment of subnormal floats.
     pub subnormals: Subnormals,
     /// Fraction bits of the weights by which texels are filtered, 0 to 12; 0 takes the nearest.
@@ -37,10 +52,19 @@ impl Precision {
         exp2: Approx::Exact,
         log2: Approx::Exact,
         sincos: Approx::Exact,
+        fast: Fast {
+            rcp: None,
+            rsqrt: None,
+            sqrt: None,
+            div: None,
+        },
         subnormals: Subnormals::Keep,
         texture_weight_bits: 8,
     };
 }
+
+/// Half a unit in the last place of 1: the error of rounding to binary32.
+const U: f64 = 1.0 / (1 << 24) as f64;
 
 impl Approx {
     /// An upper bound of the error of a function of this precision: relative for reciprocal, roots and
@@ -48,12 +72,16 @@ impl Approx {
     /// of Newton squares the error of a reciprocal, and three halves of that of a root, and adds its own
     /// roundings, five at most. `docs/numerics.md` derives it.
     pub fn error_bound(self) -> f64 {
-        const U: f64 = 1.0 / (1 << 24) as f64;
+        self.error_before_rounding() + U
+    }
+
+    /// The same before the result is rounded to binary32: 2^−bits of a table, 0 of an exact function.
+    pub fn error_before_rounding(self) -> f64 {
         match self {
-            Approx::Exact => U,
+            Approx::Exact => 0.0,
             Approx::Table { bits, steps, .. } => {
                 let table = 2f64.powi(-(bits as i32));
-                (0..steps).fold(table, |e, _| 2.0 * e * e + 5.0 * U) + U
+                (0..steps).fold(table, |e, _| 2.0 * e * e + 5.0 * U)
             }
         }
     }
@@ -195,7 +223,23 @@ impl Approx {
 }
 
 impl Precision {
-    /// That of one function.
+    /// True if a machine has a unit for a function: always, but for fast ones.
+    pub fn has(&self, special: Special) -> bool {
+        match special {
+            Special::RcpFast => self.fast.rcp.is_some(),
+            Special::RsqrtFast => self.fast.rsqrt.is_some(),
+            Special::SqrtFast => self.fast.sqrt.is_some(),
+            Special::DivFast => self.fast.div.is_some(),
+            _ => true,
+        }
+    }
+
+    /// The functions for which a machine has units, in the order of [`Special::ALL`].
+    pub fn specials(self) -> impl Iterator<Item = Special> {
+        (Special::ALL.into_iter()).filter(move |&special| self.has(special))
+    }
+
+    /// That of one function; without a fast unit, the ordinary one computes it.
     pub const fn of(&self, special: Special) -> Approx {
         match special {
             Special::Rcp => self.rcp,
@@ -205,11 +249,15 @@ impl Precision {
             Special::Exp2 => self.exp2,
             Special::Log2 => self.log2,
             Special::Sincos => self.sincos,
+            Special::RcpFast => or(self.fast.rcp, self.rcp),
+            Special::RsqrtFast => or(self.fast.rsqrt, self.rsqrt),
+            Special::SqrtFast => or(self.fast.sqrt, self.sqrt),
+            Special::DivFast => or(self.fast.div, self.div),
         }
     }
 
-    /// That of one function, to change it.
-    pub const fn of_mut(&mut self, special: Special) -> &mut Approx {
+    /// That of one function, to change it. A fast unit that there is not begins as the ordinary one.
+    pub fn of_mut(&mut self, special: Special) -> &mut Approx {
         match special {
             Special::Rcp => &mut self.rcp,
             Special::Rsqrt => &mut self.rsqrt,
@@ -218,6 +266,10 @@ impl Precision {
             Special::Exp2 => &mut self.exp2,
             Special::Log2 => &mut self.log2,
             Special::Sincos => &mut self.sincos,
+            Special::RcpFast => self.fast.rcp.get_or_insert(self.rcp),
+            Special::RsqrtFast => self.fast.rsqrt.get_or_insert(self.rsqrt),
+            Special::SqrtFast => self.fast.sqrt.get_or_insert(self.sqrt),
+            Special::DivFast => self.fast.div.get_or_insert(self.div),
         }
     }
 
@@ -229,5 +281,12 @@ impl Precision {
             sqrt: self.sqrt.in_unit(),
             ..self
         }
+    }
+}
+
+const fn or(fast: Option<Approx>, ordinary: Approx) -> Approx {
+    match fast {
+        Some(fast) => fast,
+        None => ordinary,
     }
 }

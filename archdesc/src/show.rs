@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use crate::arch::{Approx, Arch, FileKind, FuOp, FuSpec, Precision, Refine, Resource, Subnormals};
+use crate::arch::{
+    Approx, Arch, Fast, FileKind, FuOp, FuSpec, Precision, Refine, Resource, Subnormals,
+};
 use crate::dram::{DramModel, DramSpec, RowPolicy};
 use crate::isa::Class;
 use crate::structure::Structure;
@@ -201,6 +203,7 @@ fn show_engine(out: &mut String, arch: &Arch) -> std::fmt::Result {
         exp2,
         log2,
         sincos,
+        fast,
         subnormals,
         texture_weight_bits: _,
     } = arch.precision;
@@ -213,9 +216,23 @@ fn show_engine(out: &mut String, arch: &Arch) -> std::fmt::Result {
         ("log2", log2),
         ("sincos", sincos),
     ];
-    let functions: Vec<String> = functions
-        .iter()
-        .map(|(name, approx)| format!("{name} {}", precision(*approx)))
+    let Fast {
+        rcp,
+        rsqrt,
+        sqrt,
+        div,
+    } = fast;
+    let fast = [
+        ("rcp_fast", rcp),
+        ("rsqrt_fast", rsqrt),
+        ("sqrt_fast", sqrt),
+        ("div_fast", div),
+    ];
+    let fast = fast
+        .into_iter()
+        .filter_map(|(name, approx)| Some((name, approx?)));
+    let functions: Vec<String> = (functions.into_iter().chain(fast))
+        .map(|(name, approx)| format!("{name} {}", precision(approx)))
         .collect();
     writeln!(out, "special functions: {}", functions.join(", "))?;
     match subnormals {

@@ -111,11 +111,23 @@ pub enum Special {
     Log2,
     /// sin x and cos x
     Sincos,
+    /// 1/x on the fast unit
+    #[serde(rename = "rcp_fast")]
+    RcpFast,
+    /// 1/√x on the fast unit
+    #[serde(rename = "rsqrt_fast")]
+    RsqrtFast,
+    /// √x on the fast unit
+    #[serde(rename = "sqrt_fast")]
+    SqrtFast,
+    /// a/x on the fast unit
+    #[serde(rename = "div_fast")]
+    DivFast,
 }
 
 impl Special {
     /// All of them.
-    pub const ALL: [Special; 7] = [
+    pub const ALL: [Special; 11] = [
         Special::Rcp,
         Special::Rsqrt,
         Special::Sqrt,
@@ -123,6 +135,10 @@ impl Special {
         Special::Exp2,
         Special::Log2,
         Special::Sincos,
+        Special::RcpFast,
+        Special::RsqrtFast,
+        Special::SqrtFast,
+        Special::DivFast,
     ];
 
     /// Its name in machine files.
@@ -135,6 +151,10 @@ impl Special {
             Special::Exp2 => "exp2",
             Special::Log2 => "log2",
             Special::Sincos => "sincos",
+            Special::RcpFast => "rcp_fast",
+            Special::RsqrtFast => "rsqrt_fast",
+            Special::SqrtFast => "sqrt_fast",
+            Special::DivFast => "div_fast",
         }
     }
 
@@ -148,7 +168,41 @@ impl Special {
             Special::Exp2 => &[Opcode::Exp2],
             Special::Log2 => &[Opcode::Log2],
             Special::Sincos => &[Opcode::Sin, Opcode::Cos],
+            Special::RcpFast => &[Opcode::RcpFast],
+            Special::RsqrtFast => &[Opcode::RsqrtFast],
+            Special::SqrtFast => &[Opcode::SqrtFast],
+            Special::DivFast => &[Opcode::FdivFast],
         }
+    }
+
+    /// The function on the unit that every machine has; itself where this is that one.
+    pub const fn ordinary(self) -> Special {
+        match self {
+            Special::RcpFast => Special::Rcp,
+            Special::RsqrtFast => Special::Rsqrt,
+            Special::SqrtFast => Special::Sqrt,
+            Special::DivFast => Special::Div,
+            other => other,
+        }
+    }
+
+    /// The same function on the fast unit, which a machine may have beside the ordinary one.
+    pub const fn fast(self) -> Option<Special> {
+        match self {
+            Special::Rcp => Some(Special::RcpFast),
+            Special::Rsqrt => Some(Special::RsqrtFast),
+            Special::Sqrt => Some(Special::SqrtFast),
+            Special::Div => Some(Special::DivFast),
+            _ => None,
+        }
+    }
+
+    /// True if its unit is a fast one, beside the ordinary one of the function.
+    pub const fn is_fast(self) -> bool {
+        matches!(
+            self,
+            Special::RcpFast | Special::RsqrtFast | Special::SqrtFast | Special::DivFast
+        )
     }
 
     /// The function that an operation computes.
@@ -158,19 +212,19 @@ impl Special {
 
     /// The curves that tables of it cover, one octave or quarter turn each.
     pub const fn curves(self) -> &'static [Curve] {
-        match self {
+        match self.ordinary() {
             Special::Rcp | Special::Div => &[Curve::Reciprocal],
             Special::Rsqrt | Special::Sqrt => &[Curve::InverseRoot, Curve::InverseRootOfTwice],
             Special::Exp2 => &[Curve::Power],
             Special::Log2 => &[Curve::Logarithm],
-            Special::Sincos => &[Curve::QuarterSine],
+            _ => &[Curve::QuarterSine],
         }
     }
 
     /// True if it has Newton–Raphson steps.
     pub const fn has_steps(self) -> bool {
         matches!(
-            self,
+            self.ordinary(),
             Special::Rcp | Special::Rsqrt | Special::Sqrt | Special::Div
         )
     }
@@ -184,7 +238,7 @@ impl Special {
     pub const fn can_be(self, structure: Structure) -> bool {
         match structure {
             Structure::Recurrence { .. } => self.has_steps(),
-            Structure::Cordic => !matches!(self, Special::Rsqrt),
+            Structure::Cordic => !matches!(self.ordinary(), Special::Rsqrt),
             _ => true,
         }
     }

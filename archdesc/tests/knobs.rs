@@ -82,6 +82,43 @@ fn cycles_follow_from_the_structure() {
 }
 
 #[test]
+fn fast_units_stand_beside_the_ordinary_ones() {
+    let class = ("fdiv sfu cvt", "fdiv sfu fast cvt");
+    let of = |bits: u32| {
+        let special = format!(
+            "<special function=\"rcp_fast\" bits=\"{bits}\"/>\
+             <special function=\"div_fast\" structure=\"bipartite\" bits=\"{bits}\"/>"
+        );
+        machine(&special, &[class])
+    };
+    let (coarse, fine) = (of(8), of(18));
+    assert_eq!(cycles(&coarse, Opcode::RcpFast), (2, 1));
+    assert_eq!(cycles(&coarse, Opcode::Rcp), (8, 2));
+    assert!(cycles(&fine, Opcode::RcpFast).0 > 2);
+    // Functions of the class that the machine does not describe run nowhere.
+    assert_eq!(cycles(&coarse, Opcode::SqrtFast), (0, 0));
+    assert!(area(&with("")) < area(&coarse) && area(&coarse) < area(&fine));
+    assert!(energy(&coarse, Opcode::RcpFast) < energy(&fine, Opcode::RcpFast));
+    assert!(energy(&coarse, Opcode::FdivFast) < energy(&coarse, Opcode::Fdiv));
+    assert_eq!(energy(&coarse, Opcode::Rcp), energy(&fine, Opcode::Rcp));
+    let again = srp_archdesc::xml::write(&coarse);
+    assert_eq!(parse("again.xml", &again), Ok(coarse));
+    // Without a function the class is a mistake, and so is a function without the class.
+    let mistaken = |special: &str, classes: &str| {
+        let xml = (SGRT.xml)
+            .replace("<array rows", &format!("{special}<array rows"))
+            .replace("fdiv sfu cvt", classes);
+        let errors = parse("knobs.xml", &xml).expect_err("it is a mistake");
+        errors.iter().map(|e| e.code).collect::<Vec<_>>()
+    };
+    assert_eq!(mistaken("", class.1), ["A0507"]);
+    let rcp = "<special function=\"rcp_fast\" bits=\"8\"/>";
+    assert_eq!(mistaken(rcp, class.0), ["A0503"]);
+    let in_code = "<special function=\"rcp_fast\" bits=\"8\" steps=\"1\" refine=\"code\"/>";
+    assert_eq!(mistaken(in_code, class.1), ["A0305"]);
+}
+
+#[test]
 fn cycles_follow_from_the_clock() {
     let at = |mhz: &str| {
         let edit = format!("srp-mhz=\"{mhz}\"");

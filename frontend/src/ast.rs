@@ -535,4 +535,6 @@ pub enum Pragma {
     Independent(Rc<[Name]>),
     /// Iterations access different elements.
     Ivdep,
+    /// A function of the loop is good to so many bits, its name first.
+    Precision(Name, u32),
 }

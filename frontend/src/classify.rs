@@ -56,7 +56,9 @@ pub(crate) fn classify(tokens: &mut Vec<Token>, sources: &SourceMap, messages: &
                 reader.fixed(*fixed, before);
                 before = Some(*fixed);
             }
-            Tok::Kernel | Tok::Unroll(_) | Tok::Independent(_) | Tok::Ivdep => before = None,
+            Tok::Kernel | Tok::Unroll(_) | Tok::Independent(_) | Tok::Ivdep | Tok::Precision(_) => {
+                before = None
+            }
             _ => {
                 reader.expression();
                 before = None;

@@ -112,6 +112,8 @@ codes! {
     DOUBLE_AS_FLOAT = "C0915";
     /// `volatile`, which keeps no access: nothing but the program reads or writes its SRAM while it computes.
     VOLATILE = "C0918";
+    /// An operation of a fast unit that the machine does not have: the ordinary unit computes it.
+    FAST_UNIT = "C0919";
 }
 
 /// The name of a warning on the command line.
@@ -135,6 +137,7 @@ const NAMES: &[(Code, &str)] = &[
     (DOUBLE_AS_FLOAT, "double-as-float"),
     (LIBRARY_TYPE, "builtin-declaration-mismatch"),
     (VOLATILE, "volatile"),
+    (FAST_UNIT, "fast-unit"),
 ];
 
 /// The name of the warning with a code, for `-W`.

@@ -1,6 +1,7 @@
 //! Options of the front end.
 
 use srp_archdesc::arch::{Approx, Precision};
+use srp_archdesc::choice::Choices;
 use srp_archdesc::diagnostic::Source;
 
 /// A file that a source asks for with `#include`.
@@ -28,6 +29,11 @@ pub struct Options<'a> {
     pub double_is_float: bool,
     /// Floating constants without suffix are floats; each is told.
     pub single_constants: bool,
+    /// The machine's units, of which pragmas choose.
+    pub choices: Choices,
+    /// Lets reciprocals, roots and quotients of the program be computed by the cheapest unit whose relative error
+    /// is no larger than this many units in the last place of 1; those in loops with a pragma by its.
+    pub max_ulp: Option<f64>,
 }
 
 impl Default for Options<'_> {
@@ -39,6 +45,8 @@ impl Default for Options<'_> {
             auto_kernel: true,
             double_is_float: false,
             single_constants: false,
+            choices: Choices::default(),
+            max_ulp: None,
         }
     }
 }

@@ -190,7 +190,7 @@ fn show(tok: &Tok) -> String {
         Tok::Int(_) | Tok::Float(_) => "a number".to_owned(),
         Tok::Char(_) => "a character constant".to_owned(),
         Tok::Str(_) | Tok::WideStr(_) => "a string".to_owned(),
-        Tok::Kernel | Tok::Unroll(_) | Tok::Independent(_) | Tok::Ivdep => {
+        Tok::Kernel | Tok::Unroll(_) | Tok::Independent(_) | Tok::Ivdep | Tok::Precision(_) => {
             "a pragma, which must stand before a loop".to_owned()
         }
         Tok::Bad => "something unknown".to_owned(),

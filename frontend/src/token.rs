@@ -93,6 +93,8 @@ pub enum Tok {
     Independent(Rc<[Name]>),
     /// `#pragma ivdep`.
     Ivdep,
+    /// `#pragma srp precision(FUNCTION, BITS)`.
+    Precision((Name, u32)),
     /// Something that has been complained about.
     Bad,
 }
@@ -189,13 +191,15 @@ fn token(pp: &PpToken, sources: &SourceMap, messages: &mut Messages) -> Tok {
 
 /// A pragma for the compiler, as the preprocessor spells it.
 fn pragma(text: &str) -> Tok {
-    let mut words = text.split(' ');
-    match (words.next(), words.next().map(str::parse)) {
-        (Some("unroll"), Some(Ok(count))) => Tok::Unroll(count),
-        (Some("independent"), _) => {
-            Tok::Independent(text.split(' ').skip(1).map(Name::from).collect())
+    let words: Vec<&str> = text.split(' ').collect();
+    let number = |word: &str| word.parse().unwrap_or(1);
+    match words.as_slice() {
+        ["unroll", count] => Tok::Unroll(number(count)),
+        ["independent", names @ ..] => {
+            Tok::Independent(names.iter().map(|&name| Name::from(name)).collect())
         }
-        (Some("ivdep"), _) => Tok::Ivdep,
+        ["ivdep"] => Tok::Ivdep,
+        ["precision", function, bits] => Tok::Precision((Name::from(*function), number(bits))),
         _ => Tok::Kernel,
     }
 }

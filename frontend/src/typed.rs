@@ -11,6 +11,7 @@ use srp_archdesc::diagnostic::Span;
 use srp_archdesc::entity;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Opcode;
+use srp_archdesc::structure::Special;
 use srp_ir::program::{Pos, SourceFile};
 use std::collections::BTreeMap;
 
@@ -350,6 +351,8 @@ pub struct Loop {
     pub ivdep: bool,
     /// Groups of variables that a pragma calls independent.
     pub independent: Vec<Vec<Variable>>,
+    /// Which operations pragmas have compute functions in it.
+    pub units: Vec<(Special, Opcode)>,
     /// How often it runs, where that is plain.
     pub trip: Option<Trip>,
     /// A label of the function stands in it, or it is left or entered by `goto`.

@@ -48,6 +48,10 @@ pub(crate) struct Source {
     /// gives them; `fast-math`: all four. `-R pass` tells each place that changes a result
     #[arg(short = 'f', value_name = "FEATURE", value_enum)]
     pub(crate) feature: Vec<Feature>,
+    /// Compute each reciprocal, root and quotient by the cheapest unit of the machine whose results are off by
+    /// at most N units in the last place; `#pragma srp precision` overrides it in its loop
+    #[arg(long, value_name = "N", value_parser = ulp)]
+    pub(crate) max_ulp: Option<f64>,
     /// Warnings: NAME, no-NAME, error, error=NAME, no-error=NAME, none
     #[arg(short = 'W', value_name = "NAME")]
     pub(crate) warnings: Vec<String>,
@@ -129,6 +133,16 @@ pub(crate) fn fast_math(features: &[Feature]) -> FastMath {
     }
 }
 
+/// A number of units in the last place, at least 1.
+fn ulp(text: &str) -> Result<f64, String> {
+    let number = text
+        .parse()
+        .ok()
+        .filter(|&n: &f64| n >= 1.0 && n.is_finite());
+    number
+        .ok_or_else(|| "a number of 1 or more is wanted: no unit is known to be nearer".to_owned())
+}
+
 /// A macro's name and body, as `-D` has them.
 pub(super) fn define(text: &str) -> (String, String) {
     let (name, value) = text.split_once('=').unwrap_or((text, "1"));
@@ -147,6 +161,7 @@ impl Compilation {
             double_is_float: source.double,
             single_constants: has(Feature::SinglePrecisionConstant),
             fast_math: fast_math(&source.feature),
+            max_ulp: source.max_ulp,
             warnings: Warnings::parse(&source.warnings).map_err(Failure::Message)?,
             effort: self.search.effort(),
         })

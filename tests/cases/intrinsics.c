@@ -26,6 +26,8 @@ int main(void)
     bad += srp_bits4(b)[2] != 0x40000000 || srp_asfloat4(srp_bits4(a))[0] != 1.5f;
     bad += srp_min4(i, srp_splati(0))[0] != 0 || srp_max4(i, srp_splati(0))[1] != 0;
     bad += srp_shr4(i, srp_splati(28))[1] != 15 || srp_ltu4(srp_splati(5), i)[1] != -1;
+    bad += srp_rcp_fast(4.0f) != 0.25f || srp_rsqrt_fast(0.25f) != 2.0f;
+    bad += srp_sqrt_fast(9.0f) != 3.0f || srp_div_fast(9.0f, 4.0f) != 2.25f;
     bad += srp_exp2(3.0f) != 8.0f || srp_log2(8.0f) != 3.0f;
     return bad;
 }

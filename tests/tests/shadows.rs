@@ -2,7 +2,8 @@
 
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
-use srp_archdesc::arch::{Approx, Precision};
+use srp_archdesc::arch::{Approx, Fast, Precision};
+use srp_archdesc::choice::Choices;
 use srp_archdesc::diagnostic::Source;
 use srp_frontend::message::render_all;
 use srp_frontend::{Include, Options, compile};
@@ -172,6 +173,36 @@ fn a_coarse_unit_is_named() {
         "{} {error}",
         found[0].error
     );
+}
+
+#[test]
+fn a_fast_unit_is_named() {
+    let lines = "float x = in[0] * in[1];\nout[0] = srp_rcp_fast(x) + srp_sqrt(x);";
+    let text = format!(
+        "#include \"srp.h\"\n#define in ((SRP_GLOBAL const float *)0x80000000u)\n\
+         #define out ((SRP_GLOBAL float *)0x80000100u)\nint main(void) {{\n{lines}\nreturn 0; }}\n"
+    );
+    let header = |name: &str| std::fs::read_to_string(srp_tests::root().join("kernels").join(name));
+    let precision = Precision {
+        fast: Fast {
+            rcp: Some(Approx::table(6, 0)),
+            ..Fast::default()
+        },
+        ..Precision::EXACT
+    };
+    let mut arch = srp_archdesc::parse("sgrt", srp_archdesc::machines::SGRT.xml).expect("shipped");
+    arch.precision = precision;
+    let options = Options {
+        resolve: &|include| Some(Source::new(include.name, header(include.name).ok()?)),
+        auto_kernel: false,
+        choices: Choices::of(&arch),
+        ..Options::default()
+    };
+    let compiled = compile(&[Source::new("case.c", text.as_str())], &options);
+    let (mut program, _) = compiled.expect("it is C");
+    pass::optimise(&mut program, &pass::Options::new(precision));
+    let (found, _) = run(&program, &[1.7, 2.9], 1, precision);
+    assert_eq!(worst(&found[0]), (2, "rcp_fast"));
 }
 
 #[test]

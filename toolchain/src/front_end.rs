@@ -4,6 +4,7 @@ use crate::input::{self, Input};
 use crate::options::Options;
 use crate::{Error, files};
 use srp_archdesc::arch::Arch;
+use srp_archdesc::choice::Choices;
 use srp_archdesc::diagnostic::{Diagnostic, Messages, Severity, Source};
 use srp_frontend::interface::Interface;
 use srp_frontend::{Include, library};
@@ -92,6 +93,8 @@ fn with<R>(
         auto_kernel: options.auto_kernel,
         double_is_float: options.double_is_float,
         single_constants: options.single_constants,
+        choices: Choices::of(arch),
+        max_ulp: options.max_ulp,
     })
 }
 

@@ -23,6 +23,9 @@ pub struct Options {
     pub single_constants: bool,
     /// Permissions to change results of floating-point arithmetic.
     pub fast_math: FastMath,
+    /// Reciprocals, roots and quotients may be off by so many units in the last place: the cheapest unit
+    /// that is within them computes each.
+    pub max_ulp: Option<f64>,
     /// Which warnings there are, and which are errors.
     pub warnings: Warnings,
     /// How long loops are scheduled.
@@ -38,6 +41,7 @@ impl Default for Options {
             double_is_float: false,
             single_constants: false,
             fast_math: FastMath::default(),
+            max_ulp: None,
             warnings: Warnings::default(),
             effort: Effort::default(),
         }

@@ -35,7 +35,7 @@ pub struct Build {
 
 /// The same of all units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Builds([Build; 7]);
+pub struct Builds([Build; Special::ALL.len()]);
 
 impl Builds {
     /// Of one function.
@@ -105,6 +105,8 @@ impl Way {
 
 /// Returns the costs of a function's unit at a clock.
 pub fn unit(special: Special, approx: Approx, build: &Build, mhz: u32) -> Unit {
+    // A fast unit is built as an ordinary one of its structure.
+    let special = special.ordinary();
     let (structure, bits) = match approx {
         Approx::Table {
             structure, bits, ..

@@ -5,10 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::array::{Origin, Units};
 use super::findings::Findings;
-use crate::arch::{Arch, Fu, RegFile};
+use crate::arch::{Arch, Fu, FuSpec, RegFile};
 use crate::diagnostic::Span;
 use crate::entity::EntityMap;
 use crate::isa::{Class, Kind, Opcode, Ty};
+use crate::structure::Special;
 
 /// Where the parts of the machine stand in the file.
 pub(super) struct Places<'p> {
@@ -129,10 +130,17 @@ fn classes(found: &Findings, arch: &Arch, places: &Places<'_>) {
     if slots.is_empty() {
         return;
     }
-    // Not every machine has a texture unit; code that needs one is refused when it is compiled.
-    for &class in Class::ALL.iter().filter(|&&class| class != Class::Tex) {
+    let fast = arch.precision.specials().any(Special::is_fast);
+    if !fast {
+        unused_fast(found, arch, places);
+    }
+    // Not every machine has a texture unit, and code that needs one is refused when it is compiled; nor has
+    // every machine fast units, which code does without.
+    let needed = |&&class: &&Class| class != Class::Tex && (fast || class != Class::Fast);
+    for &class in Class::ALL.iter().filter(needed) {
         let runs = |fu: &Fu| arch.srp.fus[*fu].op(class).is_some();
         let narrow = operations(class)
+            .filter(|&op| Special::of(op).is_none_or(|special| arch.precision.has(special)))
             .find(|&op| !slots.iter().any(|&fu| arch.srp.fus[fu].runs(op).is_some()));
         let wide = narrow.is_some_and(|op| {
             let kinds = op.info().operands.iter().chain(&op.info().result);
@@ -156,6 +164,30 @@ fn classes(found: &Findings, arch: &Arch, places: &Places<'_>) {
             None => "make a slot 128 bits wide and add the class to it".to_owned(),
         };
         found.push(found.error(code, places.array, message, label).help(help));
+    }
+}
+
+/// Reports a unit that runs class `fast` of a machine without fast functions.
+fn unused_fast(found: &Findings, arch: &Arch, places: &Places<'_>) {
+    let runs = |(_, unit): &(Fu, &FuSpec)| unit.op(Class::Fast).is_some();
+    if let Some((fu, _)) = arch.srp.fus.iter().find(runs)
+        && !found.suspects_any(&["special", "function"])
+    {
+        let origin = &places.units.origins[fu];
+        let span = origin.mentions.get(&Class::Fast).copied();
+        let message = "a unit runs class `fast`, and the machine describes no fast function";
+        found.push(
+            found
+                .error(
+                    "A0507",
+                    span.unwrap_or(origin.span),
+                    message,
+                    "has nothing to run",
+                )
+                .help(
+                    "add `<special function=\"rcp_fast\" bits=\"…\"/>` or another to the machine",
+                ),
+        );
     }
 }
 

@@ -38,7 +38,7 @@ pub(super) struct Specials {
 impl Specials {
     /// Cycles that follow from structure and precision are as few as cycles that are given.
     pub(super) fn check_cycles(&self, found: &Findings, arch: &Arch) {
-        for special in Special::ALL {
+        for special in arch.precision.specials() {
             let unit = arch.special_unit(special);
             if let Some(&place) = self.places.get(special.name()) {
                 check_cycles(found, place, &unit, arch.system.srp_mhz);

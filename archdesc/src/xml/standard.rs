@@ -76,7 +76,9 @@ impl StandardArray {
 pub fn scalar_classes() -> Vec<Class> {
     let classes = Class::ALL.iter().copied();
     classes
-        .filter(|&class| !is_vector(class) && !matches!(class, Class::Io | Class::Branch))
+        .filter(|&class| {
+            !is_vector(class) && !matches!(class, Class::Io | Class::Branch | Class::Fast)
+        })
         .collect()
 }
 

@@ -22,6 +22,7 @@ const DEFAULT_LATENCY: &[(Class, u32)] = &[
     (Class::Fma, 4),
     (Class::Fdiv, 12),
     (Class::Sfu, 8),
+    (Class::Fast, 8),
     (Class::Cvt, 2),
     (Class::Vmul, 2),
     (Class::Vfadd, 3),
@@ -34,7 +35,12 @@ const DEFAULT_LATENCY: &[(Class, u32)] = &[
 ];
 
 /// Issue interval of each class where the file gives none and it is not 1.
-const DEFAULT_INTERVAL: &[(Class, u32)] = &[(Class::Idiv, 4), (Class::Fdiv, 4), (Class::Sfu, 2)];
+const DEFAULT_INTERVAL: &[(Class, u32)] = &[
+    (Class::Idiv, 4),
+    (Class::Fdiv, 4),
+    (Class::Sfu, 2),
+    (Class::Fast, 2),
+];
 
 /// How classes run, by class.
 pub(super) type Ops = BTreeMap<Class, FuOp>;
@@ -226,7 +232,7 @@ fn changed_op(cx: &OpContext<'_>, base: &FuOp, op: &raw::Op) -> FuOp {
 
 /// True if operations of a class are special functions, whose cycles follow from their structure.
 pub(super) fn has_special(class: Class) -> bool {
-    matches!(class, Class::Sfu | Class::Fdiv)
+    matches!(class, Class::Sfu | Class::Fdiv | Class::Fast)
 }
 
 fn uses(cx: &OpContext<'_>, text: &Text) -> Vec<Resource> {

@@ -25,7 +25,7 @@ fn write_machine(out: &mut String, arch: &Arch) -> std::fmt::Result {
         let (name, count) = (&resource.name, resource.count);
         writeln!(out, "  <resource name=\"{name}\" count=\"{count}\"/>")?;
     }
-    for function in Special::ALL {
+    for function in arch.precision.specials() {
         let approx = arch.precision.of(function);
         write_special(out, "  ", function, approx, arch.builds.of(function))?;
     }

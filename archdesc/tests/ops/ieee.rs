@@ -200,6 +200,7 @@ fn flushed_operations_know_no_subnormals() {
                 | Class::Fma
                 | Class::Fdiv
                 | Class::Sfu
+                | Class::Fast
                 | Class::Vfadd
                 | Class::Vfmul
                 | Class::Vfma

@@ -266,7 +266,8 @@ fn every_computing_opcode_has_a_test_here_or_beside() {
     use Opcode::*;
     let by_name = [
         Div, Divu, Rem, Remu, Pand, Por, Pxor, Pnot, Ptoi, Pmov, Psel, Sel, Mov, Vsel, Vsplat,
-        Vmov, Vext, Vins, Swz, Vblend, Dot3, Dot4, Rcp, Rsqrt, Sqrt, Exp2, Log2, Sin, Cos,
+        Vmov, Vext, Vins, Swz, Vblend, Dot3, Dot4, Rcp, Rsqrt, Sqrt, Exp2, Log2, Sin, Cos, RcpFast,
+        RsqrtFast, SqrtFast, FdivFast,
     ];
     for &op in Opcode::ALL.iter().filter(|op| op.is_pure()) {
         let covered = wide(op, 1, 1).is_some()

@@ -9,8 +9,9 @@ mod world;
 
 use cases::Case;
 use srp_archdesc::Arch;
-use srp_archdesc::arch::{Approx, Refine, Subnormals};
+use srp_archdesc::arch::{Approx, Fast, FuOp, Refine, Subnormals};
 use srp_archdesc::entity::Entity;
+use srp_archdesc::isa::Class;
 use srp_archdesc::structure::Structure;
 use srp_csimgen::emit::machinery;
 use srp_csimgen::{Compiler, Interpreter, SimSpec, Simulator, emit_on_machinery, link};
@@ -152,6 +153,18 @@ fn delayed() -> Arch {
     );
     arch.precision.log2 = Approx::built(Structure::Offsets { tables: 2 }, 14);
     arch.precision.sincos = Approx::built(Structure::Cordic, 16);
+    arch.precision.fast = Fast {
+        rcp: Some(Approx::table(6, 0)),
+        rsqrt: Some(Approx::built(Structure::Offsets { tables: 1 }, 11)),
+        sqrt: Some(Approx::table(7, 1)),
+        div: Some(Approx::table(9, 0)),
+    };
+    for fu in arch.srp.fus.values_mut() {
+        if fu.op(Class::Sfu).is_some() {
+            fu.ops.push(FuOp::new(Class::Fast, 5, 1));
+            fu.ops.sort_by_key(|op| op.class);
+        }
+    }
     arch.derive_cycles();
     arch.srp.contexts = 1024;
     arch

@@ -5,12 +5,13 @@ use super::{Checker, Operand, Symbol};
 use crate::ast;
 use crate::ctype::{QualType, Signature, Type, TypeId};
 use crate::library;
-use crate::message::{CALL, IMPLICIT_FUNCTION, NOT_CONSTANT};
+use crate::message::{CALL, FAST_UNIT, IMPLICIT_FUNCTION, NOT_CONSTANT};
 use crate::operator::Support;
 use crate::source::Name;
 use crate::typed::*;
-use srp_archdesc::diagnostic::Span;
+use srp_archdesc::diagnostic::{Severity, Span};
 use srp_archdesc::isa::{Class, Kind, Opcode};
+use srp_archdesc::structure::Special;
 
 /// The meaning of an operation's name.
 enum Operation {
@@ -198,7 +199,10 @@ impl Checker<'_> {
         let values: Vec<_> = args.iter().map(|&arg| self.value(arg)).collect();
         let known = self.types.known;
         match operation(operation_name) {
-            Some(Operation::Opcode(op, float)) => self.opcode_call(name, op, float, &values, span),
+            Some(Operation::Opcode(op, float)) => {
+                let op = self.on_unit(op, span);
+                self.opcode_call(name, op, float, &values, span)
+            }
             Some(Operation::Build(float)) => {
                 let (lane, vector) = match float {
                     true => (known.float, known.float4),
@@ -233,6 +237,20 @@ impl Checker<'_> {
                 self.error_value(span)
             }
         }
+    }
+
+    /// An operation that the machine has a unit for: the ordinary one in place of a fast one that it lacks.
+    fn on_unit(&mut self, op: Opcode, span: Span) -> Opcode {
+        if self.choices.has(op) {
+            return op;
+        }
+        let ordinary = Special::of(op).map(|special| special.ordinary().opcodes()[0]);
+        let ordinary = ordinary.unwrap_or(op);
+        let text = format!("the machine has no unit for `{op}`: its `{ordinary}` computes this");
+        let mut message = self.sources.warning(FAST_UNIT, span, text, "");
+        message.severity = Severity::Note;
+        self.messages.push(message);
+        ordinary
     }
 
     /// Operands converted to the types that an operation takes.

@@ -31,6 +31,7 @@ use crate::options::Options;
 use crate::source::{Name, SourceMap};
 use crate::typed::*;
 use link::Externals;
+use srp_archdesc::choice::Choices;
 use srp_archdesc::diagnostic::{Severity, Span};
 use srp_archdesc::entity::EntityMap;
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -55,7 +56,7 @@ pub fn check(
     messages: &mut Messages,
 ) -> Option<Checked> {
     let empty = ast::Unit::default();
-    let mut checker = Checker::new(&empty, sources, messages);
+    let mut checker = Checker::new(&empty, sources, &options.choices, messages);
     checker.double_is_float = options.double_is_float;
     checker.single_constants = options.single_constants;
     // The library comes first, so that its types are known.
@@ -182,12 +183,19 @@ struct Checker<'a> {
     double_is_float: bool,
     /// Floating constants without suffix are floats.
     single_constants: bool,
+    /// The units of the machine.
+    choices: &'a Choices,
     /// The warning about `volatile` has been given.
     told_volatile: bool,
 }
 
 impl<'a> Checker<'a> {
-    fn new(unit: &'a ast::Unit, sources: &Sources<'a>, messages: &'a mut Messages) -> Checker<'a> {
+    fn new(
+        unit: &'a ast::Unit,
+        sources: &Sources<'a>,
+        choices: &'a Choices,
+        messages: &'a mut Messages,
+    ) -> Checker<'a> {
         Checker {
             unit,
             number: 0,
@@ -207,6 +215,7 @@ impl<'a> Checker<'a> {
             library_end: (0, 0),
             double_is_float: false,
             single_constants: false,
+            choices,
             told_volatile: false,
         }
     }

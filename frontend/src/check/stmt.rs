@@ -7,6 +7,8 @@ use crate::message::{PRAGMA, RETURN_VALUE, STATEMENT, UNDECLARED, UNROLL};
 use crate::source::Name;
 use crate::typed::*;
 use srp_archdesc::diagnostic::Span;
+use srp_archdesc::isa::Opcode;
+use srp_archdesc::structure::Special;
 use std::collections::BTreeMap;
 
 /// Requests of pragmas for a loop.
@@ -16,6 +18,7 @@ struct Asked {
     unroll: u32,
     ivdep: bool,
     independent: Vec<Vec<Variable>>,
+    units: Vec<(Special, Opcode)>,
 }
 
 impl Asked {
@@ -25,6 +28,7 @@ impl Asked {
             unroll: 1,
             ivdep: false,
             independent: Vec::new(),
+            units: Vec::new(),
         }
     }
 }
@@ -221,6 +225,9 @@ impl Checker<'_> {
                     let variables = variables.collect();
                     asked.independent.push(variables);
                 }
+                Pragma::Precision(function, bits) => {
+                    asked.units.extend(self.unit_of(function, *bits, *span));
+                }
             }
         }
         use ast::StmtKind as K;
@@ -233,6 +240,23 @@ impl Checker<'_> {
                 self.stmt(body)
             }
         }
+    }
+
+    /// The cheapest unit of the machine that computes a function to so many bits.
+    fn unit_of(&mut self, function: &Name, bits: u32, span: Span) -> Option<(Special, Opcode)> {
+        let special = (Special::ALL.into_iter()).find(|special| special.name() == &**function)?;
+        if let Some(unit) = self.choices.to_bits(special, bits) {
+            return Some((special, unit.op));
+        }
+        let units = self.choices.of_function(special).iter();
+        let units: Vec<String> = units
+            .map(|unit| format!("`{}` to {}", unit.op, unit.bits()))
+            .collect();
+        let text = format!("no unit of the machine computes `{function}` to {bits} bits");
+        let message = self.sources.error(PRAGMA, span, text, "");
+        let help = format!("it has {}", units.join(" and "));
+        self.messages.push(message.help(help));
+        None
     }
 
     /// The array, struct or pointer that a pragma names.
@@ -327,6 +351,7 @@ impl Checker<'_> {
             kernel: asked.kernel,
             ivdep: asked.ivdep,
             independent: asked.independent,
+            units: asked.units,
             unroll: if labelled { 1 } else { asked.unroll },
             trip,
             labelled,

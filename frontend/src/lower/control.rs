@@ -1,6 +1,6 @@
 //! Statements.
 
-use super::function::{Breakable, Lowering};
+use super::function::{Breakable, Lowering, Wish};
 use super::scalar::Scalar;
 use crate::ctype::TypeId;
 use crate::typed::{Loop, Relation, StmtId, StmtKind, Switch};
@@ -145,6 +145,16 @@ impl Lowering<'_> {
     }
 
     fn loop_(&mut self, data: &Loop, pos: Pos) {
+        let first = self.func.insts.len();
+        self.loop_code(data, pos);
+        if !data.units.is_empty() {
+            let insts = first..self.func.insts.len();
+            let units = data.units.iter().copied().collect();
+            self.wishes.push(Wish { insts, units });
+        }
+    }
+
+    fn loop_code(&mut self, data: &Loop, pos: Pos) {
         if let Some(init) = data.init {
             self.stmt(init);
         }

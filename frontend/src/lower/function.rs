@@ -7,8 +7,10 @@ use crate::options::Options;
 use crate::typed::{self, Body, Checked, LocalId, StmtKind, Variable};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Opcode, Ty};
+use srp_archdesc::structure::Special;
 use srp_ir::program::*;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 /// Scalars that a struct may have to pass as its members.
 pub(super) const MAX_PASSED: usize = 16;
@@ -23,7 +25,7 @@ pub(super) struct KernelNames {
 
 impl KernelNames {
     /// A name after that of a function.
-    fn after(&mut self, function: &str) -> String {
+    pub(super) fn after(&mut self, function: &str) -> String {
         let base = function.replace('.', "_");
         let mut name = base.clone();
         let mut number = 1;
@@ -33,6 +35,16 @@ impl KernelNames {
         }
         name
     }
+}
+
+/// The operations that compute functions.
+pub(super) type Units = BTreeMap<Special, Opcode>;
+
+/// What pragmas before a loop say of units.
+pub(super) struct Wish {
+    /// The instructions that were made for the loop.
+    pub(super) insts: Range<usize>,
+    pub(super) units: Units,
 }
 
 /// Where a variable is.
@@ -90,6 +102,8 @@ pub(super) struct Lowering<'a> {
     pub(super) restrict: Vec<u32>,
     /// The variables that loops around call independent, with their numbers.
     pub(super) independent: Vec<(Variable, u32)>,
+    /// What pragmas of the loops so far say of units, inner loops first.
+    pub(super) wishes: Vec<Wish>,
 }
 
 /// How a function passes values.
@@ -102,7 +116,7 @@ pub(super) struct Passing {
     pub(super) variadic: bool,
 }
 
-/// Lowers one function.
+/// Lowers one function. Beside it stands what pragmas of its loops say of units.
 pub(super) fn lower(
     checked: &Checked,
     symbols: &Symbols,
@@ -110,7 +124,7 @@ pub(super) fn lower(
     body: &Body,
     options: &Options<'_>,
     kernels: &mut KernelNames,
-) -> Function {
+) -> (Function, Vec<Wish>) {
     let passing = passing(checked, function.ty);
     let func = Function::new(
         &function.name,
@@ -145,6 +159,7 @@ pub(super) fn lower(
         kernels,
         restrict: Vec::new(),
         independent: Vec::new(),
+        wishes: Vec::new(),
     };
     lowering.func.noinline = function.noinline;
     lowering.locals();
@@ -154,7 +169,7 @@ pub(super) fn lower(
     }
     lowering.return_zeros();
     lay_out(&mut lowering.func, lowering.order);
-    lowering.func
+    (lowering.func, lowering.wishes)
 }
 
 /// How a function of this type passes its values.

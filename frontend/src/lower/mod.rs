@@ -22,6 +22,7 @@ mod place;
 mod reach;
 mod scalar;
 mod start;
+mod units;
 mod vector;
 
 use crate::options::Options;
@@ -82,6 +83,7 @@ pub fn lower(checked: &Checked, options: &Options<'_>) -> Program {
         });
     }
     let mut kernels = KernelNames::default();
+    let mut wishes = EntityMap::new();
     for (id, function) in checked.functions.iter() {
         let (Some(func), Some(body)) = (symbols.functions[id], &function.body) else {
             continue;
@@ -90,8 +92,13 @@ pub fn lower(checked: &Checked, options: &Options<'_>) -> Program {
             program.main = Some(func);
         }
         let lowered = function::lower(checked, &symbols, function, body, options, &mut kernels);
-        program.funcs.push(lowered);
+        program.funcs.push(lowered.0);
+        wishes.push(units::Wishes {
+            loops: lowered.1,
+            fixed: function.optional && function.name != "sqrtf",
+        });
     }
+    units::choose(&mut program, &wishes, options, &mut kernels);
     start::with_arguments(&mut program);
     program
 }

@@ -11,6 +11,9 @@ use srp_archdesc::diagnostic::Span;
 use srp_ir::program::SourceFile;
 use std::rc::Rc;
 
+/// Functions that `#pragma srp precision` is for.
+const PRECISION: [&str; 4] = ["rcp", "rsqrt", "sqrt", "div"];
+
 /// Largest count of `#pragma srp unroll`.
 pub(crate) const MAX_UNROLL: u32 = 64;
 
@@ -270,12 +273,13 @@ impl Preprocessor<'_> {
             }
             ["srp", "independent", ..] => self.independent(span, rest),
             ["ivdep"] | ["GCC", "ivdep"] => self.emit_pragma(span, "ivdep"),
+            ["srp", "precision", ..] => self.precision(span, &rest[2..]),
             ["srp", "range", ..] => self.range(span, &rest[2..]),
             ["srp", ..] => {
                 let message = self
                     .sources
                     .error(PRAGMA, span, "unknown `srp` pragma", "")
-                    .help("there are `kernel`, `unroll N`, `independent(NAME, …)` and `range(NAME, LOW, HIGH)`");
+                    .help("there are `kernel`, `unroll N`, `independent(NAME, …)`, `precision(FUNCTION, BITS)` and `range(NAME, LOW, HIGH)`");
                 self.messages.push(message);
             }
             ["push_macro", "(", name, ")"] if name.starts_with('"') => {
@@ -336,6 +340,35 @@ impl Preprocessor<'_> {
             return self.error(PRAGMA, span, text, "");
         }
         self.emit_pragma(span, &text);
+    }
+
+    /// `precision(FUNCTION, BITS)`.
+    fn precision(&mut self, span: Span, rest: &[PpToken]) {
+        let asked = match rest {
+            [open, function, comma, bits @ .., close]
+                if open.is("(") && comma.is(",") && close.is(")") =>
+            {
+                let bits = self.expand(bits.to_vec());
+                let number = match bits.as_slice() {
+                    [number] => number.text.parse().ok(),
+                    _ => None,
+                };
+                number.map(|bits: u32| (function.text.clone(), bits))
+            }
+            _ => None,
+        };
+        match asked {
+            Some((function, bits @ 1..=24)) if PRECISION.contains(&&*function) => {
+                self.emit_pragma(span, &format!("precision {function} {bits}"));
+            }
+            _ => {
+                let text = format!(
+                    "`precision` takes one of {} and a number of bits from 1 to 24: precision(rcp, 12)",
+                    PRECISION.join(", ")
+                );
+                self.error(PRAGMA, span, text, "");
+            }
+        }
     }
 
     /// `range(name, low, high)`: between which numbers a parameter or object lies. Nothing depends on it but

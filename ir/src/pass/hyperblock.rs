@@ -391,7 +391,7 @@ pub(super) fn size(func: &Function, block: Block) -> Option<usize> {
             InstKind::Const(_) | InstKind::SymbolAddr(..) | InstKind::SlotAddr(..) => 0,
             InstKind::Op { op, .. } if op.info().effect == Effect::Io => return None,
             InstKind::Op { op, .. } => match op.class() {
-                Class::Idiv | Class::Fdiv | Class::Sfu | Class::Tex => MAX_SIDE,
+                Class::Idiv | Class::Fdiv | Class::Sfu | Class::Fast | Class::Tex => MAX_SIDE,
                 _ => 1,
             },
             InstKind::Call { .. } | InstKind::Launch { .. } => return None,

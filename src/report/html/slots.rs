@@ -12,7 +12,7 @@ const KINDS: [(&str, &[&str]); 6] = [
         &["valu", "vmul", "vfadd", "vfmul", "vfma", "vdot"],
     ),
     ("lanes", &["lane"]),
-    ("special", &["sfu", "idiv", "fdiv"]),
+    ("special", &["sfu", "fast", "idiv", "fdiv"]),
     ("memory", &["load", "store", "cload", "cstore", "tex", "io"]),
 ];
 

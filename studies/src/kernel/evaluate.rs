@@ -10,7 +10,7 @@ use super::decisions::Decisions;
 use crate::real::{Number, Operation, Relation, Undefined};
 use srp_archdesc::arch::Precision;
 use srp_archdesc::entity::EntityMap;
-use srp_archdesc::isa::{Effect, Opcode};
+use srp_archdesc::isa::{Class, Effect, Opcode};
 use srp_archdesc::ops::{self, V4 as Lanes};
 use srp_archdesc::ports;
 use srp_ir::layout::Layout;
@@ -425,7 +425,11 @@ impl<N: Number> Run<'_, N> {
             _ => match float(op) {
                 Some((operation, lanes)) => each(lanes, |i| {
                     let numbers: Vec<N> = args.iter().map(|a| a[i].number()).collect();
-                    Ok(Word::Real(N::of_unit(operation, &numbers, self.context)?))
+                    let unit = match op.class() {
+                        Class::Fast => N::of_fast_unit,
+                        _ => N::of_unit,
+                    };
+                    Ok(Word::Real(unit(operation, &numbers, self.context)?))
                 })?,
                 None => {
                     let mut plain = Vec::new();
@@ -522,15 +526,15 @@ fn float(op: Opcode) -> Option<(Operation, usize)> {
         Fsub => (Operation::Sub, 1),
         Fmul => (Operation::Mul, 1),
         Fma => (Operation::Fma, 1),
-        Fdiv => (Operation::Div, 1),
+        Fdiv | FdivFast => (Operation::Div, 1),
         Fmin => (Operation::Min, 1),
         Fmax => (Operation::Max, 1),
         Fneg => (Operation::Neg, 1),
         Fabs => (Operation::Abs, 1),
         Ffloor => (Operation::Floor, 1),
-        Rcp => (Operation::Rcp, 1),
-        Rsqrt => (Operation::Rsqrt, 1),
-        Sqrt => (Operation::Sqrt, 1),
+        Rcp | RcpFast => (Operation::Rcp, 1),
+        Rsqrt | RsqrtFast => (Operation::Rsqrt, 1),
+        Sqrt | SqrtFast => (Operation::Sqrt, 1),
         Exp2 => (Operation::Exp2, 1),
         Log2 => (Operation::Log2, 1),
         Sin => (Operation::Sin, 1),

@@ -10,6 +10,7 @@ mod function;
 use self::function::{function, library_ulps, product, quotient, root};
 use super::{Number, Operation, Relation, Undefined};
 use srp_archdesc::arch::{Approx, Precision, Subnormals};
+use srp_archdesc::structure::Special;
 use srp_ir::pass::FastMath;
 
 /// The errors of operations.
@@ -30,6 +31,8 @@ impl Units {
         let precision = precision.in_units();
         let exact = Precision {
             subnormals: precision.subnormals,
+            // No function of the library is computed by them.
+            fast: precision.fast,
             texture_weight_bits: precision.texture_weight_bits,
             ..Precision::EXACT
         };
@@ -335,6 +338,22 @@ impl Number for Bounded {
         Bounded::rounded(range, carried, off)
     }
 
+    fn of_fast_unit(op: Operation, args: &[Bounded], units: &Units) -> Result<Bounded, Undefined> {
+        let precision = units.precision;
+        let fast = Units {
+            precision: Precision {
+                rcp: precision.of(Special::RcpFast),
+                rsqrt: precision.of(Special::RsqrtFast),
+                sqrt: precision.of(Special::SqrtFast),
+                div: precision.of(Special::DivFast),
+                ..precision
+            },
+            reciprocal: false,
+            ..*units
+        };
+        Bounded::apply(op, args, &fast)
+    }
+
     fn relate(&self, other: &Bounded) -> Relation {
         let ((a, b), (c, d)) = (self.computed(), other.computed());
         match (b < c, a > d) {
@@ -387,5 +406,17 @@ mod tests {
         let quotient = Bounded::apply(Operation::Div, &[one, x], &units).expect("a quotient");
         assert!(quotient.error() > 1.0 / 257.0 && quotient.error() < 1.0 / 250.0);
         assert!(!units.library);
+    }
+
+    #[test]
+    fn a_fast_unit_has_a_bound_of_its_own() {
+        let mut precision = Precision::EXACT;
+        precision.fast.div = Some(Approx::table(8, 0));
+        let units = Units::of(&precision, FastMath::default());
+        let args = [Bounded::point(1.0), Bounded::between(1.0, 2.0)];
+        let exact = Bounded::apply(Operation::Div, &args, &units).expect("a quotient");
+        let fast = Bounded::of_fast_unit(Operation::Div, &args, &units).expect("a quotient");
+        assert!(exact.error() < 1e-6 && fast.error() > 1.0 / 257.0);
+        assert!(units.library);
     }
 }

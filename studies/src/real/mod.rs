@@ -194,6 +194,19 @@ pub trait Number: Clone {
         Self::apply(op, args, context)
     }
 
+    /// The result of a reciprocal, root or quotient on the machine's fast unit.
+    ///
+    /// # Errors
+    ///
+    /// The number cannot be bounded.
+    fn of_fast_unit(
+        op: Operation,
+        args: &[Self],
+        context: &Self::Context,
+    ) -> Result<Self, Undefined> {
+        Self::apply(op, args, context)
+    }
+
     /// How it relates to another.
     fn relate(&self, other: &Self) -> Relation;
 

@@ -169,6 +169,26 @@ pub fn sqrt(x: u32, bits: u32, steps: u32) -> u32 {
     ((root * power_of_two(n)) as f32).to_bits()
 }
 
+/// 1/x on the fast unit.
+pub fn rcp_fast(x: u32, bits: u32, steps: u32) -> u32 {
+    rcp(x, bits, steps)
+}
+
+/// 1/√x on the fast unit.
+pub fn rsqrt_fast(x: u32, bits: u32, steps: u32) -> u32 {
+    rsqrt(x, bits, steps)
+}
+
+/// √x on the fast unit.
+pub fn sqrt_fast(x: u32, bits: u32, steps: u32) -> u32 {
+    sqrt(x, bits, steps)
+}
+
+/// a/b on the fast unit.
+pub fn fdiv_fast(a: u32, b: u32, bits: u32, steps: u32) -> u32 {
+    fdiv(a, b, bits, steps)
+}
+
 /// The polynomial with these coefficients, the last the constant one.
 #[inline(always)]
 fn polynomial<const N: usize>(x: f64, coefficients: [f64; N]) -> f64 {

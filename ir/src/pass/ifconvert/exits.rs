@@ -180,7 +180,7 @@ fn latency(op: Opcode) -> u32 {
         Class::Fma | Class::Vfma | Class::Cload => 4,
         Class::Imul | Class::Vmul | Class::Cvt => 2,
         Class::Vdot => 6,
-        Class::Sfu => 8,
+        Class::Sfu | Class::Fast => 8,
         Class::Fdiv | Class::Idiv | Class::Tex => 12,
         _ => 1,
     }

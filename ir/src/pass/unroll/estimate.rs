@@ -51,7 +51,7 @@ impl Work {
                             op,
                             Opcode::Add | Opcode::Sub | Opcode::Shl | Opcode::Mul
                         )),
-                        special: u32::from(class == Class::Sfu),
+                        special: u32::from(matches!(class, Class::Sfu | Class::Fast)),
                         divisions: u32::from(matches!(class, Class::Fdiv | Class::Idiv)),
                         ..Work::default()
                     },
