@@ -301,6 +301,7 @@ impl Arch {
             .max(1);
         tni.rcp_latency = rcp;
         tni.rcp_interval = unit.interval.unwrap_or(1);
+        tni.derive_latencies(mhz);
     }
 }
 

@@ -6,8 +6,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::cost::cycles;
+use crate::cost::memory::access_fo4;
+use crate::cost::operator::{SINGLE, compare, float_add, float_mul, integer_add};
 use crate::precision::Approx;
-use crate::system::TniSpec;
+use crate::system::{GivenLatencies, TniSpec};
 
 /// Ray–triangle tests that an intersection unit can be built for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -62,7 +65,7 @@ impl Operations {
 }
 
 /// Latencies of floating-point operators in cycles of the T&I unit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FpLatency {
     /// Adder.
     pub add: u32,
@@ -72,6 +75,55 @@ pub struct FpLatency {
     pub cmp: u32,
     /// Reciprocal or divider.
     pub rcp: u32,
+}
+
+impl FpLatency {
+    /// Operators of binary32 at a clock, each in as many cycles as its way fills, and a reciprocal of so many
+    /// cycles. At 1 GHz they are SimTRaX's: 2, 2 and 1.
+    pub fn at(mhz: u32, rcp: u32) -> FpLatency {
+        FpLatency {
+            add: cycles(float_add(SINGLE).fo4, mhz),
+            mul: cycles(float_mul(SINGLE).fo4, mhz),
+            cmp: cycles(compare(32).fo4, mhz),
+            rcp,
+        }
+    }
+}
+
+/// Cycles through TRV_PRE at a clock: the address of a node is a sum, and what the node is decides where the ray
+/// goes next.
+pub fn fetch_depth(mhz: u32) -> u32 {
+    cycles(integer_add(32).fo4 + compare(32).fo4, mhz)
+}
+
+/// Cycles through TRV_POST at a clock: the distances of the children are compared, and the farther one is pushed on
+/// the ray's stack or the top one read from it.
+pub fn stack_depth(mhz: u32, tni: &TniSpec) -> u32 {
+    let bits = f64::from(tni.stacks * tni.stack_depth * STACK_ENTRY_BITS);
+    cycles(compare(32).fo4, mhz) + cycles(access_fo4(bits), mhz)
+}
+
+/// Bits of an entry of a stack: a node's address, and how far its box is.
+const STACK_ENTRY_BITS: u32 = 64;
+
+impl TniSpec {
+    /// Lets the latencies that are not given follow from the unit's operators at a clock.
+    pub fn derive_latencies(&mut self, mhz: u32) {
+        let given = self.given;
+        let fp = (given.operators).unwrap_or_else(|| FpLatency::at(mhz, self.rcp_latency));
+        if !given.pre {
+            self.pre_latency = fetch_depth(mhz);
+        }
+        if !given.aabb {
+            self.aabb_latency = box_depth(fp);
+        }
+        if !given.post {
+            self.post_latency = stack_depth(mhz, self);
+        }
+        if !given.ist {
+            self.ist_latency = self.intersection.depth(self.rcp, fp);
+        }
+    }
 }
 
 /// Latencies of a whole T&I unit by name.
@@ -104,6 +156,7 @@ impl Latencies {
             Latencies::Synthesis65nm => (1, 2, SYNTHESIS_65NM),
         };
         (tni.pre_latency, tni.post_latency) = (pre, post);
+        tni.given = GivenLatencies::ALL;
         tni.aabb_latency = box_depth(fp);
         tni.ist_latency = match self {
             Latencies::Calibrated => CALIBRATED_IST - CALIBRATED.rcp + tni.rcp_latency,
@@ -264,8 +317,8 @@ mod tests {
         );
         Latencies::Calibrated.apply(&mut tni);
         assert_eq!(tni, arch.system.tni);
-        let asked = file.xml.replace("ist-latency=\"37\"", "").replace(
-            "pre-latency=\"6\" aabb-latency=\"18\" post-latency=\"14\"",
+        let asked = file.xml.replace(
+            "latencies=\"calibrated\"",
             "latencies=\"65nm\" aabb-latency=\"9\"",
         );
         let asked = crate::parse(file.name, &asked)
@@ -280,6 +333,47 @@ mod tests {
             asked.ist_latency,
             Intersection::AnchorWaldScaled.depth(Approx::Exact, SYNTHESIS_65NM)
         );
+    }
+
+    #[test]
+    fn latencies_follow_from_operators_unless_given() {
+        let file = crate::machines::SGRT;
+        let unit = |change: &[(&str, &str)]| {
+            let mut xml = file.xml.replace("latencies=\"calibrated\"", "");
+            for (from, to) in change {
+                assert!(xml.contains(from), "{from}");
+                xml = xml.replace(from, to);
+            }
+            let arch = crate::parse(file.name, &xml).expect("a machine");
+            let again = crate::xml::write(&arch);
+            assert_eq!(crate::parse(file.name, &again), Ok(arch.clone()));
+            let tni = arch.system.tni;
+            [
+                tni.pre_latency,
+                tni.aabb_latency,
+                tni.post_latency,
+                tni.ist_latency,
+            ]
+        };
+        // At 1 GHz operators are SimTRaX's, and so is the unit, but for stacks of 8 KiB in more than one cycle.
+        let fast = ("tni-mhz=\"500\"", "tni-mhz=\"1000\"");
+        let at_1000 = FpLatency::at(1000, RCP_LATENCY);
+        assert_eq!(at_1000, SYNTHESIS_65NM);
+        let anchor = Intersection::AnchorWaldScaled;
+        let ist = anchor.depth(Approx::Exact, SYNTHESIS_65NM);
+        assert_eq!(unit(&[fast]), [1, 8, 3, ist]);
+        // At half the clock an operator takes one.
+        assert_eq!(unit(&[]), [1, 6, 2, 1 + 2 + 16 + 6 + 1]);
+        // A unit's reciprocal, its test, and its operators count.
+        let exact = "<special function=\"rcp\" bits=\"exact\"/>\n    </tni>";
+        let coarse = (exact, "<special function=\"rcp\" bits=\"8\"/></tni>");
+        assert!(unit(&[coarse])[3] < unit(&[])[3]);
+        let wald = ("\"anchor-wald-scaled\"", "\"wald\"");
+        assert_ne!(unit(&[fast, wald])[3], unit(&[fast])[3]);
+        let fp = "<fp add=\"5\" mul=\"5\" cmp=\"2\" rcp=\"16\"/></tni>";
+        assert_eq!(unit(&[("</tni>", fp)])[1], 18);
+        let set = ("<tni ", "<tni aabb-latency=\"9\" ");
+        assert_eq!(unit(&[set]), [1, 9, 2, unit(&[])[3]]);
     }
 
     #[test]

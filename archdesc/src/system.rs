@@ -2,7 +2,7 @@
 //! unit's own clock unless the name says otherwise.
 
 use crate::cost::special::Build;
-use crate::datapath::Intersection;
+use crate::datapath::{FpLatency, Intersection};
 use crate::dram::DramSpec;
 use crate::precision::Approx;
 use serde::{Deserialize, Serialize};
@@ -96,6 +96,8 @@ pub struct TniSpec {
     pub stacks: u32,
     /// Entries of one stack.
     pub stack_depth: u32,
+    /// Which of the next four are given; the others follow from the unit's operators.
+    pub given: GivenLatencies,
     /// Cycles through node fetch and classification (TRV_PRE), without the cache.
     pub pre_latency: u32,
     /// Cycles through the ray–box test (TRV_AABB).
@@ -134,6 +136,32 @@ pub struct TniSpec {
     pub intersection: Intersection,
     /// True if a ray for which any hit will do ends with its first.
     pub any_hit: bool,
+}
+
+/// What a machine file says of the latencies of a T&I unit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GivenLatencies {
+    /// That of TRV_PRE.
+    pub pre: bool,
+    /// That of TRV_AABB.
+    pub aabb: bool,
+    /// That of TRV_POST.
+    pub post: bool,
+    /// That of the ray–triangle test.
+    pub ist: bool,
+    /// Those of the operators; `None` where they follow from the clock.
+    pub operators: Option<FpLatency>,
+}
+
+impl GivenLatencies {
+    /// All four are given.
+    pub const ALL: GivenLatencies = GivenLatencies {
+        pre: true,
+        aabb: true,
+        post: true,
+        ist: true,
+        operators: None,
+    };
 }
 
 impl TniSpec {

@@ -9,11 +9,13 @@ use super::special;
 use super::values;
 use crate::arch::Arch;
 use crate::cost::special::{self as cost, Build};
-use crate::datapath::{FpLatency, Intersection, Latencies, RCP_LATENCY, box_depth};
+use crate::datapath::{FpLatency, Intersection, Latencies, RCP_LATENCY};
 use crate::isa::Class;
 use crate::precision::Approx;
 use crate::structure::Special;
-use crate::system::{BufferSpec, BusSpec, CacheSpec, NodeFormat, Pipeline, SystemSpec, TniSpec};
+use crate::system::{
+    BufferSpec, BusSpec, CacheSpec, GivenLatencies, NodeFormat, Pipeline, SystemSpec, TniSpec,
+};
 
 /// The system of the SGRT paper: its section 4.1, and where it is silent the assumptions that
 /// `FORMAT.md` lists.
@@ -45,10 +47,12 @@ fn default() -> SystemSpec {
             posts: 1,
             stacks: 16,
             stack_depth: 64,
-            pre_latency: 6,
-            aabb_latency: 18,
-            post_latency: 14,
-            ist_latency: 37,
+            given: GivenLatencies::default(),
+            // These four follow.
+            pre_latency: 1,
+            aabb_latency: 1,
+            post_latency: 1,
+            ist_latency: 1,
             fifo: 16,
             rau_rows: 16,
             rau_rays: 16,
@@ -96,7 +100,9 @@ const fn blocking(cache: CacheSpec) -> CacheSpec {
 /// The system that the file describes.
 pub(super) fn system(found: &Findings, raw: &Option<Spanned<raw::System>>) -> SystemSpec {
     let Some(raw) = raw else {
-        return default();
+        let mut system = default();
+        system.tni.derive_latencies(system.tni_mhz);
+        return system;
     };
     let default = default();
     let number = |text, limit, default| values::number(found, text, limit, default);
@@ -299,7 +305,9 @@ fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, mhz: u32, default: Tni
         ("parallel", Pipeline::Parallel),
     ];
     let Some(raw) = raw else {
-        return default;
+        let mut tni = default;
+        tni.derive_latencies(mhz);
+        return tni;
     };
     let number = |text, limit, default| values::number(found, text, limit, default);
     let words = |text, limit, default| multiple(found, text, limit, 4, default);
@@ -319,7 +327,6 @@ fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, mhz: u32, default: Tni
         rcp_build,
         rcp_latency,
         rcp_interval,
-        ist_latency: default.ist_latency - default.rcp_latency + rcp_latency,
         ..default
     };
     let presets = Latencies::ALL.map(|l| (l.name(), l));
@@ -327,15 +334,17 @@ fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, mhz: u32, default: Tni
         preset.apply(&mut default);
     }
     let pipeline = values::word(found, &raw.pipeline, "pipeline", &PIPELINES);
-    let depths = fp_latency(found, &raw.fp).map(|fp| Depths {
-        aabb: box_depth(fp),
-        ist: intersection.depth(rcp, fp),
-    });
-    let depths = depths.unwrap_or(Depths {
-        aabb: default.aabb_latency,
-        ist: default.ist_latency,
-    });
-    let tni = TniSpec {
+    let operators = fp_latency(found, &raw.fp);
+    let tests = default.given.aabb && operators.is_none();
+    default.given = GivenLatencies {
+        pre: default.given.pre || raw.pre_latency.is_some(),
+        aabb: tests || raw.aabb_latency.is_some(),
+        post: default.given.post || raw.post_latency.is_some(),
+        ist: tests || raw.ist_latency.is_some(),
+        operators,
+    };
+    let mut tni = TniSpec {
+        given: default.given,
         trvs: number(&raw.trvs, limits::TRVS, default.trvs),
         ists: number(&raw.ists, limits::ISTS, default.ists),
         pipeline: pipeline.unwrap_or(default.pipeline),
@@ -345,13 +354,17 @@ fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, mhz: u32, default: Tni
         stacks: number(&raw.stacks, limits::STACKS, default.stacks),
         stack_depth: number(&raw.stack_depth, limits::STACK_DEPTH, default.stack_depth),
         pre_latency: number(&raw.pre_latency, limits::PRE_LATENCY, default.pre_latency),
-        aabb_latency: number(&raw.aabb_latency, limits::AABB_LATENCY, depths.aabb),
+        aabb_latency: number(
+            &raw.aabb_latency,
+            limits::AABB_LATENCY,
+            default.aabb_latency,
+        ),
         post_latency: number(
             &raw.post_latency,
             limits::POST_LATENCY,
             default.post_latency,
         ),
-        ist_latency: number(&raw.ist_latency, limits::IST_LATENCY, depths.ist),
+        ist_latency: number(&raw.ist_latency, limits::IST_LATENCY, default.ist_latency),
         fifo: number(&raw.fifo, limits::FIFO, default.fifo),
         rau_rows: number(&raw.rau_rows, limits::RAU_ROWS, default.rau_rows),
         rau_rays: number(&raw.rau_rays, limits::RAU_RAYS, default.rau_rays),
@@ -379,6 +392,7 @@ fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, mhz: u32, default: Tni
         intersection,
         any_hit: values::flag(found, &raw.any_hit, "any-hit", default.any_hit),
     };
+    tni.derive_latencies(mhz);
     for (text, count) in [
         (&raw.pres, tni.pres),
         (&raw.aabbs, tni.aabbs),
@@ -397,12 +411,6 @@ fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, mhz: u32, default: Tni
         }
     }
     tni
-}
-
-/// Depths that follow from the latencies of operators.
-struct Depths {
-    aabb: u32,
-    ist: u32,
 }
 
 fn fp_latency(found: &Findings, raw: &Option<Spanned<raw::Fp>>) -> Option<FpLatency> {

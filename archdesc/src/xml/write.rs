@@ -8,6 +8,7 @@ use super::links::{TOPOLOGIES, Topology};
 use super::units::has_special;
 use crate::arch::{Approx, Arch, FileKind, FileSpec, Fu, FuSpec};
 use crate::cost::special::Build;
+use crate::datapath::FpLatency;
 use crate::dram::{BankedSpec, DramModel, DramSpec};
 use crate::structure::{Special, Structure};
 use crate::system::{CacheSpec, Pipeline, SystemSpec};
@@ -265,11 +266,21 @@ fn write_tni(out: &mut String, system: &SystemSpec) -> std::fmt::Result {
         Pipeline::Single => "single",
         Pipeline::Parallel => "parallel",
     };
+    // Latencies that follow from operators follow from them again.
+    let given = &tni.given;
+    let latencies = [
+        ("pre", given.pre, tni.pre_latency),
+        ("aabb", given.aabb, tni.aabb_latency),
+        ("post", given.post, tni.post_latency),
+        ("ist", given.ist, tni.ist_latency),
+    ];
+    let latencies = latencies.into_iter().filter(|&(_, given, _)| given);
+    let latencies = latencies.map(|(name, _, n)| format!(" {name}-latency=\"{n}\""));
+    let latencies: String = latencies.collect();
     writeln!(
         out,
         "    <tni trvs=\"{}\" ists=\"{}\" pipeline=\"{pipeline}\" pres=\"{}\" aabbs=\"{}\" \
-         posts=\"{}\" stacks=\"{}\" stack-depth=\"{}\"\n         pre-latency=\"{}\" aabb-latency=\"{}\" \
-         post-latency=\"{}\" ist-latency=\"{}\"\n         fifo=\"{}\" rau-rows=\"{}\" \
+         posts=\"{}\" stacks=\"{}\" stack-depth=\"{}\"\n        {latencies}\n         fifo=\"{}\" rau-rows=\"{}\" \
          rau-rays=\"{}\" node-format=\"{}\" node-bytes=\"{}\" triangle-bytes=\"{}\"\n         \
          intersection=\"{}\" any-hit=\"{}\">",
         tni.trvs,
@@ -279,10 +290,6 @@ fn write_tni(out: &mut String, system: &SystemSpec) -> std::fmt::Result {
         tni.posts,
         tni.stacks,
         tni.stack_depth,
-        tni.pre_latency,
-        tni.aabb_latency,
-        tni.post_latency,
-        tni.ist_latency,
         tni.fifo,
         tni.rau_rows,
         tni.rau_rays,
@@ -292,6 +299,12 @@ fn write_tni(out: &mut String, system: &SystemSpec) -> std::fmt::Result {
         tni.intersection.name(),
         tni.any_hit
     )?;
+    if let Some(FpLatency { add, mul, cmp, rcp }) = given.operators {
+        writeln!(
+            out,
+            "      <fp add=\"{add}\" mul=\"{mul}\" cmp=\"{cmp}\" rcp=\"{rcp}\"/>"
+        )?;
+    }
     write_cache(out, "      ", "trv-l1", &tni.trv_l1)?;
     write_cache(out, "      ", "trv-l2", &tni.trv_l2)?;
     write_cache(out, "      ", "ist-l1", &tni.ist_l1)?;
