@@ -28,6 +28,10 @@ mod unroll;
 
 use crate::program::Pos;
 
+/// The feature by which functions of math.h are what the special-function unit gives, in remarks. The library
+/// is written so; no pass does it.
+pub const APPROXIMATE: &str = "approx-func";
+
 pub use compact::compact_program;
 pub use pipeline::{
     CONTROL, FastMath, Options, PASSES, Pass, STANDARD, optimise, optimise_control, parse, pass,
@@ -70,6 +74,6 @@ impl Remark {
     /// True if results may change at this place, as [`FastMath`] has allowed. `pass` is then the
     /// name of the feature.
     pub fn changes_results(&self) -> bool {
-        [REASSOCIATE, RECIPROCAL, CONTRACT].contains(&self.pass)
+        [REASSOCIATE, RECIPROCAL, CONTRACT, APPROXIMATE].contains(&self.pass)
     }
 }

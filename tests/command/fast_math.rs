@@ -78,9 +78,22 @@ fn each_part_changes_what_it_names() {
     let (associated, said) = changed(&["-fassociative-math"]);
     assert!(associated.contains(&"sum") && !associated.contains(&"divide"));
     assert!(said.contains("f.c:7:"), "{said}");
-    assert_eq!(changed(&["-fapprox-func"]).0, ["power"]);
-    assert_eq!(
-        changed(&["-ffast-math"]).0,
-        ["sum", "divide", "contract", "power"]
-    );
+    let (approximated, said) = changed(&["-fapprox-func"]);
+    assert_eq!(approximated, ["power"]);
+    let told =
+        "f.c:23:16: `powf` is the unit's 2^(y log2 x), whose exponent is rounded (-fapprox-func)";
+    assert!(said.contains(told), "{said}");
+    // All together say of every line what each has changed.
+    let (all, said) = changed(&["-ffast-math"]);
+    assert_eq!(all, ["sum", "divide", "contract", "power"]);
+    for line in [
+        "f.c:7: the sum",
+        "f.c:13: the quotient",
+        "f.c:18: the sum",
+        "f.c:23: `powf`",
+    ] {
+        let (at, what) = line.rsplit_once(": ").unwrap_or_default();
+        let told = |l: &str| l.contains(&format!("{at}:")) && l.contains(what);
+        assert!(said.lines().any(told), "{line}: {said}");
+    }
 }

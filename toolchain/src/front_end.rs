@@ -1,5 +1,6 @@
 //! From C to the intermediate form, and through the passes.
 
+use crate::approximate;
 use crate::input::{self, Input};
 use crate::options::Options;
 use crate::{Error, files};
@@ -163,7 +164,13 @@ pub fn run_passes(
         precision: arch.precision,
         fast_math: options.fast_math,
     };
-    let remarks = pass::run(program, passes, &options, after);
+    let mut remarks = match options.fast_math.approximate {
+        true => approximate::remarks(program, arch),
+        false => Vec::new(),
+    };
+    remarks.extend(pass::run(program, passes, &options, after));
+    remarks.sort();
+    remarks.dedup();
     debug_assert_eq!(srp_ir::verify(program), Ok(()));
     remarks
 }
