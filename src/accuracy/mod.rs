@@ -11,7 +11,7 @@ use crate::failure::Failure;
 use crate::{files, interrupt, scenes, talk};
 use folder::Folder;
 use srp_studies::Error;
-use srp_studies::accuracy::{Options, Rendering, Study, Trial};
+use srp_studies::accuracy::{Evidence, Options, Study, Trial};
 use std::path::Path;
 
 /// Runs `srp accuracy`.
@@ -34,8 +34,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     };
     let study = Study::of(&frame, options)?;
     let folder = Folder::open(args.output.as_deref().unwrap_or(Path::new("accuracy")))?;
-    let shown = |trial: &Trial, rendering: &Rendering| {
-        let written = folder.write(trial, rendering);
+    let shown = |trial: &Trial, evidence: &Evidence<'_>| {
+        let written = folder.write(trial, evidence);
         written.map_err(Error::from)
     };
     let report = interrupt::looked_for(|| study.run(&shown, session))?;

@@ -65,6 +65,65 @@ fn knobs_turn_and_trials_are_kept() {
     assert!(together.count() > 0, "{text}");
     let page = std::fs::read_to_string(folder.join("accuracy/report.html")).expect("the page");
     assert!(page.contains("T&amp;I reciprocal: 8 bits") && !page.contains("http"));
+    for (trial, name) in [
+        (base, "-as-it-is"),
+        (coarse, "T-I-reciprocal-8-bits"),
+        (woop, "intersection-woop"),
+    ] {
+        renders_again(&folder, trial, name);
+    }
+}
+
+/// Renders a trial from the machine that was kept: the same picture, cycles and PSNR.
+fn renders_again(folder: &Path, trial: &Value, name: &str) {
+    let machine = format!("accuracy/trials/{name}.xml");
+    let args = [
+        "render",
+        "scene.obj",
+        "--camera",
+        "0,2,5/0,-0.2,-1/50",
+        "--size",
+        "32x24",
+        "--engine",
+        "interp",
+        "--machine",
+        &machine,
+        "-o",
+        "again.png",
+        "--json",
+    ];
+    let output = srp(folder, &args);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{name}: {said}");
+    let read =
+        |path: &str| std::fs::read(folder.join(path)).unwrap_or_else(|e| panic!("{path}: {e}"));
+    let again = read("again.png");
+    assert!(
+        again == read(&format!("accuracy/trials/{name}.png")),
+        "{name}"
+    );
+    let account: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(account["cycles"], trial["costs"]["frame_cycles"], "{name}");
+    let pixels = |bytes: &[u8]| image::load_from_memory(bytes).expect("a picture").to_rgb8();
+    let (found, reference) = (pixels(&again), pixels(&read("accuracy/reference.png")));
+    let pairs = found.as_raw().iter().zip(reference.as_raw());
+    let squares = pairs.map(|(&a, &b)| (f64::from(a) - f64::from(b)).powi(2));
+    let mean = squares.sum::<f64>() / found.as_raw().len() as f64;
+    let psnr = 10.0 * (255.0 * 255.0 / mean).log10();
+    let told = trial["all"]["psnr"].as_f64().expect("some byte differs");
+    assert!((psnr - told).abs() < 1e-9, "{name}: {psnr} {told}");
+    // The raw floats, the lowest row first, round to the same bytes.
+    let raw = read("accuracy/reference.pfm");
+    let head = b"PF\n32 24\n-1.0\n";
+    assert!(raw.starts_with(head));
+    let floats: Vec<f32> = (raw[head.len()..].chunks_exact(4))
+        .map(|b| f32::from_le_bytes(b.try_into().expect("four bytes")))
+        .collect();
+    for (row, floats) in floats.chunks(3 * 32).rev().enumerate() {
+        let bytes = &reference.as_raw()[row * 96..][..96];
+        let near = |(&f, &b): (&f32, &u8)| (f - f32::from(b)).abs() <= 0.5001;
+        assert!(floats.iter().zip(bytes).all(near), "row {row}");
+    }
 }
 
 #[test]

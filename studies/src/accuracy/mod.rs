@@ -32,6 +32,7 @@ use glam::DVec3;
 use probe::Edges;
 use serde::Serialize;
 use setting::{Setting, Subject};
+use srp_archdesc::arch::Arch;
 use srp_archdesc::threads;
 use srp_archdesc::watch::{Stage, Unstaged};
 use srp_runtime::effect::Guard;
@@ -107,8 +108,19 @@ pub struct Study<'a> {
     options: Options,
 }
 
-/// Takes notice of what a trial has rendered.
-pub type Shown<'a> = dyn Fn(&Trial, &Rendering) -> Result<(), Error> + Sync + 'a;
+/// What a trial leaves behind, so that anybody can check it.
+#[derive(Clone, Copy, Debug)]
+pub struct Evidence<'a> {
+    /// The picture.
+    pub rendering: &'a Rendering,
+    /// The machine that the frame was simulated on.
+    pub machine: &'a Arch,
+    /// The picture in binary64 that it is held against, row by row: channels from 0 to 255, not rounded.
+    pub reference: &'a [DVec3],
+}
+
+/// Takes notice of what a trial leaves behind.
+pub type Shown<'a> = dyn Fn(&Trial, &Evidence<'_>) -> Result<(), Error> + Sync + 'a;
 
 impl<'a> Study<'a> {
     /// A study of a frame; nothing is compiled or rendered yet.
@@ -326,7 +338,12 @@ impl<'a> Bench<'a> {
             return Ok(Tried::Refused);
         };
         let trial = Trial::of(setting, &measured);
-        shown(&trial, &measured.rendering)?;
+        let evidence = Evidence {
+            rendering: &measured.rendering,
+            machine: &frame.arch,
+            reference: held_against.1,
+        };
+        shown(&trial, &evidence)?;
         Ok(Tried::Trial(Box::new(trial)))
     }
 
