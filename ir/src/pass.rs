@@ -32,6 +32,7 @@ use crate::program::Pos;
 /// is written so; no pass does it.
 pub const APPROXIMATE: &str = "approx-func";
 
+pub use alias::{Object, Objects};
 pub use compact::compact_program;
 pub use pipeline::{
     CONTROL, FastMath, Options, PASSES, Pass, STANDARD, optimise, optimise_control, parse, pass,

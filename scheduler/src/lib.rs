@@ -173,7 +173,8 @@ pub fn assemble(dre: &Dre, arch: &Arch, loops: Vec<LoopResult>) -> Result<Schedu
         start: code.start,
         kernels,
     };
-    let program = check_against(program, &code.sequence, arch).map_err(ScheduleError::Wrong)?;
+    let program =
+        check_against(program, &code.sequence, &dre.control, arch).map_err(ScheduleError::Wrong)?;
     Ok(Schedule {
         program,
         loops: facts,

@@ -3,6 +3,7 @@
 use super::sequence::Stretch;
 use super::{Violation, check_control, check_kernels, check_sequence};
 use crate::dre::scheduled::ScheduledDre;
+use crate::program::Program;
 use srp_archdesc::arch::Arch;
 use std::fmt;
 use std::ops::Deref;
@@ -73,7 +74,7 @@ pub fn check(program: ScheduledDre, arch: &Arch) -> Result<Checked, Refused> {
     checked(program, None, arch)
 }
 
-/// The same, and that the bundles do the operations of `sequence`.
+/// The same, and that the bundles do the operations of `sequence`, which come from `control`.
 ///
 /// # Errors
 ///
@@ -81,21 +82,22 @@ pub fn check(program: ScheduledDre, arch: &Arch) -> Result<Checked, Refused> {
 pub fn check_against(
     program: ScheduledDre,
     sequence: &[Stretch],
+    control: &Program,
     arch: &Arch,
 ) -> Result<Checked, Refused> {
-    checked(program, Some(sequence), arch)
+    checked(program, Some((sequence, control)), arch)
 }
 
 fn checked(
     program: ScheduledDre,
-    sequence: Option<&[Stretch]>,
+    sequence: Option<(&[Stretch], &Program)>,
     arch: &Arch,
 ) -> Result<Checked, Refused> {
     let mut violations = check_control(&program, arch);
     violations.extend(check_kernels(&program, &arch.srp));
     // The sequence is followed only through bundles that can be understood.
-    if let (true, Some(sequence)) = (violations.is_empty(), sequence) {
-        violations = check_sequence(&program, sequence, &arch.srp);
+    if let (true, Some((sequence, control))) = (violations.is_empty(), sequence) {
+        violations = check_sequence(&program, sequence, control, &arch.srp);
     }
     if violations.is_empty() {
         let arch = arch.clone();

@@ -3,7 +3,8 @@
 //! compare the two.
 
 use crate::dre::scheduled::{Bundle, Control, Reg, Src};
-use crate::program::Pos;
+use crate::pass::Object;
+use crate::program::{Pos, Value};
 use srp_archdesc::isa::Opcode;
 
 /// Operations that end with at most one control transfer, and the bundles that do them. Control
@@ -32,8 +33,32 @@ pub struct Step {
     pub imm: i32,
     /// Where the result goes.
     pub dst: Option<Reg>,
-    /// It accesses storage that no pointer of the program reaches: spilled values, arguments.
-    pub private: bool,
+    /// The storage that it accesses, if any.
+    pub storage: Storage,
     /// Where it comes from.
     pub pos: Pos,
+}
+
+/// The storage that an access goes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Storage {
+    /// Any object of the program.
+    Anywhere,
+    /// One object, into which this value of the function points. The checker does not take the
+    /// scheduler's word for it.
+    Object(Object, Value),
+    /// Storage that no pointer of the program reaches: spilled values, arguments.
+    Compiler,
+}
+
+impl Storage {
+    /// True if accesses of the two never meet.
+    pub fn is_apart(self, other: Storage) -> bool {
+        match (self, other) {
+            (Storage::Compiler, Storage::Compiler) => false,
+            (Storage::Compiler, _) | (_, Storage::Compiler) => true,
+            (Storage::Object(a, _), Storage::Object(b, _)) => a != b,
+            _ => false,
+        }
+    }
 }

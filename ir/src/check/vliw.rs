@@ -3,6 +3,7 @@
 
 mod bundle;
 mod flow;
+mod objects;
 mod sequence;
 mod state;
 

@@ -13,7 +13,7 @@ const MAX_ROUNDS: usize = 24;
 
 /// An object with an address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Object {
+pub enum Object {
     /// A global, or a function.
     Symbol(Symbol),
     /// A stack slot.
@@ -29,8 +29,10 @@ enum Points {
     Number,
     /// Somewhere into an object.
     Into(Object),
-    /// Anywhere, or a number.
-    Anywhere,
+    /// A number, or an address that the function was given or has loaded.
+    Unknown,
+    /// One of several of these.
+    Several,
     /// That, or a distance from one object to another.
     Across,
 }
@@ -41,34 +43,38 @@ impl Points {
             (Points::Open, x) | (x, Points::Open) => x,
             (a, b) if a == b => a,
             (Points::Across, _) | (_, Points::Across) => Points::Across,
-            _ => Points::Anywhere,
+            (Points::Unknown, Points::Number) | (Points::Number, Points::Unknown) => {
+                Points::Unknown
+            }
+            _ => Points::Several,
         }
     }
 
     fn plus(self, other: Points) -> Points {
         match (self, other) {
             (Points::Across, _) | (_, Points::Across) => Points::Across,
-            (Points::Into(_), Points::Into(_)) => Points::Anywhere,
-            (Points::Into(object), _) | (_, Points::Into(object)) => Points::Into(object),
             (Points::Open, x) | (x, Points::Open) => x,
             (Points::Number, Points::Number) => Points::Number,
-            _ => Points::Anywhere,
+            (Points::Into(_), Points::Into(_)) => Points::Several,
+            (Points::Several, _) | (_, Points::Several) => Points::Several,
+            (Points::Into(object), _) | (_, Points::Into(object)) => Points::Into(object),
+            _ => Points::Unknown,
         }
     }
 }
 
 /// The objects of all addresses of a function.
-pub(super) struct Objects {
+pub struct Objects {
     points: EntityMap<Value, Points>,
 }
 
 impl Objects {
     /// The least solution of the definitions.
-    pub(super) fn of(func: &Function) -> Objects {
+    pub fn of(func: &Function) -> Objects {
         let cfg = Cfg::of(func);
         let mut points = EntityMap::filled(func.values.len(), Points::Open);
         for &param in &func.blocks[func.entry()].params {
-            points[param] = Points::Anywhere;
+            points[param] = Points::Unknown;
         }
         for round in 0.. {
             let mut changed = false;
@@ -104,7 +110,7 @@ impl Objects {
     }
 
     /// The object that an address points into, if there is one that it surely does.
-    pub(super) fn object(&self, address: Value) -> Option<Object> {
+    pub fn object(&self, address: Value) -> Option<Object> {
         match self.points[address] {
             Points::Into(object) => Some(object),
             _ => None,
@@ -112,7 +118,7 @@ impl Objects {
     }
 
     /// True if a value is certainly no address.
-    pub(super) fn is_number(&self, value: Value) -> bool {
+    pub fn is_number(&self, value: Value) -> bool {
         matches!(self.points[value], Points::Number | Points::Open)
     }
 }
@@ -131,13 +137,14 @@ fn of_inst(kind: &InstKind, points: &EntityMap<Value, Points>) -> Points {
                 (Points::Into(left), Points::Into(right)) if left != right => Points::Across,
                 (Points::Number, Points::Into(_)) => Points::Across,
                 (_, Points::Into(_)) => Points::Number,
+                (_, Points::Several) => Points::Several,
                 (left, _) => left,
             },
             Opcode::Sel => points[args[1]].or(points[args[2]]),
-            Opcode::Min | Opcode::Max | Opcode::Minu | Opcode::Maxu => Points::Anywhere,
+            Opcode::Min | Opcode::Max | Opcode::Minu | Opcode::Maxu => Points::Unknown,
             _ if op.is_pure() && op.class() != Class::Lane => Points::Number,
-            _ => Points::Anywhere,
+            _ => Points::Unknown,
         },
-        InstKind::Call { .. } | InstKind::Launch { .. } => Points::Anywhere,
+        InstKind::Call { .. } | InstKind::Launch { .. } => Points::Unknown,
     }
 }

@@ -179,8 +179,9 @@ pub(super) fn trip(
             .filter(|t| t.block == data.header)
             .map(move |t| (from, t))
     });
-    let (_, entry) = entries.find(|(from, _)| !data.blocks.contains(from))?;
-    let several = entries.any(|(from, _)| !data.blocks.contains(&from));
+    let outside = |(from, _): &(Block, &Target)| !data.blocks.contains(from);
+    let (_, entry) = entries.find(outside)?;
+    let others: Vec<&Target> = entries.filter(outside).map(|(_, t)| t).collect();
     let params = &func.blocks[data.header].params;
     let mut tests: Vec<(Block, Value, bool)> = data
         .blocks
@@ -195,11 +196,13 @@ pub(super) fn trip(
         })
         .collect();
     let mut known = Known::of(func, precision);
-    let mut state: Vec<Option<ops::Value>> = entry
-        .args
-        .iter()
-        .map(|&v| known.value(v, 0).filter(|_| !several))
-        .collect();
+    // All ways in have to agree.
+    let first = |(place, &v): (usize, &Value)| {
+        let value = known.value(v, 0)?;
+        let mut others = others.iter().map(|t| known.value(t.args[place], 0));
+        others.all(|other| other == Some(value)).then_some(value)
+    };
+    let mut state: Vec<Option<ops::Value>> = entry.args.iter().enumerate().map(first).collect();
     for count in 1..=limit {
         let pairs = params.iter().copied().zip(state.iter().copied());
         known.params = pairs.filter_map(|(p, v)| Some((p, v?))).collect();

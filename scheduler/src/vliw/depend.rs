@@ -2,7 +2,7 @@
 
 use super::region::Region;
 use srp_archdesc::isa::{Effect, Opcode, Space};
-use srp_ir::check::sequence::Step;
+use srp_ir::check::sequence::{Step, Storage};
 use srp_ir::dre::scheduled::{Reg, Src};
 use srp_ir::program::Bits;
 use std::collections::BTreeMap;
@@ -47,7 +47,7 @@ struct Access {
     offset: i32,
     /// `None`: anywhere.
     bytes: Option<u32>,
-    private: bool,
+    storage: Storage,
 }
 
 impl Access {
@@ -71,13 +71,13 @@ impl Access {
             base,
             offset,
             bytes,
-            private: op.private,
+            storage: op.storage,
         })
     }
 
     /// True if the two can never touch the same byte.
     fn is_disjoint(&self, other: &Access) -> bool {
-        if self.space != other.space || self.private != other.private {
+        if self.space != other.space || self.storage.is_apart(other.storage) {
             return true;
         }
         let (Some(bytes), Some(others)) = (self.bytes, other.bytes) else {

@@ -8,6 +8,7 @@
 use srp_archdesc::entity;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Opcode, Ty};
+use srp_ir::check::sequence::Storage;
 use srp_ir::program::{Bits, Func, Kernel, Pos, Slot};
 use std::collections::BTreeMap;
 
@@ -134,8 +135,8 @@ pub(super) struct Inst {
     pub(super) defs: Vec<Vreg>,
     /// Registers that hold nothing of use afterwards.
     pub(super) clobbers: Vec<Vreg>,
-    /// An access to storage of the compiler's own: nothing else points there.
-    pub(super) private: bool,
+    /// The storage that it accesses, if any.
+    pub(super) storage: Storage,
     pub(super) pos: Pos,
 }
 
@@ -159,7 +160,7 @@ impl Inst {
             frame: None,
             defs: Vec::new(),
             clobbers: Vec::new(),
-            private: false,
+            storage: Storage::Anywhere,
             pos,
         }
     }
@@ -179,7 +180,7 @@ impl Inst {
     pub(super) fn private(op: Opcode, args: Vec<Arg>, item: FrameItem, pos: Pos) -> Inst {
         Inst {
             frame: Some(FrameTerm::At(item)),
-            private: true,
+            storage: Storage::Compiler,
             ..Inst::op(op, args, pos)
         }
     }

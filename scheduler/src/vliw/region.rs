@@ -134,7 +134,7 @@ fn concrete(op: Opcode, inst: &Inst, target: &Target<'_>, frames: &Frames<'_>) -
         srcs,
         imm: inst.imm.wrapping_add(inst.frame.map_or(0, resolve)),
         dst,
-        private: inst.private,
+        storage: inst.storage,
         pos: inst.pos,
     })
 }

@@ -12,6 +12,7 @@ use super::target::Target;
 use super::{VliwError, allocate};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Opcode, Ty};
+use srp_ir::check::sequence::Storage;
 use srp_ir::program::{Bits, Pos};
 use std::collections::BTreeMap;
 
@@ -87,7 +88,7 @@ fn is_settled_load(inst: &Inst) -> bool {
     );
     let loads = matches!(inst.kind, Kind::Op(Opcode::Lw | Opcode::Lv));
     let fixed = inst.args.first() == Some(&Arg::Const(Bits::Pred(true)));
-    inst.private && settled && loads && fixed
+    inst.storage == Storage::Compiler && settled && loads && fixed
 }
 
 struct Spiller<'a> {
@@ -175,7 +176,7 @@ impl Spiller<'_> {
             return true;
         }
         let home = match inst.frame {
-            Some(FrameTerm::At(FrameItem::Home(home))) if inst.private => home,
+            Some(FrameTerm::At(FrameItem::Home(home))) if inst.storage == Storage::Compiler => home,
             _ => return false,
         };
         let is_store = matches!(inst.kind, Kind::Op(Opcode::Sw | Opcode::Sv));

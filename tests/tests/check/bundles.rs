@@ -338,7 +338,7 @@ fn damaged_bundles_are_refused_or_do_the_same() {
     for (machine, name) in MACHINES.iter().enumerate() {
         let case = Case::on(machine);
         assert_eq!(
-            check_sequence(&case.right, &case.sequence, &case.arch.srp),
+            check_sequence(&case.right, &case.sequence, case.control(), &case.arch.srp),
             []
         );
         for (number, &(kind, harm, rules, damage)) in KINDS.iter().enumerate() {
@@ -362,7 +362,12 @@ fn damaged_bundles_are_refused_or_do_the_same() {
                 }
                 tried += 1;
                 let mut violations = check_control(&program, &case.arch);
-                violations.extend(check_sequence(&program, &case.sequence, &case.arch.srp));
+                violations.extend(check_sequence(
+                    &program,
+                    &case.sequence,
+                    case.control(),
+                    &case.arch.srp,
+                ));
                 let place = format!("{name}, {bundle}");
                 tally.note((kind, harm, rules), &place, &violations, || {
                     case.difference(&program)
@@ -382,7 +387,7 @@ fn slower_machines_are_noticed() {
             let ops = arch.srp.fus.values_mut().flat_map(|fu| &mut fu.ops);
             ops.filter(|op| op.class == class)
                 .for_each(|op| op.latency += 1);
-            let violations = check_sequence(&case.right, &case.sequence, &arch.srp);
+            let violations = check_sequence(&case.right, &case.sequence, case.control(), &arch.srp);
             let late = violations
                 .iter()
                 .any(|v| matches!(v.rule, Rule::Dataflow | Rule::InFlight));

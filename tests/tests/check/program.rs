@@ -9,7 +9,7 @@ use srp_ir::dre::Dre;
 use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledDre};
 use srp_ir::interp::{FlatWorld, Options};
 use srp_ir::layout::Layout;
-use srp_ir::program::Kernel;
+use srp_ir::program::{Kernel, Program};
 use srp_ir::{dre, split};
 use srp_runtime::solo::{self, Solo};
 use srp_tests::{compiled, machine, root};
@@ -43,6 +43,11 @@ impl Case {
     pub(crate) fn on(index: usize) -> &'static Case {
         static CASES: [OnceLock<Case>; 3] = [const { OnceLock::new() }; 3];
         CASES[index].get_or_init(|| Case::new(MACHINES[index]))
+    }
+
+    /// The control code that the bundles come from.
+    pub(crate) fn control(&self) -> &Program {
+        &self.dre.control
     }
 
     fn new(name: &str) -> Case {

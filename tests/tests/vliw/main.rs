@@ -102,7 +102,12 @@ fn compare(
         kernels,
     };
     let mut violations = srp_ir::check::check_control(&scheduled, arch);
-    violations.extend(check_sequence(&scheduled, &code.sequence, &arch.srp));
+    violations.extend(check_sequence(
+        &scheduled,
+        &code.sequence,
+        &dre.control,
+        &arch.srp,
+    ));
     let list: Vec<String> = violations.iter().map(ToString::to_string).collect();
     assert!(
         list.is_empty(),

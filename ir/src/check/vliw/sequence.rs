@@ -3,30 +3,42 @@
 //! latencies; the sequence runs one operation after another.
 
 use super::bundle::{control_read, control_write};
-use crate::check::sequence::{Step, Stretch};
+use super::objects::Proof;
+use crate::check::sequence::{Step, Storage, Stretch};
 use crate::check::{Place, Rule, Violation};
 use crate::dre::scheduled::{Bundle, Control, Reg, ScheduledDre, SlotOp, Src};
-use crate::program::Bits;
+use crate::program::{Bits, Func, Program};
 use srp_archdesc::arch::Srp;
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Effect, Opcode, Space};
 use std::collections::{BTreeMap, VecDeque};
 
 /// Where the bundles of `dre` do something else than `sequence`, whose stretches are in the order of
-/// the bundles and leave none out. Whether the machine can do it is for
-/// [`check_control`](super::check_control).
-pub fn check_sequence(dre: &ScheduledDre, sequence: &[Stretch], srp: &Srp) -> Vec<Violation> {
+/// the bundles and leave none out. Both come from `control`, which says what accesses may meet.
+/// Whether the machine can do it is for [`check_control`](super::check_control).
+pub fn check_sequence(
+    dre: &ScheduledDre,
+    sequence: &[Stretch],
+    control: &Program,
+    srp: &Srp,
+) -> Vec<Violation> {
     let mut violations = Vec::new();
+    let mut proof: Option<(Func, Proof<'_>)> = None;
     let mut next = 0;
     for stretch in sequence {
         if stretch.first.index() != next || dre.bundles.len() - next < stretch.bundles {
             break;
         }
         next += stretch.bundles;
+        let func = function_at(dre, stretch.first).filter(|&f| control.funcs.get(f).is_some());
+        if func != proof.as_ref().map(|(func, _)| *func) {
+            proof = func.map(|func| (func, Proof::of(&control.funcs[func])));
+        }
         let mut checker = Checker {
             dre,
             srp,
             stretch,
+            proof: proof.as_ref().map(|(_, proof)| proof),
             violations: &mut violations,
         };
         checker.check();
@@ -41,6 +53,14 @@ pub fn check_sequence(dre: &ScheduledDre, sequence: &[Stretch], srp: &Srp) -> Ve
     violations.sort();
     violations.dedup();
     violations
+}
+
+/// The function with this bundle; `None` in the start code.
+fn function_at(dre: &ScheduledDre, bundle: Bundle) -> Option<Func> {
+    let before = dre.functions.iter().enumerate();
+    let before = before.filter(|(_, entry)| entry.bundle <= bundle);
+    let (last, entry) = before.max_by_key(|(_, entry)| entry.bundle)?;
+    (dre.start > bundle || dre.start < entry.bundle).then(|| Func::new(last))
 }
 
 /// The content of a register.
@@ -82,6 +102,8 @@ struct Checker<'a> {
     dre: &'a ScheduledDre,
     srp: &'a Srp,
     stretch: &'a Stretch,
+    /// `None` outside of functions.
+    proof: Option<&'a Proof<'a>>,
     violations: &'a mut Vec<Violation>,
 }
 
@@ -272,12 +294,27 @@ impl Checker<'_> {
         }
     }
 
+    /// The storage of an access, as far as it can be shown.
+    fn storage(&self, step: &Step) -> Storage {
+        match step.storage {
+            Storage::Object(object, address) => {
+                let shown = self.proof.is_some_and(|p| p.points_into(address, object));
+                if shown {
+                    step.storage
+                } else {
+                    Storage::Anywhere
+                }
+            }
+            storage => storage,
+        }
+    }
+
     /// Accesses that may meet keep their order. A load reads at the start of its cycle, a store
     /// writes at the end; what the ports do lies between the accesses before and after.
     fn memory(&mut self, tokens: &[Vec<Option<Token>>], issues: &[Issue]) {
         let steps = self.stretch.steps.iter().zip(tokens).enumerate();
         let accesses: Vec<Access> = steps
-            .filter_map(|(i, (step, tokens))| Access::of(i, step, tokens))
+            .filter_map(|(i, (step, tokens))| Access::of(i, step, tokens, self.storage(step)))
             .collect();
         for (k, second) in accesses.iter().enumerate() {
             for first in &accesses[..k] {
@@ -307,7 +344,7 @@ struct Access {
 /// Where an access reads or writes, as far as it is known.
 struct Location {
     space: Space,
-    private: bool,
+    storage: Storage,
     /// The base register's content; `None` if the base is zero.
     base: Option<Token>,
     offset: u32,
@@ -316,7 +353,7 @@ struct Location {
 }
 
 impl Access {
-    fn of(step: usize, data: &Step, tokens: &[Option<Token>]) -> Option<Access> {
+    fn of(step: usize, data: &Step, tokens: &[Option<Token>], storage: Storage) -> Option<Access> {
         let effect = data.op.info().effect;
         let place = match data.op.space() {
             Some(space) => {
@@ -326,7 +363,7 @@ impl Access {
                 };
                 Some(Location {
                     space,
-                    private: data.private,
+                    storage,
                     base: tokens.get(1).copied().flatten(),
                     offset: fixed.wrapping_add_signed(data.imm),
                     bytes: data.op.access_bytes(),
@@ -348,7 +385,7 @@ impl Access {
             return Some(1);
         };
         let both_load = self.effect == Effect::Load && next.effect == Effect::Load;
-        let apart = a.space != b.space || a.private != b.private || a.is_beside(b);
+        let apart = a.space != b.space || a.storage.is_apart(b.storage) || a.is_beside(b);
         (!both_load && !apart).then_some(usize::from(self.effect == Effect::Store))
     }
 }

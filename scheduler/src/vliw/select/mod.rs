@@ -20,8 +20,10 @@ use super::target::Target;
 use super::{VliwError, place};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::{Opcode, Ty};
+use srp_ir::check::sequence::Storage;
 use srp_ir::dre::scheduled::ModuloSchedule;
 use srp_ir::layout::Layout;
+use srp_ir::pass::Objects;
 use srp_ir::program::{
     Bits, Block, Func, Function, Inst as IrInst, InstKind, Kernel, Pos, Program, Target as Goal,
     Terminator, Value,
@@ -66,6 +68,8 @@ struct Selector<'a> {
     /// Reachable blocks in order.
     blocks: Vec<Block>,
     labels: EntityMap<Block, Label>,
+    /// The objects of its addresses.
+    objects: Objects,
     /// The instruction that defines each value, if it is not a parameter.
     defs: EntityMap<Value, Option<IrInst>>,
     /// The register of each value, once it has one.
@@ -94,6 +98,7 @@ impl<'a> Selector<'a> {
             cx,
             func,
             code: empty_code(cx.target, func),
+            objects: Objects::of(func),
             blocks: Vec::new(),
             labels: EntityMap::new(),
             defs,
@@ -198,6 +203,9 @@ impl<'a> Selector<'a> {
         inst.imm = imm;
         for (i, &arg) in args.iter().enumerate() {
             let arg = if op.access_bytes().is_some() && i == 1 {
+                if let Some(object) = self.objects.object(arg) {
+                    inst.storage = Storage::Object(object, arg);
+                }
                 self.address(arg, &mut inst)
             } else {
                 self.arg(arg, pos)?

@@ -70,6 +70,10 @@ impl Selector<'_> {
                 }) => {
                     let constant = |v: Value| match self.def(v) {
                         Some(InstKind::Const(Bits::Word(w))) => Some(*w as i32),
+                        Some(InstKind::SymbolAddr(symbol, offset)) => {
+                            let address = self.cx.layout.address(*symbol);
+                            Some(address.wrapping_add_signed(*offset) as i32)
+                        }
                         _ => None,
                     };
                     let (rest, by) = match (op, constant(args[0]), constant(args[1])) {
