@@ -3,10 +3,11 @@
 //! One function after the other goes through
 //!
 //! 1. [`select`]: machine operations over virtual registers, block parameters as copies;
-//! 2. [`allocate`]: registers of the three central files, spills to the stack frame;
-//! 3. [`flow`]: the order of the blocks;
-//! 4. [`list`]: the operations of each stretch of code into bundles;
-//! 5. [`link`]: numbers for the bundles.
+//! 2. [`around`]: values that outlive calls to the stack and back;
+//! 3. [`allocate`]: registers of the three central files, spills to the stack frame;
+//! 4. [`flow`]: the order of the blocks;
+//! 5. [`list`]: the operations of each stretch of code into bundles;
+//! 6. [`link`]: numbers for the bundles.
 //!
 //! # Conventions
 //!
@@ -21,6 +22,7 @@
 //!   not. For all others the room is known here, and [`emit`] fails where the machine has less.
 
 mod allocate;
+mod around;
 mod callgraph;
 mod depend;
 mod flow;
@@ -200,6 +202,7 @@ pub fn emit(
     let calls = CallGraph::of(control);
     let allocated = |code: Result<lir::Code, VliwError>| {
         let mut code = code?;
+        around::save_around_calls(&mut code, &target);
         allocate::allocate(&mut code, &target)?;
         flow::straighten(&mut code);
         Ok(code)
