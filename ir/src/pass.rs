@@ -1,7 +1,11 @@
 //! Optimisation passes: one file a pass.
 
+mod addresses;
 mod alias;
+mod balance;
+mod carry;
 mod cfg;
+mod choose;
 mod compact;
 mod constants;
 mod copyprop;
@@ -14,15 +18,19 @@ mod ifconvert;
 mod inline;
 mod licm;
 mod mem2reg;
+mod nearby;
+mod order;
 mod params;
 mod pipeline;
 mod preheader;
 mod promote;
+mod ready;
 mod reassociate;
 mod refine;
 mod rename;
 mod replicate;
 mod restrict;
+mod short_ways;
 mod strength;
 mod unroll;
 
@@ -34,12 +42,15 @@ pub const APPROXIMATE: &str = "approx-func";
 
 pub use alias::{Object, Objects};
 pub use compact::compact_program;
+pub use order::{CONTROL, STANDARD};
 pub use pipeline::{
-    CONTROL, FastMath, Options, PASSES, Pass, STANDARD, optimise, optimise_control, parse, pass,
-    run, standard,
+    FastMath, Options, PASSES, Pass, optimise, optimise_control, parse, pass, run, standard,
 };
 
-use cfg::simplify_cfg;
+use addresses::addresses;
+use balance::balance;
+use carry::carry;
+use cfg::{Nests, simplify_cfg};
 pub(crate) use compact::compact;
 use constants::constants;
 use copyprop::copyprop;
@@ -52,11 +63,13 @@ use ifconvert::ifconvert;
 use inline::inline;
 use licm::licm;
 use mem2reg::mem2reg;
+use order::Stage;
 use promote::promote;
 use reassociate::{REASSOCIATE, reassociate};
 use refine::refine;
 use replicate::{replicate, write_out_loops};
 pub(crate) use restrict::{restrict_number, settle_restrict};
+use short_ways::short_ways;
 use strength::strength;
 use unroll::{unnest, unroll};
 

@@ -7,14 +7,23 @@ use crate::program::*;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Opcode;
 
+/// An empty block may head a loop and do nothing but go on to the header of a loop inside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Nests {
+    /// Such a block goes, and the two loops are one.
+    Merge,
+    /// Such a block stays, so that the loop inside is a loop of its own.
+    Keep,
+}
+
 /// Decides branches on constants, makes branches whose two ways lead to one block into selections,
 /// removes blocks that cannot be reached, skips empty blocks, and joins blocks that follow each
 /// other. Marks on blocks that are no loop headers are dropped, with a remark.
-pub(crate) fn simplify_cfg(func: &mut Function, remarks: &mut Vec<Remark>) -> bool {
+pub(super) fn simplify_cfg(func: &mut Function, nests: Nests, remarks: &mut Vec<Remark>) -> bool {
     let mut changed = false;
     loop {
         let mut again = decide_branches(func);
-        again |= skip_empty(func);
+        again |= skip_empty(func, nests);
         again |= select_targets(func);
         again |= remove_unreached(func);
         drop_marks(func, remarks);
@@ -87,7 +96,7 @@ pub(super) fn remove_unreached(func: &mut Function) -> bool {
 }
 
 /// Lets jumps to a block that does nothing but jump on go where it goes.
-fn skip_empty(func: &mut Function) -> bool {
+fn skip_empty(func: &mut Function, nests: Nests) -> bool {
     let mut skippable = EntityMap::<Block, bool>::filled(func.blocks.len(), false);
     for &block in &func.layout[1..] {
         let data = &func.blocks[block];
@@ -95,6 +104,9 @@ fn skip_empty(func: &mut Function) -> bool {
         skippable[block] = goes_on && data.insts.is_empty() && data.kernel.is_none();
     }
     keep_params_used_elsewhere(func, &mut skippable);
+    if nests == Nests::Keep && skippable.values().any(|&s| s) {
+        keep_headers_of_nests(func, &mut skippable);
+    }
     let mut changed = false;
     for i in 0..func.layout.len() {
         let block = func.layout[i];
@@ -126,6 +138,19 @@ fn skip_empty(func: &mut Function) -> bool {
         }
     }
     changed
+}
+
+/// A block that heads a loop and goes on to the header of another has to stay.
+fn keep_headers_of_nests(func: &Function, skippable: &mut EntityMap<Block, bool>) {
+    let cfg = Cfg::of(func);
+    let loops = Loops::of(&cfg, &Dominators::of(&cfg)).loops;
+    let heads = |block: Block| loops.values().any(|l| l.header == block);
+    for data in loops.values() {
+        let mut targets = func.blocks[data.header].end.targets();
+        if targets.any(|t| t.block != data.header && heads(t.block)) {
+            skippable[data.header] = false;
+        }
+    }
 }
 
 /// A block whose parameters are used beyond its own jump has to stay.

@@ -10,21 +10,19 @@
 //!   left on the way that stays; the tests of the ways out follow outside the loop.
 //!
 //! Arithmetic runs whether it is wanted or not. Loads, stores and divisions get the predicate into
-//! their guards. A load whose own block is not certain to run needs no guard where the joined block
-//! accesses memory nearby in any case: no object lies so close to the ends of SRAM that it could trap
-//! ([`RED_ZONE`]).
+//! their guards. A load needs none where the joined block, or one that control has come through before,
+//! accesses memory near by in any case ([`nearby`](super::nearby)).
 
+use super::cfg::{Nests, simplify_cfg};
+use super::choose::choose_loads;
+use super::nearby::{Access, Facts};
+use super::order::Stage;
 use super::rename::Renames;
 use crate::flow::{Cfg, Dominators, Loop, Loops};
-use crate::layout::RED_ZONE;
 use crate::program::*;
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashSet;
 use srp_archdesc::entity::EntityMap;
-use srp_archdesc::isa::{Class, Effect, Opcode, Space};
-
-/// How far from a certain access a load may be that runs in any case. The pass runs twice on a
-/// program, and what one run has made certain the other takes for certain.
-const REACH: u32 = RED_ZONE / 2;
+use srp_archdesc::isa::{Class, Effect, Opcode};
 
 /// Operations of a way that is not always taken: about those that the slots do in the cycles of a
 /// branch.
@@ -36,25 +34,29 @@ const MAX_JOINED: usize = 48;
 /// Operations of a whole hyperblock.
 const MAX_BLOCK: usize = 200;
 
+/// Blocks before one that are searched for accesses.
+const MAX_BEFORE: usize = 8;
+
 /// Rounds over a function, each of which may make the next possible.
 const MAX_ROUNDS: u32 = 32;
 
 /// Joins the blocks of a function where that takes less time.
-pub(crate) fn hyperblocks(func: &mut Function) -> bool {
-    let mut former = Former::of(func);
+pub(super) fn hyperblocks(func: &mut Function, stage: Stage) -> bool {
+    let mut former = Former::of(func, stage);
     let mut changed = false;
     for _ in 0..MAX_ROUNDS {
         if !former.round() {
             break;
         }
         changed = true;
-        super::cfg::simplify_cfg(former.func, &mut Vec::new());
+        simplify_cfg(former.func, Nests::Keep, &mut Vec::new());
     }
-    changed
+    former.choose() | changed
 }
 
 struct Former<'a> {
     func: &'a mut Function,
+    stage: Stage,
     /// Loads that run without a guard although their block might not have been reached.
     speculated: FxHashSet<Inst>,
     /// Blocks that a change of this round has touched.
@@ -64,8 +66,24 @@ struct Former<'a> {
 /// A function at the beginning of a round.
 struct Flow {
     cfg: Cfg,
+    dominators: Dominators,
     loops: Loops,
     facts: Facts,
+}
+
+impl Flow {
+    fn of(func: &Function) -> Flow {
+        let cfg = Cfg::of(func);
+        let dominators = Dominators::of(&cfg);
+        let loops = Loops::of(&cfg, &dominators);
+        let facts = Facts::of(func);
+        Flow {
+            cfg,
+            dominators,
+            loops,
+            facts,
+        }
+    }
 }
 
 /// One way of a branch.
@@ -77,9 +95,10 @@ struct Way {
 }
 
 impl<'a> Former<'a> {
-    fn of(func: &'a mut Function) -> Former<'a> {
+    fn of(func: &'a mut Function, stage: Stage) -> Former<'a> {
         Former {
             func,
+            stage,
             speculated: FxHashSet::default(),
             touched: EntityMap::new(),
         }
@@ -87,10 +106,7 @@ impl<'a> Former<'a> {
 
     /// Changes every block once at most, the last of the control flow first.
     fn round(&mut self) -> bool {
-        let cfg = Cfg::of(self.func);
-        let loops = Loops::of(&cfg, &Dominators::of(&cfg));
-        let facts = Facts::of(self.func);
-        let flow = Flow { cfg, loops, facts };
+        let flow = Flow::of(self.func);
         self.touched = EntityMap::filled(self.func.blocks.len(), false);
         let mut renames = Renames::default();
         let mut changed = false;
@@ -102,6 +118,22 @@ impl<'a> Former<'a> {
         }
         renames.apply(self.func);
         changed
+    }
+
+    /// Makes loads independent of the choice of their addresses.
+    fn choose(&mut self) -> bool {
+        let flow = Flow::of(self.func);
+        let before = self.speculated.len();
+        for &block in &flow.cfg.order {
+            let certain = self.certain(block, &flow);
+            let is_safe = |op: Opcode, args: &[Value], imm| {
+                let access = Access::of(op, args, imm, &flow.facts);
+                access.is_some_and(|a| certain.iter().any(|c| c.vouches_for(&a)))
+            };
+            let made = choose_loads(self.func, block, &flow.facts, is_safe);
+            self.speculated.extend(made);
+        }
+        self.speculated.len() > before
     }
 
     fn ways(&self, block: Block) -> Option<(Value, [Way; 2])> {
@@ -157,7 +189,7 @@ impl<'a> Former<'a> {
         let mut ends = [ways[0].target.clone(), ways[1].target.clone()];
         for at in moved {
             let from = ways[at].target.block;
-            self.absorb(block, &ways[at], &mut guards, &flow.facts, renames);
+            self.absorb(block, &ways[at], &mut guards, flow, renames);
             let end = std::mem::replace(&mut self.func.blocks[from].end, Terminator::Unreachable);
             let Terminator::Jump(to) = end else {
                 unreachable!("it was a jump a moment ago")
@@ -207,7 +239,7 @@ impl<'a> Former<'a> {
         match self.func.blocks[next].end.clone() {
             Terminator::Jump(to) if cold && fits && !leaves(to.block) => {
                 let mut guards = Guards::of(cond);
-                self.absorb(block, on, &mut guards, &flow.facts, renames);
+                self.absorb(block, on, &mut guards, flow, renames);
                 self.close(block, cond, on.sense, to, off.target.clone(), next);
                 true
             }
@@ -230,7 +262,7 @@ impl<'a> Former<'a> {
                     return false;
                 }
                 let mut guards = Guards::of(cond);
-                self.absorb(block, on, &mut guards, &flow.facts, renames);
+                self.absorb(block, on, &mut guards, flow, renames);
                 let pos = self.func.blocks[next].end_pos;
                 let first = guards.when(self.func, block, on.sense, pos);
                 let second = renames.find(second);
@@ -317,16 +349,23 @@ impl<'a> Former<'a> {
         }
     }
 
-    /// The accesses of SRAM that a block makes whatever comes.
-    fn certain(&self, block: Block, facts: &Facts) -> Vec<Access> {
+    /// The accesses of SRAM that have been made, as their guards say, when a block ends.
+    fn certain(&self, block: Block, flow: &Flow) -> Vec<Access> {
+        let facts = &flow.facts;
         let access = |&inst: &Inst| match &self.func.insts[inst].kind {
             InstKind::Op { op, args, imm } if !self.speculated.contains(&inst) => {
-                let access = Access::of(*op, args, *imm, facts)?;
-                facts.truths.contains(&args[0]).then_some(access)
+                Access::of(*op, args, *imm, facts)
             }
             _ => None,
         };
-        let insts = self.func.blocks[block].insts.iter();
+        // Elsewhere a pass may run any number of times, and each run takes a part of what there is.
+        let blocks = match self.stage {
+            Stage::Control => MAX_BEFORE,
+            Stage::Whole => 0,
+        };
+        let before = std::iter::successors(Some(block), |&b| flow.dominators.parent(b));
+        let before = before.take(blocks);
+        let insts = before.flat_map(|b| &self.func.blocks[b].insts);
         insts.filter_map(access).collect()
     }
 
@@ -341,11 +380,12 @@ impl<'a> Former<'a> {
         into: Block,
         way: &Way,
         guards: &mut Guards,
-        facts: &Facts,
+        flow: &Flow,
         renames: &mut Renames,
     ) {
         let from = way.target.block;
-        let certain = self.certain(into, facts);
+        let facts = &flow.facts;
+        let certain = self.certain(into, flow);
         let data = &mut self.func.blocks[from];
         let insts = std::mem::take(&mut data.insts);
         for (&param, &arg) in data.params.iter().zip(&way.target.args) {
@@ -364,7 +404,7 @@ impl<'a> Former<'a> {
                 let access = Access::of(*op, args, *imm, facts);
                 let is_load = op.info().effect == Effect::Load;
                 let is_safe = access.is_some_and(|a| certain.iter().any(|c| c.vouches_for(&a)));
-                if unguarded && is_load && is_safe {
+                if is_load && is_safe {
                     self.speculated.insert(inst);
                 } else {
                     let guard = guards.when(self.func, into, way.sense, pos);
@@ -423,85 +463,5 @@ impl Guards {
             let not = func.append_op(block, Opcode::Pnot, &[self.cond], 0, pos);
             not.expect("it has a result")
         })
-    }
-}
-
-/// Facts about the values of a function.
-struct Facts {
-    /// The constants *true*.
-    truths: FxHashSet<Value>,
-    /// Sums of a value and a constant.
-    sums: FxHashMap<Value, (Value, u32)>,
-}
-
-impl Facts {
-    fn of(func: &Function) -> Facts {
-        let mut facts = Facts {
-            truths: FxHashSet::default(),
-            sums: FxHashMap::default(),
-        };
-        let mut constants = FxHashMap::default();
-        let listed = || func.layout.iter().flat_map(|&b| &func.blocks[b].insts);
-        for data in listed().map(|&inst| &func.insts[inst]) {
-            match data.kind {
-                InstKind::Const(Bits::Pred(true)) => {
-                    facts.truths.insert(data.results[0]);
-                }
-                InstKind::Const(Bits::Word(word)) => {
-                    constants.insert(data.results[0], word);
-                }
-                _ => {}
-            }
-        }
-        for data in listed().map(|&inst| &func.insts[inst]) {
-            if let InstKind::Op { op, args, .. } = &data.kind
-                && *op == Opcode::Add
-                && let Some(&constant) = constants.get(&args[1])
-            {
-                facts.sums.insert(data.results[0], (args[0], constant));
-            }
-        }
-        facts
-    }
-
-    /// An address as a value and a constant.
-    fn base(&self, address: Value) -> (Value, u32) {
-        let (mut base, mut offset) = (address, 0u32);
-        while let Some(&(inner, constant)) = self.sums.get(&base) {
-            base = inner;
-            offset = offset.wrapping_add(constant);
-        }
-        (base, offset)
-    }
-}
-
-/// An access of SRAM.
-#[derive(Clone, Copy)]
-struct Access {
-    base: Value,
-    offset: u32,
-    bytes: u32,
-}
-
-impl Access {
-    fn of(op: Opcode, args: &[Value], imm: i32, facts: &Facts) -> Option<Access> {
-        if op.space() != Some(Space::Sram) {
-            return None;
-        }
-        let (base, offset) = facts.base(*args.get(1)?);
-        Some(Access {
-            base,
-            offset: offset.wrapping_add_signed(imm),
-            bytes: op.access_bytes()?,
-        })
-    }
-
-    /// True if another access cannot trap where this one does not.
-    fn vouches_for(&self, other: &Access) -> bool {
-        let distance = other.offset.wrapping_sub(self.offset) as i32;
-        self.base == other.base
-            && self.bytes >= other.bytes
-            && distance.unsigned_abs() + other.bytes <= REACH
-            && distance.unsigned_abs().is_multiple_of(other.bytes)
     }
 }

@@ -62,6 +62,7 @@ struct Context<'a> {
     /// True if the steps of special functions are in the program. Until then, one operation stands
     /// for all steps.
     refined: bool,
+    stage: Stage,
     /// True if unrolling has made loops innermost ones.
     unrolled: bool,
     remarks: Vec<Remark>,
@@ -98,7 +99,13 @@ pub const PASSES: &[Pass] = &[
     Pass {
         name: "cfg",
         what: "Joins blocks, removes those that are never reached, and unrolls loops that a pragma marks.",
-        run: Run::Function(|f, context| simplify_cfg(f, &mut context.remarks)),
+        run: Run::Function(|f, context| {
+            let nests = match context.stage {
+                Stage::Whole => Nests::Merge,
+                Stage::Control => Nests::Keep,
+            };
+            simplify_cfg(f, nests, &mut context.remarks)
+        }),
     },
     Pass {
         name: "fold",
@@ -230,14 +237,34 @@ pub const PASSES: &[Pass] = &[
         run: Run::Function(|f, context| write_out_loops(f, &context.precision())),
     },
     Pass {
+        name: "short-ways",
+        what: "Makes loops of the ways through loops of control code that run no loop inside.",
+        run: Run::Function(|f, _| short_ways(f)),
+    },
+    Pass {
+        name: "carry",
+        what: "Brings what a loop has loaded to the next iteration, where that loads it again.",
+        run: Run::Function(|f, _| carry(f)),
+    },
+    Pass {
         name: "hyperblock",
         what: "Joins blocks of control code under predicates where that takes less than the branch.",
-        run: Run::Function(|f, _| hyperblocks(f)),
+        run: Run::Function(|f, context| hyperblocks(f, context.stage)),
     },
     Pass {
         name: "replicate",
         what: "Unrolls loops of control code that are one block.",
         run: Run::Function(|f, context| replicate(f, &context.precision())),
+    },
+    Pass {
+        name: "addresses",
+        what: "Puts the constants of addresses last, where they go into the access.",
+        run: Run::Function(|f, _| addresses(f)),
+    },
+    Pass {
+        name: "balance",
+        what: "Takes the operands of associative integer operations in the order in which they come.",
+        run: Run::Function(|f, _| balance(f)),
     },
     Pass {
         name: "compact",
@@ -247,51 +274,6 @@ pub const PASSES: &[Pass] = &[
             false
         }),
     },
-];
-
-/// The passes that [`optimise`] runs. Functions are judged by their size when they are inlined, so
-/// they are made small first.
-pub const STANDARD: &[&str] = &[
-    "simplify",
-    "inline",
-    "simplify",
-    "unroll",
-    "inline-kernels",
-    "unnest",
-    "simplify",
-    "constants",
-    "simplify",
-    "reciprocal-math",
-    "simplify",
-    "refine",
-    "simplify",
-    "licm",
-    "promote",
-    "ifconvert",
-    "simplify",
-    "associative-math",
-    "simplify",
-    "fp-contract",
-    "simplify",
-    "licm",
-    "strength",
-    "simplify",
-    "compact",
-];
-
-/// The passes that [`optimise_control`] runs.
-pub const CONTROL: &[&str] = &[
-    "write-out",
-    "simplify",
-    "hyperblock",
-    "simplify",
-    "licm",
-    "strength",
-    "replicate",
-    "simplify",
-    "hyperblock",
-    "simplify",
-    "compact",
 ];
 
 /// The pass with this name.
@@ -331,7 +313,7 @@ pub fn optimise(program: &mut Program, options: &Options) -> Vec<Remark> {
 pub fn optimise_control(program: &mut Program, options: &Options) {
     let passes = CONTROL.iter().map(|name| pass(name));
     let passes: Vec<&Pass> = passes.map(|p| p.expect("it is in the table")).collect();
-    let remarks = run_on(program, &passes, options, true, &mut |_, _| {});
+    let remarks = run_on(program, &passes, options, Stage::Control, &mut |_, _| {});
     debug_assert_eq!(remarks, [], "control code has no marks to speak of");
 }
 
@@ -348,22 +330,22 @@ pub fn run(
     options: &Options,
     after: &mut dyn FnMut(&Pass, &Program),
 ) -> Vec<Remark> {
-    run_on(program, passes, options, false, after)
+    run_on(program, passes, options, Stage::Whole, after)
 }
 
-/// Runs some passes on a program in which special functions have their steps or, as `refined` says, do
-/// not.
+/// Runs some passes on a program at a stage.
 fn run_on(
     program: &mut Program,
     passes: &[&Pass],
     options: &Options,
-    refined: bool,
+    stage: Stage,
     after: &mut dyn FnMut(&Pass, &Program),
 ) -> Vec<Remark> {
     let mut runner = Runner {
         context: Context {
             options,
-            refined,
+            refined: stage == Stage::Control,
+            stage,
             unrolled: false,
             remarks: Vec::new(),
         },

@@ -11,13 +11,16 @@ use crate::program::*;
 use srp_archdesc::arch::Precision;
 
 /// Iterations up to which a number is looked for.
-const MAX_TRIP: u32 = 1024;
+const MAX_TRIP: u32 = 16_384;
 
 /// Operations of a loop that is written out whole.
-const MAX_WHOLE: usize = 96;
+const MAX_WHOLE: usize = 192;
 
 /// Operations of an unrolled loop.
 const MAX_UNROLLED: usize = 72;
+
+/// Operations of one whose tests go.
+const MAX_UNTESTED_SIZE: usize = 128;
 
 /// Copies of a body with their tests, and without: the first are done in vain where the loop ends
 /// early.
@@ -46,7 +49,7 @@ fn short_loop(func: &Function, precision: &Precision) -> Option<(LoopData, Trip)
     inner.into_iter().find_map(|(_, data)| {
         let sizes = data.blocks.iter().map(|&block| size(func, block));
         let whole = sizes.sum::<Option<usize>>()?.max(1);
-        let most = (MAX_WHOLE / whole).min(16) as u32;
+        let most = (MAX_WHOLE / whole).min(32) as u32;
         let trip = trip(func, &dominators, data, most, precision)?;
         Some((data.clone(), trip))
     })
@@ -70,14 +73,15 @@ pub(crate) fn replicate(func: &mut Function, precision: &Precision) -> bool {
         if func.blocks[block].kernel.is_some() {
             continue;
         }
-        let most = (MAX_UNROLLED / size.max(1)).min(MAX_UNTESTED);
+        let most = |operations: usize, copies: usize| (operations / size.max(1)).min(copies);
         let known = trip(func, &dominators, data, MAX_TRIP, precision);
         let divides = |copies: &usize| {
             let trip = known.map(|known| known.count as usize);
             trip.is_some_and(|trip| trip.is_multiple_of(*copies))
         };
-        let untested = (2..=most).rev().find(divides);
-        let copies = untested.unwrap_or(most.min(MAX_TESTED));
+        let untested = 2..=most(MAX_UNTESTED_SIZE, MAX_UNTESTED);
+        let untested = untested.rev().find(divides);
+        let copies = untested.unwrap_or(most(MAX_UNROLLED, MAX_TESTED));
         if copies > 1 {
             follow(func, data, block, copies, untested.is_none());
             changed = true;

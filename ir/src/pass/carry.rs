@@ -1,0 +1,143 @@
+//! Loads at the head of a loop of what the iteration before has loaded already, from the address that is
+//! now the loop's own: a parameter brings the value instead.
+
+use super::nearby::Facts;
+use super::rename::Renames;
+use crate::flow::{Cfg, Dominators, Loops};
+use crate::program::*;
+use srp_archdesc::isa::{Effect, Opcode};
+
+/// Blocks that are searched for a load, each the only one before the next.
+const MAX_BEFORE: usize = 4;
+
+/// Carries values that loops have loaded from one iteration to the next.
+pub(crate) fn carry(func: &mut Function) -> bool {
+    let cfg = Cfg::of(func);
+    let loops = Loops::of(&cfg, &Dominators::of(&cfg));
+    let facts = Facts::of(func);
+    let mut renames = Renames::default();
+    for data in loops.loops.values() {
+        let header = data.header;
+        if header == func.entry() || func.blocks[header].kernel.is_some() {
+            continue;
+        }
+        for inst in func.blocks[header].insts.clone() {
+            let kind = &func.insts[inst].kind;
+            if let InstKind::Op { op, args, imm } = kind
+                && op.info().effect == Effect::Load
+                && facts.truths.contains(&args[0])
+                && let Some(found) = arriving(func, &cfg, &facts, header, (*op, args[1], *imm))
+            {
+                let result = func.insts[inst].results[0];
+                bring(func, header, result, &found, &mut renames);
+                func.blocks[header].insts.retain(|&i| i != inst);
+            } else if writes(kind) {
+                break;
+            }
+        }
+    }
+    let changed = !renames.is_empty();
+    renames.apply(func);
+    changed
+}
+
+/// True if an instruction may write memory.
+fn writes(kind: &InstKind) -> bool {
+    match kind {
+        InstKind::Op { op, .. } => matches!(op.info().effect, Effect::Store | Effect::Io),
+        InstKind::Call { .. } | InstKind::Launch { .. } => true,
+        _ => false,
+    }
+}
+
+/// An address as the sum of values and a constant.
+type Place = (Vec<Value>, u32);
+
+/// For each way into a block, in the order of the predecessors, the value at an address that the block
+/// loads first; `None` if that is not known on all ways.
+fn arriving(
+    func: &Function,
+    cfg: &Cfg,
+    facts: &Facts,
+    block: Block,
+    (op, address, imm): (Opcode, Value, i32),
+) -> Option<Vec<(Block, Value)>> {
+    let (terms, offset) = facts.terms(address);
+    let params = &func.blocks[block].params;
+    // Only what the loop changes is worth a parameter.
+    terms.iter().find(|v| params.contains(v))?;
+    let mut found = Vec::new();
+    for &pred in &cfg.preds[block] {
+        let mut ways = func.blocks[pred].end.targets().filter(|t| t.block == block);
+        let way = ways.next()?;
+        if ways.next().is_some() {
+            return None;
+        }
+        let mut place = (Vec::new(), offset.wrapping_add_signed(imm));
+        for &term in &terms {
+            let at = params.iter().position(|&p| p == term);
+            let (more, plus) = facts.terms(at.map_or(term, |at| way.args[at]));
+            place.0.extend(more);
+            place.1 = place.1.wrapping_add(plus);
+        }
+        place.0.sort_unstable();
+        found.push((pred, held(func, cfg, facts, pred, op, &place)?));
+    }
+    Some(found)
+}
+
+/// The value that a load at a place would find at the end of a block.
+fn held(
+    func: &Function,
+    cfg: &Cfg,
+    facts: &Facts,
+    mut block: Block,
+    wanted: Opcode,
+    place: &Place,
+) -> Option<Value> {
+    for _ in 0..MAX_BEFORE {
+        for &inst in func.blocks[block].insts.iter().rev() {
+            let data = &func.insts[inst];
+            if let InstKind::Op { op, args, imm } = &data.kind
+                && op.access_bytes().is_some()
+                && facts.truths.contains(&args[0])
+            {
+                let (terms, offset) = facts.terms(args[1]);
+                let here = (terms, offset.wrapping_add_signed(*imm));
+                match op {
+                    _ if here != *place => {}
+                    Opcode::Sw if wanted == Opcode::Lw => return Some(args[2]),
+                    _ if *op == wanted => return data.results.first().copied(),
+                    _ => {}
+                }
+            }
+            if writes(&data.kind) {
+                return None;
+            }
+        }
+        let [before] = cfg.preds[block][..] else {
+            return None;
+        };
+        block = before;
+    }
+    None
+}
+
+/// Gives a block a parameter in the place of a value.
+fn bring(
+    func: &mut Function,
+    block: Block,
+    value: Value,
+    found: &[(Block, Value)],
+    renames: &mut Renames,
+) {
+    let param = func.add_param(block, func.values[value]);
+    for &(pred, arriving) in found {
+        for target in func.blocks[pred].end.targets_mut() {
+            if target.block == block {
+                target.args.push(arriving);
+            }
+        }
+    }
+    renames.replace(value, param);
+}
