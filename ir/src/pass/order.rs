@@ -19,6 +19,8 @@ pub const STANDARD: &[&str] = &[
     "inline-kernels",
     "unnest",
     "simplify",
+    "dead-loops",
+    "simplify",
     "constants",
     "simplify",
     "reciprocal-math",

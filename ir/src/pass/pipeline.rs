@@ -133,6 +133,11 @@ pub const PASSES: &[Pass] = &[
         run: Run::Function(|f, _| dce(f)),
     },
     Pass {
+        name: "dead-loops",
+        what: "Removes loops that do nothing and certainly end.",
+        run: Run::Function(|f, context| dead_loops(f, &context.precision())),
+    },
+    Pass {
         name: "inline",
         what: "Puts functions in the place of their calls: small ones, and all that kernel loops call.",
         run: Run::Program(|program, context| {

@@ -1,0 +1,144 @@
+//! Loops that do nothing: without effects, with no value that is used behind them, and with a test that
+//! certainly ends them.
+
+use super::preheader;
+use super::unroll::trip;
+use crate::flow::{Cfg, Dominators, LoopData, Loops};
+use crate::program::*;
+use rustc_hash::FxHashSet;
+use srp_archdesc::arch::Precision;
+use srp_archdesc::isa::{Effect, Opcode};
+
+/// Iterations up to which a number is looked for.
+const MAX_TRIP: u32 = 4096;
+
+/// Lets control go past the loops that do nothing.
+pub(crate) fn dead_loops(func: &mut Function, precision: &Precision) -> bool {
+    let mut changed = false;
+    while let Some((before, exit)) = dead_loop(func, precision) {
+        func.blocks[before].end = Terminator::Jump(exit);
+        super::cfg::remove_unreached(func);
+        changed = true;
+    }
+    changed
+}
+
+/// A block that jumps to a loop that does nothing, and where that goes.
+fn dead_loop(func: &Function, precision: &Precision) -> Option<(Block, Target)> {
+    let cfg = Cfg::of(func);
+    let dominators = Dominators::of(&cfg);
+    let loops = Loops::of(&cfg, &dominators);
+    loops.loops.iter().find_map(|(id, data)| {
+        let innermost = loops.loops.values().all(|l| l.parent != Some(id));
+        let before = preheader::find(func, &cfg, data)?;
+        let made = made(func, data)?;
+        let exit = exit(func, data, &made)?;
+        let ends = || {
+            trip(func, &dominators, data, MAX_TRIP, precision).is_some()
+                || counts(func, data, &dominators, &made)
+        };
+        (innermost && !used_outside(func, data, &made) && ends()).then_some((before, exit))
+    })
+}
+
+/// The values that a loop makes; `None` if it does something else.
+fn made(func: &Function, data: &LoopData) -> Option<FxHashSet<Value>> {
+    let mut made = FxHashSet::default();
+    for &block in &data.blocks {
+        made.extend(&func.blocks[block].params);
+        for &inst in &func.blocks[block].insts {
+            let InstData { kind, results, .. } = &func.insts[inst];
+            match kind {
+                InstKind::Call { .. } | InstKind::Launch { .. } => return None,
+                InstKind::Op { op, .. }
+                    if matches!(op.info().effect, Effect::Store | Effect::Io) =>
+                {
+                    return None;
+                }
+                _ => made.extend(results),
+            }
+        }
+    }
+    Some(made)
+}
+
+/// Where a loop goes in the end, if that is one place, to which it brings nothing that it made.
+fn exit(func: &Function, data: &LoopData, made: &FxHashSet<Value>) -> Option<Target> {
+    let blocks = data.blocks.iter();
+    let targets = blocks.flat_map(|&b| func.blocks[b].end.targets());
+    let mut exits = targets.filter(|t| !data.blocks.contains(&t.block));
+    let exit = exits.next()?;
+    let one = exits.all(|other| other == exit);
+    (one && exit.args.iter().all(|v| !made.contains(v))).then(|| exit.clone())
+}
+
+fn used_outside(func: &Function, data: &LoopData, made: &FxHashSet<Value>) -> bool {
+    let mut used = false;
+    for &block in func.layout.iter().filter(|b| !data.blocks.contains(b)) {
+        for &inst in &func.blocks[block].insts {
+            func.insts[inst]
+                .kind
+                .for_each_use(|v| used |= made.contains(&v));
+        }
+        let end = &func.blocks[block].end;
+        end.for_each_use(|v| used |= made.contains(&v));
+    }
+    used
+}
+
+/// True if every iteration compares what grows by one with a limit that stays: sooner or later any number
+/// is reached.
+fn counts(
+    func: &Function,
+    data: &LoopData,
+    dominators: &Dominators,
+    made: &FxHashSet<Value>,
+) -> bool {
+    let [latch] = data.latches[..] else {
+        return false;
+    };
+    let insts = || func.layout.iter().flat_map(|&b| &func.blocks[b].insts);
+    let def = |value: Value| {
+        let inst = insts().find(|&&i| func.insts[i].results.contains(&value))?;
+        Some(&func.insts[*inst].kind)
+    };
+    let is_one = |v: Value| matches!(def(v), Some(InstKind::Const(Bits::Word(1))));
+    let next = |param: Value| {
+        let place = func.blocks[data.header].params.iter();
+        let place = place.into_iter().position(|&p| p == param)?;
+        let mut backs = func.blocks[latch].end.targets();
+        let mut backs = backs.by_ref().filter(|t| t.block == data.header);
+        let back = backs.next()?;
+        backs.next().is_none().then(|| back.args[place])
+    };
+    let grows = |value: Value, from: Value| match def(value) {
+        Some(InstKind::Op {
+            op: Opcode::Add,
+            args,
+            ..
+        }) => args[0] == from && is_one(args[1]) || args[1] == from && is_one(args[0]),
+        _ => false,
+    };
+    let counter = |value: Value| {
+        let params = &func.blocks[data.header].params;
+        params
+            .iter()
+            .any(|&p| next(p).is_some_and(|next| grows(next, p) && (value == p || value == next)))
+    };
+    data.blocks.iter().any(|&block| {
+        let Terminator::Branch { cond, then, .. } = &func.blocks[block].end else {
+            return false;
+        };
+        let inside = |b: Block| data.blocks.contains(&b);
+        let ends = func.blocks[block].end.targets().any(|t| !inside(t.block));
+        let Some(InstKind::Op { op, args, .. }) = def(*cond) else {
+            return false;
+        };
+        let stays = match inside(then.block) {
+            true => matches!(op, Opcode::Lt | Opcode::Ltu | Opcode::Ne),
+            false => *op == Opcode::Eq,
+        };
+        let limit = args.get(1).is_some_and(|limit| !made.contains(limit));
+        ends && stays && limit && dominators.dominates(block, latch) && counter(args[0])
+    })
+}
