@@ -39,6 +39,8 @@ const LARGE: usize = 80;
 const WIDE: usize = 36;
 /// IIs above the bound from which on they get all of it.
 const NEAR: u32 = 2;
+/// Negotiations at an II that were given up, from which on the other ways get no more than their part there.
+const HOPELESS: u32 = 2;
 /// The largest bound of a loop that negotiation is tried on first: with more slots there is so much room
 /// between values that the router finds its way at less expense.
 const CROWDED: u32 = 20;
@@ -74,6 +76,8 @@ struct Level {
     /// Attempts so far, by way.
     attempts: [u32; 3],
     times_forced: EntityMap<Node, u32>,
+    /// Negotiations that were given up.
+    hopeless: u32,
     /// Weights of the edges.
     weights: Vec<u32>,
     /// The most frequent conflict of the first attempt that failed; `Some(None)` where that was
@@ -231,7 +235,9 @@ impl<'a, 'p> Heuristic<'a, 'p> {
             };
             self.negotiate(best, bound, effort - others, watch);
             // The last steps to the bound often are those of the other ways.
-            if best.ii - bound <= NEAR {
+            let below = self.levels.get(&best.ii.saturating_sub(1));
+            let is_hopeless = below.is_some_and(|level| level.hopeless >= HOPELESS);
+            if best.ii - bound <= NEAR && !is_hopeless {
                 start = self.router.expanded;
             }
         }
@@ -300,6 +306,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
                 let left = limit.saturating_sub(router.expanded);
                 let result = run.run(steps, left, watch);
                 router.expanded += run.effort();
+                level.hopeless += u32::from(run.is_hopeless);
                 result
             }
             Way::OneByOne => {
@@ -352,6 +359,7 @@ impl Level {
             freedom: Freedom::at(problem, ii),
             attempts: [0; 3],
             times_forced: EntityMap::filled(problem.dfg.nodes.len(), 0),
+            hopeless: 0,
             weights: vec![LIGHTEST; problem.edges.len()],
             failed: None,
         }

@@ -169,6 +169,8 @@ pub(super) struct Negotiation<'a, 'p> {
     goods: Vec<Good>,
     /// Steps so far.
     steps: u64,
+    /// True when the run was given up for its conflicts.
+    pub(super) is_hopeless: bool,
 }
 
 impl<'a, 'p> Negotiation<'a, 'p> {
@@ -195,6 +197,7 @@ impl<'a, 'p> Negotiation<'a, 'p> {
             by_span: Vec::new(),
             goods: Vec::new(),
             steps: 0,
+            is_hopeless: false,
         };
         let earliest = start::times(problem, ii, ROOM);
         for node in problem.nodes() {
@@ -247,7 +250,8 @@ impl<'a, 'p> Negotiation<'a, 'p> {
                 }
                 self.step(cooling.half as i32 >> 8);
             }
-            if self.is_hopeless(stage) {
+            if self.has_too_many_conflicts(stage) {
+                self.is_hopeless = true;
                 break;
             }
             cooling.go_on(self.conflicts.len());
@@ -256,7 +260,7 @@ impl<'a, 'p> Negotiation<'a, 'p> {
     }
 
     /// True when so many nodes are in conflict after a stage that runs hardly ever recover.
-    fn is_hopeless(&self, stage: u32) -> bool {
+    fn has_too_many_conflicts(&self, stage: u32) -> bool {
         let nodes = self.problem.dfg.nodes.len();
         let few = HOPELESS.iter().find(|&&(after, _)| after == stage);
         few.is_some_and(|&(_, few)| self.conflicts.len() * 1000 > nodes * few)
