@@ -5,6 +5,7 @@
 //! a way not taken, get the predicate into their guard.
 
 use super::Remark;
+use super::cfg::remove_unreached;
 use super::rename::Renames;
 use crate::flow::{Cfg, Dominators, LoopData, Loops};
 use crate::program::*;
@@ -25,6 +26,8 @@ pub(crate) fn ifconvert(func: &mut Function) -> Vec<Remark> {
     if func.layout.iter().all(|&b| func.blocks[b].kernel.is_none()) {
         return remarks;
     }
+    // A block that nothing reaches may still lead into a loop that becomes one block.
+    remove_unreached(func);
     let free = run_in_chunks(func);
     let cfg = Cfg::of(func);
     let dominators = Dominators::of(&cfg);
