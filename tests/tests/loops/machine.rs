@@ -28,8 +28,8 @@ pub(crate) fn random(random: &mut Pcg64) -> String {
         "  <resource name=\"cache_port\" count=\"1\"/>"
     ));
     let classes = [
-        "alu", "imul", "idiv", "pred", "fadd", "fmul", "fma", "fdiv", "sfu", "cvt", "lane", "valu",
-        "vmul", "vfadd", "vfmul", "vfma", "vdot", "load", "store", "cload", "cstore", "io",
+        "alu", "imul", "idiv", "pred", "fadd", "fmul", "fma", "fdiv", "sfu", "fast", "cvt", "lane",
+        "valu", "vmul", "vfadd", "vfmul", "vfma", "vdot", "load", "store", "cload", "cstore", "io",
         "branch",
     ];
     for class in classes {
@@ -56,7 +56,7 @@ pub(crate) fn random(random: &mut Pcg64) -> String {
     let size = one_of(random, &[4, 8, 16]);
     let from_links = one_of(random, &["true", "false"]);
     let (reads, writes) = (1 + below(random, 3), 1 + below(random, 2));
-    let all = "alu imul idiv pred fadd fmul fma fdiv sfu cvt lane valu vmul vfadd vfmul vfma vdot \
+    let all = "alu imul idiv pred fadd fmul fma fdiv sfu fast cvt lane valu vmul vfadd vfmul vfma vdot \
                load store cload cstore io branch";
     let some = "alu imul pred fadd fmul lane valu vfadd vfmul load store cvt";
     let scalar = "alu imul pred fadd fmul cvt";
@@ -76,6 +76,12 @@ pub(crate) fn random(random: &mut Pcg64) -> String {
             "    <file name=\"s\" kind=\"static\" size=\"16\" read-ports=\"3\" write-ports=\"1\"/>"
         ));
         line(format_args!("  </fu-type>"));
+    }
+    for function in ["rcp_fast", "rsqrt_fast", "sqrt_fast", "div_fast"] {
+        let bits = 6 + below(random, 8);
+        line(format_args!(
+            "  <special function=\"{function}\" bits=\"{bits}\"/>"
+        ));
     }
     for function in ["rcp", "rsqrt", "sqrt", "div"] {
         let (bits, steps) = (4 + below(random, 20), below(random, 4));

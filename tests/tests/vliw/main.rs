@@ -10,7 +10,7 @@ mod passing;
 
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
-use srp_archdesc::arch::{Arch, FileKind};
+use srp_archdesc::arch::{Approx, Arch, Fast, FileKind, FuOp};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Class;
 use srp_archdesc::machines;
@@ -22,12 +22,32 @@ use srp_ir::interp::{FlatWorld, Options, TrapKind};
 use srp_ir::layout::Layout;
 use srp_ir::program::{Bits, Kernel, Pos, Program};
 
-/// The shipped machines.
+/// The shipped machines, with fast units, so that they run every operation.
 fn machines() -> Vec<Arch> {
     let parse = |m: &machines::Machine| {
         srp_archdesc::parse(m.name, m.xml).expect("shipped machines are right")
     };
-    machines::ALL.iter().map(parse).collect()
+    machines::ALL
+        .iter()
+        .map(parse)
+        .map(with_fast_units)
+        .collect()
+}
+
+fn with_fast_units(mut arch: Arch) -> Arch {
+    arch.precision.fast = Fast {
+        rcp: Some(Approx::table(8, 0)),
+        rsqrt: Some(Approx::table(7, 1)),
+        sqrt: Some(Approx::table(9, 0)),
+        div: Some(Approx::table(10, 0)),
+    };
+    for fu in arch.srp.fus.values_mut() {
+        if fu.op(Class::Sfu).is_some() {
+            fu.ops.push(FuOp::new(Class::Fast, 2, 1));
+            fu.ops.sort_by_key(|op| op.class);
+        }
+    }
+    arch
 }
 
 /// A machine with few registers, ports and constants, odd latencies, and any branch delay.
