@@ -135,3 +135,10 @@ fn defined(text: &'static str) -> impl Iterator<Item = &'static str> {
         Some(&head[start + 1..])
     })
 }
+
+/// True when `srp.h` declares a function of this name.
+pub(crate) fn is_intrinsic(name: &str) -> bool {
+    let header = srp_kernels::header("srp.h").map_or("", |header| header.text);
+    let has = |text: String| header.contains(&text);
+    name.starts_with("srp_") && (has(format!(" {name}(")) || has(format!("#define {name} ")))
+}

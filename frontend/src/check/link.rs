@@ -3,6 +3,7 @@
 use super::{Checker, Symbol};
 use crate::ast;
 use crate::ctype::{Type, TypeId};
+use crate::library;
 use crate::message::{REDECLARED, UNDEFINED};
 use crate::source::Name;
 use crate::typed::*;
@@ -122,12 +123,15 @@ impl Checker<'_> {
         missing.sort();
         for (span, name) in missing {
             let text = format!("`{name}` is used but defined in no source");
-            match NOT_IN_LIBRARY.contains(&name.as_str()) {
-                true => {
-                    self.error_help(UNDEFINED, span, text, "this C library has no such function")
+            let help = match name.as_str() {
+                name if NOT_IN_LIBRARY.contains(&name) => "this C library has no such function",
+                name if library::is_intrinsic(name) => "`#include \"srp.h\"` declares it",
+                _ => {
+                    self.error(UNDEFINED, span, text, "");
+                    continue;
                 }
-                false => self.error(UNDEFINED, span, text, ""),
-            }
+            };
+            self.error_help(UNDEFINED, span, text, help);
         }
         self.check_main();
         let external_objects = self.external_ids(|symbol| match symbol {
