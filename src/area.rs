@@ -4,11 +4,9 @@
 use crate::cli;
 use crate::failure::Failure;
 use crate::talk;
-use serde::Serialize;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::area::{self, Area, Complexity};
-use srp_archdesc::chip;
-use srp_archdesc::cost::Technology;
+use srp_archdesc::chip::{self, Chip};
 use srp_archdesc::datapath::{BOX_TEST, Intersection};
 use srp_archdesc::system::{Pipeline, TniSpec};
 use srp_toolchain::machine;
@@ -36,35 +34,6 @@ pub(crate) fn run(args: &cli::Area) -> Result<(), Failure> {
 const PAPER_SRP: f64 = 2.9;
 const PAPER_CHIP: f64 = 25.0;
 
-/// The whole chip, mm² at 65 nm.
-#[derive(Serialize)]
-struct Chip {
-    srp_mm2: f64,
-    tni_mm2: f64,
-    bus_mm2: f64,
-    cores: u32,
-    total_mm2: f64,
-    /// The same in each technology.
-    scaled_mm2: Vec<(Technology, f64)>,
-}
-
-fn chip(arch: &Arch) -> Chip {
-    let srp_mm2 = chip::srp(arch).total_mm2;
-    let tni_mm2 = area::area(&arch.system.tni, &arch.system.buffers).total;
-    let bus_mm2 = chip::bus_area(arch);
-    let cores = arch.system.cores;
-    let total_mm2 = f64::from(cores) * (srp_mm2 + tni_mm2) + bus_mm2;
-    let scaled = Technology::ALL.map(|t| (t, total_mm2 * t.area));
-    Chip {
-        srp_mm2,
-        tni_mm2,
-        bus_mm2,
-        cores,
-        total_mm2,
-        scaled_mm2: scaled.to_vec(),
-    }
-}
-
 /// The SRP by its parts, and the whole.
 fn write_chip(out: &mut String, arch: &Arch) -> std::fmt::Result {
     let srp = chip::srp(arch);
@@ -86,7 +55,7 @@ fn write_chip(out: &mut String, arch: &Arch) -> std::fmt::Result {
         100.0 * (srp.total_mm2 / PAPER_SRP - 1.0)
     )?;
     write_specials(out, arch)?;
-    let chip = chip(arch);
+    let chip = Chip::of(arch);
     writeln!(
         out,
         "\nchip: {} × (SRP {:.2} + T&I {:.2}) + bus {:.3} = {:.2} mm² (the paper's four cores {PAPER_CHIP}: {:+.0} %)",
@@ -142,7 +111,7 @@ fn json(arch: &Arch) -> serde_json::Value {
     let tni = &arch.system.tni;
     serde_json::json!({
         "machine": arch.name,
-        "chip": chip(arch),
+        "chip": Chip::of(arch),
         "srp": chip::srp(arch),
         "special": arch.precision.specials()
             .map(|s| (s.name(), arch.special_unit(s))).collect::<Vec<_>>(),

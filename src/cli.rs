@@ -11,6 +11,7 @@ mod machine;
 pub(crate) mod map;
 mod paper;
 mod render;
+mod sweep;
 mod tni;
 
 pub(crate) use accuracy::Accuracy;
@@ -25,6 +26,7 @@ pub(crate) use hard::HardCases;
 pub(crate) use machine::{Area, Machine, MachineAction, Units};
 pub(crate) use paper::{Paper, Table};
 pub(crate) use render::{Effects, Render};
+pub(crate) use sweep::{Sweep, SweepAction};
 pub(crate) use tni::{HeatOf, Latencies, Pipeline, RayKind, Tni, TniMemory};
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -55,6 +57,7 @@ Examples:
   srp compile kernels.c --emit ir,dfg -o build
   srp dram requests.trace --preset lpddr3-1600
   srp machine check my-machine.xml
+  srp sweep --set array.rows=4,5,6             variants of the machine, and what moves what
   srp map conv.dot --mesh 4x4                  a bare dataflow graph onto a standard array
 
 Exit status: 0 done, 1 the input is at fault or a check failed, 2 the command line is, 130 interrupted
@@ -87,6 +90,8 @@ pub(crate) enum Command {
     Report(Report),
     /// Report again whenever a file is saved, what got better or worse first.
     Watch(Watch),
+    /// Vary a machine, and compare: intervals, cycles, energy, area, error of every variant.
+    Sweep(Box<Sweep>),
     /// Run T&I units alone on rays, and account for every cycle.
     Tni(Tni),
     /// Hold the T&I units against the figures of the SGRT paper.

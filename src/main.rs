@@ -26,6 +26,7 @@ mod render;
 mod report;
 mod run;
 mod scenes;
+mod sweep;
 mod talk;
 mod tni;
 mod units;
@@ -60,6 +61,7 @@ fn main() -> ExitCode {
         Command::Paper(args) => paper::run(args).map(|()| 0),
         Command::Area(args) => area::run(args).map(|()| 0),
         Command::Units(args) => units::run(args).map(|()| 0),
+        Command::Sweep(args) => sweep::run(args).map(|()| 0),
         Command::Tni(args) => tni::run(args).map(|()| 0),
         Command::Map(args) => map::run(args),
         Command::Dram(args) => dram::run(args).map(|()| 0),

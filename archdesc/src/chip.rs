@@ -8,7 +8,8 @@
 use serde::Serialize;
 
 use crate::arch::{Arch, FileSpec, Fu, FuSpec, LinkSpec, Srp};
-use crate::area::{CONTROL, WIRING, cache_area};
+use crate::area::{CONTROL, WIRING, area, cache_area};
+use crate::cost::Technology;
 use crate::cost::memory::{REGISTER_BIT, SRAM_BIT, file_area, file_energy, read_energy};
 use crate::cost::operator::{
     SINGLE, compare, convert, float_add, float_fma, float_mul, integer_add, integer_mul,
@@ -425,6 +426,43 @@ pub fn all_context_bits(srp: &Srp) -> u32 {
 /// Energy of reading contexts of so many bits, pJ.
 pub fn context_energy(bits: u32) -> f64 {
     CONTEXT_PJ * f64::from(bits)
+}
+
+/// The area of a whole chip, mm² at 65 nm.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Chip {
+    /// One SRP.
+    pub srp_mm2: f64,
+    /// One T&I unit.
+    pub tni_mm2: f64,
+    /// The bus.
+    pub bus_mm2: f64,
+    /// Cores, of which each has one of both.
+    pub cores: u32,
+    /// All of it.
+    pub total_mm2: f64,
+    /// The same in each technology.
+    pub scaled_mm2: Vec<(Technology, f64)>,
+}
+
+impl Chip {
+    /// The chip of a machine.
+    pub fn of(arch: &Arch) -> Chip {
+        let srp_mm2 = srp(arch).total_mm2;
+        let tni_mm2 = area(&arch.system.tni, &arch.system.buffers).total;
+        let bus_mm2 = bus_area(arch);
+        let cores = arch.system.cores;
+        let total_mm2 = f64::from(cores) * (srp_mm2 + tni_mm2) + bus_mm2;
+        let scaled = Technology::ALL.map(|t| (t, total_mm2 * t.area));
+        Chip {
+            srp_mm2,
+            tni_mm2,
+            bus_mm2,
+            cores,
+            total_mm2,
+            scaled_mm2: scaled.to_vec(),
+        }
+    }
 }
 
 /// Area of the bus, mm²: a register for each bit in each cycle of both ways, and for each core a

@@ -18,6 +18,7 @@
 //! * [`loops`] reports on the loops of programs, [`map`](mod@map) on graphs; [`certificate`] is what proves
 //!   their bounds.
 //! * [`profile`] gives every cycle of a run to a function, a loop and a source line.
+//! * [`sweep`] measures many machines, and says which is on a front and what moves it.
 //! * [`figure`] says what is measured; [`survey`] is the statistics of samples.
 
 pub mod accuracy;
@@ -43,6 +44,7 @@ pub mod real;
 pub mod reference;
 mod search;
 pub mod survey;
+pub mod sweep;
 pub mod tni;
 pub mod views;
 

@@ -9,6 +9,7 @@ mod hard;
 mod inputs;
 mod pragmas;
 mod report;
+mod sweep;
 mod units;
 
 use std::path::{Path, PathBuf};

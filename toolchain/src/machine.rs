@@ -13,12 +13,20 @@ use std::path::Path;
 ///
 /// The file cannot be read, or is wrong.
 pub fn read(path: &Path) -> Result<Arch, Error> {
+    parse(&path.display().to_string(), &text(path)?)
+}
+
+/// The text of a machine file, or of a machine that comes along.
+///
+/// # Errors
+///
+/// The file cannot be read.
+pub fn text(path: &Path) -> Result<String, Error> {
     let name = path.display().to_string();
-    let text = match machines::ALL.iter().find(|m| m.name == name) {
-        Some(machine) => machine.xml.to_owned(),
-        None => files::read_text(path).map_err(|error| unknown(path, error))?,
-    };
-    parse(&name, &text)
+    match machines::ALL.iter().find(|m| m.name == name) {
+        Some(machine) => Ok(machine.xml.to_owned()),
+        None => files::read_text(path).map_err(|error| unknown(path, error)),
+    }
 }
 
 /// Why a machine file cannot be read. If the path could be the name of a machine, the message lists the names.

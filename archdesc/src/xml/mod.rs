@@ -13,6 +13,7 @@
 mod array;
 mod de;
 mod dram;
+mod edit;
 mod findings;
 mod limits;
 mod links;
@@ -28,6 +29,7 @@ mod units;
 mod values;
 mod write;
 
+pub use edit::{AttributePath, EditError};
 pub use standard::{ArrayTopology, StandardArray, scalar_classes, standard};
 pub use write::write;
 

@@ -9,6 +9,12 @@ use super::de::Spanned;
 /// An attribute's value.
 pub(super) type Text = Spanned<String>;
 
+/// An element of the raw form.
+pub(super) trait Fields {
+    /// The attributes and elements that it can have, with underscores for hyphens.
+    const FIELDS: &[&str];
+}
+
 /// Declares the structs of the raw form: any attribute or element may be missing.
 macro_rules! raw {
     ($($(#[$doc:meta])* $name:ident { $($field:ident: $ty:ty,)* })*) => {$(
@@ -16,6 +22,10 @@ macro_rules! raw {
         #[derive(Clone, Debug, Default, Deserialize)]
         #[serde(default, rename_all = "kebab-case")]
         pub(super) struct $name { $(pub(super) $field: $ty,)* }
+
+        impl Fields for $name {
+            const FIELDS: &[&str] = &[$(stringify!($field)),*];
+        }
     )*};
 }
 

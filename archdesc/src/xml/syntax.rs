@@ -6,7 +6,7 @@ use super::tree::{self, AttributeMistake, Element, Limits, Mistake};
 use crate::diagnostic::{Diagnostic, Span};
 
 /// A machine file needs five levels. The expanded form of a 64×64 array is shorter.
-const LIMITS: Limits = Limits {
+pub(super) const LIMITS: Limits = Limits {
     bytes: 16 << 20,
     depth: 32,
     attributes: 64,

@@ -21,7 +21,7 @@ pub struct Difference {
 }
 
 /// A picture beside the reference.
-pub(super) struct Comparison {
+pub(crate) struct Comparison {
     /// The largest difference of a channel of each pixel, in levels.
     pub(super) levels: Vec<u8>,
     squares: Vec<f64>,
@@ -30,7 +30,7 @@ pub(super) struct Comparison {
 
 impl Comparison {
     /// Compares bytes with the reference, which is rounded to bytes.
-    pub(super) fn of(picture: &Picture, reference: &[DVec3]) -> Comparison {
+    pub(crate) fn of(picture: &Picture, reference: &[DVec3]) -> Comparison {
         let ours: Vec<[f64; 3]> = (picture.rgba.chunks_exact(4))
             .map(|p| [p[0], p[1], p[2]].map(f64::from))
             .collect();
@@ -50,7 +50,7 @@ impl Comparison {
     }
 
     /// The difference over the pixels for which `counts`.
-    pub(super) fn over(&self, counts: impl Fn(usize) -> bool) -> Difference {
+    pub(crate) fn over(&self, counts: impl Fn(usize) -> bool) -> Difference {
         let pixels: Vec<usize> = (0..self.levels.len()).filter(|&i| counts(i)).collect();
         let sum = |values: &[f64]| pixels.iter().map(|&i| values[i]).sum::<f64>();
         let many = |levels: u8| pixels.iter().filter(|&&i| self.levels[i] > levels).count() as u32;

@@ -18,6 +18,7 @@ mod summary;
 mod target;
 mod trial;
 
+pub(crate) use compare::Comparison;
 pub use compare::Difference;
 pub use price::Price;
 pub use probe::Leaks;

@@ -1,0 +1,217 @@
+//! `srp sweep`: many machines measured, and their rows as a table, a text and a page.
+
+mod page;
+mod parallel;
+mod text;
+
+use crate::cli::{self, SweepAction};
+use crate::count::count;
+use crate::failure::Failure;
+use crate::{files, interrupt, talk};
+use serde::Serialize;
+use srp_studies::sweep::analysis::analyse;
+use srp_studies::sweep::jobs::{self, Engine, Jobs};
+use srp_studies::sweep::plan::Point;
+use srp_studies::sweep::rows::csv;
+use srp_studies::sweep::{self, Analysis, Folder, Outcome, Plan, PlanFile, Row, Shard};
+use srp_toolchain::{BUILD_ID, Session};
+use std::path::Path;
+
+/// What is known of a sweep.
+#[derive(Serialize)]
+struct Report {
+    /// The plan.
+    plan: PlanFile,
+    /// Rows that it has.
+    planned: usize,
+    /// Those that are known.
+    rows: Vec<Row>,
+    /// What they say.
+    analyses: Vec<Analysis>,
+}
+
+impl Report {
+    /// Of the folder of a sweep.
+    fn of(folder: &Folder) -> Result<Report, Failure> {
+        let known = folder.known()?;
+        Ok(Report {
+            analyses: analyse(&known.rows),
+            plan: known.plan,
+            planned: known.planned,
+            rows: known.rows,
+        })
+    }
+
+    fn show(&self, json: bool) -> Result<(), Failure> {
+        let text = match json {
+            true => serde_json::to_string_pretty(self).map_err(Failure::message)? + "\n",
+            false => text::text(self),
+        };
+        Ok(talk::print(text)?)
+    }
+}
+
+/// Runs `srp sweep`.
+pub(crate) fn run(args: &cli::Sweep) -> Result<(), Failure> {
+    match &args.action {
+        None => sweep(args),
+        Some(SweepAction::Report { folder, html, json }) => {
+            let report = Report::of(&Folder::at(folder))?;
+            if let Some(path) = html {
+                files::write(path, page::page(&report).as_bytes())?;
+            }
+            report.show(*json)
+        }
+        Some(SweepAction::Show {
+            folder,
+            point,
+            output,
+        }) => show(folder, *point, output),
+    }
+}
+
+fn sweep(args: &cli::Sweep) -> Result<(), Failure> {
+    if let Some(build) = args.build.as_ref().filter(|build| *build != BUILD_ID) {
+        return Err(Failure::Usage(format!(
+            "this is another build of srp ({BUILD_ID}) than the sweep was begun with ({build}): \
+             install the same on all hosts"
+        )));
+    }
+    let plan = Plan::of(args.plan()?)?;
+    let folder = Folder::make(&args.output)?;
+    let session = &Session {
+        threads: cli::threads(args.threads),
+        ..talk::session()
+    };
+    let shard = args.shard.unwrap_or(Shard::WHOLE);
+    let run = || match Engine::parse(&args.engine) {
+        None => sweep::run(&plan, &folder, shard, session),
+        Some(engine) => {
+            let jobs = Jobs {
+                engine,
+                program: std::env::current_exe().map_err(srp_studies::Error::invalid)?,
+                shards: args.jobs as usize,
+                threads: args.threads.unwrap_or(1),
+            };
+            jobs::run(&plan, &folder, &jobs, session)
+        }
+    };
+    let findings = interrupt::looked_for(run)?;
+    if findings.reused > 0 {
+        talk::say(format_args!(
+            "{} known from an earlier run",
+            count(findings.reused as u64, "row")
+        ));
+    }
+    if shard != Shard::WHOLE {
+        talk::say(format_args!(
+            "{} of {} known; srp sweep report {} shows them",
+            findings.rows.len(),
+            count(findings.planned as u64, "row"),
+            args.output.display()
+        ));
+        return interrupt::end_if_requested();
+    }
+    let report = Report::of(&folder)?;
+    files::write(&folder.path("results.csv"), csv(&report.rows).as_bytes())?;
+    let html = folder.path("report.html");
+    files::write(&html, page::page(&report).as_bytes())?;
+    report.show(args.json)?;
+    talk::say(html.display());
+    interrupt::end_if_requested()?;
+    let missing = report.planned - report.rows.len();
+    if missing > 0 {
+        return Err(Failure::message(format_args!(
+            "{} missing; the same command goes on",
+            match missing {
+                1 => "1 row is".to_owned(),
+                n => format!("{n} rows are"),
+            }
+        )));
+    }
+    let none = !report.rows.is_empty()
+        && (report.rows.iter()).all(|row| !matches!(row.outcome, Outcome::Figures(_)));
+    match none {
+        true => Err(Failure::message("no point of the sweep has a figure")),
+        false => Ok(()),
+    }
+}
+
+/// Writes the machine file of a point, and says how to render with it.
+fn show(path: &Path, number: usize, output: &Path) -> Result<(), Failure> {
+    let known = Folder::at(path).known()?;
+    let row = known.rows.iter().find(|row| row.point == number);
+    let row = row.ok_or_else(|| {
+        Failure::message(format_args!(
+            "{} has no row of the point {number}: it has {}",
+            path.display(),
+            count(known.rows.len() as u64, "row")
+        ))
+    })?;
+    let plan = Plan::of(known.plan)?;
+    let (_, text) = plan.text_of(&Point(row.settings.clone()))?;
+    files::write(output, text.as_bytes())?;
+    let machine = match output == Path::new("-") {
+        true => "FILE.xml".to_owned(),
+        false => output.display().to_string(),
+    };
+    for scene in scenes(&plan) {
+        talk::say(command(&plan, row, &scene, &machine));
+    }
+    for program in &plan.file.programs {
+        talk::say(format_args!(
+            "srp run {program} --machine {machine}{}",
+            features(row)
+        ));
+    }
+    Ok(())
+}
+
+fn scenes(plan: &Plan) -> Vec<String> {
+    match plan.file.scenes.is_empty() && plan.file.programs.is_empty() {
+        true => vec!["default".to_owned()],
+        false => plan.file.scenes.clone(),
+    }
+}
+
+/// The command that renders a scene as a row did.
+fn command(plan: &Plan, row: &Row, scene: &str, machine: &str) -> String {
+    let mut words = vec!["srp render".to_owned()];
+    match scene.split_once('@') {
+        Some((file, view)) => words.push(format!("{file} --cameras {view}")),
+        None if scene == "default" => {}
+        None => words.push(scene.to_owned()),
+    }
+    words.push(format!(
+        "--machine {machine} --size {}x{}",
+        plan.size.0, plan.size.1
+    ));
+    if let Some(kernels) = &plan.file.kernels {
+        words.push(format!("--kernels {kernels}"));
+    }
+    let level = plan.fidelity.name();
+    if level != "cycle+dram" {
+        words.push(format!("--fidelity {level}"));
+    }
+    for (name, value) in &row.settings {
+        match name.strip_prefix("form:") {
+            Some(form) => words.push(format!("--form {form}={value}")),
+            None if name == "bvh" || name == "effort" => words.push(format!("--{name} {value}")),
+            None => {}
+        }
+    }
+    words.join(" ") + &features(row)
+}
+
+/// The permissions of the compiler that a row has.
+fn features(row: &Row) -> String {
+    let on = |(name, value): (&String, &String)| {
+        let feature = name.strip_prefix("f:")?;
+        let feature = match feature {
+            "fp-contract" => "fp-contract=fast",
+            feature => feature,
+        };
+        matches!(value.as_str(), "on" | "true" | "yes").then(|| format!(" -f {feature}"))
+    };
+    row.settings.iter().filter_map(on).collect()
+}

@@ -1,0 +1,73 @@
+//! What a sweep measures.
+
+use crate::Error;
+use crate::fidelity::Fidelity;
+use serde::{Deserialize, Serialize};
+
+/// Something that is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Measure {
+    /// Initiation intervals of the loops on the array.
+    Ii,
+    /// Cycles, time and frames a second.
+    Cycles,
+    /// Energy of a frame.
+    Energy,
+    /// Area of the chip.
+    Area,
+    /// The picture's distance from binary64.
+    Psnr,
+}
+
+impl Measure {
+    /// All of them.
+    pub const ALL: [Measure; 5] = [
+        Measure::Ii,
+        Measure::Cycles,
+        Measure::Energy,
+        Measure::Area,
+        Measure::Psnr,
+    ];
+
+    /// Its name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Measure::Ii => "ii",
+            Measure::Cycles => "cycles",
+            Measure::Energy => "energy",
+            Measure::Area => "area",
+            Measure::Psnr => "psnr",
+        }
+    }
+
+    pub(super) fn parse(name: &str) -> Result<Measure, Error> {
+        let found = Measure::ALL.into_iter().find(|m| m.name() == name);
+        found.ok_or_else(|| {
+            let names: Vec<&str> = Measure::ALL.iter().map(|m| m.name()).collect();
+            Error::Invalid(format!("measure `{name}`: there are {}", names.join(", ")))
+        })
+    }
+
+    /// Refuses what a level of simulation does not know.
+    pub(super) fn check(self, level: Fidelity) -> Result<(), Error> {
+        let known = match self {
+            Measure::Cycles => level != Fidelity::Functional,
+            Measure::Energy => level >= Fidelity::Cycle,
+            _ => true,
+        };
+        match known {
+            true => Ok(()),
+            false => Err(Error::Invalid(format!(
+                "a frame at the level `{}` has no {}: leave one of the two out",
+                level.name(),
+                self.name()
+            ))),
+        }
+    }
+
+    /// What a column is better by: larger or smaller figures.
+    pub fn is_better_larger(column: &str) -> bool {
+        matches!(column, "psnr" | "fps")
+    }
+}
