@@ -178,6 +178,9 @@ impl Core for GeneratedCore {
         loop {
             // SAFETY: `core` is from `srp_new` of the same library, and `words` has this room.
             let count = unsafe { save(self.core, words.as_mut_ptr(), words.len()) };
+            if count == 0 {
+                return None;
+            }
             if count <= words.len() {
                 words.truncate(count);
                 return Some(CoreState { words });

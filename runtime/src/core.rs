@@ -147,7 +147,8 @@ pub trait Core {
     /// program gives the same cycles however they are cut.
     fn run(&mut self, bus: &mut dyn Bus, budget: u64) -> Result<Run, Trap>;
 
-    /// All of its state, between two runs; `None` from an engine that keeps it to itself.
+    /// All of its state, between two runs; `None` from an engine that keeps it to itself, and where nothing but a trap
+    /// follows.
     fn save(&self) -> Option<CoreState> {
         None
     }

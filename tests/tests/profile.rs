@@ -4,7 +4,7 @@ use srp_archdesc::{Arch, Unwatched};
 use srp_ir::check::Checked;
 use srp_runtime::effect::{self, Guard};
 use srp_runtime::scene::demo::demo;
-use srp_runtime::solo::{self, Finish, Solo};
+use srp_runtime::solo::{self, Finish, Solo, SoloError};
 use srp_runtime::system::{self, Report, Timing};
 use srp_studies::profile::{Parts, Profile, Profiler};
 use srp_tests::studio::Studio;
@@ -42,6 +42,12 @@ fn sums(profile: &Profile) {
 }
 
 fn run(text: &str) -> (Profile, Finish) {
+    let (profile, finish, ended) = run_anyhow(text);
+    ended.expect("it ends");
+    (profile, finish)
+}
+
+fn run_anyhow(text: &str) -> (Profile, Finish, Result<(), SoloError>) {
     let folder = std::env::temp_dir().join(format!("srp-profile-{}", std::process::id()));
     fs::create_dir_all(&folder).expect("a temporary folder");
     let file = folder.join("program.c");
@@ -55,9 +61,37 @@ fn run(text: &str) -> (Profile, Finish) {
     let mut core = profiler.core();
     let mut bus = Solo::new(&program.image, arch.system.sram_bytes);
     let mut finish = Finish::default();
-    solo::run_until(core.as_mut(), &mut bus, 1 << 30, &Unwatched, &mut finish).expect("it ends");
+    let ended = solo::run_until(core.as_mut(), &mut bus, 1 << 30, &Unwatched, &mut finish);
     let _ = fs::remove_dir_all(folder);
-    (profiler.profile(), finish)
+    (profiler.profile(), finish, ended)
+}
+
+#[test]
+fn a_trap_leaves_all_cycles_before_it() {
+    // On the array, and on the VLIW engine.
+    for (from, to) in [
+        (
+            "i < 64; i++)\n            b",
+            "i < 900000; i++)\n            b",
+        ),
+        ("hops(2)", "hops(next[9999999])"),
+    ] {
+        let text = PROGRAM.replace(from, to);
+        assert_ne!(text, PROGRAM);
+        let (profile, finish, ended) = run_anyhow(&text);
+        assert!(matches!(ended, Err(SoloError::Trap(_))), "{ended:?}");
+        let parts = profile.parts;
+        assert_eq!(parts.total(), finish.cycles());
+        assert_eq!(parts.vliw + parts.empty, finish.vliw);
+        let array = finish.kernels.values().sum::<u64>();
+        assert_eq!(parts.array, array);
+        assert!(array > 100 && finish.vliw > 10, "{finish:?}");
+        // Iterations are those that began.
+        for looped in &profile.loops {
+            let iterations = looped.iterations.all;
+            assert!(iterations * u64::from(looped.ii) <= looped.parts.array + u64::from(looped.ii));
+        }
+    }
 }
 
 #[test]

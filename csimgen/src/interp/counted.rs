@@ -45,11 +45,11 @@ pub struct KernelCounts {
     pub switch: u64,
     /// Launches that have begun on the array.
     pub launches: u64,
-    /// Iterations of all of them, and the fewest and most of one.
+    /// Iterations that have begun.
     pub iterations: u64,
-    /// See above.
+    /// The fewest iterations that a launch was for.
     pub fewest: u64,
-    /// See above.
+    /// The most.
     pub most: u64,
 }
 
@@ -194,7 +194,6 @@ impl<'b> Datapath<Own<'b>> for Counted<'_> {
             _ => counts.fewest.min(iterations),
         };
         counts.most = counts.most.max(iterations);
-        counts.iterations += iterations;
         counts.launches += 1;
         trip
     }
@@ -206,11 +205,13 @@ impl<'b> Datapath<Own<'b>> for Counted<'_> {
         stages: u64,
         bus: &mut Border<'_, Own<'b>>,
     ) -> Result<(), Box<Fault>> {
-        let counts = &mut self.counts.kernels[kernel as usize].contexts;
-        let slot = context % counts.len() as u32;
-        counts[slot as usize] += 1;
+        self.tables.context(kernel, context, stages, bus)?;
+        let counts = &mut self.counts.kernels[kernel as usize];
+        let slot = context % counts.contexts.len() as u32;
+        counts.contexts[slot as usize] += 1;
+        counts.iterations += u64::from(slot == 0 && stages & 1 != 0);
         self.counts.last = Some(Turn::Context { kernel, slot });
-        self.tables.context(kernel, context, stages, bus)
+        Ok(())
     }
 
     fn rotate(&mut self, kernel: u32) {

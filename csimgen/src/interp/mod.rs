@@ -65,8 +65,9 @@ impl Core for Interpreter {
     fn save(&self) -> Option<CoreState> {
         let mut words = Vec::new();
         self.tables.save(&mut words);
-        self.sequencer.save(&mut words);
-        Some(CoreState { words })
+        self.sequencer
+            .save(&mut words)
+            .then_some(CoreState { words })
     }
 
     fn restore(&mut self, state: &CoreState) -> bool {

@@ -85,10 +85,17 @@ pub struct KernelTimes {
 #[derive(Clone, Copy, Debug)]
 enum Mode {
     Vliw,
-    Enter { kernel: u32, left: u64 },
+    Enter {
+        kernel: u32,
+        left: u64,
+    },
     Array(Array),
-    Leave { left: u64 },
+    Leave {
+        left: u64,
+    },
     Halted(i32),
+    /// The next cycle is one that cannot be.
+    Faulted(Fault),
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -151,6 +158,7 @@ impl Sequencer {
         loop {
             self.mode = match self.mode {
                 Mode::Halted(status) => return Ok(run(0, Activity::Halted(status))),
+                Mode::Faulted(fault) => return Err(fault),
                 Mode::Vliw => return self.run_vliw(path, bus, budget),
                 Mode::Array(array) if array.left > 0 => {
                     return self.run_array(array, path, bus, budget);
@@ -187,7 +195,12 @@ impl Sequencer {
         while cycles < budget {
             match path.bundle(self.pc, &mut self.issue, bus) {
                 Ok(()) => {}
-                Err(Stop::Fault(fault)) => return Err(fault),
+                Err(Stop::Fault(fault)) if cycles == 0 => return Err(fault),
+                Err(Stop::Fault(fault)) => {
+                    // The cycles before it count.
+                    self.mode = Mode::Faulted(fault);
+                    break;
+                }
                 Err(Stop::Wait(port)) => return Ok(run(1, Activity::Wait(port))),
                 Err(Stop::Behind) => break,
             }
@@ -258,8 +271,15 @@ impl Sequencer {
                 array.stages = array.stages << 1 | u64::from(array.to_begin > 0);
                 array.to_begin = array.to_begin.saturating_sub(1);
             }
-            path.context(array.kernel, array.context, array.stages, bus)
-                .map_err(|fault| *fault)?;
+            match path.context(array.kernel, array.context, array.stages, bus) {
+                Ok(()) => {}
+                Err(fault) if cycles == 0 => return Err(*fault),
+                Err(fault) => {
+                    // The cycles before it count.
+                    self.mode = Mode::Faulted(*fault);
+                    return Ok(run(cycles, Activity::Array(array.kernel)));
+                }
+            }
             cycles += 1;
             array.context += 1;
             array.slot += 1;
@@ -289,8 +309,8 @@ const LEAVE: u32 = 3;
 const HALTED: u32 = 4;
 
 impl Sequencer {
-    /// Appends the course, as it is between two runs.
-    pub fn save(&self, out: &mut Vec<u32>) {
+    /// Appends the course, as it is between two runs; `false` where it has ended with a fault.
+    pub fn save(&self, out: &mut Vec<u32>) -> bool {
         out.push(self.pc);
         match self.mode {
             Mode::Vliw => out.push(VLIW),
@@ -309,10 +329,12 @@ impl Sequencer {
                 put_long(out, left);
             }
             Mode::Halted(status) => out.extend([HALTED, status as u32]),
+            Mode::Faulted(_) => return false,
         }
         self.issue.save(out);
         out.push(self.calls.len() as u32);
         out.extend(&self.calls);
+        true
     }
 
     /// Takes a course that [`save`](Self::save) has appended; `None` where the words mean nothing.

@@ -219,7 +219,10 @@ struct Relay {
 impl Core for Relay {
     fn run(&mut self, bus: &mut dyn Bus, budget: u64) -> Result<Run, Trap> {
         let run = self.engines[self.turn].run(bus, budget)?;
-        let state = self.engines[self.turn].save().expect("it has a state");
+        let Some(state) = self.engines[self.turn].save() else {
+            // It has met a trap, which it tells when it is asked to go on.
+            return Ok(run);
+        };
         self.turn = 1 - self.turn;
         let next = &mut self.engines[self.turn];
         assert!(next.restore(&state), "the other engine takes the state");
