@@ -95,8 +95,8 @@ fn text(out: &mut String, report: &Report) -> std::fmt::Result {
     writeln!(out, "units of `{}` over all mantissas", report.machine)?;
     writeln!(
         out,
-        "{:<10}{:<45}{:>13}  {:<10}{:>11}{:>7}{:>11}{:>10}{:>8}",
-        "", "", "largest ulp", "at", "mean ulp", "bits", "rounded", "monotone", "2^k"
+        "{:<11}{:<45}{:>11}{:>13}  {:<10}{:>11}{:>7}{:>11}{:>10}{:>8}",
+        "", "", "bound ulp", "largest ulp", "at", "mean ulp", "bits", "rounded", "monotone", "2^k"
     )?;
     for certificate in &report.srp {
         line(out, certificate.function.name(), certificate)?;
@@ -107,7 +107,8 @@ fn text(out: &mut String, report: &Report) -> std::fmt::Result {
     line(out, "T&I rcp", &report.tni)?;
     writeln!(
         out,
-        "bits: of log2, sin and cos absolute; 2^k: powers of two have exact results"
+        "bound: what is promised of every result, by which --max-ulp chooses; largest: what was found; bits: of log2, \
+         sin and cos absolute; 2^k: powers of two have exact results"
     )
 }
 
@@ -130,7 +131,7 @@ fn made(structure: Structure, bits: u32, steps: u32, fused: bool) -> String {
 fn costs(out: &mut String, arch: &Arch) -> std::fmt::Result {
     writeln!(
         out,
-        "\n{:<10}{:>9}{:>10}{:>10}{:>10}  at 65 nm and the clock of the unit",
+        "\n{:<11}{:>9}{:>10}{:>10}{:>10}  at 65 nm and the clock of the unit",
         "cost", "latency", "interval", "mm²", "pJ"
     )?;
     let tni = &arch.system.tni;
@@ -150,7 +151,7 @@ fn costs(out: &mut String, arch: &Arch) -> std::fmt::Result {
         };
         writeln!(
             out,
-            "{name:<10}{:>9}{:>10}{:>10.5}{:>10.2}  {why}",
+            "{name:<11}{:>9}{:>10}{:>10.5}{:>10.2}  {why}",
             latency,
             interval,
             unit.area_um2 * 1e-6,
@@ -173,9 +174,14 @@ fn line(out: &mut String, name: &str, c: &Certificate) -> std::fmt::Result {
         Some(true) => "yes",
         Some(false) => "no",
     };
+    // A relative error is so many units in the last place at most, where they are smallest beside the result.
+    let bound = match c.function.is_absolute() {
+        true => "–".to_owned(),
+        false => format!("{:.1}", libm::exp2(24.0 - c.promised_bits)),
+    };
     writeln!(
         out,
-        "{name:<10}{made:<45}{:>13.4}  {:<#10x}{:>11.4}{:>7.1}{:>10.3}%{:>10}{:>8}",
+        "{name:<11}{made:<45}{bound:>11}{:>13.4}  {:<#10x}{:>11.4}{:>7.1}{:>10.3}%{:>10}{:>8}",
         c.worst_ulp,
         c.worst_at,
         c.mean_ulp,

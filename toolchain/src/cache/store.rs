@@ -57,11 +57,20 @@ pub(super) struct Store {
 impl Store {
     /// Opens the folder of a place, or a temporary one.
     pub(super) fn open(place: &Place, watch: &dyn Watch) -> Store {
-        let limit = std::env::var("SRP_CACHE_LIMIT").ok();
+        let asked = std::env::var("SRP_CACHE_LIMIT").ok();
+        let limit = asked.as_deref().and_then(parse_bytes);
+        if let (Some(asked), None) = (&asked, limit) {
+            note(
+                watch,
+                format_args!(
+                    "SRP_CACHE_LIMIT={asked} is no number of bytes (write 500M or 2G): the limit is 1G"
+                ),
+            );
+        }
         let mut store = Store {
             folder: PathBuf::new(),
             temporary: None,
-            limit: limit.and_then(|text| parse_bytes(&text)).unwrap_or(LIMIT),
+            limit: limit.unwrap_or(LIMIT),
             written: LOOK_AFTER,
             complained: false,
         };
