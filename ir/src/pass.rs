@@ -50,7 +50,7 @@ pub use pipeline::{
 
 use addresses::addresses;
 use balance::balance;
-use carry::carry;
+use carry::{carry, forward};
 use cfg::{Nests, simplify_cfg};
 pub(crate) use compact::compact;
 use constants::constants;
@@ -62,6 +62,7 @@ use fold::fold;
 use gvn::gvn;
 use hyperblock::hyperblocks;
 use ifconvert::ifconvert;
+pub(crate) use ifconvert::{Estimate, slower_in_chunks};
 use inline::inline;
 use licm::licm;
 use mem2reg::mem2reg;

@@ -77,8 +77,13 @@ fn affine_subscripts_of_one_array_have_their_distance() {
         case("for (int i = 1; i < n; i++) s[i].x = s[i - 1].y;"),
         NONE
     );
-    let member = case("for (int i = 1; i < n; i++) s[i].x = s[i - 1].x + 1;");
-    assert_eq!(member, ["sw -> lw + 1"]);
+    let member = case("for (int i = 2; i < n; i++) s[i].x = s[i - 2].x + 1;");
+    assert_eq!(member, ["sw -> lw + 2"]);
+    assert_eq!(
+        case("for (int i = 1; i < n; i++) a[i] = a[i - 1] + 1;"),
+        NONE,
+        "what was stored is kept in a register for the next iteration"
+    );
     let halves = case("for (int i = 2; i < n; i++) h[i] = h[i - 2] + 1;");
     assert_eq!(halves, ["sh -> lh + 2"]);
     let at_one = case("for (int i = 0; i < n; i++) a[7] += i;");
@@ -129,8 +134,8 @@ fn pointers_may_meet_unless_they_are_restrict() {
     // The same pointer keeps its distance.
     let own = "for (int i = 3; i < n; i++) p[i] = p[i - 3] + 1;";
     assert_eq!(case("int *restrict p", own), ["sw -> lw + 3"]);
-    let derived = "int *r = p + 1; for (int i = 1; i < n; i++) r[i] = p[i] + 1;";
-    assert_eq!(case("int *restrict p", derived), ["sw -> lw + 1"]);
+    let derived = "int *r = p + 2; for (int i = 1; i < n; i++) r[i] = p[i] + 1;";
+    assert_eq!(case("int *restrict p", derived), ["sw -> lw + 2"]);
     let stepping = "while (n--) *p++ = *q++ + 1;";
     assert_eq!(case("int *restrict p, int *restrict q", stepping), NONE);
 }

@@ -1,9 +1,14 @@
-//! Loads at the head of a loop of what the iteration before has loaded already, from the address that is
+//! Loads at the head of a loop of what the iteration before has loaded or stored, from the address that is
 //! now the loop's own: a parameter brings the value instead.
+//!
+//! In kernels only what was stored is brought, for that takes the way through memory out of a recurrence; more values on
+//! their way from iteration to iteration would take registers. The first iteration gets its value from a load before
+//! the loop.
 
 use super::nearby::Facts;
+use super::preheader::{self, with_preheaders};
 use super::rename::Renames;
-use crate::flow::{Cfg, Dominators, Loops};
+use crate::flow::{Cfg, Dominators, LoopData, Loops};
 use crate::program::*;
 use srp_archdesc::isa::{Effect, Opcode};
 
@@ -41,6 +46,89 @@ pub(crate) fn carry(func: &mut Function) -> bool {
     changed
 }
 
+/// Carries values that kernels have stored from one iteration to the next.
+pub(crate) fn forward(func: &mut Function) -> bool {
+    let is_kernel = |func: &Function, data: &LoopData| {
+        func.blocks[data.header].kernel.is_some() && data.blocks.len() == 1
+    };
+    if (func.layout.iter()).all(|&block| func.blocks[block].kernel.is_none()) {
+        return false;
+    }
+    let (cfg, _, loops) = with_preheaders(func);
+    let facts = Facts::of(func);
+    let mut renames = Renames::default();
+    for data in loops.loops.values() {
+        if !is_kernel(func, data) {
+            continue;
+        }
+        let header = data.header;
+        let Some(before) = preheader::find(func, &cfg, data) else {
+            continue;
+        };
+        for inst in func.blocks[header].insts.clone() {
+            let InstData { kind, results, pos } = func.insts[inst].clone();
+            if let InstKind::Op {
+                op: Opcode::Lw,
+                args,
+                imm,
+            } = &kind
+                && facts.truths.contains(&args[0])
+                && let Some((terms, offset)) = loop_place(func, &facts, header, args[1])
+                && let Some(place) =
+                    arriving_from(func, &facts, header, header, &terms, offset, *imm)
+                && let Some(stored) = stored(func, &facts, header, &place)
+                && let Some(first) =
+                    arriving_from(func, &facts, header, before, &terms, offset, *imm)
+            {
+                let loaded = load_before(func, before, &first, pos);
+                let found = [(header, stored), (before, loaded)];
+                bring(func, header, results[0], &found, &mut renames);
+                func.blocks[header].insts.retain(|&i| i != inst);
+            } else if writes(&kind) {
+                break;
+            }
+        }
+    }
+    let changed = !renames.is_empty();
+    renames.apply(func);
+    changed
+}
+
+/// Loads the word at a place at the end of a block.
+fn load_before(func: &mut Function, block: Block, (terms, offset): &Place, pos: Pos) -> Value {
+    let mut address = func.append_const(block, Bits::Word(*offset), pos);
+    for &term in terms {
+        let sum = func.append_op(block, Opcode::Add, &[term, address], 0, pos);
+        address = sum.expect("a sum has a result");
+    }
+    let always = func.append_const(block, Bits::Pred(true), pos);
+    let loaded = func.append_op(block, Opcode::Lw, &[always, address], 0, pos);
+    loaded.expect("a load has a result")
+}
+
+/// The value that an iteration stores to a place and does not change any more.
+fn stored(func: &Function, facts: &Facts, block: Block, place: &Place) -> Option<Value> {
+    for &inst in func.blocks[block].insts.iter().rev() {
+        let kind = &func.insts[inst].kind;
+        if let InstKind::Op {
+            op: Opcode::Sw,
+            args,
+            imm,
+        } = kind
+            && facts.truths.contains(&args[0])
+        {
+            let (terms, offset) = facts.terms(args[1]);
+            if (terms, offset.wrapping_add_signed(*imm)) == *place {
+                return Some(args[2]);
+            }
+        }
+        if writes(kind) {
+            return None;
+        }
+    }
+    None
+}
+
 /// True if an instruction may write memory.
 fn writes(kind: &InstKind) -> bool {
     match kind {
@@ -62,28 +150,55 @@ fn arriving(
     block: Block,
     (op, address, imm): (Opcode, Value, i32),
 ) -> Option<Vec<(Block, Value)>> {
+    let (terms, offset) = loop_place(func, facts, block, address)?;
+    let mut found = Vec::new();
+    for &pred in &cfg.preds[block] {
+        let place = arriving_from(func, facts, block, pred, &terms, offset, imm)?;
+        found.push((pred, held(func, cfg, facts, pred, op, &place)?));
+    }
+    Some(found)
+}
+
+/// The place of an address that a block changes, where it is a sum of the block's parameters and of what does not
+/// change in its loop.
+fn loop_place(func: &Function, facts: &Facts, block: Block, address: Value) -> Option<Place> {
     let (terms, offset) = facts.terms(address);
     let params = &func.blocks[block].params;
     // Only what the loop changes is worth a parameter.
     terms.iter().find(|v| params.contains(v))?;
-    let mut found = Vec::new();
-    for &pred in &cfg.preds[block] {
-        let mut ways = func.blocks[pred].end.targets().filter(|t| t.block == block);
-        let way = ways.next()?;
-        if ways.next().is_some() {
-            return None;
-        }
-        let mut place = (Vec::new(), offset.wrapping_add_signed(imm));
-        for &term in &terms {
-            let at = params.iter().position(|&p| p == term);
-            let (more, plus) = facts.terms(at.map_or(term, |at| way.args[at]));
-            place.0.extend(more);
-            place.1 = place.1.wrapping_add(plus);
-        }
-        place.0.sort_unstable();
-        found.push((pred, held(func, cfg, facts, pred, op, &place)?));
+    let insts = func.blocks[block].insts.iter();
+    let own: Vec<Value> = insts
+        .flat_map(|&i| func.insts[i].results.iter().copied())
+        .collect();
+    let computed = terms.iter().any(|v| own.contains(v) && !params.contains(v));
+    (!computed).then_some((terms, offset))
+}
+
+/// What a place in a block is before the block is entered from another.
+fn arriving_from(
+    func: &Function,
+    facts: &Facts,
+    block: Block,
+    pred: Block,
+    terms: &[Value],
+    offset: u32,
+    imm: i32,
+) -> Option<Place> {
+    let params = &func.blocks[block].params;
+    let mut ways = func.blocks[pred].end.targets().filter(|t| t.block == block);
+    let way = ways.next()?;
+    if ways.next().is_some() {
+        return None;
     }
-    Some(found)
+    let mut place = (Vec::new(), offset.wrapping_add_signed(imm));
+    for &term in terms {
+        let at = params.iter().position(|&p| p == term);
+        let (more, plus) = facts.terms(at.map_or(term, |at| way.args[at]));
+        place.0.extend(more);
+        place.1 = place.1.wrapping_add(plus);
+    }
+    place.0.sort_unstable();
+    Some(place)
 }
 
 /// The value that a load at a place would find at the end of a block.

@@ -12,23 +12,28 @@ use crate::program::*;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Effect, Opcode, Ty};
 
+mod ahead;
 mod exits;
 mod predicates;
 
+pub(crate) use exits::{Estimate, slower_in_chunks};
 use exits::{Free, run_in_chunks};
-use predicates::Ways;
+use predicates::{Edge, Ways};
 
 /// Makes each marked loop one block that jumps back to itself or out. Where that cannot be, the
 /// loop stays as it is, and a remark says why: a loop inside it, a way out that is not its test at
 /// the end, a call, a port.
-pub(crate) fn ifconvert(func: &mut Function) -> Vec<Remark> {
+pub(crate) fn ifconvert(
+    func: &mut Function,
+    globals: &EntityMap<Global, GlobalData>,
+) -> Vec<Remark> {
     let mut remarks = Vec::new();
     if func.layout.iter().all(|&b| func.blocks[b].kernel.is_none()) {
         return remarks;
     }
     // A block that nothing reaches may still lead into a loop that becomes one block.
     remove_unreached(func);
-    let free = run_in_chunks(func);
+    let free = run_in_chunks(func, globals);
     let cfg = Cfg::of(func);
     let dominators = Dominators::of(&cfg);
     let loops = Loops::of(&cfg, &dominators);
@@ -117,7 +122,8 @@ fn flatten(
     let mut insts = Vec::new();
     for &block in &data.blocks {
         if block != data.header {
-            merge_params(func, &mut ways, block, free, &mut insts, renames);
+            let header = data.header;
+            merge_params(func, &mut ways, (header, block), free, &mut insts, renames);
         }
         let guard = ways.from(func, data.header, block, &mut insts);
         for inst in std::mem::take(&mut func.blocks[block].insts) {
@@ -145,35 +151,65 @@ fn flatten(
 fn merge_params(
     func: &mut Function,
     ways: &mut Ways,
-    block: Block,
+    (header, block): (Block, Block),
     free: &Free,
     insts: &mut Vec<Inst>,
     renames: &mut Renames,
 ) {
     let edges = ways.edges_into(block).to_vec();
+    // The header's own test may come from the iteration before, which then waits for what it decides: it comes last.
+    let past = ways.past_the_body(func, header, &edges);
+    let rest: Vec<Edge> = (edges.iter().enumerate())
+        .filter(|(i, _)| past.is_none_or(|past| *i != past.edge))
+        .map(|(_, edge)| edge.clone())
+        .collect();
     // The way whose predicate takes most to compute is the one that is left over.
-    let costs: Vec<u32> = edges.iter().map(|edge| ways.cost(block, edge)).collect();
-    let mut taken = vec![None; edges.len()];
+    let costs: Vec<u32> = rest.iter().map(|edge| ways.cost(block, edge)).collect();
+    let mut taken = vec![None; rest.len()];
     for (place, param) in func.blocks[block].params.clone().into_iter().enumerate() {
         let ty = func.values[param];
-        let matters = |i: &usize| !free.contains(&(edges[*i].from, block, place));
-        let rest = (0..edges.len()).filter(matters).max_by_key(|&i| costs[i]);
-        let rest = rest.unwrap_or(0);
-        let mut value = renames.find(edges[rest].args[place]);
-        for (i, edge) in edges.iter().enumerate() {
+        if let Some(edge) = ways.only_true(func, &edges, place) {
+            let taken = ways.taken_last(func, header, edge, insts);
+            renames.replace(param, taken);
+            continue;
+        }
+        let matters = |edge: &Edge| !free.contains(&(edge.from, block, place));
+        let of_rest = |i: &usize| matters(&rest[*i]);
+        let left = (0..rest.len()).filter(of_rest).max_by_key(|&i| costs[i]);
+        let mut value = left.map(|left| renames.find(rest[left].args[place]));
+        for (i, edge) in rest.iter().enumerate() {
             let other = renames.find(edge.args[place]);
-            if i == rest || other == value || !matters(&i) {
+            if Some(i) == left || Some(other) == value || !matters(edge) {
                 continue;
             }
-            let taken = *taken[i].get_or_insert_with(|| ways.taken(func, block, edge, insts));
-            value = match taken {
-                Some(taken) => {
+            let taken = *taken[i].get_or_insert_with(|| match past {
+                Some(past) => ways.along(func, past.body, edge, insts),
+                None => ways.taken(func, block, edge, insts),
+            });
+            value = match (taken, value) {
+                (Some(taken), Some(value)) => {
                     let args = vec![taken, other, value];
-                    push_op(func, insts, Opcode::select(ty), args, edge.pos)
+                    Some(push_op(func, insts, Opcode::select(ty), args, edge.pos))
                 }
-                None => other,
+                _ => Some(other),
             };
         }
+        if let Some(past) = past {
+            let edge = &edges[past.edge];
+            let other = renames.find(edge.args[place]);
+            value = match value {
+                Some(value) if other != value && matters(edge) => {
+                    let args = match past.sense {
+                        true => vec![past.cond, other, value],
+                        false => vec![past.cond, value, other],
+                    };
+                    Some(push_op(func, insts, Opcode::select(ty), args, edge.pos))
+                }
+                value => value.or(Some(other)),
+            };
+        }
+        // Where no way matters, any value does.
+        let value = value.unwrap_or_else(|| renames.find(edges[0].args[place]));
         renames.replace(param, value);
     }
 }

@@ -38,6 +38,8 @@ pub const STANDARD: &[&str] = &[
     "licm",
     "strength",
     "simplify",
+    "forward",
+    "simplify",
     "compact",
 ];
 

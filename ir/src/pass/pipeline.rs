@@ -212,8 +212,11 @@ pub const PASSES: &[Pass] = &[
     Pass {
         name: "ifconvert",
         what: "Makes branches in kernel loops selections and guarded accesses.",
-        run: Run::Function(|f, context| {
-            context.remarks.extend(ifconvert(f));
+        run: Run::Program(|program, context| {
+            let Program { funcs, globals, .. } = program;
+            for func in funcs.values_mut() {
+                context.remarks.extend(ifconvert(func, globals));
+            }
             true
         }),
     },
@@ -250,6 +253,11 @@ pub const PASSES: &[Pass] = &[
         name: "carry",
         what: "Brings what a loop has loaded to the next iteration, where that loads it again.",
         run: Run::Function(|f, _| carry(f)),
+    },
+    Pass {
+        name: "forward",
+        what: "Brings what a kernel has stored to the next iteration, where that loads it.",
+        run: Run::Function(|f, _| forward(f)),
     },
     Pass {
         name: "hyperblock",

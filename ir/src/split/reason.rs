@@ -15,6 +15,15 @@ pub enum Reason {
     InnerLoop,
     /// It is left in more than one place.
     SeveralExits,
+    /// It is left in more than one place, and for some iterations takes more cycles on the array than on the VLIW engine.
+    SlowerInChunks {
+        /// How many.
+        iterations: u32,
+        /// Cycles on the array.
+        array: u32,
+        /// Cycles on the VLIW engine.
+        vliw: u32,
+    },
     /// Its body has branches that are not predicates.
     Branches,
     /// It calls this function, which is not inlined.
@@ -48,6 +57,18 @@ impl std::fmt::Display for Reason {
             Reason::NoWayBack => "no path leads back to the start of the loop",
             Reason::InnerLoop => "there is another loop inside it",
             Reason::SeveralExits => "it is left in more than one place",
+            Reason::SlowerInChunks {
+                iterations,
+                array,
+                vliw,
+            } => {
+                return write!(
+                    f,
+                    "it is left in more than one place, and would for that take an estimated {array} cycles \
+                     for {iterations} iterations on the array, {vliw} on the VLIW engine; `#pragma srp kernel` \
+                     puts it there all the same"
+                );
+            }
             Reason::Branches => "its body has branches that could not be turned into predicates",
             Reason::Call(name) if name.starts_with("__srp_") && name.contains("df") => {
                 "it computes in `double`, which is software: make constants and functions `float` \

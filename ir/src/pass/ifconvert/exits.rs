@@ -3,7 +3,7 @@
 //! The array runs a kernel as often as it is told when it starts. A loop with several ways out (a
 //! `break`, a `return`, a test with `&&`) is run in *chunks*: until it has taken a way out it is
 //! *alive*, and what is left of a chunk then does nothing, for its loads, stores and divisions are
-//! under that predicate. Control code goes on behind the chunk where the loop was left, or with the
+//! under that predicate, but for loads that [need not wait](super::ahead). Control code goes on behind the chunk where the loop was left, or with the
 //! next chunk, which is twice as long.
 //!
 //! ```text
@@ -15,6 +15,7 @@
 //!   after:           br alive, outer(p, 2 m), the way out
 //! ```
 
+use super::ahead::{Ahead, latency};
 use crate::flow::{Cfg, Dominators, LoopData, Loops};
 use crate::pass::unroll::keep_in_slots;
 use crate::program::*;
@@ -172,31 +173,87 @@ fn recurrence(func: &Function, data: &LoopData) -> u32 {
     longest
 }
 
-/// Cycles of an operation on a common machine.
-fn latency(op: Opcode) -> u32 {
-    use srp_archdesc::isa::Class;
-    match op.class() {
-        Class::Fadd | Class::Fmul | Class::Vfadd | Class::Vfmul | Class::Load => 3,
-        Class::Fma | Class::Vfma | Class::Cload => 4,
-        Class::Imul | Class::Vmul | Class::Cvt => 2,
-        Class::Vdot => 6,
-        Class::Sfu | Class::Fast => 8,
-        Class::Fdiv | Class::Idiv | Class::Tex => 12,
-        _ => 1,
+/// Iterations by which the two engines are compared.
+const USUAL: u32 = 80;
+/// Cycles of a launch beyond its iterations.
+const LAUNCH: u32 = 24;
+/// Operations of an array in a cycle, most of the time, and of the VLIW engine; cycles that this takes for an iteration
+/// at least, and beyond the recurrence.
+const ARRAY_OPERATIONS: u32 = 11;
+const VLIW_OPERATIONS: u32 = 2;
+const LEAST: u32 = 3;
+const BRANCH: u32 = 2;
+
+/// Estimates the cycles of some iterations in chunks on the array, and on the VLIW engine.
+pub(crate) struct Estimate {
+    /// How many.
+    pub(crate) iterations: u32,
+    /// On the array, with all launches.
+    pub(crate) array: u32,
+    /// On the VLIW engine.
+    pub(crate) vliw: u32,
+}
+
+impl Estimate {
+    /// Of a loop that [is left early](is_left_early).
+    fn of(func: &Function, data: &LoopData, ahead: &Ahead) -> Estimate {
+        let insts = data
+            .blocks
+            .iter()
+            .flat_map(|&block| &func.blocks[block].insts);
+        let operations = insts.filter(|&&i| matches!(func.insts[i].kind, InstKind::Op { .. }));
+        let size = operations.count() as u32;
+        let recurrence = recurrence(func, data);
+        let interval = (recurrence.max(ahead.wait(func, data)))
+            .max(size.div_ceil(ARRAY_OPERATIONS))
+            .max(1);
+        let (mut iterations, mut launches, mut chunk) = (0, 0, FIRST_CHUNK);
+        while iterations < USUAL {
+            iterations += chunk;
+            launches += 1;
+            chunk = (2 * chunk).min(LONGEST_CHUNK);
+        }
+        let of_one = LEAST
+            .max(size.div_ceil(VLIW_OPERATIONS))
+            .max(recurrence + BRANCH);
+        Estimate {
+            iterations: USUAL,
+            array: iterations * interval + launches * LAUNCH,
+            vliw: USUAL * of_one,
+        }
     }
 }
 
-/// Makes the loops that [are left early](is_left_early), and marked, loops of chunks.
-pub(super) fn run_in_chunks(func: &mut Function) -> Free {
+/// The estimate of a loop that would run in chunks, if the array is no faster.
+pub(crate) fn slower_in_chunks(
+    func: &Function,
+    globals: &EntityMap<Global, GlobalData>,
+    data: &LoopData,
+) -> Option<Estimate> {
+    if !is_left_early(func, data) {
+        return None;
+    }
+    let estimate = Estimate::of(func, data, &Ahead::of(func, globals, data));
+    (estimate.array >= estimate.vliw).then_some(estimate)
+}
+
+/// Makes the loops that [are left early](is_left_early), and marked, loops of chunks, if a pragma asks for that or it is
+/// estimated to take less time.
+pub(super) fn run_in_chunks(func: &mut Function, globals: &EntityMap<Global, GlobalData>) -> Free {
     let mut free = Free::default();
     let cfg = Cfg::of(func);
     let loops = Loops::of(&cfg, &Dominators::of(&cfg));
     for (id, data) in loops.loops.iter() {
         let innermost = loops.loops.values().all(|l| l.parent != Some(id));
-        let marked = func.blocks[data.header].kernel.is_some();
-        if innermost && marked && data.header != func.entry() && is_left_early(func, data) {
+        let Some(mark) = &func.blocks[data.header].kernel else {
+            continue;
+        };
+        let wanted = mark.required || slower_in_chunks(func, globals, data).is_none();
+        if innermost && wanted && data.header != func.entry() && is_left_early(func, data) {
+            // Before the slots, whose stores nothing has to wait for.
+            let ahead = Ahead::of(func, globals, data);
             keep_in_slots(func, data);
-            chunks(func, data, &mut free);
+            chunks(func, data, ahead, &mut free);
         }
     }
     free
@@ -235,7 +292,7 @@ fn target(block: Block, args: Vec<Value>) -> Target {
     Target { block, args }
 }
 
-fn chunks(func: &mut Function, data: &LoopData, free: &mut Free) {
+fn chunks(func: &mut Function, data: &LoopData, ahead: Ahead, free: &mut Free) {
     let mark = func.blocks[data.header].kernel.take();
     let pos = mark.as_ref().map_or(Pos::nowhere(), |mark| mark.pos);
     let body = data.header;
@@ -267,6 +324,7 @@ fn chunks(func: &mut Function, data: &LoopData, free: &mut Free) {
 
     // The kernel: its header takes over the parameters of the old one.
     at.func.blocks[header].params = own.clone();
+    ahead.move_to(at.func, header);
     let count = at.func.add_param(header, Ty::Word);
     let alive = at.func.add_param(header, Ty::Pred);
     let way = at.func.add_param(header, Ty::Word);
@@ -275,10 +333,11 @@ fn chunks(func: &mut Function, data: &LoopData, free: &mut Free) {
         let args = next.iter().chain([&alive, &way]).chain(kept);
         target(latch, args.copied().collect())
     };
+    let gone = at.constant(header, Bits::Pred(false));
     at.func.blocks[header].end = Terminator::Branch {
         cond: alive,
         then: target(body, Vec::new()),
-        other: state(&own, alive, way, &kept),
+        other: state(&own, gone, way, &kept),
     };
     at.func.blocks[header].kernel = mark;
     let mut dead = vec![header];

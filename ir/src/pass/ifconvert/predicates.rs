@@ -4,7 +4,7 @@ use super::push_op;
 use crate::flow::{Cfg, Dominators, LoopData};
 use crate::program::*;
 use rustc_hash::FxHashMap;
-use srp_archdesc::isa::Opcode;
+use srp_archdesc::isa::{Opcode, Ty};
 
 /// A jump from one block of the body to another.
 #[derive(Clone, Debug)]
@@ -17,6 +17,18 @@ pub(super) struct Edge {
     pub(super) pos: Pos,
 }
 
+/// A jump from a loop's header past its body.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Past {
+    /// Its number among the edges into its target.
+    pub(super) edge: usize,
+    /// The first block of the body.
+    pub(super) body: Block,
+    /// Taken if this predicate has this value.
+    pub(super) cond: Value,
+    pub(super) sense: bool,
+}
+
 /// The ways through a loop body, its back edge left out: an acyclic graph from header to latch.
 pub(super) struct Ways {
     edges: FxHashMap<Block, Vec<Edge>>,
@@ -27,6 +39,8 @@ pub(super) struct Ways {
     /// Predicates already made: of getting from the first block to the second.
     made: FxHashMap<(Block, Block), Option<Value>>,
     costs: FxHashMap<(Block, Block), u32>,
+    /// Predicates that are constants of the loop.
+    constants: FxHashMap<Value, bool>,
 }
 
 impl Ways {
@@ -71,6 +85,7 @@ impl Ways {
             sure,
             made: FxHashMap::default(),
             costs: FxHashMap::default(),
+            constants: constants(func, data),
         }
     }
 
@@ -125,8 +140,94 @@ impl Ways {
         self.along(func, above, edge, insts)
     }
 
+    /// The edge from the header past all of the body, among those into a block, if all others come from the other side of
+    /// the header's test.
+    pub(super) fn past_the_body(
+        &self,
+        func: &Function,
+        header: Block,
+        edges: &[Edge],
+    ) -> Option<Past> {
+        let Terminator::Branch { cond, then, other } = &func.blocks[header].end else {
+            return None;
+        };
+        let edge = edges.iter().position(|edge| edge.from == header)?;
+        let (_, sense) = edges[edge].cond?;
+        let body = if sense { other.block } else { then.block };
+        let from_body = |(i, e): (usize, &Edge)| i == edge || self.dominates(body, e.from);
+        let all = edges.len() > 1 && edges.iter().enumerate().all(from_body);
+        (all && then.block != other.block).then_some(Past {
+            edge,
+            body,
+            cond: *cond,
+            sense,
+        })
+    }
+
+    /// The one edge that brings *true* to a parameter of a block, where all others bring *false*: what the parameter
+    /// says is that this edge was taken.
+    pub(super) fn only_true<'e>(
+        &self,
+        func: &Function,
+        edges: &'e [Edge],
+        place: usize,
+    ) -> Option<&'e Edge> {
+        let constant = |edge: &Edge| self.constants.get(&edge.args[place]).copied();
+        let mut only = None;
+        for edge in edges {
+            match constant(edge)? {
+                true if only.is_some() => return None,
+                true => only = Some(edge),
+                false => {}
+            }
+        }
+        only.filter(|edge| func.values[edge.args[place]] == Ty::Pred)
+    }
+
+    /// The predicate of getting from the header to an edge and along it, where the header's own test comes last: what it
+    /// tests may come from the iteration before, which then waits for one operation only.
+    pub(super) fn taken_last(
+        &mut self,
+        func: &mut Function,
+        header: Block,
+        edge: &Edge,
+        insts: &mut Vec<Inst>,
+    ) -> Value {
+        let pos = edge.pos;
+        let mut value = None;
+        let mut start = header;
+        if let Terminator::Branch { cond, then, .. } = &func.blocks[header].end
+            && self.dominates(then.block, edge.from)
+        {
+            value = Some(*cond);
+            start = then.block;
+        }
+        let rest = self.along(func, start, edge, insts);
+        match (value, rest) {
+            (Some(first), Some(rest)) => push_op(func, insts, Opcode::Pand, vec![rest, first], pos),
+            (Some(one), None) | (None, Some(one)) => one,
+            (None, None) => {
+                let inst = func.make_inst(InstKind::Const(Bits::Pred(true)), &[Ty::Pred], pos);
+                insts.push(inst);
+                func.insts[inst].results[0]
+            }
+        }
+    }
+
+    /// True if every way to a block passes another one.
+    fn dominates(&self, above: Block, block: Block) -> bool {
+        let mut at = Some(block);
+        while let Some(here) = at {
+            if here == above {
+                return true;
+            }
+            at = self.parent.get(&here).copied();
+        }
+        false
+    }
+
     /// The predicate of getting to an edge and along it, from a block that dominates it.
-    fn along(
+    pub(super) fn along(
         &mut self,
         func: &mut Function,
         from: Block,
@@ -241,6 +342,19 @@ impl Ways {
         }
         any
     }
+}
+
+/// The constant predicates that a loop's blocks have.
+fn constants(func: &Function, data: &LoopData) -> FxHashMap<Value, bool> {
+    let insts = data
+        .blocks
+        .iter()
+        .flat_map(|&block| &func.blocks[block].insts);
+    let constant = |&inst: &Inst| match func.insts[inst].kind {
+        InstKind::Const(Bits::Pred(known)) => Some((func.insts[inst].results[0], known)),
+        _ => None,
+    };
+    insts.filter_map(constant).collect()
 }
 
 /// For each block but the latch the nearest other one that all its ways to the latch pass.
