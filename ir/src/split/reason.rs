@@ -91,7 +91,7 @@ impl std::fmt::Display for Reason {
                 );
             }
             Reason::NoExitBound => {
-                "its exit test does not compare a loop variable with a bound, so the number of \
+                "its exit test does not compare an `int` loop variable with a bound, so the number of \
                  iterations is not known when it starts"
             }
             Reason::IrregularExit => {

@@ -126,19 +126,28 @@ impl Obstacle {
     }
 }
 
+impl Obstacle {
+    /// In words, where operations have these names.
+    fn words(&self, name: &dyn Fn(&Operation) -> String) -> String {
+        match self {
+            Obstacle::NoUnit(operation) => format!("no unit is free for {}", name(operation)),
+            Obstacle::NoRoute { from, to } => match to {
+                Destination::Operation(to) => {
+                    format!("no route from {} to {}", name(from), name(to))
+                }
+                Destination::LiveOut(_) => {
+                    format!("no route from {} to a central register", name(from))
+                }
+            },
+            Obstacle::Registers { name, .. } => format!("the registers of {name} do not suffice"),
+            Obstacle::AttemptsExhausted => "attempts ran out".to_owned(),
+        }
+    }
+}
+
 impl std::fmt::Display for Obstacle {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Obstacle::NoUnit(operation) => write!(f, "no unit is free for {operation}"),
-            Obstacle::NoRoute { from, to } => match to {
-                Destination::Operation(to) => write!(f, "no route from {from} to {to}"),
-                Destination::LiveOut(_) => write!(f, "no route from {from} to a central register"),
-            },
-            Obstacle::Registers { name, .. } => {
-                write!(f, "the registers of {name} do not suffice")
-            }
-            Obstacle::AttemptsExhausted => f.write_str("attempts ran out"),
-        }
+        f.write_str(&self.words(&Operation::to_string))
     }
 }
 
@@ -158,6 +167,11 @@ impl std::fmt::Display for FailedIi {
 }
 
 impl FailedIi {
+    /// In words, where operations have these names.
+    pub fn words(&self, name: &dyn Fn(&Operation) -> String) -> String {
+        format!("at II = {}, {}", self.ii, self.obstacle.words(name))
+    }
+
     /// Names operations as in a loop that differs from the one that was scheduled only in source
     /// positions.
     pub fn relocate(&mut self, dfg: &Dfg) {

@@ -1,11 +1,11 @@
 //! Hints: advice for a lower II, from the facts of a loop.
 
-use super::model::{LoopReport, Position, Status, WhatIf};
+use super::model::{LoopReport, Ordered, Position, Status, WhatIf};
 use super::resource::resource_name;
 use srp_archdesc::arch::Srp;
 use srp_scheduler::LoopFacts;
 use srp_scheduler::demand::Need;
-use srp_scheduler::modulo::{FailedIi, Obstacle};
+use srp_scheduler::modulo::Obstacle;
 
 /// Returns the advice for a loop.
 pub(super) fn of(l: &LoopReport, facts: &LoopFacts, srp: &Srp) -> String {
@@ -54,10 +54,14 @@ fn untried(l: &LoopReport, facts: &LoopFacts, srp: &Srp) -> String {
         None => "more units".to_owned(),
     };
     let by_recurrence = match through_memory(l) {
-        true => {
+        Some(ThroughMemory::OneObject) => {
+            "iterations that may meet in an element of one array wait for each other: several copies of it, added up \
+             behind the loop, or `#pragma srp independent` if they never meet"
+        }
+        Some(ThroughMemory::Objects) => {
             "accesses along the recurrence to arrays that are known to differ (named ones, or `restrict` pointers)"
         }
-        false => "fewer or faster operations along the recurrence",
+        None => "fewer or faster operations along the recurrence",
     };
     match l.status {
         Status::Proved => format!(
@@ -67,7 +71,7 @@ fn untried(l: &LoopReport, facts: &LoopFacts, srp: &Srp) -> String {
             l.horizon(),
             l.bound()
         ),
-        Status::Open => open(l, facts.why_not_lower.as_ref()),
+        Status::Open => open(l, facts.why_not_lower.as_ref().map(|f| &f.obstacle)),
         Status::Bound if l.res_mii == l.rec_mii => {
             format!("both {by_resources}, and {by_recurrence}")
         }
@@ -77,24 +81,40 @@ fn untried(l: &LoopReport, facts: &LoopFacts, srp: &Srp) -> String {
 }
 
 /// Returns advice for a loop whose II is above its bounds with nothing proved.
-fn open(l: &LoopReport, failed: Option<&FailedIi>) -> String {
-    let Some(failed) = failed else {
+fn open(l: &LoopReport, failed: Option<&Obstacle>) -> String {
+    let (Some(failed), Some(told)) = (failed, &l.why_not_lower) else {
         let bound = l.bound();
         return format!(
             "the bound is {bound}: a longer search (--optimal), or more links or registers"
         );
     };
-    let remedy = match failed.obstacle {
+    let remedy = match failed {
         Obstacle::Registers { .. } => "larger register files, or fewer values that live long",
         Obstacle::NoRoute { .. } => "more links, or registers to wait in",
         Obstacle::NoUnit(_) => "more units for it",
         Obstacle::AttemptsExhausted => "more links or registers",
     };
-    format!("{failed}: {remedy}, or a longer search (--optimal)")
+    format!("{}: {remedy}, or a longer search (--optimal)", told.text)
 }
 
-/// True if the recurrence passes through accesses that are kept in order for want of knowledge.
-fn through_memory(l: &LoopReport) -> bool {
-    let ends = |at: &Position| l.ordered.iter().any(|o| o.first == *at || o.second == *at);
-    l.recurrence.iter().filter(|step| ends(&step.at)).count() > 1
+/// Accesses that are kept in order for want of knowledge, and that a recurrence passes through.
+enum ThroughMemory {
+    /// To one object.
+    OneObject,
+    /// To what may be one object.
+    Objects,
+}
+
+/// Returns the accesses that the recurrence passes through.
+fn through_memory(l: &LoopReport) -> Option<ThroughMemory> {
+    let ends = |o: &Ordered, at: &Position| o.first == *at || o.second == *at;
+    let steps = |o: &Ordered| l.recurrence.iter().filter(|step| ends(o, &step.at)).count();
+    let any = |step: &Position| l.ordered.iter().any(|o| ends(o, step));
+    let passed = l.recurrence.iter().filter(|step| any(&step.at)).count();
+    let in_one = l.ordered.iter().any(|o| o.in_one_object && steps(o) > 1);
+    match (passed > 1, in_one) {
+        (true, true) => Some(ThroughMemory::OneObject),
+        (true, false) => Some(ThroughMemory::Objects),
+        (false, _) => None,
+    }
 }

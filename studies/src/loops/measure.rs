@@ -11,7 +11,7 @@ use srp_archdesc::entity::{Entity, EntityMap};
 use srp_ir::dfg::{Dep, Dfg, Node, Operand, Order};
 use srp_ir::dre::scheduled::{ModuloSchedule, PlacedOp, Source};
 use srp_ir::program::{Pos, SourceFile};
-use srp_ir::split::Remark;
+use srp_ir::split::{Doubt, Remark};
 use srp_scheduler::LoopFacts;
 use srp_scheduler::demand::{Demand, Dependence, Need};
 use srp_scheduler::modulo::{self, Bounds, FailedIi};
@@ -181,8 +181,19 @@ impl View<'_> {
     /// Returns the obstacle of an II that failed, with the operations that it names.
     fn obstacle(&self, dfg: &Dfg, failed: &FailedIi) -> Obstacle {
         let operations = failed.obstacle.operations();
+        // Operations of inlined functions may come from another file than the loop.
+        let name = |operation: &modulo::Operation| {
+            let pos = dfg.nodes[operation.node].pos;
+            match pos.file == dfg.pos.file {
+                true => operation.to_string(),
+                false => {
+                    let Position { file, line, .. } = self.position(pos);
+                    format!("`{}` of {file}:{line}", operation.op)
+                }
+            }
+        };
         Obstacle {
-            text: failed.to_string(),
+            text: failed.words(&name),
             operations: (operations.iter())
                 .map(|o| self.operation(dfg, o.node))
                 .collect(),
@@ -205,6 +216,7 @@ impl View<'_> {
             first: self.position(r.first),
             second: self.position(r.second),
             why: r.doubt.to_string(),
+            in_one_object: matches!(r.doubt, Doubt::SameElement),
         };
         of_kernel.map(ordered).collect()
     }

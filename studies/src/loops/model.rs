@@ -360,6 +360,9 @@ pub struct Ordered {
     pub second: Position,
     /// The fact that is not known of them.
     pub why: String,
+    /// True if they are to the same object, and may meet in an element of it.
+    #[serde(default)]
+    pub in_one_object: bool,
 }
 
 /// A source position.
