@@ -2,21 +2,36 @@
 
 /// The candidate that `name` is most likely a misspelling of: fewest edits (insertion, deletion,
 /// replacement, exchange of neighbours; a change of case is free), the first of equals. `None`
-/// where all are further away than a third of the name's length, at least one edit.
+/// where all are further away than a third of the name's length, at least one edit, and none is short for the other.
 pub fn nearest<'c>(name: &str, candidates: impl IntoIterator<Item = &'c str>) -> Option<&'c str> {
     // Longer names are never typing mistakes, and the comparison takes quadratic time.
     const LONGEST: usize = 64;
+    let text = name;
     let name: Vec<char> = name.to_lowercase().chars().take(LONGEST + 1).collect();
     if name.is_empty() || name.len() > LONGEST {
         return None;
     }
     let worst = (name.len() / 3).max(1);
-    candidates
-        .into_iter()
-        .map(|candidate| (edits(&name, &candidate.to_lowercase()), candidate))
+    let candidates: Vec<&str> = candidates.into_iter().collect();
+    let misspelt = (candidates.iter())
+        .map(|candidate| (edits(&name, &candidate.to_lowercase()), *candidate))
         .filter(|&(distance, _)| distance <= worst)
-        .min_by_key(|&(distance, _)| distance)
+        .min_by_key(|&(distance, _)| distance);
+    let short = |candidate: &&str| is_short_for(candidate, text) || is_short_for(text, candidate);
+    let abbreviated = || candidates.iter().copied().find(short);
+    misspelt
         .map(|(_, candidate)| candidate)
+        .or_else(abbreviated)
+}
+
+/// True if a name, of three letters at least and half as many as another, has its letters in their order from the
+/// first on, as `cols` has of `columns`.
+fn is_short_for(short: &str, long: &str) -> bool {
+    let (short, long) = (short.to_lowercase(), long.to_lowercase());
+    let mut rest = long.chars();
+    let in_order = short.chars().all(|c| rest.any(|other| other == c));
+    let enough = short.len() >= 3 && 2 * short.len() >= long.len();
+    enough && in_order && short.chars().next() == long.chars().next()
 }
 
 /// Edits between two names (optimal string alignment).
@@ -49,6 +64,9 @@ mod tests {
         assert_eq!(nearest("latnecy", names), Some("latency"));
         assert_eq!(nearest("Rows", names), Some("rows"));
         assert_eq!(nearest("row", names), Some("rows"));
+        assert_eq!(nearest("columns", names), Some("cols"));
+        assert_eq!(nearest("lat", names), None);
+        assert_eq!(nearest("latncy-of-it", names), None);
         assert_eq!(nearest("colour", names), None);
         assert_eq!(nearest("", names), None);
         assert_eq!(nearest(&"x".repeat(100_000), names), None);

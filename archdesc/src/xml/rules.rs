@@ -26,7 +26,10 @@ pub(super) struct Places<'p> {
 pub(super) fn check(found: &Findings, arch: &Arch, places: &Places<'_>) {
     widths(found, arch, places);
     names(found, arch, places);
-    if found.suspects_any(&["array", "vliw", "slots", "slot", "row", "units", "fu"]) {
+    let parts = [
+        "array", "rows", "cols", "vliw", "slots", "slot", "row", "units", "fu",
+    ];
+    if found.suspects_any(&parts) {
         return;
     }
     slots(found, arch, places);

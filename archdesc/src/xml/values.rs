@@ -214,6 +214,8 @@ pub(super) fn missing(found: &Findings, attribute: &str, element: &str, at: Span
     }
     let message = format!("`{element}` needs the attribute `{attribute}`");
     found.push(found.error("A0205", at, message, format!("has no `{attribute}`")));
+    // What follows from its absence would only be said again.
+    found.suspect(at, attribute);
 }
 
 /// The words of a list with their places.
