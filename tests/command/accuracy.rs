@@ -240,3 +240,35 @@ fn kernels_take_the_place_of_scenes() {
         &["wrong.fpcore:2:8: nothing is called `y`"],
     );
 }
+
+#[test]
+fn names_of_no_parameter_are_refused() {
+    let folder = folder("accuracy_names");
+    write(
+        &folder,
+        "f.c",
+        "float f(float first, const float *samples) { return first * samples[0]; }\n",
+    );
+    let args = [
+        "accuracy",
+        "f.c",
+        "--function",
+        "f",
+        "--range",
+        "samples=0:1",
+    ];
+    let with = |more: &[&'static str]| [&args[..], more].concat();
+    refused(
+        &folder,
+        &with(&["--range", "frist=1:2"]),
+        &[
+            "--range frist: f has no such parameter",
+            "did you mean `first`?",
+        ],
+    );
+    refused(
+        &folder,
+        &with(&["--range", "first=1:2", "--length", "sampels=4"]),
+        &["--length sampels", "did you mean `samples`?"],
+    );
+}

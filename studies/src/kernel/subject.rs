@@ -5,6 +5,7 @@ use super::translate;
 use crate::Error;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Source;
+use srp_archdesc::nearest::nearest;
 use srp_ir::interp::SYSTEM_BASE;
 use srp_toolchain::{Function, Interface, Options, Shape};
 use std::collections::BTreeMap;
@@ -107,6 +108,27 @@ pub(super) fn kernels(
 /// The range of an argument of a benchmark that states none.
 const UNSTATED: (f64, f64) = (-1e6, 1e6);
 
+impl Question {
+    /// Refuses a range or a length of what is none of some parameters.
+    fn names_only(&self, params: &[&str], of: &str) -> Result<(), Error> {
+        let ranges = self.ranges.iter().map(|(name, ..)| ("--range", name));
+        let lengths = self.lengths.iter().map(|(name, _)| ("--length", name));
+        for (option, name) in ranges.chain(lengths) {
+            if params.contains(&name.as_str()) {
+                continue;
+            }
+            let known = match nearest(name, params.iter().copied()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("there are {}", params.join(", ")),
+            };
+            return Err(Error::invalid(format_args!(
+                "{option} {name}: {of} has no such parameter; {known}"
+            )));
+        }
+        Ok(())
+    }
+}
+
 /// Those of an FPCore file.
 fn benchmarks(
     source: &Source,
@@ -140,6 +162,11 @@ fn benchmarks(
             source.name,
             names.join(", ")
         )));
+    }
+    let arguments = cores.iter().flatten().flat_map(|core| &core.args);
+    let arguments: Vec<&str> = arguments.map(String::as_str).collect();
+    if cores.iter().all(Result::is_ok) {
+        question.names_only(&arguments, &source.name)?;
     }
     let kernel = |core: Result<Core, fpcore::Wrong>| {
         let core = core.map_err(|w| at(w.at, &w.why))?;
@@ -233,6 +260,10 @@ fn functions(
             }
         }
     };
+    let params = chosen.iter().flat_map(|function| &function.params);
+    let params: Vec<&str> = params.map(|(name, _)| name.as_str()).collect();
+    let names: Vec<&str> = chosen.iter().map(|f| f.name.as_str()).collect();
+    question.names_only(&params, &names.join(", "))?;
     let kernel = |function: &&Function| {
         let stated = ranges_before(&interface, function);
         let range = |name: &str| {
