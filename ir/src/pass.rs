@@ -62,7 +62,6 @@ use fold::fold;
 use gvn::gvn;
 use hyperblock::hyperblocks;
 use ifconvert::ifconvert;
-pub(crate) use ifconvert::{Estimate, slower_in_chunks};
 use inline::inline;
 use licm::licm;
 use mem2reg::mem2reg;

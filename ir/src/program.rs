@@ -215,8 +215,21 @@ pub struct KernelMark {
     /// make their values: while the loop runs, what is reached through one of them is reached in no
     /// other way, if it is written (C17 6.7.3.1).
     pub restrict: Vec<u32>,
+    /// The estimate because of which it does not run in chunks, though only running it tells where it ends.
+    pub slower: Option<Estimate>,
     /// Statements of the source about its iterations.
     pub independence: Independence,
+}
+
+/// Cycles that some iterations of a loop are estimated to take on either engine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Estimate {
+    /// How many.
+    pub iterations: u32,
+    /// On the array, with all launches.
+    pub array: u32,
+    /// On the VLIW engine.
+    pub vliw: u32,
 }
 
 /// Independence of the memory accesses of a loop's iterations, as pragmas state it. It is believed

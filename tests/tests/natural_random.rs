@@ -1,5 +1,5 @@
 //! Random loops in C as people write them: pointers that may alias, strides of either sign, counts of
-//! nothing, one and many, narrow arrays, conditional stores, early exits, short loops
+//! nothing, one and many, or known only at the end, narrow arrays, conditional stores, early exits, short loops
 //! inside, two deep, of several forms and with several ways back and out. Each
 //! program means the same to the host's compiler, to the intermediate form after the passes, and
 //! divided; some are scheduled and simulated too.
@@ -32,6 +32,7 @@ static unsigned char c[64];
 static float f[64], g[64];
 static item items[32];
 static const int table[8] = {3, -5, 7, 11, -13, 17, 19, -23};
+static int after[64];
 static int *p, *q;
 static volatile int some;
 static unsigned sum;
@@ -43,6 +44,7 @@ static void reset(void)
         b[i] = i * 53 % 97 - 40;
         h[i] = (short)(i * 29 % 83 - 30);
         c[i] = (unsigned char)(i * 71);
+        after[i] = i % 13 == 5 ? -1 : (i + 1) % 64;
         f[i] = (i * 13 % 31) * 0.25f;
         g[i] = (i * 17 % 37) * 0.5f - 4.0f;
         items[i & 31].x = i;
@@ -296,7 +298,11 @@ impl Maker {
         .expect("text");
         for _ in 0..=self.below(2) {
             let step = self.below(3) + 1;
-            let form = self.below(8);
+            let form = self.below(11);
+            if form >= 8 {
+                self.uncounted(form);
+                continue;
+            }
             if form >= 6 {
                 let last = match form {
                     6 => self.below(40).to_string(),
@@ -317,6 +323,25 @@ impl Maker {
             self.text.push_str("    }\n");
         }
         self.text.push_str("    return s;\n}\n");
+    }
+
+    /// A loop that only running it ends, on the array even where the other engine is faster.
+    fn uncounted(&mut self, form: u32) {
+        if self.below(2) == 0 {
+            self.line("", "#pragma srp kernel");
+        }
+        let first = self.below(64);
+        let head = match form {
+            8 => format!("for (int i = {first}; i >= 0; i = after[i])"),
+            9 => format!("for (int i = {}; after[i] > 0; i++)", first % 50),
+            _ => {
+                let next = self.one(&["i & (i - 1)", "i >> 1", "i / 3"]);
+                format!("for (unsigned i = {first}; i; i = {next})")
+            }
+        };
+        self.line("    ", &format!("{head} {{"));
+        self.statements("        ", 4);
+        self.line("    ", "}");
     }
 
     /// A loop with two ways back, each with its step.

@@ -212,6 +212,7 @@ impl Lowering<'_> {
                 pos,
                 required: data.kernel,
                 nest,
+                slower: None,
                 restrict: self.restrict.clone(),
                 independence,
             });

@@ -340,6 +340,7 @@ impl Reader<'_> {
                 name: name.text.to_owned(),
                 pos: terms::read_pos(element, "kernel-at", &self.names.files)?,
                 required: element.required("required")?.bool()?,
+                slower: None,
                 nest: false,
                 restrict: Vec::new(),
                 independence: Default::default(),

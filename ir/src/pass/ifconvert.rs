@@ -13,10 +13,11 @@ use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Effect, Opcode, Ty};
 
 mod ahead;
+mod counted;
+mod estimate;
 mod exits;
 mod predicates;
 
-pub(crate) use exits::{Estimate, slower_in_chunks};
 use exits::{Free, run_in_chunks};
 use predicates::{Edge, Ways};
 

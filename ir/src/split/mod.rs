@@ -153,7 +153,7 @@ fn split_loop(
         Err(Refusal { pos, reason }) => result.not_pipelined.push(NotPipelined {
             name: mark.name.clone(),
             pos: mark.pos,
-            reason,
+            reason: reason.or_slower(mark.slower),
             at: pos,
             required: mark.required,
         }),

@@ -2,6 +2,7 @@
 //! as the words that messages have for them.
 
 use super::MAX_DISTANCE;
+use crate::program::Estimate;
 use srp_archdesc::isa::Opcode;
 
 /// Why a loop cannot be pipelined. Printed, it is a clause about the loop.
@@ -15,15 +16,9 @@ pub enum Reason {
     InnerLoop,
     /// It is left in more than one place.
     SeveralExits,
-    /// It is left in more than one place, and for some iterations takes more cycles on the array than on the VLIW engine.
-    SlowerInChunks {
-        /// How many.
-        iterations: u32,
-        /// Cycles on the array.
-        array: u32,
-        /// Cycles on the VLIW engine.
-        vliw: u32,
-    },
+    /// Only running it tells where it is left, and for some iterations it takes more cycles on the array than on the
+    /// VLIW engine.
+    SlowerInChunks(Estimate),
     /// Its body has branches that are not predicates.
     Branches,
     /// It calls this function, which is not inlined.
@@ -50,6 +45,19 @@ pub enum Reason {
     AwayFromBound,
 }
 
+impl Reason {
+    /// What is known better of a loop that could run in chunks.
+    pub(super) fn or_slower(self, slower: Option<Estimate>) -> Reason {
+        use Reason::{Branches, IrregularExit, NoExitBound, SeveralExits};
+        match (&self, slower) {
+            (SeveralExits | NoExitBound | IrregularExit | Branches, Some(estimate)) => {
+                Reason::SlowerInChunks(estimate)
+            }
+            _ => self,
+        }
+    }
+}
+
 impl std::fmt::Display for Reason {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
@@ -57,16 +65,16 @@ impl std::fmt::Display for Reason {
             Reason::NoWayBack => "no path leads back to the start of the loop",
             Reason::InnerLoop => "there is another loop inside it",
             Reason::SeveralExits => "it is left in more than one place",
-            Reason::SlowerInChunks {
+            Reason::SlowerInChunks(Estimate {
                 iterations,
                 array,
                 vliw,
-            } => {
+            }) => {
                 return write!(
                     f,
-                    "it is left in more than one place, and would for that take an estimated {array} cycles \
-                     for {iterations} iterations on the array, {vliw} on the VLIW engine; `#pragma srp kernel` \
-                     puts it there all the same"
+                    "only running it tells where it is left, and for that it would take an estimated {array} \
+                     cycles for {iterations} iterations on the array, {vliw} on the VLIW engine; `#pragma srp \
+                     kernel` puts it there all the same"
                 );
             }
             Reason::Branches => "its body has branches that could not be turned into predicates",

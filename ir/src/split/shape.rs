@@ -3,7 +3,6 @@
 use super::places::{Def, Places};
 use super::{Reason, Refusal};
 use crate::flow::{Cfg, Dominators, Loops};
-use crate::pass::{Estimate, slower_in_chunks};
 use crate::program::{Bits, Block, Callee, Function, InstKind, Program, Target, Terminator, Value};
 use srp_archdesc::isa::{Effect, Opcode, Ty};
 use std::collections::BTreeSet;
@@ -233,21 +232,9 @@ fn why_not_one_block(program: &Program, func: &Function, header: Block) -> Refus
     let early = |b: &&Block| !data.latches.contains(b);
     let exits: Vec<Block> = data.blocks.iter().filter(leaves).copied().collect();
     if let (Some(&exit), true) = (exits.iter().find(early), exits.len() > 1) {
-        let reason = match slower_in_chunks(func, &program.globals, data) {
-            Some(Estimate {
-                iterations,
-                array,
-                vliw,
-            }) => Reason::SlowerInChunks {
-                iterations,
-                array,
-                vliw,
-            },
-            None => Reason::SeveralExits,
-        };
         return Refusal {
             pos: func.blocks[exit].end_pos,
-            reason,
+            reason: Reason::SeveralExits,
         };
     }
     let branches = |b: &&Block| matches!(func.blocks[**b].end, Terminator::Branch { .. });

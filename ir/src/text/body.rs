@@ -103,6 +103,14 @@ impl Body {
                     true => comma_list(line, |line| line.number())?,
                     false => Vec::new(),
                 },
+                slower: match line.eat_word("slower") {
+                    true => Some(Estimate {
+                        iterations: line.number()?,
+                        array: line.number()?,
+                        vliw: line.number()?,
+                    }),
+                    false => None,
+                },
                 independence: independence(line)?,
                 pos,
             });

@@ -208,6 +208,10 @@ impl Writer<'_> {
                     [] => String::new(),
                     numbers => format!(" restrict {}", list(numbers, u32::to_string)),
                 };
+                let slower = mark
+                    .slower
+                    .map(|e| format!(" slower {} {} {}", e.iterations, e.array, e.vliw));
+                let slower = slower.unwrap_or_default();
                 let mut independent = String::new();
                 if mark.independence.all {
                     independent.push_str(" ivdep");
@@ -215,8 +219,9 @@ impl Writer<'_> {
                 for group in &mark.independence.groups {
                     independent += &format!(" independent {}", list(group, u32::to_string));
                 }
-                let text =
-                    format_args!("{head} kernel {name}{required}{nest}{restrict}{independent}");
+                let text = format_args!(
+                    "{head} kernel {name}{required}{nest}{restrict}{slower}{independent}"
+                );
                 self.line(text, mark.pos);
             }
             None => self.line(head, Pos::nowhere()),

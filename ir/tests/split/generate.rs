@@ -144,6 +144,7 @@ impl Maker {
             pos: pos(4),
             required: true,
             nest: false,
+            slower: None,
             restrict: Vec::new(),
             independence: Default::default(),
         });

@@ -88,6 +88,7 @@ impl Form {
             pos,
             required: true,
             nest: false,
+            slower: None,
             restrict: Vec::new(),
             independence: Default::default(),
         });

@@ -1,7 +1,8 @@
-//! Loops that are left in the middle, made loops that run a number of times that is known.
+//! Loops that are left where only running them tells, made loops that run a number of times that is known.
 //!
 //! The array runs a kernel as often as it is told when it starts. A loop with several ways out (a
-//! `break`, a `return`, a test with `&&`) is run in *chunks*: until it has taken a way out it is
+//! `break`, a `return`, a test with `&&`), or with a test [of what it has computed](super::counted) (the end of
+//! a list or of a string), is run in *chunks*: until it has taken a way out it is
 //! *alive*, and what is left of a chunk then does nothing, for its loads, stores and divisions are
 //! under that predicate, but for loads that [need not wait](super::ahead). Control code goes on behind the chunk where the loop was left, or with the
 //! next chunk, which is twice as long.
@@ -15,7 +16,9 @@
 //!   after:           br alive, outer(p, 2 m), the way out
 //! ```
 
-use super::ahead::{Ahead, latency};
+use super::ahead::Ahead;
+use super::counted::is_counted;
+use super::estimate::{FIRST_CHUNK, LONGEST_CHUNK, estimate};
 use crate::flow::{Cfg, Dominators, LoopData, Loops};
 use crate::pass::unroll::keep_in_slots;
 use crate::program::*;
@@ -23,22 +26,14 @@ use rustc_hash::FxHashSet;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Effect, Opcode, Ty};
 
-/// Iterations of the first chunk, and of the longest.
-const FIRST_CHUNK: u32 = 16;
-const LONGEST_CHUNK: u32 = 512;
-
-/// Cycles that an iteration may have to wait for the one before: beyond, the array is not faster than
-/// the VLIW engine, which ends a loop where it ends.
-const MAX_RECURRENCE: u32 = 14;
-
 /// Ways out that a loop may have.
 const MAX_WAYS: usize = 12;
 
 /// Arguments of jumps that may be anything: from where, to where, and at which place.
 pub(super) type Free = FxHashSet<(Block, Block, usize)>;
 
-/// True when a loop is one that would run on the array but for the places where it is left, and how
-/// often it can run is bounded by one of its tests.
+/// True when a loop is one that would run on the array but for the places where it is left, or for a
+/// number of iterations that only running it tells.
 pub(super) fn is_left_early(func: &Function, data: &LoopData) -> bool {
     let inside = |block: Block| data.blocks.contains(&block);
     let [latch] = data.latches[..] else {
@@ -67,174 +62,7 @@ pub(super) fn is_left_early(func: &Function, data: &LoopData) -> bool {
         ways += leaving;
         early |= leaving > 0 && block != latch;
     }
-    early && ways <= MAX_WAYS && counts(func, data) && recurrence(func, data) <= MAX_RECURRENCE
-}
-
-/// True when one of the tests that end a loop compares what changes by a constant with what does not
-/// change.
-fn counts(func: &Function, data: &LoopData) -> bool {
-    let mut home = EntityMap::<Value, bool>::filled(func.values.len(), false);
-    let mut made = EntityMap::<Value, Option<Inst>>::filled(func.values.len(), None);
-    for &block in &data.blocks {
-        for &param in &func.blocks[block].params {
-            home[param] = true;
-        }
-        for &inst in &func.blocks[block].insts {
-            for &result in &func.insts[inst].results {
-                home[result] = true;
-                made[result] = Some(inst);
-            }
-        }
-    }
-    let constant =
-        |v: Value| made[v].is_some_and(|i| matches!(func.insts[i].kind, InstKind::Const(_)));
-    let unchanging = |v: Value| !home[v] || constant(v);
-    let op = |v: Value| match &func.insts[made[v]?].kind {
-        InstKind::Op { op, args, .. } => Some((*op, args.clone())),
-        _ => None,
-    };
-    let params = &func.blocks[data.header].params;
-    let latch = data.latches[0];
-    let next = |place: usize| {
-        let mut targets = func.blocks[latch].end.targets();
-        targets
-            .find(|t| t.block == data.header)
-            .map(|t| t.args[place])
-    };
-    // A parameter that counts, or one step of it.
-    let counter = |v: Value| {
-        let own = params.iter().position(|&p| p == v);
-        let (place, step) = match (own, op(v)) {
-            (Some(place), _) => (place, next(place)),
-            (None, Some((Opcode::Add | Opcode::Sub, args))) => {
-                match params.iter().position(|&p| p == args[0]) {
-                    Some(place) => (place, next(place)),
-                    None => return false,
-                }
-            }
-            _ => return false,
-        };
-        let Some((Opcode::Add | Opcode::Sub, args)) = step.and_then(op) else {
-            return false;
-        };
-        args[0] == params[place] && unchanging(args[1])
-    };
-    data.blocks.iter().any(|&block| {
-        let end = &func.blocks[block].end;
-        let Terminator::Branch { cond, .. } = end else {
-            return false;
-        };
-        let leaves = end.targets().any(|t| !data.blocks.contains(&t.block));
-        let test = op(*cond).filter(|(op, _)| {
-            use Opcode::{Eq, Le, Leu, Lt, Ltu, Ne};
-            matches!(op, Eq | Ne | Lt | Le | Ltu | Leu)
-        });
-        leaves
-            && test.is_some_and(|(_, args)| {
-                counter(args[0]) && unchanging(args[1]) || counter(args[1]) && unchanging(args[0])
-            })
-    })
-}
-
-/// The longest way, in cycles of a common machine, from a value of the loop to what it is in the next
-/// iteration.
-fn recurrence(func: &Function, data: &LoopData) -> u32 {
-    let header = &func.blocks[data.header];
-    let mut back = func.blocks[data.latches[0]].end.targets();
-    let Some(back) = back.find(|t| t.block == data.header) else {
-        return 0;
-    };
-    let mut longest = 0;
-    for (&param, &next) in header.params.iter().zip(&back.args) {
-        let mut depth = EntityMap::<Value, Option<u32>>::filled(func.values.len(), None);
-        depth[param] = Some(0);
-        for &block in &data.blocks {
-            for &inst in &func.blocks[block].insts {
-                let InstData { kind, results, .. } = &func.insts[inst];
-                let InstKind::Op { op, args, .. } = kind else {
-                    continue;
-                };
-                let from = args.iter().filter_map(|&a| depth[a]).max();
-                if let (Some(from), Some(&result)) = (from, results.first()) {
-                    depth[result] = Some(from + latency(*op));
-                }
-            }
-            for target in func.blocks[block].end.targets() {
-                if target.block == data.header {
-                    continue;
-                }
-                for (&param, &arg) in func.blocks[target.block].params.iter().zip(&target.args) {
-                    depth[param] = depth[param].max(depth[arg].map(|d| d + 1));
-                }
-            }
-        }
-        longest = longest.max(depth[next].unwrap_or(0));
-    }
-    longest
-}
-
-/// Iterations by which the two engines are compared.
-const USUAL: u32 = 80;
-/// Cycles of a launch beyond its iterations.
-const LAUNCH: u32 = 24;
-/// Operations of an array in a cycle, most of the time, and of the VLIW engine; cycles that this takes for an iteration
-/// at least, and beyond the recurrence.
-const ARRAY_OPERATIONS: u32 = 11;
-const VLIW_OPERATIONS: u32 = 2;
-const LEAST: u32 = 3;
-const BRANCH: u32 = 2;
-
-/// Estimates the cycles of some iterations in chunks on the array, and on the VLIW engine.
-pub(crate) struct Estimate {
-    /// How many.
-    pub(crate) iterations: u32,
-    /// On the array, with all launches.
-    pub(crate) array: u32,
-    /// On the VLIW engine.
-    pub(crate) vliw: u32,
-}
-
-impl Estimate {
-    /// Of a loop that [is left early](is_left_early).
-    fn of(func: &Function, data: &LoopData, ahead: &Ahead) -> Estimate {
-        let insts = data
-            .blocks
-            .iter()
-            .flat_map(|&block| &func.blocks[block].insts);
-        let operations = insts.filter(|&&i| matches!(func.insts[i].kind, InstKind::Op { .. }));
-        let size = operations.count() as u32;
-        let recurrence = recurrence(func, data);
-        let interval = (recurrence.max(ahead.wait(func, data)))
-            .max(size.div_ceil(ARRAY_OPERATIONS))
-            .max(1);
-        let (mut iterations, mut launches, mut chunk) = (0, 0, FIRST_CHUNK);
-        while iterations < USUAL {
-            iterations += chunk;
-            launches += 1;
-            chunk = (2 * chunk).min(LONGEST_CHUNK);
-        }
-        let of_one = LEAST
-            .max(size.div_ceil(VLIW_OPERATIONS))
-            .max(recurrence + BRANCH);
-        Estimate {
-            iterations: USUAL,
-            array: iterations * interval + launches * LAUNCH,
-            vliw: USUAL * of_one,
-        }
-    }
-}
-
-/// The estimate of a loop that would run in chunks, if the array is no faster.
-pub(crate) fn slower_in_chunks(
-    func: &Function,
-    globals: &EntityMap<Global, GlobalData>,
-    data: &LoopData,
-) -> Option<Estimate> {
-    if !is_left_early(func, data) {
-        return None;
-    }
-    let estimate = Estimate::of(func, data, &Ahead::of(func, globals, data));
-    (estimate.array >= estimate.vliw).then_some(estimate)
+    (early || !is_counted(func, data)) && (1..=MAX_WAYS).contains(&ways)
 }
 
 /// Makes the loops that [are left early](is_left_early), and marked, loops of chunks, if a pragma asks for that or it is
@@ -242,18 +70,25 @@ pub(crate) fn slower_in_chunks(
 pub(super) fn run_in_chunks(func: &mut Function, globals: &EntityMap<Global, GlobalData>) -> Free {
     let mut free = Free::default();
     let cfg = Cfg::of(func);
-    let loops = Loops::of(&cfg, &Dominators::of(&cfg));
+    let dominators = Dominators::of(&cfg);
+    let loops = Loops::of(&cfg, &dominators);
     for (id, data) in loops.loops.iter() {
         let innermost = loops.loops.values().all(|l| l.parent != Some(id));
         let Some(mark) = &func.blocks[data.header].kernel else {
             continue;
         };
-        let wanted = mark.required || slower_in_chunks(func, globals, data).is_none();
-        if innermost && wanted && data.header != func.entry() && is_left_early(func, data) {
-            // Before the slots, whose stores nothing has to wait for.
-            let ahead = Ahead::of(func, globals, data);
+        let required = mark.required;
+        if !innermost || data.header == func.entry() || !is_left_early(func, data) {
+            continue;
+        }
+        // Before the slots, whose stores nothing has to wait for.
+        let ahead = Ahead::of(func, globals, data);
+        let estimate = estimate(func, &dominators, data, &ahead);
+        if required || estimate.array < estimate.vliw {
             keep_in_slots(func, data);
             chunks(func, data, ahead, &mut free);
+        } else if let Some(mark) = &mut func.blocks[data.header].kernel {
+            mark.slower = Some(estimate);
         }
     }
     free

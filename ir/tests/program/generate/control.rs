@@ -127,6 +127,7 @@ impl Maker<'_> {
                 pos: mark_pos,
                 required: self.below(2) == 0,
                 nest: false,
+                slower: None,
                 restrict: Vec::new(),
                 independence: Default::default(),
             });
