@@ -1,6 +1,7 @@
 //! [`Arch`]: one SGRT system, the SRP array and the units round it, every name resolved and every
 //! default filled in. It is what a machine file means; nothing downstream sees XML.
 
+use crate::cost::operator;
 use crate::cost::special::{self as cost, Builds};
 use crate::datapath::RCP_LATENCY;
 use crate::entity;
@@ -283,6 +284,19 @@ impl Arch {
                         },
                     }));
                 }
+                let floats = self.precision.formats;
+                let narrow = Opcode::ALL.iter().filter(|op| op.class() == how.class);
+                all.extend(narrow.filter(|_| !how.given[0]).map(|&op| SpecialOp {
+                    op,
+                    how: FuOp {
+                        uses: how.uses.clone(),
+                        ..FuOp::new(
+                            how.class,
+                            operator::cycles_in(floats.of(op).significand, how.class, how.latency),
+                            how.interval,
+                        )
+                    },
+                }));
                 let as_others = (how.latency, how.interval);
                 all.retain(|s| (s.how.latency, s.how.interval) != as_others);
                 how.special = all;

@@ -12,9 +12,10 @@ use crate::area::{CONTROL, WIRING, area, cache_area};
 use crate::cost::Technology;
 use crate::cost::memory::{REGISTER_BIT, SRAM_BIT, file_area, file_energy, read_energy};
 use crate::cost::operator::{
-    SINGLE, compare, convert, float_add, float_fma, float_mul, integer_add, integer_mul,
-    product_area, product_energy, registers, shift,
+    compare, convert, float_add, float_fma, float_mul, integer_add, integer_mul, product_area,
+    product_energy, registers, shift,
 };
+use crate::format::Format;
 use crate::isa::{Class, Opcode};
 use crate::precision::Approx;
 use crate::resource::ResourceGraph;
@@ -206,14 +207,31 @@ fn unit(sums: &mut Sums, fu: &FuSpec, arch: &Arch) {
         }
     }
     let times = |n: u32, each: f64| f64::from(n) * each;
-    um2 += times(widest.add, float_add(SINGLE).area_um2)
-        + times(widest.mul, float_mul(SINGLE).area_um2)
+    let formats = &arch.precision.formats;
+    // One adder is for sums and for what is fused, and so is one multiplier: it has the digits of both.
+    let digits = |own: Format, classes: &[Class]| {
+        let fused = [Class::Fma, Class::Vfma, Class::Vdot];
+        let here = |classes: &[Class]| fu.ops.iter().any(|op| classes.contains(&op.class));
+        let own = if here(classes) { own.significand } else { 0 };
+        own.max(if here(&fused) {
+            formats.fused.significand
+        } else {
+            0
+        })
+    };
+    let add = digits(formats.add, &[Class::Fadd, Class::Vfadd]);
+    let mul = digits(formats.multiply, &[Class::Fmul, Class::Vfmul]);
+    um2 += times(widest.add, float_add(add.max(1)).area_um2)
+        + times(widest.mul, float_mul(mul.max(1)).area_um2)
         + times(widest.cmp, compare(32).area_um2)
         // An integer lane shifts, too.
         + times(widest.int, integer_add(32).area_um2 + shift(32).area_um2)
         // An integer product is made by the multiplier of a float, where there is one, made larger.
         + times(widest.imul, integer_mul(32).area_um2)
-        - times(widest.imul.min(widest.mul), product_area(24.0, 24.0));
+        - times(
+            widest.imul.min(widest.mul),
+            product_area(f64::from(mul), f64::from(mul)),
+        );
     sums.operators_um2 += um2;
     sums.operators.add += widest.add;
     sums.operators.mul += widest.mul;
@@ -484,10 +502,11 @@ pub fn operation_energy(op: Opcode, arch: &Arch) -> f64 {
     }
     let o = operators(op.class());
     let times = |n: u32, each: f64| f64::from(n) * each;
-    let (add, mul) = (float_add(SINGLE).energy_pj, float_mul(SINGLE).energy_pj);
+    let digits = arch.precision.formats.of(op).significand;
+    let (add, mul) = (float_add(digits).energy_pj, float_mul(digits).energy_pj);
     let fused = o.add.min(o.mul);
     let floats = match op.class() {
-        Class::Fma | Class::Vfma => times(fused, float_fma(SINGLE).energy_pj),
+        Class::Fma | Class::Vfma => times(fused, float_fma(digits).energy_pj),
         // What compares does not add.
         Class::Fadd | Class::Vfadd if !adds(op) => times(o.cmp, compare(32).energy_pj),
         _ => times(o.add, add) + times(o.mul, mul),

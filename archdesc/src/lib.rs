@@ -28,6 +28,7 @@ pub mod datapath;
 pub mod diagnostic;
 pub mod dram;
 pub mod entity;
+pub mod format;
 pub mod isa;
 pub mod machines;
 pub mod nearest;

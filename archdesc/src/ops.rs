@@ -5,6 +5,7 @@
 //! generated simulators by their text ([`SOURCE`], [`call`]). Memory and ports are not computation;
 //! [`loaded`] turns the bytes of a load into its result.
 
+use crate::format::Format;
 use crate::isa::{Class, Kind, Opcode};
 use crate::precision::{Approx, Precision, Subnormals};
 use crate::structure::Special;
@@ -71,6 +72,14 @@ pub fn flushes(op: Opcode) -> bool {
     op.is_pure() && info.operands.iter().all(is_float) && !signs && !converts
 }
 
+/// The format to which operands and results of an operation are [rounded](semantics::word::narrow); `None` for operations
+/// in binary32.
+pub fn narrows(op: Opcode, precision: &Precision) -> Option<u32> {
+    let format = precision.formats.of(op);
+    let flushes = u32::from(precision.subnormals == Subnormals::Flush);
+    (format != Format::SINGLE).then_some(format.exponent | format.significand << 8 | flushes << 16)
+}
+
 /// Returns the result of `op` for its operands, its immediate (ignored where it has none), and the machine's
 /// precision. `Ok(None)` for loads, stores and ports.
 ///
@@ -83,6 +92,14 @@ pub fn eval(
     imm: i32,
     precision: &Precision,
 ) -> Result<Option<Value>, Fault> {
+    if let Some(format) = narrows(op, precision) {
+        let mut narrow = [Value::default(); 3];
+        for (to, &arg) in narrow.iter_mut().zip(args) {
+            *to = semantics::lanes::vnarrow(arg, format);
+        }
+        let result = compute(op, &narrow[..args.len().min(3)], imm, precision)?;
+        return Ok(result.map(|value| semantics::lanes::vnarrow(value, format)));
+    }
     if precision.subnormals == Subnormals::Keep || !flushes(op) {
         return compute(op, args, imm, precision);
     }

@@ -1,5 +1,6 @@
 //! [`Precision`]: how exact a machine's approximate units are.
 
+use crate::format::Formats;
 use crate::ops::semantics::elementary::SEPARATE;
 use crate::structure::{Special, Structure};
 use serde::{Deserialize, Serialize};
@@ -38,6 +39,8 @@ pub struct Precision {
     pub fast: Fast,
     /// The treatment of subnormal floats.
     pub subnormals: Subnormals,
+    /// What adders and multipliers compute in.
+    pub formats: Formats,
     /// Fraction bits of the weights by which texels are filtered, 0 to 12; 0 takes the nearest.
     pub texture_weight_bits: u32,
 }
@@ -59,6 +62,7 @@ impl Precision {
             div: None,
         },
         subnormals: Subnormals::Keep,
+        formats: Formats::SINGLE,
         texture_weight_bits: 8,
     };
 }

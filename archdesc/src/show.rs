@@ -7,6 +7,7 @@ use crate::arch::{
     Approx, Arch, Fast, FileKind, FuOp, FuSpec, Precision, Refine, Resource, Subnormals,
 };
 use crate::dram::{DramModel, DramSpec, RowPolicy};
+use crate::format::Format;
 use crate::isa::Class;
 use crate::structure::Structure;
 use crate::system::{CacheSpec, Pipeline};
@@ -205,6 +206,7 @@ fn show_engine(out: &mut String, arch: &Arch) -> std::fmt::Result {
         sincos,
         fast,
         subnormals,
+        formats,
         texture_weight_bits: _,
     } = arch.precision;
     let functions = [
@@ -235,6 +237,16 @@ fn show_engine(out: &mut String, arch: &Arch) -> std::fmt::Result {
         .map(|(name, approx)| format!("{name} {}", precision(approx)))
         .collect();
     writeln!(out, "special functions: {}", functions.join(", "))?;
+    for (name, format) in formats.named() {
+        if format != Format::SINGLE {
+            let units = match name {
+                "add" => "sums",
+                "multiply" => "products",
+                _ => "fused and dot products",
+            };
+            writeln!(out, "{units} in {}", format.name())?;
+        }
+    }
     match subnormals {
         Subnormals::Keep => Ok(()),
         Subnormals::Flush => writeln!(out, "subnormal floats are flushed to zero"),

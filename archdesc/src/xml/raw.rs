@@ -46,6 +46,9 @@ raw! {
     /// `<float>`
     Float {
         subnormals: Option<Text>,
+        add: Option<Text>,
+        multiply: Option<Text>,
+        fused: Option<Text>,
     }
 
     /// `<op>`, in a machine, a `<fu-type>` or an `<fu>`

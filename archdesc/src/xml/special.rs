@@ -11,6 +11,7 @@ use super::values;
 use crate::arch::Arch;
 use crate::cost::special::{self as cost, Build, Builds, Unit};
 use crate::diagnostic::Span;
+use crate::format::Format;
 use crate::precision::{Approx, Precision, Refine, Subnormals};
 use crate::structure::{MAX_SEGMENTS, Special, Structure};
 
@@ -77,6 +78,18 @@ pub(super) fn machine(found: &Findings, machine: &raw::Machine) -> Specials {
         let words = Subnormals::ALL.map(|s| (s.name(), s));
         let subnormals = values::word(found, &float.value.subnormals, "subnormals", &words);
         precision.subnormals = subnormals.unwrap_or(precision.subnormals);
+        let float = &float.value;
+        let texts = [
+            ("add", &float.add),
+            ("multiply", &float.multiply),
+            ("fused", &float.fused),
+        ];
+        for (name, text) in texts {
+            let format = text.as_ref().and_then(|text| format(found, text));
+            if let (Some(format), Some(own)) = (format, precision.formats.named_mut(name)) {
+                *own = format;
+            }
+        }
     }
     let texture = system.as_ref().and_then(|s| s.value.texture.as_ref());
     if let Some(texture) = texture {
@@ -89,6 +102,16 @@ pub(super) fn machine(found: &Findings, machine: &raw::Machine) -> Specials {
         );
     }
     specials
+}
+
+/// A format of floats.
+fn format(found: &Findings, text: &Text) -> Option<Format> {
+    let format = Format::parse(&text.value);
+    if format.is_none() {
+        let known = Format::NAMED.iter().map(|(name, _)| *name);
+        values::unknown(found, "A0413", text, "format", known.chain(["e5m10"]));
+    }
+    format
 }
 
 /// The reciprocal of the T&I unit, which has no other special function and runs no program.

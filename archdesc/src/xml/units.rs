@@ -225,14 +225,19 @@ fn changed_op(cx: &OpContext<'_>, base: &FuOp, op: &raw::Op) -> FuOp {
         latency: values::number(cx.found, &op.latency, limits::LATENCY, base.latency),
         interval: values::number(cx.found, &op.interval, limits::INTERVAL, base.interval),
         uses,
-        given: given.map(|given| given && has_special(base.class)),
+        given: given.map(|given| given && follows(base.class)),
         ..FuOp::new(base.class, 1, 1)
     }
 }
 
-/// True if operations of a class are special functions, whose cycles follow from their structure.
-pub(super) fn has_special(class: Class) -> bool {
-    matches!(class, Class::Sfu | Class::Fdiv | Class::Fast)
+/// True if the cycles of a class follow from the structure of its units, or from the format of its floats, where the file
+/// gives none.
+pub(super) fn follows(class: Class) -> bool {
+    use Class::{Fadd, Fast, Fdiv, Fma, Fmul, Sfu, Vdot, Vfadd, Vfma, Vfmul};
+    matches!(
+        class,
+        Sfu | Fdiv | Fast | Fadd | Fmul | Fma | Vfadd | Vfmul | Vfma | Vdot
+    )
 }
 
 fn uses(cx: &OpContext<'_>, text: &Text) -> Vec<Resource> {

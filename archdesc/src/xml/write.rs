@@ -5,11 +5,12 @@ use std::fmt::Write;
 
 use super::dram::{PARTS, ROW_POLICIES};
 use super::links::{TOPOLOGIES, Topology};
-use super::units::has_special;
+use super::units::follows;
 use crate::arch::{Approx, Arch, FileKind, FileSpec, Fu, FuSpec};
 use crate::cost::special::Build;
 use crate::datapath::FpLatency;
 use crate::dram::{BankedSpec, DramModel, DramSpec};
+use crate::format::Format;
 use crate::structure::{Special, Structure};
 use crate::system::{CacheSpec, Pipeline, SystemSpec};
 
@@ -31,7 +32,13 @@ fn write_machine(out: &mut String, arch: &Arch) -> std::fmt::Result {
         write_special(out, "  ", function, approx, arch.builds.of(function))?;
     }
     let subnormals = arch.precision.subnormals.name();
-    writeln!(out, "  <float subnormals=\"{subnormals}\"/>")?;
+    write!(out, "  <float subnormals=\"{subnormals}\"")?;
+    for (name, format) in arch.precision.formats.named() {
+        if format != Format::SINGLE {
+            write!(out, " {name}=\"{}\"", format.name())?;
+        }
+    }
+    writeln!(out, "/>")?;
     let none = TOPOLOGIES.iter().find(|(_, t)| *t == Topology::None);
     let none = none.map_or("", |(name, _)| name);
     writeln!(
@@ -148,12 +155,12 @@ fn write_unit(out: &mut String, arch: &Arch, unit: &FuSpec) -> std::fmt::Result 
             .map(|&r| arch.srp.resources[r].name.as_str())
             .collect();
         write!(out, "      <op class=\"{}\"", op.class)?;
-        // Cycles of special functions that follow from their structure follow from it again.
-        let special = has_special(op.class);
-        if !special || op.given[0] {
+        // Cycles that follow from structure or format follow from it again.
+        let follows = follows(op.class);
+        if !follows || op.given[0] {
             write!(out, " latency=\"{}\"", op.latency)?;
         }
-        if !special || op.given[1] {
+        if !follows || op.given[1] {
             write!(out, " interval=\"{}\"", op.interval)?;
         }
         writeln!(out, " uses=\"{}\"/>", uses.join(" "))?;

@@ -99,7 +99,14 @@ pub(super) fn value(spec: &SimSpec, step: &Step) -> String {
             match ops::call(*op) {
                 Some(call) => {
                     let flushes = spec.precision.subnormals == Subnormals::Flush;
-                    let flushes = flushes && ops::flushes(*op);
+                    let narrows = ops::narrows(*op, &spec.precision);
+                    let flushes = flushes && ops::flushes(*op) && narrows.is_none();
+                    if let Some(format) = narrows {
+                        let kinds = op.info().operands.iter().map(|k| k.ty());
+                        for (arg, ty) in args.iter_mut().zip(kinds) {
+                            *arg = narrowed(std::mem::take(arg), Some(ty), format);
+                        }
+                    }
                     if flushes {
                         let kinds = op.info().operands.iter().map(|k| k.ty());
                         for (arg, ty) in args.iter_mut().zip(kinds) {
@@ -108,9 +115,10 @@ pub(super) fn value(spec: &SimSpec, step: &Step) -> String {
                     }
                     args.extend(call.extra_arguments(*imm, &spec.precision));
                     let text = format!("ops::{}({})", call.function, args.join(", "));
-                    let text = match flushes {
-                        true => flushed(text, op.result()),
-                        false => text,
+                    let text = match (narrows, flushes) {
+                        (Some(format), _) => narrowed(text, op.result(), format),
+                        (None, true) => flushed(text, op.result()),
+                        (None, false) => text,
                     };
                     if call.fallible {
                         format!("divided({text}, {})?", step.at)
@@ -121,6 +129,15 @@ pub(super) fn value(spec: &SimSpec, step: &Step) -> String {
                 None => access(spec, *op, args, *imm, step.at),
             }
         }
+    }
+}
+
+/// A value whose floats are rounded to a narrower format.
+fn narrowed(text: String, ty: Option<Ty>, format: u32) -> String {
+    match ty {
+        Some(Ty::Word) => format!("ops::narrow({text}, {format})"),
+        Some(Ty::Vec) => format!("ops::vnarrow({text}, {format})"),
+        Some(Ty::Pred) | None => text,
     }
 }
 

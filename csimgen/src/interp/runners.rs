@@ -93,11 +93,19 @@ macro_rules! operand {
 trait Flush {
     /// The same with zeros for subnormal floats.
     fn flushed(self) -> Self;
+
+    /// The same with floats rounded to a narrower format.
+    fn narrowed(self, format: u32) -> Self;
 }
 
 impl Flush for bool {
     #[inline(always)]
     fn flushed(self) -> bool {
+        self
+    }
+
+    #[inline(always)]
+    fn narrowed(self, _: u32) -> bool {
         self
     }
 }
@@ -107,12 +115,22 @@ impl Flush for u32 {
     fn flushed(self) -> u32 {
         semantics::word::flush(self)
     }
+
+    #[inline(always)]
+    fn narrowed(self, format: u32) -> u32 {
+        semantics::word::narrow(self, format)
+    }
 }
 
 impl Flush for V4 {
     #[inline(always)]
     fn flushed(self) -> V4 {
         semantics::lanes::vflush(self)
+    }
+
+    #[inline(always)]
+    fn narrowed(self, format: u32) -> V4 {
+        semantics::lanes::vnarrow(self, format)
     }
 }
 
@@ -121,11 +139,16 @@ impl Flush for Option<u32> {
     fn flushed(self) -> Option<u32> {
         self
     }
+
+    #[inline(always)]
+    fn narrowed(self, _: u32) -> Option<u32> {
+        self
+    }
 }
 
-/// Decides whether operands and results keep their subnormal floats.
+/// Decides which floats operands and results may be.
 trait Floats {
-    fn of<T: Flush>(value: T) -> T;
+    fn of<T: Flush>(value: T, micro: &Micro) -> T;
 }
 
 /// Subnormal floats stay as they are.
@@ -133,7 +156,7 @@ struct Kept;
 
 impl Floats for Kept {
     #[inline(always)]
-    fn of<T: Flush>(value: T) -> T {
+    fn of<T: Flush>(value: T, _: &Micro) -> T {
         value
     }
 }
@@ -143,8 +166,18 @@ struct Flushed;
 
 impl Floats for Flushed {
     #[inline(always)]
-    fn of<T: Flush>(value: T) -> T {
+    fn of<T: Flush>(value: T, _: &Micro) -> T {
         value.flushed()
+    }
+}
+
+/// Floats are of the format in the first extra argument.
+struct Narrowed;
+
+impl Floats for Narrowed {
+    #[inline(always)]
+    fn of<T: Flush>(value: T, micro: &Micro) -> T {
+        value.narrowed(micro.extra[0])
     }
 }
 
@@ -159,7 +192,7 @@ macro_rules! computing {
                     let result = computing!(
                         @call state micro $module $function ($($operand)*) $($extra)?
                     );
-                    F::of(result).put(state, micro)
+                    F::of(result, micro).put(state, micro)
                 },)*)*
                 _ => return None,
             };
@@ -167,13 +200,13 @@ macro_rules! computing {
         }
     };
     (@call $s:ident $m:ident $module:ident $function:ident ($($operand:literal)*)) => {
-        semantics::$module::$function($(F::of(operand!($s, $m, $operand))),*)
+        semantics::$module::$function($(F::of(operand!($s, $m, $operand), $m)),*)
     };
     (@call $s:ident $m:ident $module:ident $function:ident ($($operand:literal)*) steps) => {
-        semantics::$module::$function($(F::of(operand!($s, $m, $operand)),)* $m.extra[0], $m.extra[1])
+        semantics::$module::$function($(F::of(operand!($s, $m, $operand), $m),)* $m.extra[0], $m.extra[1])
     };
     (@call $s:ident $m:ident $module:ident $function:ident ($($operand:literal)*) $one:ident) => {
-        semantics::$module::$function($(F::of(operand!($s, $m, $operand)),)* $m.extra[0])
+        semantics::$module::$function($(F::of(operand!($s, $m, $operand), $m),)* $m.extra[0])
     };
 }
 
@@ -182,6 +215,9 @@ srp_archdesc::with_operations!(computing);
 /// The arguments that a computing step's function takes after its operands; for memory the offset.
 pub(super) fn extra(op: Opcode, imm: i32, precision: &Precision) -> [u32; 2] {
     let table = |approx: Approx| <[u32; 2]>::from(approx.arguments());
+    if let Some(format) = ops::narrows(op, precision) {
+        return [format, 0];
+    }
     if op == Opcode::Tex {
         return [precision.texture_weight_bits, 0];
     }
@@ -271,10 +307,10 @@ pub(super) fn runner(step: &Step, precision: &Precision) -> Runner {
         };
     };
     let flushes = precision.subnormals == Subnormals::Flush && ops::flushes(op);
-    let computing = if flushes {
-        computing::<Flushed>(op)
-    } else {
-        computing::<Kept>(op)
+    let computing = match ops::narrows(op, precision) {
+        Some(_) => computing::<Narrowed>(op),
+        None if flushes => computing::<Flushed>(op),
+        None => computing::<Kept>(op),
     };
     let runner = computing.or_else(|| accessing(op));
     // Port operations are the first of their bundle and never get here.

@@ -11,6 +11,7 @@ use cases::Case;
 use srp_archdesc::Arch;
 use srp_archdesc::arch::{Approx, Fast, FuOp, Refine, Subnormals};
 use srp_archdesc::entity::Entity;
+use srp_archdesc::format::{Format, Formats};
 use srp_archdesc::isa::Class;
 use srp_archdesc::structure::Structure;
 use srp_csimgen::emit::machinery;
@@ -129,6 +130,11 @@ fn delayed() -> Arch {
     arch.srp.branch_delay = 3;
     arch.precision.div = Approx::table(12, 1);
     arch.precision.subnormals = Subnormals::Flush;
+    arch.precision.formats = Formats {
+        add: Format::BFLOAT16,
+        multiply: Format::SINGLE,
+        fused: Format::new(5, 8),
+    };
     arch.precision.rsqrt = Approx::Table {
         structure: Structure::Table,
         bits: 8,

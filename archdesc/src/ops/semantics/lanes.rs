@@ -51,6 +51,11 @@ fn pairs(a: V4, b: V4, f: impl Fn(u32, u32) -> u32) -> V4 {
     ])
 }
 
+/// Each lane [rounded](word::narrow) to a narrower format.
+pub fn vnarrow(a: V4, format: u32) -> V4 {
+    each(a, |lane| word::narrow(lane, format))
+}
+
 /// Each lane, or, where it is a subnormal float, the zero of its sign.
 #[inline(always)]
 pub fn vflush(a: V4) -> V4 {

@@ -302,6 +302,46 @@ pub fn fne(a: u32, b: u32) -> bool {
     float(a) != float(b)
 }
 
+/// The float rounded to a narrower format, to nearest and ties to even: exponent bits in the lowest byte of `format`,
+/// those of the significand with the hidden one in the next, and above them 1 where numbers below the normal ones are zeros.
+/// What rounds to more than the largest number is infinite; infinities and NaNs stay.
+pub fn narrow(a: u32, format: u32) -> u32 {
+    let (exponent, significand, flushes) = (format & 0xff, format >> 8 & 0xff, format >> 16 != 0);
+    let (sign, magnitude) = (a & 0x8000_0000, a & 0x7fff_ffff);
+    if magnitude >= 0x7f80_0000 {
+        return a;
+    }
+    // Exponents with binary32's bias.
+    let bias = (1 << (exponent - 1)) - 1;
+    let least = 128 - bias;
+    let own = (magnitude >> 23).max(1);
+    if flushes && magnitude < least << 23 {
+        return sign;
+    }
+    let hidden = u32::from(magnitude >= 0x0080_0000) << 23;
+    let whole = magnitude & 0x007f_ffff | hidden;
+    let dropped = 24 - significand + least.saturating_sub(own);
+    if dropped > 25 {
+        return sign;
+    }
+    if dropped == 0 {
+        return a;
+    }
+    let (kept, rest, half) = (
+        whole >> dropped,
+        whole & ((1 << dropped) - 1),
+        1 << (dropped - 1),
+    );
+    let up = rest > half || rest == half && kept & 1 == 1;
+    // A whole number times a power of two, both exact in binary64.
+    let power = f64::from_bits(u64::from(1023 + own + dropped - 150) << 52);
+    let rounded = (f64::from(kept + u32::from(up)) * power) as f32;
+    match rounded.to_bits() >> 23 > 127 + bias {
+        true => sign | 0x7f80_0000,
+        false => sign | rounded.to_bits(),
+    }
+}
+
 /// The float, or, where it is subnormal, the zero of its sign.
 #[inline(always)]
 pub fn flush(a: u32) -> u32 {

@@ -3,6 +3,7 @@
 use super::Folder;
 use crate::program::*;
 use srp_archdesc::arch::Approx;
+use srp_archdesc::format::Format;
 use srp_archdesc::isa::Opcode;
 
 impl Folder<'_> {
@@ -71,7 +72,8 @@ impl Folder<'_> {
         let divisor = self.word(b)?;
         let (exponent, fraction) = (divisor >> 23 & 0xff, divisor & 0x7f_ffff);
         let reciprocal = (254u32.wrapping_sub(exponent)) << 23 | divisor & 1 << 31;
-        let exact = self.precision.div == Approx::Exact;
+        let exact = self.precision.div == Approx::Exact
+            && self.precision.formats.multiply == Format::SINGLE;
         if fraction != 0 || !(1..=253).contains(&exponent) || !exact {
             return None;
         }

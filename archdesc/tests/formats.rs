@@ -1,0 +1,202 @@
+//! Narrow formats: rounding against all numbers of a format, and what a machine file makes of them.
+
+use rand_pcg::Pcg32;
+use rand_pcg::rand_core::Rng;
+use srp_archdesc::arch::{Arch, Subnormals};
+use srp_archdesc::format::Format;
+use srp_archdesc::isa::Opcode;
+use srp_archdesc::machines;
+use srp_archdesc::ops::semantics::word::narrow;
+use srp_archdesc::ops::{self, Value};
+
+fn word(format: Format, flushes: bool) -> u32 {
+    format.exponent | format.significand << 8 | u32::from(flushes) << 16
+}
+
+/// All numbers of a format that are not negative, by the definition of IEEE 754: 3.3 and 3.4.
+fn numbers(format: Format) -> Vec<f64> {
+    let stored = format.significand - 1;
+    let bias = (1 << (format.exponent - 1)) - 1;
+    let ends = (1u32 << format.exponent) - 1;
+    let of = |exponent: u32, fraction: u32| {
+        let part = f64::from(fraction) / f64::from(1u32 << stored);
+        match exponent {
+            0 => part * 2f64.powi(1 - bias),
+            _ => (1.0 + part) * 2f64.powi(exponent as i32 - bias),
+        }
+    };
+    let of_exponent = |e: u32| (0..1u32 << stored).map(move |f| of(e, f));
+    (0..ends).flat_map(of_exponent).collect()
+}
+
+/// The nearest of some numbers that rise, of two the one whose place is even; infinite beyond the last by half a step.
+fn nearest(numbers: &[f64], x: f64) -> f64 {
+    let step = numbers[numbers.len() - 1] - numbers[numbers.len() - 2];
+    let above = numbers.partition_point(|&n| n < x);
+    let upper = match numbers.get(above) {
+        Some(&upper) => upper,
+        None => numbers[above - 1] + step,
+    };
+    let rounded = match above {
+        0 => 0,
+        _ if x - numbers[above - 1] < upper - x => above - 1,
+        _ if x - numbers[above - 1] > upper - x => above,
+        _ => above - above % 2,
+    };
+    numbers.get(rounded).copied().unwrap_or(f64::INFINITY)
+}
+
+#[test]
+fn every_number_is_rounded_to_the_nearest() {
+    let mut random = Pcg32::new(std::process::id().into(), 5);
+    let others = ["e4m3", "e5m2", "e6m9", "e8m1", "e7m10"];
+    let others = others.map(|name| Format::parse(name).expect("a format"));
+    let named = [Format::HALF, Format::BFLOAT16, Format::TF32];
+    for format in named.into_iter().chain(others) {
+        let numbers = numbers(format);
+        let least = numbers
+            .iter()
+            .copied()
+            .find(|&n| n >= format.least_normal());
+        assert_eq!(least, Some(format.least_normal()), "{}", format.name());
+        assert_eq!(numbers.last(), Some(&format.largest()), "{}", format.name());
+        let check = |bits: u32| {
+            let x = f32::from_bits(bits);
+            for flushes in [false, true] {
+                let found = f32::from_bits(narrow(bits, word(format, flushes)));
+                if x.is_nan() {
+                    assert!(found.is_nan());
+                    continue;
+                }
+                let magnitude = f64::from(x.abs());
+                let wanted = match flushes && magnitude < format.least_normal() {
+                    true => 0.0,
+                    false if x.is_infinite() => f64::INFINITY,
+                    false => nearest(&numbers, magnitude),
+                };
+                let name = format.name();
+                assert_eq!(f64::from(found.abs()), wanted, "{x:e} in {name} {flushes}");
+                assert_eq!(
+                    found.is_sign_negative(),
+                    x.is_sign_negative(),
+                    "{x:e} in {name}"
+                );
+            }
+        };
+        for _ in 0..20_000 {
+            check(random.next_u32());
+            // Near a number, and near the middle of two.
+            let at = random.next_u32() as usize % (numbers.len() - 1);
+            for near in [numbers[at], 0.5 * (numbers[at] + numbers[at + 1])] {
+                let bits = (near as f32).to_bits();
+                (0..5).for_each(|off| check((bits + off).saturating_sub(2)));
+            }
+        }
+        [
+            0,
+            1,
+            0x8000_0000,
+            0x007f_ffff,
+            0x7f7f_ffff,
+            0x7f80_0000,
+            0x7fc0_0000,
+        ]
+        .into_iter()
+        .for_each(check);
+    }
+}
+
+#[test]
+fn sums_and_products_are_rounded_once() {
+    let mut random = Pcg32::new(std::process::id().into(), 6);
+    let mut precision = sgrt("").precision;
+    for format in [Format::HALF, Format::BFLOAT16, Format::TF32] {
+        let numbers = numbers(format);
+        precision.formats.add = format;
+        precision.formats.multiply = format;
+        for _ in 0..50_000 {
+            let mut pick = || {
+                let n = numbers[random.next_u32() as usize % numbers.len()] as f32;
+                if random.next_u32() & 1 == 0 { n } else { -n }
+            };
+            let (x, y) = (pick(), pick());
+            for (op, exact) in [
+                (Opcode::Fadd, f64::from(x) + f64::from(y)),
+                (Opcode::Fsub, f64::from(x) - f64::from(y)),
+                (Opcode::Fmul, f64::from(x) * f64::from(y)),
+            ] {
+                // Sums of far exponents are not exact in binary64, and then far from the middle of two numbers.
+                let args = [Value::word(x.to_bits()), Value::word(y.to_bits())];
+                let found = ops::eval(op, &args, 0, &precision).expect("a result");
+                let found = f32::from_bits(found.expect("a value").as_word());
+                let wanted = nearest(&numbers, exact.abs());
+                assert_eq!(
+                    f64::from(found.abs()),
+                    wanted,
+                    "{x:e} {op} {y:e}, {}",
+                    format.name()
+                );
+            }
+        }
+    }
+}
+
+fn sgrt(float: &str) -> Arch {
+    let text = machines::SGRT
+        .xml
+        .replace("<array ", &format!("{float}<array "));
+    srp_archdesc::parse("sgrt", &text).unwrap_or_else(|e| panic!("{e:?}"))
+}
+
+#[test]
+fn a_format_moves_cycles_area_and_energy() {
+    let plain = sgrt("");
+    let narrow =
+        sgrt("<float add=\"bfloat16\" multiply=\"half\" fused=\"e5m2\" subnormals=\"flush\"/>");
+    assert_eq!(narrow.precision.formats.add, Format::BFLOAT16);
+    assert_eq!(narrow.precision.subnormals, Subnormals::Flush);
+    let written = srp_archdesc::xml::write(&narrow);
+    assert_eq!(
+        srp_archdesc::parse("written", &written).ok().as_ref(),
+        Some(&narrow)
+    );
+    let area = |arch: &Arch| srp_archdesc::chip::srp(arch).total_mm2;
+    assert!(
+        area(&narrow) < 0.97 * area(&plain),
+        "{} {}",
+        area(&narrow),
+        area(&plain)
+    );
+    for op in [Opcode::Fadd, Opcode::Vfmul, Opcode::Fma, Opcode::Dot3] {
+        let energy = |arch: &Arch| srp_archdesc::chip::operation_energy(op, arch);
+        assert!(energy(&narrow) < 0.6 * energy(&plain), "{op}");
+    }
+    let latency = |arch: &Arch, op: Opcode| {
+        let units = arch.srp.fus.values();
+        let cycles = units.filter_map(|fu| fu.timing(op).map(|how| how.latency));
+        cycles.min().expect("a unit")
+    };
+    assert_eq!(
+        (latency(&plain, Opcode::Fma), latency(&narrow, Opcode::Fma)),
+        (4, 3)
+    );
+    assert_eq!(
+        (
+            latency(&plain, Opcode::Dot3),
+            latency(&narrow, Opcode::Dot3)
+        ),
+        (6, 4)
+    );
+    // What compares is as it was.
+    assert_eq!(
+        latency(&narrow, Opcode::Fmin),
+        latency(&plain, Opcode::Fmin)
+    );
+    // Cycles that the file gives stand.
+    let given = machines::SGRT
+        .xml
+        .replace("<op class=\"fma\"/>", "<op class=\"fma\" latency=\"4\"/>");
+    let given = given.replace("<array ", "<float fused=\"e5m2\"/><array ");
+    let given = srp_archdesc::parse("given", &given).expect("a machine");
+    assert_eq!(latency(&given, Opcode::Fma), 4);
+}
