@@ -30,6 +30,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         knobs: args.knob.clone(),
         target: args.target()?,
         combinations: args.combinations(),
+        grid: args.grid,
         threads: args.threads,
     };
     let study = Study::of(&frame, options)?;

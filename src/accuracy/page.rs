@@ -4,12 +4,12 @@
 mod plot;
 
 use super::folder::Folder;
-use super::text::{decibels, marks, noise, percent, search_in_words, unit};
+use super::text::{decibels, intervals, marks, name, noise, percent, search_in_words, unit};
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use maud::{Markup, html};
 use plot::Plot;
-use srp_studies::accuracy::{AttributionSummary, Report, TOGETHER, Trial};
+use srp_studies::accuracy::{AttributionSummary, Report, Trial};
 
 const STYLE: &str = "
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(24rem, 1fr)); gap: 1rem 2rem; }
@@ -19,7 +19,7 @@ const STYLE: &str = "
 .plot path { fill: none; stroke: var(--float); stroke-width: 1.4; stroke-dasharray: 4 3; }
 .maps { display: grid; grid-template-columns: repeat(auto-fill, minmax(16rem, 1fr)); gap: 1rem; } .maps img { width: 100%; image-rendering: pixelated; border-radius: 4px; background: #000; }
 tr.best td:first-child { color: var(--float); font-weight: 600; } tr.cheapest td { background: color-mix(in srgb, var(--good) 12%, transparent); } td.hole { color: var(--above); font-weight: 600; }
-.summary td:first-child { min-width: 19rem; max-width: 26rem; } .summary td.words { min-width: 20rem; line-height: 1.2; } .summary th, .summary td { padding: .3rem .5rem; } .attribution td, .attribution th { padding: .15rem .8rem .15rem 0; text-align: right; } .attribution .words { text-align: left; } .bar { display: inline-block; width: 8rem; height: .5rem; border-radius: 3px; background: var(--line); overflow: hidden; } .bar i { display: block; height: 100%; background: var(--float); }
+.summary td:first-child { min-width: 19rem; max-width: 26rem; } .summary td.words { min-width: 20rem; line-height: 1.2; } .summary th, .summary td { padding: .3rem .5rem; } .attribution td, .attribution th { padding: .15rem .8rem .15rem 0; text-align: right; } .attribution .words { text-align: left; } .attribution .words code { white-space: nowrap; } details { margin: .3rem 0; } summary { cursor: pointer; } .bar { display: inline-block; width: 8rem; height: .5rem; border-radius: 3px; background: var(--line); overflow: hidden; } .bar i { display: block; height: 100%; background: var(--float); }
 td code { font-size: .8em; }
 ";
 
@@ -45,16 +45,10 @@ pub(super) fn page(report: &Report, folder: &Folder) -> String {
                 p.soft { "Differences of a channel from binary64: black is none, red some, white 32 levels or more." }
                 (maps(report, folder))
             }
+            section { h2 { "Decisions that changed a pixel" } (decisions(report)) }
         }
     };
     crate::page::page(&title, STYLE, &body)
-}
-
-fn name(trial: &Trial) -> String {
-    match trial.knob.as_str() {
-        "" | TOGETHER => trial.value.clone(),
-        knob => format!("{knob}: {}", trial.value),
-    }
 }
 
 fn conclusion(report: &Report) -> Markup {
@@ -71,8 +65,17 @@ fn conclusion(report: &Report) -> Markup {
                 None => p.above { "Nothing that was tried keeps to it." },
             }
             p.soft { (search_in_words(report)) " " (noise(report)) }
+            table.attribution {
+                tr { th { "Mcycles, least" } th { "most" } th.words { "in any of these orders of tiles" } }
+                @for (trial, [least, most]) in intervals(report) {
+                    tr {
+                        td { (format!("{:.3}", least as f64 / 1e6)) } td { (format!("{:.3}", most as f64 / 1e6)) }
+                        td.words { (name(trial)) }
+                    }
+                }
+            }
             h2 { "What a dB costs" }
-            table {
+            table.attribution {
                 tr { th { "at least" } th { "cycles" } th { "area" } th { "energy" } th.words { "settings" } }
                 @for price in &report.prices {
                     tr {
@@ -174,6 +177,35 @@ fn attributed(summary: &AttributionSummary) -> Markup {
                 }
             }
             @for n in &summary.non_finite { p.above { (n) } }
+        }
+    }
+}
+
+/// The pixels of each trial that another decision changed, and why it fell.
+fn decisions(report: &Report) -> Markup {
+    let some = |t: &&Trial| !t.attribution.decisions.is_empty();
+    html! {
+        p.soft {
+            "Of each setting the pixels that are off by most, among the tiles that were run with shadows in binary64. "
+            code { "srp accuracy --pixel X,Y" } " says more of one."
+        }
+        @for trial in report.trials.iter().filter(some) {
+            details {
+                summary { (name(trial)) " " span.soft { (trial.all.beyond_8) " pixels off by more than 8 levels" } }
+                table.attribution {
+                    tr {
+                        th { "pixel" } th { "levels" } th.words { "decision" } th.words { "at" } th.words { "decided" }
+                        th.words { "because of errors of" }
+                    }
+                    @for d in &trial.attribution.decisions {
+                        tr {
+                            td { (d.pixel.0) "," (d.pixel.1) } td { (d.levels) } td.words { (d.kind) }
+                            td.words { code { (d.at) } } td.words { (d.what) }
+                            td.words { @for s in &d.because { div { code { (s) } } } }
+                        }
+                    }
+                }
+            }
         }
     }
 }

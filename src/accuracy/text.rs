@@ -155,6 +155,13 @@ pub(super) fn text(report: &Report) -> String {
              keeps\nto the target (cycles times energy times area); ! rays get through between triangles; - not \
              exercised:\nthe frame does not use the unit, and the setting gets no credit\n\n";
     let _ = writeln!(text, "{}\n", noise(report));
+    text += "  frame Mcycles  in any of these orders\n";
+    for (trial, [least, most]) in intervals(report) {
+        let mega = |n: u64| n as f64 / 1e6;
+        let (least, most, name) = (mega(least), mega(most), name(trial));
+        let _ = writeln!(text, "{least:>7.3} {most:>7.3}  {name}");
+    }
+    text.push('\n');
     text += &prices(report);
     for sentence in &report.sentences {
         let _ = writeln!(text, "{sentence}");
@@ -185,12 +192,40 @@ pub(super) fn text(report: &Report) -> String {
 
 /// Says how far cycles differ with the order of tiles.
 pub(super) fn noise(report: &Report) -> String {
+    let first = report.trials.first();
     format!(
-        "In {} other orders of tiles the cycles of the machine as it is differ by up to {:.2} %; differences up to \
-         that count as none.",
-        report.cycles_in_other_orders.len(),
+        "The settings on the front were simulated in {} other orders of tiles too. From one order to another, their cycles \
+         beside those of the machine as it is differ by up to {:.2} %; differences up to that count as none.",
+        first.map_or(0, |t| t.cycles_in_other_orders.len()),
         100.0 * report.cycle_noise
     )
+}
+
+/// A trial's knob and value.
+pub(super) fn name(trial: &Trial) -> String {
+    match trial.knob.as_str() {
+        "" | TOGETHER => trial.value.clone(),
+        knob => format!("{knob}: {}", trial.value),
+    }
+}
+
+/// The settings that were tried in other orders of tiles, with their least and most cycles in all orders.
+pub(super) fn intervals(report: &Report) -> Vec<(&Trial, [u64; 2])> {
+    let known = |t: &&Trial| !t.cycles_in_other_orders.is_empty();
+    let interval = |t: &Trial| {
+        let all = || {
+            t.cycles_in_other_orders
+                .iter()
+                .chain([&t.costs.frame_cycles])
+        };
+        [all().min(), all().max()].map(|c| c.copied().unwrap_or_default())
+    };
+    report
+        .trials
+        .iter()
+        .filter(known)
+        .map(|t| (t, interval(t)))
+        .collect()
 }
 
 /// Says whether better settings may exist.
@@ -201,6 +236,9 @@ pub(super) fn search_in_words(report: &Report) -> String {
     };
     match (report.complete, report.closed) {
         (false, _) => String::new(),
+        _ if report.exhaustive => {
+            "All combinations were simulated: no setting is better.".to_owned()
+        }
         (_, true) => format!(
             "No setting found is better: every one that differs from the best in one knob was tried, misses the target, \
              or is predicted to cost more.{refused}"

@@ -52,9 +52,13 @@ pub(crate) struct Accuracy {
     /// How the bounding volume hierarchy is built (best)
     #[arg(long, value_name = "BUILDER", value_parser = one_of(BUILDERS))]
     bvh: Option<Builder>,
-    /// Combinations of a frame's settings that are tried, at most (40); of a kernel, all settings (400)
+    /// Combinations of a frame's settings that are tried, at most (80); of a kernel, all settings (400)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     trials: Option<u32>,
+    /// Try all combinations of all settings in full, whether they meet the target or not, at most 100,000; with
+    /// --knob, of a few
+    #[arg(long, conflicts_with_all = ["trials", "pixel"])]
+    pub(crate) grid: bool,
     /// Trials at a time; they change no figure but the host's seconds
     #[arg(long, value_name = "N", default_value = "2", value_parser = parse_threads)]
     pub(crate) threads: usize,
@@ -116,6 +120,9 @@ fn parse_range(text: &str) -> Result<(String, f64, f64), String> {
     }
 }
 
+/// Combinations of a kernel's settings that a grid may have.
+const MOST_OF_GRID: usize = 100_000;
+
 /// Most elements that an array may have.
 const MOST_ELEMENTS: u32 = 4096;
 
@@ -146,7 +153,7 @@ impl Accuracy {
 
     /// Combinations of a frame's settings that are tried.
     pub(crate) fn combinations(&self) -> usize {
-        self.trials.unwrap_or(40) as usize
+        self.trials.unwrap_or(80) as usize
     }
 
     /// How the tree is built.
@@ -220,7 +227,11 @@ impl Accuracy {
                 function: function.clone(),
             },
             points: *points as usize,
-            budget: self.trials.unwrap_or(400) as usize,
+            budget: match self.grid {
+                true => MOST_OF_GRID,
+                false => self.trials.unwrap_or(400) as usize,
+            },
+            grid: self.grid,
             target: target.map_err(|why| Failure::Usage(format!("--target: {why}")))?,
             threads: self.threads,
         })

@@ -59,7 +59,7 @@ pub(crate) struct Findings<T> {
 
 impl<T> Space<'_, T> {
     /// How many points there are.
-    fn points(&self) -> usize {
+    pub(crate) fn points(&self) -> usize {
         let product = |n: usize, &size: &usize| n.saturating_mul(size);
         self.sizes.iter().fold(1, product)
     }

@@ -19,6 +19,7 @@ fn studied(
         question,
         points,
         budget,
+        grid: false,
         target: Target::parse("ulp=16").expect("a target"),
         threads: 2,
     };
@@ -230,4 +231,60 @@ fn benchmarks_that_cannot_be_used_leave_the_others_alone() {
     assert_eq!(reports.len(), 1);
     assert_eq!(reports[0].name, "g");
     assert!(reports[0].notes[0].contains("`x` has no range"));
+}
+
+fn of_c(text: &str, question: Question) -> Result<Report, String> {
+    let source = Source::new("k.c", text.to_owned());
+    let mut reports = studied(&source, question, 64, 1)?;
+    reports.pop().ok_or_else(|| "no report".to_owned())
+}
+
+#[test]
+fn the_root_of_a_sum_of_squares_is_bounded() {
+    let text = "float norm(float x, float y, float z) { float d = x - y; \
+                return __builtin_sqrtf(d * d + y * y + z * z); }";
+    let wide = [("x", -1.0, 1.0), ("y", -1.0, 1.0), ("z", -1.0, 1.0)];
+    let report = of_c(text, ranges(&wide)).expect("it runs");
+    let (trial, bound) = (&report.trials[0], report.trials[0].bound);
+    let bound = bound.unwrap_or_else(|| panic!("{:?}", trial.unbounded));
+    assert!(
+        bound.absolute < 2e-3 && trial.error.absolute <= bound.absolute,
+        "{bound:?}"
+    );
+    // A product of two numbers is none, whatever their ranges.
+    let text = "float f(float x, float y) { return __builtin_sqrtf(x * y); }";
+    let report = of_c(text, ranges(&wide[..2])).expect("it runs");
+    assert!(report.trials[0].bound.is_none());
+}
+
+#[test]
+fn an_array_that_is_too_short_is_told_its_length() {
+    let text =
+        "float third(const float *v, float *out) { out[1] = v[0] * v[4]; return v[1] + v[2]; }";
+    let with = |lengths: &[(&str, u32)]| Question {
+        lengths: lengths.iter().map(|&(n, k)| (n.to_owned(), k)).collect(),
+        ..ranges(&[("v", -1.0, 1.0)])
+    };
+    let why = of_c(text, with(&[])).expect_err("five elements are read");
+    assert!(
+        why.contains("--length v=5") || why.contains("--length out=2"),
+        "{why}"
+    );
+    let why = of_c(text, with(&[("v", 5)])).expect_err("two are written");
+    assert!(
+        why.contains("accesses 2 elements of `out`, which has 1"),
+        "{why}"
+    );
+    let report = of_c(text, with(&[("v", 5), ("out", 2)])).expect("it runs");
+    assert!(report.trials[0].bound.is_some());
+}
+
+#[test]
+fn the_ends_of_a_range_are_among_the_elements_of_arrays() {
+    // Only at an end of the range is there an error.
+    let text = "float f(const float *v, int n) { float s = 0; \
+                for (int i = 0; i < n; i++) s += v[i] == 0.7f ? 1.0f / 3.0f : 0.0f; return s; }";
+    let question = ranges(&[("v", -2.0, f64::from(0.7f32))]);
+    let report = of_c(text, question).expect("it runs");
+    assert!(report.trials[0].error.absolute > 0.0);
 }

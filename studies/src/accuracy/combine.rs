@@ -14,29 +14,46 @@ const BATCH: usize = 8;
 /// The part by which a cost must be lower to count as lower.
 const LEAST_GAIN: f64 = 1e-3;
 
-/// The cost that a trial's objectives come to.
-type Axis<'a> = dyn Fn(&[f64]) -> f64 + 'a;
+/// The part by which a predicted cost may be worse than one that is known, for costs do not quite multiply.
+const SLACK: f64 = 0.01;
+
+/// dB by which a prediction may be wrong: what is predicted to miss the target by more is not tried.
+const DOUBT: f64 = 3.0;
+
+/// Combinations that a grid may have.
+const MOST_OF_GRID: usize = 100_000;
 
 /// Settings of one knob that may be combined with those of others, by their numbers among the trials.
 struct Knob {
     trials: Vec<usize>,
 }
 
-/// Tries combinations of settings that meet the target each, and adds them to the report: neighbours of those
-/// that are best in cycles, area, energy and their product, until none is left that is predicted to be better.
+/// Tries combinations of settings, and adds them to the report and to the settings of its trials. A grid is all of them. A search takes settings
+/// that meet the target each, and tries neighbours of those that are on a front of error and cycles, area or energy
+/// or have the least product, until none is left that is predicted to be better.
 pub(super) fn combine(
     bench: &Bench<'_>,
     report: &mut Report,
-    settings: &[Setting],
-    budget: usize,
+    settings: &mut Vec<Setting>,
     shown: &Shown<'_>,
 ) -> Result<(), Error> {
+    let (grid, budget) = (bench.options.grid, bench.options.combinations);
     let Some(base) = report.trials.first().cloned() else {
         return Ok(());
     };
-    let knobs = knobs(report);
-    let (noise, target) = (report.cycle_noise, report.target.clone());
-    let costs = |t: &Trial| relative_costs(t, &base, noise);
+    let knobs = knobs(report, grid);
+    let sizes: Vec<usize> = knobs.iter().map(|k| k.trials.len() + 1).collect();
+    let points = sizes
+        .iter()
+        .fold(1, |n: usize, &size| n.saturating_mul(size));
+    if grid && points > MOST_OF_GRID {
+        return Err(Error::invalid(format_args!(
+            "there are {points} combinations, and a grid may have {MOST_OF_GRID}: choose fewer knobs with --knob"
+        )));
+    }
+    // Cycles as they are: what differs by less than the noise is told apart no better later, but leads on.
+    let target = report.target.clone();
+    let costs = |t: &Trial| relative_costs(t, &base, 0.0);
     let objectives = |t: &Option<Trial>| match t {
         Some(t) => {
             let [cycles, area, energy] = costs(t);
@@ -48,35 +65,43 @@ pub(super) fn combine(
     let keeps = |t: &Option<Trial>| t.as_ref().is_some_and(|t| target.met_by(t));
     let product = |objectives: &[f64]| objectives[1..].iter().product::<f64>();
     let winners = |tried: &[(Point, Option<Trial>)]| {
+        let met: Vec<usize> = (0..tried.len()).filter(|&i| keeps(&tried[i].1)).collect();
+        let known: Vec<Vec<f64>> = met.iter().map(|&i| objectives(&tried[i].1)).collect();
         let mut winners = BTreeSet::new();
-        let axes: [&Axis<'_>; 4] = [&|o| o[1], &|o| o[2], &|o| o[3], &product];
-        for axis in axes {
-            let met = (0..tried.len()).filter(|&i| keeps(&tried[i].1));
-            let cost = |i: usize| {
-                let o = objectives(&tried[i].1);
-                (axis(&o), product(&o))
-            };
-            winners.extend(met.min_by(|&a, &b| {
-                let (a, b) = (cost(a), cost(b));
-                a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
-            }));
+        for axis in 1..4 {
+            let of_axis: Vec<Vec<f64>> = known.iter().map(|o| vec![o[0], o[axis]]).collect();
+            winners.extend(search::front(&of_axis).into_iter().map(|i| met[i]));
         }
+        let least =
+            (0..met.len()).min_by(|&a, &b| product(&known[a]).total_cmp(&product(&known[b])));
+        winners.extend(least.map(|i| met[i]));
         winners.into_iter().collect()
     };
     let promising = |tried: &[(Point, Option<Trial>)], predicted: &[f64]| {
-        let met = || tried.iter().filter(|(_, t)| keeps(t));
-        let least = |of: &Axis<'_>| {
-            met()
-                .map(|(_, t)| of(&objectives(t)))
-                .fold(f64::INFINITY, f64::min)
+        let db = -10.0 * predicted[0].max(f64::MIN_POSITIVE).log10();
+        let known = || {
+            tried
+                .iter()
+                .filter(|(_, t)| keeps(t))
+                .map(|(_, t)| objectives(t))
         };
-        let better = |of: &Axis<'_>| of(predicted) < least(of) * (1.0 - LEAST_GAIN);
-        better(&product) || (1..4).any(|i| better(&|o| o[i]))
+        // It must be better than all that is known on a front, or in the product.
+        let better = |axis: usize| {
+            let beats =
+                |o: &Vec<f64>| o[0] <= predicted[0] && o[axis] * (1.0 + SLACK) <= predicted[axis];
+            !known().any(|o| beats(&o))
+        };
+        let least = known().map(|o| product(&o)).fold(f64::INFINITY, f64::min);
+        let may_meet = target.least_psnr().is_none_or(|least| db >= least - DOUBT);
+        may_meet && (product(predicted) < least * (1.0 - LEAST_GAIN) || (1..4).any(better))
     };
-    let alone: usize = knobs.iter().map(|k| k.trials.len()).sum();
+    let of_one: usize = knobs.iter().map(|k| k.trials.len()).sum();
     let space = Space {
-        sizes: knobs.iter().map(|k| k.trials.len() + 1).collect(),
-        budget: 1 + alone + budget,
+        sizes,
+        budget: match grid {
+            true => points,
+            false => 1 + of_one + budget,
+        },
         batch: BATCH,
         combined: vec![
             Combined::Added,
@@ -88,7 +113,7 @@ pub(super) fn combine(
         winners: &winners,
         promising: &promising,
     };
-    let known: Vec<Trial> = report.trials.clone();
+    let (known, alone) = (report.trials.clone(), settings.clone());
     let mut made = Vec::new();
     let mut refused = 0;
     let found = search::search(&space, |points| {
@@ -103,18 +128,18 @@ pub(super) fn combine(
                 [] => trials[i] = Some(Some(base.clone())),
                 [one] => trials[i] = Some(Some(known[*one].clone())),
                 several => {
-                    let parts: Vec<&Setting> = several.iter().map(|&i| &settings[i]).collect();
+                    let parts: Vec<&Setting> = several.iter().map(|&i| &alone[i]).collect();
                     open.push(i);
                     combinations.push(Setting::together(&parts));
                 }
             }
         }
         if !open.is_empty() {
-            let results = bench.all(&combinations, true, shown);
-            for (i, result) in open.into_iter().zip(results) {
+            let results = bench.all(&combinations, !grid, shown);
+            for ((i, setting), result) in open.into_iter().zip(combinations).zip(results) {
                 match result? {
                     super::Tried::Trial(trial) => {
-                        made.push((*trial).clone());
+                        made.push((setting, (*trial).clone()));
                         trials[i] = Some(Some(*trial));
                     }
                     super::Tried::Refused => {
@@ -127,19 +152,23 @@ pub(super) fn combine(
         }
         Ok::<_, Error>(trials)
     })?;
-    report.trials.extend(made);
+    for (setting, trial) in made {
+        settings.push(setting);
+        report.trials.push(trial);
+    }
     report.screened = refused;
+    report.exhaustive = grid && found.exhaustive;
     report.closed = found.closed || found.exhaustive;
     Ok(())
 }
 
-/// The settings that meet the target alone and are exercised, knob by knob.
-fn knobs(report: &Report) -> Vec<Knob> {
+/// The settings that are exercised, and, but for a `grid`, meet the target alone, knob by knob.
+fn knobs(report: &Report, grid: bool) -> Vec<Knob> {
     let mut knobs: Vec<Knob> = Vec::new();
     let mut places: BTreeMap<&str, usize> = BTreeMap::new();
     for (i, trial) in report.trials.iter().enumerate().skip(1) {
-        if setting::is_sampling(&trial.knob) || trial.not_exercised || !report.target.met_by(trial)
-        {
+        let chosen = grid || report.target.met_by(trial);
+        if setting::is_sampling(&trial.knob) || trial.not_exercised || !chosen {
             continue;
         }
         let place = *places.entry(&trial.knob).or_insert(knobs.len());

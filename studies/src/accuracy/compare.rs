@@ -5,6 +5,9 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use srp_runtime::picture::Picture;
 
+/// A pixel of which a channel is off by more levels has had another decision.
+pub(super) const DECIDED: u8 = 8;
+
 /// The difference of two pictures over some of their pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Difference {

@@ -23,7 +23,7 @@ pub use compare::Difference;
 pub use price::Price;
 pub use probe::Leaks;
 pub use setting::{SAMPLING, TOGETHER};
-pub use summary::{AttributionSummary, ErrorSource};
+pub use summary::{AttributionSummary, Decision, ErrorSource};
 pub use target::{Bound, Target, front, relative_cycles};
 pub use trial::{Costs, Rendering, Trial, UnitError};
 
@@ -57,6 +57,8 @@ pub struct Options {
     pub target: Target,
     /// Combinations of settings that are tried, at most.
     pub combinations: usize,
+    /// Tries all combinations of all settings, whether they meet the target or not.
+    pub grid: bool,
     /// Trials at a time; no figure depends on them but the host's seconds.
     pub threads: usize,
 }
@@ -76,9 +78,8 @@ pub struct Report {
     pub target: Target,
     /// The machine as it is, then every setting, then settings together.
     pub trials: Vec<Trial>,
-    /// Cycles of the machine as it is in other orders of tiles.
-    pub cycles_in_other_orders: Vec<u64>,
-    /// The difference of cycles between orders of tiles, as a part of them: a difference up to that is none.
+    /// The largest difference, from one order of tiles to another, of the cycles of a setting beside those of the machine
+    /// as it is: settings that differ by up to that are alike.
     pub cycle_noise: f64,
     /// Numbers of the trials that no other beats in picture and cycles.
     pub front: Vec<usize>,
@@ -93,6 +94,8 @@ pub struct Report {
     /// True when all combinations that differ from one of the best in one knob were tried or are predicted
     /// not to be better.
     pub closed: bool,
+    /// True when all combinations were simulated.
+    pub exhaustive: bool,
     /// The number of the cheapest trial that keeps to the target.
     pub cheapest: Option<usize>,
     /// A sentence for each setting that says what it does.
@@ -161,7 +164,10 @@ impl<'a> Study<'a> {
                 used.push(setting);
             }
         }
-        let orders = bench.cycles_in_other_orders()?;
+        if let Some(first) = trials.first_mut() {
+            first.cycles_in_other_orders =
+                bench.cycles_in_other_orders(&Setting::none(), self.options.threads)?;
+        }
         let frame = self.frame;
         let mut report = Report {
             scene: frame.scene.name.clone(),
@@ -170,8 +176,7 @@ impl<'a> Study<'a> {
             size: frame.size,
             target: self.options.target.clone(),
             complete: !session.watch.cancelled() && !trials.is_empty(),
-            cycle_noise: noise(&trials, &orders),
-            cycles_in_other_orders: orders,
+            cycle_noise: noise(&trials),
             trials,
             front: Vec::new(),
             front_area: Vec::new(),
@@ -179,11 +184,12 @@ impl<'a> Study<'a> {
             prices: Vec::new(),
             screened: 0,
             closed: false,
+            exhaustive: false,
             cheapest: None,
             sentences: Vec::new(),
         };
-        let budget = self.options.combinations;
-        combine::combine(&bench, &mut report, &used, budget, shown)?;
+        combine::combine(&bench, &mut report, &mut used, shown)?;
+        bench.orders_of_front(&mut report, &used)?;
         report.complete &= !session.watch.cancelled();
         report.closed &= report.complete;
         report.conclude();
@@ -232,14 +238,21 @@ enum Tried {
     Cancelled,
 }
 
-/// The largest difference of the cycles in any order of tiles from those in the frame's own, as a part of them.
-fn noise(trials: &[Trial], orders: &[u64]) -> f64 {
-    let base = trials
-        .first()
-        .map_or(1.0, |t| t.costs.frame_cycles.max(1) as f64);
-    let off = orders
-        .iter()
-        .map(|&cycles| (cycles as f64 / base - 1.0).abs());
+/// By how much the cycles of a setting beside those of the machine as it is, both in the same order of tiles, differ at
+/// most from one order to another. What an order costs all settings alike is no noise.
+fn noise(trials: &[Trial]) -> f64 {
+    let Some((base, rest)) = trials.split_first() else {
+        return 0.0;
+    };
+    let ratio = |cycles: u64, of: u64| cycles as f64 / of.max(1) as f64;
+    let off = rest.iter().flat_map(|trial| {
+        let own = ratio(trial.costs.frame_cycles, base.costs.frame_cycles);
+        let pairs = trial
+            .cycles_in_other_orders
+            .iter()
+            .zip(&base.cycles_in_other_orders);
+        pairs.map(move |(&cycles, &of)| (ratio(cycles, of) / own - 1.0).abs())
+    });
     off.fold(0.0, f64::max)
 }
 
@@ -359,18 +372,47 @@ impl<'a> Bench<'a> {
         Ok(target.met_by_picture(&trial::screened(frame, plain, session)?))
     }
 
-    /// Cycles of the frame as it is in other orders of tiles; none where the work was cancelled.
-    fn cycles_in_other_orders(&self) -> Result<Vec<u64>, Error> {
+    /// Cycles of the frame with a setting in other orders of tiles, so many at a time; none where the work was
+    /// cancelled.
+    fn cycles_in_other_orders(&self, setting: &Setting, threads: usize) -> Result<Vec<u64>, Error> {
         let unstaged = Unstaged::new(self.session.watch);
         let session = Session {
             watch: &unstaged,
-            threads: self.session.threads,
+            threads: 1,
             cache: Arc::clone(&self.session.cache),
             builder: None,
         };
-        match trial::cycles_in_other_orders(self.frame, ORDERS, &session) {
+        let frame = setting.applied(self.base).frame(self.frame);
+        match trial::cycles_in_other_orders(&frame, ORDERS, threads, &session) {
             Err(error) if error.is_cancelled() => Ok(Vec::new()),
             cycles => cycles,
+        }
+    }
+
+    /// Finds out what the cycles of the settings on the front differ by between orders of tiles.
+    fn orders_of_front(&self, report: &mut Report, settings: &[Setting]) -> Result<(), Error> {
+        // Noise takes settings off the front, and new ones on it.
+        loop {
+            report.cycle_noise = noise(&report.trials);
+            let front = report.front_of_cycles();
+            let unknown = |&i: &usize| report.trials[i].cycles_in_other_orders.is_empty();
+            let open: Vec<usize> = front.into_iter().filter(unknown).collect();
+            if open.is_empty() || self.session.watch.cancelled() {
+                return Ok(());
+            }
+            let stage = Stage::of(
+                self.session.watch,
+                "trying other orders of tiles",
+                open.len() as u64,
+            );
+            for i in open {
+                let cycles = self.cycles_in_other_orders(&settings[i], self.options.threads)?;
+                if cycles.is_empty() {
+                    return Ok(());
+                }
+                report.trials[i].cycles_in_other_orders = cycles;
+                stage.done(1);
+            }
         }
     }
 }
@@ -396,13 +438,19 @@ fn reference(
 }
 
 impl Report {
+    /// Numbers of the trials that no other beats in picture and cycles.
+    fn front_of_cycles(&self) -> Vec<usize> {
+        let cycles = |t: &Trial| target::relative_cycles(t, &self.trials[0], self.cycle_noise);
+        target::front(&self.trials, cycles)
+    }
+
     /// Draws the conclusions.
     fn conclude(&mut self) {
         let Some(first) = self.trials.first() else {
             return;
         };
         let noise = self.cycle_noise;
-        self.front = target::front(&self.trials, |t| target::relative_cycles(t, first, noise));
+        self.front = self.front_of_cycles();
         self.front_area = target::front(&self.trials, |t| t.costs.area);
         self.front_energy = target::front(&self.trials, |t| t.costs.energy);
         self.prices = price::prices(&self.trials, noise);

@@ -1,15 +1,20 @@
 //! Where a picture's error comes from: the run of its program with shadows in binary64, summed up.
 
+use super::compare::DECIDED;
 use crate::Error;
-use crate::attribution::{self, Attribution, FlipKind, MOST_NODES, Options};
+use crate::attribution::{self, Attribution, Flip, FlipKind, MOST_NODES, Options};
 use serde::{Deserialize, Serialize};
 use srp_runtime::effect::Guard;
-use srp_runtime::scene_image::SceneImage;
+use srp_runtime::scene_image::{self, SceneImage};
 use srp_toolchain::{Frame, Session};
 use std::collections::BTreeMap;
 
 /// Sources that are told.
 const MOST_TOLD: usize = 24;
+
+/// Decisions that are told, and tiles that are looked into only for them.
+const MOST_DECISIONS: usize = 32;
+const MOST_TILES: usize = 3;
 
 /// Where the errors of a picture come from, and which decisions binary64 makes otherwise.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -29,6 +34,25 @@ pub struct AttributionSummary {
     pub sources: Vec<ErrorSource>,
     /// The operations that made infinities and NaNs out of finite numbers.
     pub non_finite: Vec<String>,
+    /// Decisions that binary64 makes otherwise for pixels that are off by most, with their causes; not all of them.
+    pub decisions: Vec<Decision>,
+}
+
+/// A decision that binary64 makes otherwise, and the pixel that it changed.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Decision {
+    /// Column and row.
+    pub pixel: (u32, u32),
+    /// Levels by which the pixel is off.
+    pub levels: u8,
+    /// The kind, as in [`AttributionSummary::flips`].
+    pub kind: String,
+    /// The line and operation, or the unit, that decides.
+    pub at: String,
+    /// What was decided, and what binary64 decides.
+    pub what: String,
+    /// The lines and units whose errors turned it, the largest first.
+    pub because: Vec<String>,
 }
 
 /// A line and its operation, or a unit.
@@ -57,7 +81,8 @@ impl ErrorSource {
 }
 
 impl AttributionSummary {
-    /// Attributes the errors in one tile of so many, drawn by a hash of their numbers.
+    /// Attributes the errors in one tile of so many, drawn by a hash of their numbers, and the decisions of the pixels
+    /// that are off by most levels, in a few more.
     ///
     /// # Errors
     ///
@@ -66,23 +91,39 @@ impl AttributionSummary {
         frame: &Frame,
         image: &SceneImage,
         one_in: u32,
+        levels: &[u8],
         session: &Session<'_>,
     ) -> Result<AttributionSummary, Error> {
         let arch = &frame.arch;
         let (program, _) = frame.build.program(None, arch)?;
-        let tiles: Vec<u32> = (0..image.tiles).filter(|t| drawn(*t, one_in)).collect();
-        let options = Options {
-            guard: &Guard::default(),
-            threads: 1,
-            tiles: Some(&tiles),
-            most_nodes: MOST_NODES,
-            watch: session.watch,
+        let attribute = |tiles: &[u32]| -> Result<Attribution, Error> {
+            let options = Options {
+                guard: &Guard::default(),
+                threads: 1,
+                tiles: Some(tiles),
+                most_nodes: MOST_NODES,
+                watch: session.watch,
+            };
+            let triangles = &frame.scene.triangles;
+            let found = attribution::attribute(triangles, image, &program, arch, options);
+            session.check()?;
+            found.map_err(Error::invalid)
         };
-        let found = attribution::attribute(&frame.scene.triangles, image, &program, arch, options);
-        session.check()?;
-        let found = found.map_err(Error::invalid)?;
+        let tiles: Vec<u32> = (0..image.tiles).filter(|t| drawn(*t, one_in)).collect();
+        let found = attribute(&tiles)?;
+        let mut decisions = decisions(&found, levels);
+        let others: Vec<u32> = worst_tiles(image, arch.system.buffers.rays, levels)
+            .filter(|&tile| !drawn(tile, one_in))
+            .take(MOST_TILES)
+            .collect();
+        if !others.is_empty() {
+            decisions.extend(self::decisions(&attribute(&others)?, levels));
+        }
+        decisions.sort_by_key(|d| (std::cmp::Reverse(d.levels), d.pixel.1, d.pixel.0));
+        decisions.truncate(MOST_DECISIONS);
         Ok(AttributionSummary {
             tiles: (tiles.len() as u32, image.tiles),
+            decisions,
             ..AttributionSummary::summed(&found)
         })
     }
@@ -129,6 +170,7 @@ impl AttributionSummary {
                 / whole,
             sources,
             non_finite: non_finite.collect(),
+            decisions: Vec::new(),
         }
     }
 
@@ -148,6 +190,41 @@ impl AttributionSummary {
             false => some.join(", "),
         }
     }
+}
+
+/// The decisions of pixels that are off by more than a rounding.
+fn decisions(found: &Attribution, levels: &[u8]) -> Vec<Decision> {
+    let name = |source: usize| {
+        let source = &found.sources[source];
+        format!("{} {}", source.at, source.what).trim().to_owned()
+    };
+    let of_pixel = |flip: &Flip| {
+        let (x, y) = flip.pixel?;
+        let levels = *levels.get((y * found.width + x) as usize)?;
+        (levels > DECIDED).then(|| Decision {
+            pixel: (x, y),
+            levels,
+            kind: flip.kind.name().to_owned(),
+            at: name(flip.source),
+            what: flip.what.clone(),
+            because: flip.because.iter().map(|c| name(c.source)).collect(),
+        })
+    };
+    found.flips.iter().filter_map(of_pixel).collect()
+}
+
+/// The tiles with pixels that a decision has changed, those with the most first.
+fn worst_tiles(image: &SceneImage, rays: u32, levels: &[u8]) -> impl Iterator<Item = u32> {
+    let (width, height) = scene_image::tile_size(rays);
+    let across = image.frame.stride / width;
+    let mut off = BTreeMap::<u32, u32>::new();
+    for (at, _) in (0..).zip(levels).filter(|(_, levels)| **levels > DECIDED) {
+        let (x, y): (u32, u32) = (at % image.frame.width, at / image.frame.width);
+        *off.entry(y / height * across + x / width).or_default() += 1;
+    }
+    let mut tiles: Vec<(u32, u32)> = off.into_iter().collect();
+    tiles.sort_by_key(|&(tile, count)| (std::cmp::Reverse(count), tile));
+    tiles.into_iter().map(|(tile, _)| tile)
 }
 
 /// True when a tile is one of those that are looked into.

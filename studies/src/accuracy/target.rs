@@ -76,6 +76,12 @@ impl Target {
         })
     }
 
+    /// The PSNR that is asked for, if any is.
+    pub(super) fn least_psnr(&self) -> Option<f64> {
+        let asked = self.0.iter().filter(|b| b.figure == Figure::Psnr);
+        asked.map(|b| b.bound).reduce(f64::max)
+    }
+
     /// True if aimed rays keep to what is asked of them.
     pub(super) fn met_by_leaks(&self, leaks: Leaks) -> bool {
         let mut asked = self.0.iter().filter(|b| b.figure == Figure::Leaks);

@@ -1,6 +1,6 @@
 //! A setting tried: compiled, scheduled and simulated, and its picture held against the reference.
 
-use super::compare::{Comparison, Difference};
+use super::compare::{Comparison, DECIDED, Difference};
 use super::probe::{Edges, Leaks};
 use super::setting::{Setting, Subject, is_sampling};
 use super::summary::AttributionSummary;
@@ -13,6 +13,7 @@ use srp_archdesc::area;
 use srp_archdesc::certify::{Function, certify};
 use srp_archdesc::chip;
 use srp_archdesc::structure::Special;
+use srp_archdesc::threads;
 use srp_ir::dre::scheduled::ScheduledDre;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene_image::SceneImage;
@@ -20,9 +21,6 @@ use srp_runtime::system::{self, Report, TileQueue};
 use srp_toolchain::cache::Kind;
 use srp_toolchain::{Engine, Engines, Frame, Session};
 use std::collections::{BTreeMap, BTreeSet};
-
-/// A pixel of which a channel is off by more levels has had another decision.
-const DECIDED: u8 = 8;
 
 /// A setting that was tried.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -45,6 +43,8 @@ pub struct Trial {
     pub unit: Option<UnitError>,
     /// The cost of the setting.
     pub costs: Costs,
+    /// SRP cycles of the frame in other orders of tiles; none where they were not looked at.
+    pub cycles_in_other_orders: Vec<u64>,
     /// It is of a unit that the frame does not use: whatever differs has another cause.
     pub not_exercised: bool,
 }
@@ -138,9 +138,9 @@ pub(super) fn measured(
         return Ok(known);
     }
     let leaks = edges.probe(&frame.scene, &image, &frame.arch);
-    let attribution = AttributionSummary::of(frame, &image, one_in, session)?;
-    let (picture, costs) = simulated(frame, &subject.arch, image, session)?;
+    let (picture, costs) = simulated(frame, &subject.arch, image.clone(), session)?;
     let comparison = Comparison::of(&picture, reference);
+    let attribution = AttributionSummary::of(frame, &image, one_in, &comparison.levels, session)?;
     let measured = Measured {
         all: comparison.over(|_| true),
         agreeing: comparison.over(|i| comparison.levels[i] <= DECIDED),
@@ -212,6 +212,7 @@ fn simulated(
 pub(super) fn cycles_in_other_orders(
     frame: &Frame,
     orders: u64,
+    threads: usize,
     session: &Session<'_>,
 ) -> Result<Vec<u64>, Error> {
     let image = frame.image()?;
@@ -237,7 +238,12 @@ pub(super) fn cycles_in_other_orders(
         session.check()?;
         Ok(report.cycles)
     };
-    let cycles = (1..=orders).map(cycles).collect::<Result<Vec<u64>, _>>()?;
+    let one = |(): &mut (), i: usize| Some(cycles(i as u64 + 1));
+    let cycles = threads::some(threads, orders as usize, || (), one);
+    let cycles = cycles
+        .into_iter()
+        .flatten()
+        .collect::<Result<Vec<u64>, _>>()?;
     session.cache.put(key, &cycles, session.watch);
     Ok(cycles)
 }
@@ -277,6 +283,7 @@ impl Trial {
             unit: UnitError::of(&setting.units),
             not_exercised: setting.is_of_other_units(&measured.costs.used),
             costs: measured.costs.clone(),
+            cycles_in_other_orders: Vec::new(),
         }
     }
 
@@ -298,6 +305,7 @@ impl Trial {
             attribution: AttributionSummary::default(),
             unit: None,
             not_exercised: false,
+            cycles_in_other_orders: Vec::new(),
             costs: Costs {
                 energy: 1.0,
                 area: 1.0,

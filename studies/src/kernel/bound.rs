@@ -184,7 +184,7 @@ impl Evaluator<'_> {
         let too_many = |n| Undefined(format!("more than {n} ways lead through the program"));
         if let Some(core) = &self.kernel.core {
             let values: fpcore::Values<Bounded> = (core.args.iter().zip(part))
-                .map(|(name, word)| (name.clone(), word.number()))
+                .map(|(name, word)| (name.clone(), word.number().another()))
                 .collect();
             return Ok(each_way(too_many, |decisions| {
                 fpcore::compute(&core.body, &values, decisions, &self.units)
@@ -196,7 +196,12 @@ impl Evaluator<'_> {
         for input in &self.kernel.inputs {
             let start = address(&input.place, &of_object)?;
             for (i, word) in (0..input.length).zip(rest.by_ref()) {
-                words.insert(start + 4 * i, word.clone());
+                // Elements of equal ranges are not equal.
+                let word = match word {
+                    Word::Real(number) => Word::Real(number.another()),
+                    word => word.clone(),
+                };
+                words.insert(start + 4 * i, word);
             }
         }
         if let Some(address) = self.kernel.count.as_ref().and_then(|name| of_object(name)) {

@@ -17,7 +17,9 @@ use srp_ir::layout::Layout;
 use srp_ir::program::{
     Block, Callee, Func, Function, Inst, InstKind, Program, Symbol, Terminator, Value,
 };
+use std::cell::Cell;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Operations that a run may take.
 const MOST_STEPS: u64 = 20_000_000;
@@ -114,11 +116,23 @@ impl<'a> Meaning<'a> {
         context: &N::Context,
         decisions: &mut Decisions,
     ) -> Result<Memory<N>, Undefined> {
+        self.run_watched(words, Vec::new(), context, decisions)
+    }
+
+    /// The same, with an eye on the accesses to some bytes.
+    pub(super) fn run_watched<N: Number>(
+        &self,
+        words: &BTreeMap<u32, Word<N>>,
+        watched: Vec<Watched>,
+        context: &N::Context,
+        decisions: &mut Decisions,
+    ) -> Result<Memory<N>, Undefined> {
         let mut run = Run {
             meaning: self,
             memory: Memory {
                 words: words.clone(),
                 image: self.layout.image.clone(),
+                watched,
             },
             context,
             decisions,
@@ -144,9 +158,28 @@ impl<'a> Meaning<'a> {
 pub(super) struct Memory<N> {
     words: BTreeMap<u32, Word<N>>,
     image: Vec<u8>,
+    pub(super) watched: Vec<Watched>,
+}
+
+/// Bytes that no access should touch.
+pub(super) struct Watched {
+    /// Where they begin, and where they end.
+    pub(super) bytes: Range<u32>,
+    /// The end of the farthest access, from where they begin; 0 where there was none.
+    pub(super) farthest: Cell<u32>,
 }
 
 impl<N: Number> Memory<N> {
+    fn look_at(&self, address: u32, bytes: u32) {
+        for watched in &self.watched {
+            let last = address.wrapping_add(bytes - 1);
+            if watched.bytes.contains(&last) {
+                let end = last + 1 - watched.bytes.start;
+                watched.farthest.set(watched.farthest.get().max(end));
+            }
+        }
+    }
+
     /// The word at an address that is a multiple of 4.
     pub(super) fn word(&self, address: u32) -> Word<N> {
         if let Some(word) = self.words.get(&address) {
@@ -158,6 +191,7 @@ impl<N: Number> Memory<N> {
     }
 
     fn load(&self, address: u32, bytes: u32) -> Result<Words<N>, Undefined> {
+        self.look_at(address, bytes);
         if bytes >= 4 {
             let mut words = [0, 4, 8, 12].map(|i| match i < bytes {
                 true => self.word(address.wrapping_add(i)),
@@ -175,6 +209,7 @@ impl<N: Number> Memory<N> {
     }
 
     fn store(&mut self, address: u32, bytes: u32, value: &Words<N>) -> Result<(), Undefined> {
+        self.look_at(address, bytes);
         if bytes >= 4 {
             for (i, word) in (0..bytes / 4).zip(value) {
                 self.words.insert(address.wrapping_add(4 * i), word.clone());

@@ -60,6 +60,8 @@ pub struct Study {
     pub points: usize,
     /// Trials of settings that are made, at most.
     pub budget: usize,
+    /// All settings are tried, and it is an error if there are more.
+    pub grid: bool,
     /// The limits that a setting has to keep to.
     pub target: Target,
     /// Trials at a time; they change no result.
@@ -408,6 +410,12 @@ impl<'a> Bench<'a> {
             winners: &winners,
             promising: &promising,
         };
+        let (points, budget) = (space.points(), space.budget);
+        if self.study.grid && points > budget {
+            return Err(Error::invalid(format_args!(
+                "there are {points} combinations, and a grid may have {budget}"
+            )));
+        }
         search::search(&space, |points| self.trials(points))
     }
 

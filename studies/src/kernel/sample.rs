@@ -1,16 +1,17 @@
 //! Samples of a kernel's inputs, and what its outputs should be.
 
 use super::decisions::Decisions;
-use super::evaluate::{Meaning, Word};
+use super::evaluate::{Meaning, Watched, Word};
 use super::fpcore;
-use super::subject::{Input, Kernel, Place};
+use super::subject::{GUARD, Input, Kernel, Place};
 use crate::Error;
 use crate::real::{Number as _, Wide};
 use crate::survey::Random;
 use srp_ir::interp::SYSTEM_BASE;
 use srp_ir::layout::Layout;
 use srp_ir::program::Program;
-use std::collections::BTreeMap;
+use std::cell::Cell;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A real number to some 100 bits, as the sum of two; not a number where it does not exist.
 #[derive(Clone, Copy, Debug)]
@@ -95,6 +96,10 @@ pub(super) fn rounds(
         })?;
     }
     let meaning = Meaning::of(program, layout);
+    if kernel.count.is_some() && count > 0 {
+        let inputs = draw(kernel, 0, &mut Random::new(1))?;
+        within_lengths(kernel, &meaning, (program, layout), &inputs)?;
+    }
     let round = |number: usize| {
         let inputs = draw(kernel, number, &mut random)?;
         let outputs = match &kernel.core {
@@ -189,13 +194,13 @@ fn draw(kernel: &Kernel, round: usize, random: &mut Random) -> Result<Vec<Vec<u3
             let mut point = Vec::new();
             for input in &kernel.inputs {
                 let length = input.length as usize;
-                // The elements of an array are drawn as evaluations of their own are.
-                let at = |k: usize| {
-                    if length == 1 {
-                        evaluation
-                    } else {
-                        2 + evaluation + k
-                    }
+                // The elements of an array are all at one end, all at the other, or by turns; then they are drawn as
+                // evaluations of their own are.
+                let at = |k: usize| match evaluation {
+                    n if length == 1 || n < 2 => n,
+                    2 => k % 2,
+                    3 => (k + 1) % 2,
+                    n => n + k,
                 };
                 let values = (0..length).map(|k| value(input, at(k), random));
                 point.push(values.collect::<Vec<u32>>());
@@ -247,6 +252,53 @@ fn benchmark(
     let found =
         found.map_err(|why| Error::invalid(format_args!("`{}`: {}", kernel.name, why.0)))?;
     Ok(Truth::of(&found))
+}
+
+/// Fails where an evaluation accesses elements behind those that a parameter is said to have.
+fn within_lengths(
+    kernel: &Kernel,
+    meaning: &Meaning<'_>,
+    (program, layout): (&Program, &Layout),
+    inputs: &[Vec<u32>],
+) -> Result<(), Error> {
+    let of_object = of_program(program, layout);
+    let mut words: BTreeMap<u32, Word<Wide>> = BTreeMap::new();
+    let mut arrays = BTreeSet::new();
+    for (input, bits) in kernel.inputs.iter().zip(inputs) {
+        let start = address(&input.place, &of_object)?;
+        let own = bits.iter().take(input.length as usize);
+        let at = (0..).map(|i| start + 4 * i);
+        words.extend(at.zip(own.map(|&bits| Word::Bits(bits))));
+        arrays.insert((start, input.length, &input.name));
+    }
+    for output in &kernel.outputs {
+        let start = address(&output.place, &of_object)?;
+        arrays.insert((start, output.length, &output.name));
+    }
+    // One evaluation: behind its elements stand those of others, and then nothing.
+    if let Some(address) = kernel.count.as_ref().and_then(|name| of_object(name)) {
+        words.insert(address, Word::Bits(1));
+    }
+    let watched = arrays.iter().map(|&(start, length, _)| Watched {
+        bytes: start + 4 * length..start + 4 * (length * kernel.batch + GUARD),
+        farthest: Cell::new(0),
+    });
+    let context = (watched.collect(), &mut Decisions::default());
+    let Ok(memory) = meaning.run_watched(&words, context.0, &(), context.1) else {
+        // Whatever that is, the evaluations say it.
+        return Ok(());
+    };
+    let beyond = arrays.iter().zip(&memory.watched);
+    for (&(_, length, name), watched) in beyond {
+        if watched.farthest.get() > 0 {
+            let needed = length + watched.farthest.get().div_ceil(4);
+            return Err(Error::invalid(format_args!(
+                "{}: `{}` accesses {needed} elements of `{name}`, which has {length}: --length {name}={needed}",
+                kernel.file, kernel.name,
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// The result of a program in real arithmetic.

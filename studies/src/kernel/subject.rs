@@ -15,6 +15,9 @@ use std::path::Path;
 /// Evaluations of a function that one run of its `main` makes.
 pub(super) const BATCH: u32 = 256;
 
+/// Elements behind the last of every array, which nothing should access.
+pub(super) const GUARD: u32 = 64;
+
 /// Elements of an array whose length nobody says.
 const ARRAY: u32 = 64;
 
@@ -435,7 +438,7 @@ impl Driver {
         (length, integer): (u32, bool),
         global: bool,
     ) -> (Place, String) {
-        let count = length * kernel.batch;
+        let count = length * kernel.batch + GUARD;
         let ty = if integer { "int" } else { "float" };
         if global {
             let at = kernel.system_bytes;

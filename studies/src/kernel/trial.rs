@@ -128,6 +128,7 @@ fn measure(
     for &special in &used {
         *priced.precision.of_mut(special) = arch.precision.of(special);
     }
+    priced.precision.formats = arch.precision.formats;
     let mut why: Vec<String> = (compiled.not_pipelined.iter())
         .map(|l| format!("{}: {}", l.name, l.reason))
         .collect();

@@ -10,8 +10,10 @@ mod function;
 use self::function::{function, library_ulps, product, quotient, root};
 use super::{Number, Operation, Relation, Undefined};
 use srp_archdesc::arch::{Approx, Precision, Subnormals};
+use srp_archdesc::format::{Format, Formats};
 use srp_archdesc::structure::Special;
 use srp_ir::pass::FastMath;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The errors of operations.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +33,7 @@ impl Units {
         let precision = precision.in_units();
         let exact = Precision {
             subnormals: precision.subnormals,
+            formats: precision.formats,
             // No function of the library is computed by them.
             fast: precision.fast,
             texture_weight_bits: precision.texture_weight_bits,
@@ -38,9 +41,28 @@ impl Units {
         };
         Units {
             precision,
-            library: precision == exact && !fast_math.approximate,
+            library: precision == exact
+                && precision.formats == Formats::SINGLE
+                && !fast_math.approximate,
             reciprocal: fast_math.reciprocal,
         }
+    }
+
+    /// The narrow format that sums, products, or both at once are made in. Products and sums may also be those of a dot
+    /// product, or become one operation, which are made in the format of such.
+    fn format(&self, op: Operation) -> Option<Format> {
+        let formats = &self.precision.formats;
+        let coarser = |own: Format| Format {
+            exponent: own.exponent.min(formats.fused.exponent),
+            significand: own.significand.min(formats.fused.significand),
+        };
+        let format = match op {
+            Operation::Add | Operation::Sub => coarser(formats.add),
+            Operation::Mul => coarser(formats.multiply),
+            Operation::Fma => formats.fused,
+            _ => Format::SINGLE,
+        };
+        (format != Format::SINGLE).then_some(format)
     }
 
     /// The error of any operation besides its rounding: results below the normal numbers.
@@ -59,12 +81,21 @@ const U: f64 = 1.0 / (1u32 << 24) as f64;
 const SLACK: f64 = 1.0 + 1e-12;
 
 /// All that the real number may be, and how far the computed one may be from it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+///
+/// A number knows which it is: its product with itself is a square, which is not negative, whatever its sign is.
+#[derive(Clone, Copy, Debug)]
 pub struct Bounded {
     low: f64,
     high: f64,
     error: f64,
+    /// True when the computed number is not below zero either, however far it is off.
+    is_positive: bool,
+    /// The number itself: copies have the same.
+    identity: u64,
 }
+
+/// The number of the next number.
+static NEXT: AtomicU64 = AtomicU64::new(0);
 
 fn undefined(why: &str) -> Undefined {
     Undefined(why.to_owned())
@@ -73,10 +104,29 @@ fn undefined(why: &str) -> Undefined {
 impl Bounded {
     /// Any float of a range.
     pub fn between(low: f32, high: f32) -> Bounded {
+        Bounded::new(f64::from(low), f64::from(high), 0.0)
+    }
+
+    /// Another number of the same range and error.
+    pub fn another(&self) -> Bounded {
+        Bounded::new(self.low, self.high, self.error).positive(self.is_positive)
+    }
+
+    fn new(low: f64, high: f64, error: f64) -> Bounded {
         Bounded {
-            low: f64::from(low),
-            high: f64::from(high),
-            error: 0.0,
+            low,
+            high,
+            error,
+            is_positive: low - error >= 0.0,
+            identity: NEXT.fetch_add(1, Ordering::Relaxed),
+        }
+    }
+
+    /// The same, known not to be computed below zero if that `holds`.
+    fn positive(self, holds: bool) -> Bounded {
+        Bounded {
+            is_positive: self.is_positive || holds,
+            ..self
         }
     }
 
@@ -92,19 +142,13 @@ impl Bounded {
 
     /// Any number of either.
     pub fn or(&self, other: &Bounded) -> Bounded {
-        Bounded {
-            low: self.low.min(other.low),
-            high: self.high.max(other.high),
-            error: self.error.max(other.error),
-        }
+        let (low, high) = (self.low.min(other.low), self.high.max(other.high));
+        Bounded::new(low, high, self.error.max(other.error))
+            .positive(self.is_positive && other.is_positive)
     }
 
     fn point(x: f64) -> Bounded {
-        Bounded {
-            low: x,
-            high: x,
-            error: 0.0,
-        }
+        Bounded::new(x, x, 0.0)
     }
 
     fn largest(&self) -> f64 {
@@ -119,9 +163,26 @@ impl Bounded {
         }
     }
 
+    /// The number rounded to a format.
+    fn narrowed(&self, format: Format, subnormals: Subnormals) -> Result<Bounded, Undefined> {
+        let largest = self.largest() + self.error;
+        if largest > format.largest() {
+            return Err(undefined(
+                "a number may be too large for the format of a unit",
+            ));
+        }
+        let error = self.error + format.rounding() * largest + below(format, subnormals);
+        Ok(Bounded {
+            error: error * SLACK,
+            ..*self
+        })
+    }
+
     /// Where the computed number lies.
     fn computed(&self) -> (f64, f64) {
-        (self.low - self.error, self.high + self.error)
+        let low = self.low - self.error;
+        let low = if self.is_positive { low.max(0.0) } else { low };
+        (low, self.high + self.error)
     }
 
     /// The result of an operation with this range, whose operands' errors come to `carried`, and that is itself
@@ -138,7 +199,15 @@ impl Bounded {
         {
             return Err(undefined("a result may overflow or be no number"));
         }
-        Ok(Bounded { low, high, error })
+        Ok(Bounded::new(low, high, error))
+    }
+}
+
+/// The error of rounding numbers below the normal ones of a format.
+fn below(format: Format, subnormals: Subnormals) -> f64 {
+    match subnormals {
+        Subnormals::Keep => format.least_normal() * format.rounding(),
+        Subnormals::Flush => format.least_normal(),
     }
 }
 
@@ -168,11 +237,7 @@ fn whole(a: &Bounded, f: impl Fn(f64) -> f64) -> Bounded {
         true => 0.0,
         false => a.error.floor() + 1.0,
     };
-    Bounded {
-        low: first,
-        high: last,
-        error,
-    }
+    Bounded::new(first, last, error)
 }
 
 impl Number for Bounded {
@@ -184,28 +249,39 @@ impl Number for Bounded {
 
     fn of_integer(n: i64, _: &Units) -> Bounded {
         let error = (n as f64 - f64::from(n as f32)).abs();
-        Bounded {
-            error,
-            ..Bounded::point(n as f64)
-        }
+        Bounded::new(n as f64, n as f64, error)
     }
 
     fn of_decimal(digits: &str, exponent: i32, _: &Units) -> Bounded {
         let exact: f64 = format!("{digits}e{exponent}").parse().unwrap_or(f64::NAN);
         let error = (exact - f64::from(exact as f32)).abs() * SLACK;
         // Binary64 has rounded it too.
-        Bounded {
-            low: if error > 0.0 { down(exact) } else { exact },
-            high: if error > 0.0 { up(exact) } else { exact },
-            error,
-        }
+        let low = if error > 0.0 { down(exact) } else { exact };
+        let high = if error > 0.0 { up(exact) } else { exact };
+        Bounded::new(low, high, error)
     }
 
     fn apply(op: Operation, args: &[Bounded], units: &Units) -> Result<Bounded, Undefined> {
         use Operation::*;
+        let subnormals = units.precision.subnormals;
+        let format = units.format(op);
+        let mut narrow = Vec::new();
+        if let Some(format) = format {
+            for arg in args {
+                narrow.push(arg.narrowed(format, subnormals)?);
+            }
+        }
+        let args = if narrow.is_empty() { args } else { &narrow };
         let a = &args[0];
         let b = args.get(1).unwrap_or(a);
-        let rounding = (U, units.tiny());
+        let rounding = match format {
+            // To binary32, and then to the format.
+            Some(format) => (
+                U + format.rounding(),
+                units.tiny() + below(format, subnormals),
+            ),
+            None => (U, units.tiny()),
+        };
         let by_unit = |approx: Approx| match units.precision.subnormals {
             // A table takes any result below the normal numbers as it comes.
             _ if approx == Approx::Exact => rounding,
@@ -236,47 +312,34 @@ impl Number for Bounded {
                 let quotient = Bounded::apply(Div, args, &plain)?;
                 let inverse = Bounded::apply(Rcp, &[*b], &plain)?;
                 let product = Bounded::apply(Mul, &[*a, inverse], &plain)?;
-                return Ok(Bounded {
-                    error: quotient.error.max(product.error),
-                    ..quotient
-                });
+                let error = quotient.error.max(product.error);
+                return Ok(Bounded::new(quotient.low, quotient.high, error));
             }
             Div => (quotient(a, b)?, by_unit(precision.div)),
             Rcp => (quotient(&Bounded::point(1.0), a)?, by_unit(precision.rcp)),
             Sqrt => (root(a)?, by_unit(precision.sqrt)),
             Rsqrt => {
                 let (range, carried) = root(a)?;
-                let below = Bounded {
-                    low: down(range.0),
-                    high: up(range.1),
-                    error: carried,
-                };
+                let below = Bounded::new(down(range.0), up(range.1), carried);
                 (
                     quotient(&Bounded::point(1.0), &below)?,
                     by_unit(precision.rsqrt),
                 )
             }
             Neg => {
-                return Ok(Bounded {
-                    low: -a.high,
-                    high: -a.low,
-                    error: a.error,
-                });
+                return Ok(Bounded::new(-a.high, -a.low, a.error));
             }
             Abs => {
-                return Ok(Bounded {
-                    low: a.least(),
-                    high: a.largest(),
-                    error: a.error,
-                });
+                return Ok(Bounded::new(a.least(), a.largest(), a.error).positive(true));
             }
             Min | Max => {
                 let pick = if op == Min { f64::min } else { f64::max };
-                return Ok(Bounded {
-                    low: pick(a.low, b.low),
-                    high: pick(a.high, b.high),
-                    error: a.error.max(b.error),
-                });
+                let positive = match op {
+                    Min => a.is_positive && b.is_positive,
+                    _ => a.is_positive || b.is_positive,
+                };
+                let (low, high) = (pick(a.low, b.low), pick(a.high, b.high));
+                return Ok(Bounded::new(low, high, a.error.max(b.error)).positive(positive));
             }
             Floor => return Ok(whole(a, f64::floor)),
             Ceil => return Ok(whole(a, f64::ceil)),
@@ -291,11 +354,7 @@ impl Number for Bounded {
                     (_, true) => (-largest, -least),
                     _ => return Err(undefined("a sign that may be either")),
                 };
-                return Ok(Bounded {
-                    low,
-                    high,
-                    error: a.error,
-                });
+                return Ok(Bounded::new(low, high, a.error));
             }
             Fdim => {
                 let difference = Bounded::apply(Sub, args, units)?;
@@ -316,7 +375,23 @@ impl Number for Bounded {
                 (way, (2.0 * U * ulps, 2.0 * units.tiny()))
             }
         };
-        Bounded::rounded(way.0, way.1, off)
+        // Rounding keeps signs, and so do sums and products of what is not negative.
+        let both = a.is_positive && b.is_positive;
+        let c = args.get(2);
+        let positive = match op {
+            Add | Div => both,
+            Mul => both || a.identity == b.identity,
+            Fma => (both || a.identity == b.identity) && c.is_some_and(|c| c.is_positive),
+            Sqrt | Rsqrt => true,
+            _ => false,
+        };
+        let result = Bounded::rounded(way.0, way.1, off)?.positive(positive);
+        match format {
+            Some(format) if result.largest() + result.error > format.largest() => Err(undefined(
+                "a result may be too large for the format of a unit",
+            )),
+            _ => Ok(result),
+        }
     }
 
     fn of_unit(op: Operation, args: &[Bounded], units: &Units) -> Result<Bounded, Undefined> {
@@ -395,6 +470,40 @@ mod tests {
         assert_eq!(one.relate(&x), Relation::Unknown);
         assert_eq!(zero.relate(&square), Relation::Unknown);
         assert_eq!(sum.relate(&one), Relation::Greater);
+    }
+
+    #[test]
+    fn a_narrow_format_is_in_the_bound() {
+        let mut precision = Precision::EXACT;
+        precision.formats.multiply = Format::BFLOAT16;
+        let units = Units::of(&precision, FastMath::default());
+        let (x, y) = (Bounded::between(1.0, 2.0), Bounded::between(1.0, 2.0));
+        let product = Bounded::apply(Operation::Mul, &[x, y], &units).expect("a product");
+        // Both operands and the product are off by half a unit of 2⁻⁷.
+        assert!(product.error() > 4.0 * 3.0 / 256.0 && product.error() < 4.1 * 3.0 / 256.0);
+        let sum = Bounded::apply(Operation::Add, &[x, y], &units).expect("a sum");
+        assert!(sum.error() < 4.1 * U);
+        precision.formats.add = Format::HALF;
+        let units = Units::of(&precision, FastMath::default());
+        let large = Bounded::between(0.0, 40_000.0);
+        assert!(Bounded::apply(Operation::Add, &[large, large], &units).is_err());
+    }
+
+    #[test]
+    fn a_square_is_not_negative() {
+        let units = Units::of(&Precision::EXACT, FastMath::default());
+        let apply = |op, args: &[Bounded]| Bounded::apply(op, args, &units);
+        let x = Bounded::between(-1.0, 1.0);
+        let y = x.another();
+        let d = apply(Operation::Sub, &[x, y]).expect("a difference");
+        let square = apply(Operation::Mul, &[d, d]).expect("a square");
+        let norm = apply(Operation::Fma, &[x, x, square]).expect("a sum of squares");
+        assert!(norm.range().0 >= 0.0 && norm.error() > 0.0, "{norm:?}");
+        let root = apply(Operation::Sqrt, &[norm]).expect("a root");
+        assert!(root.error() < 2e-3, "{root:?}");
+        let product = apply(Operation::Mul, &[x, y]).expect("a product");
+        assert!(product.range().0 <= -1.0, "{product:?}");
+        assert!(apply(Operation::Sqrt, &[product]).is_err());
     }
 
     #[test]

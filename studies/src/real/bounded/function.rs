@@ -66,22 +66,25 @@ pub(super) fn root(a: &Bounded) -> Result<Way, Undefined> {
     }
     let carried = match a.low > a.error {
         true => a.error / (a.low.sqrt() + (a.low - a.error).sqrt()),
-        // |√x − √y| is at most the root of |x − y|; a computed operand below zero is no number.
-        false if a.error > 0.0 => {
+        // A computed operand below zero is no number; else |√x − √y| is at most the root of |x − y|.
+        false if a.error > 0.0 && !a.is_positive => {
             return Err(undefined("the root of a number that may be negative"));
         }
-        false => 0.0,
+        false => a.error.sqrt(),
     };
     Ok(((a.low.sqrt(), a.high.sqrt()), carried))
 }
 
 pub(super) fn product(a: &Bounded, b: &Bounded) -> Way {
-    let range = hull(&[
-        a.low * b.low,
-        a.low * b.high,
-        a.high * b.low,
-        a.high * b.high,
-    ]);
+    let range = match a.identity == b.identity {
+        true => (a.least() * a.least(), a.largest() * a.largest()),
+        false => hull(&[
+            a.low * b.low,
+            a.low * b.high,
+            a.high * b.low,
+            a.high * b.high,
+        ]),
+    };
     let carried = a.largest() * b.error + b.largest() * a.error + a.error * b.error;
     (range, carried)
 }
@@ -113,17 +116,10 @@ fn power(a: &Bounded, b: &Bounded) -> Result<Way, Undefined> {
         return Ok((hull(&ends), slope * a.error));
     }
     let (range, carried) = logarithm(a, libm::log, 1.0)?;
-    let log = Bounded {
-        low: down(range.0),
-        high: up(range.1),
-        error: carried,
-    };
+    let log = Bounded::new(down(range.0), up(range.1), carried);
     let (range, carried) = product(&log, b);
-    Ok(exponential(&Bounded {
-        low: down(range.0),
-        high: up(range.1),
-        error: carried,
-    }))
+    let exponent = Bounded::new(down(range.0), up(range.1), carried);
+    Ok(exponential(&exponent))
 }
 
 fn angle(y: &Bounded, x: &Bounded) -> Result<Way, Undefined> {
@@ -154,12 +150,12 @@ pub(super) fn function(op: Operation, a: &Bounded, b: &Bounded) -> Result<Way, U
     Ok(match op {
         Exp => exponential(a),
         Exp2 => {
-            let scaled = Bounded {
-                low: a.low * std::f64::consts::LN_2,
-                high: a.high * std::f64::consts::LN_2,
-                error: a.error * std::f64::consts::LN_2,
-            };
-            exponential(&scaled)
+            let scaled = |x: f64| x * std::f64::consts::LN_2;
+            exponential(&Bounded::new(
+                scaled(a.low),
+                scaled(a.high),
+                scaled(a.error),
+            ))
         }
         Expm1 => rising(a, libm::expm1, libm::exp(a.high + a.error)),
         Log => logarithm(a, libm::log, 1.0)?,
