@@ -16,6 +16,12 @@ static const int inner = LIMIT;
 static int *__attribute__((unused)) where(int *p) { return p; }
 static int bits(union number n) { return n.i; }
 
+enum colour { RED, GREEN };
+enum fruit { APPLE, PEAR };
+typedef enum colour paint;
+typedef enum { ONE, TWO } digit;
+#define SAME(a, b) __builtin_types_compatible_p(a, b)
+
 int main(void)
 {
     struct point p = { y: 4, x: 3 };
@@ -26,5 +32,12 @@ int main(void)
     printf("%d %d %x %d %d %d %d %d\n", p.x, *where(&p.y), bits((union number)f), WHICH(f), WHICH(i), inner, LIMIT,
            out);
     printf("%ld %d\n", __builtin_expect(i, out++) + 0L, out);
+    printf("%d %d %d %d %d %d %d %d %d\n", SAME(enum colour, enum fruit), SAME(enum colour, paint), SAME(paint, enum fruit),
+           SAME(digit, paint), SAME(digit, digit), SAME(enum colour, unsigned), SAME(unsigned, digit),
+           SAME(enum colour *, enum fruit *), SAME(paint *, enum colour *));
+    {
+        enum colour { BLUE };
+        printf("%d\n", SAME(enum colour, paint));
+    }
     return 0;
 }

@@ -38,9 +38,16 @@ impl Checker<'_> {
             return Vec::new();
         }
         let base = self.specs(&declaration.specs, declaration.declarators.is_empty());
+        let enumeration = self.enumeration_of(&declaration.specs);
         let items = declaration.declarators.iter();
         items
-            .filter_map(|item| self.declarator(base, item))
+            .filter_map(|item| {
+                let made = self.declarator(base, item);
+                if let (Some((_, span)), Some(enumeration)) = (&item.declarator.name, enumeration) {
+                    self.enumerations.insert(*span, enumeration);
+                }
+                made
+            })
             .collect()
     }
 

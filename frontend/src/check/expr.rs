@@ -74,8 +74,13 @@ impl Checker<'_> {
                 self.int_const(align.into(), self.types.known.ulong, span)
             }
             K::SameType(names) => {
-                let [a, b] = [&names.0, &names.1].map(|name| self.type_name(name).ty);
-                let same = self.types.compatible(a, b);
+                let [a, b] = [&names.0, &names.1].map(|name| {
+                    let ty = self.type_name(name).ty;
+                    (ty, self.enumeration_of(&name.specs))
+                });
+                // GNU: an enumeration is compatible with its integer, and with no other enumeration.
+                let others = a.1.is_some() && b.1.is_some() && a.1 != b.1;
+                let same = self.types.compatible(a.0, b.0) && !others;
                 self.int_const(same.into(), self.types.known.int, span)
             }
             K::VaArg(list, name) => return self.next_argument(*list, name, span),

@@ -185,6 +185,9 @@ struct Checker<'a> {
     single_constants: bool,
     /// The units of the machine.
     choices: &'a Choices,
+    /// The enumerations of what is declared as one, by the places of both. The types are integers, and tell
+    /// them apart no more.
+    enumerations: HashMap<Span, Span>,
     /// The warning about `volatile` has been given.
     told_volatile: bool,
 }
@@ -216,6 +219,7 @@ impl<'a> Checker<'a> {
             double_is_float: false,
             single_constants: false,
             choices,
+            enumerations: HashMap::new(),
             told_volatile: false,
         }
     }

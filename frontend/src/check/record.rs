@@ -1,7 +1,7 @@
 //! Structs, unions and enumerations.
 
 use super::{Checker, Symbol, Tag};
-use crate::ast::{Attribute, EnumSpec, Member, RecordSpec};
+use crate::ast::{Attribute, EnumSpec, Member, RecordSpec, Spec, Specs};
 use crate::ctype::{
     BitRange, Field, Int, MAX_TYPE_DEPTH, QualType, Record, RecordId, Type, TypeId,
 };
@@ -344,6 +344,24 @@ impl Checker<'_> {
             let text = format!("the constants of `enum {tag}` are listed nowhere in its scope");
             self.error(BAD_TYPE, at, text, "");
         }
+    }
+
+    /// The place of the enumeration that some specifiers name, or that is derived from by what they name, once they are
+    /// checked.
+    pub(super) fn enumeration_of(&self, specs: &Specs) -> Option<Span> {
+        let one = |(spec, span): &(Spec, Span)| match spec {
+            Spec::Enum(spec) => match &spec.tag {
+                Some((tag, _)) => self.lookup_tag(tag).map(|(_, at)| at),
+                None => Some(*span),
+            },
+            Spec::Named(name) => {
+                let (_, at) = self.lookup(name)?;
+                self.enumerations.get(&at).copied()
+            }
+            Spec::TypeofType(name) => self.enumeration_of(&name.specs),
+            _ => None,
+        };
+        specs.list.iter().find_map(one)
     }
 
     /// The integer type of an `enum` specifier: as GCC's, `unsigned` unless a constant is
