@@ -75,6 +75,8 @@ pub(super) struct Setting {
     pub(super) units: Vec<(Function, Approx)>,
     /// The special functions of the SRP among them.
     pub(super) specials: Vec<Special>,
+    /// It is of the texture unit.
+    is_of_texels: bool,
     change: Change,
 }
 
@@ -93,6 +95,7 @@ impl Setting {
             how: how.into(),
             units: Vec::new(),
             specials: Vec::new(),
+            is_of_texels: false,
             change: Arc::new(change),
         }
     }
@@ -104,9 +107,11 @@ impl Setting {
         }
     }
 
-    /// True if all special functions that it sets are others than these.
-    pub(super) fn is_of_other_units(&self, used: &[Special]) -> bool {
-        !self.specials.is_empty() && !self.specials.iter().any(|s| used.contains(s))
+    /// True if it is of the texture unit, and no texels are looked up, or if all special functions that it sets are
+    /// others than these.
+    pub(super) fn is_of_other_units(&self, used: &[Special], texels: bool) -> bool {
+        let others = !self.specials.is_empty() && !self.specials.iter().any(|s| used.contains(s));
+        others || self.is_of_texels && !texels
     }
 
     /// The frame as it is.
@@ -351,14 +356,13 @@ fn memory(all: &mut Vec<Setting>) {
     }
     for bits in [0, 4, 12] {
         let how = format!("<texture weight-bits=\"{bits}\"/>");
-        all.push(Setting::new(
-            "texel weights",
-            format!("{bits} bits"),
-            how,
-            move |s| {
-                s.arch.precision.texture_weight_bits = bits;
-            },
-        ));
+        let setting = Setting::new("texel weights", format!("{bits} bits"), how, move |s| {
+            s.arch.precision.texture_weight_bits = bits;
+        });
+        all.push(Setting {
+            is_of_texels: true,
+            ..setting
+        });
     }
 }
 

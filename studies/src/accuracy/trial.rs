@@ -12,6 +12,7 @@ use srp_archdesc::arch::{Approx, Arch};
 use srp_archdesc::area;
 use srp_archdesc::certify::{Function, certify};
 use srp_archdesc::chip;
+use srp_archdesc::isa::Opcode;
 use srp_archdesc::structure::Special;
 use srp_archdesc::threads;
 use srp_ir::dre::scheduled::ScheduledDre;
@@ -92,6 +93,8 @@ pub struct Costs {
     pub area: f64,
     /// The special functions that the frame computes.
     pub used: Vec<Special>,
+    /// True if texels are looked up.
+    pub texels: bool,
     /// Seconds of the host for the simulation, without compiling.
     pub host_seconds: f64,
 }
@@ -248,8 +251,8 @@ pub(super) fn cycles_in_other_orders(
     Ok(cycles)
 }
 
-/// The special functions that a frame computes: those of the kernels that ran, and of control code.
-fn used(report: &Report, program: &ScheduledDre) -> Vec<Special> {
+/// The operations that a frame may compute: those of the kernels that ran, and of control code.
+fn operations(report: &Report, program: &ScheduledDre) -> BTreeSet<Opcode> {
     let ran = |number: usize| {
         let of_core = |core: &system::CoreReport| core.array.get(number).map_or(0, |k| k.cycles);
         report.cores.iter().map(of_core).sum::<u64>() > 0
@@ -262,11 +265,7 @@ fn used(report: &Report, program: &ScheduledDre) -> Vec<Special> {
     let of_kernels = kernels.flat_map(|(_, k)| k.dfg.nodes.values().map(|node| node.op));
     let bundles = program.bundles.values();
     let of_control = bundles.flat_map(|bundle| bundle.ops.iter().map(|slot| slot.op));
-    let all: BTreeSet<Special> = of_kernels
-        .chain(of_control)
-        .filter_map(Special::of)
-        .collect();
-    all.into_iter().collect()
+    of_kernels.chain(of_control).collect()
 }
 
 impl Trial {
@@ -281,7 +280,7 @@ impl Trial {
             leaks: measured.leaks,
             attribution: measured.attribution.clone(),
             unit: UnitError::of(&setting.units),
-            not_exercised: setting.is_of_other_units(&measured.costs.used),
+            not_exercised: setting.is_of_other_units(&measured.costs.used, measured.costs.texels),
             costs: measured.costs.clone(),
             cycles_in_other_orders: Vec::new(),
         }
@@ -316,7 +315,8 @@ impl Trial {
 }
 
 fn costs(report: &Report, program: &ScheduledDre, arch: &Arch, base: &Arch) -> Costs {
-    let used = used(report, program);
+    let operations = operations(report, program);
+    let used: BTreeSet<Special> = operations.iter().copied().filter_map(Special::of).collect();
     let mut priced = arch.clone();
     for special in Special::ALL.into_iter().filter(|s| !used.contains(s)) {
         *priced.precision.of_mut(special) = base.precision.of(special);
@@ -339,7 +339,8 @@ fn costs(report: &Report, program: &ScheduledDre, arch: &Arch, base: &Arch) -> C
         dram_bytes: moved,
         energy: energy(report, program, arch).total_mj,
         area: cores * (unit + chip::srp(&priced).total_mm2),
-        used,
+        used: used.into_iter().collect(),
+        texels: operations.contains(&Opcode::Tex),
         host_seconds: 0.0,
     }
 }
