@@ -3,7 +3,8 @@
 //! A register holds binary32 whatever the units compute in. A unit of a narrower format rounds its operands to it, computes,
 //! and rounds the result to it, both to nearest and ties to even, with that format's range. Rounding a sum, a difference
 //! or a product first to 24 bits and then to at most 11 gives what rounding once does (Figueroa, *When is double
-//! rounding innocuous?*, 1995: 24 ≥ 2 · 11 + 2).
+//! rounding innocuous?*, 1995: 24 ≥ 2 · 11 + 2), but for products below 2⁻¹²⁶ in formats of 8 exponent bits and 9 to 11
+//! digits: binary32 has fewer than 24 bits there.
 
 use crate::isa::{Class, Opcode};
 use serde::{Deserialize, Serialize};
@@ -78,6 +79,13 @@ impl Format {
     }
 }
 
+/// The operations that have a format of their own: its name in machine files, and what it is of.
+pub const KINDS: [(&str, &str); 3] = [
+    ("add", "sums"),
+    ("multiply", "products"),
+    ("fused", "fused and dot products"),
+];
+
 /// The formats of a machine's units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Formats {
@@ -108,22 +116,17 @@ impl Formats {
         }
     }
 
-    /// Each with its name in machine files.
-    pub fn named(&self) -> [(&'static str, Format); 3] {
-        [
-            ("add", self.add),
-            ("multiply", self.multiply),
-            ("fused", self.fused),
-        ]
+    /// Each with its place among [`KINDS`].
+    pub fn all(&self) -> [Format; KINDS.len()] {
+        [self.add, self.multiply, self.fused]
     }
 
-    /// The one of a name.
-    pub fn named_mut(&mut self, name: &str) -> Option<&mut Format> {
-        match name {
-            "add" => Some(&mut self.add),
-            "multiply" => Some(&mut self.multiply),
-            "fused" => Some(&mut self.fused),
-            _ => None,
+    /// The one of a kind, by its place among [`KINDS`].
+    pub fn of_kind(&mut self, kind: usize) -> &mut Format {
+        match kind {
+            0 => &mut self.add,
+            1 => &mut self.multiply,
+            _ => &mut self.fused,
         }
     }
 }

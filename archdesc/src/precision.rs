@@ -39,7 +39,7 @@ pub struct Precision {
     pub fast: Fast,
     /// The treatment of subnormal floats.
     pub subnormals: Subnormals,
-    /// What adders and multipliers compute in.
+    /// The formats that adders and multipliers compute in.
     pub formats: Formats,
     /// Fraction bits of the weights by which texels are filtered, 0 to 12; 0 takes the nearest.
     pub texture_weight_bits: u32,

@@ -7,7 +7,7 @@ use crate::arch::{
     Approx, Arch, Fast, FileKind, FuOp, FuSpec, Precision, Refine, Resource, Subnormals,
 };
 use crate::dram::{DramModel, DramSpec, RowPolicy};
-use crate::format::Format;
+use crate::format::{Format, KINDS};
 use crate::isa::Class;
 use crate::structure::Structure;
 use crate::system::{CacheSpec, Pipeline};
@@ -237,14 +237,9 @@ fn show_engine(out: &mut String, arch: &Arch) -> std::fmt::Result {
         .map(|(name, approx)| format!("{name} {}", precision(approx)))
         .collect();
     writeln!(out, "special functions: {}", functions.join(", "))?;
-    for (name, format) in formats.named() {
+    for ((_, what), format) in KINDS.iter().zip(formats.all()) {
         if format != Format::SINGLE {
-            let units = match name {
-                "add" => "sums",
-                "multiply" => "products",
-                _ => "fused and dot products",
-            };
-            writeln!(out, "{units} in {}", format.name())?;
+            writeln!(out, "{what} in {}", format.name())?;
         }
     }
     match subnormals {

@@ -125,7 +125,12 @@ fn sums_and_products_are_rounded_once() {
                 (Opcode::Fsub, f64::from(x) - f64::from(y)),
                 (Opcode::Fmul, f64::from(x) * f64::from(y)),
             ] {
-                // Sums of far exponents are not exact in binary64, and then far from the middle of two numbers.
+                // Sums of far exponents are not exact in binary64, and then far from the middle of two numbers. Below
+                // its normal numbers, binary32 has too few digits for all products.
+                let exact = match exact.abs() < f64::from(f32::MIN_POSITIVE) {
+                    true => f64::from(exact as f32),
+                    false => exact,
+                };
                 let args = [Value::word(x.to_bits()), Value::word(y.to_bits())];
                 let found = ops::eval(op, &args, 0, &precision).expect("a result");
                 let found = f32::from_bits(found.expect("a value").as_word());
@@ -137,6 +142,39 @@ fn sums_and_products_are_rounded_once() {
                     format.name()
                 );
             }
+        }
+    }
+}
+
+/// The exception that `docs/numerics.md` states.
+#[test]
+fn products_below_binary32s_normal_numbers_may_be_rounded_twice() {
+    let mut precision = sgrt("").precision;
+    let product = |precision: &_, x: f64, y: f64| {
+        let args = [x, y].map(|x| Value::word((x as f32).to_bits()));
+        let found = ops::eval(Opcode::Fmul, &args, 0, precision).expect("a result");
+        f64::from(f32::from_bits(found.expect("a value").as_word()))
+    };
+    let (x, y) = (1044.0 * 2f64.powi(-80), 2009.0 * 2f64.powi(-78));
+    precision.formats.multiply = Format::TF32;
+    let once = nearest(&numbers(Format::TF32), x * y);
+    let twice = nearest(&numbers(Format::TF32), f64::from((x * y) as f32));
+    assert_ne!(once, twice);
+    assert_eq!(product(&precision, x, y), twice);
+    // Eight digits are few enough.
+    precision.formats.multiply = Format::BFLOAT16;
+    let numbers = numbers(Format::BFLOAT16);
+    for (a, b) in (128..256).flat_map(|a| (a..256).map(move |b| (a, b))) {
+        for shift in 146..150 {
+            let (x, y) = (
+                f64::from(a) * 2f64.powi(-74),
+                f64::from(b) * 2f64.powi(74 - shift),
+            );
+            assert_eq!(
+                product(&precision, x, y),
+                nearest(&numbers, x * y),
+                "{x:e} {y:e}"
+            );
         }
     }
 }

@@ -79,16 +79,14 @@ pub(super) fn machine(found: &Findings, machine: &raw::Machine) -> Specials {
         let subnormals = values::word(found, &float.value.subnormals, "subnormals", &words);
         precision.subnormals = subnormals.unwrap_or(precision.subnormals);
         let float = &float.value;
-        let texts = [
-            ("add", &float.add),
-            ("multiply", &float.multiply),
-            ("fused", &float.fused),
-        ];
-        for (name, text) in texts {
+        let own = &mut precision.formats;
+        for (text, own) in [
+            (&float.add, &mut own.add),
+            (&float.multiply, &mut own.multiply),
+            (&float.fused, &mut own.fused),
+        ] {
             let format = text.as_ref().and_then(|text| format(found, text));
-            if let (Some(format), Some(own)) = (format, precision.formats.named_mut(name)) {
-                *own = format;
-            }
+            *own = format.unwrap_or(*own);
         }
     }
     let texture = system.as_ref().and_then(|s| s.value.texture.as_ref());

@@ -10,7 +10,7 @@ use crate::arch::{Approx, Arch, FileKind, FileSpec, Fu, FuSpec};
 use crate::cost::special::Build;
 use crate::datapath::FpLatency;
 use crate::dram::{BankedSpec, DramModel, DramSpec};
-use crate::format::Format;
+use crate::format::{Format, KINDS};
 use crate::structure::{Special, Structure};
 use crate::system::{CacheSpec, Pipeline, SystemSpec};
 
@@ -33,7 +33,7 @@ fn write_machine(out: &mut String, arch: &Arch) -> std::fmt::Result {
     }
     let subnormals = arch.precision.subnormals.name();
     write!(out, "  <float subnormals=\"{subnormals}\"")?;
-    for (name, format) in arch.precision.formats.named() {
+    for ((name, _), format) in KINDS.iter().zip(arch.precision.formats.all()) {
         if format != Format::SINGLE {
             write!(out, " {name}=\"{}\"", format.name())?;
         }

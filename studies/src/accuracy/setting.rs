@@ -5,7 +5,7 @@ use crate::attributes::words;
 use srp_archdesc::arch::{Approx, Arch, Precision, Refine, Subnormals};
 use srp_archdesc::certify::Function;
 use srp_archdesc::datapath::Intersection;
-use srp_archdesc::format::Format;
+use srp_archdesc::format::{Format, KINDS};
 use srp_archdesc::structure::{Special, Structure};
 use srp_archdesc::system::NodeFormat;
 use srp_ir::pass::FastMath;
@@ -287,22 +287,13 @@ fn floats(all: &mut Vec<Setting>) {
     }
 }
 
-/// Formats of sums and products, with their knobs and their names in machine files.
-const FORMATS: [(&str, &str); 3] = [
-    ("sums", "add"),
-    ("products", "multiply"),
-    ("fused and dot products", "fused"),
-];
-
 /// Adds the settings of adders and multipliers on the SRP.
 fn formats(all: &mut Vec<Setting>) {
-    for (knob, name) in FORMATS {
+    for (kind, (name, knob)) in KINDS.into_iter().enumerate() {
         for (value, format) in Format::NAMED {
             let how = format!("<float {name}=\"{value}\"/>");
             all.push(Setting::new(knob, value, how, move |s| {
-                if let Some(own) = s.arch.precision.formats.named_mut(name) {
-                    *own = format;
-                }
+                *s.arch.precision.formats.of_kind(kind) = format;
             }));
         }
     }

@@ -3,7 +3,7 @@
 
 use crate::attributes::words;
 use srp_archdesc::arch::{Approx, Arch, Subnormals};
-use srp_archdesc::format::Format;
+use srp_archdesc::format::{Format, KINDS};
 use srp_archdesc::structure::{Special, Structure};
 use srp_toolchain::Options;
 use std::sync::Arc;
@@ -137,26 +137,24 @@ pub(super) fn knobs(units: &[Special], base: &Subject) -> Vec<Knob> {
 
 /// The knobs of the formats of sums and products that are in binary32.
 fn formats(base: &Subject) -> impl Iterator<Item = Knob> {
-    let value = |name: &'static str, (word, format): (&str, Format)| Value {
+    let value = |kind: usize, (word, format): (&str, Format)| Value {
         words: word.to_owned(),
-        how: format!("<float {name}=\"{word}\"/>"),
+        how: format!("<float {}=\"{word}\"/>", KINDS[kind].0),
         change: Arc::new(move |s: &mut Subject| {
-            if let Some(own) = s.arch.precision.formats.named_mut(name) {
-                *own = format;
-            }
+            *s.arch.precision.formats.of_kind(kind) = format;
         }),
     };
-    let single = base.arch.precision.formats.named().into_iter();
+    let single = base.arch.precision.formats.all().into_iter().enumerate();
     let single = single.filter(|(_, own)| *own == Format::SINGLE);
-    single.map(move |(name, _)| {
+    single.map(move |(kind, _)| {
         let narrow = Format::NAMED
             .into_iter()
             .filter(|(_, f)| *f != Format::SINGLE);
         Knob {
-            name: format!("{name} in"),
+            name: format!("{} in", KINDS[kind].1),
             unit: None,
             values: std::iter::once(Value::as_it_is())
-                .chain(narrow.map(|named| value(name, named)))
+                .chain(narrow.map(|named| value(kind, named)))
                 .collect(),
         }
     })

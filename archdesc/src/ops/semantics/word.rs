@@ -304,7 +304,7 @@ pub fn fne(a: u32, b: u32) -> bool {
 
 /// The float rounded to a narrower format, to nearest and ties to even: exponent bits in the lowest byte of `format`,
 /// those of the significand with the hidden one in the next, and above them 1 where numbers below the normal ones are zeros.
-/// What rounds to more than the largest number is infinite; infinities and NaNs stay.
+/// Beyond the largest number, results are infinite; infinities and NaNs stay.
 pub fn narrow(a: u32, format: u32) -> u32 {
     let (exponent, significand, flushes) = (format & 0xff, format >> 8 & 0xff, format >> 16 != 0);
     let (sign, magnitude) = (a & 0x8000_0000, a & 0x7fff_ffff);
