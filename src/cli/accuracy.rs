@@ -120,9 +120,6 @@ fn parse_range(text: &str) -> Result<(String, f64, f64), String> {
     }
 }
 
-/// Combinations of a kernel's settings that a grid may have.
-const MOST_OF_GRID: usize = 100_000;
-
 /// Most elements that an array may have.
 const MOST_ELEMENTS: u32 = 4096;
 
@@ -227,10 +224,7 @@ impl Accuracy {
                 function: function.clone(),
             },
             points: *points as usize,
-            budget: match self.grid {
-                true => MOST_OF_GRID,
-                false => self.trials.unwrap_or(400) as usize,
-            },
+            budget: self.trials.unwrap_or(400) as usize,
             grid: self.grid,
             target: target.map_err(|why| Failure::Usage(format!("--target: {why}")))?,
             threads: self.threads,

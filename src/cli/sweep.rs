@@ -51,7 +51,7 @@ pub(crate) struct Sweep {
     /// Level of simulation: functional, analytic, sampled, cycle, cycle+dram (the default)
     #[arg(long, value_name = "LEVEL")]
     pub(crate) fidelity: Option<String>,
-    /// What to measure: ii, cycles, energy, area, psnr (ii and area)
+    /// Measures: ii, cycles, energy, area, psnr (ii and area)
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub(crate) measure: Vec<String>,
     /// Which points: grid, random:N, lhs:N
@@ -92,7 +92,7 @@ pub(crate) struct Sweep {
     pub(crate) json: bool,
 }
 
-/// What else can be done with a sweep.
+/// Other things that can be done with a sweep.
 #[derive(Subcommand)]
 pub(crate) enum SweepAction {
     /// Report what is known of a sweep: its rows, fronts, and which parameter moves what

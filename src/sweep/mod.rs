@@ -17,7 +17,7 @@ use srp_studies::sweep::{self, Analysis, Folder, Outcome, Plan, PlanFile, Row, S
 use srp_toolchain::{BUILD_ID, Session};
 use std::path::Path;
 
-/// What is known of a sweep.
+/// Everything that is known of a sweep.
 #[derive(Serialize)]
 struct Report {
     /// The plan.
@@ -26,7 +26,7 @@ struct Report {
     planned: usize,
     /// Those that are known.
     rows: Vec<Row>,
-    /// What they say.
+    /// The findings.
     analyses: Vec<Analysis>,
 }
 

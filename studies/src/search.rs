@@ -10,6 +10,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+/// Points that a grid may have.
+pub(crate) const MOST_OF_GRID: usize = 100_000;
+
 /// A value of every knob, by its number; 0 as it is.
 pub(crate) type Point = Vec<usize>;
 

@@ -1,4 +1,4 @@
-//! Whether a search finds what a grid has: `cargo build --release && cargo bench -p srp-tests --bench fronts` simulates
+//! The fronts of a search beside those of a grid: `cargo build --release && cargo bench -p srp-tests --bench fronts` simulates
 //! all combinations of a few knobs of the default frame in full, searches the same settings, and prints the time of
 //! both, and how far the search's fronts stay behind the grid's.
 //!

@@ -174,7 +174,7 @@ fn loop_place(func: &Function, facts: &Facts, block: Block, address: Value) -> O
     (!computed).then_some((terms, offset))
 }
 
-/// What a place in a block is before the block is entered from another.
+/// The state of a place in a block before the block is entered from another.
 fn arriving_from(
     func: &Function,
     facts: &Facts,

@@ -46,7 +46,7 @@ pub enum Reason {
 }
 
 impl Reason {
-    /// What is known better of a loop that could run in chunks.
+    /// The better reason that is known of a loop that could run in chunks.
     pub(super) fn or_slower(self, slower: Option<Estimate>) -> Reason {
         use Reason::{Branches, IrregularExit, NoExitBound, SeveralExits};
         match (&self, slower) {

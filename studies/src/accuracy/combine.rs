@@ -5,7 +5,7 @@ use super::target::{quality, relative_cost, relative_costs};
 use super::trial::Trial;
 use super::{Bench, Report, Shown};
 use crate::Error;
-use crate::search::{self, Combined, Point, Space};
+use crate::search::{self, Combined, MOST_OF_GRID, Point, Space};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Combinations that are tried between two looks at what is known.
@@ -19,9 +19,6 @@ const SLACK: f64 = 0.01;
 
 /// dB by which a prediction may be wrong: what is predicted to miss the target by more is not tried.
 const DOUBT: f64 = 3.0;
-
-/// Combinations that a grid may have.
-const MOST_OF_GRID: usize = 100_000;
 
 /// Settings of one knob that may be combined with those of others, by their numbers among the trials.
 struct Knob {

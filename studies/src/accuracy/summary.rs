@@ -49,7 +49,7 @@ pub struct Decision {
     pub kind: String,
     /// The line and operation, or the unit, that decides.
     pub at: String,
-    /// What was decided, and what binary64 decides.
+    /// The decision in words, beside that of binary64.
     pub what: String,
     /// The lines and units whose errors turned it, the largest first.
     pub because: Vec<String>,

@@ -1,8 +1,9 @@
 //! Bounds of the error over all inputs of the ranges, by intervals over a grid of parts of them.
 
 use super::decisions::each_way;
-use super::evaluate::{Meaning, Word};
+use super::evaluate::Meaning;
 use super::fpcore;
+use super::memory::Word;
 use super::sample::{address, ends, of_program};
 use super::setting::Subject;
 use super::subject::{Input, Kernel};

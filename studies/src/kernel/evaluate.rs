@@ -7,6 +7,7 @@
 //! [`Decisions`].
 
 use super::decisions::Decisions;
+use super::memory::{Memory, Watched, Word, Words, bits};
 use crate::real::{Number, Operation, Relation, Undefined};
 use srp_archdesc::arch::Precision;
 use srp_archdesc::entity::EntityMap;
@@ -17,48 +18,13 @@ use srp_ir::layout::Layout;
 use srp_ir::program::{
     Block, Callee, Func, Function, Inst, InstKind, Program, Symbol, Terminator, Value,
 };
-use std::cell::Cell;
 use std::collections::BTreeMap;
-use std::ops::Range;
 
 /// Operations that a run may take.
 const MOST_STEPS: u64 = 20_000_000;
 
 /// Calls that may be open at once.
 const MOST_CALLS: usize = 200;
-
-/// A word of a value.
-#[derive(Clone, Debug)]
-pub(super) enum Word<N> {
-    /// Its bits.
-    Bits(u32),
-    /// A number, not rounded.
-    Real(N),
-}
-
-impl<N: Number> Word<N> {
-    pub(super) fn number(&self) -> N {
-        match self {
-            Word::Bits(bits) => N::of_float(f32::from_bits(*bits)),
-            Word::Real(number) => number.clone(),
-        }
-    }
-
-    fn bits(&self) -> Result<u32, Undefined> {
-        match self {
-            Word::Bits(bits) => Ok(*bits),
-            Word::Real(number) => number.nearest().map(f32::to_bits).ok_or_else(|| {
-                Undefined("the program takes apart a number that is not known".to_owned())
-            }),
-        }
-    }
-}
-
-type Words<N> = [Word<N>; 4];
-
-fn bits<N>(value: Lanes) -> Words<N> {
-    value.0.map(Word::Bits)
-}
 
 fn truth<N>(holds: bool) -> Words<N> {
     bits(Lanes([u32::from(holds), 0, 0, 0]))
@@ -129,11 +95,7 @@ impl<'a> Meaning<'a> {
     ) -> Result<Memory<N>, Undefined> {
         let mut run = Run {
             meaning: self,
-            memory: Memory {
-                words: words.clone(),
-                image: self.layout.image.clone(),
-                watched,
-            },
+            memory: Memory::new(words.clone(), self.layout.image.clone(), watched),
             context,
             decisions,
             steps: 0,
@@ -151,77 +113,6 @@ impl<'a> Meaning<'a> {
             Ok(_) | Err(Stop::Exit) => Ok(run.memory),
             Err(Stop::Undefined(undefined)) => Err(undefined),
         }
-    }
-}
-
-/// Memory whose words may be numbers.
-pub(super) struct Memory<N> {
-    words: BTreeMap<u32, Word<N>>,
-    image: Vec<u8>,
-    pub(super) watched: Vec<Watched>,
-}
-
-/// Bytes that no access should touch.
-pub(super) struct Watched {
-    /// Where they begin, and where they end.
-    pub(super) bytes: Range<u32>,
-    /// The end of the farthest access, from where they begin; 0 where there was none.
-    pub(super) farthest: Cell<u32>,
-}
-
-impl<N: Number> Memory<N> {
-    fn look_at(&self, address: u32, bytes: u32) {
-        for watched in &self.watched {
-            let last = address.wrapping_add(bytes - 1);
-            if watched.bytes.contains(&last) {
-                let end = last + 1 - watched.bytes.start;
-                watched.farthest.set(watched.farthest.get().max(end));
-            }
-        }
-    }
-
-    /// The word at an address that is a multiple of 4.
-    pub(super) fn word(&self, address: u32) -> Word<N> {
-        if let Some(word) = self.words.get(&address) {
-            return word.clone();
-        }
-        let at = address as usize;
-        let bytes = self.image.get(at..at + 4).and_then(|b| b.try_into().ok());
-        Word::Bits(bytes.map_or(0, u32::from_le_bytes))
-    }
-
-    fn load(&self, address: u32, bytes: u32) -> Result<Words<N>, Undefined> {
-        self.look_at(address, bytes);
-        if bytes >= 4 {
-            let mut words = [0, 4, 8, 12].map(|i| match i < bytes {
-                true => self.word(address.wrapping_add(i)),
-                false => Word::Bits(0),
-            });
-            if bytes == 4 {
-                words[1] = Word::Bits(0);
-            }
-            return Ok(words);
-        }
-        let word = self.word(address & !3).bits()?;
-        let shifted = word >> (8 * (address & 3));
-        let mask = (1 << (8 * bytes)) - 1;
-        Ok(bits(Lanes([shifted & mask, 0, 0, 0])))
-    }
-
-    fn store(&mut self, address: u32, bytes: u32, value: &Words<N>) -> Result<(), Undefined> {
-        self.look_at(address, bytes);
-        if bytes >= 4 {
-            for (i, word) in (0..bytes / 4).zip(value) {
-                self.words.insert(address.wrapping_add(4 * i), word.clone());
-            }
-            return Ok(());
-        }
-        let at = address & !3;
-        let (shift, mask) = (8 * (address & 3), (1u32 << (8 * bytes)) - 1);
-        let kept = self.word(at).bits()? & !(mask << shift);
-        let new = (value[0].bits()? & mask) << shift;
-        self.words.insert(at, Word::Bits(kept | new));
-        Ok(())
     }
 }
 

@@ -11,6 +11,7 @@ mod bound;
 mod decisions;
 mod evaluate;
 mod fpcore;
+mod memory;
 mod origin;
 mod sample;
 mod setting;
@@ -26,7 +27,7 @@ pub use target::Target;
 pub use trial::Costs;
 
 use crate::Error;
-use crate::search::{self, Combined, Findings, Point, Space};
+use crate::search::{self, Combined, Findings, MOST_OF_GRID, Point, Space};
 use origin::origins;
 use sample::Round;
 use serde::Serialize;
@@ -398,7 +399,10 @@ impl<'a> Bench<'a> {
         };
         let space = Space {
             sizes: self.knobs.iter().map(|k| k.values.len()).collect(),
-            budget: self.study.budget,
+            budget: match self.study.grid {
+                true => MOST_OF_GRID,
+                false => self.study.budget,
+            },
             batch: BATCH,
             combined: vec![
                 Combined::Added,
@@ -410,10 +414,10 @@ impl<'a> Bench<'a> {
             winners: &winners,
             promising: &promising,
         };
-        let (points, budget) = (space.points(), space.budget);
-        if self.study.grid && points > budget {
+        let points = space.points();
+        if self.study.grid && points > MOST_OF_GRID {
             return Err(Error::invalid(format_args!(
-                "there are {points} combinations, and a grid may have {budget}"
+                "there are {points} combinations, and a grid may have {MOST_OF_GRID}"
             )));
         }
         search::search(&space, |points| self.trials(points))

@@ -1,8 +1,9 @@
 //! Samples of a kernel's inputs, and what its outputs should be.
 
 use super::decisions::Decisions;
-use super::evaluate::{Meaning, Watched, Word};
+use super::evaluate::Meaning;
 use super::fpcore;
+use super::memory::{Watched, Word};
 use super::subject::{GUARD, Input, Kernel, Place};
 use crate::Error;
 use crate::real::{Number as _, Wide};

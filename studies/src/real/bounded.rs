@@ -89,7 +89,7 @@ pub struct Bounded {
     high: f64,
     error: f64,
     /// True when the computed number is not below zero either, however far it is off.
-    is_positive: bool,
+    is_nonnegative: bool,
     /// The number itself: copies have the same.
     identity: u64,
 }
@@ -109,7 +109,7 @@ impl Bounded {
 
     /// Another number of the same range and error.
     pub fn another(&self) -> Bounded {
-        Bounded::new(self.low, self.high, self.error).positive(self.is_positive)
+        Bounded::new(self.low, self.high, self.error).nonnegative(self.is_nonnegative)
     }
 
     fn new(low: f64, high: f64, error: f64) -> Bounded {
@@ -117,15 +117,15 @@ impl Bounded {
             low,
             high,
             error,
-            is_positive: low - error >= 0.0,
+            is_nonnegative: low - error >= 0.0,
             identity: NEXT.fetch_add(1, Ordering::Relaxed),
         }
     }
 
     /// The same, known not to be computed below zero if that `holds`.
-    fn positive(self, holds: bool) -> Bounded {
+    fn nonnegative(self, holds: bool) -> Bounded {
         Bounded {
-            is_positive: self.is_positive || holds,
+            is_nonnegative: self.is_nonnegative || holds,
             ..self
         }
     }
@@ -144,7 +144,7 @@ impl Bounded {
     pub fn or(&self, other: &Bounded) -> Bounded {
         let (low, high) = (self.low.min(other.low), self.high.max(other.high));
         Bounded::new(low, high, self.error.max(other.error))
-            .positive(self.is_positive && other.is_positive)
+            .nonnegative(self.is_nonnegative && other.is_nonnegative)
     }
 
     fn point(x: f64) -> Bounded {
@@ -181,7 +181,11 @@ impl Bounded {
     /// Where the computed number lies.
     fn computed(&self) -> (f64, f64) {
         let low = self.low - self.error;
-        let low = if self.is_positive { low.max(0.0) } else { low };
+        let low = if self.is_nonnegative {
+            low.max(0.0)
+        } else {
+            low
+        };
         (low, self.high + self.error)
     }
 
@@ -330,16 +334,16 @@ impl Number for Bounded {
                 return Ok(Bounded::new(-a.high, -a.low, a.error));
             }
             Abs => {
-                return Ok(Bounded::new(a.least(), a.largest(), a.error).positive(true));
+                return Ok(Bounded::new(a.least(), a.largest(), a.error).nonnegative(true));
             }
             Min | Max => {
                 let pick = if op == Min { f64::min } else { f64::max };
-                let positive = match op {
-                    Min => a.is_positive && b.is_positive,
-                    _ => a.is_positive || b.is_positive,
+                let nonnegative = match op {
+                    Min => a.is_nonnegative && b.is_nonnegative,
+                    _ => a.is_nonnegative || b.is_nonnegative,
                 };
                 let (low, high) = (pick(a.low, b.low), pick(a.high, b.high));
-                return Ok(Bounded::new(low, high, a.error.max(b.error)).positive(positive));
+                return Ok(Bounded::new(low, high, a.error.max(b.error)).nonnegative(nonnegative));
             }
             Floor => return Ok(whole(a, f64::floor)),
             Ceil => return Ok(whole(a, f64::ceil)),
@@ -376,16 +380,16 @@ impl Number for Bounded {
             }
         };
         // Rounding keeps signs, and so do sums and products of what is not negative.
-        let both = a.is_positive && b.is_positive;
+        let both = a.is_nonnegative && b.is_nonnegative;
         let c = args.get(2);
-        let positive = match op {
+        let nonnegative = match op {
             Add | Div => both,
             Mul => both || a.identity == b.identity,
-            Fma => (both || a.identity == b.identity) && c.is_some_and(|c| c.is_positive),
+            Fma => (both || a.identity == b.identity) && c.is_some_and(|c| c.is_nonnegative),
             Sqrt | Rsqrt => true,
             _ => false,
         };
-        let result = Bounded::rounded(way.0, way.1, off)?.positive(positive);
+        let result = Bounded::rounded(way.0, way.1, off)?.nonnegative(nonnegative);
         match format {
             Some(format) if result.largest() + result.error > format.largest() => Err(undefined(
                 "a result may be too large for the format of a unit",

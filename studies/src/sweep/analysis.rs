@@ -1,4 +1,4 @@
-//! What the rows of a sweep say: which points nothing beats, and which parameter moves what.
+//! The findings in the rows of a sweep: which points nothing beats, and which parameter moves what.
 
 use super::measure::Measure;
 use super::rows::{self, Row};

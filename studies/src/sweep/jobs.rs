@@ -280,7 +280,7 @@ impl Running {
         }
     }
 
-    /// What went wrong, when all have ended.
+    /// The jobs that failed, when all have ended.
     fn ended(&mut self) -> Result<Option<Vec<String>>, Error> {
         let mut failed = Vec::new();
         for (name, child) in &mut self.processes {

@@ -1,4 +1,4 @@
-//! What a sweep measures.
+//! The measures of a sweep.
 
 use crate::Error;
 use crate::fidelity::Fidelity;
@@ -66,7 +66,7 @@ impl Measure {
         }
     }
 
-    /// What a column is better by: larger or smaller figures.
+    /// The direction in which figures of a column are better.
     pub fn is_better_larger(column: &str) -> bool {
         matches!(column, "psnr" | "fps")
     }

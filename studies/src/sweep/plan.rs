@@ -38,7 +38,7 @@ pub struct PlanFile {
     /// The level of simulation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fidelity: Option<String>,
-    /// What is measured.
+    /// The measures.
     pub measure: Vec<String>,
     /// `grid`, `list`, `random:N`, `lhs:N`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -48,7 +48,7 @@ pub struct PlanFile {
     /// How long loops are scheduled, in so many times the usual.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub effort: Option<f64>,
-    /// What is varied: parameters and their values.
+    /// The parameters that are varied, with their values.
     pub set: BTreeMap<String, Listed>,
     /// Points of a list.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -148,11 +148,11 @@ pub struct Plan {
     pub file: PlanFile,
     /// The machine that is varied: its name, and its text.
     pub machine: (String, String),
-    /// What is varied.
+    /// The parameters that are varied.
     pub parameters: Vec<Parameter>,
     /// The points, each once.
     pub points: Vec<Point>,
-    /// What is measured.
+    /// The measures.
     pub measures: Vec<Measure>,
     /// The level of simulation.
     pub fidelity: Fidelity,
@@ -160,7 +160,7 @@ pub struct Plan {
     pub size: (u32, u32),
 }
 
-/// What a point is made of besides its machine file.
+/// The choices of a point besides its machine file.
 pub(super) struct Choices {
     pub(super) forms: Forms,
     pub(super) fast_math: FastMath,
@@ -294,7 +294,7 @@ impl Plan {
         Ok(arch)
     }
 
-    /// What else a point chooses.
+    /// The other choices of a point.
     pub(super) fn choices(&self, point: &Point) -> Result<Choices, Error> {
         let mut choices = Choices {
             forms: Forms::default(),
@@ -391,7 +391,7 @@ fn permit(all: &mut FastMath, feature: &str, on: bool) -> Result<(), Error> {
     Ok(())
 }
 
-/// What a name sets.
+/// The target of a name.
 fn target(name: &str) -> Result<Target, Error> {
     if let Some(form) = name.strip_prefix("form:") {
         return Ok(Target::Form(form.to_owned()));

@@ -30,7 +30,7 @@ pub enum Target {
 pub struct Parameter {
     /// Its name.
     pub name: String,
-    /// What it sets.
+    /// The attribute, form or option that it sets.
     pub target: Target,
     /// Its values.
     pub values: Values,

@@ -25,7 +25,7 @@ pub struct Row {
     pub subject: String,
     /// The settings of the point.
     pub settings: BTreeMap<String, String>,
-    /// What came out.
+    /// The outcome.
     pub outcome: Outcome,
     /// Names the machine by all that it is; empty where it is none.
     pub machine: String,
@@ -111,7 +111,7 @@ fn host() -> String {
 #[derive(Clone, Debug)]
 pub struct Folder(PathBuf);
 
-/// What a folder has of a sweep.
+/// The part of a sweep that a folder has.
 pub struct Known {
     /// The plan as it was written.
     pub plan: PlanFile,
@@ -181,7 +181,7 @@ impl Folder {
         Ok(rows)
     }
 
-    /// What the folder has of the sweep that was run in it last.
+    /// Reads the part of the sweep that was run in the folder last.
     ///
     /// # Errors
     ///

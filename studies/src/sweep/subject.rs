@@ -1,4 +1,4 @@
-//! What a sweep measures machines on: scenes and programs.
+//! The subjects that a sweep measures machines on: scenes and programs.
 
 use super::plan::{Choices, Plan};
 use crate::Error;

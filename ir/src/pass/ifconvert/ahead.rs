@@ -207,7 +207,7 @@ struct Sizes<'a> {
     func: &'a Function,
     globals: &'a EntityMap<Global, GlobalData>,
     made: FxHashMap<Value, Inst>,
-    /// What jumps bring to the parameters of blocks.
+    /// The values that jumps bring to the parameters of blocks.
     brought: FxHashMap<Value, Vec<Value>>,
 }
 

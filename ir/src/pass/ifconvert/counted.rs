@@ -1,7 +1,7 @@
-//! Whether the number of iterations of a loop can be known when it starts.
+//! Counted loops: those whose number of iterations can be known when they start.
 //!
 //! The division into control code and kernels computes that number, from a loop of one block. Here
-//! the loop may have many, and only whether there is such a number is asked: one that says no runs in
+//! the loop may have many, and only whether there is such a number is asked: a loop without one runs in
 //! [chunks](super::exits) instead.
 
 use crate::flow::LoopData;
@@ -135,7 +135,7 @@ impl Within<'_> {
         regular
     }
 
-    /// What a parameter of the header is in the next iteration.
+    /// The value of a parameter of the header in the next iteration.
     fn next(&self, place: usize) -> Option<Value> {
         let latch = self.data.latches.first()?;
         let mut targets = self.func.blocks[*latch].end.targets();

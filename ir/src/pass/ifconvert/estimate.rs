@@ -1,6 +1,6 @@
-//! What a loop would take in chunks on the array, and on the VLIW engine, before either is scheduled.
+//! Estimates of the cycles of a loop in chunks on the array, and on the VLIW engine, before either is scheduled.
 //!
-//! What decides is how long an iteration waits for the one before: over the values that it hands on,
+//! The estimate goes by how long an iteration waits for the one before: over the values that it hands on,
 //! over what it stores where the next one may load, and over the tests by which it is left.
 
 use super::ahead::{Ahead, latency};
@@ -92,7 +92,7 @@ fn over_memory(body: &Body<'_>) -> u32 {
     let Body { func, data, .. } = *body;
     let objects = Objects::of(func);
     let within = Within::of(func, data);
-    let mut accesses = [Effect::Load, Effect::Store].map(|effect| {
+    let accesses = [Effect::Load, Effect::Store].map(|effect| {
         let blocks = data.blocks.iter();
         let all =
             blocks.flat_map(|&block| func.blocks[block].insts.iter().map(move |&i| (block, i)));
@@ -104,7 +104,7 @@ fn over_memory(body: &Body<'_>) -> u32 {
         });
         ops.collect::<Vec<_>>()
     });
-    let [loads, stores] = &mut accesses;
+    let [loads, stores] = &accesses;
     let mut longest = 0;
     for &(_, load, op, read) in loads.iter() {
         let Some(&loaded) = func.insts[load].results.first() else {

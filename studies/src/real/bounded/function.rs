@@ -67,7 +67,7 @@ pub(super) fn root(a: &Bounded) -> Result<Way, Undefined> {
     let carried = match a.low > a.error {
         true => a.error / (a.low.sqrt() + (a.low - a.error).sqrt()),
         // A computed operand below zero is no number; else |√x − √y| is at most the root of |x − y|.
-        false if a.error > 0.0 && !a.is_positive => {
+        false if a.error > 0.0 && !a.is_nonnegative => {
             return Err(undefined("the root of a number that may be negative"));
         }
         false => a.error.sqrt(),
