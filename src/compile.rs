@@ -10,7 +10,7 @@ use srp_archdesc::entity::EntityMap;
 use srp_archdesc::watch::Stage;
 use srp_csimgen::{emit, link};
 use srp_ir::dre::{self, Dre};
-use srp_ir::pass::{Pass, Remark};
+use srp_ir::pass::{Pass, Remark, Rewrite};
 use srp_ir::program::{Program, SourceFile};
 use srp_studies::loops::{self, LoopReport, NotPipelined, Subject};
 use srp_toolchain::{
@@ -102,7 +102,7 @@ fn forms(
         let remarks = run_passes(&mut program, passes, arch, options, &mut after);
         drop(stage);
         talk::print(shown)?;
-        say_changed_results(&program.files, &remarks, source);
+        say_changed_results(&program.files, &remarks, source)?;
         input = Input::Ir(Box::new(program));
     } else if wants(Form::Ast) {
         return Err(Failure::message(
@@ -190,26 +190,49 @@ pub(crate) fn compile_and_say(
     let compiled = compiled.map_err(|e| diagnostics::failure(e, source.error_format))?;
     talk::say_all(&diagnostics::show(&compiled.messages, source.error_format));
     let files = &compiled.schedule.program.files;
-    say_changed_results(files, &compiled.pass_remarks, source);
+    say_changed_results(files, &compiled.pass_remarks, source)?;
     Ok(compiled)
 }
 
-/// Says of each place where fast math changes a result.
+/// Says of each place where fast math or a rewrite changes a result.
+///
+/// # Errors
+///
+/// A rewrite that is asked for and has no place.
 pub(crate) fn say_changed_results(
     files: &EntityMap<SourceFile, String>,
     remarks: &[Remark],
     source: &cli::Source,
-) {
+) -> Result<(), Failure> {
+    let rewritten = |wish: &&Rewrite| {
+        remarks.iter().any(|remark| {
+            let file = files.get(remark.pos.file).map_or("", String::as_str);
+            remark.rule() == Some(wish.rule) && wish.is_at(file, remark.pos.line)
+        })
+    };
+    if let Some(wish) = source.rewrite.iter().find(|wish| !rewritten(wish)) {
+        let (rule, line) = (wish.rule, wish.line);
+        return Err(Failure::Message(format!(
+            "--rewrite {wish}: line {line} has nothing that `{}` fits ({}); `srp accuracy FILE.c` lists the places",
+            rule.name(),
+            rule.what()
+        )));
+    }
     if !source.remarks_passes() {
-        return;
+        return Ok(());
     }
     // What stands in a loop's way is said again, with the loop's name, when it is divided.
     for remark in remarks.iter().filter(|r| r.changes_results()) {
         let (pass, message, pos) = (remark.pass, &remark.message, remark.pos);
         let file = files.get(pos.file).map_or("", String::as_str);
         let place = format_args!("{file}:{}:{}", pos.line, pos.column);
-        talk::say(format_args!("remark: {place}: {message} (-f{pass})"));
+        let by = match remark.rule() {
+            Some(rule) => format!("--rewrite {}", rule.name()),
+            None => format!("-f{pass}"),
+        };
+        talk::say(format_args!("remark: {place}: {message} ({by})"));
     }
+    Ok(())
 }
 
 /// Says what `restrict` would buy, and where.

@@ -23,6 +23,7 @@ mod nearby;
 mod order;
 mod params;
 mod pipeline;
+mod places;
 mod preheader;
 mod promote;
 mod ready;
@@ -31,6 +32,7 @@ mod refine;
 mod rename;
 mod replicate;
 mod restrict;
+mod rewrite;
 mod short_ways;
 mod strength;
 mod unroll;
@@ -47,6 +49,7 @@ pub use order::{CONTROL, STANDARD};
 pub use pipeline::{
     FastMath, Options, PASSES, Pass, optimise, optimise_control, parse, pass, run, standard,
 };
+pub use places::places;
 
 use addresses::addresses;
 use balance::balance;
@@ -71,6 +74,7 @@ use reassociate::{REASSOCIATE, reassociate};
 use refine::refine;
 use replicate::{replicate, write_out_loops};
 pub(crate) use restrict::{restrict_number, settle_restrict};
+pub use rewrite::{Rewrite, Rule};
 use short_ways::short_ways;
 use strength::strength;
 use unroll::{unnest, unroll};
@@ -87,9 +91,15 @@ pub struct Remark {
 }
 
 impl Remark {
-    /// True if results may change at this place, as [`FastMath`] has allowed. `pass` is then the
-    /// name of the feature.
+    /// True if results may change at this place, as [`FastMath`] has allowed or a [`Rewrite`] has asked.
+    /// `pass` is then the name of the feature or the rule.
     pub fn changes_results(&self) -> bool {
-        [REASSOCIATE, RECIPROCAL, CONTRACT, APPROXIMATE].contains(&self.pass)
+        let permissions = [REASSOCIATE, RECIPROCAL, CONTRACT, APPROXIMATE];
+        permissions.contains(&self.pass) || self.rule().is_some()
+    }
+
+    /// The rule of the rewrite that it tells.
+    pub fn rule(&self) -> Option<Rule> {
+        Rule::parse(self.pass)
     }
 }

@@ -3,7 +3,7 @@
 use super::{Choice, MachineFile, Search, one_of};
 use crate::failure::Failure;
 use clap::{Args, ValueEnum};
-use srp_ir::pass::{self, FastMath};
+use srp_ir::pass::{self, FastMath, Rewrite, Rule};
 use srp_toolchain::{Options, Warnings};
 use std::path::PathBuf;
 
@@ -52,6 +52,10 @@ pub(crate) struct Source {
     /// at most N units in the last place; `#pragma srp precision` overrides it in its loop
     #[arg(long, value_name = "N", value_parser = ulp)]
     pub(crate) max_ulp: Option<f64>,
+    /// Rewrite what a rule fits on a line, though rounding then differs: `srp accuracy FILE.c` finds the places and
+    /// measures each. Several are possible
+    #[arg(long, value_name = "RULE@[FILE:]LINE", value_parser = Rewrite::parse, long_help = rewrite_help())]
+    pub(crate) rewrite: Vec<Rewrite>,
     /// Warnings: NAME, no-NAME, error, error=NAME, no-error=NAME, none
     #[arg(short = 'W', value_name = "NAME")]
     pub(crate) warnings: Vec<String>,
@@ -133,6 +137,16 @@ pub(crate) fn fast_math(features: &[Feature]) -> FastMath {
     }
 }
 
+/// The help of `--rewrite`, with the rules.
+pub(crate) fn rewrite_help() -> String {
+    let rules = Rule::ALL.map(|rule| format!("\n  {:19} {}", rule.name(), rule.what()));
+    format!(
+        "Rewrite what a rule fits on a line, though rounding then differs: `srp accuracy FILE.c` finds the places and \
+         measures each. Several are possible. Rules:{}",
+        rules.concat()
+    )
+}
+
 /// A number of units in the last place, at least 1.
 fn ulp(text: &str) -> Result<f64, String> {
     let number = text
@@ -162,6 +176,7 @@ impl Compilation {
             single_constants: has(Feature::SinglePrecisionConstant),
             fast_math: fast_math(&source.feature),
             max_ulp: source.max_ulp,
+            rewrites: source.rewrite.clone(),
             warnings: Warnings::parse(&source.warnings).map_err(Failure::Message)?,
             effort: self.search.effort(),
         })

@@ -55,6 +55,28 @@ fn functions(folder: &Path, options: &[&str]) -> (BTreeMap<String, String>, Stri
 }
 
 #[test]
+fn a_rewrite_changes_its_line() {
+    let folder = folder("rewrite");
+    write(&folder, "f.c", PROGRAM);
+    let (exact, said) = functions(&folder, &[]);
+    assert!(!said.contains("--rewrite"), "{said}");
+    let (rewritten, said) = functions(&folder, &["--rewrite", "products@f.c:23"]);
+    let own = ["sum", "divide", "contract", "power"];
+    let changed = own.into_iter().filter(|f| rewritten[*f] != exact[*f]);
+    assert_eq!(changed.collect::<Vec<_>>(), ["power"]);
+    let told =
+        "f.c:23:16: a power with a constant exponent as products and roots (--rewrite products)";
+    assert!(said.contains(told), "{said}");
+    let refused = srp(&folder, &["report", "f.c", "--rewrite", "horner@23"]);
+    let said = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(1), "{said}");
+    let why = "--rewrite horner@23: line 23 has nothing that `horner` fits";
+    assert!(said.contains(why), "{said}");
+    let unknown = srp(&folder, &["report", "f.c", "--rewrite", "honer@23"]);
+    assert_eq!(unknown.status.code(), Some(2));
+}
+
+#[test]
 fn each_part_changes_what_it_names() {
     let folder = folder("fast_math");
     write(&folder, "f.c", PROGRAM);

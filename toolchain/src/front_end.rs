@@ -163,6 +163,7 @@ pub fn run_passes(
     let options = pass::Options {
         precision: arch.precision,
         fast_math: options.fast_math,
+        rewrites: options.rewrites.clone(),
     };
     let mut remarks = match options.fast_math.approximate {
         true => approximate::remarks(program, arch),

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use srp_archdesc::diagnostic::{Diagnostic, Severity};
 use srp_frontend::message::{warning_name, warning_names};
-use srp_ir::pass::FastMath;
+use srp_ir::pass::{FastMath, Rewrite};
 use srp_scheduler::modulo;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -26,6 +26,8 @@ pub struct Options {
     /// Reciprocals, roots and quotients may be off by so many units in the last place: the cheapest unit
     /// that is within them computes each.
     pub max_ulp: Option<f64>,
+    /// Expressions that are to be rewritten.
+    pub rewrites: Vec<Rewrite>,
     /// Which warnings there are, and which are errors.
     pub warnings: Warnings,
     /// How long loops are scheduled.
@@ -42,6 +44,7 @@ impl Default for Options {
             single_constants: false,
             fast_math: FastMath::default(),
             max_ulp: None,
+            rewrites: Vec::new(),
             warnings: Warnings::default(),
             effort: Effort::default(),
         }

@@ -13,7 +13,11 @@ pub(super) enum Stage {
 /// inlined, so they are made small first.
 pub const STANDARD: &[&str] = &[
     "simplify",
+    "rewrite",
+    "simplify",
     "inline",
+    "simplify",
+    "rewrite",
     "simplify",
     "unroll",
     "inline-kernels",

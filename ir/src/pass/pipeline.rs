@@ -1,5 +1,6 @@
 //! The passes as data, and running them.
 
+use super::rewrite::rewrite;
 use super::*;
 use crate::program::{Func, Function, Program};
 use crate::verify::verify_functions;
@@ -23,12 +24,14 @@ pub struct FastMath {
 }
 
 /// How to optimise.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Options {
     /// How exact the special functions of the machine are: constants are folded by them.
     pub precision: Precision,
     /// Permissions to change results.
     pub fast_math: FastMath,
+    /// Expressions that are to be rewritten.
+    pub rewrites: Vec<Rewrite>,
 }
 
 impl Options {
@@ -42,6 +45,7 @@ impl Options {
                 contract: false,
                 approximate: false,
             },
+            rewrites: Vec::new(),
         }
     }
 }
@@ -136,6 +140,13 @@ pub const PASSES: &[Pass] = &[
         name: "dead-loops",
         what: "Removes loops that do nothing and certainly end.",
         run: Run::Function(|f, context| dead_loops(f, &context.precision())),
+    },
+    Pass {
+        name: "rewrite",
+        what: "Rewrites floating-point expressions by the rules and on the lines that are asked for.",
+        run: Run::Program(|program, context| {
+            rewrite(program, &context.options.rewrites, &mut context.remarks)
+        }),
     },
     Pass {
         name: "inline",

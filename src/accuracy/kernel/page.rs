@@ -3,7 +3,7 @@
 use super::text::{bound, intervals, ranges, search_in_words, short, ulps, words};
 use super::{machine_name, marks, shown};
 use maud::{Markup, html};
-use srp_studies::kernel::{Origins, Report, Trial};
+use srp_studies::kernel::{Costs, Measure, Origins, Report, Trial};
 
 const STYLE: &str = "
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(22rem, 1fr)); gap: 1rem 2rem; } .plots figure { margin: 0; }
@@ -12,7 +12,7 @@ figcaption { color: var(--soft); font-size: .82rem; margin-bottom: .2rem; }
 .plot circle { fill: var(--integer); fill-opacity: .6; } .plot circle.best { fill: var(--float); fill-opacity: 1; } .plot circle.base { fill: var(--good); fill-opacity: 1; r: 6px; }
 .plot path { fill: none; stroke: var(--float); stroke-width: 1.4; stroke-dasharray: 4 3; }
 tr.cheapest td { background: color-mix(in srgb, var(--good) 12%, transparent); }
-td.words, th.words { text-align: left; } td code { font-size: .8em; } table.origins td { padding: .1rem .8rem .1rem 0; }
+td.words, th.words { text-align: left; } td code { font-size: .8em; } .scroll td, .scroll th { padding-right: .9rem; } table.origins td { padding: .1rem .8rem .1rem 0; }
 ";
 
 /// The costs of a trial.
@@ -59,6 +59,7 @@ fn section(report: &Report) -> Markup {
                 }
             }
             div.scroll { (table(report)) }
+            (rewrites(report))
             (origins("as it is", &report.origins))
             @if let Some(found) = &report.cheapest_origins { (origins("with the cheapest", found)) }
         }
@@ -76,13 +77,48 @@ fn table(report: &Report) -> Markup {
                 @let t = &report.trials[i];
                 tr.cheapest[report.cheapest == Some(i)] {
                     td.words { (words(t)) } td { (marks(report, i)) }
-                    td { (format!("{:.2}", t.error.bits)) } td { (ulps(t)) } td { (short(t.error.relative)) } td { (bound(t)) }
-                    td { (intervals(t)) } td { (format!("{:.1}", t.costs.cycles)) } td { (format!("{:.4}", t.costs.area)) }
+                    td { (format!("{:.2}", t.error.bits)) } td { (ulps(&t.error)) } td { (short(t.error.relative)) } td { (bound(t)) }
+                    td { (intervals(&t.costs)) } td { (format!("{:.1}", t.costs.cycles)) } td { (format!("{:.4}", t.costs.area)) }
                     td { (format!("{:.1}", t.costs.energy)) }
                     td.words { code { (t.how) } } td.words { code { (machine_name(report, i)) } }
                 }
             }
         }
+    }
+}
+
+fn rewrites(report: &Report) -> Markup {
+    html! {
+        @if let (Some(base), [_, ..]) = (report.trials.first(), report.rewrites.as_slice()) {
+            h3 { "Rewrites, each alone" }
+            div.scroll {
+                table {
+                    tr {
+                        th.words { "rewrite" } th { "bits lost" } th { "ulps" } th { "II" } th { "cycles" } th { "pJ" }
+                        th.words { "gain" } th.words { "what it makes of what" } th.words { "how" }
+                    }
+                    tr { td.words { "as it is" } (figures(&base.error, &base.costs)) td {} td {} td {} }
+                    @for found in &report.rewrites {
+                        tr {
+                            td.words { (found.name) }
+                            @match &found.failed {
+                                Some(why) => { td colspan="5" { "cannot be tried: " (why) } }
+                                None => { (figures(&found.error, &found.costs)) }
+                            }
+                            td.words { (found.gain.words()) } td.words { (found.what) } td.words { code { (found.how) } }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Cells of a rewrite's line.
+fn figures(error: &Measure, costs: &Costs) -> Markup {
+    html! {
+        td { (format!("{:.2}", error.bits)) } td { (ulps(error)) } td { (intervals(costs)) }
+        td { (format!("{:.1}", costs.cycles)) } td { (format!("{:.1}", costs.energy)) }
     }
 }
 

@@ -1,7 +1,7 @@
 //! The reports as text.
 
 use super::{marks, shown};
-use srp_studies::kernel::{Origins, Report, Trial};
+use srp_studies::kernel::{Costs, Measure, Origins, Report, Trial};
 use std::fmt::Write as _;
 
 /// A number in few characters.
@@ -17,8 +17,8 @@ pub(super) fn short(x: f64) -> String {
 }
 
 /// The largest error in units in the last place.
-pub(super) fn ulps(trial: &Trial) -> String {
-    trial.error.ulps.map_or_else(|| "none".to_owned(), short)
+pub(super) fn ulps(error: &Measure) -> String {
+    error.ulps.map_or_else(|| "none".to_owned(), short)
 }
 
 /// The bound of the relative error, or of the absolute one where there is none.
@@ -32,9 +32,9 @@ pub(super) fn bound(trial: &Trial) -> String {
     }
 }
 
-/// IIs of a trial's loops.
-pub(super) fn intervals(trial: &Trial) -> String {
-    match trial.costs.ii.as_slice() {
+/// IIs of the loops.
+pub(super) fn intervals(costs: &Costs) -> String {
+    match costs.ii.as_slice() {
         [] => "-".to_owned(),
         loops => {
             let loops: Vec<String> = loops.iter().map(|(_, ii)| ii.to_string()).collect();
@@ -119,10 +119,10 @@ fn report(report: &Report) -> String {
             "{:width$}  {:>6.2} {:>9} {:>9} {:>12} {:>5} {:>8.1} {:>8.4} {:>8.1} {}",
             words(t),
             t.error.bits,
-            ulps(t),
+            ulps(&t.error),
             short(t.error.relative),
             bound(t),
-            intervals(t),
+            intervals(&t.costs),
             t.costs.cycles,
             t.costs.area,
             t.costs.energy,
@@ -138,6 +138,7 @@ fn report(report: &Report) -> String {
     );
     if let Some(base) = report.trials.first() {
         details(&mut text, base);
+        rewrites(&mut text, report, base);
     }
     origins(&mut text, "as it is", &report.origins);
     if let Some(i) = report.cheapest {
@@ -185,6 +186,39 @@ fn details(text: &mut String, base: &Trial) {
     }
     for why in &base.costs.not_pipelined {
         let _ = writeln!(text, "On the VLIW engine: {why}");
+    }
+}
+
+/// Rewrites of single expressions, each with its numbers beside those of the text as it stands.
+fn rewrites(text: &mut String, report: &Report, base: &Trial) {
+    if report.rewrites.is_empty() {
+        return;
+    }
+    let names = report.rewrites.iter().map(|r| r.name.chars().count());
+    let width = names.max().unwrap_or(0).max("as it is".len());
+    let _ = writeln!(
+        text,
+        "\nRewrites, each alone (--rewrite NAME of compile, run and report makes it)\n{:width$}  {:>6} {:>9} {:>5} {:>8} {:>8}",
+        "", "bits", "ulps", "II", "cycles", "pJ"
+    );
+    let mut line = |name: &str, error: &Measure, costs: &Costs, said: String| {
+        let _ = writeln!(
+            text,
+            "{name:width$}  {:>6.2} {:>9} {:>5} {:>8.1} {:>8.1}  {said}",
+            error.bits,
+            ulps(error),
+            intervals(costs),
+            costs.cycles,
+            costs.energy,
+        );
+    };
+    line("as it is", &base.error, &base.costs, String::new());
+    for found in &report.rewrites {
+        let said = match &found.failed {
+            Some(why) => format!("cannot be tried: {why}"),
+            None => format!("{}: {}", found.gain.words(), found.what),
+        };
+        line(&found.name, &found.error, &found.costs, said);
     }
 }
 

@@ -10,7 +10,9 @@ use super::subject::{Input, Kernel};
 use crate::Error;
 use crate::real::{Bounded, Undefined, Units};
 use serde::Serialize;
+use srp_archdesc::arch::Precision;
 use srp_ir::layout::Layout;
+use srp_ir::pass::{self, Rewrite};
 use srp_ir::program::Program;
 use std::collections::BTreeMap;
 
@@ -22,6 +24,25 @@ const MOST_DIVIDED: usize = 6;
 
 /// Integers of a range that are taken one by one, at most.
 const MOST_INTEGERS: usize = 64;
+
+/// A program before other passes with its expressions rewritten; nothing if some are only found later.
+fn rewritten(program: &Program, rewrites: &[Rewrite]) -> Option<Program> {
+    let mut program = program.clone();
+    let passes = pass::parse("simplify,rewrite").expect("the passes are in the table");
+    let options = pass::Options {
+        rewrites: rewrites.to_vec(),
+        ..pass::Options::new(Precision::EXACT)
+    };
+    let remarks = pass::run(&mut program, &passes, &options, &mut |_, _| {});
+    let is_done = |rewrite: &Rewrite| {
+        remarks.iter().any(|remark| {
+            let file = program.files.get(remark.pos.file);
+            file.is_some_and(|file| rewrite.is_at(file, remark.pos.line))
+                && remark.rule() == Some(rewrite.rule)
+        })
+    };
+    rewrites.iter().all(is_done).then_some(program)
+}
 
 /// A bound on the error of every computed result, wherever decisions fall as in real arithmetic.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -46,6 +67,17 @@ pub(super) fn bound(
     if subject.options.fast_math.associative {
         return Ok(Err("sums may be associated in any order".to_owned()));
     }
+    let rewritten = match subject.options.rewrites.as_slice() {
+        [] => None,
+        rewrites => match rewritten(program, rewrites) {
+            Some(program) => Some(program),
+            None => {
+                let why = "what is rewritten is in the place of a call";
+                return Ok(Err(why.to_owned()));
+            }
+        },
+    };
+    let program = rewritten.as_ref().unwrap_or(program);
     let units = Units::of(&subject.arch.precision, subject.options.fast_math);
     let grid = match Grid::of(kernel) {
         Ok(grid) => grid,

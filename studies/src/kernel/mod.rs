@@ -13,6 +13,7 @@ mod evaluate;
 mod fpcore;
 mod memory;
 mod origin;
+mod rewritten;
 mod sample;
 mod setting;
 mod subject;
@@ -22,6 +23,7 @@ mod trial;
 
 pub use bound::Bound;
 pub use origin::{Origin, Origins};
+pub use rewritten::{Gain, Rewritten};
 pub use subject::Question;
 pub use target::Target;
 pub use trial::Costs;
@@ -38,6 +40,7 @@ use srp_archdesc::structure::Special;
 use srp_archdesc::threads;
 use srp_archdesc::watch::{Stage, Unstaged};
 use srp_ir::layout::Layout;
+use srp_ir::pass::Rewrite;
 use srp_ir::program::Program;
 use srp_toolchain::{Options, Session, front_end};
 use std::collections::BTreeSet;
@@ -117,6 +120,8 @@ pub struct Report {
     pub origins: Origins,
     /// Where they come from with the cheapest, if that is another.
     pub cheapest_origins: Option<Origins>,
+    /// Rewrites of single expressions, each tried alone.
+    pub rewrites: Vec<Rewritten>,
     /// True when all combinations were tried.
     pub exhaustive: bool,
     /// True when all neighbours of the fronts were tried or are predicted to be beaten.
@@ -147,13 +152,13 @@ pub struct Trial {
     /// The changes that the compiler's permissions made.
     pub remarks: Vec<String>,
     #[serde(skip)]
-    subject: Option<Arc<Arch>>,
+    subject: Option<Arc<Subject>>,
 }
 
 impl Trial {
     /// The machine that it was tried on.
     pub fn machine(&self) -> Option<&Arch> {
-        self.subject.as_deref()
+        self.subject.as_deref().map(|subject| &subject.arch)
     }
 }
 
@@ -229,6 +234,8 @@ struct Bench<'a> {
     meaning: (Program, Layout),
     rounds: Vec<Round>,
     knobs: Vec<Knob>,
+    /// What may be rewritten, with the name of its knob, where it changes anything.
+    rewrites: Vec<(Rewrite, String)>,
     units: Vec<Special>,
 }
 
@@ -258,11 +265,18 @@ impl<'a> Bench<'a> {
             meaning: (program, layout),
             rounds,
             knobs: Vec::new(),
+            rewrites: Vec::new(),
             units: Vec::new(),
         };
         let base = &bench.base;
         let first = trial::measured(kernel, base, base, &bench.rounds, session)?;
         let mut knobs = setting::knobs(&first.used, base);
+        let rewrites = rewritten::rewrites(kernel, &bench.meaning.0, base);
+        knobs.extend(
+            rewrites
+                .iter()
+                .map(|(rewrite, place)| setting::rewritten(rewrite, place)),
+        );
         // Whether a permission changes anything, and which units it brings in.
         let mut units: BTreeSet<Special> = first.used.iter().copied().collect();
         let mut brought = Vec::new();
@@ -285,6 +299,13 @@ impl<'a> Bench<'a> {
         let mut keep = changing.into_iter();
         knobs.retain(|_| keep.next().unwrap_or(false));
         knobs.extend(brought);
+        let known = |name: &String| knobs.iter().any(|knob| knob.name == *name);
+        let rewrites = rewrites.into_iter();
+        let rewrites = rewrites.map(|(rewrite, place)| {
+            let name = format!("{}@{place}", rewrite.rule.name());
+            (rewrite, name)
+        });
+        bench.rewrites = rewrites.filter(|(_, name)| known(name)).collect();
         bench.knobs = knobs;
         bench.units = units.into_iter().collect();
         Ok(bench)
@@ -307,18 +328,20 @@ impl<'a> Bench<'a> {
             let Some(trial) = trials.get_mut(i).filter(|t| t.failed.is_none()) else {
                 continue;
             };
-            let subject = self.subject_of(trial);
+            let Some(subject) = trial.subject.clone() else {
+                continue;
+            };
             match bound::bound(kernel, &subject, program, layout)? {
                 Ok(bound) => trial.bound = Some(bound),
                 Err(why) => trial.unbounded = Some(why),
             }
         }
+        let rewrites = self.rewritten(&trials)?;
         let complete = !self.session.watch.cancelled();
         let base_origins = origins(kernel, &self.base, &self.rounds)?;
-        let other = cheapest
-            .filter(|&i| i != 0)
-            .map(|i| self.subject_of(&trials[i]));
-        let other = other.map(|subject| origins(kernel, &subject, &self.rounds));
+        let other = cheapest.filter(|&i| i != 0);
+        let other = other.and_then(|i| trials[i].subject.as_deref());
+        let other = other.map(|subject| origins(kernel, subject, &self.rounds));
         let [front_cycles, front_area, front_energy] = fronts;
         Ok(Report {
             name: kernel.name.clone(),
@@ -344,33 +367,29 @@ impl<'a> Bench<'a> {
             cheapest,
             origins: base_origins,
             cheapest_origins: other.transpose()?,
+            rewrites,
             exhaustive: findings.exhaustive,
             closed: findings.closed && complete,
             complete,
         })
     }
 
-    /// The subject of a trial: its machine, and the permissions that it names.
-    fn subject_of(&self, trial: &Trial) -> Subject {
-        let mut subject = self.base.clone();
-        if let Some(arch) = trial.machine() {
-            subject.arch = arch.clone();
-        }
-        for knob in self.knobs.iter().filter(|k| k.unit.is_none()) {
-            let value = &knob.values[1];
-            if trial.how.split("  ").any(|how| how == value.how) {
-                let mut point = vec![0; self.knobs.len()];
-                let at = self.knobs.iter().position(|k| k.name == knob.name);
-                point[at.unwrap_or(0)] = 1;
-                let allowed = setting::applied(&self.base, &self.knobs, &point);
-                let (to, from) = (&mut subject.options.fast_math, allowed.options.fast_math);
-                to.associative |= from.associative;
-                to.reciprocal |= from.reciprocal;
-                to.contract |= from.contract;
-                to.approximate |= from.approximate;
+    /// The trials that turn the knob of a rewrite alone, beside the machine as it is.
+    fn rewritten(&self, trials: &[Trial]) -> Result<Vec<Rewritten>, Error> {
+        let Some(base) = trials.first() else {
+            return Ok(Vec::new());
+        };
+        let mut all = Vec::new();
+        for (rewrite, name) in &self.rewrites {
+            let point: Point = (self.knobs.iter())
+                .map(|knob| usize::from(knob.name == *name))
+                .collect();
+            if let Some(trial) = self.trial(&point, self.session)? {
+                all.push(Rewritten::of(rewrite, name, &trial, base));
             }
         }
-        subject
+        all.sort_by(|a, b| a.gain.cmp(&b.gain).then(a.name.cmp(&b.name)));
+        Ok(all)
     }
 
     fn search(&self) -> Result<Findings<Trial>, Error> {
@@ -469,7 +488,7 @@ impl<'a> Bench<'a> {
             unbounded: None,
             costs: Costs::default(),
             remarks: Vec::new(),
-            subject: Some(Arc::new(subject.arch)),
+            subject: Some(Arc::new(subject)),
         };
         match measured {
             Ok(measured) => {

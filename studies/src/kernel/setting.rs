@@ -5,11 +5,12 @@ use crate::attributes::words;
 use srp_archdesc::arch::{Approx, Arch, Subnormals};
 use srp_archdesc::format::{Format, KINDS};
 use srp_archdesc::structure::{Special, Structure};
+use srp_ir::pass::Rewrite;
 use srp_toolchain::Options;
 use std::sync::Arc;
 
 /// A machine and a compiler.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(super) struct Subject {
     pub(super) arch: Arch,
     pub(super) options: Options,
@@ -133,6 +134,22 @@ pub(super) fn knobs(units: &[Special], base: &Subject) -> Vec<Knob> {
     }
     knobs.extend(formats(base));
     knobs
+}
+
+/// The knob of a rewrite, at a place as the user knows it.
+pub(super) fn rewritten(rewrite: &Rewrite, place: &str) -> Knob {
+    let name = format!("{}@{place}", rewrite.rule.name());
+    let wish = rewrite.clone();
+    let value = Value {
+        words: "yes".to_owned(),
+        how: format!("--rewrite {name}"),
+        change: Arc::new(move |s| s.options.rewrites.push(wish.clone())),
+    };
+    Knob {
+        name,
+        unit: None,
+        values: vec![Value::as_it_is(), value],
+    }
 }
 
 /// The knobs of the formats of sums and products that are in binary32.
