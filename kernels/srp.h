@@ -72,6 +72,24 @@
  *   __srp_vltu     int4 (int4, int4)                      unsigned <   vltu
  *   __srp_dot3     float (float4, float4)                              dot3
  *   __srp_dot4     float (float4, float4)                              dot4
+ *   __srp_hpack    unsigned (float low, float high)       two halves   hpack
+ *   __srp_hlow     float (unsigned)                       lower half   hlow
+ *   __srp_hhigh    float (unsigned)                       upper half   hhigh
+ *   __srp_hadd     unsigned (unsigned, unsigned)          both halves  hadd
+ *   __srp_hsub     unsigned (unsigned, unsigned)          both halves  hsub
+ *   __srp_hmul     unsigned (unsigned, unsigned)          both halves  hmul
+ *   __srp_hmin     unsigned (unsigned, unsigned)          both halves  hmin
+ *   __srp_hmax     unsigned (unsigned, unsigned)          both halves  hmax
+ *   __srp_hfma     unsigned (unsigned a, b, c)            a*b+c        hfma
+ *   __srp_vhpack   int4 (float4 low, float4 high)         eight halves vhpack
+ *   __srp_vhlow    float4 (int4)                          lower halves vhlow
+ *   __srp_vhhigh   float4 (int4)                          upper halves vhhigh
+ *   __srp_vhadd    int4 (int4, int4)                      all halves   vhadd
+ *   __srp_vhsub    int4 (int4, int4)                      all halves   vhsub
+ *   __srp_vhmul    int4 (int4, int4)                      all halves   vhmul
+ *   __srp_vhmin    int4 (int4, int4)                      all halves   vhmin
+ *   __srp_vhmax    int4 (int4, int4)                      all halves   vhmax
+ *   __srp_vhfma    int4 (int4 a, int4 b, int4 c)          a*b+c        vhfma
  *   __srp_tex      float4 (int descriptor, float4 uv)     bilinear     tex
  *   __srp_in       int (constant port)                    may wait     in
  *   __srp_out      void (constant port, int value)        may wait     out
@@ -81,6 +99,9 @@
  * It gives red, green, blue and alpha, linear, from 0 to 1, bilinear filtered; a descriptor of 0
  * gives 1 1 1 1. srp_texture4 takes u and v in lanes 0 and 1. archdesc/src/ops/semantics/texture.rs
  * has the details.
+ *
+ * Halves (binary16) are computed with by two in an unsigned (srp_hadd2) and by eight in an int4 (srp_hadd8), on
+ * machines with units of class pair and vpair; SRP_PAIRS and SRP_VECTOR_PAIRS are defined for those.
  */
 #ifndef SRP_H
 #define SRP_H
@@ -175,6 +196,25 @@
 #define srp_dot3 __srp_dot3
 #define srp_dot4 __srp_dot4
 
+#define srp_floats2half2 __srp_hpack
+#define srp_low2float __srp_hlow
+#define srp_high2float __srp_hhigh
+#define srp_hadd2 __srp_hadd
+#define srp_hsub2 __srp_hsub
+#define srp_hmul2 __srp_hmul
+#define srp_hfma2 __srp_hfma
+#define srp_hmin2 __srp_hmin
+#define srp_hmax2 __srp_hmax
+#define srp_floats2half8 __srp_vhpack
+#define srp_low2float4 __srp_vhlow
+#define srp_high2float4 __srp_vhhigh
+#define srp_hadd8 __srp_vhadd
+#define srp_hsub8 __srp_vhsub
+#define srp_hmul8 __srp_vhmul
+#define srp_hfma8 __srp_vhfma
+#define srp_hmin8 __srp_vhmin
+#define srp_hmax8 __srp_vhmax
+
 #define srp_texture4 __srp_tex
 #define srp_texture(descriptor, u, v) __srp_tex(descriptor, __srp_vins(__srp_vsplat(u), v, 1))
 
@@ -184,6 +224,8 @@
 #else
 
 #define SRP_GLOBAL
+#define SRP_PAIRS 1
+#define SRP_VECTOR_PAIRS 1
 #include "srp_host.h"
 
 #endif

@@ -103,6 +103,82 @@ SRP_HOST float srp_rcp(float x) { return 1.0f / x; }
 SRP_HOST float srp_rsqrt(float x) { return (float)(1.0 / __builtin_sqrt((double)x)); }
 SRP_HOST float srp_sqrt(float x) { return __builtin_sqrtf(x); }
 
+/* Halves: exactly as binary64, which holds every sum and product of two of them. */
+SRP_HOST double srp_host_half(unsigned h)
+{
+	int e = (int)(h >> 10 & 31), f = (int)(h & 1023);
+	double m = e == 0 ? f * srp_host_double(0x3e70000000000000u)
+		: (1024 + f) * srp_host_double((uint64_t)(1023 + e - 25) << 52);
+	if (e == 31) m = (double)srp_float(f ? 0x7fc00000u : 0x7f800000u);
+	return h & 0x8000u ? -m : m;
+}
+
+/* The nearest half, of two the even one. */
+SRP_HOST unsigned srp_host_to_half(double x)
+{
+	uint64_t bits = srp_host_bits64(x);
+	unsigned sign = (unsigned)(bits >> 48) & 0x8000u, n;
+	int e = (int)(bits >> 52 & 2047) - 1023;
+	double m = x < 0.0 ? -x : x, rest;
+	if (x != x) return 0x7e00u;
+	if (m >= 65520.0) return sign | 0x7c00u;
+	if (e < -14) e = -14;
+	m /= srp_host_double((uint64_t)(1023 + e - 10) << 52);
+	n = (unsigned)m;
+	rest = m - n;
+	if (rest > 0.5 || (rest == 0.5 && (n & 1))) n++;
+	return sign | ((unsigned)(e + 14) * 1024 + n);
+}
+
+/* a*b+c in binary64, rounded to odd. */
+SRP_HOST double srp_host_odd_fma(double a, double b, double c)
+{
+	double p = a * b, s = p + c;
+	double back = s - p, lost = (p - (s - back)) + (c - back);
+	uint64_t bits = srp_host_bits64(s);
+	if ((bits & 1) == 0 && (lost < 0.0 || lost > 0.0))
+		s = srp_host_double((lost > 0.0) == (s > 0.0) ? bits + 1 : bits - 1);
+	return s;
+}
+
+SRP_HOST double srp_host_low(unsigned a) { return srp_host_half(a & 0xffffu); }
+SRP_HOST double srp_host_high(unsigned a) { return srp_host_half(a >> 16); }
+SRP_HOST unsigned srp_host_pair(double low, double high)
+{
+	return srp_host_to_half(low) | srp_host_to_half(high) << 16;
+}
+
+SRP_HOST unsigned srp_floats2half2(float low, float high) { return srp_host_pair(low, high); }
+SRP_HOST float srp_low2float(unsigned a) { return (float)srp_host_low(a); }
+SRP_HOST float srp_high2float(unsigned a) { return (float)srp_host_high(a); }
+SRP_HOST unsigned srp_hadd2(unsigned a, unsigned b)
+{
+	return srp_host_pair(srp_host_low(a) + srp_host_low(b), srp_host_high(a) + srp_host_high(b));
+}
+SRP_HOST unsigned srp_hsub2(unsigned a, unsigned b)
+{
+	return srp_host_pair(srp_host_low(a) - srp_host_low(b), srp_host_high(a) - srp_host_high(b));
+}
+SRP_HOST unsigned srp_hmul2(unsigned a, unsigned b)
+{
+	return srp_host_pair(srp_host_low(a) * srp_host_low(b), srp_host_high(a) * srp_host_high(b));
+}
+SRP_HOST unsigned srp_hfma2(unsigned a, unsigned b, unsigned c)
+{
+	return srp_host_pair(srp_host_odd_fma(srp_host_low(a), srp_host_low(b), srp_host_low(c)),
+		srp_host_odd_fma(srp_host_high(a), srp_host_high(b), srp_host_high(c)));
+}
+SRP_HOST unsigned srp_hmin2(unsigned a, unsigned b)
+{
+	return srp_host_pair(srp_fmin((float)srp_host_low(a), (float)srp_host_low(b)),
+		srp_fmin((float)srp_host_high(a), (float)srp_host_high(b)));
+}
+SRP_HOST unsigned srp_hmax2(unsigned a, unsigned b)
+{
+	return srp_host_pair(srp_fmax((float)srp_host_low(a), (float)srp_host_low(b)),
+		srp_fmax((float)srp_host_high(a), (float)srp_host_high(b)));
+}
+
 /* Fast units: as on a machine that has none. */
 SRP_HOST float srp_rcp_fast(float x) { return srp_rcp(x); }
 SRP_HOST float srp_rsqrt_fast(float x) { return srp_rsqrt(x); }
@@ -266,6 +342,23 @@ SRP_HOST int4 srp_selecti4(int c, int4 a, int4 b) { return c ? a : b; }
 #define SRP_HOST_LANES1(f, a) {f(a[0]), f(a[1]), f(a[2]), f(a[3])}
 #define SRP_HOST_LANES2(f, a, b) {f(a[0], b[0]), f(a[1], b[1]), f(a[2], b[2]), f(a[3], b[3])}
 
+SRP_HOST int4 srp_hadd8(int4 a, int4 b) { int4 v = SRP_HOST_LANES2((int)srp_hadd2, a, b); return v; }
+SRP_HOST int4 srp_hsub8(int4 a, int4 b) { int4 v = SRP_HOST_LANES2((int)srp_hsub2, a, b); return v; }
+SRP_HOST int4 srp_hmul8(int4 a, int4 b) { int4 v = SRP_HOST_LANES2((int)srp_hmul2, a, b); return v; }
+SRP_HOST int4 srp_hmin8(int4 a, int4 b) { int4 v = SRP_HOST_LANES2((int)srp_hmin2, a, b); return v; }
+SRP_HOST int4 srp_hmax8(int4 a, int4 b) { int4 v = SRP_HOST_LANES2((int)srp_hmax2, a, b); return v; }
+SRP_HOST int4 srp_floats2half8(float4 a, float4 b)
+{
+	int4 v = SRP_HOST_LANES2((int)srp_floats2half2, a, b);
+	return v;
+}
+SRP_HOST float4 srp_low2float4(int4 a) { float4 v = SRP_HOST_LANES1(srp_low2float, a); return v; }
+SRP_HOST float4 srp_high2float4(int4 a) { float4 v = SRP_HOST_LANES1(srp_high2float, a); return v; }
+SRP_HOST int4 srp_hfma8(int4 a, int4 b, int4 c)
+{
+	return srp_int4((int)srp_hfma2(a[0], b[0], c[0]), (int)srp_hfma2(a[1], b[1], c[1]),
+		(int)srp_hfma2(a[2], b[2], c[2]), (int)srp_hfma2(a[3], b[3], c[3]));
+}
 SRP_HOST float4 srp_fmin4(float4 a, float4 b) { float4 v = SRP_HOST_LANES2(srp_fmin, a, b); return v; }
 SRP_HOST float4 srp_fmax4(float4 a, float4 b) { float4 v = SRP_HOST_LANES2(srp_fmax, a, b); return v; }
 SRP_HOST float4 srp_fabs4(float4 a) { float4 v = SRP_HOST_LANES1(srp_fabs, a); return v; }

@@ -369,6 +369,8 @@ fn flops(class: Class) -> u32 {
     match class {
         Class::Fadd | Class::Fmul | Class::Fdiv | Class::Sfu | Class::Fast => 1,
         Class::Fma => 2,
+        Class::Pair => 4,
+        Class::Vpair => 16,
         Class::Vfadd | Class::Vfmul => 4,
         Class::Vdot => 7,
         Class::Vfma => 8,

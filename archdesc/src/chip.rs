@@ -38,8 +38,11 @@ const CONTEXT_BIT: f64 = 0.92;
 /// Energy of a bit of context that is read, pJ: 1.5 pJ for 64 of them.
 const CONTEXT_PJ: f64 = 0.0234;
 
-/// Bits of a context word that choose an opcode.
-const OPCODE_BITS: u32 = 7;
+/// Bits of a context word that choose an opcode of those that the machine's units run.
+fn opcode_bits(srp: &Srp) -> u32 {
+    let runs = |op: &&Opcode| srp.fus.values().any(|fu| fu.op(op.class()).is_some());
+    choice(Opcode::ALL.iter().filter(runs).count()).max(7)
+}
 
 /// Operands of a unit.
 const OPERANDS: u32 = 3;
@@ -97,6 +100,8 @@ fn operators(class: Class) -> Operators {
         | Class::Fast
         | Class::Cvt
         | Class::Lane
+        | Class::Pair
+        | Class::Vpair
         | Class::Tex
         | Class::Io => (0, 0, 0, 0, 0),
     };
@@ -202,6 +207,8 @@ fn unit(sums: &mut Sums, fu: &FuSpec, arch: &Arch) {
                 um2 += 160.0 * 33.0 + registers(4 * 32).area_um2;
             }
             Class::Lane => um2 += MULTIPLEXER_BIT * 3.0 * 128.0,
+            Class::Pair => um2 += pair_area(),
+            Class::Vpair => um2 += 4.0 * pair_area(),
             Class::Tex => sums.filters += 1,
             _ => {}
         }
@@ -293,6 +300,26 @@ fn specials_area(here: &[Special], arch: &Arch) -> f64 {
         }
     }
     area + shared.into_iter().map(|(_, largest)| largest).sum::<f64>()
+}
+
+/// Area of what computes with two halves at once, µm²: multiply-adders and comparators of 11 bits, and what turns
+/// halves into floats and back.
+fn pair_area() -> f64 {
+    let half = Format::HALF.significand;
+    2.0 * (float_fma(half).area_um2 + compare(16).area_um2 + shift(16).area_um2)
+}
+
+/// Energy of an operation on two halves, pJ.
+fn pair_energy(op: Opcode) -> f64 {
+    use Opcode::{Hadd, Hfma, Hmul, Hsub, Vhadd, Vhfma, Vhmul, Vhsub};
+    let half = Format::HALF.significand;
+    let each = match op {
+        Hadd | Hsub | Vhadd | Vhsub => float_add(half),
+        Hmul | Vhmul => float_mul(half),
+        Hfma | Vhfma => float_fma(half),
+        _ => compare(16),
+    };
+    2.0 * each.energy_pj
 }
 
 /// Area of a bilinear filter, µm²: in each of four channels four products of 24-bit texels and weights of
@@ -418,7 +445,7 @@ pub fn context_bits(srp: &Srp, graph: &ResourceGraph, fu: Fu) -> u32 {
     let spec = &srp.fus[fu];
     // Constants are sources as well.
     let sources = graph.reads[fu].len() + spec.constants as usize;
-    let mut bits = OPCODE_BITS + OPERANDS * choice(sources) + 32 * spec.constants;
+    let mut bits = opcode_bits(srp) + OPERANDS * choice(sources) + 32 * spec.constants;
     for file in srp.files.values() {
         let address = choice(file.size as usize);
         let shared = |users: &[Fu], ports: u32| match users.len() {
@@ -516,6 +543,8 @@ pub fn operation_energy(op: Opcode, arch: &Arch) -> f64 {
         + times(o.imul, integer_mul(32).energy_pj)
         + match op.class() {
             Class::Cvt => convert().energy_pj,
+            Class::Pair => pair_energy(op),
+            Class::Vpair => 4.0 * pair_energy(op),
             Class::Idiv => 0.223 * 34.0 * 35.0,
             Class::Tex => {
                 let weight = f64::from(2 * arch.precision.texture_weight_bits).max(1.0);

@@ -164,6 +164,10 @@ classes! {
     Vfma = "vfma";
     /// Dot products of 3 and 4 lanes.
     Vdot = "vdot";
+    /// Two halves (binary16) in a word, computed with side by side.
+    Pair = "pair";
+    /// Eight halves in a vector.
+    Vpair = "vpair";
     /// SRAM loads.
     Load = "load";
     /// SRAM stores.
@@ -366,6 +370,26 @@ opcodes! {
     // ((x·x' + y·y') + z·z') (+ w·w'), each step rounded.
     Dot3 "dot3" (F4 F4) -> F: Vdot comm;
     Dot4 "dot4" (F4 F4) -> F: Vdot comm;
+
+    // Pairs of halves, the first in the lower bits; each result is rounded once, to nearest even, denormals kept.
+    Hpack "hpack" (F F) -> I: Pair;
+    Hlow "hlow" (I) -> F: Pair;
+    Hhigh "hhigh" (I) -> F: Pair;
+    Hadd "hadd" (I I) -> I: Pair comm;
+    Hsub "hsub" (I I) -> I: Pair;
+    Hmul "hmul" (I I) -> I: Pair comm;
+    Hfma "hfma" (I I I) -> I: Pair comm;
+    Hmin "hmin" (I I) -> I: Pair comm;
+    Hmax "hmax" (I I) -> I: Pair comm;
+    Vhpack "vhpack" (F4 F4) -> I4: Vpair;
+    Vhlow "vhlow" (I4) -> F4: Vpair;
+    Vhhigh "vhhigh" (I4) -> F4: Vpair;
+    Vhadd "vhadd" (I4 I4) -> I4: Vpair comm;
+    Vhsub "vhsub" (I4 I4) -> I4: Vpair;
+    Vhmul "vhmul" (I4 I4) -> I4: Vpair comm;
+    Vhfma "vhfma" (I4 I4 I4) -> I4: Vpair comm;
+    Vhmin "vhmin" (I4 I4) -> I4: Vpair comm;
+    Vhmax "vhmax" (I4 I4) -> I4: Vpair comm;
 
     // SRAM: guard, address in bytes, value; the immediate is added to the address. Little endian.
     Lb "lb" (P I) -> I: Load imm load;

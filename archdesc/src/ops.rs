@@ -329,6 +329,15 @@ macro_rules! with_operations {
                 Utof utof (0);
                 Ftoi ftoi (0);
                 Ftou ftou (0);
+                Hpack hpack (0 1);
+                Hlow hlow (0);
+                Hhigh hhigh (0);
+                Hadd hadd (0 1);
+                Hsub hsub (0 1);
+                Hmul hmul (0 1);
+                Hfma hfma (0 1 2);
+                Hmin hmin (0 1);
+                Hmax hmax (0 1);
             }
             lanes {
                 Vmov vmov (0);
@@ -369,6 +378,15 @@ macro_rules! with_operations {
                 Vfma vfma (0 1 2);
                 Dot3 dot3 (0 1);
                 Dot4 dot4 (0 1);
+                Vhpack vhpack (0 1);
+                Vhlow vhlow (0);
+                Vhhigh vhhigh (0);
+                Vhadd vhadd (0 1);
+                Vhsub vhsub (0 1);
+                Vhmul vhmul (0 1);
+                Vhfma vhfma (0 1 2);
+                Vhmin vhmin (0 1);
+                Vhmax vhmax (0 1);
             }
             elementary {
                 Fdiv fdiv (0 1; steps Div);

@@ -238,3 +238,87 @@ fn a_format_moves_cycles_area_and_energy() {
     let given = srp_archdesc::parse("given", &given).expect("a machine");
     assert_eq!(latency(&given, Opcode::Fma), 4);
 }
+
+/// A half as a whole number of 2⁻²⁴; `None` for infinities and NaNs.
+fn units(half: u32) -> Option<i128> {
+    let (exponent, fraction) = (half >> 10 & 0x1f, i128::from(half & 0x3ff));
+    let magnitude = match exponent {
+        0 => fraction,
+        31 => return None,
+        _ => (1024 + fraction) << (exponent - 1),
+    };
+    Some(if half & 0x8000 != 0 {
+        -magnitude
+    } else {
+        magnitude
+    })
+}
+
+/// The half nearest to a whole number of 2⁻⁴⁸, without its sign.
+fn nearest_half(value: i128) -> u32 {
+    let magnitude = value.abs();
+    let mut bits = 0;
+    // The halves rise with their bits.
+    for bit in (0..15).rev() {
+        let candidate = bits | 1 << bit;
+        if units(candidate).is_some_and(|u| u << 24 <= magnitude) {
+            bits = candidate;
+        }
+    }
+    let below = units(bits).expect("a number") << 24;
+    let above = units(bits + 1).map_or(1 << 64, |u| u << 24);
+    match (magnitude - below).cmp(&(above - magnitude)) {
+        std::cmp::Ordering::Less => bits,
+        std::cmp::Ordering::Greater => bits + 1,
+        std::cmp::Ordering::Equal => bits + bits % 2,
+    }
+}
+
+#[test]
+fn pairs_of_halves_are_rounded_once() {
+    use srp_archdesc::ops::semantics::word::{hadd, hfma, hhigh, hlow, hmul, hpack, hsub};
+    for half in 0..1u32 << 16 {
+        let float = f32::from_bits(hlow(half));
+        assert_eq!(hhigh(half << 16), hlow(half));
+        match units(half) {
+            Some(units) => assert_eq!(f64::from(float), units as f64 / 2f64.powi(24)),
+            None => assert!(!float.is_finite() && float.is_nan() == (half & 0x3ff != 0)),
+        }
+        let back = if float.is_nan() { 0x7e00 } else { half };
+        assert_eq!(hpack(float.to_bits(), 0), back, "{half:x}");
+        assert_eq!(hpack(0, float.to_bits()), back << 16, "{half:x}");
+    }
+    let seed = u64::from(std::process::id());
+    let mut random = Pcg32::new(seed, 9);
+    let mut rounded = 0;
+    for _ in 0..400_000 {
+        // Numbers near each other in magnitude and far from it, of both signs.
+        let mut pick = || match random.next_u32() % 3 {
+            0 => 0x3c00 ^ (random.next_u32() & 0x83ff),
+            1 => random.next_u32() & 0x83ff,
+            _ => random.next_u32() & 0xffff,
+        };
+        let (a, b, c) = (pick(), pick(), pick());
+        let (Some(x), Some(y), Some(z)) = (units(a), units(b), units(c)) else {
+            continue;
+        };
+        let cases = [
+            (hadd(a, b), (x + y) << 24),
+            (hsub(a, b), (x - y) << 24),
+            (hmul(a, b), x * y),
+            (hfma(a, b, c), x * y + (z << 24)),
+        ];
+        for (found, exact) in cases {
+            let expected = nearest_half(exact);
+            let sign = if exact < 0 { 0x8000 } else { 0 };
+            rounded += u32::from(units(expected).is_none_or(|u| u << 24 != exact.abs()));
+            let found = match exact {
+                // The signs of zeros are those of binary32.
+                0 => found & 0x7fff,
+                _ => found & 0xffff,
+            };
+            assert_eq!(found, expected | sign, "seed {seed}: {a:x} {b:x} {c:x}");
+        }
+    }
+    assert!(rounded > 100_000, "{rounded} results were not exact");
+}

@@ -7,6 +7,7 @@ use crate::{Error, files};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::choice::Choices;
 use srp_archdesc::diagnostic::{Diagnostic, Messages, Severity, Source};
+use srp_archdesc::isa::Class;
 use srp_frontend::interface::Interface;
 use srp_frontend::{Include, library};
 use srp_ir::pass::{self, Pass, Remark};
@@ -84,10 +85,19 @@ fn with<R>(
         ("SRP_HIT_BUFFERS", buffers.hit_buffers),
     ];
     let machine = machine.map(|(name, value)| (name.to_owned(), value.to_string()));
+    let pairs = [
+        ("SRP_PAIRS", Class::Pair),
+        ("SRP_VECTOR_PAIRS", Class::Vpair),
+    ];
+    let pairs = pairs
+        .into_iter()
+        .filter(|(_, class)| arch.srp.fus.values().any(|fu| fu.op(*class).is_some()))
+        .map(|(name, _)| (name.to_owned(), "1".to_owned()));
     let approximate = ("__SRP_APPROX_FUNC".to_owned(), "1".to_owned());
     let approximate = options.fast_math.approximate.then_some(approximate);
     let units = srp_frontend::precision_macros(&arch.precision);
-    let machine = machine.into_iter().chain(units).chain(approximate);
+    let machine = machine.into_iter().chain(units).chain(pairs);
+    let machine = machine.chain(approximate);
     f(&srp_frontend::Options {
         defines: machine.chain(options.defines.clone()).collect(),
         resolve: &|include| texts.find(include),

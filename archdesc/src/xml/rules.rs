@@ -137,9 +137,15 @@ fn classes(found: &Findings, arch: &Arch, places: &Places<'_>) {
     if !fast {
         unused_fast(found, arch, places);
     }
-    // Not every machine has a texture unit, and code that needs one is refused when it is compiled; nor has
-    // every machine fast units, which code does without.
-    let needed = |&&class: &&Class| class != Class::Tex && (fast || class != Class::Fast);
+    // Not every machine has a texture unit or units for pairs of halves, and code that needs one is refused when it is
+    // compiled; nor has every machine fast units, which code does without.
+    let has = |class| arch.srp.fus.values().any(|fu| fu.op(class).is_some());
+    let needed = |&&class: &&Class| match class {
+        Class::Tex => false,
+        Class::Fast => fast,
+        Class::Pair | Class::Vpair => has(class),
+        _ => true,
+    };
     for &class in Class::ALL.iter().filter(needed) {
         let runs = |fu: &Fu| arch.srp.fus[*fu].op(class).is_some();
         let narrow = operations(class)

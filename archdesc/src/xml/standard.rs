@@ -77,7 +77,8 @@ pub fn scalar_classes() -> Vec<Class> {
     let classes = Class::ALL.iter().copied();
     classes
         .filter(|&class| {
-            !is_vector(class) && !matches!(class, Class::Io | Class::Branch | Class::Fast)
+            !is_vector(class)
+                && !matches!(class, Class::Io | Class::Branch | Class::Fast | Class::Pair)
         })
         .collect()
 }
@@ -86,7 +87,7 @@ fn is_vector(class: Class) -> bool {
     use Class::*;
     matches!(
         class,
-        Lane | Valu | Vmul | Vfadd | Vfmul | Vfma | Vdot | Tex
+        Lane | Valu | Vmul | Vfadd | Vfmul | Vfma | Vdot | Vpair | Tex
     )
 }
 

@@ -29,6 +29,8 @@ const DEFAULT_LATENCY: &[(Class, u32)] = &[
     (Class::Vfmul, 3),
     (Class::Vfma, 4),
     (Class::Vdot, 6),
+    (Class::Pair, 3),
+    (Class::Vpair, 3),
     (Class::Load, 3),
     (Class::Cload, 4),
     (Class::Tex, 12),

@@ -262,7 +262,7 @@ pub(super) fn unknown<'n>(
     let known: Vec<&str> = known.into_iter().collect();
     let message = format!("there is no {what} {}", quoted(text));
     let diagnostic = found.error(code, text.span, message, format!("unknown {what}"));
-    const SHOWN: usize = 25;
+    const SHOWN: usize = 30;
     found.push(match nearest(text, known.iter().copied()) {
         Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
         None if known.is_empty() => diagnostic.help(format!("the file has no {what}")),

@@ -2,6 +2,7 @@
 
 use crate::values::{INTEGERS, Random, floats, result, rounds};
 use srp_archdesc::arch::Precision;
+use srp_archdesc::isa::Class;
 use srp_archdesc::ops::{Fault, V4, eval};
 use srp_archdesc::{Opcode, Ty};
 
@@ -65,6 +66,15 @@ fn scalar_of(op: Opcode) -> Option<(Opcode, bool)> {
         Opcode::Vffloor => (Opcode::Ffloor, false),
         Opcode::Vitof => (Opcode::Itof, false),
         Opcode::Vftoi => (Opcode::Ftoi, false),
+        Opcode::Vhpack => (Opcode::Hpack, false),
+        Opcode::Vhlow => (Opcode::Hlow, false),
+        Opcode::Vhhigh => (Opcode::Hhigh, false),
+        Opcode::Vhadd => (Opcode::Hadd, false),
+        Opcode::Vhsub => (Opcode::Hsub, false),
+        Opcode::Vhmul => (Opcode::Hmul, false),
+        Opcode::Vhfma => (Opcode::Hfma, false),
+        Opcode::Vhmin => (Opcode::Hmin, false),
+        Opcode::Vhmax => (Opcode::Hmax, false),
         Opcode::Vfeq => (Opcode::Feq, true),
         Opcode::Vfne => (Opcode::Fne, true),
         Opcode::Vflt => (Opcode::Flt, true),
@@ -190,7 +200,7 @@ fn lanes_are_independent_copies_of_the_scalar_operation() {
             );
         }
     }
-    assert_eq!(ops, 29);
+    assert_eq!(ops, 38);
 }
 
 #[test]
@@ -269,10 +279,13 @@ fn every_computing_opcode_has_a_test_here_or_beside() {
         Vmov, Vext, Vins, Swz, Vblend, Dot3, Dot4, Rcp, Rsqrt, Sqrt, Exp2, Log2, Sin, Cos, RcpFast,
         RsqrtFast, SqrtFast, FdivFast,
     ];
+    // `formats.rs` has these against exact arithmetic, `host.rs` against C.
+    let of_halves = |op: Opcode| op.class() == Class::Pair;
     for &op in Opcode::ALL.iter().filter(|op| op.is_pure()) {
         let covered = wide(op, 1, 1).is_some()
             || scalar_of(op).is_some()
             || by_name.contains(&op)
+            || of_halves(op)
             || crate::ieee::COVERED.contains(&op);
         assert!(covered, "{op}");
         assert!(op.result().is_some_and(|ty| Ty::ALL.contains(&ty)));

@@ -168,6 +168,8 @@ fn delayed() -> Arch {
     for fu in arch.srp.fus.values_mut() {
         if fu.op(Class::Sfu).is_some() {
             fu.ops.push(FuOp::new(Class::Fast, 5, 1));
+            fu.ops.push(FuOp::new(Class::Pair, 3, 1));
+            fu.ops.push(FuOp::new(Class::Vpair, 2, 1));
             fu.ops.sort_by_key(|op| op.class);
         }
     }

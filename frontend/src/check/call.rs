@@ -63,7 +63,8 @@ fn operation(name: &str) -> Option<Operation> {
 /// True if C takes an opcode's integer result as unsigned.
 fn unsigned_result(op: Opcode) -> bool {
     use Opcode::*;
-    matches!(op, Minu | Maxu | Mulhu | Ftou | Shr)
+    let is_pair = op.class() == Class::Pair;
+    is_pair || matches!(op, Minu | Maxu | Mulhu | Ftou | Shr)
 }
 
 impl Checker<'_> {

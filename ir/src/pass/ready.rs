@@ -27,6 +27,7 @@ fn cycles(kind: &InstKind) -> u32 {
     match op.class() {
         Class::Imul | Class::Cvt | Class::Vmul => 2,
         Class::Load | Class::Cload | Class::Fadd | Class::Fmul | Class::Vfadd | Class::Vfmul => 3,
+        Class::Pair | Class::Vpair => 3,
         Class::Fma | Class::Vfma => 4,
         Class::Vdot => 6,
         Class::Idiv | Class::Fdiv | Class::Sfu | Class::Tex => 12,

@@ -104,7 +104,7 @@ impl Shadows<'_> {
             Rule::Extract => each_lane(1, |_| a[lane]),
             Rule::Insert => each_lane(4, |i| if i == lane { b[0] } else { a[i] }),
             Rule::Swizzle => each_lane(4, |i| a[(done.imm as u32 >> (2 * i) & 3) as usize]),
-            Rule::Use => self.used(marks),
+            Rule::Use | Rule::Halves => self.used(marks),
         }
     }
 

@@ -53,6 +53,8 @@ pub(super) enum Rule {
     Swizzle,
     /// It reads or writes memory.
     Access,
+    /// It takes halves apart, or puts floats together as halves: where they come from is not followed.
+    Halves,
     /// It uses integers, predicates or words up.
     Use,
 }
@@ -188,6 +190,10 @@ impl Rule {
             Dot3 => Rule::Dot(3),
             Dot4 => Rule::Dot(4),
 
+            Hpack | Hlow | Hhigh | Vhpack | Vhlow | Vhhigh => Rule::Halves,
+            Hadd | Hsub | Hmul | Hfma | Hmin | Hmax => Rule::Use,
+            Vhadd | Vhsub | Vhmul | Vhfma | Vhmin | Vhmax => Rule::Use,
+
             Lb | Lbu | Lh | Lhu | Lw | Lv | Glb | Glbu | Glh | Glhu | Glw | Glv => Rule::Access,
             Sb | Sh | Sw | Sv | Gsb | Gsh | Gsw | Gsv => Rule::Access,
             Tex => Rule::Texture,
@@ -199,7 +205,7 @@ impl Rule {
     const fn is_of_floats(self) -> bool {
         match self {
             Rule::Float(..) | Rule::Dot(_) | Rule::Texture | Rule::FromInteger { .. } => true,
-            Rule::ToInteger(_) | Rule::Floor(_) | Rule::Relation(..) => true,
+            Rule::ToInteger(_) | Rule::Floor(_) | Rule::Relation(..) | Rule::Halves => true,
             Rule::Bits(..) | Rule::ShiftUp | Rule::Equality | Rule::Logic(_) => false,
             Rule::Move | Rule::Select | Rule::Blend | Rule::Splat | Rule::Extract => false,
             Rule::Insert | Rule::Swizzle | Rule::Access | Rule::Use => false,

@@ -348,6 +348,7 @@ impl<N: Number> Run<'_, N> {
                 [sum.map_or(zero(), Word::Real), zero(), zero(), zero()]
             }
             And | Or | Xor | Vand | Vor | Vxor => self.bitwise(op, args)?,
+            _ if matches!(op.class(), Class::Pair | Class::Vpair) => self.pair(op, args)?,
             _ => match float(op) {
                 Some((operation, lanes)) => each(lanes, |i| {
                     let numbers: Vec<N> = args.iter().map(|a| a[i].number()).collect();
@@ -371,6 +372,39 @@ impl<N: Number> Run<'_, N> {
                     bits(result.unwrap_or_default())
                 }
             },
+        })
+    }
+
+    /// Halves put together, taken apart, or computed with.
+    fn pair(&mut self, op: Opcode, args: &[Words<N>]) -> Result<Words<N>, Stop> {
+        use Opcode::*;
+        let operation = match op {
+            Hadd | Vhadd => Operation::Add,
+            Hsub | Vhsub => Operation::Sub,
+            Hmul | Vhmul => Operation::Mul,
+            Hfma | Vhfma => Operation::Fma,
+            Hmin | Vhmin => Operation::Min,
+            _ => Operation::Max,
+        };
+        let lanes = if op.class() == Class::Pair { 1 } else { 4 };
+        each(lanes, |i| {
+            Ok(match op {
+                Hpack | Vhpack => {
+                    let [low, high] = [0, 1].map(|k| args[k][i].number().half());
+                    Word::Pair(Box::new([low?, high?]))
+                }
+                Hlow | Vhlow => Word::Real(args[0][i].halves()?[0].clone()),
+                Hhigh | Vhhigh => Word::Real(args[0][i].halves()?[1].clone()),
+                _ => {
+                    let words = args.iter().map(|arg| arg[i].halves());
+                    let words = words.collect::<Result<Vec<_>, _>>()?;
+                    let half = |k: usize| -> Result<N, Undefined> {
+                        let numbers: Vec<N> = words.iter().map(|word| word[k].clone()).collect();
+                        N::apply(operation, &numbers, self.context)?.half()
+                    };
+                    Word::Pair(Box::new([half(0)?, half(1)?]))
+                }
+            })
         })
     }
 

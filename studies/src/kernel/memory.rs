@@ -2,6 +2,7 @@
 
 use crate::real::{Number, Undefined};
 use srp_archdesc::ops::V4 as Lanes;
+use srp_archdesc::ops::semantics::word::{hhigh, hlow, hpack};
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,6 +14,8 @@ pub(super) enum Word<N> {
     Bits(u32),
     /// A number, not rounded.
     Real(N),
+    /// Two numbers that stand for the halves of the word, the lower one first.
+    Pair(Box<[N; 2]>),
 }
 
 impl<N: Number> Word<N> {
@@ -20,17 +23,34 @@ impl<N: Number> Word<N> {
         match self {
             Word::Bits(bits) => N::of_float(f32::from_bits(*bits)),
             Word::Real(number) => number.clone(),
+            Word::Pair(_) => N::of_float(self.bits().map_or(f32::NAN, f32::from_bits)),
         }
+    }
+
+    /// The numbers that its halves are.
+    pub(super) fn halves(&self) -> Result<[N; 2], Undefined> {
+        if let Word::Pair(pair) = self {
+            return Ok((**pair).clone());
+        }
+        let bits = self.bits()?;
+        Ok([hlow(bits), hhigh(bits)].map(|half| N::of_float(f32::from_bits(half))))
     }
 
     pub(super) fn bits(&self) -> Result<u32, Undefined> {
         match self {
             Word::Bits(bits) => Ok(*bits),
-            Word::Real(number) => number.nearest().map(f32::to_bits).ok_or_else(|| {
-                Undefined("the program takes apart a number that is not known".to_owned())
-            }),
+            Word::Real(number) => nearest(number),
+            Word::Pair(pair) => Ok(hpack(nearest(&pair[0])?, nearest(&pair[1])?)),
         }
     }
+}
+
+/// The bits of the float nearest to a number.
+fn nearest<N: Number>(number: &N) -> Result<u32, Undefined> {
+    number
+        .nearest()
+        .map(f32::to_bits)
+        .ok_or_else(|| Undefined("the program takes apart a number that is not known".to_owned()))
 }
 
 /// The words of a value.

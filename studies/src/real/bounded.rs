@@ -251,6 +251,10 @@ impl Number for Bounded {
         Bounded::point(f64::from(x))
     }
 
+    fn half(&self) -> Result<Bounded, Undefined> {
+        self.narrowed(Format::HALF, Subnormals::Keep)
+    }
+
     fn of_integer(n: i64, _: &Units) -> Bounded {
         let error = (n as f64 - f64::from(n as f32)).abs();
         Bounded::new(n as f64, n as f64, error)

@@ -207,6 +207,15 @@ pub trait Number: Clone {
         Self::apply(op, args, context)
     }
 
+    /// The number that a program has rounded to a half.
+    ///
+    /// # Errors
+    ///
+    /// The number cannot be bounded.
+    fn half(&self) -> Result<Self, Undefined> {
+        Ok(self.clone())
+    }
+
     /// How it relates to another.
     fn relate(&self, other: &Self) -> Relation;
 

@@ -29,8 +29,8 @@ pub(crate) fn random(random: &mut Pcg64) -> String {
     ));
     let classes = [
         "alu", "imul", "idiv", "pred", "fadd", "fmul", "fma", "fdiv", "sfu", "fast", "cvt", "lane",
-        "valu", "vmul", "vfadd", "vfmul", "vfma", "vdot", "load", "store", "cload", "cstore", "io",
-        "branch",
+        "valu", "vmul", "vfadd", "vfmul", "vfma", "vdot", "pair", "vpair", "load", "store",
+        "cload", "cstore", "io", "branch",
     ];
     for class in classes {
         let latency = match class {
@@ -56,8 +56,8 @@ pub(crate) fn random(random: &mut Pcg64) -> String {
     let size = one_of(random, &[4, 8, 16]);
     let from_links = one_of(random, &["true", "false"]);
     let (reads, writes) = (1 + below(random, 3), 1 + below(random, 2));
-    let all = "alu imul idiv pred fadd fmul fma fdiv sfu fast cvt lane valu vmul vfadd vfmul vfma vdot \
-               load store cload cstore io branch";
+    let all = "alu imul idiv pred fadd fmul fma fdiv sfu fast cvt lane valu vmul vfadd vfmul vfma vdot pair \
+               vpair load store cload cstore io branch";
     let some = "alu imul pred fadd fmul lane valu vfadd vfmul load store cvt";
     let scalar = "alu imul pred fadd fmul cvt";
     for (name, width, classes) in [

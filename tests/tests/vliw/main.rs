@@ -22,7 +22,7 @@ use srp_ir::interp::{FlatWorld, Options, TrapKind};
 use srp_ir::layout::Layout;
 use srp_ir::program::{Bits, Kernel, Pos, Program};
 
-/// The shipped machines, with fast units, so that they run every operation.
+/// The shipped machines, with fast units and units for halves, so that they run every operation.
 fn machines() -> Vec<Arch> {
     let parse = |m: &machines::Machine| {
         srp_archdesc::parse(m.name, m.xml).expect("shipped machines are right")
@@ -44,8 +44,12 @@ fn with_fast_units(mut arch: Arch) -> Arch {
     for fu in arch.srp.fus.values_mut() {
         if fu.op(Class::Sfu).is_some() {
             fu.ops.push(FuOp::new(Class::Fast, 2, 1));
-            fu.ops.sort_by_key(|op| op.class);
+            fu.ops.push(FuOp::new(Class::Pair, 3, 1));
         }
+        if fu.op(Class::Vfma).is_some() {
+            fu.ops.push(FuOp::new(Class::Vpair, 3, 1));
+        }
+        fu.ops.sort_by_key(|op| op.class);
     }
     arch
 }

@@ -322,3 +322,48 @@ pub fn dot4(a: V4, b: V4) -> u32 {
     let product = vfmul(a, b).0;
     word::fadd(dot3(a, b), product[3])
 }
+
+/// Floats of two vectors as halves, those of the first in the lower bits of each lane.
+pub fn vhpack(a: V4, b: V4) -> V4 {
+    V4(std::array::from_fn(|i| word::hpack(a.0[i], b.0[i])))
+}
+
+/// The halves in the lower bits of each lane.
+pub fn vhlow(a: V4) -> V4 {
+    V4(std::array::from_fn(|i| word::hlow(a.0[i])))
+}
+
+/// The halves in the upper bits of each lane.
+pub fn vhhigh(a: V4) -> V4 {
+    V4(std::array::from_fn(|i| word::hhigh(a.0[i])))
+}
+
+/// Sums of halves.
+pub fn vhadd(a: V4, b: V4) -> V4 {
+    V4(std::array::from_fn(|i| word::hadd(a.0[i], b.0[i])))
+}
+
+/// Differences of halves.
+pub fn vhsub(a: V4, b: V4) -> V4 {
+    V4(std::array::from_fn(|i| word::hsub(a.0[i], b.0[i])))
+}
+
+/// Products of halves.
+pub fn vhmul(a: V4, b: V4) -> V4 {
+    V4(std::array::from_fn(|i| word::hmul(a.0[i], b.0[i])))
+}
+
+/// `a·b + c` of halves, rounded once.
+pub fn vhfma(a: V4, b: V4, c: V4) -> V4 {
+    V4(std::array::from_fn(|i| word::hfma(a.0[i], b.0[i], c.0[i])))
+}
+
+/// The less of halves.
+pub fn vhmin(a: V4, b: V4) -> V4 {
+    V4(std::array::from_fn(|i| word::hmin(a.0[i], b.0[i])))
+}
+
+/// The greater of halves.
+pub fn vhmax(a: V4, b: V4) -> V4 {
+    V4(std::array::from_fn(|i| word::hmax(a.0[i], b.0[i])))
+}

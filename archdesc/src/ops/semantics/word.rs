@@ -465,3 +465,93 @@ pub fn extend_byte(a: u32) -> u32 {
 pub fn extend_half(a: u32) -> u32 {
     a as u16 as i16 as u32
 }
+
+/// binary16 in the words of [`narrow`].
+const HALF: u32 = 5 | 11 << 8;
+
+/// The float that the half in the lower bits is.
+fn of_half(a: u32) -> u32 {
+    let (sign, exponent, fraction) = ((a & 0x8000) << 16, a >> 10 & 0x1f, a & 0x3ff);
+    match exponent {
+        0 => sign | (fraction as f32 / 16_777_216.0).to_bits(),
+        31 => canonical(float(sign | 0x7f80_0000 | fraction << 13)),
+        _ => sign | (exponent + 112) << 23 | fraction << 13,
+    }
+}
+
+/// The half that is nearest to a float.
+fn to_half(a: u32) -> u32 {
+    let rounded = narrow(a, HALF);
+    let (sign, magnitude) = (rounded >> 16 & 0x8000, rounded & 0x7fff_ffff);
+    match magnitude {
+        0x7f80_0001.. => 0x7e00,
+        0x7f80_0000 => sign | 0x7c00,
+        0x3880_0000.. => sign | ((magnitude >> 13) - (112 << 10)),
+        _ => sign | (float(magnitude) * 16_777_216.0) as u32,
+    }
+}
+
+/// A function of floats of both halves of some words.
+#[inline(always)]
+fn of_pairs<const N: usize>(words: [u32; N], function: impl Fn([u32; N]) -> u32) -> u32 {
+    let low = to_half(function(words.map(of_half)));
+    let high = to_half(function(words.map(|word| of_half(word >> 16))));
+    low | high << 16
+}
+
+/// Two floats as halves, the first in the lower bits.
+pub fn hpack(a: u32, b: u32) -> u32 {
+    to_half(a) | to_half(b) << 16
+}
+
+/// The half in the lower bits.
+pub fn hlow(a: u32) -> u32 {
+    of_half(a)
+}
+
+/// The half in the upper bits.
+pub fn hhigh(a: u32) -> u32 {
+    of_half(a >> 16)
+}
+
+/// Sums of halves: 24 bits hold enough of them to round once (Figueroa 1995).
+pub fn hadd(a: u32, b: u32) -> u32 {
+    of_pairs([a, b], |[a, b]| fadd(a, b))
+}
+
+/// Differences of halves.
+pub fn hsub(a: u32, b: u32) -> u32 {
+    of_pairs([a, b], |[a, b]| fsub(a, b))
+}
+
+/// Products of halves, which 24 bits hold exactly.
+pub fn hmul(a: u32, b: u32) -> u32 {
+    of_pairs([a, b], |[a, b]| fmul(a, b))
+}
+
+/// `a·b + c` of halves, rounded once.
+pub fn hfma(a: u32, b: u32, c: u32) -> u32 {
+    of_pairs([a, b, c], |[a, b, c]| {
+        let sum = odd_sum(a, b, c);
+        let nearest = sum as f32;
+        let (bits, back) = (nearest.to_bits(), f64::from(nearest));
+        // Odd where it is inexact, again: then rounding to 11 bits sees on which side of a tie it was.
+        if back == sum || bits & 1 == 1 || sum.is_nan() {
+            return canonical(nearest);
+        }
+        match back.abs() < sum.abs() {
+            true => bits + 1,
+            false => bits - 1,
+        }
+    })
+}
+
+/// The less of two halves, as [`fmin`].
+pub fn hmin(a: u32, b: u32) -> u32 {
+    of_pairs([a, b], |[a, b]| fmin(a, b))
+}
+
+/// The greater of two halves, as [`fmax`].
+pub fn hmax(a: u32, b: u32) -> u32 {
+    of_pairs([a, b], |[a, b]| fmax(a, b))
+}

@@ -183,6 +183,7 @@ fn effect(func: &Function, inst: Inst) -> Option<Effect> {
 pub(super) fn latency(op: Opcode) -> u32 {
     match op.class() {
         Class::Fadd | Class::Fmul | Class::Vfadd | Class::Vfmul | Class::Load => 3,
+        Class::Pair | Class::Vpair => 3,
         Class::Fma | Class::Vfma | Class::Cload => 4,
         Class::Imul | Class::Vmul | Class::Cvt => 2,
         Class::Vdot => 6,
