@@ -135,10 +135,7 @@ fn woop(ray: &Ray, triangle: &TriangleRecord, rcp: Approx, r: Rounding) -> [f64;
         [across(0), across(1), r.of(2, inverse * along)]
     });
     let [a, b, c] = corners;
-    let edge = |p: [f64; 3], q: [f64; 3]| {
-        let (pq, qp) = (r.of(1, p[0] * q[1]), r.of(1, p[1] * q[0]));
-        r.of(1, pq - qp)
-    };
+    let edge = |p: [f64; 3], q: [f64; 3]| r.of(1, p[0] * q[1] - p[1] * q[0]);
     let weights = [edge(c, b), edge(a, c), edge(b, a)];
     let sum = r.of(1, r.of(1, weights[0] + weights[1]) + weights[2]);
     let part = |i: usize| r.of(2, weights[i] * corners[i][2]);

@@ -159,8 +159,10 @@ impl Prepared {
         inside(t, weight_u, weight_v, epsilon)
     }
 
-    /// Woop, Benthin and Wald (2013), in binary32 throughout: an edge gives both its triangles the
-    /// same number with opposite signs, and a zero counts for both.
+    /// Woop, Benthin and Wald (2013): an edge gives both its triangles the same number with opposite signs, and a
+    /// zero counts for both. Its sign is that of the exact difference of products, which is rounded once: where each
+    /// product is rounded, the signs of the edges of slivers may be those of no point at all, and every triangle of a
+    /// closed mesh refuses the ray.
     #[inline]
     fn woop(&self, triangle: &TriangleRecord, rcp: Approx) -> Option<Meeting> {
         let w = triangle.woop();
@@ -178,9 +180,9 @@ impl Prepared {
                 slope_z * along,
             )
         });
-        let weight_a = c.0 * b.1 - c.1 * b.0;
-        let weight_b = a.0 * c.1 - a.1 * c.0;
-        let weight_c = b.0 * a.1 - b.1 * a.0;
+        let weight_a = cross(c, b);
+        let weight_b = cross(a, c);
+        let weight_c = cross(b, a);
         let negative = weight_a < 0.0 || weight_b < 0.0 || weight_c < 0.0;
         let positive = weight_a > 0.0 || weight_b > 0.0 || weight_c > 0.0;
         if negative && positive {
@@ -194,6 +196,13 @@ impl Prepared {
         }
         Some(moved_inside(t, weight_b * inverse, weight_c * inverse))
     }
+}
+
+/// p₀·q₁ − p₁·q₀ rounded once: binary64 holds both products exactly, and gives their difference its sign.
+#[inline]
+fn cross(p: (f32, f32, f32), q: (f32, f32, f32)) -> f32 {
+    let wide = f64::from;
+    (wide(p.0) * wide(q.1) - wide(p.1) * wide(q.0)) as f32
 }
 
 #[inline]
