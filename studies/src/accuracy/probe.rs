@@ -108,7 +108,7 @@ impl Edges {
         let mut ulps = Vec::new();
         for &Aimed { direction, t } in &self.0 {
             let hit = tracer
-                .trace(&ray(origin, direction, image, &arch.precision))
+                .trace(&ray(origin, direction, image, &arch.precision.in_units()))
                 .hit;
             if !hit.is_hit() || f64::from(hit.t) > t * farther {
                 leaks.leaks += 1;
@@ -172,7 +172,7 @@ fn bound(p: DVec3, q: DVec3) -> DVec3 {
     )
 }
 
-/// A ray as the kernels make it on this machine.
+/// A ray as the kernels make it on a machine whose units have their steps, wherever these run.
 fn ray(origin: Vec3, direction: Vec3, image: &SceneImage, precision: &Precision) -> Ray {
     let mut ray = Ray::new(origin.into(), direction.into(), 0.0, f32::MAX, 0);
     ray.reciprocal = ray.direction.map(|d| {

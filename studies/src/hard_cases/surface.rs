@@ -134,7 +134,7 @@ impl Made {
 pub(super) fn ray(arch: &Arch, origin: [f32; 3], direction: [f32; 3], tmax: f32) -> Ray {
     let reciprocal = direction.map(|d| {
         let operand = [V4::word(d.to_bits())];
-        let value = eval(Opcode::Rcp, &operand, 0, &arch.precision);
+        let value = eval(Opcode::Rcp, &operand, 0, &arch.precision.in_units());
         let value = value.ok().flatten().unwrap_or_default();
         f32::from_bits(value.as_word())
     });
@@ -188,6 +188,19 @@ pub(super) fn judge(case: &Case, arch: &Arch, triangles: &[Triangle], made: &Mad
     }
     if let Some((origin, _)) = made.through {
         apart("other", origin, towards);
+    }
+    let mut leaning = |what: &str, direction: [f32; 3], side: Ordering| {
+        if exact::leans(direction, &triangles[0]) == side.reverse() {
+            wrong.push(format!(
+                "the {what} ray goes along {direction:?}, to the wrong side"
+            ));
+        }
+    };
+    if let Some((_, direction)) = made.mirrored {
+        leaning("mirrored", direction, towards.reverse());
+    }
+    if let Some((_, direction)) = made.through {
+        leaning("other", direction, towards);
     }
     for (origin, direction) in [made.mirrored, made.through].into_iter().flatten() {
         if !origin.iter().chain(&direction).all(|x| x.is_finite()) {
