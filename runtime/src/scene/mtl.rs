@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use srp_archdesc::diagnostic::Diagnostic;
+use srp_archdesc::diagnostic::{Diagnostic, Span};
 
 use super::Origin;
 use super::lines::{Findings, Line, join_continued, lines, number, numbers};
@@ -21,12 +21,19 @@ pub(super) fn check(
     findings: &mut Findings,
 ) -> (String, BTreeMap<String, Origin>) {
     let joined = join_continued(text);
+    // A file of another kind, such as a list of passwords that a stranger's scene names, is not quoted.
+    if !lines(&joined).any(|line| line.key.text == "newmtl") && !text.trim().is_empty() {
+        let message = "it is no material library: it has no `newmtl`";
+        findings.push(Diagnostic::error("R0215", file, message));
+        return (String::new(), BTreeMap::new());
+    }
     let mut reader = Reader {
         file,
         findings,
         plain: String::with_capacity(text.len()),
         names: Vec::new(),
         origins: BTreeMap::new(),
+        clear: BTreeMap::new(),
     };
     let (mut number, mut counted) = (1, 0);
     for line in lines(&joined) {
@@ -35,6 +42,7 @@ pub(super) fn check(
         reader.line(&line);
         reader.remember(&line, number);
     }
+    reader.warn_of_clear_glass();
     (reader.plain, reader.origins)
 }
 
@@ -44,6 +52,8 @@ struct Reader<'a> {
     plain: String,
     names: Vec<String>,
     origins: BTreeMap<String, Origin>,
+    /// Materials that let light through without bending it, each with where `illum` says so.
+    clear: BTreeMap<String, (Span, String)>,
 }
 
 impl Reader<'_> {
@@ -85,6 +95,23 @@ impl Reader<'_> {
             self.origins.insert(name.clone(), origin);
         } else if let Some(origin) = self.origins.get_mut(name) {
             origin.statements.insert(line.key.text.to_owned(), number);
+        }
+    }
+
+    /// Warns of materials that let all light through because neither `Tf` nor `d` says otherwise.
+    fn warn_of_clear_glass(&mut self) {
+        for (name, (span, illum)) in std::mem::take(&mut self.clear) {
+            let says = |key: &str| {
+                let origin = self.origins.get(&name);
+                origin.is_some_and(|origin| origin.statements.contains_key(key))
+            };
+            if says("Tf") || says("d") {
+                continue;
+            }
+            let message = format!("material `{name}` lets all light through");
+            let label = format!("`illum {illum}` is glass, and neither `Tf` nor `d` limits it");
+            self.findings
+                .push(Diagnostic::warning("R0214", self.file, message).at(span, label));
         }
     }
 
@@ -204,6 +231,17 @@ impl Reader<'_> {
         match line.words[..] {
             [word] if word.text.parse::<u8>().is_ok_and(|i| i <= 10) => {
                 self.plain(format_args!("illum {}", word.text));
+                if let Some(name) = self.names.last().cloned() {
+                    match word.text {
+                        "4" | "9" => {
+                            let illum = (line.span(), word.text.to_owned());
+                            self.clear.insert(name, illum);
+                        }
+                        _ => {
+                            self.clear.remove(&name);
+                        }
+                    }
+                }
             }
             _ => {
                 let message = "`illum` is not an integer between 0 and 10".to_owned();

@@ -31,7 +31,7 @@ pub struct Surface {
     pub exponent: f32,
     /// Light it sends out.
     pub emission: [f32; 3],
-    /// Colour of the mirror; 0 for none.
+    /// Colour of the mirror; 0 for none, or a conductor that is black at normal incidence.
     pub mirror: [f32; 3],
     /// How the mirror depends on the angle.
     pub fresnel: Fresnel,
@@ -80,9 +80,9 @@ impl Surface {
         }
     }
 
-    /// True if it mirrors anything.
+    /// True if it mirrors anything at some angle: a conductor does, whatever its colour, at a grazing one.
     pub fn mirrors(&self) -> bool {
-        self.mirror.iter().any(|&c| c > 0.0)
+        self.fresnel == Fresnel::Conductor || self.mirror.iter().any(|&c| c > 0.0)
     }
 
     /// True if it lets light through.
