@@ -99,3 +99,38 @@ fn names_from_files_stay_inside_the_folder() {
     assert!(!folder.join("../escaped.dot").exists());
     assert!(!folder.join("escaped.dot").exists());
 }
+
+/// Neither a program nor a scene of a stranger shows what stands in other files.
+#[test]
+fn files_of_other_kinds_are_not_quoted() {
+    let folder = folder("foreign_files");
+    write(
+        &folder,
+        "secrets",
+        "root:x:0:0:root:/root:/bin/bash\nword = hunter2\n",
+    );
+    write(
+        &folder,
+        "thief.c",
+        "#include \"secrets\"\nint main(void) { return 0; }\n",
+    );
+    write(&folder, "thief.obj", &format!("mtllib secrets\n{TRIANGLE}"));
+    for command in [["run", "thief.c"], ["render", "thief.obj"]] {
+        let output = srp(&folder, &command);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(said.contains("secrets"), "{said}");
+        for word in ["root", "bash", "hunter2", "word"] {
+            assert!(!said.contains(word), "{command:?}: {said}");
+        }
+    }
+    // A header with a mistake is shown as ever.
+    write(&folder, "common.h", "int f(void { return 1; }\n");
+    write(
+        &folder,
+        "user.c",
+        "#include \"common.h\"\nint main(void) { return f(); }\n",
+    );
+    let said = srp(&folder, &["run", "user.c"]);
+    let said = String::from_utf8_lossy(&said.stderr);
+    assert!(said.contains("int f(void {"), "{said}");
+}

@@ -6,20 +6,22 @@ use crate::options::Options;
 use crate::{Error, files};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::choice::Choices;
-use srp_archdesc::diagnostic::{Diagnostic, Messages, Severity, Source};
+use srp_archdesc::diagnostic::{Diagnostic, Messages, Severity, Source, line_column};
 use srp_archdesc::isa::Class;
 use srp_frontend::interface::Interface;
 use srp_frontend::{Include, library};
 use srp_ir::pass::{self, Pass, Remark};
 use srp_ir::program::Program;
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Finds included files, and remembers every text that was read.
 struct Texts<'a> {
     folders: &'a [PathBuf],
     read: RefCell<BTreeMap<String, Source>>,
+    /// The names of the sources themselves.
+    asked_for: Vec<String>,
 }
 
 impl<'a> Texts<'a> {
@@ -28,6 +30,7 @@ impl<'a> Texts<'a> {
         Texts {
             folders,
             read: RefCell::new(read.collect()),
+            asked_for: sources.iter().map(|s| s.name.clone()).collect(),
         }
     }
 
@@ -55,8 +58,42 @@ impl<'a> Texts<'a> {
         all.any(|file| file.path == name && text == Some(file.text))
     }
 
-    /// The messages with the texts that they are about.
+    /// Messages in which one that quotes nothing stands for all about a file that is not C by its name.
+    fn without_foreign_text(&self, diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
+        let read = self.read.borrow();
+        let is_foreign = |name: &str| {
+            let ending = Path::new(name).extension().and_then(|e| e.to_str());
+            let is_asked_for = self.asked_for.iter().any(|asked| asked == name);
+            !is_asked_for
+                && read.contains_key(name)
+                && !ending.is_some_and(|e| INCLUDED.contains(&e))
+        };
+        let mut told = BTreeSet::new();
+        let mut shown = Vec::new();
+        for message in diagnostics {
+            if !is_foreign(&message.file) {
+                shown.push(message);
+            } else if told.insert(message.file.clone()) {
+                let text = read.get(&message.file).map_or("", |s| s.text.as_str());
+                let at = message.primary.as_ref().map(|label| label.span.start);
+                let line = at.map_or(1, |at| line_column(text, at).0);
+                let what = format!(
+                    "`{}` is included and is not right in line {line}; it is not C by its name, so none of it is shown",
+                    message.file
+                );
+                shown.push(Diagnostic {
+                    severity: message.severity,
+                    ..Diagnostic::error(message.code, &message.file, what)
+                });
+            }
+        }
+        shown
+    }
+
+    /// The messages with the texts that they are about. Of files that are not C by their names, such as a list of
+    /// passwords that a stranger's program includes, nothing is shown.
     fn messages(&self, diagnostics: Vec<Diagnostic>) -> Messages {
+        let diagnostics = self.without_foreign_text(diagnostics);
         let mut read = self.read.borrow_mut();
         let mut text = |name: &str| {
             let library = || library::text(name).map(|text| Source::new(name, text));
@@ -69,6 +106,11 @@ impl<'a> Texts<'a> {
         }
     }
 }
+
+/// Endings of the names of files that C includes.
+const INCLUDED: [&str; 12] = [
+    "c", "h", "cc", "hh", "cpp", "hpp", "cl", "inc", "inl", "def", "tbl", "glsl",
+];
 
 /// Runs `f` with the front end's options.
 fn with<R>(
