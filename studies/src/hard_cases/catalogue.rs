@@ -7,6 +7,7 @@
 //! case S1.1 a zero of the direction on a slab plane: 0 · ∞
 //!   call box low 0 -1 -1 high 0 0 0 from 0 0 0 along 0 -1 0
 //!   gives hit
+//!   flushed miss                 the answer of machines that flush subnormals, where it is another
 //!   by exact                     the oracle that decides
 //!   source Barnes, …             who knows of it
 //!   on host srp tni              the levels that it runs at
@@ -18,6 +19,7 @@
 //! A number is the float nearest to a decimal number, `inf`, `nan`, or `x` and its bits in
 //! hexadecimal.
 
+use srp_archdesc::arch::{Precision, Subnormals};
 use std::collections::BTreeMap;
 
 /// Where the files of the catalogue are.
@@ -110,6 +112,8 @@ pub struct Case {
     pub arguments: Vec<(String, Vec<u32>)>,
     /// The answer that it must give: numbers and words.
     pub gives: Vec<String>,
+    /// The answer on a machine that flushes subnormals, where it is another one.
+    pub flushed: Vec<String>,
     /// Who decides what is right.
     pub oracle: Oracle,
     /// Who knows of it.
@@ -144,10 +148,17 @@ impl Case {
         self.words(name).map(f32::from_bits)
     }
 
+    /// The numbers that it is to give on a machine of some precision.
+    pub(super) fn numbers_on(&self, precision: &Precision) -> Vec<f32> {
+        match (precision.subnormals, self.flushed.is_empty()) {
+            (Subnormals::Flush, false) => floats(&self.flushed),
+            _ => self.numbers(),
+        }
+    }
+
     /// The numbers that it is to give.
     pub(super) fn numbers(&self) -> Vec<f32> {
-        let numbers = self.gives.iter().filter_map(|word| number(word));
-        numbers.map(f32::from_bits).collect()
+        floats(&self.gives)
     }
 
     /// True if it must give this word.
@@ -160,6 +171,12 @@ impl Case {
         let found = self.loses.iter().find(|(name, _)| name == test);
         found.map(|&(_, share)| share)
     }
+}
+
+/// The numbers among some words.
+fn floats(words: &[String]) -> Vec<f32> {
+    let numbers = words.iter().filter_map(|word| number(word));
+    numbers.map(f32::from_bits).collect()
 }
 
 /// The bits of a number as the catalogue writes it.
@@ -197,6 +214,7 @@ fn read_file(name: &str, text: &str, cases: &mut Vec<Case>) -> Result<(), String
         call: String::new(),
         arguments: Vec::new(),
         gives: Vec::new(),
+        flushed: Vec::new(),
         oracle: Oracle::Rule,
         source: String::new(),
         levels: Vec::new(),
@@ -258,6 +276,7 @@ fn property(case: &mut Case, keyword: &str, rest: &str) -> Result<(), String> {
             }
         }
         "gives" => case.gives = words().map(str::to_owned).collect(),
+        "flushed" => case.flushed = words().map(str::to_owned).collect(),
         "by" => {
             let named = Oracle::ALL.into_iter().find(|o| o.name() == rest);
             case.oracle = named.ok_or_else(|| unknown(rest))?;

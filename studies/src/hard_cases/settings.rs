@@ -1,6 +1,6 @@
 //! The settings of a machine that cases are tried with.
 
-use srp_archdesc::arch::{Approx, Arch, Precision, Refine};
+use srp_archdesc::arch::{Approx, Arch, Precision, Refine, Subnormals};
 use srp_archdesc::datapath::Intersection;
 use srp_archdesc::structure::Structure;
 use srp_archdesc::system::Pipeline;
@@ -20,7 +20,7 @@ pub struct Setting {
 }
 
 /// The machine as it is, and its settings: everything exact, tables of 23, 16, 12 and 8 bits, 12 bits
-/// and a Newton step, fused and not; each triangle test, at the machine's precision and with 12 bits; both forms of the
+/// and a Newton step, fused and not, and the step of reciprocals in code; subnormals flushed, or kept; each triangle test, at the machine's precision and with 12 bits; both forms of the
 /// traversal unit; and each width of texture weights.
 pub(super) fn of(machine: &Arch) -> Vec<Setting> {
     let mut settings = Settings(Vec::new());
@@ -41,6 +41,22 @@ pub(super) fn of(machine: &Arch) -> Vec<Setting> {
     };
     let name = "12 bits + 1 step, not fused";
     settings.add(name, with_approx(machine, separate));
+    let mut in_code = machine.clone();
+    in_code.precision.rcp = Approx::Table {
+        structure: Structure::Table,
+        bits: 12,
+        steps: 1,
+        fused: true,
+        refine: Refine::Code,
+    };
+    settings.add("12 bits + 1 step in code", in_code);
+    let mut other = machine.clone();
+    let (name, subnormals) = match machine.precision.subnormals {
+        Subnormals::Keep => ("subnormals flushed", Subnormals::Flush),
+        Subnormals::Flush => ("subnormals kept", Subnormals::Keep),
+    };
+    other.precision.subnormals = subnormals;
+    settings.add(name, other);
     let twelve = with_approx(machine, Approx::table(12, 0));
     for (what, machine) in [("", machine), (", 12 bits", &twelve)] {
         for test in Intersection::ALL {
