@@ -145,6 +145,10 @@ pub struct Record {
     pub size: u32,
     /// Alignment in bytes.
     pub align: u32,
+    /// How deep records and arrays nest in it, with itself.
+    pub nesting: u32,
+    /// True if a member, or a member of one, is constant.
+    pub constant: bool,
     /// Where it is declared.
     pub span: Span,
 }

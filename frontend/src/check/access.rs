@@ -253,15 +253,10 @@ impl Checker<'_> {
         Some(place)
     }
 
-    fn has_const_member(&self, ty: TypeId) -> bool {
+    /// True if an object of the type has a constant part.
+    pub(super) fn has_const_member(&self, ty: TypeId) -> bool {
         match self.types.get(ty) {
-            Type::Record(record) => {
-                let fields = self.types.records[*record].fields.as_deref();
-                fields
-                    .unwrap_or(&[])
-                    .iter()
-                    .any(|f| f.ty.quals.constant || self.has_const_member(f.ty.ty))
-            }
+            Type::Record(record) => self.types.records[*record].constant,
             Type::Array(of, _) => of.quals.constant || self.has_const_member(of.ty),
             _ => false,
         }

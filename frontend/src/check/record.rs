@@ -123,6 +123,8 @@ impl Checker<'_> {
             fields: None,
             size: 0,
             align: 1,
+            nesting: 1,
+            constant: false,
             span,
         })
     }
@@ -225,7 +227,12 @@ impl Checker<'_> {
             self.error(LIMIT, span, "the type is too large or nests too deep", "");
             fields.clear();
         }
+        let constant = fields
+            .iter()
+            .any(|f| f.ty.quals.constant || self.has_const_member(f.ty.ty));
         let record = &mut self.types.records[record];
+        record.nesting = 1 + nested.unwrap_or(0);
+        record.constant = constant;
         record.fields = Some(fields);
         record.size = u32::try_from(size).unwrap_or(0);
         record.align = align;
@@ -235,11 +242,7 @@ impl Checker<'_> {
     fn nesting(&self, ty: TypeId) -> u32 {
         match self.types.get(ty) {
             Type::Array(of, _) => 1 + self.nesting(of.ty),
-            Type::Record(record) => {
-                let fields = self.types.records[*record].fields.as_deref();
-                let inner = fields.unwrap_or(&[]).iter().map(|f| self.nesting(f.ty.ty));
-                1 + inner.max().unwrap_or(0)
-            }
+            Type::Record(record) => self.types.records[*record].nesting,
             _ => 0,
         }
     }
