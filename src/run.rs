@@ -7,6 +7,7 @@ use crate::profile::Target;
 use crate::{compile, diagnostics, interrupt, refused_kernel, report, talk};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::Entity;
+use srp_archdesc::watch::{Event, Watch};
 use srp_ir::dre::scheduled::ScheduledDre;
 use srp_ir::dre::{self, Dre};
 use srp_ir::interp::{self, FlatWorld};
@@ -14,10 +15,14 @@ use srp_ir::layout::Layout;
 use srp_ir::program::{Kernel, Program};
 use srp_runtime::solo::{self, Finish, Solo, SoloError};
 use srp_studies::profile::Profiler;
+use srp_toolchain::files::FileError;
 use srp_toolchain::{
     Engine, Engines, Error, Input, Options, divide, front_end, input, machine, optimise,
 };
-use std::path::PathBuf;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 /// Runs `srp run`; the program's exit status.
 pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
@@ -64,16 +69,11 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     };
     let mut bus = Solo::new(&program.image, arch.system.sram_bytes);
     let mut account = Finish::default();
+    let printing = Printing::default();
     let ended = interrupt::looked_for(|| {
-        solo::run_until(
-            core.as_mut(),
-            &mut bus,
-            args.limit,
-            &talk::CONSOLE,
-            &mut account,
-        )
+        solo::run_until(core.as_mut(), &mut bus, args.limit, &printing, &mut account)
     });
-    talk::print(&bus.output)?;
+    printing.end(&bus.output)?;
     say_account(&account, program);
     talk::say_shares(&engines);
     if let (Some(target), Some(profiler)) = (profile, profiler) {
@@ -81,8 +81,62 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     }
     match ended {
         Ok(()) => Ok(account.status),
+        // Nobody reads what the program prints.
+        Err(SoloError::Stopped) if printing.is_unread() => Ok(0),
         Err(SoloError::Stopped) => Err(Failure::Interrupted),
         Err(error) => Err(Failure::message(error)),
+    }
+}
+
+/// Watches a program that prints: its text appears as it runs, and it ends where that cannot be written.
+#[derive(Default)]
+struct Printing {
+    failed: Mutex<Option<io::Error>>,
+}
+
+impl Printing {
+    fn failure(&self) -> MutexGuard<'_, Option<io::Error>> {
+        self.failed.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// True when the reader of the text has gone away.
+    fn is_unread(&self) -> bool {
+        let failure = self.failure();
+        (failure.as_ref()).is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
+    }
+
+    /// Writes the rest.
+    fn end(&self, rest: &[u8]) -> Result<(), FileError> {
+        let failed = self.failure().take();
+        match failed {
+            None => talk::print(rest),
+            Some(error) if error.kind() == io::ErrorKind::BrokenPipe => {
+                *self.failure() = Some(error);
+                Ok(())
+            }
+            Some(error) => Err(FileError::writing(Path::new("standard output"), error)),
+        }
+    }
+}
+
+impl Watch for Printing {
+    fn cancelled(&self) -> bool {
+        self.failure().is_some() || talk::CONSOLE.cancelled()
+    }
+
+    fn tell(&self, event: Event<'_>) {
+        talk::CONSOLE.tell(event);
+    }
+
+    fn printed(&self, bytes: &[u8]) -> bool {
+        if let Err(error) = talk::print_part(bytes) {
+            *self.failure() = Some(error);
+        }
+        true
+    }
+
+    fn elapsed(&self) -> Duration {
+        talk::CONSOLE.elapsed()
     }
 }
 

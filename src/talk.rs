@@ -27,10 +27,16 @@ pub(crate) fn say_all(text: &str) {
     let _ = write!(io::stderr(), "{text}");
 }
 
+/// A part of the data to standard output.
+pub(crate) fn print_part(data: &[u8]) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    out.write_all(data)?;
+    out.flush()
+}
+
 /// Data to standard output; a reader that has gone away is no error.
 pub(crate) fn print(data: impl AsRef<[u8]>) -> Result<(), FileError> {
-    let mut out = io::stdout().lock();
-    match out.write_all(data.as_ref()).and_then(|()| out.flush()) {
+    match print_part(data.as_ref()) {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
             Err(FileError::writing(Path::new("standard output"), e))
         }

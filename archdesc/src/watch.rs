@@ -18,6 +18,13 @@ pub trait Watch: Sync {
         let _ = event;
     }
 
+    /// Takes what a simulated program has printed since the last time. True if it is taken; else it is kept for the
+    /// program's end.
+    fn printed(&self, bytes: &[u8]) -> bool {
+        let _ = bytes;
+        false
+    }
+
     /// The time since some moment before the work began. Budgets of time use it: with a watcher that does
     /// not measure time, a budget never ends.
     fn elapsed(&self) -> Duration {

@@ -20,7 +20,7 @@ pub struct Solo {
     pub inputs: BTreeMap<u32, VecDeque<u32>>,
     /// Words given to output ports other than those of the standard output and the exit status.
     pub outputs: BTreeMap<u32, Vec<u32>>,
-    /// Bytes written to the standard output.
+    /// Bytes written to the standard output, as far as a [`Watch`] has not taken them.
     pub output: Vec<u8>,
     /// The status given to the exit port, which ends the program.
     pub exit: Option<i32>,
@@ -176,7 +176,7 @@ pub fn run(core: &mut dyn Core, solo: &mut Solo, limit: u64) -> Result<Finish, S
 /// Cycles between two looks at whether to stop.
 const LOOK_INTERVAL: u64 = 1 << 20;
 
-/// The same, unless the watch ends it; `finish` counts the cycles, however it ends.
+/// The same, unless the watch ends it, which may take what is printed meanwhile; `finish` counts the cycles, however it ends.
 ///
 /// # Errors
 ///
@@ -196,6 +196,9 @@ pub fn run_until(
         }
         if done >= look {
             look = done + LOOK_INTERVAL;
+            if !solo.output.is_empty() && watch.printed(&solo.output) {
+                solo.output.clear();
+            }
             if watch.cancelled() {
                 return Err(SoloError::Stopped);
             }

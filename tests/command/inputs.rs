@@ -2,8 +2,9 @@
 
 use super::{TRIANGLE, folder, refused, srp, write};
 use std::fs;
+use std::io::{BufRead as _, BufReader};
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 #[test]
 fn inputs_that_never_end_are_refused() {
@@ -133,4 +134,30 @@ fn files_of_other_kinds_are_not_quoted() {
     let said = srp(&folder, &["run", "user.c"]);
     let said = String::from_utf8_lossy(&said.stderr);
     assert!(said.contains("int f(void {"), "{said}");
+}
+
+/// What a program prints appears while it runs, and a program whose reader goes away ends.
+#[test]
+fn a_program_that_prints_for_ever_is_read_as_it_runs() {
+    let folder = folder("printing");
+    let program =
+        "#include <stdio.h>\nint main(void) { for (int i = 0;; i++) printf(\"line %d\\n\", i); }\n";
+    write(&folder, "forever.c", program);
+    for engine in ["interp", "auto"] {
+        let mut running = Command::new(env!("CARGO_BIN_EXE_srp"))
+            .current_dir(&folder)
+            .args(["run", "forever.c", "--engine", engine])
+            .env("SRP_CACHE", folder.with_extension("cache"))
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the command can be started");
+        let text = running.stdout.take().expect("it is piped");
+        let mut lines = BufReader::new(text).lines().map_while(Result::ok);
+        let read: Vec<String> = lines.by_ref().take(3).collect();
+        assert_eq!(read, ["line 0", "line 1", "line 2"], "{engine}");
+        drop(lines);
+        let ended = running.wait().expect("it ends");
+        assert_eq!(ended.code(), Some(0), "{engine}");
+    }
 }
