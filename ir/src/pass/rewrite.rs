@@ -16,7 +16,7 @@ use crate::program::*;
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::fmt;
-use tree::{Operations, Tree};
+use tree::{Expressions, Library, Tree};
 
 /// A rule by which expressions are rewritten.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -75,7 +75,7 @@ impl Rule {
         }
     }
 
-    /// What it makes of what.
+    /// The forms before and after it.
     pub const fn what(self) -> &'static str {
         match self {
             Rule::Estrin => "a polynomial by pairs of terms (Estrin's scheme)",
@@ -99,17 +99,17 @@ impl Rule {
     }
 
     /// The expression that takes the place of an instruction's result.
-    fn plan(self, func: &Function, operations: &Operations, inst: Inst) -> Option<Tree> {
+    fn plan(self, within: &Expressions<'_>, inst: Inst) -> Option<Tree> {
         match self {
-            Rule::Estrin => polynomial::estrin(func, operations, inst),
-            Rule::Horner => polynomial::horner(func, operations, inst),
-            Rule::Products => power::products(func, operations, inst),
-            Rule::Exp2Log2 => power::exp2_log2(func, operations, inst),
-            Rule::RootDifference => difference::roots(func, operations, inst),
-            Rule::SquareDifference => difference::squares(func, operations, inst),
-            Rule::QuotientDifference => difference::quotients(func, operations, inst),
-            Rule::HalfAngle => difference::half_angle(func, operations, inst),
-            Rule::ProductDifference => difference::products(func, operations, inst),
+            Rule::Estrin => polynomial::estrin(within, inst),
+            Rule::Horner => polynomial::horner(within, inst),
+            Rule::Products => power::products(within, inst),
+            Rule::Exp2Log2 => power::exp2_log2(within, inst),
+            Rule::RootDifference => difference::roots(within, inst),
+            Rule::SquareDifference => difference::squares(within, inst),
+            Rule::QuotientDifference => difference::quotients(within, inst),
+            Rule::HalfAngle => difference::half_angle(within, inst),
+            Rule::ProductDifference => difference::products(within, inst),
             Rule::CompensatedSum => None,
         }
     }
@@ -187,7 +187,7 @@ pub(super) fn rewrite(
         if wishes.is_empty() {
             continue;
         }
-        let operations = Operations::of(program);
+        let library = Library::of(program);
         let Program { funcs, files, .. } = &mut *program;
         let is_wished = |pos: Pos| {
             let file = files.get(pos.file).map_or("", String::as_str);
@@ -196,7 +196,7 @@ pub(super) fn rewrite(
         for func in funcs.values_mut() {
             let done = match rule {
                 Rule::CompensatedSum => compensate::compensate(func, &is_wished),
-                _ => replace(func, rule, &operations, &is_wished),
+                _ => replace(func, rule, &library, &is_wished),
             };
             remarks.extend(done.into_iter().map(|pos| Remark {
                 pos,
@@ -211,13 +211,14 @@ pub(super) fn rewrite(
 /// The places of a program that some rule fits as it stands, in files that are not the library's.
 pub(super) fn fits(program: &Program) -> BTreeSet<Rewrite> {
     let mut found = BTreeSet::new();
-    let operations = Operations::of(program);
+    let library = Library::of(program);
     for func in program.funcs.values() {
+        let within = Expressions::of(func, &library);
         for rule in Rule::ALL {
             let fits = match rule {
                 Rule::CompensatedSum => compensate::places(func),
                 _ => {
-                    let plans = plans(func, rule, &operations, &|_| true);
+                    let plans = plans(&within, rule, &|_| true);
                     let insts = plans.into_iter().map(|(_, inst, _)| inst);
                     insts.map(|inst| func.insts[inst].pos).collect()
                 }
@@ -241,21 +242,20 @@ fn listed(func: &Function) -> impl Iterator<Item = (Block, Inst)> {
     blocks.flat_map(|&block| func.blocks[block].insts.iter().map(move |&i| (block, i)))
 }
 
-/// What a rule makes of the expressions at some places, with the block and the instruction of each.
+/// The expressions that a rule puts at some places, with the block and the instruction of each.
 fn plans(
-    func: &Function,
+    within: &Expressions<'_>,
     rule: Rule,
-    operations: &Operations,
     is_wished: &dyn Fn(Pos) -> bool,
 ) -> Vec<(Block, Inst, Tree)> {
+    let func = within.func;
     let wished = listed(func).filter(|&(_, inst)| is_wished(func.insts[inst].pos));
     let mut plans: Vec<(Block, Inst, Tree)> = wished
-        .filter_map(|(block, inst)| Some((block, inst, rule.plan(func, operations, inst)?)))
+        .filter_map(|(block, inst)| Some((block, inst, rule.plan(within, inst)?)))
         .collect();
     // Of an expression and a part of it, which a rule may fit as well, the whole is rewritten.
-    let made = operations.made(func);
     let parts: BTreeSet<Inst> = (plans.iter())
-        .flat_map(|(_, inst, _)| made.below(func, *inst))
+        .flat_map(|(_, inst, _)| within.made.below(func, *inst))
         .collect();
     plans.retain(|(_, inst, _)| !parts.contains(inst));
     plans
@@ -265,12 +265,13 @@ fn plans(
 fn replace(
     func: &mut Function,
     rule: Rule,
-    operations: &Operations,
+    library: &Library,
     is_wished: &dyn Fn(Pos) -> bool,
 ) -> Vec<Pos> {
+    let plans = plans(&Expressions::of(func, library), rule, is_wished);
     let mut done = Vec::new();
     let mut renames = Renames::default();
-    for (block, inst, tree) in plans(func, rule, operations, is_wished) {
+    for (block, inst, tree) in plans {
         let pos = func.insts[inst].pos;
         let old = func.insts[inst].results[0];
         let mut made = Vec::new();

@@ -121,7 +121,7 @@ fn compensate_sum(func: &mut Function, sum: &Carried) {
         Ty::Vec => (Opcode::Vfadd, Opcode::Vfsub),
         _ => (Opcode::Fadd, Opcode::Fsub),
     };
-    // What uses the sum takes the errors in. These come first: the error itself uses the bare sum.
+    // Users of the sum take the errors in. These come first: the error itself uses the bare sum.
     let lost_before = func.values.push(ty);
     let lost_after = func.values.push(ty);
     for user in func.layout.clone() {

@@ -2,7 +2,7 @@
 //! classic ones (Hamming, *Numerical Methods for Scientists and Engineers*, 1962, chapter 3); Kahan's difference of products is analysed by
 //! Jeannerod, Louvet and Muller (2013): off by at most two units in the last place.
 
-use super::tree::{Made, Operations, Tree, operation};
+use super::tree::{Expressions, Made, Tree, operation};
 use crate::program::*;
 use srp_archdesc::isa::{Opcode, Ty};
 
@@ -125,10 +125,10 @@ fn cancelled<'a>(func: &'a Function, made: &'a Made, a: Value, b: Option<Value>)
 }
 
 /// A difference with a square root on one side or both.
-pub(super) fn roots(func: &Function, operations: &Operations, inst: Inst) -> Option<Tree> {
-    let made = operations.made(func);
+pub(super) fn roots(within: &Expressions<'_>, inst: Inst) -> Option<Tree> {
+    let Expressions { func, made, .. } = within;
     let (a, b) = operands(func, made, inst)?;
-    let root = |value: Value| operations.root(func, value);
+    let root = |value: Value| within.root(value);
     let above = match (root(a), root(b)) {
         (Some(x), Some(y)) => cancelled(func, made, x, Some(y)).tree(),
         (Some(x), None) => {
@@ -148,8 +148,8 @@ pub(super) fn roots(func: &Function, operations: &Operations, inst: Inst) -> Opt
 }
 
 /// A difference of squares.
-pub(super) fn squares(func: &Function, operations: &Operations, inst: Inst) -> Option<Tree> {
-    let made = operations.made(func);
+pub(super) fn squares(within: &Expressions<'_>, inst: Inst) -> Option<Tree> {
+    let Expressions { func, made, .. } = within;
     let (a, b) = operands(func, made, inst)?;
     let root = |value: Value| match factors(func, made, value) {
         Some([x, y]) if x == y => Some(made.tree(func, x)),
@@ -167,8 +167,8 @@ pub(super) fn squares(func: &Function, operations: &Operations, inst: Inst) -> O
 }
 
 /// A difference of quotients.
-pub(super) fn quotients(func: &Function, operations: &Operations, inst: Inst) -> Option<Tree> {
-    let made = operations.made(func);
+pub(super) fn quotients(within: &Expressions<'_>, inst: Inst) -> Option<Tree> {
+    let Expressions { func, made, .. } = within;
     let (a, b) = operands(func, made, inst)?;
     let parts = |value: Value| match made.operation(func, value)? {
         (Opcode::Fdiv, &[above, below]) => Some((made.tree(func, above), below)),
@@ -191,8 +191,8 @@ pub(super) fn quotients(func: &Function, operations: &Operations, inst: Inst) ->
 }
 
 /// One without a cosine.
-pub(super) fn half_angle(func: &Function, operations: &Operations, inst: Inst) -> Option<Tree> {
-    let made = operations.made(func);
+pub(super) fn half_angle(within: &Expressions<'_>, inst: Inst) -> Option<Tree> {
+    let Expressions { func, made, .. } = within;
     let (one, cosine) = operands(func, made, inst)?;
     let (Some(1.0), (Opcode::Cos, &[angle])) =
         (made.constant(func, one), made.operation(func, cosine)?)
@@ -206,8 +206,8 @@ pub(super) fn half_angle(func: &Function, operations: &Operations, inst: Inst) -
 }
 
 /// A difference of products.
-pub(super) fn products(func: &Function, operations: &Operations, inst: Inst) -> Option<Tree> {
-    let made = operations.made(func);
+pub(super) fn products(within: &Expressions<'_>, inst: Inst) -> Option<Tree> {
+    let Expressions { func, made, .. } = within;
     let (a, b) = operands(func, made, inst)?;
     let [p, q] = factors(func, made, a)?;
     let [r, s] = factors(func, made, b)?;

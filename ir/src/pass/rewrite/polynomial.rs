@@ -1,6 +1,6 @@
 //! Polynomials, and two ways to evaluate them.
 
-use super::tree::{Made, Operations, Tree, operation};
+use super::tree::{Expressions, Made, Tree, operation};
 use crate::program::*;
 use srp_archdesc::isa::Opcode;
 use std::collections::BTreeSet;
@@ -24,7 +24,7 @@ struct Polynomial {
 }
 
 impl Polynomial {
-    /// What is no sum and no product, or not for this polynomial alone.
+    /// A part that is no sum and no product, or not for this polynomial alone.
     fn leaf(tree: Tree) -> Polynomial {
         Polynomial {
             coefficients: vec![tree],
@@ -150,8 +150,8 @@ impl Polynomial {
 }
 
 /// The polynomial of the highest degree that an instruction computes, and its variable.
-fn polynomial(func: &Function, operations: &Operations, inst: Inst) -> Option<(Polynomial, Value)> {
-    let made = operations.made(func);
+fn polynomial(within: &Expressions<'_>, inst: Inst) -> Option<(Polynomial, Value)> {
+    let Expressions { func, made, .. } = within;
     let (op, _) = operation(func, inst)?;
     if !matches!(op, Opcode::Fadd | Opcode::Fsub | Opcode::Fma) {
         return None;
@@ -201,8 +201,8 @@ fn variables(func: &Function, made: &Made, root: Value) -> Vec<Value> {
 }
 
 /// The polynomial by Estrin's scheme, where that is a shorter way.
-pub(super) fn estrin(func: &Function, operations: &Operations, inst: Inst) -> Option<Tree> {
-    let (polynomial, variable) = polynomial(func, operations, inst)?;
+pub(super) fn estrin(within: &Expressions<'_>, inst: Inst) -> Option<Tree> {
+    let (polynomial, variable) = polynomial(within, inst)?;
     let mut terms = polynomial.coefficients;
     let mut power = Tree::Value(variable);
     while terms.len() > 1 {
@@ -223,8 +223,8 @@ pub(super) fn estrin(func: &Function, operations: &Operations, inst: Inst) -> Op
 }
 
 /// The polynomial by Horner's scheme, where that takes fewer operations.
-pub(super) fn horner(func: &Function, operations: &Operations, inst: Inst) -> Option<Tree> {
-    let (polynomial, variable) = polynomial(func, operations, inst)?;
+pub(super) fn horner(within: &Expressions<'_>, inst: Inst) -> Option<Tree> {
+    let (polynomial, variable) = polynomial(within, inst)?;
     let mut terms = polynomial.coefficients.into_iter().rev();
     let mut tree = terms.next()?;
     for term in terms {

@@ -1,6 +1,6 @@
 //! Powers with constant exponents.
 
-use super::tree::{Made, Operations, Tree, operation};
+use super::tree::{Expressions, Made, Tree, operation};
 use crate::program::*;
 use srp_archdesc::isa::{Opcode, Ty};
 
@@ -11,9 +11,9 @@ const MOST_PRODUCTS: f32 = 32.0;
 const LEAST_BY_LOGARITHM: u32 = 5;
 
 /// exp2 (c · log2 x), or `powf (x, c)`, as products, with a root for half an exponent.
-pub(super) fn products(func: &Function, operations: &Operations, inst: Inst) -> Option<Tree> {
-    let made = operations.made(func);
-    let (base, exponent) = match operations.power(func, inst) {
+pub(super) fn products(within: &Expressions<'_>, inst: Inst) -> Option<Tree> {
+    let Expressions { func, made, .. } = within;
+    let (base, exponent) = match within.power(inst) {
         Some(&[base, exponent]) => (base, made.constant(func, exponent)?),
         Some(_) => return None,
         None => of_logarithm(func, made, inst)?,
@@ -68,8 +68,8 @@ fn whole_power(x: &Tree, exponent: u32) -> Tree {
 }
 
 /// Products of one factor alone as exp2 (n · log2 x).
-pub(super) fn exp2_log2(func: &Function, operations: &Operations, inst: Inst) -> Option<Tree> {
-    let made = operations.made(func);
+pub(super) fn exp2_log2(within: &Expressions<'_>, inst: Inst) -> Option<Tree> {
+    let Expressions { func, made, .. } = within;
     let result = *func.insts[inst].results.first()?;
     if func.values[result] != Ty::Word || operation(func, inst)?.0 != Opcode::Fmul {
         return None;

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 /// An expression of floats, in one word or in each lane of a vector.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Tree {
-    /// What is computed already.
+    /// A value that is computed already.
     Value(Value),
     /// A constant, the same in all lanes.
     Constant(f32),
@@ -134,7 +134,7 @@ fn of_words(op: Opcode) -> Opcode {
     }
 }
 
-/// What makes the values of a function.
+/// The instructions that make the values of a function.
 pub(super) struct Made {
     by: FxHashMap<Value, Inst>,
     pub(super) uses: EntityMap<Value, u32>,
@@ -209,15 +209,14 @@ pub(super) fn operation(func: &Function, inst: Inst) -> Option<(Opcode, &[Value]
     }
 }
 
-/// What makes the values of each function of a program, and which functions are powers and roots.
-pub(super) struct Operations {
-    made: FxHashMap<String, Made>,
+/// Functions of the C library by what they compute.
+pub(super) struct Library {
     powers: BTreeSet<Func>,
     roots: BTreeSet<Func>,
 }
 
-impl Operations {
-    pub(super) fn of(program: &Program) -> Operations {
+impl Library {
+    pub(super) fn of(program: &Program) -> Library {
         let named = |name: &str| {
             let funcs = program.funcs.iter().filter(|(_, func)| {
                 let file = program.files.get(func.pos.file);
@@ -225,43 +224,50 @@ impl Operations {
             });
             funcs.map(|(at, _)| at).collect()
         };
-        let funcs = program.funcs.iter();
-        Operations {
-            made: funcs
-                .map(|(_, func)| (func.name.clone(), Made::of(func)))
-                .collect(),
+        Library {
             powers: named("powf"),
             roots: named("sqrtf"),
         }
     }
+}
 
-    /// What makes the values of a function.
-    pub(super) fn made(&self, func: &Function) -> &Made {
-        &self.made[&func.name]
+/// The expressions of a function.
+pub(super) struct Expressions<'a> {
+    pub(super) func: &'a Function,
+    pub(super) made: Made,
+    library: &'a Library,
+}
+
+impl<'a> Expressions<'a> {
+    pub(super) fn of(func: &'a Function, library: &'a Library) -> Expressions<'a> {
+        Expressions {
+            func,
+            made: Made::of(func),
+            library,
+        }
     }
 
     /// The operand of a value that is a square root, by the unit or the library.
-    pub(super) fn root(&self, func: &Function, value: Value) -> Option<Value> {
-        let made = self.made(func);
-        if let Some((Opcode::Sqrt, &[arg])) = made.operation(func, value) {
+    pub(super) fn root(&self, value: Value) -> Option<Value> {
+        if let Some((Opcode::Sqrt, &[arg])) = self.made.operation(self.func, value) {
             return Some(arg);
         }
-        match &func.insts[*made.by.get(&value)?].kind {
-            InstKind::Call {
-                callee: Callee::Func(callee),
-                args,
-            } if self.roots.contains(callee) => args.first().copied(),
-            _ => None,
-        }
+        let root = self.called(*self.made.by.get(&value)?, &self.library.roots)?;
+        root.first().copied()
     }
 
     /// The operands of a call of `powf`.
-    pub(super) fn power<'f>(&self, func: &'f Function, inst: Inst) -> Option<&'f [Value]> {
-        match &func.insts[inst].kind {
+    pub(super) fn power(&self, inst: Inst) -> Option<&'a [Value]> {
+        self.called(inst, &self.library.powers)
+    }
+
+    /// The operands of a call of one of some functions.
+    fn called(&self, inst: Inst, functions: &BTreeSet<Func>) -> Option<&'a [Value]> {
+        match &self.func.insts[inst].kind {
             InstKind::Call {
                 callee: Callee::Func(callee),
                 args,
-            } if self.powers.contains(callee) => Some(args),
+            } if functions.contains(callee) => Some(args),
             _ => None,
         }
     }
