@@ -13,6 +13,7 @@ mod evaluate;
 mod fpcore;
 mod memory;
 mod origin;
+mod report;
 mod rewritten;
 mod sample;
 mod setting;
@@ -23,16 +24,16 @@ mod trial;
 
 pub use bound::Bound;
 pub use origin::{Origin, Origins};
+pub use report::{Range, Report};
 pub use rewritten::{Gain, Rewritten};
 pub use subject::Question;
 pub use target::Target;
-pub use trial::Costs;
+pub use trial::{Costs, Measure, Trial};
 
 use crate::Error;
 use crate::search::{self, Combined, Findings, MOST_OF_GRID, Point, Space};
 use origin::origins;
 use sample::Round;
-use serde::Serialize;
 use setting::{Knob, Subject};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Source;
@@ -70,118 +71,6 @@ pub struct Study {
     pub target: Target,
     /// Trials at a time; they change no result.
     pub threads: usize,
-}
-
-/// A range of an input.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Range {
-    /// The parameter or object.
-    pub name: String,
-    /// The least value.
-    pub low: f64,
-    /// The greatest value.
-    pub high: f64,
-    /// Numbers of one evaluation.
-    pub length: u32,
-}
-
-/// The outcome of a kernel's trials.
-#[derive(Clone, Debug, Serialize)]
-pub struct Report {
-    /// The function, benchmark or program.
-    pub name: String,
-    /// Its file.
-    pub file: String,
-    /// The machine's name.
-    pub machine: String,
-    /// Its inputs.
-    pub ranges: Vec<Range>,
-    /// Its outputs by name.
-    pub outputs: Vec<String>,
-    /// Evaluations that were drawn.
-    pub points: usize,
-    /// The assumptions that were made.
-    pub notes: Vec<String>,
-    /// The special functions that it computes.
-    pub units: Vec<String>,
-    /// The limits that settings have to keep to.
-    pub target: Target,
-    /// The machine as it is, then the others in the order in which they were tried.
-    pub trials: Vec<Trial>,
-    /// Numbers of the trials on the front of error and cycles, by error.
-    pub front_cycles: Vec<usize>,
-    /// The same of error and area.
-    pub front_area: Vec<usize>,
-    /// The same of error and energy.
-    pub front_energy: Vec<usize>,
-    /// The number of the cheapest that keeps to the target: by cycles, then area, then energy.
-    pub cheapest: Option<usize>,
-    /// Where the errors come from, with the machine as it is.
-    pub origins: Origins,
-    /// Where they come from with the cheapest, if that is another.
-    pub cheapest_origins: Option<Origins>,
-    /// Rewrites of single expressions, each tried alone.
-    pub rewrites: Vec<Rewritten>,
-    /// True when all combinations were tried.
-    pub exhaustive: bool,
-    /// True when all neighbours of the fronts were tried or are predicted to be beaten.
-    pub closed: bool,
-    /// True when the study was not interrupted.
-    pub complete: bool,
-}
-
-/// A setting that was tried.
-#[derive(Clone, Debug, Serialize)]
-pub struct Trial {
-    /// The settings, in a few words; empty for the machine as it is.
-    pub words: String,
-    /// How a user says it.
-    pub how: String,
-    /// Knobs that are turned and change nothing, because the program does not use their unit.
-    pub not_exercised: Vec<String>,
-    /// Why it could not be tried.
-    pub failed: Option<String>,
-    /// How far the results are off.
-    pub error: Measure,
-    /// A bound on the error of every result, where one was asked for and can be told.
-    pub bound: Option<Bound>,
-    /// Why there is no bound, where one was asked.
-    pub unbounded: Option<String>,
-    /// Its cost.
-    pub costs: Costs,
-    /// The changes that the compiler's permissions made.
-    pub remarks: Vec<String>,
-    #[serde(skip)]
-    subject: Option<Arc<Subject>>,
-}
-
-impl Trial {
-    /// The machine that it was tried on.
-    pub fn machine(&self) -> Option<&Arch> {
-        self.subject.as_deref().map(|subject| &subject.arch)
-    }
-}
-
-/// How far results are off.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Measure {
-    /// Bits lost: the mean of log2 (1 + ulps), ulps being units in the last place of the real number in
-    /// binary32. A result that is no number where the real one is counts 32.
-    pub bits: f64,
-    /// The largest error in units in the last place; `None` where a result is no number and should be.
-    pub ulps: Option<f64>,
-    /// The largest absolute error.
-    pub absolute: f64,
-    /// The largest relative error, of real numbers that are normal in binary32.
-    pub relative: f64,
-    /// The inputs of the largest error, of one evaluation.
-    pub worst: Vec<(String, f64)>,
-    /// The result computed there, and the right one.
-    pub worst_result: (f64, f64),
-    /// Results that are no numbers where the real ones are.
-    pub not_finite: usize,
-    /// Results that were compared; the others have no real number, or one beyond binary32.
-    pub compared: usize,
 }
 
 /// The outcome of the kernels of a file.
@@ -234,7 +123,7 @@ struct Bench<'a> {
     meaning: (Program, Layout),
     rounds: Vec<Round>,
     knobs: Vec<Knob>,
-    /// What may be rewritten, with the name of its knob, where it changes anything.
+    /// Rewrites that change anything, each with the name of its knob.
     rewrites: Vec<(Rewrite, String)>,
     units: Vec<Special>,
 }
@@ -568,21 +457,6 @@ impl<'a> Bench<'a> {
                 )
             })
             .collect()
-    }
-}
-
-impl Measure {
-    fn nothing() -> Measure {
-        Measure {
-            bits: 0.0,
-            ulps: Some(0.0),
-            absolute: 0.0,
-            relative: 0.0,
-            worst: Vec::new(),
-            worst_result: (0.0, 0.0),
-            not_finite: 0,
-            compared: 0,
-        }
     }
 }
 

@@ -2,8 +2,7 @@
 
 use super::setting::Subject;
 use super::subject::Kernel;
-use super::trial::Costs;
-use super::{Measure, Trial};
+use super::trial::{Costs, Measure, Trial};
 use serde::Serialize;
 use srp_ir::pass::{self, Rewrite};
 use srp_ir::program::Program;
@@ -19,7 +18,7 @@ const SAME_BITS: f64 = 0.02;
 pub struct Rewritten {
     /// Rule and place.
     pub name: String,
-    /// What the rule makes of what.
+    /// The forms before and after it.
     pub what: &'static str,
     /// How a user says it.
     pub how: String,
@@ -27,13 +26,13 @@ pub struct Rewritten {
     pub failed: Option<String>,
     /// How far the results are off then.
     pub error: Measure,
-    /// What it costs.
+    /// Its cost.
     pub costs: Costs,
-    /// What it gains over the text as it stands.
+    /// Its gain over the text as it stands.
     pub gain: Gain,
 }
 
-/// What a rewrite gains over the text as it stands, the best first.
+/// The gain of a rewrite over the text as it stands, the best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Gain {

@@ -1,10 +1,12 @@
 //! A setting tried: the kernel compiled, scheduled and simulated on all samples.
 
+use super::bound::Bound;
 use super::sample::{Round, address, of_program};
 use super::setting::Subject;
 use super::subject::{Kernel, Place};
 use crate::Error;
 use serde::{Deserialize, Serialize};
+use srp_archdesc::arch::Arch;
 use srp_archdesc::chip;
 use srp_archdesc::structure::Special;
 use srp_ir::dre::Dre;
@@ -15,6 +17,7 @@ use srp_runtime::solo::{self, Finish, SYSTEM_BASE, Solo};
 use srp_toolchain::cache::{Key, Kind};
 use srp_toolchain::{BUILD_ID, Engine, Engines, Input, Session, compile, front_end, optimise};
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 /// Cycles after which a kernel is said not to end.
 const MOST_CYCLES: u64 = 50_000_000;
@@ -35,6 +38,76 @@ pub struct Costs {
     pub area: f64,
     /// pJ of the operations of an evaluation, without registers, wires and memories.
     pub energy: f64,
+}
+
+/// A setting that was tried.
+#[derive(Clone, Debug, Serialize)]
+pub struct Trial {
+    /// The settings, in a few words; empty for the machine as it is.
+    pub words: String,
+    /// How a user says it.
+    pub how: String,
+    /// Knobs that are turned and change nothing, because the program does not use their unit.
+    pub not_exercised: Vec<String>,
+    /// Why it could not be tried.
+    pub failed: Option<String>,
+    /// How far the results are off.
+    pub error: Measure,
+    /// A bound on the error of every result, where one was asked for and can be told.
+    pub bound: Option<Bound>,
+    /// Why there is no bound, where one was asked.
+    pub unbounded: Option<String>,
+    /// Its cost.
+    pub costs: Costs,
+    /// The changes that the compiler's permissions made.
+    pub remarks: Vec<String>,
+    #[serde(skip)]
+    pub(super) subject: Option<Arc<Subject>>,
+}
+
+impl Trial {
+    /// The machine that it was tried on.
+    pub fn machine(&self) -> Option<&Arch> {
+        self.subject.as_deref().map(|subject| &subject.arch)
+    }
+}
+
+/// How far results are off.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Measure {
+    /// Bits lost: the mean of log2 (1 + ulps), ulps being units in the last place of the real number in
+    /// binary32. A result that is no number where the real one is counts 32.
+    pub bits: f64,
+    /// The largest error in units in the last place; `None` where a result is no number and should be.
+    pub ulps: Option<f64>,
+    /// The largest absolute error.
+    pub absolute: f64,
+    /// The largest relative error, of real numbers that are normal in binary32.
+    pub relative: f64,
+    /// The inputs of the largest error, of one evaluation.
+    pub worst: Vec<(String, f64)>,
+    /// The result computed there, and the right one.
+    pub worst_result: (f64, f64),
+    /// Results that are no numbers where the real ones are.
+    pub not_finite: usize,
+    /// Results that were compared; the others have no real number, or one beyond binary32.
+    pub compared: usize,
+}
+
+impl Measure {
+    /// No error.
+    pub(super) fn nothing() -> Measure {
+        Measure {
+            bits: 0.0,
+            ulps: Some(0.0),
+            absolute: 0.0,
+            relative: 0.0,
+            worst: Vec::new(),
+            worst_result: (0.0, 0.0),
+            not_finite: 0,
+            compared: 0,
+        }
+    }
 }
 
 /// The results and the cost of the kernel under a setting.
