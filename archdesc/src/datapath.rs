@@ -255,7 +255,7 @@ impl Intersection {
                 cmp: 4,
             }),
             // Vertices 9+0, shear 6+6, edges 3+6, determinant 2+0, depths 0+3, distance 2+3, and
-            // three quotients by it. The sums of the edges are of whole products, 48 digits: two adders each.
+            // three quotients by it. The sums of the edges are of whole products, to 53 digits: two adders each.
             Intersection::Woop => Operations {
                 add: 25,
                 mul: 21,

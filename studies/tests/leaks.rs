@@ -14,10 +14,11 @@ use srp_archdesc::arch::Approx;
 use srp_archdesc::datapath::Intersection;
 use srp_archdesc::system::TniSpec;
 use srp_runtime::bvh::Builder;
+use srp_runtime::memory::SystemMemory;
 use srp_runtime::scene::Triangle;
-use srp_runtime::tni::Tracer;
 use srp_runtime::tni::arithmetic::Ray;
 use srp_runtime::tni::place_for;
+use srp_runtime::tni::{Tracer, Tree};
 use srp_studies::exact;
 use support::{Random, image_for, machine, triangle};
 
@@ -202,6 +203,15 @@ fn unit(intersection: Intersection, rcp: Approx) -> TniSpec {
     }
 }
 
+/// Triangles in the memory of a machine with a unit.
+fn placed(spec: &TniSpec, triangles: &[Triangle]) -> (SystemMemory, Tree) {
+    let system = srp_archdesc::SystemSpec {
+        tni: *spec,
+        ..machine()
+    };
+    place_for(&system, &image_for(spec, triangles, Builder::Sweep))
+}
+
 fn count() -> usize {
     let all = std::env::var("SRP_AIMED_RAYS");
     all.map_or(100_000, |n| n.parse().expect("SRP_AIMED_RAYS is a number"))
@@ -216,12 +226,7 @@ fn losses(spec: &TniSpec, from: From, seed: u64) -> ([usize; 3], usize) {
     let shots = count().div_ceil(AIMS.len() * meshes.len());
     let mut lost = [0; 3];
     for mesh in &meshes {
-        let system = srp_archdesc::SystemSpec {
-            tni: *spec,
-            ..machine()
-        };
-        let tree = image_for(spec, &mesh.triangles, Builder::Sweep);
-        let (memory, tree) = place_for(&system, &tree);
+        let (memory, tree) = placed(spec, &mesh.triangles);
         let mut tracer = Tracer::new(spec, &tree, &memory);
         for (lost, aim) in lost.iter_mut().zip(AIMS) {
             let mut random = Random::new(seed);
@@ -286,11 +291,7 @@ fn far_from_the_origin_the_papers_test_loses_random_rays() {
         let triangles = sphere(24, 16, 1.0, centre);
         for test in Intersection::ALL {
             let spec = unit(test, Approx::Exact);
-            let system = srp_archdesc::SystemSpec {
-                tni: spec,
-                ..machine()
-            };
-            let (memory, tree) = place_for(&system, &image_for(&spec, &triangles, Builder::Sweep));
+            let (memory, tree) = placed(&spec, &triangles);
             let mut tracer = Tracer::new(&spec, &tree, &memory);
             let mut lost = 0;
             for _ in 0..shots {
@@ -341,11 +342,7 @@ fn in_a_tube_of_needles_a_test_that_moves_rays_loses_one_in_a_thousand() {
     let shots = count() / 5;
     for test in Intersection::ALL {
         let spec = unit(test, Approx::Exact);
-        let system = srp_archdesc::SystemSpec {
-            tni: spec,
-            ..machine()
-        };
-        let (memory, tree) = place_for(&system, &image_for(&spec, &triangles, Builder::Sweep));
+        let (memory, tree) = placed(&spec, &triangles);
         let mut tracer = Tracer::new(&spec, &tree, &memory);
         let mut random = Random::new(21);
         let mut lost = 0;
@@ -381,11 +378,7 @@ fn only_the_scaled_epsilon_hits_what_a_ray_passes_by() {
     println!("of {RAYS} rays that pass slivers at a part of their radius, hits:");
     for test in Intersection::ALL {
         let spec = unit(test, Approx::Exact);
-        let system = srp_archdesc::SystemSpec {
-            tni: spec,
-            ..machine()
-        };
-        let (memory, tree) = place_for(&system, &image_for(&spec, &triangles, Builder::Sweep));
+        let (memory, tree) = placed(&spec, &triangles);
         let mut tracer = Tracer::new(&spec, &tree, &memory);
         let mut hits = Vec::new();
         for apart in [1e-6f32, 1e-5, 1e-4, 1e-3] {
@@ -421,7 +414,7 @@ fn only_the_scaled_epsilon_hits_what_a_ray_passes_by() {
         match test {
             // Its slivers grow by a part of what rounding can do to the weights.
             Intersection::AnchorWaldScaled => assert!(hits[3] < 300, "{hits:?}"),
-            // Far from the origin of coordinates its products lose more.
+            // Its edges are relative to the origin of coordinates, and rounded so.
             Intersection::Wald => assert_eq!(hits[2..], [0; 2], "{hits:?}"),
             _ => assert_eq!(hits, [0; 4], "{}", test.name()),
         }

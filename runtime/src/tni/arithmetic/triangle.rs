@@ -160,8 +160,8 @@ impl Prepared {
     }
 
     /// Woop, Benthin and Wald (2013): an edge gives both its triangles the same number with opposite signs, and a
-    /// zero counts for both. Its sign is that of the exact difference of products, which is rounded once: where each
-    /// product is rounded, the signs of the edges of slivers may be those of no point at all, and every triangle of a
+    /// zero counts for both. Its sign is that of the exact difference of products: where each product is
+    /// rounded, the signs of the edges of slivers may be those of no point at all, and every triangle of a
     /// closed mesh refuses the ray.
     #[inline]
     fn woop(&self, triangle: &TriangleRecord, rcp: Approx) -> Option<Meeting> {
@@ -198,7 +198,7 @@ impl Prepared {
     }
 }
 
-/// p₀·q₁ − p₁·q₀ rounded once: binary64 holds both products exactly, and gives their difference its sign.
+/// p₀·q₁ − p₁·q₀ by an adder of 53 digits, then to binary32: both products are exact, and so is the sign.
 #[inline]
 fn cross(p: (f32, f32, f32), q: (f32, f32, f32)) -> f32 {
     let wide = f64::from;
