@@ -136,7 +136,7 @@ fn files_of_other_kinds_are_not_quoted() {
     assert!(said.contains("int f(void {"), "{said}");
 }
 
-/// What a program prints appears while it runs, and a program whose reader goes away ends.
+/// Text appears while the program that prints it runs, and a program whose reader goes away ends.
 #[test]
 fn a_program_that_prints_for_ever_is_read_as_it_runs() {
     let folder = folder("printing");

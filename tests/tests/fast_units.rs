@@ -7,14 +7,10 @@ use srp_archdesc::chip;
 use srp_archdesc::diagnostic::{Severity, Source};
 use srp_archdesc::isa::Opcode;
 use srp_archdesc::machines::SGRT;
-use srp_ir::interp::{self, FlatWorld};
-use srp_ir::layout::Layout;
 use srp_ir::program::{InstKind, Program};
-use srp_runtime::solo::{self, Finish, Solo};
+use srp_tests::one_loop::{Ran, meaning, run};
 use srp_tests::root;
-use srp_toolchain::{
-    Engine, Engines, Error, Input, Options, Session, compile, files, front_end, optimise,
-};
+use srp_toolchain::{Engine, Error, Input, Options, Session, files, front_end};
 use std::fmt::Write as _;
 
 const KERNELS: [&str; 4] = ["normalise", "project", "ratio", "mean"];
@@ -51,59 +47,16 @@ fn source() -> Input {
     Input::C(vec![files::read_source(&path).expect("the kernels")])
 }
 
-/// A run: the floats that it writes, cycles on the array and the initiation interval of its first loop.
-struct Ran {
-    out: Vec<u8>,
-    cycles: u64,
-    ii: u32,
-}
-
-fn run(kernel: &str, arch: &Arch, asked: u32, engine: Engine) -> Ran {
+fn ran(kernel: &str, arch: &Arch, asked: u32, engine: Engine) -> Ran {
     let session = Session::default();
-    let compiled = compile(source(), arch, &options(kernel, asked), &session);
-    let compiled = compiled.unwrap_or_else(|error| panic!("{kernel}: {error}"));
-    let program = compiled.runnable().expect("it has a main");
-    let engines = Engines::of(program, engine, &session).expect("it links");
-    let mut bus = Solo::new(&program.image, arch.system.sram_bytes);
-    let mut finish = Finish::default();
-    let mut core = engines.core();
-    let limit = 1_000_000;
-    solo::run_until(core.as_mut(), &mut bus, limit, session.watch, &mut finish).expect("it ends");
-    let (number, schedule) = (program.kernels.iter())
-        .find(|(_, k)| k.dfg.name == kernel)
-        .expect("its loop is on the array");
-    let number = srp_archdesc::entity::Entity::index(number) as u32;
-    Ran {
-        out: bus.output,
-        cycles: finish.kernels[&number],
-        ii: schedule.ii,
-    }
-}
-
-/// What `ir::interp` makes of a kernel before or after the passes.
-fn meaning(kernel: &str, arch: &Arch, asked: u32, passes: bool) -> Vec<u8> {
-    let Input::C(sources) = source() else {
-        unreachable!("it is C")
-    };
-    let options = options(kernel, asked);
-    let (mut program, _) = front_end(&sources, arch, &options).expect("it compiles");
-    if passes {
-        optimise(&mut program, arch, &options);
-    }
-    interpreted(&program, arch)
-}
-
-fn interpreted(program: &Program, arch: &Arch) -> Vec<u8> {
-    let layout = Layout::of(program, arch.system.sram_bytes).expect("it fits");
-    let mut world = FlatWorld::new(&layout, arch.system.sram_bytes);
-    let main = program.main.expect("a main function");
-    let options = interp::Options {
-        precision: arch.precision,
-        ..interp::Options::new(&layout)
-    };
-    let ran = interp::run(program, main, &[], &mut world, &options);
-    ran.unwrap_or_else(|trap| panic!("{}", trap.show(program)));
-    world.output
+    run(
+        source(),
+        arch,
+        &options(kernel, asked),
+        engine,
+        &session,
+        kernel,
+    )
 }
 
 fn floats(bytes: &[u8]) -> Vec<f32> {
@@ -128,14 +81,14 @@ fn every_engine_computes_the_same_bits() {
     for (bits, asked) in [(8, 8), (14, 24)] {
         let arch = machine(bits);
         for kernel in KERNELS {
-            let ran = run(kernel, &arch, asked, Engine::Interpreter).out;
-            assert_eq!(ran.len(), 4 * 96, "{kernel}");
+            let expected = ran(kernel, &arch, asked, Engine::Interpreter).output;
+            assert_eq!(expected.len(), 4 * 96, "{kernel}");
             for passes in [false, true] {
-                let meant = meaning(kernel, &arch, asked, passes);
-                assert!(ran == meant, "{kernel}, {bits} bits, passes: {passes}");
+                let meant = meaning(source(), &arch, &options(kernel, asked), passes);
+                assert!(expected == meant, "{kernel}, {bits} bits, passes: {passes}");
             }
-            let generated = run(kernel, &arch, asked, Engine::Generated).out;
-            assert!(ran == generated, "{kernel}, {bits} bits, generated");
+            let generated = ran(kernel, &arch, asked, Engine::Generated).output;
+            assert!(expected == generated, "{kernel}, {bits} bits, generated");
         }
     }
 }
@@ -152,7 +105,7 @@ fn bits_of_the_fast_unit_move_every_figure() {
     table.push_str("        mm²       pJ\n");
     let exact: Vec<Vec<u8>> = KERNELS
         .iter()
-        .map(|kernel| run(kernel, &plain(), 24, Engine::Interpreter).out)
+        .map(|kernel| ran(kernel, &plain(), 24, Engine::Interpreter).output)
         .collect();
     let mut last: Option<(f64, f64)> = None;
     let mut first_ulps = None;
@@ -168,8 +121,8 @@ fn bits_of_the_fast_unit_move_every_figure() {
         let _ = write!(table, "{name:8}");
         let mut all = Vec::new();
         for (kernel, exact) in KERNELS.iter().zip(&exact) {
-            let ran = run(kernel, &arch, bits.max(1), Engine::Interpreter);
-            let off = ulps(&ran.out, exact);
+            let ran = ran(kernel, &arch, bits.max(1), Engine::Interpreter);
+            let off = ulps(&ran.output, exact);
             let cell = format!("{} ({}) {off:.1}", ran.cycles, ran.ii);
             let _ = write!(table, "{cell:>26}");
             all.push(off);

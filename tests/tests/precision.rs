@@ -4,9 +4,9 @@
 use srp_archdesc::arch::Approx;
 use srp_archdesc::machines;
 use srp_archdesc::structure::Special;
-use srp_runtime::solo::{self, Finish, Solo};
+use srp_tests::one_loop::run;
 use srp_tests::root;
-use srp_toolchain::{Engine, Engines, Input, Options, Session, compile, files};
+use srp_toolchain::{Engine, Input, Options, Session, files};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
@@ -37,25 +37,9 @@ fn cycles(kernel: &str, approx: Approx, session: &Session<'_>) -> (u64, u32) {
         defines: vec![("RUN".to_owned(), kernel.to_owned())],
         ..Options::default()
     };
-    let compiled = compile(Input::C(vec![source]), &arch, &options, session).expect("it compiles");
-    let program = compiled.runnable().expect("it has a main");
-    let engines = Engines::of(program, Engine::Interpreter, session).expect("it links");
-    let mut bus = Solo::new(&program.image, arch.system.sram_bytes);
-    let mut finish = Finish::default();
-    let mut core = engines.core();
-    solo::run_until(
-        core.as_mut(),
-        &mut bus,
-        1_000_000,
-        session.watch,
-        &mut finish,
-    )
-    .expect("it ends");
-    let (number, schedule) = (program.kernels.iter())
-        .find(|(_, k)| k.dfg.name.contains(kernel))
-        .expect("its loop is on the array");
-    let number = srp_archdesc::entity::Entity::index(number) as u32;
-    (finish.kernels[&number], schedule.ii)
+    let input = Input::C(vec![source]);
+    let ran = run(input, &arch, &options, Engine::Interpreter, session, kernel);
+    (ran.cycles, ran.ii)
 }
 
 #[test]

@@ -9,11 +9,9 @@ use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use srp_archdesc::Arch;
 use srp_archdesc::diagnostic::Source;
 use srp_archdesc::machines::SGRT;
-use srp_ir::interp::{self, FlatWorld};
-use srp_ir::layout::Layout;
 use srp_ir::pass::{self, Rewrite, Rule};
-use srp_ir::program::Program;
 use srp_studies::kernel::{Question, Study, Target, study};
+use srp_tests::one_loop::printed;
 use srp_tests::root;
 use srp_toolchain::{Options, Session, front_end, optimise};
 use std::collections::BTreeMap;
@@ -21,16 +19,6 @@ use std::fmt::Write as _;
 
 fn machine() -> Arch {
     srp_archdesc::parse("sgrt.xml", SGRT.xml).expect("it is shipped")
-}
-
-fn output(program: &Program, arch: &Arch) -> Vec<u8> {
-    let layout = Layout::of(program, arch.system.sram_bytes).expect("it fits");
-    let mut world = FlatWorld::new(&layout, arch.system.sram_bytes);
-    let main = program.main.expect("a main function");
-    let options = interp::Options::new(&layout);
-    let ran = interp::run(program, main, &[], &mut world, &options);
-    ran.unwrap_or_else(|trap| panic!("{}", trap.show(program)));
-    world.output
 }
 
 /// Random expressions in C whose values are integers that a float holds.
@@ -139,7 +127,7 @@ fn rewritten_expressions_are_equal_in_real_arithmetic() {
         let options = Options::default();
         let compiled = front_end(&sources, &arch, &options);
         let (program, _) = compiled.unwrap_or_else(|e| panic!("seed {seed}: {e}\n{text}"));
-        let expected = floats(&output(&program, &arch));
+        let expected = floats(&printed(&program, &arch));
         for wish in pass::places(&program, &pass::Options::new(arch.precision)) {
             let mut rewritten = program.clone();
             let options = Options {
@@ -150,10 +138,10 @@ fn rewritten_expressions_are_equal_in_real_arithmetic() {
             let told = remarks.iter().any(|r| r.rule() == Some(wish.rule));
             assert!(told, "seed {seed}: {wish} has no place after all\n{text}");
             *found.entry(wish.rule).or_default() += 1;
-            let result = floats(&output(&rewritten, &arch));
+            let result = floats(&printed(&rewritten, &arch));
             // Zeros may differ in their signs.
             match wish.rule {
-                // What the other way of these computes is not exact.
+                // The other way of these is not exact.
                 Rule::Products | Rule::Exp2Log2 => assert!(
                     near(&result, &expected),
                     "seed {seed}: {wish} changes more than rounding\n{text}"
