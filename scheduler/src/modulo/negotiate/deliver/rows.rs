@@ -1,21 +1,25 @@
 //! Arithmetic on rows of costs, compiled for the vectors of the host where it is called from.
 //!
-//! On arrays of up to [`VECTOR`] units most rows are a single vector. Each function treats such a row by itself,
-//! without a loop: the compiler then makes a few instructions of it, where a loop of unknown length begins with
-//! questions about lengths and overlaps that take longer than the sums.
+//! Rows are whole vectors. Each function takes them apart into arrays of [`VECTOR`] lanes: the compiler then
+//! makes a few instructions of each, where a loop over lanes begins with questions about lengths and overlaps
+//! that take longer than the sums of a short row.
 
 use crate::modulo::negotiate::lanes::VECTOR;
 
 type Vector = [i16; VECTOR];
 
-/// The row, if it is a single vector.
 #[inline(always)]
-fn single(row: &mut [i16]) -> Option<&mut Vector> {
-    row.try_into().ok()
+fn vectors(row: &[i16]) -> &[Vector] {
+    row.as_chunks().0
 }
 
 #[inline(always)]
-fn sum(a: Vector, b: &[i16]) -> Vector {
+fn vectors_mut(row: &mut [i16]) -> &mut [Vector] {
+    row.as_chunks_mut().0
+}
+
+#[inline(always)]
+fn sum(a: Vector, b: Vector) -> Vector {
     let mut sum = [0; VECTOR];
     for lane in 0..VECTOR {
         sum[lane] = a[lane].saturating_add(b[lane]);
@@ -35,73 +39,44 @@ fn smaller(a: Vector, b: Vector) -> Vector {
 /// Sets a row to the sums of two.
 #[inline(always)]
 pub(super) fn set(to: &mut [i16], from: &[i16], price: &[i16]) {
-    for ((to, &from), &price) in to.iter_mut().zip(from).zip(price) {
-        *to = from.saturating_add(price);
+    let rows = vectors(from).iter().zip(vectors(price));
+    for (to, (&from, &price)) in vectors_mut(to).iter_mut().zip(rows) {
+        *to = sum(from, price);
     }
 }
 
 /// Keeps the smaller of two rows.
 #[inline(always)]
 pub(super) fn least(to: &mut [i16], from: &[i16]) {
-    if let (Some(to), Some(from)) = (single(to), from.first_chunk()) {
-        *to = smaller(*to, *from);
-        return;
-    }
-    for (to, &from) in to.iter_mut().zip(from) {
-        *to = (*to).min(from);
+    for (to, &from) in vectors_mut(to).iter_mut().zip(vectors(from)) {
+        *to = smaller(*to, from);
     }
 }
 
 /// Adds two rows and keeps the smaller sums.
 #[inline(always)]
 pub(super) fn relax(to: &mut [i16], from: &[i16], price: &[i16]) {
-    if let (Some(to), Some(from), Some(price)) = (
-        single(to),
-        from.first_chunk(),
-        price.first_chunk::<VECTOR>(),
-    ) {
-        *to = smaller(*to, sum(*from, price));
-        return;
-    }
-    for ((to, &from), &price) in to.iter_mut().zip(from).zip(price) {
-        *to = (*to).min(from.saturating_add(price));
+    let rows = vectors(from).iter().zip(vectors(price));
+    for (to, (&from, &price)) in vectors_mut(to).iter_mut().zip(rows) {
+        *to = smaller(*to, sum(from, price));
     }
 }
 
 /// The same with two prices.
 #[inline(always)]
 pub(super) fn relax_by(to: &mut [i16], from: &[i16], price: &[i16], mask: &[i16]) {
-    if let (Some(to), Some(from), Some(price), Some(mask)) = (
-        single(to),
-        from.first_chunk(),
-        price.first_chunk::<VECTOR>(),
-        mask.first_chunk::<VECTOR>(),
-    ) {
-        *to = smaller(*to, sum(sum(*from, price), mask));
-        return;
-    }
-    for (((to, &from), &price), &mask) in to.iter_mut().zip(from).zip(price).zip(mask) {
-        *to = (*to).min(from.saturating_add(price).saturating_add(mask));
+    let rows = vectors(from).iter().zip(vectors(price)).zip(vectors(mask));
+    for (to, ((&from, &price), &mask)) in vectors_mut(to).iter_mut().zip(rows) {
+        *to = smaller(*to, sum(sum(from, price), mask));
     }
 }
 
 /// The same with three prices.
 #[inline(always)]
 pub(super) fn relax_by_all(to: &mut [i16], from: &[i16], (a, b, mask): (&[i16], &[i16], &[i16])) {
-    if let (Some(to), Some(from), Some(a), Some(b), Some(mask)) = (
-        single(to),
-        from.first_chunk::<VECTOR>(),
-        a.first_chunk(),
-        b.first_chunk::<VECTOR>(),
-        mask.first_chunk::<VECTOR>(),
-    ) {
-        let price = sum(sum(*a, b), mask);
-        *to = smaller(*to, sum(price, from));
-        return;
-    }
-    let prices = a.iter().zip(b).zip(mask);
-    for ((to, &from), ((&a, &b), &mask)) in to.iter_mut().zip(from).zip(prices) {
-        let price = a.saturating_add(b).saturating_add(mask);
-        *to = (*to).min(from.saturating_add(price));
+    let prices = vectors(a).iter().zip(vectors(b)).zip(vectors(mask));
+    let rows = vectors(from).iter().zip(prices);
+    for (to, (&from, ((&a, &b), &mask))) in vectors_mut(to).iter_mut().zip(rows) {
+        *to = smaller(*to, sum(sum(sum(a, b), mask), from));
     }
 }
