@@ -15,7 +15,7 @@ use super::order::{Freedom, order};
 use super::place::{Attempt, Conflict, LIGHTEST};
 use super::problem::Problem;
 use super::route::Router;
-use super::{MAX_STAGES, worth};
+use super::{FIRST, MANY, MAX_STAGES, worth};
 use srp_archdesc::Watch;
 use srp_archdesc::entity::EntityMap;
 use srp_ir::dfg::Node;
@@ -311,8 +311,9 @@ impl<'a, 'p> Heuristic<'a, 'p> {
             }
             Way::OneByOne => {
                 let order = order(problem, freedom, seed, &level.times_forced);
+                let limit = router.expanded.saturating_add(longest(order.len()));
                 let mut attempt = Attempt::new(problem, ii, seed, freedom, self.fixed, router);
-                let result = attempt.one_by_one(&order);
+                let result = attempt.one_by_one(&order, limit, watch);
                 attempt.report(&mut level.times_forced, &mut level.weights);
                 result
             }
@@ -350,6 +351,15 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         let (&ii, level) = self.levels.range(..=up_to).rfind(failed)?;
         let obstacle = Obstacle::of(self.problem, level.failed?);
         Some(FailedIi { ii, obstacle })
+    }
+}
+
+/// Steps after which the placing of so many nodes one by one is given up. In loops that get the whole effort, what
+/// succeeds takes some thousand steps for each node, and what fails up to a hundred thousand.
+fn longest(nodes: usize) -> u64 {
+    match nodes {
+        0..=MANY => u64::MAX,
+        _ => FIRST * nodes as u64,
     }
 }
 

@@ -114,17 +114,20 @@ impl<'a, 'p> Attempt<'a, 'p> {
         }
     }
 
-    /// Places the nodes in this order, or returns the most frequent conflict.
+    /// Places the nodes in this order, or returns the most frequent conflict: when too many had to make room, the router
+    /// has made `limit` steps, or the watch ends it.
     pub(in crate::modulo) fn one_by_one(
         &mut self,
         order: &[Node],
+        limit: u64,
+        watch: &dyn Watch,
     ) -> Result<Placement, Option<Conflict>> {
         let mut rank = EntityMap::filled(order.len(), 0);
         order.iter().enumerate().for_each(|(i, &n)| rank[n] = i);
         let mut queue: BTreeSet<(usize, Node)> = order.iter().map(|&n| (rank[n], n)).collect();
         let mut budget = 60 + 3 * order.len();
         while let Some((_, node)) = queue.pop_first() {
-            if budget == 0 {
+            if budget == 0 || self.router.expanded > limit || watch.cancelled() {
                 return Err(self.worst());
             }
             budget -= 1;
