@@ -10,8 +10,9 @@ use srp_archdesc::entity::EntityMap;
 use srp_archdesc::watch::Stage;
 use srp_csimgen::{emit, link};
 use srp_ir::dre::{self, Dre};
-use srp_ir::pass::{Pass, Remark, Rewrite};
+use srp_ir::pass::{Pass, Remark, Rewrite, SOFTWARE};
 use srp_ir::program::{Program, SourceFile};
+use srp_kernels::libc;
 use srp_studies::loops::{self, LoopReport, NotPipelined, Subject};
 use srp_toolchain::{
     Compiled, Input, Options, Session, Timed, Times, compile, divide, front_end, input, machine,
@@ -102,7 +103,7 @@ fn forms(
         let remarks = run_passes(&mut program, passes, arch, options, &mut after);
         drop(stage);
         talk::print(shown)?;
-        say_changed_results(&program.files, &remarks, source)?;
+        say_remarks(&program.files, &remarks, source)?;
         input = Input::Ir(Box::new(program));
     } else if wants(Form::Ast) {
         return Err(Failure::message(
@@ -190,16 +191,16 @@ pub(crate) fn compile_and_say(
     let compiled = compiled.map_err(|e| diagnostics::failure(e, source.error_format))?;
     talk::say_all(&diagnostics::show(&compiled.messages, source.error_format));
     let files = &compiled.schedule.program.files;
-    say_changed_results(files, &compiled.pass_remarks, source)?;
+    say_remarks(files, &compiled.pass_remarks, source)?;
     Ok(compiled)
 }
 
-/// Says of each place where fast math or a rewrite changes a result.
+/// Says what computes in software for want of a unit, and each place where fast math or a rewrite changes a result.
 ///
 /// # Errors
 ///
 /// A rewrite that is asked for and has no place.
-pub(crate) fn say_changed_results(
+pub(crate) fn say_remarks(
     files: &EntityMap<SourceFile, String>,
     remarks: &[Remark],
     source: &cli::Source,
@@ -217,6 +218,17 @@ pub(crate) fn say_changed_results(
             rule.name(),
             rule.what()
         )));
+    }
+    for remark in remarks.iter().filter(|r| r.pass == SOFTWARE) {
+        let file = files.get(remark.pos.file).map_or("", String::as_str);
+        if libc::at(file).is_some() {
+            continue;
+        }
+        let (line, column) = (remark.pos.line, remark.pos.column);
+        talk::say(format_args!(
+            "remark: {file}:{line}:{column}: {}",
+            remark.message
+        ));
     }
     if !source.remarks_passes() {
         return Ok(());

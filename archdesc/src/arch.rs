@@ -73,6 +73,15 @@ pub struct Srp {
 }
 
 impl Srp {
+    /// The classes that no unit runs and that [software](Class::has_software) stands in for.
+    pub fn in_software(&self) -> Vec<Class> {
+        let lacks = |class: &Class| self.fus.values().all(|fu| fu.op(*class).is_none());
+        let classes = Class::ALL.iter().copied();
+        classes
+            .filter(|class| class.has_software() && lacks(class))
+            .collect()
+    }
+
     /// The least latency of a class on any unit; `None` where no unit runs it.
     pub fn least_latency(&self, class: Class) -> Option<u32> {
         let ways = self.fus.values().filter_map(|fu| fu.op(class));

@@ -185,6 +185,15 @@ classes! {
 }
 
 impl Class {
+    /// True for a class that a machine may lack: what needs its operations computes them in software.
+    pub fn has_software(self) -> bool {
+        use Class::*;
+        matches!(
+            self,
+            Idiv | Fadd | Fmul | Fma | Fdiv | Sfu | Cvt | Valu | Vmul | Vfadd | Vfmul | Vfma | Vdot
+        )
+    }
+
     /// The class with this [`name`](Self::name).
     pub fn parse(name: &str) -> Option<Class> {
         Class::ALL.iter().copied().find(|c| c.name() == name)
@@ -433,6 +442,14 @@ impl Opcode {
     /// The name in listings and files.
     pub fn name(self) -> &'static str {
         self.info().name
+    }
+
+    /// The function of the library that computes it where no unit runs its class; `None` for operations on
+    /// vectors, which are computed lane by lane, and for those that every machine has.
+    pub fn software(self) -> Option<String> {
+        let kinds = self.info().operands.iter().chain(&self.info().result);
+        let is_scalar = kinds.map(|kind| kind.ty()).all(|ty| ty != Ty::Vec);
+        (self.class().has_software() && is_scalar).then(|| format!("__srp_soft_{}", self.name()))
     }
 
     /// The class of units that run it.

@@ -182,7 +182,7 @@ pub(crate) fn compilation(sources: &[Source], options: &Options<'_>) -> Compilat
         .iter()
         .map(|source| parse(source, options, &mut map, &mut messages))
         .collect();
-    let mut archive = Archive::of(&units);
+    let mut archive = Archive::of(&units, options.software());
     let mut library: Vec<ast::Unit> = Vec::new();
     while let Some(source) = archive.next(library.last()) {
         library.push(parse(&source, options, &mut map, &mut messages));

@@ -43,9 +43,11 @@ pub(crate) struct Archive {
 }
 
 impl Archive {
-    /// Collects the names that the sources of a program mention and define.
-    pub(crate) fn of(units: &[Unit]) -> Archive {
+    /// Collects the names that the sources of a program mention and define; `wanted` are names that it needs
+    /// besides.
+    pub(crate) fn of(units: &[Unit], wanted: impl Iterator<Item = String>) -> Archive {
         let mut archive = Archive::default();
+        archive.mentioned.extend(wanted.map(Name::from));
         for unit in units {
             archive.look_at(unit);
             let functions = unit.items.iter().filter_map(|item| match item {

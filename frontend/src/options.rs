@@ -3,6 +3,7 @@
 use srp_archdesc::arch::{Approx, Precision};
 use srp_archdesc::choice::Choices;
 use srp_archdesc::diagnostic::Source;
+use srp_archdesc::isa::{Class, Opcode};
 
 /// A file that a source asks for with `#include`.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +35,19 @@ pub struct Options<'a> {
     /// Lets reciprocals, roots and quotients of the program be computed by the cheapest unit whose relative error
     /// is no larger than this many units in the last place of 1; those in loops with a pragma by its.
     pub max_ulp: Option<f64>,
+    /// Classes of operations that no unit of the machine runs: the program gets the functions that compute them.
+    pub software: Vec<Class>,
+}
+
+impl Options<'_> {
+    /// The functions of the library that compute what no unit runs.
+    pub(crate) fn software(&self) -> impl Iterator<Item = String> {
+        let lacking = |op: &&Opcode| self.software.contains(&op.class());
+        Opcode::ALL
+            .iter()
+            .filter(lacking)
+            .filter_map(|op| op.software())
+    }
 }
 
 impl Default for Options<'_> {
@@ -47,6 +61,7 @@ impl Default for Options<'_> {
             single_constants: false,
             choices: Choices::default(),
             max_ulp: None,
+            software: Vec::new(),
         }
     }
 }

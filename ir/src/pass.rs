@@ -34,6 +34,7 @@ mod replicate;
 mod restrict;
 mod rewrite;
 mod short_ways;
+mod software;
 mod strength;
 mod unroll;
 
@@ -76,6 +77,8 @@ use replicate::{replicate, write_out_loops};
 pub(crate) use restrict::{restrict_number, settle_restrict};
 pub use rewrite::{Rewrite, Rule};
 use short_ways::short_ways;
+pub use software::SOFTWARE;
+use software::software;
 use strength::strength;
 use unroll::{unnest, unroll};
 

@@ -10,6 +10,9 @@ pub static SOURCES: &[File] = files::LIBC_SOURCES;
 /// The headers.
 pub static HEADERS: &[File] = files::LIBC_HEADERS;
 
+/// The path of the source whose functions stand in for operations that no unit of a machine runs.
+pub const SOFTWARE: &str = "kernels/libc/software.c";
+
 /// The header with this name.
 pub fn header(name: &str) -> Option<&'static File> {
     HEADERS.iter().find(|file| file.name == name)

@@ -2,7 +2,7 @@
 
 use super::{diff, html, output, text};
 use crate::cli;
-use crate::compile::{compile_and_say, say_changed_results};
+use crate::compile::{compile_and_say, say_remarks};
 use crate::failure::Failure;
 use crate::proof::{self, Proved};
 use crate::{diagnostics, files, interrupt, scenes, talk};
@@ -81,7 +81,7 @@ pub(super) fn of_program(
         interrupt::looked_for(|| compile_loops(&sources, &wanted, arch, &options, session));
     let compiled = compiled.map_err(|e| diagnostics::failure(e, source.error_format))?;
     talk::say_all(&diagnostics::show(&compiled.messages, source.error_format));
-    say_changed_results(&compiled.files, &compiled.pass_remarks, source)?;
+    say_remarks(&compiled.files, &compiled.pass_remarks, source)?;
     let mut report = asked.report(&Subject::of_some(&compiled), arch, session)?;
     if of_files {
         let is_of_file = |file: &str| of.files.iter().any(|path| path == Path::new(file));

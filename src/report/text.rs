@@ -166,6 +166,12 @@ fn details(out: &mut String, l: &LoopReport, contexts: u32) {
         format_args!("\n{at}: {kernel} at II = {ii}, {}", standing(l)),
     );
     line(out, format_args!("  what to do: {}", l.hint));
+    if l.software > 0 {
+        let (software, all) = (l.software, count(l.operations, "operation"));
+        let text =
+            format_args!("  {software} of its {all} stand in for units that the machine lacks");
+        line(out, text);
+    }
     changes(out, l);
     bounds(out, l);
     obstacles(out, l);

@@ -148,6 +148,7 @@ fn with<R>(
         single_constants: options.single_constants,
         choices: Choices::of(arch),
         max_ulp: options.max_ulp,
+        software: arch.srp.in_software(),
     })
 }
 
@@ -216,6 +217,7 @@ pub fn run_passes(
         precision: arch.precision,
         fast_math: options.fast_math,
         rewrites: options.rewrites.clone(),
+        software: arch.srp.in_software(),
     };
     let mut remarks = match options.fast_math.approximate {
         true => approximate::remarks(program, arch),

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::array::{Origin, Units};
 use super::findings::Findings;
-use crate::arch::{Arch, Fu, FuSpec, RegFile};
+use crate::arch::{Approx, Arch, Fu, FuSpec, RegFile};
 use crate::diagnostic::Span;
 use crate::entity::EntityMap;
 use crate::isa::{Class, Kind, Opcode, Ty};
@@ -127,7 +127,8 @@ fn slots(found: &Findings, arch: &Arch, places: &Places<'_>) {
     }
 }
 
-/// Any C code may become control code, so between them the VLIW slots run every operation.
+/// Any C code may become control code, so between them the VLIW slots run every operation that the machine has and
+/// that no software stands in for.
 fn classes(found: &Findings, arch: &Arch, places: &Places<'_>) {
     let slots = arch.srp.slots();
     if slots.is_empty() {
@@ -137,13 +138,19 @@ fn classes(found: &Findings, arch: &Arch, places: &Places<'_>) {
     if !fast {
         unused_fast(found, arch, places);
     }
+    missing_specials(found, arch, places);
     // Not every machine has a texture unit or units for pairs of halves, and code that needs one is refused when it is
     // compiled; nor has every machine fast units, which code does without.
     let has = |class| arch.srp.fus.values().any(|fu| fu.op(class).is_some());
+    // Newton's steps in code are operations that are made late, and so are products for quotients by powers of two.
+    let steps = arch.precision != arch.precision.in_units();
     let needed = |&&class: &&Class| match class {
+        Class::Fadd | Class::Fma if steps => true,
+        Class::Fmul if steps || has(Class::Fdiv) => true,
         Class::Tex => false,
         Class::Fast => fast,
         Class::Pair | Class::Vpair => has(class),
+        _ if class.has_software() => has(class),
         _ => true,
     };
     for &class in Class::ALL.iter().filter(needed) {
@@ -173,6 +180,24 @@ fn classes(found: &Findings, arch: &Arch, places: &Places<'_>) {
             None => "make a slot 128 bits wide and add the class to it".to_owned(),
         };
         found.push(found.error(code, places.array, message, label).help(help));
+    }
+}
+
+/// Reports a function that is said to be built somehow, and that no unit runs.
+fn missing_specials(found: &Findings, arch: &Arch, places: &Places<'_>) {
+    let missing = arch.srp.in_software();
+    let specials = Opcode::ALL.iter().filter_map(|&op| {
+        let special = Special::of(op).filter(|_| missing.contains(&op.class()))?;
+        (arch.precision.of(special) != Approx::Exact).then_some((special, op.class()))
+    });
+    for (special, class) in BTreeSet::from_iter(specials) {
+        let name = special.name();
+        let message = format!("`{name}` has a `<special>`, and no unit runs class `{class}`");
+        let label = "the array lacks it";
+        let error = found.error("A0507", places.array, message, label);
+        let help =
+            format!("add `{class}` to a unit, or take the `<special>` out: software is exact");
+        found.push(error.help(help));
     }
 }
 

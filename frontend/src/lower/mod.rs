@@ -56,7 +56,7 @@ impl Symbols {
 
 /// Lowers a checked program. Functions and objects of one source that nothing uses are left out.
 pub fn lower(checked: &Checked, options: &Options<'_>) -> Program {
-    let symbols = number(checked);
+    let symbols = number(checked, options);
     let mut program = Program {
         files: checked.files.clone(),
         ..Program::default()
@@ -104,8 +104,8 @@ pub fn lower(checked: &Checked, options: &Options<'_>) -> Program {
 }
 
 /// Numbers everything reached from the functions that other sources know.
-fn number(checked: &Checked) -> Symbols {
-    let reached = reach::of(checked);
+fn number(checked: &Checked, options: &Options<'_>) -> Symbols {
+    let reached = reach::of(checked, &options.software().collect());
     let mut next = 0;
     let mut symbols = Symbols {
         objects: EntityMap::new(),

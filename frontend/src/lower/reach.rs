@@ -11,13 +11,14 @@ pub(super) struct Reached {
     pub(super) functions: BTreeSet<FunctionId>,
 }
 
-/// Everything that is reached from functions with external linkage, and objects with a name of
-/// their own.
-pub(super) fn of(checked: &Checked) -> Reached {
+/// Everything that is reached from functions with external linkage, objects with a name of their own, and
+/// the functions of the library that are `wanted`.
+pub(super) fn of(checked: &Checked, wanted: &BTreeSet<String>) -> Reached {
     let mut reached = Reached::default();
     let mut work: Vec<Address> = Vec::new();
     for (id, function) in checked.functions.iter() {
-        if !function.internal && !function.optional && function.body.is_some() {
+        let is_wanted = !function.optional || wanted.contains(&*function.name);
+        if !function.internal && is_wanted && function.body.is_some() {
             work.push(Address::Function(id));
         }
     }

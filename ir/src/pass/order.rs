@@ -15,6 +15,7 @@ pub const STANDARD: &[&str] = &[
     "simplify",
     "rewrite",
     "simplify",
+    "software",
     "inline",
     "simplify",
     "rewrite",

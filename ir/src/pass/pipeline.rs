@@ -7,6 +7,7 @@ use crate::verify::verify_functions;
 use serde::Serialize;
 use srp_archdesc::arch::Precision;
 use srp_archdesc::entity::EntityMap;
+use srp_archdesc::isa::Class;
 
 /// Permissions to change results of floating-point arithmetic beyond what C allows. Each place
 /// where a pass does so gets a [`Remark`].
@@ -32,6 +33,8 @@ pub struct Options {
     pub fast_math: FastMath,
     /// Expressions that are to be rewritten.
     pub rewrites: Vec<Rewrite>,
+    /// Classes of operations that no unit runs, and for which functions of the program stand in.
+    pub software: Vec<Class>,
 }
 
 impl Options {
@@ -46,6 +49,7 @@ impl Options {
                 approximate: false,
             },
             rewrites: Vec::new(),
+            software: Vec::new(),
         }
     }
 }
@@ -73,6 +77,12 @@ struct Context<'a> {
 }
 
 impl Context<'_> {
+    /// True when the machine has units of all of these classes.
+    fn has(&self, classes: &[Class]) -> bool {
+        let software = &self.options.software;
+        !classes.iter().any(|class| software.contains(class))
+    }
+
     fn precision(&self) -> Precision {
         match self.refined {
             true => self.options.precision,
@@ -149,6 +159,13 @@ pub const PASSES: &[Pass] = &[
         }),
     },
     Pass {
+        name: "software",
+        what: "Calls functions for operations that no unit of the machine runs.",
+        run: Run::Program(|program, context| {
+            software(program, &context.options.software, &mut context.remarks)
+        }),
+    },
+    Pass {
         name: "inline",
         what: "Puts functions in the place of their calls: small ones, and all that kernel loops call.",
         run: Run::Program(|program, context| {
@@ -191,7 +208,9 @@ pub const PASSES: &[Pass] = &[
         name: "reciprocal-math",
         what: "Makes quotients products with reciprocals, where that is allowed.",
         run: Run::Function(|f, context| {
-            context.options.fast_math.reciprocal && reciprocal(f, &mut context.remarks)
+            context.has(&[Class::Sfu, Class::Fmul])
+                && context.options.fast_math.reciprocal
+                && reciprocal(f, &mut context.remarks)
         }),
     },
     Pass {
@@ -242,7 +261,9 @@ pub const PASSES: &[Pass] = &[
         name: "fp-contract",
         what: "Lets sums take in products without rounding them, where that is allowed.",
         run: Run::Function(|f, context| {
-            context.options.fast_math.contract && contract(f, &mut context.remarks)
+            context.has(&[Class::Fma, Class::Vfma])
+                && context.options.fast_math.contract
+                && contract(f, &mut context.remarks)
         }),
     },
     Pass {

@@ -105,6 +105,9 @@ fn details(number: usize, l: &LoopReport, contexts: u32) -> Markup {
                     "II = " (l.ii) ", " (standing(l))
                 }
             }
+            @if l.software > 0 {
+                p { (l.software) " of its " (l.operations) " operations stand in for units that the machine lacks." }
+            }
             p.hint { b { "For a lower II: " } (l.hint)
                 @for change in l.what_if.iter().flat_map(|w| w.changes.iter().skip(1)) {
                     span.or { "or " (change.what) ": II = " b { (change.ii) } }

@@ -12,6 +12,15 @@ pub(super) fn of(l: &LoopReport, facts: &LoopFacts, srp: &Srp) -> String {
     if l.ii == 1 {
         return "an iteration starts every cycle: nothing is to be gained".to_owned();
     }
+    if 2 * l.software > l.operations {
+        let classes: Vec<String> = (srp.in_software().iter())
+            .map(|class| format!("`{class}`"))
+            .collect();
+        return format!(
+            "units for what it computes in software; the machine has none of {}",
+            classes.join(", ")
+        );
+    }
     if let Some(ii) = l.restrict_ii {
         return format!(
             "II = {ii} if what its pointers point to does not overlap: `restrict` on them, or report it with \

@@ -12,6 +12,7 @@ use srp_ir::dfg::{Dep, Dfg, Node, Operand, Order};
 use srp_ir::dre::scheduled::{ModuloSchedule, PlacedOp, Source};
 use srp_ir::program::{Pos, SourceFile};
 use srp_ir::split::{Doubt, Remark};
+use srp_kernels::libc;
 use srp_scheduler::LoopFacts;
 use srp_scheduler::demand::{Demand, Dependence, Need};
 use srp_scheduler::modulo::{self, Bounds, FailedIi};
@@ -57,6 +58,7 @@ impl View<'_> {
             kernel: dfg.name.clone(),
             at: self.position(dfg.pos),
             operations: dfg.nodes.len() as u32,
+            software: self.in_software(dfg),
             moves: schedule.ops.values().filter(|op| op.is_move).count() as u32,
             ii: schedule.ii,
             status: status(schedule.ii, facts),
@@ -87,6 +89,12 @@ impl View<'_> {
         };
         report.hint = hint::of(&report, facts, &self.arch.srp);
         report
+    }
+
+    /// Operations that stand in for units.
+    fn in_software(&self, dfg: &Dfg) -> u32 {
+        let stands_in = |pos: Pos| self.position(pos).file == libc::SOFTWARE;
+        dfg.nodes.values().filter(|n| stands_in(n.pos)).count() as u32
     }
 
     fn cycles_per_ray(&self, schedule: &ModuloSchedule) -> f64 {

@@ -169,6 +169,9 @@ pub struct LoopReport {
     pub at: Position,
     /// Operations of an iteration.
     pub operations: u32,
+    /// Those of them that compute in software what no unit of the machine runs.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub software: u32,
     /// Routing moves of an iteration.
     pub moves: u32,
     /// Initiation interval, cycles.
@@ -596,4 +599,8 @@ pub struct NotPipelined {
     /// The outcome of trying changes of the machine, where the machine is the obstacle and that was asked
     /// for.
     pub what_if: Option<WhatIf>,
+}
+
+fn is_zero(count: &u32) -> bool {
+    *count == 0
 }

@@ -4,13 +4,15 @@ use crate::program::*;
 use srp_archdesc::entity::EntityMap;
 
 /// Drops the functions that `main` does not reach by calls or addresses, its own or those in
-/// globals, and numbers the others anew in their order. Nothing, if there is no `main`.
+/// globals, and numbers the others anew in their order. Where there is no `main`, all are needed but the helpers of
+/// the library that nothing calls.
 pub(super) fn prune(program: &mut Program) {
-    let Some(main) = program.main else {
-        return;
-    };
     let mut needed = EntityMap::<Func, bool>::filled(program.funcs.len(), false);
-    let mut work = vec![main];
+    let is_helper = |id: &Func| program.funcs[*id].name.starts_with("__srp_");
+    let mut work: Vec<Func> = match program.main {
+        Some(main) => vec![main],
+        None => program.funcs.keys().filter(|id| !is_helper(id)).collect(),
+    };
     let relocs = program.globals.values().flat_map(|g| &g.relocs);
     work.extend(relocs.filter_map(|r| match r.symbol {
         Symbol::Func(func) => Some(func),
