@@ -237,6 +237,15 @@ fn show_engine(out: &mut String, arch: &Arch) -> std::fmt::Result {
         .map(|(name, approx)| format!("{name} {}", precision(approx)))
         .collect();
     writeln!(out, "special functions: {}", functions.join(", "))?;
+    let software = arch.srp.in_software();
+    if !software.is_empty() && !arch.srp.slots().is_empty() {
+        let classes: Vec<&str> = software.iter().map(|class| class.name()).collect();
+        writeln!(
+            out,
+            "in software, for want of units: {}",
+            classes.join(", ")
+        )?;
+    }
     for ((_, what), format) in KINDS.iter().zip(formats.all()) {
         if format != Format::SINGLE {
             writeln!(out, "{what} in {}", format.name())?;
