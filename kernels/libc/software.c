@@ -73,31 +73,39 @@ static u32 rounded(u32 sign, int exponent, u32 sig)
 
 /* ---- Integers */
 
+/* The high words of products without and with sign. */
+static u32 high(u32 a, u32 b) { return (u32)((u64)a * b >> 32); }
+static u32 high_signed(u32 a, u32 b) { return (u32)((long long)(int)a * (int)b >> 32); }
+
+/* 2^62 / d for a divisor with its first one in bit 31, at most 6 too small, and never too large:
+ * Newton's iteration from the best line, which is off by at most 1/17; a step squares the error.
+ * What a step rounds and takes off makes the result smaller. */
+static u32 reciprocal(u32 d)
+{
+    u32 y = 0xb4b4b4b4u - high(d, 0x78787878u);
+#pragma srp unroll 3
+    for (int i = 0; i < 3; i++) {
+        u32 error = 0x3fffffffu - high(d, y);
+        y += high_signed(y, error << 2);
+    }
+    return y;
+}
+
+/* The quotient; the rest is what a product with it leaves. What 2^62 / d lacks costs the first
+ * quotient some twenty at most, that of its rest one. */
 unsigned __srp_soft_divu(unsigned n, unsigned d)
 {
-    u32 rest = 0;
-#pragma srp unroll 32
-    for (int i = 0; i < 32; i++) {
-        u32 carry = rest >> 31;
-        rest = rest << 1 | n >> 31;
-        u32 fits = carry | (rest >= d);
-        rest -= fits ? d : 0;
-        n = n << 1 | fits;
-    }
-    return n;
+    u32 shift = leading_zeros(d), y = reciprocal(d << shift) << 1;
+    u32 quotient = high(n, y) >> (31 - shift);
+    u32 rest = n - quotient * d, more = high(rest, y) >> (31 - shift);
+    rest -= more * d;
+    quotient += more + (rest >= d);
+    return d ? quotient : ~0u;
 }
 
 unsigned __srp_soft_remu(unsigned n, unsigned d)
 {
-    u32 rest = 0;
-#pragma srp unroll 32
-    for (int i = 0; i < 32; i++) {
-        u32 carry = rest >> 31;
-        rest = rest << 1 | n >> 31;
-        n <<= 1;
-        rest -= carry | (rest >= d) ? d : 0;
-    }
-    return rest;
+    return n - (d ? __srp_soft_divu(n, d) * d : 0);
 }
 
 static u32 magnitude(u32 a) { return a >> 31 ? -a : a; }
@@ -248,7 +256,7 @@ unsigned __srp_soft_fma(unsigned a, unsigned b, unsigned c)
     return rounded(sign, exponent - (int)shift, (u32)shift_sticky_long(sum << shift, 32));
 }
 
-/* ---- Quotients and roots, a digit at a time */
+/* ---- Quotients and roots: by Newton's iteration, and then what is left decides */
 
 unsigned __srp_soft_fdiv(unsigned a, unsigned b)
 {
@@ -258,42 +266,59 @@ unsigned __srp_soft_fdiv(unsigned a, unsigned b)
     if (is_zero(b)) return is_zero(a) ? NOT_A_NUMBER : sign | INFINITE;
     if (is_infinite(b) || is_zero(a)) return sign;
     int exp_a, exp_b;
-    u32 rest = significand(a, &exp_a), by = significand(b, &exp_b), quotient = 0;
+    u32 sig = significand(a, &exp_a), by = significand(b, &exp_b);
     int exponent = exp_a - exp_b + 127;
-    if (rest < by) {
-        rest <<= 1;
+    if (sig < by) {
+        sig <<= 1;
         exponent--;
     }
-#pragma srp unroll 26
-    for (int i = 0; i < 26; i++) {
-        u32 fits = rest >= by;
-        rest = (rest - (fits ? by : 0)) << 1;
-        quotient = quotient << 1 | fits;
+    /* 2^25 sig / by, at most one too small, and the rest. */
+    u32 quotient = high(sig << 3, reciprocal(by << 8));
+    u32 rest = (sig << 25) - quotient * by;
+    if (rest >= by) {
+        quotient++;
+        rest -= by;
     }
     return rounded(sign, exponent, quotient << 5 | (rest != 0));
 }
 
 unsigned __srp_soft_rcp(unsigned a) { return __srp_soft_fdiv(0x3f800000, a); }
 
+/* 2^31 / √x for an x between 1 and 4, which comes times 2^30: at most 12 too small, and never too
+ * large. The best line is off by at most 0.023. */
+static u32 inverse_root(u32 x, int from_two)
+{
+    u32 y = from_two ? 0x727ea6a0u - high(x, 0x33f3da47u) : 0xa1eb851eu - high(x, 0x92f1a9fbu);
+#pragma srp unroll 3
+    for (int i = 0; i < 3; i++) {
+        u32 error = 0x3ffffffau - high(high(y, y) << 2, x);
+        y += high_signed(y, error << 1);
+    }
+    return y;
+}
+
+/* A positive float as 2^30 x 4^half with an x between 1 and 4. */
+static u32 quadratic(u32 a, int *half, int *from_two)
+{
+    int exponent;
+    u32 sig = significand(a, &exponent);
+    exponent -= 127;
+    *half = exponent >> 1;
+    *from_two = exponent & 1;
+    return sig << 7 << *from_two;
+}
+
 unsigned __srp_soft_sqrt(unsigned a)
 {
     if (is_nan(a) || is_zero(a)) return canonical(a);
     if (a >> 31) return NOT_A_NUMBER;
     if (is_infinite(a)) return a;
-    int exponent;
-    u32 sig = significand(a, &exponent), rest = 0, root = 0;
-    exponent -= 127;
-    /* The square, with an even exponent, its first one in bit 30 or 31. */
-    u32 square = sig << (exponent & 1) << 7;
-#pragma srp unroll 26
-    for (int i = 0; i < 26; i++) {
-        rest = rest << 2 | square >> 30;
-        square <<= 2;
-        u32 step = root << 2 | 1, fits = rest >= step;
-        rest -= fits ? step : 0;
-        root = root << 1 | fits;
-    }
-    return rounded(0, (exponent >> 1) + 127, root << 5 | (rest != 0));
+    int half, from_two;
+    u32 x = quadratic(a, &half, &from_two);
+    /* The root to 24 bits, or one less; it is one more where it is beyond the middle. */
+    u32 root = high(x, inverse_root(x, from_two)) >> 6, middle = root << 1 | 1;
+    root += (middle * middle - (x << 18)) >> 31;
+    return root + ((u32)(half + 126) << 23);
 }
 
 unsigned __srp_soft_rsqrt(unsigned a)
@@ -302,23 +327,14 @@ unsigned __srp_soft_rsqrt(unsigned a)
     if (is_zero(a)) return (a & SIGN) | INFINITE;
     if (a >> 31) return NOT_A_NUMBER;
     if (is_infinite(a)) return 0;
-    int exponent;
-    u32 sig = significand(a, &exponent), root = 0;
-    exponent -= 127;
-    sig <<= exponent & 1;
-    /* The largest root with root² · sig ≤ 2^75: what is left of that, and root · sig. */
-    u64 rest = 1u << 23, product = 0;
-#pragma srp unroll 27
-    for (int i = 0; i < 27; i++) {
-        u64 step = (product << 2) + sig;
-        u32 fits = rest >= step;
-        rest = (rest - (fits ? step : 0)) << 2;
-        product = (product << 1) + (fits ? sig : 0);
-        root = root << 1 | fits;
-    }
-    exponent = 126 - (exponent >> 1);
-    if (root >> 26) return rounded(0, exponent + 1, 1u << 30);
-    return rounded(0, exponent, root << 5 | (rest != 0));
+    int half, from_two;
+    u32 x = quadratic(a, &half, &from_two);
+    u32 root = inverse_root(x, from_two) >> 7, middle = root << 1 | 1;
+    /* The sign of middle² x - 1 is that of the second word, since the third one cancels. */
+    u32 factor = x >> 7, square = middle * middle;
+    u32 difference = high(square, factor) + high(middle, middle) * factor;
+    root += difference >> 31;
+    return root + ((u32)(125 - half) << 23);
 }
 
 /* ---- Conversions */
