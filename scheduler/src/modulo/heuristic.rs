@@ -46,6 +46,8 @@ const HOPELESS: u32 = 2;
 const CROWDED: u32 = 20;
 /// Times that all ways are gone up to the largest II before a loop is given up.
 const ROUNDS: u32 = 4;
+/// Attempts at the largest II before a vast loop is given up.
+const TOP_ATTEMPTS: u32 = 4;
 /// Steps of the shortest negotiation, for each node.
 const QUICK_STEPS: u64 = 150;
 
@@ -109,9 +111,15 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         watch: &dyn Watch,
     ) -> Result<ModuloSchedule, Unschedulable> {
         let deepest = self.problem.srp.contexts;
+        if self.is_vast(bound) {
+            let found = self.descend(bound, effort, watch);
+            return found.ok_or_else(|| self.nothing_found(bound, watch));
+        }
         let negotiated = Way::Negotiated(QUICK_STEPS);
+        // On small arrays a first schedule is soon found, and negotiation has its turn at bettering it.
         let ways = match self.is_crowded(bound) {
-            true => [negotiated, Way::OneByOne, Way::AllAtOnce],
+            true if self.is_wide() => [negotiated, Way::OneByOne, Way::AllAtOnce],
+            true => [Way::OneByOne, negotiated, Way::AllAtOnce],
             false => [Way::OneByOne, Way::AllAtOnce, negotiated],
         };
         if self.is_crowded(bound) {
@@ -126,8 +134,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
                     return Ok(schedule);
                 }
                 if watch.cancelled() {
-                    let failed = self.failed(deepest);
-                    return Err(Unschedulable::Stopped { failed });
+                    return Err(self.nothing_found(bound, watch));
                 }
             }
             if round == 0
@@ -137,7 +144,14 @@ impl<'a, 'p> Heuristic<'a, 'p> {
             }
             self.share_times_forced();
         }
-        Err(match self.failed(deepest) {
+        Err(self.nothing_found(bound, watch))
+    }
+
+    /// Why no II worked.
+    fn nothing_found(&self, bound: u32, watch: &dyn Watch) -> Unschedulable {
+        let deepest = self.problem.srp.contexts;
+        match self.failed(deepest) {
+            failed if watch.cancelled() => Unschedulable::Stopped { failed },
             Some(failed) => Unschedulable::NotFound {
                 up_to: deepest,
                 failed,
@@ -146,7 +160,39 @@ impl<'a, 'p> Heuristic<'a, 'p> {
                 bound,
                 contexts: deepest,
             },
-        })
+        }
+    }
+
+    /// A schedule of a vast loop: with the bound, or else with the largest II, and then with smaller ones
+    /// by halves. What finds no place at the largest II finds none at any, so a loop that does not fit
+    /// on the array is soon known.
+    fn descend(&mut self, bound: u32, effort: u64, watch: &dyn Watch) -> Option<ModuloSchedule> {
+        let attempt = |this: &mut Self, ii: u32, way: Way| {
+            let limit = this.router.expanded + effort;
+            this.attempt(ii, way, limit, watch)
+        };
+        let deepest = self.problem.srp.contexts;
+        if let Some(schedule) = attempt(self, bound, Way::OneByOne) {
+            return Some(schedule);
+        }
+        let mut best = (0..TOP_ATTEMPTS)
+            .find_map(|_| attempt(self, deepest, Way::OneByOne))
+            .or_else(|| self.in_sequence(deepest))?;
+        let mut failed = bound;
+        while best.ii - failed > 1 + bound / WAY_UP && !watch.cancelled() {
+            let ii = (best.ii + failed) / 2;
+            match attempt(self, ii, Way::OneByOne) {
+                Some(schedule) => best = schedule,
+                None => failed = ii,
+            }
+        }
+        Some(best)
+    }
+
+    /// True for loops of which there is no time for many attempts: those that take more than a router's
+    /// million steps each.
+    fn is_vast(&self, bound: u32) -> bool {
+        self.problem.dfg.nodes.len() > MANY && bound > CROWDED
     }
 
     /// The first II from the bound on in growing steps that one way works at, with one attempt each.
@@ -189,6 +235,10 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         }
     }
 
+    fn is_wide(&self) -> bool {
+        self.problem.srp.fus.len() >= WIDE
+    }
+
     /// True when positions and routes are better found all at once from the start.
     fn is_crowded(&self, bound: u32) -> bool {
         self.problem.dfg.nodes.len() >= LARGE && bound <= CROWDED
@@ -229,9 +279,9 @@ impl<'a, 'p> Heuristic<'a, 'p> {
     ) {
         let mut start = self.router.expanded;
         if self.is_crowded(bound) {
-            let others = match self.problem.srp.fus.len() {
-                0..WIDE => effort / 2,
-                _ => effort / 8,
+            let others = match self.is_wide() {
+                false => effort / 2,
+                true => effort / 8,
             };
             self.negotiate(best, bound, effort - others, watch);
             // The last steps to the bound often are those of the other ways.
