@@ -150,32 +150,28 @@ fn forms(
     )
 }
 
-/// Says which loops a pragma has asked for in vain; with `-Rpass`, of every loop whether it runs on
-/// the array, what `restrict` would buy, and else what stands in the way.
+/// Says with `-Rpass` of every loop whether it runs on the array, what `restrict` would buy, and else what
+/// stands in the way. Of loops that a pragma asks for in vain, [`refused_kernel::check`] has said it.
 pub(crate) fn say_not_pipelined(
     compiled: &Compiled,
     arch: &Arch,
     remarks: bool,
     session: &Session<'_>,
 ) -> Result<(), Failure> {
+    if !remarks {
+        return Ok(());
+    }
     let subject = Subject::of_program(compiled);
     let report = loops::report(&subject, arch, &loops::Options::default(), session)?;
-    for done in report.loops.iter().filter(|_| remarks) {
+    for done in &report.loops {
         talk::say(format_args!(
             "remark: {}: {} is on the array at II = {}",
             done.at, done.kernel, done.ii
         ));
     }
-    for aliased in report.loops.iter().filter(|_| remarks) {
-        say_restrict(aliased);
-    }
-    for n in report
-        .not_pipelined
-        .iter()
-        .filter(|n| n.required || remarks)
-    {
-        say_obstacle(n);
-    }
+    report.loops.iter().for_each(say_restrict);
+    let others = report.not_pipelined.iter().filter(|n| !n.required);
+    others.for_each(say_obstacle);
     Ok(())
 }
 
@@ -268,13 +264,8 @@ fn say_restrict(aliased: &LoopReport) {
 }
 
 fn say_obstacle(obstacle: &NotPipelined) {
-    let kind = if obstacle.required {
-        "warning"
-    } else {
-        "remark"
-    };
     let text = report::not_pipelined(obstacle);
-    talk::say(format_args!("{kind}: {}", text.trim_end()));
+    talk::say(format_args!("remark: {}", text.trim_end()));
 }
 
 /// Where forms are written.

@@ -27,3 +27,15 @@ pub(crate) fn check_writable(path: &Path) -> Result<(), Failure> {
         false => Ok(files::check_writable(path)?),
     }
 }
+
+/// The text of a source file, which may be one of those that come along; empty where it cannot be read.
+pub(crate) fn source_text(name: &str) -> String {
+    let built_in = srp_kernels::SOURCES.iter().chain(srp_kernels::HEADERS);
+    let built_in = built_in.chain(srp_kernels::MICRO);
+    let mut own = built_in.chain(srp_kernels::libc::at(name));
+    if let Some(file) = own.find(|file| file.path == name) {
+        return file.text.to_owned();
+    }
+    let read = read_source(Path::new(name));
+    read.map_or(String::new(), |source| source.text)
+}

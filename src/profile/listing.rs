@@ -1,8 +1,8 @@
 //! The source that a profile is about, as far as it can be read again.
 
+use crate::files;
 use srp_studies::profile::{Parts, Profile};
 use std::collections::BTreeMap;
-use std::path::Path;
 
 /// Lines without cycles between lines with some that are shown all the same.
 const GAP: u32 = 3;
@@ -65,7 +65,7 @@ impl Listing {
 
 impl File {
     fn of(name: &str, lines: &BTreeMap<u32, Parts>) -> File {
-        let source = source(name);
+        let source = files::source_text(name);
         let source: Vec<&str> = source.lines().collect();
         let line = |number: u32| Line {
             number,
@@ -92,16 +92,4 @@ impl File {
             stretches,
         }
     }
-}
-
-/// The text of a source file, empty where it cannot be read.
-fn source(name: &str) -> String {
-    let built_in = srp_kernels::SOURCES.iter().chain(srp_kernels::HEADERS);
-    let built_in = built_in.chain(srp_kernels::MICRO);
-    let mut own = built_in.chain(srp_kernels::libc::at(name));
-    if let Some(file) = own.find(|file| file.path == name) {
-        return file.text.to_owned();
-    }
-    let read = crate::files::read_source(Path::new(name));
-    read.map_or(String::new(), |source| source.text)
 }
