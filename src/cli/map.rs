@@ -22,6 +22,7 @@ Examples:
   srp map graphs/ --mesh 4x4 --timeout 5 --json > table.json
   srp machine mesh --rows 8 --cols 8 --topology torus --memory-columns 2 -o torus.xml
   srp map kernel.edges --ops kernel.ops --machine torus.xml -o kernel.sched.xml
+  srp map fir.json --machine torus.xml --what-if
 
 Exit status: 0 every graph was mapped, 1 one was not or is at fault, 2 the command line is at fault,
 130 interrupted.")]
@@ -45,10 +46,17 @@ pub(crate) struct Map {
     /// End the search for a graph after so many seconds, with the best schedule so far
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     pub(crate) timeout: Option<f64>,
+    /// Map without modulo variable expansion: no value lives longer than the II in a file that does not rotate,
+    /// and the kernel takes one context a cycle; the II with it is shown beside
+    #[arg(long)]
+    pub(crate) no_expansion: bool,
+    /// Try small changes of the machine, and say which lower the II of each graph
+    #[arg(long)]
+    pub(crate) what_if: bool,
     /// Print JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,
-    /// Write the schedules, XML
+    /// Write the schedules, XML: of the graphs that have one
     #[arg(short, long, value_name = "FILE.sched.xml")]
     pub(crate) output: Option<PathBuf>,
 }

@@ -35,14 +35,19 @@ pub(crate) fn run(args: &Map) -> Result<i32, Failure> {
     let session = talk::session();
     let one = |index: usize| map_one(&inputs[index], &options, args, &arch, &session);
     let results = interrupt::looked_for(|| map_all(inputs.len(), one, &session));
-    let complete = results.len() == inputs.len();
     let failed = results.iter().any(|r| r.row.mapping.is_none());
-    if let Some(path) = &args.output
-        && !failed
-        && complete
-    {
+    if let Some(path) = &args.output {
         let loops = schedules(&results, &arch);
-        files::write(path, dre::write_loops(&loops, &arch).as_bytes())?;
+        let (written, all) = (loops.loops.len(), inputs.len());
+        if written > 0 {
+            files::write(path, dre::write_loops(&loops, &arch).as_bytes())?;
+        }
+        if written < all {
+            let path = path.display();
+            talk::say(format_args!(
+                "{path}: schedules of {written} of {all} graphs"
+            ));
+        }
     }
     if let Some(path) = &args.proof {
         let mapped = results.iter().filter_map(|r| r.mapped.as_ref());
@@ -90,6 +95,8 @@ fn map_one(
     let options = Options {
         search: args.search.effort(),
         timeout: args.timeout.map(Duration::from_secs_f64),
+        no_expansion: args.no_expansion,
+        what_if: args.what_if,
     };
     match found.read(reading) {
         Ok(graph) => map(graph, file, arch, &options, session),

@@ -1,11 +1,23 @@
 //! The table as text to read.
 
 use crate::count::count;
-use srp_studies::map::{Row, Table};
+use srp_studies::map::{Mapping, Row, Table};
 use std::fmt::Write;
 
 /// Nodes of a recurrence that are listed.
 const SHOWN: usize = 16;
+
+/// A figure of a graph, or a dash where it has none.
+struct Figure(Option<u64>);
+
+impl std::fmt::Display for Figure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.0 {
+            Some(figure) => figure.fmt(f),
+            None => f.pad("-"),
+        }
+    }
+}
 
 /// The table, and below it what kept graphs from more.
 pub(super) fn table(table: &Table) -> String {
@@ -17,25 +29,39 @@ pub(super) fn table(table: &Table) -> String {
 fn write_table(out: &mut String, table: &Table) -> std::fmt::Result {
     let names = table.graphs.iter().map(|row| row.graph.chars().count());
     let width = names.max().unwrap_or(0).clamp(5, 40);
+    // A table that is without expansion has the II with it beside.
+    let beside = table.graphs.iter().any(|row| row.expanded.is_some());
+    let figures = "ResMII  RecMII    II  contexts  stages  length  moves";
+    let expanded = if beside {
+        "  expanded II  contexts"
+    } else {
+        ""
+    };
     writeln!(
         out,
-        "{:width$}  nodes  edges  ResMII  RecMII    II  stages  moves      time",
+        "{:width$}  nodes  edges  {figures}{expanded}      time",
         "graph"
     )?;
     for row in &table.graphs {
         let name: String = row.graph.chars().take(width).collect();
         write!(out, "{name:width$}  {:>5}  {:>5}", row.nodes, row.edges)?;
-        match &row.mapping {
-            Some(m) => write!(
-                out,
-                "  {:>6}  {:>6}  {:>4}  {:>6}  {:>5}",
-                m.res_mii, m.rec_mii, m.ii, m.stages, m.moves
-            )?,
-            None => write!(
-                out,
-                "  {:>6}  {:>6}  {:>4}  {:>6}  {:>5}",
-                "-", "-", "-", "-", "-"
-            )?,
+        let of = |figure: fn(&Mapping) -> u64| Figure(row.mapping.as_ref().map(figure));
+        write!(
+            out,
+            "  {:>6}  {:>6}  {:>4}  {:>8}  {:>6}  {:>6}  {:>5}",
+            of(|m| m.res_mii.into()),
+            of(|m| m.rec_mii.into()),
+            of(|m| m.ii.into()),
+            of(|m| m.contexts.into()),
+            of(|m| m.stages.into()),
+            of(|m| m.length.into()),
+            of(|m| m.moves as u64),
+        )?;
+        if beside {
+            let of = |figure: fn(&Mapping) -> u32| {
+                Figure(row.expanded.as_ref().map(figure).map(u64::from))
+            };
+            write!(out, "  {:>11}  {:>8}", of(|m| m.ii), of(|m| m.contexts))?;
         }
         writeln!(out, "  {:>6.2} s", row.seconds)?;
     }
@@ -89,6 +115,16 @@ fn write_remarks(out: &mut String, row: &Row, single: bool) -> std::fmt::Result 
                 nodes.push(&m.recurrence[0]);
                 remarks.push(format!("RecMII {}: {}", m.rec_mii, nodes.join(" → ")));
             }
+        }
+    }
+    if let Some(found) = &row.what_if {
+        let changes = found.changes.iter();
+        remarks.extend(changes.map(|change| format!("{}: II = {}", change.what, change.ii)));
+        if found.changes.is_empty() && found.tried > 0 {
+            let tried = count(found.tried, "change");
+            remarks.push(format!(
+                "{tried} of the machine tried, none of which lowers the II"
+            ));
         }
     }
     remarks.extend(row.notes.iter().cloned());

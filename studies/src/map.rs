@@ -1,5 +1,6 @@
 //! Bare dataflow graphs on an array: the II of each, its bounds, and the obstacles to a lower one.
 
+use crate::loops::{Change, WhatIf};
 use serde::Serialize;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::{Entity, EntityMap};
@@ -10,6 +11,7 @@ use srp_ir::dfg::{Dfg, Node};
 use srp_ir::dre::scheduled::ScheduledLoops;
 use srp_ir::graph::Graph;
 use srp_ir::program::{Pos, SourceFile};
+use srp_scheduler::what_if::{self, what_if};
 use srp_scheduler::{LoopResult, modulo};
 use srp_toolchain::{Effort, Session};
 use std::time::Duration;
@@ -21,6 +23,10 @@ pub struct Options {
     pub search: Effort,
     /// The time of the watch after which the search for a graph ends with the best schedule so far.
     pub timeout: Option<Duration>,
+    /// Map without modulo variable expansion, and tell beside it what that gives.
+    pub no_expansion: bool,
+    /// Try small changes of the machine, and say which lower the II of each graph.
+    pub what_if: bool,
 }
 
 /// Results of mapping graphs on a machine.
@@ -49,6 +55,10 @@ pub struct Row {
     pub timed_out: bool,
     /// The mapping, if there is one.
     pub mapping: Option<Mapping>,
+    /// What modulo variable expansion gives, where `mapping` does without.
+    pub expanded: Option<Mapping>,
+    /// Changes of the machine that lower the II, if they were asked for.
+    pub what_if: Option<WhatIf>,
     /// Why there is none.
     pub error: Option<String>,
     /// Facts that do not stand in the way.
@@ -72,6 +82,9 @@ pub struct Mapping {
     pub why_not_lower: Option<String>,
     /// IIs that were proved impossible.
     pub impossible: Vec<Impossible>,
+    /// Contexts of the configuration memory: the II times the copies that modulo variable expansion makes of
+    /// the kernel, where values live longer than the II in files that do not rotate.
+    pub contexts: u32,
     /// Iterations that overlap.
     pub stages: u32,
     /// Cycles of one iteration.
@@ -108,6 +121,8 @@ impl Outcome {
             seconds: 0.0,
             timed_out: false,
             mapping: None,
+            expanded: None,
+            what_if: None,
             error: Some(error),
             notes: Vec::new(),
         };
@@ -153,31 +168,51 @@ pub fn map(
 ) -> Outcome {
     let start = session.watch.elapsed();
     let limit = options.timeout.unwrap_or(Duration::MAX);
-    let watch = Limited::new(session.watch, limit);
     let of_loop = options.search.modulo();
     let times = match graph.dfg.nodes.len() {
         0..LARGE => EFFORT,
         LARGE..LARGEST => LARGE_EFFORT,
         _ => LARGEST_EFFORT,
     };
-    let search = modulo::Options {
-        effort: of_loop.effort.saturating_mul(times),
-        exact_effort: of_loop.exact_effort.saturating_mul(EFFORT),
-        ..of_loop
+    let search = |expansion: bool, watch: &dyn Watch| {
+        let options = modulo::Options {
+            effort: of_loop.effort.saturating_mul(times),
+            exact_effort: of_loop.exact_effort.saturating_mul(EFFORT),
+            expansion,
+            ..of_loop
+        };
+        checked(
+            modulo::schedule(&graph.dfg, &arch.srp, &options, watch),
+            arch,
+        )
     };
-    let result = modulo::schedule(&graph.dfg, &arch.srp, &search, &watch);
+    let watch = Limited::new(session.watch, limit);
+    let result = search(!options.no_expansion, &watch);
+    let (seconds, timed_out) = (session.watch.elapsed() - start, watch.cancelled());
+    let expanded = options.no_expansion.then(|| {
+        let watch = Limited::new(session.watch, limit);
+        search(true, &watch)
+            .ok()
+            .map(|scheduled| mapping(&graph, &scheduled))
+    });
+    let what_if = options.what_if.then(|| {
+        let ii = result.as_ref().map_or(u32::MAX, |s| s.schedule.ii);
+        changes(&graph.dfg, ii, !options.no_expansion, arch, session)
+    });
     let mut row = Row {
         graph: graph.dfg.name.clone(),
         file,
         nodes: graph.dfg.nodes.len(),
         edges: graph.dfg.deps().count(),
-        seconds: (session.watch.elapsed() - start).as_secs_f64(),
-        timed_out: watch.cancelled(),
+        seconds: seconds.as_secs_f64(),
+        timed_out,
         mapping: None,
+        expanded: expanded.flatten(),
+        what_if,
         error: None,
         notes: notes(&graph, arch),
     };
-    let mapped = match checked(result, arch) {
+    let mapped = match result {
         Ok(scheduled) => {
             row.mapping = Some(mapping(&graph, &scheduled));
             Some((graph, scheduled))
@@ -188,6 +223,23 @@ pub fn map(
         }
     };
     Outcome { row, mapped }
+}
+
+/// Changes of the machine that lower an II.
+fn changes(dfg: &Dfg, ii: u32, expansion: bool, arch: &Arch, session: &Session<'_>) -> WhatIf {
+    let options = modulo::Options {
+        expansion,
+        ..modulo::Options::default()
+    };
+    let found = what_if(dfg, &arch.srp, ii, &options, session.threads, session.watch);
+    let change = |change: &what_if::Change| Change {
+        what: what_if::in_words(&change.edits, &arch.srp),
+        ii: change.ii,
+    };
+    WhatIf {
+        tried: found.tried,
+        changes: found.changes.iter().map(change).collect(),
+    }
 }
 
 /// A schedule that the independent checker has found right.
@@ -227,6 +279,7 @@ fn mapping(graph: &Graph, scheduled: &modulo::Scheduled) -> Mapping {
                 slack: proof.slack,
             })
             .collect(),
+        contexts: schedule.contexts(),
         stages: schedule.stages(),
         length: schedule.length,
         moves: schedule.ops.values().filter(|op| op.is_move).count(),

@@ -384,6 +384,51 @@ fn graphs_are_mapped() {
         json.contains("\"rec_mii\": 1") && json.contains("\"ii\": 1"),
         "{json}"
     );
+    // Four loads on one unit that loads; what a graph without a schedule leaves to the others.
+    write(
+        &folder,
+        "loads.dot",
+        "digraph { a [op=load]; b [op=load]; s [op=add]; a -> s; b -> s; c [op=load]; d [op=load]; }",
+    );
+    let one = [
+        "machine",
+        "mesh",
+        "--rows",
+        "1",
+        "--cols",
+        "2",
+        "--memory-columns",
+        "1",
+        "-o",
+        "one.xml",
+    ];
+    assert!(srp(&folder, &one).status.success());
+    let alone = ["--machine", "one.xml", "--no-expansion", "--what-if"];
+    let text = stdout(&[&["map", "loads.dot"][..], &alone[..]].concat());
+    assert!(text.contains("expanded II  contexts"), "{text}");
+    assert!(
+        text.lines().any(|line| line.ends_with("too: II = 3")),
+        "{text}"
+    );
+    let impossible = GRAPH.replace("distance=1", "distance=1000");
+    write(&folder, "impossible.dot", &impossible);
+    let some = [
+        "map",
+        "impossible.dot",
+        "loads.dot",
+        "--machine",
+        "one.xml",
+        "-o",
+        "some.sched.xml",
+    ];
+    let output = srp(&folder, &some);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("some.sched.xml: schedules of 1 of 2 graphs"),
+        "{said}"
+    );
+    assert!(folder.join("some.sched.xml").exists());
 }
 
 #[test]

@@ -30,6 +30,8 @@ use heuristic::Heuristic;
 use problem::Problem;
 use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::Srp;
+use srp_archdesc::entity::EntityMap;
+use srp_archdesc::isa::Ty;
 use srp_archdesc::watch::{Limited, Watch};
 use srp_ir::dfg::Dfg;
 use srp_ir::dre::scheduled::{ModuloSchedule, Reg};
@@ -52,6 +54,9 @@ pub struct Options {
     /// Where all these steps do not reach the bound: go on by the exact way, with horizons up to
     /// [`FARTHEST`], for so much time of the watch. Every loop has all of it.
     pub beyond: Option<Duration>,
+    /// Modulo variable expansion (Lam 1988): a kernel is repeated as often as a value that lives longer than
+    /// the II needs registers, in files that do not rotate. Without it such values need another way.
+    pub expansion: bool,
 }
 
 /// Cycles beyond the critical path up to which the exact search goes in the end.
@@ -83,6 +88,7 @@ impl Default for Options {
             exact_effort: 8_000,
             slack: 3,
             beyond: None,
+            expansion: true,
         }
     }
 }
@@ -151,11 +157,13 @@ pub fn schedule(
     options: &Options,
     watch: &dyn Watch,
 ) -> Result<Scheduled, Unschedulable> {
-    let problem = Problem::new(dfg, srp);
+    let mut problem = Problem::new(dfg, srp);
+    problem.expansion = options.expansion;
     let live_ins = live_in_registers(dfg, srp)?;
     if let Some(node) = problem.nodes().find(|n| problem.units[*n].is_empty()) {
         return Err(Unschedulable::NoUnit(Operation::of(dfg, node)));
     }
+    storage(&problem)?;
     let bounds = Bounds::of(&problem);
     let bound = bounds.min_ii();
     let fixed: Vec<Reg> = (live_ins.iter().copied())
@@ -255,6 +263,45 @@ pub fn certify(
     };
     let (answer, _) = exact::solve(&Problem::new(dfg, srp), &question, Some(certificate));
     matches!(answer, Answer::Impossible)
+}
+
+/// Refuses a loop that needs more values of earlier iterations than the array has places for.
+///
+/// A value that a node takes from `d` iterations ago lives for `d` IIs, less its own latency where the two are
+/// one node, or else less the [`MAX_STAGES`] IIs by which the consumer may be ahead; so at least that many of
+/// its instances live at once, whatever the II. Each is in a register, in an output, on a link or in a unit.
+fn storage(problem: &Problem<'_>) -> Result<(), Unschedulable> {
+    let mut held: EntityMap<_, u64> = EntityMap::filled(problem.dfg.nodes.len(), 0);
+    for edge in &problem.edges {
+        let Some(to) = edge.to() else { continue };
+        let ahead = if to == edge.from { 0 } else { MAX_STAGES };
+        let latency = (problem.units[edge.from].iter())
+            .map(|&fu| problem.timing(edge.from, fu).latency)
+            .max();
+        let less = latency.unwrap_or(0) + ahead;
+        let least = u64::from(edge.distance.saturating_sub(less));
+        held[edge.from] = held[edge.from].max(least);
+    }
+    let held: u64 = held.values().sum();
+    if held == 0 {
+        return Ok(());
+    }
+    let srp = problem.srp;
+    let registers: u64 = srp.files.values().map(|file| u64::from(file.size)).sum();
+    let in_units = srp.fus.values().map(|fu| {
+        let latencies = fu.ops.iter().map(|op| op.latency);
+        u64::from(latencies.max().unwrap_or(0)) * Ty::ALL.len() as u64
+    });
+    let on_links = problem.graph.transfers.values().flatten();
+    let on_links: u64 = on_links.map(|way| u64::from(way.delay)).sum();
+    let read_delays = problem.graph.reads.values().flatten();
+    let read_delays: u64 = read_delays.map(|way| u64::from(way.delay)).sum();
+    let outputs = problem.graph.places.len() as u64;
+    let room = registers + outputs + in_units.sum::<u64>() + on_links + read_delays;
+    match held > room {
+        true => Err(Unschedulable::Storage { held, room }),
+        false => Ok(()),
+    }
 }
 
 /// The central registers that bring the live-ins.

@@ -196,6 +196,13 @@ pub enum Unschedulable {
         /// Contexts that there are.
         contexts: u32,
     },
+    /// More values of earlier iterations live at once than the array has places for.
+    Storage {
+        /// How many live at once, at least.
+        held: u64,
+        /// Registers, outputs, stages of units and links, together.
+        room: u64,
+    },
     /// The watch ended the search before there was a schedule.
     Stopped {
         /// The largest II that was tried to no avail, if one was.
@@ -220,7 +227,9 @@ impl Unschedulable {
                 failed.iter_mut().for_each(|failed| failed.relocate(dfg));
             }
             Unschedulable::NotFound { failed, .. } => failed.relocate(dfg),
-            Unschedulable::LiveIns { .. } | Unschedulable::Contexts { .. } => {}
+            Unschedulable::LiveIns { .. }
+            | Unschedulable::Contexts { .. }
+            | Unschedulable::Storage { .. } => {}
         }
     }
 
@@ -246,6 +255,11 @@ impl std::fmt::Display for Unschedulable {
             Unschedulable::Contexts { bound, contexts } => write!(
                 f,
                 "its II is at least {bound}; there are {contexts} contexts"
+            ),
+            Unschedulable::Storage { held, room } => write!(
+                f,
+                "at least {held} values of earlier iterations live at once; registers, outputs and links of the array \
+                 have room for {room}"
             ),
             Unschedulable::Stopped { failed } => {
                 write!(f, "stopped before a schedule was found: ")?;

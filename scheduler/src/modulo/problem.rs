@@ -16,6 +16,8 @@ pub(super) struct Problem<'a> {
     pub(super) dfg: &'a Dfg,
     pub(super) srp: &'a Srp,
     pub(super) graph: ResourceGraph,
+    /// False where a kernel may not be repeated for values that live longer than the II.
+    pub(super) expansion: bool,
     /// The class of each node's operation.
     opcodes: EntityMap<Node, Opcode>,
     /// Units that can run each node, in order.
@@ -113,6 +115,9 @@ pub(super) struct OrderEdge {
     pub(super) delay: u32,
 }
 
+/// Rings longer than this would take too many contexts.
+const LARGEST_RING: u32 = 8;
+
 /// No way there.
 pub(super) const UNREACHABLE: u32 = u32::MAX / 4;
 
@@ -155,6 +160,7 @@ impl<'a> Problem<'a> {
             dfg,
             srp,
             graph,
+            expansion: true,
         };
         problem.units = dfg
             .nodes
@@ -168,6 +174,28 @@ impl<'a> Problem<'a> {
         let detour = |way: &WayOn| way.price - route::holding_price(way.cycles);
         problem.detour = Ty::ALL.map(|ty| problem.distances(ty, |_| 0, detour));
         problem
+    }
+
+    /// Returns how many registers of a file that does not rotate a value takes in turn at most.
+    pub(super) fn largest_ring(&self, ii: u32) -> u32 {
+        if !self.expansion {
+            return 1;
+        }
+        let copies = (self.srp.contexts / ii.max(1)).clamp(1, LARGEST_RING);
+        1 << copies.ilog2()
+    }
+
+    /// Returns the cycles for which a value can stay in this file, if it has all of it.
+    pub(super) fn longest_stay_in(&self, ii: u32, file: Place) -> i32 {
+        let Some(rf) = self.graph.as_file(file) else {
+            return i32::MAX;
+        };
+        let spec = &self.srp.files[rf];
+        let copies = match spec.kind {
+            FileKind::Rotating => spec.size,
+            _ => self.largest_ring(ii).min(spec.size),
+        };
+        i32::try_from(u64::from(copies) * u64::from(ii)).unwrap_or(i32::MAX)
     }
 
     /// True if a unit can run a node, its constants and invariants within reach.

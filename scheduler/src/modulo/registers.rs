@@ -14,18 +14,9 @@ use srp_archdesc::resource::Place;
 use srp_ir::dfg::{Initial, Node};
 use srp_ir::dre::scheduled::{Reg, RegAt};
 
-/// Rings longer than this would take too many contexts.
-const LARGEST_RING: u32 = 8;
-
-/// Returns how many registers of a file that does not rotate a value takes in turn at most.
-fn largest_ring(problem: &Problem<'_>, ii: u32) -> u32 {
-    let copies = (problem.srp.contexts / ii.max(1)).clamp(1, LARGEST_RING);
-    1 << copies.ilog2()
-}
-
 /// Returns the cycles for which a value can stay in a file that does not rotate.
 pub(super) fn longest_stay(problem: &Problem<'_>, ii: u32) -> i32 {
-    (largest_ring(problem, ii) * ii) as i32
+    (problem.largest_ring(ii) * ii) as i32
 }
 
 /// A value's stay in a file, from the cycle it stands there first to the last, in iteration 0.
@@ -89,7 +80,7 @@ impl Registers {
         Registers {
             files: problem.graph.places.keys().map(file).collect(),
             ii: ii as i32,
-            largest_ring: largest_ring(problem, ii),
+            largest_ring: problem.largest_ring(ii),
         }
     }
 

@@ -107,6 +107,10 @@ struct State {
     cost: u32,
     step: Step,
     before: u32,
+    /// The cycle in which the value came to this place, and the cycles for which it has stood there on its way,
+    /// now and before.
+    since: i32,
+    stayed: i32,
     /// The request that reached it; what an earlier one left does not count.
     request: u32,
 }
@@ -115,6 +119,8 @@ const UNSEEN: State = State {
     cost: u32::MAX,
     step: Step::Start,
     before: u32::MAX,
+    since: 0,
+    stayed: 0,
     request: 0,
 };
 
@@ -132,9 +138,10 @@ pub(super) struct Router {
     pub(super) expanded: u64,
 }
 
-/// States that are expanded for one route at most: a longer search finds only ways that are too
-/// long.
+/// States that are expanded for one route at most, and for each cycle of a careful one if these are more: a
+/// longer search finds only ways that are too long.
 const LARGEST_SEARCH: u32 = 3000;
+const OF_A_CYCLE: u32 = 16;
 
 /// One search.
 struct Search<'s, 'p> {
@@ -152,16 +159,19 @@ struct Search<'s, 'p> {
     last: i32,
     /// Files that are out of the question.
     banned: &'s [Place],
+    /// True where a way is not to meet itself, as ways of many IIs do.
+    is_careful: bool,
 }
 
 impl Router {
-    /// The cheapest route, with its cost.
+    /// The cheapest route, with its cost. One that is not careful may meet itself an II later.
     pub(super) fn route(
         &mut self,
         problem: &Problem<'_>,
         table: &Table,
         request: &Request,
         banned: &[Place],
+        is_careful: bool,
     ) -> Option<(Route, u32)> {
         let last = match request.target {
             Some((_, arrival)) => arrival,
@@ -188,6 +198,7 @@ impl Router {
             paid_from: table.last_cycle(request.from).max(request.ready),
             last,
             banned,
+            is_careful,
         }
         .run(&mut self.expanded)
     }
@@ -196,7 +207,11 @@ impl Router {
 impl Search<'_, '_> {
     fn run(&mut self, expanded: &mut u64) -> Option<(Route, u32)> {
         self.start();
-        let mut left = LARGEST_SEARCH;
+        let cycles = (self.last - self.request.ready) as u32;
+        let mut left = match self.is_careful {
+            true => LARGEST_SEARCH.max(OF_A_CYCLE.saturating_mul(cycles)),
+            false => LARGEST_SEARCH,
+        };
         let mut best: Option<(u32, u32, u32)> = None; // cost, state, read path
         while let Some(Reverse((least, _, cost, index))) = self.open.pop() {
             if best.is_some_and(|(b, ..)| least >= b) {
@@ -383,10 +398,28 @@ impl Search<'_, '_> {
         let index = self.index(place, tag, time);
         if cost < self.cost_of(index) {
             let request = self.number;
+            let (since, stayed) = match step {
+                Step::Hold => {
+                    let State { since, stayed, .. } = self.states[before as usize];
+                    (since, stayed + 1)
+                }
+                _ => (time, self.stays_before(place, time, before) + 1),
+            };
+            let output = match step {
+                Step::Move(fu, _) | Step::MoveAndWrite(fu, _) => Some(self.move_place(fu)),
+                _ => Some(place).filter(|&place| self.problem.is_output(place)),
+            };
+            if output.is_some_and(|output| self.is_in_own_way(output, time, before))
+                || !self.may_stay(place, stayed)
+            {
+                return;
+            }
             self.states[index] = State {
                 cost,
                 step,
                 before,
+                since,
+                stayed,
                 request,
             };
             let left = (self.last - time) as u32;
@@ -428,6 +461,54 @@ impl Search<'_, '_> {
         }
         self.expand_transfers(place, time, cost, before);
         self.expand_moves(place, time, cost, before);
+    }
+
+    /// True if a file has registers for a value that stands in it for so many cycles: instances of later
+    /// iterations come while it stays.
+    fn may_stay(&self, place: Place, cycles: i32) -> bool {
+        !self.is_careful
+            || cycles <= self.table.ii as i32
+            || cycles <= self.problem.longest_stay_in(self.table.ii, place)
+    }
+
+    /// Returns for how many cycles a value that comes to a place has stood there before.
+    fn stays_before(&self, place: Place, time: i32, before: u32) -> i32 {
+        let last =
+            (self.stays(time, before)).find(|&index| self.place_of(index as usize).0 == place);
+        last.map_or(0, |index| self.states[index as usize].stayed)
+    }
+
+    /// True if a value that stands in an output meets itself there: an instance of another iteration.
+    fn is_in_own_way(&self, output: Place, time: i32, before: u32) -> bool {
+        let ii = self.table.ii as i32;
+        self.stays(time, before).any(|last| {
+            let since = self.states[last as usize].since;
+            let until = self.time_of(last);
+            let entered = last as usize - (until - since) as usize * self.width;
+            let cycles = match self.states[entered].step {
+                _ if self.place_of(entered).0 == output => until - since,
+                // What is written into a file stands in the output for the cycle too.
+                Step::MoveAndWrite(fu, _) if self.move_place(fu) == output => 0,
+                _ => return false,
+            };
+            since < time && (cycles + 1 >= ii || (time - since).rem_euclid(ii) <= cycles)
+        })
+    }
+
+    fn move_place(&self, fu: Fu) -> Place {
+        self.problem.move_place(fu, self.request.ty)
+    }
+
+    /// The last states of the stays on the way to a state that follows `before` at this time, the latest stay
+    /// first; none on ways shorter than the II, on which no value meets itself, and none if nobody cares.
+    fn stays(&self, time: i32, before: u32) -> impl Iterator<Item = u32> {
+        let is_long = time - self.request.ready >= self.table.ii as i32;
+        let first = Some(before).filter(|&index| self.is_careful && is_long && index != u32::MAX);
+        std::iter::successors(first, |&index| {
+            let stay = self.time_of(index) - self.states[index as usize].since;
+            let entered = index as usize - stay as usize * self.width;
+            Some(self.states[entered].before).filter(|&index| index != u32::MAX)
+        })
     }
 
     fn expand_transfers(&mut self, place: Place, time: i32, cost: u32, before: u32) {
@@ -538,10 +619,7 @@ impl Search<'_, '_> {
             Step::Move(fu, read) | Step::MoveAndWrite(fu, read) => {
                 if let Step::MoveAndWrite(..) = step {
                     items.push(Item::Written(place, time, tag, Via::Result(fu)));
-                    items.push(Item::Out(
-                        self.problem.move_place(fu, self.request.ty),
-                        time,
-                    ));
+                    items.push(Item::Out(self.move_place(fu), time));
                 }
                 let (from, _) = self.place_of(before as usize);
                 let at = self.time_of(before);

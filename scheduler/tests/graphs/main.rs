@@ -12,7 +12,7 @@ use srp_archdesc::xml::{StandardArray, standard};
 use srp_ir::check::check_loop;
 use srp_ir::dre::scheduled::ScheduledLoops;
 use srp_ir::graph::{Graph, Options, read_dot, read_edges};
-use srp_scheduler::modulo::{self, Scheduled};
+use srp_scheduler::modulo::{self, Scheduled, Unschedulable};
 use std::path::Path;
 
 /// A machine from its file.
@@ -168,4 +168,55 @@ fn graphs_of_other_mappers_reach_their_known_intervals() {
         }
     }
     assert!(worse.is_empty(), "{}", worse.join("\n"));
+}
+
+/// A running sum over every n-th element: the value is taken so many iterations later.
+fn apart(distance: u32) -> Graph {
+    let text = format!(
+        "digraph {{ x [op=load]; s [op=add]; y [op=store]; x -> s; s -> s [distance={distance}]; s -> y; }}"
+    );
+    read_dot(&Source::new("apart.dot", text), &Options::default()).expect("a graph")
+}
+
+#[test]
+fn values_of_many_iterations_ago_go_from_file_to_file() {
+    let arch = mesh(4, 4);
+    for distance in [1, 8, 9, 20, 60] {
+        let scheduled = map(&apart(distance), &arch);
+        assert!(scheduled.schedule.ii <= 2, "{distance}");
+    }
+}
+
+#[test]
+fn more_values_than_places_are_refused_at_once() {
+    let arch = mesh(4, 4);
+    let graph = apart(1000);
+    let options = modulo::Options::default();
+    let refused = modulo::schedule(&graph.dfg, &arch.srp, &options, &Unwatched);
+    let Err(Unschedulable::Storage { held, room }) = refused else {
+        panic!("{refused:?}");
+    };
+    assert!(held > room && held == 999, "{held} {room}");
+}
+
+#[test]
+fn without_expansion_a_kernel_takes_as_many_contexts_as_cycles() {
+    let arch = mesh(4, 4);
+    let alone = modulo::Options {
+        expansion: false,
+        ..modulo::Options::default()
+    };
+    for distance in [1, 2, 3] {
+        let graph = apart(distance);
+        let expanded = map(&graph, &arch).schedule;
+        let schedule = modulo::schedule(&graph.dfg, &arch.srp, &alone, &Unwatched);
+        let schedule = schedule.expect("there is one").schedule;
+        assert!(check_loop(&schedule, &arch.srp).is_empty(), "{distance}");
+        assert_eq!(schedule.contexts(), schedule.ii, "{distance}");
+        assert!(schedule.ii >= expanded.ii, "{distance}");
+        assert!(
+            distance == 1 || expanded.contexts() > expanded.ii,
+            "{distance}"
+        );
+    }
 }

@@ -307,7 +307,7 @@ pub struct Resource {
 }
 
 /// The outcome of trying changes of the machine.
-#[derive(Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WhatIf {
     /// Changes that were tried.
     pub tried: u32,
@@ -316,7 +316,7 @@ pub struct WhatIf {
 }
 
 /// A change of the machine.
-#[derive(Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Change {
     /// The change.
     pub what: String,

@@ -13,6 +13,8 @@ use srp_ir::dfg::{Initial, Node, Operand};
 
 /// Routes of one value that are tried, each without the files that were full.
 const DETOURS: usize = 3;
+/// Iterations that a value crosses without meeting itself on its way, mostly.
+const FAR: u32 = 8;
 
 impl<'p> Attempt<'_, 'p> {
     /// Those of some edges that have no route yet and whose ends are placed, the ones with the least
@@ -147,13 +149,26 @@ impl<'p> Attempt<'_, 'p> {
         let edge = &self.problem.edges[e];
         let request = self.request(edge);
         let mut banned = Vec::new();
+        let distance = edge.distance;
+        let mut is_careful = false;
         while banned.len() < DETOURS {
-            let (route, cost) = self
-                .router
-                .route(self.problem, &self.table, &request, &banned)?;
-            match self.take_route(e, route) {
-                Ok(()) => return Some(cost),
-                Err(full) => banned.push(full?),
+            let found =
+                (self.router).route(self.problem, &self.table, &request, &banned, is_careful);
+            let full = match found {
+                Some((route, cost)) => match self.take_route(e, route) {
+                    Ok(()) => return Some(cost),
+                    Err(full) => full,
+                },
+                None if banned.is_empty() => return None,
+                None => None,
+            };
+            match full {
+                Some(full) => banned.push(full),
+                None if is_careful || distance <= FAR => return None,
+                None => {
+                    banned.clear();
+                    is_careful = true;
+                }
             }
         }
         None
