@@ -116,10 +116,8 @@ impl<'a, 'p> Heuristic<'a, 'p> {
             return found.ok_or_else(|| self.nothing_found(bound, watch));
         }
         let negotiated = Way::Negotiated(QUICK_STEPS);
-        // On small arrays a first schedule is soon found, and negotiation has its turn at bettering it.
-        let ways = match self.is_crowded(bound) {
-            true if self.is_wide() => [negotiated, Way::OneByOne, Way::AllAtOnce],
-            true => [Way::OneByOne, negotiated, Way::AllAtOnce],
+        let ways = match self.is_crowded(bound) && self.is_wide() {
+            true => [negotiated, Way::OneByOne, Way::AllAtOnce],
             false => [Way::OneByOne, Way::AllAtOnce, negotiated],
         };
         if self.is_crowded(bound) {
@@ -128,9 +126,17 @@ impl<'a, 'p> Heuristic<'a, 'p> {
                 return Ok(schedule);
             }
         }
+        // On a small array negotiation finds the best schedules of large loops near the bound, or fails at all
+        // IIs, slowly: there another way has its turn before it climbs further.
+        if self.is_crowded(bound) && !self.is_wide() {
+            let near = deepest.min(bound + NEAR);
+            if let Some(schedule) = self.climb(negotiated, bound, near, effort, watch) {
+                return Ok(schedule);
+            }
+        }
         for round in 0..ROUNDS {
             for way in ways {
-                if let Some(schedule) = self.climb(way, bound, effort, watch) {
+                if let Some(schedule) = self.climb(way, bound, deepest, effort, watch) {
                     return Ok(schedule);
                 }
                 if watch.cancelled() {
@@ -200,11 +206,12 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         &mut self,
         way: Way,
         bound: u32,
+        last: u32,
         effort: u64,
         watch: &dyn Watch,
     ) -> Option<ModuloSchedule> {
         let mut ii = bound;
-        while ii <= self.problem.srp.contexts && !watch.cancelled() {
+        while ii <= last && !watch.cancelled() {
             let limit = self.router.expanded + effort;
             if let Some(schedule) = self.attempt(ii, way, limit, watch) {
                 return Some(schedule);
