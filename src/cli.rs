@@ -3,6 +3,7 @@
 mod accuracy;
 mod cache;
 mod compiling;
+mod diff;
 pub(crate) mod dram;
 mod fidelity;
 mod frame;
@@ -20,6 +21,7 @@ pub(crate) use compiling::{
     Compile, ErrorFormat, Feature, Form, Loops, Report, Reported, Run, RunEngine, Source, Watch,
     fast_math,
 };
+pub(crate) use diff::Diff;
 pub(crate) use fidelity::{FidelityTable, TableForm};
 pub(crate) use frame::{Building, Frame, parse_cameras};
 pub(crate) use hard::HardCases;
@@ -88,6 +90,8 @@ pub(crate) enum Command {
     Run(Run),
     /// Report the initiation interval of every loop, and what sets it.
     Report(Report),
+    /// Say what got slower and faster between two frames, profiles or reports, largest first.
+    Diff(Diff),
     /// Report again whenever a file is saved, what got better or worse first.
     Watch(Watch),
     /// Vary a machine, and compare: intervals, cycles, energy, area, error of every variant.

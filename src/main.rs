@@ -7,6 +7,7 @@ mod cli;
 mod compile;
 mod count;
 mod diagnostics;
+mod diff;
 mod dram;
 mod effects;
 mod energy;
@@ -57,6 +58,7 @@ fn main() -> ExitCode {
         Command::Compile(args) => compile::run(args).map(|()| 0),
         Command::Run(args) => run::run(args),
         Command::Report(args) => report::run(args),
+        Command::Diff(args) => diff::run(args),
         Command::Watch(args) => report::watch::run(args),
         Command::Paper(args) => paper::run(args).map(|()| 0),
         Command::Area(args) => area::run(args).map(|()| 0),

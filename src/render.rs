@@ -10,6 +10,7 @@ use serde::Serialize;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene_image::SceneImage;
 use srp_runtime::system;
+use srp_studies::comparison;
 use srp_studies::energy::Energy;
 use srp_studies::fidelity::{self, Fidelity, FrameFigure, Prepared, Untimed};
 use srp_studies::profile::Profiler;
@@ -18,6 +19,11 @@ use srp_toolchain::{Engine, Engines, Error, Frame, Session, Warnings, system_opt
 /// Where time and energy of a frame went.
 #[derive(Serialize)]
 struct Account<'a> {
+    format: &'static str,
+    version: u32,
+    machine: &'a str,
+    scene: &'a str,
+    scene_hash: String,
     #[serde(flatten)]
     report: &'a system::Report,
     energy: &'a Energy,
@@ -104,6 +110,11 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     }
     let energy = srp_studies::energy::energy(&report, program, &arch);
     let account = Account {
+        format: comparison::FRAME,
+        version: comparison::VERSION,
+        machine: &arch.name,
+        scene: &frame.scene.name,
+        scene_hash: frame.scene_hash(),
         report: &report,
         energy: &energy,
     };

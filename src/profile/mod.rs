@@ -8,7 +8,9 @@ use crate::failure::Failure;
 use crate::files;
 use listing::Listing;
 use serde::Serialize;
+use srp_studies::comparison;
 use srp_studies::profile::{Parts, Profile};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// A file that a profile goes to, in the form that its name asks for.
@@ -23,6 +25,8 @@ struct Document<'a> {
     version: u32,
     #[serde(flatten)]
     profile: &'a Profile,
+    /// The text of each file that has lines in it, so that two profiles can be told apart line by line.
+    sources: BTreeMap<&'a str, String>,
 }
 
 impl Target {
@@ -41,9 +45,10 @@ impl Target {
         let text = match extension {
             Some("json") => {
                 let document = Document {
-                    format: "srp-profile",
-                    version: 1,
+                    format: comparison::PROFILE,
+                    version: comparison::VERSION,
                     profile,
+                    sources: sources(profile),
                 };
                 serde_json::to_string_pretty(&document).map_err(Failure::message)? + "\n"
             }
@@ -52,6 +57,14 @@ impl Target {
         };
         files::write(Path::new(&self.path), text.as_bytes())
     }
+}
+
+/// The text of each file that has lines in a profile.
+fn sources(profile: &Profile) -> BTreeMap<&str, String> {
+    let lines = profile.lines.iter().filter(|l| l.line > 0);
+    let files: BTreeSet<&str> = lines.map(|l| l.file.as_str()).collect();
+    let text = |file| (file, files::source_text(file));
+    files.into_iter().map(text).collect()
 }
 
 /// A part of the cycles in words.

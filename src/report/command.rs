@@ -150,7 +150,7 @@ impl Asked<'_> {
 }
 
 /// Compares two reports; 1 where something got worse.
-fn compare(old: &Path, new: &Path, json: bool) -> Result<i32, Failure> {
+pub(crate) fn compare(old: &Path, new: &Path, json: bool) -> Result<i32, Failure> {
     let read = |path: &Path| -> Result<Report, Failure> {
         let text = files::read_text(path)?;
         Ok(Report::read(&path.display().to_string(), &text)?)

@@ -8,6 +8,6 @@ mod output;
 mod text;
 pub(crate) mod watch;
 
-pub(crate) use command::run;
+pub(crate) use command::{compare, run};
 pub(crate) use output::Loops;
 pub(crate) use text::not_pipelined;

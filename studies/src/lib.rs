@@ -25,6 +25,7 @@ pub mod accuracy;
 mod attributes;
 pub mod attribution;
 pub mod certificate;
+pub mod comparison;
 pub mod effects;
 pub mod energy;
 mod error;

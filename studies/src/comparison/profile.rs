@@ -1,0 +1,225 @@
+//! Two profiles.
+//!
+//! Lines are compared as an editor's user sees them: a line that moved because another was written above it is
+//! the same line. The profiles hold their sources for that.
+
+use super::{
+    Change, Comparison, Document, FORMAT, Figures, PROFILE, Section, VERSION, add, changes,
+};
+use crate::Error;
+use serde_json::Value;
+use similar::{DiffTag, TextDiff};
+use std::collections::BTreeMap;
+
+/// The parts of cycles, with their names.
+const PARTS: [(&str, &str); 7] = [
+    ("vliw", "VLIW"),
+    ("empty", "empty"),
+    ("array", "array"),
+    ("switch", "switch"),
+    ("memory_stall", "memory"),
+    ("texture_stall", "texture"),
+    ("wait", "wait"),
+];
+
+/// Compares two profiles.
+pub(super) fn compare(old: &Document<'_>, new: &Document<'_>) -> Result<Comparison, Error> {
+    let total = |profile: &Document<'_>| total(profile, &profile.value["parts"]);
+    let [a, b] = [total(old)?, total(new)?];
+    let lines = Lines::between(old, new);
+    let mut notes = Vec::new();
+    let cores = [old.number("/cores")?, new.number("/cores")?];
+    if cores[0] != cores[1] {
+        notes.push(format!("cores: {} → {}", cores[0], cores[1]));
+    }
+    notes.extend(lines.notes());
+    let parts = |profile: &Document<'_>| -> Result<Figures, Error> {
+        let mut figures = Figures::new();
+        for (member, name) in PARTS {
+            let cycles = profile.number(&format!("/parts/{member}"))?;
+            add(&mut figures, name, cycles);
+        }
+        Ok(figures)
+    };
+    let functions = |profile: &Document<'_>| by(profile, "/functions", "/name");
+    Ok(Comparison {
+        format: FORMAT,
+        version: VERSION,
+        of: PROFILE,
+        machines: [
+            old.text("/machine")?.to_owned(),
+            new.text("/machine")?.to_owned(),
+        ],
+        notes,
+        cycles: Change::new("all cores", Some(a), Some(b)),
+        figures: Vec::new(),
+        sections: vec![
+            Section::of(
+                "cycles by part",
+                "cycles",
+                changes(&parts(old)?, &parts(new)?),
+            ),
+            Section::of("cycles by loop on the array", "cycles", loops(old, new)?),
+            Section::of(
+                "cycles by function",
+                "cycles",
+                changes(&functions(old)?, &functions(new)?),
+            ),
+            Section::of("cycles by line", "cycles", lines.changes(old, new)?),
+        ],
+    })
+}
+
+/// All cycles of an entry.
+fn total(profile: &Document<'_>, entry: &Value) -> Result<f64, Error> {
+    let cycles = PARTS.map(|(member, _)| profile.number_in(entry, &format!("/{member}")));
+    cycles.into_iter().sum()
+}
+
+/// The cycles of the entries of a list, by name.
+fn by(profile: &Document<'_>, list: &str, name: &str) -> Result<Figures, Error> {
+    let mut figures = Figures::new();
+    for entry in profile.list(list)? {
+        add(
+            &mut figures,
+            profile.text_in(entry, name)?,
+            total(profile, entry)?,
+        );
+    }
+    Ok(figures)
+}
+
+/// The loops, with what of them changed beside their cycles.
+fn loops(old: &Document<'_>, new: &Document<'_>) -> Result<Vec<Change>, Error> {
+    let mut changes = changes(
+        &by(old, "/loops", "/kernel")?,
+        &by(new, "/loops", "/kernel")?,
+    );
+    for change in &mut changes {
+        let find = |profile: &Document<'_>| -> Result<Option<Value>, Error> {
+            let loops = profile.list("/loops")?.iter();
+            let mut of = loops.filter(|l| l["kernel"].as_str() == Some(&change.what));
+            Ok(of.next().cloned())
+        };
+        let (Some(a), Some(b)) = (find(old)?, find(new)?) else {
+            continue;
+        };
+        for (what, pointer) in [
+            ("II", "/ii"),
+            ("cycles of an iteration", "/length"),
+            ("launches", "/launches"),
+            ("iterations", "/iterations/all"),
+        ] {
+            let [a, b] = [old.number_in(&a, pointer)?, new.number_in(&b, pointer)?];
+            if a != b {
+                change.why.push(format!("{what} {a} → {b}"));
+            }
+        }
+        for (member, what) in PARTS {
+            let pointer = format!("/{member}");
+            let difference = new.number_in(&b, &pointer)? - old.number_in(&a, &pointer)?;
+            if difference != 0.0 {
+                change.why.push(format!("{what} {difference:+}"));
+            }
+        }
+    }
+    Ok(changes)
+}
+
+/// Which line of an old source is which of the new one.
+struct Lines {
+    /// By file: the new line of each old one, both from 1.
+    moved: BTreeMap<String, BTreeMap<u64, u64>>,
+}
+
+impl Lines {
+    fn between(old: &Document<'_>, new: &Document<'_>) -> Lines {
+        let sources = |profile: &Document<'_>| -> BTreeMap<String, String> {
+            let sources = profile.value.get("sources").and_then(Value::as_object);
+            let text =
+                |(file, text): (&String, &Value)| Some((file.clone(), text.as_str()?.into()));
+            sources.into_iter().flatten().filter_map(text).collect()
+        };
+        let [old, new] = [sources(old), sources(new)];
+        let mut moved = BTreeMap::new();
+        for (file, before) in &old {
+            if let Some(after) = new.get(file).filter(|after| *after != before) {
+                moved.insert(file.clone(), kept(before, after));
+            }
+        }
+        Lines { moved }
+    }
+
+    fn notes(&self) -> Option<String> {
+        let files: Vec<&str> = self.moved.keys().map(String::as_str).collect();
+        let files = files.join(", ");
+        (!files.is_empty()).then(|| format!("edited: {files}; lines are numbered as in the new"))
+    }
+
+    /// The cycles of each line, by its number in the new source.
+    fn changes(&self, old: &Document<'_>, new: &Document<'_>) -> Result<Vec<Change>, Error> {
+        let was = self.cycles(old, |file, line| match self.moved.get(file) {
+            Some(moved) => match moved.get(&line) {
+                Some(&line) => named(file, line),
+                None => format!("{} (gone)", named(file, line)),
+            },
+            None => named(file, line),
+        })?;
+        let is = self.cycles(new, named)?;
+        let mut all = changes(&was.total, &is.total);
+        for change in &mut all {
+            for (_, part) in PARTS {
+                let key = format!("{} {part}", change.what);
+                let [a, b] = [&was, &is].map(|c| c.parts.get(&key).copied().unwrap_or(0.0));
+                if a != b {
+                    change.why.push(format!("{part} {:+}", b - a));
+                }
+            }
+        }
+        Ok(all)
+    }
+
+    fn cycles(
+        &self,
+        profile: &Document<'_>,
+        name: impl Fn(&str, u64) -> String,
+    ) -> Result<Cycles, Error> {
+        let mut cycles = Cycles::default();
+        for line in profile.list("/lines")? {
+            let number = profile.number_in(line, "/line")?;
+            let what = name(profile.text_in(line, "/file")?, number as u64);
+            for (member, part) in PARTS {
+                let figure = profile.number_in(line, &format!("/{member}"))?;
+                add(&mut cycles.total, what.clone(), figure);
+                add(&mut cycles.parts, format!("{what} {part}"), figure);
+            }
+        }
+        Ok(cycles)
+    }
+}
+
+/// The cycles of lines.
+#[derive(Default)]
+struct Cycles {
+    total: Figures,
+    parts: Figures,
+}
+
+fn named(file: &str, line: u64) -> String {
+    match line {
+        0 => "no line known".to_owned(),
+        line => format!("{file}:{line}"),
+    }
+}
+
+/// The lines of an old text that are in the new one. A line that took the place of another counts as that.
+fn kept(old: &str, new: &str) -> BTreeMap<u64, u64> {
+    let mut kept = BTreeMap::new();
+    for op in TextDiff::from_lines(old, new).ops() {
+        if let DiffTag::Equal | DiffTag::Replace = op.tag() {
+            let pairs = op.old_range().zip(op.new_range());
+            kept.extend(pairs.map(|(a, b)| (a as u64 + 1, b as u64 + 1)));
+        }
+    }
+    kept
+}
