@@ -33,6 +33,7 @@ pub(crate) use tni::{HeatOf, Latencies, Pipeline, RayKind, Tni, TniMemory};
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
+use srp_scheduler::modulo::Solver;
 use srp_toolchain::{Effort, Engine};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -165,10 +166,29 @@ pub(crate) struct Search {
     /// Look for schedules so many times as long as usual; that is up to a second or so for each loop
     #[arg(long, value_name = "TIMES", default_value = "1", value_parser = parse_effort)]
     pub(crate) effort: u32,
-    /// Look for the smallest II by SAT too, for so many seconds (60), or prove that there is none
+    /// Look for the smallest II by SAT too, or prove that there is none, for so many seconds (60) of processor time
+    /// for each loop above its bound
     #[arg(long, value_name = "SECONDS", num_args = 0..=1, require_equals = true, default_missing_value = "60")]
     pub(crate) optimal: Option<f64>,
+    /// The SAT solver; only batsat writes proofs
+    #[arg(long, value_name = "NAME", default_value = "batsat", value_parser = one_of(SOLVERS))]
+    pub(crate) solver: Solver,
 }
+
+/// The SAT solvers that this program was built with.
+const SOLVERS: &[Choice<Solver>] = &[
+    Choice {
+        value: Solver::Batsat,
+        name: "batsat",
+        what: "Plain Rust",
+    },
+    #[cfg(feature = "cadical")]
+    Choice {
+        value: Solver::Cadical,
+        name: "cadical",
+        what: "CaDiCaL, for a second opinion",
+    },
+];
 
 impl Search {
     /// How long loops are scheduled.
@@ -178,6 +198,7 @@ impl Search {
         Effort {
             percent: self.effort,
             beyond: self.optimal.map(seconds),
+            solver: self.solver,
         }
     }
 }

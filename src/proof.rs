@@ -1,19 +1,22 @@
 //! Certificates that a smaller II is impossible.
 
-use crate::count::count;
 use crate::failure::Failure;
 use crate::files;
 use crate::talk;
 use srp_archdesc::arch::Arch;
-use srp_ir::dfg::Dfg;
+use srp_archdesc::entity::EntityMap;
+use srp_ir::dfg::{Dfg, Node};
 use srp_scheduler::modulo::Impossible;
 use srp_studies::certificate::{certify, claim};
+use srp_studies::proofs::Impossible as Proof;
 use srp_toolchain::Session;
 use std::path::{Path, PathBuf};
 
 /// A loop, its II, and what was proved about smaller ones.
 pub(crate) struct Proved<'a> {
     pub(crate) dfg: &'a Dfg,
+    /// The names of its nodes in the file of a graph.
+    pub(crate) names: Option<&'a EntityMap<Node, String>>,
     pub(crate) ii: u32,
     pub(crate) impossible: &'a [Impossible],
 }
@@ -33,13 +36,14 @@ pub(crate) fn write(
     arch: &Arch,
     session: &Session<'_>,
 ) -> Result<(), Failure> {
-    let mut proved = (loops.iter()).filter_map(|l| Some((l.dfg, claim(l.ii, l.impossible)?)));
-    let Some((dfg, claim)) = proved.next() else {
+    let mut proved = (loops.iter()).filter_map(|l| Some((l, claim(l.ii, l.impossible)?)));
+    let Some((proved_loop, claim)) = proved.next() else {
         let why = "no proof to write: of no loop was the II below proved impossible; \
                    one that reaches its bound needs none, others may need more time";
         return Err(Failure::message(why));
     };
-    let more: Vec<&str> = proved.map(|(other, _)| other.name.as_str()).collect();
+    let dfg = proved_loop.dfg;
+    let more: Vec<&str> = proved.map(|(other, _)| other.dfg.name.as_str()).collect();
     if !more.is_empty() {
         return Err(Failure::Message(format!(
             "one proof at a time: choose {} or {} (a kernel with --kernel, a graph by its file)",
@@ -47,15 +51,14 @@ pub(crate) fn write(
             more.join(" or ")
         )));
     }
-    let certificate = certify(dfg, &arch.srp, claim, session)?;
+    let certificate = certify(dfg, proved_loop.names, arch, claim, session)?;
     files::write(&formula_path(path), &certificate.formula)?;
     files::write(path, &certificate.steps)?;
     talk::say(format_args!(
-        "{}: {} has no schedule at II = {} up to {} beyond the critical path",
+        "{}: of {}, {}",
         path.display(),
         dfg.name,
-        claim.ii,
-        count(claim.slack, "cycle")
+        Proof::of(&claim).in_words()
     ));
     Ok(())
 }

@@ -138,6 +138,10 @@ impl Watch for Printing {
     fn elapsed(&self) -> Duration {
         talk::CONSOLE.elapsed()
     }
+
+    fn worked(&self) -> Duration {
+        talk::CONSOLE.worked()
+    }
 }
 
 /// Why an engine and a profile do not go together.

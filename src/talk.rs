@@ -1,6 +1,7 @@
 //! Talk: what goes to standard error while a command works. Data goes to standard output.
 
 use crate::interrupt;
+use cpu_time::ThreadTime;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use srp_archdesc::watch::{Event, Watch};
 use srp_toolchain::cache::{Cache, Place};
@@ -168,6 +169,10 @@ impl Watch for Console {
 
     fn elapsed(&self) -> Duration {
         self.start.get_or_init(Instant::now).elapsed()
+    }
+
+    fn worked(&self) -> Duration {
+        ThreadTime::now().as_duration()
     }
 }
 

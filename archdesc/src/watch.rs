@@ -30,6 +30,12 @@ pub trait Watch: Sync {
     fn elapsed(&self) -> Duration {
         Duration::ZERO
     }
+
+    /// The processor time that this thread has taken. Budgets of work use it, so that other work on the host does
+    /// not use them up. A watcher that does not measure it gives the [time](Self::elapsed).
+    fn worked(&self) -> Duration {
+        self.elapsed()
+    }
 }
 
 /// An event of work.
@@ -110,6 +116,10 @@ impl Watch for Unstaged<'_> {
     fn elapsed(&self) -> Duration {
         self.0.elapsed()
     }
+
+    fn worked(&self) -> Duration {
+        self.0.worked()
+    }
 }
 
 /// The same watch, whose work also ends when a time is over.
@@ -137,5 +147,41 @@ impl Watch for Limited<'_> {
 
     fn elapsed(&self) -> Duration {
         self.watch.elapsed()
+    }
+
+    fn worked(&self) -> Duration {
+        self.watch.worked()
+    }
+}
+
+/// The same watch for work of one thread, which also ends when the thread has worked for so long.
+pub struct Worked<'a> {
+    watch: &'a dyn Watch,
+    until: Duration,
+}
+
+impl<'a> Worked<'a> {
+    /// Ends the work once this thread has [worked](Watch::worked) for so much longer.
+    pub fn new(watch: &'a dyn Watch, time: Duration) -> Worked<'a> {
+        let until = watch.worked().saturating_add(time);
+        Worked { watch, until }
+    }
+}
+
+impl Watch for Worked<'_> {
+    fn cancelled(&self) -> bool {
+        self.watch.cancelled() || self.watch.worked() >= self.until
+    }
+
+    fn tell(&self, event: Event<'_>) {
+        self.watch.tell(event);
+    }
+
+    fn elapsed(&self) -> Duration {
+        self.watch.elapsed()
+    }
+
+    fn worked(&self) -> Duration {
+        self.watch.worked()
     }
 }

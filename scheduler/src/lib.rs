@@ -61,6 +61,8 @@ pub struct LoopFacts {
     pub why_not_lower: Option<modulo::FailedIi>,
     /// IIs from the bound on that were proved impossible.
     pub impossible: Vec<modulo::Impossible>,
+    /// What the exact search tried; `None` where the schedule was made before.
+    pub search: Option<modulo::Search>,
 }
 
 /// The schedule of a loop, and the facts about it.
@@ -69,6 +71,7 @@ pub fn with_facts(scheduled: modulo::Scheduled) -> (ModuloSchedule, LoopFacts) {
         bounds: scheduled.bounds,
         why_not_lower: scheduled.why_not_lower,
         impossible: scheduled.impossible,
+        search: Some(scheduled.search),
     };
     (scheduled.schedule, facts)
 }

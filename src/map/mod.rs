@@ -54,6 +54,7 @@ pub(crate) fn run(args: &Map) -> Result<i32, Failure> {
         let proved: Vec<Proved<'_>> = mapped
             .map(|(graph, scheduled)| Proved {
                 dfg: &graph.dfg,
+                names: Some(&graph.names),
                 ii: scheduled.schedule.ii,
                 impossible: &scheduled.impossible,
             })

@@ -80,6 +80,28 @@ fn write_table(out: &mut String, table: &Table) -> std::fmt::Result {
         "\n{all} of {} graphs mapped onto `{}`, {at_bound} at their bound",
         table.graphs.len(),
         table.machine
+    )?;
+    write_lower(out, table)
+}
+
+/// Writes what is known of the IIs from the bounds to those that were found.
+fn write_lower(out: &mut String, table: &Table) -> std::fmt::Result {
+    let (mut lower, mut outright, mut within) = (0, 0, 0);
+    for m in table.graphs.iter().filter_map(|row| row.mapping.as_ref()) {
+        lower += m.ii as usize - m.res_mii.max(m.rec_mii) as usize;
+        let proofs = m.impossible.iter();
+        let at_any_length = proofs.filter(|proof| proof.slack.is_none()).count();
+        outright += at_any_length;
+        within += m.impossible.len() - at_any_length;
+    }
+    if lower == 0 {
+        return Ok(());
+    }
+    let open = lower - outright - within;
+    let lower = count(lower as u32, "II");
+    writeln!(
+        out,
+        "{lower} between bound and result: {outright} impossible, {within} up to a horizon, {open} not known"
     )
 }
 
@@ -97,11 +119,11 @@ fn write_remarks(out: &mut String, row: &Row, single: bool) -> std::fmt::Result 
     }
     if let Some(m) = &row.mapping {
         for proof in &m.impossible {
-            remarks.push(format!(
-                "proved: no schedule with II = {} up to {} beyond the critical path",
-                proof.ii,
-                count(proof.slack, "cycle")
-            ));
+            let (what, formula) = (proof.in_words(), &proof.formula);
+            remarks.push(format!("proved: {what}, by a formula ({formula})"));
+        }
+        if single {
+            remarks.extend(m.search.in_words());
         }
         remarks.extend(m.why_not_lower.clone());
         if single {

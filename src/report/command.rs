@@ -139,6 +139,7 @@ impl Asked<'_> {
             let wanted = loops.filter(|(s, _)| kernel.is_none_or(|name| s.dfg.name == name));
             let proved = wanted.map(|(schedule, facts)| Proved {
                 dfg: &schedule.dfg,
+                names: None,
                 ii: schedule.ii,
                 impossible: &facts.impossible,
             });

@@ -5,6 +5,7 @@ use srp_studies::loops::{
     Advice, FileKind, FileLoad, FunctionReport, LinkLoad, LoopReport, NotPipelined, Position,
     Report, SharedLoad, Status, UnitLoad, part, percent,
 };
+use srp_studies::proofs;
 use std::fmt::Write;
 
 /// Pairs of accesses that are shown of a loop.
@@ -150,10 +151,10 @@ pub(super) fn lowered(advice: &Advice) -> String {
 pub(super) fn standing(l: &LoopReport) -> String {
     match l.status {
         Status::Bound => "the bound".to_owned(),
-        Status::Proved => format!(
-            "{} above the bound, less is proved impossible up to {} beyond the critical path",
+        Status::Least | Status::Proved => format!(
+            "{} above the bound, less is proved {}",
             l.ii - l.bound(),
-            count(l.horizon(), "cycle")
+            proofs::reach(l.horizon())
         ),
         Status::Open => format!("{} above the bound", l.ii - l.bound()),
     }
@@ -276,12 +277,13 @@ fn obstacles(out: &mut String, l: &LoopReport) {
     for i in &l.impossible {
         line(
             out,
-            format_args!(
-                "  proved: no schedule at II = {} up to {} beyond the critical path",
-                i.ii,
-                cycles(i.slack)
-            ),
+            format_args!("  proved: {}, by a formula ({})", i.in_words(), i.formula),
         );
+    }
+    if l.status != Status::Bound {
+        for tried in l.search.in_words() {
+            line(out, format_args!("  {tried}"));
+        }
     }
     for o in l.ordered.iter().take(MOST_ORDERED) {
         line(

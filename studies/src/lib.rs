@@ -40,6 +40,7 @@ pub mod loops;
 pub mod map;
 pub mod paper;
 pub mod profile;
+pub mod proofs;
 pub mod rays;
 pub mod real;
 pub mod reference;

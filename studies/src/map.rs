@@ -1,6 +1,7 @@
 //! Bare dataflow graphs on an array: the II of each, its bounds, and the obstacles to a lower one.
 
 use crate::loops::{Change, WhatIf};
+use crate::proofs::{Impossible, Search};
 use serde::Serialize;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::{Entity, EntityMap};
@@ -82,6 +83,8 @@ pub struct Mapping {
     pub why_not_lower: Option<String>,
     /// IIs that were proved impossible.
     pub impossible: Vec<Impossible>,
+    /// What the exact search tried, and why it ended.
+    pub search: Search,
     /// Contexts of the configuration memory: the II times the copies that modulo variable expansion makes of
     /// the kernel, where values live longer than the II in files that do not rotate.
     pub contexts: u32,
@@ -91,15 +94,6 @@ pub struct Mapping {
     pub length: u32,
     /// Routing moves of an iteration.
     pub moves: usize,
-}
-
-/// A proof that an II cannot be kept.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Impossible {
-    /// The II.
-    pub ii: u32,
-    /// Cycles beyond the critical path that iterations may take at most for the proof to hold.
-    pub slack: u32,
 }
 
 /// The outcome of mapping a graph.
@@ -263,6 +257,7 @@ fn mapping(graph: &Graph, scheduled: &modulo::Scheduled) -> Mapping {
         bounds,
         why_not_lower,
         impossible,
+        search,
     } = scheduled;
     Mapping {
         ii: schedule.ii,
@@ -273,12 +268,8 @@ fn mapping(graph: &Graph, scheduled: &modulo::Scheduled) -> Mapping {
             .map(|&node| graph.names[node].clone())
             .collect(),
         why_not_lower: why_not_lower.as_ref().map(|failed| failed.to_string()),
-        impossible: (impossible.iter())
-            .map(|proof| Impossible {
-                ii: proof.ii,
-                slack: proof.slack,
-            })
-            .collect(),
+        impossible: impossible.iter().map(Impossible::of).collect(),
+        search: Search::of(search),
         contexts: schedule.contexts(),
         stages: schedule.stages(),
         length: schedule.length,

@@ -67,9 +67,12 @@ fn proof(scheduled: &Scheduled) -> String {
     let (ii, bound) = (scheduled.schedule.ii, scheduled.bounds.min_ii());
     let (least, slack) = (
         least(scheduled),
-        scheduled.impossible.first().map(|i| i.slack),
+        scheduled.impossible.first().map(|i| i.slack()),
     );
-    let proved = slack.map(|slack| format!("below {least} impossible (slack {slack})"));
+    let proved = slack.map(|slack| match slack {
+        None => format!("below {least} impossible"),
+        Some(slack) => format!("below {least} impossible (slack {slack})"),
+    });
     let open = (least < ii).then(|| {
         let failed = scheduled.why_not_lower.as_ref();
         failed.map_or_else(|| "open".to_owned(), |failed| format!("open: {failed}"))

@@ -333,5 +333,6 @@ pub fn facts_alone(schedule: &ModuloSchedule, arch: &Arch) -> LoopFacts {
         bounds: modulo::bounds(&schedule.dfg, &arch.srp),
         why_not_lower: None,
         impossible: Vec::new(),
+        search: None,
     }
 }

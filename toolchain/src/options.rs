@@ -57,8 +57,10 @@ impl Default for Options {
 pub struct Effort {
     /// Hundredths of these steps.
     pub percent: u32,
-    /// For so long beyond them, for each loop that has not reached its bound.
+    /// For so much processor time beyond them, for each loop that has not reached its bound.
     pub beyond: Option<Duration>,
+    /// The SAT solver that takes part.
+    pub solver: modulo::Solver,
 }
 
 impl Default for Effort {
@@ -66,6 +68,7 @@ impl Default for Effort {
         Effort {
             percent: 100,
             beyond: None,
+            solver: modulo::Solver::default(),
         }
     }
 }
@@ -79,6 +82,7 @@ impl Effort {
             effort: times(usual.effort),
             exact_effort: times(usual.exact_effort),
             beyond: self.beyond,
+            solver: self.solver,
             ..usual
         }
     }

@@ -131,4 +131,8 @@ impl Watch for Timed<'_> {
     fn elapsed(&self) -> Duration {
         self.watch.elapsed()
     }
+
+    fn worked(&self) -> Duration {
+        self.watch.worked()
+    }
 }

@@ -16,13 +16,16 @@ mod obstacle;
 mod order;
 mod place;
 mod problem;
+mod record;
 mod registers;
 mod route;
 mod table;
 mod worklist;
 
 pub use bounds::Bounds;
+pub use exact::{Fold, Scope, Solver};
 pub use obstacle::{Destination, FailedIi, Obstacle, Operation, Unschedulable};
+pub use record::{Asked, Outcome, Search, Stopped};
 
 use crate::abi;
 use exact::Answer;
@@ -32,12 +35,12 @@ use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::Srp;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Ty;
-use srp_archdesc::watch::{Limited, Watch};
+use srp_archdesc::watch::{Watch, Worked};
 use srp_ir::dfg::Dfg;
 use srp_ir::dre::scheduled::{ModuloSchedule, Reg};
 use std::io::Write;
 use std::time::Duration;
-use worklist::{Limits, Worklist};
+use worklist::{Limits, Task, Worklist};
 
 /// How hard to try. Everything is counted in steps, so that the same input gives the same schedule
 /// however fast the machine is; only a watch that ends the work can change that.
@@ -52,11 +55,14 @@ pub struct Options {
     /// Cycles beyond the critical path in which the exact search may issue operations.
     pub slack: u32,
     /// Where all these steps do not reach the bound: go on by the exact way, with horizons up to
-    /// [`FARTHEST`], for so much time of the watch. Every loop has all of it.
+    /// [`FARTHEST`] and by folded formulas, for so much [processor time](Watch::worked) of the watch. Every loop
+    /// has all of it.
     pub beyond: Option<Duration>,
     /// Modulo variable expansion (Lam 1988): a kernel is repeated as often as a value that lives longer than
     /// the II needs registers, in files that do not rotate. Without it such values need another way.
     pub expansion: bool,
+    /// The SAT solver of the exact way.
+    pub solver: Solver,
 }
 
 /// Cycles beyond the critical path up to which the exact search goes in the end.
@@ -77,8 +83,7 @@ const MOST_WORTH: u64 = 6;
 const LARGEST_EXACT: usize = 80;
 /// IIs from the bound on that the exact way is asked about where the heuristic has found nothing.
 const EXACT_RANGE: u32 = 4;
-/// Steps of the exact way and of the heuristic, in turns, beyond the limits.
-const EXACT_TURN: u64 = 100_000;
+/// Steps of the heuristic between two rounds of the exact way, beyond the limits.
 const HEURISTIC_TURN: u64 = 10_000_000;
 
 impl Default for Options {
@@ -89,6 +94,7 @@ impl Default for Options {
             slack: 3,
             beyond: None,
             expansion: true,
+            solver: Solver::default(),
         }
     }
 }
@@ -107,17 +113,30 @@ pub struct Scheduled {
     pub why_not_lower: Option<FailedIi>,
     /// The IIs from the bound on that were proved impossible.
     pub impossible: Vec<Impossible>,
+    /// What the exact way tried.
+    pub search: Search,
 }
 
-/// A proof that there is no schedule: with this II, in which every operation is issued within
-/// `slack` cycles of its latest start on the critical path, and register files hold no more values
-/// in any cycle than they have registers.
+/// A proof that there is no schedule with an II, as `docs/proofs.md` defines it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Impossible {
     /// The II.
     pub ii: u32,
-    /// Cycles beyond the critical path.
-    pub slack: u32,
+    /// The formula that was refuted.
+    pub scope: Scope,
+    /// True if there is none of any length. Else there is none in which every operation is issued within
+    /// [`slack`](Self::slack) cycles of its latest start on the critical path.
+    pub outright: bool,
+}
+
+impl Impossible {
+    /// Cycles beyond the critical path up to which there is no schedule; `None` where there is none at any length.
+    pub fn slack(&self) -> Option<u32> {
+        match self.scope {
+            Scope::Timed { slack } if !self.outright => Some(slack),
+            Scope::Timed { .. } | Scope::Folded(_) => None,
+        }
+    }
 }
 
 /// The lower bounds of a loop's II on a machine.
@@ -170,9 +189,11 @@ pub fn schedule(
         .chain(abi::reserved(srp))
         .collect();
     let mut heuristic = Heuristic::new(&problem, &live_ins, &fixed);
-    let mut worklist = Worklist::new(bound, options.slack);
-    let exactly = |worklist: &mut Worklist, below: u32, limits: Limits<'_>| {
-        worklist.search(&problem, &live_ins, &fixed, below, limits)
+    let mut worklist = Worklist::new(bound, options);
+    let task = Task {
+        problem: &problem,
+        live_ins: &live_ins,
+        fixed: &fixed,
     };
     let is_small = problem.dfg.nodes.len() <= LARGEST_EXACT;
     let limits = |effort: u64| Limits { effort, watch };
@@ -184,7 +205,7 @@ pub fn schedule(
             // The exact way may know of one where there is little room.
             let below = bound.saturating_add(EXACT_RANGE).min(srp.contexts + 1);
             let found = match is_small {
-                true => exactly(&mut worklist, below, limits(options.exact_effort)),
+                true => worklist.search(task, below, &mut limits(options.exact_effort)),
                 false => None,
             };
             found.ok_or(why)?
@@ -193,25 +214,47 @@ pub fn schedule(
     let steps = options.effort.saturating_mul(operations.min(MANY) as u64) / FEW;
     heuristic.improve(&mut schedule, bound, steps, watch);
     if is_small {
-        let limits = limits(worth(options.exact_effort, schedule.ii, bound));
-        schedule = exactly(&mut worklist, schedule.ii, limits).unwrap_or(schedule);
+        let mut limits = limits(worth(options.exact_effort, schedule.ii, bound));
+        schedule = worklist
+            .search(task, schedule.ii, &mut limits)
+            .unwrap_or(schedule);
+        worklist.fold(task, schedule.ii, &mut limits);
     }
+    let mut in_time = !watch.cancelled();
     if let Some(time) = options.beyond {
         worklist.extend(FARTHEST);
-        let watch = &Limited::new(watch, time);
+        let watch = &Worked::new(watch, time);
         while schedule.ii > bound && !worklist.is_settled(schedule.ii) && !watch.cancelled() {
-            let limits = Limits {
-                effort: EXACT_TURN,
+            let mut limits = Limits {
+                effort: u64::MAX,
                 watch,
             };
-            if let Some(better) = exactly(&mut worklist, schedule.ii, limits) {
+            if let Some(better) = worklist.search(task, schedule.ii, &mut limits) {
                 schedule = better;
             }
-            heuristic.improve(&mut schedule, bound, HEURISTIC_TURN, watch);
+            if !worklist.is_settled(schedule.ii) {
+                heuristic.improve(&mut schedule, bound, HEURISTIC_TURN, watch);
+            }
         }
+        in_time = worklist.is_settled(schedule.ii) || !watch.cancelled();
     }
+    let impossible = worklist.impossible(schedule.ii);
+    let outright = impossible.iter().filter(|proof| proof.outright).count() as u32;
+    let stopped = match schedule.ii.saturating_sub(bound) {
+        0 => Stopped::AtBound,
+        open if open == outright => Stopped::Impossible,
+        _ if worklist.is_settled(schedule.ii) && !worklist.leaves_unknown(schedule.ii) => {
+            Stopped::NothingLeft
+        }
+        _ if in_time => Stopped::Steps,
+        _ => Stopped::Time,
+    };
     Ok(Scheduled {
-        impossible: worklist.impossible(schedule.ii),
+        impossible,
+        search: Search {
+            asked: worklist.asked(),
+            stopped,
+        },
         why_not_lower: heuristic
             .failed(schedule.ii - 1)
             .filter(|_| schedule.ii > bound),
@@ -254,15 +297,53 @@ pub fn certify(
     let fixed: Vec<Reg> = live_ins.into_iter().chain(abi::reserved(srp)).collect();
     let question = exact::Question {
         ii: claim.ii,
-        slack: claim.slack,
+        scope: claim.scope,
         conflicts: u64::MAX,
         effort: u64::MAX,
         seed: 0,
         fixed: &fixed,
+        named: true,
+        solver: Solver::Batsat,
         watch,
     };
     let (answer, _) = exact::solve(&Problem::new(dfg, srp), &question, Some(certificate));
     matches!(answer, Answer::Impossible)
+}
+
+/// Asks one question without an end but the watch's, by a solver: what the formula says of an II.
+pub fn ask(
+    dfg: &Dfg,
+    srp: &Srp,
+    (ii, scope): (u32, Scope),
+    solver: Solver,
+    watch: &dyn Watch,
+) -> Result<Outcome, Unschedulable> {
+    let live_ins = live_in_registers(dfg, srp)?;
+    let fixed: Vec<Reg> = live_ins.into_iter().chain(abi::reserved(srp)).collect();
+    let question = exact::Question {
+        ii,
+        scope,
+        conflicts: u64::MAX,
+        effort: u64::MAX,
+        seed: 0,
+        fixed: &fixed,
+        named: false,
+        solver,
+        watch,
+    };
+    let problem = Problem::new(dfg, srp);
+    Ok(match exact::solve(&problem, &question, None).0 {
+        Answer::Placed(_) => Outcome::Schedule,
+        Answer::Impossible => Outcome::Impossible {
+            outright: match scope {
+                Scope::Folded(_) => true,
+                Scope::Timed { slack } => exact::is_complete(&problem, ii, slack),
+            },
+        },
+        Answer::Silent => Outcome::Silent,
+        Answer::Unknown => Outcome::Unknown,
+        Answer::TooLarge => Outcome::TooLarge,
+    })
 }
 
 /// Refuses a loop that needs more values of earlier iterations than the array has places for.
@@ -286,6 +367,15 @@ fn storage(problem: &Problem<'_>) -> Result<(), Unschedulable> {
     if held == 0 {
         return Ok(());
     }
+    let room = places_of_values(problem);
+    match held > room {
+        true => Err(Unschedulable::Storage { held, room }),
+        false => Ok(()),
+    }
+}
+
+/// How many values there can be on the array at once: in registers, in outputs, in units and on links.
+fn places_of_values(problem: &Problem<'_>) -> u64 {
     let srp = problem.srp;
     let registers: u64 = srp.files.values().map(|file| u64::from(file.size)).sum();
     let in_units = srp.fus.values().map(|fu| {
@@ -297,11 +387,7 @@ fn storage(problem: &Problem<'_>) -> Result<(), Unschedulable> {
     let read_delays = problem.graph.reads.values().flatten();
     let read_delays: u64 = read_delays.map(|way| u64::from(way.delay)).sum();
     let outputs = problem.graph.places.len() as u64;
-    let room = registers + outputs + in_units.sum::<u64>() + on_links + read_delays;
-    match held > room {
-        true => Err(Unschedulable::Storage { held, room }),
-        false => Ok(()),
-    }
+    registers + outputs + in_units.sum::<u64>() + on_links + read_delays
 }
 
 /// The central registers that bring the live-ins.

@@ -21,13 +21,14 @@ pub(super) struct Freedom {
 }
 
 /// An edge of the constraint graph: `t(to) ≥ t(from) + weight`.
-struct Constraint {
-    from: Node,
-    to: Node,
-    weight: i32,
+pub(super) struct Constraint {
+    pub(super) from: Node,
+    pub(super) to: Node,
+    pub(super) weight: i32,
 }
 
-fn constraints(problem: &Problem<'_>, ii: u32) -> Vec<Constraint> {
+/// All constraints at an II.
+pub(super) fn constraints(problem: &Problem<'_>, ii: u32) -> Vec<Constraint> {
     let ii = ii as i32;
     let values = problem.edges.iter().filter_map(|e| {
         let weight = problem.min_latency(e.from) as i32 - ii * e.distance as i32;

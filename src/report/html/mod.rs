@@ -148,8 +148,13 @@ fn bounds(l: &LoopReport) -> Markup {
                 ul { @for o in &obstacle.operations { li { code { (o.op) } " at " code { (o.at) } } } }
             }
             @for i in &l.impossible {
-                p { "Proved: no schedule at II = " (i.ii) " up to " (i.slack)
-                    " cycles beyond the critical path" }
+                p { "Proved: " (i.in_words()) ", by a formula (" (i.formula) ")" }
+            }
+            @if !l.search.asked.is_empty() {
+                details {
+                    summary { "Exact search" }
+                    ul { @for tried in l.search.in_words() { li { (tried) } } }
+                }
             }
             @if !l.ordered.is_empty() {
                 details {

@@ -223,8 +223,9 @@ impl Differences {
 fn rank(status: Status) -> u32 {
     match status {
         Status::Bound => 0,
-        Status::Proved => 1,
-        Status::Open => 2,
+        Status::Least => 1,
+        Status::Proved => 2,
+        Status::Open => 3,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::model::{LoopReport, Ordered, Position, Status, WhatIf};
 use super::resource::resource_name;
+use crate::proofs;
 use srp_archdesc::arch::Srp;
 use srp_scheduler::LoopFacts;
 use srp_scheduler::demand::Need;
@@ -73,11 +74,14 @@ fn untried(l: &LoopReport, facts: &LoopFacts, srp: &Srp) -> String {
         None => "fewer or faster operations along the recurrence",
     };
     match l.status {
+        Status::Least => format!(
+            "every II from the bound of {} on is proved impossible on this machine: more links, registers or units",
+            l.bound()
+        ),
         Status::Proved => format!(
-            "II = {} is proved impossible up to {} cycles beyond the critical path; the bound is {}; \
-             --optimal looks further",
+            "II = {} is proved {}; the bound is {}; --optimal looks further",
             l.ii - 1,
-            l.horizon(),
+            proofs::reach(l.horizon()),
             l.bound()
         ),
         Status::Open => open(l, facts.why_not_lower.as_ref().map(|f| &f.obstacle)),

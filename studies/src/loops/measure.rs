@@ -2,10 +2,11 @@
 
 use super::hint;
 use super::model::{
-    Carried, Cell, Edge, FileKind, FileLoad, Graph, Impossible, LinkLoad, LoopReport, Obstacle,
-    Operation, Ordered, PortLoad, Position, Resource, SharedLoad, Status, Step, UnitLoad,
+    Carried, Cell, Edge, FileKind, FileLoad, Graph, LinkLoad, LoopReport, Obstacle, Operation,
+    Ordered, PortLoad, Position, Resource, SharedLoad, Status, Step, UnitLoad,
 };
 use super::resource::resource_name;
+use crate::proofs::{Impossible, Search};
 use srp_archdesc::arch::{self, Arch};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_ir::dfg::{Dep, Dfg, Node, Operand, Order};
@@ -50,10 +51,6 @@ impl View<'_> {
         let dfg = &schedule.dfg;
         let usage = usage(schedule, &self.arch.srp);
         let bounds = &facts.bounds;
-        let impossible = |i: &srp_scheduler::modulo::Impossible| Impossible {
-            ii: i.ii,
-            slack: i.slack,
-        };
         let mut report = LoopReport {
             kernel: dfg.name.clone(),
             at: self.position(dfg.pos),
@@ -69,7 +66,8 @@ impl View<'_> {
             recurrence: self.recurrence(dfg, facts),
             recurrence_graph: self.recurrence_graph(schedule, facts),
             why_not_lower: (facts.why_not_lower.as_ref()).map(|failed| self.obstacle(dfg, failed)),
-            impossible: facts.impossible.iter().map(impossible).collect(),
+            impossible: facts.impossible.iter().map(Impossible::of).collect(),
+            search: facts.search.as_ref().map(Search::of).unwrap_or_default(),
             what_if: None,
             hint: String::new(),
             ordered: self.ordered(&dfg.name),
@@ -379,10 +377,12 @@ fn reached(dfg: &Dfg, start: Node, way: impl Fn(Node, Node) -> (Node, Node)) -> 
 /// How an II stands to its bounds.
 fn status(ii: u32, facts: &LoopFacts) -> Status {
     let bound = facts.bounds.min_ii();
-    let proved = |lower: u32| facts.impossible.iter().any(|i| i.ii == lower);
+    let proof = |lower: u32| facts.impossible.iter().find(|i| i.ii == lower);
     if ii <= bound {
         Status::Bound
-    } else if (bound..ii).all(proved) {
+    } else if (bound..ii).all(|lower| proof(lower).is_some_and(|proof| proof.outright)) {
+        Status::Least
+    } else if (bound..ii).all(|lower| proof(lower).is_some()) {
         Status::Proved
     } else {
         Status::Open

@@ -14,9 +14,9 @@ mod trial;
 pub use diff::{Difference, Differences, Figure, diff};
 pub use model::{
     Advice, Carried, Cell, Change, Edge, FORMAT, FileKind, FileLoad, FunctionReport, Graph,
-    Impossible, LinkLoad, LoopReport, Lowered, Machine, NotPipelined, Obstacle, Operation, Ordered,
-    PortLoad, Position, Report, Resource, SharedLoad, StageTime, Status, Step, UnitLoad, VERSION,
-    WhatIf, part, percent,
+    LinkLoad, LoopReport, Lowered, Machine, NotPipelined, Obstacle, Operation, Ordered, PortLoad,
+    Position, Report, Resource, SharedLoad, StageTime, Status, Step, UnitLoad, VERSION, WhatIf,
+    part, percent,
 };
 
 use crate::Error;

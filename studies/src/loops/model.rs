@@ -2,6 +2,7 @@
 //! `docs/report.md` is the reference of its members. Reports are read back from JSON.
 
 use crate::Error;
+use crate::proofs::{Impossible, Search};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
@@ -195,6 +196,9 @@ pub struct LoopReport {
     pub why_not_lower: Option<Obstacle>,
     /// Lower IIs that were proved impossible.
     pub impossible: Vec<Impossible>,
+    /// What the exact search tried, and why it ended.
+    #[serde(default)]
+    pub search: Search,
     /// The outcome of trying changes of the machine, if that was asked for.
     pub what_if: Option<WhatIf>,
     /// A sentence with advice for a lower II.
@@ -238,9 +242,9 @@ impl LoopReport {
         self.res_mii.max(self.rec_mii)
     }
 
-    /// Cycles beyond the critical path up to which all proofs hold.
-    pub fn horizon(&self) -> u32 {
-        self.impossible.iter().map(|i| i.slack).min().unwrap_or(0)
+    /// Cycles beyond the critical path up to which all proofs hold; `None` where they hold at any length.
+    pub fn horizon(&self) -> Option<u32> {
+        self.impossible.iter().filter_map(|i| i.slack).min()
     }
 
     /// The part of the array's issue slots that is taken.
@@ -272,7 +276,9 @@ pub fn percent(part: f64) -> String {
 pub enum Status {
     /// It is the bound: there is no smaller one.
     Bound,
-    /// It is above the bound, and all IIs in between were proved impossible, within a horizon.
+    /// It is above the bound, and all IIs in between were proved impossible: there is no smaller one.
+    Least,
+    /// It is above the bound, and all IIs in between were proved impossible, some of them within a horizon.
     Proved,
     /// It is not known if there is a smaller one.
     Open,
@@ -283,6 +289,7 @@ impl Status {
     pub fn name(self) -> &'static str {
         match self {
             Status::Bound => "bound",
+            Status::Least => "least",
             Status::Proved => "proved",
             Status::Open => "open",
         }
@@ -342,16 +349,6 @@ pub struct Operation {
     pub node: u32,
     /// Where it comes from.
     pub at: Position,
-}
-
-/// A proof that there is no schedule with this II.
-#[derive(Serialize, Deserialize)]
-pub struct Impossible {
-    /// The II.
-    pub ii: u32,
-    /// It holds where no operation is issued later than so many cycles after its latest start on
-    /// the critical path.
-    pub slack: u32,
 }
 
 /// Two memory accesses that are kept in order.

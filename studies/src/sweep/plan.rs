@@ -351,7 +351,7 @@ fn effort(times: f64) -> Result<Effort, Error> {
     match (0.0..=1e7).contains(&percent) {
         true => Ok(Effort {
             percent: percent as u32,
-            beyond: None,
+            ..Effort::default()
         }),
         false => Err(Error::Invalid("effort: write 0 to 100000".to_owned())),
     }

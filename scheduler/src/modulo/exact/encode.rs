@@ -30,6 +30,7 @@
 use super::Question;
 use super::budget::Budget;
 use super::formula::{Formula, Lit};
+use super::names;
 use crate::modulo::order::Freedom;
 use crate::modulo::place::{constants_of, invariant_reads};
 use crate::modulo::problem::{Edge, Goal, Problem, Tag, UNREACHABLE};
@@ -56,10 +57,11 @@ pub(super) struct Encoding {
 pub(super) fn encode(
     problem: &Problem<'_>,
     question: &Question<'_>,
+    slack: u32,
     freedom: &Freedom,
     spare: &EntityMap<Place, u32>,
 ) -> Option<Encoding> {
-    let mut encoder = Encoder::new(problem, question, freedom);
+    let mut encoder = Encoder::new(problem, question, slack, freedom);
     encoder.starts()?;
     encoder.order();
     encoder.earliest = problem.nodes().map(|n| encoder.first_at(n)).collect();
@@ -76,6 +78,8 @@ pub(super) fn encode(
 struct Encoder<'e, 'p> {
     problem: &'e Problem<'p>,
     question: &'e Question<'e>,
+    /// Cycles beyond the critical path in which operations may be issued.
+    slack: u32,
     freedom: &'e Freedom,
     encoding: Encoding,
     start: FxHashMap<(Node, Fu, i32), Lit>,
@@ -97,15 +101,17 @@ impl<'e, 'p> Encoder<'e, 'p> {
     fn new(
         problem: &'e Problem<'p>,
         question: &'e Question<'e>,
+        slack: u32,
         freedom: &'e Freedom,
     ) -> Encoder<'e, 'p> {
         let nodes = problem.dfg.nodes.len();
         Encoder {
             problem,
             question,
+            slack,
             freedom,
             encoding: Encoding {
-                formula: Formula::default(),
+                formula: Formula::new(question.named),
                 starts: EntityMap::filled(nodes, Vec::new()),
                 items: FxHashMap::default(),
             },
@@ -125,7 +131,7 @@ impl<'e, 'p> Encoder<'e, 'p> {
 
     /// First and last cycle in which a node may be issued.
     fn window(&self, node: Node) -> (i32, i32) {
-        let last = self.freedom.latest[node] + self.question.slack as i32;
+        let last = self.freedom.latest[node] + self.slack as i32;
         (self.freedom.earliest[node], last)
     }
 
@@ -141,7 +147,8 @@ impl<'e, 'p> Encoder<'e, 'p> {
                     let timing = problem.timing(node, fu);
                     // A unit that is busy for longer than the II would meet itself in the next iteration.
                     if timing.interval <= self.question.ii {
-                        let literal = self.encoding.formula.variable();
+                        let name = || format!("start {node} {} {time}", problem.srp.fus[fu].name);
+                        let literal = self.encoding.formula.variable(name);
                         all.push(literal);
                         self.encoding.starts[node].push((fu, time, literal));
                         self.start.insert((node, fu, time), literal);
@@ -152,7 +159,9 @@ impl<'e, 'p> Encoder<'e, 'p> {
                 self.issued_by(node, time, &all[from..], time == last);
             }
             self.encoding.formula.clause(all.iter().copied());
-            self.encoding.formula.at_most_one(&all);
+            self.encoding
+                .formula
+                .at_most_one(&all, || format!("one {node}"));
             if self.encoding.formula.variables() > self.question.largest_formula() {
                 return None;
             }
@@ -173,7 +182,7 @@ impl<'e, 'p> Encoder<'e, 'p> {
             return;
         }
         // issued = before or here.
-        let issued = formula.variable();
+        let issued = formula.variable(|| format!("issued {node} {time}"));
         here.iter().for_each(|&l| formula.clause([-l, issued]));
         match before {
             Some(before) => {
@@ -190,7 +199,10 @@ impl<'e, 'p> Encoder<'e, 'p> {
     fn invariants_of(&mut self, node: Node, fu: Fu, time: i32, literal: Lit) {
         for wanted in constants_of(self.problem, node, fu) {
             let formula = &mut self.encoding.formula;
-            let kept = *(self.invariants.entry(wanted)).or_insert_with(|| formula.variable());
+            let kept = *(self.invariants.entry(wanted)).or_insert_with(|| {
+                let file = self.problem.graph.name(self.problem.srp, wanted.0);
+                formula.variable(|| format!("invariant {file} {:?}", wanted.1))
+            });
             formula.clause([-literal, kept]);
         }
         for place in invariant_reads(self.problem, node, fu) {
@@ -305,7 +317,9 @@ impl<'e, 'p> Encoder<'e, 'p> {
         if let Some(&literal) = self.encoding.items.get(&(value, item)) {
             return Some(literal);
         }
-        let literal = self.encoding.formula.variable();
+        let problem = self.problem;
+        let name = || names::item(problem, value, item);
+        let literal = self.encoding.formula.variable(name);
         self.encoding.items.insert((value, item), literal);
         self.worklist.push((value, item, literal));
         match item {
@@ -543,12 +557,24 @@ impl<'e, 'p> Encoder<'e, 'p> {
         let problem = self.problem;
         let formula = &mut self.encoding.formula;
         let budget = &self.budget;
-        for slot in budget.issue.values().chain(budget.outs.values()).flatten() {
-            formula.at_most_one(slot);
+        for (fu, slots) in budget.issue.iter() {
+            for (slot, uses) in slots.iter().enumerate() {
+                formula.at_most_one(uses, || {
+                    names::slot("issue", &problem.srp.fus[fu].name, slot)
+                });
+            }
+        }
+        for (place, slots) in budget.outs.iter() {
+            for (slot, uses) in slots.iter().enumerate() {
+                let name = || problem.graph.name(problem.srp, place);
+                formula.at_most_one(uses, || names::slot("output", &name(), slot));
+            }
         }
         for (resource, slots) in budget.shared.iter() {
-            let count = problem.srp.resources[resource].count;
-            slots.iter().for_each(|slot| formula.at_most(count, slot));
+            let spec = &problem.srp.resources[resource];
+            for (slot, uses) in slots.iter().enumerate() {
+                formula.at_most(spec.count, uses, || names::slot("shared", &spec.name, slot));
+            }
         }
         for (file, spec) in problem.srp.files.iter() {
             let place = problem.graph.file[file];
@@ -566,9 +592,11 @@ impl<'e, 'p> Encoder<'e, 'p> {
             for slot in 0..budget.ii as usize {
                 let mut held = budget.held[place][slot].clone();
                 held.extend_from_slice(&invariants);
-                formula.at_most(spec.size.saturating_sub(taken), &held);
-                formula.at_most(spec.read_ports, &budget.reads[place][slot]);
-                formula.at_most(spec.write_ports, &budget.writes[place][slot]);
+                let label = |what: &'static str| move || names::slot(what, &spec.name, slot);
+                formula.at_most(spec.size.saturating_sub(taken), &held, label("registers"));
+                let (reads, writes) = (&budget.reads[place][slot], &budget.writes[place][slot]);
+                formula.at_most(spec.read_ports, reads, label("reads"));
+                formula.at_most(spec.write_ports, writes, label("writes"));
             }
         }
     }

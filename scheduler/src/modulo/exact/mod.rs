@@ -1,6 +1,8 @@
-//! The exact way: one formula says that a schedule with a given II exists, no longer than a given
-//! horizon, and a SAT solver decides it.
+//! The exact way: a formula says that a schedule with a given II exists, and a SAT solver decides it. There are
+//! two formulas: the *timed* one has the cycles of a schedule up to a horizon, the [*folded*](fold) one has them
+//! modulo some laps of the II.
 //!
+//! *The timed formula.*
 //! A variable stands for each thing that a placement may take: a node's unit and cycle, a value in
 //! an output or in a register file, a move, a write. Whatever a value has must come from somewhere,
 //! so that every model of the formula holds a route for every edge ([`encode`]); a model is read
@@ -10,28 +12,63 @@
 //! more values in a cycle than they have registers. So *unsatisfiable* is a proof that no schedule
 //! exists with this II in which no operation is issued later than `slack` cycles after its latest
 //! start in the shortest schedule with unlimited units; a model whose values find no registers
-//! proves nothing, and the formula is tightened.
+//! proves nothing, and the formula is tightened. Beyond some [horizon] nothing new appears.
+//!
+//! *The folded formula* is satisfied by every schedule, however long, but a model of it is no schedule: it only
+//! proves.
 
 mod budget;
+#[cfg(feature = "cadical")]
+mod cadical;
 mod decode;
 mod encode;
+mod fold;
 mod formula;
+mod horizon;
+mod names;
+mod solver;
+
+pub use fold::Fold;
+pub(super) use horizon::is_complete;
 
 use super::Certificate;
 use super::order::Freedom;
 use super::place::Placement;
 use super::problem::Problem;
-use batsat::{Callbacks, ClauseKind, Solver, SolverInterface, lbool};
-use formula::{Formula, Lit};
+use serde::{Deserialize, Serialize};
+use solver::Outcome;
 use srp_archdesc::Watch;
 use srp_archdesc::entity::EntityMap;
 use srp_ir::dre::scheduled::Reg;
 
+/// The formula that says that a schedule exists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Scope {
+    /// Of schedules in which every operation is issued within some cycles of its latest start on the critical
+    /// path.
+    Timed {
+        /// These cycles.
+        slack: u32,
+    },
+    /// Of schedules of any length, by a clock.
+    Folded(Fold),
+}
+
+/// A SAT solver.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Solver {
+    /// Plain Rust, and it writes proofs.
+    #[default]
+    Batsat,
+    /// CaDiCaL: for finding and proving; certificates are batsat's all the same.
+    #[cfg(feature = "cadical")]
+    Cadical,
+}
+
 /// A question to the solver.
 pub(super) struct Question<'a> {
     pub(super) ii: u32,
-    /// Cycles beyond the critical path in which operations may be issued.
-    pub(super) slack: u32,
+    pub(super) scope: Scope,
     /// Conflicts after which the solver gives up.
     pub(super) conflicts: u64,
     /// Steps after which it gives up.
@@ -40,6 +77,9 @@ pub(super) struct Question<'a> {
     pub(super) seed: u32,
     /// Registers that hold something else.
     pub(super) fixed: &'a [Reg],
+    /// Variables have names.
+    pub(super) named: bool,
+    pub(super) solver: Solver,
     /// Asked now and then; true gives up.
     pub(super) watch: &'a dyn Watch,
 }
@@ -56,8 +96,10 @@ impl Question<'_> {
 pub(super) enum Answer {
     /// A placement.
     Placed(Box<Placement>),
-    /// There is none within the horizon.
+    /// There is none in the scope.
     Impossible,
+    /// The folded formula has a model.
+    Silent,
     /// The solver gave up.
     Unknown,
     /// The formula would be too large.
@@ -79,35 +121,81 @@ const TIGHTENINGS: u32 = 6;
 pub(super) fn solve(
     problem: &Problem<'_>,
     question: &Question<'_>,
+    proof: Option<Certificate<'_>>,
+) -> (Answer, u64) {
+    match question.scope {
+        Scope::Timed { slack } => timed(problem, question, slack, proof),
+        Scope::Folded(fold) => folded(problem, question, fold, proof),
+    }
+}
+
+/// The answer where a formula is larger than what the effort allows, or than what fits.
+fn too_large(question: &Question<'_>) -> (Answer, u64) {
+    let largest = question.largest_formula();
+    let answer = match largest < LARGEST_FORMULA {
+        true => Answer::Unknown,
+        false => Answer::TooLarge,
+    };
+    (answer, largest as u64 / VARIABLES_A_STEP)
+}
+
+/// Runs the solver on a formula, as long as what is left of the question's effort lasts, and adds its steps.
+fn run(
+    formula: &formula::Formula,
+    question: &Question<'_>,
+    spent: &mut u64,
+    proof: Option<&mut Certificate<'_>>,
+) -> Outcome {
+    let variables = formula.variables() as u64;
+    *spent += variables / VARIABLES_A_STEP;
+    let price = CONFLICT + variables / VARIABLES_A_CONFLICT_STEP;
+    let affordable = question.effort.saturating_sub(*spent) / price;
+    let limit = question.conflicts.min(affordable);
+    let (seed, watch) = (question.seed, question.watch);
+    let (outcome, conflicts) = match question.solver {
+        Solver::Batsat => solver::run(formula, limit, seed, watch, proof),
+        #[cfg(feature = "cadical")]
+        Solver::Cadical => cadical::run(formula, limit, seed, watch),
+    };
+    *spent += conflicts * price;
+    outcome
+}
+
+fn folded(
+    problem: &Problem<'_>,
+    question: &Question<'_>,
+    fold: Fold,
+    mut proof: Option<Certificate<'_>>,
+) -> (Answer, u64) {
+    let (ii, largest) = (question.ii, question.largest_formula());
+    let Some(formula) = fold::encode(problem, ii, fold, question.named, largest) else {
+        return too_large(question);
+    };
+    let mut spent = 0;
+    let answer = match run(&formula, question, &mut spent, proof.as_mut()) {
+        Outcome::Unsatisfiable => Answer::Impossible,
+        Outcome::Model(_) => Answer::Silent,
+        Outcome::GaveUp => Answer::Unknown,
+    };
+    (answer, spent)
+}
+
+fn timed(
+    problem: &Problem<'_>,
+    question: &Question<'_>,
+    slack: u32,
     mut proof: Option<Certificate<'_>>,
 ) -> (Answer, u64) {
     let freedom = Freedom::at(problem, question.ii);
     let mut spare = EntityMap::filled(problem.graph.places.len(), 0);
     let mut spent = 0;
     for tightening in 0..=TIGHTENINGS {
-        let Some(encoding) = encode::encode(problem, question, &freedom, &spare) else {
-            let largest = question.largest_formula();
-            let answer = match largest < LARGEST_FORMULA {
-                true => Answer::Unknown,
-                false => Answer::TooLarge,
-            };
-            return (answer, spent + largest as u64 / VARIABLES_A_STEP);
+        let Some(encoding) = encode::encode(problem, question, slack, &freedom, &spare) else {
+            let (answer, more) = too_large(question);
+            return (answer, spent + more);
         };
         let proof = proof.as_mut().filter(|_| tightening == 0);
-        let variables = encoding.formula.variables() as u64;
-        spent += variables / VARIABLES_A_STEP;
-        let price = CONFLICT + variables / VARIABLES_A_CONFLICT_STEP;
-        let affordable = question.effort.saturating_sub(spent) / price;
-        let limit = question.conflicts.min(affordable);
-        let (outcome, conflicts) = run(
-            &encoding.formula,
-            limit,
-            question.seed,
-            question.watch,
-            proof,
-        );
-        spent += conflicts * price;
-        match outcome {
+        match run(&encoding.formula, question, &mut spent, proof) {
             Outcome::Unsatisfiable if tightening == 0 => return (Answer::Impossible, spent),
             Outcome::Unsatisfiable | Outcome::GaveUp => return (Answer::Unknown, spent),
             Outcome::Model(model) => {
@@ -120,116 +208,4 @@ pub(super) fn solve(
         }
     }
     (Answer::Unknown, spent)
-}
-
-/// The result of a run of the solver.
-enum Outcome {
-    /// For each variable, from 1 (index 0 is unused): true if it holds.
-    Model(Vec<bool>),
-    Unsatisfiable,
-    GaveUp,
-}
-
-/// Counts conflicts, and writes the proof.
-struct Search<'a, 'p> {
-    conflicts: u64,
-    limit: u64,
-    watch: &'a dyn Watch,
-    proof: Option<&'a mut Certificate<'p>>,
-    /// True if a line of the proof could not be written.
-    failed: bool,
-}
-
-impl Search<'_, '_> {
-    fn line(&mut self, deleted: bool, clause: &[batsat::Lit]) {
-        let Some(proof) = &mut self.proof else {
-            return;
-        };
-        let mut line = String::from(if deleted { "d " } else { "" });
-        for &literal in clause {
-            line.push_str(&format!("{} ", dimacs(literal)));
-        }
-        self.failed |= writeln!(proof.steps, "{line}0").is_err();
-    }
-}
-
-impl Callbacks for Search<'_, '_> {
-    fn on_new_clause(&mut self, clause: &[batsat::Lit], kind: ClauseKind) {
-        if kind == ClauseKind::Learnt {
-            self.conflicts += 1;
-            self.line(false, clause);
-        }
-    }
-
-    fn on_delete_clause(&mut self, clause: &[batsat::Lit]) {
-        self.line(true, clause);
-    }
-
-    fn stop(&self) -> bool {
-        self.conflicts >= self.limit || self.failed || self.watch.cancelled()
-    }
-}
-
-fn dimacs(literal: batsat::Lit) -> Lit {
-    let variable = literal.var().idx() as Lit + 1;
-    if literal.sign() { variable } else { -variable }
-}
-
-/// Runs the solver; returns its result and its conflicts.
-fn run(
-    formula: &Formula,
-    limit: u64,
-    seed: u32,
-    watch: &dyn Watch,
-    mut proof: Option<&mut Certificate<'_>>,
-) -> (Outcome, u64) {
-    let mut failed = false;
-    if let Some(proof) = &mut proof {
-        failed = formula.write(proof.formula).is_err();
-    }
-    let watch = Search {
-        conflicts: 0,
-        limit,
-        watch,
-        proof,
-        failed,
-    };
-    let options = batsat::SolverOpts {
-        rnd_init_act: seed > 0,
-        random_seed: f64::from(seed) + 91_648_253.0,
-        ..batsat::SolverOpts::default()
-    };
-    let mut solver = Solver::new(options, watch);
-    let variables: Vec<batsat::Var> = (0..formula.variables())
-        .map(|_| solver.new_var_default())
-        .collect();
-    let literal = |l: &Lit| batsat::Lit::new(variables[l.unsigned_abs() as usize - 1], *l > 0);
-    let mut consistent = true;
-    for clause in formula.clauses() {
-        let mut clause: Vec<batsat::Lit> = clause.iter().map(literal).collect();
-        consistent &= solver.add_clause_reuse(&mut clause);
-    }
-    let answer = if consistent {
-        solver.solve_limited(&[])
-    } else {
-        lbool::FALSE
-    };
-    let model = (answer == lbool::TRUE).then(|| {
-        let holds = variables
-            .iter()
-            .map(|&v| solver.value_var(v) == lbool::TRUE);
-        std::iter::once(false).chain(holds).collect()
-    });
-    let watch = solver.cb_mut();
-    if answer == lbool::FALSE {
-        watch.line(false, &[]);
-    }
-    let conflicts = watch.conflicts;
-    let outcome = match model {
-        _ if watch.failed => Outcome::GaveUp,
-        Some(model) => Outcome::Model(model),
-        None if answer == lbool::FALSE => Outcome::Unsatisfiable,
-        None => Outcome::GaveUp,
-    };
-    (outcome, conflicts)
 }
