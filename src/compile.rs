@@ -81,6 +81,7 @@ fn forms(
         name: stem(&args.files[0]),
     };
     let wants = |form| args.emit.contains(&form);
+    out.check(args, &input)?;
 
     if let Input::C(sources) = &input {
         // Everything that is wrong is said by the compilation, once.
@@ -275,8 +276,39 @@ struct Output<'a> {
 }
 
 impl Output<'_> {
+    /// Fails now if a file cannot be written later whose name is known by now.
+    fn check(&self, args: &Compile, input: &Input) -> Result<(), Failure> {
+        let endings = [
+            (Form::Ir, "ir"),
+            (Form::Dre, "dre.xml"),
+            (Form::Schedule, "sched.xml"),
+        ];
+        for (_, ending) in endings.iter().filter(|(form, _)| args.emit.contains(form)) {
+            files::check_writable(&self.path(ending))?;
+        }
+        match input {
+            Input::C(sources) if args.emit.contains(&Form::Ast) => {
+                let mut trees = sources.iter().map(|source| self.tree(source).path("ast"));
+                trees.try_for_each(|path| files::check_writable(&path))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Where the syntax tree of a source goes.
+    fn tree(&self, source: &Source) -> Output<'_> {
+        Output {
+            folder: self.folder,
+            name: stem(Path::new(&source.name)),
+        }
+    }
+
+    fn path(&self, ending: &str) -> PathBuf {
+        self.folder.join(format!("{}.{ending}", self.name))
+    }
+
     fn write(&self, ending: &str, text: &str) -> Result<(), Failure> {
-        let path = self.folder.join(format!("{}.{ending}", self.name));
+        let path = self.path(ending);
         files::write(&path, text.as_bytes())?;
         talk::say(path.display());
         Ok(())
@@ -304,9 +336,8 @@ fn write_trees(
     options: &Options,
 ) -> Result<(), Failure> {
     for source in sources {
-        let name = stem(&PathBuf::from(&source.name));
-        let folder = out.folder;
-        Output { folder, name }.write("ast", &syntax_tree(source, arch, options))?;
+        out.tree(source)
+            .write("ast", &syntax_tree(source, arch, options))?;
     }
     Ok(())
 }
@@ -344,7 +375,9 @@ fn write_divided(out: &Output<'_>, dre: &Dre, dfg: bool, whole: bool) -> Result<
         for kernel in dre.kernels.values() {
             let dot = srp_ir::dfg::dot(kernel, &dre.control.files);
             let name = srp_toolchain::files::file_name(&kernel.name);
-            out.write(&format!("{name}.dot"), &dot)?;
+            let ending = format!("{name}.dot");
+            files::check_writable(&out.path(&ending))?;
+            out.write(&ending, &dot)?;
         }
     }
     if whole {
@@ -370,7 +403,7 @@ fn write_scheduled(
         let folder = out.folder.join(format!("{}.csim", out.name));
         files::make_folder(&folder)?;
         for (name, text) in &emit(&spec).files {
-            files::write(&folder.join(name), text.as_bytes())?;
+            files::write_once(&folder.join(name), text.as_bytes())?;
         }
         talk::say(folder.join("lib.rs").display());
     }

@@ -3,6 +3,7 @@
 use crate::cli::Diff;
 use crate::count::count;
 use crate::failure::Failure;
+use crate::files::Kind;
 use crate::{files, report, talk};
 use serde_json::Value;
 use srp_studies::comparison::{self, Change, Comparison, Section};
@@ -30,7 +31,7 @@ pub(crate) fn run(args: &Diff) -> Result<i32, Failure> {
 }
 
 fn read(path: &Path) -> Result<Value, Failure> {
-    let text = files::read_text(path)?;
+    let text = files::read_text(path, Kind::Report)?;
     serde_json::from_str(&text)
         .map_err(|e| Failure::message(format_args!("{}: not JSON: {e}", path.display())))
 }

@@ -2,6 +2,7 @@
 
 use crate::cli::dram::Dram;
 use crate::failure::Failure;
+use crate::files::Kind;
 use crate::{files, talk};
 use serde::Serialize;
 use srp_archdesc::diagnostic;
@@ -41,7 +42,7 @@ pub(crate) fn run(args: &Dram) -> Result<(), Failure> {
         return Err(Failure::message("there is no trace to run"));
     };
     let spec = memory(args)?;
-    let source = files::read_source(path)?;
+    let source = files::read_source(path, Kind::Trace)?;
     let bytes = trace::default_bytes(&spec);
     let offers = trace::parse(&source.name, &source.text, bytes).map_err(|errors| {
         Failure::Reported(diagnostic::render_all(

@@ -5,7 +5,7 @@ use crate::talk;
 use srp_toolchain::files;
 use std::path::Path;
 
-pub(crate) use srp_toolchain::files::{make_folder, read_source, read_text};
+pub(crate) use srp_toolchain::files::{Kind, check_input, make_folder, read_source, read_text};
 
 /// True if a path stands for standard output.
 fn is_output(path: &Path) -> bool {
@@ -20,7 +20,14 @@ pub(crate) fn write(path: &Path, contents: &[u8]) -> Result<(), Failure> {
     }
 }
 
-/// Fails now if [`write()`] to this path would fail later, before any long work is done.
+/// Writes a file that is no other output of this command.
+pub(crate) fn write_once(path: &Path, contents: &[u8]) -> Result<(), Failure> {
+    check_writable(path)?;
+    write(path, contents)
+}
+
+/// Fails now if [`write()`] to this path would fail later, before any long work is done. From now on the file is an
+/// output of this command: it is not read, and no other output is written there.
 pub(crate) fn check_writable(path: &Path) -> Result<(), Failure> {
     match is_output(path) {
         true => Ok(()),
@@ -28,7 +35,8 @@ pub(crate) fn check_writable(path: &Path) -> Result<(), Failure> {
     }
 }
 
-/// The text of a source file, which may be one of those that come along; empty where it cannot be read.
+/// The text of a source file that positions name, which may be one of those that come along; empty where it cannot
+/// be read.
 pub(crate) fn source_text(name: &str) -> String {
     let built_in = srp_kernels::SOURCES.iter().chain(srp_kernels::HEADERS);
     let built_in = built_in.chain(srp_kernels::MICRO);
@@ -36,6 +44,5 @@ pub(crate) fn source_text(name: &str) -> String {
     if let Some(file) = own.find(|file| file.path == name) {
         return file.text.to_owned();
     }
-    let read = read_source(Path::new(name));
-    read.map_or(String::new(), |source| source.text)
+    files::read_mentioned(Path::new(name)).unwrap_or_default()
 }

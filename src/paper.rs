@@ -80,7 +80,7 @@ fn scenes(args: &cli::Paper) -> Result<Vec<Option<PathBuf>>, Failure> {
 }
 
 fn case(path: Option<&Path>, args: &cli::Paper, session: &Session<'_>) -> Result<Case, Failure> {
-    let views = path.map_or(Ok(None), Views::beside)?;
+    let views = path.map_or(Ok(None), |path| Views::beside(path, session.outside))?;
     let first = views.as_ref().map(|v| v.camera(0)).transpose()?;
     let scene = scenes::read(path, first, session)?;
     let tree = args.measuring.tree(args.bvh);

@@ -28,6 +28,12 @@ pub(crate) fn formula_path(path: &Path) -> PathBuf {
     name.into()
 }
 
+/// Fails now if [`write()`] to this path would fail later.
+pub(crate) fn check_writable(path: &Path) -> Result<(), Failure> {
+    files::check_writable(&formula_path(path))?;
+    files::check_writable(path)
+}
+
 /// Writes the certificate that the II one below the loop's is impossible: the proof to `path`, as
 /// DRAT, and its formula beside it, as DIMACS CNF. `loops` must hold one such loop.
 pub(crate) fn write(

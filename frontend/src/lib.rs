@@ -45,7 +45,7 @@ pub mod typed;
 
 pub use check::check;
 pub use lower::lower;
-pub use options::{Include, Options, precision_macros};
+pub use options::{Include, Included, Options, precision_macros};
 pub use parse::parse;
 
 use message::Messages;

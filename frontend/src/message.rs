@@ -114,6 +114,8 @@ codes! {
     VOLATILE = "C0918";
     /// An operation of a fast unit that the machine does not have: the ordinary unit computes it.
     FAST_UNIT = "C0919";
+    /// An included file outside the folders of the sources and those of `-I`.
+    OUTSIDE = "C0920";
 }
 
 /// The name of a warning on the command line.
@@ -138,6 +140,7 @@ const NAMES: &[(Code, &str)] = &[
     (LIBRARY_TYPE, "builtin-declaration-mismatch"),
     (VOLATILE, "volatile"),
     (FAST_UNIT, "fast-unit"),
+    (OUTSIDE, "outside-include"),
 ];
 
 /// The name of the warning with a code, for `-W`.

@@ -16,14 +16,32 @@ pub struct Include<'a> {
     pub system: bool,
 }
 
+/// What [`Options::resolve`] finds for an include.
+#[derive(Clone, Debug)]
+pub enum Included {
+    /// The file. Messages show its name; one file always gets one name.
+    Found(Source),
+    /// The file, and a fact about it that the user is told.
+    Doubtful(Source, String),
+    /// No file.
+    Missing,
+    /// A file that is there, or may be, and is not read, with the reason.
+    Refused(String),
+}
+
+impl From<Option<Source>> for Included {
+    fn from(found: Option<Source>) -> Included {
+        found.map_or(Included::Missing, Included::Found)
+    }
+}
+
 /// Options of the front end.
 #[derive(Clone)]
 pub struct Options<'a> {
     /// Macros defined before each source: name and body.
     pub defines: Vec<(String, String)>,
-    /// Finds included files. Messages show the name of the source that it returns; one file always
-    /// gets one name.
-    pub resolve: &'a dyn Fn(&Include<'_>) -> Option<Source>,
+    /// Finds included files.
+    pub resolve: &'a dyn Fn(&Include<'_>) -> Included,
     /// Marks innermost loops as kernels where no pragma does.
     pub auto_kernel: bool,
     /// `double` means `float`; each place where it does is told.
@@ -55,7 +73,7 @@ impl Default for Options<'_> {
     fn default() -> Self {
         Options {
             defines: Vec::new(),
-            resolve: &|_| None,
+            resolve: &|_| Included::Missing,
             auto_kernel: true,
             double_is_float: false,
             single_constants: false,

@@ -2,7 +2,6 @@
 //! says which file and where.
 
 use crate::message::Code;
-use crate::options::Include;
 use srp_archdesc::diagnostic::{Diagnostic, Severity, Source, Span};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_ir::program::{Pos, SourceFile};
@@ -200,6 +199,11 @@ impl SourceMap {
         self.message(Severity::Warning, code, span, text, label)
     }
 
+    /// A fact about a place.
+    pub fn note(&self, code: Code, span: Span, text: impl Into<String>) -> Diagnostic {
+        self.message(Severity::Note, code, span, text, "")
+    }
+
     /// Adds another place to a message: a mark where it is in the same file, else a note.
     pub fn also(&self, message: Diagnostic, span: Span, label: &str) -> Diagnostic {
         let (file, local) = self.local(span);
@@ -223,15 +227,6 @@ impl SourceMap {
             _ => start,
         };
         (&data.source.name, Span::new(start, end))
-    }
-
-    /// Finds an included file through the caller and adds it.
-    pub(crate) fn include(
-        &mut self,
-        include: &Include<'_>,
-        resolve: &dyn Fn(&Include<'_>) -> Option<Source>,
-    ) -> Option<Option<SourceFile>> {
-        resolve(include).map(|source| self.add(source))
     }
 }
 

@@ -30,7 +30,7 @@ fn trees_and_programs_are_exact() {
         Some(Source::new(include.name, text))
     };
     let options = Options {
-        resolve: &resolve,
+        resolve: &|include| resolve(include).into(),
         ..Options::default()
     };
     let entries = std::fs::read_dir(here.join("tests/golden")).expect("the cases are there");

@@ -219,7 +219,7 @@ fn changed_programs_do_not_panic() {
     let header = |name: &str| std::fs::read_to_string(root().join("kernels").join(name)).ok();
     let resolve = |include: &Include<'_>| Some(Source::new(include.name, header(include.name)?));
     let options = Options {
-        resolve: &resolve,
+        resolve: &|include| resolve(include).into(),
         ..Options::default()
     };
     let seconds = std::env::var("SRP_MUTATE_SECONDS").ok();

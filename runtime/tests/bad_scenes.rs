@@ -13,7 +13,7 @@ fn folder() -> PathBuf {
 
 /// Reads a scene of the folder; messages name it without the folder.
 fn load(name: &str) -> Result<Loaded, Messages> {
-    read(Path::new(name), None, &mut |path| {
+    read(Path::new(name), None, &mut |path, _| {
         std::fs::read(folder().join(path)).map_err(|e| io::Error::new(e.kind(), "no such file"))
     })
 }
@@ -60,11 +60,15 @@ fn bytes_of_any_kind_do_no_harm() {
                 let mut files = [scene.to_vec(), library.to_vec()];
                 files[part][at] = byte;
                 let [scene, library] = files;
-                let loaded = read(Path::new("a.obj"), None, &mut |path| match path.to_str() {
-                    Some("a.obj") => Ok(scene.clone()),
-                    Some("a.mtl") => Ok(library.clone()),
-                    _ => Err(io::Error::from(io::ErrorKind::NotFound)),
-                });
+                let loaded = read(
+                    Path::new("a.obj"),
+                    None,
+                    &mut |path, _| match path.to_str() {
+                        Some("a.obj") => Ok(scene.clone()),
+                        Some("a.mtl") => Ok(library.clone()),
+                        _ => Err(io::Error::from(io::ErrorKind::NotFound)),
+                    },
+                );
                 match loaded {
                     Ok(loaded) => {
                         usable += 1;
@@ -92,7 +96,7 @@ fn what_obj_files_may_hold_is_understood() {
     let loaded = read(
         Path::new("dir/a.obj"),
         None,
-        &mut |path| match path.to_str() {
+        &mut |path, _| match path.to_str() {
             Some("dir/a.obj") => Ok(scene.as_bytes().to_vec()),
             Some("dir/two words.mtl") => Ok(library.as_bytes().to_vec()),
             _ => Err(io::Error::from(io::ErrorKind::NotFound)),

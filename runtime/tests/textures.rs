@@ -49,7 +49,7 @@ fn load(mtl: &str) -> Loaded {
         let missing = || std::io::Error::from(std::io::ErrorKind::NotFound);
         found.map(|(_, bytes)| bytes.clone()).ok_or_else(missing)
     };
-    read(Path::new("a.obj"), None, &mut |path| find(path)).unwrap_or_else(|e| panic!("{e}"))
+    read(Path::new("a.obj"), None, &mut |path, _| find(path)).unwrap_or_else(|e| panic!("{e}"))
 }
 
 #[test]

@@ -4,6 +4,7 @@ use super::{Choice, MachineFile, Search, one_of};
 use crate::failure::Failure;
 use clap::{Args, ValueEnum};
 use srp_ir::pass::{self, FastMath, Rewrite, Rule};
+use srp_toolchain::files::Outside;
 use srp_toolchain::{Options, Warnings};
 use std::path::PathBuf;
 
@@ -170,6 +171,7 @@ impl Compilation {
         let has = |feature| source.feature.contains(&feature);
         Ok(Options {
             include: source.include.clone(),
+            outside: Outside::default(),
             defines: source.define.iter().map(|text| define(text)).collect(),
             auto_kernel: !source.no_auto_kernel && !has(Feature::NoAutoKernel),
             double_is_float: source.double,

@@ -146,7 +146,7 @@ impl Sweep {
         let here = Path::new("");
         let mut plan = match &self.plan {
             Some(path) => {
-                let text = srp_toolchain::files::read_text(path)?;
+                let text = crate::files::read_text(path, crate::files::Kind::Plan)?;
                 PlanFile::parse(&path.display().to_string(), &text, &plan::folder_of(path))?
             }
             None => PlanFile::default(),

@@ -1,6 +1,7 @@
 //! Which graphs a command line names, and how each is read.
 
 use crate::failure::Failure;
+use crate::files::Kind;
 use crate::{files, talk};
 use srp_archdesc::diagnostic::{Diagnostic, Source, render};
 use srp_ir::graph::{self, Graph, Options};
@@ -34,7 +35,7 @@ impl Found {
 
     /// Reads the graph; what is wrong with it, rendered.
     pub(super) fn read(&self, options: &Options) -> Result<Graph, String> {
-        let source = |path: &Path| files::read_source(path).map_err(|e| e.to_string());
+        let source = |path: &Path| files::read_source(path, Kind::Graph).map_err(|e| e.to_string());
         let main = source(&self.path)?;
         match &self.form {
             Form::Dot => graph::read_dot(&main, options).map_err(|e| rendered(&e, &[&main])),
@@ -86,6 +87,12 @@ pub(super) fn find(paths: &[PathBuf], ops: Option<&Path>) -> Result<Vec<Found>, 
             return Err(Failure::Message(message.to_owned()));
         };
         only.form = Form::Edges(ops.to_owned());
+    }
+    for graph in &found {
+        files::check_input(&graph.path)?;
+        if let Form::Edges(ops) = &graph.form {
+            files::check_input(ops)?;
+        }
     }
     Ok(found)
 }

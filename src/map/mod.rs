@@ -20,6 +20,9 @@ pub(crate) fn run(args: &Map) -> Result<i32, Failure> {
     if let Some(path) = &args.output {
         files::check_writable(path)?;
     }
+    if let Some(path) = &args.proof {
+        proof::check_writable(path)?;
+    }
     let arch = target(&args.machine)?;
     let inputs = input::find(&args.graphs, args.ops.as_deref())?;
     let options = graph::Options {

@@ -4,6 +4,7 @@ use super::{diff, html, output, text};
 use crate::cli;
 use crate::compile::{compile_and_say, say_remarks};
 use crate::failure::Failure;
+use crate::files::Kind;
 use crate::proof::{self, Proved};
 use crate::{diagnostics, files, interrupt, scenes, talk};
 use srp_archdesc::arch::Arch;
@@ -23,6 +24,9 @@ pub(crate) fn run(args: &cli::Report) -> Result<i32, Failure> {
     }
     if let Some(path) = &args.html {
         files::check_writable(path)?;
+    }
+    if let Some(path) = &args.proof {
+        proof::check_writable(path)?;
     }
     let of = &args.of;
     let arch = machine::read(&of.compilation.machine.machine)?;
@@ -153,7 +157,7 @@ impl Asked<'_> {
 /// Compares two reports; 1 where something got worse.
 pub(crate) fn compare(old: &Path, new: &Path, json: bool) -> Result<i32, Failure> {
     let read = |path: &Path| -> Result<Report, Failure> {
-        let text = files::read_text(path)?;
+        let text = files::read_text(path, Kind::Report)?;
         Ok(Report::read(&path.display().to_string(), &text)?)
     };
     let differences = loops::diff(&read(old)?, &read(new)?);
@@ -173,6 +177,6 @@ fn scheduled_loops(paths: &[PathBuf], arch: &Arch) -> Result<Option<ScheduledLoo
     if !name.ends_with(".sched.xml") {
         return Ok(None);
     }
-    let text = files::read_text(path)?;
+    let text = files::read_text(path, Kind::Scheduled)?;
     Ok(loops::read_scheduled(&name, &text, arch)?)
 }

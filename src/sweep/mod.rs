@@ -56,6 +56,9 @@ pub(crate) fn run(args: &cli::Sweep) -> Result<(), Failure> {
     match &args.action {
         None => sweep(args),
         Some(SweepAction::Report { folder, html, json }) => {
+            if let Some(path) = html {
+                files::check_writable(path)?;
+            }
             let report = Report::of(&Folder::at(folder))?;
             if let Some(path) = html {
                 files::write(path, page::page(&report).as_bytes())?;
@@ -139,6 +142,7 @@ fn sweep(args: &cli::Sweep) -> Result<(), Failure> {
 
 /// Writes the machine file of a point, and says how to render with it.
 fn show(path: &Path, number: usize, output: &Path) -> Result<(), Failure> {
+    files::check_writable(output)?;
     let known = Folder::at(path).known()?;
     let row = known.rows.iter().find(|row| row.point == number);
     let row = row.ok_or_else(|| {

@@ -18,8 +18,8 @@ use srp_studies::fidelity::Fidelity;
 use srp_studies::rays::{self, Kind};
 use srp_studies::tni::{Energy, Measure, Memories};
 use srp_studies::views::{Job, Measured, Rays, ao_radius};
-use srp_toolchain::machine;
 use srp_toolchain::scene::Views;
+use srp_toolchain::{Session, machine};
 use std::path::Path;
 
 /// Runs `srp tni`.
@@ -29,8 +29,8 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
         files::check_writable(path)?;
     }
     let arch = machine_for(args)?;
-    let views = views(args)?;
     let session = &talk::session();
+    let views = views(args, session)?;
     let scene = scenes::read(args.scene.as_deref(), first_camera(args, &views)?, session)?;
     let cameras = cameras(args, &views, &scene)?;
     let bvh = srp_toolchain::scene::build(&scene, &args.measuring.tree(args.bvh), session);
@@ -191,12 +191,13 @@ fn machine_for(args: &Tni) -> Result<Arch, Failure> {
 }
 
 /// The viewpoints that the command line names, or that lie beside the scene.
-fn views(args: &Tni) -> Result<Option<Views>, Failure> {
+fn views(args: &Tni, session: &Session<'_>) -> Result<Option<Views>, Failure> {
     if args.camera.camera.is_some() {
         return Ok(None);
     }
     let Some(which) = &args.cameras else {
-        return Ok(args.scene.as_deref().map_or(Ok(None), Views::beside)?);
+        let beside = |scene| Views::beside(scene, session.outside);
+        return Ok(args.scene.as_deref().map_or(Ok(None), beside)?);
     };
     match cli::parse_cameras(which) {
         Some((path, name, None)) => Ok(Some(Views::read(path, name)?)),
@@ -247,7 +248,7 @@ fn rays_of(args: &Tni, views: &Option<Views>, scene: &Scene) -> Result<Rays, Fai
 }
 
 fn read_rays(path: &Path) -> Result<Vec<rays::Ray>, Failure> {
-    let text = files::read_text(path)?;
+    let text = files::read_text(path, files::Kind::Rays)?;
     rays::read(&text)
         .map_err(|(line, why)| Failure::Message(format!("{}:{line}: {why}", path.display())))
 }

@@ -26,7 +26,7 @@ const NAVE: &str = "-19.163326,-10.602377,1.502962/0.956693,-0.044955,-0.287606/
 const SIZE: (u32, u32) = (1024, 768);
 
 fn read_scene(path: &std::path::Path, camera: Camera) -> Scene {
-    match scene::read(path, Some(camera), &mut |path| std::fs::read(path)) {
+    match scene::read(path, Some(camera), &mut |path, _| std::fs::read(path)) {
         Ok(loaded) => loaded.scene,
         Err(messages) => panic!("{messages}"),
     }

@@ -21,30 +21,183 @@ fn inputs_that_never_end_are_refused() {
     );
     refused(&folder, &["machine", "check", "/dev/zero"], &says);
     refused(&folder, &["render", "/dev/zero"], &["/dev/zero"]);
+    refused(&folder, &["run", "/dev/fd/../zero"], &["/dev/fd/../zero"]);
+    refused(&folder, &["run", "."], &["it is a folder"]);
     write(
         &folder,
         "include.c",
         "#include \"/dev/zero\"\nint main(void) { return 0; }\n",
     );
-    refused(&folder, &["run", "include.c"], &["include.c:1:1"]);
+    refused(&folder, &["run", "include.c"], &["include.c:1:1", says[0]]);
+    // What a scene lacks is told, and the rest of it is rendered.
+    for (library, texture) in [
+        ("/dev/zero", ""),
+        ("pipe.c", ""),
+        ("/dev/stdin", ""),
+        ("m.mtl", "/dev/zero"),
+        ("m.mtl", "pipe.c"),
+    ] {
+        let obj = format!("mtllib {library}\nusemtl m\n{TRIANGLE}");
+        write(&folder, "library.obj", &obj);
+        write(
+            &folder,
+            "m.mtl",
+            &format!(
+                "newmtl m\nKd 1 1 1\n{}",
+                match texture {
+                    "" => String::new(),
+                    texture => format!("map_Kd {texture}\n"),
+                }
+            ),
+        );
+        let said = rendered(&folder, "library.obj");
+        assert!(said.contains(says[0]), "{library} {texture}: {said}");
+    }
+}
+
+/// What a small picture of a scene tells.
+fn rendered(folder: &Path, scene: &str) -> String {
+    let size = ["--size", "8x8", "--fidelity", "functional", "-o", "out.png"];
+    let output = srp(folder, &[&["render", scene][..], &size[..]].concat());
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    said
+}
+
+/// The page says the limits that there are.
+#[test]
+fn limits_are_documented() {
+    use srp_toolchain::files::Kind;
+    let page = include_str!("../../docs/reliability.md");
+    let rows: Vec<&str> = page
+        .lines()
+        .skip_while(|l| !l.contains("| most, MiB |"))
+        .collect();
+    let rows: Vec<&str> = rows[2..]
+        .iter()
+        .copied()
+        .take_while(|l| l.starts_with('|'))
+        .collect();
+    let row = |kind: &Kind| format!("| {} | {} |", kind.what(), kind.limit() >> 20);
+    assert_eq!(rows, Kind::ALL.iter().map(row).collect::<Vec<_>>());
+}
+
+/// Files of more bytes than their kind may have are refused by their length, whatever is in them.
+#[test]
+fn files_have_a_largest_size() {
+    let folder = folder("large_files");
+    let made = |name: &str, mebibytes: u64| {
+        let file = fs::File::create(folder.join(name)).expect("it can be made");
+        // A file with a hole takes no room.
+        file.set_len((mebibytes << 20) + 1).expect("it can be long");
+    };
+    for (name, mebibytes, command) in [
+        ("machine.xml", 16, &["machine", "check"][..]),
+        ("source.c", 64, &["run"]),
+        ("program.ir", 64, &["run"]),
+        ("program.dre.xml", 64, &["run"]),
+        ("program.sched.xml", 64, &["run"]),
+        ("graph.dot", 16, &["map", "--mesh", "2x2"]),
+        ("scene.obj", 1024, &["render"]),
+        ("requests.trace", 1024, &["dram"]),
+        ("plan.toml", 1, &["sweep"]),
+    ] {
+        made(name, mebibytes);
+        let output = srp(&folder, &[command, &[name]].concat());
+        let said = [output.stdout, output.stderr].concat();
+        let said = String::from_utf8_lossy(&said);
+        assert_eq!(output.status.code(), Some(1), "{name}: {said}");
+        let limit = format!("larger than {mebibytes} MiB");
+        assert!(said.contains(&limit), "{name}: {said}");
+    }
+    made("m.mtl", 16);
+    made("t.png", 256);
+    write(&folder, "a.obj", &format!("mtllib m.mtl\n{TRIANGLE}"));
+    assert!(rendered(&folder, "a.obj").contains("larger than 16 MiB"));
+    write(&folder, "n.mtl", "newmtl n\nmap_Kd t.png\n");
     write(
         &folder,
-        "library.obj",
-        &format!("mtllib /dev/zero\n{TRIANGLE}"),
+        "b.obj",
+        &format!("mtllib n.mtl\nusemtl n\n{TRIANGLE}"),
     );
-    let rendered = srp(
+    assert!(rendered(&folder, "b.obj").contains("larger than 256 MiB"));
+}
+
+/// Some bytes that say they are a picture of a billion texels.
+#[test]
+fn pictures_do_not_burst() {
+    let folder = folder("bombs");
+    let mut chunk = b"IHDR".to_vec();
+    chunk.extend(16_384u32.to_be_bytes());
+    chunk.extend(16_384u32.to_be_bytes());
+    chunk.extend([8, 6, 0, 0, 0]);
+    let mut sum = !0u32;
+    for byte in &chunk {
+        sum ^= u32::from(*byte);
+        for _ in 0..8 {
+            sum = if sum & 1 == 1 {
+                (sum >> 1) ^ 0xedb8_8320
+            } else {
+                sum >> 1
+            };
+        }
+    }
+    let mut png = b"\x89PNG\r\n\x1a\n\0\0\0\x0d".to_vec();
+    png.extend(&chunk);
+    png.extend((!sum).to_be_bytes());
+    png.extend(b"\0\0\0\x02IDAT\x78\xda\0\0\0\0");
+    fs::write(folder.join("bomb.png"), png).expect("it can be written");
+    write(&folder, "m.mtl", "newmtl m\nmap_Kd bomb.png\n");
+    write(
         &folder,
-        &[
-            "render",
-            "library.obj",
-            "--size",
-            "8x8",
-            "--engine",
-            "interp",
-        ],
+        "a.obj",
+        &format!("mtllib m.mtl\nusemtl m\n{TRIANGLE}"),
     );
-    let said = String::from_utf8_lossy(&rendered.stderr);
-    assert!(said.contains("/dev/zero"), "{said}");
+    let said = rendered(&folder, "a.obj");
+    assert!(said.contains("texels"), "{said}");
+}
+
+/// A note tells of files elsewhere that a program or a scene names.
+#[test]
+fn files_outside_of_the_folder_are_told() {
+    let folder = folder("outside");
+    for part in ["program", "library", "scene"] {
+        fs::create_dir(folder.join(part)).expect("it can be made");
+    }
+    write(&folder, "library/one.h", "#define ONE 1\n");
+    write(&folder, "library/m.mtl", "newmtl m\nKd 1 0 0\n");
+    write(
+        &folder,
+        "program/t.c",
+        "#include \"../library/one.h\"\nint main(void) { return ONE; }\n",
+    );
+    let run = |args: &[&str]| {
+        let run = ["run", "program/t.c", "--engine", "ir"];
+        let output = srp(&folder, &[&run[..], args].concat());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        said
+    };
+    let told = "outside the folders of the program";
+    let said = run(&[]);
+    assert!(
+        said.contains("note[C0920]") && said.contains("t.c:1:1"),
+        "{said}"
+    );
+    assert!(run(&["-W", "error"]).contains(told), "a note is no warning");
+    for silent in [["-W", "no-outside-include"], ["-I", "library"]] {
+        let said = run(&silent);
+        assert!(!said.contains(told), "{silent:?}: {said}");
+    }
+    let obj = format!("mtllib ../library/m.mtl\nusemtl m\n{TRIANGLE}");
+    write(&folder, "scene/a.obj", &obj);
+    let said = rendered(&folder, "scene/a.obj");
+    assert!(
+        said.contains("m.mtl is outside the folder of the scene"),
+        "{said}"
+    );
+    write(&folder, "b.obj", &obj.replace("../", ""));
+    assert!(!rendered(&folder, "b.obj").contains("outside"));
 }
 
 #[test]
@@ -71,11 +224,53 @@ fn an_output_is_never_an_input_or_two_outputs() {
         &["render", "tri.obj", "-o", "link.obj"],
         &["of this command"],
     );
+    fs::hard_link(folder.join("tri.obj"), folder.join("hard.obj")).expect("it can be made");
+    refused(
+        &folder,
+        &["render", "tri.obj", "-o", "hard.obj"],
+        &["of this command"],
+    );
     refused(
         &folder,
         &["render", "-o", "same.png", "--report", "./same.png"],
         &["another output"],
     );
+    // Files that others name are inputs, too.
+    write(&folder, "one.h", "#define ONE 1\n");
+    write(
+        &folder,
+        "u.c",
+        "#include \"one.h\"\nint main(void) { return ONE; }\n",
+    );
+    refused(&folder, &["report", "u.c", "--html", "one.h"], &["one.h"]);
+    write(&folder, "g.dot", "digraph g { a [op=add]; }\n");
+    let mesh = ["map", "g.dot", "--mesh", "2x2"];
+    for option in ["-o", "--proof"] {
+        let onto = [&mesh[..], &[option, "g.dot"]].concat();
+        let output = srp(&folder, &onto);
+        let said = [output.stdout, output.stderr].concat();
+        let said = String::from_utf8_lossy(&said);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(said.contains("of this command"), "{said}");
+    }
+    assert!(
+        srp(&folder, &["compile", "t.c", "--emit", "ir"])
+            .status
+            .success()
+    );
+    let ir = text("t.ir");
+    let again = ["compile", "t.ir", "--emit", "ir", "-o", "."];
+    refused(&folder, &again, &["t.ir", "input of this command"]);
+    fs::create_dir(folder.join("more")).expect("it can be made");
+    write(&folder, "more/t.c", program);
+    refused(
+        &folder,
+        &["compile", "t.c", "more/t.c", "--emit", "ast"],
+        &["another output"],
+    );
+    assert_eq!(text("t.ir"), ir);
+    assert_eq!(text("one.h"), "#define ONE 1\n");
+    assert!(text("g.dot").starts_with("digraph"));
     assert_eq!(text("t.c"), program);
     assert_eq!(text("tri.obj"), TRIANGLE);
 }
@@ -101,15 +296,22 @@ fn names_from_files_stay_inside_the_folder() {
     assert!(!folder.join("escaped.dot").exists());
 }
 
-/// Neither a program nor a scene of a stranger shows what stands in other files.
+/// Neither a program nor a scene of a stranger shows what stands in other files, nor does a file that is named by
+/// mistake.
 #[test]
 fn files_of_other_kinds_are_not_quoted() {
     let folder = folder("foreign_files");
-    write(
-        &folder,
-        "secrets",
-        "root:x:0:0:root:/root:/bin/bash\nword = hunter2\n",
-    );
+    let secrets = "root:x:0:0:root:/root:/bin/bash\nword = hunter2\n";
+    let silent = |args: &[&str]| {
+        let output = srp(&folder, args);
+        let said = [output.stdout, output.stderr].concat();
+        let said = String::from_utf8_lossy(&said).into_owned();
+        for word in ["root", "bash", "hunter2", "word"] {
+            assert!(!said.contains(word), "{args:?}: {said}");
+        }
+        said
+    };
+    write(&folder, "secrets", secrets);
     write(
         &folder,
         "thief.c",
@@ -117,12 +319,38 @@ fn files_of_other_kinds_are_not_quoted() {
     );
     write(&folder, "thief.obj", &format!("mtllib secrets\n{TRIANGLE}"));
     for command in [["run", "thief.c"], ["render", "thief.obj"]] {
-        let output = srp(&folder, &command);
-        let said = String::from_utf8_lossy(&output.stderr);
+        let said = silent(&command);
         assert!(said.contains("secrets"), "{said}");
-        for word in ["root", "bash", "hunter2", "word"] {
-            assert!(!said.contains(word), "{command:?}: {said}");
-        }
+    }
+    for (name, command) in [
+        ("s.obj", &["render"][..]),
+        ("s.xml", &["machine", "check"]),
+        ("s.dre.xml", &["run"]),
+        ("s.sched.xml", &["run"]),
+        ("s.json", &["report", "--diff", "s.json"]),
+        ("s.trace", &["dram"]),
+        ("s.rays", &["tni", "--rays", "file", "--ray-file"]),
+    ] {
+        write(&folder, name, secrets);
+        let said = silent(&[command, &[name]].concat());
+        assert!(said.contains("it is no "), "{name}: {said}");
+    }
+    silent(&["render", "--cameras", "s.json:a/0"]);
+    // A program that says its lines are those of another file gets none of them into its profile.
+    write(
+        &folder,
+        "line.c",
+        "#line 1 \"secrets\"\nint main(void) { volatile int n = 0; for (int i = 0; i < 9; i++) n += i;\n\nreturn 0; }\n",
+    );
+    for profile in ["p.json", "p.html", "p.txt"] {
+        let run = ["run", "line.c", "--profile", profile];
+        let output = srp(&folder, &run);
+        assert!(output.status.success(), "{output:?}");
+        let text = fs::read_to_string(folder.join(profile)).expect("it was written");
+        assert!(
+            !text.contains("hunter2") && !text.contains("bash"),
+            "{profile}"
+        );
     }
     // A header with a mistake is shown as ever.
     write(&folder, "common.h", "int f(void { return 1; }\n");

@@ -124,7 +124,7 @@ fn compiled_with(
     let units = precision_macros(&arch.precision).into_iter();
     let options = Options {
         defines: units.chain(defines).collect(),
-        resolve: &resolve,
+        resolve: &|include| resolve(include).into(),
         auto_kernel,
         ..Options::default()
     };

@@ -79,7 +79,7 @@ fn compiled(paths: &[PathBuf]) -> Result<Program, String> {
 fn compiled_with(paths: &[PathBuf], auto_kernel: bool) -> Result<Program, String> {
     let resolve = |include: &Include<'_>| Some(Source::new(include.name, text(include.name)?));
     let options = Options {
-        resolve: &resolve,
+        resolve: &|include| resolve(include).into(),
         auto_kernel,
         ..Options::default()
     };

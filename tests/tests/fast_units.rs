@@ -44,7 +44,9 @@ fn options(kernel: &str, asked: u32) -> Options {
 
 fn source() -> Input {
     let path = root().join("tests/precision/fast.c");
-    Input::C(vec![files::read_source(&path).expect("the kernels")])
+    Input::C(vec![
+        files::read_source(&path, files::Kind::Source).expect("the kernels"),
+    ])
 }
 
 fn ran(kernel: &str, arch: &Arch, asked: u32, engine: Engine) -> Ran {

@@ -18,7 +18,9 @@ fn machine(classes: &str) -> Arch {
 
 fn source() -> Input {
     let path = root().join("tests/precision/halves.c");
-    Input::C(vec![files::read_source(&path).expect("the kernel")])
+    Input::C(vec![
+        files::read_source(&path, files::Kind::Source).expect("the kernel"),
+    ])
 }
 
 fn options(defines: &[&str]) -> Options {

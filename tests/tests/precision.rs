@@ -31,8 +31,11 @@ fn cycles(kernel: &str, approx: Approx, session: &Session<'_>) -> (u64, u32) {
         *arch.precision.of_mut(special) = approx;
     }
     arch.derive_cycles();
-    let source =
-        files::read_source(&root().join("tests/precision/kernels.c")).expect("the kernels");
+    let source = files::read_source(
+        &root().join("tests/precision/kernels.c"),
+        files::Kind::Source,
+    )
+    .expect("the kernels");
     let options = Options {
         defines: vec![("RUN".to_owned(), kernel.to_owned())],
         ..Options::default()

@@ -141,7 +141,7 @@ fn scenes_at_hand() {
         let views: Viewpoints =
             serde_json::from_value(views[name].clone()).expect("the scene's views");
         let camera = views.camera(0).expect("a view");
-        let load = &mut |path: &Path| std::fs::read(path);
+        let load = &mut |path: &Path, _| std::fs::read(path);
         let loaded = read(&folder.join(file), Some(camera), load);
         compare(loaded.unwrap_or_else(|e| panic!("{e}")).scene, (96, 72));
     }

@@ -32,7 +32,7 @@ fn program(lines: &str) -> Program {
     let resolve =
         |include: &Include<'_>| Some(Source::new(include.name, header(include.name).ok()?));
     let options = Options {
-        resolve: &resolve,
+        resolve: &|include| resolve(include).into(),
         auto_kernel: false,
         ..Options::default()
     };
@@ -193,7 +193,10 @@ fn a_fast_unit_is_named() {
     let mut arch = srp_archdesc::parse("sgrt", srp_archdesc::machines::SGRT.xml).expect("shipped");
     arch.precision = precision;
     let options = Options {
-        resolve: &|include| Some(Source::new(include.name, header(include.name).ok()?)),
+        resolve: &|include| {
+            let text = header(include.name).ok();
+            text.map(|text| Source::new(include.name, text)).into()
+        },
         auto_kernel: false,
         choices: Choices::of(&arch),
         ..Options::default()

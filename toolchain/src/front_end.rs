@@ -1,34 +1,41 @@
 //! From C to the intermediate form, and through the passes.
 
+use crate::Error;
 use crate::approximate;
+use crate::files::{self, Kind, Room};
 use crate::input::{self, Input};
 use crate::options::Options;
-use crate::{Error, files};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::choice::Choices;
 use srp_archdesc::diagnostic::{Diagnostic, Messages, Severity, Source, line_column};
 use srp_archdesc::isa::Class;
 use srp_frontend::interface::Interface;
-use srp_frontend::{Include, library};
+use srp_frontend::{Include, Included, library};
 use srp_ir::pass::{self, Pass, Remark};
 use srp_ir::program::Program;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// Finds included files, and remembers every text that was read.
 struct Texts<'a> {
     folders: &'a [PathBuf],
+    room: Room,
     read: RefCell<BTreeMap<String, Source>>,
     /// The names of the sources themselves.
     asked_for: Vec<String>,
 }
 
 impl<'a> Texts<'a> {
-    fn new(sources: &[Source], folders: &'a [PathBuf]) -> Texts<'a> {
+    fn new(sources: &[Source], options: &'a Options) -> Texts<'a> {
         let read = sources.iter().map(|s| (s.name.clone(), s.clone()));
+        let own = sources.iter().filter(|s| !comes_along(s));
+        let folders = own.filter_map(|s| Path::new(&s.name).parent());
+        let folders = folders.chain(options.include.iter().map(PathBuf::as_path));
         Texts {
-            folders,
+            folders: &options.include,
+            room: Room::of(folders, options.outside),
             read: RefCell::new(read.collect()),
             asked_for: sources.iter().map(|s| s.name.clone()).collect(),
         }
@@ -36,37 +43,57 @@ impl<'a> Texts<'a> {
 
     /// An included file: beside the file that asks, in the folders of the options, or one of those
     /// that come along. Nothing lies beside a file that comes along, whatever the current folder has.
-    fn find(&self, include: &Include<'_>) -> Option<Source> {
+    fn find(&self, include: &Include<'_>) -> Included {
         let beside = Path::new(include.from).parent().map(Path::to_owned);
-        let asks_beside = !include.system && !self.comes_along(include.from);
+        let asks_beside = !include.system
+            && !self
+                .read
+                .borrow()
+                .get(include.from)
+                .is_some_and(comes_along);
         let folders = beside.into_iter().filter(|_| asks_beside);
-        let folders = folders.chain(self.folders.iter().cloned());
-        let found = folders
-            .map(|folder| folder.join(include.name))
-            .find_map(|path| files::read_source(&path).ok())
-            .or_else(|| srp_kernels::header(include.name).map(input::source))?;
-        let mut read = self.read.borrow_mut();
-        read.insert(found.name.clone(), found.clone());
-        Some(found)
+        let mut refused = None;
+        for folder in folders.chain(self.folders.iter().cloned()) {
+            let path = folder.join(include.name);
+            match self.room.read(&path, Kind::Source) {
+                Ok(named) => {
+                    let text = srp_frontend::bytes::decode(named.bytes);
+                    let source = Source::new(path.display().to_string(), text);
+                    self.remember(&source);
+                    let outside =
+                        || format!("`{}` is outside the folders of the program", source.name);
+                    return match named.is_outside {
+                        true => Included::Doubtful(source.clone(), outside()),
+                        false => Included::Found(source),
+                    };
+                }
+                Err(why) if is_absent(why.kind()) => {}
+                Err(why) => refused = refused.or(Some(why.to_string())),
+            }
+        }
+        match (srp_kernels::header(include.name), refused) {
+            (Some(header), _) => {
+                let source = input::source(header);
+                self.remember(&source);
+                Included::Found(source)
+            }
+            // One that the library has of that name is as good.
+            (None, Some(why)) if library::header(include.name).is_none() => Included::Refused(why),
+            (None, _) => Included::Missing,
+        }
     }
 
-    /// True if a file that was read is one of those that come along.
-    fn comes_along(&self, name: &str) -> bool {
-        let mut all = srp_kernels::SOURCES.iter().chain(srp_kernels::HEADERS);
-        let read = self.read.borrow();
-        let text = read.get(name).map(|source| source.text.as_str());
-        all.any(|file| file.path == name && text == Some(file.text))
+    fn remember(&self, source: &Source) {
+        let mut read = self.read.borrow_mut();
+        read.insert(source.name.clone(), source.clone());
     }
 
     /// Messages in which one that quotes nothing stands for all about a file that is not C by its name.
     fn without_foreign_text(&self, diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
         let read = self.read.borrow();
         let is_foreign = |name: &str| {
-            let ending = Path::new(name).extension().and_then(|e| e.to_str());
             let is_asked_for = self.asked_for.iter().any(|asked| asked == name);
-            !is_asked_for
-                && read.contains_key(name)
-                && !ending.is_some_and(|e| INCLUDED.contains(&e))
+            !is_asked_for && read.contains_key(name) && !files::is_c(Path::new(name))
         };
         let mut told = BTreeSet::new();
         let mut shown = Vec::new();
@@ -107,10 +134,17 @@ impl<'a> Texts<'a> {
     }
 }
 
-/// Endings of the names of files that C includes.
-const INCLUDED: [&str; 12] = [
-    "c", "h", "cc", "hh", "cpp", "hpp", "cl", "inc", "inl", "def", "tbl", "glsl",
-];
+/// True if a source is one of those that come along.
+fn comes_along(source: &Source) -> bool {
+    let mut all = srp_kernels::SOURCES.iter().chain(srp_kernels::HEADERS);
+    all.any(|file| file.path == source.name && file.text == source.text)
+}
+
+/// True if a file is not there, and may be in another folder.
+fn is_absent(error: ErrorKind) -> bool {
+    use ErrorKind::{IsADirectory, NotADirectory, NotFound};
+    matches!(error, NotFound | NotADirectory | IsADirectory)
+}
 
 /// Runs `f` with the front end's options.
 fn with<R>(
@@ -162,7 +196,7 @@ pub fn front_end(
     arch: &Arch,
     options: &Options,
 ) -> Result<(Program, Messages), Error> {
-    let texts = Texts::new(sources, &options.include);
+    let texts = Texts::new(sources, options);
     let compiled = with(&texts, arch, options, |o| srp_frontend::compile(sources, o));
     let (program, diagnostics) = match compiled {
         Ok((program, warnings)) => (Some(program), warnings),
@@ -182,7 +216,7 @@ pub fn front_end(
 ///
 /// All that is wrong with the sources.
 pub fn interface(sources: &[Source], arch: &Arch, options: &Options) -> Result<Interface, Error> {
-    let texts = Texts::new(sources, &options.include);
+    let texts = Texts::new(sources, options);
     let found = with(&texts, arch, options, |o| {
         srp_frontend::interface::interface(sources, o)
     });
@@ -191,7 +225,7 @@ pub fn interface(sources: &[Source], arch: &Arch, options: &Options) -> Result<I
 
 /// The syntax tree of a source, as text.
 pub fn syntax_tree(source: &Source, arch: &Arch, options: &Options) -> String {
-    let texts = Texts::new(std::slice::from_ref(source), &options.include);
+    let texts = Texts::new(std::slice::from_ref(source), options);
     let mut map = srp_frontend::source::SourceMap::new();
     let mut messages = srp_frontend::message::Messages::new();
     let unit = with(&texts, arch, options, |o| {

@@ -1,6 +1,7 @@
 //! The input of a compilation: C files, or one file of a later form.
 
-use crate::{Error, files};
+use crate::Error;
+use crate::files::{self, Kind};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Source;
 use srp_ir::dre::scheduled::ScheduledDre;
@@ -46,7 +47,7 @@ pub fn kernels_with(paths: &[PathBuf]) -> Result<Vec<Source>, Error> {
     let name = |path: &str| Path::new(path).file_name().map(ToOwned::to_owned);
     let mut sources = kernels();
     for path in paths {
-        let source = files::read_source(path)?;
+        let source = files::read_source(path, Kind::Source)?;
         match sources
             .iter_mut()
             .find(|s| name(&s.name) == name(&source.name))
@@ -87,13 +88,17 @@ pub fn c_files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
 /// A file cannot be read, is wrong, or is of a later form and not alone.
 pub fn read(paths: &[PathBuf], arch: &Arch) -> Result<Input, Error> {
     let form = |p: &Path| match p.display().to_string() {
-        n if n.ends_with(".ir") => Some("ir"),
-        n if n.ends_with(".dre.xml") => Some("dre"),
-        n if n.ends_with(".sched.xml") => Some("sched"),
+        n if n.ends_with(".ir") => Some(Kind::Program),
+        n if n.ends_with(".dre.xml") => Some(Kind::Divided),
+        n if n.ends_with(".sched.xml") => Some(Kind::Scheduled),
         _ => None,
     };
-    let Some(path) = paths.iter().find(|p| form(p).is_some()) else {
-        let sources: Result<Vec<_>, _> = paths.iter().map(|p| files::read_source(p)).collect();
+    let later = paths.iter().find_map(|path| Some((path, form(path)?)));
+    let Some((path, kind)) = later else {
+        let sources: Result<Vec<_>, _> = paths
+            .iter()
+            .map(|p| files::read_source(p, Kind::Source))
+            .collect();
         return Ok(Input::C(sources?));
     };
     if paths.len() > 1 {
@@ -102,15 +107,15 @@ pub fn read(paths: &[PathBuf], arch: &Arch) -> Result<Input, Error> {
             path.display()
         )));
     }
-    let text = files::read_text(path)?;
+    let text = files::read_text(path, kind)?;
     let at = |line: u32, column: u32, why: &dyn std::fmt::Display| Error::Form {
         file: path.display().to_string(),
         line,
         column,
         why: why.to_string(),
     };
-    Ok(match form(path) {
-        Some("ir") => {
+    Ok(match kind {
+        Kind::Program => {
             let program =
                 srp_ir::text::read(&text).map_err(|e| at(e.line, e.column, &e.message))?;
             if let Err(violations) = srp_ir::verify(&program) {
@@ -123,7 +128,7 @@ pub fn read(paths: &[PathBuf], arch: &Arch) -> Result<Input, Error> {
             }
             Input::Ir(Box::new(program))
         }
-        Some("dre") => {
+        Kind::Divided => {
             let dre = dre::read(&text).map_err(|e| at(e.line, e.column, &e.message))?;
             Input::Dre(Box::new(dre))
         }

@@ -1,7 +1,7 @@
 //! Machine files, and the machines that come along.
 
 use crate::Error;
-use crate::files::{self, FileError};
+use crate::files::{self, FileError, Kind};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::{Messages, Source};
 use srp_archdesc::{machines, xml};
@@ -25,7 +25,7 @@ pub fn text(path: &Path) -> Result<String, Error> {
     let name = path.display().to_string();
     match machines::ALL.iter().find(|m| m.name == name) {
         Some(machine) => Ok(machine.xml.to_owned()),
-        None => files::read_text(path).map_err(|error| unknown(path, error)),
+        None => files::read_text(path, Kind::Machine).map_err(|error| unknown(path, error)),
     }
 }
 

@@ -1,5 +1,6 @@
 //! Options of a compilation.
 
+use crate::files::Outside;
 use serde::Serialize;
 use srp_archdesc::diagnostic::{Diagnostic, Severity};
 use srp_frontend::message::{warning_name, warning_names};
@@ -13,6 +14,8 @@ use std::time::Duration;
 pub struct Options {
     /// Folders to look for included files in, after that of the including file.
     pub include: Vec<PathBuf>,
+    /// What is done about included files outside these folders and those of the sources.
+    pub outside: Outside,
     /// Macros: names and bodies.
     pub defines: Vec<(String, String)>,
     /// Innermost loops become kernels where no pragma says so.
@@ -38,6 +41,7 @@ impl Default for Options {
     fn default() -> Options {
         Options {
             include: Vec::new(),
+            outside: Outside::default(),
             defines: Vec::new(),
             auto_kernel: true,
             double_is_float: false,

@@ -1,13 +1,14 @@
 //! Scenes, their viewpoints, and the options for rendering them.
 
-use crate::{Error, Session, files};
+use crate::files::{self, Kind, Outside, Room};
+use crate::{Error, Session};
 use srp_archdesc::diagnostic::Messages;
 use srp_archdesc::watch::{Event, Stage};
 use srp_runtime::bvh::{self, Builder, Bvh};
 use srp_runtime::effect::{self, Effects, Guard};
 use srp_runtime::scene::camera::{Camera, Viewpoints};
-use srp_runtime::scene::{self, Light, MAX_LIGHTS, Scene};
-use std::collections::BTreeMap;
+use srp_runtime::scene::{self, Light, MAX_LIGHTS, Part, Scene};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// A scene, and the doubts about its files.
@@ -40,10 +41,28 @@ pub fn read(
         });
     };
     let _stage = Stage::unknown(session.watch, "reading the scene");
-    let loaded = scene::read(path, camera, &mut |path| {
-        files::read_limited(path, files::MAX_SCENE)
+    let room = Room::of(path.parent(), session.outside);
+    let mut outside = BTreeSet::new();
+    let loaded = scene::read(path, camera, &mut |path, part| {
+        let kind = match part {
+            // The user names it.
+            Part::Geometry => return files::load(path, Kind::Geometry),
+            Part::Materials => Kind::Materials,
+            Part::Picture => Kind::Picture,
+        };
+        let named = room.read(path, kind)?;
+        if named.is_outside {
+            outside.insert(path.to_owned());
+        }
+        Ok(named.bytes)
     });
     let loaded = loaded.map_err(Error::Messages)?;
+    for path in outside {
+        session.watch.tell(Event::Note(&format!(
+            "note: {} is outside the folder of the scene that names it",
+            path.display()
+        )));
+    }
     let unsupported = effect::unsupported(&loaded.scene);
     Ok(Loaded {
         unsupported: unsupported.iter().map(ToString::to_string).collect(),
@@ -188,11 +207,15 @@ impl Views {
     /// # Errors
     ///
     /// Such a file cannot be read, or is wrong.
-    pub fn beside(scene: &Path) -> Result<Option<Views>, Error> {
+    pub fn beside(scene: &Path, outside: Outside) -> Result<Option<Views>, Error> {
         let Some(name) = scene.file_stem().and_then(|n| n.to_str()) else {
             return Ok(None);
         };
-        for folder in scene.ancestors().skip(1).take(2) {
+        let folders = match outside {
+            Outside::Told => 2,
+            Outside::Refused => 1,
+        };
+        for folder in scene.ancestors().skip(1).take(folders) {
             let path: PathBuf = folder.join("cameras.json");
             if path.is_file() && scenes(&path)?.contains_key(name) {
                 return Views::read(&path, name).map(Some);
@@ -214,7 +237,7 @@ impl Views {
 
 /// All scenes of a file of cameras.
 fn scenes(path: &Path) -> Result<BTreeMap<String, serde_json::Value>, Error> {
-    let text = files::read_text(path)?;
+    let text = files::read_text(path, Kind::Cameras)?;
     serde_json::from_str(&text).map_err(|e| Error::Form {
         file: path.display().to_string(),
         line: e.line() as u32,

@@ -1,6 +1,7 @@
 //! The session, which all work of one process shares.
 
 use crate::cache::Cache;
+use crate::files::Outside;
 use srp_archdesc::watch::{Event, Unwatched, Watch};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -15,6 +16,8 @@ pub struct Session<'a> {
     pub threads: usize,
     /// Results that were made before.
     pub cache: Arc<Cache>,
+    /// What is done about files that a scene names outside its folder.
+    pub outside: Outside,
     /// The program that builds simulators beside the work: it calls [`build`](crate::engine::build) if its
     /// first argument asks for that. Without one, no simulators are built beside the work.
     pub builder: Option<PathBuf>,
@@ -27,6 +30,7 @@ impl<'a> Session<'a> {
             watch,
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             cache: Arc::new(Cache::in_memory()),
+            outside: Outside::default(),
             builder: None,
         }
     }

@@ -9,11 +9,11 @@ mod expand;
 
 use crate::lex::{Interner, PpKind, PpToken, lex, lex_fragment};
 use crate::library;
-use crate::message::{Code, DIRECTIVE, INCLUDE, LIMIT, Messages};
-use crate::options::{Include, Options};
+use crate::message::{Code, DIRECTIVE, INCLUDE, LIMIT, Messages, OUTSIDE};
+use crate::options::{Include, Included, Options};
 use crate::source::{Name, SourceMap};
 use expand::Macro;
-use srp_archdesc::diagnostic::{Source, Span};
+use srp_archdesc::diagnostic::Span;
 use srp_ir::program::SourceFile;
 use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
@@ -153,7 +153,7 @@ const PREDEFINED: &[(&str, &str)] = &[
 struct Preprocessor<'a> {
     sources: &'a mut SourceMap,
     messages: &'a mut Messages,
-    resolve: &'a dyn Fn(&Include<'_>) -> Option<Source>,
+    resolve: &'a dyn Fn(&Include<'_>) -> Included,
     names: Interner,
     macros: HashMap<Name, Rc<Macro>>,
     /// Definitions saved by `#pragma push_macro`: for each name, the latest last.
@@ -328,7 +328,9 @@ impl Preprocessor<'_> {
             from: &from,
             system,
         };
-        (self.resolve)(&include).is_some() || library::header(&name).is_some()
+        let found = (self.resolve)(&include);
+        matches!(found, Included::Found(_) | Included::Doubtful(..))
+            || library::header(&name).is_some()
     }
 
     fn include(&mut self, from: SourceFile, span: Span, name: &str, system: bool) {
@@ -346,21 +348,34 @@ impl Preprocessor<'_> {
             from: &from,
             system,
         };
-        let resolve = |include: &Include<'_>| {
-            (self.resolve)(include).or_else(|| library::header(include.name))
+        let found = match (self.resolve)(&include) {
+            Included::Missing => library::header(name).into(),
+            found => found,
         };
-        match self.sources.include(&include, &resolve) {
-            None => {
+        let source = match found {
+            Included::Found(source) => source,
+            Included::Doubtful(source, fact) => {
+                let message = self.sources.note(OUTSIDE, span, fact);
+                self.messages.push(message);
+                source
+            }
+            Included::Refused(why) => {
+                let text = format!("file `{name}` is not read: {why}");
+                return self.error(INCLUDE, span, text, "");
+            }
+            Included::Missing => {
                 let text = format!("file `{name}` was not found");
                 let message = self
                     .sources
                     .error(INCLUDE, span, text, "")
                     .help("includes are looked up beside the file, in the folders of `-I`, and in the kernel directory");
-                self.messages.push(message);
+                return self.messages.push(message);
             }
-            Some(None) => self.error(LIMIT, span, "the sources are too large", ""),
-            Some(Some(file)) if self.once.contains(&file) => {}
-            Some(Some(file)) => {
+        };
+        match self.sources.add(source) {
+            None => self.error(LIMIT, span, "the sources are too large", ""),
+            Some(file) if self.once.contains(&file) => {}
+            Some(file) => {
                 self.depth += 1;
                 self.file(file);
                 self.depth -= 1;

@@ -57,7 +57,7 @@ fn interpreted(text: &str, optimise: bool) -> Result<Option<String>, String> {
     let file = |name: &str| std::fs::read_to_string(kernels().join(name)).ok();
     let resolve = |include: &Include<'_>| Some(Source::new(include.name, file(include.name)?));
     let options = Options {
-        resolve: &resolve,
+        resolve: &|include| resolve(include).into(),
         ..Options::default()
     };
     let source = Source::new("random.c", text);

@@ -99,7 +99,7 @@ mod tests {
         let mtl = "newmtl a\nKd 1 1 1\nmap_bump a.png\nnewmtl b\nbump -bm 2 b.png\nnorm b.png\n";
         let obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n";
         let read = |obj: &str| {
-            let load = &mut |path: &Path| match path.extension().and_then(|e| e.to_str()) {
+            let load = &mut |path: &Path, _| match path.extension().and_then(|e| e.to_str()) {
                 Some("obj") => Ok(obj.as_bytes().to_vec()),
                 Some("mtl") => Ok(mtl.as_bytes().to_vec()),
                 _ => Err(io::ErrorKind::NotFound.into()),

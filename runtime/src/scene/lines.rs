@@ -1,22 +1,32 @@
 //! Words with positions: OBJ and MTL are lines of words, `#` starts a comment, and a backslash
 //! before the line break continues a line.
 
+use std::borrow::Cow;
+
 use srp_archdesc::diagnostic::{Diagnostic, Severity, Span};
 
 /// Most messages kept about one file; further ones are only counted.
 pub(super) const MAX_MESSAGES: usize = 20;
 
+/// Words of a line that are kept, so that a line as long as a file takes no memory: more than any
+/// statement has.
+const MAX_WORDS: usize = 2048;
+
 /// A text with continued lines joined: the same bytes at the same offsets, backslash and line
 /// break replaced by blanks.
-pub(super) fn join_continued(text: &str) -> String {
-    text.replace("\\\r\n", "   ").replace("\\\n", "  ")
+pub(super) fn join_continued(text: &str) -> Cow<'_, str> {
+    let is_continued = |end: &str| text.contains(end);
+    match is_continued("\\\n") || is_continued("\\\r\n") {
+        true => Cow::Owned(text.replace("\\\r\n", "   ").replace("\\\n", "  ")),
+        false => Cow::Borrowed(text),
+    }
 }
 
 /// One line that says something.
 pub(super) struct Line<'a> {
     /// Its first word.
     pub(super) key: Word<'a>,
-    /// The others.
+    /// The others, no more than [`MAX_WORDS`].
     pub(super) words: Vec<Word<'a>>,
     /// The rest of the line after the first word, without the blanks round it.
     pub(super) rest: Word<'a>,
@@ -66,6 +76,7 @@ pub(super) fn lines(text: &str) -> impl Iterator<Item = Line<'_>> {
             },
             words: rest
                 .split_whitespace()
+                .take(MAX_WORDS)
                 .map(|w| Word {
                     text: w,
                     start: at + offset_in(line, w),

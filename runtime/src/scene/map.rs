@@ -1,5 +1,7 @@
 //! The texture statements of an MTL file: `map_Kd`, `map_Ks` and `map_d` with their options.
 
+use std::rc::Rc;
+
 use srp_archdesc::diagnostic::{Diagnostic, Span};
 
 use super::lines::{Findings, Line, Word, join_continued, lines};
@@ -7,7 +9,7 @@ use super::lines::{Findings, Line, Word, join_continued, lines};
 /// One texture of a material.
 pub(super) struct Statement {
     /// The material's name.
-    pub(super) material: String,
+    pub(super) material: Rc<str>,
     /// `map_Kd`, `map_Ks` or `map_d`.
     pub(super) keyword: String,
     /// The file, as it is written.
@@ -78,14 +80,14 @@ pub(super) fn file<'a>(line: &Line<'a>) -> Option<&'a str> {
 pub(super) fn statements(library: &str, text: &str, findings: &mut Findings) -> Vec<Statement> {
     let joined = join_continued(text);
     let mut statements = Vec::new();
-    let mut material = String::new();
+    let mut material: Rc<str> = Rc::from("");
     for line in lines(&joined) {
         let keyword = line.key.text;
         let warning = |message: String, span: Span, label: &str| {
             Diagnostic::warning("R0213", library, message).at(span, label)
         };
         match keyword {
-            "newmtl" => material = line.rest.text.to_owned(),
+            "newmtl" => material = Rc::from(line.rest.text),
             "map_Kd" | "map_Ks" | "map_d" => {
                 let (options, file) = parts(&line);
                 let mut clamp = false;

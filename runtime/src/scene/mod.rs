@@ -8,6 +8,7 @@ pub mod camera;
 pub mod demo;
 mod light;
 mod lines;
+mod load;
 mod map;
 mod mtl;
 mod obj;
@@ -23,6 +24,7 @@ use serde::Serialize;
 
 pub use camera::Camera;
 pub use light::default_lights;
+pub use load::{Load, Part};
 pub use options::{MAX_BOUNCES, MAX_LIGHTS, MAX_SAMPLES, Options};
 pub use read::{Loaded, read};
 pub use surface::{Fresnel, Surface};
@@ -34,6 +36,9 @@ pub const MAX_COORDINATE: f32 = 1e18;
 
 /// Most triangles of a scene: as many as fit in system memory beside everything else.
 pub const MAX_TRIANGLES: usize = 4 << 20;
+
+/// Most materials of a scene, and of one library.
+pub const MAX_MATERIALS: usize = 1 << 16;
 
 /// A scene to render.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -4,14 +4,16 @@
 //! file name, and has no line numbers. It gets a plain rewriting with complete colours and bare
 //! texture names.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use srp_archdesc::diagnostic::{Diagnostic, Span};
 
-use super::Origin;
 use super::lines::{Findings, Line, join_continued, lines, number, numbers};
-use super::map;
+use super::{MAX_MATERIALS, Origin, map};
+
+/// Longest name of a material, in bytes.
+const MAX_NAME: usize = 1024;
 
 /// Checks `text` line by line; mistakes go to `findings`. Returns the rewriting for `tobj`, and by
 /// name where each material is defined.
@@ -31,7 +33,8 @@ pub(super) fn check(
         file,
         findings,
         plain: String::with_capacity(text.len()),
-        names: Vec::new(),
+        names: BTreeSet::new(),
+        name: None,
         origins: BTreeMap::new(),
         clear: BTreeMap::new(),
     };
@@ -50,7 +53,10 @@ struct Reader<'a> {
     file: &'a str,
     findings: &'a mut Findings,
     plain: String,
-    names: Vec<String>,
+    /// The names of the materials.
+    names: BTreeSet<String>,
+    /// The name of the material in hand.
+    name: Option<String>,
     origins: BTreeMap<String, Origin>,
     /// Materials that let light through without bending it, each with where `illum` says so.
     clear: BTreeMap<String, (Span, String)>,
@@ -62,7 +68,7 @@ impl Reader<'_> {
         if key == "newmtl" {
             return self.new_material(line);
         }
-        if self.names.is_empty() {
+        if self.name.is_none() {
             self.error(line, "R0202", format!("`{key}` before the first `newmtl`"));
             return;
         }
@@ -83,7 +89,7 @@ impl Reader<'_> {
 
     /// Keeps where the material in hand and its statements stand.
     fn remember(&mut self, line: &Line<'_>, number: u32) {
-        let Some(name) = self.names.last() else {
+        let Some(name) = &self.name else {
             return;
         };
         if line.key.text == "newmtl" {
@@ -129,7 +135,15 @@ impl Reader<'_> {
         if name.is_empty() {
             return self.error(line, "R0201", "`newmtl` without a name".to_owned());
         }
-        if self.names.iter().any(|n| n == name) {
+        if name.len() > MAX_NAME {
+            let message = format!("the name of a material is longer than {MAX_NAME} bytes");
+            return self.error(line, "R0216", message);
+        }
+        if self.names.len() == MAX_MATERIALS {
+            let message = format!("more than {MAX_MATERIALS} materials");
+            return self.error(line, "R0217", message);
+        }
+        if !self.names.insert(name.to_owned()) {
             self.findings.push(
                 Diagnostic::warning(
                     "R0203",
@@ -139,7 +153,7 @@ impl Reader<'_> {
                 .at(line.rest.span(), "the later definition counts"),
             );
         }
-        self.names.push(name.to_owned());
+        self.name = Some(name.to_owned());
         self.plain(format_args!("newmtl {name}"));
     }
 
@@ -231,7 +245,7 @@ impl Reader<'_> {
         match line.words[..] {
             [word] if word.text.parse::<u8>().is_ok_and(|i| i <= 10) => {
                 self.plain(format_args!("illum {}", word.text));
-                if let Some(name) = self.names.last().cloned() {
+                if let Some(name) = self.name.clone() {
                     match word.text {
                         "4" | "9" => {
                             let illum = (line.span(), word.text.to_owned());

@@ -6,15 +6,22 @@
 //! comments, no continued lines, only elements that a scene is made of. What a face gives is
 //! remembered beside it, in the order of the triangles that `tobj` makes of it.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use srp_archdesc::diagnostic::{Diagnostic, Span};
 
 use super::lines::{Findings, Line, Word, join_continued, lines, number, numbers};
-use super::{MAX_COORDINATE, MAX_TRIANGLES};
+use super::{MAX_COORDINATE, MAX_MATERIALS, MAX_TRIANGLES};
 
 /// Most corners of one face.
 const MAX_CORNERS: usize = 1024;
+
+/// Most lines that name libraries of materials.
+const MAX_LIBRARIES: usize = 1024;
+
+/// Most vertices, and most of what else a corner names: three for every triangle.
+const MAX_ELEMENTS: usize = 3 * MAX_TRIANGLES;
 
 /// An OBJ file, checked.
 pub(super) struct Checked {
@@ -49,6 +56,7 @@ pub(super) fn check(file: &str, text: &str, findings: &mut Findings) -> Checked 
         texcoords: 0,
         normals: 0,
         material: None,
+        names: BTreeMap::new(),
         checked: Checked {
             plain: String::with_capacity(text.len()),
             gives: Vec::new(),
@@ -84,6 +92,8 @@ struct Reader<'a> {
     texcoords: usize,
     normals: usize,
     material: Option<u32>,
+    /// The indices of names in [`Checked::used`].
+    names: BTreeMap<String, u32>,
     checked: Checked,
 }
 
@@ -162,8 +172,20 @@ impl Reader<'_> {
         Some(values)
     }
 
+    /// True where there is room for one more of `count` elements, of which there may be `most`.
+    fn has_room(&mut self, line: &Line<'_>, count: usize, most: usize) -> bool {
+        if count >= most {
+            let message = format!("more than {most} elements `{}`", line.key.text);
+            self.error("R0119", message, line.span(), "the limit is reached here");
+        }
+        count < most
+    }
+
     /// x y z, an optional w, or an optional colour, which is not used.
     fn vertex(&mut self, line: &Line<'_>) {
+        if !self.has_room(line, self.vertices.len(), MAX_ELEMENTS) {
+            return;
+        }
         let mut position = [0.0; 3];
         if let Some(values) = self.numbers(line, 3, 7) {
             let w = if values.len() == 4 { values[3] } else { 1.0 };
@@ -187,6 +209,9 @@ impl Reader<'_> {
     }
 
     fn texcoord(&mut self, line: &Line<'_>) {
+        if !self.has_room(line, self.texcoords, MAX_ELEMENTS) {
+            return;
+        }
         let values = self.numbers(line, 1, 3).unwrap_or_default();
         let u = values.first().copied().unwrap_or(0.0);
         let v = values.get(1).copied().unwrap_or(0.0);
@@ -195,6 +220,9 @@ impl Reader<'_> {
     }
 
     fn normal(&mut self, line: &Line<'_>) {
+        if !self.has_room(line, self.normals, MAX_ELEMENTS) {
+            return;
+        }
         let values = self.numbers(line, 3, 3).unwrap_or(vec![0.0; 3]);
         self.normals += 1;
         let (x, y, z) = (values[0], values[1], values[2]);
@@ -207,15 +235,12 @@ impl Reader<'_> {
 
     fn face(&mut self, line: &Line<'_>) {
         if line.words.len() < 3 || line.words.len() > MAX_CORNERS {
-            self.error(
-                "R0107",
-                format!(
-                    "face of {} corners instead of 3 to {MAX_CORNERS}",
-                    line.words.len()
-                ),
-                line.span(),
-                "",
-            );
+            let corners = match line.words.len() {
+                n if n > MAX_CORNERS => format!("more than {MAX_CORNERS}"),
+                n => n.to_string(),
+            };
+            let message = format!("face of {corners} corners instead of 3 to {MAX_CORNERS}");
+            self.error("R0107", message, line.span(), "");
             return;
         }
         let before = self.findings.errors;
@@ -344,12 +369,14 @@ impl Reader<'_> {
             self.error("R0113", message, line.key.span(), "");
             return;
         }
-        let known = self.checked.used.iter().position(|(n, _)| n == name);
-        let index = known.unwrap_or_else(|| {
+        if let Some(known) = self.names.get(name) {
+            self.material = Some(*known);
+        } else if self.has_room(line, self.names.len(), MAX_MATERIALS) {
+            let next = self.checked.used.len() as u32;
+            self.names.insert(name.to_owned(), next);
             self.checked.used.push((name.to_owned(), line.rest.span()));
-            self.checked.used.len() - 1
-        });
-        self.material = Some(index as u32);
+            self.material = Some(next);
+        }
     }
 
     fn library(&mut self, line: &Line<'_>) {
@@ -358,8 +385,9 @@ impl Reader<'_> {
             self.error("R0114", message, line.key.span(), "");
             return;
         }
-        self.checked
-            .libraries
-            .push((line.rest.text.to_owned(), line.rest.span()));
+        if self.has_room(line, self.checked.libraries.len(), MAX_LIBRARIES) {
+            let name = line.rest.text.to_owned();
+            self.checked.libraries.push((name, line.rest.span()));
+        }
     }
 }

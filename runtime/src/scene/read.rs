@@ -1,6 +1,6 @@
 //! From an OBJ file and its material libraries to a [`Scene`].
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::Path;
 
@@ -8,6 +8,7 @@ use glam::{Vec2, Vec3};
 use srp_archdesc::diagnostic::{Diagnostic, Messages, Source};
 
 use super::lines::Findings;
+use super::load::{Load, Part};
 use super::obj::{self, Checked};
 use super::texture::{Channel, Map, Pictures, Texture};
 use super::{Camera, Material, Options, Origin, Scene, Triangle, bounds, default_lights, map, mtl};
@@ -20,6 +21,12 @@ const BACKGROUND: [f32; 3] = [0.66, 0.9, 1.36];
 
 /// Most bytes of a scene file: positions in it are counted with 32 bits.
 const MAX_FILE_BYTES: usize = 1 << 30;
+
+/// Most bytes of all libraries of materials together.
+const MAX_LIBRARY_BYTES: usize = 64 << 20;
+
+/// Most libraries that one line names.
+const MAX_LIBRARIES: usize = 16;
 
 /// A scene, and the doubts about its files.
 #[derive(Clone, Debug)]
@@ -48,14 +55,10 @@ fn add(messages: &mut Messages, findings: Findings, name: &str, text: String) {
 /// The camera looks at
 /// the whole scene from its upper right front, unless `camera` is given; the light follows
 /// [`default_lights`].
-pub fn read(
-    path: &Path,
-    camera: Option<Camera>,
-    load: &mut dyn FnMut(&Path) -> io::Result<Vec<u8>>,
-) -> Result<Loaded, Messages> {
+pub fn read(path: &Path, camera: Option<Camera>, load: &mut Load<'_>) -> Result<Loaded, Messages> {
     let name = path.display().to_string();
     let mut messages = Messages::default();
-    let text = match load(path) {
+    let text = match load(path, Part::Geometry) {
         Ok(bytes) => into_text(bytes),
         Err(why) => {
             let message = format!("cannot read the scene: {why}");
@@ -110,8 +113,18 @@ pub fn read(
     })
 }
 
+/// Bytes as text; a question mark stands for each that is no part of one.
 fn into_text(bytes: Vec<u8>) -> String {
-    String::from_utf8(bytes).unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned())
+    String::from_utf8(bytes).unwrap_or_else(|e| {
+        let mut bytes = e.into_bytes();
+        let mut done = 0;
+        while let Err(e) = std::str::from_utf8(&bytes[done..]) {
+            let wrong = done + e.valid_up_to();
+            done = (wrong + e.error_len().unwrap_or(1)).min(bytes.len());
+            bytes[wrong..done].fill(b'?');
+        }
+        String::from_utf8(bytes).expect("all that was not UTF-8 is replaced")
+    })
 }
 
 /// The materials of the libraries by name, with their pictures; `complete` where all libraries could
@@ -127,7 +140,7 @@ fn libraries(
     checked: &Checked,
     findings: &mut Findings,
     messages: &mut Messages,
-    load: &mut dyn FnMut(&Path) -> io::Result<Vec<u8>>,
+    load: &mut Load<'_>,
 ) -> Found {
     let mut found = Found {
         materials: BTreeMap::new(),
@@ -135,30 +148,40 @@ fn libraries(
         complete: true,
     };
     let beside = |name: &str| path.parent().unwrap_or(Path::new("")).join(name);
-    let mut seen: Vec<&str> = Vec::new();
+    let mut seen: BTreeSet<&str> = BTreeSet::new();
+    let mut room = MAX_LIBRARY_BYTES;
     for (given, span) in &checked.libraries {
+        if seen.contains(given.as_str()) {
+            continue;
+        }
         // A name may contain blanks; a line may also name several files.
-        let names: Vec<&str> = match load(&beside(given)) {
-            Ok(_) => vec![given.as_str()],
-            Err(_) => given.split_whitespace().collect(),
+        let whole = load(&beside(given), Part::Materials);
+        let loaded: Vec<(&str, io::Result<Vec<u8>>)> = match whole {
+            Err(_) if given.contains(char::is_whitespace) => (given.split_whitespace())
+                .take(MAX_LIBRARIES)
+                .map(|name| (name, load(&beside(name), Part::Materials)))
+                .collect(),
+            whole => vec![(given, whole)],
         };
-        for name in names {
-            if seen.contains(&name) {
+        for (name, bytes) in loaded {
+            if !seen.insert(name) {
                 continue;
             }
-            seen.push(name);
-            let at = beside(name);
-            match load(&at) {
-                Ok(bytes) => library(&at, into_text(bytes), &mut found, messages, load),
-                Err(why) => {
-                    found.complete = false;
-                    let message = format!("cannot read the material library `{name}`: {why}");
-                    findings.push(
-                        Diagnostic::warning("R0116", &path.display().to_string(), message)
-                            .at(*span, "its materials are grey"),
-                    );
+            let why = match bytes {
+                Ok(bytes) if bytes.len() <= room => {
+                    room -= bytes.len();
+                    library(&beside(name), into_text(bytes), &mut found, messages, load);
+                    continue;
                 }
-            }
+                Ok(_) => "all libraries together are larger than 64 MiB".to_owned(),
+                Err(why) => why.to_string(),
+            };
+            found.complete = false;
+            let message = format!("cannot read the material library `{name}`: {why}");
+            findings.push(
+                Diagnostic::warning("R0116", &path.display().to_string(), message)
+                    .at(*span, "its materials are grey"),
+            );
         }
     }
     found
@@ -169,7 +192,7 @@ fn library(
     text: String,
     found: &mut Found,
     messages: &mut Messages,
-    load: &mut dyn FnMut(&Path) -> io::Result<Vec<u8>>,
+    load: &mut Load<'_>,
 ) {
     let name = &path.display().to_string();
     let mut findings = Findings::new();
@@ -199,16 +222,10 @@ fn library(
 }
 
 /// Gives the materials of a library their textures.
-fn maps(
-    path: &Path,
-    text: &str,
-    found: &mut Found,
-    findings: &mut Findings,
-    load: &mut dyn FnMut(&Path) -> io::Result<Vec<u8>>,
-) {
+fn maps(path: &Path, text: &str, found: &mut Found, findings: &mut Findings, load: &mut Load<'_>) {
     let library = path.display().to_string();
     for statement in map::statements(&library, text, findings) {
-        let Some(material) = found.materials.get_mut(&statement.material) else {
+        let Some(material) = found.materials.get_mut(&*statement.material) else {
             continue;
         };
         let (place, channel) = match statement.keyword.as_str() {

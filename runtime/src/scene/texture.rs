@@ -1,10 +1,14 @@
 //! Pictures that surfaces are covered with, as the texture unit reads them.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::{fmt, io};
 
 use image::ImageReader;
 use serde::Serialize;
+
+use super::load::{Load, Part};
+use crate::memory::MAX_BYTES;
 
 /// Largest width and height of a picture, in texels.
 pub const MAX_TEXTURE_SIDE: u32 = 16384;
@@ -68,11 +72,18 @@ pub struct Map {
     pub clamp: bool,
 }
 
+/// Most texels of all pictures of a scene: half of system memory.
+const MAX_TEXELS: u64 = MAX_BYTES as u64 / 8;
+
+/// Most bytes that decoding a picture may take besides its texels.
+const MAX_DECODING: u64 = 1 << 30;
+
 /// Why a picture cannot be used.
 #[derive(Debug)]
 pub(super) enum TextureError {
     Missing(io::Error),
     Picture(image::ImageError),
+    TooMany,
 }
 
 impl fmt::Display for TextureError {
@@ -80,6 +91,12 @@ impl fmt::Display for TextureError {
         match self {
             TextureError::Missing(why) => why.fmt(f),
             TextureError::Picture(why) => why.fmt(f),
+            TextureError::TooMany => {
+                write!(
+                    f,
+                    "all pictures together have more than {MAX_TEXELS} texels"
+                )
+            }
         }
     }
 }
@@ -87,39 +104,63 @@ impl fmt::Display for TextureError {
 /// The pictures read so far, each once for each use of its channels.
 #[derive(Debug, Default)]
 pub(super) struct Pictures {
-    read: Vec<(PathBuf, Channel)>,
+    /// The index of each, or why it cannot be used.
+    read: BTreeMap<(PathBuf, Channel), Result<u32, String>>,
+    texels: u64,
     pub(super) textures: Vec<Texture>,
 }
 
 impl Pictures {
-    /// The index of the picture at `path`.
+    /// The index of the picture at `path`, or why it cannot be used.
     pub(super) fn read(
         &mut self,
         path: &Path,
         channel: Channel,
-        load: &mut dyn FnMut(&Path) -> io::Result<Vec<u8>>,
-    ) -> Result<u32, TextureError> {
+        load: &mut Load<'_>,
+    ) -> Result<u32, String> {
         let key = (path.to_owned(), channel);
-        if let Some(known) = self.read.iter().position(|read| *read == key) {
-            return Ok(known as u32);
+        if let Some(known) = self.read.get(&key) {
+            return known.clone();
         }
-        let bytes = load(path).map_err(TextureError::Missing)?;
-        let texture = decode(&path.display().to_string(), &bytes, channel);
-        self.textures.push(texture.map_err(TextureError::Picture)?);
-        self.read.push(key);
-        Ok(self.read.len() as u32 - 1)
+        let read = self.add(path, channel, load).map_err(|e| e.to_string());
+        self.read.insert(key, read.clone());
+        read
+    }
+
+    fn add(
+        &mut self,
+        path: &Path,
+        channel: Channel,
+        load: &mut Load<'_>,
+    ) -> Result<u32, TextureError> {
+        let bytes = load(path, Part::Picture).map_err(TextureError::Missing)?;
+        let name = path.display().to_string();
+        let texture = decode(&name, &bytes, channel, MAX_TEXELS - self.texels)?;
+        self.texels += texture.texels.len() as u64;
+        self.textures.push(texture);
+        Ok(self.textures.len() as u32 - 1)
     }
 }
 
-/// The picture in a png or jpg file.
-fn decode(name: &str, bytes: &[u8], channel: Channel) -> Result<Texture, image::ImageError> {
-    let mut reader = ImageReader::new(io::Cursor::new(bytes)).with_guessed_format()?;
-    let mut limits = image::Limits::default();
-    limits.max_image_width = Some(MAX_TEXTURE_SIDE);
-    limits.max_image_height = Some(MAX_TEXTURE_SIDE);
-    limits.max_alloc = Some(2 << 30);
-    reader.limits(limits);
-    let picture = reader.decode()?;
+/// The picture in a png or jpg file, if it has no more than so many texels. These are counted before anything is
+/// decoded: a few bytes can stand for a picture of any size.
+fn decode(name: &str, bytes: &[u8], channel: Channel, most: u64) -> Result<Texture, TextureError> {
+    let wrong = |e: io::Error| TextureError::Picture(e.into());
+    let reader = || {
+        let reader = ImageReader::new(io::Cursor::new(bytes));
+        let mut reader = reader.with_guessed_format().map_err(wrong)?;
+        let mut limits = image::Limits::default();
+        limits.max_image_width = Some(MAX_TEXTURE_SIDE);
+        limits.max_image_height = Some(MAX_TEXTURE_SIDE);
+        limits.max_alloc = Some(MAX_DECODING);
+        reader.limits(limits);
+        Ok(reader)
+    };
+    let (width, height) = (reader()?.into_dimensions()).map_err(TextureError::Picture)?;
+    if u64::from(width) * u64::from(height) > most {
+        return Err(TextureError::TooMany);
+    }
+    let picture = reader()?.decode().map_err(TextureError::Picture)?;
     let has_alpha = picture.color().has_alpha();
     let picture = picture.into_rgba8();
     let word = |pixel: &image::Rgba<u8>| {
@@ -135,13 +176,14 @@ fn decode(name: &str, bytes: &[u8], channel: Channel) -> Result<Texture, image::
         u32::from_le_bytes([r, g, b, alpha])
     };
     let (width, height) = picture.dimensions();
-    let rows = picture.rows().rev();
+    let mut texels = Vec::with_capacity(width as usize * height as usize);
+    for row in picture.rows().rev() {
+        texels.extend(row.map(word));
+    }
     Ok(Texture {
         name: name.to_owned(),
         width,
         height,
-        texels: rows
-            .flat_map(|row| row.map(word).collect::<Vec<_>>())
-            .collect(),
+        texels,
     })
 }

@@ -99,7 +99,7 @@ pub(crate) fn shared_scene(path: &str) -> Option<Scene> {
         println!("skipped: {} is absent", scenes.display());
         return None;
     }
-    let mut load = |path: &std::path::Path| std::fs::read(path);
+    let mut load = |path: &std::path::Path, _| std::fs::read(path);
     match scene::read(&scenes.join(path), None, &mut load) {
         Ok(loaded) => Some(loaded.scene),
         Err(messages) => panic!("{messages}"),

@@ -6,6 +6,7 @@ mod text;
 
 use crate::cli::Accuracy as Args;
 use crate::failure::Failure;
+use crate::files::Kind;
 use crate::{files, interrupt, talk};
 use serde::Serialize;
 use srp_studies::kernel::{self, Report, Studied};
@@ -24,7 +25,7 @@ struct Reports<'a> {
 pub(super) fn run(path: &Path, args: &Args, session: &Session<'_>) -> Result<(), Failure> {
     let arch = machine::read(&args.frame.machine.machine)?;
     let study = args.study(arch)?;
-    let source = files::read_source(path)?;
+    let source = files::read_source(path, Kind::Source)?;
     if let Some(folder) = &args.output {
         files::make_folder(folder)?;
         files::check_writable(&folder.join("report.html"))?;

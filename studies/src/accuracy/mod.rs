@@ -307,6 +307,7 @@ impl<'a> Bench<'a> {
             watch: &unstaged,
             threads: self.session.threads,
             cache: Arc::clone(&self.session.cache),
+            outside: self.session.outside,
             builder: None,
         };
         let trial = |(): &mut (), i: usize| {
@@ -380,6 +381,7 @@ impl<'a> Bench<'a> {
             watch: &unstaged,
             threads: 1,
             cache: Arc::clone(&self.session.cache),
+            outside: self.session.outside,
             builder: None,
         };
         let frame = setting.applied(self.base).frame(self.frame);

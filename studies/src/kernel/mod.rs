@@ -340,6 +340,7 @@ impl<'a> Bench<'a> {
             watch: &unstaged,
             threads: 1,
             cache: Arc::clone(&self.session.cache),
+            outside: self.session.outside,
             builder: None,
         };
         let trial = |(): &mut (), i: usize| {

@@ -93,6 +93,7 @@ impl<'a> Bench<'a> {
             watch,
             threads: 1,
             cache: self.host.cache.clone(),
+            outside: self.host.outside,
             builder: None,
         };
         let start = watch.elapsed();

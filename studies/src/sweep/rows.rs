@@ -188,7 +188,7 @@ impl Folder {
     /// It is the folder of no sweep, or cannot be read.
     pub fn known(&self) -> Result<Known, Error> {
         let path = self.path("plan.toml");
-        let text = files::read_text(&path).map_err(|e| {
+        let text = files::read_text(&path, files::Kind::Plan).map_err(|e| {
             Error::Invalid(format!(
                 "{e}: is {} the folder of a sweep?",
                 self.0.display()
@@ -196,7 +196,7 @@ impl Folder {
         })?;
         let plan = PlanFile::parse(&path.display().to_string(), &text, &self.0)?;
         let points = self.path("points.json");
-        let jobs: Vec<Job> = serde_json::from_str(&files::read_text(&points)?)
+        let jobs: Vec<Job> = serde_json::from_str(&files::read_text(&points, files::Kind::Rows)?)
             .map_err(|e| Error::Invalid(format!("{}: {e}", points.display())))?;
         let rows = self.rows()?;
         let known = jobs

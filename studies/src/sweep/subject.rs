@@ -121,7 +121,9 @@ pub(super) fn digest_of_sources(paths: &[PathBuf]) -> Result<String, Error> {
     all.dedup();
     let mut key = Key::of(Kind::Trials);
     for path in all {
-        key = key.text(&files::read_text(&path).map_err(srp_toolchain::Error::from)?);
+        key = key.text(
+            &files::read_text(&path, files::Kind::Source).map_err(srp_toolchain::Error::from)?,
+        );
     }
     Ok(key.finish().to_string())
 }
