@@ -44,7 +44,7 @@ pub(crate) fn run(args: &Dram) -> Result<(), Failure> {
     let spec = memory(args)?;
     let source = files::read_source(path, Kind::Trace)?;
     let bytes = trace::default_bytes(&spec);
-    let offers = trace::parse(&source.name, &source.text, bytes).map_err(|errors| {
+    let requests = trace::parse(&source.name, &source.text, bytes).map_err(|errors| {
         Failure::Reported(diagnostic::render_all(
             &errors,
             &source.text,
@@ -52,8 +52,8 @@ pub(crate) fn run(args: &Dram) -> Result<(), Failure> {
         ))
     })?;
     let mut device = dram::device(&spec);
-    let replay = trace::replay(device.as_mut(), &offers, args.cycles);
-    let summary = summary(source.name, offers.len() as u64, replay, &spec);
+    let replay = trace::replay(device.as_mut(), requests.offers(), args.cycles);
+    let summary = summary(source.name, requests.requests() as u64, replay, &spec);
     let out = match args.json {
         true => serde_json::to_string_pretty(&summary).map_err(Failure::message)? + "\n",
         false => text(&summary),

@@ -7,10 +7,12 @@ use crate::profile::Target;
 use crate::{compile, diagnostics, interrupt, refused_kernel, report, talk};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::Entity;
+use srp_archdesc::isa::Space;
+use srp_archdesc::ops::Value;
 use srp_archdesc::watch::{Event, Watch};
 use srp_ir::dre::scheduled::ScheduledDre;
 use srp_ir::dre::{self, Dre};
-use srp_ir::interp::{self, FlatWorld};
+use srp_ir::interp::{self, FlatWorld, PortOut, World};
 use srp_ir::layout::Layout;
 use srp_ir::program::{Kernel, Program};
 use srp_runtime::solo::{self, Finish, Solo, SoloError};
@@ -144,6 +146,42 @@ impl Watch for Printing {
     }
 }
 
+/// A world without time whose text appears as the program prints it, and which ends where nobody reads it.
+struct Printer<'a> {
+    world: FlatWorld,
+    printing: &'a Printing,
+}
+
+/// Bytes of text that are printed together.
+const PRINTED: usize = 1 << 12;
+
+impl World for Printer<'_> {
+    fn load(&mut self, space: Space, address: u32, bytes: u32) -> Option<Value> {
+        self.world.load(space, address, bytes)
+    }
+
+    fn store(&mut self, space: Space, address: u32, bytes: u32, value: Value) -> Option<()> {
+        self.world.store(space, address, bytes, value)
+    }
+
+    fn port_in(&mut self, port: u32) -> Option<u32> {
+        self.world.port_in(port)
+    }
+
+    fn port_out(&mut self, port: u32, value: u32) -> PortOut {
+        let taken = self.world.port_out(port, value);
+        if self.world.output.len() < PRINTED {
+            return taken;
+        }
+        self.printing.printed(&self.world.output);
+        self.world.output.clear();
+        match self.printing.cancelled() {
+            true => PortOut::Exit(0),
+            false => taken,
+        }
+    }
+}
+
 /// Why an engine and a profile do not go together.
 pub(crate) const COUNTS: &str =
     "a profile is counted by the interpreter: leave --engine out, or give --engine interp";
@@ -207,7 +245,11 @@ fn interpret(
     };
     let layout = Layout::of(&dre.control, arch.system.sram_bytes).map_err(Failure::message)?;
     let main = dre.control.main.ok_or(Error::NoMain)?;
-    let mut world = FlatWorld::new(&layout, arch.system.sram_bytes);
+    let printing = Printing::default();
+    let mut world = Printer {
+        world: FlatWorld::new(&layout, arch.system.sram_bytes),
+        printing: &printing,
+    };
     let options = interp::Options {
         precision,
         steps: limit,
@@ -219,7 +261,10 @@ fn interpret(
     let zero = |&v: &_| srp_ir::program::Bits::zero(dre.control.funcs[main].values[v]);
     let args: Vec<_> = zeros.map(zero).collect();
     let outcome = dre::run(&dre, main, &args, &mut world, &options);
-    talk::print(&world.output)?;
+    printing.end(&world.world.output)?;
+    if printing.is_unread() {
+        return Ok(0);
+    }
     let outcome = outcome.map_err(|trap| Failure::Message(trap.show(&dre.control)))?;
     talk::say(format_args!("{} steps", outcome.profile.steps));
     Ok(outcome.status())

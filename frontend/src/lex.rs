@@ -164,10 +164,11 @@ fn continues_ident(c: char) -> bool {
     c.is_alphanumeric() || c == '_' || c == '$'
 }
 
-/// The tokens of a file.
+/// The tokens of a file, no more than `most` of them.
 pub(crate) fn lex(
     sources: &SourceMap,
     file: SourceFile,
+    most: usize,
     names: &mut Interner,
     messages: &mut Messages,
 ) -> Vec<PpToken> {
@@ -178,7 +179,7 @@ pub(crate) fn lex(
     };
     let mut tokens = Vec::new();
     let (mut space, mut first) = (false, true);
-    while let Some(c) = cursor.peek() {
+    while let Some(c) = cursor.peek().filter(|_| tokens.len() < most) {
         let start = cursor.at;
         if c == '\n' {
             cursor.bump();
@@ -238,7 +239,7 @@ pub(crate) fn lex_fragment(text: &str, span: Span, names: &mut Interner) -> Vec<
     let Some(file) = sources.add(source) else {
         return Vec::new();
     };
-    let mut tokens = lex(&sources, file, names, &mut Messages::new());
+    let mut tokens = lex(&sources, file, usize::MAX, names, &mut Messages::new());
     for token in &mut tokens {
         token.span = span;
         token.first = false;

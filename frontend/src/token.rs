@@ -2,7 +2,7 @@
 
 use crate::lex::{PpKind, PpToken};
 use crate::literal::{self, Literal};
-use crate::message::{LEXICAL, Messages, UNSUPPORTED};
+use crate::message::{LEXICAL, LIMIT, Messages, UNSUPPORTED};
 use crate::source::{Name, SourceMap};
 use srp_archdesc::diagnostic::Span;
 use std::rc::Rc;
@@ -108,6 +108,9 @@ pub struct Token {
     pub span: Span,
 }
 
+/// Most bytes of all string literals of a source: macros can make much of a few.
+const MAX_STRINGS: usize = 64 << 20;
+
 /// The tokens of the grammar that these preprocessing tokens are.
 pub(crate) fn tokens(
     input: Vec<PpToken>,
@@ -115,40 +118,74 @@ pub(crate) fn tokens(
     messages: &mut Messages,
 ) -> Vec<Token> {
     let mut out: Vec<Token> = Vec::with_capacity(input.len());
+    let mut strings: Option<Strings> = None;
+    let mut room = MAX_STRINGS;
     for pp in input {
         if &*pp.text == "__extension__" {
             continue;
         }
-        let tok = token(&pp, sources, messages);
-        match out
-            .last_mut()
-            .and_then(|last| Some((joined(&last.tok, &tok)?, last)))
-        {
-            Some((joined, last)) => {
-                last.tok = joined;
-                if pp.span.end >= last.span.start {
-                    last.span = last.span.to(pp.span);
-                }
+        if pp.kind == PpKind::Str {
+            if pp.text.len() > room {
+                let text = format!(
+                    "string literals come to more than {} MiB",
+                    MAX_STRINGS >> 20
+                );
+                messages.push(sources.error(LIMIT, pp.span, text, ""));
+                return Vec::new();
             }
-            None => out.push(Token { tok, span: pp.span }),
+            room -= pp.text.len();
         }
+        let tok = token(&pp, sources, messages);
+        if let Tok::Str(_) | Tok::WideStr(_) = tok {
+            let strings = strings.get_or_insert_with(|| Strings::at(pp.span));
+            strings.add(&tok, pp.span);
+            continue;
+        }
+        out.extend(strings.take().map(Strings::token));
+        out.push(Token { tok, span: pp.span });
     }
+    out.extend(strings.map(Strings::token));
     out
 }
 
-/// The string that two neighbours make.
-fn joined(before: &Tok, after: &Tok) -> Option<Tok> {
-    let wide = |tok: &Tok| match tok {
-        Tok::Str(bytes) => Some(bytes.iter().map(|&b| u32::from(b)).collect::<Vec<_>>()),
-        Tok::WideStr(chars) => Some(chars.to_vec()),
-        _ => None,
-    };
-    match (before, after) {
-        (Tok::Str(a), Tok::Str(b)) => Some(Tok::Str(a.iter().chain(b.iter()).copied().collect())),
-        _ => {
-            let (mut all, more) = (wide(before)?, wide(after)?);
-            all.extend(more);
-            Some(Tok::WideStr(all.into()))
+/// Neighbouring strings, which are one.
+struct Strings {
+    characters: Vec<u32>,
+    is_wide: bool,
+    span: Span,
+}
+
+impl Strings {
+    fn at(span: Span) -> Strings {
+        Strings {
+            characters: Vec::new(),
+            is_wide: false,
+            span,
+        }
+    }
+
+    fn add(&mut self, tok: &Tok, span: Span) {
+        match tok {
+            Tok::Str(bytes) => self.characters.extend(bytes.iter().map(|&b| u32::from(b))),
+            Tok::WideStr(characters) => {
+                self.characters.extend(characters.iter());
+                self.is_wide = true;
+            }
+            _ => {}
+        }
+        if span.end >= self.span.start {
+            self.span = self.span.to(span);
+        }
+    }
+
+    fn token(self) -> Token {
+        let tok = match self.is_wide {
+            true => Tok::WideStr(self.characters.into()),
+            false => Tok::Str(self.characters.iter().map(|&c| c as u8).collect()),
+        };
+        Token {
+            tok,
+            span: self.span,
         }
     }
 }

@@ -36,7 +36,7 @@ fn main() {
             let trace = random(count, gap);
             let mut device = dram::device(&preset.spec);
             let start = Instant::now();
-            let replay = trace::replay(device.as_mut(), &trace, None);
+            let replay = trace::replay(device.as_mut(), trace.iter().copied(), None);
             let seconds = start.elapsed().as_secs_f64();
             println!(
                 "{:18} a request every {gap:6} cycles: {:9.1} Mcycles/s, {:6.2} Mrequests/s",

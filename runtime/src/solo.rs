@@ -9,6 +9,9 @@ use std::collections::{BTreeMap, VecDeque};
 /// Where system memory begins.
 pub use crate::memory::BASE as SYSTEM_BASE;
 
+/// Words kept of those given to output ports, so that a program that writes for ever takes no memory.
+pub const MAX_KEPT: usize = 1 << 20;
+
 /// The surroundings of a core without a system. No access ever stalls.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Solo {
@@ -18,8 +21,11 @@ pub struct Solo {
     pub memory: Vec<u8>,
     /// Words that wait at input ports.
     pub inputs: BTreeMap<u32, VecDeque<u32>>,
-    /// Words given to output ports other than those of the standard output and the exit status.
+    /// Words given to output ports other than those of the standard output and the exit status: the first
+    /// [`MAX_KEPT`] of all.
     pub outputs: BTreeMap<u32, Vec<u32>>,
+    /// How many those are.
+    kept: usize,
     /// Bytes written to the standard output, as far as a [`Watch`] has not taken them.
     pub output: Vec<u8>,
     /// The status given to the exit port, which ends the program.
@@ -97,7 +103,11 @@ impl Bus for Solo {
         match port {
             ports::PUTCHAR => self.output.push(value as u8),
             ports::EXIT => self.exit = Some(value as i32),
-            _ => self.outputs.entry(port).or_default().push(value),
+            _ if self.kept < MAX_KEPT => {
+                self.kept += 1;
+                self.outputs.entry(port).or_default().push(value);
+            }
+            _ => {}
         }
         true
     }

@@ -371,7 +371,7 @@ fn a_program_that_prints_for_ever_is_read_as_it_runs() {
     let program =
         "#include <stdio.h>\nint main(void) { for (int i = 0;; i++) printf(\"line %d\\n\", i); }\n";
     write(&folder, "forever.c", program);
-    for engine in ["interp", "auto"] {
+    for engine in ["interp", "auto", "ir"] {
         let mut running = Command::new(env!("CARGO_BIN_EXE_srp"))
             .current_dir(&folder)
             .args(["run", "forever.c", "--engine", engine])

@@ -8,6 +8,7 @@ mod diff;
 mod fast_math;
 mod hard;
 mod inputs;
+mod limits;
 mod pragmas;
 mod report;
 mod sweep;

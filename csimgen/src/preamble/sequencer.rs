@@ -15,6 +15,10 @@ use super::core_border::{Activity, Bus, Run, TrapKind};
 use super::ops::V4;
 use super::saved::{Saved, Words, put_long};
 
+/// Most open calls. No stack in SRAM has room for so many, but a schedule that was written by hand may call itself
+/// without one.
+pub const MAX_OPEN_CALLS: usize = 1 << 20;
+
 /// The two engines' work, cycle by cycle.
 pub trait Datapath<B: ?Sized> {
     /// Issues a bundle; on `Err` it has had no effect, or the simulation is over.
@@ -205,11 +209,16 @@ impl Sequencer {
                 Err(Stop::Behind) => break,
             }
             self.issue.in_flight.tick(path);
+            let mut is_over = false;
             self.pc = match self.issue.next() {
                 None => self.pc.wrapping_add(1),
                 Some(transfer) => {
                     match transfer.kind {
                         TransferKind::Jump => {}
+                        TransferKind::Call { at } if self.calls.len() == MAX_OPEN_CALLS => {
+                            self.mode = Mode::Faulted(Fault::stack_overflow(at));
+                            is_over = true;
+                        }
                         TransferKind::Call { at } => self.calls.push(at),
                         TransferKind::Return => {
                             self.calls.pop();
@@ -231,7 +240,7 @@ impl Sequencer {
                 };
                 break;
             }
-            if stalled {
+            if stalled || is_over {
                 break;
             }
         }
@@ -379,6 +388,7 @@ impl Sequencer {
         };
         self.issue.restore(words)?;
         let calls = words.next_word()?;
+        (calls as usize <= MAX_OPEN_CALLS).then_some(())?;
         self.calls.clear();
         for _ in 0..calls {
             self.calls.push(words.next_word()?);

@@ -24,6 +24,9 @@ pub(crate) const MAX_INCLUDES: usize = 100;
 /// Tokens that one source file may come to, headers and macros expanded.
 pub(crate) const MAX_TOKENS: usize = 4_000_000;
 
+/// Bytes of a file that count as a token at least.
+const BYTES_OF_TOKEN: usize = 64;
+
 /// Macros that are always defined.
 const PREDEFINED: &[(&str, &str)] = &[
     ("__SRP__", "1"),
@@ -254,10 +257,18 @@ impl Preprocessor<'_> {
 
     /// Appends the tokens of a file to the output.
     fn file(&mut self, file: SourceFile) {
-        let tokens = lex(self.sources, file, &mut self.names, self.messages);
-        if let Some(first) = tokens.first() {
-            self.spend(tokens.len(), first.span);
-        }
+        let bytes = self.sources.text(file).len();
+        let tokens = lex(
+            self.sources,
+            file,
+            self.budget,
+            &mut self.names,
+            self.messages,
+        );
+        // A file without a token takes time to read, too, and may be included again and again.
+        let first = Span::point(self.sources.base(file));
+        let first = tokens.first().map_or(first, |first| first.span);
+        self.spend(tokens.len().max(bytes / BYTES_OF_TOKEN), first);
         let outer = self.sections.len();
         let mut text = Vec::new();
         let mut rest = tokens.into_iter().peekable();

@@ -15,6 +15,9 @@ use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Ty;
 use srp_archdesc::ops::Value;
 
+/// Most values of all open calls.
+const MAX_VALUES: usize = 1 << 24;
+
 /// A call in progress.
 struct Frame {
     func: Func,
@@ -127,7 +130,8 @@ impl<'a, W: World, O: Observer<W>> Machine<'a, W, O> {
 
     /// Opens a call with the values in `moving` as arguments; `sp` is the caller's.
     fn enter(&mut self, func: Func, sp: u32) -> Result<Frame, TrapKind> {
-        if self.callers.len() >= self.options.depth {
+        let values = self.values.len() + self.program.funcs[func].values.len();
+        if self.callers.len() >= self.options.depth || values > MAX_VALUES {
             return Err(TrapKind::StackOverflow);
         }
         let floor = self.code.layout.image.len() as u64;

@@ -10,6 +10,9 @@ use std::collections::{BTreeMap, VecDeque};
 /// Where system memory begins.
 pub const SYSTEM_BASE: u32 = 0x8000_0000;
 
+/// Words kept of those given to output ports, so that a program that writes for ever takes no memory.
+const MAX_KEPT: usize = 1 << 20;
+
 /// SRAM and system memory as byte arrays, and queues for the ports.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FlatWorld {
@@ -19,8 +22,10 @@ pub struct FlatWorld {
     pub memory: Vec<u8>,
     /// Words that wait at input ports.
     pub inputs: BTreeMap<u32, VecDeque<u32>>,
-    /// Words given to output ports, but characters and the exit status.
+    /// Words given to output ports, but characters and the exit status: the first [`MAX_KEPT`] of all.
     pub outputs: BTreeMap<u32, Vec<u32>>,
+    /// How many those are.
+    kept: usize,
     /// Characters given to [`ports::PUTCHAR`].
     pub output: Vec<u8>,
 }
@@ -79,7 +84,11 @@ impl World for FlatWorld {
         match port {
             ports::EXIT => return PortOut::Exit(value as i32),
             ports::PUTCHAR => self.output.push(value as u8),
-            _ => self.outputs.entry(port).or_default().push(value),
+            _ if self.kept < MAX_KEPT => {
+                self.kept += 1;
+                self.outputs.entry(port).or_default().push(value);
+            }
+            _ => {}
         }
         PortOut::Taken
     }

@@ -65,9 +65,9 @@ fn lpddr3_answers_as_dramsim3_does() {
     for r in REFERENCES {
         let path = folder.join(format!("{}.trace", r.name));
         let text = std::fs::read_to_string(&path).expect("a trace");
-        let offers = trace::parse(r.name, &text, 32).expect("a trace of requests");
+        let trace = trace::parse(r.name, &text, 32).expect("a trace of requests");
         let mut device = dram::device(&memory.spec);
-        let replay = trace::replay(device.as_mut(), &offers, Some(r.cycles));
+        let replay = trace::replay(device.as_mut(), trace.offers(), Some(r.cycles));
         let counters = &replay.counters;
         let activates: u64 = counters.channels.iter().map(|c| c.activates).sum();
         let hits: u64 = counters.channels.iter().map(|c| c.read_row_hits).sum();

@@ -8,13 +8,16 @@
 
 mod file;
 mod order;
+mod pixels;
 mod sample;
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
 use srp_runtime::scene::angle::turn;
+use srp_runtime::scene::camera::RayFan;
 use srp_runtime::scene::{Camera, Triangle};
 use srp_runtime::tni::Tracer;
 use srp_runtime::tni::arithmetic::ANY_HIT;
@@ -23,6 +26,7 @@ pub use srp_runtime::tni::arithmetic::Ray;
 
 pub use file::{MAX_RAYS, read};
 pub use order::Order;
+use pixels::Pixels;
 pub use sample::{MAX_RUN, Sampling};
 
 /// Rays that are put in order together.
@@ -54,23 +58,37 @@ pub enum Kind {
 }
 
 /// Rays of one view, or given ones: each is made when it is wanted, in the order of the pixels, and has a place in
-/// the [`Order`] of its [`BATCH`].
-pub struct Source {
+/// the [`Order`] of its [`BATCH`]. A view of any size takes a bit for each pixel at most.
+pub struct Source<'a> {
     order: Order,
-    made: Made,
+    made: Made<'a>,
 }
 
 /// The data that rays are made from.
-enum Made {
+enum Made<'a> {
     /// Nothing: they are there.
-    Given(Vec<Ray>),
-    /// The surfaces that are seen, in the order of the pixels.
-    Secondary(Box<Secondary>),
+    Given(Cow<'a, [Ray]>),
+    Primary(View),
+    Secondary(Box<Secondary<'a>>),
+}
+
+/// The data that primary rays are made from.
+#[derive(Clone, Copy)]
+struct View {
+    fan: RayFan,
+    origin: [f32; 3],
+    width: u32,
+    height: u32,
+    order: Order,
 }
 
 /// The data that secondary rays are made from.
-struct Secondary {
-    seen: Vec<Seen>,
+struct Secondary<'a> {
+    view: View,
+    tracer: Tracer<'a>,
+    triangles: &'a [Triangle],
+    /// The primary rays that hit something, by their numbers.
+    seen: Pixels,
     /// The directions of samples about a normal along z.
     samples: Vec<DVec3>,
     end: f32,
@@ -84,12 +102,12 @@ struct Seen {
     normal: Vec3,
 }
 
-impl Source {
+impl<'a> Source<'a> {
     /// Rays that are there.
-    pub fn given(rays: Vec<Ray>, order: Order) -> Source {
+    pub fn given(rays: impl Into<Cow<'a, [Ray]>>, order: Order) -> Source<'a> {
         Source {
             order,
-            made: Made::Given(rays),
+            made: Made::Given(rays.into()),
         }
     }
 
@@ -98,29 +116,41 @@ impl Source {
     pub fn new(
         (camera, (width, height)): (&Camera, (u32, u32)),
         kind: Kind,
-        triangles: &[Triangle],
-        mut tracer: Tracer<'_>,
+        triangles: &'a [Triangle],
+        mut tracer: Tracer<'a>,
         order: Order,
-    ) -> Source {
-        let primary = primary(camera, width, height, order);
+    ) -> Source<'a> {
+        let view = View {
+            fan: camera.ray_fan(width, height),
+            origin: camera.position.to_array(),
+            width,
+            height,
+            order,
+        };
         let (samples, end, flags) = match kind {
-            Kind::Primary => return Source::given(primary, order),
+            Kind::Primary => {
+                let made = Made::Primary(view);
+                return Source { order, made };
+            }
             Kind::AmbientOcclusion { samples, radius } => (samples, radius, ANY_HIT),
             Kind::Diffuse { samples } => (samples, FAR, 0),
         };
-        let seen = primary.iter().filter_map(|ray| {
-            let hit = tracer.trace(ray).hit;
-            let triangle = triangles.get(hit.primitive as usize)?;
-            Some(Seen::at(ray, hit.t, triangle))
+        let seen = Pixels::of(view.rays(), |number| {
+            let hit = tracer.trace(&view.ray(number)).hit;
+            (hit.primitive as usize) < triangles.len()
         });
+        let secondary = Secondary {
+            view,
+            tracer,
+            triangles,
+            seen,
+            samples: (0..samples).map(sample_of_hemisphere).collect(),
+            end,
+            flags,
+        };
         Source {
             order,
-            made: Made::Secondary(Box::new(Secondary {
-                seen: seen.collect(),
-                samples: (0..samples).map(sample_of_hemisphere).collect(),
-                end,
-                flags,
-            })),
+            made: Made::Secondary(Box::new(secondary)),
         }
     }
 
@@ -128,7 +158,8 @@ impl Source {
     pub fn rays(&self) -> usize {
         match &self.made {
             Made::Given(rays) => rays.len(),
-            Made::Secondary(made) => made.seen.len() * made.samples.len(),
+            Made::Primary(view) => view.rays() as usize,
+            Made::Secondary(made) => made.seen.len() as usize * made.samples.len(),
         }
     }
 
@@ -152,10 +183,15 @@ impl Source {
     /// The rays of a batch as they are made.
     fn made(&self, batch: usize) -> Vec<Ray> {
         let first = batch * BATCH;
-        let end = first + self.rays_of(batch);
+        self.numbered(first..first + self.rays_of(batch))
+    }
+
+    /// The rays with these numbers, of which there are none beyond [`rays`](Self::rays).
+    fn numbered(&self, numbers: Range<usize>) -> Vec<Ray> {
         match &self.made {
-            Made::Given(rays) => rays[first..end].to_vec(),
-            Made::Secondary(made) => made.rays(first..end),
+            Made::Given(rays) => rays[numbers].to_vec(),
+            Made::Primary(view) => numbers.map(|number| view.ray(number as u64)).collect(),
+            Made::Secondary(made) => made.rays(numbers),
         }
     }
 
@@ -172,18 +208,36 @@ impl Source {
     /// The ray of a batch with this number.
     pub fn ray(&self, batch: usize, number: u32) -> Ray {
         let number = batch * BATCH + number as usize;
-        match &self.made {
-            Made::Given(rays) => rays[number],
-            Made::Secondary(made) => {
-                let samples = made.samples.len();
-                let seen = &made.seen[number / samples];
-                made.ray(seen, &seen.frame(), number % samples)
-            }
-        }
+        self.numbered(number..number + 1)[0]
     }
 }
 
-impl Secondary {
+impl View {
+    /// How many rays there are.
+    fn rays(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+
+    /// The ray with this number along the order's curve through the picture: through a pixel's centre, of length 1.
+    fn ray(&self, number: u64) -> Ray {
+        let (x, y) = self.order.pixel(number, self.width, self.height);
+        let RayFan {
+            corner,
+            right,
+            down,
+        } = self.fan;
+        let (right, down) = (
+            right.as_dvec3() * f64::from(x),
+            down.as_dvec3() * f64::from(y),
+        );
+        let direction = (corner.as_dvec3() + right + down).normalize().as_vec3();
+        let mut ray = Ray::new(self.origin, direction.to_array(), 0.0, FAR, 0);
+        ray.payload = y * self.width + x;
+        ray
+    }
+}
+
+impl Secondary<'_> {
     fn ray(&self, seen: &Seen, frame: &Frame, sample: usize) -> Ray {
         let direction = frame.direction(self.samples[sample]).as_vec3();
         let origin = seen.origin.to_array();
@@ -195,13 +249,22 @@ impl Secondary {
     fn rays(&self, numbers: Range<usize>) -> Vec<Ray> {
         let samples = self.samples.len();
         let mut rays = Vec::with_capacity(numbers.len());
+        if numbers.is_empty() {
+            return rays;
+        }
         let mut next = numbers.start;
-        while next < numbers.end {
-            let seen = &self.seen[next / samples];
+        let mut tracer = self.tracer.clone();
+        for seen in self.seen.from((next / samples) as u64) {
+            let primary = self.view.ray(seen);
+            let hit = tracer.trace(&primary).hit;
+            let seen = Seen::at(&primary, hit.t, &self.triangles[hit.primitive as usize]);
             let frame = seen.frame();
             let end = numbers.end.min((next / samples + 1) * samples);
-            rays.extend((next..end).map(|n| self.ray(seen, &frame, n % samples)));
+            rays.extend((next..end).map(|n| self.ray(&seen, &frame, n % samples)));
             next = end;
+            if next == numbers.end {
+                break;
+            }
         }
         rays
     }
@@ -225,23 +288,6 @@ impl Seen {
     fn frame(&self) -> Frame {
         Frame::about(self.normal.as_dvec3(), self.pixel)
     }
-}
-
-/// Rays through the pixel centres, of length 1; along the order's curve through the picture.
-fn primary(camera: &Camera, width: u32, height: u32, order: Order) -> Vec<Ray> {
-    let fan = camera.ray_fan(width, height);
-    let rays = order.pixels(width, height).into_iter().map(|(x, y)| {
-        let (right, down) = (
-            fan.right.as_dvec3() * f64::from(x),
-            fan.down.as_dvec3() * f64::from(y),
-        );
-        let direction = (fan.corner.as_dvec3() + right + down).normalize().as_vec3();
-        let origin = camera.position.to_array();
-        let mut ray = Ray::new(origin, direction.to_array(), 0.0, FAR, 0);
-        ray.payload = y * width + x;
-        ray
-    });
-    rays.collect()
 }
 
 /// A normal and two tangents, turned about it by an angle of the pixel's own.

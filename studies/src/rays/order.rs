@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::pixels::on_curve;
 use super::scramble;
 use srp_runtime::tni::arithmetic::Ray;
 
@@ -36,14 +37,16 @@ impl Order {
         }
     }
 
-    /// The pixels of a picture, column and row.
-    pub(super) fn pixels(self, width: u32, height: u32) -> Vec<(u32, u32)> {
-        let rows = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-        let mut pixels: Vec<(u32, u32)> = rows.collect();
-        if self != Order::Rows {
-            pixels.sort_unstable_by_key(|&(x, y)| spread(x, 2) | spread(y, 2) << 1);
+    /// The pixel with this number in a picture, column and row.
+    pub(super) fn pixel(self, number: u64, width: u32, height: u32) -> (u32, u32) {
+        match self {
+            // Both are smaller than the sides of the picture.
+            Order::Rows => (
+                (number % u64::from(width)) as u32,
+                (number / u64::from(width)) as u32,
+            ),
+            _ => on_curve(number, width, height),
         }
-        pixels
     }
 
     /// Puts the rays of a batch in this order.
@@ -123,8 +126,8 @@ fn keys(rays: &[Ray]) -> Vec<(u128, u32)> {
             let size = f64::from(hi[axis]) - f64::from(lo[axis]);
             let origin = (f64::from(ray.origin[axis]) - f64::from(lo[axis])) / size;
             let direction = (d[axis] / length + 1.0) / 2.0;
-            key |= spread(quantise(origin), 6) << axis;
-            key |= spread(quantise(direction), 6) << (3 + axis);
+            key |= spread(quantise(origin)) << axis;
+            key |= spread(quantise(direction)) << (3 + axis);
         }
         key
     };
@@ -137,31 +140,29 @@ fn quantise(x: f64) -> u32 {
     ((x * steps) as u32).min((1 << BITS) - 1)
 }
 
-/// The low [`BITS`] bits of a number, `step` places apart: 2 or 6.
-fn spread(n: u32, step: u32) -> u128 {
-    let table = match step {
-        2 => &BY_2,
-        _ => &BY_6,
-    };
+/// Dimensions of a key.
+const DIMENSIONS: u32 = 6;
+
+/// The low [`BITS`] bits of a number, [`DIMENSIONS`] places apart.
+fn spread(n: u32) -> u128 {
     (0..BITS / CHUNK).fold(0, |key, i| {
         let chunk = (n >> (i * CHUNK)) & ((1 << CHUNK) - 1);
-        key | u128::from(table[chunk as usize]) << (i * CHUNK * step)
+        key | u128::from(SPREAD[chunk as usize]) << (i * CHUNK * DIMENSIONS)
     })
 }
 
 /// Bits that are spread at once.
 const CHUNK: u32 = 7;
 
-static BY_2: [u64; 1 << CHUNK] = spread_chunks(2);
-static BY_6: [u64; 1 << CHUNK] = spread_chunks(6);
+static SPREAD: [u64; 1 << CHUNK] = spread_chunks();
 
-const fn spread_chunks(step: u32) -> [u64; 1 << CHUNK] {
+const fn spread_chunks() -> [u64; 1 << CHUNK] {
     let mut table = [0; 1 << CHUNK];
     let mut n = 0;
     while n < table.len() {
         let mut bit = 0;
         while bit < CHUNK {
-            table[n] |= ((n as u64 >> bit) & 1) << (bit * step);
+            table[n] |= ((n as u64 >> bit) & 1) << (bit * DIMENSIONS);
             bit += 1;
         }
         n += 1;
@@ -210,7 +211,12 @@ mod tests {
 
     #[test]
     fn pixels_follow_a_z() {
-        let z = Order::Pixels.pixels(4, 2);
+        let pixels = |order: Order, w, h| -> Vec<(u32, u32)> {
+            (0..u64::from(w * h))
+                .map(|n| order.pixel(n, w, h))
+                .collect()
+        };
+        let z = pixels(Order::Pixels, 4, 2);
         let curve = [
             (0, 0),
             (1, 0),
@@ -222,6 +228,7 @@ mod tests {
             (3, 1),
         ];
         assert_eq!(z, curve);
-        assert_eq!(Order::Rows.pixels(2, 2), [(0, 0), (1, 0), (0, 1), (1, 1)]);
+        let rows = pixels(Order::Rows, 2, 2);
+        assert_eq!(rows, [(0, 0), (1, 0), (0, 1), (1, 1)]);
     }
 }

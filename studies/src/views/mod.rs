@@ -110,9 +110,14 @@ impl<'a> Job<'a> {
     }
 
     /// The rays of a view.
-    pub fn source(&self, view: usize, tree: &Tree, memory: &SystemMemory) -> Source {
+    pub fn source<'s>(
+        &'s self,
+        view: usize,
+        tree: &'s Tree,
+        memory: &'s SystemMemory,
+    ) -> Source<'s> {
         match self.rays {
-            Rays::Given(rays) => Source::given(rays.clone(), self.order),
+            Rays::Given(rays) => Source::given(rays.as_slice(), self.order),
             Rays::Of(kind) => {
                 let tracer = Tracer::new(&self.spec.tni, tree, memory);
                 let view = (&self.cameras[view], self.size);
@@ -122,7 +127,11 @@ impl<'a> Job<'a> {
     }
 
     /// The rays of all views, several at a time.
-    fn sources(&self, tree: &Tree, memory: &SystemMemory) -> Result<Vec<Source>, Error> {
+    fn sources<'s>(
+        &'s self,
+        tree: &'s Tree,
+        memory: &'s SystemMemory,
+    ) -> Result<Vec<Source<'s>>, Error> {
         let source = |(): &mut (), view: usize| {
             (!self.watch.cancelled()).then(|| self.source(view, tree, memory))
         };

@@ -34,6 +34,28 @@ pub struct Offer {
     pub cycle: u64,
 }
 
+/// A trace without mistakes. Its requests are read as they are wanted: a list of them would be larger than its text.
+#[derive(Clone, Copy, Debug)]
+pub struct Trace<'t> {
+    text: &'t str,
+    bytes: u32,
+    requests: usize,
+}
+
+impl<'t> Trace<'t> {
+    /// How many requests it has.
+    pub fn requests(&self) -> usize {
+        self.requests
+    }
+
+    /// Its requests, in order.
+    pub fn offers(&self) -> impl Iterator<Item = Offer> + use<'t> {
+        let bytes = self.bytes;
+        let lines = self.text.split_inclusive('\n');
+        lines.filter_map(move |line| offer(line, bytes).ok().flatten())
+    }
+}
+
 /// How a memory answered.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Replay {
@@ -61,19 +83,19 @@ pub fn default_bytes(spec: &DramSpec) -> u32 {
 /// # Errors
 ///
 /// The mistakes of its lines, in their order.
-pub fn parse(file: &str, text: &str, bytes: u32) -> Result<Vec<Offer>, Vec<Diagnostic>> {
-    let mut offers = Vec::new();
+pub fn parse<'t>(file: &str, text: &'t str, bytes: u32) -> Result<Trace<'t>, Vec<Diagnostic>> {
+    let mut requests = 0;
     let mut mistakes = Vec::new();
     let mut start = 0;
     for line in text.split_inclusive('\n') {
         match offer(line, bytes) {
             Ok(None) => {}
-            Ok(Some(_)) if offers.len() == MAX_REQUESTS => {
+            Ok(Some(_)) if requests == MAX_REQUESTS => {
                 let message = format!("more than {MAX_REQUESTS} requests");
                 mistakes.push(Diagnostic::error("R0501", file, message));
                 break;
             }
-            Ok(Some(offer)) => offers.push(offer),
+            Ok(Some(_)) => requests += 1,
             Err(mistake) => mistakes.push(mistake.diagnostic(file, start)),
         }
         if mistakes.len() == MAX_MISTAKES {
@@ -82,7 +104,11 @@ pub fn parse(file: &str, text: &str, bytes: u32) -> Result<Vec<Offer>, Vec<Diagn
         start += line.len();
     }
     match mistakes.is_empty() {
-        true => Ok(offers),
+        true => Ok(Trace {
+            text,
+            bytes,
+            requests,
+        }),
         false => Err(mistakes),
     }
 }
@@ -183,13 +209,17 @@ fn number(word: &str) -> Option<u64> {
     u64::from_str_radix(digits, radix).ok()
 }
 
-/// Offers the requests of a trace to a memory at rest, and simulates so many cycles, or until all
+/// Offers requests to a memory at rest, and simulates so many cycles, or until all
 /// are answered.
-pub fn replay(dram: &mut dyn Dram, trace: &[Offer], cycles: Option<u64>) -> Replay {
+pub fn replay(
+    dram: &mut dyn Dram,
+    offers: impl IntoIterator<Item = Offer>,
+    cycles: Option<u64>,
+) -> Replay {
     let end = cycles.unwrap_or(u64::MAX);
     let mut done = Vec::new();
     let (mut now, mut taken, mut refused_cycles) = (0u64, 0, 0);
-    'trace: for offer in trace {
+    'trace: for offer in offers {
         now = now.max(offer.cycle);
         loop {
             if now >= end {
@@ -240,7 +270,7 @@ mod tests {
     #[test]
     fn a_line_is_a_request() {
         let text = "0x40 READ 0\n# nothing\n\n 64 write 7 48 # half a line\r\n0X60 Read 8\n";
-        let offers = parse("t", text, 32).expect("a trace");
+        let trace = parse("t", text, 32).expect("a trace");
         let line = |address, bytes, is_write, cycle| Offer {
             request: Request {
                 address,
@@ -255,7 +285,8 @@ mod tests {
             line(64, 48, true, 7),
             line(96, 32, false, 8),
         ];
-        assert_eq!(offers, expected);
+        assert_eq!(trace.requests(), 3);
+        assert!(trace.offers().eq(expected));
     }
 
     #[test]

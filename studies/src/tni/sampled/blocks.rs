@@ -14,7 +14,7 @@ const WARMING: [(u64, u64); 4] = [(1, 1), (4, 2), (12, 4), (40, 8)];
 
 /// The blocks of some views, one view after the other.
 pub(super) struct Blocks<'a> {
-    views: &'a [Source],
+    views: &'a [Source<'a>],
     /// Rays of a packet.
     packet: usize,
     units: u64,
@@ -35,9 +35,9 @@ pub(super) struct PacketId {
 
 impl<'a> Blocks<'a> {
     /// The blocks of views, in packets of so many rays, for so many units.
-    pub(super) fn of(views: &'a [Source], packet: usize, units: u32) -> Blocks<'a> {
+    pub(super) fn of(views: &'a [Source<'a>], packet: usize, units: u32) -> Blocks<'a> {
         let mut starts = vec![0];
-        let packets_of = |view: &Source| {
+        let packets_of = |view: &Source<'_>| {
             let in_batch = |batch| view.rays_of(batch).div_ceil(packet) as u64;
             (0..view.batches()).map(in_batch).sum()
         };
@@ -207,7 +207,7 @@ mod tests {
     use crate::survey::Random;
     use srp_archdesc::Unwatched;
 
-    fn given(count: usize, order: Order) -> Source {
+    fn given(count: usize, order: Order) -> Source<'static> {
         let mut random = Random::new(7);
         let mut unit = || random.draw() as f32 / u64::MAX as f32;
         let ray = |i| {
@@ -216,7 +216,8 @@ mod tests {
             ray.payload = i;
             ray
         };
-        Source::given((0..count as u32).map(ray).collect(), order)
+        let rays: Vec<Ray> = (0..count as u32).map(ray).collect();
+        Source::given(rays, order)
     }
 
     /// Packets that do not divide a batch, a batch that is not full, and a view that is a part of a block.

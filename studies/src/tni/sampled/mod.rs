@@ -59,7 +59,7 @@ pub struct Subject<'a> {
     /// The tree.
     pub tree: Tree,
     /// The rays of each view.
-    pub views: &'a [Source],
+    pub views: &'a [Source<'a>],
     /// The units; threads change no figure.
     pub options: Options,
     /// Watches the work, ray by ray.
