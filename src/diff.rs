@@ -6,8 +6,10 @@ use crate::failure::Failure;
 use crate::files::Kind;
 use crate::{files, report, talk};
 use serde_json::Value;
+use srp_archdesc::diagnostic::Source;
 use srp_studies::comparison::{self, Change, Comparison, Section};
 use srp_studies::loops;
+use srp_toolchain::json;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -32,8 +34,7 @@ pub(crate) fn run(args: &Diff) -> Result<i32, Failure> {
 
 fn read(path: &Path) -> Result<Value, Failure> {
     let text = files::read_text(path, Kind::Report)?;
-    serde_json::from_str(&text)
-        .map_err(|e| Failure::message(format_args!("{}: not JSON: {e}", path.display())))
+    Ok(json::read(&Source::new(path.display().to_string(), text))?)
 }
 
 /// A comparison as text, with so many changes of each section.

@@ -47,6 +47,22 @@ pub fn line_column(text: &str, offset: u32) -> (u32, u32) {
     (line as u32, column as u32)
 }
 
+/// The byte offset of a line and column, both from 1 and columns counted in characters: the inverse of
+/// [`line_column`]. The end of the line, or of the text, where there are fewer.
+pub fn offset(text: &str, line: u32, column: u32) -> u32 {
+    let before: usize = (text.split_inclusive('\n'))
+        .take(line.saturating_sub(1) as usize)
+        .map(str::len)
+        .sum();
+    let line = text[before..].lines().next().unwrap_or_default();
+    let column = column.saturating_sub(1) as usize;
+    let inside = line
+        .char_indices()
+        .nth(column)
+        .map_or(line.len(), |(at, _)| at);
+    (before + inside) as u32
+}
+
 /// A range of bytes of one text.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Span {
@@ -358,6 +374,8 @@ mod tests {
         assert_eq!(line_column(TEXT, wert), (2, 10));
         assert_eq!(line_column(TEXT, 0), (1, 1));
         assert_eq!(line_column(TEXT, u32::MAX), (4, 1));
+        assert_eq!((offset(TEXT, 2, 10), offset(TEXT, 1, 1)), (wert, 0));
+        assert_eq!(offset(TEXT, 9, 9) as usize, TEXT.len());
     }
 
     #[test]

@@ -116,6 +116,8 @@ codes! {
     FAST_UNIT = "C0919";
     /// An included file outside the folders of the sources and those of `-I`.
     OUTSIDE = "C0920";
+    /// A format that does not fit the arguments of its call.
+    FORMAT = "C0921";
 }
 
 /// The name of a warning on the command line.
@@ -141,6 +143,7 @@ const NAMES: &[(Code, &str)] = &[
     (VOLATILE, "volatile"),
     (FAST_UNIT, "fast-unit"),
     (OUTSIDE, "outside-include"),
+    (FORMAT, "format"),
 ];
 
 /// The name of the warning with a code, for `-W`.

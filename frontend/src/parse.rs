@@ -31,36 +31,116 @@ pub fn parse(
         return Unit::default();
     };
     let preprocessed = preprocess(file, options, sources, messages);
-    let mut tokens = tokens(preprocessed, sources, messages);
-    classify(&mut tokens, sources, messages);
-    let open = |pair: &[Token]| {
-        let [first, second] = [&pair[0].tok, &pair[1].tok];
-        *first == Tok::Fixed(Fixed::LParen) && *second == Tok::Fixed(Fixed::RParen)
-    };
-    let single = |token: &Token| token.tok == Tok::Fixed(Fixed::Float);
-    let wide = tokens.iter().any(|token| is_wide(&token.tok))
-        // A function declared without parameters takes floats as doubles.
-        || tokens.iter().any(single) && tokens.windows(2).any(open);
-    let mut builder = Builder::new(&tokens, sources, messages);
-    let numbered = tokens.iter().enumerate();
-    let numbered = numbered.map(|(i, token)| Ok::<_, ()>((i, token.tok.clone(), i + 1)));
-    let outcome = grammar::FileParser::new().parse(&mut builder, numbered);
-    let Builder {
-        mut unit,
-        mut trouble,
-        ..
-    } = builder;
-    if let Err(error) = outcome {
-        trouble.push(Trouble::of_error(error));
-    }
+    let mut plain = tokens(preprocessed, sources, messages);
     let end = sources.base(file) + sources.text(file).trim_end().len() as u32;
-    for trouble in trouble {
-        if let Some(message) = explain(&trouble, &tokens, Span::point(end), sources) {
-            messages.push(message);
+    let end = Span::point(end);
+    let repairs = MAX_REPAIRS.min(MAX_READ_AGAIN / plain.len().max(1));
+    if repairs == 0 {
+        return Attempt::of(plain, sources).finish(end, sources, messages);
+    }
+    let mut attempt = Attempt::of(plain.clone(), sources);
+    for _ in 0..repairs {
+        let Some((at, message)) = attempt.missing_semicolon(end, sources) else {
+            break;
+        };
+        let tok = Tok::Fixed(Fixed::Semicolon);
+        let place = attempt.plain_index(at, &plain);
+        let span = Span::point(attempt.tokens[at - 1].span.end);
+        plain.insert(place, Token { tok, span });
+        let next = Attempt::of(plain.clone(), sources);
+        // Where the next token is not understood either, something else is wrong.
+        let is_better = |first: &Trouble| first.at > at + 1;
+        if !next.trouble.first().is_none_or(is_better) {
+            break;
+        }
+        messages.push(message);
+        attempt = next;
+    }
+    attempt.finish(end, sources, messages)
+}
+
+/// Most missing semicolons of a source that are put in, so that each of them is one error.
+const MAX_REPAIRS: usize = 50;
+
+/// Most tokens that are parsed again for that: a semicolon is put in by a parse of the whole source.
+const MAX_READ_AGAIN: usize = 1 << 21;
+
+/// Tokens, and what the parser makes of them.
+struct Attempt {
+    tokens: Vec<Token>,
+    unit: Unit,
+    trouble: Vec<Trouble>,
+    messages: Messages,
+}
+
+impl Attempt {
+    fn of(mut tokens: Vec<Token>, sources: &SourceMap) -> Attempt {
+        let mut messages = Messages::new();
+        classify(&mut tokens, sources, &mut messages);
+        let mut builder = Builder::new(&tokens, sources, &mut messages);
+        let numbered = tokens.iter().enumerate();
+        let numbered = numbered.map(|(i, token)| Ok::<_, ()>((i, token.tok.clone(), i + 1)));
+        let outcome = grammar::FileParser::new().parse(&mut builder, numbered);
+        let Builder {
+            unit, mut trouble, ..
+        } = builder;
+        if let Err(error) = outcome {
+            trouble.push(Trouble::of_error(error));
+        }
+        Attempt {
+            tokens,
+            unit,
+            trouble,
+            messages,
         }
     }
-    unit.wide = wide;
-    unit
+
+    /// The token before which a semicolon is missing, if that is the first trouble, and the message: one at the end
+    /// of a line, or before a brace.
+    fn missing_semicolon(&self, end: Span, sources: &SourceMap) -> Option<(usize, Diagnostic)> {
+        let trouble = self.trouble.first()?;
+        let at = trouble.at;
+        let (before, found) = (self.tokens.get(at.checked_sub(1)?)?, self.tokens.get(at)?);
+        let line = |span: Span| sources.pos(span).line;
+        let ends = found.tok == Tok::Fixed(Fixed::RBrace) || line(before.span) < line(found.span);
+        let is_missing = ends && wanted(&trouble.expected, false) == Some("`;`");
+        let message = is_missing.then(|| explain(trouble, &self.tokens, end, sources))??;
+        Some((at, message))
+    }
+
+    /// The number that a token has in the tokens before they were classified, which adds types that are not written.
+    fn plain_index(&self, at: usize, plain: &[Token]) -> usize {
+        let int = Tok::Fixed(Fixed::Int);
+        self.tokens[..at].iter().fold(0, |index, token| {
+            let is_added = token.tok == int && plain.get(index).is_none_or(|p| p.tok != int);
+            index + usize::from(!is_added)
+        })
+    }
+
+    /// The tree, and all that is not understood.
+    fn finish(self, end: Span, sources: &SourceMap, messages: &mut Messages) -> Unit {
+        let Attempt {
+            tokens,
+            mut unit,
+            trouble,
+            messages: own,
+        } = self;
+        own.into_list().into_iter().for_each(|m| messages.push(m));
+        for trouble in trouble {
+            if let Some(message) = explain(&trouble, &tokens, end, sources) {
+                messages.push(message);
+            }
+        }
+        let open = |pair: &[Token]| {
+            let [first, second] = [&pair[0].tok, &pair[1].tok];
+            *first == Tok::Fixed(Fixed::LParen) && *second == Tok::Fixed(Fixed::RParen)
+        };
+        let single = |token: &Token| token.tok == Tok::Fixed(Fixed::Float);
+        unit.wide = tokens.iter().any(|token| is_wide(&token.tok))
+            // A function declared without parameters takes floats as doubles.
+            || tokens.iter().any(single) && tokens.windows(2).any(open);
+        unit
+    }
 }
 
 /// True if a token may bring in numbers of 64 bits; `...` takes floats as doubles.

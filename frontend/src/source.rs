@@ -86,6 +86,17 @@ impl SourceMap {
         &self.files[file].source.text
     }
 
+    /// The text of a span; empty where it is in no file.
+    pub(crate) fn spelled(&self, span: Span) -> &str {
+        let Some(file) = self.file(span) else {
+            return "";
+        };
+        let (_, local) = self.local(span);
+        let text = &self.files[file].source.text;
+        text.get(local.start as usize..local.end as usize)
+            .unwrap_or("")
+    }
+
     /// The name of a file.
     pub fn name(&self, file: SourceFile) -> &str {
         &self.files[file].source.name

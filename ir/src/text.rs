@@ -37,8 +37,10 @@
 
 mod body;
 mod lex;
+mod place;
 mod read;
 mod write;
 
+pub use place::place;
 pub use read::{TextError, read};
 pub use write::{show_inst, write};

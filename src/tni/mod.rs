@@ -12,6 +12,7 @@ use crate::scenes;
 use crate::{files, interrupt, talk};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::datapath::Latencies;
+use srp_archdesc::diagnostic;
 use srp_archdesc::system;
 use srp_runtime::scene::{Camera, Scene};
 use srp_studies::fidelity::Fidelity;
@@ -249,6 +250,6 @@ fn rays_of(args: &Tni, views: &Option<Views>, scene: &Scene) -> Result<Rays, Fai
 
 fn read_rays(path: &Path) -> Result<Vec<rays::Ray>, Failure> {
     let text = files::read_text(path, files::Kind::Rays)?;
-    rays::read(&text)
-        .map_err(|(line, why)| Failure::Message(format!("{}:{line}: {why}", path.display())))
+    rays::read(&path.display().to_string(), &text)
+        .map_err(|e| Failure::Reported(diagnostic::render(&e, &text, talk::colour())))
 }

@@ -13,6 +13,7 @@ mod pragmas;
 mod report;
 mod sweep;
 mod units;
+mod words;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -302,9 +303,14 @@ fn schedules_that_break_rules_are_refused() {
         assert_ne!(wrong, right, "there is {from} in\n{right}");
         write(&folder, "wrong.sched.xml", &wrong);
     };
-    let rules = "wrong.sched.xml: this schedule breaks the machine's rules:\n  ";
+    let rules = "this schedule breaks the machine's rules: ";
     broken(" ii=\"", " ii=\"1000");
-    refused(&folder, &run, &[rules, "double.c:5:5: kernel `main`: "]);
+    let kernel = "double.c:5:5: kernel `main`: ";
+    refused(
+        &folder,
+        &run,
+        &[rules, kernel, "wrong.sched.xml:", "^^^^^^^^"],
+    );
     broken(" length=\"", " length=\"1000");
     refused(&folder, &run, &["double.c:5:5: ", "overlap"]);
     broken(

@@ -104,7 +104,7 @@ fn units_alone_give_the_same_figures_on_any_number_of_threads() {
     refused(
         &folder,
         &["tni", "--rays", "file", "--ray-file", "bad.txt"],
-        &["bad.txt:2: `nine` is not a number"],
+        &["bad.txt:2:5", "this is not a number"],
     );
     refused(&folder, &["tni", "--views", "3"], &["there is no view 3"]);
 }

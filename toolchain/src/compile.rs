@@ -9,7 +9,7 @@ use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::{Messages, Source};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::watch::{Stage, Watch};
-use srp_ir::check::{self, Checked};
+use srp_ir::check::{self, Checked, Refused, Violation};
 use srp_ir::dfg::{Dfg, Order};
 use srp_ir::dre::Dre;
 use srp_ir::dre::scheduled::ModuloSchedule;
@@ -198,7 +198,7 @@ pub fn compile(
         }
         Input::Scheduled { file, program } => {
             let program = check::check(*program, arch);
-            let program = program.map_err(|refused| Error::Rules { file, refused })?;
+            let program = program.map_err(|refused| broken(file, &refused, arch))?;
             let loops = program.kernels.values();
             let loops: EntityMap<_, _> = loops.map(|s| facts_alone(s, arch)).collect();
             Ok(Compiled::of(Schedule {
@@ -208,6 +208,21 @@ pub fn compile(
             }))
         }
     }
+}
+
+/// The rules that a file of a schedule breaks, where it does.
+fn broken(file: Source, refused: &Refused, arch: &Arch) -> Error {
+    let Refused {
+        program,
+        violations,
+    } = refused;
+    let describe = |violation: &Violation| violation.describe(program);
+    let diagnostics = check::diagnostics(violations, &file, arch, &describe);
+    let sources = vec![file];
+    Error::Messages(Messages {
+        diagnostics,
+        sources,
+    })
 }
 
 impl Compiled {

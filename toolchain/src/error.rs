@@ -3,7 +3,6 @@
 use crate::files::FileError;
 use srp_archdesc::diagnostic::Messages;
 use srp_csimgen::TooManyStages;
-use srp_ir::check::Refused;
 use srp_ir::layout::TooLarge;
 use srp_runtime::effect::{Missing, UnknownEffect};
 use srp_runtime::scene_image::ImageError;
@@ -19,18 +18,6 @@ pub enum Error {
     /// A text is wrong: messages with places.
     #[error(transparent)]
     Messages(Messages),
-    /// A file of a later form is wrong.
-    #[error("{file}:{line}:{column}: {why}")]
-    Form {
-        /// The file.
-        file: String,
-        /// The line, from 1.
-        line: u32,
-        /// The column, from 1.
-        column: u32,
-        /// The mistake.
-        why: String,
-    },
     /// Something that the user asked for is not possible, in one sentence or several lines.
     #[error("{0}")]
     Invalid(String),
@@ -43,14 +30,6 @@ pub enum Error {
     /// The program has no schedule.
     #[error(transparent)]
     Schedule(#[from] ScheduleError),
-    /// A schedule that was read breaks rules of its machine.
-    #[error("{file}: this schedule breaks the machine's rules:\n{refused}")]
-    Rules {
-        /// Its file.
-        file: String,
-        /// The rules that it breaks.
-        refused: Refused,
-    },
     /// Simulators have no room for a kernel.
     #[error(transparent)]
     Link(#[from] TooManyStages),

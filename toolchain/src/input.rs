@@ -3,12 +3,15 @@
 use crate::Error;
 use crate::files::{self, Kind};
 use srp_archdesc::arch::Arch;
-use srp_archdesc::diagnostic::Source;
+use srp_archdesc::diagnostic::{Diagnostic, Messages, Source};
 use srp_ir::dre::scheduled::ScheduledDre;
 use srp_ir::dre::{self, Dre};
 use srp_ir::program::Program;
 use srp_kernels::File;
 use std::path::{Path, PathBuf};
+
+/// Most messages about one file.
+const MOST: usize = 20;
 
 /// The input of a compilation, by the stage that it has reached.
 pub enum Input {
@@ -20,8 +23,8 @@ pub enum Input {
     Dre(Box<Dre>),
     /// A scheduled program that no checker has seen yet.
     Scheduled {
-        /// The name of its file, for messages.
-        file: String,
+        /// Its file, for messages.
+        file: Source,
         /// The program.
         program: Box<ScheduledDre>,
     },
@@ -108,36 +111,38 @@ pub fn read(paths: &[PathBuf], arch: &Arch) -> Result<Input, Error> {
         )));
     }
     let text = files::read_text(path, kind)?;
-    let at = |line: u32, column: u32, why: &dyn std::fmt::Display| Error::Form {
-        file: path.display().to_string(),
-        line,
-        column,
-        why: why.to_string(),
+    let file = Source::new(path.display().to_string(), text);
+    let (name, text) = (&file.name, &file.text);
+    let at = |diagnostics: Vec<Diagnostic>| {
+        let sources = vec![file.clone()];
+        Error::Messages(Messages {
+            diagnostics,
+            sources,
+        })
     };
     Ok(match kind {
         Kind::Program => {
             let program =
-                srp_ir::text::read(&text).map_err(|e| at(e.line, e.column, &e.message))?;
+                srp_ir::text::read(text).map_err(|e| at(vec![e.diagnostic(name, text)]))?;
             if let Err(violations) = srp_ir::verify(&program) {
-                let lines: Vec<String> = violations.iter().map(|v| v.to_string()).collect();
-                return Err(Error::Invalid(format!(
-                    "{}: {}",
-                    path.display(),
-                    lines.join("\n")
-                )));
+                let message = |broken| {
+                    let span = srp_ir::text::place(text, &program, broken);
+                    Diagnostic::error("D0004", name, broken.to_string()).at(span, "")
+                };
+                return Err(at(violations.iter().take(MOST).map(message).collect()));
             }
             Input::Ir(Box::new(program))
         }
         Kind::Divided => {
-            let dre = dre::read(&text).map_err(|e| at(e.line, e.column, &e.message))?;
+            let dre = dre::read(text).map_err(|e| at(vec![e.diagnostic(name)]))?;
             Input::Dre(Box::new(dre))
         }
         _ => {
             let program =
-                dre::read_scheduled(&text, arch).map_err(|e| at(e.line, e.column, &e.message))?;
+                dre::read_scheduled(text, arch).map_err(|e| at(vec![e.diagnostic(name)]))?;
             Input::Scheduled {
-                file: path.display().to_string(),
                 program: Box::new(program),
+                file,
             }
         }
     })

@@ -21,11 +21,13 @@ pub mod files;
 mod frame;
 mod front_end;
 pub mod input;
+pub mod json;
 mod loops;
 pub mod machine;
 mod options;
 pub mod scene;
 mod session;
+mod views;
 
 pub use cache::Cache;
 pub use compile::{Compiled, CompiledLoops, compile, compile_loops, facts_alone, schedule};

@@ -1,15 +1,17 @@
 //! Scenes, their viewpoints, and the options for rendering them.
 
-use crate::files::{self, Kind, Outside, Room};
+use crate::files::{self, Kind, Room};
 use crate::{Error, Session};
 use srp_archdesc::diagnostic::Messages;
 use srp_archdesc::watch::{Event, Stage};
 use srp_runtime::bvh::{self, Builder, Bvh};
 use srp_runtime::effect::{self, Effects, Guard};
-use srp_runtime::scene::camera::{Camera, Viewpoints};
+use srp_runtime::scene::camera::Camera;
 use srp_runtime::scene::{self, Light, MAX_LIGHTS, Part, Scene};
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::collections::BTreeSet;
+use std::path::Path;
+
+pub use crate::views::Views;
 
 /// A scene, and the doubts about its files.
 pub struct Loaded {
@@ -164,84 +166,4 @@ pub fn build(scene: &Scene, options: &bvh::Options, session: &Session<'_>) -> Bv
         bvh.depth()
     ));
     bvh
-}
-
-/// The viewpoints of one scene in a file of cameras.
-pub struct Views {
-    name: String,
-    /// The viewpoints.
-    pub points: Viewpoints,
-}
-
-impl Views {
-    /// Those under `name` in the file.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be read, is wrong, or has no such scene.
-    pub fn read(path: &Path, name: &str) -> Result<Views, Error> {
-        let mut scenes = scenes(path)?;
-        let Some(scene) = scenes.remove(name) else {
-            let known: Vec<&str> = scenes
-                .iter()
-                .filter(|(_, v)| v.is_object())
-                .map(|(k, _)| k.as_str())
-                .collect();
-            return Err(Error::Invalid(format!(
-                "{}: there is no scene `{name}`; there are {}",
-                path.display(),
-                known.join(", ")
-            )));
-        };
-        let named = format!("{}: scene `{name}`", path.display());
-        let points =
-            serde_json::from_value(scene).map_err(|e| Error::Invalid(format!("{named}: {e}")))?;
-        Ok(Views {
-            name: named,
-            points,
-        })
-    }
-
-    /// Those that a file `cameras.json` beside the scene, or one folder above, has for it.
-    ///
-    /// # Errors
-    ///
-    /// Such a file cannot be read, or is wrong.
-    pub fn beside(scene: &Path, outside: Outside) -> Result<Option<Views>, Error> {
-        let Some(name) = scene.file_stem().and_then(|n| n.to_str()) else {
-            return Ok(None);
-        };
-        let folders = match outside {
-            Outside::Told => 2,
-            Outside::Refused => 1,
-        };
-        for folder in scene.ancestors().skip(1).take(folders) {
-            let path: PathBuf = folder.join("cameras.json");
-            if path.is_file() && scenes(&path)?.contains_key(name) {
-                return Views::read(&path, name).map(Some);
-            }
-        }
-        Ok(None)
-    }
-
-    /// The camera of view `number`.
-    ///
-    /// # Errors
-    ///
-    /// There is no such view, or its figures are none of a camera.
-    pub fn camera(&self, number: usize) -> Result<Camera, Error> {
-        let camera = self.points.camera(number);
-        camera.map_err(|e| Error::Invalid(format!("{}: {e}", self.name)))
-    }
-}
-
-/// All scenes of a file of cameras.
-fn scenes(path: &Path) -> Result<BTreeMap<String, serde_json::Value>, Error> {
-    let text = files::read_text(path, Kind::Cameras)?;
-    serde_json::from_str(&text).map_err(|e| Error::Form {
-        file: path.display().to_string(),
-        line: e.line() as u32,
-        column: e.column() as u32,
-        why: e.to_string(),
-    })
 }

@@ -118,6 +118,7 @@ impl Checker<'_> {
             self.messages.push(message);
             return self.error_value(span);
         }
+        self.check_format(&callee, args, &values);
         let fixed = match signature.open {
             true => &[][..],
             false => signature.params.as_slice(),

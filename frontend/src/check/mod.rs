@@ -13,6 +13,7 @@ mod convert;
 mod declarator;
 mod declare;
 mod expr;
+mod format;
 mod function;
 mod image;
 mod init;

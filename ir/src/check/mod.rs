@@ -12,15 +12,19 @@
 //!   finds the token that the dataflow graph asks for. [`check_loop`] does so for a single modulo
 //!   schedule.
 //!
+//! [`diagnostics()`] says where the file of a schedule breaks them.
+//!
 //! [`Rule`] lists the rules.
 
 mod checked;
 mod modulo;
+mod places;
 pub mod sequence;
 mod vliw;
 
 pub use checked::{Checked, Refused, check, check_against};
-pub use modulo::{check_kernels, check_loop};
+pub use modulo::{check_kernels, check_loop, check_loops};
+pub use places::diagnostics;
 pub use vliw::{check_control, check_sequence};
 
 use crate::dre::scheduled::{Bundle, Placed, ScheduledDre};
@@ -156,6 +160,14 @@ impl Violation {
 }
 
 impl Place {
+    /// The kernel, if it is one or in one.
+    pub fn kernel(self) -> Option<Kernel> {
+        match self {
+            Place::Kernel(kernel) | Place::Op(kernel, _) => Some(kernel),
+            Place::Program | Place::Bundle(_) | Place::Slot(..) | Place::Transfer(_) => None,
+        }
+    }
+
     /// Where the code of a place comes from.
     fn pos(self, program: &ScheduledDre) -> Option<Pos> {
         match self {

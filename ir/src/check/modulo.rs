@@ -36,6 +36,14 @@ pub fn check_loop(schedule: &ModuloSchedule, srp: &Srp) -> Vec<Violation> {
     checked(schedule, Kernel::new(0), srp, &ResourceGraph::of(srp))
 }
 
+/// The same of several loops, each as the kernel of its number.
+pub fn check_loops(schedules: &[ModuloSchedule], srp: &Srp) -> Vec<Violation> {
+    let graph = ResourceGraph::of(srp);
+    let numbered = schedules.iter().enumerate();
+    let each = numbered.map(|(number, s)| checked(s, Kernel::new(number), srp, &graph));
+    each.flatten().collect()
+}
+
 fn checked(
     schedule: &ModuloSchedule,
     kernel: Kernel,

@@ -10,7 +10,7 @@ use std::borrow::Cow;
 pub(super) use srp_archdesc::xml::tree::Element;
 
 /// A file needs five levels.
-const LIMITS: Limits = Limits {
+pub(crate) const LIMITS: Limits = Limits {
     bytes: 256 << 20,
     depth: 16,
     attributes: 32,

@@ -51,6 +51,7 @@ pub mod scheduled;
 mod terms;
 mod verify;
 
+pub(crate) use element::LIMITS;
 pub(crate) use kernel::{Part, operand as operand_text, read_parts as read_kernel};
 pub use run::run;
 pub(crate) use terms::pos as pos_text;

@@ -4,6 +4,7 @@ use super::body::Body;
 use super::lex::{Line, lines};
 use crate::program::*;
 use rustc_hash::FxHashMap;
+use srp_archdesc::diagnostic::{Diagnostic, Span, offset};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Ty;
 use std::fmt;
@@ -20,6 +21,12 @@ pub struct TextError {
 }
 
 impl TextError {
+    /// As a message about a listing with this name, which can be rendered with a caret.
+    pub fn diagnostic(&self, file: &str, text: &str) -> Diagnostic {
+        let at = offset(text, self.line, self.column);
+        Diagnostic::error("D0003", file, self.message.as_str()).at(Span::point(at), "")
+    }
+
     pub(super) fn new(line: u32, column: u32, message: impl Into<String>) -> TextError {
         TextError {
             line,

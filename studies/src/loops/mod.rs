@@ -22,7 +22,9 @@ pub use model::{
 use crate::Error;
 use measure::{Names, View};
 use srp_archdesc::arch::Arch;
-use srp_archdesc::entity::EntityMap;
+use srp_archdesc::diagnostic::{Messages, Source};
+use srp_archdesc::entity::{Entity, EntityMap};
+use srp_ir::check;
 use srp_ir::dfg::{Dfg, Order};
 use srp_ir::dre;
 use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledLoops};
@@ -156,17 +158,30 @@ pub fn read_scheduled(
     if !text.contains("<scheduled-loops") {
         return Ok(None);
     }
-    let wrong =
-        |e: dre::DreError| Error::Invalid(format!("{name}:{}:{}: {}", e.line, e.column, e.message));
+    let file = Source::new(name, text);
+    let told = |diagnostics| {
+        let sources = vec![file.clone()];
+        Error::Toolchain(srp_toolchain::Error::Messages(Messages {
+            diagnostics,
+            sources,
+        }))
+    };
+    let wrong = |e: dre::DreError| told(vec![e.diagnostic(name)]);
     let scheduled = dre::read_loops(text, arch).map_err(wrong)?;
-    for schedule in &scheduled.loops {
-        let broken = srp_ir::check::check_loop(schedule, &arch.srp);
-        if let Some(first) = broken.first() {
-            let kernel = &schedule.dfg.name;
-            return Err(Error::Invalid(format!("{name}: {kernel}: {first}")));
-        }
+    let broken = check::check_loops(&scheduled.loops, &arch.srp);
+    if broken.is_empty() {
+        return Ok(Some(scheduled));
     }
-    Ok(Some(scheduled))
+    let describe = |violation: &check::Violation| {
+        let kernel = violation
+            .at
+            .kernel()
+            .and_then(|k| scheduled.loops.get(k.index()));
+        let name = kernel.map_or("", |schedule| &schedule.dfg.name);
+        let (message, rule) = (&violation.message, violation.rule);
+        format!("kernel `{name}`: {message} ({rule:?})")
+    };
+    Err(told(check::diagnostics(&broken, &file, arch, &describe)))
 }
 
 /// Reports on loops. Where the watch ends the work, the report says that it is not complete.

@@ -7,10 +7,11 @@ use super::Shard;
 use super::plan::{Plan, PlanFile};
 use crate::Error;
 use serde::{Deserialize, Serialize};
-use srp_toolchain::files;
+use srp_archdesc::diagnostic::Source;
+use srp_toolchain::{files, json};
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
-use std::io::{BufRead, BufReader, Seek, SeekFrom, Write};
+use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -170,10 +171,9 @@ impl Folder {
         paths.sort();
         let mut rows = BTreeMap::new();
         for path in paths {
-            let file = File::open(&path).map_err(|e| wrong(&path, e))?;
-            for line in BufReader::new(file).split(b'\n') {
-                let line = line.map_err(|e| wrong(&path, e))?;
-                if let Ok(row) = serde_json::from_slice::<Row>(&line) {
+            let bytes = files::read_bytes(&path, files::Kind::Rows)?;
+            for line in bytes.split(|&b| b == b'\n') {
+                if let Ok(row) = serde_json::from_slice::<Row>(line) {
                     rows.insert(row.key.clone(), row);
                 }
             }
@@ -196,8 +196,8 @@ impl Folder {
         })?;
         let plan = PlanFile::parse(&path.display().to_string(), &text, &self.0)?;
         let points = self.path("points.json");
-        let jobs: Vec<Job> = serde_json::from_str(&files::read_text(&points, files::Kind::Rows)?)
-            .map_err(|e| Error::Invalid(format!("{}: {e}", points.display())))?;
+        let text = files::read_text(&points, files::Kind::Rows)?;
+        let jobs: Vec<Job> = json::read(&Source::new(points.display().to_string(), text))?;
         let rows = self.rows()?;
         let known = jobs
             .iter()
