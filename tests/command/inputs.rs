@@ -1,4 +1,4 @@
-//! Inputs that are no files of their kind, and outputs that are inputs: refused, with nothing written.
+//! Inputs that are no files of their kind, too large, or elsewhere: refused, not quoted, or told.
 
 use super::{TRIANGLE, folder, refused, srp, write};
 use std::fs;
@@ -198,102 +198,6 @@ fn files_outside_of_the_folder_are_told() {
     );
     write(&folder, "b.obj", &obj.replace("../", ""));
     assert!(!rendered(&folder, "b.obj").contains("outside"));
-}
-
-#[test]
-fn an_output_is_never_an_input_or_two_outputs() {
-    let folder = folder("overwriting");
-    let program = "int main(void) { return 0; }\n";
-    write(&folder, "t.c", program);
-    write(&folder, "tri.obj", TRIANGLE);
-    let text = |name: &str| fs::read_to_string(folder.join(name)).expect("it is there");
-    refused(
-        &folder,
-        &["report", "t.c", "--html", "t.c"],
-        &["t.c", "of this command"],
-    );
-    refused(
-        &folder,
-        &["render", "tri.obj", "-o", "tri.obj"],
-        &["tri.obj", "of this command"],
-    );
-    let linked = Path::new(&folder).join("link.obj");
-    std::os::unix::fs::symlink("tri.obj", linked).expect("it can be made");
-    refused(
-        &folder,
-        &["render", "tri.obj", "-o", "link.obj"],
-        &["of this command"],
-    );
-    fs::hard_link(folder.join("tri.obj"), folder.join("hard.obj")).expect("it can be made");
-    refused(
-        &folder,
-        &["render", "tri.obj", "-o", "hard.obj"],
-        &["of this command"],
-    );
-    refused(
-        &folder,
-        &["render", "-o", "same.png", "--report", "./same.png"],
-        &["another output"],
-    );
-    // Files that others name are inputs, too.
-    write(&folder, "one.h", "#define ONE 1\n");
-    write(
-        &folder,
-        "u.c",
-        "#include \"one.h\"\nint main(void) { return ONE; }\n",
-    );
-    refused(&folder, &["report", "u.c", "--html", "one.h"], &["one.h"]);
-    write(&folder, "g.dot", "digraph g { a [op=add]; }\n");
-    let mesh = ["map", "g.dot", "--mesh", "2x2"];
-    for option in ["-o", "--proof"] {
-        let onto = [&mesh[..], &[option, "g.dot"]].concat();
-        let output = srp(&folder, &onto);
-        let said = [output.stdout, output.stderr].concat();
-        let said = String::from_utf8_lossy(&said);
-        assert_eq!(output.status.code(), Some(1), "{said}");
-        assert!(said.contains("of this command"), "{said}");
-    }
-    assert!(
-        srp(&folder, &["compile", "t.c", "--emit", "ir"])
-            .status
-            .success()
-    );
-    let ir = text("t.ir");
-    let again = ["compile", "t.ir", "--emit", "ir", "-o", "."];
-    refused(&folder, &again, &["t.ir", "input of this command"]);
-    fs::create_dir(folder.join("more")).expect("it can be made");
-    write(&folder, "more/t.c", program);
-    refused(
-        &folder,
-        &["compile", "t.c", "more/t.c", "--emit", "ast"],
-        &["another output"],
-    );
-    assert_eq!(text("t.ir"), ir);
-    assert_eq!(text("one.h"), "#define ONE 1\n");
-    assert!(text("g.dot").starts_with("digraph"));
-    assert_eq!(text("t.c"), program);
-    assert_eq!(text("tri.obj"), TRIANGLE);
-}
-
-#[test]
-fn names_from_files_stay_inside_the_folder() {
-    let folder = folder("names");
-    let program = "int a[8]; int main(void) {\n#pragma srp kernel\n    \
-                   for (int i = 0; i < 8; i++) a[i] = i;\n    return 0; }\n";
-    write(&folder, "t.c", program);
-    fs::create_dir(folder.join("out")).expect("it can be made");
-    let emit = ["compile", "t.c", "--emit", "dre", "-o", "out"];
-    assert!(srp(&folder, &emit).status.success());
-    let dre = fs::read_to_string(folder.join("out/t.dre.xml")).expect("it was written");
-    let escaping = dre.replace("\"main\"", "\"../../escaped\"");
-    assert_ne!(escaping, dre);
-    write(&folder, "escaping.dre.xml", &escaping);
-    srp(
-        &folder,
-        &["compile", "escaping.dre.xml", "--emit", "dfg", "-o", "out"],
-    );
-    assert!(!folder.join("../escaped.dot").exists());
-    assert!(!folder.join("escaped.dot").exists());
 }
 
 /// Neither a program nor a scene of a stranger shows what stands in other files, nor does a file that is named by

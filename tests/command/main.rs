@@ -9,6 +9,7 @@ mod fast_math;
 mod hard;
 mod inputs;
 mod limits;
+mod outputs;
 mod pragmas;
 mod report;
 mod sweep;

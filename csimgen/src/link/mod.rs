@@ -219,10 +219,14 @@ fn narrowest(width: u32) -> Ty {
     }
 }
 
-/// `name` as an identifier of Rust: lower case, and in no keyword's way.
+/// Letters of an [`identifier`] at most: it becomes a file's name, too.
+const LONGEST_NAME: usize = 80;
+
+/// `name` as an identifier of Rust: lower case, not long, and in no keyword's way.
 pub(crate) fn identifier(name: &str) -> String {
     let mut text: String = name
         .chars()
+        .take(LONGEST_NAME)
         .map(|c| {
             if c.is_ascii_alphanumeric() {
                 c.to_ascii_lowercase()

@@ -1,0 +1,213 @@
+//! Outputs: never where an input or another output is, and never outside their folder.
+
+use super::{TRIANGLE, folder, refused, srp, write};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+/// The names and texts of all files of a folder and of those in it.
+fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut all = BTreeMap::new();
+    for entry in fs::read_dir(folder).expect("it is a folder") {
+        let path = entry.expect("it can be read").path();
+        match path.is_dir() {
+            true => all.extend(contents(&path)),
+            false => {
+                let text = fs::read(&path).expect("it can be read");
+                all.insert(path.display().to_string(), text);
+            }
+        }
+    }
+    all
+}
+
+/// Every option that names an output, with an input of its command, and with another output.
+#[test]
+fn every_output_is_its_own_file() {
+    let folder = folder("own_file");
+    write(&folder, "t.c", "int main(void) { return 0; }\n");
+    write(&folder, "tri.obj", TRIANGLE);
+    write(&folder, "g.dot", "digraph g { a [op=add]; }\n");
+    write(
+        &folder,
+        "m.xml",
+        include_str!("../../archdesc/machines/tiny.xml"),
+    );
+    let before = contents(&folder);
+    let render = "render tri.obj --size 8x8 --fidelity functional";
+    let tni = "tni tri.obj --size 8x8";
+    let map = "map g.dot --mesh 2x2";
+    let alone = [
+        format!("{render} -o tri.obj"),
+        format!("{render} -o out.png --report tri.obj"),
+        "render tri.obj --size 8x8 -o out.png --profile tri.obj".to_owned(),
+        format!("{render} -o m.xml --machine m.xml"),
+        format!("{tni} --heat tri.obj"),
+        format!("{tni} --hits tri.obj"),
+        "effects tri.obj --no-costs --html tri.obj".to_owned(),
+        "hard-cases tri.obj --html tri.obj".to_owned(),
+        "run t.c --profile t.c".to_owned(),
+        "report t.c --html t.c".to_owned(),
+        "report t.c --proof t.c".to_owned(),
+        format!("{map} -o g.dot"),
+        format!("{map} --proof g.dot"),
+    ];
+    let twice = [
+        format!("{render} -o two --report two"),
+        "render tri.obj --size 8x8 -o two --profile two".to_owned(),
+        format!("{tni} --heat two --hits two"),
+        "report t.c --html two --proof two".to_owned(),
+        "report t.c --html two.cnf --proof two".to_owned(),
+        format!("{map} -o two --proof two"),
+        format!("{map} -o two.cnf --proof two"),
+    ];
+    let alone = alone.iter().map(|line| (line, "of this command"));
+    let twice = twice
+        .iter()
+        .map(|line| (line, "another output of this command"));
+    for (line, says) in alone.chain(twice) {
+        let words: Vec<&str> = line.split(' ').collect();
+        let output = srp(&folder, &words);
+        let said = [output.stdout, output.stderr].concat();
+        let said = String::from_utf8_lossy(&said);
+        assert_eq!(output.status.code(), Some(1), "srp {line}: {said}");
+        assert!(said.contains(says), "srp {line}: {said}");
+        assert!(contents(&folder) == before, "srp {line} wrote: {said}");
+    }
+}
+
+#[test]
+fn an_output_is_never_an_input_or_two_outputs() {
+    let folder = folder("overwriting");
+    let program = "int main(void) { return 0; }\n";
+    write(&folder, "t.c", program);
+    write(&folder, "tri.obj", TRIANGLE);
+    let text = |name: &str| fs::read_to_string(folder.join(name)).expect("it is there");
+    refused(
+        &folder,
+        &["report", "t.c", "--html", "t.c"],
+        &["t.c", "of this command"],
+    );
+    refused(
+        &folder,
+        &["render", "tri.obj", "-o", "tri.obj"],
+        &["tri.obj", "of this command"],
+    );
+    let linked = Path::new(&folder).join("link.obj");
+    std::os::unix::fs::symlink("tri.obj", linked).expect("it can be made");
+    refused(
+        &folder,
+        &["render", "tri.obj", "-o", "link.obj"],
+        &["of this command"],
+    );
+    fs::hard_link(folder.join("tri.obj"), folder.join("hard.obj")).expect("it can be made");
+    refused(
+        &folder,
+        &["render", "tri.obj", "-o", "hard.obj"],
+        &["of this command"],
+    );
+    refused(
+        &folder,
+        &["render", "-o", "same.png", "--report", "./same.png"],
+        &["another output"],
+    );
+    // Files that others name are inputs, too.
+    write(&folder, "one.h", "#define ONE 1\n");
+    write(
+        &folder,
+        "u.c",
+        "#include \"one.h\"\nint main(void) { return ONE; }\n",
+    );
+    refused(&folder, &["report", "u.c", "--html", "one.h"], &["one.h"]);
+    write(&folder, "g.dot", "digraph g { a [op=add]; }\n");
+    let mesh = ["map", "g.dot", "--mesh", "2x2"];
+    for option in ["-o", "--proof"] {
+        let onto = [&mesh[..], &[option, "g.dot"]].concat();
+        let output = srp(&folder, &onto);
+        let said = [output.stdout, output.stderr].concat();
+        let said = String::from_utf8_lossy(&said);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(said.contains("of this command"), "{said}");
+    }
+    assert!(
+        srp(&folder, &["compile", "t.c", "--emit", "ir"])
+            .status
+            .success()
+    );
+    let ir = text("t.ir");
+    let again = ["compile", "t.ir", "--emit", "ir", "-o", "."];
+    refused(&folder, &again, &["t.ir", "input of this command"]);
+    fs::create_dir(folder.join("more")).expect("it can be made");
+    write(&folder, "more/t.c", program);
+    refused(
+        &folder,
+        &["compile", "t.c", "more/t.c", "--emit", "ast"],
+        &["another output"],
+    );
+    assert_eq!(text("t.ir"), ir);
+    assert_eq!(text("one.h"), "#define ONE 1\n");
+    assert!(text("g.dot").starts_with("digraph"));
+    assert_eq!(text("t.c"), program);
+    assert_eq!(text("tri.obj"), TRIANGLE);
+}
+
+#[test]
+fn names_from_files_stay_inside_the_folder() {
+    let folder = folder("names");
+    let long = "f".repeat(100_000);
+    let program = format!(
+        "int a[8];\nvoid {long}(void) {{\n#pragma srp kernel\n    \
+         for (int i = 0; i < 8; i++) a[i] = i;\n}}\nint main(void) {{ {long}(); return 0; }}\n"
+    );
+    write(&folder, "t.c", &program);
+    fs::create_dir(folder.join("out")).expect("it can be made");
+    let emit = |input: &str, forms: &str| {
+        let output = srp(&folder, &["compile", input, "--emit", forms, "-o", "out"]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{input}: {said}");
+    };
+    emit("t.c", "dre,dfg,schedule,rust");
+    let dre = fs::read_to_string(folder.join("out/t.dre.xml")).expect("it was written");
+    for (number, name) in [
+        "../../escaped",
+        "csim/../../../x",
+        "/tmp/x",
+        "..",
+        "a\\b",
+        "-",
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let escaping = dre.replace(&format!("\"{long}\""), &format!("\"{name}\""));
+        assert_ne!(escaping, dre);
+        let input = format!("{number}.dre.xml");
+        write(&folder, &input, &escaping);
+        let before = fs::read_dir(folder.join("out"))
+            .expect("it is there")
+            .count();
+        emit(&input, "dfg,rust,schedule");
+        let after = fs::read_dir(folder.join("out"))
+            .expect("it is there")
+            .count();
+        assert_eq!(
+            after,
+            before + 3,
+            "{name}: a graph, a folder and a schedule"
+        );
+    }
+    // All that was written is in `out`, under names that any system takes.
+    let beside = contents(&folder);
+    for path in beside.keys() {
+        let inside = Path::new(path).strip_prefix(&folder).expect("it is inside");
+        let words: Vec<_> = inside.iter().map(|word| word.to_string_lossy()).collect();
+        assert!(words.len() == 1 || words[0] == "out", "{path}");
+        assert!(words.iter().all(|word| word.len() <= 120), "{path}");
+    }
+    assert_eq!(
+        beside.keys().filter(|path| !path.contains("/out/")).count(),
+        7
+    );
+    let parent = folder.parent().expect("it has one");
+    assert!(!parent.join("escaped.dot").exists() && !parent.join("x.dot").exists());
+}
