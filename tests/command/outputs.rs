@@ -3,7 +3,9 @@
 use super::{TRIANGLE, folder, refused, srp, write};
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::{BufRead as _, BufReader};
 use std::path::Path;
+use std::process::{Command, Stdio};
 
 /// The names and texts of all files of a folder and of those in it.
 fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
@@ -149,6 +151,55 @@ fn an_output_is_never_an_input_or_two_outputs() {
     assert!(text("g.dot").starts_with("digraph"));
     assert_eq!(text("t.c"), program);
     assert_eq!(text("tri.obj"), TRIANGLE);
+}
+
+/// Where the work would take long, it is not begun.
+#[test]
+fn what_cannot_be_written_is_told_first() {
+    let folder = folder("unwritable");
+    fs::create_dir(folder.join("full")).expect("it can be made");
+    let render = ["render", "--size", "4096x4096", "--engine", "interp"];
+    for output in ["none/out.png", "full", "."] {
+        let line = [&render[..], &["-o", output]].concat();
+        refused(&folder, &line, &["cannot write", output]);
+        let line = [&render[..], &["-o", "out.png", "--report", output]].concat();
+        refused(&folder, &line, &["cannot write", output]);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_leaves_no_part_of_a_file() {
+    let folder = folder("interrupted");
+    write(&folder, "tri.obj", TRIANGLE);
+    write(&folder, "out.png", "old");
+    let before = contents(&folder);
+    let mut render = Command::new(env!("CARGO_BIN_EXE_srp"));
+    render
+        .current_dir(&folder)
+        .env("SRP_CACHE", folder.with_extension("cache"))
+        .args([
+            "render",
+            "tri.obj",
+            "--size",
+            "4096x4096",
+            "--engine",
+            "interp",
+        ])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped());
+    let mut render = render.spawn().expect("the command can be started");
+    // It says what it builds as soon as it answers interrupts.
+    let mut lines = BufReader::new(render.stderr.take().expect("it is piped")).lines();
+    let first = lines.next().expect("a line").expect("text");
+    assert!(first.contains("BVH"), "{first}");
+    let id = render.id().to_string();
+    let kill = Command::new("kill").args(["-INT", &id]).status();
+    assert!(kill.is_ok_and(|sent| sent.success()), "kill is there");
+    let said: Vec<String> = lines.map_while(Result::ok).collect();
+    let status = render.wait().expect("it ends");
+    assert_eq!(status.code(), Some(130), "{said:?}");
+    assert!(contents(&folder) == before, "{said:?}");
 }
 
 #[test]

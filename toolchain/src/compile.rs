@@ -169,7 +169,7 @@ fn divided(program: &mut Program, arch: &Arch, watch: &dyn Watch) -> Result<Divi
 ///
 /// # Errors
 ///
-/// The sources are wrong, or the program does not fit the machine.
+/// The sources are wrong, the program does not fit the machine, or the work was cancelled before it had a schedule.
 pub fn compile(
     input: Input,
     arch: &Arch,
@@ -190,9 +190,16 @@ pub fn compile(
         Input::Dre(dre) => {
             frames_fit(&dre.control, arch)?;
             let scheduled = schedule_dre(&dre, arch, options.effort, session, &timed);
+            let scheduled = match scheduled {
+                Ok(scheduled) => scheduled,
+                Err(error) => {
+                    session.check()?;
+                    return Err(refusal(&dre, error));
+                }
+            };
             Ok(Compiled {
                 times: timed.times(),
-                ..Compiled::of(scheduled.map_err(|e| refusal(&dre, e))?)
+                ..Compiled::of(scheduled)
             }
             .with(*dre))
         }
@@ -238,7 +245,7 @@ impl Compiled {
 ///
 /// # Errors
 ///
-/// The program does not fit the machine.
+/// The program does not fit the machine, or the work was cancelled before it had a schedule.
 pub fn schedule(
     program: Program,
     arch: &Arch,
@@ -281,6 +288,8 @@ fn schedule_timed(
                 .with(dre));
             }
             Err(ScheduleError::Kernels(failed)) => {
+                // A search that was cut short says nothing of the loop.
+                session.check()?;
                 for (kernel, why) in failed {
                     all_refused.push(dre.kernels[kernel].clone());
                     unschedulable.push(give_back(&mut program, &dre, kernel, why)?);
