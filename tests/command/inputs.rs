@@ -82,6 +82,27 @@ fn limits_are_documented() {
     assert_eq!(rows, Kind::ALL.iter().map(row).collect::<Vec<_>>());
 }
 
+/// The tests that the page names are there.
+#[test]
+fn claims_have_tests() {
+    let page = include_str!("../../docs/reliability.md");
+    let (_, tests) = page.split_once("| claim | test |").expect("the table");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut text = String::new();
+    let mut count = 0;
+    for name in tests.split('`').skip(1).step_by(2) {
+        if name.ends_with(".rs") {
+            text = fs::read_to_string(root.join(name)).expect(name);
+            continue;
+        }
+        let function = format!("#[test]\nfn {name}()");
+        let inner = format!("#[test]\n    fn {name}()");
+        assert!(text.contains(&function) || text.contains(&inner), "{name}");
+        count += 1;
+    }
+    assert!(count > 20, "{count} tests are named");
+}
+
 /// Files of more bytes than their kind may have are refused by their length, whatever is in them.
 #[test]
 fn files_have_a_largest_size() {
