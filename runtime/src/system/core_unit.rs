@@ -190,6 +190,7 @@ impl CoreUnit {
         if let (Some(observer), Unit::Full(tni)) = (&mut shared.observer, tni) {
             tni.take_costs()
                 .for_each(|cost| observer.ray_returned(*number, now, &cost));
+            observer.tni_ticked(*number, now, tni);
         }
     }
 

@@ -7,7 +7,7 @@
 use super::report::Account;
 use crate::core::Run;
 use crate::memory::cache::CacheCounters;
-use crate::tni::{Client, HitRecord, RayCost, TniCounters, Unit};
+use crate::tni::{Client, HitRecord, RayCost, Tni, TniCounters, Unit};
 
 /// Which cache a core stands still for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,6 +78,9 @@ pub trait Observer {
 
     /// The T&I unit of a core gives back a ray. Only a unit that is run cycle by cycle tells of rays.
     fn ray_returned(&mut self, core: u32, cycle: u64, cost: &RayCost) {}
+
+    /// The T&I unit of a core has had a cycle of its own in this one. Only a unit that is run cycle by cycle has.
+    fn tni_ticked(&mut self, core: u32, cycle: u64, unit: &Tni) {}
 
     /// The core takes the hits of a packet, which are in the order of its hit buffer.
     fn packet_returned(&mut self, core: &CoreView<'_>, packet: u64, hits: &[HitRecord]) {}

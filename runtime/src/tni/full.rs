@@ -15,6 +15,7 @@ use super::counters::TniCounters;
 use super::function::Function;
 use super::ist::Ist;
 use super::level2::Level2;
+use super::occupancy::Occupancy;
 use super::ray_state::{Phase, RayState};
 use super::replay::Recording;
 use super::submission::Queue;
@@ -156,6 +157,14 @@ impl Tni {
     /// Rays that have been taken from submissions so far.
     pub fn rays(&self) -> u64 {
         self.counters.rays
+    }
+
+    /// Where its rays are.
+    pub fn occupancy(&self) -> Occupancy {
+        Occupancy {
+            trvs: self.trvs.iter().map(Trv::occupancy).collect(),
+            ists: self.ists.iter().map(Ist::occupancy).collect(),
+        }
     }
 
     /// True if a cycle would do nothing but count.

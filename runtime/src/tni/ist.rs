@@ -4,6 +4,7 @@
 use srp_archdesc::system::TniSpec;
 
 use super::fetch::Fetch;
+use super::occupancy::IstOccupancy;
 use super::pipe::Pipe;
 use super::ray_state::RayState;
 use super::replay::Event;
@@ -39,6 +40,15 @@ impl Ist {
             resident_cycles: 0,
             wakes: u64::MAX,
             counted: Counted::default(),
+        }
+    }
+
+    /// Where its rays are.
+    pub(super) fn occupancy(&self) -> IstOccupancy {
+        IstOccupancy {
+            fifo: self.fetch.input.len() as u32,
+            rau: self.fetch.waiting(),
+            pipe: self.pipe.rays(),
         }
     }
 

@@ -141,6 +141,11 @@ impl Pipes {
         self.leaves == u64::MAX
     }
 
+    /// Rays in all of them.
+    pub(super) fn rays(&self) -> u32 {
+        self.all.iter().map(Pipe::rays).sum()
+    }
+
     /// As [`Pipe::wait`], for all of them.
     pub(super) fn wait(&mut self, first: u64, cycles: u64) {
         for pipe in &mut self.all {
@@ -184,6 +189,11 @@ impl Pipe {
             waited_busy: 0,
             counters: PipeCounters::default(),
         }
+    }
+
+    /// Rays in it.
+    pub(super) fn rays(&self) -> u32 {
+        self.flight.len() as u32
     }
 
     /// True if a ray can enter in cycle `now`.

@@ -25,6 +25,7 @@ use srp_archdesc::system::{Pipeline, TniSpec};
 
 use super::fetch::{Fetch, Need};
 use super::ist::Ist;
+use super::occupancy::TrvOccupancy;
 use super::pipe::Pipes;
 use super::ray_state::{Phase, RayState};
 use super::replay::Event;
@@ -146,6 +147,18 @@ impl Trv {
             resident,
             wakes: u64::MAX,
             counted: Counted::default(),
+        }
+    }
+
+    /// Where its rays are.
+    pub(super) fn occupancy(&self) -> TrvOccupancy {
+        TrvOccupancy {
+            resident: self.resident as u32,
+            fifo: self.fetch.input.len() as u32,
+            rau: self.fetch.waiting(),
+            pre: self.pre.rays(),
+            aabb: self.aabb.pipes.rays(),
+            post: self.post.pipes.rays(),
         }
     }
 
