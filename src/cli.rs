@@ -14,6 +14,7 @@ mod paper;
 mod render;
 mod sweep;
 mod tni;
+mod trace;
 
 pub(crate) use accuracy::Accuracy;
 pub(crate) use cache::{Cache, CacheAction};
@@ -30,6 +31,7 @@ pub(crate) use paper::{Paper, Table};
 pub(crate) use render::{Effects, Render};
 pub(crate) use sweep::{Sweep, SweepAction};
 pub(crate) use tni::{HeatOf, Latencies, Pipeline, RayKind, Tni, TniMemory};
+pub(crate) use trace::{Trace, TraceOf};
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
@@ -141,6 +143,12 @@ const MAX_THREADS: usize = 256;
 fn parse_threads(text: &str) -> Result<usize, String> {
     let threads = text.parse().ok().filter(|n| (1..=MAX_THREADS).contains(n));
     threads.ok_or_else(|| format!("write a number from 1 to {MAX_THREADS}"))
+}
+
+fn parse_pixel(text: &str) -> Result<(u32, u32), String> {
+    text.split_once(',')
+        .and_then(|(x, y)| Some((x.trim().parse().ok()?, y.trim().parse().ok()?)))
+        .ok_or_else(|| "a pixel is X,Y, from 0,0 in the upper left corner".to_owned())
 }
 
 /// The threads that are asked for, or as many as the host has processors.

@@ -30,6 +30,7 @@ mod scenes;
 mod sweep;
 mod talk;
 mod tni;
+mod trace;
 mod units;
 
 use clap::{CommandFactory, Parser};

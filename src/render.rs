@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::fidelity::{frame_text, sampled_text};
 use crate::profile::Target;
 use crate::run::COUNTS;
-use crate::{compile, energy, files, interrupt, refused_kernel, report, scenes, talk};
+use crate::{compile, energy, files, interrupt, refused_kernel, report, scenes, talk, trace};
 use serde::Serialize;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene_image::SceneImage;
@@ -50,6 +50,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         session,
     )?;
     frame.build.effort = args.search.effort();
+    let trace = trace::Target::of_frame(&args.trace, &frame.arch, args.size)?;
     // A frame that is refused is so before kernels are compiled for it.
     let image = frame.image()?;
     let kernels = args.kernels.as_deref();
@@ -74,6 +75,10 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         Some(_) => Engine::Interpreter,
         None => args.engine,
     };
+    let mut tracer = match &trace {
+        Some(target) => Some(target.tracer(program, frame.arch.system.cores)?),
+        None => None,
+    };
     let engines = Engines::of(program, engine, session)?;
     let level = args.level.fidelity;
     if level < Fidelity::Cycle {
@@ -89,13 +94,19 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         return cheaply(&prepared, args);
     }
     let arch = level.machine(&frame.arch);
-    let cores = match &mut profiler {
-        Some(profiler) => profiler.cores(arch.system.cores),
-        None => engines.cores(arch.system.cores),
+    let count = arch.system.cores;
+    let cores = match (&mut profiler, &mut tracer) {
+        (Some(profiler), _) => profiler.cores(count),
+        (None, Some(tracer)) => trace::cores(tracer, &engines, count),
+        (None, None) => engines.cores(count),
     };
     let options = system_options(program, frame.guard.clone(), system::Timing::Full, session);
     let options = system::Options {
-        observer: profiler.as_mut().map(|profiler| profiler as _),
+        observer: match (&mut profiler, &mut tracer) {
+            (Some(profiler), _) => Some(profiler),
+            (None, Some(tracer)) => Some(tracer),
+            (None, None) => None,
+        },
         ..options
     };
     let rendered = interrupt::looked_for(|| system::render(image, cores, &arch, options));
@@ -104,6 +115,9 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
 
     if let (Some(target), Some(profiler)) = (profile, profiler) {
         target.write("the frame", &profiler.profile())?;
+    }
+    if let (Some(target), Some(tracer)) = (trace, tracer) {
+        target.write(&tracer)?;
     }
     if report.complete {
         files::write(&args.output, &picture.png())?;
@@ -126,8 +140,12 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Refuses a profile where the cycles are not counted one by one.
+/// Refuses a profile or a trace where the cycles are not counted one by one.
 fn check_profiled(args: &Render) -> Result<(), Failure> {
+    if args.trace.trace.is_some() && args.level.fidelity < Fidelity::Cycle {
+        let why = "a trace needs every cycle: leave --fidelity out";
+        return Err(Failure::Usage(why.to_owned()));
+    }
     if args.profile.is_none() {
         return Ok(());
     }

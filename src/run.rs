@@ -4,7 +4,7 @@ use crate::cli::{self, Run, RunEngine};
 use crate::count::count;
 use crate::failure::Failure;
 use crate::profile::Target;
-use crate::{compile, diagnostics, interrupt, refused_kernel, report, talk};
+use crate::{compile, diagnostics, interrupt, refused_kernel, report, talk, trace};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Space;
@@ -35,8 +35,12 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     let loops = report::Loops::to(&args.loops.loops)?;
     let input = input::read(&args.files, &arch)?;
     let profile = Target::to(&args.profile)?;
+    let trace = trace::Target::of_program(&args.trace)?;
     if profile.is_some() && matches!(args.engine, RunEngine::Csim | RunEngine::Ir) {
         return Err(Failure::Usage(COUNTS.to_owned()));
+    }
+    if trace.is_some() && args.engine == RunEngine::Ir {
+        return Err(Failure::Usage(NO_CYCLES.to_owned()));
     }
     let engine = match args.engine {
         RunEngine::Auto => Engine::Auto,
@@ -60,14 +64,19 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
         Some(_) => Some(Profiler::new(program).map_err(Error::from)?),
         None => None,
     };
+    let mut tracer = match &trace {
+        Some(target) => Some(target.tracer(program, 1)?),
+        None => None,
+    };
     let engine = match profile {
         Some(_) => Engine::Interpreter,
         None => engine,
     };
     let engines = Engines::of(program, engine, session)?;
-    let mut core = match &mut profiler {
-        Some(profiler) => profiler.core(),
-        None => engines.core(),
+    let mut core = match (&mut profiler, &mut tracer) {
+        (Some(profiler), _) => profiler.core(),
+        (None, Some(tracer)) => tracer.core(engines.core()),
+        (None, None) => engines.core(),
     };
     let mut bus = Solo::new(&program.image, arch.system.sram_bytes);
     let mut account = Finish::default();
@@ -80,6 +89,9 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     talk::say_shares(&engines);
     if let (Some(target), Some(profiler)) = (profile, profiler) {
         target.write(&title(&args.files), &profiler.profile())?;
+    }
+    if let (Some(target), Some(tracer)) = (trace, tracer) {
+        target.write(&tracer)?;
     }
     match ended {
         Ok(()) => Ok(account.status),
@@ -185,6 +197,9 @@ impl World for Printer<'_> {
 /// Why an engine and a profile do not go together.
 pub(crate) const COUNTS: &str =
     "a profile is counted by the interpreter: leave --engine out, or give --engine interp";
+
+/// Why an engine and a trace do not go together.
+const NO_CYCLES: &str = "--engine ir has no cycles to trace: leave it out";
 
 /// The files of a program, as a title.
 fn title(files: &[PathBuf]) -> String {

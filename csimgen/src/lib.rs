@@ -11,7 +11,8 @@
 //!
 //! Both implement [`Core`](srp_runtime::core::Core). They share the machinery in [`preamble`]: what
 //! a cycle is made of is in tables or code, when which cycle happens is written once. [`Counting`] is the
-//! interpreter with counters, for profiles.
+//! interpreter with counters, for profiles; [`Recorder`] is the interpreter that tells what every cycle does, for
+//! traces.
 
 pub mod compile;
 pub mod emit;
@@ -23,7 +24,9 @@ pub mod spec;
 
 pub use compile::{CompileError, Compiler};
 pub use emit::{SimSource, emit, emit_on_machinery};
-pub use interp::{Counting, Counts, Interpreter, KernelCounts, SharedCounts, Turn};
+pub use interp::{
+    Counting, Counts, Interpreter, KernelCounts, Record, Recorder, SharedCounts, Snapshot, Turn,
+};
 pub use link::{TooManyStages, link};
 pub use load::{LoadError, Simulator};
 pub use spec::SimSpec;

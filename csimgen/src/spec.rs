@@ -10,7 +10,7 @@
 //! needed; those of VLIW code are the sequencer's business, because branches decide.
 
 use crate::preamble::sequencer::KernelTimes;
-use srp_archdesc::arch::Precision;
+use srp_archdesc::arch::{Fu, Link, Precision};
 use srp_archdesc::isa::{Effect, Opcode, Ty};
 use srp_ir::program::Bits;
 use std::collections::BTreeSet;
@@ -141,8 +141,31 @@ pub struct Step {
     pub dests: Vec<Cell>,
     /// When it goes there; always in place in kernels.
     pub landing: Landing,
+    /// The part of the machine that does it.
+    pub origin: Origin,
     /// Where it comes from.
     pub at: Position,
+}
+
+/// The part of the machine that does a [`Step`]. Engines need not know.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// A unit: an operation, or a move through it.
+    Unit {
+        /// The unit.
+        unit: Fu,
+        /// Cycles until the result stands in its places, 1 where there is none.
+        latency: u32,
+    },
+    /// A link: a transfer into a register file.
+    Link {
+        /// The link.
+        link: Link,
+        /// Cycles until the value stands in the file.
+        latency: u32,
+    },
+    /// A value that was made before comes nearer to its place.
+    Way,
 }
 
 /// When the result of a step is written.

@@ -1,8 +1,9 @@
 //! The command line of `srp accuracy`.
 
 use super::compiling::{DOUBLES, define};
-use super::frame::{BUILDERS, Building, Frame, parse_pixel, parse_size};
+use super::frame::{BUILDERS, Building, Frame, parse_size};
 use super::one_of;
+use super::parse_pixel;
 use super::parse_threads;
 use crate::failure::Failure;
 use clap::Args;

@@ -1,6 +1,6 @@
 //! The command lines of what compiles programs: `srp compile`, `srp run`, `srp report`.
 
-use super::{Choice, MachineFile, Search, one_of};
+use super::{Choice, MachineFile, Search, Trace, one_of};
 use crate::failure::Failure;
 use clap::{Args, ValueEnum};
 use srp_ir::pass::{self, FastMath, Rewrite, Rule};
@@ -310,6 +310,8 @@ Examples:
   srp run program.c
   srp run program.c --loops loops.html
   srp run program.c --profile profile.html
+  srp run program.c --trace kernel:sum#3 --trace-output sum.kanata
+  srp run program.c --trace 1000..2000 --trace-output waves.fst
   srp run program.c --engine ir")]
 pub(crate) struct Run {
     /// C files, or one file of a later form
@@ -326,6 +328,8 @@ pub(crate) struct Run {
     /// in .json, else text; `-` is standard output. The interpreter counts, so it runs the program
     #[arg(long, value_name = "FILE")]
     pub(crate) profile: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) trace: Trace,
     /// Stop after so many cycles (steps of --engine ir)
     #[arg(long, value_name = "N", default_value_t = 20_000_000_000)]
     pub(crate) limit: u64,

@@ -229,12 +229,6 @@ pub(crate) const BUILDERS: &[Choice<Builder>] = &[
     },
 ];
 
-pub(super) fn parse_pixel(text: &str) -> Result<(u32, u32), String> {
-    text.split_once(',')
-        .and_then(|(x, y)| Some((x.trim().parse().ok()?, y.trim().parse().ok()?)))
-        .ok_or_else(|| "a pixel is X,Y, from 0,0 in the upper left corner".to_owned())
-}
-
 /// Largest side of an image.
 const MAX_SIDE: u32 = 16_384;
 

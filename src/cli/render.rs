@@ -2,7 +2,7 @@
 
 use super::fidelity::Level;
 use super::frame::{BUILDERS, Building, Frame, parse_size};
-use super::{ENGINES, Loops, Search, one_of, parse_threads};
+use super::{ENGINES, Loops, Search, Trace, one_of, parse_threads};
 use clap::Args;
 use srp_runtime::bvh::Builder;
 use srp_toolchain::Engine;
@@ -14,7 +14,9 @@ use std::path::PathBuf;
 Examples:
   srp render
   srp render sibenik.obj --cameras cameras.json:sibenik/0 --size 320x240 -o sibenik.png
-  srp render scene.obj --camera 0,1,5/0,0,-1/60 --machine wide --report frame.json --loops loops.html")]
+  srp render scene.obj --camera 0,1,5/0,0,-1/60 --machine wide --report frame.json --loops loops.html
+  srp render --trace kernel:shade_hit#10@2 --trace-output shade.fst
+  srp render --trace pixel:160,120 --trace-output pixel.pftrace")]
 pub(crate) struct Render {
     #[command(flatten)]
     pub(crate) frame: Frame,
@@ -56,6 +58,8 @@ pub(crate) struct Render {
     /// .html, JSON if in .json, else text; `-` is standard output. The interpreter counts, so it renders
     #[arg(long, value_name = "FILE")]
     pub(crate) profile: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) trace: Trace,
     /// Print the account as JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,

@@ -1,8 +1,8 @@
 //! `srp tni`: T&I units on rays of a scene.
 
 use super::fidelity::Level;
-use super::frame::{BUILDERS, Camera, parse_pixel, parse_size};
-use super::{Choice, MachineFile, one_of, parse_threads};
+use super::frame::{BUILDERS, Camera, parse_size};
+use super::{Choice, MachineFile, one_of, parse_pixel, parse_threads};
 use clap::{Args, ValueEnum};
 use srp_runtime::bvh::{self, Builder};
 use srp_studies::rays::Order;

@@ -49,6 +49,9 @@ fn every_output_is_its_own_file() {
         "effects tri.obj --no-costs --html tri.obj".to_owned(),
         "hard-cases tri.obj --html tri.obj".to_owned(),
         "run t.c --profile t.c".to_owned(),
+        "run t.c --trace 0..9 --trace-format fst --trace-output t.c".to_owned(),
+        "render tri.obj --size 8x8 -o out.png --trace 0..9 --trace-format fst --trace-output tri.obj"
+            .to_owned(),
         "report t.c --html t.c".to_owned(),
         "report t.c --proof t.c".to_owned(),
         format!("{map} -o g.dot"),
@@ -57,6 +60,7 @@ fn every_output_is_its_own_file() {
     let twice = [
         format!("{render} -o two --report two"),
         "render tri.obj --size 8x8 -o two --profile two".to_owned(),
+        "render tri.obj --size 8x8 -o t.fst --trace 0..9 --trace-output t.fst".to_owned(),
         format!("{tni} --heat two --hits two"),
         "report t.c --html two --proof two".to_owned(),
         "report t.c --html two.cnf --proof two".to_owned(),
@@ -261,4 +265,58 @@ fn names_from_files_stay_inside_the_folder() {
     );
     let parent = folder.parent().expect("it has one");
     assert!(!parent.join("escaped.dot").exists() && !parent.join("x.dot").exists());
+}
+
+/// A trace says beforehand how large it can be, and why there is none.
+#[test]
+fn traces_are_told_and_refused() {
+    let folder = folder("traces");
+    let text =
+        "float a[32];\nint main(void) { for (int i = 0; i < 32; i++) a[i] += 1.0f; return 0; }\n";
+    write(&folder, "t.c", text);
+    let run = |more: &[&str]| {
+        let output = srp(&folder, &[&["run", "t.c"], more].concat());
+        (
+            output.status.code(),
+            String::from_utf8_lossy(&output.stderr).into_owned(),
+        )
+    };
+    for (window, name) in [("10..30", "t.fst"), ("kernel:main", "t.kanata")] {
+        let (status, said) = run(&["--trace", window, "--trace-output", name]);
+        assert_eq!(status, Some(0), "{said}");
+        let told = said
+            .find("at most")
+            .expect("it is told how large the file can be");
+        let done = said.find("VLIW").expect("there is an account");
+        assert!(told < done, "{said}");
+        assert!(folder.join(name).is_file(), "{said}");
+    }
+    let (status, said) = run(&["--trace", "1000000..1000001", "--trace-output", "no.fst"]);
+    assert_eq!(status, Some(1));
+    assert!(
+        said.contains("were not reached") && !folder.join("no.fst").exists(),
+        "{said}"
+    );
+    let (status, said) = run(&["--trace", "kernel:no", "--trace-output", "no.fst"]);
+    assert_eq!(status, Some(1));
+    assert!(
+        said.contains("no kernel `no`") && said.contains("main"),
+        "{said}"
+    );
+    for misuse in [
+        ["--trace", "5..5", "--trace-output", "no.fst"],
+        ["--trace", "0..9", "--trace-output", "no.txt"],
+        ["--trace", "tile:1", "--trace-output", "no.fst"],
+        ["--trace", "pixel:1,1", "--trace-output", "no.fst"],
+        ["--trace", "0..9", "--profile", "no.txt"],
+        ["--trace", "0..9", "--engine", "ir"],
+    ] {
+        let (status, said) = run(&misuse);
+        assert_eq!(status, Some(2), "{misuse:?}: {said}");
+    }
+    write(&folder, "tri.obj", TRIANGLE);
+    for (window, says) in [("tile:9", "1 tile, from 0"), ("pixel:9,1", "8x8 pixels")] {
+        let render = ["render", "tri.obj", "--size", "8x8", "--trace", window];
+        refused(&folder, &render, &[says]);
+    }
 }

@@ -6,11 +6,13 @@
 //! while it runs.
 
 mod counted;
+mod recorded;
 mod runners;
 mod state;
 mod tables;
 
 pub use counted::{Counting, Counts, KernelCounts, SharedCounts, Turn};
+pub use recorded::{Record, Recorder, Snapshot};
 
 use crate::preamble::border::{Border, Fault, Stop};
 use crate::preamble::ops::V4;
@@ -101,19 +103,39 @@ pub(crate) fn trap(
     }
 }
 
-impl<'b> Datapath<dyn Bus + 'b> for Tables {
-    fn bundle(
+/// Hears of the values that steps make. `()` hears nothing, and costs nothing.
+trait Listener {
+    /// The step that comes next in its cycle has made the value in this cell, if it makes one.
+    fn made(&mut self, cells: &[V4], cell: Index);
+
+    /// The same for a port operation.
+    fn talked(&mut self, value: u32);
+}
+
+impl Listener for () {
+    #[inline(always)]
+    fn made(&mut self, _: &[V4], _: Index) {}
+
+    #[inline(always)]
+    fn talked(&mut self, _: u32) {}
+}
+
+impl Tables {
+    /// Issues a bundle, of whose steps `listener` hears.
+    #[inline(always)]
+    fn issue<'b>(
         &mut self,
         number: u32,
         issue: &mut Issue,
         bus: &mut Border<'_, dyn Bus + 'b>,
+        listener: &mut impl Listener,
     ) -> Result<(), Stop> {
         let Some(bundle) = self.bundles.get(number as usize) else {
             return Err(Fault::unreachable(0).into());
         };
         if let Some(talk) = bundle.talk {
             issue.meet_bus()?;
-            self.state.talk(talk, issue, bus)?;
+            listener.talked(self.state.talk(talk, issue, bus)?);
         }
         if let Some((control, at)) = bundle.control {
             self.transfer(control, at, issue)?;
@@ -121,6 +143,7 @@ impl<'b> Datapath<dyn Bus + 'b> for Tables {
         let steps = bundle.steps.start as usize..bundle.steps.end as usize;
         for Issued { micro, landing } in &self.issued[steps] {
             (micro.run)(&mut self.state, micro, bus).map_err(|fault| *fault)?;
+            listener.made(&self.state.cells, micro.dests[0]);
             if let Some((latency, dest, wide)) = *landing {
                 let value = self.state.cells[self.state.result as usize];
                 if wide {
@@ -131,6 +154,39 @@ impl<'b> Datapath<dyn Bus + 'b> for Tables {
             }
         }
         Ok(())
+    }
+
+    /// Carries out a context, of whose steps `listener` hears.
+    #[inline(always)]
+    fn carry_out<'b>(
+        &mut self,
+        kernel: u32,
+        context: u32,
+        stages: u64,
+        bus: &mut Border<'_, dyn Bus + 'b>,
+        listener: &mut impl Listener,
+    ) -> Result<(), Box<Fault>> {
+        for group in &self.kernels[kernel as usize].contexts[context as usize] {
+            if group.stage & stages != 0 {
+                let steps = group.steps.start as usize..group.steps.end as usize;
+                for micro in &self.micros[steps] {
+                    (micro.run)(&mut self.state, micro, bus)?;
+                    listener.made(&self.state.cells, micro.dests[0]);
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<'b> Datapath<dyn Bus + 'b> for Tables {
+    fn bundle(
+        &mut self,
+        number: u32,
+        issue: &mut Issue,
+        bus: &mut Border<'_, dyn Bus + 'b>,
+    ) -> Result<(), Stop> {
+        self.issue(number, issue, bus, &mut ())
     }
 
     fn write(&mut self, register: u32, value: u32) {
@@ -172,15 +228,7 @@ impl<'b> Datapath<dyn Bus + 'b> for Tables {
         stages: u64,
         bus: &mut Border<'_, dyn Bus + 'b>,
     ) -> Result<(), Box<Fault>> {
-        for group in &self.kernels[kernel as usize].contexts[context as usize] {
-            if group.stage & stages != 0 {
-                let steps = group.steps.start as usize..group.steps.end as usize;
-                for micro in &self.micros[steps] {
-                    (micro.run)(&mut self.state, micro, bus)?;
-                }
-            }
-        }
-        Ok(())
+        self.carry_out(kernel, context, stages, bus, &mut ())
     }
 
     fn rotate(&mut self, kernel: u32) {
@@ -245,25 +293,29 @@ impl Tables {
 }
 
 impl State {
-    /// Does a port operation.
+    /// Does a port operation. Returns the word.
     fn talk<'b>(
         &mut self,
         talk: Talk,
         issue: &mut Issue,
         bus: &mut Border<'_, dyn Bus + 'b>,
-    ) -> Result<(), Stop> {
+    ) -> Result<u32, Stop> {
         match talk {
             Talk::In {
                 port,
                 dest,
                 latency,
-            } => issue.land(latency, dest, bus.port_in(port)?),
+            } => {
+                let value = bus.port_in(port)?;
+                issue.land(latency, dest, value);
+                Ok(value)
+            }
             Talk::Out { port, value } => {
                 let value = self.cells[value as usize].as_word();
                 bus.port_out(port, value)?;
+                Ok(value)
             }
         }
-        Ok(())
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::Linker;
 use super::order::sequence;
-use crate::spec::{Action, BundleSpec, Control, Landing, Operand, Step};
+use crate::spec::{Action, BundleSpec, Control, Landing, Operand, Origin, Step};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Effect;
 use srp_ir::dre::scheduled::{self as dre, Bundle, BundleData, SlotOp, Src};
@@ -62,6 +62,10 @@ fn operation(linker: &mut Linker, op: &SlotOp) -> Step {
             Landing::InPlace
         } else {
             Landing::After(latency)
+        },
+        origin: Origin::Unit {
+            unit: op.fu,
+            latency: if op.op.result().is_some() { latency } else { 1 },
         },
         at: linker.position(op.pos),
     }

@@ -3,7 +3,7 @@
 
 use super::Linker;
 use super::order::sequence;
-use crate::spec::{Action, Cell, Landing, Role, Step};
+use crate::spec::{Action, Cell, Landing, Origin, Role, Step};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Ty;
 use srp_archdesc::resource::Place;
@@ -22,6 +22,8 @@ pub(super) struct Flow {
     pub(super) ty: Option<Ty>,
     /// Its places.
     pub(super) dests: Vec<Dest>,
+    /// Who makes it.
+    pub(super) origin: Origin,
     /// Where it comes from.
     pub(super) at: u32,
 }
@@ -75,6 +77,7 @@ impl Contexts {
                 ty: Some(ty),
                 dests: vec![Cell::new(store, index)],
                 landing: Landing::InPlace,
+                origin: Origin::Way,
                 at: 0,
             });
         }
@@ -107,10 +110,10 @@ impl Contexts {
         self.steps[making].push((1, step));
         for index in 1..depth {
             let action = Action::Copy(cell(index - 1));
-            let step = flow.step(None, action, vec![cell(index)]);
+            let step = flow.way(None, action, vec![cell(index)]);
             self.steps[making].push((1, step));
         }
-        let step = flow.step(lands, Action::Copy(cell(depth - 1)), dests);
+        let step = flow.way(lands, Action::Copy(cell(depth - 1)), dests);
         self.steps[arriving].push((flow.latency, step));
     }
 
@@ -130,6 +133,7 @@ impl Contexts {
                 Some(Step {
                     action: Action::Copy(cell),
                     dests: std::mem::replace(&mut step.dests, vec![cell]),
+                    origin: Origin::Way,
                     ..step.clone()
                 })
             }));
@@ -165,7 +169,16 @@ impl Flow {
             ty: self.ty,
             dests,
             landing: Landing::InPlace,
+            origin: self.origin,
             at: self.at,
+        }
+    }
+
+    /// A step that brings the value, once it is made, on its way.
+    fn way(&self, stage: Option<u32>, action: Action, dests: Vec<Cell>) -> Step {
+        Step {
+            origin: Origin::Way,
+            ..self.step(stage, action, dests)
         }
     }
 }

@@ -6,7 +6,7 @@
 
 use super::Linker;
 use super::flow::{Contexts, Dest, Flow};
-use crate::spec::{Action, Cell, KernelSpec, Operand, Preset};
+use crate::spec::{Action, Cell, KernelSpec, Operand, Origin, Preset};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_archdesc::resource::Place;
@@ -141,6 +141,10 @@ impl Array<'_> {
             latency,
             ty: opcode.result(),
             dests,
+            origin: Origin::Unit {
+                unit: op.fu,
+                latency,
+            },
             at: linker.position(node.pos),
         };
         self.contexts.add_flow(linker, &flow, action);
@@ -184,6 +188,10 @@ impl Array<'_> {
             latency: link.delay + 1,
             ty: Some(ty),
             dests: vec![Dest::Reg(transfer.to)],
+            origin: Origin::Link {
+                link: transfer.link,
+                latency: link.delay + 1,
+            },
             at: linker.position(node.pos),
         };
         self.contexts.add_flow(linker, &flow, Action::Copy(output));

@@ -169,7 +169,7 @@ fn effect(step: &Step) -> Effect {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spec::{Action, Operand};
+    use crate::spec::{Action, Operand, Origin};
     use srp_archdesc::isa::{Opcode, Ty};
 
     fn cell(index: u32) -> Cell {
@@ -187,6 +187,7 @@ mod tests {
             ty: op.result(),
             dests: writes.iter().map(|&w| cell(w)).collect(),
             landing: Landing::InPlace,
+            origin: Origin::Way,
             at: 0,
         }
     }

@@ -151,6 +151,16 @@ impl Sequencer {
         self.calls.iter().rev().copied()
     }
 
+    /// The kernel on the array and the iteration that has begun last there, or the kernel whose first cycle on the
+    /// array comes next: iteration 0.
+    pub fn on_array(&self) -> Option<(u32, u64)> {
+        match self.mode {
+            Mode::Enter { kernel, left: 0 } => Some((kernel, 0)),
+            Mode::Array(array) if array.left > 0 => Some((array.kernel, array.iteration)),
+            _ => None,
+        }
+    }
+
     /// Runs at most `budget` cycles of one kind; see [`Core::run`](super::core_border::Core::run).
     pub fn run<B: Bus + ?Sized>(
         &mut self,
