@@ -9,6 +9,7 @@
 
 use super::anneal::{self, Anneal};
 use super::finish;
+use super::lattice::{Array, Search};
 use super::negotiate::{Lanes, Negotiation};
 use super::obstacle::{FailedIi, Obstacle, Unschedulable};
 use super::order::{Freedom, order};
@@ -51,6 +52,19 @@ const TOP_ATTEMPTS: u32 = 4;
 /// Steps of the shortest negotiation, for each node.
 const QUICK_STEPS: u64 = 150;
 
+/// Nodes of a loop that is looked for on a lattice, at least.
+const LEAST_ON_LATTICE: usize = 32;
+/// Nodes up to which the search of a lattice is the more patient the more there are: with so many its effort is
+/// [`PATIENCE`] times that of other ways.
+const PATIENT: u64 = 192;
+const PATIENCE: u64 = 112;
+/// Steps of the first runs on a lattice for each node, and of the first ones that better a schedule and the others.
+const FIRST_ON_LATTICE: u64 = 400;
+const STEPS_ON_LATTICE: [u64; 2] = [1500, 3000];
+/// Nodes times units from which the first runs have fewer steps the more there are, and the fewest.
+const WIDE_ON_LATTICE: u64 = 1 << 17;
+const FEWEST_ON_LATTICE: u64 = 100;
+
 /// How an attempt goes about it.
 #[derive(Clone, Copy)]
 enum Way {
@@ -60,6 +74,8 @@ enum Way {
     AllAtOnce,
     /// By negotiation, with so many steps for each node.
     Negotiated(u64),
+    /// The same on an array of units alike.
+    OnLattice(u64),
 }
 
 /// The search over IIs.
@@ -69,6 +85,10 @@ pub(super) struct Heuristic<'a, 'p> {
     fixed: &'a [Reg],
     router: Router,
     lanes: Lanes,
+    /// The array, if it is one of units alike and the loop is not so small that other ways do as well.
+    array: Option<Array>,
+    /// The effort of a step there, as the last run had it.
+    effort_of_step: u64,
     levels: BTreeMap<u32, Level>,
 }
 
@@ -76,7 +96,7 @@ pub(super) struct Heuristic<'a, 'p> {
 struct Level {
     freedom: Freedom,
     /// Attempts so far, by way.
-    attempts: [u32; 3],
+    attempts: [u32; 4],
     times_forced: EntityMap<Node, u32>,
     /// Negotiations that were given up.
     hopeless: u32,
@@ -99,6 +119,10 @@ impl<'a, 'p> Heuristic<'a, 'p> {
             fixed,
             router: Router::default(),
             lanes: Lanes::of(problem),
+            array: (problem.dfg.nodes.len() >= LEAST_ON_LATTICE)
+                .then(|| Array::of(problem))
+                .flatten(),
+            effort_of_step: 0,
             levels: BTreeMap::new(),
         }
     }
@@ -111,6 +135,12 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         watch: &dyn Watch,
     ) -> Result<ModuloSchedule, Unschedulable> {
         let deepest = self.problem.srp.contexts;
+        if self.array.is_some() {
+            let quick = Way::OnLattice(self.first_on_lattice());
+            if let Some(schedule) = self.climb(quick, bound, deepest, u64::MAX / 2, watch) {
+                return Ok(schedule);
+            }
+        }
         if self.is_vast(bound) {
             let found = self.descend(bound, effort, watch);
             return found.ok_or_else(|| self.nothing_found(bound, watch));
@@ -275,6 +305,44 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         }
     }
 
+    fn first_on_lattice(&self) -> u64 {
+        let nodes = self.problem.dfg.nodes.len() as u64;
+        let size = nodes * self.problem.srp.fus.len() as u64;
+        (FIRST_ON_LATTICE * WIDE_ON_LATTICE / size.max(WIDE_ON_LATTICE)).max(FEWEST_ON_LATTICE)
+    }
+
+    /// Betters a schedule on an array of units alike, II by II, by longer and longer runs from other places, as long as
+    /// so much effort lasts.
+    fn search_lattice(
+        &mut self,
+        best: &mut ModuloSchedule,
+        bound: u32,
+        effort: u64,
+        watch: &dyn Watch,
+    ) {
+        let limit = self.router.expanded.saturating_add(effort);
+        while best.ii > bound {
+            // A run that would not come to its end is not begun.
+            let nodes = self.problem.dfg.nodes.len() as u64;
+            let most = effort / 2 / (nodes * self.effort_of_step).max(1);
+            let [short, long] = STEPS_ON_LATTICE.map(|steps| steps.min(most));
+            if short < self.first_on_lattice() {
+                return;
+            }
+            let mut steps = std::iter::once(short).chain(std::iter::repeat(long));
+            let schedule = loop {
+                if self.router.expanded >= limit || watch.cancelled() {
+                    return;
+                }
+                let way = Way::OnLattice(steps.next().unwrap_or(long));
+                if let Some(schedule) = self.attempt(best.ii - 1, way, limit, watch) {
+                    break schedule;
+                }
+            };
+            *best = schedule;
+        }
+    }
+
     /// Betters a schedule with so many steps, if it is worth them: in leaps as long as these work, then II by
     /// II.
     pub(super) fn improve(
@@ -284,8 +352,14 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         effort: u64,
         watch: &dyn Watch,
     ) {
+        if self.array.is_some() {
+            let nodes = (self.problem.dfg.nodes.len() as u64).min(PATIENT);
+            let times = PATIENCE * nodes * nodes;
+            let effort = effort.saturating_mul(times) / (PATIENT * PATIENT);
+            self.search_lattice(best, bound, effort, watch);
+        }
         let mut start = self.router.expanded;
-        if self.is_crowded(bound) {
+        if self.is_crowded(bound) && self.array.is_none() {
             let others = match self.is_wide() {
                 false => effort / 2,
                 true => effort / 8,
@@ -353,11 +427,21 @@ impl<'a, 'p> Heuristic<'a, 'p> {
             Way::OneByOne => &mut level.attempts[0],
             Way::AllAtOnce => &mut level.attempts[1],
             Way::Negotiated(_) => &mut level.attempts[2],
+            Way::OnLattice(_) => &mut level.attempts[3],
         };
         let seed = *attempts;
         *attempts += 1;
         let (freedom, router) = (&level.freedom, &mut self.router);
         let result = match way {
+            Way::OnLattice(steps) => {
+                let array = self.array.as_ref().expect("only lattices are asked for");
+                let mut run = Search::new(problem, array, ii, freedom, self.fixed, seed);
+                let left = limit.saturating_sub(router.expanded);
+                let result = run.run(steps, left, watch);
+                router.expanded += run.effort();
+                self.effort_of_step = run.effort_of_step();
+                result
+            }
             Way::Negotiated(steps) => {
                 let mut run = Negotiation::new(problem, &self.lanes, ii, freedom, self.fixed, seed);
                 let left = limit.saturating_sub(router.expanded);
@@ -424,7 +508,7 @@ impl Level {
     fn new(problem: &Problem<'_>, ii: u32) -> Level {
         Level {
             freedom: Freedom::at(problem, ii),
-            attempts: [0; 3],
+            attempts: [0; 4],
             times_forced: EntityMap::filled(problem.dfg.nodes.len(), 0),
             hopeless: 0,
             weights: vec![LIGHTEST; problem.edges.len()],

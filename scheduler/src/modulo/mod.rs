@@ -10,6 +10,7 @@ mod bounds;
 mod exact;
 mod finish;
 mod heuristic;
+mod lattice;
 mod negotiate;
 mod noise;
 mod obstacle;
@@ -19,6 +20,10 @@ mod problem;
 mod record;
 mod registers;
 mod route;
+mod rows;
+mod scale;
+mod slots;
+mod start;
 mod table;
 mod worklist;
 

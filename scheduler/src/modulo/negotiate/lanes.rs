@@ -7,17 +7,12 @@
 //! have it. What fits no block, such as a central file, is a lane of its own, and its ways are listed.
 
 use crate::modulo::problem::Problem;
+use crate::modulo::rows::{NEVER, VECTOR};
 use srp_archdesc::arch::{Fu, FuOp};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_archdesc::resource::Place;
 use std::collections::{BTreeMap, BTreeSet};
-
-/// The price of the impossible: more than any sum of other prices.
-pub(super) const NEVER: i16 = 20_000;
-
-/// Lanes of a vector register, at most: blocks are multiples of it.
-pub(super) const VECTOR: usize = 16;
 
 /// A shift is worth a vector where so many units have it; else its ways are listed.
 const WORTH: usize = 4;

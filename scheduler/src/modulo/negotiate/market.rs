@@ -1,8 +1,10 @@
 //! Prices: each resource has a price in each slot, which rises while it is overused and stays
 //! raised in part afterwards (*negotiated congestion*, McMurchie and Ebeling, FPGA 1995).
 
-use super::lanes::{Lanes, NEVER};
+use super::lanes::Lanes;
 use crate::modulo::problem::Problem;
+use crate::modulo::rows::NEVER;
+use crate::modulo::slots::Slots;
 use crate::modulo::table::Item;
 use srp_archdesc::arch::{FileKind, Fu, FuOp, Resource};
 use srp_archdesc::entity::Entity;
@@ -29,36 +31,6 @@ pub(super) struct Good(u32);
 struct Goods {
     first: u32,
     count: usize,
-}
-
-/// Remainders by a fixed divisor, by multiplication (Lemire, Kaser and Kurz, *Faster remainder by direct
-/// computation*, 2019).
-struct Slots {
-    ii: i32,
-    /// 2^64 / II, rounded up.
-    inverse: u64,
-    /// A multiple of the II that makes all cycles positive.
-    bias: i32,
-}
-
-impl Slots {
-    /// The largest distance of a cycle from 0.
-    const FARTHEST: i32 = 1 << 24;
-
-    fn of(ii: i32) -> Slots {
-        Slots {
-            ii,
-            inverse: (u64::MAX / ii as u64).wrapping_add(1),
-            bias: (Slots::FARTHEST / ii + 1) * ii,
-        }
-    }
-
-    #[inline(always)]
-    fn slot(&self, time: i32) -> usize {
-        debug_assert!(time.abs() <= Slots::FARTHEST, "cycle {time}");
-        let fraction = (self.inverse).wrapping_mul(u64::from((time + self.bias) as u32));
-        ((u128::from(fraction) * self.ii as u128) >> 64) as usize
-    }
 }
 
 /// All resources.

@@ -8,27 +8,9 @@
 //! 1984), routes for real, and keeps that or goes back. What is taken too often grows dearer
 //! ([`market`]), as the temperature falls. All numbers are integers, so that every host agrees.
 
-/// Calls one of two functions that do the same: the second is compiled for vectors of 256 bits, for hosts
-/// that have them.
-macro_rules! wide {
-    ($here:expr => $wide:expr) => {{
-        #[cfg(target_arch = "x86_64")]
-        {
-            #[expect(unsafe_code, reason = "the host was asked for what the function needs")]
-            match std::arch::is_x86_feature_detected!("avx2") {
-                true => unsafe { $wide },
-                false => $here,
-            }
-        }
-        #[cfg(not(target_arch = "x86_64"))]
-        $here
-    }};
-}
-
 mod deliver;
 mod lanes;
 mod market;
-mod start;
 mod state;
 mod survey;
 mod trace;
@@ -38,6 +20,8 @@ use super::order::Freedom;
 use super::place::{self, Conflict, Placement};
 use super::problem::{Position, Problem};
 use super::route::Route;
+use super::scale::Scale;
+use super::start;
 pub(in crate::modulo) use lanes::Lanes;
 use market::Good;
 use srp_archdesc::Watch;
@@ -46,7 +30,7 @@ use srp_archdesc::resource::Place;
 use srp_ir::dfg::Node;
 use srp_ir::dre::scheduled::Reg;
 use state::{Path, State};
-use survey::{Scale, Survey};
+use survey::Survey;
 
 /// Stages of one temperature each.
 const STAGES: u32 = 40;

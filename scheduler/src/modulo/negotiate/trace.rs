@@ -1,9 +1,9 @@
 //! From a map of deliveries back to the route that it promises.
 
 use super::deliver::Map;
-use super::lanes::NEVER;
 use super::state::{Path, State};
 use crate::modulo::problem::Tag;
+use crate::modulo::rows::NEVER;
 use crate::modulo::table::{Item, Via};
 use srp_archdesc::arch::Fu;
 use srp_archdesc::entity::Entity;

@@ -1,9 +1,9 @@
 //! Deliveries from everywhere to where a value is wanted.
 
 use super::map::Map;
-use super::rows::{relax, relax_by, set};
 use super::{Deliver, Goal, over_moves};
-use crate::modulo::negotiate::lanes::{NEVER, OddMover, Shift, Shifts, Ways};
+use crate::modulo::negotiate::lanes::{OddMover, Shift, Shifts, Ways};
+use crate::modulo::rows::{NEVER, relax, relax_by, set};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Ty;
 

@@ -1,9 +1,9 @@
 //! Deliveries from what a value has to everywhere.
 
 use super::map::{Map, Own};
-use super::rows::{least, relax, relax_by, set};
 use super::{Deliver, over_moves};
-use crate::modulo::negotiate::lanes::{NEVER, OddMover, Shift, VECTOR, Ways};
+use crate::modulo::negotiate::lanes::{OddMover, Shift, Ways};
+use crate::modulo::rows::{NEVER, VECTOR, least, relax, relax_by, set, wide};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Ty;
 

@@ -1,6 +1,7 @@
 //! Maps of costs by cycle and lane, and the points that a delivery may start from.
 
-use super::super::lanes::{Lanes, NEVER};
+use super::super::lanes::Lanes;
+use crate::modulo::rows::NEVER;
 
 /// A value that was delivered to everywhere, or that is wanted somewhere: costs by cycle and lane.
 ///

@@ -9,12 +9,11 @@
 mod backward;
 mod forward;
 mod map;
-mod rows;
 
-use super::lanes::{Lanes, NEVER, Ways};
+use super::lanes::{Lanes, Ways};
 use super::market::Market;
+use crate::modulo::rows::{NEVER, relax_by_all};
 pub(super) use map::{Map, Own};
-use rows::relax_by_all;
 use srp_archdesc::arch::{Fu, FuOp};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Ty;

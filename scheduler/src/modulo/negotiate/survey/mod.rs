@@ -4,18 +4,16 @@
 mod distances;
 mod kind;
 mod rows;
-mod scale;
 
 use super::deliver::{Deliver, Goal, Map, Own};
-use super::lanes::NEVER;
 use super::state::State;
 use super::{LATE, MOST_LATE};
 use crate::modulo::problem::{self, Edge, Position, Problem};
+use crate::modulo::rows::{NEVER, wide};
+use crate::modulo::scale::{LIGHTEST, Scale};
 use distances::Distances;
 use kind::Kind;
 use rows::{add, least_of, operation_row};
-use scale::LIGHTEST;
-pub(super) use scale::Scale;
 use srp_archdesc::arch::Fu;
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::Ty;

@@ -1,7 +1,7 @@
 //! Rows of costs by unit.
 
-use crate::modulo::negotiate::lanes::VECTOR;
 use crate::modulo::negotiate::{LATE, MOST_LATE};
+use crate::modulo::rows::VECTOR;
 
 /// Lowers a row of costs to those of operations in a slot.
 #[inline(always)]

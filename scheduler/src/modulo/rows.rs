@@ -4,22 +4,45 @@
 //! makes a few instructions of each, where a loop over lanes begins with questions about lengths and overlaps
 //! that take longer than the sums of a short row.
 
-use crate::modulo::negotiate::lanes::VECTOR;
+/// The price of the impossible: more than any sum of other prices.
+pub(super) const NEVER: i16 = 20_000;
 
-type Vector = [i16; VECTOR];
+/// Lanes of a vector register, at most: rows are multiples of it.
+pub(super) const VECTOR: usize = 16;
+
+/// So many costs at a time.
+pub(super) type Vector = [i16; VECTOR];
+
+/// Calls one of two functions that do the same: the second is compiled for vectors of 256 bits, for hosts
+/// that have them.
+macro_rules! wide {
+    ($here:expr => $wide:expr) => {{
+        #[cfg(target_arch = "x86_64")]
+        {
+            #[expect(unsafe_code, reason = "the host was asked for what the function needs")]
+            match std::arch::is_x86_feature_detected!("avx2") {
+                true => unsafe { $wide },
+                false => $here,
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        $here
+    }};
+}
+pub(super) use wide;
 
 #[inline(always)]
-fn vectors(row: &[i16]) -> &[Vector] {
+pub(super) fn vectors(row: &[i16]) -> &[Vector] {
     row.as_chunks().0
 }
 
 #[inline(always)]
-fn vectors_mut(row: &mut [i16]) -> &mut [Vector] {
+pub(super) fn vectors_mut(row: &mut [i16]) -> &mut [Vector] {
     row.as_chunks_mut().0
 }
 
 #[inline(always)]
-fn sum(a: Vector, b: Vector) -> Vector {
+pub(super) fn sum(a: Vector, b: Vector) -> Vector {
     let mut sum = [0; VECTOR];
     for lane in 0..VECTOR {
         sum[lane] = a[lane].saturating_add(b[lane]);
@@ -28,7 +51,7 @@ fn sum(a: Vector, b: Vector) -> Vector {
 }
 
 #[inline(always)]
-fn smaller(a: Vector, b: Vector) -> Vector {
+pub(super) fn smaller(a: Vector, b: Vector) -> Vector {
     let mut least = [0; VECTOR];
     for lane in 0..VECTOR {
         least[lane] = a[lane].min(b[lane]);

@@ -5,14 +5,14 @@ pub(super) const LIGHTEST: i32 = 20;
 
 /// Costs to powers of two.
 #[derive(Clone, Copy)]
-pub(in crate::modulo::negotiate) struct Scale {
+pub(super) struct Scale {
     /// Parts of a power of two, of which there are 2^24, to a unit of cost.
     parts: u64,
 }
 
 impl Scale {
     /// A cost of `half` 16ths is a power of two.
-    pub(in crate::modulo::negotiate) fn of(half: i32) -> Scale {
+    pub(super) fn of(half: i32) -> Scale {
         Scale {
             parts: (16 << 24) / half as u64,
         }
@@ -30,7 +30,7 @@ impl Scale {
 
     /// True when a change of the cost is taken: a rise with a probability that halves with each `half`
     /// 16ths.
-    pub(in crate::modulo::negotiate) fn accepts(self, change: i32, random: u32) -> bool {
+    pub(super) fn accepts(self, change: i32, random: u32) -> bool {
         change <= 0 || random >> 12 < self.weight(change)
     }
 }
