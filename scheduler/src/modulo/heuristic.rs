@@ -9,7 +9,7 @@
 
 use super::anneal::{self, Anneal};
 use super::finish;
-use super::lattice::{Array, Search};
+use super::lattice::{self, Array, Search};
 use super::negotiate::{Lanes, Negotiation};
 use super::obstacle::{FailedIi, Obstacle, Unschedulable};
 use super::order::{Freedom, order};
@@ -64,6 +64,8 @@ const STEPS_ON_LATTICE: [u64; 2] = [1500, 3000];
 /// Nodes times units from which the first runs have fewer steps the more there are, and the fewest.
 const WIDE_ON_LATTICE: u64 = 1 << 17;
 const FEWEST_ON_LATTICE: u64 = 100;
+/// Nodes times units beyond which a run takes minutes, so that other ways are quicker.
+const MOST_ON_LATTICE: u64 = 1 << 20;
 
 /// How an attempt goes about it.
 #[derive(Clone, Copy)]
@@ -119,9 +121,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
             fixed,
             router: Router::default(),
             lanes: Lanes::of(problem),
-            array: (problem.dfg.nodes.len() >= LEAST_ON_LATTICE)
-                .then(|| Array::of(problem))
-                .flatten(),
+            array: suits_lattice(problem).then(|| Array::of(problem)).flatten(),
             effort_of_step: 0,
             levels: BTreeMap::new(),
         }
@@ -137,7 +137,8 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         let deepest = self.problem.srp.contexts;
         if self.array.is_some() {
             let quick = Way::OnLattice(self.first_on_lattice());
-            if let Some(schedule) = self.climb(quick, bound, deepest, u64::MAX / 2, watch) {
+            let first = self.first_ii(bound).min(deepest);
+            if let Some(schedule) = self.climb(quick, first, deepest, u64::MAX / 2, watch) {
                 return Ok(schedule);
             }
         }
@@ -305,9 +306,23 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         }
     }
 
+    /// Nodes times units.
+    fn size(&self) -> u64 {
+        self.problem.dfg.nodes.len() as u64 * self.problem.srp.fus.len() as u64
+    }
+
+    /// The II that is tried first: the bound, or what values on their ways leave of it where runs take long.
+    fn first_ii(&self, bound: u32) -> u32 {
+        match &self.array {
+            Some(array) if self.size() > WIDE_ON_LATTICE => {
+                bound.max(lattice::likely_ii(self.problem, array, bound))
+            }
+            _ => bound,
+        }
+    }
+
     fn first_on_lattice(&self) -> u64 {
-        let nodes = self.problem.dfg.nodes.len() as u64;
-        let size = nodes * self.problem.srp.fus.len() as u64;
+        let size = self.size();
         (FIRST_ON_LATTICE * WIDE_ON_LATTICE / size.max(WIDE_ON_LATTICE)).max(FEWEST_ON_LATTICE)
     }
 
@@ -502,6 +517,13 @@ fn longest(nodes: usize) -> u64 {
         0..=MANY => u64::MAX,
         _ => FIRST * nodes as u64,
     }
+}
+
+/// True if a loop is neither so small that other ways do as well on a lattice, nor too large for it.
+fn suits_lattice(problem: &Problem<'_>) -> bool {
+    let nodes = problem.dfg.nodes.len();
+    let size = nodes as u64 * problem.srp.fus.len() as u64;
+    nodes >= LEAST_ON_LATTICE && size <= MOST_ON_LATTICE
 }
 
 impl Level {

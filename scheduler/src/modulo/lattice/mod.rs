@@ -319,6 +319,16 @@ impl<'a, 'p> Search<'a, 'p> {
     }
 }
 
+/// An II that is likely to be found, by the hops of values between nodes that are spread over the array. Two of
+/// three hops of a value are on the way to one consumer only.
+pub(super) fn likely_ii(problem: &Problem<'_>, array: &Array, bound: u32) -> u32 {
+    let times = start::times(problem, bound, ROOM);
+    let units = spread::units(problem, array, &times, bound, 0);
+    let hops = spread::hops(problem, array, &units);
+    let slots = problem.dfg.nodes.len() as u64 + hops * 2 / 3;
+    slots.div_ceil(problem.srp.fus.len() as u64) as u32
+}
+
 /// The cycles in which nodes may be: as early as all could be, and some IIs later than they begin at.
 fn horizon(freedom: &Freedom, times: &EntityMap<Node, i32>, ii: u32, seed: u32) -> Horizon {
     let end = |times: &EntityMap<Node, i32>| times.values().copied().max().unwrap_or(0);

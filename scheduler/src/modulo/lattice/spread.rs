@@ -73,6 +73,15 @@ pub(super) fn units(
     spread.units
 }
 
+/// Hops of all values to all consumers, beyond those that a link makes.
+pub(super) fn hops(problem: &Problem<'_>, array: &Array, units: &EntityMap<Node, Fu>) -> u64 {
+    let hops = problem.edges.iter().filter_map(|edge| {
+        let (from, to) = (units[edge.from], units[edge.to()?]);
+        u64::try_from(array.from[from.index()][to.index()]).ok()
+    });
+    hops.sum()
+}
+
 impl Spread<'_, '_> {
     fn random(&mut self) -> u32 {
         self.draws += 1;
