@@ -28,6 +28,7 @@ pub(crate) fn run(action: &MachineAction) -> Result<(), Failure> {
             let machine = machines::ALL.iter().find(|m| m.name == name);
             talk::print(machine.map_or("", |m| m.xml))?;
         }
+        MachineAction::Schema => talk::print(xml::schema())?,
         MachineAction::Mesh(args) => files::write_once(&args.output, mesh(args)?.as_bytes())?,
     }
     Ok(())

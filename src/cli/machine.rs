@@ -58,6 +58,7 @@ Examples:
   srp machine show wide
   srp machine source sgrt > my-machine.xml
   srp machine expand wide
+  srp machine schema > machine.xsd
   srp machine mesh --rows 8 --cols 8 -o mesh.xml")]
 pub(crate) struct Machine {
     /// What to do with it
@@ -92,6 +93,8 @@ pub(crate) enum MachineAction {
         #[arg(default_value = "sgrt", value_parser = ["sgrt", "decoupled", "tiny", "wide"])]
         name: String,
     },
+    /// Print the XML Schema of machine files, for editors.
+    Schema,
     /// Write the machine file of a standard array: a mesh of equal units, or the like.
     Mesh(map::Mesh),
 }

@@ -74,6 +74,7 @@ pub(super) fn from_tree<'de, T: Deserialize<'de>>(
     let node = Node {
         part: Part::Element(root),
         parent: root.span,
+        is_guess: false,
         found,
     };
     T::deserialize(node).expect("every field has a default, and every leaf is a string")
@@ -85,6 +86,8 @@ struct Node<'de> {
     part: Part<'de>,
     /// Where the element stands that it is a part of.
     parent: Span,
+    /// True if its name is none, and was reported: it is taken for the nearest one.
+    is_guess: bool,
     found: &'de Findings,
 }
 
@@ -112,6 +115,10 @@ impl<'de> Node<'de> {
     /// Reports an attribute written as an element, or an element written as an attribute.
     fn misplaced(self) {
         let name = self.name();
+        if self.is_guess {
+            self.found.void(self.span());
+            return;
+        }
         let (span, message, label, help) = match self.part {
             Part::Element(element) => (
                 element.span,
@@ -239,16 +246,21 @@ impl<'de> Fields<'de> {
             known.iter().map(|&name| (name, Vec::new())).collect();
         let attributes = element.attributes.iter().map(Part::Attribute);
         let children = element.children.iter().map(Part::Element);
+        let mut unknown = Vec::new();
         for part in attributes.chain(children) {
             let node = Node {
                 part,
                 parent: element.span,
+                is_guess: false,
                 found,
             };
             match fields.iter_mut().find(|(name, _)| *name == node.name()) {
                 Some((_, nodes)) => nodes.push(node),
-                None => unknown(element, node, known),
+                None => unknown.push(node),
             }
+        }
+        for node in unknown {
+            guess(element, node, &mut fields);
         }
         fields.retain(|(_, nodes)| !nodes.is_empty());
         Fields {
@@ -284,7 +296,8 @@ impl<'de> Children<'de> {
     /// The only one, or the first with a complaint about the others.
     fn single(self) -> Node<'de> {
         let first = self.0[0];
-        for &node in &self.0[1..] {
+        // A guess that was wrong is no second mistake.
+        for &node in self.0[1..].iter().filter(|node| !node.is_guess) {
             let message = format!("`{}` is given twice", node.name());
             let diagnostic = node
                 .found
@@ -333,8 +346,13 @@ impl<'de> Deserializer<'de> for Children<'de> {
     }
 }
 
-/// Reports an attribute or a child that `element` does not have.
-fn unknown(element: &Element<'_>, node: Node<'_>, known: &[&'static str]) {
+/// Reports an attribute or a child that `element` does not have. It is read as the one that was probably meant, so that
+/// one slip of the pen is one mistake.
+fn guess<'de>(
+    element: &Element<'_>,
+    node: Node<'de>,
+    fields: &mut [(&'static str, Vec<Node<'de>>)],
+) {
     let Node { part, found, .. } = node;
     if found.is_full() {
         return;
@@ -345,11 +363,22 @@ fn unknown(element: &Element<'_>, node: Node<'_>, known: &[&'static str]) {
     };
     let message = format!("`{}` has no {what} {}", element.name, quoted(node.name()));
     let diagnostic = found.error(code, span, message, format!("unknown {what}"));
-    found.push(match nearest(node.name(), known.iter().copied()) {
-        Some(near) => {
-            found.suspect(element.span, near);
-            diagnostic.help(format!("did you mean `{near}`?"))
-        }
-        None => diagnostic.help(format!("it has {}", known.join(", "))),
-    });
+    let known: Vec<&str> = fields.iter().map(|(name, _)| *name).collect();
+    // What is there under its own name is hardly meant once more.
+    let missing = fields.iter().filter(|(_, nodes)| nodes.is_empty());
+    let near = nearest(node.name(), missing.map(|(name, _)| *name));
+    let Some(near) = near.or_else(|| nearest(node.name(), known.iter().copied())) else {
+        found.push(diagnostic.help(format!("it has {}", known.join(", "))));
+        return;
+    };
+    found.push(diagnostic.help(format!("did you mean `{near}`?")));
+    found.suspect(element.span, near);
+    let is_child = matches!(part, Part::Element(_));
+    let field = fields.iter_mut().find(|(name, _)| *name == near);
+    if let Some((_, nodes)) = field.filter(|(_, nodes)| nodes.is_empty() || is_child) {
+        nodes.push(Node {
+            is_guess: true,
+            ..node
+        });
+    }
 }

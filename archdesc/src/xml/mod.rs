@@ -19,7 +19,9 @@ mod limits;
 mod links;
 mod quote;
 mod raw;
+mod reference;
 mod rules;
+mod schema;
 mod special;
 mod standard;
 mod syntax;
@@ -30,6 +32,7 @@ mod values;
 mod write;
 
 pub use edit::{AttributePath, EditError};
+pub use schema::schema;
 pub use standard::{ArrayTopology, StandardArray, scalar_classes, standard};
 pub use write::write;
 

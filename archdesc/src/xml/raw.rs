@@ -11,8 +11,70 @@ pub(super) type Text = Spanned<String>;
 
 /// An element of the raw form.
 pub(super) trait Fields {
+    /// The name of its type.
+    const NAME: &'static str;
     /// The attributes and elements that it can have, with underscores for hyphens.
     const FIELDS: &[&str];
+
+    /// What each of them is.
+    fn members() -> Vec<Member>;
+}
+
+/// A part that an element can have.
+pub(super) struct Member {
+    field: &'static str,
+    pub(super) part: Part,
+}
+
+impl Member {
+    /// Its name in a machine file.
+    pub(super) fn name(&self) -> String {
+        self.field.trim_start_matches("r#").replace('_', "-")
+    }
+}
+
+/// The kinds of parts of an element.
+pub(super) enum Part {
+    Attribute,
+    Element {
+        /// The name of its type.
+        name: &'static str,
+        /// True if there may be several of it.
+        many: bool,
+        members: fn() -> Vec<Member>,
+    },
+}
+
+/// A field of a struct of the raw form.
+trait Field {
+    /// The part of an element that it stands for.
+    fn part() -> Part;
+}
+
+impl Field for Option<Text> {
+    fn part() -> Part {
+        Part::Attribute
+    }
+}
+
+impl<T: Fields> Field for Option<Spanned<T>> {
+    fn part() -> Part {
+        Part::Element {
+            name: T::NAME,
+            many: false,
+            members: T::members,
+        }
+    }
+}
+
+impl<T: Fields> Field for Vec<Spanned<T>> {
+    fn part() -> Part {
+        Part::Element {
+            name: T::NAME,
+            many: true,
+            members: T::members,
+        }
+    }
 }
 
 /// Declares the structs of the raw form: any attribute or element may be missing.
@@ -24,7 +86,12 @@ macro_rules! raw {
         pub(super) struct $name { $(pub(super) $field: $ty,)* }
 
         impl Fields for $name {
+            const NAME: &'static str = stringify!($name);
             const FIELDS: &[&str] = &[$(stringify!($field)),*];
+
+            fn members() -> Vec<Member> {
+                vec![$(Member { field: stringify!($field), part: <$ty as Field>::part() }),*]
+            }
         }
     )*};
 }

@@ -91,6 +91,14 @@ impl Writer {
         self.text.push_str("/>\n");
     }
 
+    /// An element with text in it.
+    pub fn text(&mut self, tag: Tag, text: &str) {
+        self.indent();
+        let text = text.replace('&', "&amp;").replace('<', "&lt;");
+        self.text
+            .push_str(&format!("{}>{text}</{}>\n", tag.text, tag.name));
+    }
+
     /// The start of an element with children.
     pub fn open(&mut self, tag: Tag) {
         self.indent();
