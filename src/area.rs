@@ -3,12 +3,16 @@
 
 use crate::cli;
 use crate::failure::Failure;
-use crate::talk;
+use crate::{document, talk};
+use schemars::JsonSchema;
+use serde::Serialize;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::area::{self, Area, Complexity};
-use srp_archdesc::chip::{self, Chip};
+use srp_archdesc::chip::{self, Chip, SrpArea};
+use srp_archdesc::cost::special::Unit;
 use srp_archdesc::datapath::{BOX_TEST, Intersection};
 use srp_archdesc::system::{Pipeline, TniSpec};
+use srp_toolchain::envelope::{About, Contents};
 use srp_toolchain::machine;
 use std::fmt::Write as _;
 
@@ -22,8 +26,8 @@ const PAPER_REGISTERS: (f64, f64) = (49.0, 8.0);
 pub(crate) fn run(args: &cli::Area) -> Result<(), Failure> {
     let arch = machine::read(args.machine.file())?;
     if args.json {
-        let json = serde_json::to_string_pretty(&json(&arch)).map_err(Failure::message)?;
-        return Ok(talk::print(json + "\n")?);
+        let json = document::json(About::machine(&arch), &Document::of(&arch))?;
+        return Ok(talk::print(json)?);
     }
     let mut out = String::new();
     write_area(&mut out, &arch).expect("writing to a String does not fail");
@@ -106,26 +110,66 @@ fn write_specials(out: &mut String, arch: &Arch) -> std::fmt::Result {
     Ok(())
 }
 
-/// The unit as it is, in both forms, and what each operation takes.
-fn json(arch: &Arch) -> serde_json::Value {
-    let tni = &arch.system.tni;
-    serde_json::json!({
-        "machine": arch.name,
-        "chip": Chip::of(arch),
-        "srp": chip::srp(arch),
-        "special": arch.precision.specials()
-            .map(|s| (s.name(), arch.special_unit(s))).collect::<Vec<_>>(),
-        "tni": area::area(tni, &arch.system.buffers),
-        "parallel_mm2": form(arch, Pipeline::Parallel),
-        "single_mm2": form(arch, Pipeline::Single),
-        "energy_nj": {
-            "box_test": area::operations_energy(BOX_TEST),
-            "triangle_test": area::triangle_energy(tni),
-            "trv_l1": area::cache_energy(tni.trv_l1.bytes),
-            "trv_l2": area::cache_energy(tni.trv_l2.bytes),
-            "ist_l1": area::cache_energy(tni.ist_l1.bytes),
-        },
-    })
+/// The chip of a machine by its parts, and what each operation takes.
+#[derive(Serialize, JsonSchema)]
+pub(crate) struct Document {
+    /// All of the chip.
+    chip: Chip,
+    /// The SRP by its parts.
+    srp: SrpArea,
+    /// The units of special functions.
+    special: Vec<(&'static str, Unit)>,
+    /// The T&I unit by its parts.
+    tni: Area,
+    /// The T&I unit with traversal units of parallel pipelines.
+    parallel_mm2: f64,
+    /// The same with single pipelines.
+    single_mm2: f64,
+    /// Energy of single operations of the T&I unit.
+    energy_nj: OperationEnergy,
+}
+
+impl Contents for Document {
+    const FORMAT: &'static str = "srp-area";
+    const VERSION: u32 = 1;
+    const WRITTEN_BY: &'static str = "`srp area --json`";
+}
+
+/// Energy of operations of the T&I unit, nJ.
+#[derive(Serialize, JsonSchema)]
+struct OperationEnergy {
+    /// A test of a ray and a box.
+    box_test: f64,
+    /// A test of a ray and a triangle.
+    triangle_test: f64,
+    /// An access to the first cache of nodes.
+    trv_l1: f64,
+    /// An access to the second cache of nodes.
+    trv_l2: f64,
+    /// An access to the cache of triangles.
+    ist_l1: f64,
+}
+
+impl Document {
+    fn of(arch: &Arch) -> Document {
+        let tni = &arch.system.tni;
+        let specials = arch.precision.specials();
+        Document {
+            chip: Chip::of(arch),
+            srp: chip::srp(arch),
+            special: specials.map(|s| (s.name(), arch.special_unit(s))).collect(),
+            tni: area::area(tni, &arch.system.buffers),
+            parallel_mm2: form(arch, Pipeline::Parallel),
+            single_mm2: form(arch, Pipeline::Single),
+            energy_nj: OperationEnergy {
+                box_test: area::operations_energy(BOX_TEST),
+                triangle_test: area::triangle_energy(tni),
+                trv_l1: area::cache_energy(tni.trv_l1.bytes),
+                trv_l2: area::cache_energy(tni.trv_l2.bytes),
+                ist_l1: area::cache_energy(tni.ist_l1.bytes),
+            },
+        }
+    }
 }
 
 /// Area in mm² with traversal units of this form.

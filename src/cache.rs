@@ -1,9 +1,14 @@
 //! `srp cache`: what is kept from one run to the next.
 
 use crate::cli::CacheAction;
+use crate::document;
 use crate::failure::Failure;
 use crate::talk::{self, CONSOLE};
+use schemars::JsonSchema;
+use serde::Serialize;
 use srp_toolchain::cache::{Cache, Counts, Found, Kind, Place};
+use srp_toolchain::envelope::{About, Contents};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// Runs `srp cache`; 1 where entries were damaged.
@@ -18,11 +23,12 @@ pub(crate) fn run(action: CacheAction) -> Result<i32, Failure> {
     match action {
         CacheAction::Show { json } => {
             let counts = cache.counts(&CONSOLE);
-            let text = counts.map(|counts| match json {
-                true => json_of(&counts),
-                false => text_of(&counts),
-            });
-            talk::print(text.unwrap_or_default())?;
+            if let Some(counts) = counts {
+                talk::print(match json {
+                    true => document::json(About::default(), &Document::of(&counts))?,
+                    false => text_of(&counts),
+                })?;
+            }
         }
         CacheAction::Clean => {
             let removed = cache.clean(&CONSOLE).unwrap_or_default();
@@ -69,19 +75,46 @@ fn text_of(counts: &Counts) -> String {
     text
 }
 
-fn json_of(counts: &Counts) -> String {
-    let kinds: serde_json::Map<_, _> = Kind::ALL
-        .into_iter()
-        .map(|kind| {
+/// What is kept.
+#[derive(Serialize, JsonSchema)]
+pub(crate) struct Document {
+    /// The folder.
+    folder: String,
+    /// Bytes that it may have.
+    limit: u64,
+    /// By what is kept.
+    kinds: BTreeMap<&'static str, Kept>,
+}
+
+impl Contents for Document {
+    const FORMAT: &'static str = "srp-cache";
+    const VERSION: u32 = 1;
+    const WRITTEN_BY: &'static str = "`srp cache show --json`";
+}
+
+/// The entries of a kind.
+#[derive(Serialize, JsonSchema)]
+struct Kept {
+    /// How many there are.
+    entries: u64,
+    /// Their bytes.
+    bytes: u64,
+}
+
+impl Document {
+    fn of(counts: &Counts) -> Document {
+        let kept = |kind: Kind| {
             let found = counts.kinds.get(&kind).copied().unwrap_or_default();
-            let value = serde_json::json!({ "entries": found.entries, "bytes": found.bytes });
-            (kind.name().to_owned(), value)
-        })
-        .collect();
-    let value = serde_json::json!({
-        "folder": counts.folder.display().to_string(),
-        "limit": counts.limit,
-        "kinds": kinds,
-    });
-    format!("{value:#}\n")
+            let kept = Kept {
+                entries: found.entries,
+                bytes: found.bytes,
+            };
+            (kind.name(), kept)
+        };
+        Document {
+            folder: counts.folder.display().to_string(),
+            limit: counts.limit,
+            kinds: Kind::ALL.into_iter().map(kept).collect(),
+        }
+    }
 }

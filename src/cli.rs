@@ -117,6 +117,18 @@ pub(crate) enum Command {
     Cache(Cache),
     /// Check a machine file, show what it describes, write it out in full, or make one.
     Machine(Machine),
+    /// Print the JSON Schema of a format of documents, or the names of all formats.
+    #[command(after_help = "\
+docs/json.md describes the formats, and what may change of them.
+
+Examples:
+  srp schema
+  srp schema srp-report > srp-report.json")]
+    Schema {
+        /// The format, such as srp-report; without it, the names of all formats are printed.
+        #[arg(value_name = "NAME")]
+        name: Option<String>,
+    },
     /// Print a completion script for a shell.
     #[command(after_help = "\
 Examples:

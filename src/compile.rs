@@ -3,7 +3,9 @@
 use crate::cli::{self, Compile, Form};
 use crate::failure::Failure;
 use crate::talk::CONSOLE;
-use crate::{diagnostics, files, interrupt, refused_kernel, report, talk};
+use crate::{diagnostics, document, files, interrupt, refused_kernel, report, talk};
+use schemars::JsonSchema;
+use serde::Serialize;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Source;
 use srp_archdesc::entity::EntityMap;
@@ -14,6 +16,7 @@ use srp_ir::pass::{Pass, Remark, Rewrite, SOFTWARE};
 use srp_ir::program::{Program, SourceFile};
 use srp_kernels::libc;
 use srp_studies::loops::{self, LoopReport, NotPipelined, Subject};
+use srp_toolchain::envelope::{About, Contents};
 use srp_toolchain::{
     Compiled, Input, Options, Session, Timed, Times, compile, divide, front_end, input, machine,
     run_passes, syntax_tree,
@@ -41,27 +44,39 @@ pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
     };
     forms(args, &passes, &arch, &options, session)?;
     if args.json {
-        talk::print(seconds(&timed.times())?)?;
+        let seconds = Seconds::of(&timed.times());
+        talk::print(document::json(About::machine(&arch), &seconds)?)?;
     }
     interrupt::end_if_requested()
 }
 
-/// The seconds of each stage and loop, as JSON.
-fn seconds(times: &Times) -> Result<String, Failure> {
-    let stages = times
-        .stages
-        .iter()
-        .map(|(name, time)| (*name, time.as_secs_f64()));
-    let loops = times
-        .items
-        .iter()
-        .map(|(name, time)| (name.as_str(), time.as_secs_f64()));
-    let json = serde_json::json!({
-        "stages": stages.collect::<BTreeMap<_, _>>(),
-        "loops": loops.collect::<BTreeMap<_, _>>(),
-    });
-    let text = serde_json::to_string_pretty(&json).map_err(Failure::message)?;
-    Ok(text + "\n")
+/// The seconds of each stage and loop on this host.
+#[derive(Serialize, JsonSchema)]
+pub(crate) struct Seconds {
+    /// By stage.
+    stages: BTreeMap<String, f64>,
+    /// By loop, those that were scheduled anew.
+    loops: BTreeMap<String, f64>,
+}
+
+impl Contents for Seconds {
+    const FORMAT: &'static str = "srp-compile-times";
+    const VERSION: u32 = 1;
+    const WRITTEN_BY: &'static str = "`srp compile --json`";
+}
+
+impl Seconds {
+    fn of(times: &Times) -> Seconds {
+        let (stages, loops) = (times.stages.iter(), times.items.iter());
+        Seconds {
+            stages: stages
+                .map(|(name, time)| (name.to_string(), time.as_secs_f64()))
+                .collect(),
+            loops: loops
+                .map(|(name, time)| (name.clone(), time.as_secs_f64()))
+                .collect(),
+        }
+    }
 }
 
 /// Writes the forms that are asked for, and compiles as far as that takes.

@@ -4,12 +4,11 @@ use crate::cli::Diff;
 use crate::count::count;
 use crate::failure::Failure;
 use crate::files::Kind;
-use crate::{files, report, talk};
-use serde_json::Value;
+use crate::{document, files, report, talk};
 use srp_archdesc::diagnostic::Source;
-use srp_studies::comparison::{self, Change, Comparison, Section};
-use srp_studies::loops;
-use srp_toolchain::json;
+use srp_studies::comparison::{self, Change, Comparison, FRAME, PROFILE, Section};
+use srp_studies::loops::Report;
+use srp_toolchain::envelope::{self, About, Contents, Expected};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -19,22 +18,27 @@ const SHOWN: usize = 8;
 /// Runs `srp diff`: 1 where the second run is slower.
 pub(crate) fn run(args: &Diff) -> Result<i32, Failure> {
     let [old, new] = [read(&args.old)?, read(&args.new)?];
-    if [&old, &new].map(|d| d["format"].as_str()) == [Some(loops::FORMAT); 2] {
-        return report::compare(&args.old, &args.new, args.json);
+    let formats = [FRAME, PROFILE, Expected::of::<Report>()];
+    let [first, second] = [
+        envelope::read(&old, &formats)?,
+        envelope::read(&new, &formats)?,
+    ];
+    envelope::of_one_format((&old, &first), (&new, &second))?;
+    if first.format == Report::FORMAT {
+        return report::compare(&old, &new, args.json);
     }
-    let name = |path: &Path| path.display().to_string();
-    let names = [name(&args.old), name(&args.new)];
-    let comparison = comparison::compare((&names[0], &old), (&names[1], &new))?;
+    let comparison = comparison::compare(&old, &new)?;
     talk::print(match args.json {
-        true => serde_json::to_string_pretty(&comparison).map_err(Failure::message)? + "\n",
+        true => document::json(About::default(), &comparison)?,
         false => text(&comparison, if args.all { usize::MAX } else { SHOWN }),
     })?;
     Ok(i32::from(comparison.is_slower(args.tolerance)))
 }
 
-fn read(path: &Path) -> Result<Value, Failure> {
+/// A document that is compared.
+fn read(path: &Path) -> Result<Source, Failure> {
     let text = files::read_text(path, Kind::Report)?;
-    Ok(json::read(&Source::new(path.display().to_string(), text))?)
+    Ok(Source::new(path.display().to_string(), text))
 }
 
 /// A comparison as text, with so many changes of each section.
@@ -47,6 +51,7 @@ fn text(comparison: &Comparison, shown: usize) -> String {
 fn write_text(out: &mut String, c: &Comparison, shown: usize) -> std::fmt::Result {
     let [old, new] = &c.machines;
     if old != new {
+        let [old, new] = report::machines_in_words(&c.machines);
         writeln!(out, "machine: {old} → {new}")?;
     }
     for note in &c.notes {

@@ -3,26 +3,34 @@
 use crate::cli::dram::Dram;
 use crate::failure::Failure;
 use crate::files::Kind;
-use crate::{files, talk};
+use crate::{document, files, talk};
+use schemars::JsonSchema;
 use serde::Serialize;
 use srp_archdesc::diagnostic;
 use srp_archdesc::dram::{DramSpec, FIXED, presets};
 use srp_runtime::digits::thousands;
 use srp_runtime::memory::dram::trace::{self, Replay};
 use srp_runtime::memory::dram::{self, ChannelCounters, DramReport};
+use srp_toolchain::envelope::{About, Contents};
 use srp_toolchain::machine;
 
 /// How a trace went: the sums over the channels, and everything in detail.
-#[derive(Serialize)]
-struct Summary {
+#[derive(Serialize, JsonSchema)]
+pub(crate) struct Summary {
+    /// The file of the trace.
     trace: String,
+    /// Requests of the trace.
     requests: u64,
+    /// Those that the memory took.
     taken: u64,
+    /// Cycles for which the requester waited for room.
     refused_cycles: u64,
+    /// Cycles of the memory's clock.
     cycles: u64,
     gigabytes_per_second: f64,
     reads: u64,
     writes: u64,
+    /// From a request to its last word.
     mean_read_cycles: f64,
     max_read_cycles: u64,
     activates: u64,
@@ -33,6 +41,12 @@ struct Summary {
     memory: DramReport,
 }
 
+impl Contents for Summary {
+    const FORMAT: &'static str = "srp-dram";
+    const VERSION: u32 = 1;
+    const WRITTEN_BY: &'static str = "`srp dram --json`";
+}
+
 /// Runs `srp dram`.
 pub(crate) fn run(args: &Dram) -> Result<(), Failure> {
     if args.presets {
@@ -41,7 +55,7 @@ pub(crate) fn run(args: &Dram) -> Result<(), Failure> {
     let Some(path) = &args.trace else {
         return Err(Failure::message("there is no trace to run"));
     };
-    let spec = memory(args)?;
+    let (spec, about) = memory(args)?;
     let source = files::read_source(path, Kind::Trace)?;
     let bytes = trace::default_bytes(&spec);
     let requests = trace::parse(&source.name, &source.text, bytes).map_err(|errors| {
@@ -55,7 +69,7 @@ pub(crate) fn run(args: &Dram) -> Result<(), Failure> {
     let replay = trace::replay(device.as_mut(), requests.offers(), args.cycles);
     let summary = summary(source.name, requests.requests() as u64, replay, &spec);
     let out = match args.json {
-        true => serde_json::to_string_pretty(&summary).map_err(Failure::message)? + "\n",
+        true => document::json(about, &summary)?,
         false => text(&summary),
     };
     Ok(talk::print(out)?)
@@ -70,14 +84,20 @@ fn list() -> String {
     named + "fixed\n    Every access takes 340 ns; two channels of 32 bits at 800 MHz.\n"
 }
 
-/// The memory that the command line names.
-fn memory(args: &Dram) -> Result<DramSpec, Failure> {
+/// The memory that the command line names, and the machine that it is of.
+fn memory(args: &Dram) -> Result<(DramSpec, About), Failure> {
     match args.preset.as_deref() {
-        None => Ok(machine::read(&args.machine.machine)?.system.dram),
-        Some(name) => Ok(presets()
-            .into_iter()
-            .find(|preset| preset.name == name)
-            .map_or(FIXED, |preset| preset.spec)),
+        None => {
+            let arch = machine::read(&args.machine.machine)?;
+            let about = About::machine(&arch);
+            Ok((arch.system.dram, about))
+        }
+        Some(name) => {
+            let mut presets = presets().into_iter();
+            let preset = presets.find(|preset| preset.name == name);
+            let spec = preset.map_or(FIXED, |preset| preset.spec);
+            Ok((spec, About::default()))
+        }
     }
 }
 

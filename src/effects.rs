@@ -4,17 +4,20 @@ mod output;
 
 use crate::cli::Effects as Args;
 use crate::failure::Failure;
-use crate::{files, interrupt, scenes, talk};
+use crate::{document, files, interrupt, scenes, talk};
+use schemars::JsonSchema;
 use serde::Serialize;
 use srp_runtime::effect::{self, Effects};
 use srp_runtime::scene::Scene;
 use srp_studies::effects::{Cost, Costs, Measured, costs};
+use srp_toolchain::envelope::{About, Contents};
 use srp_toolchain::{Build, Frame, machine};
 
 /// The report on a scene.
-#[derive(Serialize)]
-struct Report {
-    /// Its name.
+#[derive(Serialize, JsonSchema)]
+pub(crate) struct Report {
+    /// Its name, which the envelope has.
+    #[serde(skip)]
     scene: String,
     /// Its triangles.
     triangles: usize,
@@ -22,6 +25,7 @@ struct Report {
     key: String,
     /// Names of the effects that it is built for.
     built: Vec<&'static str>,
+    /// All effects that there are.
     effects: Vec<Line>,
     /// Features of the scene that no effect supports.
     lacks: Vec<String>,
@@ -31,10 +35,18 @@ struct Report {
     simulators: Vec<Measured>,
 }
 
+impl Contents for Report {
+    const FORMAT: &'static str = "srp-effects";
+    const VERSION: u32 = 1;
+    const WRITTEN_BY: &'static str = "`srp effects --json`";
+}
+
 /// One effect.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Line {
+    /// Its name.
     effect: &'static str,
+    /// What it does.
     what: &'static str,
     /// True if the scene calls for it.
     on: bool,
@@ -56,6 +68,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let options = (args.frame).options(Some(&args.building), args.bvh, args.size)?;
     let of_scene = Build::of_scene(&options, &mut scenes::say, session)?;
     let (scene, build, _) = &of_scene;
+    let about = About::scene(&arch, scene);
     let built = build.effects;
     let mut report = Report {
         scene: scene.name.clone(),
@@ -90,10 +103,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         talk::say(html.display());
     }
     match args.json {
-        true => {
-            let text = serde_json::to_string_pretty(&report).map_err(Failure::message)?;
-            talk::print(format!("{text}\n"))?;
-        }
+        true => talk::print(document::json(about, &report)?)?,
         false => talk::print(output::text(&report))?,
     }
     Ok(())

@@ -2,9 +2,10 @@
 
 use crate::cli::HardCases;
 use crate::failure::Failure;
-use crate::{files, interrupt, scenes, talk};
+use crate::{document, files, interrupt, scenes, talk};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use srp_studies::hard_cases::{self, Case, Column, Level, Matrix, Verdict};
+use srp_studies::hard_cases::{self, Case, Column, Level, Listing, Matrix, Verdict};
+use srp_toolchain::envelope::About;
 use srp_toolchain::machine;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -23,7 +24,7 @@ pub(crate) fn run(args: &HardCases) -> Result<i32, Failure> {
         files::write(path, page(&matrix).as_bytes())?;
     }
     talk::print(match args.json {
-        true => json(&matrix)?,
+        true => document::json(About::scene(&arch, &scene), &Listing::of(&matrix))?,
         false => text(&matrix),
     })?;
     Ok(i32::from(matrix.is_wrong()))
@@ -137,12 +138,6 @@ fn list(
             );
         }
     }
-}
-
-/// The matrix as JSON.
-fn json(matrix: &Matrix) -> Result<String, Failure> {
-    let value = serde_json::to_value(matrix).map_err(Failure::message)?;
-    Ok(format!("{value:#}\n"))
 }
 
 const STYLE: &str = include_str!("hard.css");

@@ -8,12 +8,14 @@ mod compile;
 mod count;
 mod diagnostics;
 mod diff;
+mod document;
 mod dram;
 mod effects;
 mod energy;
 mod failure;
 mod fidelity;
 mod files;
+mod formats;
 mod hard;
 mod interrupt;
 mod machine;
@@ -33,7 +35,7 @@ mod tni;
 mod trace;
 mod units;
 
-use clap::{CommandFactory, Parser};
+use clap::{CommandFactory, FromArgMatches};
 use cli::{Cli, Command};
 use failure::Failure;
 use srp_toolchain::engine;
@@ -46,7 +48,11 @@ fn main() -> ExitCode {
     {
         return build_simulator();
     }
-    let cli = Cli::parse();
+    let mut command = Cli::command();
+    command.build();
+    let matches = command.clone().get_matches();
+    document::remember(&command, &matches);
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     interrupt::catch();
     let Some(command) = &cli.command else {
         return explain(cli.explain.as_deref().unwrap_or_default());
@@ -71,6 +77,7 @@ fn main() -> ExitCode {
         Command::HardCases(args) => hard::run(args),
         Command::Cache(args) => cache::run(args.action),
         Command::Machine(args) => machine::run(&args.action).map(|()| 0),
+        Command::Schema { name } => schema(name.as_deref()),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "srp", &mut script);
@@ -108,6 +115,16 @@ fn build_simulator() -> ExitCode {
             ExitCode::from(1)
         }
     }
+}
+
+/// Prints the schema of a format, or the names of all formats.
+fn schema(name: Option<&str>) -> Result<i32, Failure> {
+    let text = match name {
+        Some(name) => formats::schema_of(name)?,
+        None => formats::names().map(|name| format!("{name}\n")).collect(),
+    };
+    talk::print(text)?;
+    Ok(0)
 }
 
 /// Says what the code of a message stands for.

@@ -6,9 +6,13 @@ use crate::cli;
 use crate::failure::Failure;
 use crate::{interrupt, scenes, talk};
 use sheet::Sheet;
+
+pub(crate) use sheet::Document;
+
 use srp_runtime::effect::Effects;
 use srp_studies::fidelity::Fidelity;
 use srp_studies::paper::{self, Case, Options};
+use srp_toolchain::envelope::About;
 use srp_toolchain::scene::Views;
 use srp_toolchain::{Session, machine};
 use std::path::{Path, PathBuf};
@@ -43,7 +47,7 @@ pub(crate) fn run(args: &cli::Paper) -> Result<(), Failure> {
         let mut entries = |entry| sheet.take(entry);
         interrupt::looked_for(|| paper::table(&case, &options, &arch, session, &mut entries))?;
     }
-    sheet.finish(args.table.name())
+    sheet.finish(args.table.name(), About::machine(&arch))
 }
 
 /// How the table is measured.

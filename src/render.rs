@@ -5,28 +5,51 @@ use crate::failure::Failure;
 use crate::fidelity::{frame_text, sampled_text};
 use crate::profile::Target;
 use crate::run::COUNTS;
-use crate::{compile, energy, files, interrupt, refused_kernel, report, scenes, talk, trace};
+use crate::{
+    compile, document, energy, files, interrupt, refused_kernel, report, scenes, talk, trace,
+};
+use schemars::JsonSchema;
 use serde::Serialize;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene_image::SceneImage;
 use srp_runtime::system;
-use srp_studies::comparison;
+use srp_studies::comparison::FRAME;
 use srp_studies::energy::Energy;
 use srp_studies::fidelity::{self, Fidelity, FrameFigure, Prepared, Untimed};
 use srp_studies::profile::Profiler;
+use srp_toolchain::envelope::{About, Contents};
 use srp_toolchain::{Engine, Engines, Error, Frame, Session, Warnings, system_options};
 
 /// Where time and energy of a frame went.
-#[derive(Serialize)]
-struct Account<'a> {
-    format: &'static str,
-    version: u32,
-    machine: &'a str,
-    scene: &'a str,
-    scene_hash: String,
+#[derive(Serialize, JsonSchema)]
+pub(crate) struct Account<'a> {
+    /// The report of the simulation.
     #[serde(flatten)]
     report: &'a system::Report,
+    /// The energy of the frame.
     energy: &'a Energy,
+}
+
+impl Contents for Account<'_> {
+    const FORMAT: &'static str = FRAME.format;
+    const VERSION: u32 = FRAME.version;
+    const WRITTEN_BY: &'static str = FRAME.written_by;
+}
+
+/// A frame without an account of every cycle.
+#[derive(Serialize, JsonSchema)]
+pub(crate) struct Figures {
+    /// The level of simulation.
+    fidelity: &'static str,
+    /// What is known at this level.
+    figures: Vec<FrameFigure>,
+}
+
+impl Contents for Figures {
+    const FORMAT: &'static str = "srp-frame-figures";
+    const VERSION: u32 = 1;
+    const WRITTEN_BY: &'static str =
+        "`srp render --fidelity functional` and `analytic`, by --json and --report";
 }
 
 /// Runs `srp render`.
@@ -114,7 +137,8 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     talk::say_shares(&engines);
 
     if let (Some(target), Some(profiler)) = (profile, profiler) {
-        target.write("the frame", &profiler.profile())?;
+        let about = About::scene(&arch, &frame.scene);
+        target.write("the frame", about, &profiler.profile())?;
     }
     if let (Some(target), Some(tracer)) = (trace, tracer) {
         target.write(&tracer)?;
@@ -124,15 +148,12 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     }
     let energy = srp_studies::energy::energy(&report, program, &arch);
     let account = Account {
-        format: comparison::FRAME,
-        version: comparison::VERSION,
-        machine: &arch.name,
-        scene: &frame.scene.name,
-        scene_hash: frame.scene_hash(),
         report: &report,
         energy: &energy,
     };
-    show(args, &account, report.text() + &energy::text(&energy))?;
+    let about = About::scene(&arch, &frame.scene);
+    let text = report.text() + &energy::text(&energy);
+    show(args, about, &account, text)?;
     if !report.complete {
         return Err(Failure::Interrupted);
     }
@@ -170,38 +191,50 @@ fn without_clock(
     talk::say_all(&warnings.render(talk::colour()));
     let run = || fidelity::untimed(image, &program, &frame.arch, &frame.guard, session);
     let Untimed { picture, figures } = interrupt::looked_for(run)?;
-    show_whole(args, &picture, &figures)
+    let about = About::scene(&frame.arch, &frame.scene);
+    show_whole(args, about, &picture, figures)
 }
 
 /// A frame at a level without an account of every cycle.
 fn cheaply(prepared: &Prepared<'_>, args: &Render) -> Result<(), Failure> {
     let level = args.level.fidelity;
+    let frame = prepared.frame;
+    let about = About::scene(&level.machine(&frame.arch), &frame.scene);
     if level == Fidelity::Sampled {
         let (seed, error) = (args.level.seed, args.level.error);
         let (sampled, _) = interrupt::looked_for(|| prepared.sampled(seed, error))?;
-        show(args, &sampled, sampled_text(&sampled, args.size))?;
+        let text = sampled_text(&sampled, args.size);
+        show(args, about, &sampled, text)?;
         talk::say("note: a sample has no picture; --fidelity functional makes the whole one");
         return Ok(());
     }
     let whole = interrupt::looked_for(|| prepared.whole(level))?;
-    show_whole(args, &whole.picture, &whole.figures)
+    show_whole(args, about, &whole.picture, whole.figures)
 }
 
 /// Writes the picture of a frame, and shows its figures: without a clock, only those that are counts.
-fn show_whole(args: &Render, picture: &Picture, figures: &[FrameFigure]) -> Result<(), Failure> {
+fn show_whole(
+    args: &Render,
+    about: About,
+    picture: &Picture,
+    mut figures: Vec<FrameFigure>,
+) -> Result<(), Failure> {
     files::write(&args.output, &picture.png())?;
     let level = args.level.fidelity;
-    let known = |f: &&FrameFigure| level != Fidelity::Functional || f.quantity.is_count();
-    let figures: Vec<FrameFigure> = figures.iter().filter(known).cloned().collect();
-    let json = serde_json::json!({ "fidelity": level.name(), "figures": figures });
-    show(args, &json, frame_text(level, args.size, &figures))?;
+    figures.retain(|f| level != Fidelity::Functional || f.quantity.is_count());
+    let text = frame_text(level, args.size, &figures);
+    let found = Figures {
+        fidelity: level.name(),
+        figures,
+    };
+    show(args, about, &found, text)?;
     talk::say(args.output.display());
     Ok(())
 }
 
 /// Prints what is known of a frame, as text or JSON, and writes the report that is asked for.
-fn show(args: &Render, json: &impl Serialize, text: String) -> Result<(), Failure> {
-    let json = serde_json::to_string_pretty(json).map_err(Failure::message)? + "\n";
+fn show(args: &Render, about: About, found: &impl Contents, text: String) -> Result<(), Failure> {
+    let json = document::json(about, found)?;
     if let Some(path) = &args.report {
         files::write(path, json.as_bytes())?;
     }

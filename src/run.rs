@@ -1,27 +1,29 @@
 //! `srp run`
 
-use crate::cli::{self, Run, RunEngine};
-use crate::count::count;
+mod account;
+
+pub(crate) use account::Account;
+
+use crate::cli::{Run, RunEngine};
 use crate::failure::Failure;
 use crate::profile::Target;
-use crate::{compile, diagnostics, interrupt, refused_kernel, report, talk, trace};
+use crate::{compile, diagnostics, files, interrupt, refused_kernel, report, talk, trace};
 use srp_archdesc::arch::Arch;
-use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Space;
 use srp_archdesc::ops::Value;
 use srp_archdesc::watch::{Event, Watch};
-use srp_ir::dre::scheduled::ScheduledDre;
 use srp_ir::dre::{self, Dre};
 use srp_ir::interp::{self, FlatWorld, PortOut, World};
 use srp_ir::layout::Layout;
-use srp_ir::program::{Kernel, Program};
+use srp_ir::program::Program;
 use srp_runtime::solo::{self, Finish, Solo, SoloError};
 use srp_studies::profile::Profiler;
+use srp_toolchain::envelope::About;
 use srp_toolchain::files::FileError;
 use srp_toolchain::{
     Engine, Engines, Error, Input, Options, divide, front_end, input, machine, optimise,
 };
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -36,6 +38,9 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     let input = input::read(&args.files, &arch)?;
     let profile = Target::to(&args.profile)?;
     let trace = trace::Target::of_program(&args.trace)?;
+    if let Some(path) = &args.report {
+        files::check_writable(path)?;
+    }
     if profile.is_some() && matches!(args.engine, RunEngine::Csim | RunEngine::Ir) {
         return Err(Failure::Usage(COUNTS.to_owned()));
     }
@@ -51,7 +56,7 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
                 "--engine ir schedules no loop: there is nothing to write for --loops",
             ));
         }
-        RunEngine::Ir => return interpret(input, &options, source, &arch, args.limit),
+        RunEngine::Ir => return interpret(input, &options, args, &arch),
     };
     let compiled = compile::compile_and_say(input, &arch, &options, source, session)?;
     let format = source.error_format;
@@ -80,15 +85,20 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     };
     let mut bus = Solo::new(&program.image, arch.system.sram_bytes);
     let mut account = Finish::default();
-    let printing = Printing::default();
+    let printing = Printing::to(args.json);
     let ended = interrupt::looked_for(|| {
         solo::run_until(core.as_mut(), &mut bus, args.limit, &printing, &mut account)
     });
     printing.end(&bus.output)?;
-    say_account(&account, program);
+    let told = Account::of(&account, program, ended.is_ok());
+    told.say();
     talk::say_shares(&engines);
     if let (Some(target), Some(profiler)) = (profile, profiler) {
-        target.write(&title(&args.files), &profiler.profile())?;
+        let about = About::machine(&arch);
+        target.write(&title(&args.files), about, &profiler.profile())?;
+    }
+    if matches!(ended, Ok(()) | Err(SoloError::Stopped)) {
+        told.write(args, &arch)?;
     }
     if let (Some(target), Some(tracer)) = (trace, tracer) {
         target.write(&tracer)?;
@@ -105,10 +115,26 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
 /// Watches a program that prints: its text appears as it runs, and it ends where that cannot be written.
 #[derive(Default)]
 struct Printing {
+    /// True if standard output is for a document: the program prints to standard error.
+    to_errors: bool,
     failed: Mutex<Option<io::Error>>,
 }
 
 impl Printing {
+    fn to(to_errors: bool) -> Printing {
+        Printing {
+            to_errors,
+            ..Printing::default()
+        }
+    }
+
+    fn print(&self, bytes: &[u8]) -> io::Result<()> {
+        match self.to_errors {
+            true => io::stderr().write_all(bytes),
+            false => talk::print_part(bytes),
+        }
+    }
+
     fn failure(&self) -> MutexGuard<'_, Option<io::Error>> {
         self.failed.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -123,7 +149,12 @@ impl Printing {
     fn end(&self, rest: &[u8]) -> Result<(), FileError> {
         let failed = self.failure().take();
         match failed {
-            None => talk::print(rest),
+            None => match self.print(rest) {
+                Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
+                    Err(FileError::writing(Path::new("standard output"), e))
+                }
+                _ => Ok(()),
+            },
             Some(error) if error.kind() == io::ErrorKind::BrokenPipe => {
                 *self.failure() = Some(error);
                 Ok(())
@@ -143,7 +174,7 @@ impl Watch for Printing {
     }
 
     fn printed(&self, bytes: &[u8]) -> bool {
-        if let Err(error) = talk::print_part(bytes) {
+        if let Err(error) = self.print(bytes) {
             *self.failure() = Some(error);
         }
         true
@@ -207,28 +238,9 @@ fn title(files: &[PathBuf]) -> String {
     names.join(", ")
 }
 
-fn say_account(account: &Finish, program: &ScheduledDre) {
-    talk::say(format_args!(
-        "{}: {} VLIW, {} switching",
-        count(account.cycles(), "cycle"),
-        account.vliw,
-        account.switch
-    ));
-    for (&kernel, cycles) in &account.kernels {
-        let kernel = program.kernels.get(Kernel::new(kernel as usize));
-        let name = kernel.map_or("a kernel", |k| k.dfg.name.as_str());
-        talk::say(format_args!("  {cycles} in {name}"));
-    }
-}
-
 /// Runs the meaning of the intermediate form.
-fn interpret(
-    input: Input,
-    options: &Options,
-    source: &cli::Source,
-    arch: &Arch,
-    limit: u64,
-) -> Result<i32, Failure> {
+fn interpret(input: Input, options: &Options, args: &Run, arch: &Arch) -> Result<i32, Failure> {
+    let source = &args.compilation.source;
     let mut precision = arch.precision;
     let dre = match input {
         Input::C(sources) => {
@@ -260,28 +272,30 @@ fn interpret(
     };
     let layout = Layout::of(&dre.control, arch.system.sram_bytes).map_err(Failure::message)?;
     let main = dre.control.main.ok_or(Error::NoMain)?;
-    let printing = Printing::default();
+    let printing = Printing::to(args.json);
     let mut world = Printer {
         world: FlatWorld::new(&layout, arch.system.sram_bytes),
         printing: &printing,
     };
     let options = interp::Options {
         precision,
-        steps: limit,
+        steps: args.limit,
         ..interp::Options::new(&layout)
     };
     let zeros = dre.control.funcs[main].blocks[dre.control.funcs[main].entry()]
         .params
         .iter();
     let zero = |&v: &_| srp_ir::program::Bits::zero(dre.control.funcs[main].values[v]);
-    let args: Vec<_> = zeros.map(zero).collect();
-    let outcome = dre::run(&dre, main, &args, &mut world, &options);
+    let zeros: Vec<_> = zeros.map(zero).collect();
+    let outcome = dre::run(&dre, main, &zeros, &mut world, &options);
     printing.end(&world.world.output)?;
     if printing.is_unread() {
         return Ok(0);
     }
     let outcome = outcome.map_err(|trap| Failure::Message(trap.show(&dre.control)))?;
-    talk::say(format_args!("{} steps", outcome.profile.steps));
+    let account = Account::of_steps(outcome.status(), outcome.profile.steps);
+    account.say();
+    account.write(args, arch)?;
     Ok(outcome.status())
 }
 

@@ -2,19 +2,23 @@
 
 use crate::cli;
 use crate::failure::Failure;
-use crate::interrupt;
 use crate::talk::{self, Progress};
+use crate::{document, interrupt};
+use schemars::JsonSchema;
 use serde::Serialize;
 use srp_archdesc::arch::{Approx, Arch};
 use srp_archdesc::certify::{Certificate, Function, certify};
 use srp_archdesc::cost::special::{Unit, unit};
 use srp_archdesc::structure::{Special, Structure};
+use srp_toolchain::envelope::{About, Contents};
 use srp_toolchain::machine;
 use std::fmt::Write as _;
 
 /// The certificates of a machine.
-#[derive(Serialize)]
-struct Report {
+#[derive(Serialize, JsonSchema)]
+pub(crate) struct Report {
+    /// The machine's name, which the envelope has.
+    #[serde(skip)]
     machine: String,
     /// Cycles, area and energy of the functions of the SRP, in the order of [`Special::ALL`].
     costs: Vec<Cost>,
@@ -26,15 +30,21 @@ struct Report {
     tni: Certificate,
 }
 
+impl Contents for Report {
+    const FORMAT: &'static str = "srp-units";
+    const VERSION: u32 = 1;
+    const WRITTEN_BY: &'static str = "`srp units --json`";
+}
+
 /// What a fast unit is worth.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct FastUnit {
     unit: Special,
     certificate: Certificate,
 }
 
 /// The cost of the unit of a function.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Cost {
     function: Special,
     #[serde(flatten)]
@@ -82,8 +92,8 @@ pub(crate) fn run(args: &cli::Units) -> Result<(), Failure> {
     };
     drop(progress);
     if args.json {
-        let json = serde_json::to_string_pretty(&report).map_err(Failure::message)?;
-        return Ok(talk::print(json + "\n")?);
+        let json = document::json(About::machine(&arch), &report)?;
+        return Ok(talk::print(json)?);
     }
     let mut out = String::new();
     let written = text(&mut out, &report).and_then(|()| costs(&mut out, &arch));

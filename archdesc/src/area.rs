@@ -6,6 +6,7 @@
 //! the machine; nothing is taken over but prices. Energies are those of the same synthesis, which
 //! SimTRaX (Spjut et al., 2009) ships: the paper prints the areas of that source.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::cost::special::{self as cost, Build};
@@ -44,7 +45,7 @@ const STACK_ENTRY: u32 = 8;
 const RAY_NUMBER: u32 = 2;
 
 /// One kind of unit of the T&I unit, all of the kind together.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Complexity {
     /// Operators.
     pub operations: Operations,
@@ -57,7 +58,7 @@ pub struct Complexity {
 }
 
 /// A line of Table 2.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Item {
     /// Its name in listings.
     pub name: &'static str,
@@ -70,7 +71,7 @@ pub struct Item {
 }
 
 /// The parts of a T&I unit, with their areas.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Area {
     /// Traversal units.
     pub trv: Complexity,

@@ -4,6 +4,7 @@
 //! through all fractions (from 1 to 2), log2 through 1 to 2, sine and cosine through ½ to 1. By powers
 //! of two, signs and quarter turns that is all there is, but for results that are denormal.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::ops::semantics::elementary::{self, cosine, logarithm, power, sine};
@@ -11,7 +12,7 @@ use crate::precision::{Approx, Precision};
 use crate::structure::{Special, Structure};
 
 /// A function that a unit computes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Function {
     /// 1/x
@@ -154,7 +155,7 @@ fn dividend(x: u32) -> u32 {
 }
 
 /// The measured errors of a unit over all mantissas.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Certificate {
     /// The function.
     pub function: Function,

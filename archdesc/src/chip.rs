@@ -5,6 +5,7 @@
 //! each place that a unit reads. A context has for every unit an opcode, a choice for every
 //! operand, addresses of registers and constants.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::arch::{Arch, FileSpec, Fu, FuSpec, LinkSpec, Srp};
@@ -48,7 +49,7 @@ fn opcode_bits(srp: &Srp) -> u32 {
 const OPERANDS: u32 = 3;
 
 /// A kind of part of an SRP, all of the kind together.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Item {
     /// Its name in listings.
     pub name: &'static str,
@@ -59,7 +60,7 @@ pub struct Item {
 }
 
 /// The parts of an SRP, with their areas.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct SrpArea {
     /// Its parts.
     pub items: Vec<Item>,
@@ -474,7 +475,7 @@ pub fn context_energy(bits: u32) -> f64 {
 }
 
 /// The area of a whole chip, mm² at 65 nm.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Chip {
     /// One SRP.
     pub srp_mm2: f64,

@@ -4,6 +4,7 @@
 //! A datapath is fully pipelined: it starts a test every cycle, so it has one operator for every
 //! operation of a test.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::cost::cycles;
@@ -30,7 +31,7 @@ pub enum Intersection {
 }
 
 /// Operators of a datapath.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Operations {
     /// Additions and subtractions.
     pub add: u32,

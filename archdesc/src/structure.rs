@@ -2,6 +2,7 @@
 //! ([`approximation`]), and so do its
 //! cycles, area and energy ([`cost`](crate::cost)).
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -11,7 +12,7 @@ use crate::ops::semantics::approximation::{
 };
 
 /// How a first approximation, or an exact function, is made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 pub enum Structure {
     /// A table of results, addressed by the leading bits of the operand.
     Table,
@@ -94,7 +95,9 @@ impl fmt::Display for Structure {
 }
 
 /// A function that a `<special>` describes; `Sincos` is two.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum Special {
     /// 1/x

@@ -3,10 +3,12 @@
 use crate::cli::Accuracy as Args;
 use crate::failure::Failure;
 use crate::talk;
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 use srp_studies::accuracy;
 use srp_studies::attribution::Explanation;
 use srp_toolchain::Frame;
+use srp_toolchain::envelope::{About, Contents};
 use std::fmt::Write as _;
 
 /// Contributions that are told.
@@ -16,9 +18,10 @@ const MOST_TOLD: usize = 12;
 pub(super) fn run(frame: &Frame, args: &Args, pixel: (u32, u32)) -> Result<(), Failure> {
     let found = accuracy::explain(frame, pixel)?;
     talk::print(match args.json {
-        true => serde_json::to_string_pretty(&members(&found, pixel))
-            .map(|text| text + "\n")
-            .map_err(Failure::message)?,
+        true => {
+            let about = About::scene(&frame.arch, &frame.scene);
+            crate::document::json(about, &document(&found, pixel))?
+        }
         false => text(&found, pixel),
     })?;
     Ok(())
@@ -28,23 +31,100 @@ fn place(at: &str, what: &str) -> String {
     format!("{at} {what}").trim().to_owned()
 }
 
-fn members(found: &Explanation, (x, y): (u32, u32)) -> serde_json::Value {
-    let flips = found.flips.iter().map(|(at, what, flip)| {
-        json!({ "kind": flip.kind.name(), "at": at, "what": what, "decision": flip.what })
+/// The explanation of a pixel. Of a place in the program `at` is `file:line`, and empty outside of it; `what` is the
+/// operation or the unit.
+#[derive(Serialize, JsonSchema)]
+pub(crate) struct PixelDocument {
+    /// The pixel's column.
+    x: u32,
+    /// The pixel's row.
+    y: u32,
+    /// Its tile.
+    tile: u32,
+    /// Red, green and blue in levels from 0 to 255.
+    value: [f64; 3],
+    /// The same in binary64.
+    exact: [f64; 3],
+    /// Decisions on its way that binary64 makes otherwise.
+    flips: Vec<PixelFlip>,
+    /// The first operation that parts from binary64 by more than rounding, and those that hand this on.
+    chain: Vec<PixelStep>,
+    /// What contributes to the error, the largest first.
+    contributions: Vec<PixelContribution>,
+}
+
+impl Contents for PixelDocument {
+    const FORMAT: &'static str = "srp-pixel";
+    const VERSION: u32 = 1;
+    const WRITTEN_BY: &'static str = "`srp accuracy --pixel X,Y --json`";
+}
+
+/// A decision that binary64 makes otherwise.
+#[derive(Serialize, JsonSchema)]
+struct PixelFlip {
+    /// The kind of decision.
+    kind: &'static str,
+    at: String,
+    what: String,
+    /// The decision in words.
+    decision: String,
+}
+
+/// An operation on the way to a pixel.
+#[derive(Serialize, JsonSchema)]
+struct PixelStep {
+    at: String,
+    what: String,
+    /// Its result.
+    value: f64,
+    /// The same in binary64.
+    exact: f64,
+    /// The difference in units of the last place.
+    ulps: f64,
+    /// The effect of the difference on the pixel, in levels.
+    effect: f64,
+}
+
+/// What an operation or a unit contributes.
+#[derive(Serialize, JsonSchema)]
+struct PixelContribution {
+    at: String,
+    what: String,
+    /// Levels of red, green and blue.
+    levels: [f64; 3],
+}
+
+fn document(found: &Explanation, (x, y): (u32, u32)) -> PixelDocument {
+    let flips = found.flips.iter().map(|(at, what, flip)| PixelFlip {
+        kind: flip.kind.name(),
+        at: at.clone(),
+        what: what.clone(),
+        decision: flip.what.to_string(),
     });
-    let chain = found.chain.iter().map(|s| {
-        json!({ "at": s.at, "what": s.what, "value": f64::from(s.value), "exact": s.exact,
-                "ulps": s.ulps, "effect": s.effect })
+    let chain = found.chain.iter().map(|step| PixelStep {
+        at: step.at.clone(),
+        what: step.what.clone(),
+        value: f64::from(step.value),
+        exact: step.exact,
+        ulps: step.ulps,
+        effect: step.effect,
     });
-    let contributions = (found.contributions.iter())
-        .map(|(at, what, error)| json!({ "at": at, "what": what, "levels": error }));
-    json!({
-        "x": x, "y": y, "tile": found.tile,
-        "value": found.pixel.value, "exact": found.pixel.exact,
-        "flips": flips.collect::<Vec<_>>(),
-        "chain": chain.collect::<Vec<_>>(),
-        "contributions": contributions.collect::<Vec<_>>(),
-    })
+    let contributions = found.contributions.iter();
+    let contributions = contributions.map(|(at, what, levels)| PixelContribution {
+        at: at.clone(),
+        what: what.clone(),
+        levels: *levels,
+    });
+    PixelDocument {
+        x,
+        y,
+        tile: found.tile,
+        value: found.pixel.value,
+        exact: found.pixel.exact,
+        flips: flips.collect(),
+        chain: chain.collect(),
+        contributions: contributions.collect(),
+    }
 }
 
 fn text(found: &Explanation, (x, y): (u32, u32)) -> String {

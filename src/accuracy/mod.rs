@@ -8,10 +8,15 @@ mod text;
 
 use crate::cli::Accuracy as Args;
 use crate::failure::Failure;
-use crate::{files, interrupt, scenes, talk};
+use crate::{document, files, interrupt, scenes, talk};
 use folder::Folder;
+
+pub(crate) use explain::PixelDocument;
+pub(crate) use kernel::Kernels;
+
 use srp_studies::Error;
 use srp_studies::accuracy::{Evidence, Options, Study, Trial};
+use srp_toolchain::envelope::About;
 use std::path::Path;
 
 /// Runs `srp accuracy`.
@@ -42,7 +47,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let report = interrupt::looked_for(|| study.run(&shown, session))?;
     let page = page::page(&report, &folder);
     files::write(&folder.path("report.html"), page.as_bytes())?;
-    let json = serde_json::to_string_pretty(&report).map_err(Failure::message)? + "\n";
+    let json = document::json(About::scene(&frame.arch, &frame.scene), &report)?;
     files::write(&folder.path("report.json"), json.as_bytes())?;
     talk::print(if args.json { json } else { text::text(&report) })?;
     talk::say(folder.path("report.html").display());

@@ -312,6 +312,7 @@ Examples:
   srp run program.c --profile profile.html
   srp run program.c --trace kernel:sum#3 --trace-output sum.kanata
   srp run program.c --trace 1000..2000 --trace-output waves.fst
+  srp run program.c --json 2> /dev/null
   srp run program.c --engine ir")]
 pub(crate) struct Run {
     /// C files, or one file of a later form
@@ -333,6 +334,12 @@ pub(crate) struct Run {
     /// Stop after so many cycles (steps of --engine ir)
     #[arg(long, value_name = "N", default_value_t = 20_000_000_000)]
     pub(crate) limit: u64,
+    /// Write status and cycles as JSON
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) report: Option<PathBuf>,
+    /// Print the same on standard output; the program's output then goes to standard error
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 /// `srp watch`

@@ -70,7 +70,7 @@ What has been simulated is kept in the cache, so that a run that was interrupted
 Examples:
   srp fidelity --size 320x240
   srp fidelity sibenik.obj --cameras cameras.json:sibenik/0 --size 1024x768 --error 3% --trials 200
-  srp fidelity bunny.obj --error 2% --form json")]
+  srp fidelity bunny.obj --error 2% --json")]
 pub(crate) struct FidelityTable {
     #[command(flatten)]
     pub(crate) frame: Frame,
@@ -96,6 +96,9 @@ pub(crate) struct FidelityTable {
     #[arg(long, value_name = "N", value_parser = parse_threads)]
     pub(crate) threads: Option<usize>,
     /// Form of the table
-    #[arg(long, value_enum, default_value_t = TableForm::Text)]
+    #[arg(id = "table_form", long = "form", value_enum, default_value_t = TableForm::Text)]
     pub(crate) form: TableForm,
+    /// Print JSON instead of text, as --form json does
+    #[arg(long, conflicts_with = "table_form")]
+    pub(crate) json: bool,
 }

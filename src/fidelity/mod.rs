@@ -6,9 +6,10 @@ pub(crate) use text::{frame_text, sampled_text};
 
 use crate::cli::{self, FidelityTable, TableForm};
 use crate::failure::Failure;
-use crate::{interrupt, scenes, talk};
+use crate::{document, interrupt, scenes, talk};
 use srp_studies::fidelity::{self, Prepared, TableOptions};
 use srp_toolchain::Engines;
+use srp_toolchain::envelope::About;
 
 /// Runs `srp fidelity`.
 pub(crate) fn run(args: &FidelityTable) -> Result<(), Failure> {
@@ -34,10 +35,14 @@ pub(crate) fn run(args: &FidelityTable) -> Result<(), Failure> {
         trials: args.trials,
     };
     let table = interrupt::looked_for(|| fidelity::table(&prepared, &options))?;
-    let text = match args.form {
+    let form = match args.json {
+        true => TableForm::Json,
+        false => args.form,
+    };
+    let text = match form {
         TableForm::Text => text::table(&table),
         TableForm::Markdown => text::markdown(&table),
-        TableForm::Json => serde_json::to_string_pretty(&table).map_err(Failure::message)? + "\n",
+        TableForm::Json => document::json(About::scene(&frame.arch, &frame.scene), &table)?,
     };
     Ok(talk::print(text)?)
 }

@@ -7,12 +7,13 @@ mod text;
 use crate::cli::map::{Map, Target};
 use crate::failure::Failure;
 use crate::proof::{self, Proved};
-use crate::{files, interrupt, machine, talk};
+use crate::{document, files, interrupt, machine, talk};
 use input::Found;
 use srp_archdesc::arch::Arch;
 use srp_ir::{dre, graph};
 use srp_studies::map::{Options, Outcome, Table, map, map_all, schedules};
 use srp_toolchain::Session;
+use srp_toolchain::envelope::About;
 use std::time::Duration;
 
 /// Runs `srp map`; 1 where a graph was not mapped.
@@ -69,8 +70,7 @@ pub(crate) fn run(args: &Map) -> Result<i32, Failure> {
         graphs: results.into_iter().map(|r| r.row).collect(),
     };
     if args.json {
-        let json = serde_json::to_string_pretty(&table).map_err(Failure::message)?;
-        talk::print(json + "\n")?;
+        talk::print(document::json(About::machine(&arch), &table)?)?;
     } else {
         talk::print(text::table(&table))?;
     }

@@ -1,9 +1,11 @@
 //! Output of `srp paper`: the paper's figure, ours and their ratio, as text or as JSON.
 
 use crate::failure::Failure;
-use crate::talk;
+use crate::{document, talk};
+use schemars::JsonSchema;
 use serde::Serialize;
 use srp_studies::paper::Entry;
+use srp_toolchain::envelope::{About, Contents};
 use srp_toolchain::files::FileError;
 
 /// The output under way. Text is printed as it comes, JSON at the end.
@@ -16,27 +18,53 @@ pub(super) struct Sheet {
     failed: Option<FileError>,
 }
 
+/// The output as JSON.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(crate) struct Document {
+    /// The table of the paper.
+    table: String,
+    /// What holds for all figures, in words.
+    about: String,
+    /// The scenes.
+    scenes: Vec<SceneSheet>,
+}
+
+impl Contents for Document {
+    const FORMAT: &'static str = "srp-paper";
+    const VERSION: u32 = 1;
+    const WRITTEN_BY: &'static str = "`srp paper TABLE --json`";
+}
+
 /// The figures of a scene.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct SceneSheet {
-    scene: String,
+    /// Its name.
+    name: String,
+    /// Its figures, by kinds of rays.
     groups: Vec<Group>,
 }
 
 /// The figures of one kind of rays.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Group {
+    /// The rays.
     rays: String,
+    /// The figures.
     figures: Vec<Figure>,
+    /// Remarks on them.
     notes: Vec<String>,
 }
 
 /// One line.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Figure {
+    /// What is measured.
     what: String,
+    /// The paper's figure; null where it has none.
     paper: Option<f64>,
+    /// Ours.
     ours: f64,
+    /// Ours over the paper's.
     ratio: Option<f64>,
 }
 
@@ -68,7 +96,7 @@ impl Sheet {
     fn scene(&mut self, name: String) {
         self.put(&format!("\n{name}"));
         self.scenes.push(SceneSheet {
-            scene: name,
+            name,
             groups: Vec::new(),
         });
     }
@@ -131,19 +159,18 @@ impl Sheet {
     }
 
     /// Prints what is to be printed at the end.
-    pub(super) fn finish(self, table: &str) -> Result<(), Failure> {
+    pub(super) fn finish(self, table: &str, about: About) -> Result<(), Failure> {
         if let Some(failed) = self.failed {
             return Err(failed.into());
         }
         if !self.json {
             return Ok(());
         }
-        let json = serde_json::json!({
-            "table": table,
-            "about": self.heading,
-            "scenes": self.scenes,
-        });
-        let text = serde_json::to_string_pretty(&json).map_err(Failure::message)?;
-        Ok(talk::print(text + "\n")?)
+        let document = Document {
+            table: table.to_owned(),
+            about: self.heading,
+            scenes: self.scenes,
+        };
+        Ok(talk::print(document::json(about, &document)?)?)
     }
 }

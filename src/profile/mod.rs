@@ -5,11 +5,13 @@ mod page;
 mod text;
 
 use crate::failure::Failure;
-use crate::files;
+use crate::{document, files};
 use listing::Listing;
+use schemars::JsonSchema;
 use serde::Serialize;
-use srp_studies::comparison;
+use srp_studies::comparison::PROFILE;
 use srp_studies::profile::{Parts, Profile};
+use srp_toolchain::envelope::{About, Contents};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -18,15 +20,19 @@ pub(crate) struct Target {
     path: PathBuf,
 }
 
-/// The envelope of a profile as JSON.
-#[derive(Serialize)]
-struct Document<'a> {
-    format: &'static str,
-    version: u32,
+/// A profile as JSON.
+#[derive(Serialize, JsonSchema)]
+pub(crate) struct Document<'a> {
     #[serde(flatten)]
     profile: &'a Profile,
     /// The text of each file that has lines in it, so that two profiles can be told apart line by line.
     sources: BTreeMap<&'a str, String>,
+}
+
+impl Contents for Document<'_> {
+    const FORMAT: &'static str = PROFILE.format;
+    const VERSION: u32 = PROFILE.version;
+    const WRITTEN_BY: &'static str = PROFILE.written_by;
 }
 
 impl Target {
@@ -39,18 +45,21 @@ impl Target {
         Ok(Some(Target { path: path.clone() }))
     }
 
-    /// Writes a profile of what `title` names.
-    pub(crate) fn write(&self, title: &str, profile: &Profile) -> Result<(), Failure> {
+    /// Writes a profile of what `title` names and a document has as its subject.
+    pub(crate) fn write(
+        &self,
+        title: &str,
+        about: About,
+        profile: &Profile,
+    ) -> Result<(), Failure> {
         let extension = self.path.extension().and_then(|e| e.to_str());
         let text = match extension {
             Some("json") => {
                 let document = Document {
-                    format: comparison::PROFILE,
-                    version: comparison::VERSION,
                     profile,
                     sources: sources(profile),
                 };
-                serde_json::to_string_pretty(&document).map_err(Failure::message)? + "\n"
+                document::json(about, &document)?
             }
             Some("html") => page::page(title, profile, &Listing::of(profile)),
             _ => text::text(title, profile, &Listing::of(profile)),

@@ -1,18 +1,20 @@
 //! `srp report`
 
-use super::{diff, html, output, text};
+use super::{diff, html, text};
 use crate::cli;
 use crate::compile::{compile_and_say, say_remarks};
 use crate::failure::Failure;
 use crate::files::Kind;
 use crate::proof::{self, Proved};
-use crate::{diagnostics, files, interrupt, scenes, talk};
+use crate::{diagnostics, document, files, interrupt, scenes, talk};
 use srp_archdesc::arch::Arch;
+use srp_archdesc::diagnostic::Source;
 use srp_archdesc::entity::EntityMap;
 use srp_ir::dfg::Dfg;
 use srp_ir::dre::scheduled::ScheduledLoops;
 use srp_ir::program::SourceFile;
 use srp_studies::loops::{self, Report, Subject};
+use srp_toolchain::envelope::About;
 use srp_toolchain::{Build, FrameOptions, Input, Options, Session, compile_loops, input, machine};
 use std::path::{Path, PathBuf};
 
@@ -20,7 +22,11 @@ use std::path::{Path, PathBuf};
 /// reports what the loops had reached.
 pub(crate) fn run(args: &cli::Report) -> Result<i32, Failure> {
     if let Some([old, new]) = args.diff.as_deref() {
-        return compare(old, new, args.json);
+        let read = |path: &Path| -> Result<Source, Failure> {
+            let text = files::read_text(path, Kind::Report)?;
+            Ok(Source::new(path.display().to_string(), text))
+        };
+        return compare(&read(old)?, &read(new)?, args.json);
     }
     if let Some(path) = &args.html {
         files::check_writable(path)?;
@@ -48,7 +54,7 @@ pub(crate) fn run(args: &cli::Report) -> Result<i32, Failure> {
         files::write(path, html::page(&report).as_bytes())?;
     }
     talk::print(match args.json {
-        true => output::json(&report)?,
+        true => document::json(About::machine(&arch), &report)?,
         false => text::text(&report),
     })?;
     interrupt::end_if_requested()?;
@@ -155,14 +161,10 @@ impl Asked<'_> {
 }
 
 /// Compares two reports; 1 where something got worse.
-pub(crate) fn compare(old: &Path, new: &Path, json: bool) -> Result<i32, Failure> {
-    let read = |path: &Path| -> Result<Report, Failure> {
-        let text = files::read_text(path, Kind::Report)?;
-        Ok(Report::read(&path.display().to_string(), &text)?)
-    };
-    let differences = loops::diff(&read(old)?, &read(new)?);
+pub(crate) fn compare(old: &Source, new: &Source, json: bool) -> Result<i32, Failure> {
+    let differences = loops::diff(&Report::read(old)?, &Report::read(new)?);
     talk::print(match json {
-        true => output::json(&differences)?,
+        true => document::json(About::default(), &differences)?,
         false => diff::text(&differences),
     })?;
     Ok(i32::from(differences.is_worse()))

@@ -2,6 +2,7 @@
 
 use crate::count::count;
 use srp_studies::loops::Differences;
+use srp_toolchain::envelope::Named;
 use std::fmt::Write;
 
 /// The differences as text.
@@ -11,9 +12,18 @@ pub(super) fn text(differences: &Differences) -> String {
     out
 }
 
+/// Two machines that differ, by their names, and by their hashes where those are the same.
+pub(crate) fn in_words([old, new]: &[Named; 2]) -> [String; 2] {
+    match old.name == new.name {
+        true => [old, new].map(|m| format!("{} ({})", m.name, m.hash)),
+        false => [old, new].map(|m| m.name.clone()),
+    }
+}
+
 fn write_text(out: &mut String, d: &Differences) -> std::fmt::Result {
     let [old, new] = &d.machines;
     if old != new {
+        let [old, new] = in_words(&d.machines);
         writeln!(out, "machine: {old} → {new}")?;
     }
     let lists = [

@@ -9,5 +9,6 @@ mod text;
 pub(crate) mod watch;
 
 pub(crate) use command::{compare, run};
+pub(crate) use diff::in_words as machines_in_words;
 pub(crate) use output::Loops;
 pub(crate) use text::not_pipelined;

@@ -2,9 +2,10 @@
 
 use super::{html, text};
 use crate::failure::Failure;
-use crate::files;
+use crate::{document, files};
 use srp_archdesc::arch::Arch;
 use srp_studies::loops::{self, Options, Report, Subject};
+use srp_toolchain::envelope::About;
 use srp_toolchain::{Compiled, Session};
 use std::path::{Path, PathBuf};
 
@@ -32,24 +33,20 @@ impl<'a> Loops<'a> {
         }
         let subject = Subject::of_program(compiled);
         let report = loops::report(&subject, arch, &Options::default(), session)?;
-        self.0.iter().try_for_each(|path| write(path, &report))
+        self.0
+            .iter()
+            .try_for_each(|path| write(path, &report, arch))
     }
 }
 
 /// Writes a report in the form that the name of its file asks for.
-fn write(path: &Path, report: &Report) -> Result<(), Failure> {
+fn write(path: &Path, report: &Report, arch: &Arch) -> Result<(), Failure> {
     let ending = path.extension().and_then(|e| e.to_str());
     let contents = match ending {
         Some("html" | "htm") => html::page(report),
         Some("txt") => text::text(report),
-        _ => json(report)?,
+        _ => document::json(About::machine(arch), report)?,
     };
     files::write(path, contents.as_bytes())?;
     Ok(())
-}
-
-/// Anything as JSON, with a line end.
-pub(super) fn json(value: &impl serde::Serialize) -> Result<String, Failure> {
-    let text = serde_json::to_string_pretty(value).map_err(Failure::message)?;
-    Ok(text + "\n")
 }

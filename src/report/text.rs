@@ -22,7 +22,7 @@ pub(super) fn text(report: &Report) -> String {
     let mut out = String::new();
     summary(&mut out, report);
     for l in &report.loops {
-        details(&mut out, l, report.machine.contexts);
+        details(&mut out, l, report.array.contexts);
     }
     for n in &report.not_pipelined {
         out.push('\n');
@@ -69,12 +69,11 @@ fn functions(out: &mut String, functions: &[FunctionReport]) {
 
 /// One line a loop, and what would help.
 fn summary(out: &mut String, report: &Report) {
-    let machine = &report.machine;
     line(
         out,
         format_args!(
             "machine {}: {}×{} units",
-            machine.name, machine.rows, machine.columns
+            report.machine.name, report.array.rows, report.array.columns
         ),
     );
     if !report.complete {

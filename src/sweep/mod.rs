@@ -7,19 +7,21 @@ mod text;
 use crate::cli::{self, SweepAction};
 use crate::count::count;
 use crate::failure::Failure;
-use crate::{files, interrupt, talk};
+use crate::{document, files, interrupt, talk};
+use schemars::JsonSchema;
 use serde::Serialize;
 use srp_studies::sweep::analysis::analyse;
 use srp_studies::sweep::jobs::{self, Engine, Jobs};
 use srp_studies::sweep::plan::Point;
 use srp_studies::sweep::rows::csv;
 use srp_studies::sweep::{self, Analysis, Folder, Outcome, Plan, PlanFile, Row, Shard};
+use srp_toolchain::envelope::{About, Contents};
 use srp_toolchain::{BUILD_ID, Session};
 use std::path::Path;
 
 /// Everything that is known of a sweep.
-#[derive(Serialize)]
-struct Report {
+#[derive(Serialize, JsonSchema)]
+pub(crate) struct Report {
     /// The plan.
     plan: PlanFile,
     /// Rows that it has.
@@ -28,6 +30,12 @@ struct Report {
     rows: Vec<Row>,
     /// The findings.
     analyses: Vec<Analysis>,
+}
+
+impl Contents for Report {
+    const FORMAT: &'static str = "srp-sweep";
+    const VERSION: u32 = 1;
+    const WRITTEN_BY: &'static str = "`srp sweep --json` and `srp sweep report --json`";
 }
 
 impl Report {
@@ -44,7 +52,7 @@ impl Report {
 
     fn show(&self, json: bool) -> Result<(), Failure> {
         let text = match json {
-            true => serde_json::to_string_pretty(self).map_err(Failure::message)? + "\n",
+            true => document::json(About::default(), self)?,
             false => text::text(self),
         };
         Ok(talk::print(text)?)

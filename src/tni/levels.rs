@@ -2,20 +2,42 @@
 
 use crate::cli::Tni;
 use crate::failure::Failure;
-use crate::{interrupt, talk};
+use crate::{document, interrupt, talk};
+use schemars::JsonSchema;
+use serde::Serialize;
+use srp_archdesc::arch::Arch;
 use srp_studies::fidelity::Fidelity;
 use srp_studies::tni::Measure;
 use srp_studies::views::Job;
+use srp_toolchain::envelope::{About, Contents};
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+/// Units alone without a clock.
+#[derive(Serialize, JsonSchema)]
+pub(crate) struct Counts {
+    /// The kind of rays.
+    rays: &'static str,
+    /// The level of simulation.
+    fidelity: &'static str,
+    /// Figures of all units and views together, by their names.
+    all: BTreeMap<&'static str, f64>,
+}
+
+impl Contents for Counts {
+    const FORMAT: &'static str = "srp-tni-counts";
+    const VERSION: u32 = 1;
+    const WRITTEN_BY: &'static str = "`srp tni --fidelity functional --json` and `analytic`";
+}
+
 /// Counts, and with `analytic` rates, for people or for programs.
-pub(super) fn print(args: &Tni, job: &Job<'_>) -> Result<(), Failure> {
+pub(super) fn print(args: &Tni, arch: &Arch, job: &Job<'_>) -> Result<(), Failure> {
     let level = args.level.fidelity;
     let estimated = level == Fidelity::Analytic;
     let outcomes = interrupt::looked_for(|| job.count())?;
     let all = Measure::of(&outcomes, job.units, job.spec);
     let hits = all.counters.unit.hits;
-    let mut figures: Vec<(&str, f64)> = vec![
+    let mut figures: Vec<(&'static str, f64)> = vec![
         ("rays", all.rays as f64),
         ("hits", hits as f64),
         ("inner nodes a ray", all.inner_visits),
@@ -34,17 +56,13 @@ pub(super) fn print(args: &Tni, job: &Job<'_>) -> Result<(), Failure> {
         ]);
     }
     if args.json {
-        let named: serde_json::Map<String, serde_json::Value> = (figures.iter())
-            .map(|(name, value)| ((*name).to_owned(), (*value).into()))
-            .collect();
-        let json = serde_json::json!({
-            "scene": job.scene.name,
-            "rays": job.rays.name(),
-            "fidelity": level.name(),
-            "all": named,
-        });
-        let text = serde_json::to_string_pretty(&json).map_err(Failure::message)?;
-        return Ok(talk::print(text + "\n")?);
+        let counts = Counts {
+            rays: job.rays.name(),
+            fidelity: level.name(),
+            all: figures.into_iter().collect(),
+        };
+        let about = About::scene(arch, job.scene);
+        return Ok(talk::print(document::json(about, &counts)?)?);
     }
     let mut out = format!(
         "{}: {} rays of {} view(s), {}\n",

@@ -1,10 +1,15 @@
 //! `srp tni`: T&I units alone, fed with rays.
 
+mod document;
 mod heat;
 mod hits;
 mod levels;
 mod replay;
 mod text;
+
+pub(crate) use document::Document;
+pub(crate) use levels::Counts;
+pub(crate) use replay::RayDocument;
 
 use crate::cli::{self, HeatOf, RayKind, Tni, TniMemory};
 use crate::failure::Failure;
@@ -17,8 +22,9 @@ use srp_archdesc::system;
 use srp_runtime::scene::{Camera, Scene};
 use srp_studies::fidelity::Fidelity;
 use srp_studies::rays::{self, Kind};
-use srp_studies::tni::{Energy, Measure, Memories};
+use srp_studies::tni::{Measure, Memories};
 use srp_studies::views::{Job, Measured, Rays, ao_radius};
+use srp_toolchain::envelope::About;
 use srp_toolchain::scene::Views;
 use srp_toolchain::{Session, machine};
 use std::path::Path;
@@ -57,11 +63,13 @@ pub(crate) fn run(args: &Tni) -> Result<(), Failure> {
         watch: session.watch,
     };
     if let Some(pixel) = args.ray {
-        return Ok(talk::print(replay::explain(&job, pixel, args.json)?)?);
+        return Ok(talk::print(replay::explain(
+            &arch, &job, pixel, args.json,
+        )?)?);
     }
     let level = args.level.fidelity;
     if level < Fidelity::Sampled {
-        return levels::print(args, &job);
+        return levels::print(args, &arch, &job);
     }
     let measured = interrupt::looked_for(|| job.measure())?;
     let private = match args.memory {
@@ -142,33 +150,9 @@ fn print_measure(
         let text = text::report(arch, job, measured, private);
         return Ok(talk::print(text)?);
     }
-    let views: Vec<Measure> = match &measured.sample {
-        Some(_) => Vec::new(),
-        None => (measured.outcomes.iter())
-            .map(|o| Measure::of(std::slice::from_ref(o), job.units, job.spec))
-            .collect(),
-    };
-    let blocks = measured
-        .sample
-        .as_ref()
-        .map(|s| serde_json::json!({ "all": s.blocks, "looked_at": s.looked, "run": s.run, "rays": s.rays }));
-    let json = serde_json::json!({
-        "machine": arch.name,
-        "scene": job.scene.name,
-        "rays": job.rays.name(),
-        "tni_mhz": arch.system.tni_mhz,
-        "size": [job.size.0, job.size.1],
-        "fidelity": args.level.fidelity.name(),
-        "sample": measured.sample.is_none().then_some(measured.one_in),
-        "blocks": blocks,
-        "intervals": measured.intervals(job),
-        "all": measured.all,
-        "all_with_private_memories": private,
-        "energy_mj": Energy::of(&arch.system.tni, &measured.all.counters),
-        "views": views,
-    });
-    let text = serde_json::to_string_pretty(&json).map_err(Failure::message)?;
-    Ok(talk::print(format!("{text}\n"))?)
+    let found = Document::of(args, arch, job, measured, private);
+    let about = About::scene(arch, job.scene);
+    Ok(talk::print(crate::document::json(about, &found)?)?)
 }
 
 /// The machine, with what the command line changes of it.

@@ -1,21 +1,29 @@
 //! One ray, explained: every visit, box, triangle and cycle.
 
 use crate::failure::Failure;
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
+use srp_archdesc::arch::Arch;
 use srp_archdesc::system::TniSpec;
 use srp_runtime::tni::{Event, Logged};
 use srp_studies::rays::Ray;
 use srp_studies::views::Job;
+use srp_toolchain::envelope::{About, Contents};
 use std::fmt::Write as _;
 
 /// The first ray of a pixel of the first view, alone in a unit with empty caches: for people, or as JSON.
-pub(super) fn explain(job: &Job<'_>, pixel: (u32, u32), json: bool) -> Result<String, Failure> {
+pub(super) fn explain(
+    arch: &Arch,
+    job: &Job<'_>,
+    pixel: (u32, u32),
+    json: bool,
+) -> Result<String, Failure> {
     let (ray, events) = job.follow(pixel)?;
     let mut out = String::new();
     match json {
         true => {
-            let members = members(pixel, &ray, &events);
-            out = serde_json::to_string_pretty(&members).map_err(Failure::message)? + "\n";
+            let about = About::scene(arch, job.scene);
+            out = crate::document::json(about, &document(pixel, &ray, &events))?;
         }
         false => {
             tell(&mut out, &ray, &events, &job.spec.tni).expect("writing to a String does not fail")
@@ -24,46 +32,143 @@ pub(super) fn explain(job: &Job<'_>, pixel: (u32, u32), json: bool) -> Result<St
     Ok(out)
 }
 
-/// The same for programs; boxes that are missed are `null`.
-fn members((x, y): (u32, u32), ray: &Ray, events: &[Logged]) -> Value {
+/// A ray through a unit with empty caches.
+#[derive(Serialize, JsonSchema)]
+pub(crate) struct RayDocument {
+    /// Column and row of the pixel.
+    pixel: [u32; 2],
+    /// Where the ray begins.
+    origin: [f32; 3],
+    /// Where it goes.
+    direction: [f32; 3],
+    /// The parameter from which on hits count.
+    tmin: f32,
+    /// The parameter up to which they do.
+    tmax: f32,
+    /// True if any hit will do; else the nearest is looked for.
+    any_hit: bool,
+    /// All that happens to it, in order.
+    events: Vec<Happened>,
+}
+
+impl Contents for RayDocument {
+    const FORMAT: &'static str = "srp-ray";
+    const VERSION: u32 = 1;
+    const WRITTEN_BY: &'static str = "`srp tni --ray X,Y --json`";
+}
+
+/// An event.
+#[derive(Serialize, JsonSchema)]
+struct Happened {
+    /// The cycle, from 0.
+    cycle: u64,
+    #[serde(flatten)]
+    what: What,
+}
+
+/// The kinds of events.
+#[derive(Serialize, JsonSchema)]
+#[serde(tag = "what", rename_all = "lowercase")]
+enum What {
+    /// A traversal unit takes the ray.
+    Dispatch { trv: u32 },
+    /// A node is visited.
+    Visit {
+        leaf: bool,
+        /// Of a leaf, its first record of a triangle; else a pair of nodes.
+        node: u32,
+        /// Of a leaf.
+        triangles: u32,
+        /// The parameter at which the ray enters it.
+        enter: f32,
+    },
+    /// The boxes of a pair of nodes are tested.
+    Boxes { children: Vec<Child> },
+    /// The next node is chosen.
+    Post {
+        /// Entries that are taken off the stack.
+        popped: u32,
+        /// True if nothing is left.
+        finished: bool,
+    },
+    /// A triangle is tested.
+    Triangle {
+        primitive: u32,
+        /// The parameter of the hit; null where it is missed.
+        t: Option<f32>,
+        /// True if it is the nearest up to now.
+        taken: bool,
+    },
+    /// The result: null where nothing is hit.
+    Result {
+        primitive: Option<u32>,
+        t: Option<f32>,
+    },
+}
+
+/// A node whose box is tested.
+#[derive(Serialize, JsonSchema)]
+struct Child {
+    leaf: bool,
+    node: u32,
+    /// The parameter at which the ray enters it; null where it is missed.
+    enter: Option<f32>,
+}
+
+fn document((x, y): (u32, u32), ray: &Ray, events: &[Logged]) -> RayDocument {
     let start = events.first().map_or(0, |e| e.cycle);
-    let happened = events.iter().map(|Logged { cycle, event, .. }| {
-        let mut members = match event {
-            Event::Dispatch { trv } => json!({ "what": "dispatch", "trv": trv }),
-            Event::Visit { node, enter } => json!({
-                "what": "visit", "leaf": node.is_leaf(), "node": node.index,
-                "triangles": node.count, "enter": enter,
-            }),
-            Event::Boxes { children, enter } => {
-                let children = children.iter().zip(enter).map(|(child, enter)| {
-                    json!({ "leaf": child.is_leaf(), "node": child.index, "enter": enter })
-                });
-                json!({ "what": "boxes", "children": children.collect::<Vec<_>>() })
-            }
-            Event::Post { popped, finished } => {
-                json!({ "what": "post", "popped": popped, "finished": finished })
-            }
-            Event::Triangle {
-                primitive,
-                t,
-                taken,
-            } => json!({ "what": "triangle", "primitive": primitive, "t": t, "taken": taken }),
-            Event::Result { hit } => json!({
-                "what": "result", "primitive": hit.map(|(p, _)| p), "t": hit.map(|(_, t)| t),
-            }),
-        };
-        members["cycle"] = (cycle - start).into();
-        members
+    let happened = events.iter().map(|logged| Happened {
+        cycle: logged.cycle - start,
+        what: what(&logged.event),
     });
-    json!({
-        "pixel": [x, y],
-        "origin": ray.origin,
-        "direction": ray.direction,
-        "tmin": ray.tmin,
-        "tmax": ray.tmax,
-        "any_hit": ray.flags & 1 == 1,
-        "events": happened.collect::<Vec<_>>(),
-    })
+    RayDocument {
+        pixel: [x, y],
+        origin: ray.origin,
+        direction: ray.direction,
+        tmin: ray.tmin,
+        tmax: ray.tmax,
+        any_hit: ray.flags & 1 == 1,
+        events: happened.collect(),
+    }
+}
+
+fn what(event: &Event) -> What {
+    match event {
+        Event::Dispatch { trv } => What::Dispatch { trv: *trv },
+        Event::Visit { node, enter } => What::Visit {
+            leaf: node.is_leaf(),
+            node: node.index,
+            triangles: node.count,
+            enter: *enter,
+        },
+        Event::Boxes { children, enter } => {
+            let children = children.iter().zip(enter).map(|(child, enter)| Child {
+                leaf: child.is_leaf(),
+                node: child.index,
+                enter: *enter,
+            });
+            What::Boxes {
+                children: children.collect(),
+            }
+        }
+        Event::Post { popped, finished } => What::Post {
+            popped: *popped,
+            finished: *finished,
+        },
+        Event::Triangle {
+            primitive,
+            t,
+            taken,
+        } => What::Triangle {
+            primitive: *primitive,
+            t: *t,
+            taken: *taken,
+        },
+        Event::Result { hit } => What::Result {
+            primitive: hit.map(|(p, _)| p),
+            t: hit.map(|(_, t)| t),
+        },
+    }
 }
 
 fn tell(out: &mut String, ray: &Ray, events: &[Logged], spec: &TniSpec) -> std::fmt::Result {

@@ -1,6 +1,7 @@
 //! The costs of effects: frames of simulators that are built with and without each.
 
 use crate::Error;
+use schemars::JsonSchema;
 use serde::Serialize;
 use srp_archdesc::watch::Stage;
 use srp_runtime::effect::{Effects, Guard, TABLE};
@@ -14,7 +15,7 @@ use std::time::Duration;
 const TRIES: u32 = 3;
 
 /// The cost of an effect: the frame with it less that without it and all that needs it.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
 pub struct Cost {
     /// SRP cycles.
     pub cycles: i64,
@@ -25,7 +26,7 @@ pub struct Cost {
 }
 
 /// A simulator, and the frame by it.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Measured {
     /// `this`, for the effects of the frame, or `universal`, for all.
     pub name: &'static str,

@@ -6,6 +6,7 @@
 //! code the counters know bundles only: each is charged with the mean of the program's. Prices are those of
 //! [`srp_archdesc::cost`] at 65 nm; they leave out the clock tree and the leakage of logic.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use srp_archdesc::ResourceGraph;
 use srp_archdesc::arch::{Arch, RegFile};
@@ -33,7 +34,7 @@ const PIPELINE_BIT_PJ: f64 = 0.004;
 const LEAKAGE: f64 = 6.2e-3 / (240.0 * 1024.0);
 
 /// Parts of a system.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Part {
     /// Adders, multipliers, and what else operations on the array compute with.
@@ -95,7 +96,7 @@ impl Part {
 }
 
 /// Energy of one part.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Share {
     /// The part.
     pub part: Part,
@@ -104,7 +105,7 @@ pub struct Share {
 }
 
 /// Energy of a frame.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Energy {
     /// By part, of all cores together.
     pub parts: Vec<Share>,

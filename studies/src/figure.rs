@@ -1,8 +1,10 @@
 //! Figures: what is measured, as a type, with its value and interval. Names and units are for whoever shows
 //! or writes them.
 
+use std::borrow::Cow;
 use std::fmt;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 
@@ -56,6 +58,26 @@ impl Serialize for Unit {
     }
 }
 
+impl JsonSchema for Unit {
+    fn schema_name() -> Cow<'static, str> {
+        "Unit".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": "string", "description": "The symbol of a unit; empty for a number." })
+    }
+}
+
+/// The members that [`name_and_unit`] writes.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "it is only described")]
+pub struct NameAndUnit {
+    /// The quantity's name.
+    name: String,
+    /// Its unit.
+    unit: Unit,
+}
+
 /// A quantity with its value and interval.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure<Q> {
@@ -74,6 +96,33 @@ impl<Q: Quantity> Serialize for Figure<Q> {
         figure.serialize_field("value", &self.estimate.value)?;
         figure.serialize_field("half_width", &self.estimate.half_width)?;
         figure.end()
+    }
+}
+
+impl<Q: Quantity> JsonSchema for Figure<Q> {
+    fn schema_name() -> Cow<'static, str> {
+        "Figure".into()
+    }
+
+    fn schema_id() -> Cow<'static, str> {
+        concat!(module_path!(), "::Figure").into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "type": "object",
+            "description": "A quantity with its value and interval.",
+            "properties": {
+                "name": { "type": "string", "description": "The quantity's name." },
+                "unit": generator.subschema_for::<Unit>(),
+                "value": { "type": "number", "description": "The value." },
+                "half_width": {
+                    "type": "number",
+                    "description": "Half the width of its 95 % interval; null where the sample is too small to know it.",
+                },
+            },
+            "required": ["name", "unit", "value", "half_width"],
+        })
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::loops::{Change, WhatIf};
 use crate::proofs::{Impossible, Search};
+use schemars::JsonSchema;
 use serde::Serialize;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::{Entity, EntityMap};
@@ -14,6 +15,7 @@ use srp_ir::graph::Graph;
 use srp_ir::program::{Pos, SourceFile};
 use srp_scheduler::what_if::{self, what_if};
 use srp_scheduler::{LoopResult, modulo};
+use srp_toolchain::envelope::Contents;
 use srp_toolchain::{Effort, Session};
 use std::time::Duration;
 
@@ -31,16 +33,23 @@ pub struct Options {
 }
 
 /// Results of mapping graphs on a machine.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Table {
-    /// The machine's name.
+    /// The machine's name, which the envelope of a document has.
+    #[serde(skip)]
     pub machine: String,
     /// The graphs, in the order in which they were given.
     pub graphs: Vec<Row>,
 }
 
+impl Contents for Table {
+    const FORMAT: &'static str = "srp-map";
+    const VERSION: u32 = 1;
+    const WRITTEN_BY: &'static str = "`srp map --json`";
+}
+
 /// A graph of the table.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Row {
     /// Its name.
     pub graph: String,
@@ -67,7 +76,7 @@ pub struct Row {
 }
 
 /// A graph on the array.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Mapping {
     /// Initiation interval, cycles.
     pub ii: u32,

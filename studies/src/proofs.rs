@@ -1,11 +1,12 @@
 //! Proofs that an II is impossible, and the searches that found them, as reports and tables have them.
 //! `docs/proofs.md` says what is proved.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use srp_scheduler::modulo::{self, Outcome, Scope, Stopped};
 
 /// A proof that there is no schedule with an II.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Impossible {
     /// The II.
     pub ii: u32,
@@ -51,7 +52,7 @@ pub(crate) fn formula(scope: Scope) -> String {
 }
 
 /// An exact search.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Search {
     /// The questions below the II that was found, and that II's, in the order of II and formula.
     pub asked: Vec<Asked>,
@@ -60,7 +61,7 @@ pub struct Search {
 }
 
 /// A question of an exact search.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Asked {
     /// The II.
     pub ii: u32,

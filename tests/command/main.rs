@@ -12,6 +12,7 @@ mod limits;
 mod outputs;
 mod pragmas;
 mod report;
+mod schemas;
 mod sweep;
 mod units;
 mod words;

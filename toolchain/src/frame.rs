@@ -235,8 +235,7 @@ impl Frame {
 
     /// A name for the scene with its camera, lights and options: another has another.
     pub fn scene_hash(&self) -> String {
-        let key = Key::of(Kind::Frames).value(&self.scene).finish();
-        key.to_string()[..16].to_owned()
+        scene::hash(&self.scene)
     }
 
     /// Begins a key of what is made of this frame. It holds all of the frame, as it is and as it lies

@@ -16,6 +16,7 @@ pub mod cache;
 mod compile;
 mod divide;
 pub mod engine;
+pub mod envelope;
 mod error;
 pub mod files;
 mod frame;

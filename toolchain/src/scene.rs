@@ -1,5 +1,6 @@
 //! Scenes, their viewpoints, and the options for rendering them.
 
+use crate::cache::{Key, Kind as Entry};
 use crate::files::{self, Kind, Room};
 use crate::{Error, Session};
 use srp_archdesc::diagnostic::Messages;
@@ -137,6 +138,12 @@ impl Shading {
         };
         Ok((built, guard))
     }
+}
+
+/// A name for a scene with its camera, lights and options: another has another.
+pub fn hash(scene: &Scene) -> String {
+    let key = Key::of(Entry::Frames).value(scene).finish();
+    key.to_string()[..16].to_owned()
 }
 
 /// Builds the tree of a scene, with a note about its cost and depth.

@@ -11,10 +11,11 @@ pub mod memory;
 pub mod operator;
 pub mod special;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Area and energy of a part of a unit, and its share of the way through it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Part {
     /// Its name in listings.
     pub name: String,
@@ -55,7 +56,7 @@ pub fn cycles(fo4: f64, mhz: u32) -> u32 {
 }
 
 /// A technology, and what area and energy are in it against 65 nm.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Technology {
     /// Its name in nm.
     pub nm: u32,

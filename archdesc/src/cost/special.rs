@@ -4,6 +4,7 @@
 //! clock; what is used over and over — a recurrence's row, rotations, the multiplier of Newton–Raphson
 //! steps — adds cycles of its own, and holds up the next operation.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::memory::{ROM_BIT, access_fo4, read_energy};
@@ -50,7 +51,7 @@ impl Builds {
 }
 
 /// Cycles, area and energy of a unit.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Unit {
     /// Cycles from issue until the result can be read; `None` where nothing is said of how an exact
     /// function is made.

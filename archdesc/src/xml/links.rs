@@ -196,6 +196,6 @@ mod tests {
         let others: Vec<usize> = (1..16).collect();
         assert_eq!(Topology::Full.reached(4, 4, 0), others);
         assert_eq!(Topology::Torus.reached(1, 2, 0), [1]);
-        assert_eq!(Topology::Torus.reached(1, 1, 0), []);
+        assert!(Topology::Torus.reached(1, 1, 0).is_empty());
     }
 }

@@ -5,6 +5,7 @@
 //! [`Cache::fill`] when the line arrives.
 
 use crate::sums::sums;
+use schemars::JsonSchema;
 use serde::Serialize;
 use srp_archdesc::system::CacheSpec;
 
@@ -22,7 +23,7 @@ pub enum Access {
 }
 
 /// Counts of a cache.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct CacheCounters {
     /// Accesses that found their line.
     pub hits: u64,

@@ -1,5 +1,6 @@
 //! Where the time of a frame went.
 
+use schemars::JsonSchema;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
@@ -57,7 +58,7 @@ impl Account {
 }
 
 /// Cycles of one kernel.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct KernelCycles {
     /// Its name.
     pub kernel: String,
@@ -66,7 +67,7 @@ pub struct KernelCycles {
 }
 
 /// Cycles of waiting for one port.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct PortCycles {
     /// The port that the core waits for, in words.
     pub port: String,
@@ -76,7 +77,7 @@ pub struct PortCycles {
 
 /// One core. `vliw`, `array`, `switch`, `memory_stall`, `texture_stall`, `wait` and `idle` sum to
 /// the cycles of the frame.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct CoreReport {
     /// SRP cycles in which VLIW bundles were issued.
     pub vliw: u64,
@@ -112,7 +113,7 @@ pub struct CoreReport {
 }
 
 /// Where the time of a frame went.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Report {
     /// Pixels in a row of the picture.
     pub width: u32,

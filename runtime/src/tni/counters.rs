@@ -1,5 +1,6 @@
 //! Counts of a T&I unit, summed up for reports.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::pipe::Pipes;
@@ -8,7 +9,7 @@ use crate::memory::cache::CacheCounters;
 use crate::sums::sums;
 
 /// Counts of the unit as a whole.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct UnitCounters {
     /// Cycles in which the unit had rays.
     pub active_cycles: u64,
@@ -27,7 +28,7 @@ pub struct UnitCounters {
 }
 
 /// Cycles of ray dispatch by activity: every cycle counts in exactly one of these.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct DispatchAccount {
     /// It dispatched a ray.
     pub work: u64,
@@ -45,7 +46,7 @@ impl DispatchAccount {
 }
 
 /// Counts of a T&I unit, summed over parts of the same kind.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct TniCounters {
     /// The unit as a whole.
     pub unit: UnitCounters,

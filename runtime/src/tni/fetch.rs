@@ -5,6 +5,7 @@
 //! line; later rays that need the same line join the row. When the line arrives the row is valid
 //! and gives up its rays, one a cycle. So rays that hit overtake rays that wait.
 
+use schemars::JsonSchema;
 use std::collections::VecDeque;
 
 use serde::Serialize;
@@ -75,7 +76,7 @@ impl Rows {
 }
 
 /// Counts of a ray accumulation unit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct RauCounters {
     /// Rays that opened a row.
     pub opened: u64,

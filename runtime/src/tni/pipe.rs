@@ -1,6 +1,7 @@
 //! A fully pipelined block of logic of fixed depth: TRV_PRE, TRV_AABB, TRV_POST or the triangle
 //! test. And the account of its cycles.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::Slot;
@@ -8,7 +9,7 @@ use super::ring::Ring;
 use crate::sums::sums;
 
 /// Cycles of a pipeline's first stage by activity: every cycle counts in exactly one of these.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct StallAccount {
     /// It took a ray to work on.
     pub work: u64,
@@ -52,7 +53,7 @@ impl StallAccount {
 sums!(StallAccount: work occupied bypass recirculate memory latency elsewhere idle);
 
 /// Counts of a pipeline.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct PipeCounters {
     /// Rays that passed and were worked on.
     pub passes: u64,

@@ -18,6 +18,7 @@
 //! Nothing blocks: a ray that cannot leave, because the buffer behind is full, passes through its
 //! pipeline again without work. So there is no circle of waiting.
 
+use schemars::JsonSchema;
 use std::collections::VecDeque;
 
 use serde::Serialize;
@@ -70,7 +71,7 @@ impl Stage {
 }
 
 /// Counts of a traversal unit as a whole.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct TrvCounters {
     /// Visits of inner nodes.
     pub inner_visits: u64,

@@ -5,6 +5,7 @@
 //! been seen: 1 where everything on the near side of the current path is done. So the walk is right
 //! for any stack depth, and a stack as deep as the tree never restarts.
 
+use schemars::JsonSchema;
 use std::collections::VecDeque;
 
 use serde::Serialize;
@@ -16,7 +17,7 @@ use crate::sums::sums;
 const _: () = assert!(MAX_DEPTH < 127);
 
 /// Counts of stacks.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct StackCounters {
     /// Nodes put on a stack.
     pub pushes: u64,

@@ -7,23 +7,34 @@ mod text;
 use crate::cli::Accuracy as Args;
 use crate::failure::Failure;
 use crate::files::Kind;
-use crate::{files, interrupt, talk};
+use crate::{document, files, interrupt, talk};
+use schemars::JsonSchema;
 use serde::Serialize;
 use srp_studies::kernel::{self, Report, Studied};
+use srp_toolchain::envelope::{About, Contents};
 use srp_toolchain::{Session, machine};
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// The document that `--json` prints.
-#[derive(Serialize)]
-struct Reports<'a> {
+/// The kernels of a file.
+#[derive(Serialize, JsonSchema)]
+pub(crate) struct Kernels<'a> {
+    /// Those that were studied.
     kernels: &'a [Report],
+    /// Why the others were not.
     refused: &'a [String],
+}
+
+impl Contents for Kernels<'_> {
+    const FORMAT: &'static str = "srp-kernel-accuracy";
+    const VERSION: u32 = 1;
+    const WRITTEN_BY: &'static str = "`srp accuracy FILE.c --json` and `FILE.fpcore`";
 }
 
 /// Studies the kernels of a file.
 pub(super) fn run(path: &Path, args: &Args, session: &Session<'_>) -> Result<(), Failure> {
     let arch = machine::read(&args.frame.machine.machine)?;
+    let about = About::machine(&arch);
     let study = args.study(arch)?;
     let source = files::read_source(path, Kind::Source)?;
     if let Some(folder) = &args.output {
@@ -38,11 +49,11 @@ pub(super) fn run(path: &Path, args: &Args, session: &Session<'_>) -> Result<(),
     if reports.is_empty() {
         return Err(Failure::Interrupted);
     }
-    let json = serde_json::to_string_pretty(&Reports {
+    let found = Kernels {
         kernels: &reports,
         refused: &refused,
-    });
-    let json = json.map_err(Failure::message)? + "\n";
+    };
+    let json = document::json(about, &found)?;
     if let Some(folder) = &args.output {
         for report in &reports {
             write_machines(folder, report)?;

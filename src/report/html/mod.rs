@@ -24,13 +24,13 @@ pub(super) fn page(report: &Report) -> String {
         @if let Some(first) = report.loops.first() { (array::shared(first)) }
         main {
             h1 { "Initiation intervals on " code { (report.machine.name) }
-                small.soft { " " (report.machine.rows) "×" (report.machine.columns) " units" } }
+                small.soft { " " (report.array.rows) "×" (report.array.columns) " units" } }
             @if !report.complete {
                 p.above { "Interrupted: these IIs were reached until then." }
             }
             (summary(report))
             @for (i, l) in report.loops.iter().enumerate() {
-                (details(i, l, report.machine.contexts))
+                (details(i, l, report.array.contexts))
             }
             @if !report.not_pipelined.is_empty() { (refused(&report.not_pipelined)) }
             @if !report.functions.is_empty() { (functions(&report.functions)) }

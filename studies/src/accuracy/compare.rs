@@ -2,6 +2,7 @@
 
 use super::flip::flip;
 use glam::DVec3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use srp_runtime::picture::Picture;
 
@@ -9,7 +10,7 @@ use srp_runtime::picture::Picture;
 pub(super) const DECIDED: u8 = 8;
 
 /// The difference of two pictures over some of their pixels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Difference {
     /// Peak signal-to-noise ratio in dB of the bytes; `None` where no byte differs.
     pub psnr: Option<f64>,

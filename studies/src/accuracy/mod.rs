@@ -31,6 +31,7 @@ use crate::attribution::{self, Explanation};
 use crate::{Error, reference};
 use glam::DVec3;
 use probe::Edges;
+use schemars::JsonSchema;
 use serde::Serialize;
 use setting::{Setting, Subject};
 use srp_archdesc::arch::Arch;
@@ -39,6 +40,7 @@ use srp_archdesc::watch::{Stage, Unstaged};
 use srp_runtime::effect::Guard;
 use srp_runtime::scene::Scene;
 use srp_runtime::scene_image;
+use srp_toolchain::envelope::Contents;
 use srp_toolchain::{Frame, Session};
 use std::sync::Arc;
 
@@ -64,13 +66,15 @@ pub struct Options {
 }
 
 /// The outcome of the trials of a scene.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Report {
-    /// The scene's name.
+    /// The scene's name, which the envelope of a document has.
+    #[serde(skip)]
     pub scene: String,
     /// How many triangles it has.
     pub triangles: usize,
-    /// The machine's name.
+    /// The machine's name, which the envelope has.
+    #[serde(skip)]
     pub machine: String,
     /// Width and height of the frames in pixels.
     pub size: (u32, u32),
@@ -102,6 +106,12 @@ pub struct Report {
     pub sentences: Vec<String>,
     /// True when all settings were tried.
     pub complete: bool,
+}
+
+impl Contents for Report {
+    const FORMAT: &'static str = "srp-accuracy";
+    const VERSION: u32 = 1;
+    const WRITTEN_BY: &'static str = "`srp accuracy SCENE --json`";
 }
 
 /// A frame and the settings that are to be tried with it.

@@ -2,13 +2,14 @@
 
 use super::target::{quality, relative_costs};
 use super::trial::Trial;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Steps of quality, dB.
 const STEPS: [f64; 9] = [60.0, 55.0, 50.0, 45.0, 40.0, 35.0, 30.0, 25.0, 20.0];
 
 /// The least costs of a quality, each beside the machine as it is.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Price {
     /// PSNR at least, dB.
     pub decibels: f64,

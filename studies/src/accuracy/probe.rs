@@ -7,6 +7,7 @@
 
 use crate::exact;
 use glam::{DVec3, Vec3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::{Arch, Precision};
 use srp_archdesc::isa::Opcode;
@@ -32,7 +33,7 @@ const NARROW: f64 = 1e-6;
 const FARTHER: f64 = 1e-3;
 
 /// The outcome of aimed rays.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Leaks {
     /// Rays that were aimed, and meet a triangle in exact arithmetic.
     pub aimed: u32,

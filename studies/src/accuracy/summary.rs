@@ -3,6 +3,7 @@
 use super::compare::DECIDED;
 use crate::Error;
 use crate::attribution::{self, Attribution, Flip, FlipKind, MOST_NODES, Options};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use srp_runtime::effect::Guard;
 use srp_runtime::scene_image::{self, SceneImage};
@@ -17,7 +18,7 @@ const MOST_DECISIONS: usize = 32;
 const MOST_TILES: usize = 3;
 
 /// Where the errors of a picture come from, and which decisions binary64 makes otherwise.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 pub struct AttributionSummary {
     /// Tiles that were looked into, and all of them.
     pub tiles: (u32, u32),
@@ -39,7 +40,7 @@ pub struct AttributionSummary {
 }
 
 /// A decision that binary64 makes otherwise, and the pixel that it changed.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct Decision {
     /// Column and row.
     pub pixel: (u32, u32),
@@ -56,7 +57,7 @@ pub struct Decision {
 }
 
 /// A line and its operation, or a unit.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct ErrorSource {
     /// `file:line`; empty for a unit outside of the program.
     pub at: String,

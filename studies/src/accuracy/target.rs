@@ -3,18 +3,19 @@
 use super::compare::Difference;
 use super::probe::Leaks;
 use super::trial::Trial;
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt;
 
 /// One figure and its bound.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Bound {
     figure: Figure,
     bound: f64,
 }
 
 /// The limits that can be asked of a picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 enum Figure {
     /// dB over the pixels on which decisions agree, at least.
@@ -37,7 +38,7 @@ impl Figure {
 }
 
 /// Everything that is asked.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Target(Vec<Bound>);
 
 impl Target {

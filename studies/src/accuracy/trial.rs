@@ -7,6 +7,7 @@ use super::summary::AttributionSummary;
 use crate::energy::energy;
 use crate::{Error, functional};
 use glam::DVec3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::{Approx, Arch};
 use srp_archdesc::area;
@@ -24,7 +25,7 @@ use srp_toolchain::{Engine, Engines, Frame, Session};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A setting that was tried.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct Trial {
     /// The knob that was turned, none at the machine as it is.
     pub knob: String,
@@ -51,7 +52,7 @@ pub struct Trial {
 }
 
 /// How far a unit is off, in units of the last place, over all mantissas.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct UnitError {
     /// At most.
     pub largest: f64,
@@ -74,7 +75,7 @@ impl UnitError {
 }
 
 /// The cost of a setting.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Costs {
     /// Initiation intervals of the kernels by name.
     pub ii: BTreeMap<String, u32>,

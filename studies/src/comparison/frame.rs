@@ -1,6 +1,6 @@
 //! Two accounts of frames.
 
-use super::{Change, Comparison, Document, FORMAT, FRAME, Figures, Section, VERSION, add, changes};
+use super::{Change, Comparison, Document, FRAME, Figures, Section, add, changes};
 use crate::Error;
 use serde_json::Value;
 
@@ -51,14 +51,15 @@ pub(super) fn compare(old: &Document<'_>, new: &Document<'_>) -> Result<Comparis
             )));
         }
     }
-    let [a, b] = [old.text("/scene")?, new.text("/scene")?];
-    if a != b {
+    let [a, b] = [old.scene()?, new.scene()?];
+    if a.name != b.name {
         return Err(Error::invalid(format_args!(
-            "the frames are of two scenes, {a} and {b}: their cycles say nothing about each other"
+            "the frames are of two scenes, {} and {}: their cycles say nothing about each other",
+            a.name, b.name
         )));
     }
     let mut notes = Vec::new();
-    if old.text("/scene_hash")? != new.text("/scene_hash")? {
+    if a.hash != b.hash {
         notes.push(
             "the scenes are not the same: geometry, camera, lights or options differ".to_owned(),
         );
@@ -81,13 +82,8 @@ pub(super) fn compare(old: &Document<'_>, new: &Document<'_>) -> Result<Comparis
         Ok(Section::of(name, unit, changes(&of(old)?, &of(new)?)))
     };
     Ok(Comparison {
-        format: FORMAT,
-        version: VERSION,
-        of: FRAME,
-        machines: [
-            old.text("/machine")?.to_owned(),
-            new.text("/machine")?.to_owned(),
-        ],
+        of: FRAME.format,
+        machines: [old.machine()?, new.machine()?],
         notes,
         cycles: Change::new("the frame", Some(a), Some(b)),
         figures,

@@ -8,33 +8,35 @@ mod frame;
 mod profile;
 
 use crate::Error;
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
+use srp_archdesc::diagnostic::Source;
+use srp_toolchain::envelope::{self, Contents, Expected, Head, Named};
+use srp_toolchain::json;
 use std::collections::BTreeMap;
 
-/// The name of the format of a comparison.
-const FORMAT: &str = "srp-diff";
+/// The account of a frame.
+pub const FRAME: Expected = Expected {
+    format: "srp-frame",
+    version: 2,
+    written_by: "`srp render --report FILE.json` at a level with a clock",
+};
 
-/// The name of the format of a frame's account.
-pub const FRAME: &str = "srp-frame";
-
-/// The name of the format of a profile.
-pub const PROFILE: &str = "srp-profile";
-
-/// The version of the three.
-pub const VERSION: u32 = 1;
+/// A profile.
+pub const PROFILE: Expected = Expected {
+    format: "srp-profile",
+    version: 2,
+    written_by: "`--profile FILE.json` of `srp run` and `srp render`",
+};
 
 /// The differences between two runs.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Comparison {
-    /// The name of the format.
-    pub format: &'static str,
-    /// [`VERSION`].
-    pub version: u32,
     /// The format of both documents.
     pub of: &'static str,
     /// The machine of each.
-    pub machines: [String; 2],
+    pub machines: [Named; 2],
     /// What a reader should know before the figures.
     pub notes: Vec<String>,
     /// What counts most: the cycles of all cores, or of the frame.
@@ -45,6 +47,12 @@ pub struct Comparison {
     pub sections: Vec<Section>,
 }
 
+impl Contents for Comparison {
+    const FORMAT: &'static str = "srp-diff";
+    const VERSION: u32 = 2;
+    const WRITTEN_BY: &'static str = "`srp diff OLD NEW --json` of two frames or two profiles";
+}
+
 impl Comparison {
     /// True if the second took more cycles than the first and so many per cent of them.
     pub fn is_slower(&self, tolerance: f64) -> bool {
@@ -53,7 +61,7 @@ impl Comparison {
 }
 
 /// Figures of one kind that differ. Less of each is better.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Section {
     /// What they are.
     pub name: &'static str,
@@ -66,7 +74,7 @@ pub struct Section {
 }
 
 /// A figure of both runs.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Change {
     /// What it is of.
     pub what: String,
@@ -94,75 +102,66 @@ impl Change {
     }
 }
 
-/// Compares two documents, each with the name of its file, which the errors use.
+/// Compares two documents.
 ///
 /// # Errors
 ///
 /// One of them is neither an account of a frame nor a profile, they are not of the same kind, or not of the same
 /// frame.
-pub fn compare(old: (&str, &Value), new: (&str, &Value)) -> Result<Comparison, Error> {
+pub fn compare(old: &Source, new: &Source) -> Result<Comparison, Error> {
     let [old, new] = [Document::of(old)?, Document::of(new)?];
-    if old.format != new.format {
+    if old.head.format != new.head.format {
         return Err(Error::invalid(format_args!(
             "{} is {}, but {} is {}: give two of a kind",
             old.file,
-            in_words(old.format),
+            in_words(&old.head),
             new.file,
-            in_words(new.format)
+            in_words(&new.head)
         )));
     }
-    match old.format {
-        FRAME => frame::compare(&old, &new),
-        _ => profile::compare(&old, &new),
+    match is_frame(&old.head) {
+        true => frame::compare(&old, &new),
+        false => profile::compare(&old, &new),
     }
 }
 
-fn in_words(format: &str) -> &'static str {
-    match format {
-        FRAME => "the account of a frame",
-        _ => "a profile",
+fn is_frame(head: &Head) -> bool {
+    head.format == FRAME.format
+}
+
+fn in_words(head: &Head) -> &'static str {
+    match is_frame(head) {
+        true => "the account of a frame",
+        false => "a profile",
     }
 }
 
 /// A document, read member by member.
 struct Document<'a> {
     file: &'a str,
-    format: &'static str,
-    value: &'a Value,
+    head: Head,
+    value: Value,
 }
 
 impl<'a> Document<'a> {
-    fn of((file, value): (&'a str, &'a Value)) -> Result<Document<'a>, Error> {
-        let name = value.get("format").and_then(Value::as_str);
-        let known = [FRAME, PROFILE].into_iter().find(|f| name == Some(f));
-        let Some(format) = known else {
-            return Err(Error::invalid(format_args!(
-                "{file}: neither the account of a frame, as `srp render --report FILE.json` writes it, nor a \
-                 profile, as `--profile FILE.json` does"
-            )));
-        };
-        let version = value.get("version").and_then(Value::as_u64);
-        if version != Some(VERSION.into()) {
-            return Err(Error::invalid(format_args!(
-                "{file}: not of version {VERSION} of {}: write it again",
-                in_words(format)
-            )));
-        }
-        let document = Document {
-            file,
-            format,
-            value,
-        };
-        Ok(document)
+    fn of(source: &'a Source) -> Result<Document<'a>, Error> {
+        Ok(Document {
+            file: &source.name,
+            head: envelope::read(source, &[FRAME, PROFILE])?,
+            value: json::read(source)?,
+        })
     }
 
-    fn text(&self, pointer: &str) -> Result<&'a str, Error> {
-        let text = self.value.pointer(pointer).and_then(Value::as_str);
-        text.ok_or_else(|| self.lacks(pointer, "text"))
+    fn machine(&self) -> Result<Named, Error> {
+        (self.head.machine.clone()).ok_or_else(|| self.lacks("/machine", "machine"))
+    }
+
+    fn scene(&self) -> Result<&Named, Error> {
+        (self.head.scene.as_ref()).ok_or_else(|| self.lacks("/scene", "scene"))
     }
 
     fn number(&self, pointer: &str) -> Result<f64, Error> {
-        self.number_in(self.value, pointer)
+        self.number_in(&self.value, pointer)
     }
 
     fn number_in(&self, part: &Value, pointer: &str) -> Result<f64, Error> {
@@ -170,23 +169,23 @@ impl<'a> Document<'a> {
         number.ok_or_else(|| self.lacks(pointer, "number"))
     }
 
-    fn text_in(&self, part: &'a Value, pointer: &str) -> Result<&'a str, Error> {
+    fn text_in<'v>(&self, part: &'v Value, pointer: &str) -> Result<&'v str, Error> {
         let text = part.pointer(pointer).and_then(Value::as_str);
         text.ok_or_else(|| self.lacks(pointer, "text"))
     }
 
-    fn list_in(&self, part: &'a Value, pointer: &str) -> Result<&'a [Value], Error> {
+    fn list_in<'v>(&self, part: &'v Value, pointer: &str) -> Result<&'v [Value], Error> {
         let list = part.pointer(pointer).and_then(Value::as_array);
         let list = list.ok_or_else(|| self.lacks(pointer, "list"))?;
         Ok(list)
     }
 
-    fn list(&self, pointer: &str) -> Result<&'a [Value], Error> {
-        self.list_in(self.value, pointer)
+    fn list(&self, pointer: &str) -> Result<&[Value], Error> {
+        self.list_in(&self.value, pointer)
     }
 
     fn lacks(&self, pointer: &str, kind: &str) -> Error {
-        let (file, what) = (self.file, in_words(self.format));
+        let (file, what) = (self.file, in_words(&self.head));
         Error::invalid(format_args!(
             "{file}: {what} has a {kind} at `{pointer}`: write it again"
         ))

@@ -3,9 +3,7 @@
 //! Lines are compared as an editor's user sees them: a line that moved because another was written above it is
 //! the same line. The profiles hold their sources for that.
 
-use super::{
-    Change, Comparison, Document, FORMAT, Figures, PROFILE, Section, VERSION, add, changes,
-};
+use super::{Change, Comparison, Document, Figures, PROFILE, Section, add, changes};
 use crate::Error;
 use serde_json::Value;
 use similar::{DiffTag, TextDiff};
@@ -43,13 +41,8 @@ pub(super) fn compare(old: &Document<'_>, new: &Document<'_>) -> Result<Comparis
     };
     let functions = |profile: &Document<'_>| by(profile, "/functions", "/name");
     Ok(Comparison {
-        format: FORMAT,
-        version: VERSION,
-        of: PROFILE,
-        machines: [
-            old.text("/machine")?.to_owned(),
-            new.text("/machine")?.to_owned(),
-        ],
+        of: PROFILE.format,
+        machines: [old.machine()?, new.machine()?],
         notes,
         cycles: Change::new("all cores", Some(a), Some(b)),
         figures: Vec::new(),

@@ -1,6 +1,7 @@
 //! Time that work takes on this host: on the wall, and of the processor, where the system tells it, which
 //! other programs do not change.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use srp_archdesc::watch::Watch;
 use std::time::Duration;
@@ -16,7 +17,7 @@ pub(super) struct Start<'a> {
 }
 
 /// Host time of a piece of work.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct HostTime {
     /// Seconds on the wall.
     pub seconds: f64,

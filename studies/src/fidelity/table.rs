@@ -4,10 +4,12 @@ use super::host_time::HostTime;
 use super::kept::{Kept, Sample};
 use super::{Fidelity, FrameFigure, FrameQuantity, Prepared};
 use crate::Error;
-use crate::figure::{Quantity, Unit, name, name_and_unit};
+use crate::figure::{NameAndUnit, Quantity, Unit, name, name_and_unit};
 use crate::survey::Estimate;
+use schemars::JsonSchema;
 use serde::Serialize;
 use srp_archdesc::watch::Stage;
+use srp_toolchain::envelope::Contents;
 
 /// How frames are sampled for the table.
 #[derive(Clone, Copy, Debug)]
@@ -21,15 +23,17 @@ pub struct TableOptions {
 }
 
 /// The table of a scene.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct Table {
-    /// The scene's name.
+    /// The scene's name, which the envelope of a document has.
+    #[serde(skip)]
     pub scene: String,
     /// How many triangles it has.
     pub triangles: usize,
     /// Width and height of the frame in pixels.
     pub size: (u32, u32),
-    /// The machine's name.
+    /// The machine's name, which the envelope has.
+    #[serde(skip)]
     pub machine: String,
     /// The levels, from the cheapest.
     pub levels: Vec<Row>,
@@ -37,8 +41,14 @@ pub struct Table {
     pub trials: Option<Trials>,
 }
 
+impl Contents for Table {
+    const FORMAT: &'static str = "srp-fidelity";
+    const VERSION: u32 = 1;
+    const WRITTEN_BY: &'static str = "`srp fidelity --json`";
+}
+
 /// A level.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct Row {
     /// Its name.
     pub level: &'static str,
@@ -54,10 +64,11 @@ pub struct Row {
 }
 
 /// A figure at a level.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct Cell {
     /// The quantity that the figure measures.
     #[serde(flatten, serialize_with = "name_and_unit")]
+    #[schemars(with = "NameAndUnit")]
     pub quantity: FrameQuantity,
     /// Its value.
     pub value: f64,
@@ -68,7 +79,7 @@ pub struct Cell {
 }
 
 /// Samples of several seeds.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct Trials {
     /// How many there were.
     pub trials: u64,
@@ -86,10 +97,11 @@ pub struct Trials {
 }
 
 /// One figure in all trials.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct TrialFigure {
     /// The quantity that the figure measures.
     #[serde(rename = "name", serialize_with = "name")]
+    #[schemars(with = "String")]
     pub quantity: FrameQuantity,
     /// The part of the intervals that hold what the top level has.
     pub covered: f64,

@@ -20,7 +20,7 @@ mod unit;
 
 pub use catalogue::{Case, Level, Oracle};
 pub use judge::Verdict;
-pub use report::{Column, Matrix};
+pub use report::{Argument, CaseResult, Column, ListedCase, Listing, Matrix};
 pub use settings::Setting;
 
 use crate::Error;

@@ -3,8 +3,9 @@
 use super::catalogue::{Case, Level};
 use super::judge::Verdict;
 use super::settings::Setting;
-use serde::{Serialize, Serializer};
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
+use srp_toolchain::envelope::Contents;
 use std::collections::BTreeMap;
 
 /// A column of the matrix: a level, and there a setting by its number.
@@ -16,7 +17,7 @@ pub struct Column {
     pub setting: usize,
 }
 
-/// Verdicts on all cases, in each column that they run in. It is written with the bits of all inputs.
+/// Verdicts on all cases, in each column that they run in.
 #[derive(Clone, Debug)]
 pub struct Matrix {
     /// The machine's name.
@@ -64,50 +65,113 @@ impl Verdict {
     }
 }
 
-impl Serialize for Matrix {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        members(self).serialize(serializer)
+/// Verdicts on all cases, as they are written.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Listing {
+    /// The settings of the machine, by name.
+    pub settings: Vec<String>,
+    /// Levels that could not be run, and why.
+    pub skipped: Vec<String>,
+    /// Answers that are wrong and are not listed as failing by design.
+    pub wrong: usize,
+    /// The cases.
+    pub cases: Vec<ListedCase>,
+}
+
+impl Contents for Listing {
+    const FORMAT: &'static str = "srp-hard-cases";
+    const VERSION: u32 = 1;
+    const WRITTEN_BY: &'static str = "`srp hard-cases --json`";
+}
+
+/// A case as it is written.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct ListedCase {
+    /// Its name.
+    pub id: String,
+    /// What it tries.
+    pub title: String,
+    /// Where it is written down, `file:line`.
+    pub place: String,
+    /// The function that is called.
+    pub call: String,
+    /// Its arguments.
+    pub arguments: Vec<Argument>,
+    /// The answer that it has to give.
+    pub gives: Vec<String>,
+    /// How far it may be off, in units of the last place.
+    pub within_ulp: f64,
+    /// The code that computes the answer again.
+    pub oracle: String,
+    /// The source that describes such cases.
+    pub source: String,
+    /// Levels that it runs at.
+    pub levels: Vec<String>,
+    /// Its verdicts.
+    pub results: Vec<CaseResult>,
+}
+
+/// An argument of a case.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Argument {
+    /// Its name.
+    pub name: String,
+    /// Its words in hexadecimal.
+    pub bits: Vec<String>,
+}
+
+/// A verdict as it is written.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct CaseResult {
+    /// The level.
+    pub level: String,
+    /// The setting of the machine.
+    pub setting: String,
+    /// `right`, `bounded` (wrong by design, within its bound) or `wrong`.
+    pub verdict: String,
+    /// What is said of it.
+    pub what: String,
+}
+
+impl Listing {
+    /// The verdicts of a matrix.
+    pub fn of(matrix: &Matrix) -> Listing {
+        let cases = matrix.cases.iter().enumerate();
+        Listing {
+            settings: matrix.settings.iter().map(|s| s.name.clone()).collect(),
+            skipped: matrix.skipped.clone(),
+            wrong: matrix.count(|v| matches!(v, Verdict::Wrong(_))),
+            cases: cases.map(|(i, case)| listed(matrix, i, case)).collect(),
+        }
     }
 }
 
-fn members(matrix: &Matrix) -> Value {
-    let hex = |word: &u32| Value::String(format!("{word:08x}"));
-    let case = |(i, case): (usize, &Case)| {
-        let results = matrix.verdicts.iter().filter(|((c, _), _)| *c == i);
-        let results = results.map(|((_, column), v)| {
-            let (verdict, what) = v.told();
-            json!({
-                "level": column.level.name(),
-                "setting": matrix.setting(*column),
-                "verdict": verdict,
-                "what": what,
-            })
-        });
-        let arguments = case.arguments.iter();
-        let arguments = arguments.map(|(name, words)| {
-            let bits: Vec<Value> = words.iter().map(hex).collect();
-            json!({ "name": name, "bits": bits })
-        });
-        json!({
-            "id": case.id,
-            "title": case.title,
-            "place": case.place,
-            "call": case.call,
-            "arguments": arguments.collect::<Vec<_>>(),
-            "gives": case.gives,
-            "within_ulp": case.within,
-            "oracle": case.oracle.name(),
-            "source": case.source,
-            "levels": case.levels.iter().map(|l| l.name()).collect::<Vec<_>>(),
-            "results": results.collect::<Vec<_>>(),
-        })
-    };
-    let cases: Vec<Value> = matrix.cases.iter().enumerate().map(case).collect();
-    json!({
-        "machine": matrix.machine,
-        "settings": matrix.settings.iter().map(|s| &s.name).collect::<Vec<_>>(),
-        "skipped": matrix.skipped,
-        "wrong": matrix.count(|v| matches!(v, Verdict::Wrong(_))),
-        "cases": cases,
-    })
+fn listed(matrix: &Matrix, i: usize, case: &Case) -> ListedCase {
+    let results = matrix.verdicts.iter().filter(|((c, _), _)| *c == i);
+    let results = results.map(|((_, column), verdict)| {
+        let (verdict, what) = verdict.told();
+        CaseResult {
+            level: column.level.name().to_owned(),
+            setting: matrix.setting(*column).to_owned(),
+            verdict: verdict.to_owned(),
+            what: what.to_owned(),
+        }
+    });
+    let arguments = case.arguments.iter().map(|(name, words)| Argument {
+        name: name.to_string(),
+        bits: words.iter().map(|word| format!("{word:08x}")).collect(),
+    });
+    ListedCase {
+        id: case.id.to_string(),
+        title: case.title.to_string(),
+        place: case.place.to_string(),
+        call: case.call.to_string(),
+        arguments: arguments.collect(),
+        gives: case.gives.iter().map(ToString::to_string).collect(),
+        within_ulp: case.within,
+        oracle: case.oracle.name().to_owned(),
+        source: case.source.to_string(),
+        levels: case.levels.iter().map(|l| l.name().to_owned()).collect(),
+        results: results.collect(),
+    }
 }

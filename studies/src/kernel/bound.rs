@@ -9,6 +9,7 @@ use super::setting::Subject;
 use super::subject::{Input, Kernel};
 use crate::Error;
 use crate::real::{Bounded, Undefined, Units};
+use schemars::JsonSchema;
 use serde::Serialize;
 use srp_archdesc::arch::Precision;
 use srp_ir::layout::Layout;
@@ -45,7 +46,7 @@ fn rewritten(program: &Program, rewrites: &[Rewrite]) -> Option<Program> {
 }
 
 /// A bound on the error of every computed result, wherever decisions fall as in real arithmetic.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Bound {
     /// The difference from the real number.
     pub absolute: f64,

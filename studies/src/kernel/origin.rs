@@ -6,13 +6,14 @@ use super::setting::Subject;
 use super::subject::{Kernel, Place};
 use super::{sample, trial};
 use crate::Error;
+use schemars::JsonSchema;
 use serde::Serialize;
 use srp_ir::interp::{self, Code};
 use srp_ir::shadow::tape::{Contributions, Sweep};
 use srp_ir::shadow::{Shadows, Sources};
 
 /// A line and operation, and its share of the squared error.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Origin {
     /// File, line, and of an FPCore the column.
     pub at: String,
@@ -24,7 +25,7 @@ pub struct Origin {
 }
 
 /// The findings of shadows in a run.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Origins {
     /// The operations that errors come from, largest share first.
     pub origins: Vec<Origin>,

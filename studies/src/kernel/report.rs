@@ -4,10 +4,11 @@ use super::origin::Origins;
 use super::rewritten::Rewritten;
 use super::target::Target;
 use super::trial::Trial;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// A range of an input.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Range {
     /// The parameter or object.
     pub name: String,
@@ -20,13 +21,14 @@ pub struct Range {
 }
 
 /// The outcome of a kernel's trials.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Report {
     /// The function, benchmark or program.
     pub name: String,
     /// Its file.
     pub file: String,
-    /// The machine's name.
+    /// The machine's name, which the envelope of a document has.
+    #[serde(skip)]
     pub machine: String,
     /// Its inputs.
     pub ranges: Vec<Range>,

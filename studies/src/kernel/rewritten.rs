@@ -3,6 +3,7 @@
 use super::setting::Subject;
 use super::subject::Kernel;
 use super::trial::{Costs, Measure, Trial};
+use schemars::JsonSchema;
 use serde::Serialize;
 use srp_ir::pass::{self, Rewrite};
 use srp_ir::program::Program;
@@ -14,7 +15,7 @@ const MOST_REWRITES: usize = 40;
 const SAME_BITS: f64 = 0.02;
 
 /// A rewrite that was tried alone.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Rewritten {
     /// Rule and place.
     pub name: String,
@@ -33,7 +34,7 @@ pub struct Rewritten {
 }
 
 /// The gain of a rewrite over the text as it stands, the best first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Gain {
     /// More digits at a lower II, or in fewer cycles where no loop is on the array.

@@ -1,11 +1,12 @@
 //! The limits that the results of a kernel have to keep to.
 
 use super::Measure;
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt;
 
 /// A figure that can be asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 enum Figure {
     /// Bits lost on average, at most.
@@ -28,7 +29,7 @@ impl Figure {
 }
 
 /// Bounds of figures, all of which hold.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Target(Vec<(Figure, f64)>);
 
 impl Target {

@@ -5,6 +5,7 @@ use super::sample::{Round, address, of_program};
 use super::setting::Subject;
 use super::subject::{Kernel, Place};
 use crate::Error;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::chip;
@@ -26,7 +27,7 @@ const MOST_CYCLES: u64 = 50_000_000;
 const MOST_STEPS: u64 = 50_000_000;
 
 /// The cost of a setting.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Costs {
     /// Cycles of an evaluation: those of the whole run, shared out.
     pub cycles: f64,
@@ -41,7 +42,7 @@ pub struct Costs {
 }
 
 /// A setting that was tried.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Trial {
     /// The settings, in a few words; empty for the machine as it is.
     pub words: String,
@@ -73,7 +74,7 @@ impl Trial {
 }
 
 /// How far results are off.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Measure {
     /// Bits lost: the mean of log2 (1 + ulps), ulps being units in the last place of the real number in
     /// binary32. A result that is no number where the real one is counts 32.

@@ -3,12 +3,11 @@
 //! A loop is known by its kernel's name. The II counts first: where it fell, more stages, registers,
 //! moves or contexts are its price and only told; where it did not, they are worse.
 
-use super::model::{FileKind, LoopReport, Report, Status, VERSION, part, percent};
+use super::model::{FileKind, LoopReport, Report, Status, part, percent};
+use schemars::JsonSchema;
 use serde::Serialize;
+use srp_toolchain::envelope::{Contents, Named};
 use std::cmp::Ordering;
-
-/// The name of the format in a file of differences.
-const DIFF_FORMAT: &str = "srp-report-diff";
 
 /// A figure of a loop that is compared, those first that count most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -65,14 +64,10 @@ impl Serialize for Figure {
 }
 
 /// The differences between two reports.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub struct Differences {
-    /// The name of the format.
-    pub format: &'static str,
-    /// [`VERSION`].
-    pub version: u32,
     /// The machine of each.
-    pub machines: [String; 2],
+    pub machines: [Named; 2],
     /// Figures that got worse.
     pub worse: Vec<Difference>,
     /// Figures that got better.
@@ -83,6 +78,12 @@ pub struct Differences {
     pub same: u32,
 }
 
+impl Contents for Differences {
+    const FORMAT: &'static str = "srp-report-diff";
+    const VERSION: u32 = 2;
+    const WRITTEN_BY: &'static str = "`srp diff OLD NEW --json` of two reports of loops";
+}
+
 impl Differences {
     /// True if anything got worse.
     pub fn is_worse(&self) -> bool {
@@ -91,11 +92,12 @@ impl Differences {
 }
 
 /// A figure of a loop that differs.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub struct Difference {
     /// The loop's kernel.
     pub kernel: String,
     /// The figure.
+    #[schemars(with = "String")]
     pub figure: Figure,
     /// Its value before, in words; null for a new loop.
     pub old: Option<String>,
@@ -106,9 +108,7 @@ pub struct Difference {
 /// Compares two reports.
 pub fn diff(old: &Report, new: &Report) -> Differences {
     let mut all = Differences {
-        format: DIFF_FORMAT,
-        version: VERSION,
-        machines: [old.machine.name.clone(), new.machine.name.clone()],
+        machines: [old.machine.clone(), new.machine.clone()],
         worse: Vec::new(),
         better: Vec::new(),
         changed: Vec::new(),

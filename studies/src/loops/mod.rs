@@ -13,10 +13,9 @@ mod trial;
 
 pub use diff::{Difference, Differences, Figure, diff};
 pub use model::{
-    Advice, Carried, Cell, Change, Edge, FORMAT, FileKind, FileLoad, FunctionReport, Graph,
-    LinkLoad, LoopReport, Lowered, Machine, NotPipelined, Obstacle, Operation, Ordered, PortLoad,
-    Position, Report, Resource, SharedLoad, StageTime, Status, Step, UnitLoad, VERSION, WhatIf,
-    part, percent,
+    Advice, ArrayShape, Carried, Cell, Change, Edge, FileKind, FileLoad, FunctionReport, Graph,
+    LinkLoad, LoopReport, Lowered, NotPipelined, Obstacle, Operation, Ordered, PortLoad, Position,
+    Report, Resource, SharedLoad, StageTime, Status, Step, UnitLoad, WhatIf, part, percent,
 };
 
 use crate::Error;
@@ -32,6 +31,7 @@ use srp_ir::program::SourceFile;
 use srp_ir::split::Remark;
 use srp_scheduler::LoopFacts;
 use srp_scheduler::vliw::FunctionFacts;
+use srp_toolchain::envelope::Named;
 use srp_toolchain::{Compiled, CompiledLoops, Session, Times, facts_alone};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -230,10 +230,8 @@ fn measured(subject: &Subject<'_>, arch: &Arch) -> Report {
     let not_pipelined = subject.program.map_or(&[][..], |p| p.not_pipelined);
     let functions = subject.program.map_or(&[][..], |p| p.functions);
     Report {
-        format: FORMAT.to_owned(),
-        version: VERSION,
-        machine: Machine {
-            name: arch.name.clone(),
+        machine: Named::machine(arch),
+        array: ArrayShape {
             rows: arch.srp.rows,
             columns: arch.srp.cols,
             contexts: arch.srp.contexts,

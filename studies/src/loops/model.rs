@@ -3,24 +3,21 @@
 
 use crate::Error;
 use crate::proofs::{Impossible, Search};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use srp_archdesc::diagnostic::Source;
+use srp_toolchain::envelope::{self, Contents, Expected, Named};
+use srp_toolchain::json;
 use std::time::Duration;
 
-/// The name of the format in a file of a report.
-pub const FORMAT: &str = "srp-report";
-
-/// The version of the members below. It rises when one changes its meaning or goes away.
-pub const VERSION: u32 = 1;
-
 /// The report of a program on a machine.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 pub struct Report {
-    /// [`FORMAT`].
-    pub format: String,
-    /// [`VERSION`].
-    pub version: u32,
-    /// The machine.
-    pub machine: Machine,
+    /// The machine, which the envelope of a document has.
+    #[serde(skip, default = "no_machine")]
+    pub machine: Named,
+    /// The machine's array.
+    pub array: ArrayShape,
     /// True if the search for schedules went its whole way; not where it was interrupted.
     pub complete: bool,
     /// Loops on the array, in program order.
@@ -38,8 +35,22 @@ pub struct Report {
     pub stages: Vec<StageTime>,
 }
 
+impl Contents for Report {
+    const FORMAT: &'static str = "srp-report";
+    const VERSION: u32 = 2;
+    const WRITTEN_BY: &'static str = "`srp report --json` and `--loops FILE.json`";
+}
+
+/// The machine of a report that does not name any.
+fn no_machine() -> Named {
+    Named {
+        name: "unknown".to_owned(),
+        hash: String::new(),
+    }
+}
+
 /// How long a stage took.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 pub struct StageTime {
     /// Its name.
     pub stage: String,
@@ -57,39 +68,16 @@ impl StageTime {
 }
 
 impl Report {
-    /// Reads a report from JSON, which messages know by `name`.
+    /// Reads a report from JSON.
     ///
     /// # Errors
     ///
-    /// The text is no JSON, or not that of a report of this version.
-    pub fn read(name: &str, text: &str) -> Result<Report, Error> {
-        #[derive(Deserialize)]
-        struct Head {
-            format: Option<String>,
-            version: Option<u32>,
-        }
-        let again = "write one with `srp report --json`";
-        let at = |e: &serde_json::Error| format!("{name}:{}:{}", e.line(), e.column());
-        let head: Head = serde_json::from_str(text)
-            .map_err(|e| Error::Invalid(format!("{}: this is no report: {e}; {again}", at(&e))))?;
-        if head.format.as_deref() != Some(FORMAT) {
-            let is = match head.format {
-                Some(format) => format!("a file of format `{format}`"),
-                None => "a file without `format`".to_owned(),
-            };
-            return Err(Error::Invalid(format!(
-                "{name} is {is}, not a report of loops (`{FORMAT}`): {again}"
-            )));
-        }
-        if head.version != Some(VERSION) {
-            let version = head.version.map(|v| format!("version {v}"));
-            let has = version.unwrap_or_else(|| "no version".to_owned());
-            return Err(Error::Invalid(format!(
-                "{name} has {has} of the members of reports, this command reads version {VERSION}: \
-                 {again}"
-            )));
-        }
-        serde_json::from_str(text).map_err(|e| Error::Invalid(format!("{}: {e}; {again}", at(&e))))
+    /// The text is no JSON, or not that of a report of this version: with the place.
+    pub fn read(source: &Source) -> Result<Report, Error> {
+        let head = envelope::read(source, &[Expected::of::<Report>()])?;
+        let report: Report = json::read(source)?;
+        let machine = head.machine.unwrap_or_else(no_machine);
+        Ok(Report { machine, ..report })
     }
 
     /// Leaves out everything but the loops of one name.
@@ -112,7 +100,7 @@ impl Report {
 }
 
 /// The control code of a function.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 pub struct FunctionReport {
     /// Its name.
     pub function: String,
@@ -128,11 +116,9 @@ pub struct FunctionReport {
     pub spilled: u32,
 }
 
-/// The machine, as far as the report needs it.
-#[derive(Serialize, Deserialize)]
-pub struct Machine {
-    /// Its name.
-    pub name: String,
+/// The array of a machine, as far as the report needs it.
+#[derive(Serialize, Deserialize, JsonSchema)]
+pub struct ArrayShape {
     /// Rows of the array.
     pub rows: u32,
     /// Columns of the array.
@@ -142,7 +128,7 @@ pub struct Machine {
 }
 
 /// A change of the machine, and the loops that it helps.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 pub struct Advice {
     /// The change.
     pub what: String,
@@ -151,7 +137,7 @@ pub struct Advice {
 }
 
 /// A loop that a change helps.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 pub struct Lowered {
     /// Its kernel.
     pub kernel: String,
@@ -162,7 +148,7 @@ pub struct Lowered {
 }
 
 /// A loop on the array.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 pub struct LoopReport {
     /// The kernel's name.
     pub kernel: String,
@@ -271,7 +257,7 @@ pub fn percent(part: f64) -> String {
 }
 
 /// How an II stands to its bounds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Status {
     /// It is the bound: there is no smaller one.
@@ -297,7 +283,7 @@ impl Status {
 }
 
 /// The need of a loop for a resource.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 pub struct Resource {
     /// Classes of operations, `all operations`, or the name of a shared resource.
     pub resource: String,
@@ -314,7 +300,7 @@ pub struct Resource {
 }
 
 /// The outcome of trying changes of the machine.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct WhatIf {
     /// Changes that were tried.
     pub tried: u32,
@@ -323,7 +309,7 @@ pub struct WhatIf {
 }
 
 /// A change of the machine.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Change {
     /// The change.
     pub what: String,
@@ -332,7 +318,7 @@ pub struct Change {
 }
 
 /// The obstacle to a lower II.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 pub struct Obstacle {
     /// In words.
     pub text: String,
@@ -341,7 +327,7 @@ pub struct Obstacle {
 }
 
 /// An operation and where it comes from.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 pub struct Operation {
     /// The operation that it performs.
     pub op: String,
@@ -352,7 +338,7 @@ pub struct Operation {
 }
 
 /// Two memory accesses that are kept in order.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 pub struct Ordered {
     /// The one.
     pub first: Position,
@@ -366,7 +352,7 @@ pub struct Ordered {
 }
 
 /// A source position.
-#[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Position {
     /// The file.
     pub file: String,
@@ -386,7 +372,7 @@ impl std::fmt::Display for Position {
 }
 
 /// A step of a recurrence.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 pub struct Step {
     /// The operation.
     pub op: String,
@@ -401,7 +387,7 @@ pub struct Step {
 }
 
 /// Operations that depend on each other in circles.
-#[derive(Default, Serialize, Deserialize)]
+#[derive(Default, Serialize, Deserialize, JsonSchema)]
 pub struct Graph {
     /// The operations, in the loop's order.
     pub nodes: Vec<Operation>,
@@ -410,7 +396,7 @@ pub struct Graph {
 }
 
 /// A dependence.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 pub struct Edge {
     /// The number of the operation that comes first.
     pub from: u32,
@@ -425,7 +411,7 @@ pub struct Edge {
 }
 
 /// How busy a unit is.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 pub struct UnitLoad {
     /// The unit's name.
     pub unit: String,
@@ -449,7 +435,7 @@ impl UnitLoad {
 }
 
 /// How much a shared resource is used.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 pub struct SharedLoad {
     /// Its name.
     pub resource: String,
@@ -460,7 +446,7 @@ pub struct SharedLoad {
 }
 
 /// How busy a link is.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 pub struct LinkLoad {
     /// The unit that it starts from.
     pub from: String,
@@ -485,7 +471,7 @@ impl LinkLoad {
 }
 
 /// A value on a link.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 pub struct Carried {
     /// The slot in which it is taken from the link.
     pub slot: u32,
@@ -496,7 +482,7 @@ pub struct Carried {
 }
 
 /// Live registers of a register file and the load of its ports.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 pub struct FileLoad {
     /// The file's name.
     pub file: String,
@@ -524,7 +510,9 @@ pub struct FileLoad {
 }
 
 /// Kinds of register files.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum FileKind {
     /// Local to the array, its base advances with every iteration.
@@ -547,7 +535,7 @@ impl FileKind {
 }
 
 /// How busy the ports of a file are in one direction.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 pub struct PortLoad {
     /// Ports that there are.
     pub ports: u32,
@@ -560,7 +548,7 @@ pub struct PortLoad {
 }
 
 /// The operation that a unit issues in a slot.
-#[derive(Clone, Serialize, Deserialize)]
+#[derive(Clone, Serialize, Deserialize, JsonSchema)]
 pub struct Cell {
     /// The operation.
     pub op: String,
@@ -581,7 +569,7 @@ pub struct Cell {
 }
 
 /// A loop that was to run on the array and does not.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 pub struct NotPipelined {
     /// The kernel's name.
     pub kernel: String,

@@ -1,5 +1,6 @@
 //! The profile as data.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::ops::AddAssign;
 
@@ -7,7 +8,7 @@ use std::ops::AddAssign;
 pub(super) type Line = (String, u32);
 
 /// SRP cycles by what they were spent on. All of them sum to the cycles of the cores until their programs ended.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Parts {
     /// Bundles of VLIW code with an operation.
     pub vliw: u64,
@@ -62,9 +63,10 @@ impl AddAssign for Parts {
 }
 
 /// Where the cycles of a program went.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Profile {
-    /// The machine's name.
+    /// The machine's name, which the envelope of a document has.
+    #[serde(skip)]
     pub machine: String,
     /// Cores that ran the program.
     pub cores: u32,
@@ -80,7 +82,7 @@ pub struct Profile {
 }
 
 /// The cycles of a function.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct FunctionProfile {
     /// Its name.
     pub name: String,
@@ -90,7 +92,7 @@ pub struct FunctionProfile {
 }
 
 /// The cycles of a loop on the array.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct LoopProfile {
     /// Its name.
     pub kernel: String,
@@ -110,7 +112,7 @@ pub struct LoopProfile {
 }
 
 /// Iterations of a loop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Iterations {
     /// Of all launches.
     pub all: u64,
@@ -121,7 +123,7 @@ pub struct Iterations {
 }
 
 /// The cycles of a source line.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct LineProfile {
     /// The file's name, empty where none is known.
     pub file: String,

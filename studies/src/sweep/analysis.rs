@@ -2,6 +2,7 @@
 
 use super::measure::Measure;
 use super::rows::{self, Row};
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -9,7 +10,7 @@ use std::collections::BTreeMap;
 const OBJECTIVES: [&str; 5] = ["cycles", "ii", "energy", "area", "psnr"];
 
 /// Fronts and sensitivities of the rows of one subject.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Analysis {
     /// The subject.
     pub subject: String,
@@ -22,7 +23,7 @@ pub struct Analysis {
 }
 
 /// The effect of a parameter on an objective, over all rows.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Sensitivity {
     /// The parameter.
     pub parameter: String,

@@ -2,10 +2,13 @@
 
 use crate::Error;
 use crate::fidelity::Fidelity;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Something that is measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum Measure {
     /// Initiation intervals of the loops on the array.

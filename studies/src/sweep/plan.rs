@@ -10,6 +10,7 @@ use super::point::{Parameter, Target};
 use super::values::Values;
 use crate::Error;
 use crate::fidelity::Fidelity;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use srp_ir::pass::FastMath;
 use srp_kernels::form::Forms;
@@ -19,7 +20,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// A plan as a file has it. Paths are relative to the folder that it is read from.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct PlanFile {
     /// The machine that is varied: a file, or the name of one that comes along.
@@ -56,7 +57,7 @@ pub struct PlanFile {
 }
 
 /// A value as TOML has it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Scalar {
     /// A flag.
@@ -81,7 +82,7 @@ impl Scalar {
 }
 
 /// The values of a parameter as TOML has them: a list, or a text as on the command line.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Listed {
     /// All of them.

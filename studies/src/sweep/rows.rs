@@ -6,6 +6,7 @@
 use super::Shard;
 use super::plan::{Plan, PlanFile};
 use crate::Error;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use srp_archdesc::diagnostic::Source;
 use srp_toolchain::{files, json};
@@ -16,7 +17,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 /// A row: a point of the plan, measured on a subject.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Row {
     /// Names everything that the row depends on.
     pub key: String,
@@ -29,6 +30,7 @@ pub struct Row {
     /// The outcome.
     pub outcome: Outcome,
     /// Names the machine by all that it is; empty where it is none.
+    #[serde(rename = "machine_hash")]
     pub machine: String,
     /// The build of the tools.
     pub build: String,
@@ -39,7 +41,7 @@ pub struct Row {
 }
 
 /// The outcome of a row.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Outcome {
     /// Figures by their columns.

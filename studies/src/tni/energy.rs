@@ -1,5 +1,6 @@
 //! Energy of the T&I units: their counts times the energy of each event.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use srp_archdesc::area::{cache_energy, operations_energy, triangle_energy};
 use srp_archdesc::datapath::BOX_TEST;
@@ -8,7 +9,7 @@ use srp_runtime::memory::cache::CacheCounters;
 use srp_runtime::tni::TniCounters;
 
 /// Energy in mJ, without registers, control, clock and the memory outside.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
 pub struct Energy {
     /// Ray-box tests.
     pub boxes: f64,

@@ -1,5 +1,6 @@
 //! Figures from counters: rates, shares, and means a ray.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use srp_archdesc::system::SystemSpec;
@@ -12,7 +13,7 @@ use srp_runtime::memory::path::Clock;
 use srp_runtime::tni::TniCounters;
 
 /// Figures of one or several views, summed over all units.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Measure {
     /// Rays traced.
     pub rays: u64,

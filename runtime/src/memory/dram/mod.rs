@@ -12,6 +12,7 @@ pub mod mapping;
 mod report;
 pub mod trace;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use srp_archdesc::dram::{DramModel, DramSpec};
 
@@ -33,7 +34,7 @@ pub struct Request {
 }
 
 /// Counts of a memory. Cycles are those of its clock.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct DramCounters {
     /// Requests that read, as all below counted when they are answered.
     pub reads: u64,
@@ -92,7 +93,7 @@ impl DramCounters {
 }
 
 /// Counts of a channel. All but `busy_cycles` stay 0 in a memory without banks.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct ChannelCounters {
     /// Read commands.
     pub reads: u64,

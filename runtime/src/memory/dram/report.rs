@@ -1,5 +1,6 @@
 //! The work of a memory, in figures to read.
 
+use schemars::JsonSchema;
 use std::fmt::Write as _;
 
 use serde::Serialize;
@@ -9,7 +10,7 @@ use super::DramCounters;
 use crate::digits::thousands;
 
 /// The work of one memory, or of the memories of all cores, in some time.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct DramReport {
     /// Its clock, MHz.
     pub mhz: u32,
@@ -33,7 +34,7 @@ pub struct DramReport {
 }
 
 /// The work of one channel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct ChannelReport {
     /// Gigabytes a second on its data lines: whole bursts.
     pub gigabytes_per_second: f64,

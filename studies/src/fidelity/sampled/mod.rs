@@ -16,6 +16,7 @@ mod figures;
 mod first_pass;
 mod trace;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use srp_archdesc::Arch;
 use srp_archdesc::watch::{Stage, Unstaged, Watch};
@@ -28,6 +29,7 @@ use srp_runtime::core::Core;
 use srp_runtime::effect::Guard;
 use srp_runtime::scene_image::SceneImage;
 use srp_runtime::system::{Options, QueuedTile, SystemError, TileQueue, Timing};
+use srp_toolchain::envelope::Contents;
 
 pub use first_pass::FirstPass;
 pub use trace::TracedFrame;
@@ -79,7 +81,7 @@ struct Batch {
 }
 
 /// A frame, estimated.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Sampled {
     /// Tiles of the frame.
     pub tiles: usize,
@@ -91,6 +93,12 @@ pub struct Sampled {
     pub seed: u64,
     /// The figures, with 95 % intervals; the first is the cycles of the frame.
     pub figures: Vec<FrameFigure>,
+}
+
+impl Contents for Sampled {
+    const FORMAT: &'static str = "srp-frame-sample";
+    const VERSION: u32 = 1;
+    const WRITTEN_BY: &'static str = "`srp render --fidelity sampled`, by --json and --report";
 }
 
 impl Frame<'_> {
