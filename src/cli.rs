@@ -33,6 +33,7 @@ pub(crate) use sweep::{Sweep, SweepAction};
 pub(crate) use tni::{HeatOf, Latencies, Pipeline, RayKind, Tni, TniMemory};
 pub(crate) use trace::{Trace, TraceOf};
 
+use crate::talk::Colour;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use srp_scheduler::modulo::Solver;
@@ -51,7 +52,6 @@ use std::time::Duration;
     name = "srp",
     version,
     arg_required_else_help = true,
-    args_conflicts_with_subcommands = true,
     propagate_version = true,
     after_help = "\
 Examples:
@@ -74,7 +74,31 @@ pub(crate) struct Cli {
     /// Say what the code of a message stands for, such as C0502
     #[arg(long, value_name = "CODE")]
     pub(crate) explain: Option<String>,
+    /// Colours of messages; auto: on a terminal, unless NO_COLOR is set, and anywhere if CLICOLOR_FORCE is
+    #[arg(long, global = true, value_name = "WHEN", default_value = "auto", value_parser = one_of(COLOURS))]
+    pub(crate) color: Colour,
+    /// Say errors and warnings only: no notes, no names of written files, no progress
+    #[arg(short, long, global = true)]
+    pub(crate) quiet: bool,
 }
+
+const COLOURS: &[Choice<Colour>] = &[
+    Choice {
+        value: Colour::Auto,
+        name: "auto",
+        what: "On a terminal",
+    },
+    Choice {
+        value: Colour::Always,
+        name: "always",
+        what: "In files and pipes too",
+    },
+    Choice {
+        value: Colour::Never,
+        name: "never",
+        what: "Nowhere",
+    },
+];
 
 /// What to do.
 #[derive(Subcommand)]

@@ -89,7 +89,10 @@ fn forms(
 ) -> Result<(), Failure> {
     let source = &args.compilation.source;
     let mut input = input::read(&args.files, arch)?;
-    files::make_folder(&args.output)?;
+    check_one_output(args, &input)?;
+    if !files::is_output(&args.output) {
+        files::make_folder(&args.output)?;
+    }
     let loops = report::Loops::to(&args.loops.loops)?;
     let out = Output {
         folder: &args.output,
@@ -122,7 +125,7 @@ fn forms(
         say_remarks(&program.files, &remarks, source)?;
         input = Input::Ir(Box::new(program));
     } else if wants(Form::Ast) {
-        return Err(Failure::message(
+        return Err(Failure::usage(
             "only C has a syntax tree: give C files for --emit ast",
         ));
     }
@@ -130,7 +133,7 @@ fn forms(
         match &input {
             Input::Ir(program) => out.write("ir", &srp_ir::text::write(program))?,
             _ => {
-                return Err(Failure::message(
+                return Err(Failure::usage(
                     "the files are compiled further than --emit ir",
                 ));
             }
@@ -151,7 +154,7 @@ fn forms(
         match &compiled.dre {
             Some(dre) => write_divided(&out, dre, wants(Form::Dfg), wants(Form::Dre))?,
             None => {
-                return Err(Failure::message(
+                return Err(Failure::usage(
                     "the file is scheduled already: no --emit dfg, dre",
                 ));
             }
@@ -164,6 +167,30 @@ fn forms(
         wants(Form::Schedule),
         wants(Form::Rust),
     )
+}
+
+/// Refuses standard output as the place of more than one text. How many kernels there are is not known yet.
+fn check_one_output(args: &Compile, input: &Input) -> Result<(), Failure> {
+    if !files::is_output(&args.output) {
+        return Ok(());
+    }
+    let trees = match input {
+        Input::C(sources) => sources.len(),
+        _ => 1,
+    };
+    let many = match args.emit[..] {
+        [Form::Rust] => Some("--emit rust writes a folder"),
+        [Form::Ast] if trees > 1 => Some("there is a syntax tree for each file"),
+        [_] if args.json => Some("--json is printed there"),
+        [_] if !args.passes.print_after.is_empty() => Some("--print-after is printed there"),
+        [_] => None,
+        _ => Some("--emit has several forms"),
+    };
+    many.map_or(Ok(()), |why| {
+        Err(Failure::Usage(format!(
+            "-o - is standard output, which takes one text, and {why}: name a folder"
+        )))
+    })
 }
 
 /// Says with `-Rpass` of every loop whether it runs on the array, what `restrict` would buy, and else what
@@ -293,6 +320,9 @@ struct Output<'a> {
 impl Output<'_> {
     /// Fails now if a file cannot be written later whose name is known by now.
     fn check(&self, args: &Compile, input: &Input) -> Result<(), Failure> {
+        if files::is_output(self.folder) {
+            return Ok(());
+        }
         let endings = [
             (Form::Ir, "ir"),
             (Form::Dre, "dre.xml"),
@@ -323,6 +353,9 @@ impl Output<'_> {
     }
 
     fn write(&self, ending: &str, text: &str) -> Result<(), Failure> {
+        if files::is_output(self.folder) {
+            return Ok(talk::print(text)?);
+        }
         let path = self.path(ending);
         files::write(&path, text.as_bytes())?;
         talk::say(path.display());
@@ -379,19 +412,27 @@ fn write_divided_alone(
             write_divided(out, &divided.dre, dfg, whole)
         }
         Input::Dre(dre) => write_divided(out, &dre, dfg, whole),
-        Input::C(_) | Input::Scheduled { .. } => Err(Failure::message(
+        Input::C(_) | Input::Scheduled { .. } => Err(Failure::usage(
             "the file is scheduled already: no --emit dfg, dre",
         )),
     }
 }
 
 fn write_divided(out: &Output<'_>, dre: &Dre, dfg: bool, whole: bool) -> Result<(), Failure> {
+    if dfg && files::is_output(out.folder) && dre.kernels.len() != 1 {
+        return Err(Failure::Usage(format!(
+            "-o - is standard output, which takes one graph, and there are {}: name a folder",
+            dre.kernels.len()
+        )));
+    }
     if dfg {
         for kernel in dre.kernels.values() {
             let dot = srp_ir::dfg::dot(kernel, &dre.control.files);
             let name = srp_toolchain::files::file_name(&kernel.name);
             let ending = format!("{name}.dot");
-            files::check_writable(&out.path(&ending))?;
+            if !files::is_output(out.folder) {
+                files::check_writable(&out.path(&ending))?;
+            }
             out.write(&ending, &dot)?;
         }
     }

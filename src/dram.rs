@@ -53,7 +53,7 @@ pub(crate) fn run(args: &Dram) -> Result<(), Failure> {
         return Ok(talk::print(list())?);
     }
     let Some(path) = &args.trace else {
-        return Err(Failure::message("there is no trace to run"));
+        return Err(Failure::usage("there is no trace to run"));
     };
     let (spec, about) = memory(args)?;
     let source = files::read_source(path, Kind::Trace)?;

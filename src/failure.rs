@@ -22,6 +22,19 @@ impl Failure {
     pub(crate) fn message(text: impl std::fmt::Display) -> Failure {
         Failure::Message(text.to_string())
     }
+
+    /// The failure of a study that was begun with nothing but arguments.
+    pub(crate) fn of_arguments(error: srp_studies::Error) -> Failure {
+        match error {
+            srp_studies::Error::Invalid(text) => Failure::Usage(text),
+            error => error.into(),
+        }
+    }
+
+    /// A failure of arguments, in one sentence.
+    pub(crate) fn usage(text: impl std::fmt::Display) -> Failure {
+        Failure::Usage(text.to_string())
+    }
 }
 
 impl From<FileError> for Failure {

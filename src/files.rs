@@ -5,11 +5,21 @@ use crate::talk;
 use srp_toolchain::files;
 use std::path::Path;
 
-pub(crate) use srp_toolchain::files::{Kind, check_input, make_folder, read_source, read_text};
+pub(crate) use srp_toolchain::files::{Kind, check_input, read_source, read_text};
 
 /// True if a path stands for standard output.
-fn is_output(path: &Path) -> bool {
+pub(crate) fn is_output(path: &Path) -> bool {
     path == Path::new("-")
+}
+
+/// Makes a folder for several files, which standard output cannot be.
+pub(crate) fn make_folder(path: &Path) -> Result<(), Failure> {
+    match is_output(path) {
+        true => Err(Failure::usage(
+            "- is standard output, and several files are written: name a folder",
+        )),
+        false => Ok(files::make_folder(path)?),
+    }
 }
 
 /// Writes a file as a whole or not at all.

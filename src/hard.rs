@@ -16,7 +16,8 @@ pub(crate) fn run(args: &HardCases) -> Result<i32, Failure> {
         files::check_writable(path)?;
     }
     let arch = machine::read(&args.machine.machine)?;
-    let cases = hard_cases::cases(args.filter.as_deref().unwrap_or_default())?;
+    let cases = hard_cases::cases(args.filter.as_deref().unwrap_or_default())
+        .map_err(Failure::of_arguments)?;
     let session = &talk::session();
     let scene = scenes::read(args.scene.as_deref(), None, session)?;
     let matrix = interrupt::looked_for(|| hard_cases::run(&arch, cases, &scene, session))?;

@@ -40,7 +40,7 @@ fn mesh(args: &Mesh) -> Result<String, Failure> {
         "all" => xml::scalar_classes(),
         list => {
             let classes: Result<Vec<Class>, String> = list.split(',').map(parse_class).collect();
-            let mut classes = classes.map_err(Failure::Message)?;
+            let mut classes = classes.map_err(Failure::Usage)?;
             classes.sort();
             classes.dedup();
             classes
@@ -55,11 +55,11 @@ fn mesh(args: &Mesh) -> Result<String, Failure> {
         contexts: args.contexts,
         ..StandardArray::mesh(args.rows, args.cols)
     };
-    xml::standard(&array).map_err(Failure::Message)
+    xml::standard(&array).map_err(Failure::Usage)
 }
 
 /// The mesh of `--mesh ROWSxCOLS`.
 pub(crate) fn standard_mesh(rows: u32, cols: u32) -> Result<Arch, Failure> {
-    let text = xml::standard(&StandardArray::mesh(rows, cols)).map_err(Failure::Message)?;
+    let text = xml::standard(&StandardArray::mesh(rows, cols)).map_err(Failure::Usage)?;
     Ok(machine::parse("--mesh", &text)?)
 }

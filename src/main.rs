@@ -35,6 +35,7 @@ mod tni;
 mod trace;
 mod units;
 
+use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches};
 use cli::{Cli, Command};
 use failure::Failure;
@@ -53,9 +54,14 @@ fn main() -> ExitCode {
     let matches = command.clone().get_matches();
     document::remember(&command, &matches);
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    talk::set_manner(cli.color, cli.quiet);
     interrupt::catch();
-    let Some(command) = &cli.command else {
-        return explain(cli.explain.as_deref().unwrap_or_default());
+    let command_line = (&cli.command, cli.explain.as_deref());
+    let command = match command_line {
+        (Some(command), None) => command,
+        (None, Some(code)) => return explain(code),
+        (Some(_), Some(_)) => wrong(command, "--explain goes without a command"),
+        (None, None) => wrong(command, "say a command; `srp --help` lists them"),
     };
     let result = match command {
         Command::Render(args) => render::run(args).map(|()| 0),
@@ -88,22 +94,27 @@ fn main() -> ExitCode {
         // The exit status of a program is its low eight bits, as everywhere.
         Ok(status) => ExitCode::from(status as u8),
         Err(Failure::Message(text)) => {
-            talk::say(format_args!("error: {text}"));
+            talk::complain(format_args!("error: {text}"));
             ExitCode::from(1)
         }
         Err(Failure::Usage(text)) => {
-            talk::say(format_args!("error: {text}"));
+            talk::complain(format_args!("error: {text}"));
             ExitCode::from(2)
         }
         Err(Failure::Reported(text)) => {
-            talk::say(text.trim_end());
+            talk::complain(text.trim_end());
             ExitCode::from(1)
         }
         Err(Failure::Interrupted) => {
-            talk::say("interrupted");
+            talk::complain("interrupted");
             ExitCode::from(interrupt::STATUS)
         }
     }
+}
+
+/// Ends the program because of its arguments.
+fn wrong(mut command: clap::Command, why: &str) -> ! {
+    command.error(ErrorKind::ArgumentConflict, why).exit()
 }
 
 /// Builds a simulator beside the work of another process, which is not there to hear of failures.
@@ -111,7 +122,7 @@ fn build_simulator() -> ExitCode {
     match engine::build() {
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => {
-            talk::say(format_args!("error: {why}"));
+            talk::complain(format_args!("error: {why}"));
             ExitCode::from(1)
         }
     }
@@ -135,10 +146,10 @@ fn explain(code: &str) -> ExitCode {
             Err(_) => ExitCode::from(1),
         },
         None => {
-            talk::say(format_args!(
+            talk::complain(format_args!(
                 "error: no message of the compiler has the code `{code}`"
             ));
-            ExitCode::from(1)
+            ExitCode::from(2)
         }
     }
 }

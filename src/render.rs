@@ -58,6 +58,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     if let Some(report) = &args.report {
         files::check_writable(report)?;
     }
+    let warnings = Warnings::parse(&args.warnings).map_err(Failure::Usage)?;
     let loops = report::Loops::to(&args.loops.loops)?;
     let profile = Target::to(&args.profile)?;
     check_profiled(args)?;
@@ -82,7 +83,6 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     }
     let compiled = interrupt::looked_for(|| frame.build.compile(kernels, &frame.arch, session))?;
     talk::say_all(&compiled.messages.render(talk::colour()));
-    let warnings = Warnings::parse(&args.warnings).map_err(Failure::Message)?;
     let format = cli::ErrorFormat::Human;
     refused_kernel::check(&compiled, &frame.arch, &warnings, format, session)?;
     compile::say_not_pipelined(&compiled, &frame.arch, false, session)?;

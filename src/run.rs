@@ -52,7 +52,7 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
         RunEngine::Csim => Engine::Generated,
         RunEngine::Interp => Engine::Interpreter,
         RunEngine::Ir if !args.loops.loops.is_empty() => {
-            return Err(Failure::message(
+            return Err(Failure::usage(
                 "--engine ir schedules no loop: there is nothing to write for --loops",
             ));
         }

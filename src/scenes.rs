@@ -37,6 +37,6 @@ pub(crate) fn frame(
 pub(crate) fn say(loaded: &Loaded) {
     talk::say_all(&loaded.warnings.render(talk::colour()));
     for what in &loaded.unsupported {
-        talk::say(format_args!("warning: {what}"));
+        talk::complain(format_args!("warning: {what}"));
     }
 }

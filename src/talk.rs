@@ -13,13 +13,52 @@ use std::path::Path;
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-/// True if messages may be coloured: a terminal, and no `NO_COLOR`.
-pub(crate) fn colour() -> bool {
-    io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty())
+/// When messages are coloured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Colour {
+    /// Where that is of use.
+    Auto,
+    /// Everywhere.
+    Always,
+    /// Nowhere.
+    Never,
 }
 
-/// A line to standard error. Where that cannot be written there is nobody to tell.
+/// How the command line wants to be talked to: colours, and true for errors and warnings only.
+static MANNER: OnceLock<(Colour, bool)> = OnceLock::new();
+
+/// Talks in this manner from now on.
+pub(crate) fn set_manner(colour: Colour, quiet: bool) {
+    // There is one command line, and it is read once.
+    let _ = MANNER.set((colour, quiet));
+}
+
+fn is_quiet() -> bool {
+    MANNER.get().is_some_and(|(_, quiet)| *quiet)
+}
+
+/// True if messages are coloured: as `--color` says, else by the environment, else on a terminal.
+pub(crate) fn colour() -> bool {
+    let wish = MANNER.get().map_or(Colour::Auto, |(colour, _)| *colour);
+    let set = |name| std::env::var_os(name).filter(|value| !value.is_empty());
+    match wish {
+        Colour::Always => true,
+        Colour::Never => false,
+        Colour::Auto if set("NO_COLOR").is_some() => false,
+        Colour::Auto if set("CLICOLOR_FORCE").is_some_and(|value| value != "0") => true,
+        Colour::Auto => io::stderr().is_terminal(),
+    }
+}
+
+/// A line to standard error, unless only errors are wanted. Where that cannot be written there is nobody to tell.
 pub(crate) fn say(text: impl std::fmt::Display) {
+    if !is_quiet() {
+        complain(text);
+    }
+}
+
+/// A line about an error or a doubt to standard error.
+pub(crate) fn complain(text: impl std::fmt::Display) {
     let _ = writeln!(io::stderr(), "{text}");
 }
 
@@ -71,7 +110,7 @@ impl Progress {
     }
 
     fn new(what: &'static str, total: Option<u64>, style: &str) -> Progress {
-        let target = if io::stderr().is_terminal() {
+        let target = if io::stderr().is_terminal() && !is_quiet() {
             ProgressDrawTarget::stderr()
         } else {
             ProgressDrawTarget::hidden()

@@ -17,6 +17,7 @@ pub(super) struct Folder(PathBuf);
 impl Folder {
     /// The folder, which is made where there is none.
     pub(super) fn open(path: &Path) -> Result<Folder, Failure> {
+        files::make_folder(path)?;
         files::make_folder(&path.join("trials"))?;
         files::check_writable(&path.join("report.html"))?;
         Ok(Folder(path.to_owned()))

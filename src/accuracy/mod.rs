@@ -38,7 +38,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         grid: args.grid,
         threads: args.threads,
     };
-    let study = Study::of(&frame, options)?;
+    let study = Study::of(&frame, options).map_err(Failure::of_arguments)?;
     let folder = Folder::open(args.output.as_deref().unwrap_or(Path::new("accuracy")))?;
     let shown = |trial: &Trial, evidence: &Evidence<'_>| {
         let written = folder.write(trial, evidence);

@@ -179,7 +179,7 @@ impl Compilation {
             fast_math: fast_math(&source.feature),
             max_ulp: source.max_ulp,
             rewrites: source.rewrite.clone(),
-            warnings: Warnings::parse(&source.warnings).map_err(Failure::Message)?,
+            warnings: Warnings::parse(&source.warnings).map_err(Failure::Usage)?,
             effort: self.search.effort(),
         })
     }

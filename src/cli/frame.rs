@@ -69,15 +69,13 @@ impl Camera {
     /// The camera that is asked for, if one is, where `cameras` names a view of a file.
     fn chosen(&self, cameras: Option<&str>) -> Result<Option<scene::Camera>, Failure> {
         if let Some(text) = &self.camera {
-            return scene::Camera::parse(text)
-                .map(Some)
-                .map_err(Failure::message);
+            return scene::Camera::parse(text).map(Some).map_err(Failure::usage);
         }
         let Some(which) = cameras else {
             return Ok(None);
         };
         let Some((path, name, Some(number))) = parse_cameras(which) else {
-            return Err(Failure::Message(format!(
+            return Err(Failure::Usage(format!(
                 "--cameras {which}: write FILE.json:NAME/N"
             )));
         };
@@ -144,7 +142,7 @@ pub(crate) struct Building {
 
 impl Building {
     fn forms(&self) -> Result<Forms, Failure> {
-        let choose = |forms: Forms, choice: &String| forms.with(choice).map_err(Failure::message);
+        let choose = |forms: Forms, choice: &String| forms.with(choice).map_err(Failure::usage);
         self.form.iter().try_fold(Forms::default(), choose)
     }
 

@@ -84,7 +84,7 @@ pub(super) fn find(paths: &[PathBuf], ops: Option<&Path>) -> Result<Vec<Found>, 
         let [only] = &mut lists[..] else {
             let message =
                 "--ops goes with one list of edges; others have their NAME.ops beside them";
-            return Err(Failure::Message(message.to_owned()));
+            return Err(Failure::usage(message));
         };
         only.form = Form::Edges(ops.to_owned());
     }

@@ -34,7 +34,7 @@ pub(crate) fn run(args: &Map) -> Result<i32, Failure> {
         .filter(|&class| graph::stands_for(class).is_none())
     {
         let message = format!("--any-op {class}: no unit of an array runs this class in a loop");
-        return Err(Failure::Message(message));
+        return Err(Failure::Usage(message));
     }
     let session = talk::session();
     let one = |index: usize| map_one(&inputs[index], &options, args, &arch, &session);
@@ -84,7 +84,7 @@ fn target(target: &Target) -> Result<Arch, Failure> {
     match (&target.machine, target.mesh) {
         (Some(path), _) => Ok(srp_toolchain::machine::read(path)?),
         (None, Some((rows, cols))) => machine::standard_mesh(rows, cols),
-        (None, None) => Err(Failure::Message("--machine or --mesh is needed".to_owned())),
+        (None, None) => Err(Failure::Usage("--machine or --mesh is needed".to_owned())),
     }
 }
 

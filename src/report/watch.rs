@@ -63,11 +63,11 @@ fn show(
         Ok(report) => report,
         Err(Failure::Interrupted) => return Err(Failure::Interrupted),
         Err(Failure::Message(what) | Failure::Usage(what)) => {
-            talk::say(format_args!("error: {what}"));
+            talk::complain(format_args!("error: {what}"));
             return Ok(last);
         }
         Err(Failure::Reported(what)) => {
-            talk::say(what.trim_end());
+            talk::complain(what.trim_end());
             return Ok(last);
         }
     };

@@ -88,7 +88,12 @@ fn sweep(args: &cli::Sweep) -> Result<(), Failure> {
              install the same on all hosts"
         )));
     }
-    let plan = Plan::of(args.plan()?)?;
+    // Without a file, all of the plan is arguments.
+    let plan = Plan::of(args.plan()?).map_err(|error| match args.plan {
+        None => Failure::of_arguments(error),
+        Some(_) => error.into(),
+    })?;
+    files::make_folder(&args.output)?;
     let folder = Folder::make(&args.output)?;
     let session = &Session {
         threads: cli::threads(args.threads),

@@ -194,7 +194,7 @@ fn views(args: &Tni, session: &Session<'_>) -> Result<Option<Views>, Failure> {
 
 fn first_camera(args: &Tni, views: &Option<Views>) -> Result<Option<Camera>, Failure> {
     if let Some(text) = &args.camera.camera {
-        return Camera::parse(text).map(Some).map_err(Failure::message);
+        return Camera::parse(text).map(Some).map_err(Failure::usage);
     }
     Ok(views.as_ref().map(|v| v.camera(0)).transpose()?)
 }

@@ -167,7 +167,7 @@ fn report_twice(folder: &Path) -> (Value, String) {
 #[test]
 fn knobs_and_targets_at_fault_are_refused() {
     let folder = folder("accuracy_at_fault");
-    refused(
+    misused(
         &folder,
         &["accuracy", "--knob", "taste"],
         &["taste", "intersection"],

@@ -29,5 +29,5 @@ fn hard_cases_are_right_or_within_the_bounds_stated() {
     }
     assert!(lost > 10 && all > 100, "{lost} of {all}");
     let unknown = srp(&folder, &["hard-cases", "--filter", "nonsense"]);
-    assert_eq!(unknown.status.code(), Some(1));
+    assert_eq!(unknown.status.code(), Some(2));
 }

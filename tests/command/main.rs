@@ -6,6 +6,7 @@ mod answers;
 mod cache;
 mod diff;
 mod fast_math;
+mod flags;
 mod hard;
 mod inputs;
 mod limits;

@@ -218,33 +218,33 @@ fn what_makes_no_sense_is_refused() {
         &["sweep", "--set", "array.rows=4", "--build", "0123"],
         &["another build of srp"],
     );
-    refused(
+    misused(
         &folder,
         &["sweep", "--set", "aray.rows=4,5"],
         &["did you mean `array`?"],
     );
-    refused(
+    misused(
         &folder,
         &["sweep", "--set", "array.row=4,5"],
         &["no value of it makes a machine", "row"],
     );
-    refused(
+    misused(
         &folder,
         &["sweep", "--set", "op.latency=1"],
         &["[class=alu]"],
     );
-    refused(&folder, &["sweep", "--set", "rows=1"], &["sets nothing"]);
-    refused(
+    misused(&folder, &["sweep", "--set", "rows=1"], &["sets nothing"]);
+    misused(
         &folder,
         &["sweep", "--set", "array.rows=1..4"],
         &["a grid needs values"],
     );
-    refused(
+    misused(
         &folder,
         &["sweep", "--set", "array.rows=4", "--measure", "speed"],
         &["ii, cycles, energy"],
     );
-    refused(
+    misused(
         &folder,
         &[
             "sweep",

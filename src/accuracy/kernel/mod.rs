@@ -44,7 +44,7 @@ pub(super) fn run(path: &Path, args: &Args, session: &Session<'_>) -> Result<(),
     let studied = interrupt::looked_for(|| kernel::study(&source, &study, session))?;
     let Studied { reports, refused } = studied;
     for why in &refused {
-        talk::say(format_args!("warning: {why}"));
+        talk::complain(format_args!("warning: {why}"));
     }
     if reports.is_empty() {
         return Err(Failure::Interrupted);
