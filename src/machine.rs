@@ -48,6 +48,8 @@ fn mesh(args: &Mesh) -> Result<String, Failure> {
     };
     let array = StandardArray {
         topology: args.topology.into(),
+        wires: args.wires.replace(',', " "),
+        hops: args.hops,
         registers: args.registers,
         memory_columns: args.memory_columns,
         classes,

@@ -20,6 +20,8 @@ entity! {
     RegFile = "rf";
     /// A link from one functional unit's output to another's inputs.
     Link = "link";
+    /// A wire that one of several values takes in each cycle.
+    Wire = "wire";
     /// A resource that several functional units share.
     Resource = "res";
 }
@@ -60,6 +62,10 @@ pub struct Srp {
     pub files: EntityMap<RegFile, FileSpec>,
     /// Links between functional units.
     pub links: EntityMap<Link, LinkSpec>,
+    /// Wires behind multiplexers: those of switches, buses, and ports of crossbars.
+    pub wires: EntityMap<Wire, WireSpec>,
+    /// How many wires a value passes in one cycle, at most (≥ 1): the clock limits it.
+    pub hops: u32,
     /// Shared resources.
     pub resources: EntityMap<Resource, ResourceSpec>,
     /// Depth of the configuration memory: the largest II times the unrolling of a kernel.
@@ -211,8 +217,8 @@ pub struct FileSpec {
     pub readers: Vec<Fu>,
     /// Units whose results can be written into it.
     pub writers: Vec<Fu>,
-    /// True if a value that arrives at a writer's inputs over a link can be written into the file
-    /// without passing through the unit.
+    /// True if a value that arrives at a writer's inputs over a link or a wire can be written into the
+    /// file without passing through the unit.
     pub from_links: bool,
 }
 
@@ -245,6 +251,44 @@ pub struct LinkSpec {
     pub delay: u32,
     /// Widest value it carries, in bits: 1 for a link of the predicate network alone.
     pub width: u32,
+}
+
+/// A wire with a multiplexer before it, which every context sets: in cycle `t` units in `to`, and wires
+/// that have this one among their inputs, see what the input chosen for `t - delay` had then. It keeps nothing.
+///
+/// A value that passes several wires without registers passes them in one cycle, [`Srp::hops`] of them at
+/// most. No choice of inputs that leads a wire back to itself within a cycle may be made, though a machine
+/// may be able to make it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WireSpec {
+    /// Its name; no unit has the same.
+    pub name: String,
+    /// The inputs of its multiplexer, at least one, none twice.
+    pub from: Vec<Input>,
+    /// The units whose operand multiplexers (and local files, see [`FileSpec::from_links`]) it feeds.
+    pub to: Vec<Fu>,
+    /// Registers at its end.
+    pub delay: u32,
+    /// Widest value it carries, in bits: 1 for predicates only.
+    pub width: u32,
+}
+
+/// An input of a wire's multiplexer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub enum Input {
+    /// The output of a unit.
+    Unit(Fu),
+    /// Another wire.
+    Wire(Wire),
+}
+
+/// The carrier of a value from an output to those that read it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub enum Carrier {
+    /// A link.
+    Link(Link),
+    /// A wire, the last of those that the value passes.
+    Wire(Wire),
 }
 
 /// A resource that several units share, such as a memory port.
@@ -329,6 +373,14 @@ impl Arch {
 }
 
 impl Srp {
+    /// Registers along a link or at the end of a wire.
+    pub fn delay(&self, carrier: Carrier) -> u32 {
+        match carrier {
+            Carrier::Link(link) => self.links[link].delay,
+            Carrier::Wire(wire) => self.wires[wire].delay,
+        }
+    }
+
     /// The unit of VLIW slot `slot`.
     pub fn slot(&self, slot: u32) -> Option<Fu> {
         self.fus

@@ -2,13 +2,14 @@
 //!
 //! A unit of the array has the operators of the widest of its classes, once, and each special function
 //! of its classes; functions with a common datapath have one between them. Multiplexers have an input for
-//! each place that a unit reads. A context has for every unit an opcode, a choice for every
-//! operand, addresses of registers and constants.
+//! each place that a unit reads, and for each that a wire of a switch or a bus takes values from. A context has
+//! for every unit an opcode, a choice for every operand, addresses of registers and constants, and for every
+//! wire a choice.
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::arch::{Arch, FileSpec, Fu, FuSpec, LinkSpec, Srp};
+use crate::arch::{Arch, FileSpec, Fu, FuSpec, Input, LinkSpec, Srp, Wire};
 use crate::area::{CONTROL, WIRING, area, cache_area};
 use crate::cost::Technology;
 use crate::cost::memory::{REGISTER_BIT, SRAM_BIT, file_area, file_energy, read_energy};
@@ -16,6 +17,7 @@ use crate::cost::operator::{
     compare, convert, float_add, float_fma, float_mul, integer_add, integer_mul, product_area,
     product_energy, registers, shift,
 };
+use crate::entity::EntityMap;
 use crate::format::Format;
 use crate::isa::{Class, Opcode};
 use crate::precision::Approx;
@@ -359,12 +361,16 @@ fn storage(arch: &Arch) -> Vec<Item> {
             f64::from(OPERANDS) * MULTIPLEXER_BIT * f64::from(bits.saturating_sub(spec.width));
         contexts += context_bits(srp, &graph, fu);
     }
+    let switches = switches(srp, &graph);
+    contexts += wire_context_bits(srp, &graph);
     let outputs: u32 = srp
         .fus
         .values()
         .map(|fu| fu.width + u32::from(fu.pred_out))
         .sum();
-    let delayed: u32 = srp.links.values().map(|link| link.delay * link.width).sum();
+    let on_links = srp.links.values().map(|link| link.delay * link.width);
+    let on_wires = srp.wires.values().map(|wire| wire.delay * wire.width);
+    let delayed: u32 = on_links.chain(on_wires).sum();
     let configuration = contexts * srp.contexts;
     let system = &arch.system;
     let item = |name, extent: String, um2: f64| Item {
@@ -391,6 +397,15 @@ fn storage(arch: &Arch) -> Vec<Item> {
             format!("{inputs} inputs, {} links", srp.links.len()),
             multiplexers,
         ),
+    ];
+    if !srp.wires.is_empty() {
+        items.push(item(
+            "switches and buses",
+            format!("{} inputs, {} wires", switches.0, srp.wires.len()),
+            switches.1,
+        ));
+    }
+    items.extend([
         item(
             "configuration memory",
             format!("{} contexts of {contexts} bits", srp.contexts),
@@ -411,7 +426,7 @@ fn storage(arch: &Arch) -> Vec<Item> {
             kib(system.texture_cache.bytes),
             1e6 * cache_area(system.texture_cache.bytes),
         ),
-    ];
+    ]);
     if late > 0 {
         let um2 = REGISTER_BIT * f64::from(late);
         items.push(item(
@@ -463,10 +478,45 @@ pub fn context_bits(srp: &Srp, graph: &ResourceGraph, fu: Fu) -> u32 {
     bits
 }
 
-/// Bits of a context for all units.
+/// Bits of a context for all units and wires.
 pub fn all_context_bits(srp: &Srp) -> u32 {
     let graph = ResourceGraph::of(srp);
-    srp.fus.keys().map(|fu| context_bits(srp, &graph, fu)).sum()
+    let units = srp.fus.keys().map(|fu| context_bits(srp, &graph, fu));
+    units.sum::<u32>() + wire_context_bits(srp, &graph)
+}
+
+/// The inputs of each wire's multiplexer: two of a unit with a predicate output, and their bits together.
+pub fn wire_inputs(srp: &Srp, graph: &ResourceGraph) -> EntityMap<Wire, (u32, u32)> {
+    let mut inputs = EntityMap::filled(srp.wires.len(), (0, 0));
+    for hop in graph.hops.values().flatten() {
+        if let Some(wire) = graph.as_wire(hop.to) {
+            inputs[wire].0 += 1;
+            inputs[wire].1 += hop.width;
+        }
+    }
+    inputs
+}
+
+/// Inputs of the multiplexers before all wires, and their area, µm².
+fn switches(srp: &Srp, graph: &ResourceGraph) -> (u32, f64) {
+    let inputs = wire_inputs(srp, graph);
+    let bits = |(wire, &(_, bits)): (Wire, &(u32, u32))| {
+        f64::from(bits.saturating_sub(srp.wires[wire].width))
+    };
+    let count = inputs.values().map(|&(count, _)| count).sum();
+    (
+        count,
+        MULTIPLEXER_BIT * inputs.iter().map(bits).sum::<f64>(),
+    )
+}
+
+/// Bits of a context that choose the inputs of wires.
+fn wire_context_bits(srp: &Srp, graph: &ResourceGraph) -> u32 {
+    let inputs = wire_inputs(srp, graph);
+    inputs
+        .values()
+        .map(|&(count, _)| choice(count as usize))
+        .sum()
 }
 
 /// Energy of reading contexts of so many bits, pJ.
@@ -575,11 +625,43 @@ pub fn multiplexer_energy(bits: u32, places: usize) -> f64 {
 /// Energy of so many bits along a link, pJ: past as many units as it spans, each 0.3 mm wide, and its
 /// registers.
 pub fn link_energy(srp: &Srp, link: &LinkSpec, bits: u32) -> f64 {
-    const UNIT_MM: f64 = 0.3;
     let (from, to) = (&srp.fus[link.from], &srp.fus[link.to]);
     let cells = from.row.abs_diff(to.row) + from.col.abs_diff(to.col);
+    carrier_energy(cells, link.delay, bits)
+}
+
+/// Width of a unit, mm.
+const UNIT_MM: f64 = 0.3;
+
+/// Energy of so many bits past so many units and through so many registers, pJ.
+fn carrier_energy(cells: u32, delay: u32, bits: u32) -> f64 {
     let wire = WIRE_PJ * UNIT_MM * f64::from(cells.max(1));
-    f64::from(bits) * (wire + 0.002 * f64::from(link.delay))
+    f64::from(bits) * (wire + 0.002 * f64::from(delay))
+}
+
+/// Energy of so many bits along a wire with so many inputs, pJ: through its multiplexer, and past as many units
+/// as the rectangle of those at its ends is wide and high, for all of the wire swings.
+pub fn wire_energy(srp: &Srp, wire: Wire, inputs: u32, bits: u32) -> f64 {
+    let spec = &srp.wires[wire];
+    let units = |input: &Input| match *input {
+        Input::Unit(fu) => vec![fu],
+        Input::Wire(before) => srp.wires[before].to.clone(),
+    };
+    let ends = spec
+        .from
+        .iter()
+        .filter(|input| matches!(input, Input::Unit(_)));
+    let mut ends: Vec<Fu> = ends.flat_map(units).collect();
+    if ends.is_empty() {
+        ends = spec.from.iter().flat_map(units).collect();
+    }
+    ends.extend(&spec.to);
+    let across = |at: fn(&FuSpec) -> u32| {
+        let all = ends.iter().map(|&fu| at(&srp.fus[fu]));
+        all.clone().max().unwrap_or(0) - all.min().unwrap_or(0)
+    };
+    let cells = across(|fu| fu.row) + across(|fu| fu.col);
+    multiplexer_energy(bits, inputs as usize) + carrier_energy(cells, spec.delay, bits)
 }
 
 /// Energy of an access of so many bytes to the SRAM, pJ; it is in 16 banks.

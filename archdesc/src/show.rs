@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use crate::arch::{
-    Approx, Arch, Fast, FileKind, FuOp, FuSpec, Precision, Refine, Resource, Subnormals,
+    Approx, Arch, Fast, FileKind, FuOp, FuSpec, Input, Precision, Refine, Resource, Subnormals,
+    WireSpec,
 };
 use crate::dram::{DramModel, DramSpec, RowPolicy};
 use crate::format::{Format, KINDS};
@@ -55,6 +56,7 @@ fn show_machine(out: &mut String, arch: &Arch) -> std::fmt::Result {
     writeln!(out)?;
     show_classes(out, arch)?;
     writeln!(out)?;
+    show_wires(out, arch)?;
     show_files(out, arch)?;
     writeln!(out)?;
     show_engine(out, arch)?;
@@ -86,9 +88,13 @@ fn show_grid(out: &mut String, arch: &Arch, kinds: &[UnitKind<'_>]) -> std::fmt:
         "  +{}",
         format!("{:-<1$}+", "", width + 2).repeat(arch.srp.cols as usize)
     );
+    let wires = match arch.srp.wires.len() {
+        0 => String::new(),
+        wires => format!(", {wires} wires"),
+    };
     writeln!(
         out,
-        "array (unit kind:VLIW slot), {} links",
+        "array (unit kind:VLIW slot), {} links{wires}",
         arch.srp.links.len()
     )?;
     for row in cells.chunks(arch.srp.cols as usize) {
@@ -161,6 +167,44 @@ fn show_classes(out: &mut String, arch: &Arch) -> std::fmt::Result {
         }
     }
     Ok(())
+}
+
+/// Switches and buses: wires that are alike, in one line.
+fn show_wires(out: &mut String, arch: &Arch) -> std::fmt::Result {
+    let srp = &arch.srp;
+    let ends = |from: &Input| matches!(from, Input::Wire(_));
+    let kind = |wire: &WireSpec| {
+        let of_switch = wire.from.iter().any(ends);
+        (of_switch, wire.width, wire.delay, wire.to.len())
+    };
+    let mut kinds: BTreeMap<_, Vec<usize>> = BTreeMap::new();
+    for wire in srp.wires.values() {
+        kinds.entry(kind(wire)).or_default().push(wire.from.len());
+    }
+    for ((of_switch, width, delay, readers), inputs) in &kinds {
+        let (count, least, most) = (inputs.len(), inputs.iter().min(), inputs.iter().max());
+        let (least, most) = (least.unwrap_or(&0), most.unwrap_or(&0));
+        let inputs = match least == most {
+            true => format!("{most}"),
+            false => format!("{least} to {most}"),
+        };
+        let from = match of_switch {
+            true => "unit(s) and wires",
+            false => "unit(s)",
+        };
+        writeln!(
+            out,
+            "{count} wire(s) of {width} bits: from {inputs} {from} to {readers} unit(s), delay {delay}"
+        )?;
+    }
+    match kinds.is_empty() {
+        true => Ok(()),
+        false => writeln!(
+            out,
+            "a value passes up to {} wire(s) in a cycle\n",
+            srp.hops
+        ),
+    }
 }
 
 fn show_files(out: &mut String, arch: &Arch) -> std::fmt::Result {

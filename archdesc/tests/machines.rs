@@ -4,7 +4,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use srp_archdesc::arch::{Approx, FileKind, Fu, Refine, Subnormals};
+use srp_archdesc::arch::{Approx, Carrier, FileKind, Fu, Refine, Subnormals};
 use srp_archdesc::diagnostic::render_all;
 use srp_archdesc::machines::{ALL, Machine, SGRT, TINY, WIDE};
 use srp_archdesc::ops::semantics::elementary::SEPARATE;
@@ -221,11 +221,11 @@ fn machines_are_shown() {
 #[test]
 fn resource_graph_of_the_tiny_machine() {
     let arch = machine(TINY);
-    golden("tiny.graph", &graph_text(&arch).expect("a string"));
+    let graph = ResourceGraph::of(&arch.srp);
+    golden("tiny.graph", &graph_text(&graph, &arch).expect("a string"));
 }
 
-fn graph_text(arch: &Arch) -> Result<String, std::fmt::Error> {
-    let graph = ResourceGraph::of(&arch.srp);
+fn graph_text(graph: &ResourceGraph, arch: &Arch) -> Result<String, std::fmt::Error> {
     let name = |place| graph.name(&arch.srp, place);
     let mut out = String::new();
     for (place, spec) in graph.places.iter() {
@@ -246,8 +246,8 @@ fn graph_text(arch: &Arch) -> Result<String, std::fmt::Error> {
         writeln!(out, "\n{fu} {}", unit.name)?;
         for read in &graph.reads[fu] {
             write!(out, "  reads {}, {} bits", name(read.from), read.width)?;
-            match read.link {
-                Some(link) => writeln!(out, ", {link}, delay {}", read.delay)?,
+            match read.over {
+                Some(over) => writeln!(out, ", {}, delay {}", carrier(over), read.delay)?,
                 None => writeln!(out)?,
             }
         }
@@ -262,12 +262,65 @@ fn graph_text(arch: &Arch) -> Result<String, std::fmt::Error> {
             "{} to {} over {}, delay {}, {} bits",
             name(transfer.from),
             name(transfer.to),
-            transfer.link,
+            carrier(transfer.over),
             transfer.delay,
             transfer.width
         )?;
     }
+    for hop in graph.hops.values().flatten() {
+        writeln!(
+            out,
+            "{} on to {} {}, delay {}, {} bits",
+            name(hop.from),
+            hop.to,
+            name(hop.to),
+            hop.delay,
+            hop.width
+        )?;
+    }
     Ok(out)
+}
+
+fn carrier(carrier: Carrier) -> String {
+    match carrier {
+        Carrier::Link(link) => link.to_string(),
+        Carrier::Wire(wire) => wire.to_string(),
+    }
+}
+
+/// A machine with every kind of wire: switches in three cells, a bus, wires one by one.
+fn wired() -> String {
+    let wires = r#"topology="none" wires="mesh row" hops="2">
+    <wire name="late" from="far row_0" to="fu_0_0" delay="2" width="32"/>
+    <wire name="far" from="fu_0_2 mesh_0_1_0_2" width="128"/>
+    <wire name="predicates" from="all" to="slots" width="1"/>"#;
+    let xml = edit(TINY.xml, "rows=\"2\" cols=\"2\"", "rows=\"1\" cols=\"3\"");
+    let start = xml.find("topology=").expect("an attribute");
+    let end = start + xml[start..].find('>').expect("the end of a tag") + 1;
+    format!("{}{wires}{}", &xml[..start], &xml[end..])
+}
+
+#[test]
+fn wires_are_places_by_their_hops() {
+    let arch = read("wired", &wired());
+    let expanded = xml::write(&arch);
+    assert_eq!(read("expanded", &expanded), arch);
+    let written: Vec<&str> = (expanded.lines())
+        .filter(|line| line.contains("<wire "))
+        .collect();
+    let grid = show(&arch);
+    let shown = grid.split("\n\n").filter(|part| part.contains("wires"));
+    let shown = shown.collect::<Vec<_>>().join("\n\n");
+    let by_hops = graph_text(&ResourceGraph::by_hops(&arch.srp), &arch).expect("a string");
+    let written = written.join("\n");
+    golden("wired.graph", &format!("{shown}\n\n{written}\n\n{by_hops}"));
+    let once = ResourceGraph::of(&arch.srp);
+    assert!(once.wire.values().all(|places| places.len() == 1));
+    let ways: usize = once.hops.values().map(Vec::len).sum();
+    assert_eq!(
+        ways,
+        arch.srp.wires.values().map(|w| w.from.len()).sum::<usize>() + 8
+    );
 }
 
 /// The example of the reference is a machine.
@@ -310,6 +363,17 @@ fn standard_arrays_are_machines() {
     assert_eq!(links(ArrayTopology::Diagonal), 48 + 2 * 2 * 9);
     assert_eq!(links(ArrayTopology::Torus), 64);
     assert_eq!(links(ArrayTopology::OneHop), 48 + 2 * 2 * 8);
+    let wires = |wires: &str| {
+        let text = standard(&StandardArray {
+            wires: wires.to_owned(),
+            ..plain.clone()
+        });
+        let arch = read("mesh", &text.expect("it is one"));
+        (arch.name.clone(), arch.srp.wires.len())
+    };
+    assert_eq!(wires("mesh"), ("mesh_4x4_r8_mesh".to_owned(), 48));
+    let buses = "mesh_4x4_r8_row_column2_array4".to_owned();
+    assert_eq!(wires("row column:2 array:4"), (buses, 4 + 8 + 4));
     let memory = standard(&StandardArray {
         memory_columns: Some(1),
         registers: 0,
@@ -337,6 +401,14 @@ fn standard_arrays_are_machines() {
         },
         StandardArray {
             classes: Vec::new(),
+            ..plain.clone()
+        },
+        StandardArray {
+            wires: "rows".to_owned(),
+            ..plain.clone()
+        },
+        StandardArray {
+            wires: "row:65".to_owned(),
             ..plain.clone()
         },
         StandardArray {

@@ -10,7 +10,7 @@
 //! needed; those of VLIW code are the sequencer's business, because branches decide.
 
 use crate::preamble::sequencer::KernelTimes;
-use srp_archdesc::arch::{Fu, Link, Precision};
+use srp_archdesc::arch::{Carrier, Fu, Precision};
 use srp_archdesc::isa::{Effect, Opcode, Ty};
 use srp_ir::program::Bits;
 use std::collections::BTreeSet;
@@ -157,10 +157,10 @@ pub enum Origin {
         /// Cycles until the result stands in its places, 1 where there is none.
         latency: u32,
     },
-    /// A link: a transfer into a register file.
-    Link {
-        /// The link.
-        link: Link,
+    /// A link or a wire: a transfer into a register file.
+    Over {
+        /// The link, or the last of the wires.
+        carrier: Carrier,
         /// Cycles until the value stands in the file.
         latency: u32,
     },

@@ -82,7 +82,9 @@ onto such a machine (`srp map`), programs cannot be compiled for it.
 
 Examples:
   srp machine mesh --rows 4 --cols 4
-  srp machine mesh --rows 8 --cols 8 --topology one-hop --registers 4 --memory-columns 1 -o hycube.xml
+  srp machine mesh --rows 4 --cols 4 --wires mesh --hops 4 --memory-columns 1 -o hycube.xml
+  srp machine mesh --rows 8 --cols 8 --wires row,column -o buses.xml
+  srp machine mesh --rows 8 --cols 8 --topology one-hop --registers 4 -o one-hop.xml
   srp machine mesh --rows 4 --cols 4 --ops alu,imul,load,store --latency 2")]
 pub(crate) struct Mesh {
     /// Rows of units
@@ -94,6 +96,18 @@ pub(crate) struct Mesh {
     /// Which units are linked
     #[arg(long, value_enum, default_value_t = Topology::Mesh)]
     pub(crate) topology: Topology,
+    /// Switches or buses beside the links: mesh, mesh-diagonal, torus, one-hop, row, column or array, or a list, each
+    /// with how many of it, as in row,column:2
+    #[arg(
+        long,
+        value_name = "WIRES",
+        default_value = "",
+        hide_default_value = true
+    )]
+    pub(crate) wires: String,
+    /// How many wires of switches a value passes in one cycle at most
+    #[arg(long, value_name = "N", default_value_t = 4)]
+    pub(crate) hops: u32,
     /// Registers that each unit has for itself
     #[arg(long, value_name = "R", default_value_t = 8)]
     pub(crate) registers: u32,

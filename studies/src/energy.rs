@@ -9,11 +9,12 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 use srp_archdesc::ResourceGraph;
-use srp_archdesc::arch::{Arch, RegFile};
+use srp_archdesc::arch::{Arch, Carrier, RegFile, Wire};
 use srp_archdesc::area::{cache_energy, operations_energy, triangle_energy};
 use srp_archdesc::chip;
 use srp_archdesc::cost::Technology;
 use srp_archdesc::datapath::BOX_TEST;
+use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Opcode, Space, Ty};
 use srp_archdesc::structure::Special;
 use srp_archdesc::system::CacheSpec;
@@ -43,7 +44,7 @@ pub enum Part {
     ArraySpecial,
     /// Register files that kernels read and write.
     ArrayRegisters,
-    /// Operand multiplexers, output registers and links.
+    /// Operand multiplexers, output registers, links, switches and buses.
     ArrayLinks,
     /// Contexts of kernels.
     Configuration,
@@ -166,14 +167,18 @@ struct Prices<'a> {
     graph: ResourceGraph,
     operations: Vec<f64>,
     contexts: f64,
+    /// The inputs of each wire's multiplexer.
+    inputs: EntityMap<Wire, (u32, u32)>,
 }
 
 impl Prices<'_> {
     fn of(arch: &Arch) -> Prices<'_> {
         let energy = |&op: &Opcode| chip::operation_energy(op, arch);
+        let graph = ResourceGraph::of(&arch.srp);
         Prices {
             arch,
-            graph: ResourceGraph::of(&arch.srp),
+            inputs: chip::wire_inputs(&arch.srp, &graph),
+            graph,
             operations: Opcode::ALL.iter().map(energy).collect(),
             contexts: chip::context_energy(chip::all_context_bits(&arch.srp)),
         }
@@ -206,7 +211,8 @@ impl Prices<'_> {
                     Source::Out(Some(link)) => {
                         sum.links += chip::link_energy(srp, &srp.links[link], bits);
                     }
-                    Source::Out(None) | Source::Const(_) => {}
+                    // A wire swings once for all that read it.
+                    Source::Out(None) | Source::Wire(_) | Source::Const(_) => {}
                 }
             }
             let result = op.result().map_or(0, Ty::bits);
@@ -216,8 +222,15 @@ impl Prices<'_> {
         }
         for transfer in &kernel.transfers {
             let bits = kernel.dfg.ty(transfer.node).map_or(0, Ty::bits);
-            sum.links += chip::link_energy(srp, &srp.links[transfer.link], bits);
+            if let Carrier::Link(link) = transfer.over {
+                sum.links += chip::link_energy(srp, &srp.links[link], bits);
+            }
             sum.registers += self.register(transfer.to.file);
+        }
+        for hop in &kernel.hops {
+            let bits = kernel.dfg.ty(hop.node).map_or(0, Ty::bits);
+            let (inputs, _) = self.inputs[hop.wire];
+            sum.links += chip::wire_energy(srp, hop.wire, inputs, bits);
         }
         sum
     }

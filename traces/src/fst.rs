@@ -11,6 +11,7 @@ use fst_writer::{
     FstBodyWriter, FstFileType, FstHeaderWriter, FstInfo, FstScopeType, FstSignalId, FstSignalType,
     FstVarDirection, FstVarType,
 };
+use srp_archdesc::arch::Carrier;
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Ty;
 use srp_csimgen::SimSpec;
@@ -78,6 +79,7 @@ struct Signals {
     cells: Vec<Signal>,
     units: Vec<UnitSignals>,
     links: Vec<Signal>,
+    wires: Vec<Signal>,
     doing: Signal,
     kernel: Signal,
     bundle: Signal,
@@ -156,15 +158,13 @@ impl Signals {
             });
             units.collect::<Result<Vec<_>, FstError>>()
         })?;
-        let links = scope(header, "links", |header| {
-            let links = names.links.iter();
-            let links = links.map(|name| signal(header, name, bits(Ty::Vec)));
-            links.collect::<Result<Vec<_>, FstError>>()
-        })?;
+        let links = declare_carriers(header, "links", &names.links)?;
+        let wires = declare_carriers(header, "wires", &names.wires)?;
         Ok(Signals {
             cells,
             units,
             links,
+            wires,
             doing: text(header, "doing")?,
             kernel: text(header, "kernel")?,
             bundle: signal(header, "bundle", 32)?,
@@ -200,6 +200,19 @@ impl UnitSignals {
             address,
         })
     }
+}
+
+/// Signals of what links, or wires, carry into register files.
+fn declare_carriers(
+    header: &mut Header,
+    group: &str,
+    names: &[String],
+) -> Result<Vec<Signal>, FstError> {
+    scope(header, group, |header| {
+        let signals = names.iter();
+        let signals = signals.map(|name| signal(header, name, bits(Ty::Vec)));
+        signals.collect()
+    })
 }
 
 /// Signals of all cells: outputs, a scope for each file, a scope for what each kernel has on its way.
@@ -363,8 +376,12 @@ impl Writer<'_> {
         let step = done.step;
         let unit = match step.origin {
             Origin::Unit { unit, .. } => unit.index(),
-            Origin::Link { link, .. } => {
-                let signal = self.cores[core].1.links[link.index()];
+            Origin::Over { carrier, .. } => {
+                let signals = &self.cores[core].1;
+                let signal = match carrier {
+                    Carrier::Link(link) => signals.links[link.index()],
+                    Carrier::Wire(wire) => signals.wires[wire.index()],
+                };
                 let ty = step.ty.unwrap_or(Ty::Vec);
                 return self.give(core, signal, narrowed(done.operands[0], ty));
             }

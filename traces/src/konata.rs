@@ -173,7 +173,7 @@ impl Writer<'_> {
         let step = done.step;
         let (who, latency) = match step.origin {
             Origin::Unit { unit, latency } => (self.names.unit(unit), latency),
-            Origin::Link { link, latency } => (self.names.link(link), latency),
+            Origin::Over { carrier, latency } => (self.names.carrier(carrier), latency),
             Origin::Way => return self.on_the_way(number, done),
         };
         let label = self.label(who, done);

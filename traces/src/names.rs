@@ -1,6 +1,6 @@
 //! What the parts of a core are called: in the machine file, and in the source.
 
-use srp_archdesc::arch::Arch;
+use srp_archdesc::arch::{Arch, Carrier};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::resource::ResourceGraph;
 use srp_csimgen::SimSpec;
@@ -13,6 +13,8 @@ pub struct Names {
     pub units: Vec<String>,
     /// Of links: the units at both ends.
     pub links: Vec<String>,
+    /// Of wires.
+    pub wires: Vec<String>,
     /// Of stores; those in which a kernel's values are on their way have the kernel's own.
     pub stores: Vec<String>,
     /// The store of each cell.
@@ -23,7 +25,9 @@ impl Names {
     /// The names of a machine's parts, and of what a program has besides.
     pub fn of(spec: &SimSpec, arch: &Arch) -> Names {
         let graph = ResourceGraph::of(&arch.srp);
-        let places: Vec<_> = graph.places.keys().collect();
+        // Wires keep nothing, and have no stores.
+        let places = graph.places.keys();
+        let places: Vec<_> = places.filter(|&p| graph.as_wire(p).is_none()).collect();
         let store = |(i, store): (usize, &srp_csimgen::spec::Store)| match places.get(i) {
             Some(&place) => graph.name(&arch.srp, place),
             None => store.name.clone(),
@@ -40,6 +44,12 @@ impl Names {
             links: links
                 .map(|link| format!("{}_to_{}", unit(link.from), unit(link.to)))
                 .collect(),
+            wires: arch
+                .srp
+                .wires
+                .values()
+                .map(|wire| wire.name.clone())
+                .collect(),
             stores: spec.stores.iter().enumerate().map(store).collect(),
             store_of,
         }
@@ -50,9 +60,12 @@ impl Names {
         &self.units[unit.index()]
     }
 
-    /// A link's name.
-    pub fn link(&self, link: impl Entity) -> &str {
-        &self.links[link.index()]
+    /// The name of a link or a wire.
+    pub fn carrier(&self, carrier: Carrier) -> &str {
+        match carrier {
+            Carrier::Link(link) => &self.links[link.index()],
+            Carrier::Wire(wire) => &self.wires[wire.index()],
+        }
     }
 
     /// The store of a cell, by its number.

@@ -95,7 +95,8 @@ impl Tracer {
         let contexts = self.spec.kernels.iter().flat_map(|kernel| &kernel.contexts);
         let steps = bundles.chain(contexts.map(Vec::len)).max().unwrap_or(0) as u64;
         let all = (cycles * u64::from(cores) * (steps + 1)).min(MAX_RECORDS as u64);
-        let parts = self.spec.cells as usize + 8 * self.names.units.len() + self.names.links.len();
+        let carriers = self.names.links.len() + self.names.wires.len();
+        let parts = self.spec.cells as usize + 8 * self.names.units.len() + carriers;
         all * format.bytes_of_step() + u64::from(cores) * 128 * parts as u64 + BASE
     }
 

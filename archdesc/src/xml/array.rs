@@ -13,8 +13,8 @@ use crate::diagnostic::Span;
 use crate::entity::EntityMap;
 
 /// Words that stand for several units in a list of readers or writers.
-const ALL: &str = "all";
-const SLOTS: &str = "slots";
+pub(super) const ALL: &str = "all";
+pub(super) const SLOTS: &str = "slots";
 
 /// The units of an array, by cell.
 pub(super) struct Units {
@@ -60,7 +60,7 @@ impl Units {
     }
 
     /// The VLIW slots, in slot order.
-    fn slots(&self) -> Vec<Fu> {
+    pub(super) fn slots(&self) -> Vec<Fu> {
         let mut slots: Vec<(u32, Fu)> = self
             .fus
             .iter()
@@ -469,7 +469,7 @@ fn array_file(found: &Findings, file: &Spanned<raw::File>, units: &Units) -> Opt
 }
 
 /// The units that a list names, in the order of the list.
-fn unit_list(found: &Findings, text: &Text, units: &Units, slots: &[Fu]) -> Vec<Fu> {
+pub(super) fn unit_list(found: &Findings, text: &Text, units: &Units, slots: &[Fu]) -> Vec<Fu> {
     let mut list = Vec::new();
     let mut seen = BTreeSet::new();
     for word in values::words(text) {
@@ -488,7 +488,7 @@ fn unit_list(found: &Findings, text: &Text, units: &Units, slots: &[Fu]) -> Vec<
         }
     }
     if text.trim().is_empty() {
-        let message = "a register file needs at least one unit here";
+        let message = "at least one unit is needed here";
         found.push(found.error("A0411", text.span, message, "names no unit"));
     }
     list

@@ -37,6 +37,9 @@ pub(super) const COL: Limit = count("col", 0, 63);
 pub(super) const CONTEXTS: Limit = count("contexts", 1, 4096);
 pub(super) const LINK_DELAY: Limit = count("link-delay", 0, 8);
 pub(super) const DELAY: Limit = count("delay", 0, 8);
+pub(super) const WIRES: Limit = count("wires", 1, 64);
+pub(super) const WIRE_DELAY: Limit = count("wire-delay", 0, 8);
+pub(super) const HOPS: Limit = count("hops", 1, 16);
 pub(super) const SLOTS: Limit = count("slots", 0, 64);
 pub(super) const SLOT: Limit = count("slot", 0, 63);
 pub(super) const BRANCH_DELAY: Limit = count("branch-delay", 0, 8);
@@ -61,6 +64,12 @@ pub(super) const RADIX: Limit = count("radix", 2, 16);
 
 /// Links of one array, generated and written.
 pub(super) const MAX_LINKS: usize = 65_536;
+
+/// Wires of one array, generated and written.
+pub(super) const MAX_WIRES: usize = 65_536;
+
+/// Inputs and readers of all wires together.
+pub(super) const MAX_WIRE_USERS: usize = 262_144;
 
 /// Resources of one machine.
 pub(super) const MAX_RESOURCES: usize = 64;

@@ -39,7 +39,7 @@ pub(super) const TOPOLOGIES: &[(&str, Topology)] = &[
 
 impl Topology {
     /// The units that unit `at` reaches in an array of this size, all numbered row by row.
-    fn reached(self, rows: usize, cols: usize, at: usize) -> Vec<usize> {
+    pub(super) fn reached(self, rows: usize, cols: usize, at: usize) -> Vec<usize> {
         let (row, col) = ((at / cols) as isize, (at % cols) as isize);
         let mesh = [(-1, 0), (0, -1), (0, 1), (1, 0)];
         let steps: Vec<(isize, isize)> = match self {

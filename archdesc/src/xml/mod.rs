@@ -4,7 +4,7 @@
 //! [`parse`] goes through four forms, and each step reports all it finds and goes on: the text
 //! becomes a tree with positions (`syntax`), serde makes the tree into the file's own structs (`de`,
 //! `raw`), these become an [`Arch`] with every name resolved and every default filled in (`units`,
-//! `array`, `links`, `special`, `system`, `dram`), and `rules` are checked on the whole.
+//! `array`, `links`, `wires`, `special`, `system`, `dram`), and `rules` are checked on the whole.
 //!
 //! Codes of messages: `A01xx` not XML, `A02xx` not an element or attribute of a machine file,
 //! `A03xx` not a value, `A04xx` names, cells and links, `A05xx` rules of the machine, `A06xx` the
@@ -29,6 +29,7 @@ mod system;
 pub mod tree;
 mod units;
 mod values;
+mod wires;
 mod write;
 
 pub use edit::{AttributePath, EditError};
@@ -98,6 +99,7 @@ fn resolve(machine: &raw::Machine, at: Span, found: &Findings) -> Option<Arch> {
     let vliw = machine.vliw.as_ref().map_or(&no_vliw, |v| &v.value);
     let units = array::units(&cx, machine, array, &vliw.slots);
     let links = links::links(found, array, array.span, &units);
+    let (wires, hops) = wires::wires(found, array, &units);
     let (files, file_spans) = array::files(found, array, &units);
     let number = |text, limit, default| values::number(found, text, limit, default);
     let mut arch = Arch {
@@ -108,6 +110,8 @@ fn resolve(machine: &raw::Machine, at: Span, found: &Findings) -> Option<Arch> {
             fus: units.fus.clone(),
             files,
             links,
+            wires,
+            hops,
             resources: resources.clone(),
             contexts: number(&array.contexts, limits::CONTEXTS, 128),
             mode_switch: number(&vliw.mode_switch, limits::MODE_SWITCH, 2),

@@ -161,11 +161,16 @@ raw! {
         topology: Option<Text>,
         link_delay: Option<Text>,
         link_width: Option<Text>,
+        wires: Option<Text>,
+        wire_delay: Option<Text>,
+        wire_width: Option<Text>,
+        hops: Option<Text>,
         contexts: Option<Text>,
         row: Vec<Spanned<Row>>,
         fu: Vec<Spanned<Fu>>,
         file: Vec<Spanned<File>>,
         link: Vec<Spanned<Link>>,
+        wire: Vec<Spanned<Wire>>,
     }
 
     /// `<row>`
@@ -203,6 +208,15 @@ raw! {
 
     /// `<link>`
     Link {
+        from: Option<Text>,
+        to: Option<Text>,
+        delay: Option<Text>,
+        width: Option<Text>,
+    }
+
+    /// `<wire>`
+    Wire {
+        name: Option<Text>,
         from: Option<Text>,
         to: Option<Text>,
         delay: Option<Text>,

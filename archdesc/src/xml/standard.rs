@@ -1,12 +1,14 @@
 //! The standard arrays of the field, as machine files.
 //!
 //! Mappers are compared on homogeneous arrays of one-cycle operations: a mesh, with diagonals, with
-//! its edges joined, or with links of one hop more; a few registers in each unit; memory operations
-//! everywhere or in the first columns only.
+//! its edges joined, or with links of one hop more, beside them perhaps switches or buses; a few registers in
+//! each unit; memory operations everywhere or in the first columns only.
 
 use std::fmt::Write;
 
 use super::limits;
+use super::values::list;
+use super::wires;
 use crate::isa::Class;
 
 /// The links of a standard array.
@@ -43,6 +45,10 @@ pub struct StandardArray {
     pub cols: u32,
     /// Its links.
     pub topology: ArrayTopology,
+    /// Its switches and buses, as the attribute `wires` has them; empty for none.
+    pub wires: String,
+    /// Wires that a value passes in one cycle at most, from 1 to 16.
+    pub hops: u32,
     /// Registers that each unit has for itself, up to 1024; not rotating.
     pub registers: u32,
     /// Columns whose units run memory operations, from the left; `None` for all.
@@ -62,6 +68,8 @@ impl StandardArray {
             rows,
             cols,
             topology: ArrayTopology::Mesh,
+            wires: String::new(),
+            hops: wires::HOPS,
             registers: 8,
             memory_columns: None,
             classes: scalar_classes(),
@@ -153,8 +161,12 @@ pub fn standard(array: &StandardArray) -> Result<String, String> {
         ));
         line(format_args!("  </fu-type>"));
     }
+    let wires = match array.wires.as_str() {
+        "" => String::new(),
+        words => format!(" wires=\"{words}\" hops=\"{}\"", array.hops),
+    };
     line(format_args!(
-        "  <array rows=\"{rows}\" cols=\"{cols}\" topology=\"{}\" contexts=\"{contexts}\">",
+        "  <array rows=\"{rows}\" cols=\"{cols}\" topology=\"{}\"{wires} contexts=\"{contexts}\">",
         topology.word()
     ));
     let units: Vec<&str> = (0..*cols)
@@ -174,8 +186,14 @@ fn name(array: &StandardArray) -> String {
         Some(columns) if columns < array.cols => format!("_mem{columns}"),
         _ => String::new(),
     };
+    let mut wires: String = (array.wires.split_ascii_whitespace())
+        .map(|word| format!("_{}", word.replace('-', "_").replace(':', "")))
+        .collect();
+    if !wires.is_empty() && array.hops != wires::HOPS {
+        wires += &format!("_h{}", array.hops);
+    }
     format!(
-        "{topology}_{}x{}_r{}{memory}",
+        "{topology}_{}x{}_r{}{memory}{wires}",
         array.rows, array.cols, array.registers
     )
 }
@@ -197,6 +215,7 @@ fn check(array: &StandardArray) -> Result<(), String> {
             limits::CONTEXTS.min,
             limits::CONTEXTS.max,
         ),
+        ("hops", array.hops, limits::HOPS.min, limits::HOPS.max),
         (
             "memory columns",
             array.memory_columns.unwrap_or(0),
@@ -207,6 +226,17 @@ fn check(array: &StandardArray) -> Result<(), String> {
     for (what, value, min, max) in ranges {
         if !(min..=max).contains(&value) {
             return Err(format!("{what}: {value} is not from {min} to {max}"));
+        }
+    }
+    for word in array.wires.split_ascii_whitespace() {
+        let (kind, count) = word.split_once(':').unwrap_or((word, "1"));
+        let known = wires::KINDS.iter().map(|&(kind, _)| kind);
+        if !known.clone().any(|other| other == kind) {
+            return Err(format!("wires: `{kind}` is not one of {}", list(known)));
+        }
+        let (min, max) = (limits::WIRES.min, limits::WIRES.max);
+        if !count.parse().is_ok_and(|n: u32| (min..=max).contains(&n)) {
+            return Err(format!("wires: `{count}` is not from {min} to {max}"));
         }
     }
     if array.classes.is_empty() {

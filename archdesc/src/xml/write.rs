@@ -6,7 +6,7 @@ use std::fmt::Write;
 use super::dram::{PARTS, ROW_POLICIES};
 use super::links::{TOPOLOGIES, Topology};
 use super::units::follows;
-use crate::arch::{Approx, Arch, FileKind, FileSpec, Fu, FuSpec};
+use crate::arch::{Approx, Arch, FileKind, FileSpec, Fu, FuSpec, Input, WireSpec};
 use crate::cost::special::Build;
 use crate::datapath::FpLatency;
 use crate::dram::{BankedSpec, DramModel, DramSpec};
@@ -43,8 +43,8 @@ fn write_machine(out: &mut String, arch: &Arch) -> std::fmt::Result {
     let none = none.map_or("", |(name, _)| name);
     writeln!(
         out,
-        "  <array rows=\"{}\" cols=\"{}\" topology=\"{none}\" contexts=\"{}\">",
-        arch.srp.rows, arch.srp.cols, arch.srp.contexts
+        "  <array rows=\"{}\" cols=\"{}\" topology=\"{none}\" hops=\"{}\" contexts=\"{}\">",
+        arch.srp.rows, arch.srp.cols, arch.srp.hops, arch.srp.contexts
     )?;
     for unit in arch.srp.fus.values() {
         write_unit(out, arch, unit)?;
@@ -58,6 +58,9 @@ fn write_machine(out: &mut String, arch: &Arch) -> std::fmt::Result {
             "    <link from=\"{}\" to=\"{}\" delay=\"{}\" width=\"{}\"/>",
             arch.srp.fus[link.from].name, arch.srp.fus[link.to].name, link.delay, link.width
         )?;
+    }
+    for wire in arch.srp.wires.values() {
+        write_wire(out, arch, wire)?;
     }
     writeln!(out, "  </array>")?;
     writeln!(
@@ -194,6 +197,23 @@ fn write_file(out: &mut String, arch: &Arch, file: &FileSpec) -> std::fmt::Resul
         units(&file.writers),
         file.from_links
     )
+}
+
+fn write_wire(out: &mut String, arch: &Arch, wire: &WireSpec) -> std::fmt::Result {
+    let unit = |fu: Fu| arch.srp.fus[fu].name.as_str();
+    let input = |&input: &Input| match input {
+        Input::Unit(fu) => unit(fu),
+        Input::Wire(wire) => arch.srp.wires[wire].name.as_str(),
+    };
+    let from: Vec<&str> = wire.from.iter().map(input).collect();
+    let to: Vec<&str> = wire.to.iter().map(|&fu| unit(fu)).collect();
+    let (name, from) = (&wire.name, from.join(" "));
+    write!(out, "    <wire name=\"{name}\" from=\"{from}\"")?;
+    if !to.is_empty() {
+        write!(out, " to=\"{}\"", to.join(" "))?;
+    }
+    let (delay, width) = (wire.delay, wire.width);
+    writeln!(out, " delay=\"{delay}\" width=\"{width}\"/>")
 }
 
 fn write_cache(

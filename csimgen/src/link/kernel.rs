@@ -3,15 +3,21 @@
 //! Iteration `i` runs its cycle `t` in context `t mod ii`, `t / ii` iterations after it has begun.
 //! So within a context the iteration of a step is known relative to the one begun last, which is
 //! how registers of rotating files and of rings are named.
+//!
+//! A context sets the inputs of all wires. So what is read from a wire is read from the output to which the wires lead
+//! back then, and wires take no time in a simulator.
 
 use super::Linker;
 use super::flow::{Contexts, Dest, Flow};
 use crate::spec::{Action, Cell, KernelSpec, Operand, Origin, Preset};
+use srp_archdesc::arch::{Carrier, Input, Wire};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_archdesc::resource::Place;
-use srp_ir::dfg::Initial;
-use srp_ir::dre::scheduled::{ModuloSchedule, PlacedOp, PlacedTransfer, Preload, RegAt, Source};
+use srp_ir::dfg::{Initial, Node};
+use srp_ir::dre::scheduled::{
+    ModuloSchedule, PlacedHop, PlacedOp, PlacedTransfer, Preload, RegAt, Source,
+};
 use srp_ir::program::Kernel;
 use std::collections::BTreeMap;
 
@@ -27,6 +33,9 @@ pub(super) fn kernel(linker: &mut Linker, kernel: Kernel) -> KernelSpec {
     let mut array = Array {
         schedule,
         contexts: Contexts::new(kernel.index() as u32, schedule),
+        hops: (schedule.hops.iter())
+            .map(|hop| ((hop.wire, hop.time % schedule.ii), *hop))
+            .collect(),
         delayed: BTreeMap::new(),
     };
     array.add_all(linker);
@@ -69,11 +78,21 @@ fn preset(linker: &Linker, schedule: &ModuloSchedule, preload: &Preload) -> Pres
     }
 }
 
+/// The other end of wires.
+struct Behind {
+    /// The output that they lead back to.
+    output: Place,
+    /// Registers on the way.
+    delay: u32,
+}
+
 /// One kernel on its way into contexts.
 struct Array<'a> {
     schedule: &'a ModuloSchedule,
     contexts: Contexts,
-    /// The store of the earlier values of an output, for outputs that are read over links with registers.
+    /// What each wire takes in each slot of the II.
+    hops: BTreeMap<(Wire, u32), PlacedHop>,
+    /// The store of the earlier values of an output, for outputs that are read over links or wires with registers.
     delayed: BTreeMap<Place, u32>,
 }
 
@@ -89,26 +108,74 @@ impl Array<'_> {
         }
     }
 
-    /// Makes a store for the earlier values of each output that is read over a link with registers.
+    /// Makes a store for the earlier values of each output that is read over links or wires with registers.
     fn find_delayed(&mut self, linker: &mut Linker) {
         let mut longest: BTreeMap<Place, u32> = BTreeMap::new();
+        let mut note = |place: Place, delay: u32| {
+            if delay > 0 {
+                let entry = longest.entry(place).or_default();
+                *entry = delay.max(*entry);
+            }
+        };
         for op in self.schedule.ops.values() {
             for source in &op.operands {
-                let Source::Out(Some(link)) = source else {
-                    continue;
-                };
-                let spec = &linker.arch.srp.links[*link];
-                for place in linker.graph.outputs(spec.from) {
-                    if spec.delay > 0 {
-                        let entry = longest.entry(place).or_default();
-                        *entry = spec.delay.max(*entry);
+                match *source {
+                    Source::Out(Some(link)) => {
+                        let spec = &linker.arch.srp.links[link];
+                        let outputs = linker.graph.outputs(spec.from);
+                        outputs.for_each(|place| note(place, spec.delay));
                     }
+                    Source::Wire(wire) => {
+                        let behind = self.behind(linker, wire, op.time);
+                        note(behind.output, behind.delay);
+                    }
+                    Source::Out(None) | Source::Const(_) | Source::Reg { .. } => {}
                 }
+            }
+        }
+        for transfer in &self.schedule.transfers {
+            if let Carrier::Wire(wire) = transfer.over {
+                let spec = &linker.arch.srp.wires[wire];
+                let behind = self.behind(linker, wire, transfer.time + spec.delay);
+                note(behind.output, behind.delay - spec.delay);
             }
         }
         for (place, delay) in longest {
             let store = self.contexts.add_past(linker, place, delay);
             self.delayed.insert(place, store);
+        }
+    }
+
+    /// Follows the wires that are set to lead to the end of `wire` in a cycle of iteration 0.
+    fn behind(&self, linker: &Linker, mut wire: Wire, time: u32) -> Behind {
+        let ii = i64::from(self.schedule.ii);
+        let mut delay = 0;
+        loop {
+            delay += linker.arch.srp.wires[wire].delay;
+            let slot = (i64::from(time) - i64::from(delay)).rem_euclid(ii) as u32;
+            let hop = &self.hops[&(wire, slot)];
+            match hop.from {
+                Input::Wire(before) => wire = before,
+                Input::Unit(fu) => {
+                    let ty = self.ty(hop.node);
+                    let output = linker.output_place(fu, ty);
+                    return Behind { output, delay };
+                }
+            }
+        }
+    }
+
+    /// The type of a value.
+    fn ty(&self, node: Node) -> Ty {
+        let ty = self.schedule.dfg.nodes[node].op.result();
+        ty.expect("what goes its way is a value")
+    }
+
+    /// The cell with what an output held some cycles ago.
+    fn past(&self, linker: &Linker, output: Place, delay: u32) -> Cell {
+        match delay {
+            0 => linker.place_cell(output, 0),
+            _ => Cell::new(self.delayed[&output], delay - 1),
         }
     }
 
@@ -164,13 +231,11 @@ impl Array<'_> {
             Source::Out(None) => linker.output(op.fu, ty),
             Source::Out(Some(link)) => {
                 let spec = &linker.arch.srp.links[*link];
-                match spec.delay {
-                    0 => linker.output(spec.from, ty),
-                    delay => {
-                        let past = self.delayed[&linker.output_place(spec.from, ty)];
-                        Cell::new(past, delay - 1)
-                    }
-                }
+                self.past(linker, linker.output_place(spec.from, ty), spec.delay)
+            }
+            Source::Wire(wire) => {
+                let behind = self.behind(linker, *wire, op.time);
+                self.past(linker, behind.output, behind.delay)
             }
             Source::Reg { reg, distance } => linker.register(*reg, back + i64::from(*distance)),
         };
@@ -179,21 +244,28 @@ impl Array<'_> {
 
     fn add_transfer(&mut self, linker: &mut Linker, number: usize, transfer: &PlacedTransfer) {
         let node = &self.schedule.dfg.nodes[transfer.node];
-        let ty = node.op.result().expect("what is transferred is a value");
-        let link = &linker.arch.srp.links[transfer.link];
-        let output = linker.output(link.from, ty);
+        let ty = self.ty(transfer.node);
+        let delay = linker.arch.srp.delay(transfer.over);
+        let from = match transfer.over {
+            Carrier::Link(link) => linker.output(linker.arch.srp.links[link].from, ty),
+            Carrier::Wire(wire) => {
+                // As the wire takes it; its own registers are part of the latency.
+                let behind = self.behind(linker, wire, transfer.time + delay);
+                self.past(linker, behind.output, behind.delay - delay)
+            }
+        };
         let flow = Flow {
             name: format!("transfer{number}"),
             time: transfer.time,
-            latency: link.delay + 1,
+            latency: delay + 1,
             ty: Some(ty),
             dests: vec![Dest::Reg(transfer.to)],
-            origin: Origin::Link {
-                link: transfer.link,
-                latency: link.delay + 1,
+            origin: Origin::Over {
+                carrier: transfer.over,
+                latency: delay + 1,
             },
             at: linker.position(node.pos),
         };
-        self.contexts.add_flow(linker, &flow, Action::Copy(output));
+        self.contexts.add_flow(linker, &flow, Action::Copy(from));
     }
 }

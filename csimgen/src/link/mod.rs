@@ -109,7 +109,7 @@ impl<'a> Linker<'a> {
             max_latency: 1,
             graph,
         };
-        // The stores of the machine are its places, with the same numbers.
+        // The stores of the machine are its places, with the same numbers. Wires, which come last, keep nothing.
         for place in linker.graph.places.keys().collect::<Vec<_>>() {
             let spec = linker.graph.places[place];
             let role = match spec.kind {
@@ -118,6 +118,7 @@ impl<'a> Linker<'a> {
                     Role::Rotating
                 }
                 PlaceKind::File(_) => Role::File,
+                PlaceKind::Wire { .. } => continue,
             };
             let name = linker.graph.name(&arch.srp, place);
             linker.add_store(name, narrowest(spec.width), spec.capacity, role);

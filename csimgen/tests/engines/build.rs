@@ -1,7 +1,7 @@
 //! Scheduled programs written by hand.
 
 use srp_archdesc::Arch;
-use srp_archdesc::arch::{Fu, Link, RegFile};
+use srp_archdesc::arch::{Fu, Input, Link, RegFile, Wire, WireSpec};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_ir::check::{Checked, check};
@@ -10,7 +10,8 @@ use srp_ir::dre::scheduled::*;
 use srp_ir::program::{Bits, Kernel, Pos, SourceFile};
 
 /// The machine that the cases are written for: with two ports to the SRAM, so that it can be read and
-/// written in one cycle, and with two constants in a context.
+/// written in one cycle, with two constants in a context, and with wires: from unit 0 to unit 1, from there on
+/// to unit 3, and from there, or unit 1, through two registers back to unit 1.
 pub(crate) fn tiny() -> Arch {
     let tiny = srp_archdesc::parse("tiny.xml", srp_archdesc::machines::TINY.xml);
     let mut arch = tiny.expect("it is shipped");
@@ -18,6 +19,22 @@ pub(crate) fn tiny() -> Arch {
     let port = resources.find(|resource| resource.name == "sram_port");
     port.expect("a resource of the machine").count = 2;
     arch.srp.fus.values_mut().for_each(|fu| fu.constants = 2);
+    let unit = |fu| Input::Unit(Fu::new(fu));
+    let wire = |wire| Input::Wire(Wire::new(wire));
+    let wires = [
+        (vec![unit(0)], 1, 0),
+        (vec![unit(0), wire(0)], 3, 0),
+        (vec![unit(1), wire(1)], 1, 2),
+    ];
+    let spec = |(from, to, delay)| WireSpec {
+        name: "wire".to_owned(),
+        from,
+        to: vec![Fu::new(to)],
+        delay,
+        width: 32,
+    };
+    arch.srp.wires = wires.into_iter().map(spec).collect();
+    arch.srp.hops = 3;
     arch
 }
 
@@ -199,6 +216,11 @@ pub(crate) fn over(link: usize, value: Operand) -> Take {
     (Source::Out(Some(Link::new(link))), value)
 }
 
+/// A value on wire `wire`.
+pub(crate) fn on(wire: usize, value: Operand) -> Take {
+    (Source::Wire(Wire::new(wire)), value)
+}
+
 pub(crate) fn at(name: &str, index: u32, ring: u32) -> RegAt {
     RegAt {
         file: file(name),
@@ -260,6 +282,7 @@ pub(crate) fn kernel(
         length,
         ops: placed.collect(),
         transfers: Vec::new(),
+        hops: Vec::new(),
         preloads: Vec::new(),
         live_in_regs: (0..=live_ins).map(w).collect(),
         live_out_regs,

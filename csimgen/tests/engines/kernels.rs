@@ -3,10 +3,11 @@
 use crate::build::*;
 use crate::cases::{Case, halt, mov};
 use Activity::{Array, Switch, Vliw};
+use srp_archdesc::arch::{Carrier, Fu, Input, Wire};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_ir::dfg::Initial;
-use srp_ir::dre::scheduled::{Control, ModuloSchedule, PlacedTransfer, SlotOp};
+use srp_ir::dre::scheduled::{Control, ModuloSchedule, PlacedHop, PlacedTransfer, SlotOp};
 use srp_ir::program::{Bits, Kernel};
 use srp_runtime::core::{Activity, TrapKind};
 
@@ -53,6 +54,7 @@ pub(crate) fn all() -> Vec<Case> {
         landing,
         renaming(),
         crosswise(),
+        wired(),
         same_cycle_memory(),
         predicates_in_words(),
         kernel_misses(),
@@ -140,10 +142,10 @@ fn renaming() -> Case {
             second,
         ],
     );
-    let link = Entity::new(1);
+    let over = Carrier::Link(Entity::new(1));
     kernel.transfers.push(PlacedTransfer {
         node: Entity::new(0),
-        link,
+        over,
         time: 1,
         to: passed,
     });
@@ -196,6 +198,66 @@ fn crosswise() -> Case {
     ];
     // (1, 2), (3, 3), (4, 5), (6, 6), (7, 8)
     Case::new("crosswise", launching(kernel, &[5], &[]), &activities, 7).sram(&[(64, 7), (68, 8)])
+}
+
+/// II 2: x ← x + 3, y ← x + 1, z ← x + y, u ← x + 20, where x passes two wires to y in a cycle, and a third behind
+/// them to z and into a register for u, past the next x.
+fn wired() -> Case {
+    use Opcode::*;
+    let kept = at("fu_0_1_r", 0, 1);
+    let last = before(0, &[Initial::Any]);
+    let mut kernel = kernel(
+        "wired",
+        2,
+        5,
+        0,
+        vec![
+            kop(Add, 0, 0, &[own(last), c(3)], &[]),
+            kop(Add, 3, 1, &[on(1, now(0)), c(1)], &[]),
+            kop(
+                Add,
+                1,
+                3,
+                &[on(2, now(0)), over(6, now(1))],
+                &[at("word", 10, 1)],
+            ),
+            kop(
+                Add,
+                1,
+                4,
+                &[from(kept, 0, now(0)), c(20)],
+                &[at("word", 11, 1)],
+            ),
+        ],
+    );
+    let inputs = [
+        Input::Unit(Fu::new(0)),
+        Input::Wire(Wire::new(0)),
+        Input::Wire(Wire::new(1)),
+    ];
+    kernel.hops = (inputs.into_iter().enumerate())
+        .map(|(wire, from)| PlacedHop {
+            node: Entity::new(0),
+            wire: Wire::new(wire),
+            from,
+            time: 1,
+        })
+        .collect();
+    kernel.transfers.push(PlacedTransfer {
+        node: Entity::new(0),
+        over: Carrier::Wire(Wire::new(2)),
+        time: 1,
+        to: kept,
+    });
+    let activities = [
+        (Vliw, 2),
+        (Switch, 2),
+        (Array(0), 2 * 4 + 5),
+        (Switch, 2),
+        (Vliw, 4),
+    ];
+    let code = launching(kernel, &[5], &[]);
+    Case::new("wired", code, &activities, 31).sram(&[(64, 31), (68, 35)])
 }
 
 /// A load and a store of one word in one cycle: the load finds the old value.

@@ -120,12 +120,17 @@ fn generated() {
     check(&suite, || Box::new(simulator.core()));
 }
 
-/// A machine with everything that makes a difference: registers on links, a long branch delay.
+/// A machine with everything that makes a difference: switches and buses, registers on links and wires, a long
+/// branch delay.
 fn delayed() -> Arch {
     let sgrt = srp_archdesc::machines::SGRT;
-    let mut arch = srp_archdesc::parse("sgrt.xml", sgrt.xml).expect("it is shipped");
+    let xml = (sgrt.xml).replace("topology=", "wires=\"mesh row\" hops=\"3\" topology=");
+    let mut arch = srp_archdesc::parse("sgrt.xml", &xml).expect("it is shipped");
     for (link, spec) in arch.srp.links.iter_mut() {
         spec.delay = link.index() as u32 % 3;
+    }
+    for (wire, spec) in arch.srp.wires.iter_mut() {
+        spec.delay = [0, 1, 0, 0, 3][wire.index() % 5];
     }
     arch.srp.branch_delay = 3;
     arch.precision.div = Approx::table(12, 1);

@@ -78,8 +78,11 @@ pub enum Rule {
     Class,
     /// A value fits in every unit, link and register that it passes.
     Width,
-    /// A value takes only ways that the machine has: readers and writers of files, links.
+    /// A value takes only ways that the machine has: readers and writers of files, links, inputs of wires.
     Routing,
+    /// A wire takes one value in a cycle. A value passes no more wires in a cycle than the machine allows, and
+    /// none in a circle.
+    Wire,
     /// A context has room for its constants of words and vectors.
     Constants,
     /// A unit issues nothing for `interval` cycles from an issue on.

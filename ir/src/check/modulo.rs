@@ -3,14 +3,16 @@
 mod form;
 mod table;
 mod tokens;
+mod wires;
 
 use super::{Place, Rule, Violation};
-use crate::dre::scheduled::{ModuloSchedule, Placed, PlacedOp, ScheduledDre};
+use crate::dre::scheduled::{ModuloSchedule, Placed, PlacedHop, PlacedOp, ScheduledDre};
 use crate::program::Kernel;
 use srp_archdesc::ResourceGraph;
-use srp_archdesc::arch::{FuOp, Srp};
+use srp_archdesc::arch::{FuOp, Srp, Wire};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Opcode, Ty};
+use std::collections::BTreeMap;
 
 /// All rules that the kernels of `dre` break on `srp`, by kernel. They are launched, so none is a
 /// bare graph.
@@ -55,6 +57,7 @@ fn checked(
         graph,
         kernel,
         schedule,
+        hops: BTreeMap::new(),
         violations: Vec::new(),
     };
     checker.check();
@@ -68,13 +71,15 @@ struct Checker<'a> {
     graph: &'a ResourceGraph,
     kernel: Kernel,
     schedule: &'a ModuloSchedule,
+    /// What each wire takes in each slot of the II.
+    hops: BTreeMap<(Wire, u32), PlacedHop>,
     violations: Vec<Violation>,
 }
 
 impl Checker<'_> {
     fn check(&mut self) {
         // Each part relies on what the ones before it found right.
-        let parts = [Self::form, Self::ways, Self::tables, Self::run];
+        let parts = [Self::form, Self::ways, Self::wires, Self::tables, Self::run];
         for part in parts {
             part(self);
             if !self.violations.is_empty() {

@@ -3,21 +3,25 @@
 use super::element::{Element, ElementExt, Read, Text, hint};
 use super::scheduled::{Reg, RegAt, Source, Src};
 use super::terms::{self, Names};
-use srp_archdesc::arch::{Arch, Fu, Link, RegFile};
+use srp_archdesc::arch::{Arch, Fu, Input, Link, RegFile, Wire};
 use srp_archdesc::entity::EntityMap;
 use std::collections::BTreeMap;
 
 /// A machine with its names both ways.
 ///
 /// Links have no names of their own: one is `from->to`, and where several lead the same way the
-/// second is `from->to#2`.
+/// second is `from->to#2`. An operand from a wire is `wire:name`.
 pub(super) struct Machine<'a> {
     pub(super) arch: &'a Arch,
     links: EntityMap<Link, String>,
     fu_of: BTreeMap<&'a str, Fu>,
     file_of: BTreeMap<&'a str, RegFile>,
     link_of: BTreeMap<String, Link>,
+    wire_of: BTreeMap<&'a str, Wire>,
 }
+
+/// What stands before a wire's name where an operand is taken from it.
+const WIRE: &str = "wire:";
 
 impl<'a> Machine<'a> {
     pub(super) fn of(arch: &'a Arch) -> Machine<'a> {
@@ -37,6 +41,12 @@ impl<'a> Machine<'a> {
                 .map(|(f, s)| (&s.name[..], f))
                 .collect(),
             link_of: BTreeMap::new(),
+            wire_of: arch
+                .srp
+                .wires
+                .iter()
+                .map(|(wire, s)| (&s.name[..], wire))
+                .collect(),
         };
         let mut parallel: BTreeMap<(Fu, Fu), u32> = BTreeMap::new();
         for (link, spec) in arch.srp.links.iter() {
@@ -65,6 +75,17 @@ impl<'a> Machine<'a> {
         &self.links[link]
     }
 
+    pub(super) fn wire(&self, wire: Wire) -> &str {
+        &self.arch.srp.wires[wire].name
+    }
+
+    pub(super) fn input(&self, input: Input) -> &str {
+        match input {
+            Input::Unit(fu) => self.fu(fu),
+            Input::Wire(wire) => self.wire(wire),
+        }
+    }
+
     /// `file[register]`.
     pub(super) fn reg(&self, reg: Reg) -> String {
         format!("{}[{}]", self.file(reg.file), reg.index)
@@ -86,12 +107,13 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// A constant, `out`, a link, or a register with the iterations back that name it.
+    /// A constant, `out`, a link, a wire, or a register with the iterations back that name it.
     pub(super) fn source(&self, source: Source) -> String {
         match source {
             Source::Const(bits) => bits.to_string(),
             Source::Out(None) => "out".to_owned(),
             Source::Out(Some(link)) => self.link(link).to_owned(),
+            Source::Wire(wire) => format!("{WIRE}{}", self.wire(wire)),
             Source::Reg { reg, distance: 0 } => self.reg_at(reg),
             Source::Reg { reg, distance } => format!("{}@{distance}", self.reg_at(reg)),
         }
@@ -107,6 +129,18 @@ impl<'a> Machine<'a> {
 
     pub(super) fn read_link(&self, text: Text<'_>) -> Read<Link> {
         self.find("link", &self.link_of, text)
+    }
+
+    pub(super) fn read_wire(&self, text: Text<'_>) -> Read<Wire> {
+        self.find("wire", &self.wire_of, text)
+    }
+
+    /// Units and wires have no names in common.
+    pub(super) fn read_input(&self, text: Text<'_>) -> Read<Input> {
+        match self.wire_of.get(text.text) {
+            Some(&wire) => Ok(Input::Wire(wire)),
+            None => self.read_fu(text).map(Input::Unit),
+        }
     }
 
     fn find<K: AsRef<str> + Ord + std::borrow::Borrow<str>, E: Copy>(
@@ -187,6 +221,10 @@ impl<'a> Machine<'a> {
         }
         if text.text == "out" {
             return Ok(Source::Out(None));
+        }
+        if text.text.starts_with(WIRE) {
+            let name = text.piece(WIRE.len(), text.text.len());
+            return Ok(Source::Wire(self.read_wire(name)?));
         }
         if text.text.contains("->") {
             return Ok(Source::Out(Some(self.read_link(text)?)));

@@ -7,6 +7,7 @@ use super::scheduled::*;
 use super::terms::{self, Files, Names};
 use crate::dfg::Initial;
 use crate::program::Kernel;
+use srp_archdesc::arch::Carrier;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Ty;
 use srp_archdesc::xml::tree::{Tag, Writer};
@@ -62,6 +63,10 @@ pub(super) fn write_loops(xml: &mut Writer, scheduled: &ScheduledLoops, machine:
     }
     xml.close();
 }
+
+/// What a transfer comes over.
+const LINK: &str = "link";
+const WIRE: &str = "wire";
 
 /// The root element of modulo schedules by themselves.
 pub(super) const LOOPS: &str = "scheduled-loops";
@@ -138,11 +143,24 @@ fn write_schedule(xml: &mut Writer, schedule: &ModuloSchedule, machine: &Machine
                 .list("to", op.writes.iter().map(|r| machine.reg_at(*r))),
         );
     }
+    for hop in &schedule.hops {
+        xml.leaf(
+            Tag::new("hop")
+                .attr("node", hop.node)
+                .attr("wire", machine.wire(hop.wire))
+                .attr("from", machine.input(hop.from))
+                .attr("time", hop.time),
+        );
+    }
     for transfer in &schedule.transfers {
+        let (kind, name) = match transfer.over {
+            Carrier::Link(link) => (LINK, machine.link(link)),
+            Carrier::Wire(wire) => (WIRE, machine.wire(wire)),
+        };
         xml.leaf(
             Tag::new("transfer")
                 .attr("node", transfer.node)
-                .attr("link", machine.link(transfer.link))
+                .attr(kind, name)
                 .attr("time", transfer.time)
                 .attr("to", machine.reg_at(transfer.to)),
         );
@@ -393,6 +411,7 @@ fn read_kernel(
         length: schedule.required("length")?.u32()?,
         ops: EntityMap::new(),
         transfers: Vec::new(),
+        hops: Vec::new(),
         preloads: Vec::new(),
         live_in_regs: regs("live-ins")?,
         live_out_regs: regs("live-outs")?,
@@ -403,8 +422,9 @@ fn read_kernel(
             "transfer" => result
                 .transfers
                 .push(read_transfer(child, machine, &names)?),
+            "hop" => result.hops.push(read_hop(child, machine, &names)?),
             "preload" => result.preloads.push(read_preload(child, machine, &names)?),
-            _ => return child.misplaced(&["place", "move", "transfer", "preload"]),
+            _ => return child.misplaced(&["place", "move", "hop", "transfer", "preload"]),
         }
     }
     Ok(result)
@@ -439,12 +459,35 @@ fn read_transfer(
     machine: &Machine<'_>,
     names: &kernel::KernelNames,
 ) -> Read<PlacedTransfer> {
-    element.only(&["node", "link", "time", "to"])?;
+    let over = match element.optional(WIRE) {
+        Some(wire) => {
+            element.only(&["node", WIRE, "time", "to"])?;
+            Carrier::Wire(machine.read_wire(wire)?)
+        }
+        None => {
+            element.only(&["node", LINK, WIRE, "time", "to"])?;
+            Carrier::Link(machine.read_link(element.required(LINK)?)?)
+        }
+    };
     Ok(PlacedTransfer {
         node: names.nodes.get(element.required("node")?)?,
-        link: machine.read_link(element.required("link")?)?,
+        over,
         time: element.required("time")?.u32()?,
         to: machine.read_reg_at(element.required("to")?)?,
+    })
+}
+
+fn read_hop(
+    element: &Element<'_>,
+    machine: &Machine<'_>,
+    names: &kernel::KernelNames,
+) -> Read<PlacedHop> {
+    element.only(&["node", "wire", "from", "time"])?;
+    Ok(PlacedHop {
+        node: names.nodes.get(element.required("node")?)?,
+        wire: machine.read_wire(element.required("wire")?)?,
+        from: machine.read_input(element.required("from")?)?,
+        time: element.required("time")?.u32()?,
     })
 }
 

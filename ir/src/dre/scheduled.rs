@@ -3,7 +3,7 @@
 use crate::dfg::{Dfg, Initial, Node};
 use crate::program::{Bits, Kernel, Pos, SourceFile};
 use serde::{Deserialize, Serialize};
-use srp_archdesc::arch::{Fu, Link, RegFile};
+use srp_archdesc::arch::{Carrier, Fu, Input, Link, RegFile, Wire};
 use srp_archdesc::entity;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Opcode, Ty};
@@ -167,8 +167,10 @@ pub struct ModuloSchedule {
     pub length: u32,
     /// Nodes and routing moves. The first `dfg.nodes.len()` are the nodes, in their order.
     pub ops: EntityMap<Placed, PlacedOp>,
-    /// Values written from links into files past a unit.
+    /// Values written from links and wires into files past a unit.
     pub transfers: Vec<PlacedTransfer>,
+    /// Values taken by wires.
+    pub hops: Vec<PlacedHop>,
     /// Registers set at entry, `preload_width` a cycle: loop invariants and initial values.
     pub preloads: Vec<Preload>,
     /// The central register of each live-in that the launch's caller has set, in their order.
@@ -202,6 +204,8 @@ pub enum Source {
     /// An output register: of the unit itself where `link` is `None`, else over that link. The
     /// predicate output if the operand is a predicate and the machine has one, else the data output.
     Out(Option<Link>),
+    /// What a wire has, which it took as many cycles before as it has registers.
+    Wire(Wire),
     /// A register that the unit can read, as iteration `i - distance` names it.
     Reg {
         /// The register.
@@ -224,17 +228,31 @@ pub struct RegAt {
     pub ring: u32,
 }
 
-/// A value taken from a link into a file in one cycle.
+/// A value taken from a link or a wire into a file in one cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PlacedTransfer {
     /// Whose value it is.
     pub node: Node,
-    /// The link it comes over.
-    pub link: Link,
-    /// The cycle of iteration 0 in which the value stands in the output at the link's start.
+    /// The link or wire it comes over.
+    pub over: Carrier,
+    /// The cycle of iteration 0 in which the value stands in the output at the link's start, or in which the
+    /// wire takes it.
     pub time: u32,
     /// Where it goes; stands there from `time + delay + 1`.
     pub to: RegAt,
+}
+
+/// A value taken by a wire in one cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct PlacedHop {
+    /// Whose value it is; its type says which output of a unit is taken.
+    pub node: Node,
+    /// The wire.
+    pub wire: Wire,
+    /// The input that it takes.
+    pub from: Input,
+    /// The cycle of iteration 0 in which it does; the wire takes this input in every cycle of the slot.
+    pub time: u32,
 }
 
 /// A register set before the first iteration.
@@ -291,7 +309,7 @@ impl ModuloSchedule {
         let rings = self.ops.values().flat_map(|op| {
             let reads = op.operands.iter().filter_map(|s| match s {
                 Source::Reg { reg, .. } => Some(reg.ring),
-                Source::Const(_) | Source::Out(_) => None,
+                Source::Const(_) | Source::Out(_) | Source::Wire(_) => None,
             });
             reads.chain(op.writes.iter().map(|w| w.ring))
         });

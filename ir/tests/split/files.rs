@@ -7,7 +7,7 @@ mod whole;
 
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
-use srp_archdesc::arch::{Arch, Fu, Link, RegFile};
+use srp_archdesc::arch::{Arch, Carrier, Fu, Input, Link, RegFile, Wire};
 use srp_archdesc::diagnostic::{self, render_all};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::{Opcode, Ty};
@@ -79,6 +79,10 @@ impl Scheduler<'_> {
 
     fn link(&mut self) -> Link {
         Link::new(self.below(self.arch.srp.links.len()))
+    }
+
+    fn wire(&mut self) -> Wire {
+        Wire::new(self.below(self.arch.srp.wires.len()))
     }
 
     fn reg(&mut self) -> Reg {
@@ -166,10 +170,11 @@ impl Scheduler<'_> {
             is_move: s.below(2) == 0,
             fu: s.fu(),
             time: s.rng.next_u32() % 100,
-            operands: s.many(3, |s| match s.below(4) {
+            operands: s.many(3, |s| match s.below(5) {
                 0 => Source::Const(s.bits()),
                 1 => Source::Out(None),
                 2 => Source::Out(Some(s.link())),
+                3 => Source::Wire(s.wire()),
                 _ => Source::Reg {
                     reg: s.reg_at(),
                     distance: s.rng.next_u32() % 3,
@@ -183,9 +188,21 @@ impl Scheduler<'_> {
             ops: self.many(20, placed).into_iter().collect(),
             transfers: self.many(3, |s| PlacedTransfer {
                 node: Node::new(s.below(nodes)),
-                link: s.link(),
+                over: match s.below(2) {
+                    0 => Carrier::Link(s.link()),
+                    _ => Carrier::Wire(s.wire()),
+                },
                 time: s.rng.next_u32() % 50,
                 to: s.reg_at(),
+            }),
+            hops: self.many(5, |s| PlacedHop {
+                node: Node::new(s.below(nodes)),
+                wire: s.wire(),
+                from: match s.below(2) {
+                    0 => Input::Unit(s.fu()),
+                    _ => Input::Wire(s.wire()),
+                },
+                time: s.rng.next_u32() % 50,
             }),
             preloads: self.many(4, |s| {
                 let Reg { file, index } = s.reg();
@@ -248,7 +265,11 @@ impl Scheduler<'_> {
 
 fn machines() -> Vec<Arch> {
     let shipped = srp_archdesc::machines::ALL;
-    let parsed = shipped.iter().map(|m| srp_archdesc::parse(m.name, m.xml));
+    let wires = "wires=\"mesh row column:2\" topology=";
+    let parsed = shipped.iter().map(|m| {
+        let wired = m.xml.replace("topology=", wires);
+        srp_archdesc::parse(m.name, &wired)
+    });
     parsed
         .map(|arch| arch.expect("shipped machines are valid"))
         .collect()

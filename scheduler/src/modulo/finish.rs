@@ -5,13 +5,13 @@ use super::place::{Placement, constants_of};
 use super::problem::{Edge, Goal, Problem, Tag};
 use super::registers::Keeper;
 use super::table::{Item, Via};
-use srp_archdesc::arch::{Fu, RegFile};
+use srp_archdesc::arch::{Carrier, Fu, Input, RegFile};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Ty;
 use srp_archdesc::resource::{Place, PlaceKind};
 use srp_ir::dfg::{Initial, Node, Operand};
 use srp_ir::dre::scheduled::{
-    ModuloSchedule, Placed, PlacedOp, PlacedTransfer, Preload, Reg, RegAt, Source,
+    ModuloSchedule, Placed, PlacedHop, PlacedOp, PlacedTransfer, Preload, Reg, RegAt, Source,
 };
 
 /// The schedule of a placement.
@@ -143,7 +143,7 @@ impl Finish<'_, '_> {
             };
             op.time + timing.latency
         };
-        let arrives = |t: &PlacedTransfer| t.time + self.problem.srp.links[t.link].delay + 1;
+        let arrives = |t: &PlacedTransfer| t.time + self.problem.srp.delay(t.over) + 1;
         let length = ops
             .values()
             .map(landing)
@@ -154,6 +154,7 @@ impl Finish<'_, '_> {
             ii: self.placement.table.ii,
             length: length.unwrap_or(1),
             transfers,
+            hops: self.hops(),
             preloads: self.preloads(),
             live_in_regs: self.live_ins.to_vec(),
             live_out_regs: self.live_outs(),
@@ -259,7 +260,11 @@ impl Finish<'_, '_> {
     fn source(&self, value: Node, fu: Fu, read: u32, tag: Tag, time: i32, distance: u32) -> Source {
         let path = &self.problem.graph.reads[fu][read as usize];
         match self.problem.graph.places[path.from].kind {
-            PlaceKind::Out(_) | PlaceKind::PredOut(_) => Source::Out(path.link),
+            PlaceKind::Out(_) | PlaceKind::PredOut(_) => match path.over {
+                Some(Carrier::Link(link)) => Source::Out(Some(link)),
+                _ => Source::Out(None),
+            },
+            PlaceKind::Wire { wire, .. } => Source::Wire(wire),
             PlaceKind::File(_) => {
                 let here = |s: &&Standing| {
                     s.node == value
@@ -299,18 +304,47 @@ impl Finish<'_, '_> {
     fn transfers(&self) -> Vec<PlacedTransfer> {
         let transfer = |s: &Standing| match s.via {
             Via::Result(_) => None,
-            Via::Link(link) => {
-                let delay = self.problem.srp.links[link].delay as i32;
+            Via::Over(over) => {
+                let delay = self.problem.srp.delay(over) as i32;
                 let time = self.cycle(s.first - delay - 1);
                 Some(PlacedTransfer {
                     node: s.node,
-                    link,
+                    over,
                     time,
                     to: s.reg,
                 })
             }
         };
         self.stays.iter().filter_map(transfer).collect()
+    }
+
+    fn hops(&self) -> Vec<PlacedHop> {
+        let graph = &self.problem.graph;
+        let hop = |node: Node, item: Item| {
+            let Item::Wire(place, time, from) = item else {
+                return None;
+            };
+            let from = match graph.places[from].kind {
+                PlaceKind::Out(fu) | PlaceKind::PredOut(fu) => Input::Unit(fu),
+                PlaceKind::Wire { wire, .. } => Input::Wire(wire),
+                PlaceKind::File(_) => return None,
+            };
+            let (wire, time) = (graph.as_wire(place)?, self.cycle(time));
+            Some(PlacedHop {
+                node,
+                wire,
+                from,
+                time,
+            })
+        };
+        let mut hops: Vec<PlacedHop> = (self.problem.nodes())
+            .flat_map(|node| {
+                let items = self.placement.table.items(node);
+                items.into_iter().filter_map(move |item| hop(node, item))
+            })
+            .collect();
+        hops.sort_unstable_by_key(|hop| (hop.time, hop.wire));
+        hops
     }
 
     /// Invariants and initial values, by file and register.

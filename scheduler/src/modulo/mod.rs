@@ -194,7 +194,7 @@ pub fn schedule(
         .chain(abi::reserved(srp))
         .collect();
     let mut heuristic = Heuristic::new(&problem, &live_ins, &fixed);
-    let mut worklist = Worklist::new(bound, options);
+    let mut worklist = Worklist::new(&problem, bound, options);
     let task = Task {
         problem: &problem,
         live_ins: &live_ins,
@@ -379,7 +379,7 @@ fn storage(problem: &Problem<'_>) -> Result<(), Unschedulable> {
     }
 }
 
-/// How many values there can be on the array at once: in registers, in outputs, in units and on links.
+/// How many values there can be on the array at once: in registers, in outputs, in units, on links and on wires.
 fn places_of_values(problem: &Problem<'_>) -> u64 {
     let srp = problem.srp;
     let registers: u64 = srp.files.values().map(|file| u64::from(file.size)).sum();
@@ -391,8 +391,10 @@ fn places_of_values(problem: &Problem<'_>) -> u64 {
     let on_links: u64 = on_links.map(|way| u64::from(way.delay)).sum();
     let read_delays = problem.graph.reads.values().flatten();
     let read_delays: u64 = read_delays.map(|way| u64::from(way.delay)).sum();
+    let on_wires = srp.wires.values().map(|wire| u64::from(wire.delay));
     let outputs = problem.graph.places.len() as u64;
-    registers + outputs + in_units.sum::<u64>() + on_links + read_delays
+    let on_the_way = on_links + read_delays + on_wires.sum::<u64>();
+    registers + outputs + in_units.sum::<u64>() + on_the_way
 }
 
 /// The central registers that bring the live-ins.

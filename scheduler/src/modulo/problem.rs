@@ -5,7 +5,7 @@ use rustc_hash::FxHashMap;
 use srp_archdesc::arch::{FileKind, Fu, FuOp, Srp};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::{Opcode, Ty};
-use srp_archdesc::resource::{Place, PlaceKind, ReadPath, ResourceGraph};
+use srp_archdesc::resource::{Hop, Place, PlaceKind, ReadPath, ResourceGraph};
 use srp_ir::dfg::{Dfg, Initial, Node, Operand};
 
 /// A unit, and the cycle in which it issues; cycles may be negative.
@@ -32,6 +32,8 @@ pub(super) struct Problem<'a> {
     pub(super) orders_of: EntityMap<Node, Vec<usize>>,
     /// Ways out of each place into the operands of units: unit and index into its reads.
     pub(super) readers: EntityMap<Place, Vec<(Fu, u32)>>,
+    /// Hops on to each place.
+    pub(super) onto: EntityMap<Place, Vec<Hop>>,
     /// How each unit runs each class, by class and unit.
     timings: Vec<Option<&'a FuOp>>,
     /// Moves that can start from each place, per type.
@@ -123,12 +125,16 @@ pub(super) const UNREACHABLE: u32 = u32::MAX / 4;
 
 impl<'a> Problem<'a> {
     pub(super) fn new(dfg: &'a Dfg, srp: &'a Srp) -> Problem<'a> {
-        let graph = ResourceGraph::of(srp);
+        let graph = ResourceGraph::by_hops(srp);
         let mut readers = EntityMap::filled(graph.places.len(), Vec::new());
         for (fu, reads) in graph.reads.iter() {
             for (i, read) in reads.iter().enumerate() {
                 readers[read.from].push((fu, i as u32));
             }
+        }
+        let mut onto = EntityMap::filled(graph.places.len(), Vec::new());
+        for hop in graph.hops.values().flatten() {
+            onto[hop.to].push(*hop);
         }
         let constant_files = (srp.fus.keys())
             .map(|fu| {
@@ -156,6 +162,7 @@ impl<'a> Problem<'a> {
             reach: Ty::ALL.map(|_| EntityMap::new()),
             detour: Ty::ALL.map(|_| EntityMap::new()),
             readers,
+            onto,
             constant_files,
             dfg,
             srp,
@@ -402,12 +409,19 @@ impl<'a> Problem<'a> {
                 *best = reading(read).min(*best);
             }
         }
+        let ways = self
+            .graph
+            .places
+            .keys()
+            .map(|place| self.ways_on(place, ty));
+        let ways: EntityMap<Place, Vec<WayOn>> = ways.collect();
         loop {
             let mut changed = false;
-            for place in self.graph.places.keys() {
-                for way in self.ways_on(place, ty) {
+            // Wires are the last places, and lead to each other.
+            for (place, ways) in ways.iter().rev() {
+                for way in ways {
                     for fu in self.srp.fus.keys() {
-                        let over = weight(&way) + least[way.to][fu];
+                        let over = weight(way) + least[way.to][fu];
                         if over < least[place][fu] {
                             least[place][fu] = over;
                             changed = true;
@@ -431,6 +445,13 @@ impl<'a> Problem<'a> {
                 ways.push(WayOn { to, cycles, price });
             }
         }
+        for hop in &self.graph.hops[place] {
+            if hop.width >= ty.bits() {
+                let (to, cycles) = (hop.to, hop.delay);
+                let price = route::hop_price(cycles);
+                ways.push(WayOn { to, cycles, price });
+            }
+        }
         for way in &self.moves[ty as usize][place] {
             let cycles = way.cycles as u32;
             let price = route::move_price(cycles);
@@ -446,7 +467,13 @@ impl<'a> Problem<'a> {
 
     /// True if a place is an output, which holds one value.
     pub(super) fn is_output(&self, place: Place) -> bool {
-        !matches!(self.graph.places[place].kind, PlaceKind::File(_))
+        let kind = self.graph.places[place].kind;
+        matches!(kind, PlaceKind::Out(_) | PlaceKind::PredOut(_))
+    }
+
+    /// True if a place is a register file.
+    pub(super) fn is_file(&self, place: Place) -> bool {
+        matches!(self.graph.places[place].kind, PlaceKind::File(_))
     }
 
     /// All nodes.

@@ -53,7 +53,7 @@ pub enum Outcome {
         /// At any length.
         outright: bool,
     },
-    /// The folded formula has a model, which says nothing.
+    /// The folded formula has a model, or is not of this machine, which says nothing.
     Silent,
     /// The solver gave up.
     Unknown,

@@ -1,5 +1,5 @@
 //! The router: the cheapest way of a value from its producer to one consumer, through outputs,
-//! links, moves and register files, cycle by cycle.
+//! links, wires, moves and register files, cycle by cycle.
 //!
 //! Best-first search by the cost so far plus a lower bound: the cost of holding the value for the
 //! rest of the time. Items that the value has taken already cost nothing, so a value's routes grow
@@ -10,7 +10,7 @@ use super::table::{Item, Table, Via};
 use srp_archdesc::arch::Fu;
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Ty;
-use srp_archdesc::resource::Place;
+use srp_archdesc::resource::{Place, PlaceKind};
 use srp_ir::dfg::Node;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -21,6 +21,7 @@ const HOLD_OUT: u32 = 14;
 const HOLD_REGISTER: u32 = 2;
 const WRITE: u32 = 5;
 const TRANSFER: u32 = 8;
+const HOP: u32 = 6;
 
 /// The price of holding a value, where that is cheapest.
 pub(super) fn holding_price(cycles: u32) -> u32 {
@@ -35,6 +36,11 @@ pub(super) fn move_price(cycles: u32) -> u32 {
 /// The price of a transfer that takes so many cycles.
 pub(super) fn transfer_price(cycles: u32) -> u32 {
     TRANSFER.max(holding_price(cycles))
+}
+
+/// The price of a hop that takes so many cycles.
+pub(super) fn hop_price(cycles: u32) -> u32 {
+    HOP.max(holding_price(cycles))
 }
 
 /// A way of a value: the items it takes, and how the consumer gets it.
@@ -100,6 +106,8 @@ enum Step {
     /// The same, and written into a file.
     MoveAndWrite(Fu, u32),
     Transfer(u32),
+    /// On to a wire.
+    Hop,
 }
 
 #[derive(Clone, Copy)]
@@ -360,7 +368,7 @@ impl Search<'_, '_> {
     /// Returns the whole cost and the read path if the consumer can take the value from here.
     fn arrives(&self, place: Place, tag: Tag, time: i32, cost: u32) -> Option<(u32, u32)> {
         let Some((fu, arrival)) = self.request.target else {
-            let done = matches!(tag, Tag::LiveOut(_)) && !self.problem.is_output(place);
+            let done = matches!(tag, Tag::LiveOut(_)) && self.problem.is_file(place);
             return done.then_some((cost, 0));
         };
         // A carried value must come from a register that was set before the loop.
@@ -377,7 +385,7 @@ impl Search<'_, '_> {
             if path.width < self.request.ty.bits() || time + path.delay as i32 != arrival {
                 continue;
             }
-            if self.problem.is_output(place) {
+            if !self.problem.is_file(place) {
                 return Some((cost, read));
             }
             if let Some(price) = self.take_cost(Item::Read(place, time, tag, fu), 1) {
@@ -407,7 +415,7 @@ impl Search<'_, '_> {
             };
             let output = match step {
                 Step::Move(fu, _) | Step::MoveAndWrite(fu, _) => Some(self.move_place(fu)),
-                _ => Some(place).filter(|&place| self.problem.is_output(place)),
+                _ => Some(place).filter(|&place| !self.problem.is_file(place)),
             };
             if output.is_some_and(|output| self.is_in_own_way(output, time, before))
                 || !self.may_stay(place, stayed)
@@ -446,12 +454,15 @@ impl Search<'_, '_> {
             return;
         }
         let before = index as u32;
-        let (item, price) = if self.problem.is_output(place) {
-            (Item::Out(place, time + 1), HOLD_OUT)
-        } else {
-            (Item::Held(place, time + 1, tag), HOLD_REGISTER)
+        let holds = match self.problem.graph.places[place].kind {
+            PlaceKind::File(_) => Some((Item::Held(place, time + 1, tag), HOLD_REGISTER)),
+            PlaceKind::Out(_) | PlaceKind::PredOut(_) => {
+                Some((Item::Out(place, time + 1), HOLD_OUT))
+            }
+            PlaceKind::Wire { .. } => None,
         };
-        if self.improves(place, tag, time + 1, cost)
+        if let Some((item, price)) = holds
+            && self.improves(place, tag, time + 1, cost)
             && let Some(extra) = self.take_cost(item, price)
         {
             self.relax(place, tag, time + 1, cost + extra, Step::Hold, before);
@@ -459,6 +470,7 @@ impl Search<'_, '_> {
         if tag != Tag::Plain {
             return;
         }
+        self.expand_hops(place, time, cost, before);
         self.expand_transfers(place, time, cost, before);
         self.expand_moves(place, time, cost, before);
     }
@@ -478,15 +490,19 @@ impl Search<'_, '_> {
         last.map_or(0, |index| self.states[index as usize].stayed)
     }
 
-    /// True if a value that stands in an output meets itself there: an instance of another iteration.
+    /// True if a value that stands in an output or on a wire meets itself there: an instance of another iteration.
     fn is_in_own_way(&self, output: Place, time: i32, before: u32) -> bool {
+        let graph = &self.problem.graph;
+        let wire = graph.as_wire(output);
+        let is_same =
+            |place: Place| place == output || wire.is_some() && graph.as_wire(place) == wire;
         let ii = self.table.ii as i32;
         self.stays(time, before).any(|last| {
             let since = self.states[last as usize].since;
             let until = self.time_of(last);
             let entered = last as usize - (until - since) as usize * self.width;
             let cycles = match self.states[entered].step {
-                _ if self.place_of(entered).0 == output => until - since,
+                _ if is_same(self.place_of(entered).0) => until - since,
                 // What is written into a file stands in the output for the cycle too.
                 Step::MoveAndWrite(fu, _) if self.move_place(fu) == output => 0,
                 _ => return false,
@@ -511,6 +527,21 @@ impl Search<'_, '_> {
         })
     }
 
+    fn expand_hops(&mut self, place: Place, time: i32, cost: u32, before: u32) {
+        let problem = self.problem;
+        for hop in &problem.graph.hops[place] {
+            let taken = time + hop.delay as i32;
+            if hop.width < self.request.ty.bits() || !self.improves(hop.to, Tag::Plain, taken, cost)
+            {
+                continue;
+            }
+            let item = Item::Wire(hop.to, taken, place);
+            if let Some(extra) = self.take_cost(item, hop_price(hop.delay)) {
+                self.relax(hop.to, Tag::Plain, taken, cost + extra, Step::Hop, before);
+            }
+        }
+    }
+
     fn expand_transfers(&mut self, place: Place, time: i32, cost: u32, before: u32) {
         let problem = self.problem;
         for (i, transfer) in problem.graph.transfers[place].iter().enumerate() {
@@ -522,7 +553,7 @@ impl Search<'_, '_> {
                 if !self.improves(transfer.to, tag, lands, cost) {
                     continue;
                 }
-                let via = Via::Link(transfer.link);
+                let via = Via::Over(transfer.over);
                 let price = transfer_price(transfer.delay + 1);
                 if let Some(extra) = self.write_cost(transfer.to, lands, tag, via, price) {
                     let step = Step::Transfer(i as u32);
@@ -560,7 +591,7 @@ impl Search<'_, '_> {
         } else {
             return None;
         };
-        if !self.problem.is_output(place) {
+        if self.problem.is_file(place) {
             cost += self.take_cost(Item::Read(place, time, Tag::Plain, way.fu), 1)?;
         }
         let lands = time + way.cycles;
@@ -573,7 +604,7 @@ impl Search<'_, '_> {
         let mut items = Vec::new();
         if let Some((fu, _)) = self.request.target {
             let (place, tag) = self.place_of(state as usize);
-            if !self.problem.is_output(place) {
+            if self.problem.is_file(place) {
                 items.push(Item::Read(place, self.time_of(state), tag, fu));
             }
         }
@@ -603,18 +634,19 @@ impl Search<'_, '_> {
         time: i32,
     ) {
         let standing = match tag {
+            _ if step == Step::Hop => Item::Wire(place, time, self.place_of(before as usize).0),
             _ if self.problem.is_output(place) => Item::Out(place, time),
             Tag::LiveOut(_) => Item::Kept(place, tag),
             Tag::Plain | Tag::Initial(_) => Item::Held(place, time, tag),
         };
         items.push(standing);
         match step {
-            Step::Start | Step::Hold => {}
+            Step::Start | Step::Hold | Step::Hop => {}
             Step::Result(fu) => items.push(Item::Written(place, time, tag, Via::Result(fu))),
             Step::Transfer(i) => {
                 let (from, _) = self.place_of(before as usize);
-                let link = self.problem.graph.transfers[from][i as usize].link;
-                items.push(Item::Written(place, time, tag, Via::Link(link)));
+                let over = self.problem.graph.transfers[from][i as usize].over;
+                items.push(Item::Written(place, time, tag, Via::Over(over)));
             }
             Step::Move(fu, read) | Step::MoveAndWrite(fu, read) => {
                 if let Step::MoveAndWrite(..) = step {
@@ -625,7 +657,7 @@ impl Search<'_, '_> {
                 let at = self.time_of(before);
                 let delay = self.problem.graph.reads[fu][read as usize].delay as i32;
                 items.push(Item::Move(fu, at + delay, read, Tag::Plain));
-                if !self.problem.is_output(from) {
+                if self.problem.is_file(from) {
                     items.push(Item::Read(from, at, Tag::Plain, fu));
                 }
             }

@@ -7,7 +7,7 @@
 
 use super::problem::{Problem, Tag};
 use rustc_hash::FxHashMap;
-use srp_archdesc::arch::{Fu, FuOp, Link, Resource};
+use srp_archdesc::arch::{Carrier, Fu, FuOp, Resource, Wire};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::resource::Place;
 use srp_ir::dfg::Node;
@@ -26,6 +26,8 @@ pub(super) enum Item {
     Read(Place, i32, Tag, Fu),
     /// A unit issues a move of the value in a cycle, which it takes from its read path `.2`.
     Move(Fu, i32, u32, Tag),
+    /// A wire takes the value in a cycle, from the place `.2`.
+    Wire(Place, i32, Place),
     /// A register of a file is taken in every cycle.
     Kept(Place, Tag),
 }
@@ -40,6 +42,7 @@ impl Hash for Item {
             Item::Read(place, time, ..) => (3, place.index(), time),
             Item::Move(fu, time, ..) => (4, fu.index(), time),
             Item::Kept(place, _) => (5, place.index(), 0),
+            Item::Wire(place, time, _) => (6, place.index(), time),
         };
         state.write_u64((place as u64 * 8 + kind) << 32 | u64::from(time as u32));
     }
@@ -50,8 +53,8 @@ impl Hash for Item {
 pub(super) enum Via {
     /// As the result of a unit.
     Result(Fu),
-    /// Over a link, past the unit.
-    Link(Link),
+    /// Over a link or a wire, past the unit.
+    Over(Carrier),
 }
 
 /// Who holds an issue slot.
@@ -76,6 +79,10 @@ pub(super) struct Table {
     issue: EntityMap<Fu, Vec<Option<Issuer>>>,
     /// Which value, of which cycle, stands in each output.
     outs: EntityMap<Place, Vec<Option<(Node, i32)>>>,
+    /// Which value each wire takes, of which cycle and from where.
+    wires: EntityMap<Wire, Vec<Option<(Node, Item)>>>,
+    /// The wire of each place that is one.
+    wire_of: EntityMap<Place, Option<Wire>>,
     /// Registers held of each file.
     held: EntityMap<Place, Vec<u32>>,
     reads: EntityMap<Place, Vec<u32>>,
@@ -108,6 +115,8 @@ impl Table {
             writes_of: EntityMap::filled(problem.dfg.nodes.len(), Vec::new()),
             issue: EntityMap::filled(srp.fus.len(), vec![None; slots]),
             outs: EntityMap::filled(graph.places.len(), vec![None; slots]),
+            wires: EntityMap::filled(srp.wires.len(), vec![None; slots]),
+            wire_of: graph.places.keys().map(|p| graph.as_wire(p)).collect(),
             held: EntityMap::filled(graph.places.len(), vec![0; slots]),
             reads: EntityMap::filled(graph.places.len(), vec![0; slots]),
             writes: EntityMap::filled(graph.places.len(), vec![0; slots]),
@@ -171,9 +180,22 @@ impl Table {
                 self.reads[place][self.slot(time)] < self.limits.reads[place]
             }
             Item::Move(fu, time, ..) => timing.is_some_and(|t| self.issues(fu, time, t)),
+            Item::Wire(place, time, _) => self.on_wire(place, time).is_none(),
             Item::Kept(place, _) => self.held[place]
                 .iter()
                 .all(|&h| h < self.limits.registers[place]),
+        }
+    }
+
+    /// What a wire takes in a cycle (of any iteration).
+    fn on_wire(&self, place: Place, time: i32) -> Option<(Node, Item)> {
+        self.wire_of[place].and_then(|wire| self.wires[wire][self.slot(time)])
+    }
+
+    fn set_wire(&mut self, place: Place, time: i32, taken: Option<(Node, Item)>) {
+        let slot = self.slot(time);
+        if let Some(wire) = self.wire_of[place] {
+            self.wires[wire][slot] = taken;
         }
     }
 
@@ -245,6 +267,7 @@ impl Table {
                 let timing = timing.expect("a move comes with its timing");
                 self.take_issue(fu, time, timing, Issuer::Move(node));
             }
+            Item::Wire(place, time, _) => self.set_wire(place, time, Some((node, item))),
             _ => self.count(item, 1),
         }
     }
@@ -271,6 +294,7 @@ impl Table {
                 let timing = timing.expect("a move comes with its timing");
                 self.release_issue(fu, time, timing);
             }
+            Item::Wire(place, time, _) => self.set_wire(place, time, None),
             _ => self.count(item, u32::MAX),
         }
     }
@@ -294,7 +318,7 @@ impl Table {
             Item::Kept(place, _) => {
                 (0..self.ii as usize).for_each(|slot| add(&mut self.held[place], slot));
             }
-            Item::Out(..) | Item::Move(..) => {}
+            Item::Out(..) | Item::Move(..) | Item::Wire(..) => {}
         }
     }
 
@@ -320,10 +344,13 @@ impl Table {
             .for_each(|&place| self.reads[place][slot] -= 1);
     }
 
-    /// The last cycle in which a value stands anywhere; the smallest number where it has nothing.
+    /// The last cycle in which a value stands anywhere, and from the next of which on holding it and going on
+    /// cost something; the smallest number where it has nothing.
     pub(super) fn last_cycle(&self, node: Node) -> i32 {
         let cycle = |item: &Item| match *item {
             Item::Out(_, time) | Item::Held(_, time, _) => time,
+            // On wires the value goes on in the same cycle, also for nothing.
+            Item::Wire(_, time, _) => time + 1,
             _ => i32::MIN,
         };
         self.items[node].keys().map(cycle).max().unwrap_or(i32::MIN)

@@ -50,6 +50,8 @@ pub(super) struct Worklist {
     /// The longest horizon to ask about.
     slack: u32,
     solver: Solver,
+    /// The folded formulas of this machine.
+    folds: &'static [(u32, Fold)],
     /// Folded formulas are asked too, and the II below the best is asked first.
     thorough: bool,
     /// Every question that was asked.
@@ -60,11 +62,15 @@ pub(super) struct Worklist {
 }
 
 impl Worklist {
-    pub(super) fn new(bound: u32, options: &Options) -> Worklist {
+    pub(super) fn new(problem: &Problem<'_>, bound: u32, options: &Options) -> Worklist {
         Worklist {
             bound,
             slack: options.slack,
             solver: options.solver,
+            folds: match exact::fold_applies(problem) {
+                true => FOLDS,
+                false => &[],
+            },
             thorough: false,
             asked: BTreeMap::new(),
             round: 0,
@@ -116,7 +122,7 @@ impl Worklist {
     /// Asks folded formulas, few laps first, about the IIs below a schedule's that are impossible up to a horizon.
     pub(super) fn fold(&mut self, task: Task<'_, '_>, below: u32, limits: &mut Limits<'_>) {
         loop {
-            let small = FOLDS[..FOLDS.len() - 1].iter();
+            let small = self.folds.iter().take(FOLDS.len() - 1);
             let scopes = small.map(|&(_, fold)| Scope::Folded(fold));
             let all = scopes.flat_map(|scope| (self.bound..below).map(move |ii| (ii, scope)));
             let is_open = |&(ii, scope): &(u32, Scope)| {
@@ -225,9 +231,7 @@ impl Worklist {
                 .map(|slack| Scope::Timed { slack })
         };
         let folded = || {
-            let folds = FOLDS
-                .iter()
-                .filter(|&&(from, _)| self.thorough && from <= round);
+            let folds = (self.folds.iter()).filter(|&&(from, _)| self.thorough && from <= round);
             folds.map(|&(_, fold)| Scope::Folded(fold))
         };
         // Where a horizon is hard, those beyond are harder.

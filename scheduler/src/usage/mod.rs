@@ -1,11 +1,11 @@
 //! Resources of the machine that a modulo schedule takes, slot by slot, once the pipeline is full:
-//! issue cycles, shared resources, links, registers and the ports of their files.
+//! issue cycles, shared resources, links, wires, registers and the ports of their files.
 //!
 //! They are read off the schedule alone, whoever made it. A *slot* is a cycle modulo the II.
 
 mod registers;
 
-use srp_archdesc::arch::{Fu, FuOp, Link, RegFile, Resource, Srp};
+use srp_archdesc::arch::{Carrier, Fu, FuOp, Input, Link, RegFile, Resource, Srp, Wire};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Opcode;
 use srp_ir::dfg::Node;
@@ -19,6 +19,8 @@ pub struct Usage {
     pub units: EntityMap<Fu, UnitUse>,
     /// Of each link.
     pub links: EntityMap<Link, LinkUse>,
+    /// Of each wire.
+    pub wires: EntityMap<Wire, LinkUse>,
     /// Uses of each shared resource, by slot.
     pub resources: EntityMap<Resource, Vec<u32>>,
     /// Of each register file.
@@ -43,7 +45,7 @@ impl UnitUse {
     }
 }
 
-/// The use of a link.
+/// The use of a link or a wire.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LinkUse {
     /// The values taken from its end, by slot, each with its destination.
@@ -51,17 +53,17 @@ pub struct LinkUse {
 }
 
 impl LinkUse {
-    /// Slots in which something is taken from it.
+    /// Slots in which something is taken from a link, or a wire takes something.
     pub fn slots(&self) -> u32 {
         let slots: BTreeSet<u32> = self.carried.iter().map(|c| c.slot).collect();
         slots.len() as u32
     }
 }
 
-/// A value taken from the end of a link.
+/// A value taken from the end of a link or a wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Carried {
-    /// The slot in which it is taken.
+    /// The slot in which it is taken from a link, or in which a wire takes it.
     pub slot: u32,
     /// Whose value it is.
     pub node: Node,
@@ -69,13 +71,15 @@ pub struct Carried {
     pub to: Taker,
 }
 
-/// The destination of a value taken from a link.
+/// The destination of a value taken from a link or a wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Taker {
     /// An operand of this operation.
     Op(Placed),
     /// A register file, past the unit.
     File(RegFile),
+    /// Another wire.
+    Wire(Wire),
 }
 
 /// The use of a register file and its ports.
@@ -123,6 +127,7 @@ pub fn usage(schedule: &ModuloSchedule, srp: &Srp) -> Usage {
     let mut usage = Usage {
         units: EntityMap::filled(srp.fus.len(), UnitUse::default()),
         links: EntityMap::filled(srp.links.len(), LinkUse::default()),
+        wires: EntityMap::filled(srp.wires.len(), LinkUse::default()),
         resources: EntityMap::filled(srp.resources.len(), vec![0; ii]),
         files: registers::files(schedule, srp),
     };
@@ -141,28 +146,46 @@ pub fn usage(schedule: &ModuloSchedule, srp: &Srp) -> Usage {
             }
         }
         for (operand, source) in op.operands.iter().enumerate() {
-            if let Source::Out(Some(link)) = *source {
-                usage.links[link].carried.push(Carried {
-                    slot: op.time % schedule.ii,
-                    node: producer(schedule, op, operand),
-                    to: Taker::Op(number),
-                });
-            }
+            let over = match *source {
+                Source::Out(Some(link)) => Carrier::Link(link),
+                Source::Wire(wire) => Carrier::Wire(wire),
+                Source::Out(None) | Source::Const(_) | Source::Reg { .. } => continue,
+            };
+            let node = producer(schedule, op, operand);
+            usage.carry(srp, over, op.time, node, Taker::Op(number), schedule.ii);
         }
     }
     for transfer in &schedule.transfers {
-        let time = transfer.time + srp.links[transfer.link].delay;
-        usage.links[transfer.link].carried.push(Carried {
-            slot: time % schedule.ii,
-            node: transfer.node,
-            to: Taker::File(transfer.to.file),
-        });
+        let time = transfer.time + srp.delay(transfer.over);
+        let to = Taker::File(transfer.to.file);
+        usage.carry(srp, transfer.over, time, transfer.node, to, schedule.ii);
     }
-    for (_, link) in usage.links.iter_mut() {
-        link.carried.sort();
-        link.carried.dedup();
+    for hop in &schedule.hops {
+        if let Input::Wire(before) = hop.from {
+            let (over, to) = (Carrier::Wire(before), Taker::Wire(hop.wire));
+            usage.carry(srp, over, hop.time, hop.node, to, schedule.ii);
+        }
+    }
+    for used in usage.links.values_mut().chain(usage.wires.values_mut()) {
+        used.carried.sort();
+        used.carried.dedup();
     }
     usage
+}
+
+impl Usage {
+    /// Notes a value that is taken from the end of a link or a wire in a cycle.
+    fn carry(&mut self, srp: &Srp, over: Carrier, time: u32, node: Node, to: Taker, ii: u32) {
+        let (used, time) = match over {
+            Carrier::Link(link) => (&mut self.links[link], i64::from(time)),
+            Carrier::Wire(wire) => {
+                let delay = i64::from(srp.wires[wire].delay);
+                (&mut self.wires[wire], i64::from(time) - delay)
+            }
+        };
+        let slot = time.rem_euclid(i64::from(ii)) as u32;
+        used.carried.push(Carried { slot, node, to });
+    }
 }
 
 /// Returns the opcode of a placed operation: that of its node, or a move of the node's value.

@@ -80,7 +80,7 @@ fn accesses(schedule: &ModuloSchedule, srp: &Srp) -> Accesses {
         }
     }
     for transfer in &schedule.transfers {
-        let delay = srp.links[transfer.link].delay;
+        let delay = srp.delay(transfer.over);
         write(transfer.to, transfer.time + delay + 1);
     }
     (writes, reads)

@@ -255,7 +255,7 @@ impl View<'_> {
                 slot: c.slot,
                 node: c.node.index() as u32,
                 file: match c.to {
-                    Taker::Op(_) => None,
+                    Taker::Op(_) | Taker::Wire(_) => None,
                     Taker::File(file) => Some(self.arch.srp.files[file].name.clone()),
                 },
             };
@@ -351,6 +351,7 @@ impl View<'_> {
                 let from = self.arch.srp.links[link].from;
                 format!("{what} of {}", self.arch.srp.fus[from].name)
             }
+            Source::Wire(wire) => format!("{what} over {}", self.arch.srp.wires[wire].name),
             Source::Reg { reg, .. } => {
                 let file = &self.arch.srp.files[reg.file].name;
                 format!("{what} in {file}[{}]", reg.index)

@@ -1,13 +1,14 @@
 //! What is called impossible, held against searches for schedules: an exhaustive one over placements and routes, which
 //! shares nothing with the scheduler, and the scheduler itself, whose schedules are checked.
 
-use super::{certificate, folded, listed, parsed};
+use super::{certificate, folded, listed, parsed, star};
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;
 use srp_ir::check::check_loop;
-use srp_scheduler::modulo::{self, Scope};
+use srp_scheduler::modulo::{self, Scope, Stopped};
+use std::time::Duration;
 
 /// A row of units, each linked to the next and back, without register files.
 fn row(units: usize) -> Arch {
@@ -252,4 +253,35 @@ fn a_schedule_longer_than_the_horizon_is_not_called_impossible() {
     let scheduled = scheduled.expect("it has a schedule");
     assert_eq!(scheduled.schedule.ii, 1);
     assert_eq!(check_loop(&scheduled.schedule, &arch.srp), Vec::new());
+}
+
+/// Four units on one bus, and no links: at II 1 three values need it, at II 2 one of them stays on its unit.
+#[test]
+fn a_schedule_over_wires_is_not_called_impossible() {
+    let arch = parsed(
+        r#"<machine name="bus">
+  <op class="alu" latency="1"/>
+  <fu-type name="pe" classes="alu"/>
+  <array rows="1" cols="4" topology="none" wires="row"><row units="pe"/></array>
+  <vliw slots="0"/>
+</machine>"#,
+    );
+    let (graph, _) = listed(&star(2));
+    let options = modulo::Options {
+        beyond: Some(Duration::from_secs(600)),
+        ..modulo::Options::default()
+    };
+    let found = modulo::schedule(&graph.dfg, &arch.srp, &options, &Unwatched);
+    let found = found.expect("it has a schedule");
+    assert_eq!((found.bounds.min_ii(), found.schedule.ii), (1, 2));
+    assert_eq!(check_loop(&found.schedule, &arch.srp), Vec::new());
+    assert!(!found.schedule.hops.is_empty(), "there are no other ways");
+    // The folded formula has no clauses for wires, and would refute both.
+    let asked = found.search.asked.iter().map(|asked| asked.scope);
+    assert!({ asked }.all(|scope| matches!(scope, Scope::Timed { .. })));
+    assert_eq!(found.search.stopped, Stopped::NothingLeft);
+    for scope in [folded(1, 2), folded(2, 4), Scope::Timed { slack: 15 }] {
+        let refuted = certificate(&graph.dfg, &arch, 2, scope).is_some();
+        assert!(!refuted, "{scope:?}");
+    }
 }

@@ -14,8 +14,49 @@ pub(crate) fn one_of<T: Copy>(random: &mut Pcg64, choices: &[T]) -> T {
     choices[below(random, choices.len() as u32) as usize]
 }
 
+/// Random switches and buses: attributes of an array, and elements in it.
+pub(crate) struct Wires {
+    attributes: String,
+    elements: &'static str,
+    /// True if they lead everywhere without links.
+    alone: bool,
+}
+
+impl Wires {
+    /// None.
+    pub(crate) fn none() -> Wires {
+        Wires {
+            attributes: String::new(),
+            elements: "",
+            alone: false,
+        }
+    }
+
+    pub(crate) fn random(random: &mut Pcg64) -> Wires {
+        let kinds = ["", "mesh", "torus:2", "row column", "array:2", "mesh row"];
+        let kind = one_of(random, &kinds);
+        let (hops, delay) = (1 + below(random, 4), u32::from(below(random, 6) == 0));
+        let width = one_of(random, &[128, 128, 32]);
+        let elements = match below(random, 3) {
+            0 => {
+                "    <wire name=\"late\" from=\"fu_0_0 on\" to=\"fu_0_1\" delay=\"2\"/>\n\
+                 \u{20}   <wire name=\"on\" from=\"late all\" to=\"fu_1_0 fu_1_1\" width=\"32\"/>\n\
+                 \u{20}   <wire name=\"predicates\" from=\"all\" to=\"all\" width=\"1\"/>\n"
+            }
+            _ => "",
+        };
+        Wires {
+            attributes: format!(
+                " wires=\"{kind}\" hops=\"{hops}\" wire-delay=\"{delay}\" wire-width=\"{width}\""
+            ),
+            elements,
+            alone: !kind.is_empty() && width == 128 && below(random, 2) == 0,
+        }
+    }
+}
+
 /// A machine with random arrays, links, units, latencies and files, on which everything can run.
-pub(crate) fn random(random: &mut Pcg64) -> String {
+pub(crate) fn random(random: &mut Pcg64, wires: &Wires) -> String {
     let mut xml = String::from("<machine name=\"random\">\n");
     let ports = 1 + below(random, 4);
     let mut line = |text: std::fmt::Arguments<'_>| {
@@ -102,10 +143,12 @@ pub(crate) fn random(random: &mut Pcg64) -> String {
     line(format_args!("  <float subnormals=\"{subnormals}\"/>"));
     let (rows, cols) = (2 + below(random, 3), 2 + below(random, 3));
     let topology = one_of(random, &["mesh", "mesh-diagonal", "torus", "one-hop"]);
+    let topology = if wires.alone { "none" } else { topology };
     let delay = u32::from(below(random, 6) == 0);
     line(format_args!(
-        "  <array rows=\"{rows}\" cols=\"{cols}\" topology=\"{topology}\" link-delay=\"{delay}\" \
-         contexts=\"256\">"
+        "  <array rows=\"{rows}\" cols=\"{cols}\" topology=\"{topology}\" link-delay=\"{delay}\"{} \
+         contexts=\"256\">",
+        wires.attributes
     ));
     line(format_args!("    <row units=\"all some\"/>"));
     for _ in 1..rows {
@@ -124,7 +167,7 @@ pub(crate) fn random(random: &mut Pcg64) -> String {
     line(format_args!(
         "    <file name=\"pred\" kind=\"central\" width=\"1\" size=\"16\"/>"
     ));
-    line(format_args!("  </array>"));
+    line(format_args!("{}  </array>", wires.elements));
     let delay = below(random, 3);
     line(format_args!(
         "  <vliw slots=\"2\" branch-delay=\"{delay}\" mode-switch=\"2\" preload-width=\"4\"/>"

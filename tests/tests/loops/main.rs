@@ -5,6 +5,7 @@ mod body;
 mod machine;
 mod usage;
 
+use machine::Wires;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
 use srp_archdesc::Unwatched;
@@ -25,9 +26,9 @@ enum Trial {
 }
 
 /// One loop on one machine, all the way.
-fn trial(seed: u64) -> Trial {
+fn trial(seed: u64, wires: &Wires) -> Trial {
     let mut random = Pcg64::seed_from_u64(seed);
-    let xml = machine::random(&mut random);
+    let xml = machine::random(&mut random, wires);
     let arch = srp_archdesc::parse("random.xml", &xml)
         .unwrap_or_else(|errors| panic!("seed {seed}: {errors:#?}\n{xml}"));
     let dre = body::random(&mut random);
@@ -100,7 +101,12 @@ fn random_loops_mean_the_same_on_random_machines() {
         if Instant::now() > end && equal >= 10 {
             break;
         }
-        match trial(seed) {
+        // Two of three machines have switches or buses.
+        let wires = match seed % 3 {
+            0 => Wires::none(),
+            _ => Wires::random(&mut Pcg64::seed_from_u64(!seed)),
+        };
+        match trial(seed, &wires) {
             Trial::Equal => equal += 1,
             Trial::NoSchedule => unscheduled += 1,
         }
@@ -117,6 +123,6 @@ fn random_loops_mean_the_same_on_random_machines() {
 #[test]
 fn moves_keep_their_units_for_their_whole_interval() {
     for seed in [77_000_118, 77_000_134, 88_000_018, 88_000_151] {
-        trial(seed);
+        trial(seed, &Wires::none());
     }
 }

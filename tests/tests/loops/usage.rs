@@ -1,9 +1,9 @@
 //! Compares the usage that is reported for a schedule with a plain run of it.
 
-use srp_archdesc::arch::{Arch, FileKind, RegFile};
-use srp_ir::dre::scheduled::{ModuloSchedule, Reg, RegAt, Source};
+use srp_archdesc::arch::{Arch, Carrier, FileKind, Input, RegFile};
+use srp_ir::dre::scheduled::{ModuloSchedule, PlacedHop, Reg, RegAt, Source};
 use srp_scheduler::abi;
-use srp_scheduler::usage::{opcode, usage};
+use srp_scheduler::usage::{LinkUse, Usage, opcode, usage};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Events of a register, by cycle.
@@ -75,24 +75,38 @@ pub(super) fn agrees(schedule: &ModuloSchedule, arch: &Arch, seed: u64) {
             "seed {seed}: too many uses"
         );
     }
-    let taken = |op: &srp_ir::dre::scheduled::PlacedOp| {
-        let links = op
-            .operands
-            .iter()
-            .filter(|s| matches!(s, Source::Out(Some(_))));
-        links.count()
+    carriers(schedule, &used, seed);
+}
+
+/// Compares what links and wires carry with what is taken from them.
+fn carriers(schedule: &ModuloSchedule, used: &Usage, seed: u64) {
+    let taken = |is: fn(&Source) -> bool, over: fn(&Carrier) -> bool, hops: usize| {
+        let operands = schedule.ops.values().flat_map(|op| &op.operands);
+        let transfers = schedule.transfers.iter().map(|t| &t.over);
+        operands.filter(|s| is(s)).count() + transfers.filter(|o| over(o)).count() + hops
     };
-    let takers: usize = schedule.ops.values().map(taken).sum();
-    let carried: usize = used.links.values().map(|l| l.carried.len()).sum();
-    assert!(
-        carried <= takers + schedule.transfers.len(),
-        "seed {seed}: links"
+    let from_wires = |hop: &&PlacedHop| matches!(hop.from, Input::Wire(_));
+    let of_links = taken(
+        |s| matches!(s, Source::Out(Some(_))),
+        |o| matches!(o, Carrier::Link(_)),
+        0,
     );
-    assert_eq!(
-        carried == 0,
-        takers + schedule.transfers.len() == 0,
-        "seed {seed}: links"
+    let of_wires = taken(
+        |s| matches!(s, Source::Wire(_)),
+        |o| matches!(o, Carrier::Wire(_)),
+        schedule.hops.iter().filter(from_wires).count(),
     );
+    let carried = |all: std::slice::Iter<'_, LinkUse>| all.map(|l| l.carried.len()).sum::<usize>();
+    for (taken, carried) in [
+        (of_links, carried(used.links.values())),
+        (of_wires, carried(used.wires.values())),
+    ] {
+        assert!(carried <= taken, "seed {seed}: links");
+        assert_eq!(carried == 0, taken == 0, "seed {seed}: links");
+    }
+    // A wire takes nothing for nobody.
+    let slots: u32 = used.wires.values().map(|wire| wire.slots()).sum();
+    assert_eq!(slots as usize, schedule.hops.len(), "seed {seed}: wires");
 }
 
 /// True if the value of a register in a cycle is read before it is written again.
@@ -133,7 +147,7 @@ fn run(schedule: &ModuloSchedule, arch: &Arch, iterations: i64) -> BTreeMap<Reg,
                 .for_each(|&at| write(at, op.time + latency));
         }
         for transfer in &schedule.transfers {
-            let delay = arch.srp.links[transfer.link].delay;
+            let delay = arch.srp.delay(transfer.over);
             write(transfer.to, transfer.time + delay + 1);
         }
         for op in schedule.ops.values() {

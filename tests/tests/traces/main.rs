@@ -6,7 +6,8 @@ mod steps;
 mod timeline;
 mod waves;
 
-use srp_archdesc::Unwatched;
+use srp_archdesc::arch::Arch;
+use srp_archdesc::{Unwatched, machines};
 use srp_csimgen::{Interpreter, SimSpec, link};
 use srp_ir::check::Checked;
 use srp_runtime::solo::{self, Finish, Solo};
@@ -17,7 +18,7 @@ use std::fs;
 use std::io::Write;
 use std::process::{Command, Stdio};
 use steps::Steps;
-use waves::Waves;
+use waves::{Operation, Waves};
 
 /// Loops on the array with long and short operations, vectors, a rotating file where the machine has one; calls, a
 /// walk along a list, and a loop that is launched again and again.
@@ -43,7 +44,18 @@ int main(void) {
 }
 ";
 
-/// A program, compiled and scheduled for one of the machines.
+/// The machine `tiny` with a bus for each row and column instead of links.
+fn wired() -> Arch {
+    let tiny = machines::ALL.into_iter().find(|m| m.name == "tiny");
+    let tiny = tiny.expect("a shipped machine").xml;
+    let text = tiny.replace(
+        "topology=\"mesh\"",
+        "topology=\"none\" wires=\"row column\"",
+    );
+    srp_archdesc::parse("wired.xml", &text).unwrap_or_else(|errors| panic!("{errors:?}"))
+}
+
+/// A program, compiled and scheduled for one of the machines, or for [`wired`].
 pub(crate) struct Case {
     pub(crate) program: Checked,
     pub(crate) spec: SimSpec,
@@ -55,7 +67,10 @@ impl Case {
         fs::create_dir_all(&folder).expect("a temporary folder");
         let file = folder.join("program.c");
         fs::write(&file, PROGRAM).expect("a temporary file");
-        let arch = machine(name);
+        let arch = match name {
+            "wired" => wired(),
+            _ => machine(name),
+        };
         let program = compiled(&[file], &arch).expect("it compiles");
         let session = Session::default();
         let scheduled = schedule(program, &arch, Effort::default(), &session);
@@ -94,7 +109,7 @@ impl Case {
 /// the results that stand in their outputs when they are due.
 #[test]
 fn waves_have_the_registers_of_every_cycle() {
-    for name in ["sgrt", "tiny"] {
+    for name in ["sgrt", "tiny", "wired"] {
         let case = Case::on(name);
         let steps = Steps::of(&case);
         let all = format!("0..{}", steps.len());
@@ -136,7 +151,7 @@ fn a_launch_is_its_cycles_on_the_array() {
 /// its latency.
 #[test]
 fn the_pipeline_has_the_operations_of_the_waves() {
-    for name in ["sgrt", "tiny"] {
+    for name in ["sgrt", "tiny", "wired"] {
         let case = Case::on(name);
         let (text, cycles) = case.traced("300..900", Format::Konata);
         let log = konata::read(std::str::from_utf8(&text).expect("it is text"));
@@ -145,6 +160,9 @@ fn the_pipeline_has_the_operations_of_the_waves() {
         assert!(of_waves.len() > 500);
         assert_eq!(log.operations(), of_waves);
         log.check_latencies(&case);
+        let over_wires =
+            |(_, who, what, _): &Operation| what == "transfer" && !who.contains("_to_");
+        assert_eq!(of_waves.iter().any(over_wires), name == "wired");
     }
 }
 

@@ -101,7 +101,8 @@ impl Waves {
     ) -> usize {
         let srp = &program.arch().srp;
         let graph = ResourceGraph::of(srp);
-        let places: Vec<_> = graph.places.keys().collect();
+        let places = graph.places.keys();
+        let places: Vec<_> = places.filter(|&p| graph.as_wire(p).is_none()).collect();
         let core = format!("core{core}");
         let mut compared = 0;
         for (number, cells) in cells {
@@ -145,9 +146,12 @@ impl Waves {
                 let values = values.into_iter().flatten().collect();
                 all.push((cycle, unit.name.clone(), op, values));
             }
-            for link in srp.links.values() {
-                let name = format!("{}_to_{}", srp.fus[link.from].name, srp.fus[link.to].name);
-                if let Some(value) = self.lanes(&["core0", "links", &name], cycle) {
+            let unit = |fu| &srp.fus[fu].name;
+            let links = (srp.links.values())
+                .map(|link| ("links", format!("{}_to_{}", unit(link.from), unit(link.to))));
+            let wires = srp.wires.values().map(|wire| ("wires", wire.name.clone()));
+            for (group, name) in links.chain(wires) {
+                if let Some(value) = self.lanes(&["core0", group, &name], cycle) {
                     all.push((cycle, name, "transfer".to_owned(), vec![value, value]));
                 }
             }

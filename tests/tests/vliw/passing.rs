@@ -190,6 +190,7 @@ fn interface(dfg: Dfg, arch: &Arch, rng: &mut Pcg32) -> Option<ModuloSchedule> {
         length: 1,
         ops,
         transfers: Vec::new(),
+        hops: Vec::new(),
         preloads: Vec::new(),
         live_in_regs: ins.into_iter().collect::<Option<_>>()?,
         live_out_regs: outs.into_iter().collect::<Option<_>>()?,

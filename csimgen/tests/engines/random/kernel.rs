@@ -3,7 +3,7 @@
 
 use super::{Constants, Dice, LIVE_INS, Shape, files, immediate, opcodes, safe_operand};
 use srp_archdesc::Arch;
-use srp_archdesc::arch::{FileKind, Fu, Link, RegFile, Resource};
+use srp_archdesc::arch::{Carrier, FileKind, Fu, Input, RegFile, Resource, Wire};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_archdesc::resource::{Place, ResourceGraph};
@@ -113,6 +113,18 @@ struct Value {
     initial: Vec<Initial>,
 }
 
+/// The other end of the wires that lead to one.
+#[derive(Clone, Copy)]
+struct Behind {
+    node: usize,
+    /// The output.
+    place: Place,
+    /// Registers on the way, but for those of the last wire.
+    delay: u32,
+    /// Wires since the last registers.
+    hops: u32,
+}
+
 /// A kernel in the making.
 struct Loop<'a> {
     arch: &'a Arch,
@@ -124,6 +136,8 @@ struct Loop<'a> {
     live_ins: Vec<(Ty, Reg)>,
     values: Vec<Value>,
     transfers: Vec<PlacedTransfer>,
+    /// What wires take, by slot of the II.
+    hops: BTreeMap<(Wire, u32), PlacedHop>,
     preloads: Vec<Preload>,
     /// The first register of each file that has no value.
     free: EntityMap<RegFile, u32>,
@@ -164,6 +178,7 @@ impl<'a> Loop<'a> {
             live_ins: live_ins.map(live_in).to_vec(),
             values: Vec::new(),
             transfers: Vec::new(),
+            hops: BTreeMap::new(),
             preloads: Vec::new(),
             free: free.collect(),
             arrivals: BTreeMap::new(),
@@ -176,9 +191,17 @@ impl<'a> Loop<'a> {
         for node in 0..self.ops.len() {
             self.write(node);
         }
-        for link in self.arch.srp.links.keys() {
+        let wires = self.arch.srp.wires.len();
+        for _ in 0..2 * wires * self.ii as usize {
+            let wire = Wire::new(self.dice.roll(wires));
+            let time = self.dice.roll(6 * self.ii as usize) as u32;
+            self.hop(wire, time);
+        }
+        let links = self.arch.srp.links.keys().map(Carrier::Link);
+        let wires = self.arch.srp.wires.keys().map(Carrier::Wire);
+        for over in links.chain(wires) {
             if self.dice.roll(2) == 0 {
-                self.transfer(link);
+                self.transfer(over);
             }
         }
         let all = 0..self.ops.len();
@@ -283,26 +306,126 @@ impl<'a> Loop<'a> {
         value
     }
 
-    /// Takes a value over a link into a register, if there is one that this link carries to a file.
-    fn transfer(&mut self, link: Link) {
-        let from = self.arch.srp.links[link].from;
-        let place = |op: &Op| self.graph.result_place(op.fu, op.op);
-        let nodes = (0..self.ops.len()).filter(|&n| self.ops[n].fu == from);
-        let nodes: Vec<usize> = nodes.filter(|&n| place(&self.ops[n]).is_some()).collect();
-        let Some(node) = self.dice.pick(&nodes) else {
+    /// Sets a wire for a cycle, if it is free in that slot and an input of it has something then.
+    fn hop(&mut self, wire: Wire, time: u32) {
+        let Some(from) = self.dice.pick(&self.arch.srp.wires[wire].from) else {
+            return;
+        };
+        let slot = (wire, time % self.ii);
+        let (place, node, hops) = match from {
+            Input::Unit(fu) => {
+                let outputs: Vec<Place> = self.graph.outputs(fu).collect();
+                let place = outputs[self.dice.roll(outputs.len())];
+                let standing = self.standing(place, i64::from(time));
+                (place, standing.map(|(node, _)| node), 1)
+            }
+            Input::Wire(before) => {
+                let delay = self.arch.srp.wires[before].delay;
+                let taken = i64::from(time) - i64::from(delay);
+                let Some(behind) = self.behind(before, taken) else {
+                    return;
+                };
+                // Of this iteration or an earlier one, as time is counted here.
+                let standing = self.standing(behind.place, taken - i64::from(behind.delay));
+                let hops = if delay > 0 { 1 } else { behind.hops + 1 };
+                let place = self.graph.wire[before][0];
+                (place, standing.map(|(node, _)| node), hops)
+            }
+        };
+        let to = self.graph.wire[wire][0];
+        let mut ways = self.graph.hops[place].iter();
+        let way = ways.find(|way| way.to == to);
+        if let (Some(node), Some(way)) = (node, way)
+            && hops <= self.arch.srp.hops
+            && !self.hops.contains_key(&slot)
+            && self.ops[node]
+                .op
+                .result()
+                .is_some_and(|ty| ty.bits() <= way.width)
+        {
+            let node = Node::new(node);
+            let hop = PlacedHop {
+                node,
+                wire,
+                from,
+                time,
+            };
+            self.hops.insert(slot, hop);
+        }
+    }
+
+    /// Where a wire has its value of a cycle from.
+    fn behind(&self, wire: Wire, cycle: i64) -> Option<Behind> {
+        let slot = cycle.rem_euclid(i64::from(self.ii)) as u32;
+        let hop = self.hops.get(&(wire, slot))?;
+        let node = hop.node.index();
+        match hop.from {
+            Input::Unit(_) => {
+                let op = &self.ops[node];
+                let place = self.graph.result_place(op.fu, op.op)?;
+                Some(Behind {
+                    node,
+                    place,
+                    delay: 0,
+                    hops: 1,
+                })
+            }
+            Input::Wire(before) => {
+                let delay = self.arch.srp.wires[before].delay;
+                let behind = self.behind(before, cycle - i64::from(delay))?;
+                let hops = if delay > 0 { 1 } else { behind.hops + 1 };
+                Some(Behind {
+                    delay: behind.delay + delay,
+                    hops,
+                    ..behind
+                })
+            }
+        }
+    }
+
+    /// A node whose value a link or wire has: the node, its output, registers on the way, and for a wire the slot.
+    fn carried(&mut self, over: Carrier) -> Option<(usize, Place, u32, Option<u32>)> {
+        match over {
+            Carrier::Link(link) => {
+                let from = self.arch.srp.links[link].from;
+                let place = |op: &Op| self.graph.result_place(op.fu, op.op);
+                let nodes = (0..self.ops.len()).filter(|&n| self.ops[n].fu == from);
+                let nodes: Vec<usize> = nodes.filter(|&n| place(&self.ops[n]).is_some()).collect();
+                let node = self.dice.pick(&nodes)?;
+                Some((node, place(&self.ops[node])?, 0, None))
+            }
+            Carrier::Wire(wire) => {
+                let slots = (0..self.ii).filter(|&slot| self.hops.contains_key(&(wire, slot)));
+                let slots: Vec<u32> = slots.collect();
+                let slot = self.dice.pick(&slots)?;
+                let behind = self.behind(wire, i64::from(slot))?;
+                Some((behind.node, behind.place, behind.delay, Some(slot)))
+            }
+        }
+    }
+
+    /// Takes a value over a link or wire into a register, if there is one that this carries to a file.
+    fn transfer(&mut self, over: Carrier) {
+        let Some((node, place, before, slot)) = self.carried(over) else {
             return;
         };
         let op = &self.ops[node];
-        let (Some(ty), Some(place)) = (op.op.result(), place(op)) else {
+        let Some(ty) = op.op.result() else {
             return;
         };
-        let ways = self.graph.transfers[place].iter();
+        let from = match over {
+            Carrier::Link(_) => place,
+            Carrier::Wire(wire) => self.graph.wire[wire][0],
+        };
+        let ways = self.graph.transfers[from].iter();
         let ways: Vec<_> = ways
-            .filter(|way| way.link == link && way.width >= ty.bits())
+            .filter(|way| way.over == over && way.width >= ty.bits())
             .copied()
             .collect();
-        let time = op.end + self.dice.roll(self.ii as usize) as u32;
-        let stands_there = self.standing(place, i64::from(time)) == Some((node, 0));
+        let time = op.end + before + self.dice.roll(self.ii as usize) as u32;
+        let stood = i64::from(time) - i64::from(before);
+        let stands_there = self.standing(place, stood) == Some((node, 0))
+            && slot.is_none_or(|slot| slot == time % self.ii);
         let way = self.dice.pick(&ways).filter(|_| stands_there);
         let file = way.and_then(|way| Some((self.graph.as_file(way.to)?, way.delay)));
         let Some((file, delay)) = file else {
@@ -311,7 +434,7 @@ impl<'a> Loop<'a> {
         if let Some(to) = self.keep(node, ty, file, time + delay + 1, true) {
             self.transfers.push(PlacedTransfer {
                 node: Node::new(node),
-                link,
+                over,
                 time,
                 to,
             });
@@ -373,17 +496,32 @@ impl<'a> Loop<'a> {
         };
         let mut takes = Vec::new();
         for path in &self.graph.reads[fu] {
-            let from = path.link.map_or(fu, |link| self.arch.srp.links[link].from);
-            if path.from != output(from) || path.width < ty.bits() {
+            let at = i64::from(time) - i64::from(path.delay);
+            let (source, from, stood) = match path.over {
+                None => (Source::Out(None), output(fu), at),
+                Some(Carrier::Link(link)) => {
+                    let from = output(self.arch.srp.links[link].from);
+                    (Source::Out(Some(link)), from, at)
+                }
+                Some(Carrier::Wire(wire)) => match self.behind(wire, at) {
+                    None => continue,
+                    Some(behind) => {
+                        let stood = at - i64::from(behind.delay);
+                        (Source::Wire(wire), behind.place, stood)
+                    }
+                },
+            };
+            let is_there = path.from == from || matches!(source, Source::Wire(_));
+            if !is_there || path.width < ty.bits() {
                 continue;
             }
-            let standing = self.standing(path.from, i64::from(time) - i64::from(path.delay));
+            let standing = self.standing(from, stood);
             let found = standing.filter(|&(node, _)| self.ops[node].op.result() == Some(ty));
-            takes.extend(found.map(|(node, distance)| (path.link, node, distance)));
+            takes.extend(found.map(|(node, distance)| (source, node, distance)));
         }
-        let (link, node, distance) = self.dice.pick(&takes)?;
+        let (source, node, distance) = self.dice.pick(&takes)?;
         let init = vec![Initial::Any; distance as usize];
-        Some((Source::Out(link), of_node(node, init)))
+        Some((source, of_node(node, init)))
     }
 
     /// A value in a register.
@@ -486,6 +624,7 @@ impl<'a> Loop<'a> {
             length,
             ops: placed.collect(),
             transfers: self.transfers.clone(),
+            hops: self.hops.values().copied().collect(),
             preloads: self.preloads.clone(),
             live_in_regs: self.live_ins.iter().map(|&(_, reg)| reg).collect(),
             live_out_regs: outs.iter().map(|v| reg(v, 0)).collect(),

@@ -5,7 +5,7 @@ use crate::check::Rule;
 use crate::dfg::{Initial, Node};
 use crate::dre::scheduled::{Placed, PlacedOp, Reg, RegAt, Source};
 use crate::program::Bits;
-use srp_archdesc::arch::{FileKind, RegFile};
+use srp_archdesc::arch::{Carrier, FileKind, RegFile};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Class, Ty};
 use srp_archdesc::resource::Place;
@@ -40,18 +40,26 @@ impl Checker<'_> {
                 .nodes
                 .get(transfer.node)
                 .is_some_and(|n| n.op.result().is_some())
-                && self.srp.links.get(transfer.link).is_some();
+                && self.is_carrier(transfer.over);
             if !known {
                 self.report(
                     Rule::Range,
-                    "a transfer of nothing, or over no link".to_owned(),
+                    "a transfer of nothing, or over nothing".to_owned(),
                 );
             } else if let Some(message) = self.register_fault(transfer.to) {
                 self.report(Rule::Range, message);
             }
         }
+        self.hop_numbers();
         if self.violations.is_empty() {
             self.live_values();
+        }
+    }
+
+    fn is_carrier(&self, over: Carrier) -> bool {
+        match over {
+            Carrier::Link(link) => self.srp.links.get(link).is_some(),
+            Carrier::Wire(wire) => self.srp.wires.get(wire).is_some(),
         }
     }
 
@@ -103,23 +111,21 @@ impl Checker<'_> {
                 format!("issues in cycle {}", op.time),
             );
         }
-        let links = op.operands.iter().filter_map(|source| match source {
-            Source::Out(link) => *link,
+        let mut carriers = op.operands.iter().filter_map(|source| match *source {
+            Source::Out(link) => link.map(Carrier::Link),
+            Source::Wire(wire) => Some(Carrier::Wire(wire)),
             Source::Const(_) | Source::Reg { .. } => None,
         });
-        if links
-            .into_iter()
-            .any(|link| self.srp.links.get(link).is_none())
-        {
+        if !carriers.all(|over| self.is_carrier(over)) {
             self.report_op(
                 number,
                 Rule::Range,
-                "reads over a link that does not exist".to_owned(),
+                "reads over a link or wire that does not exist".to_owned(),
             );
         }
         let read = op.operands.iter().filter_map(|source| match source {
             Source::Reg { reg, .. } => Some(*reg),
-            Source::Const(_) | Source::Out(_) => None,
+            Source::Const(_) | Source::Out(_) | Source::Wire(_) => None,
         });
         let faults: Vec<String> = read
             .chain(op.writes.iter().copied())
@@ -221,11 +227,14 @@ impl Checker<'_> {
         for transfer in &schedule.transfers {
             let ty = schedule.dfg.ty(transfer.node);
             let ty = ty.expect("transfers were found to move values");
-            let from = self.output(self.srp.links[transfer.link].from, ty);
+            let from = match transfer.over {
+                Carrier::Link(link) => self.output(self.srp.links[link].from, ty),
+                Carrier::Wire(wire) => self.graph.wire[wire][0],
+            };
             let to = self.graph.file[transfer.to.file];
             let way = self.graph.transfers[from]
                 .iter()
-                .find(|t| t.link == transfer.link && t.to == to);
+                .find(|t| t.over == transfer.over && t.to == to);
             match way {
                 None => {
                     let message = format!("{} is transferred where no way leads", transfer.node);
@@ -273,7 +282,7 @@ impl Checker<'_> {
     fn operand_ways(&mut self, number: Placed, op: &PlacedOp) {
         let mut constants: BTreeSet<Bits> = BTreeSet::new();
         for (source, ty) in op.operands.iter().zip(self.operand_types(op)) {
-            let (from, link) = match *source {
+            let (from, over) = match *source {
                 Source::Const(bits) => {
                     // The bit of a predicate is part of the operation.
                     if bits.ty() != Ty::Pred {
@@ -286,11 +295,15 @@ impl Checker<'_> {
                     continue;
                 }
                 Source::Out(None) => (self.output(op.fu, ty), None),
-                Source::Out(Some(link)) => (self.output(self.srp.links[link].from, ty), Some(link)),
+                Source::Out(Some(link)) => {
+                    let from = self.output(self.srp.links[link].from, ty);
+                    (from, Some(Carrier::Link(link)))
+                }
+                Source::Wire(wire) => (self.graph.wire[wire][0], Some(Carrier::Wire(wire))),
                 Source::Reg { reg, .. } => (self.graph.file[reg.file], None),
             };
             let paths = self.graph.reads[op.fu].iter();
-            let path = paths.clone().find(|p| p.from == from && p.link == link);
+            let path = paths.clone().find(|p| p.from == from && p.over == over);
             let place = self.graph.name(self.srp, from);
             let unit = &self.srp.fus[op.fu].name;
             match path {

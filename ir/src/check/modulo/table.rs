@@ -56,7 +56,7 @@ impl Checker<'_> {
             }
         }
         for transfer in &schedule.transfers {
-            let delay = self.srp.links[transfer.link].delay;
+            let delay = self.srp.delay(transfer.over);
             ends = ends.max(u64::from(transfer.time) + u64::from(delay) + 1);
         }
         if u64::from(schedule.length) < ends {
@@ -72,7 +72,7 @@ impl Checker<'_> {
         let read = ops.clone().flat_map(|op| &op.operands);
         let read = read.filter_map(|source| match source {
             Source::Reg { reg, .. } => Some(reg.ring),
-            Source::Const(_) | Source::Out(_) => None,
+            Source::Const(_) | Source::Out(_) | Source::Wire(_) => None,
         });
         let written = ops.flat_map(|op| op.writes.iter().map(|w| w.ring));
         let moved = self.schedule.transfers.iter().map(|t| t.to.ring);

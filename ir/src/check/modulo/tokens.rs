@@ -8,9 +8,9 @@ use super::table::contexts;
 use super::{Checker, MAX_STEPS};
 use crate::check::Rule;
 use crate::dfg::{Initial, Node, Operand};
-use crate::dre::scheduled::{Placed, PlacedOp, PlacedTransfer, RegAt, Source};
+use crate::dre::scheduled::{Placed, PlacedHop, PlacedOp, PlacedTransfer, RegAt, Source};
 use crate::program::Bits;
-use srp_archdesc::arch::{FileKind, RegFile};
+use srp_archdesc::arch::{Carrier, FileKind, Input, RegFile, Wire};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::resource::Place;
 use std::collections::{BTreeMap, BTreeSet};
@@ -60,7 +60,8 @@ impl Checker<'_> {
             contexts(1, &self.rings()).max(rotating.map(|f| u64::from(f.size)).max().unwrap_or(0));
         let stages = u64::from(schedule.length.div_ceil(schedule.ii));
         let long = 2 * stages + period + u64::from(distance) + 1;
-        let actions = (schedule.ops.len() + schedule.transfers.len()) as u64;
+        let actions = schedule.ops.len() + schedule.transfers.len() + schedule.hops.len();
+        let actions = actions as u64;
         if long * actions.max(1) > MAX_STEPS || long > MAX_STEPS {
             let message = format!("{stages} stages are too many to follow");
             return self.report(Rule::Contexts, message);
@@ -88,9 +89,10 @@ struct Run<'a> {
     trip: i64,
     /// The largest distance of the loop: iterations from which all values of before exist.
     distance: i64,
-    /// Operations and transfers by their cycle modulo the II.
+    /// Operations, transfers and hops by their cycle modulo the II.
     ops: Vec<Vec<Placed>>,
     transfers: Vec<Vec<PlacedTransfer>>,
+    hops: Vec<Vec<PlacedHop>>,
     /// Values that each output received, in order, with the cycle from which it holds them.
     outputs: EntityMap<Place, Vec<(i64, Option<Token>)>>,
     files: EntityMap<RegFile, Vec<Option<Token>>>,
@@ -127,6 +129,10 @@ impl<'a> Run<'a> {
         for transfer in &schedule.transfers {
             transfers[transfer.time as usize % ii].push(*transfer);
         }
+        let mut hops = vec![Vec::new(); ii];
+        for hop in &schedule.hops {
+            hops[hop.time as usize % ii].push(*hop);
+        }
         let files = checker.srp.files.values();
         let mut files: EntityMap<RegFile, Vec<Option<Token>>> =
             files.map(|f| vec![None; f.size as usize]).collect();
@@ -142,6 +148,7 @@ impl<'a> Run<'a> {
             distance,
             ops,
             transfers,
+            hops,
             outputs: EntityMap::filled(checker.graph.places.len(), Vec::new()),
             files,
             landing: BTreeMap::new(),
@@ -175,6 +182,13 @@ impl<'a> Run<'a> {
                 let iteration = (cycle - i64::from(transfer.time)).div_euclid(ii);
                 if (0..self.trip).contains(&iteration) {
                     self.transfer(&transfer, cycle, iteration);
+                }
+            }
+            for hop in self.hops[slot].clone() {
+                let iteration = (cycle - i64::from(hop.time)).div_euclid(ii);
+                if (0..self.trip).contains(&iteration) {
+                    let token = self.on_wire(hop.wire, cycle);
+                    self.moved(None, hop.node, token, iteration);
                 }
             }
             self.read_ports(&read);
@@ -244,6 +258,10 @@ impl<'a> Run<'a> {
                     let from = checker.output(spec.from, ty);
                     self.standing(from, cycle - i64::from(spec.delay))
                 }
+                Source::Wire(wire) => {
+                    let delay = checker.srp.wires[wire].delay;
+                    self.on_wire(wire, cycle - i64::from(delay))
+                }
                 Source::Reg { reg, distance } => {
                     let index = self.physical(reg, iteration - i64::from(distance));
                     read.entry(reg.file).or_default().insert(index);
@@ -290,13 +308,17 @@ impl<'a> Run<'a> {
 
     fn transfer(&mut self, transfer: &PlacedTransfer, cycle: i64, iteration: i64) {
         let checker = self.checker;
-        let link = &checker.srp.links[transfer.link];
-        let ty = checker.schedule.dfg.ty(transfer.node);
-        let from = checker.output(link.from, ty.expect("transfers were found to move values"));
-        let token = self.standing(from, cycle);
+        let token = match transfer.over {
+            Carrier::Link(link) => {
+                let ty = checker.schedule.dfg.ty(transfer.node);
+                let ty = ty.expect("transfers were found to move values");
+                self.standing(checker.output(checker.srp.links[link].from, ty), cycle)
+            }
+            Carrier::Wire(wire) => self.on_wire(wire, cycle),
+        };
         self.moved(None, transfer.node, token, iteration);
         let index = self.physical(transfer.to, iteration);
-        let lands = cycle + i64::from(link.delay) + 1;
+        let lands = cycle + i64::from(checker.srp.delay(transfer.over)) + 1;
         self.landing.entry(lands).or_default().push(Landing {
             to: Destination::Register(transfer.to.file, index),
             token,
@@ -325,6 +347,26 @@ impl<'a> Run<'a> {
                 match usize::try_from(-1 - from) {
                     Ok(before) => initial(init[before]),
                     Err(_) => Some(Token::Value(*node, from)),
+                }
+            }
+        }
+    }
+
+    /// Returns the token that a wire takes in a cycle: what stands in the output at the other end of the wires
+    /// that are set to lead there.
+    fn on_wire(&self, mut wire: Wire, mut cycle: i64) -> Option<Token> {
+        let checker = self.checker;
+        loop {
+            let hop = &checker.hops[&(wire, checker.slot(cycle))];
+            match hop.from {
+                Input::Unit(fu) => {
+                    let ty = checker.schedule.dfg.ty(hop.node);
+                    let ty = ty.expect("hops were found to carry values");
+                    return self.standing(checker.output(fu, ty), cycle);
+                }
+                Input::Wire(before) => {
+                    wire = before;
+                    cycle -= i64::from(checker.srp.wires[before].delay);
                 }
             }
         }

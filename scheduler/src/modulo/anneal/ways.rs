@@ -53,25 +53,52 @@ pub(super) fn ways(problem: &Problem<'_>, ty: Ty) -> Vec<Way> {
 
 /// The units that each unit's results reach without a move, itself among them.
 pub(super) fn near(problem: &Problem<'_>) -> EntityMap<Fu, Vec<Fu>> {
-    let reaches = |from: Fu, to: Fu| {
-        let from = problem.graph.out[from];
-        from_direct(problem, from, to)
-    };
+    let reaches = direct(problem);
     let near = |from: Fu| {
-        let there = |&to: &Fu| to == from || reaches(from, to) || reaches(to, from);
+        let there = |&to: &Fu| to == from || reaches[from][to] || reaches[to][from];
         problem.srp.fus.keys().filter(there).collect()
     };
     problem.srp.fus.keys().map(near).collect()
 }
 
-fn from_direct(problem: &Problem<'_>, from: Place, to: Fu) -> bool {
-    problem.detour(Ty::Word, from, to) == 0
+/// For each unit and each other, true if a value in the output of the first can be read by the second without a move:
+/// at once, or over wires.
+fn direct(problem: &Problem<'_>) -> EntityMap<Fu, EntityMap<Fu, bool>> {
+    let units = || problem.srp.fus.keys();
+    let from = |from: Fu| {
+        let out = problem.graph.out[from];
+        let at_once = units().map(|to| problem.detour(Ty::Word, out, to) == 0);
+        let mut reaches: EntityMap<Fu, bool> = at_once.collect();
+        over_wires(problem, out, &mut reaches);
+        reaches
+    };
+    units().map(from).collect()
+}
+
+/// Adds the units that read a word in an output over wires.
+fn over_wires(problem: &Problem<'_>, out: Place, reaches: &mut EntityMap<Fu, bool>) {
+    let graph = &problem.graph;
+    let mut seen = EntityMap::filled(graph.places.len(), false);
+    let mut open = vec![out];
+    while let Some(place) = open.pop() {
+        let wide = (graph.hops[place].iter()).filter(|hop| hop.width >= Ty::Word.bits());
+        for hop in wide {
+            if std::mem::replace(&mut seen[hop.to], true) {
+                continue;
+            }
+            open.push(hop.to);
+            for &(fu, read) in &problem.readers[hop.to] {
+                reaches[fu] |= graph.reads[fu][read as usize].width >= Ty::Word.bits();
+            }
+        }
+    }
 }
 
 /// The units over which one move brings a value from each unit to each other.
 pub(super) fn between(problem: &Problem<'_>) -> Vec<Vec<Fu>> {
     let units: Vec<Fu> = problem.srp.fus.keys().collect();
-    let direct = |from: Fu, to: Fu| from == to || from_direct(problem, problem.graph.out[from], to);
+    let reaches = direct(problem);
+    let direct = |from: Fu, to: Fu| from == to || reaches[from][to];
     let mut all = Vec::new();
     for &from in &units {
         for &to in &units {

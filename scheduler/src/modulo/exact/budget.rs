@@ -4,7 +4,7 @@ use super::encode::Encoding;
 use super::formula::Lit;
 use crate::modulo::problem::Problem;
 use crate::modulo::table::Item;
-use srp_archdesc::arch::{Fu, FuOp, Resource};
+use srp_archdesc::arch::{Fu, FuOp, Resource, Wire};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::resource::Place;
 
@@ -13,6 +13,8 @@ pub(super) struct Budget {
     pub(super) ii: i32,
     pub(super) issue: EntityMap<Fu, Vec<Vec<Lit>>>,
     pub(super) outs: EntityMap<Place, Vec<Vec<Lit>>>,
+    pub(super) wires: EntityMap<Wire, Vec<Vec<Lit>>>,
+    wire_of: EntityMap<Place, Option<Wire>>,
     pub(super) held: EntityMap<Place, Vec<Vec<Lit>>>,
     pub(super) reads: EntityMap<Place, Vec<Vec<Lit>>>,
     pub(super) writes: EntityMap<Place, Vec<Vec<Lit>>>,
@@ -27,6 +29,10 @@ impl Budget {
             ii: ii as i32,
             issue: EntityMap::filled(problem.srp.fus.len(), slots.clone()),
             outs: places(),
+            wires: EntityMap::filled(problem.srp.wires.len(), slots.clone()),
+            wire_of: (problem.graph.places.keys())
+                .map(|place| problem.graph.as_wire(place))
+                .collect(),
             held: places(),
             reads: places(),
             writes: places(),
@@ -54,6 +60,10 @@ impl Budget {
             Item::Held(place, time, _) => (&mut self.held[place], time),
             Item::Written(place, time, ..) => (&mut self.writes[place], time),
             Item::Read(place, time, ..) => (&mut self.reads[place], time),
+            Item::Wire(place, time, _) => match self.wire_of[place] {
+                Some(wire) => (&mut self.wires[wire], time),
+                None => return,
+            },
             Item::Move(..) | Item::Kept(..) => return,
         };
         resource[time.rem_euclid(self.ii) as usize].push(literal);

@@ -7,7 +7,7 @@ use crate::modulo::place::{Placement, adopt};
 use crate::modulo::problem::{Edge, Goal, Problem, Tag};
 use crate::modulo::route::Route;
 use crate::modulo::table::{Item, Via};
-use srp_archdesc::arch::Fu;
+use srp_archdesc::arch::{Carrier, Fu};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::resource::{Place, PlaceKind};
 use srp_ir::dfg::Node;
@@ -132,6 +132,12 @@ impl Decoder<'_, '_> {
                         return read as u32;
                     }
                 }
+                PlaceKind::Wire { .. } => {
+                    if tag == Tag::Plain && self.is_on_wire(value, path.from, stood) {
+                        self.back_from_wire(items, value, path.from, stood);
+                        return read as u32;
+                    }
+                }
             }
         }
         unreachable!("the formula gives every operand something to read")
@@ -148,9 +154,11 @@ impl Decoder<'_, '_> {
         loop {
             items.push(Item::Held(place, time, tag));
             let fus = self.problem.srp.fus.keys().map(Via::Result);
-            let links = self.problem.srp.links.keys().map(Via::Link);
+            let links = self.problem.srp.links.keys().map(Carrier::Link);
+            let wires = self.problem.srp.wires.keys().map(Carrier::Wire);
+            let over = links.chain(wires).map(Via::Over);
             let written = |&via: &Via| self.holds(value, Item::Written(place, time, tag, via));
-            if let Some(via) = fus.chain(links).find(written) {
+            if let Some(via) = fus.chain(over).find(written) {
                 return self.back_from_write(items, value, place, time, tag, via);
             }
             time -= 1;
@@ -168,20 +176,46 @@ impl Decoder<'_, '_> {
     ) {
         items.push(Item::Written(place, time, tag, via));
         match via {
-            Via::Link(link) => {
+            Via::Over(over) => {
                 let transfers = self.problem.graph.transfers.values().flatten();
-                let mut here = transfers.filter(|t| t.link == link && t.to == place);
+                let mut here = transfers.filter(|t| t.over == over && t.to == place);
                 let stood = |t: &srp_archdesc::resource::Transfer| time - t.delay as i32 - 1;
                 let from = here
-                    .find(|t| self.holds(value, Item::Out(t.from, stood(t))))
+                    .find(|t| self.stands(value, t.from, stood(t)))
                     .expect("a transfer has a source");
-                self.back_from_output(items, value, from.from, stood(from));
+                match self.problem.is_output(from.from) {
+                    true => self.back_from_output(items, value, from.from, stood(from)),
+                    false => self.back_from_wire(items, value, from.from, stood(from)),
+                }
             }
             Via::Result(fu) => {
                 let place = self.landing_place(value, fu, time);
                 self.back_from_landing(items, value, fu, place, time);
             }
         }
+    }
+
+    fn is_on_wire(&self, value: Node, place: Place, time: i32) -> bool {
+        self.holds(value, Item::Wire(place, time, place))
+    }
+
+    /// True if a value stands in an output or is taken by a wire.
+    fn stands(&self, value: Node, place: Place, time: i32) -> bool {
+        self.holds(value, Item::Out(place, time)) || self.is_on_wire(value, place, time)
+    }
+
+    /// Follows a value back from a wire to the output from which it came onto the first.
+    fn back_from_wire(&self, items: &mut Vec<Item>, value: Node, mut place: Place, mut time: i32) {
+        let ty = self.problem.dfg.ty(value).expect("only values are routed");
+        while !self.problem.is_output(place) {
+            let mut wide = (self.problem.onto[place].iter()).filter(|hop| hop.width >= ty.bits());
+            let hop = wide
+                .find(|hop| self.stands(value, hop.from, time - hop.delay as i32))
+                .expect("a wire takes what stands somewhere");
+            items.push(Item::Wire(place, time, hop.from));
+            (place, time) = (hop.from, time - hop.delay as i32);
+        }
+        self.back_from_output(items, value, place, time);
     }
 
     /// The output that a value lands in on a unit: its own result's, or a move's.

@@ -13,6 +13,7 @@
 //! | [`Item::Written`]`(f, t, tag, via)` | the value is written into f, by a result or over a link, and stands there from t on |
 //! | [`Item::Read`]`(f, t, tag, fu)` | unit fu reads the value from f in cycle t |
 //! | [`Item::Move`]`(fu, t, …)` | unit fu issues a move of the value in cycle t |
+//! | [`Item::Wire`]`(p, t, …)` | a wire takes the value in cycle t; there is a place for every number of hops by which it can |
 //! | `invariant(f, v)` | the static file f holds the loop invariant v throughout |
 //!
 //! | clauses | made by |
@@ -22,10 +23,10 @@
 //! | a node starts no earlier than its operands and memory orders allow | [`Encoder::order`] |
 //! | a start implies, for each operand, a place from which it is read then | [`Encoder::edge`] |
 //! | a live-out is written into a central register | [`Encoder::live_out`] |
-//! | each item implies one of its causes: `Out` the same output a cycle before or a landing; `Held` the same file a cycle before or a write; `Written` a landing or an output at the link's start, and `Held`; `Read` `Held`; `Move` a place from which it reads | [`Encoder::settle`] |
+//! | each item implies one of its causes: `Out` the same output a cycle before or a landing; `Held` the same file a cycle before or a write; `Written` a landing or an output at the link's start, and `Held`; `Read` `Held`; `Move` a place from which it reads; `Wire` an output or a wire among its inputs | [`Encoder::settle`] |
 //! | a move or a result takes its output in the cycle in which it lands | [`Encoder::lands`], [`Encoder::results_land`] |
 //! | a result goes into at most one register of a file | [`Encoder::one_write`] |
-//! | in every slot of the II, units, outputs, shared resources, registers and ports suffice | [`Encoder::limit_uses`] |
+//! | in every slot of the II, units, outputs, wires, shared resources, registers and ports suffice | [`Encoder::limit_uses`] |
 
 use super::Question;
 use super::budget::Budget;
@@ -39,7 +40,7 @@ use rustc_hash::FxHashMap;
 use srp_archdesc::arch::Fu;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Ty;
-use srp_archdesc::resource::{Place, PlaceKind};
+use srp_archdesc::resource::{Hop, Place, PlaceKind};
 use srp_ir::dfg::{Initial, Node};
 use std::collections::BTreeMap;
 
@@ -48,7 +49,7 @@ pub(super) struct Encoding {
     pub(super) formula: Formula,
     /// Units and cycles of each node.
     pub(super) starts: EntityMap<Node, Vec<(Fu, i32, Lit)>>,
-    /// The items that each value may take. Moves have no read path: number 0.
+    /// The items that each value may take. Moves have no read path: number 0. Wires take values from themselves.
     pub(super) items: FxHashMap<(Node, Item), Lit>,
 }
 
@@ -281,6 +282,7 @@ impl<'e, 'p> Encoder<'e, 'p> {
                 first[file] = first[file].min(outputs.unwrap_or(i32::MAX));
             }
         }
+        first_on_wires(problem, ty, &mut first);
         for transfer in problem.graph.transfers.values().flatten() {
             let lands = first[transfer.from].saturating_add(transfer.delay as i32 + 1);
             first[transfer.to] = first[transfer.to].min(lands);
@@ -298,6 +300,7 @@ impl<'e, 'p> Encoder<'e, 'p> {
             Item::Out(place, time)
             | Item::Held(place, time, _)
             | Item::Written(place, time, ..)
+            | Item::Wire(place, time, _)
             | Item::Read(place, time, ..) => (place, time),
             Item::Move(fu, time, ..) => {
                 let timing = self.problem.move_timing(fu, self.ty(value))?;
@@ -345,8 +348,16 @@ impl<'e, 'p> Encoder<'e, 'p> {
         let stood = time - path.delay as i32;
         match self.problem.graph.places[path.from].kind {
             PlaceKind::File(_) => self.item(value, Item::Read(path.from, stood, tag, fu)),
-            _ if tag == Tag::Plain => self.item(value, Item::Out(path.from, stood)),
+            _ if tag == Tag::Plain => self.item(value, self.standing(path.from, stood)),
             _ => None,
+        }
+    }
+
+    /// The item of a value that stands in an output or is taken by a wire.
+    fn standing(&self, place: Place, time: i32) -> Item {
+        match self.problem.graph.as_wire(place) {
+            Some(_) => Item::Wire(place, time, place),
+            None => Item::Out(place, time),
         }
     }
 
@@ -402,7 +413,8 @@ impl<'e, 'p> Encoder<'e, 'p> {
             .flatten()
             .filter(|t| over(t));
         let mut vias: Vec<Via> = results.map(Via::Result).collect();
-        vias.extend(transfers.map(|t| Via::Link(t.link)));
+        vias.extend(transfers.map(|t| Via::Over(t.over)));
+        // Links and wires lead there from several places that follow each other.
         vias.dedup();
         let item = |via| Item::Written(file, time, tag, via);
         vias.into_iter()
@@ -447,6 +459,14 @@ impl<'e, 'p> Encoder<'e, 'p> {
                     }
                     self.lands(value, fu, time, literal);
                 }
+                Item::Wire(place, time, _) => {
+                    let problem = self.problem;
+                    let bits = self.ty(value).bits();
+                    for hop in problem.onto[place].iter().filter(|hop| hop.width >= bits) {
+                        let item = self.standing(hop.from, time - hop.delay as i32);
+                        clause.extend(self.item(value, item));
+                    }
+                }
                 Item::Kept(..) => {}
             }
             self.encoding.formula.clause(clause);
@@ -490,15 +510,15 @@ impl<'e, 'p> Encoder<'e, 'p> {
                     None => Vec::new(),
                 }
             }
-            Via::Link(link) => {
+            Via::Over(over) => {
                 let transfers = problem.graph.transfers.values().flatten();
-                let here = transfers.filter(|t| t.link == link && t.to == file);
-                let wide: Vec<_> = here.filter(|t| t.width >= self.ty(value).bits()).collect();
-                let stood = |t: &srp_archdesc::resource::Transfer| {
-                    Item::Out(t.from, time - t.delay as i32 - 1)
-                };
-                wide.into_iter()
-                    .filter_map(|t| self.item(value, stood(t)))
+                let here = transfers.filter(|t| t.over == over && t.to == file);
+                let wide = here.filter(|t| t.width >= self.ty(value).bits());
+                let stood = wide.map(|t| self.standing(t.from, time - t.delay as i32 - 1));
+                let stood: Vec<Item> = stood.collect();
+                stood
+                    .into_iter()
+                    .filter_map(|item| self.item(value, item))
                     .collect()
             }
         }
@@ -570,6 +590,12 @@ impl<'e, 'p> Encoder<'e, 'p> {
                 formula.at_most_one(uses, || names::slot("output", &name(), slot));
             }
         }
+        for (wire, slots) in budget.wires.iter() {
+            for (slot, uses) in slots.iter().enumerate() {
+                let name = &problem.srp.wires[wire].name;
+                formula.at_most_one(uses, || names::slot("wire", name, slot));
+            }
+        }
         for (resource, slots) in budget.shared.iter() {
             let spec = &problem.srp.resources[resource];
             for (slot, uses) in slots.iter().enumerate() {
@@ -598,6 +624,20 @@ impl<'e, 'p> Encoder<'e, 'p> {
                 formula.at_most(spec.read_ports, reads, label("reads"));
                 formula.at_most(spec.write_ports, writes, label("writes"));
             }
+        }
+    }
+}
+
+/// The first cycle in which a value can be on each wire, by the first in the outputs.
+fn first_on_wires(problem: &Problem<'_>, ty: Ty, first: &mut EntityMap<Place, i32>) {
+    let hops = problem.graph.hops.values().flatten();
+    let hops: Vec<&Hop> = hops.filter(|hop| hop.width >= ty.bits()).collect();
+    let mut changed = true;
+    while std::mem::take(&mut changed) {
+        for hop in &hops {
+            let taken = first[hop.from].saturating_add(hop.delay as i32);
+            changed |= taken < first[hop.to];
+            first[hop.to] = taken.min(first[hop.to]);
         }
     }
 }

@@ -29,6 +29,7 @@ mod names;
 mod solver;
 
 pub use fold::Fold;
+pub(super) use fold::applies as fold_applies;
 pub(super) use horizon::is_complete;
 
 use super::Certificate;
@@ -98,7 +99,7 @@ pub(super) enum Answer {
     Placed(Box<Placement>),
     /// There is none in the scope.
     Impossible,
-    /// The folded formula has a model.
+    /// The folded formula has a model, or is not of this machine.
     Silent,
     /// The solver gave up.
     Unknown,
@@ -167,6 +168,9 @@ fn folded(
     fold: Fold,
     mut proof: Option<Certificate<'_>>,
 ) -> (Answer, u64) {
+    if !fold::applies(problem) {
+        return (Answer::Silent, 0);
+    }
     let (ii, largest) = (question.ii, question.largest_formula());
     let Some(formula) = fold::encode(problem, ii, fold, question.named, largest) else {
         return too_large(question);

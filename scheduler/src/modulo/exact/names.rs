@@ -1,8 +1,10 @@
 //! Names of variables, for the comments of a formula that is written. Nodes are called as in listings (`n3`),
-//! units, files and outputs as in the expanded machine file, links by their number in it.
+//! units, files, wires and outputs as in the expanded machine file, links by their number in it.
 
 use crate::modulo::problem::{Problem, Tag};
 use crate::modulo::table::{Item, Via};
+use srp_archdesc::arch::Carrier;
+use srp_archdesc::resource::PlaceKind;
 use srp_ir::dfg::Node;
 
 /// The name of a counter's variables: of the uses of something in a slot.
@@ -30,6 +32,13 @@ pub(super) fn item(problem: &Problem<'_>, value: Node, item: Item) -> String {
             )
         }
         Item::Move(fu, time, ..) => format!("move {value} {} {time}", unit(fu)),
+        Item::Wire(p, time, from) => {
+            let hop = match problem.graph.places[p].kind {
+                PlaceKind::Wire { hop, .. } => hop,
+                _ => 0,
+            };
+            format!("wire {value} {} {hop} {} {time}", place(p), place(from))
+        }
         Item::Kept(p, tag) => format!("kept {value} {}{}", place(p), tagged(tag)),
     }
 }
@@ -38,7 +47,8 @@ pub(super) fn item(problem: &Problem<'_>, value: Node, item: Item) -> String {
 pub(super) fn via(problem: &Problem<'_>, via: Via) -> String {
     match via {
         Via::Result(fu) => problem.srp.fus[fu].name.clone(),
-        Via::Link(link) => format!("{link}"),
+        Via::Over(Carrier::Link(link)) => format!("{link}"),
+        Via::Over(Carrier::Wire(wire)) => problem.srp.wires[wire].name.clone(),
     }
 }
 

@@ -1,4 +1,4 @@
-//! The arrays that this way knows: units alike, each with one output and registers of its own.
+//! The arrays that this way knows: units alike, each with one output and registers of its own, and links, but no wires.
 
 use super::FAR;
 use crate::modulo::place::{constants_of, invariant_reads};
@@ -54,7 +54,8 @@ impl Array {
     pub(in crate::modulo) fn of(problem: &Problem<'_>) -> Option<Array> {
         let ty = problem.edges.first()?.ty;
         let is_plain = |e: &crate::modulo::problem::Edge| e.ty == ty && e.tag.is_none();
-        if !problem.edges.iter().all(is_plain) || !problem.expansion {
+        let is_known = problem.expansion && problem.srp.wires.is_empty();
+        if !problem.edges.iter().all(is_plain) || !is_known {
             return None;
         }
         let lanes = problem.srp.fus.len().next_multiple_of(VECTOR);
@@ -97,7 +98,7 @@ fn own_file(problem: &Problem<'_>, ty: Ty, fu: Fu) -> Option<Option<(Place, u16)
     if outputs.count() != 1 || !graph.transfers[graph.out[fu]].is_empty() {
         return None;
     }
-    let files = graph.reads[fu].iter().filter(|read| read.link.is_none());
+    let files = graph.reads[fu].iter().filter(|read| read.over.is_none());
     let mut files = files.filter(|read| graph.as_file(read.from).is_some());
     let Some(read) = files.next() else {
         return graph.writes[fu].is_empty().then_some(None);
@@ -150,7 +151,7 @@ fn runs(problem: &Problem<'_>, lanes: usize) -> Option<(EntityMap<Node, usize>, 
 fn links(problem: &Problem<'_>, ty: Ty, lanes: usize) -> Option<Vec<Links>> {
     let mut by_shift: BTreeMap<isize, Links> = BTreeMap::new();
     for read in problem.graph.reads.values().flatten() {
-        if read.link.is_none() || read.width < ty.bits() {
+        if read.over.is_none() || read.width < ty.bits() {
             continue;
         }
         if read.delay > 0 {

@@ -102,6 +102,11 @@ pub(super) struct Way {
 }
 
 impl Lanes {
+    /// True for outputs and register files. Negotiation leaves wires to the other ways.
+    pub(super) fn has(&self, place: Place) -> bool {
+        self.of[place] < self.count
+    }
+
     pub(in crate::modulo) fn of(problem: &Problem<'_>) -> Lanes {
         let units = problem.srp.fus.len();
         let stride = units.next_multiple_of(VECTOR);
@@ -112,7 +117,8 @@ impl Lanes {
         for (fu, files) in problem.graph.writes.iter() {
             files.iter().for_each(|&file| writers[file].push(fu));
         }
-        for (from, ways) in problem.graph.transfers.iter() {
+        let transfers_of = problem.graph.transfers.iter();
+        for (from, ways) in transfers_of.filter(|&(from, _)| of[from] < count) {
             for (i, way) in ways.iter().enumerate() {
                 transfers[way.to].push((from, i));
             }
@@ -178,6 +184,7 @@ impl Ways {
         let graph = &problem.graph;
         let fits = |width: u32| width >= ty.bits();
         let reads = graph.reads.values().flatten().filter(|r| fits(r.width));
+        let reads = reads.filter(|r| of[r.from] < count);
         let reads = reads.map(|r| Way {
             from: of[r.from],
             to: r.to.index(),
@@ -193,6 +200,7 @@ impl Ways {
             delay: 0,
         });
         let transfers = graph.transfers.values().flatten().filter(|t| fits(t.width));
+        let transfers = transfers.filter(|t| of[t.from] < count);
         let transfers = transfers.map(|t| Way {
             from: of[t.from],
             to: of[t.to],

@@ -95,7 +95,8 @@ impl Market {
                 let good = market.issue.at(slot, fu.index());
                 market.offer(good, 1, ISSUE);
             }
-            for (place, spec) in problem.graph.places.iter() {
+            let places = problem.graph.places.iter();
+            for (place, spec) in places.filter(|&(place, _)| lanes.has(place)) {
                 let lane = lanes.of[place];
                 let held = match problem.is_output(place) {
                     true => OUTPUT,
@@ -309,6 +310,7 @@ impl Market {
                 let slots = 0..self.ii as usize;
                 goods.extend(slots.map(|slot| self.hold.at(slot, lane(place))));
             }
+            Item::Wire(..) => {}
         }
     }
 }

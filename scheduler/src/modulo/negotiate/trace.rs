@@ -102,7 +102,7 @@ impl Trace<'_, '_, '_> {
         } = self.state;
         let mut least = Least::new();
         for (i, path) in problem.graph.reads[fu].iter().enumerate() {
-            if path.width < self.ty.bits() {
+            if path.width < self.ty.bits() || !lanes.has(path.from) {
                 continue;
             }
             let (lane, time) = (lanes.of[path.from], at - path.delay as i32);
@@ -131,7 +131,7 @@ impl Trace<'_, '_, '_> {
             }
             let left = time - transfer.delay as i32 - 1;
             let cost = self.map.stands(left, self.state.lanes.of[from]);
-            let via = Via::Link(transfer.link);
+            let via = Via::Over(transfer.over);
             least.offer(i32::from(cost), (via, Point::Stands(from, left)));
         }
         least.way

@@ -3,7 +3,7 @@
 use super::places::without;
 use super::{Kind, Loop};
 use crate::tally::Harm;
-use srp_archdesc::arch::{FileKind, Link, RegFile};
+use srp_archdesc::arch::{Carrier, FileKind, Link, RegFile};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Ty;
 use srp_ir::check::Rule;
@@ -190,7 +190,7 @@ fn transfer_gone(broken: &mut Loop<'_>) -> Option<()> {
 
 fn transfer_link(broken: &mut Loop<'_>) -> Option<()> {
     let link = Link::new(broken.dice.below(broken.arch.srp.links.len()));
-    transfer(broken)?.link = link;
+    transfer(broken)?.over = Carrier::Link(link);
     Some(())
 }
 
@@ -334,7 +334,7 @@ fn write_ports(broken: &mut Loop<'_>) -> Option<()> {
     for index in 0..=spec.write_ports {
         broken.schedule.transfers.push(PlacedTransfer {
             node: data.node,
-            link: way.link,
+            over: way.over,
             time,
             to: RegAt {
                 file,

@@ -179,7 +179,7 @@ fn read_somewhere(broken: &mut Loop<'_>) -> Option<RegAt> {
     let (op, i) = broken.operand_like(is_register)?;
     match broken.schedule.ops[op].operands[i] {
         Source::Reg { reg, .. } => Some(reg),
-        Source::Const(_) | Source::Out(_) => None,
+        Source::Const(_) | Source::Out(_) | Source::Wire(_) => None,
     }
 }
 
@@ -188,7 +188,7 @@ fn operand<'a>(broken: &'a mut Loop<'_>) -> Option<(&'a mut RegAt, &'a mut u32)>
     let (op, i) = broken.operand_like(is_register)?;
     match &mut broken.schedule.ops[op].operands[i] {
         Source::Reg { reg, distance } => Some((reg, distance)),
-        Source::Const(_) | Source::Out(_) => None,
+        Source::Const(_) | Source::Out(_) | Source::Wire(_) => None,
     }
 }
 

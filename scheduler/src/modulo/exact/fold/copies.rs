@@ -5,7 +5,7 @@ use crate::modulo::exact::formula::Lit;
 use crate::modulo::exact::names;
 use crate::modulo::problem::Goal;
 use crate::modulo::table::Via;
-use srp_archdesc::arch::{Fu, FuOp};
+use srp_archdesc::arch::{Carrier, Fu, FuOp};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_archdesc::resource::Place;
@@ -145,11 +145,14 @@ impl<'p> Folded<'_, 'p> {
         let results = results.filter(|&fu| graph.writes[fu].contains(&file));
         let mut ways: Vec<_> = results.map(|fu| (Via::Result(fu), None)).collect();
         for transfer in graph.transfers.values().flatten() {
-            let from = self.problem.srp.links[transfer.link].from;
+            let Carrier::Link(link) = transfer.over else {
+                continue;
+            };
+            let from = self.problem.srp.links[link].from;
             let stands = graph.result_place(from, Opcode::mov(ty)) == Some(transfer.from);
             if transfer.to == file && transfer.width >= ty.bits() && stands {
                 let over = (transfer.from, i64::from(transfer.delay) + 1);
-                ways.push((Via::Link(transfer.link), Some(over)));
+                ways.push((Via::Over(transfer.over), Some(over)));
             }
         }
         ways
@@ -208,8 +211,8 @@ impl<'p> Folded<'_, 'p> {
                     let written = write.by_cycle[time];
                     let cause = match (write.via, write.over) {
                         (Via::Result(fu), _) => self.landing(value, level, fu, now),
-                        (Via::Link(_), None) => None,
-                        (Via::Link(_), Some((from, cycles))) => {
+                        (Via::Over(_), None) => None,
+                        (Via::Over(_), Some((from, cycles))) => {
                             let stood = copies.stands[from].get(self.cycle(now - cycles));
                             stood.copied()
                         }

@@ -11,6 +11,8 @@
 //! ([`clock::spare`]); no level is above that. Beyond a depth, levels are one, the last, which may be its
 //! own cause but demands a move of every level before.
 //!
+//! It has no clauses for wires, and is not asked about machines that have any ([`applies`]).
+//!
 //! [docs/proofs.md](../../../../../docs/proofs.md) lists the variables and clauses, and proves that they are
 //! necessary.
 //!
@@ -43,7 +45,13 @@ pub struct Fold {
     pub depth: u32,
 }
 
-/// Makes a folded formula; `None` where it would have more variables than `largest`.
+/// True if the formula has clauses for all ways that values take on this machine; it has none for wires, so that it
+/// would call impossible what takes them.
+pub(in crate::modulo) fn applies(problem: &Problem<'_>) -> bool {
+    problem.srp.wires.is_empty()
+}
+
+/// Makes a folded formula of a machine to which it [`applies`]; `None` where it would have more variables than `largest`.
 pub(super) fn encode(
     problem: &Problem<'_>,
     ii: u32,
