@@ -16,7 +16,7 @@ use srp_archdesc::isa::Class;
 use srp_archdesc::structure::Structure;
 use srp_csimgen::emit::machinery;
 use srp_csimgen::{Compiler, Interpreter, SimSpec, Simulator, emit_on_machinery, link};
-use srp_ir::dre::scheduled::ScheduledDre;
+use srp_ir::dre::scheduled::{ScheduledDre, Source};
 use srp_runtime::core::{Activity, Bus, Core, Run, Trap};
 use srp_runtime::solo::Solo;
 use std::path::{Path, PathBuf};
@@ -196,6 +196,9 @@ fn both_agree_on_random_programs() {
         opcodes: |_| true,
     };
     let program = random::program(&delayed(), &mut random::Dice(1), &shape);
+    let ops = program.kernels.values().flat_map(|k| k.ops.values());
+    let mut sources = ops.flat_map(|op| &op.operands);
+    assert!(sources.any(|source| matches!(source, Source::Wire(_))));
     let spec = linked(program, &delayed());
     let simulator = compiled(&spec);
     let run = |core: &mut dyn Core, budget| {

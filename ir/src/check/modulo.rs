@@ -79,7 +79,7 @@ struct Checker<'a> {
 impl Checker<'_> {
     fn check(&mut self) {
         // Each part relies on what the ones before it found right.
-        let parts = [Self::form, Self::ways, Self::wires, Self::tables, Self::run];
+        let parts = [Self::form, Self::ways, Self::tables, Self::wires, Self::run];
         for part in parts {
             part(self);
             if !self.violations.is_empty() {

@@ -1,5 +1,5 @@
 //! More hardware is never worse: the II of a graph does not rise when the array gets a row, a column,
-//! a link, a register, or a unit another class of operations.
+//! a link, switches, buses, a register, or a unit another class of operations.
 //!
 //! A longer run: `SRP_MONOTONE_GRAPHS=100 cargo test --release -p srp-scheduler --test graphs`, from
 //! the graph of number `SRP_MONOTONE_SEED` on.
@@ -37,6 +37,8 @@ struct Array {
     cells: Vec<Cell>,
     /// From cell to cell, by row and column.
     links: BTreeSet<((u32, u32), (u32, u32))>,
+    /// Its switches and buses.
+    wires: &'static str,
 }
 
 impl Array {
@@ -57,6 +59,7 @@ impl Array {
             cols,
             cells,
             links: BTreeSet::new(),
+            wires: ["", "", "row", "mesh"][below(random, 4) as usize],
         };
         array.link_neighbours();
         array
@@ -99,6 +102,16 @@ impl Array {
         if from != to {
             link.links.insert((from, to));
         }
+        let mut switches = self.clone();
+        switches.wires = match self.wires {
+            "row" => "mesh row",
+            _ => "mesh",
+        };
+        let mut bus = self.clone();
+        bus.wires = match self.wires {
+            "mesh" => "mesh column",
+            _ => "row column",
+        };
         let mut class = self.clone();
         let count = self.cells.len() as u32;
         class.cells[below(random, count) as usize].multiplies = true;
@@ -109,6 +122,8 @@ impl Array {
             ("a row", row),
             ("a column", col),
             ("a link", link),
+            ("switches", switches),
+            ("buses", bus),
             ("a class", class),
             ("a register", register),
         ]
@@ -129,7 +144,8 @@ impl Array {
         ));
         let (rows, cols) = (self.rows, self.cols);
         line(format_args!(
-            "  <array rows=\"{rows}\" cols=\"{cols}\" topology=\"none\">"
+            "  <array rows=\"{rows}\" cols=\"{cols}\" topology=\"none\" wires=\"{}\" hops=\"3\">",
+            self.wires
         ));
         line(format_args!("    <row units=\"pe\"/>"));
         for (i, cell) in self.cells.iter().enumerate() {

@@ -3,9 +3,10 @@
 mod places;
 mod routes;
 mod values;
+mod wires;
 
 use super::Dice;
-use super::program::{Case, MACHINES};
+use super::program::{Case, MACHINES, WIRED};
 use super::tally::{Harm, Tally};
 use srp_archdesc::ResourceGraph;
 use srp_archdesc::arch::{Arch, FuOp};
@@ -95,7 +96,7 @@ const ROUNDS: usize = 10;
 
 #[test]
 fn damaged_kernels_are_refused_or_do_the_same() {
-    let kinds: Vec<Kind> = [places::KINDS, routes::KINDS, values::KINDS].concat();
+    let kinds: Vec<Kind> = [places::KINDS, routes::KINDS, values::KINDS, wires::KINDS].concat();
     let mut tally = Tally::default();
     for (machine, name) in MACHINES.iter().enumerate() {
         let case = Case::on(machine);
@@ -173,6 +174,19 @@ fn machines_with_less_are_noticed() {
             );
         }
     }
+}
+
+#[test]
+fn wires_beyond_the_hops_of_a_cycle_are_noticed() {
+    let wired = MACHINES.iter().position(|&name| name == WIRED);
+    let case = Case::on(wired.expect("it is one of them"));
+    let mut arch = case.arch.clone();
+    arch.srp.hops = 1;
+    let violations = check_kernels(&case.right, &arch.srp);
+    assert!(
+        violations.iter().any(|v| v.rule == Rule::Wire),
+        "{violations:?}"
+    );
 }
 
 fn slow(arch: &mut Arch, change: fn(&mut FuOp)) {

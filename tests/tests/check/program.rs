@@ -16,7 +16,19 @@ use srp_tests::{compiled, machine, root};
 use std::sync::OnceLock;
 
 /// The machines that the program is scheduled for.
-pub(crate) const MACHINES: [&str; 3] = ["sgrt", "tiny", "wide"];
+pub(crate) const MACHINES: [&str; 4] = ["sgrt", "tiny", "wide", WIRED];
+
+/// The tiny machine as an array of nine units with switches, a bus with registers, and no links.
+pub(crate) const WIRED: &str = "wired";
+
+fn wired() -> Arch {
+    let array = "rows=\"3\" cols=\"3\" topology=\"none\" wires=\"mesh\" hops=\"3\"";
+    let bus = "<wire name=\"bus\" from=\"all mesh_0_0_0_1\" to=\"all\" delay=\"1\"/>\n  </array>";
+    let xml = srp_archdesc::machines::TINY.xml;
+    let xml = xml.replace("rows=\"2\" cols=\"2\" topology=\"mesh\"", array);
+    let xml = xml.replace("</array>", bus);
+    srp_archdesc::parse(WIRED, &xml).expect("it is a machine")
+}
 
 /// A program that is right.
 pub(crate) struct Case {
@@ -41,7 +53,7 @@ const LIMIT: u64 = 1_000_000;
 impl Case {
     /// The program on one of [`MACHINES`], scheduled once.
     pub(crate) fn on(index: usize) -> &'static Case {
-        static CASES: [OnceLock<Case>; 3] = [const { OnceLock::new() }; 3];
+        static CASES: [OnceLock<Case>; 4] = [const { OnceLock::new() }; 4];
         CASES[index].get_or_init(|| Case::new(MACHINES[index]))
     }
 
@@ -51,7 +63,10 @@ impl Case {
     }
 
     fn new(name: &str) -> Case {
-        let arch = machine(name);
+        let arch = match name {
+            WIRED => wired(),
+            name => machine(name),
+        };
         let source = root().join("tests/tests/check/loops.c");
         let program = compiled(&[source], &arch).unwrap_or_else(|messages| panic!("{messages}"));
         let divided = split::split(&program);

@@ -21,6 +21,9 @@ const TIMES: &[Rule] = &[
     Rule::Resource,
     Rule::ReadPorts,
     Rule::WritePorts,
+    // Wires are read in other cycles, or set twice in one.
+    Rule::Routing,
+    Rule::Wire,
 ];
 
 pub(super) const KINDS: &[Kind] = &[

@@ -61,7 +61,7 @@ pub(super) const KINDS: &[Kind] = &[
         transfer_gone,
     ),
     (
-        "a transfer over another link",
+        "a transfer over another link or wire",
         Harm::Perhaps,
         WAYS,
         transfer_link,
@@ -189,8 +189,10 @@ fn transfer_gone(broken: &mut Loop<'_>) -> Option<()> {
 }
 
 fn transfer_link(broken: &mut Loop<'_>) -> Option<()> {
-    let link = Link::new(broken.dice.below(broken.arch.srp.links.len()));
-    transfer(broken)?.over = Carrier::Link(link);
+    let links = broken.arch.srp.links.keys().map(Carrier::Link);
+    let wires = broken.arch.srp.wires.keys().map(Carrier::Wire);
+    let over = broken.dice.pick(&links.chain(wires).collect::<Vec<_>>())?;
+    transfer(broken)?.over = over;
     Some(())
 }
 
