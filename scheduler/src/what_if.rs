@@ -2,7 +2,7 @@
 //! loop on the changed machine.
 
 use crate::modulo::{self, Options};
-use srp_archdesc::arch::{FileKind, Fu, FuOp, LinkSpec, Resource, Srp};
+use srp_archdesc::arch::{FileKind, Fu, FuOp, Input, LinkSpec, Resource, Srp, WireSpec};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Class;
 use srp_archdesc::{Watch, threads};
@@ -30,6 +30,12 @@ pub enum Edit {
     Links(Apart),
     /// Links have no registers along them.
     NoLinkRegisters,
+    /// Every row has one more bus, from all its units to all.
+    RowBuses,
+    /// A value passes one more wire in a cycle.
+    Hops,
+    /// Wires have no registers at their ends.
+    NoWireRegisters,
 }
 
 /// How far apart two units are.
@@ -75,6 +81,9 @@ impl Edit {
             Edit::Links(Apart::Diagonal) => "links to the diagonal neighbours too".to_owned(),
             Edit::Links(Apart::TwoSteps) => "links to the units two steps away too".to_owned(),
             Edit::NoLinkRegisters => "links without registers along them".to_owned(),
+            Edit::RowBuses => "one more bus for each row".to_owned(),
+            Edit::Hops => format!("values that pass {} wires in a cycle", srp.hops + 1),
+            Edit::NoWireRegisters => "wires without registers".to_owned(),
         }
     }
 
@@ -105,6 +114,9 @@ impl Edit {
             Edit::Contexts => srp.contexts *= 2,
             Edit::Links(apart) => add_links(srp, apart),
             Edit::NoLinkRegisters => srp.links.values_mut().for_each(|l| l.delay = 0),
+            Edit::RowBuses => add_buses(srp),
+            Edit::Hops => srp.hops += 1,
+            Edit::NoWireRegisters => srp.wires.values_mut().for_each(|w| w.delay = 0),
         }
     }
 }
@@ -265,7 +277,7 @@ fn edits(dfg: &Dfg, srp: &Srp) -> Vec<Edit> {
     edits
 }
 
-/// Changes of the links: those to neighbours and beyond that are missing, and no delay.
+/// Changes of links and wires: links to neighbours and beyond that are missing, buses, more hops, and no delays.
 fn link_edits(srp: &Srp) -> Vec<Edit> {
     let adds = |&edit: &Edit| {
         let changed = Trial::of(srp, vec![edit]).srp;
@@ -279,6 +291,16 @@ fn link_edits(srp: &Srp) -> Vec<Edit> {
     if srp.links.values().any(|l| l.delay > 0) {
         edits.push(Edit::NoLinkRegisters);
     }
+    if srp.cols > 1 {
+        edits.push(Edit::RowBuses);
+    }
+    let from_wires = |wire: &WireSpec| wire.from.iter().any(|i| matches!(i, Input::Wire(_)));
+    if srp.wires.values().any(from_wires) {
+        edits.push(Edit::Hops);
+    }
+    if srp.wires.values().any(|w| w.delay > 0) {
+        edits.push(Edit::NoWireRegisters);
+    }
     edits
 }
 
@@ -288,6 +310,22 @@ fn one_more_unit(srp: &Srp, class: Class) -> Option<Edit> {
     let missing = |fu: Fu| srp.fus[fu].op(class).is_none() && srp.fus[fu].width >= model.width;
     let fu = srp.fus.keys().rev().find(|&fu| missing(fu))?;
     Some(Edit::OnUnit(class, fu))
+}
+
+/// Adds a bus to each row.
+fn add_buses(srp: &mut Srp) {
+    let width = srp.fus.values().map(|fu| fu.width).max().unwrap_or(0);
+    for row in 0..srp.rows {
+        let units = srp.fus.iter().filter(|(_, fu)| fu.row == row);
+        let to: Vec<Fu> = units.map(|(fu, _)| fu).collect();
+        srp.wires.push(WireSpec {
+            name: format!("one_more_{row}"),
+            from: to.iter().copied().map(Input::Unit).collect(),
+            to,
+            delay: 0,
+            width,
+        });
+    }
 }
 
 /// Adds the links that are missing between units so many rows and columns apart, each like the

@@ -3,7 +3,7 @@
 use crate::count::count;
 use srp_studies::loops::{
     Advice, FileKind, FileLoad, FunctionReport, LinkLoad, LoopReport, NotPipelined, Position,
-    Report, SharedLoad, Status, UnitLoad, part, percent,
+    Report, SharedLoad, Status, UnitLoad, WireLoad, part, percent,
 };
 use srp_studies::proofs;
 use std::fmt::Write;
@@ -190,6 +190,7 @@ fn details(out: &mut String, l: &LoopReport, contexts: u32) {
     }
     units(out, l);
     links(out, l);
+    wires(out, l);
     files(out, l);
 }
 
@@ -338,6 +339,30 @@ fn links(out: &mut String, l: &LoopReport) {
         4,
     );
     more(out, used.len(), MOST_LISTED, "links in use");
+}
+
+fn wires(out: &mut String, l: &LoopReport) {
+    if l.wires.is_empty() {
+        return;
+    }
+    let mut used: Vec<&WireLoad> = l.wires.iter().filter(|wire| wire.slots > 0).collect();
+    line(
+        out,
+        format_args!(
+            "  wires, {} of {} used, {} busy:",
+            used.len(),
+            l.wires.len(),
+            percent(l.wires_busy())
+        ),
+    );
+    used.sort_by_key(|wire| std::cmp::Reverse(wire.slots));
+    let busy = |wire: &&WireLoad| format!("{} {}", wire.wire, percent(part(wire.slots, l.ii)));
+    columns(
+        out,
+        &used.iter().take(MOST_LISTED).map(busy).collect::<Vec<_>>(),
+        4,
+    );
+    more(out, used.len(), MOST_LISTED, "wires in use");
 }
 
 fn files(out: &mut String, l: &LoopReport) {

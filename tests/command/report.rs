@@ -153,22 +153,21 @@ fn members(value: &Value, names: &mut BTreeSet<String>) {
     }
 }
 
+/// A document without what every document has, which is in the reference of all documents.
+fn contents(mut document: Value) -> Value {
+    let members = document.as_object_mut().expect("an object");
+    for name in [
+        "format", "version", "tool", "command", "options", "machine", "scene",
+    ] {
+        members.remove(name).unwrap_or_else(|| panic!("no {name}"));
+    }
+    document
+}
+
 #[test]
 fn every_member_is_in_the_reference() {
     let (folder, mut json) = reported("report_members");
-    let reference = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/report.md");
-    let reference = std::fs::read_to_string(reference).expect("the reference is there");
     let mut names = BTreeSet::new();
-    // What every document has is in the reference of all documents.
-    let contents = |mut document: Value| {
-        let members = document.as_object_mut().expect("an object");
-        for name in [
-            "format", "version", "tool", "command", "options", "machine", "scene",
-        ] {
-            members.remove(name).unwrap_or_else(|| panic!("no {name}"));
-        }
-        document
-    };
     members(&contents(json.clone()), &mut names);
     let timed = [
         "report",
@@ -185,6 +184,13 @@ fn every_member_is_in_the_reference() {
     let diff = ["report", "--diff", "loops.json", "worse.json", "--json"];
     let diff = serde_json::from_str(&stdout(&folder, &diff, 1)).expect("JSON");
     members(&contents(diff), &mut names);
+    are_in_the_reference(&names);
+    assert!(names.len() > 60, "{names:?}");
+}
+
+fn are_in_the_reference(names: &BTreeSet<String>) {
+    let reference = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/report.md");
+    let reference = std::fs::read_to_string(reference).expect("the reference is there");
     let missing: Vec<&String> = names
         .iter()
         .filter(|name| !reference.contains(&format!("`{name}`")))
@@ -193,7 +199,6 @@ fn every_member_is_in_the_reference() {
         missing.is_empty(),
         "docs/report.md does not name {missing:?}"
     );
-    assert!(names.len() > 60, "{names:?}");
 }
 
 #[test]
@@ -413,6 +418,37 @@ fn mapped_graphs_have_a_report() {
         &["report", "all.sched.xml", "--machine", "tiny"],
         &["all.sched.xml:", "tiny"],
     );
+}
+
+#[test]
+fn wires_are_in_the_report() {
+    let folder = folder("report_wires");
+    write(&folder, "accumulate.dot", super::GRAPH);
+    let mesh = "machine mesh --rows 1 --cols 4 --wires mesh --hops 3";
+    let mesh: Vec<&str> = mesh.split(' ').collect();
+    // A row whose units do one thing each, without links.
+    let machine = stdout(&folder, &mesh, 0).replace("topology=\"mesh\"", "topology=\"none\"");
+    write(&folder, "row.xml", &machine);
+    let map = "map accumulate.dot --machine row.xml -o row.sched.xml";
+    stdout(&folder, &map.split(' ').collect::<Vec<_>>(), 0);
+    let report = ["report", "row.sched.xml", "--machine", "row.xml"];
+    let text = stdout(&folder, &report, 0);
+    assert!(text.contains(" of 6 used, "), "{text}");
+    let arguments = [&report[..], &["--json", "--html", "row.html"]].concat();
+    let json = stdout(&folder, &arguments, 0);
+    let json: Value = serde_json::from_str(&json).expect("JSON");
+    let mut names = BTreeSet::new();
+    members(&contents(json.clone()), &mut names);
+    are_in_the_reference(&names);
+    let wires = json["loops"][0]["wires"].as_array().expect("a list");
+    assert_eq!(wires.len(), 6);
+    let taken: usize = wires
+        .iter()
+        .map(|w| w["takes"].as_array().map_or(0, Vec::len))
+        .sum();
+    assert!(taken > 0, "{json}");
+    let page = std::fs::read_to_string(folder.join("row.html")).expect("it was written");
+    assert!(page.contains(" over mesh_0_"), "{page}");
 }
 
 /// Other commands write the same report.

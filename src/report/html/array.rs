@@ -1,9 +1,11 @@
-//! The array, drawn: what every unit does and every link carries in a cycle of the II, and how busy
-//! they are over all of it.
+//! The array, drawn: what every unit does and every link and wire carries in a cycle of the II, and how busy
+//! units and links are over all of it.
 
 use crate::count::count;
 use maud::{Markup, PreEscaped, html};
-use srp_studies::loops::{Carried, Cell, FileLoad, LinkLoad, LoopReport, UnitLoad, part, percent};
+use srp_studies::loops::{
+    Carried, Cell, FileLoad, LinkLoad, LoopReport, Taken, UnitLoad, WireLoad, part, percent,
+};
 use std::collections::BTreeMap;
 
 /// Width and height of a unit, and the gap between units.
@@ -32,11 +34,14 @@ impl<'a> Grid<'a> {
         let cell: BTreeMap<&str, (u32, u32)> = (l.units.iter())
             .map(|u| (u.unit.as_str(), (u.row, u.column)))
             .collect();
-        let is_far = |link: &LinkLoad| match (cell.get(&*link.from), cell.get(&*link.to)) {
+        let is_far = |from: &str, to: &str| match (cell.get(from), cell.get(to)) {
             (Some(a), Some(b)) => a.0.abs_diff(b.0).max(a.1.abs_diff(b.1)) > 1,
             _ => false,
         };
-        let margin = match l.links.iter().any(is_far) {
+        let mut taken = l.wires.iter().flat_map(|wire| &wire.takes);
+        let by_wire = taken.any(|t| t.to.iter().any(|to| is_far(&t.unit, to)));
+        let by_link = l.links.iter().any(|link| is_far(&link.from, &link.to));
+        let margin = match by_wire || by_link {
             true => MARGIN.1,
             false => MARGIN.0,
         };
@@ -66,13 +71,13 @@ impl<'a> Grid<'a> {
         }
     }
 
-    /// The path of a link: straight to a neighbour, bent round what is between else.
-    fn path(&self, link: &LinkLoad) -> Option<String> {
+    /// The path from one unit to another: straight to a neighbour, bent round what is between else.
+    fn path(&self, from: &str, to: &str) -> Option<String> {
         let middle = |name: &str| {
             let &(x, y) = self.at.get(name)?;
             Some((x + UNIT.0 / 2.0, y + UNIT.1 / 2.0))
         };
-        let (a, b) = (middle(&link.from)?, middle(&link.to)?);
+        let (a, b) = (middle(from)?, middle(to).filter(|_| from != to)?);
         let (dx, dy) = (b.0 - a.0, b.1 - a.1);
         let length = dx.hypot(dy).max(1.0);
         // To the right of the way, so that both directions can be seen.
@@ -133,7 +138,7 @@ pub(super) fn shared(l: &LoopReport) -> Markup {
             @for id in ["to-op", "to-file", "to-pred", "step", "critical"] { (head(id)) }
             clipPath id="unit" { rect width=(UNIT.0) height=(UNIT.1) rx="6" {} }
             g id="links" { @for link in &l.links {
-                @if let Some(d) = grid.path(link) { path d=(d) {} }
+                @if let Some(d) = grid.path(&link.from, &link.to) { path d=(d) {} }
             } }
         } }
     }
@@ -163,7 +168,7 @@ pub(super) fn whole(l: &LoopReport) -> Markup {
             l.ii
         );
         html! {
-            @if let Some(d) = grid.path(link) { path.load d=(d) style=(style) { title { (what) } } }
+            @if let Some(d) = grid.path(&link.from, &link.to) { path.load d=(d) style=(style) { title { (what) } } }
         }
     };
     let content = html! {
@@ -263,6 +268,11 @@ fn panel(grid: &Grid<'_>, l: &LoopReport, slot: usize) -> Markup {
         @for link in &l.links {
             @for carried in link.carries.iter().filter(here) { (arrow(grid, l, link, carried)) }
         }
+        @for wire in &l.wires {
+            @for taken in wire.takes.iter().filter(|t| t.slot as usize == slot) {
+                @for to in &taken.to { (way(grid, l, wire, taken, to)) }
+            }
+        }
         @for (u, cell) in l.units.iter().zip(&l.table[slot]) {
             (unit(grid, l, u, cell.as_ref(), slot))
         }
@@ -271,14 +281,9 @@ fn panel(grid: &Grid<'_>, l: &LoopReport, slot: usize) -> Markup {
 }
 
 fn arrow(grid: &Grid<'_>, l: &LoopReport, link: &LinkLoad, carried: &Carried) -> Markup {
-    let is_predicate = || {
-        let cells = l.table.iter().flatten().flatten();
-        let mut own = cells.filter(|c| c.node == carried.node && !c.is_move);
-        link.width == 1 || own.any(|c| c.class == "pred")
-    };
     let class = match &carried.file {
         Some(_) => "to-file",
-        None if is_predicate() => "to-pred",
+        None if is_predicate(l, carried.node, link.width) => "to-pred",
         None => "to-op",
     };
     let to = match &carried.file {
@@ -287,7 +292,37 @@ fn arrow(grid: &Grid<'_>, l: &LoopReport, link: &LinkLoad, carried: &Carried) ->
     };
     let what = format!("n{} over {} to {to}", carried.node, link.name());
     html! {
-        @if let Some(d) = grid.path(link) { path class=(class) d=(d) { title { (what) } } }
+        @if let Some(d) = grid.path(&link.from, &link.to) {
+            path class=(class) d=(d) { title { (what) } }
+        }
+    }
+}
+
+/// True if what a node gives is a predicate, by the width of what carries it or by its class.
+fn is_predicate(l: &LoopReport, node: u32, width: u32) -> bool {
+    let cells = l.table.iter().flatten().flatten();
+    let mut own = cells.filter(|c| c.node == node && !c.is_move);
+    width == 1 || own.any(|c| c.class == "pred")
+}
+
+/// The way of a value from the unit at the other end of all wires to a unit that takes it from one.
+fn way(grid: &Grid<'_>, l: &LoopReport, wire: &WireLoad, taken: &Taken, to: &str) -> Markup {
+    let file = l.files.iter().find(|file| file.file == to);
+    let unit = match file {
+        Some(file) => file.unit.as_deref(),
+        None => Some(to),
+    };
+    let class = match file {
+        Some(_) => "to-file",
+        None if is_predicate(l, taken.node, wire.width) => "to-pred",
+        None => "to-op",
+    };
+    let what = format!("n{} over {} to {to}", taken.node, wire.wire);
+    html! {
+        // Another wire goes on to where it leads by itself.
+        @if let Some(d) = unit.and_then(|unit| grid.path(&taken.unit, unit)) {
+            path class=(class) d=(d) { title { (what) } }
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::count::count;
 use maud::{Markup, html};
-use srp_studies::loops::{FileLoad, LinkLoad, LoopReport, PortLoad, part, percent};
+use srp_studies::loops::{FileLoad, LinkLoad, LoopReport, PortLoad, WireLoad, part, percent};
 
 /// Height of the bars of a file's cycles.
 const TALL: f64 = 26.0;
@@ -73,17 +73,27 @@ fn ports(way: &str, p: &PortLoad) -> String {
     )
 }
 
-/// Utilisation of every link and shared resource.
+/// Utilisation of every link, wire and shared resource.
 pub(super) fn links(l: &LoopReport) -> Markup {
     let mut links: Vec<&LinkLoad> = l.links.iter().collect();
     links.sort_by_key(|link| std::cmp::Reverse(link.slots));
     let used = links.iter().filter(|link| link.slots > 0).count();
+    let mut wires: Vec<&WireLoad> = l.wires.iter().collect();
+    wires.sort_by_key(|wire| std::cmp::Reverse(wire.slots));
+    let taking = wires.iter().filter(|wire| wire.slots > 0).count();
     html! {
         @if !links.is_empty() {
             details.links {
                 summary { (used) " of " (count(links.len() as u32, "link")) " in use, "
                     (percent(l.links_busy())) " of their cycles" }
                 div.takes { @for link in links { (one(&link.name(), link.slots, l.ii)) } }
+            }
+        }
+        @if !wires.is_empty() {
+            details.links {
+                summary { (taking) " of " (count(wires.len() as u32, "wire")) " in use, "
+                    (percent(l.wires_busy())) " of their cycles" }
+                div.takes { @for wire in wires { (one(&wire.wire, wire.slots, l.ii)) } }
             }
         }
         @let shared: Vec<_> = l.shared.iter().filter(|s| s.uses.iter().any(|&n| n > 0)).collect();

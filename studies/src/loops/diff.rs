@@ -32,6 +32,8 @@ pub enum Figure {
     UnitsBusy,
     /// The part of the links' slots that is taken.
     LinksBusy,
+    /// The part of the wires' slots that is taken.
+    WiresBusy,
     /// Live registers of all files of a kind.
     LiveRegisters(FileKind),
     /// The part of a register file that is live at most.
@@ -51,6 +53,7 @@ impl std::fmt::Display for Figure {
             Figure::Moves => "routing moves",
             Figure::UnitsBusy => "units busy",
             Figure::LinksBusy => "links busy",
+            Figure::WiresBusy => "wires busy",
             Figure::LiveRegisters(kind) => return write!(f, "registers live, {}", kind.name()),
             Figure::FullestFile => "fullest register file",
         })
@@ -248,6 +251,9 @@ fn figures(before: &LoopReport, after: &LoopReport) -> Vec<Compared> {
     }
     if before.ii == after.ii && before.links.len() == after.links.len() {
         figures.push(part_of(Figure::LinksBusy, &LoopReport::links_busy));
+    }
+    if before.ii == after.ii && before.wires.len() == after.wires.len() {
+        figures.push(part_of(Figure::WiresBusy, &LoopReport::wires_busy));
     }
     for kind in [FileKind::Rotating, FileKind::Static, FileKind::Central] {
         figures.push(count(Figure::LiveRegisters(kind), &|l| {

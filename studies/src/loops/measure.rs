@@ -6,6 +6,7 @@ use super::model::{
     Ordered, PortLoad, Position, Resource, SharedLoad, Status, Step, UnitLoad,
 };
 use super::resource::resource_name;
+use super::wires;
 use crate::proofs::{Impossible, Search};
 use srp_archdesc::arch::{self, Arch};
 use srp_archdesc::entity::{Entity, EntityMap};
@@ -81,6 +82,7 @@ impl View<'_> {
             units: self.units(&usage),
             shared: self.shared(&usage),
             links: self.links(&usage),
+            wires: wires::wires(schedule, &self.arch.srp, &usage),
             files: self.register_files(&usage),
             table: self.table(schedule),
             seconds: None,

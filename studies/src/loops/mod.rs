@@ -10,12 +10,14 @@ mod measure;
 mod model;
 mod resource;
 mod trial;
+mod wires;
 
 pub use diff::{Difference, Differences, Figure, diff};
 pub use model::{
     Advice, ArrayShape, Carried, Cell, Change, Edge, FileKind, FileLoad, FunctionReport, Graph,
     LinkLoad, LoopReport, Lowered, NotPipelined, Obstacle, Operation, Ordered, PortLoad, Position,
-    Report, Resource, SharedLoad, StageTime, Status, Step, UnitLoad, WhatIf, part, percent,
+    Report, Resource, SharedLoad, StageTime, Status, Step, Taken, UnitLoad, WhatIf, WireLoad, part,
+    percent,
 };
 
 use crate::Error;

@@ -213,6 +213,9 @@ pub struct LoopReport {
     pub shared: Vec<SharedLoad>,
     /// Loads of links.
     pub links: Vec<LinkLoad>,
+    /// Loads of wires: those of switches and buses.
+    #[serde(default)]
+    pub wires: Vec<WireLoad>,
     /// Live registers and port loads of register files.
     pub files: Vec<FileLoad>,
     /// The modulo reservation table: a row a slot, a cell a unit.
@@ -243,6 +246,12 @@ impl LoopReport {
     pub fn links_busy(&self) -> f64 {
         let taken: u32 = self.links.iter().map(|l| l.slots).sum();
         part(taken, self.ii * self.links.len() as u32)
+    }
+
+    /// The part of the wires' slots in which they take something.
+    pub fn wires_busy(&self) -> f64 {
+        let taken: u32 = self.wires.iter().map(|w| w.slots).sum();
+        part(taken, self.ii * self.wires.len() as u32)
     }
 }
 
@@ -479,6 +488,36 @@ pub struct Carried {
     pub node: u32,
     /// The register file that takes it; null where an operation of the unit does.
     pub file: Option<String>,
+}
+
+/// The load of a wire.
+#[derive(Serialize, Deserialize, JsonSchema)]
+pub struct WireLoad {
+    /// Its name.
+    pub wire: String,
+    /// Its width in bits.
+    pub width: u32,
+    /// Registers at its end.
+    pub delay: u32,
+    /// Slots of the II in which it takes a value.
+    pub slots: u32,
+    /// Those values, by slot.
+    pub takes: Vec<Taken>,
+}
+
+/// A value on a wire.
+#[derive(Serialize, Deserialize, JsonSchema)]
+pub struct Taken {
+    /// The slot in which the wire takes it.
+    pub slot: u32,
+    /// The number of the operation whose value it is.
+    pub node: u32,
+    /// The unit or wire that it is taken from.
+    pub from: String,
+    /// The unit whose output it stands in, at the other end of all wires.
+    pub unit: String,
+    /// The units, wires and register files that take it.
+    pub to: Vec<String>,
 }
 
 /// Live registers of a register file and the load of its ports.
