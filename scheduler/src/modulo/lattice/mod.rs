@@ -8,12 +8,13 @@
 //!
 //! A step takes a node out with all its ways, draws a new position from the costs of all ([`survey`]), routes for real,
 //! and keeps that or goes back (*heat bath*; Geman and Geman 1984). What is taken too often grows dearer
-//! ([`prices`]) as the temperature falls. Nodes keep within a horizon somewhat longer than the longest path, as
+//! ([`prices`]) as the temperature falls. Few conflicts that are left in the end are mended ([`mend`]). Nodes keep within a horizon somewhat longer than the longest path, as
 //! values that live long take the registers of many iterations. All numbers are integers, so that every host
 //! agrees.
 
 mod array;
 mod delivery;
+mod mend;
 mod prices;
 mod spread;
 mod state;
@@ -61,6 +62,10 @@ const COLD: i32 = 40;
 const FROZEN: i32 = 12;
 /// The stage from which a run is given up if half of the nodes are in conflict.
 const HOPELESS: i32 = 33;
+
+/// Nodes in conflict at the end of a run up to which it is mended, and the stages that this takes at most.
+const MENDABLE: usize = 12;
+const MENDING: i32 = 60;
 
 /// Costs of a net without a way: the cost beyond the penalty, the rise for good in each stage, and the most of it.
 const OPEN: i32 = 900;
@@ -222,6 +227,10 @@ impl<'a, 'p> Search<'a, 'p> {
             }
         }
         self.find_conflicts();
+        if self.conflicts.len() <= MENDABLE {
+            let found = self.mend(manner, each, limit, watch);
+            return found.ok_or_else(|| self.worst());
+        }
         self.settled().ok_or_else(|| self.worst())
     }
 

@@ -350,6 +350,21 @@ impl<'a, 'p> State<'a, 'p> {
         }
     }
 
+    /// One of those that take an issue slot.
+    pub(super) fn taker(&self, lane: usize, time: i32, random: u32) -> Option<Node> {
+        if lane >= self.array.files.len() {
+            return None;
+        }
+        let takers = &self.takers[self.prices.index(time, lane as u16)];
+        takers.get(random as usize % takers.len().max(1)).copied()
+    }
+
+    /// True if both ends of a net are placed.
+    pub(super) fn is_placed(&self, net: usize) -> bool {
+        let net = &self.nets[net];
+        self.placed[net.from] && self.placed[net.to]
+    }
+
     /// The slot that a node itself issues in.
     pub(super) fn slot(&self, node: Node) -> usize {
         let (lane, time) = self.place(node);

@@ -11,13 +11,7 @@ impl Search<'_, '_> {
     /// Moves a node and, as long as that is not accepted, others that are in its way. Keeps it all, or nothing.
     pub(super) fn step(&mut self, half: i32) {
         let any = self.conflicts.is_empty() || self.below(100) >= IN_CONFLICT;
-        let first = match any {
-            true => Node::new(self.below(self.problem.dfg.nodes.len() as u32) as usize),
-            false => {
-                let i = self.below(self.conflicts.len() as u32);
-                self.conflicts[i as usize]
-            }
-        };
+        let first = self.any_or_in_conflict(any);
         let Some(mut change) = self.redraw(first, half) else {
             self.state.undo();
             return;
@@ -53,6 +47,17 @@ impl Search<'_, '_> {
         self.state.undo();
     }
 
+    /// Draws a node: from all, or from those in conflict, if there are any.
+    pub(super) fn any_or_in_conflict(&mut self, any: bool) -> Node {
+        match any || self.conflicts.is_empty() {
+            true => Node::new(self.below(self.problem.dfg.nodes.len() as u32) as usize),
+            false => {
+                let i = self.below(self.conflicts.len() as u32);
+                self.conflicts[i as usize]
+            }
+        }
+    }
+
     /// One that takes an issue slot that a node, its value or one that it reads takes too.
     fn clash(&mut self, node: Node) -> Option<(usize, Node)> {
         let mut clashes = std::mem::take(&mut self.clashes);
@@ -68,22 +73,37 @@ impl Search<'_, '_> {
     /// Takes a node out and puts it where it is drawn to; returns by how much the cost rises.
     /// `None` where no unit runs it.
     fn redraw(&mut self, node: Node, half: i32) -> Option<i32> {
-        self.steps += 1;
-        let mut change = 0;
-        for i in 0..self.state.nets_of[node].len() {
-            change -= self.state.release(self.state.nets_of[node][i]);
-        }
-        change -= self.state.lift(node);
-        let random = [self.random(), self.random()];
-        let drawn = (self.survey).draw(&self.state, &self.horizon, node, half, random);
-        Some(change + self.put_in(node, drawn?))
+        let before = self.take_out(node);
+        Some(self.put_anew(node, half)? - before)
     }
 
-    /// Puts a node somewhere and routes its nets; returns the cost.
+    /// Takes a node out with the ways to and from those that are placed; returns what they cost.
+    pub(super) fn take_out(&mut self, node: Node) -> i32 {
+        let mut cost = 0;
+        for i in 0..self.state.nets_of[node].len() {
+            let net = self.state.nets_of[node][i];
+            if self.state.is_placed(net) {
+                cost += self.state.release(net);
+            }
+        }
+        cost + self.state.lift(node)
+    }
+
+    /// Puts a node that has been taken out where it is drawn to; returns the cost. `None` where no unit runs it.
+    /// Neighbours that are out too count as where they were.
+    pub(super) fn put_anew(&mut self, node: Node, half: i32) -> Option<i32> {
+        self.steps += 1;
+        let random = [self.random(), self.random()];
+        let drawn = (self.survey).draw(&self.state, &self.horizon, node, half, random);
+        Some(self.put_in(node, drawn?))
+    }
+
+    /// Puts a node somewhere and routes its nets from and to nodes that are placed; returns the cost.
     fn put_in(&mut self, node: Node, at: Position) -> i32 {
         let cost = self.state.put(node, at);
         let mut nets = std::mem::take(&mut self.to_route);
         nets.clone_from(&self.state.nets_of[node]);
+        nets.retain(|&net| self.state.is_placed(net));
         let cost = cost + self.route_all(&mut nets);
         self.to_route = nets;
         cost

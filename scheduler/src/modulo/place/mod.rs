@@ -272,6 +272,7 @@ pub(super) fn adopt(
 ) -> Result<Placement, Vec<Place>> {
     let mut router = Router::default();
     let mut attempt = Attempt::new(problem, ii, 0, freedom, fixed, &mut router);
+    attempt.registers.look_harder();
     let mut full = Vec::new();
     for (node, &(fu, time)) in at.iter() {
         if !attempt.occupy(node, fu, time) {
