@@ -59,6 +59,9 @@
 #ifndef SRP_EFFECT_antialiasing
 #define SRP_EFFECT_antialiasing 1 /* several rays a pixel */
 #endif
+#ifndef SRP_EFFECT_levels
+#define SRP_EFFECT_levels 1 /* pictures seen from far, from their smaller levels */
+#endif
 
 /* Most secondary rays in a row that there is room for. */
 #ifndef SRP_BOUNCES
@@ -68,6 +71,9 @@
 /* Whether pictures are looked at. */
 #define SRP_TEXTURES \
     (SRP_EFFECT(texture) || SRP_EFFECT(highlight_texture) || SRP_EFFECT(alpha))
+
+/* Whether levels of detail are computed for them. */
+#define SRP_LEVELS (SRP_TEXTURES && SRP_EFFECT(levels))
 
 /* Whether there are rays that wait for their turn, and in how many ways a ray can go on. */
 #define SRP_BRANCHES \

@@ -40,4 +40,11 @@
 #define SRP_COLOUR_F16 1 /* binary16 */
 #define SRP_COLOUR_BF16 2 /* bfloat16: the upper half of binary32 */
 
+/* How pictures are filtered between their levels. */
+#ifndef SRP_FORM_level
+#define SRP_FORM_level 0
+#endif
+#define SRP_LEVEL_NEAREST 0 /* the level nearest to the level of detail alone */
+#define SRP_LEVEL_TRILINEAR 1 /* the two levels on both sides of it, by two samples */
+
 #endif

@@ -339,6 +339,9 @@ int main(void)
     shading.lamps = lights;
     shading.bounces = srp_min(scene.bounces, SRP_BOUNCES);
     shading.inter_reflections = scene.inter_reflections;
+#if SRP_LEVELS
+    shading.spread = scene.eye[3];
+#endif
 #if SRP_EFFECT(occlusion)
     /* Ambient light is then what occlusion rays bring. */
     if (scene.occlusion)

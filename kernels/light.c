@@ -17,8 +17,11 @@ void shade_light(const srp_surface *surfaces, srp_ray *shadow_rays, float4 *lit,
         float4 start = moved(point, geometric, point[3]);
         brought[3] = srp_float(word);
         lit[i] = kept(brought);
-        shadow_ray(shadow_rays + i, start, light - start, reach, widening,
-                   SHADOW_FLAGS);
+        float width = 0.0f;
+#if SRP_EFFECT(alpha) && SRP_LEVELS
+        width = s->weight[3];
+#endif
+        shadow_ray(shadow_rays + i, start, light - start, reach, widening, SHADOW_FLAGS, width);
 #else
         sums[PIXEL(word)] = kept(sums[PIXEL(word)] + brought);
 #endif
@@ -50,7 +53,7 @@ void occlude(const srp_surface *surfaces, srp_ray *shadow_rays, float4 *lit, flo
         brought[3] = srp_float(word);
         lit[i] = kept(brought);
         shadow_ray(shadow_rays + i, moved(point, geometric, point[3]), way, radius, widening,
-                   SRP_RAY_SHADOW);
+                   SRP_RAY_SHADOW, 0.0f);
     }
 }
 #endif

@@ -29,14 +29,14 @@ typedef struct {
     float4 direction; /* of the ray, of length 1; lane 3: how much of the surface is there (map_d) */
     float4 diffuse;   /* colour times the ray's weight; lane 3: index of the material */
     float4 specular;  /* the same; lane 3: exponent */
-    float4 weight;    /* of the ray */
+    float4 weight;    /* of the ray; lane 3: how wide its cone is here */
 } srp_surface;
 
 /* A ray that waits for its turn. */
 typedef struct {
     float4 origin;    /* lane 3: its word */
     float4 direction; /* of length 1 */
-    float4 weight;    /* by which what it finds is multiplied */
+    float4 weight;    /* by which what it finds is multiplied; lane 3: how wide its cone begins */
 } srp_waiting;
 
 /* Rays, views and weights of n waiting rays; their hits count from `least` on. */
@@ -53,6 +53,7 @@ typedef struct {
     int first;   /* whether they are the first of their pixels, so that there is nothing to add to */
     int lamps;   /* whether emission is left out at the end of diffuse rays: lights stand for it */
     int bounces, inter_reflections;
+    float spread; /* how much wider the cone of a ray gets from one unit of length to the next */
 } srp_shading;
 
 /* Shades n hits. What needs no shadow ray goes to base. Where there is nothing else to be done with
@@ -227,11 +228,11 @@ static inline float4 kept(float4 colour)
 }
 
 /* A shadow ray from `start` as far as `reach`; below 0 it is empty, so that the T&I unit
- * need not trace it. */
+ * need not trace it. Its cone, which ends in a point at the light, begins as wide as `width`. */
 static inline void shadow_ray(srp_ray *ray, float4 start, float4 way, float reach, float widening,
-                              unsigned flags)
+                              unsigned flags, float width)
 {
-    float4 reciprocal = srp_float4(srp_rcp(way[0]), srp_rcp(way[1]), srp_rcp(way[2]), 0.0f);
+    float4 reciprocal = srp_float4(srp_rcp(way[0]), srp_rcp(way[1]), srp_rcp(way[2]), width);
     float4 widened = reciprocal * widening;
     widened[3] = srp_float(flags);
 #if SRP_FORM(offset) == SRP_OFFSET_FIXED
@@ -259,6 +260,41 @@ static inline int4 texture_maps(unsigned materials, unsigned material)
 {
     SRP_GLOBAL const srp_material *m = SRP_AT(const srp_material, materials) + material;
     return *(SRP_GLOBAL const int4 *)&m->illum;
+}
+
+/* The level of detail at a hit: that of the triangle, and log2 of the width of the ray's cone over the cosine
+ * between ray and normal (Akenine-Moeller et al. 2021). Between powers of two log2 is a straight line here, to
+ * which the bits of a float are proportional; their difference is rounded down to 2^-8, so that floats of few
+ * digits hold it. */
+static inline float level_of_detail(float own, float width, float cosine)
+{
+    int octaves = (int)srp_bits(width) - (int)(srp_bits(cosine) & 0x7fffffffu);
+    return srp_fma(srp_itof(octaves >> 15), 0.00390625f, own);
+}
+
+/* A picture at a place, whose level of detail is in lane 2. */
+static inline float4 sampled(unsigned map, float4 place)
+{
+#if SRP_LEVELS && SRP_FORM(level) == SRP_LEVEL_TRILINEAR
+    float detail = srp_fmin(srp_fmax(place[2], 0.0f), 16.0f);
+    float level = srp_floor(detail);
+    float4 next = place;
+    place[2] = level;
+    next[2] = level + 1.0f;
+    float4 fine = srp_texture4(map, place);
+    return fine + (srp_texture4(map, next) - fine) * (detail - level);
+#else
+    return srp_texture4(map, place);
+#endif
+}
+
+/* The same of another picture than the first of a material. */
+static inline float4 sampled_at(unsigned map, float4 place, float level)
+{
+#if SRP_LEVELS
+    place[2] = place[2] + level;
+#endif
+    return sampled(map, place);
 }
 #endif
 

@@ -32,7 +32,8 @@ extern unsigned char *srp_host_memory;
 
 /* 224 bytes. */
 typedef struct {
-    float4 eye;        /*   0: position of the camera; w 1 */
+    float4 eye;        /*   0: position of the camera; w: how much wider a cone round a ray gets from one
+                          unit of length to the next; a primary ray's begins as a point */
     float4 corner;     /*  16: direction through the centre of pixel (0, 0), not normalised; w 0 */
     float4 right;      /*  32: what to add to it from one pixel to the next on its right; w 0 */
     float4 down;       /*  48: what to add to it from one row to the next below; w 0 */
@@ -84,7 +85,8 @@ typedef struct {
     float4 n1;   /*  64: at vertex 1; lane 3: an integer, 1 where all three are the geometric normal */
     float4 n2;   /*  80: at vertex 2; lane 3: 0 */
     float4 st01; /*  96: texture coordinates of vertex 0, then of vertex 1; 0 where there are none */
-    float4 st2;  /* 112: of vertex 2, 0 0 */
+    float4 st2;  /* 112: of vertex 2; lane 2: the level of detail at which the first picture of the
+                    material has, seen straight on, a texel for each square of side 1; lane 3: 0 */
 } srp_triangle;
 
 /* 32 bytes: a point light. */
@@ -104,21 +106,27 @@ typedef struct {
     unsigned map_d;  /* 60: of the one whose alpha d is multiplied by */
     float4 mirror;  /* 64: rgb that it mirrors; w: 0 at every angle, 1 as a conductor, 2 as glass */
     float4 through; /* 80: rgb that goes through; w: index of refraction, 1 straight through */
-    int padding[8]; /* 96: 0 */
+    float ks_level; /* 96: what to add to the level of detail of the first picture for map_ks */
+    float d_level;  /* 100: and for map_d */
+    int padding[6]; /* 104: 0 */
 } srp_material;
 
 /* 16 bytes: a texture, as srp_texture takes its address. Its texels are words, red in the low byte,
  * then green, blue and alpha, the colours in sRGB; they lie in tiles of 4 x 4, each row by row, of 64
  * bytes: texel (x, y) is 64 * (y / 4 * ((width + 3) / 4) + x / 4) + 16 * (y % 4) + 4 * (x % 4) bytes
- * behind the first. Row 0 is the one at v = 0, the lowest of a picture. */
+ * behind the first. Row 0 is the one at v = 0, the lowest of a picture.
+ *
+ * Smaller levels follow: SRP_TEXTURE_LEVELS(flags) of them, each begins behind the last tile of the one
+ * before, and its sides are half as long, rounded down, but at least 1. */
 typedef struct {
     unsigned texels; /*  0: address, a multiple of 64 */
     unsigned width;  /*  4: texels of a row, 1 to 65536 */
     unsigned height; /*  8: rows */
-    unsigned flags;  /* 12: SRP_TEXTURE_* */
+    unsigned flags;  /* 12: SRP_TEXTURE_CLAMP or 0; 256 times the number of smaller levels */
 } srp_texture_map;
 
 #define SRP_TEXTURE_CLAMP 1 /* coordinates stop at the edges; else they wrap round */
+#define SRP_TEXTURE_LEVELS(flags) ((flags) >> 8 & 31u) /* 0 to 16 */
 
 /* 64 bytes, in SRAM: a ray as the T&I unit takes it from a ray buffer.
  * A ray with a NaN in it, an infinite origin or direction, a direction of length 0, or

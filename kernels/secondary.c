@@ -66,6 +66,9 @@ int scatter(const srp_surface *surfaces, const int *onward, srp_waiting *waiting
         filter = filter * there + (1.0f - there);
 #endif
         float4 rest = kept(weight * filter);
+#if SRP_LEVELS
+        rest[3] = weight[3];
+#endif
         float4 inward = moved_back(point, geometric, point[3]);
         inward[3] = word;
         waiting[sent].origin = inward;
@@ -83,6 +86,9 @@ int scatter(const srp_surface *surfaces, const int *onward, srp_waiting *waiting
         seen = seen * direction[3];
 #endif
         seen = kept(seen);
+#if SRP_LEVELS
+        seen[3] = weight[3];
+#endif
         float4 outward = moved(point, geometric, point[3]);
         outward[3] = word;
         waiting[sent].origin = outward;
@@ -104,6 +110,9 @@ int inter_reflect(const srp_surface *surfaces, srp_waiting *waiting, int bounces
     for (int i = 0; i < n; i++) {
         const srp_surface *s = surfaces + i;
         float4 point = s->point, geometric = s->geometric, weight = s->diffuse;
+#if SRP_LEVELS
+        weight[3] = s->weight[3];
+#endif
         unsigned word = srp_bits(s->normal[3]);
         int goes_on = DIFFUSE(word) < inter_reflections && DEPTH(word) < bounces;
         unsigned bits = scrambled(seed * 0x9e3779b9u + word);

@@ -21,6 +21,9 @@ int shade_hit(const srp_hit *hits, const srp_ray *restrict rays, const float4 *v
     int primary = shading->primary, first = shading->first, lamps = shading->lamps;
     int bounces = shading->bounces, inter_reflections = shading->inter_reflections;
     int going_on = 0;
+#if SRP_LEVELS
+    float spread = shading->spread;
+#endif
 #pragma srp kernel
     for (int i = 0; i < n; i++) {
         float u = hits[i].u, v = hits[i].v;
@@ -41,7 +44,8 @@ int shade_hit(const srp_hit *hits, const srp_ray *restrict rays, const float4 *v
         float off = offset_from(offset, v0, v1, v2);
 
         /* Both normals on the viewer's side. */
-        int inside = srp_dot3(geometric, direction) > 0.0f;
+        float cosine = srp_dot3(geometric, direction);
+        int inside = cosine > 0.0f;
         geometric = srp_select4(inside, -geometric, geometric);
         float4 normal = geometric;
 #if SRP_EFFECT(normals)
@@ -68,19 +72,27 @@ int shade_hit(const srp_hit *hits, const srp_ray *restrict rays, const float4 *v
 #if SRP_TEXTURES
         float4 place = texture_place(t, u, v);
 #endif
+#if SRP_LEVELS
+        float width = spread * hits[i].t;
+#if SRP_SECONDARY
+        /* The cone of a primary ray begins as a point. */
+        width += srp_select(primary, 0.0f, weights[hits[i].ray][3]);
+#endif
+        place[2] = level_of_detail(t->st2[2], width, cosine);
+#endif
 #if SRP_EFFECT(highlight_texture) || SRP_EFFECT(alpha)
         int4 maps = texture_maps(materials, material);
 #endif
 #if SRP_EFFECT(texture)
-        diffuse = diffuse * srp_texture4(srp_bits(kd[3]), place);
+        diffuse = diffuse * sampled(srp_bits(kd[3]), place);
 #endif
 #if SRP_EFFECT(highlight_texture)
         float shininess = specular[3];
-        specular = specular * srp_texture4((unsigned)maps[2], place);
+        specular = specular * sampled_at((unsigned)maps[2], place, m->ks_level);
         specular[3] = shininess;
 #endif
 #if SRP_EFFECT(alpha)
-        there = srp_texture4((unsigned)maps[3], place)[3];
+        there = sampled_at((unsigned)maps[3], place, m->d_level)[3];
         float sharpness = specular[3];
         diffuse = diffuse * there;
         specular = specular * there;
@@ -94,6 +106,9 @@ int shade_hit(const srp_hit *hits, const srp_ray *restrict rays, const float4 *v
 #endif
 #if SRP_SECONDARY
         float4 weight = srp_select4(primary, srp_splat(1.0f), weights[hits[i].ray]);
+#if SRP_LEVELS
+        weight[3] = width;
+#endif
         float exponent = specular[3];
         diffuse = diffuse * weight;
         specular = specular * weight;
@@ -110,8 +125,7 @@ int shade_hit(const srp_hit *hits, const srp_ray *restrict rays, const float4 *v
         float4 start = moved(point, geometric, off);
         brought[3] = srp_float(word);
         lit[i] = kept(brought);
-        shadow_ray(shadow_rays + i, start, light - start, reach, widening,
-                   SHADOW_FLAGS);
+        shadow_ray(shadow_rays + i, start, light - start, reach, widening, SHADOW_FLAGS, 0.0f);
 #else
         here = here + brought;
 #endif
@@ -194,6 +208,9 @@ int shade_tinted(const srp_hit *hits, const srp_ray *restrict rays, const float4
 {
     unsigned triangles = shading->triangles, materials = shading->materials;
     float widening = shading->widening, offset = shading->offset;
+#if SRP_EFFECT(alpha) && SRP_LEVELS
+    float scale = shading->scale;
+#endif
     int going_on = 0;
 #pragma srp kernel
     for (int i = 0; i < n; i++)
@@ -213,16 +230,25 @@ int shade_tinted(const srp_hit *hits, const srp_ray *restrict rays, const float4
         /* What bends light filters it where it enters. */
         int leaves = inside && through[3] != 1.0f && largest3(through) > 0.0f;
         float4 filter = srp_select4(leaves, srp_splat(1.0f), through);
+        float width = 0.0f;
 #if SRP_EFFECT(alpha)
         float4 place = texture_place(t, hits[i].u, hits[i].v);
-        float there = srp_texture4((unsigned)texture_maps(materials, material)[3], place)[3];
+        float level = 0.0f;
+#if SRP_LEVELS
+        width = rays[hits[i].ray].reciprocal[3] * (1.0f - hits[i].t);
+        float cosine = srp_dot3(geometric, plain_unit3((light - start) * scale));
+        place[2] = level_of_detail(t->st2[2], width, cosine);
+        level = (SRP_AT(const srp_material, materials) + material)->d_level;
+#endif
+        unsigned map = (unsigned)texture_maps(materials, material)[3];
+        float there = sampled_at(map, place, level)[3];
         filter = filter * there + (1.0f - there);
 #endif
         float4 rest = blocked[i] * filter;
         rest[3] = blocked[i][3];
         left[going_on] = kept(rest);
         shadow_ray(onward + going_on, start, light - start, 1.0f, widening,
-                   SRP_RAY_SHADOW | SRP_RAY_NEAREST);
+                   SRP_RAY_SHADOW | SRP_RAY_NEAREST, width);
         going_on += largest3(rest) > LEAST_WEIGHT;
     }
     return going_on;

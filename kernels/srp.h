@@ -216,7 +216,8 @@
 #define srp_hmax8 __srp_vhmax
 
 #define srp_texture4 __srp_tex
-#define srp_texture(descriptor, u, v) __srp_tex(descriptor, __srp_vins(__srp_vsplat(u), v, 1))
+#define srp_texture(descriptor, u, v) \
+    __srp_tex(descriptor, __srp_vins(__srp_vins(__srp_vsplat(0.0f), u, 0), v, 1))
 
 #define srp_in __srp_in
 #define srp_out __srp_out

@@ -480,19 +480,27 @@ SRP_HOST float4 srp_texture4(unsigned texture, float4 uv)
 	uint64_t unit = (uint64_t)1 << SRP_TEXTURE_WEIGHT_BITS, x_weight, y_weight;
 	int64_t width, height, x[2], y[2];
 	float4 filtered = srp_float4(1.0f, 1.0f, 1.0f, 1.0f);
-	unsigned texels[4];
+	unsigned texels[4], first, levels;
 	int clamp, channel, i;
 	if (texture == 0)
 		return filtered;
+	first = srp_host_word(texture);
 	width = srp_minu(srp_maxu(srp_host_word(texture + 4), 1), 65536);
 	height = srp_minu(srp_maxu(srp_host_word(texture + 8), 1), 65536);
 	clamp = (int)(srp_host_word(texture + 12) & 1);
+	levels = srp_minu(srp_host_word(texture + 12) >> 8 & 31, 16);
+	/* Level i + 1 is meant from a half more than i on; NaN is no more than anything. */
+	for (i = 0; i < (int)levels && uv[2] >= (float)i + 0.5f; i++) {
+		first += 64 * (unsigned)((width + 3) / 4) * (unsigned)((height + 3) / 4);
+		width = width > 1 ? width / 2 : 1;
+		height = height > 1 ? height / 2 : 1;
+	}
 	srp_host_between(uv[0], width, clamp, x, &x_weight);
 	srp_host_between(uv[1], height, clamp, y, &y_weight);
 	for (i = 0; i < 4; i++) {
 		unsigned column = (unsigned)x[i & 1], row = (unsigned)y[i >> 1];
 		unsigned tile = row / 4 * (unsigned)((width + 3) / 4) + column / 4;
-		texels[i] = srp_host_word(srp_host_word(texture) + 64 * tile + 16 * (row % 4) + 4 * (column % 4));
+		texels[i] = srp_host_word(first + 64 * tile + 16 * (row % 4) + 4 * (column % 4));
 	}
 	for (channel = 0; channel < 4; channel++) {
 		uint64_t sum = (unit - x_weight) * (unit - y_weight) * srp_host_decoded(texels[0], channel) +

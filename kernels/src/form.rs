@@ -76,6 +76,18 @@ pub const TABLE: &[Form] = &[
             ("bf16", "bfloat16, the upper half of binary32"),
         ],
     },
+    Form {
+        name: "level",
+        what: "how pictures are filtered between their levels",
+        define: "SRP_FORM_level",
+        values: &[
+            ("nearest", "the nearest level alone"),
+            (
+                "trilinear",
+                "between the two nearest levels, by two samples",
+            ),
+        ],
+    },
 ];
 
 /// A value for each form.

@@ -4,7 +4,7 @@ use srp_archdesc::ops::V4;
 use srp_archdesc::ops::semantics::texture;
 use srp_runtime::bvh;
 use srp_runtime::memory::BASE;
-use srp_runtime::scene::{Loaded, Map, read};
+use srp_runtime::scene::{Level, Loaded, Map, read};
 use srp_runtime::scene_image;
 use std::io::Cursor;
 use std::path::Path;
@@ -93,17 +93,32 @@ fn the_image_holds_what_the_texture_unit_reads() {
     assert_eq!(descriptors(0), [0; 3]);
     let [kd, ks, d] = descriptors(1);
     assert!(kd != ks && d != 0 && kd % 16 == 0);
-    assert_eq!((word(kd + 12), word(ks + 12)), (0, texture::CLAMP));
+    let descriptor = |map: u32| V4([0, 4, 8, 12].map(|i| word(map + i)));
+    let [kd, ks, d] = [kd, ks, d].map(descriptor);
+    assert_eq!(
+        [kd, ks, d].map(|map| map.0[3] & texture::CLAMP),
+        [0, texture::CLAMP, 0]
+    );
+    // 6 x 5, then 3 x 2 and 1 x 1; a picture of one texel has no smaller level.
+    assert_eq!([kd, ks, d].map(texture::levels), [2, 2, 0]);
     let png = &scene.textures[0];
-    for y in 0..png.height {
-        for x in 0..png.width {
-            let descriptor = V4([0, 4, 8, 12].map(|i| word(kd + i)));
-            assert_eq!(descriptor.0[1..3], [png.width, png.height]);
-            let at = |i: u32, n: u32| ((i as f32 + 0.5) / n as f32).to_bits();
-            let uv = V4([at(x, png.width), at(y, png.height), 0, 0]);
-            let footprint = texture::footprint(descriptor, uv, 8);
-            assert_eq!(word(footprint.addresses[0]), png.texel(x, y));
-            assert_eq!(footprint.weights, [0, 0]);
+    assert_eq!(kd.0[1..3], [png.width, png.height]);
+    let whole = Level {
+        width: png.width,
+        height: png.height,
+        texels: png.texels.clone(),
+    };
+    for (number, level) in std::iter::once(whole).chain(png.smaller()).enumerate() {
+        for y in 0..level.height {
+            for x in 0..level.width {
+                let at = |i: u32, n: u32| ((i as f32 + 0.5) / n as f32).to_bits();
+                let detail = (number as f32).to_bits();
+                let uv = V4([at(x, level.width), at(y, level.height), detail, 0]);
+                let footprint = texture::footprint(kd, uv, 8);
+                let texel = level.texels[(y * level.width + x) as usize];
+                assert_eq!(word(footprint.addresses[0]), texel);
+                assert_eq!(footprint.weights, [0, 0]);
+            }
         }
     }
 }

@@ -16,6 +16,7 @@ fn everything() -> Scene {
         width: 7,
         height: 5,
         texels: (0..35).map(texel).collect(),
+        levels: true,
     }];
     for (i, material) in scene.materials.iter_mut().enumerate() {
         let map = |clamp| Some(Map { texture: 0, clamp });

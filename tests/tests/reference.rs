@@ -61,6 +61,7 @@ fn cloth() -> Texture {
         width: 7,
         height: 5,
         texels: texels.collect(),
+        levels: true,
     }
 }
 

@@ -73,14 +73,15 @@ static void make_scene(void)
         t[i].v1 = v1;
         t[i].v2 = v2;
         t[i].st01 = vector(-2.0f, 3.0f);
-        t[i].st2 = vector(-2.0f, 3.0f);
+        t[i].st2 = vector(-2.0f, 3.0f); /* and a level of detail */
     }
     SRP_GLOBAL srp_texture_map *map = SRP_AT(srp_texture_map, MAP_AT);
     map->texels = TEXELS_AT;
     map->width = 4;
     map->height = 3;
+    map->flags = 2 << 8; /* of 2 x 1 and 1 x 1 */
     SRP_GLOBAL unsigned *texels = SRP_AT(unsigned, TEXELS_AT);
-    for (int i = 0; i < 16; i++)
+    for (int i = 0; i < 48; i++)
         texels[i] = srp_bits(number(1.0f, 2.0f)) << 9;
     SRP_GLOBAL srp_material *m = SRP_AT(srp_material, MATERIALS_AT);
     for (int i = 0; i < MATERIALS; i++) {
@@ -102,6 +103,8 @@ static void make_scene(void)
         float4 through = i > 3 ? vector(0.0f, 1.0f) : srp_splat(0.0f);
         through[3] = i == 4 ? 1.0f : number(1.0f, 2.0f);
         m[i].through = through;
+        m[i].ks_level = number(-1.0f, 1.0f);
+        m[i].d_level = number(-1.0f, 1.0f);
     }
 }
 
@@ -117,6 +120,7 @@ static void make_hits(void)
         hits[i].flags = 0;
         colours[i] = vector(-0.2f, 1.3f);
         weights[i] = vector(0.0f, 1.0f);
+        weights[i][3] = number(0.0f, 0.3f);
     }
 }
 
@@ -144,6 +148,7 @@ int main(void)
         .first = 1,
         .bounces = 3,
         .inter_reflections = 2,
+        .spread = 0.01f,
     };
     int onward = shade_hit(hits, out_primary, out_views, weights, out_base, out_shadow, out_lit, out_surfaces,
                            out_onward, &shading, light, colour, N);

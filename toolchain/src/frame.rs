@@ -12,11 +12,12 @@ use srp_ir::pass::FastMath;
 use srp_ir::program::Program;
 use srp_kernels::form::Forms;
 use srp_runtime::bvh::{self, Bvh};
-use srp_runtime::effect::{Effects, Guard};
+use srp_runtime::effect::{Effect, Effects, Guard};
 use srp_runtime::picture::Picture;
 use srp_runtime::scene::{Camera, Scene};
 use srp_runtime::scene_image::{self, SceneImage};
 use srp_runtime::system::{self, Report, TileQueue, Timing};
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 /// Most SRP cycles of a frame; far beyond any that ends.
@@ -228,8 +229,16 @@ impl Frame {
     ///
     /// Scene and frame do not fit into memory.
     pub fn image(&self) -> Result<SceneImage, Error> {
-        let Frame { scene, bvh, .. } = self;
-        let image = scene_image::build(scene, bvh, &scene.camera, &self.arch, self.size);
+        let Frame { bvh, .. } = self;
+        let mut scene = Cow::Borrowed(&self.scene);
+        let uses_levels = self.build.effects.contains(Effect::Levels);
+        if !uses_levels && scene.textures.iter().any(|t| t.smaller_levels() > 0) {
+            // Kernels that compute no level of detail would tell the texture unit a wrong one.
+            for texture in &mut scene.to_mut().textures {
+                texture.levels = false;
+            }
+        }
+        let image = scene_image::build(&scene, bvh, &scene.camera, &self.arch, self.size);
         Ok(image?)
     }
 

@@ -2,52 +2,76 @@
 
 use crate::values::{Random, floats};
 use srp_archdesc::ops::V4;
-use srp_archdesc::ops::semantics::texture::{self, CLAMP};
+use srp_archdesc::ops::semantics::texture::{self, CLAMP, LEVELS_SHIFT};
+use std::collections::BTreeMap;
 
-/// A texture: its texels row by row.
+/// A texture, level by level.
 struct Texture {
+    clamp: bool,
+    levels: Vec<Level>,
+}
+
+/// A level: its texels row by row.
+struct Level {
     width: u32,
     height: u32,
-    clamp: bool,
     texels: Vec<u32>,
 }
 
 const ADDRESS: u32 = 0x8000_0400;
 
 impl Texture {
-    fn random(random: &mut Random, width: u32, height: u32, clamp: bool) -> Texture {
+    /// One with so many smaller levels, which need not be smaller copies here.
+    fn random(random: &mut Random, size: [u32; 2], clamp: bool, smaller: u32) -> Texture {
+        let levels = (0..=smaller).map(|level| {
+            let [width, height] = size.map(|side| (side >> level).max(1));
+            let texels = (0..width * height).map(|_| random.word()).collect();
+            Level {
+                width,
+                height,
+                texels,
+            }
+        });
         Texture {
-            width,
-            height,
             clamp,
-            texels: (0..width * height).map(|_| random.word()).collect(),
+            levels: levels.collect(),
         }
     }
 
     fn descriptor(&self) -> V4 {
-        let flags = if self.clamp { CLAMP } else { 0 };
-        V4([ADDRESS, self.width, self.height, flags])
+        let clamp = if self.clamp { CLAMP } else { 0 };
+        let smaller = self.levels.len() as u32 - 1;
+        let Level { width, height, .. } = self.levels[0];
+        V4([ADDRESS, width, height, clamp | smaller << LEVELS_SHIFT])
     }
 
-    /// Memory as the layout has it; what is no texel is not there.
-    fn memory(&self) -> std::collections::BTreeMap<u32, u32> {
-        let mut memory = std::collections::BTreeMap::new();
+    /// Memory as the layout has it: level, column and row of each texel. What is no texel is not there.
+    fn memory(&self) -> BTreeMap<u32, (usize, u32, u32)> {
+        let mut memory = BTreeMap::new();
         let mut tile_start = ADDRESS;
-        for tile_y in (0..self.height).step_by(4) {
-            for tile_x in (0..self.width).step_by(4) {
-                let mut address = tile_start;
-                for y in tile_y..tile_y + 4 {
-                    for x in tile_x..tile_x + 4 {
-                        if x < self.width && y < self.height {
-                            memory.insert(address, self.texels[(y * self.width + x) as usize]);
+        for (number, level) in self.levels.iter().enumerate() {
+            for tile_y in (0..level.height).step_by(4) {
+                for tile_x in (0..level.width).step_by(4) {
+                    let mut address = tile_start;
+                    for y in tile_y..tile_y + 4 {
+                        for x in tile_x..tile_x + 4 {
+                            if x < level.width && y < level.height {
+                                memory.insert(address, (number, x, y));
+                            }
+                            address += 4;
                         }
-                        address += 4;
                     }
+                    tile_start = address;
                 }
-                tile_start = address;
             }
         }
         memory
+    }
+
+    /// The level that is meant: the next one from a half on.
+    fn meant(&self, detail: f32) -> usize {
+        let next = |level: &usize| f64::from(detail) >= *level as f64 + 0.5;
+        (0..self.levels.len() - 1).take_while(next).count()
     }
 }
 
@@ -110,18 +134,23 @@ fn alone(texel: u32, channel: usize) -> i128 {
     value as i128
 }
 
-fn check(t: &Texture, u: f32, v: f32, bits: u32) {
+fn check(t: &Texture, [u, v, detail]: [f32; 3], bits: u32) {
     let memory = t.memory();
-    let uv = V4([u.to_bits(), v.to_bits(), 7, 7]);
+    let uv = V4([u.to_bits(), v.to_bits(), detail.to_bits(), 7]);
     let footprint = texture::footprint(t.descriptor(), uv, bits);
+    let clamp = t.clamp;
+    let number = t.meant(detail);
+    let t = &t.levels[number];
     let texels = footprint.addresses.map(|a| {
-        *memory
+        let (level, x, y) = *memory
             .get(&a)
-            .unwrap_or_else(|| panic!("{a:#x} is no texel"))
+            .unwrap_or_else(|| panic!("{a:#x} is no texel"));
+        assert_eq!(level, number, "at {detail:e}");
+        t.texels[(y * t.width + x) as usize]
     });
     let V4(lanes) = texture::filter(V4(texels), footprint.weights, bits);
-    let (x, wx) = axis(u, t.width, t.clamp, bits);
-    let (y, wy) = axis(v, t.height, t.clamp, bits);
+    let (x, wx) = axis(u, t.width, clamp, bits);
+    let (y, wy) = axis(v, t.height, clamp, bits);
     let unit = 1i128 << bits;
     let corners = [
         (x[0], y[0], (unit - wx) * (unit - wy)),
@@ -140,10 +169,9 @@ fn check(t: &Texture, u: f32, v: f32, bits: u32) {
         assert_eq!(
             lane,
             (exact as f32).to_bits(),
-            "{}x{} clamp {} at {u:e} {v:e}, {bits} bits, channel {channel}",
+            "{}x{} clamp {clamp} at {u:e} {v:e}, {bits} bits, channel {channel}",
             t.width,
-            t.height,
-            t.clamp
+            t.height
         );
     }
 }
@@ -152,9 +180,18 @@ fn check(t: &Texture, u: f32, v: f32, bits: u32) {
 fn samples_are_those_of_the_definition() {
     let mut random = Random(3);
     let coordinates = floats();
-    for (width, height) in [(1, 1), (1, 7), (4, 4), (5, 3), (256, 2), (6, 1000)] {
+    for (width, height, smaller) in [
+        (1, 1, 0),
+        (1, 7, 2),
+        (4, 4, 0),
+        (5, 3, 2),
+        (256, 2, 8),
+        (6, 1000, 9),
+        // Levels beyond the last by halving are 1 x 1 too.
+        (1, 1, 3),
+    ] {
         for clamp in [false, true] {
-            let t = Texture::random(&mut random, width, height, clamp);
+            let t = Texture::random(&mut random, [width, height], clamp, smaller);
             for bits in [0, 1, 4, 8, 12] {
                 let mut pick = || match random.word() % 4 {
                     0 => f32::from_bits(coordinates[random.word() as usize % coordinates.len()]),
@@ -163,8 +200,15 @@ fn samples_are_those_of_the_definition() {
                     2 => f32::from_bits(((random.word() % 64) as f32 / width as f32).to_bits() ^ 1),
                     _ => (random.word() >> 8) as f32 / (1 << 22) as f32 - 2.0,
                 };
-                for _ in 0..40 {
-                    check(&t, pick(), pick(), bits);
+                for i in 0..40 {
+                    let detail = match i % 4 {
+                        0 => f32::from_bits(coordinates[i * 7 % coordinates.len()]),
+                        // On, above and below what divides two levels.
+                        1 => ((i / 4) as f32 + 0.5).next_down(),
+                        2 => (i / 4) as f32 + 0.5,
+                        _ => i as f32 / 3.0 - 1.0,
+                    };
+                    check(&t, [pick(), pick(), detail], bits);
                 }
             }
         }
@@ -192,10 +236,12 @@ fn colours_are_decoded_from_srgb() {
 #[test]
 fn edges_wrap_or_stop() {
     let t = |clamp| Texture {
-        width: 256,
-        height: 1,
         clamp,
-        texels: (0..256).collect(),
+        levels: vec![Level {
+            width: 256,
+            height: 1,
+            texels: (0..256).collect(),
+        }],
     };
     let x = |t: &Texture, u: f32| {
         let descriptor = t.descriptor();
@@ -220,4 +266,27 @@ fn edges_wrap_or_stop() {
     assert_eq!(none.addresses, [64; 4]);
     let huge = texture::footprint(V4([64, u32::MAX, 1, CLAMP]), V4([0x3f80_0000; 4]), 8);
     assert_eq!(huge.addresses[0], 64 + 65_535 / 4 * 64 + 3 * 4);
+}
+
+/// No number, no level of that number, and more levels than there can be.
+#[test]
+fn levels_that_are_not_there_are_the_nearest() {
+    let t = |levels: u32| V4([64, 65_536, 1, levels << LEVELS_SHIFT]);
+    let level = |levels, detail: f32| texture::level(t(levels), detail.to_bits());
+    assert_eq!([f32::NAN, -f32::NAN].map(|d| level(9, d)), [0, 0]);
+    assert_eq!([f32::INFINITY, 1e30, 9.5].map(|d| level(9, d)), [9, 9, 9]);
+    let low = [
+        f32::NEG_INFINITY,
+        -1e30,
+        -0.5,
+        -0.0,
+        1e-45,
+        0.5f32.next_down(),
+    ];
+    assert_eq!(low.map(|d| level(9, d)), [0; 6]);
+    assert_eq!((level(9, 0.5), level(9, 8.5f32.next_down())), (1, 8));
+    assert_eq!((level(31, 99.0), level(0, 99.0)), (16, 0));
+    // Sides of 1 stay 1, and the texels of each level follow those of the one before.
+    let V4(last) = texture::at_level(t(16), 16);
+    assert_eq!(last, [64 + 64 * 32_768, 1, 1, 0]);
 }

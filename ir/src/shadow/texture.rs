@@ -5,7 +5,7 @@ use super::arithmetic::Marked;
 use super::{Decision, Flip, Mark, Marks, PLAIN, Shadows};
 use crate::interp::{Done, World};
 use srp_archdesc::ops::Value;
-use srp_archdesc::ops::semantics::texture::{CLAMP, decoded, texel_address};
+use srp_archdesc::ops::semantics::texture::{CLAMP, at_level, decoded, levels, texel_address};
 
 /// An axis of a texture.
 #[derive(Clone, Copy)]
@@ -45,14 +45,34 @@ impl Axis {
     }
 }
 
-/// A texture.
+/// The level that the unit takes at a level of detail, of a texture with so many smaller ones.
+fn level(detail: f64, levels: u32) -> u32 {
+    match detail > 0.0 {
+        true => ((detail + 0.5).floor() as u32).min(levels),
+        false => 0,
+    }
+}
+
+/// A level of a texture.
 struct Texture<'a, W> {
     descriptor: Value,
     axes: [Axis; 2],
     world: &'a mut W,
 }
 
-impl<W: World> Texture<'_, W> {
+impl<'a, W: World> Texture<'a, W> {
+    fn of(descriptor: Value, world: &'a mut W) -> Texture<'a, W> {
+        let axis = |size: u32| Axis {
+            size: size.clamp(1, 1 << 16),
+            clamp: descriptor.0[3] & CLAMP != 0,
+        };
+        Texture {
+            descriptor,
+            axes: [axis(descriptor.0[1]), axis(descriptor.0[2])],
+            world,
+        }
+    }
+
     /// The channels of a texel, 0 to 1.
     fn texel(&mut self, x: u32, y: u32) -> Option<[f64; 4]> {
         let texel = self.world.texel(texel_address(self.descriptor, x, y))?;
@@ -95,6 +115,7 @@ impl Shadows<'_> {
         let uv: [Marked; 2] = [0, 1].map(|i| (f32::from_bits(done.operands[2].0[i]), marks[i]));
         let real = uv.map(|(value, _)| f64::from(value));
         let shadow = uv.map(|coordinate| self.shadow(coordinate));
+        let detail: Marked = (f32::from_bits(done.operands[2].0[2]), marks[2]);
         let usable = |c: &f64| c.abs() < LARGEST;
         let Some(descriptor) = world.texture_descriptor(address) else {
             return PLAIN;
@@ -102,50 +123,53 @@ impl Shadows<'_> {
         if !real.iter().chain(&shadow).all(usable) {
             return PLAIN;
         }
-        let axis = |size: u32| Axis {
-            size: size.clamp(1, 1 << 16),
-            clamp: descriptor.0[3] & CLAMP != 0,
+        let details = [f64::from(detail.0), self.shadow(detail)];
+        let taken = details.map(|detail| level(detail, levels(descriptor)));
+        let [descriptor, of_shadow] = taken.map(|level| at_level(descriptor, level));
+        let mut texture = Texture::of(descriptor, world);
+        let other = |k: usize, axes: [Axis; 2], bits: u32| {
+            axes[k].first(real[k], bits) != axes[k].first(shadow[k], bits)
         };
-        let axes = [axis(descriptor.0[1]), axis(descriptor.0[2])];
-        for k in 0..2 {
-            let first = |c: f64| axes[k].first(c, self.weight_bits);
-            if first(real[k]) != first(shadow[k]) {
-                let node = uv[k].1.node_of();
-                self.flips.push(Flip {
-                    decision: Decision::Texel,
-                    source,
-                    tag: self.tape.tag([node]),
-                    values: uv.map(|(value, _)| value),
-                    shadows: shadow,
-                    nodes: [node, 0],
-                });
-                break;
-            }
+        let moved = (0..2).find(|&k| other(k, texture.axes, self.weight_bits));
+        let decided = match taken[0] != taken[1] {
+            true => Some((detail.1, [detail.0, 0.0], [details[1], 0.0])),
+            false => moved.map(|k| (uv[k].1, uv.map(|(value, _)| value), shadow)),
+        };
+        if let Some((mark, values, shadows)) = decided {
+            let node = mark.node_of();
+            self.flips.push(Flip {
+                decision: Decision::Texel,
+                source,
+                tag: self.tape.tag([node]),
+                values,
+                shadows,
+                nodes: [node, 0],
+            });
         }
-        let mut texture = Texture {
-            descriptor,
-            axes,
-            world,
-        };
-        // From the shadow to the value along one axis, then along the other: between texels slopes
-        // change, so these are not slopes at a point.
+        // From the shadow to the value along one axis, along the other, and between levels: slopes change
+        // between texels, so these are not slopes at a point.
+        let value = texture.at(real);
         let corner = texture.at([real[0], shadow[1]]);
-        let (Some(value), Some(corner), Some(exact)) =
-            (texture.at(real), corner, texture.at(shadow))
+        let level = texture.at(shadow);
+        let exact = Texture::of(of_shadow, texture.world).at(shadow);
+        let (Some(value), Some(corner), Some(level), Some(exact)) = (value, corner, level, exact)
         else {
             return PLAIN;
         };
-        let nodes = uv.map(|(_, mark)| mark.node_of());
+        let nodes = [uv[0].1, uv[1].1, detail.1].map(Mark::node_of);
         let errors = nodes.map(|node| self.tape.error(node));
         let slope = |from: f64, to: f64, error: f64| match error == 0.0 {
             true => 0.0,
             false => (to - from) / error,
         };
         std::array::from_fn(|i| {
-            let along_u = slope(exact[i], corner[i], errors[0]);
-            let along_v = slope(corner[i], value[i], errors[1]);
+            let slopes = [
+                slope(level[i], corner[i], errors[0]),
+                slope(corner[i], value[i], errors[1]),
+                slope(exact[i], level[i], errors[2]),
+            ];
             let result = f32::from_bits(result.0[i]);
-            let parents = [(nodes[0], along_u), (nodes[1], along_v), (0, 0.0)];
+            let parents = [0, 1, 2].map(|k| (nodes[k], slopes[k]));
             Mark::node(self.tape.push(result, exact[i], source, parents))
         })
     }

@@ -44,6 +44,8 @@ pub enum Effect {
     InterReflection,
     /// Several rays a pixel.
     Antialiasing,
+    /// Smaller levels of pictures.
+    Levels,
 }
 
 /// A line of the table of effects.
@@ -74,7 +76,7 @@ const fn entry(
 }
 
 /// All effects, in the order of [`Effect`].
-pub const TABLE: [Entry; 17] = [
+pub const TABLE: [Entry; 18] = [
     entry(
         Effect::Normals,
         "normals",
@@ -161,6 +163,12 @@ pub const TABLE: [Entry; 17] = [
         "antialiasing",
         &[],
         "several rays a pixel",
+    ),
+    entry(
+        Effect::Levels,
+        "levels",
+        &[],
+        "pictures seen from far, from smaller levels",
     ),
 ];
 

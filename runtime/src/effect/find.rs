@@ -129,7 +129,17 @@ impl View<'_> {
                 _ => asked("--inter-reflections", options.inter_reflections, 1),
             },
             Effect::Antialiasing => asked("--samples", options.samples, 2),
+            Effect::Levels => self.pictures("map_Kd", |m| self.has_levels(m)),
         }
+    }
+
+    /// True if a picture that changes a material has smaller levels.
+    fn has_levels(&self, material: &Material) -> bool {
+        let (scene, m) = (self.scene, material);
+        let has = |map, counts| counts && scene.has_levels(map);
+        has(m.diffuse_map, scene.colours(m.diffuse_map))
+            || has(m.specular_map, scene.colours(m.specular_map))
+            || has(m.dissolve_map, scene.has_holes(m.dissolve_map))
     }
 
     fn normals(&self) -> (bool, String) {

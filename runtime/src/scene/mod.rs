@@ -10,6 +10,7 @@ mod light;
 mod lines;
 mod load;
 mod map;
+mod mipmap;
 mod mtl;
 mod obj;
 mod options;
@@ -28,7 +29,7 @@ pub use load::{Load, Part};
 pub use options::{MAX_BOUNCES, MAX_LIGHTS, MAX_SAMPLES, Options};
 pub use read::{Loaded, read};
 pub use surface::{Fresnel, Surface};
-pub use texture::{Channel, MAX_TEXTURE_SIDE, Map, Texture};
+pub use texture::{Channel, Level, MAX_TEXTURE_SIDE, Map, Texture};
 
 /// Largest absolute coordinate of a vertex. Beyond it, products of coordinates could overflow
 /// binary32 in the T&I unit.
@@ -73,6 +74,12 @@ impl Scene {
     /// True if a texture has holes.
     pub fn has_holes(&self, map: Option<Map>) -> bool {
         map.is_some_and(|map| self.has_texel(map, |texel| texel >> 24 != 255))
+    }
+
+    /// True if a texture has smaller levels.
+    pub fn has_levels(&self, map: Option<Map>) -> bool {
+        let texture = map.and_then(|map| self.textures.get(map.texture as usize));
+        texture.is_some_and(|t| t.smaller_levels() > 0)
     }
 
     fn has_texel(&self, map: Map, is: impl Fn(u32) -> bool) -> bool {

@@ -8,6 +8,7 @@ use image::ImageReader;
 use serde::Serialize;
 
 use super::load::{Load, Part};
+use super::mipmap;
 use crate::memory::MAX_BYTES;
 
 /// Largest width and height of a picture, in texels.
@@ -25,6 +26,19 @@ pub struct Texture {
     /// The texels row by row, the lowest row first: red in the low byte, then green, blue and alpha;
     /// the colours in sRGB.
     pub texels: Vec<u32>,
+    /// True if it has smaller levels, from which it is sampled where it is seen from far.
+    pub levels: bool,
+}
+
+/// A smaller level of a picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Level {
+    /// Texels of a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// The texels, as those of a [`Texture`].
+    pub texels: Vec<u32>,
 }
 
 impl Texture {
@@ -33,25 +47,51 @@ impl Texture {
         self.texels[y as usize * self.width as usize + x as usize]
     }
 
-    /// Bytes that it takes in memory: tiles of 4 × 4 texels, each 64 bytes.
-    pub fn bytes(&self) -> u64 {
-        u64::from(self.width.div_ceil(4)) * u64::from(self.height.div_ceil(4)) * 64
+    /// How many smaller levels it has: each side halves until both are 1.
+    pub fn smaller_levels(&self) -> u32 {
+        match self.levels {
+            true => self.width.max(self.height).max(1).ilog2(),
+            false => 0,
+        }
     }
 
-    /// The texels as `srp_texture_map` of `kernels/scene.h` has them; 0 where a tile is not full.
-    pub fn tiles(&self) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(self.bytes() as usize);
-        for tile_y in (0..self.height).step_by(4) {
-            for tile_x in (0..self.width).step_by(4) {
-                for (y, x) in (0..16).map(|i| (tile_y + i / 4, tile_x + i % 4)) {
-                    let is_there = x < self.width && y < self.height;
-                    let texel = if is_there { self.texel(x, y) } else { 0 };
-                    bytes.extend_from_slice(&texel.to_le_bytes());
-                }
+    /// Its smaller levels, the largest first.
+    pub fn smaller(&self) -> impl Iterator<Item = Level> + '_ {
+        mipmap::smaller(self)
+    }
+
+    /// Bytes that it takes in memory with its smaller levels: tiles of 4 × 4 texels, each 64 bytes.
+    pub fn bytes(&self) -> u64 {
+        let side = |texels: u32, level: u32| u64::from((texels >> level).max(1).div_ceil(4));
+        let levels = 0..=self.smaller_levels();
+        levels
+            .map(|level| side(self.width, level) * side(self.height, level) * 64)
+            .sum()
+    }
+
+    /// The texels of all levels as `srp_texture_map` of `kernels/scene.h` has them, level by level.
+    pub fn tiles(&self) -> impl Iterator<Item = Vec<u8>> + '_ {
+        let whole = std::iter::once_with(|| tiles(self.width, self.height, &self.texels));
+        whole.chain((self.smaller()).map(|level| tiles(level.width, level.height, &level.texels)))
+    }
+}
+
+/// Texels in tiles, with 0 where a tile is not full.
+fn tiles(width: u32, height: u32, texels: &[u32]) -> Vec<u8> {
+    let size = width.next_multiple_of(4) as usize * height.next_multiple_of(4) as usize;
+    let mut bytes = Vec::with_capacity(4 * size);
+    for tile_y in (0..height).step_by(4) {
+        for tile_x in (0..width).step_by(4) {
+            for (y, x) in (0..16).map(|i| (tile_y + i / 4, tile_x + i % 4)) {
+                let texel = match x < width && y < height {
+                    true => texels[y as usize * width as usize + x as usize],
+                    false => 0,
+                };
+                bytes.extend_from_slice(&texel.to_le_bytes());
             }
         }
-        bytes
     }
+    bytes
 }
 
 /// The property of a material that a texture changes.
@@ -72,7 +112,7 @@ pub struct Map {
     pub clamp: bool,
 }
 
-/// Most texels of all pictures of a scene: half of system memory.
+/// Most texels of all pictures of a scene: half of system memory, and two thirds with their smaller levels.
 const MAX_TEXELS: u64 = MAX_BYTES as u64 / 8;
 
 /// Most bytes that decoding a picture may take besides its texels.
@@ -185,5 +225,6 @@ fn decode(name: &str, bytes: &[u8], channel: Channel, most: u64) -> Result<Textu
         width,
         height,
         texels,
+        levels: true,
     })
 }

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use glam::Vec3;
-use srp_archdesc::ops::semantics::texture::CLAMP;
+use srp_archdesc::ops::semantics::texture::{CLAMP, LEVELS_SHIFT};
 use srp_kernels::layout::{LIGHT, MATERIAL, SCENE, TEXTURE_MAP, TRIANGLE};
 
 use super::parts::Parts;
 use super::structure::{Bytes, Writer};
 use super::tiling::Tiling;
-use super::{FAR, OFFSET, lights};
+use super::{FAR, OFFSET, detail, lights};
 use crate::scene::{Camera, Fresnel, Light, Map, Material, Scene, Surface, Triangle};
 
 impl Bytes {
@@ -21,13 +21,14 @@ impl Bytes {
         tiling: &Tiling,
         (widening, least_normal): (f32, f32),
     ) {
+        let fan = camera.ray_fan(tiling.frame.0, tiling.frame.1);
         let mut at = Writer {
             image: self,
             address: parts.header,
             structure: &SCENE,
         };
-        let fan = camera.ray_fan(tiling.frame.0, tiling.frame.1);
-        at.vector("eye", camera.position, 1.0f32.to_bits());
+        let spread = detail::spread(fan.right, scene.options.samples);
+        at.vector("eye", camera.position, spread.to_bits());
         at.vector("corner", fan.corner, 0);
         at.vector("right", fan.right, 0);
         at.vector("down", fan.down, 0);
@@ -67,7 +68,12 @@ impl Bytes {
         }
     }
 
-    pub(super) fn material(&mut self, address: u64, m: &Material, maps: &BTreeMap<Map, u64>) {
+    pub(super) fn material(
+        &mut self,
+        address: u64,
+        (scene, m): (&Scene, &Material),
+        maps: &BTreeMap<Map, u64>,
+    ) {
         let mut at = Writer {
             image: self,
             address,
@@ -94,6 +100,9 @@ impl Bytes {
         at.word("map_kd", map_kd);
         at.word("map_ks", descriptor(m.specular_map));
         at.word("map_d", descriptor(m.dissolve_map));
+        let level = |map| detail::more_than_first(scene, m, map).to_bits();
+        at.word("ks_level", level(m.specular_map));
+        at.word("d_level", level(m.dissolve_map));
     }
 
     pub(super) fn texture_map(&mut self, address: u64, map: Map, scene: &Scene, parts: &Parts) {
@@ -106,7 +115,8 @@ impl Bytes {
         at.word("texels", parts.texels[map.texture as usize] as u32);
         at.word("width", texture.width);
         at.word("height", texture.height);
-        at.word("flags", if map.clamp { CLAMP } else { 0 });
+        let clamp = if map.clamp { CLAMP } else { 0 };
+        at.word("flags", clamp | texture.smaller_levels() << LEVELS_SHIFT);
     }
 
     pub(super) fn light(&mut self, address: u64, light: &Light) {
@@ -119,7 +129,7 @@ impl Bytes {
         at.vector("colour", Vec3::from(light.colour), 0);
     }
 
-    pub(super) fn triangle(&mut self, address: u64, t: &Triangle) {
+    pub(super) fn triangle(&mut self, address: u64, scene: &Scene, t: &Triangle) {
         let mut at = Writer {
             image: self,
             address,
@@ -134,7 +144,7 @@ impl Bytes {
         at.vector("v2", t.positions[2], normal.z.to_bits());
         let [st0, st1, st2] = t.uvs;
         at.vector("st01", st0.extend(st1.x), st1.y.to_bits());
-        at.vector("st2", st2.extend(0.0), 0);
+        at.vector("st2", st2.extend(detail::of_triangle(scene, t)), 0);
     }
 }
 

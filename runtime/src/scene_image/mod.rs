@@ -6,6 +6,7 @@
 //! and a test holds the tables against the C header.
 
 mod bytes;
+mod detail;
 mod parts;
 mod structure;
 mod tiling;
@@ -208,19 +209,24 @@ pub fn build(
     image.put(parts.records, &tree.triangles);
     for (i, material) in (0..).zip(&scene.materials) {
         let address = parts.materials + i * u64::from(MATERIAL.bytes);
-        image.material(address, material, &parts.maps);
+        image.material(address, (scene, material), &parts.maps);
     }
     for (map, &address) in &parts.maps {
         image.texture_map(address, *map, scene, &parts);
     }
     for (texture, &address) in scene.textures.iter().zip(&parts.texels) {
-        image.put(address, &texture.tiles());
+        let mut level = address;
+        for tiles in texture.tiles() {
+            image.put(level, &tiles);
+            level += tiles.len() as u64;
+        }
     }
     for (i, light) in (0..).zip(lights(scene)) {
         image.light(parts.lights + i * u64::from(LIGHT.bytes), light);
     }
     for (i, triangle) in (0..).zip(&scene.triangles) {
-        image.triangle(parts.triangles + i * u64::from(TRIANGLE.bytes), triangle);
+        let address = parts.triangles + i * u64::from(TRIANGLE.bytes);
+        image.triangle(address, scene, triangle);
     }
     let widening = arithmetic::widening(arch.precision.rcp);
     let least_normal = least_normal(arch.system.tni.rcp);

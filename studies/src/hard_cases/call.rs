@@ -200,29 +200,34 @@ impl Calls {
                 let number = MATH_FUNCTIONS.iter().position(|f| *f == case.call);
                 arguments[0][2] = number.unwrap_or_default() as u32;
             }
-            TEXTURE => arguments[0][2] = self.texture(case),
+            TEXTURE => arguments[0][3] = self.texture(case),
             _ => {}
         }
         self.add(function, &arguments)
     }
 
-    /// Places the texture of a case, `size` its width, height and whether it clamps; and says where
-    /// its descriptor is. 0 without a size: no texture.
+    /// Places the texture of a case, `size` its width, height, whether it clamps, and its smaller levels; and
+    /// says where its descriptor is. 0 without a size: no texture.
     fn texture(&mut self, case: &Case) -> u32 {
-        let [width, height, clamp] = case.floats("size").map(|x: f32| x as u32);
+        let [width, height, clamp, levels] = case.floats("size").map(|x: f32| x as u32);
         if width == 0 {
             return 0;
         }
-        let across = width.div_ceil(4);
-        let mut texels = vec![0; 16 * (across * height.div_ceil(4)) as usize];
-        for y in 0..height {
-            for x in 0..width {
-                let at = 16 * (y / 4 * across + x / 4) + 4 * (y % 4) + x % 4;
-                texels[at as usize] = texel(x, y);
+        let mut texels = Vec::new();
+        for level in 0..=levels {
+            let [width, height] = [width, height].map(|side| (side >> level).max(1));
+            let across = width.div_ceil(4);
+            let start = texels.len();
+            texels.resize(start + 16 * (across * height.div_ceil(4)) as usize, 0);
+            for y in 0..height {
+                for x in 0..width {
+                    let at = 16 * (y / 4 * across + x / 4) + 4 * (y % 4) + x % 4;
+                    texels[start + at as usize] = texel(level, x, y);
+                }
             }
         }
         let address = self.place(&texels);
-        self.place(&[address, width, height, clamp])
+        self.place(&[address, width, height, clamp | levels << 8])
     }
 
     /// System memory before the driver runs.
@@ -261,9 +266,10 @@ impl Calls {
     }
 }
 
-/// The texel of the catalogue's textures in column `x` and row `y`: red in the low byte.
-pub(super) fn texel(x: u32, y: u32) -> u32 {
+/// The texel of a level of the catalogue's textures in column `x` and row `y`: red in the low byte.
+pub(super) fn texel(level: u32, x: u32, y: u32) -> u32 {
     let byte = |n: u32| n & 255;
+    let (x, y) = (x + 5 * level, y + 3 * level);
     let (red, green) = (byte(37 * x + 101 * y + 11), byte(59 * x + 17 * y + 83));
     let (blue, alpha) = (byte(x * y + 7 * x + 200), byte(0xff_ffff - 13 * x - 29 * y));
     red | green << 8 | blue << 16 | alpha << 24

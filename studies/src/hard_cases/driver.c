@@ -145,7 +145,7 @@ static void texel(inputs in, outputs out, int n)
 #pragma srp kernel
     for (int i = 0; i < n; i++) {
         float4 v = in[i];
-        out[i] = srp_texture4(srp_bits(v[2]), v);
+        out[i] = srp_texture4(srp_bits(v[3]), v);
     }
 }
 #endif

@@ -7,6 +7,7 @@
 pub(crate) mod geometry;
 mod numbers;
 mod path;
+mod pictures;
 mod surface;
 
 use glam::DVec3;
@@ -52,6 +53,8 @@ struct View<'a> {
     /// One pixel to the right, and down.
     right: DVec3,
     down: DVec3,
+    /// How much wider the cone of a ray gets in a unit of length along the camera's axis.
+    spread: f64,
 }
 
 impl<'a> View<'a> {
@@ -61,9 +64,12 @@ impl<'a> View<'a> {
         let right = forward.cross(camera.up.as_dvec3()).normalize();
         let side = f64::from(options.size.0.min(options.size.1));
         let step = 2.0 * libm::tan(f64::from(camera.fov).to_radians() / 2.0) / side;
+        // Several rays share a pixel.
+        let spread = step / f64::from(scene.options.samples).sqrt();
         View {
             scene,
-            paths: Paths::of(scene),
+            paths: Paths::of(scene, spread),
+            spread,
             size: options.size,
             tile: tile_size(options.packet),
             forward,
@@ -107,6 +113,8 @@ impl<'a> View<'a> {
                 depth: 0,
                 diffuse: 0,
                 is_diffuse: false,
+                width: 0.0,
+                spread: self.spread / direction.length(),
             };
             let seed = tile.wrapping_add(sample << 20);
             sum += self.paths.seen(ray, Place { seed, pixel });

@@ -2,6 +2,7 @@
 
 use super::geometry::Geometry;
 use super::numbers::{Place, fraction, scrambled};
+use super::pictures::Pictures;
 use super::surface::{Surface, rgb, surface};
 use glam::DVec3;
 use srp_runtime::scene::Scene;
@@ -27,6 +28,9 @@ pub(super) struct Ray {
     pub(super) diffuse: u32,
     /// True if the last was one.
     pub(super) is_diffuse: bool,
+    /// How wide its cone begins, and how much wider it gets in a unit of length.
+    pub(super) width: f64,
+    pub(super) spread: f64,
 }
 
 impl Ray {
@@ -40,6 +44,9 @@ impl Ray {
 pub(super) struct Paths<'a> {
     scene: &'a Scene,
     geometry: Geometry,
+    pictures: Pictures<'a>,
+    /// How much wider the cones of secondary rays get in a unit of length.
+    spread: f64,
 }
 
 fn reflect(d: DVec3, n: DVec3) -> DVec3 {
@@ -71,10 +78,12 @@ fn hemisphere(normal: DVec3, geometric: DVec3, turn: f64, rise: f64) -> DVec3 {
 }
 
 impl<'a> Paths<'a> {
-    pub(super) fn of(scene: &'a Scene) -> Paths<'a> {
+    pub(super) fn of(scene: &'a Scene, spread: f64) -> Paths<'a> {
         Paths {
             geometry: Geometry::of(&scene.triangles),
+            pictures: Pictures::of(scene),
             scene,
+            spread,
         }
     }
 
@@ -90,7 +99,8 @@ impl<'a> Paths<'a> {
             return weight * rgb(self.scene.background);
         };
         let options = &self.scene.options;
-        let s = surface(self.scene, &hit, direction);
+        let width = ray.width + ray.spread * hit.t;
+        let s = surface(self.scene, &self.pictures, (&hit, width), direction);
         let there = s.optics.there;
         let mut light = DVec3::ZERO;
         if !ray.is_diffuse || self.scene.lights.is_empty() {
@@ -114,7 +124,7 @@ impl<'a> Paths<'a> {
             let highlight = libm::pow(along, f64::from(s.material.exponent.max(0.0)));
             let brought = s.optics.diffuse * cosine + s.optics.highlight * highlight;
             let brought = weight * there * rgb(lamp.colour) * brought;
-            light += self.arriving(s.point + s.geometric * s.off, position, brought);
+            light += self.arriving(s.point + s.geometric * s.off, position, brought, s.width);
         }
         if bounces {
             light += self.onward(&s, ray, place);
@@ -168,6 +178,8 @@ impl<'a> Paths<'a> {
             depth: ray.depth + 1,
             diffuse: ray.diffuse + 1,
             is_diffuse: true,
+            width: s.width,
+            spread: self.spread,
         };
         self.seen(next, place)
     }
@@ -183,6 +195,8 @@ impl<'a> Paths<'a> {
             weight,
             depth: ray.depth + 1,
             is_diffuse: false,
+            width: s.width,
+            spread: self.spread,
             ..ray
         };
         let o = &s.optics;
@@ -242,14 +256,16 @@ impl<'a> Paths<'a> {
         light
     }
 
-    /// Returns the rest of a light behind all surfaces between it and a point.
-    fn arriving(&self, mut from: DVec3, light: DVec3, mut brought: DVec3) -> DVec3 {
+    /// Returns the rest of a light behind all surfaces between it and a point, from which a cone so wide
+    /// narrows to the light.
+    fn arriving(&self, mut from: DVec3, light: DVec3, mut brought: DVec3, mut width: f64) -> DVec3 {
         for _ in 0..MOST_LAYERS {
             let way = light - from;
             let Some(hit) = self.geometry.nearest(from, way, 1.0) else {
                 return brought;
             };
-            let s = surface(self.scene, &hit, way);
+            width *= 1.0 - hit.t;
+            let s = surface(self.scene, &self.pictures, (&hit, width), way);
             let o = &s.optics;
             let leaves = s.inside && o.index != 1.0 && o.through.max_element() > 0.0;
             let passed = if leaves { DVec3::ONE } else { o.through };

@@ -1,8 +1,9 @@
 //! The surface that a ray meets: the point, its normals, and the effect of the material on light.
 
 use super::geometry::Hit;
+use super::pictures::{Pictures, octaves};
 use glam::{DVec2, DVec3};
-use srp_runtime::scene::{Map, Material, Scene, Texture};
+use srp_runtime::scene::{Map, Material, Scene};
 
 /// Optical properties of a material, after the table of the document.
 pub(super) struct Optics {
@@ -54,53 +55,6 @@ impl Optics {
     }
 }
 
-/// The texel at a coordinate, bilinear: linear rgb, and alpha.
-fn sample(texture: &Texture, clamp: bool, uv: DVec2) -> (DVec3, f64) {
-    let size = [texture.width, texture.height];
-    let mut near = [[0; 2]; 2];
-    let mut share = [0.0; 2];
-    for axis in 0..2 {
-        let n = f64::from(size[axis]);
-        let c = if clamp {
-            uv[axis].clamp(-1.0, 2.0)
-        } else {
-            uv[axis]
-        };
-        let position = c * n - 0.5;
-        share[axis] = position - position.floor();
-        for (k, texel) in near[axis].iter_mut().enumerate() {
-            let i = position.floor() + k as f64;
-            *texel = if clamp {
-                i.clamp(0.0, n - 1.0)
-            } else {
-                i.rem_euclid(n)
-            } as u32;
-        }
-    }
-    let (mut colour, mut alpha) = (DVec3::ZERO, 0.0);
-    for (j, &y) in near[1].iter().enumerate() {
-        for (i, &x) in near[0].iter().enumerate() {
-            let [r, g, b, a] = texture
-                .texel(x, y)
-                .to_le_bytes()
-                .map(|c| f64::from(c) / 255.0);
-            let part = |k: usize, f: f64| if k == 1 { f } else { 1.0 - f };
-            let weight = part(i, share[0]) * part(j, share[1]);
-            colour += weight * DVec3::new(linear(r), linear(g), linear(b));
-            alpha += weight * a;
-        }
-    }
-    (colour, alpha)
-}
-
-fn linear(s: f64) -> f64 {
-    if s <= 0.04045 {
-        s / 12.92
-    } else {
-        libm::pow((s + 0.055) / 1.055, 2.4)
-    }
-}
-
 /// The surface that a ray meets.
 pub(super) struct Surface<'a> {
     pub(super) material: &'a Material,
@@ -112,16 +66,25 @@ pub(super) struct Surface<'a> {
     /// True if the ray comes from behind.
     pub(super) inside: bool,
     pub(super) off: f64,
+    /// How wide the ray's cone is there.
+    pub(super) width: f64,
 }
 
-/// Returns the surface that a ray of this direction meets at a hit.
-pub(super) fn surface<'a>(scene: &'a Scene, hit: &Hit, direction: DVec3) -> Surface<'a> {
+/// Returns the surface that a ray of this direction meets at a hit, where its cone is so wide.
+pub(super) fn surface<'a>(
+    scene: &'a Scene,
+    pictures: &Pictures<'_>,
+    (hit, width): (&Hit, f64),
+    direction: DVec3,
+) -> Surface<'a> {
     let t = &scene.triangles[hit.triangle];
     let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
     let [a, b, c] = t.positions.map(|p| p.as_dvec3());
     let point = a * weights[0] + b * weights[1] + c * weights[2];
-    let outside = (b - a).cross(c - a).normalize();
-    let inside = outside.dot(direction) > 0.0;
+    let area = (b - a).cross(c - a);
+    let outside = area.normalize();
+    let cosine = outside.dot(direction) / direction.length();
+    let inside = cosine > 0.0;
     let geometric = if inside { -outside } else { outside };
     let mut normal = DVec3::ZERO;
     let mut uv = DVec2::ZERO;
@@ -134,11 +97,13 @@ pub(super) fn surface<'a>(scene: &'a Scene, hit: &Hit, direction: DVec3) -> Surf
     }
     let material = &scene.materials[t.material as usize];
     let mut optics = Optics::of(material);
-    let texel = |map: Option<Map>| {
-        let none = (DVec3::ONE, 1.0);
-        map.map_or(none, |m| {
-            sample(&scene.textures[m.texture as usize], m.clamp, uv)
-        })
+    let [uv_a, uv_b, uv_c] = t.uvs.map(|uv| uv.as_dvec2());
+    let covered = (uv_b - uv_a).perp_dot(uv_c - uv_a).abs();
+    let own = libm::log2(covered / area.length()) / 2.0;
+    let detail = own + octaves(width) - octaves(cosine.abs());
+    let texel = |map: Option<Map>| match map {
+        Some(map) => pictures.sample(map, uv, detail),
+        None => (DVec3::ONE, 1.0),
     };
     optics.diffuse *= texel(material.diffuse_map).0;
     optics.highlight *= texel(material.specular_map).0;
@@ -156,5 +121,6 @@ pub(super) fn surface<'a>(scene: &'a Scene, hit: &Hit, direction: DVec3) -> Surf
         },
         inside,
         off: largest.into_iter().fold(0.0, f64::max) / f64::from(1 << 19),
+        width,
     }
 }

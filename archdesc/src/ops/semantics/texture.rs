@@ -1,10 +1,16 @@
 //! Functions of the texture unit: the texels between which a coordinate lies, and their weighted mean.
 //!
-//! A descriptor is four words: the address of the texels, width and height in texels, and [`CLAMP`] or 0.
-//! Sizes are 1 to 65,536; smaller ones count as 1, larger ones as 65,536. Texels are words, red in the low
+//! A descriptor is four words: the address of the texels, width and height in texels, and flags: [`CLAMP`]
+//! or 0, and in the five bits from [`LEVELS_SHIFT`] on the number of smaller levels, 16 at most. Sizes are 1 to
+//! 65,536; smaller ones count as 1, larger ones as 65,536. Texels are words, red in the low
 //! byte, then green, blue and alpha, in tiles of 4×4, row by row: 64 bytes that a bilinear footprint seldom
 //! leaves. Tiles follow each other row by row; where width or height is no multiple of 4 the last tile of a
 //! row or column is whole nevertheless.
+//!
+//! Level 0 is the texture itself. Each side of the next level is half as long, rounded down, and 1 at least;
+//! its tiles follow the last tile of the level before. The level of detail, binary32 in lane 2 of the
+//! coordinates, is rounded to the nearest whole number (ties up): that level is sampled, level 0 for a
+//! negative number or NaN, the smallest where there is no such level. With no smaller level lane 2 has no meaning.
 //!
 //! Everything but the last rounding is exact. Along an axis of `n` texels the coordinate `c` stands
 //! at `c·n − ½`, rounded to the nearest multiple of 2^−`bits` (ties up), `bits` being the weight
@@ -21,6 +27,12 @@ use super::lanes::V4;
 /// The flag of a descriptor whose coordinates stop at the edges.
 pub const CLAMP: u32 = 1;
 
+/// The lowest bit of the number of smaller levels in the flags of a descriptor.
+pub const LEVELS_SHIFT: u32 = 8;
+
+/// Most smaller levels: those of a texture with a side of 65,536.
+pub const MAX_LEVELS: u32 = 16;
+
 /// The result for a texture of address 0, without touching memory: 1 in all lanes.
 pub const NO_TEXTURE: V4 = V4([0x3f80_0000; 4]);
 
@@ -33,12 +45,40 @@ pub struct Footprint {
     pub weights: [u32; 2],
 }
 
-/// The footprint of a coordinate, binary32 `u` and `v` in lanes 0 and 1, in the texture of a
-/// descriptor.
+/// The number of smaller levels of the texture of a descriptor.
+pub fn levels(descriptor: V4) -> u32 {
+    (descriptor.0[3] >> LEVELS_SHIFT & 31).min(MAX_LEVELS)
+}
+
+/// The level that a level of detail, binary32, selects in the texture of a descriptor.
+pub fn level(descriptor: V4, detail: u32) -> u32 {
+    let detail = f32::from_bits(detail);
+    if detail > 0.0 {
+        // Exact, and rounded towards 0; what is too large is the largest.
+        ((f64::from(detail) + 0.5) as u32).min(levels(descriptor))
+    } else {
+        0
+    }
+}
+
+/// The descriptor of a level alone, as if it were a texture.
+pub fn at_level(descriptor: V4, level: u32) -> V4 {
+    let V4([mut texels, width, height, flags]) = descriptor;
+    let (mut width, mut height) = (width.clamp(1, 1 << 16), height.clamp(1, 1 << 16));
+    for _ in 0..level {
+        let tiles = width.div_ceil(4).wrapping_mul(height.div_ceil(4));
+        texels = texels.wrapping_add(tiles.wrapping_mul(64));
+        (width, height) = ((width / 2).max(1), (height / 2).max(1));
+    }
+    V4([texels, width, height, flags & CLAMP])
+}
+
+/// The footprint of a coordinate in the texture of a descriptor: binary32 `u` and `v` in lanes 0 and 1, the
+/// level of detail in lane 2.
 pub fn footprint(descriptor: V4, uv: V4, bits: u32) -> Footprint {
+    let descriptor = at_level(descriptor, level(descriptor, uv.0[2]));
     let V4([_, width, height, flags]) = descriptor;
     let clamp = flags & CLAMP != 0;
-    let (width, height) = (width.clamp(1, 1 << 16), height.clamp(1, 1 << 16));
     let (x, x_weight) = between(uv.0[0], width, clamp, bits);
     let (y, y_weight) = between(uv.0[1], height, clamp, bits);
     let address = |x: u32, y: u32| texel_address(descriptor, x, y);

@@ -2,7 +2,8 @@
 
 use crate::scene::Texture;
 
-/// Texels of a side: two tiles. All of it is in the texture cache of most machines.
+/// Texels of a side: two tiles. All of it is in the texture cache of most machines, and the camera is so near
+/// that no smaller level is called for.
 const SIDE: u32 = 64;
 
 /// sRGB of the stones.
@@ -19,6 +20,7 @@ pub(super) fn tiles() -> Texture {
         width: SIDE,
         height: SIDE,
         texels: texels.collect(),
+        levels: false,
     }
 }
 

@@ -246,13 +246,19 @@ fn linear(byte: u32) -> f64 {
     }
 }
 
-/// Bilinear filtering with weights of any number of bits.
+/// Bilinear filtering with weights of any number of bits, of the level that is nearest to the third coordinate.
 fn texture(case: &Case) -> Vec<f64> {
-    let [width, height, clamp] = case.floats("size").map(|x: f32| x as i64);
+    let [width, height, clamp, levels] = case.floats("size").map(|x: f32| x as i64);
     if width == 0 {
         return vec![1.0; 4];
     }
-    let [u, v] = case.floats("at");
+    let [u, v, detail] = case.floats("at");
+    let level = match detail {
+        d if d.is_nan() => 0,
+        // Half way up; what is out of range stays so.
+        d => ((f64::from(d) + 0.5).floor() as i64).clamp(0, levels),
+    };
+    let [width, height] = [width, height].map(|side| (side >> level).max(1));
     let between = |c: f32, n: i64| -> ([i64; 2], f64) {
         let edge = if c < 0.0 { 0 } else { n - 1 };
         let c = match c {
@@ -274,7 +280,7 @@ fn texture(case: &Case) -> Vec<f64> {
     let ((xs, a), (ys, b)) = (between(u, width), between(v, height));
     let channel = |c: u32| {
         let value = |x: i64, y: i64| {
-            let byte = texel(x as u32, y as u32) >> (8 * c) & 255;
+            let byte = texel(level as u32, x as u32, y as u32) >> (8 * c) & 255;
             if c == 3 {
                 f64::from(byte) / 255.0
             } else {
