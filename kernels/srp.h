@@ -97,7 +97,7 @@
  * srp_texture(descriptor, u, v) samples a texture: descriptor is the address of an
  * srp_texture_map (scene.h) in system memory, (0, 0) the outer corner of the first texel, (1, 1) that of the last.
  * It gives red, green, blue and alpha, linear, from 0 to 1, bilinear filtered; a descriptor of 0
- * gives 1 1 1 1. srp_texture4 takes u and v in lanes 0 and 1. archdesc/src/ops/semantics/texture.rs
+ * gives 1 1 1 1. srp_texture4 takes u and v in lanes 0 and 1, the level of detail in lane 2. archdesc/src/ops/semantics/texture.rs
  * has the details.
  *
  * Halves (binary16) are computed with by two in an unsigned (srp_hadd2) and by eight in an int4 (srp_hadd8), on
