@@ -8,7 +8,16 @@
 
 use srp_archdesc::ops::semantics::texture::decoded;
 
-use super::texture::{Level, Texture};
+/// A smaller level of a picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Level {
+    /// Texels of a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// The texels, as those of the picture.
+    pub texels: Vec<u32>,
+}
 
 /// A level in linear light, in units of 2^−24.
 struct Linear {
@@ -17,13 +26,18 @@ struct Linear {
     texels: Vec<[u32; 4]>,
 }
 
-/// The smaller levels of a picture, down to a single texel. At most two of them are held at a time.
-pub(super) fn smaller(texture: &Texture) -> impl Iterator<Item = Level> + '_ {
+/// The smaller levels of a picture of this size without end: from a single texel on all are that texel. At most two of
+/// them are held at a time.
+pub(super) fn smaller<'a>(
+    width: u32,
+    height: u32,
+    texel: impl Fn(u32, u32) -> u32 + 'a,
+) -> impl Iterator<Item = Level> + 'a {
     let mut last: Option<Linear> = None;
-    (0..texture.smaller_levels()).map(move |_| {
+    std::iter::from_fn(move || {
         let next = match &last {
-            None => halved((texture.width, texture.height), |x, y| {
-                let texel = texture.texel(x, y);
+            None => halved((width, height), |x, y| {
+                let texel = texel(x, y);
                 std::array::from_fn(|channel| decoded(texel, channel))
             }),
             Some(level) => halved((level.width, level.height), |x, y| {
@@ -33,11 +47,11 @@ pub(super) fn smaller(texture: &Texture) -> impl Iterator<Item = Level> + '_ {
         let texels = next.texels.iter().map(|&texel| encoded(texel)).collect();
         let (width, height) = (next.width, next.height);
         last = Some(next);
-        Level {
+        Some(Level {
             width,
             height,
             texels,
-        }
+        })
     })
 }
 

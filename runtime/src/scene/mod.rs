@@ -26,10 +26,11 @@ use serde::Serialize;
 pub use camera::Camera;
 pub use light::default_lights;
 pub use load::{Load, Part};
+pub use mipmap::Level;
 pub use options::{MAX_BOUNCES, MAX_LIGHTS, MAX_SAMPLES, Options};
 pub use read::{Loaded, read};
 pub use surface::{Fresnel, Surface};
-pub use texture::{Channel, Level, MAX_TEXTURE_SIDE, Map, Texture};
+pub use texture::{Channel, MAX_TEXTURE_SIDE, Map, Texture};
 
 /// Largest absolute coordinate of a vertex. Beyond it, products of coordinates could overflow
 /// binary32 in the T&I unit.

@@ -8,7 +8,7 @@ use image::ImageReader;
 use serde::Serialize;
 
 use super::load::{Load, Part};
-use super::mipmap;
+use super::mipmap::{self, Level};
 use crate::memory::MAX_BYTES;
 
 /// Largest width and height of a picture, in texels.
@@ -30,17 +30,6 @@ pub struct Texture {
     pub levels: bool,
 }
 
-/// A smaller level of a picture.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Level {
-    /// Texels of a row.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// The texels, as those of a [`Texture`].
-    pub texels: Vec<u32>,
-}
-
 impl Texture {
     /// The texel at this column and row, the lowest row being 0.
     pub fn texel(&self, x: u32, y: u32) -> u32 {
@@ -57,7 +46,8 @@ impl Texture {
 
     /// Its smaller levels, the largest first.
     pub fn smaller(&self) -> impl Iterator<Item = Level> + '_ {
-        mipmap::smaller(self)
+        let levels = self.smaller_levels() as usize;
+        mipmap::smaller(self.width, self.height, |x, y| self.texel(x, y)).take(levels)
     }
 
     /// Bytes that it takes in memory with its smaller levels: tiles of 4 × 4 texels, each 64 bytes.
