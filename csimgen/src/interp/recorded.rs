@@ -5,7 +5,7 @@ use super::tables::Tables;
 use super::{Interpreter, Listener, trap};
 use crate::preamble::border::{Border, Fault, Stop};
 use crate::preamble::ops::V4;
-use crate::preamble::sequencer::{Datapath, Issue, KernelTimes};
+use crate::preamble::sequencer::{Datapath, Issue, KernelTimes, Place};
 use crate::spec::SimSpec;
 use srp_runtime::core::{Bus, Core, CoreState, Run, Trap};
 
@@ -50,6 +50,7 @@ pub struct Snapshot {
 }
 
 /// An interpreter that records.
+#[derive(Clone)]
 pub struct Recorder {
     interpreter: Interpreter,
 }
@@ -106,6 +107,16 @@ impl Recorder {
     pub fn next_kernel(&self) -> Option<u32> {
         let on_array = self.interpreter.sequencer.on_array();
         on_array.map(|(kernel, _)| kernel)
+    }
+
+    /// Where it goes on.
+    pub fn place(&self) -> Place {
+        self.interpreter.sequencer.place()
+    }
+
+    /// The positions of the open calls, innermost first.
+    pub fn open_calls(&self) -> impl Iterator<Item = u32> + '_ {
+        self.interpreter.sequencer.open_calls()
     }
 
     /// All of its state, as [`Core::save`].

@@ -86,6 +86,30 @@ pub struct KernelTimes {
     pub leave_cycles: u32,
 }
 
+/// Where a core goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// It issues a bundle.
+    Bundle(u32),
+    /// It does a context of a kernel.
+    Context {
+        /// The kernel.
+        kernel: u32,
+        /// Cycles since an iteration has begun.
+        slot: u32,
+        /// The iteration that begins, or has begun last.
+        iteration: u64,
+        /// Bit `s`: whether stage `s` has an iteration.
+        stages: u64,
+    },
+    /// It changes between the VLIW engine and the array.
+    Switch,
+    /// It has ended with this status.
+    Halted(i32),
+    /// It traps at this position.
+    Faulted(u32),
+}
+
 #[derive(Clone, Copy, Debug)]
 enum Mode {
     Vliw,
@@ -158,6 +182,32 @@ impl Sequencer {
             Mode::Enter { kernel, left: 0 } => Some((kernel, 0)),
             Mode::Array(array) if array.left > 0 => Some((array.kernel, array.iteration)),
             _ => None,
+        }
+    }
+
+    /// Where the core goes on.
+    pub fn place(&self) -> Place {
+        match self.mode {
+            Mode::Vliw | Mode::Leave { left: 0 } => Place::Bundle(self.pc),
+            Mode::Enter { kernel, left: 0 } => Place::Context {
+                kernel,
+                slot: 0,
+                iteration: 0,
+                stages: 1,
+            },
+            Mode::Array(array) if array.left > 0 => Place::Context {
+                kernel: array.kernel,
+                slot: array.slot,
+                iteration: array.iteration,
+                stages: match array.slot {
+                    0 => array.stages << 1 | u64::from(array.to_begin > 0),
+                    _ => array.stages,
+                },
+            },
+            Mode::Array(array) if array.times.leave_cycles == 0 => Place::Bundle(self.pc),
+            Mode::Enter { .. } | Mode::Array(_) | Mode::Leave { .. } => Place::Switch,
+            Mode::Halted(status) => Place::Halted(status),
+            Mode::Faulted(fault) => Place::Faulted(fault.at),
         }
     }
 

@@ -38,6 +38,7 @@ impl Clock {
 }
 
 /// Bus and memory.
+#[derive(Clone)]
 pub struct MemoryPath {
     bus: BusSpec,
     bus_clock: Clock,

@@ -11,7 +11,7 @@ use super::observer::{CoreView, MemoryRequest, Requester, Stall};
 use super::report::Account;
 use super::texture_cache::TextureCache;
 use super::{SystemError, Timing};
-use crate::core::{Activity, Core, Run};
+use crate::core::{Activity, Core, CoreState, Run};
 use crate::memory::unloaded;
 use crate::tni::{Estimated, HitRecord, Runs, SubmitError, Tni, Tree, Unit, Untimed};
 
@@ -53,6 +53,7 @@ pub(super) struct Ports {
 }
 
 /// The parts of a core round its engine.
+#[derive(Clone)]
 pub(super) struct Periphery {
     pub(super) number: u32,
     pub(super) sram: Vec<u8>,
@@ -61,6 +62,16 @@ pub(super) struct Periphery {
     pub(super) tni: Unit,
     pub(super) ports: Ports,
     pub(super) account: Account,
+}
+
+/// All of a core at an instant.
+#[derive(Clone)]
+pub(super) struct CoreSnapshot {
+    engine: CoreState,
+    periphery: Periphery,
+    state: State,
+    ready: u64,
+    kernel: Option<u32>,
 }
 
 /// One SGRT core.
@@ -147,6 +158,14 @@ impl Periphery {
     }
 }
 
+impl CoreSnapshot {
+    /// About how many bytes it takes.
+    pub(super) fn bytes(&self) -> usize {
+        // Caches and rays beside it are small.
+        self.periphery.sram.len() + 4 * self.engine.words.len()
+    }
+}
+
 impl CoreUnit {
     pub(super) fn new(
         number: u32,
@@ -176,6 +195,24 @@ impl CoreUnit {
             ready: 0,
             kernel: None,
         }
+    }
+
+    /// All of it; `None` where its engine keeps its state to itself.
+    pub(super) fn snapshot(&self) -> Option<CoreSnapshot> {
+        Some(CoreSnapshot {
+            engine: self.engine.save()?,
+            periphery: self.periphery.clone(),
+            state: self.state,
+            ready: self.ready,
+            kernel: self.kernel,
+        })
+    }
+
+    /// Goes on from a snapshot of the same core; `false` where the engine does not.
+    pub(super) fn restore(&mut self, from: &CoreSnapshot) -> bool {
+        self.periphery.clone_from(&from.periphery);
+        (self.state, self.ready, self.kernel) = (from.state, from.ready, from.kernel);
+        self.engine.restore(&from.engine)
     }
 
     /// One cycle of the T&I unit, in SRP cycle `now`.
@@ -219,6 +256,8 @@ impl CoreUnit {
             .map_err(|trap| SystemError::Trap {
                 core: self.periphery.number,
                 trap,
+                cycle: now,
+                waits: String::new(),
             })?;
         if let Some(fault) = self.periphery.ports.fault {
             return Err(SystemError::submission(self.periphery.number, fault));

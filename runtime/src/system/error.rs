@@ -19,6 +19,10 @@ pub enum SystemError {
         core: u32,
         /// Its trap.
         trap: Trap,
+        /// The SRP cycle.
+        cycle: u64,
+        /// What each core does, one line each.
+        waits: String,
     },
     /// A core handed the T&I unit buffers that are not in its SRAM.
     Submission {
@@ -47,6 +51,8 @@ pub enum SystemError {
     TooLong {
         /// The limit.
         cycles: u64,
+        /// What each core does, one line each.
+        waits: String,
     },
 }
 
@@ -69,7 +75,15 @@ impl fmt::Display for SystemError {
         match self {
             SystemError::NoCores => f.write_str("the system has no cores"),
             SystemError::Machine(why) => write!(f, "this machine cannot be simulated: {why}"),
-            SystemError::Trap { core, trap } => write!(f, "core {core} trapped: {trap}"),
+            SystemError::Trap {
+                core,
+                trap,
+                cycle,
+                waits,
+            } => write!(
+                f,
+                "core {core} trapped: {trap}\nthat was in cycle {cycle}:\n{waits}"
+            ),
             SystemError::Submission {
                 core,
                 address,
@@ -83,8 +97,8 @@ impl fmt::Display for SystemError {
             SystemError::Deadlock { cycle, waits } => {
                 write!(f, "nobody moves any more in cycle {cycle}:\n{waits}")
             }
-            SystemError::TooLong { cycles } => {
-                write!(f, "the frame takes more than {cycles} cycles")
+            SystemError::TooLong { cycles, waits } => {
+                write!(f, "the frame takes more than {cycles} cycles:\n{waits}")
             }
         }
     }

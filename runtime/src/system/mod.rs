@@ -16,6 +16,7 @@ mod error;
 mod observer;
 mod report;
 mod simulation;
+mod stepped;
 mod texture_cache;
 mod tiles;
 mod warm;
@@ -34,6 +35,7 @@ pub use error::SystemError;
 pub use observer::{CoreView, MemoryRequest, Observer, Requester, Stall};
 pub use report::{Account, CoreReport, KernelCycles, PortCycles, Report};
 pub use simulation::MAX_SILENCE;
+pub use stepped::{System, SystemSnapshot};
 pub use tiles::{QueuedTile, TileQueue, frame_blocks, z_order};
 pub use warm::{Misses, WarmCaches};
 
@@ -116,6 +118,21 @@ pub fn run(
     arch: &Arch,
     options: Options<'_>,
 ) -> Result<Report, SystemError> {
+    check_options(&engines, arch, &options)?;
+    let names = options.kernel_names.clone();
+    let mut simulation = Simulation::new(image.take(), engines, arch, options);
+    let cycles = simulation.run();
+    let report = cycles.map(|cycles| Report::of(&simulation, cycles, arch, &names));
+    image.memory = simulation.into_memory();
+    report
+}
+
+/// Refuses a frame that cannot begin.
+fn check_options(
+    engines: &[Box<dyn Core>],
+    arch: &Arch,
+    options: &Options<'_>,
+) -> Result<(), SystemError> {
     if engines.is_empty() {
         return Err(SystemError::NoCores);
     }
@@ -127,10 +144,5 @@ pub fn run(
             options.sram_image.len()
         )));
     }
-    let names = options.kernel_names.clone();
-    let mut simulation = Simulation::new(image.take(), engines, arch, options);
-    let cycles = simulation.run();
-    let report = cycles.map(|cycles| Report::of(&simulation, cycles, arch, &names));
-    image.memory = simulation.into_memory();
-    report
+    Ok(())
 }

@@ -49,6 +49,21 @@ fn request_of(core: u32, request: &MemoryRequest) -> Request {
     }
 }
 
+/// How far a frame is.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Instant {
+    /// The SRP cycle that comes next.
+    pub(super) srp: u64,
+    /// The cycle of the T&I units that comes next.
+    pub(super) tni: u64,
+    /// The last SRP cycle in which something moved.
+    progress: u64,
+    /// Results of the T&I units by then.
+    results: u64,
+    /// When the outside is looked at next.
+    look_up: u64,
+}
+
 /// A frame that is simulated.
 pub(super) struct Simulation<'a> {
     pub(super) cores: Vec<CoreUnit>,
@@ -107,47 +122,27 @@ impl<'a> Simulation<'a> {
     /// Runs until all cores have halted and everything is written, or the user has had enough.
     /// Returns the SRP cycles.
     pub(super) fn run(&mut self) -> Result<u64, SystemError> {
-        let watch = self.watch;
-        let stage = Stage::of(watch, "rendering", u64::from(self.shared.tiles.count()));
+        let stage = Stage::of(
+            self.watch,
+            "rendering",
+            u64::from(self.shared.tiles.count()),
+        );
         let mut told = 0;
-        let (mut srp, mut tni) = (0, 0);
-        let (mut last_progress, mut last_results, mut look_up) = (0, 0, 0);
+        let mut at = Instant::default();
         while !self.is_over() {
-            let (srp_time, tni_time) = (self.shared.srp.start(srp), self.shared.tni.start(tni));
-            let time = srp_time.min(tni_time);
-            self.take_answers(time, tni);
-            if tni_time == time {
-                for core in &mut self.cores {
-                    core.tick_tni(tni, srp, &mut self.shared);
+            self.advance(&mut at)?;
+            if at.srp >= at.look_up {
+                at.look_up = at.srp + REPORT_INTERVAL;
+                let taken = self.shared.tiles.taken();
+                stage.done(u64::from(taken - told));
+                told = taken;
+                if self.watch.cancelled() {
+                    break;
                 }
-                tni += 1;
+                self.check_length(at.srp)?;
             }
-            if srp_time == time {
-                let moved = self.step(srp)?;
-                let results = self.cores.iter().map(|c| c.periphery.tni.results()).sum();
-                if moved || results != last_results || self.in_flight() > 0 {
-                    (last_progress, last_results) = (srp, results);
-                }
-                self.check_silence(srp, srp - last_progress)?;
-                srp += 1;
-                if srp >= look_up {
-                    look_up = srp + REPORT_INTERVAL;
-                    let taken = self.shared.tiles.taken();
-                    stage.done(u64::from(taken - told));
-                    told = taken;
-                    if watch.cancelled() {
-                        break;
-                    }
-                    if srp > self.max_cycles {
-                        return Err(SystemError::TooLong {
-                            cycles: self.max_cycles,
-                        });
-                    }
-                }
-            }
-            self.send_requests(time);
-            (srp, tni) = self.skip(srp, tni);
         }
+        let srp = at.srp;
         for core in &mut self.cores {
             core.count_stall(srp);
             self.shared
@@ -157,11 +152,57 @@ impl<'a> Simulation<'a> {
         Ok(ends.fold(srp, u64::max))
     }
 
+    /// Advances everything to the next instant at which something can happen.
+    pub(super) fn advance(&mut self, at: &mut Instant) -> Result<(), SystemError> {
+        let (mut srp, mut tni) = (at.srp, at.tni);
+        let (srp_time, tni_time) = (self.shared.srp.start(srp), self.shared.tni.start(tni));
+        let time = srp_time.min(tni_time);
+        self.take_answers(time, tni);
+        if tni_time == time {
+            for core in &mut self.cores {
+                core.tick_tni(tni, srp, &mut self.shared);
+            }
+            tni += 1;
+        }
+        if srp_time == time {
+            let moved = self.step(srp)?;
+            let results = self.cores.iter().map(|c| c.periphery.tni.results()).sum();
+            if moved || results != at.results || self.in_flight() > 0 {
+                (at.progress, at.results) = (srp, results);
+            }
+            self.check_silence(srp, srp - at.progress)?;
+            srp += 1;
+        }
+        self.send_requests(time);
+        (at.srp, at.tni) = self.skip(srp, tni);
+        Ok(())
+    }
+
+    /// Refuses a frame that has gone on for longer than it may.
+    pub(super) fn check_length(&self, srp: u64) -> Result<(), SystemError> {
+        match srp > self.max_cycles {
+            true => Err(SystemError::TooLong {
+                cycles: self.max_cycles,
+                waits: self.waits(),
+            }),
+            false => Ok(()),
+        }
+    }
+
     /// SRP cycle `now` of all cores. Says whether any is at work.
     fn step(&mut self, now: u64) -> Result<bool, SystemError> {
         let mut moved = false;
-        for core in &mut self.cores {
-            moved |= core.step(now, &mut self.shared)?;
+        for i in 0..self.cores.len() {
+            let core = &mut self.cores[i];
+            match core.step(now, &mut self.shared) {
+                Ok(at_work) => moved |= at_work,
+                Err(mut error) => {
+                    if let SystemError::Trap { waits, .. } = &mut error {
+                        *waits = self.waits();
+                    }
+                    return Err(error);
+                }
+            }
             let hits = &core.periphery.ports.taken;
             if !hits.is_empty()
                 && let Some(missing) = self.guard.check(hits)
@@ -274,7 +315,8 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    fn waits(&self) -> String {
+    /// Who waits for what, one line each.
+    pub(super) fn waits(&self) -> String {
         let mut text = String::new();
         for (i, core) in self.cores.iter().enumerate() {
             let what = match core.state {

@@ -209,4 +209,8 @@ impl Dram for Banked {
             ..self.counters.clone()
         }
     }
+
+    fn copy(&self) -> Box<dyn Dram> {
+        Box::new(self.clone())
+    }
 }

@@ -84,6 +84,10 @@ impl Dram for FixedLatency {
     fn counters(&self) -> DramCounters {
         self.counters.clone()
     }
+
+    fn copy(&self) -> Box<dyn Dram> {
+        Box::new(self.clone())
+    }
 }
 
 #[cfg(test)]

@@ -174,6 +174,15 @@ pub trait Dram: Send {
 
     /// Its counts so far.
     fn counters(&self) -> DramCounters;
+
+    /// Another memory in the same state.
+    fn copy(&self) -> Box<dyn Dram>;
+}
+
+impl Clone for Box<dyn Dram> {
+    fn clone(&self) -> Self {
+        (**self).copy()
+    }
 }
 
 /// The memory that a machine names.

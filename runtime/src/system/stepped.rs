@@ -1,0 +1,147 @@
+//! A frame that somebody else advances, instant by instant, and can take back to where it was.
+
+use std::sync::Arc;
+
+use srp_archdesc::Arch;
+
+use super::core_unit::{CoreSnapshot, State};
+use super::simulation::{Instant, Simulation};
+use super::tiles::TileQueue;
+use super::{Options, SystemError, check_options};
+use crate::core::Core;
+use crate::memory::SystemMemory;
+use crate::memory::path::MemoryPath;
+use crate::scene_image::SceneImage;
+
+/// A frame that is advanced from outside.
+pub struct System<'a> {
+    simulation: Simulation<'a>,
+    at: Instant,
+}
+
+/// All of a frame at an instant.
+#[derive(Clone)]
+pub struct SystemSnapshot {
+    cores: Vec<CoreSnapshot>,
+    memory: Arc<SystemMemory>,
+    tiles: TileQueue,
+    paths: Vec<MemoryPath>,
+    at: Instant,
+}
+
+impl SystemSnapshot {
+    /// About how many bytes it takes, but for the memory, which snapshots may share.
+    pub fn bytes(&self) -> usize {
+        self.cores.iter().map(CoreSnapshot::bytes).sum()
+    }
+}
+
+impl<'a> System<'a> {
+    /// A frame at its start: one SGRT core of the machine for each engine, over the scene in `image`.
+    ///
+    /// # Errors
+    ///
+    /// The machine cannot be simulated.
+    pub fn new(
+        image: SceneImage,
+        engines: Vec<Box<dyn Core>>,
+        arch: &Arch,
+        options: Options<'a>,
+    ) -> Result<System<'a>, SystemError> {
+        check_options(&engines, arch, &options)?;
+        Ok(System {
+            simulation: Simulation::new(image, engines, arch, options),
+            at: Instant::default(),
+        })
+    }
+
+    /// The SRP cycle that comes next.
+    pub fn cycle(&self) -> u64 {
+        self.at.srp
+    }
+
+    /// True when all cores have ended and everything is written.
+    pub fn is_over(&self) -> bool {
+        self.simulation.is_over()
+    }
+
+    /// Advances to the next instant at which something can happen.
+    ///
+    /// # Errors
+    ///
+    /// The frame cannot go on.
+    pub fn advance(&mut self) -> Result<(), SystemError> {
+        self.simulation.advance(&mut self.at)?;
+        self.simulation.check_length(self.at.srp)
+    }
+
+    /// The SRAM of a core.
+    pub fn sram(&self, core: u32) -> Option<&[u8]> {
+        let core = self.simulation.cores.get(core as usize)?;
+        Some(&core.periphery.sram)
+    }
+
+    /// The memory that all cores share.
+    pub fn memory(&self) -> &SystemMemory {
+        &self.simulation.shared.memory
+    }
+
+    /// The text that a core's program has printed.
+    pub fn output(&self, core: u32) -> &[u8] {
+        let core = self.simulation.cores.get(core as usize);
+        core.map_or(&[], |core| &core.periphery.ports.output)
+    }
+
+    /// True if a core has ended.
+    pub fn has_ended(&self, core: u32) -> bool {
+        let core = self.simulation.cores.get(core as usize);
+        core.is_none_or(|core| core.state == State::Halted)
+    }
+
+    /// Who waits for what, one line each.
+    pub fn waits(&self) -> String {
+        self.simulation.waits()
+    }
+
+    /// All of it. Where the memory is as in `last`, the two share it. `None` where an engine keeps its state to
+    /// itself.
+    pub fn snapshot(&self, last: Option<&SystemSnapshot>) -> Option<SystemSnapshot> {
+        let Simulation {
+            cores,
+            shared,
+            paths,
+            ..
+        } = &self.simulation;
+        let cores = cores.iter().map(|core| core.snapshot());
+        let shared_memory = last
+            .map(|last| &last.memory)
+            .filter(|memory| memory.bytes() == shared.memory.bytes());
+        Some(SystemSnapshot {
+            cores: cores.collect::<Option<_>>()?,
+            memory: match shared_memory {
+                Some(memory) => Arc::clone(memory),
+                None => Arc::new(shared.memory.clone()),
+            },
+            tiles: shared.tiles.clone(),
+            paths: paths.clone(),
+            at: self.at,
+        })
+    }
+
+    /// Goes back, or on, to a snapshot of the same frame. `false` where an engine does not, after which the frame is
+    /// of no use.
+    pub fn restore(&mut self, from: &SystemSnapshot) -> bool {
+        let Simulation {
+            cores,
+            shared,
+            paths,
+            ..
+        } = &mut self.simulation;
+        shared.memory.clone_from(&from.memory);
+        shared.tiles.clone_from(&from.tiles);
+        paths.clone_from(&from.paths);
+        self.at = from.at;
+        let mut both = cores.iter_mut().zip(&from.cores);
+        both.all(|(core, from)| core.restore(from))
+    }
+}
