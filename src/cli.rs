@@ -3,6 +3,7 @@
 mod accuracy;
 mod cache;
 mod compiling;
+mod debug;
 mod diff;
 pub(crate) mod dram;
 mod fidelity;
@@ -22,6 +23,7 @@ pub(crate) use compiling::{
     Compile, ErrorFormat, Feature, Form, Loops, Report, Reported, Run, RunEngine, Source, Watch,
     fast_math,
 };
+pub(crate) use debug::{Debug, Inspected, Tandem};
 pub(crate) use diff::Diff;
 pub(crate) use fidelity::{FidelityTable, TableForm};
 pub(crate) use frame::{Building, Frame, parse_cameras};
@@ -115,6 +117,10 @@ pub(crate) enum Command {
     Compile(Compile),
     /// Compile, schedule and simulate a C program; its status is the command's.
     Run(Run),
+    /// Stop a program or a frame anywhere, look into it, and go back: for editors, or by commands.
+    Debug(Debug),
+    /// Run two engines in lock step, and say where they differ first.
+    Tandem(Tandem),
     /// Report the initiation interval of every loop, and what sets it.
     Report(Report),
     /// Say what got slower and faster between two frames, profiles or reports, largest first.

@@ -25,6 +25,11 @@ pub(crate) fn requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
 }
 
+/// Takes an interrupt as answered: work that is asked for later begins anew.
+pub(crate) fn forget() {
+    REQUESTED.store(false, Ordering::Relaxed);
+}
+
 /// Does work that looks for an interrupt with [`requested`]; a second interrupt ends it at once.
 pub(crate) fn looked_for<R>(work: impl FnOnce() -> R) -> R {
     LOOKED_FOR.store(true, Ordering::Relaxed);

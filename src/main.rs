@@ -6,6 +6,7 @@ mod cache;
 mod cli;
 mod compile;
 mod count;
+mod debug;
 mod diagnostics;
 mod diff;
 mod document;
@@ -31,6 +32,7 @@ mod run;
 mod scenes;
 mod sweep;
 mod talk;
+mod tandem;
 mod tni;
 mod trace;
 mod units;
@@ -70,6 +72,8 @@ fn main() -> ExitCode {
         Command::Accuracy(args) => accuracy::run(args).map(|()| 0),
         Command::Compile(args) => compile::run(args).map(|()| 0),
         Command::Run(args) => run::run(args),
+        Command::Debug(args) => debug::run(args).map(|()| 0),
+        Command::Tandem(args) => tandem::run(args),
         Command::Report(args) => report::run(args),
         Command::Diff(args) => diff::run(args),
         Command::Watch(args) => report::watch::run(args),

@@ -4,6 +4,7 @@
 mod accuracy;
 mod answers;
 mod cache;
+mod debug;
 mod diff;
 mod fast_math;
 mod flags;

@@ -88,17 +88,31 @@ impl<'a> Texts<'a> {
         read.insert(source.name.clone(), source.clone());
     }
 
+    /// The texts of a program's files, but of those that are not C by their names.
+    fn of(&self, program: &Program) -> BTreeMap<String, String> {
+        let read = self.read.borrow();
+        let text = |name: &String| match read.get(name) {
+            Some(source) => (!self.is_foreign(name)).then(|| source.text.clone()),
+            None => library::text(name).map(str::to_owned),
+        };
+        let names = program.files.values();
+        let texts = names.filter_map(|name| Some((name.clone(), text(name)?)));
+        texts.collect()
+    }
+
+    /// True for an included file that is not C by its name.
+    fn is_foreign(&self, name: &str) -> bool {
+        let is_asked_for = self.asked_for.iter().any(|asked| asked == name);
+        !is_asked_for && self.read.borrow().contains_key(name) && !files::is_c(Path::new(name))
+    }
+
     /// Messages in which one that quotes nothing stands for all about a file that is not C by its name.
     fn without_foreign_text(&self, diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
         let read = self.read.borrow();
-        let is_foreign = |name: &str| {
-            let is_asked_for = self.asked_for.iter().any(|asked| asked == name);
-            !is_asked_for && read.contains_key(name) && !files::is_c(Path::new(name))
-        };
         let mut told = BTreeSet::new();
         let mut shown = Vec::new();
         for message in diagnostics {
-            if !is_foreign(&message.file) {
+            if !self.is_foreign(&message.file) {
                 shown.push(message);
             } else if told.insert(message.file.clone()) {
                 let text = read.get(&message.file).map_or("", |s| s.text.as_str());
@@ -196,16 +210,43 @@ pub fn front_end(
     arch: &Arch,
     options: &Options,
 ) -> Result<(Program, Messages), Error> {
+    let front = with_texts(sources, arch, options)?;
+    Ok((front.program, front.messages))
+}
+
+/// A program with the text that it comes from.
+#[derive(Clone, Debug)]
+pub struct WithTexts {
+    /// The program.
+    pub program: Program,
+    /// Warnings.
+    pub messages: Messages,
+    /// The text of each of its files, by the file's name: of the sources, of what they include, and of the library's.
+    /// Included files that are not C by their names have none.
+    pub texts: BTreeMap<String, String>,
+}
+
+/// [`front_end`], with the texts of all files that were read.
+///
+/// # Errors
+///
+/// All that is wrong with the sources.
+pub fn with_texts(sources: &[Source], arch: &Arch, options: &Options) -> Result<WithTexts, Error> {
     let texts = Texts::new(sources, options);
     let compiled = with(&texts, arch, options, |o| srp_frontend::compile(sources, o));
     let (program, diagnostics) = match compiled {
         Ok((program, warnings)) => (Some(program), warnings),
         Err(errors) => (None, errors),
     };
+    let of_files = program.as_ref().map(|program| texts.of(program));
     let messages = texts.messages(options.warnings.choose(diagnostics));
     let is_error = |m: &Diagnostic| m.severity == Severity::Error;
-    match program {
-        Some(program) if !messages.diagnostics.iter().any(is_error) => Ok((program, messages)),
+    match program.zip(of_files) {
+        Some((program, texts)) if !messages.diagnostics.iter().any(is_error) => Ok(WithTexts {
+            program,
+            messages,
+            texts,
+        }),
         _ => Err(Error::Messages(messages)),
     }
 }

@@ -38,7 +38,9 @@ pub use error::Error;
 pub use frame::{
     BUILD_ID, Build, Frame, FrameOptions, MAX_CYCLES, hash, kernel_names, system_options,
 };
-pub use front_end::{front_end, interface, optimise, program, run_passes, syntax_tree};
+pub use front_end::{
+    WithTexts, front_end, interface, optimise, program, run_passes, syntax_tree, with_texts,
+};
 pub use input::Input;
 pub use loops::schedule_loop;
 pub use options::{Effort, Options, Warnings};

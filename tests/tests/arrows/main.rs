@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Crates by their folders, from the lowest; the command is last.
-const CRATES: [&str; 11] = [
+const CRATES: [&str; 12] = [
     "archdesc",
     "kernels",
     "ir",
@@ -18,6 +18,7 @@ const CRATES: [&str; 11] = [
     "csimgen",
     "toolchain",
     "traces",
+    "debugger",
     "studies",
     "",
 ];
@@ -87,6 +88,10 @@ fn crates_import_what_their_floor_allows() {
             ],
         ),
         ("traces", vec!["archdesc", "ir", "csimgen", "runtime"]),
+        (
+            "debugger",
+            vec!["archdesc", "ir", "csimgen", "runtime", "traces"],
+        ),
         (
             "studies",
             vec![
@@ -199,6 +204,7 @@ fn files_clock_and_environment_stay_outside_the_libraries() {
         "scheduler/src",
         "runtime/src",
         "traces/src",
+        "debugger/src",
     ] {
         assert_eq!(with_words(krate, &[], &words), none, "in {krate}");
     }

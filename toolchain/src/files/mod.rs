@@ -58,7 +58,8 @@ impl FileError {
         }
     }
 
-    fn reading(path: &Path, source: io::Error) -> FileError {
+    /// The file could not be read.
+    pub fn reading(path: &Path, source: io::Error) -> FileError {
         FileError::new(path, "read", source)
     }
 

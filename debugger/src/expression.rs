@@ -1,0 +1,173 @@
+//! Expressions that conditions and `evaluate` have: an operand, or two that are compared.
+
+use std::fmt;
+
+/// An operand.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Operand {
+    /// A number that is written as an integer or by an address.
+    Integer(u32),
+    /// A number that is written with a point or an exponent.
+    Real(f32),
+    /// A variable, a global object, a register, or one of the names that stand for the place.
+    Name(String),
+    /// An element of a global object, counted in words.
+    Element(String, Box<Operand>),
+    /// The word at an address.
+    At(Box<Operand>),
+}
+
+/// A comparison.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Comparison {
+    Equal,
+    Unequal,
+    Less,
+    AtMost,
+    Greater,
+    AtLeast,
+}
+
+/// An expression.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expression {
+    pub(crate) left: Operand,
+    pub(crate) right: Option<(Comparison, Operand)>,
+}
+
+/// Why an expression is none.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NoExpression(String);
+
+impl fmt::Display for NoExpression {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "`{}` is no expression: write NAME, NAME[INDEX], *ADDRESS or a number, or two of them with ==, !=, <, <=, \
+             > or >= between them",
+            self.0
+        )
+    }
+}
+
+impl std::error::Error for NoExpression {}
+
+const COMPARISONS: [(&str, Comparison); 6] = [
+    ("==", Comparison::Equal),
+    ("!=", Comparison::Unequal),
+    ("<=", Comparison::AtMost),
+    (">=", Comparison::AtLeast),
+    ("<", Comparison::Less),
+    (">", Comparison::Greater),
+];
+
+impl Expression {
+    /// Reads an expression.
+    ///
+    /// # Errors
+    ///
+    /// It is none.
+    pub fn parse(text: &str) -> Result<Expression, NoExpression> {
+        let wrong = || NoExpression(text.to_owned());
+        let found = COMPARISONS.iter().find_map(|(sign, comparison)| {
+            let (left, right) = text.split_once(sign)?;
+            Some((left, *comparison, right))
+        });
+        match found {
+            None => Ok(Expression {
+                left: operand(text).ok_or_else(wrong)?,
+                right: None,
+            }),
+            Some((left, comparison, right)) => Ok(Expression {
+                left: operand(left).ok_or_else(wrong)?,
+                right: Some((comparison, operand(right).ok_or_else(wrong)?)),
+            }),
+        }
+    }
+}
+
+/// A number as C writes it.
+fn number(text: &str) -> Option<Operand> {
+    let whole = |text: &str| match text.strip_prefix("0x") {
+        Some(digits) => i64::from_str_radix(digits, 16).ok(),
+        None => text.parse().ok(),
+    };
+    if let Some(n) = whole(text) {
+        return Some(Operand::Integer(n as u32));
+    }
+    let digits = text.strip_suffix(['f', 'F']).unwrap_or(text);
+    let is_number = digits.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+    let value = digits.parse().ok().filter(|_| is_number)?;
+    Some(Operand::Real(value))
+}
+
+/// An address, as adapters and C write it.
+pub(crate) fn address(text: &str) -> Option<u32> {
+    match number(text)? {
+        Operand::Integer(bits) => Some(bits),
+        _ => None,
+    }
+}
+
+fn operand(text: &str) -> Option<Operand> {
+    let text = text.trim();
+    if let Some(number) = number(text) {
+        return Some(number);
+    }
+    if let Some(address) = text.strip_prefix('*') {
+        return Some(Operand::At(Box::new(operand(address)?)));
+    }
+    if let Some((name, index)) = text.strip_suffix(']').and_then(|t| t.split_once('[')) {
+        let name = is_name(name).then(|| name.to_owned())?;
+        return Some(Operand::Element(name, Box::new(operand(index)?)));
+    }
+    is_name(text).then(|| Operand::Name(text.to_owned()))
+}
+
+fn is_name(text: &str) -> bool {
+    let inner = |c: char| c.is_alphanumeric() || "_.+".contains(c);
+    let first = |c: char| c.is_alphabetic() || c == '_';
+    text.starts_with(first) && text.chars().all(inner)
+}
+
+impl Comparison {
+    pub(crate) fn holds(self, left: f64, right: f64) -> bool {
+        match self {
+            Comparison::Equal => left == right,
+            Comparison::Unequal => left != right,
+            Comparison::Less => left < right,
+            Comparison::AtMost => left <= right,
+            Comparison::Greater => left > right,
+            Comparison::AtLeast => left >= right,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn expressions_are_read_and_refused() {
+        let parsed = Expression::parse("iteration == 17").expect("it is one");
+        let name = Operand::Name("iteration".to_owned());
+        let right = Some((Comparison::Equal, Operand::Integer(17)));
+        assert_eq!(parsed, Expression { left: name, right });
+        // A whole number with a point is a real one: the word beside it is a float.
+        assert_eq!(number("36.0"), Some(Operand::Real(36.0)));
+        assert_eq!(number("-1"), Some(Operand::Integer(u32::MAX)));
+        for right in [
+            "x",
+            "b[3] <= -1.5f",
+            "*0x80000010",
+            "fu_0_0_r[2] != y",
+            "p+4",
+        ] {
+            assert!(Expression::parse(right).is_ok(), "{right}");
+        }
+        for wrong in ["", "x ==", "f(x)", "a + b", "b[", "3x"] {
+            let error = Expression::parse(wrong).expect_err("it is none");
+            assert!(error.to_string().contains("NAME[INDEX]"), "{wrong}");
+        }
+    }
+}
