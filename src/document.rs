@@ -14,6 +14,7 @@ const NOT_OF_THE_QUESTION: &[&str] = &[
     "color",
     "engine",
     "error_format",
+    "export",
     "heat",
     "hits",
     "html",

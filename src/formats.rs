@@ -6,7 +6,7 @@ use crate::{
 };
 use schemars::Schema;
 use srp_studies::comparison::Comparison;
-use srp_studies::hard_cases::Listing;
+use srp_studies::hard_cases::{CaseList, Listing};
 use srp_studies::loops::{Differences, Report};
 use srp_studies::{fidelity, map};
 use srp_toolchain::envelope::{Contents, schema};
@@ -31,6 +31,7 @@ const FORMATS: &[Format] = &[
     Format::of::<srp_studies::accuracy::Report>(),
     Format::of::<area::Document>(),
     Format::of::<cache::Document>(),
+    Format::of::<CaseList>(),
     Format::of::<compile::Seconds>(),
     Format::of::<Comparison>(),
     Format::of::<dram::Summary>(),

@@ -4,31 +4,130 @@ use crate::cli::HardCases;
 use crate::failure::Failure;
 use crate::{document, files, interrupt, scenes, talk};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use srp_studies::hard_cases::{self, Case, Column, Level, Listing, Matrix, Verdict};
+use srp_archdesc::arch::Arch;
+use srp_archdesc::diagnostic::Source;
+use srp_studies::hard_cases::{
+    self, Case, CaseList, Column, Level, Listing, Matrix, Verdict, export,
+};
 use srp_toolchain::envelope::About;
+use srp_toolchain::files::{FileError, Kind, read_source};
 use srp_toolchain::machine;
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use std::path::{Path, PathBuf};
 
 /// Runs `srp hard-cases`: 1 where a case is wrong that is not listed as failing by design.
 pub(crate) fn run(args: &HardCases) -> Result<i32, Failure> {
-    if let Some(path) = &args.html {
+    for path in args.html.iter().chain(&args.export) {
         files::check_writable(path)?;
     }
     let arch = machine::read(&args.machine.machine)?;
-    let cases = hard_cases::cases(args.filter.as_deref().unwrap_or_default())
-        .map_err(Failure::of_arguments)?;
+    let sources = (!args.cases.is_empty()).then(|| sources(&args.cases));
+    let sources = sources.transpose()?;
+    let filter = args.filter.as_deref().unwrap_or_default();
+    let cases = hard_cases::cases(sources.as_deref(), filter).map_err(Failure::of_arguments)?;
+    if let Some(path) = &args.export {
+        files::write(path, exported(path, &arch, &cases)?.as_bytes())?;
+        return Ok(0);
+    }
+    if args.list {
+        talk::print(match args.json {
+            true => document::json(About::machine(&arch), &CaseList::of(&cases))?,
+            false => list_of(&cases),
+        })?;
+        return Ok(0);
+    }
     let session = &talk::session();
     let scene = scenes::read(args.scene.as_deref(), None, session)?;
     let matrix = interrupt::looked_for(|| hard_cases::run(&arch, cases, &scene, session))?;
+    let again = Again { args };
     if let Some(path) = &args.html {
-        files::write(path, page(&matrix).as_bytes())?;
+        files::write(path, page(&matrix, &again).as_bytes())?;
     }
     talk::print(match args.json {
         true => document::json(About::scene(&arch, &scene), &Listing::of(&matrix))?,
-        false => text(&matrix),
+        false => text(&matrix, &again),
     })?;
     Ok(i32::from(matrix.is_wrong()))
+}
+
+/// The files of cases: those named, and those of the folders named, by name.
+fn sources(paths: &[PathBuf]) -> Result<Vec<Source>, Failure> {
+    let mut files = Vec::new();
+    for path in paths {
+        if !path.is_dir() {
+            files.push(path.clone());
+            continue;
+        }
+        let wrong = |e| FileError::reading(path, e);
+        let entries = std::fs::read_dir(path).map_err(wrong)?;
+        let entries: Result<Vec<_>, _> = entries.map(|entry| entry.map(|e| e.path())).collect();
+        let mut found = entries.map_err(wrong)?;
+        found.retain(|path| path.extension().is_some_and(|e| e == "cases"));
+        if found.is_empty() {
+            let folder = path.display();
+            return Err(Failure::message(format!(
+                "no file of the folder {folder} ends in .cases"
+            )));
+        }
+        found.sort();
+        files.extend(found);
+    }
+    let read = files.iter().map(|path| read_source(path, Kind::Cases));
+    Ok(read.collect::<Result<_, _>>()?)
+}
+
+/// Cases in the form that the ending of a file says.
+fn exported(path: &Path, arch: &Arch, cases: &[Case]) -> Result<String, Failure> {
+    match path.extension().and_then(|e| e.to_str()) {
+        Some("c" | "h") => Ok(export::c(cases)),
+        Some("cases") => Ok(export::text(cases)),
+        Some("json") => Ok(document::json(About::machine(arch), &CaseList::of(cases))?),
+        _ => Err(Failure::usage(
+            "the file of --export ends in .c, .json or .cases",
+        )),
+    }
+}
+
+/// Cases as text: a line each.
+fn list_of(cases: &[Case]) -> String {
+    let mut text = String::new();
+    for case in cases {
+        let levels: Vec<&str> = case.levels.iter().map(|l| l.name()).collect();
+        let (levels, call) = (levels.join(" "), &case.call);
+        let _ = writeln!(text, "{:8} {call:18} {levels:12} {}", case.id, case.title);
+    }
+    text
+}
+
+/// The command that tries a case again.
+struct Again<'a> {
+    args: &'a HardCases,
+}
+
+impl Again<'_> {
+    fn command(&self, case: &Case) -> String {
+        let mut words = vec!["srp hard-cases".to_owned()];
+        words.extend(self.args.scene.iter().map(|scene| in_shell(scene)));
+        let machine = &self.args.machine.machine;
+        if machine.as_os_str() != "sgrt" {
+            words.push(format!("--machine {}", in_shell(machine)));
+        }
+        let files = self.args.cases.iter();
+        words.extend(files.map(|path| format!("--cases {}", in_shell(path))));
+        words.push(format!("--filter {}", in_shell(Path::new(&case.id))));
+        words.join(" ")
+    }
+}
+
+/// A word as a shell takes it.
+fn in_shell(word: &Path) -> String {
+    let word = word.display().to_string();
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./,+:@".contains(c);
+    match !word.is_empty() && word.chars().all(is_plain) {
+        true => word,
+        false => format!("'{}'", word.replace('\'', r"'\''")),
+    }
 }
 
 /// The sign of a verdict in the text.
@@ -66,7 +165,7 @@ fn letters() -> impl Iterator<Item = char> {
 }
 
 /// The matrix as text: a line for each case, a sign for each column.
-fn text(matrix: &Matrix) -> String {
+fn text(matrix: &Matrix, again: &Again<'_>) -> String {
     let mut text = heading(matrix) + "\n\n";
     let mut header = String::new();
     let mut named = letters();
@@ -103,10 +202,30 @@ fn text(matrix: &Matrix) -> String {
     };
     list(&mut text, matrix, "Wrong by design", &bounded);
     list(&mut text, matrix, "Wrong", &wrong);
+    let wrong = matrix
+        .cases
+        .iter()
+        .enumerate()
+        .filter(|&(i, _)| rank(matrix, i) == 0);
+    for (k, (_, case)) in wrong.enumerate() {
+        let what = if k == 0 { "\nOne alone, again:\n" } else { "" };
+        let _ = writeln!(text, "{what}  {}", again.command(case));
+    }
     for note in &matrix.skipped {
         let _ = writeln!(text, "\nskipped: {note}");
     }
     text
+}
+
+/// 0 for a case with a wrong answer, 1 for one with a bounded one, 2 for the others.
+fn rank(matrix: &Matrix, case: usize) -> u8 {
+    let of_case = (matrix.verdicts.iter()).filter(|((i, _), _)| *i == case);
+    let ranks = of_case.map(|(_, verdict)| match verdict {
+        Verdict::Wrong(_) => 0,
+        Verdict::Bounded(_) => 1,
+        Verdict::Right => 2,
+    });
+    ranks.min().unwrap_or(2)
 }
 
 /// Lists texts about verdicts, each once for all settings of the case that have it.
@@ -144,7 +263,7 @@ fn list(
 const STYLE: &str = include_str!("hard.css");
 
 /// The matrix as one page without network.
-fn page(matrix: &Matrix) -> String {
+fn page(matrix: &Matrix, again: &Again<'_>) -> String {
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -164,14 +283,17 @@ fn page(matrix: &Matrix) -> String {
                     span { i.none {} "not run there" }
                 }
                 @for note in &matrix.skipped { p.note { "Skipped: " (note) } }
-                (table(matrix))
+                (table(matrix, again))
             }
         }
     }
     .into_string()
 }
 
-fn table(matrix: &Matrix) -> Markup {
+fn table(matrix: &Matrix, again: &Again<'_>) -> Markup {
+    let mut cases: Vec<(usize, &Case)> = matrix.cases.iter().enumerate().collect();
+    // Those with wrong answers come first.
+    cases.sort_by_key(|&(i, _)| rank(matrix, i) > 0);
     let levels = || Level::ALL.into_iter();
     let of = |level| columns(matrix, level).collect::<Vec<_>>();
     let title = |level| match level {
@@ -198,10 +320,10 @@ fn table(matrix: &Matrix) -> Markup {
                 }
             }
             tbody {
-                @for (i, case) in matrix.cases.iter().enumerate() {
+                @for (i, case) in cases {
                     tr {
                         td.id { (case.id) }
-                        td.words { (about(case)) }
+                        td.words { (about(case, &again.command(case))) }
                         @for level in levels() {
                             @for (k, column) in of(level).into_iter().enumerate() {
                                 (cell(matrix.verdicts.get(&(i, column)), k == 0))
@@ -220,7 +342,7 @@ fn cell(verdict: Option<&Verdict>, first: bool) -> Markup {
 }
 
 /// The title, and the whole case behind it.
-fn about(case: &Case) -> Markup {
+fn about(case: &Case, again: &str) -> Markup {
     let bits = |words: &[u32]| {
         let words = words.iter().map(|w| format!("{w:08x}"));
         words.collect::<Vec<_>>().join(" ")
@@ -229,10 +351,12 @@ fn about(case: &Case) -> Markup {
         details {
             summary { (case.title) }
             p { code { (case.call) } " gives " code { (case.gives.join(" ")) }
-                @if case.within > 0.0 { ", within " (case.within) " units of the last place" } }
+                @if case.within > 0.0 { ", within " (case.within) " units of the last place" }
+                @for answer in &case.may { ", or " code { (answer.join(" ")) } } }
             @for (name, words) in &case.arguments { @if words.len() <= 48 {
                 p.soft { (name) " " code { (bits(words)) } }
             } }
+            p.soft { code { (again) } }
             p.soft { "Oracle: " (case.oracle.name()) ". Source: " (case.source) ". " code { (case.place) } }
         }
     }

@@ -31,3 +31,168 @@ fn hard_cases_are_right_or_within_the_bounds_stated() {
     let unknown = srp(&folder, &["hard-cases", "--filter", "nonsense"]);
     assert_eq!(unknown.status.code(), Some(2));
 }
+
+const OWN: &str = "\
+version 1
+on srp
+by rule
+source this test
+case Y1 the sine of one is none
+  call sinf of 1
+  gives 0.9
+case Y2 the sine of one is allowed
+  call sinf of 1
+  gives 0.9
+  may 0.84147096
+  within 2
+case Y3 a box is met
+  call box low 0 0 0 high 1 1 1 from -1 .5 .5 along 1 0 0
+  on tni
+  gives hit
+";
+
+#[test]
+fn cases_of_ones_own_are_tried() {
+    let folder = folder("hard-own");
+    super::write(&folder, "my.cases", OWN);
+    let args = ["hard-cases", "--cases", "my.cases", "--html", "own.html"];
+    let output = srp(&folder, &args);
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert!(text.contains("srp hard-cases --cases my.cases --filter Y1\n"));
+    let row = |id: &str| {
+        let found = text.lines().find(|line| line.starts_with(id));
+        found.expect("the case has a row")[9..19].to_owned()
+    };
+    assert!(row("Y1").contains('X') && !row("Y1").contains('.'));
+    assert!(row("Y2").contains('o') && !row("Y2").contains('X'));
+    let page = std::fs::read_to_string(folder.join("own.html")).expect("it was written");
+    let place = |what: &str| page.find(what).expect("the page has it");
+    assert!(place(">Y1<") < place(">Y2<") && place(">Y2<") < place(">Y3<"));
+    let right = srp(&folder, &["hard-cases", "--cases", ".", "--filter", "Y3"]);
+    assert_eq!(right.status.code(), Some(0));
+}
+
+#[test]
+fn mistakes_in_cases_are_shown() {
+    let folder = folder("hard-mistakes");
+    for (wrong, told) in [
+        ("version 2", "1:1: this tool reads version 1"),
+        ("call frob of 1", "6:1: nothing is called `frob`"),
+        ("call sinf 1", "6:1: `1` has no name before it"),
+        ("call sinf on 1", "6:1: `sinf` has no argument `on`"),
+        ("call sinf of 1 2 3 4 5", "6:1: `of` has 5 numbers"),
+        (
+            "call leaks sphere 9 9 1 0 0 0 seed 1\non tni",
+            "6:1: `leaks` needs `rays`",
+        ),
+        (
+            "call ray grid 1e9 from 0 0 0 along 1 0 0\non tni",
+            "6:1: 1000000000 is no size",
+        ),
+        ("gives hit", "6:1: `hit` is no number"),
+        ("gives 1 2", "6:1: the answer has 1 number, not 2"),
+        ("on tni", "6:1: `sinf` does not run at the level tni"),
+        ("costs frob 1", "6:1: no unit is called `frob`"),
+        ("loses frob 1", "6:1: no triangle test is called `frob`"),
+        ("within -1", "6:1: `-1` is not a number from 0 on"),
+        ("gifs 1", "6:1: `gifs` is no keyword"),
+        ("case Y1 again", "6:1: a case `Y1` stands at"),
+    ] {
+        let (version, line) = match wrong.starts_with("version") {
+            true => (wrong, "within 1"),
+            false => ("version 1", wrong),
+        };
+        let text =
+            format!("{version}\non srp\ncase Y1 one\ncall sinf of 1\ngives 0.84147096\n{line}\n");
+        super::write(&folder, "my.cases", &text);
+        let output = srp(&folder, &["hard-cases", "--cases", "my.cases", "--list"]);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{wrong}: {said}");
+        let (place, what) = told.split_once(": ").expect("a place");
+        assert!(
+            said.contains(&format!("my.cases:{place}\n")),
+            "{wrong}: {said}"
+        );
+        assert!(said.contains(what), "{wrong}: {said}");
+    }
+}
+
+/// A program in C that tries the square roots among the exported cases.
+const OTHER: &str = r#"
+#include "cases.c"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+int main(void)
+{
+    int tried = 0;
+    for (size_t i = 0; i < srp_case_count; i++) {
+        const struct srp_case *c = &srp_cases[i];
+        if (strcmp(c->call, "sqrt") != 0)
+            continue;
+        float of, gives, found;
+        memcpy(&of, c->argument[0].bits, 4);
+        memcpy(&gives, c->number, 4);
+        found = sqrtf(of);
+        if (!(found == gives || (isnan(found) && isnan(gives)))) {
+            printf("%s: %a, not %a\n", c->id, found, gives);
+            return 1;
+        }
+        tried++;
+    }
+    return tried > 5 ? 0 : 2;
+}
+"#;
+
+#[test]
+fn cases_go_to_other_programs() {
+    let folder = folder("hard-export");
+    for file in ["cases.c", "all.cases", "cases.json"] {
+        let output = srp(&folder, &["hard-cases", "--export", file]);
+        assert_eq!(output.status.code(), Some(0), "{file}");
+    }
+    // What is written in the own form is read as the same.
+    let again = [
+        "hard-cases",
+        "--cases",
+        "all.cases",
+        "--export",
+        "again.cases",
+    ];
+    assert_eq!(srp(&folder, &again).status.code(), Some(0));
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).expect("it was written");
+    assert_eq!(read("all.cases"), read("again.cases"));
+    let json: serde_json::Value = serde_json::from_str(&read("cases.json")).expect("it is JSON");
+    let count = json["cases"].as_array().map_or(0, Vec::len);
+    let list = srp(&folder, &["hard-cases", "--list"]);
+    let list = String::from_utf8_lossy(&list.stdout).lines().count();
+    assert!(count == list && count > 600, "{count} {list}");
+
+    super::write(&folder, "other.c", OTHER);
+    let cc = |args: &[&str]| {
+        let mut cc = std::process::Command::new("cc");
+        cc.current_dir(&folder).args(args).output()
+    };
+    if cc(&["--version"]).is_err() {
+        println!("skipped: there is no cc");
+        return;
+    }
+    let built = cc(&[
+        "-Wall", "-Werror", "-std=c99", "other.c", "-lm", "-o", "other",
+    ]);
+    let built = built.expect("cc can be started");
+    assert!(
+        built.status.success(),
+        "{}",
+        String::from_utf8_lossy(&built.stderr)
+    );
+    let run = std::process::Command::new(folder.join("other")).output();
+    let run = run.expect("it can be started");
+    assert!(
+        run.status.success(),
+        "{}",
+        String::from_utf8_lossy(&run.stdout)
+    );
+}

@@ -156,6 +156,7 @@ const PRINTED: &[&str] = &[
     "area",
     "units tiny",
     "hard-cases --filter T1",
+    "hard-cases --filter T1 --list",
     "sweep --set array.contexts=32,128 --program loop.c --measure ii,area",
     "sweep report sweep",
     "cache show",

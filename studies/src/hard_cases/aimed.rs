@@ -1,8 +1,9 @@
 //! Many rays at once, where a single one proves little: aimed at what triangles share, and started
 //! on surfaces.
 
-use super::call::{Calls, Function};
+use super::call::Calls;
 use super::catalogue::Case;
+use super::functions::Function;
 use super::judge::Verdict;
 use super::meshes;
 use super::settings::Setting;

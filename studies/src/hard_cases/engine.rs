@@ -1,6 +1,5 @@
 //! Where the kernels' functions are run: on the host, by its C compiler, and on the simulated SRP.
 
-use super::catalogue::FOLDER;
 use crate::Error;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Source;
@@ -18,6 +17,9 @@ use std::process::{Command, Stdio};
 
 /// The driver's text.
 const DRIVER: &str = include_str!("driver.c");
+
+/// Where it is.
+const FOLDER: &str = "studies/src/hard_cases";
 
 /// The effects that the kernels are built for: surfaces that mirror, bend and scatter light and have shadows.
 const EFFECTS: &str = "normals,texture,light,lights,highlight,shadow,reflection,transparency,\

@@ -84,9 +84,31 @@ impl Contents for Listing {
     const WRITTEN_BY: &'static str = "`srp hard-cases --json`";
 }
 
+/// Cases without verdicts, as they are written.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct CaseList {
+    /// The cases.
+    pub cases: Vec<WrittenCase>,
+}
+
+impl CaseList {
+    /// The list of some cases.
+    pub fn of(cases: &[Case]) -> CaseList {
+        CaseList {
+            cases: cases.iter().map(WrittenCase::of).collect(),
+        }
+    }
+}
+
+impl Contents for CaseList {
+    const FORMAT: &'static str = "srp-cases";
+    const VERSION: u32 = 1;
+    const WRITTEN_BY: &'static str = "`srp hard-cases --list --json`";
+}
+
 /// A case as it is written.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct ListedCase {
+pub struct WrittenCase {
     /// Its name.
     pub id: String,
     /// What it tries.
@@ -99,6 +121,9 @@ pub struct ListedCase {
     pub arguments: Vec<Argument>,
     /// The answer that it has to give.
     pub gives: Vec<String>,
+    /// Other answers that it may give.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub may: Vec<Vec<String>>,
     /// How far it may be off, in units of the last place.
     pub within_ulp: f64,
     /// The code that computes the answer again.
@@ -107,6 +132,14 @@ pub struct ListedCase {
     pub source: String,
     /// Levels that it runs at.
     pub levels: Vec<String>,
+}
+
+/// A case with its verdicts, as it is written.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct ListedCase {
+    /// The case.
+    #[serde(flatten)]
+    pub case: WrittenCase,
     /// Its verdicts.
     pub results: Vec<CaseResult>,
 }
@@ -157,21 +190,30 @@ fn listed(matrix: &Matrix, i: usize, case: &Case) -> ListedCase {
             what: what.to_owned(),
         }
     });
-    let arguments = case.arguments.iter().map(|(name, words)| Argument {
-        name: name.to_string(),
-        bits: words.iter().map(|word| format!("{word:08x}")).collect(),
-    });
     ListedCase {
-        id: case.id.to_string(),
-        title: case.title.to_string(),
-        place: case.place.to_string(),
-        call: case.call.to_string(),
-        arguments: arguments.collect(),
-        gives: case.gives.iter().map(ToString::to_string).collect(),
-        within_ulp: case.within,
-        oracle: case.oracle.name().to_owned(),
-        source: case.source.to_string(),
-        levels: case.levels.iter().map(|l| l.name().to_owned()).collect(),
+        case: WrittenCase::of(case),
         results: results.collect(),
+    }
+}
+
+impl WrittenCase {
+    fn of(case: &Case) -> WrittenCase {
+        let arguments = case.arguments.iter().map(|(name, words)| Argument {
+            name: name.clone(),
+            bits: words.iter().map(|word| format!("{word:08x}")).collect(),
+        });
+        WrittenCase {
+            id: case.id.clone(),
+            title: case.title.clone(),
+            place: case.place.clone(),
+            call: case.call.clone(),
+            arguments: arguments.collect(),
+            gives: case.gives.clone(),
+            may: case.may.clone(),
+            within_ulp: case.within,
+            oracle: case.oracle.name().to_owned(),
+            source: case.source.clone(),
+            levels: case.levels.iter().map(|l| l.name().to_owned()).collect(),
+        }
     }
 }

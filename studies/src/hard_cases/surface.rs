@@ -1,8 +1,9 @@
 //! Rays that start on surfaces, as the kernels make them: from a hit to the shadow ray, the mirrored
 //! ray and the one through the surface, and back to the T&I unit.
 
-use super::call::{Calls, Function};
+use super::call::Calls;
 use super::catalogue::Case;
+use super::functions::Function;
 use super::judge::{self, Verdict};
 use super::unit::{self, Unit};
 use crate::exact;

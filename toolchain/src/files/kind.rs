@@ -31,6 +31,8 @@ pub enum Kind {
     Report,
     /// A plan of a sweep.
     Plan,
+    /// Hard cases.
+    Cases,
     /// The jobs and rows in the folder of a sweep.
     Rows,
 }
@@ -54,7 +56,7 @@ const VERTICES: Option<Sign> = Some((has_vertices, "no line begins with `v`"));
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Kind; 15] = [
+    pub const ALL: [Kind; 16] = [
         Kind::Source,
         Kind::Machine,
         Kind::Program,
@@ -69,6 +71,7 @@ impl Kind {
         Kind::Trace,
         Kind::Report,
         Kind::Plan,
+        Kind::Cases,
         Kind::Rows,
     ];
 
@@ -90,6 +93,7 @@ impl Kind {
             Kind::Trace => ("trace", 1024 * MIB, NUMBERS),
             Kind::Report => ("report", 64 * MIB, JSON),
             Kind::Plan => ("plan", MIB, None),
+            Kind::Cases => ("file of hard cases", 16 * MIB, None),
             Kind::Rows => ("table of a sweep", 256 * MIB, JSON),
         }
     }
