@@ -35,7 +35,9 @@ pub(crate) use sweep::{Sweep, SweepAction};
 pub(crate) use tni::{HeatOf, Latencies, Pipeline, RayKind, Tni, TniMemory};
 pub(crate) use trace::{Trace, TraceOf};
 
+use crate::limits::{self, Limits};
 use crate::talk::Colour;
+
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use srp_scheduler::modulo::Solver;
@@ -82,6 +84,11 @@ pub(crate) struct Cli {
     /// Say errors and warnings only: no notes, no names of written files, no progress
     #[arg(short, long, global = true)]
     pub(crate) quiet: bool,
+    /// Take the inputs for a stranger's: work in a sandbox, within limits such as
+    /// memory=2G,seconds=60,cycles=1e9 (docs/reliability.md has all)
+    #[arg(long, global = true, value_name = "LIMITS", num_args = 0..=1, require_equals = true,
+        default_missing_value = "", value_parser = Limits::parse)]
+    pub(crate) untrusted: Option<Limits>,
 }
 
 const COLOURS: &[Choice<Colour>] = &[
@@ -196,7 +203,7 @@ fn parse_pixel(text: &str) -> Result<(u32, u32), String> {
 /// The threads that are asked for, or as many as the host has processors.
 pub(crate) fn threads(asked: Option<usize>) -> usize {
     let host = std::thread::available_parallelism().map_or(1, usize::from);
-    asked.unwrap_or(host.min(MAX_THREADS))
+    asked.unwrap_or(host.min(MAX_THREADS).min(limits::threads()))
 }
 
 /// The longest search for a schedule, in hundredths of the usual one.

@@ -31,6 +31,7 @@ const NOT_OF_THE_QUESTION: &[&str] = &[
     "threads",
     "trace_format",
     "trace_output",
+    "untrusted",
 ];
 
 /// What the command line asks for.

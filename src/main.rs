@@ -19,6 +19,7 @@ mod files;
 mod formats;
 mod hard;
 mod interrupt;
+mod limits;
 mod machine;
 mod map;
 mod page;
@@ -36,6 +37,7 @@ mod tandem;
 mod tni;
 mod trace;
 mod units;
+mod untrusted;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches};
@@ -43,6 +45,7 @@ use cli::{Cli, Command};
 use failure::Failure;
 use srp_toolchain::engine;
 use std::process::ExitCode;
+use untrusted::Rooms;
 
 fn main() -> ExitCode {
     if std::env::args_os()
@@ -53,10 +56,27 @@ fn main() -> ExitCode {
     }
     let mut command = Cli::command();
     command.build();
-    let matches = command.clone().get_matches();
+    let (arguments, is_confined) = untrusted::arguments();
+    let matches = command.clone().get_matches_from(arguments);
     document::remember(&command, &matches);
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     talk::set_manner(cli.color, cli.quiet);
+    if let Some(limits) = &cli.untrusted {
+        let mut rooms = Rooms::of(&command, &matches);
+        if !is_confined {
+            return end(untrusted::guard(
+                cli.command.as_ref(),
+                &matches,
+                limits,
+                &mut rooms,
+            ));
+        }
+        if let Err(failure) = untrusted::confine(limits, &rooms) {
+            return end(Err(failure));
+        }
+    } else if is_confined {
+        wrong(command, "work is confined by --untrusted");
+    }
     interrupt::catch();
     let command_line = (&cli.command, cli.explain.as_deref());
     let command = match command_line {
@@ -94,6 +114,11 @@ fn main() -> ExitCode {
             talk::print(script).map(|()| 0).map_err(Failure::from)
         }
     };
+    end(result)
+}
+
+/// The status of the process, with a failure said.
+fn end(result: Result<i32, Failure>) -> ExitCode {
     match result {
         // The exit status of a program is its low eight bits, as everywhere.
         Ok(status) => ExitCode::from(status as u8),

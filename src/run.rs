@@ -7,7 +7,7 @@ pub(crate) use account::Account;
 use crate::cli::{Run, RunEngine};
 use crate::failure::Failure;
 use crate::profile::Target;
-use crate::{compile, diagnostics, files, interrupt, refused_kernel, report, talk, trace};
+use crate::{compile, diagnostics, files, interrupt, limits, refused_kernel, report, talk, trace};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::isa::Space;
 use srp_archdesc::ops::Value;
@@ -86,8 +86,9 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     let mut bus = Solo::new(&program.image, arch.system.sram_bytes);
     let mut account = Finish::default();
     let printing = Printing::to(args.json);
+    let limit = args.limit.min(session.cycles);
     let ended = interrupt::looked_for(|| {
-        solo::run_until(core.as_mut(), &mut bus, args.limit, &printing, &mut account)
+        solo::run_until(core.as_mut(), &mut bus, limit, &printing, &mut account)
     });
     printing.end(&bus.output)?;
     let told = Account::of(&account, program, ended.is_ok());
@@ -279,7 +280,7 @@ fn interpret(input: Input, options: &Options, args: &Run, arch: &Arch) -> Result
     };
     let options = interp::Options {
         precision,
-        steps: args.limit,
+        steps: args.limit.min(limits::cycles()),
         ..interp::Options::new(&layout)
     };
     let zeros = dre.control.funcs[main].blocks[dre.control.funcs[main].entry()]

@@ -1,10 +1,9 @@
 //! Talk: what goes to standard error while a command works. Data goes to standard output.
 
-use crate::interrupt;
+use crate::{interrupt, limits};
 use cpu_time::ThreadTime;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use srp_archdesc::watch::{Event, Watch};
-use srp_toolchain::cache::{Cache, Place};
 use srp_toolchain::engine::Shares;
 use srp_toolchain::files::FileError;
 use srp_toolchain::{Engines, Session};
@@ -143,10 +142,15 @@ pub(crate) struct Console {
 
 /// A session that the terminal watches, with the user's cache.
 pub(crate) fn session() -> Session<'static> {
-    let cache = Cache::at(Place::of_user());
+    let session = Session::new(&CONSOLE).with_cache(limits::cache());
+    let may_start = limits::may_start();
     Session {
-        builder: std::env::current_exe().ok(),
-        ..Session::new(&CONSOLE).with_cache(cache)
+        threads: session.threads.min(limits::threads()),
+        outside: limits::outside(),
+        builder: std::env::current_exe().ok().filter(|_| may_start),
+        compiles: may_start,
+        cycles: limits::cycles(),
+        ..session
     }
 }
 

@@ -19,6 +19,9 @@ use srp_studies::accuracy::{Evidence, Options, Study, Trial};
 use srp_toolchain::envelope::About;
 use std::path::Path;
 
+/// The folder of pictures where none is named.
+pub(crate) const FOLDER: &str = "accuracy";
+
 /// Runs `srp accuracy`.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let session = &talk::session();
@@ -39,7 +42,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         threads: args.threads,
     };
     let study = Study::of(&frame, options).map_err(Failure::of_arguments)?;
-    let folder = Folder::open(args.output.as_deref().unwrap_or(Path::new("accuracy")))?;
+    let folder = Folder::open(args.output.as_deref().unwrap_or(Path::new(FOLDER)))?;
     let shown = |trial: &Trial, evidence: &Evidence<'_>| {
         let written = folder.write(trial, evidence);
         written.map_err(Error::from)

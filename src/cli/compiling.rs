@@ -2,9 +2,9 @@
 
 use super::{Choice, MachineFile, Search, Trace, one_of};
 use crate::failure::Failure;
+use crate::limits;
 use clap::{Args, ValueEnum};
 use srp_ir::pass::{self, FastMath, Rewrite, Rule};
-use srp_toolchain::files::Outside;
 use srp_toolchain::{Options, Warnings};
 use std::path::PathBuf;
 
@@ -171,7 +171,7 @@ impl Compilation {
         let has = |feature| source.feature.contains(&feature);
         Ok(Options {
             include: source.include.clone(),
-            outside: Outside::default(),
+            outside: limits::outside(),
             defines: source.define.iter().map(|text| define(text)).collect(),
             auto_kernel: !source.no_auto_kernel && !has(Feature::NoAutoKernel),
             double_is_float: source.double,

@@ -3,6 +3,7 @@
 
 use super::{Choice, Feature, MachineFile, fast_math};
 use crate::failure::Failure;
+use crate::limits;
 use clap::Args;
 use srp_kernels::effect;
 use srp_kernels::form::{self, Forms};
@@ -48,6 +49,9 @@ pub(crate) struct Shading {
     #[arg(long, value_name = "X,Y,Z[/R,G,B]", allow_hyphen_values = true, value_parser = parse_light)]
     pub(crate) light: Vec<Light>,
 }
+
+/// Bytes of the host's memory that a pixel takes, by the level of simulation that takes least.
+const PIXEL_BYTES: u64 = 32;
 
 /// What a frame is of: a scene, seen and lit, and the machine that renders it.
 #[derive(Args)]
@@ -100,6 +104,12 @@ impl Frame {
         builder: Builder,
         size: (u32, u32),
     ) -> Result<FrameOptions, Failure> {
+        let pixels = u64::from(size.0) * u64::from(size.1);
+        limits::fits(
+            format_args!("a picture of {}x{}", size.0, size.1),
+            pixels * PIXEL_BYTES,
+        )
+        .map_err(Failure::Message)?;
         let Shading {
             effects,
             samples,

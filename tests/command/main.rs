@@ -17,6 +17,7 @@ mod report;
 mod schemas;
 mod sweep;
 mod units;
+mod untrusted;
 mod words;
 
 use std::path::{Path, PathBuf};

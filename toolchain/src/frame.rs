@@ -306,7 +306,7 @@ pub fn system_options<'a>(
     session: &Session<'a>,
 ) -> system::Options<'a> {
     system::Options {
-        max_cycles: MAX_CYCLES,
+        max_cycles: MAX_CYCLES.min(session.cycles),
         guard,
         timing,
         kernel_names: kernel_names(program),

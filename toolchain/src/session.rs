@@ -21,6 +21,10 @@ pub struct Session<'a> {
     /// The program that builds simulators beside the work: it calls [`build`](crate::engine::build) if its
     /// first argument asks for that. Without one, no simulators are built beside the work.
     pub builder: Option<PathBuf>,
+    /// True if `rustc` may be started for a simulator that is not in the cache.
+    pub compiles: bool,
+    /// The most cycles that a program or a frame is simulated, or steps that it is interpreted.
+    pub cycles: u64,
 }
 
 impl<'a> Session<'a> {
@@ -32,6 +36,8 @@ impl<'a> Session<'a> {
             cache: Arc::new(Cache::in_memory()),
             outside: Outside::default(),
             builder: None,
+            compiles: true,
+            cycles: u64::MAX,
         }
     }
 

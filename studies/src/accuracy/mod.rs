@@ -318,6 +318,8 @@ impl<'a> Bench<'a> {
             threads: self.session.threads,
             cache: Arc::clone(&self.session.cache),
             outside: self.session.outside,
+            compiles: self.session.compiles,
+            cycles: self.session.cycles,
             builder: None,
         };
         let trial = |(): &mut (), i: usize| {
@@ -392,6 +394,8 @@ impl<'a> Bench<'a> {
             threads: 1,
             cache: Arc::clone(&self.session.cache),
             outside: self.session.outside,
+            compiles: self.session.compiles,
+            cycles: self.session.cycles,
             builder: None,
         };
         let frame = setting.applied(self.base).frame(self.frame);

@@ -105,7 +105,7 @@ impl Prepared<'_> {
             guard: frame.guard.clone(),
             recorded_hits: self.recorded_hits,
             kernel_names: &names,
-            max_cycles: MAX_CYCLES,
+            max_cycles: MAX_CYCLES.min(session.cycles),
             threads: self.threads,
             watch: session.watch,
         };

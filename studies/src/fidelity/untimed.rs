@@ -37,7 +37,7 @@ pub fn untimed(
         guard,
         threads: session.threads,
         tiles: None,
-        steps: MAX_STEPS,
+        steps: MAX_STEPS.min(session.cycles),
         watch: session.watch,
     };
     let frame = functional::render(image, program, arch, options)?;

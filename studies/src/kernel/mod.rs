@@ -341,6 +341,8 @@ impl<'a> Bench<'a> {
             threads: 1,
             cache: Arc::clone(&self.session.cache),
             outside: self.session.outside,
+            compiles: self.session.compiles,
+            cycles: self.session.cycles,
             builder: None,
         };
         let trial = |(): &mut (), i: usize| {

@@ -183,7 +183,7 @@ fn measure(
         let ended = solo::run_until(
             core.as_mut(),
             &mut bus,
-            MOST_CYCLES,
+            MOST_CYCLES.min(session.cycles),
             session.watch,
             &mut finish,
         );

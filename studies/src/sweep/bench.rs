@@ -94,6 +94,8 @@ impl<'a> Bench<'a> {
             threads: 1,
             cache: self.host.cache.clone(),
             outside: self.host.outside,
+            compiles: self.host.compiles,
+            cycles: self.host.cycles,
             builder: None,
         };
         let start = watch.elapsed();
@@ -259,7 +261,7 @@ impl<'a> Bench<'a> {
             solo::run_until(
                 core.as_mut(),
                 &mut bus,
-                MAX_CYCLES,
+                MAX_CYCLES.min(session.cycles),
                 session.watch,
                 &mut account,
             )

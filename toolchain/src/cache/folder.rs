@@ -10,6 +10,9 @@ use std::time::Duration;
 pub enum Place {
     /// In this folder, made if it is not there.
     Folder(PathBuf),
+    /// In this folder, if it is there: entries are read and none is written, so that nothing that a stranger's input
+    /// does is there for others.
+    ReadOnly(PathBuf),
     /// Nowhere that stays: the host does not say where the user's files are.
     Temporary,
 }
@@ -51,6 +54,20 @@ pub(super) fn open(place: &Path) -> io::Result<PathBuf> {
     Ok(folder)
 }
 
+/// Finds the folder of entries in a place, in which nothing is written.
+///
+/// # Errors
+///
+/// It is not there, or must not be trusted.
+pub(super) fn find(place: &Path) -> io::Result<PathBuf> {
+    let folder = place.join(ENTRIES);
+    #[cfg(unix)]
+    for folder in [place, &folder] {
+        check_found(&fs::metadata(folder)?, rustix::process::geteuid().as_raw())?;
+    }
+    Ok(folder)
+}
+
 /// Makes a folder and those above it. New folders belong to the user alone.
 fn private_folder(path: &Path) -> io::Result<()> {
     let mut builder = DirBuilder::new();
@@ -71,24 +88,33 @@ pub(super) fn temporary(prefix: &str, folder: &Path) -> io::Result<tempfile::Tem
 /// Refuses a folder that another user owns or may write to.
 #[cfg(unix)]
 fn check_owner(folder: &Path) -> io::Result<()> {
-    use std::os::unix::fs::{MetadataExt, PermissionsExt};
-    let refuse = |why: &str| Err(io::Error::new(io::ErrorKind::PermissionDenied, why));
+    use std::os::unix::fs::MetadataExt;
     let found = fs::symlink_metadata(folder)?;
     // What this process makes belongs to this user.
     let probe = tempfile::NamedTempFile::new_in(folder)?;
-    if found.file_type().is_symlink()
-        && fs::metadata(folder)?.uid() != probe.as_file().metadata()?.uid()
-    {
+    let user = probe.as_file().metadata()?.uid();
+    if found.file_type().is_symlink() && fs::metadata(folder)?.uid() != user {
         return refuse("it leads to another user's folder");
     }
-    let found = fs::metadata(folder)?;
-    if found.uid() != probe.as_file().metadata()?.uid() {
+    check_found(&fs::metadata(folder)?, user)
+}
+
+/// Refuses a folder that does not belong to a user, or that others may write to.
+#[cfg(unix)]
+fn check_found(found: &fs::Metadata, user: u32) -> io::Result<()> {
+    use std::os::unix::fs::{MetadataExt, PermissionsExt};
+    if found.uid() != user {
         return refuse("it is another user's");
     }
     if found.permissions().mode() & 0o022 != 0 {
         return refuse("other users may write to it");
     }
     Ok(())
+}
+
+#[cfg(unix)]
+fn refuse(why: &str) -> io::Result<()> {
+    Err(io::Error::new(io::ErrorKind::PermissionDenied, why))
 }
 
 #[cfg(not(unix))]

@@ -186,7 +186,7 @@ impl Cache {
         let entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
         let may_be = match &*entries {
             Entries::None | Entries::Unopened(Place::Temporary) => false,
-            Entries::Unopened(Place::Folder(folder)) => folder.exists(),
+            Entries::Unopened(Place::Folder(folder) | Place::ReadOnly(folder)) => folder.exists(),
             Entries::Open(_) => true,
         };
         drop(entries);

@@ -47,6 +47,8 @@ pub(super) struct Store {
     folder: PathBuf,
     /// Where the folder is a temporary one, it goes when this does.
     temporary: Option<tempfile::TempDir>,
+    /// True if nothing is written to it.
+    is_read_only: bool,
     limit: u64,
     /// Bytes written since the last look; at first as many as call for a look.
     written: u64,
@@ -70,6 +72,7 @@ impl Store {
         let mut store = Store {
             folder: PathBuf::new(),
             temporary: None,
+            is_read_only: false,
             limit: limit.unwrap_or(LIMIT),
             written: LOOK_AFTER,
             complained: false,
@@ -86,6 +89,11 @@ impl Store {
                     store.move_away();
                 }
             },
+            Place::ReadOnly(path) => {
+                store.is_read_only = true;
+                // One that is not there, or not the user's, has no entries.
+                store.folder = folder::find(path).unwrap_or_default();
+            }
             Place::Temporary => store.move_away(),
         }
         store
@@ -107,11 +115,16 @@ impl Store {
 
     /// The bytes of an entry, if it is there and whole.
     pub(super) fn get(&mut self, key: Key, watch: &dyn Watch) -> Option<Vec<u8>> {
+        if self.is_read_only && self.folder.as_os_str().is_empty() {
+            return None;
+        }
         let path = self.path(key);
         let file = fs::read(&path).ok()?;
         match entry::open(key, file) {
             Ok(bytes) => {
-                used(&path);
+                if !self.is_read_only {
+                    used(&path);
+                }
                 Some(bytes)
             }
             Err(damage) => {
@@ -136,6 +149,9 @@ impl Store {
                 path.display()
             ),
         );
+        if self.is_read_only {
+            return;
+        }
         // An entry that cannot be removed is written over.
         let _ = fs::remove_file(path);
     }
@@ -143,6 +159,9 @@ impl Store {
     /// Writes an entry. Where the folder is full or cannot be written, a note says so once, and a
     /// temporary folder takes its place.
     pub(super) fn put(&mut self, key: Key, bytes: &[u8], watch: &dyn Watch) {
+        if self.is_read_only {
+            return;
+        }
         self.make_room();
         let Err(why) = self.write(key, bytes) else {
             self.written += bytes.len() as u64;

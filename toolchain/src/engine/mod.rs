@@ -66,6 +66,13 @@ impl Engines {
                 None => interpreters(),
             });
         }
+        if !session.compiles {
+            session.watch.tell(Event::Note(
+                "note: the cache has no simulator of it and none is compiled here: the interpreter simulates \
+                 (slower, same cycles)",
+            ));
+            return Ok(interpreters());
+        }
         match source.made(&spec, session) {
             Ok(simulator) => Ok(Engines::Generated(simulator)),
             Err(error) => {

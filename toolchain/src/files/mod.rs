@@ -3,21 +3,24 @@
 //! * A file that is read is a regular one, or one that the shell hands over open, no larger than its [`Kind`] may
 //!   be: a device or a pipe that never ends is no input. Nothing of a file of another kind is shown.
 //! * A file that another file names should be in its folder: [`Outside`] says what is done about one that is not.
+//! * A process whose inputs are a stranger's is [confined](confine) to some folders, and to so many bytes.
 //! * A file is written as a whole or not at all, never where this process has read, and never twice by two
 //!   outputs of one command.
 
+mod confines;
 mod kind;
 mod ledger;
 mod read;
 mod room;
 mod write;
 
+pub use confines::{Confines, confine};
 pub use kind::Kind;
 pub use read::{check_input, read_bytes, read_mentioned, read_source, read_text};
 pub(crate) use read::{is_c, load};
 pub use room::Outside;
 pub(crate) use room::Room;
-pub use write::{check_writable, file_name, write, writing};
+pub use write::{check_writable, file_name, remove_parts, write, writing};
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -75,5 +78,6 @@ impl FileError {
 ///
 /// The folder cannot be made.
 pub fn make_folder(path: &Path) -> Result<(), FileError> {
-    std::fs::create_dir_all(path).map_err(|e| FileError::new(path, "make the folder", e))
+    let made = confines::may_write(path).and_then(|()| std::fs::create_dir_all(path));
+    made.map_err(|e| FileError::new(path, "make the folder", e))
 }

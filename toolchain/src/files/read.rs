@@ -1,6 +1,6 @@
 //! The one reader of files that a user, or a file of a user, names.
 
-use super::{FileError, Kind, ledger};
+use super::{FileError, Kind, confines, ledger};
 use srp_archdesc::diagnostic::Source;
 use std::fs::{File, Metadata};
 use std::io::{self, Read};
@@ -81,6 +81,9 @@ pub(crate) fn is_c(path: &Path) -> bool {
 
 /// The bytes of a file; of something other than a file only where it is handed over.
 pub(super) fn bytes(path: &Path, kind: Kind, handed_over: bool) -> io::Result<Vec<u8>> {
+    if !handed_over {
+        confines::may_read(path)?;
+    }
     let file = open(path, handed_over)?;
     let length = file.metadata()?.len();
     let limit = kind.limit();
@@ -92,12 +95,16 @@ pub(super) fn bytes(path: &Path, kind: Kind, handed_over: bool) -> io::Result<Ve
     if length > limit {
         return Err(too_large());
     }
+    confines::reads(length)?;
     let mut bytes = Vec::new();
     bytes.try_reserve_exact(length as usize)?;
     // Its length is what was told when it was opened, or nothing of a file that is made as it is read.
     file.take(limit + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > limit {
         return Err(too_large());
+    }
+    if handed_over {
+        confines::reads((bytes.len() as u64).saturating_sub(length))?;
     }
     if let Some(why) = kind.refusal(&bytes) {
         return Err(io::Error::new(io::ErrorKind::InvalidData, why));

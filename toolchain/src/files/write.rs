@@ -3,7 +3,7 @@
 //! A file is written under another name in its folder, synced, and renamed. So it is there as a whole or not at
 //! all, whatever happens meanwhile, and nobody sees half of it.
 
-use super::{FileError, ledger};
+use super::{FileError, confines, ledger};
 use std::fs::{File, Permissions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -43,11 +43,44 @@ impl Target {
     }
 }
 
+/// The end of the names of files that are being written.
+const PART: &str = ".part";
+
+/// The beginning of the names of files that a process is writing.
+fn part_prefix(process: u32) -> String {
+    format!(".srp-{process}-")
+}
+
+/// True if a file is one that a process is writing, by its name.
+fn is_part(name: &str, process: u32) -> bool {
+    name.starts_with(&part_prefix(process)) && name.ends_with(PART)
+}
+
+/// Removes what a process that was killed has left of files in a folder and those below it.
+pub fn remove_parts(folder: &Path, process: u32) {
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return;
+    };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        match entry.file_type() {
+            Ok(kind) if kind.is_dir() => remove_parts(&entry.path(), process),
+            Ok(kind) if kind.is_file() && is_part(&name, process) => {
+                // One that cannot be removed does no harm.
+                let _ = std::fs::remove_file(entry.path());
+            }
+            _ => {}
+        }
+    }
+}
+
 /// An empty file beside `path`, under a name that nobody else has. It is gone with the value.
 fn beside(path: &Path) -> io::Result<tempfile::NamedTempFile> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".srp-").suffix(".part");
+    let prefix = part_prefix(std::process::id());
+    builder.prefix(&prefix).suffix(PART);
     // As of any new file; what the user's mask takes away, it takes here.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
@@ -76,9 +109,14 @@ fn replace(path: &Path, permissions: Option<Permissions>, contents: &[u8]) -> io
 /// The file cannot be written, or this command has read it.
 pub fn write(path: &Path, contents: &[u8]) -> Result<(), FileError> {
     let written = Target::of(path).and_then(|target| match target {
-        Target::Device => std::fs::write(path, contents),
+        Target::Device => {
+            confines::writes(contents.len() as u64)?;
+            std::fs::write(path, contents)
+        }
         Target::File(file, permissions) => {
             ledger::check(&file)?;
+            confines::may_write(&file)?;
+            confines::writes(contents.len() as u64)?;
             replace(&file, permissions, contents)
         }
     });
@@ -95,6 +133,7 @@ pub fn check_writable(path: &Path) -> Result<(), FileError> {
     let checked = Target::of(path).and_then(|target| match target {
         Target::Device => Ok(()),
         Target::File(file, _) => {
+            confines::may_write(&file)?;
             let _writing = writing();
             beside(&file)?.close()?;
             ledger::declare(&file)
@@ -152,6 +191,23 @@ mod tests {
         assert_eq!(file_name("shade_light"), "shade_light");
         let long = ["x", "y"].map(|last| file_name(&("n".repeat(100_000) + last)));
         assert!(long[0].len() <= 100 && long[0] != long[1], "{long:?}");
+    }
+
+    #[test]
+    fn parts_of_one_process_are_removed() {
+        let folder = tempfile::tempdir().expect("it can be made");
+        let below = folder.path().join("below");
+        std::fs::create_dir(&below).expect("it can be made");
+        let _other = beside(&below.join("x")).expect("it can be made");
+        let own = std::process::id();
+        for name in [".srp-7-abc.part", ".srp-77-abc.part", "file"] {
+            std::fs::write(below.join(name), "").expect("it can be written");
+        }
+        remove_parts(folder.path(), 7);
+        let names = || std::fs::read_dir(&below).expect("it is there").count();
+        assert_eq!(names(), 3);
+        remove_parts(folder.path(), own);
+        assert_eq!(names(), 2);
     }
 
     #[test]
