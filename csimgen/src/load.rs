@@ -7,7 +7,7 @@
     reason = "a library's functions can be reached in no other way"
 )]
 
-use crate::preamble::abi::{HostBus, Outcome, VERSION};
+use crate::preamble::abi::{HostBus, Outcome, Sram, VERSION};
 use crate::spec::SimSpec;
 use libloading::Library;
 use srp_runtime::core::{Bus, Core, CoreState, Lanes, Run, Trap};
@@ -144,11 +144,11 @@ impl Drop for GeneratedCore {
 impl Core for GeneratedCore {
     fn run(&mut self, bus: &mut dyn Bus, budget: u64) -> Result<Run, Trap> {
         let mut bus: &mut dyn Bus = bus;
-        let sram = bus.sram();
-        let (sram, sram_bytes) = (sram.as_mut_ptr(), sram.len());
+        // SAFETY: the bus is borrowed here until the library's call returns, and `with_bus`, through which alone it is
+        // used meanwhile, lends its SRAM anew.
+        let sram = unsafe { Sram::lent(bus.sram()) };
         let mut host = HostBus {
             sram,
-            sram_bytes,
             stalled: 0,
             host: (&raw mut bus).cast(),
             cached_load,
@@ -203,8 +203,8 @@ fn with_bus<T>(host: &mut HostBus, f: impl FnOnce(&mut dyn Bus) -> T) -> T {
     let bus = unsafe { &mut *host.host.cast::<&mut dyn Bus>() };
     let result = f(*bus);
     host.stalled = u32::from(bus.stalled());
-    let sram = bus.sram();
-    (host.sram, host.sram_bytes) = (sram.as_mut_ptr(), sram.len());
+    // SAFETY: as in `run`, whose borrow of the bus goes on.
+    host.sram = unsafe { Sram::lent(bus.sram()) };
     result
 }
 

@@ -10,18 +10,53 @@ use std::ffi::c_void;
 /// The version of these structures and functions.
 pub const VERSION: u32 = 4;
 
+/// The SRAM of a core that is lent to a library: a slice without its lifetime, which C does not have.
+#[repr(C)]
+#[derive(Debug)]
+pub struct Sram {
+    at: *mut u8,
+    bytes: usize,
+}
+
+impl Sram {
+    /// Lends a slice.
+    ///
+    /// # Safety
+    ///
+    /// The slice stays where it is, and nobody else touches it, as long as a library may use this value: until the
+    /// call of the library returns, or a later value takes the place of this one.
+    #[expect(
+        unsafe_code,
+        reason = "the caller vouches for a lifetime that the type does not have"
+    )]
+    pub unsafe fn lent(sram: &mut [u8]) -> Sram {
+        Sram {
+            at: sram.as_mut_ptr(),
+            bytes: sram.len(),
+        }
+    }
+
+    #[inline(always)]
+    #[expect(
+        unsafe_code,
+        reason = "the SRAM belongs to the host and comes as a pointer"
+    )]
+    fn bytes(&mut self) -> &mut [u8] {
+        // SAFETY: pointer and length are those of one slice, as the fields are private, and the lender's promise
+        // keeps it alive; what is given lives no longer than this borrow.
+        unsafe { std::slice::from_raw_parts_mut(self.at, self.bytes) }
+    }
+}
+
 /// A [`Bus`] as a library sees it.
 ///
-/// Whoever makes one promises: `sram` points to `sram_bytes` bytes that only the library touches
-/// between calls of these functions, and `host` is what they take. The functions bring `sram`,
-/// `sram_bytes` and `stalled` up to date.
+/// Whoever makes one promises that `host` is what these functions take. The functions bring `sram` and `stalled` up to
+/// date.
 #[repr(C)]
 #[derive(Debug)]
 pub struct HostBus {
     /// The core's SRAM.
-    pub sram: *mut u8,
-    /// Its size.
-    pub sram_bytes: usize,
+    pub sram: Sram,
     /// [`Bus::stalled`] after the last call, 0 or 1.
     pub stalled: u32,
     /// The host's own.
@@ -44,13 +79,8 @@ pub struct HostBus {
 
 impl Bus for HostBus {
     #[inline(always)]
-    #[expect(
-        unsafe_code,
-        reason = "the SRAM belongs to the host and comes as a pointer"
-    )]
     fn sram(&mut self) -> &mut [u8] {
-        // SAFETY: the maker's promise; the slice lives no longer than this borrow.
-        unsafe { std::slice::from_raw_parts_mut(self.sram, self.sram_bytes) }
+        self.sram.bytes()
     }
 
     fn cached_load(&mut self, address: u32, bytes: u32) -> Option<Lanes> {
