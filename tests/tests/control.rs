@@ -17,7 +17,7 @@ const HEADER: &str = "\
 # The programs of tests/control on the VLIW engine of the default machine, with no loop on the array: the
 # instructions that a scalar processor takes, the cycles of the engine, and the quotient; at the end the
 # geometric mean of the quotients.
-# BLESS=1 cargo test -p srp-tests --test control writes this anew.
+# BLESS=1 cargo test -p srp-tests control:: writes this anew.
 ";
 
 /// The instructions of x86-64 from the entry of `main` to its end, as `valgrind --tool=callgrind

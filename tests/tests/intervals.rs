@@ -26,7 +26,7 @@ type Table = BTreeMap<String, Vec<Reached>>;
 
 const HEADER: &str = "\
 # Initiation intervals of the loops of kernels/micro and of the frame, and their lower bounds.
-# BLESS=1 cargo test -p srp-tests --test intervals writes this anew.
+# BLESS=1 cargo test -p srp-tests intervals:: writes this anew.
 ";
 
 fn show(table: &Table) -> String {

@@ -20,7 +20,7 @@ use std::path::Path;
 const HEADER: &str = "\
 # The loops of tests/natural on the default machine: II and bound of those on the array, the reason of
 # the others; and the cycles of each program.
-# BLESS=1 cargo test -p srp-tests --test natural writes this anew.
+# BLESS=1 cargo test -p srp-tests natural:: writes this anew.
 ";
 
 /// One part in so many by which loops on the array may make a program slower than the VLIW engine alone.
@@ -117,8 +117,7 @@ fn loops_as_people_write_them_do_not_get_worse() {
     }
     let known = std::fs::read_to_string(golden).expect("the table is there");
     let (worse, other) = compared(&table(&known), &table(&text));
-    const HOW: &str =
-        "BLESS=1 cargo test -p srp-tests --test natural writes tests/natural.txt anew";
+    const HOW: &str = "BLESS=1 cargo test -p srp-tests natural:: writes tests/natural.txt anew";
     if !other.is_empty() {
         eprintln!("not worse, but other than in tests/natural.txt; {HOW}\n{other}");
     }

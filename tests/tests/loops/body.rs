@@ -1,6 +1,6 @@
 //! Random loop bodies, and a program round each that brings its live-ins and stores its live-outs.
 
-use crate::machine::{below, one_of};
+use super::machine::{below, one_of};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 use srp_archdesc::entity::{Entity, EntityMap};

@@ -1,8 +1,8 @@
 //! Traces of frames: against the system's own account, and against cores that run by single cycles.
 
-use crate::steps::cells;
-use crate::timeline;
-use crate::waves::Waves;
+use super::steps::cells;
+use super::timeline;
+use super::waves::Waves;
 use srp_archdesc::arch::Arch;
 use srp_csimgen::{Interpreter, SimSpec, link};
 use srp_ir::check::Checked;
@@ -154,7 +154,7 @@ fn whole_frame(film: &Film) {
     assert_eq!(report, plain, "a trace changes nothing");
     let bytes = Format::Perfetto.write(&trace).expect("it can be written");
     let timeline = timeline::read(&bytes);
-    crate::read_by_perfetto(&bytes, timeline.packets);
+    super::read_by_perfetto(&bytes, timeline.packets);
     for (number, core) in report.cores.iter().enumerate() {
         let mut cycles = timeline.cycles(&format!("core {number}/activity"));
         let mut take = |name: &str| cycles.remove(name).unwrap_or(0);

@@ -1,8 +1,8 @@
 //! A reader of Konata's logs, written from the description of the format: every command must be known, and name an
 //! operation that is there, in a stage that it is in.
 
-use crate::Case;
-use crate::waves::Operation;
+use super::Case;
+use super::waves::Operation;
 use srp_archdesc::isa::Opcode;
 use std::collections::BTreeMap;
 

@@ -1,6 +1,6 @@
 //! The interpreter by single cycles: its saved state and what it did, without anything of a trace.
 
-use crate::Case;
+use super::Case;
 use srp_archdesc::isa::Ty;
 use srp_csimgen::Interpreter;
 use srp_csimgen::spec::{Role, SimSpec, Store};

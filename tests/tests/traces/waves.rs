@@ -1,7 +1,7 @@
 //! Waves, read by the crate `wellen`.
 
-use crate::Case;
-use crate::steps::{Cells, Steps};
+use super::Case;
+use super::steps::{Cells, Steps};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Ty;
 use srp_archdesc::resource::ResourceGraph;

@@ -1,7 +1,7 @@
 //! Damage to where and when operations run, and to the schedule as a whole.
 
+use super::super::tally::Harm;
 use super::{Kind, Loop};
-use crate::tally::Harm;
 use srp_archdesc::arch::Fu;
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::Opcode;

@@ -1,8 +1,8 @@
 //! Damage to the ways that values take: links, moves, transfers, and the ports of files.
 
+use super::super::tally::Harm;
 use super::places::without;
 use super::{Kind, Loop};
-use crate::tally::Harm;
 use srp_archdesc::arch::{Carrier, FileKind, Link, RegFile};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::Ty;

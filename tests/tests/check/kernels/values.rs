@@ -1,7 +1,7 @@
 //! Damage to registers, constants, and to what comes in and goes out.
 
+use super::super::tally::Harm;
 use super::{Kind, Loop};
-use crate::tally::Harm;
 use srp_archdesc::arch::{FileKind, RegFile};
 use srp_archdesc::isa::Ty;
 use srp_ir::check::Rule;

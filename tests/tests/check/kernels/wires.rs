@@ -1,7 +1,7 @@
 //! Damage to what wires take.
 
+use super::super::tally::Harm;
 use super::{Kind, Loop};
-use crate::tally::Harm;
 use srp_archdesc::arch::{Input, Wire};
 use srp_archdesc::entity::Entity;
 use srp_ir::check::Rule;

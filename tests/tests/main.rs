@@ -1,0 +1,36 @@
+//! Tests that cross crates. They are one program, so that `cargo test` links once and keeps all processors busy;
+//! `cargo test -p srp-tests NAME::` runs those of a module.
+
+mod arrows;
+mod attribution;
+mod c_programs;
+mod certificate;
+mod check;
+mod control;
+mod distances;
+mod effects;
+mod energy;
+mod fast_units;
+mod fidelity;
+mod functional;
+mod halves;
+mod intervals;
+mod levels;
+mod loops;
+mod math;
+mod memory_path;
+mod metamorphic;
+mod micro;
+mod natural;
+mod natural_random;
+mod precision;
+mod profile;
+mod reference;
+mod rewrites;
+mod shadows;
+mod software;
+mod tandem;
+mod traces;
+mod twin;
+mod vectors;
+mod vliw;
