@@ -25,6 +25,7 @@ const NOT_OF_THE_QUESTION: &[&str] = &[
     "profile",
     "proof",
     "quiet",
+    "registers",
     "report",
     "shard",
     "table_form",

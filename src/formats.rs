@@ -47,6 +47,7 @@ const FORMATS: &[Format] = &[
     Format::of::<accuracy::PixelDocument>(),
     Format::of::<profile::Document<'static>>(),
     Format::of::<tni::RayDocument>(),
+    Format::of::<run::Registers>(),
     Format::of::<Report>(),
     Format::of::<Differences>(),
     Format::of::<run::Account>(),

@@ -1,8 +1,13 @@
 //! `srp run`
 
 mod account;
+mod at_end;
+mod registers;
 
 pub(crate) use account::Account;
+pub(crate) use registers::Registers;
+
+use at_end::AtEnd;
 
 use crate::cli::{Run, RunEngine};
 use crate::failure::Failure;
@@ -38,8 +43,11 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     let input = input::read(&args.files, &arch)?;
     let profile = Target::to(&args.profile)?;
     let trace = trace::Target::of_program(&args.trace)?;
-    if let Some(path) = &args.report {
+    for path in args.report.iter().chain(&args.registers) {
         files::check_writable(path)?;
+    }
+    if args.registers.is_some() && args.engine == RunEngine::Ir {
+        return Err(Failure::Usage(NO_REGISTERS.to_owned()));
     }
     if profile.is_some() && matches!(args.engine, RunEngine::Csim | RunEngine::Ir) {
         return Err(Failure::Usage(COUNTS.to_owned()));
@@ -101,15 +109,29 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     if matches!(ended, Ok(()) | Err(SoloError::Stopped)) {
         told.write(args, &arch)?;
     }
-    if let (Some(target), Some(tracer)) = (trace, tracer) {
-        target.write(&tracer)?;
+    if let (Some(target), Some(tracer)) = (&trace, &tracer) {
+        target.write(tracer)?;
     }
+    let at_end = match args.registers.is_some() || ended.is_err() {
+        true => AtEnd::of(core.as_ref(), program)?,
+        false => None,
+    };
+    if let Some(path) = &args.registers {
+        match &at_end {
+            Some(at_end) => Registers::of(at_end, &arch).write(path, &arch)?,
+            None => talk::complain("warning: after a trap no engine keeps registers"),
+        }
+    }
+    let stands = || at_end.as_ref().map(AtEnd::notes).unwrap_or_default();
     match ended {
         Ok(()) => Ok(account.status),
         // Nobody reads what the program prints.
         Err(SoloError::Stopped) if printing.is_unread() => Ok(0),
-        Err(SoloError::Stopped) => Err(Failure::Interrupted),
-        Err(error) => Err(Failure::message(error)),
+        Err(SoloError::Stopped) => {
+            talk::say(stands().trim_start());
+            Err(Failure::Interrupted)
+        }
+        Err(error) => Err(Failure::message(format_args!("{error}{}", stands()))),
     }
 }
 
@@ -229,6 +251,9 @@ impl World for Printer<'_> {
 /// Why an engine and a profile do not go together.
 pub(crate) const COUNTS: &str =
     "a profile is counted by the interpreter: leave --engine out, or give --engine interp";
+
+/// Why an engine and registers do not go together.
+const NO_REGISTERS: &str = "--engine ir has no registers: leave it out";
 
 /// Why an engine and a trace do not go together.
 const NO_CYCLES: &str = "--engine ir has no cycles to trace: leave it out";

@@ -310,6 +310,7 @@ Examples:
   srp run program.c
   srp run program.c --loops loops.html
   srp run program.c --profile profile.html
+  srp run program.c --engine interp --registers -
   srp run program.c --trace kernel:sum#3 --trace-output sum.kanata
   srp run program.c --trace 1000..2000 --trace-output waves.fst
   srp run program.c --json 2> /dev/null
@@ -331,6 +332,10 @@ pub(crate) struct Run {
     pub(crate) profile: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) trace: Trace,
+    /// Write the registers as they are at the end, those that are not 0, by their names in the machine file: JSON if
+    /// the name ends in .json, else a line each; `-` is standard output. Every engine ends with the same
+    #[arg(long, value_name = "FILE")]
+    pub(crate) registers: Option<PathBuf>,
     /// Stop after so many cycles (steps of --engine ir)
     #[arg(long, value_name = "N", default_value_t = 20_000_000_000)]
     pub(crate) limit: u64,

@@ -6,6 +6,7 @@ mod answers;
 mod cache;
 mod debug;
 mod diff;
+mod ending;
 mod fast_math;
 mod flags;
 mod hard;

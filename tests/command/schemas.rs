@@ -166,6 +166,7 @@ const PRINTED: &[&str] = &[
 const WRITTEN: &[(&str, &str)] = &[
     ("run loop.c --profile profile.json", "profile.json"),
     ("run loop.c --loops loops.json", "loops.json"),
+    ("run loop.c --registers registers.json", "registers.json"),
     (
         "render --size 16x8 --report frame.json -o a.png",
         "frame.json",
