@@ -13,6 +13,7 @@ mod machine;
 pub(crate) mod map;
 mod paper;
 mod render;
+mod start;
 mod sweep;
 mod tni;
 mod trace;
@@ -31,6 +32,7 @@ pub(crate) use hard::HardCases;
 pub(crate) use machine::{Area, Machine, MachineAction, Units};
 pub(crate) use paper::{Paper, Table};
 pub(crate) use render::{Effects, Render};
+pub(crate) use start::{Kind as StartKind, New};
 pub(crate) use sweep::{Sweep, SweepAction};
 pub(crate) use tni::{HeatOf, Latencies, Pipeline, RayKind, Tni, TniMemory};
 pub(crate) use trace::{Trace, TraceOf};
@@ -61,6 +63,7 @@ use std::time::Duration;
 Examples:
   srp render                                   the default scene, kernels and machine to out.png
   srp render church.obj --size 640x480 --camera 0,2,9/0,0,-1/60 -o church.png
+  srp new program fog.c                        a commented program to begin with
   srp run program.c --engine interp            compile, schedule and simulate main()
   srp report kernels.c --html report.html      initiation intervals, and what sets them
   srp compile kernels.c --emit ir,dfg -o build
@@ -120,6 +123,8 @@ pub(crate) enum Command {
     Effects(Effects),
     /// Say what accuracy costs in time: many settings, each compiled and simulated
     Accuracy(Box<Accuracy>),
+    /// Make a commented starting point: a program, kernels, a machine, a plan of a sweep, hard cases.
+    New(New),
     /// Compile C to any of its forms on the way to a simulator.
     Compile(Compile),
     /// Compile, schedule and simulate a C program; its status is the command's.

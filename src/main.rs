@@ -31,6 +31,7 @@ mod render;
 mod report;
 mod run;
 mod scenes;
+mod start;
 mod sweep;
 mod talk;
 mod tandem;
@@ -90,6 +91,7 @@ fn main() -> ExitCode {
         Command::Fidelity(args) => fidelity::run(args).map(|()| 0),
         Command::Effects(args) => effects::run(args).map(|()| 0),
         Command::Accuracy(args) => accuracy::run(args).map(|()| 0),
+        Command::New(args) => start::run(args).map(|()| 0),
         Command::Compile(args) => compile::run(args).map(|()| 0),
         Command::Run(args) => run::run(args),
         Command::Debug(args) => debug::run(args).map(|()| 0),

@@ -10,20 +10,23 @@ use std::path::{Path, PathBuf};
 
 /// Arguments that say what is written.
 const OUTPUTS: &[&str] = &[
+    "export",
     "heat",
     "hits",
     "html",
     "loops",
     "output",
+    "path",
     "profile",
     "proof",
+    "registers",
     "report",
     "trace_output",
 ];
 
 /// Arguments that say what is read: paths, and words that have paths in them.
 const INPUTS: &[&str] = &[
-    "cameras", "diff", "file", "files", "folder", "frame", "graphs", "include", "kernels",
+    "cameras", "cases", "diff", "file", "files", "folder", "frame", "graphs", "include", "kernels",
     "machine", "new", "old", "ops", "plan", "program", "ray_file", "scene", "scenes", "trace",
 ];
 

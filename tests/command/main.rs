@@ -16,6 +16,7 @@ mod outputs;
 mod pragmas;
 mod report;
 mod schemas;
+mod start;
 mod sweep;
 mod units;
 mod untrusted;
