@@ -171,6 +171,15 @@ Examples:
         #[arg(value_name = "NAME")]
         name: Option<String>,
     },
+    /// Write manual pages: one for the command, one for each command within it.
+    #[command(after_help = "\
+Examples:
+  srp man ~/.local/share/man/man1 && man srp-render")]
+    Man {
+        /// Folder for the pages
+        #[arg(value_name = "DIR")]
+        pages: PathBuf,
+    },
     /// Print a completion script for a shell.
     #[command(after_help = "\
 Examples:

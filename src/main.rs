@@ -21,6 +21,7 @@ mod hard;
 mod interrupt;
 mod limits;
 mod machine;
+mod man;
 mod map;
 mod page;
 mod paper;
@@ -110,6 +111,7 @@ fn main() -> ExitCode {
         Command::Cache(args) => cache::run(args.action),
         Command::Machine(args) => machine::run(&args.action).map(|()| 0),
         Command::Schema { name } => schema(name.as_deref()),
+        Command::Man { pages } => man::run(pages).map(|()| 0),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "srp", &mut script);

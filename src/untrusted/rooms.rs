@@ -16,6 +16,7 @@ const OUTPUTS: &[&str] = &[
     "html",
     "loops",
     "output",
+    "pages",
     "path",
     "profile",
     "proof",

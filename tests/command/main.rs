@@ -12,6 +12,7 @@ mod flags;
 mod hard;
 mod inputs;
 mod limits;
+mod man;
 mod outputs;
 mod pragmas;
 mod report;
