@@ -1,5 +1,5 @@
 //! Any text either compiles to a program that is in order, or is refused with messages that can be
-//! shown. `cargo +nightly fuzz run compile ../../tests/cases` from `frontend/fuzz`.
+//! shown.
 
 #![no_main]
 

@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# Runs every fuzz target for so many seconds (60), from seeds that the tools themselves make. It takes cargo-fuzz and a
+# nightly compiler. What crashes a target is in artifacts/TARGET.
+set -euo pipefail
+cd "$(dirname "$0")"
+seconds=${1:-60}
+cargo build --manifest-path ../../Cargo.toml --bin srp
+srp=../../target/debug/srp
+seeds=corpus
+mkdir -p $seeds/{cases,compile,graph,machine,program,scene,schedule}
+
+for name in sgrt decoupled tiny wide; do
+    $srp machine source $name > $seeds/machine/$name.xml
+done
+cp ../cases/*.c $seeds/compile/
+rm -rf $seeds/forms $seeds/forms.c
+$srp new program $seeds/forms.c
+$srp compile $seeds/forms.c --machine tiny --emit ir,dre,schedule -o $seeds/forms
+cp $seeds/forms/*.ir $seeds/forms/*.dre.xml $seeds/program/
+cp $seeds/forms/*.sched.xml $seeds/schedule/
+for family in S1 T1 X1 M1 F1; do
+    rm -f $seeds/cases/$family.cases
+    $srp hard-cases --filter $family --export $seeds/cases/$family.cases
+done
+printf '\0digraph { a [op=load]; s [op=add]; a -> s; s -> s [distance=1]; }' > $seeds/graph/dot
+printf '\1{"nodes":[{"id":0,"op":"load"},{"id":1,"op":"add"}],"edges":[{"from":0,"to":1}]}' > $seeds/graph/json
+printf '\2a b\nb b 1\n---\na load\nb add\n' > $seeds/graph/edges
+printf 'mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n\n---\nnewmtl a\nKd 1 1 1\nmap_Kd p.png\n\n---\n' \
+    > $seeds/scene/triangle
+
+for target in cases compile graph machine program scene schedule; do
+    echo "== $target"
+    cargo +nightly fuzz run $target -- -max_total_time=$seconds -rss_limit_mb=4096 -timeout=20 2>&1 |
+        grep -E "^(Done|SUMMARY|stat::|thread|==|#.*DONE)|panicked|artifact" || true
+done
