@@ -57,6 +57,8 @@ pub struct Schedule {
 pub struct LoopFacts {
     /// Lower bounds of the II.
     pub bounds: modulo::Bounds,
+    /// Fewest cycles of an iteration at the schedule's II.
+    pub least_length: u32,
     /// Why the II below was not reached; `None` where the II is the bound.
     pub why_not_lower: Option<modulo::FailedIi>,
     /// IIs from the bound on that were proved impossible.
@@ -69,6 +71,7 @@ pub struct LoopFacts {
 pub fn with_facts(scheduled: modulo::Scheduled) -> (ModuloSchedule, LoopFacts) {
     let facts = LoopFacts {
         bounds: scheduled.bounds,
+        least_length: scheduled.least_length,
         why_not_lower: scheduled.why_not_lower,
         impossible: scheduled.impossible,
         search: Some(scheduled.search),

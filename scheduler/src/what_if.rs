@@ -219,6 +219,11 @@ fn attempt(
         let scheduled = modulo::schedule(dfg, &trial.srp, options, watch).ok()?;
         Some(scheduled.schedule.ii)
     };
+    // The II alone is asked for.
+    let options = &Options {
+        compaction: 0,
+        ..*options
+    };
     let part = Options {
         effort: options.effort / 4,
         exact_effort: options.exact_effort / 8,

@@ -31,7 +31,7 @@ fn write_table(out: &mut String, table: &Table) -> std::fmt::Result {
     let width = names.max().unwrap_or(0).clamp(5, 40);
     // A table that is without expansion has the II with it beside.
     let beside = table.graphs.iter().any(|row| row.expanded.is_some());
-    let figures = "ResMII  RecMII    II  contexts  stages  length  moves";
+    let figures = "ResMII  RecMII    II  contexts  stages  length  least  moves";
     let expanded = if beside {
         "  expanded II  contexts"
     } else {
@@ -48,13 +48,14 @@ fn write_table(out: &mut String, table: &Table) -> std::fmt::Result {
         let of = |figure: fn(&Mapping) -> u64| Figure(row.mapping.as_ref().map(figure));
         write!(
             out,
-            "  {:>6}  {:>6}  {:>4}  {:>8}  {:>6}  {:>6}  {:>5}",
+            "  {:>6}  {:>6}  {:>4}  {:>8}  {:>6}  {:>6}  {:>5}  {:>5}",
             of(|m| m.res_mii.into()),
             of(|m| m.rec_mii.into()),
             of(|m| m.ii.into()),
             of(|m| m.contexts.into()),
             of(|m| m.stages.into()),
             of(|m| m.length.into()),
+            of(|m| m.least_length.into()),
             of(|m| m.moves as u64),
         )?;
         if beside {

@@ -175,10 +175,14 @@ fn details(out: &mut String, l: &LoopReport, contexts: u32) {
     changes(out, l);
     bounds(out, l);
     obstacles(out, l);
+    let least = match l.least_length < l.length {
+        true => format!(" (at least {})", l.least_length),
+        false => String::new(),
+    };
     line(
         out,
         format_args!(
-            "  {}, {} an iteration, {} of {contexts} contexts, {} set at entry",
+            "  {}, {} an iteration{least}, {} of {contexts} contexts, {} set at entry",
             count(l.stages, "stage"),
             cycles(l.length),
             l.contexts,

@@ -101,6 +101,8 @@ pub struct Mapping {
     pub stages: u32,
     /// Cycles of one iteration.
     pub length: u32,
+    /// Fewest cycles of an iteration at this II: no schedule is shorter.
+    pub least_length: u32,
     /// Routing moves of an iteration.
     pub moves: usize,
 }
@@ -157,9 +159,11 @@ pub fn map_all(
 /// good schedule of it, not for an answer to an edit.
 const EFFORT: u64 = 6;
 const LARGE: usize = 80;
-const LARGE_EFFORT: u64 = 4 * EFFORT;
-const LARGEST: usize = 256;
-const LARGEST_EFFORT: u64 = 8 * EFFORT;
+const LARGE_EFFORT: u64 = 16;
+const VAST: usize = 1024;
+const VAST_EFFORT: u64 = 2;
+/// The same of the search for a shorter schedule.
+const COMPACTION: u64 = 4;
 
 /// Maps a graph of a file onto the array of a machine.
 pub fn map(
@@ -173,14 +177,15 @@ pub fn map(
     let limit = options.timeout.unwrap_or(Duration::MAX);
     let of_loop = options.search.modulo();
     let times = match graph.dfg.nodes.len() {
+        _ if modulo::is_on_lattice(&graph.dfg, &arch.srp) => 1,
         0..LARGE => EFFORT,
-        LARGE..LARGEST => LARGE_EFFORT,
-        _ => LARGEST_EFFORT,
+        LARGE..VAST => LARGE_EFFORT,
+        _ => VAST_EFFORT,
     };
     let search = |expansion: bool, watch: &dyn Watch| {
         let options = modulo::Options {
             effort: of_loop.effort.saturating_mul(times),
-            exact_effort: of_loop.exact_effort.saturating_mul(EFFORT),
+            compaction: of_loop.compaction.saturating_mul(COMPACTION),
             expansion,
             ..of_loop
         };
@@ -267,6 +272,7 @@ fn mapping(graph: &Graph, scheduled: &modulo::Scheduled) -> Mapping {
         why_not_lower,
         impossible,
         search,
+        least_length,
     } = scheduled;
     Mapping {
         ii: schedule.ii,
@@ -282,6 +288,7 @@ fn mapping(graph: &Graph, scheduled: &modulo::Scheduled) -> Mapping {
         contexts: schedule.contexts(),
         stages: schedule.stages(),
         length: schedule.length,
+        least_length: *least_length,
         moves: schedule.ops.values().filter(|op| op.is_move).count(),
     }
 }

@@ -67,7 +67,9 @@ fn lines_of_an_edited_program_sum_to_the_difference() {
         assert_eq!(sum(&comparison, name), whole, "{name}: {comparison:#}");
     }
     let lines = section(&comparison, "cycles by line");
-    assert_eq!(lines[0]["what"], "a.c:10", "{comparison:#}");
+    // The loop's control or its body, as the schedule has their operations in one cycle or another.
+    let slowest = lines[0]["what"].as_str().expect("a line");
+    assert!(["a.c:9", "a.c:10"].contains(&slowest), "{comparison:#}");
     assert!(
         !lines.iter().any(|l| l["what"] == "a.c:7"),
         "the first loop only moved"

@@ -6,7 +6,7 @@
 use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;
 use srp_ir::split;
-use srp_scheduler::{Options, Schedule};
+use srp_scheduler::{Options, Schedule, modulo};
 use srp_tests::{Suite, compiled, equal, failures, machine, meaning, root, simulated};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -67,7 +67,11 @@ fn scheduled(suite: &Suite, arch: &Arch) -> Result<Schedule, String> {
     let divided = split::split(&compiled(&suite.sources, arch)?);
     let options = Options {
         threads: std::thread::available_parallelism().map_or(1, usize::from),
-        ..Options::default()
+        // The II alone is recorded.
+        modulo: modulo::Options {
+            compaction: 0,
+            ..modulo::Options::default()
+        },
     };
     srp_scheduler::schedule(&divided.dre, arch, &options, &Unwatched).map_err(|e| e.to_string())
 }

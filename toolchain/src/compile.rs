@@ -355,6 +355,7 @@ fn refusal(dre: &Dre, error: ScheduleError) -> Error {
 pub fn facts_alone(schedule: &ModuloSchedule, arch: &Arch) -> LoopFacts {
     LoopFacts {
         bounds: modulo::bounds(&schedule.dfg, &arch.srp),
+        least_length: modulo::least_length(schedule, &arch.srp),
         why_not_lower: None,
         impossible: Vec::new(),
         search: None,

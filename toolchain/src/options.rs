@@ -85,6 +85,7 @@ impl Effort {
         modulo::Options {
             effort: times(usual.effort),
             exact_effort: times(usual.exact_effort),
+            compaction: times(usual.compaction),
             beyond: self.beyond,
             solver: self.solver,
             ..usual

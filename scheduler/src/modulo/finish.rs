@@ -24,7 +24,7 @@ pub(super) fn finish(
         problem,
         placement,
         live_ins,
-        start: first_cycle(problem, placement),
+        start: placement.start(),
         stays: stays(problem, placement),
     };
     finish.schedule()
@@ -40,15 +40,6 @@ struct Standing {
     /// How it got there.
     via: Via,
     reg: RegAt,
-}
-
-/// The first cycle in which anything issues.
-fn first_cycle(problem: &Problem<'_>, placement: &Placement) -> i32 {
-    problem
-        .nodes()
-        .map(|n| placement.at[n].1)
-        .min()
-        .unwrap_or(0)
 }
 
 /// The stays of all values, by value, file, tag and cycle.

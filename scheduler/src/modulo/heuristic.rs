@@ -8,19 +8,18 @@
 //! all are gone again from other seeds, and nodes are placed in sequence.
 
 use super::anneal::{self, Anneal};
-use super::finish;
 use super::lattice::{self, Array, Search};
 use super::negotiate::{Lanes, Negotiation};
 use super::obstacle::{FailedIi, Obstacle, Unschedulable};
 use super::order::{Freedom, order};
-use super::place::{Attempt, Conflict, LIGHTEST};
+use super::place::{Attempt, Conflict, LIGHTEST, Placement};
 use super::problem::Problem;
 use super::route::Router;
 use super::{FIRST, MANY, MAX_STAGES, worth};
 use srp_archdesc::Watch;
 use srp_archdesc::entity::EntityMap;
 use srp_ir::dfg::Node;
-use srp_ir::dre::scheduled::{ModuloSchedule, Reg};
+use srp_ir::dre::scheduled::Reg;
 use std::collections::BTreeMap;
 
 /// The part of the way down to the bound that is tried in one leap, and attempts at it.
@@ -83,7 +82,6 @@ enum Way {
 /// The search over IIs.
 pub(super) struct Heuristic<'a, 'p> {
     problem: &'a Problem<'p>,
-    live_ins: &'a [Reg],
     fixed: &'a [Reg],
     router: Router,
     lanes: Lanes,
@@ -110,18 +108,13 @@ struct Level {
 }
 
 impl<'a, 'p> Heuristic<'a, 'p> {
-    pub(super) fn new(
-        problem: &'a Problem<'p>,
-        live_ins: &'a [Reg],
-        fixed: &'a [Reg],
-    ) -> Heuristic<'a, 'p> {
+    pub(super) fn new(problem: &'a Problem<'p>, fixed: &'a [Reg]) -> Heuristic<'a, 'p> {
         Heuristic {
             problem,
-            live_ins,
             fixed,
             router: Router::default(),
             lanes: Lanes::of(problem),
-            array: suits_lattice(problem).then(|| Array::of(problem)).flatten(),
+            array: array(problem),
             effort_of_step: 0,
             levels: BTreeMap::new(),
         }
@@ -133,7 +126,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         bound: u32,
         effort: u64,
         watch: &dyn Watch,
-    ) -> Result<ModuloSchedule, Unschedulable> {
+    ) -> Result<Placement, Unschedulable> {
         let deepest = self.problem.srp.contexts;
         if self.array.is_some() {
             let quick = Way::OnLattice(self.first_on_lattice());
@@ -203,7 +196,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
     /// A schedule of a vast loop: with the bound, or else with the largest II, and then with smaller ones
     /// by halves. What finds no place at the largest II finds none at any, so a loop that does not fit
     /// on the array is soon known.
-    fn descend(&mut self, bound: u32, effort: u64, watch: &dyn Watch) -> Option<ModuloSchedule> {
+    fn descend(&mut self, bound: u32, effort: u64, watch: &dyn Watch) -> Option<Placement> {
         let attempt = |this: &mut Self, ii: u32, way: Way| {
             let limit = this.router.expanded + effort;
             this.attempt(ii, way, limit, watch)
@@ -218,7 +211,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         let mut failed = bound;
         while best.ii - failed > 1 + bound / WAY_UP && !watch.cancelled() {
             let ii = (best.ii + failed) / 2;
-            match attempt(self, ii, Way::OneByOne) {
+            match attempt(self, ii, Way::OneByOne).or_else(|| self.in_sequence(ii)) {
                 Some(schedule) => best = schedule,
                 None => failed = ii,
             }
@@ -229,7 +222,8 @@ impl<'a, 'p> Heuristic<'a, 'p> {
     /// True for loops of which there is no time for many attempts: those that take more than a router's
     /// million steps each.
     fn is_vast(&self, bound: u32) -> bool {
-        self.problem.dfg.nodes.len() > MANY && bound > CROWDED
+        let many = self.problem.dfg.nodes.len() > MANY;
+        many && (bound > CROWDED || self.size() > MOST_ON_LATTICE)
     }
 
     /// The first II from the bound on in growing steps that one way works at, with one attempt each.
@@ -240,7 +234,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         last: u32,
         effort: u64,
         watch: &dyn Watch,
-    ) -> Option<ModuloSchedule> {
+    ) -> Option<Placement> {
         let mut ii = bound;
         while ii <= last && !watch.cancelled() {
             let limit = self.router.expanded + effort;
@@ -253,13 +247,12 @@ impl<'a, 'p> Heuristic<'a, 'p> {
     }
 
     /// A schedule with the largest II, in which every node follows all that its operands need.
-    fn in_sequence(&mut self, ii: u32) -> Option<ModuloSchedule> {
+    fn in_sequence(&mut self, ii: u32) -> Option<Placement> {
         let freedom = Freedom::at(self.problem, ii);
         let (problem, fixed) = (self.problem, self.fixed);
         let mut attempt = Attempt::new(problem, ii, 0, &freedom, fixed, &mut self.router);
         let placement = attempt.in_sequence()?;
-        let schedule = finish::finish(problem, &placement, self.live_ins);
-        (schedule.stages() <= MAX_STAGES).then_some(schedule)
+        (placement.stages(problem) <= MAX_STAGES).then_some(placement)
     }
 
     /// Lets every II know how often nodes were forced out of place at any.
@@ -284,9 +277,9 @@ impl<'a, 'p> Heuristic<'a, 'p> {
 
     /// Betters a schedule by negotiation: between the bound and the best II, and where that fails next
     /// to the best with more and more steps.
-    fn negotiate(&mut self, best: &mut ModuloSchedule, bound: u32, effort: u64, watch: &dyn Watch) {
+    fn negotiate(&mut self, best: &mut Placement, bound: u32, effort: u64, watch: &dyn Watch) {
         let start = self.router.expanded;
-        let limit = |best: &ModuloSchedule| start + worth(effort, best.ii, bound);
+        let limit = |best: &Placement| start + worth(effort, best.ii, bound);
         let mut steps = QUICK_STEPS;
         // The least II that these steps have not failed at.
         let mut least = bound;
@@ -328,13 +321,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
 
     /// Betters a schedule on an array of units alike, II by II, by longer and longer runs from other places, as long as
     /// so much effort lasts.
-    fn search_lattice(
-        &mut self,
-        best: &mut ModuloSchedule,
-        bound: u32,
-        effort: u64,
-        watch: &dyn Watch,
-    ) {
+    fn search_lattice(&mut self, best: &mut Placement, bound: u32, effort: u64, watch: &dyn Watch) {
         let limit = self.router.expanded.saturating_add(effort);
         while best.ii > bound {
             // A run that would not come to its end is not begun.
@@ -362,7 +349,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
     /// II.
     pub(super) fn improve(
         &mut self,
-        best: &mut ModuloSchedule,
+        best: &mut Placement,
         bound: u32,
         effort: u64,
         watch: &dyn Watch,
@@ -372,6 +359,10 @@ impl<'a, 'p> Heuristic<'a, 'p> {
             let times = PATIENCE * nodes * nodes;
             let effort = effort.saturating_mul(times) / (PATIENT * PATIENT);
             self.search_lattice(best, bound, effort, watch);
+        }
+        // Attempts take long at so many units, and hardly ever better what was found by halves.
+        if self.size() > MOST_ON_LATTICE {
+            return;
         }
         let mut start = self.router.expanded;
         if self.is_crowded(bound) && self.array.is_none() {
@@ -412,7 +403,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         attempts: u32,
         limit: u64,
         watch: &dyn Watch,
-    ) -> Option<ModuloSchedule> {
+    ) -> Option<Placement> {
         for attempt in 0..attempts {
             if attempt > 0 && self.router.expanded >= limit || watch.cancelled() {
                 break;
@@ -429,13 +420,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
     }
 
     /// The next attempt at an II by one way.
-    fn attempt(
-        &mut self,
-        ii: u32,
-        way: Way,
-        limit: u64,
-        watch: &dyn Watch,
-    ) -> Option<ModuloSchedule> {
+    fn attempt(&mut self, ii: u32, way: Way, limit: u64, watch: &dyn Watch) -> Option<Placement> {
         let problem = self.problem;
         let level = (self.levels.entry(ii)).or_insert_with(|| Level::new(problem, ii));
         let attempts = match way {
@@ -490,10 +475,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
             }
         };
         match result {
-            Ok(placement) => {
-                let schedule = finish::finish(problem, &placement, self.live_ins);
-                (schedule.stages() <= MAX_STAGES).then_some(schedule)
-            }
+            Ok(placement) => (placement.stages(problem) <= MAX_STAGES).then_some(placement),
             Err(conflict) => {
                 level.failed = level.failed.or(Some(conflict));
                 None
@@ -519,11 +501,13 @@ fn longest(nodes: usize) -> u64 {
     }
 }
 
-/// True if a loop is neither so small that other ways do as well on a lattice, nor too large for it.
-fn suits_lattice(problem: &Problem<'_>) -> bool {
+/// The array, if it is one of units alike, and the loop neither so small that other ways do as well on a lattice, nor too
+/// large for it.
+pub(super) fn array(problem: &Problem<'_>) -> Option<Array> {
     let nodes = problem.dfg.nodes.len();
     let size = nodes as u64 * problem.srp.fus.len() as u64;
-    nodes >= LEAST_ON_LATTICE && size <= MOST_ON_LATTICE
+    let suits = nodes >= LEAST_ON_LATTICE && size <= MOST_ON_LATTICE;
+    suits.then(|| Array::of(problem)).flatten()
 }
 
 impl Level {

@@ -7,6 +7,7 @@
 
 mod anneal;
 mod bounds;
+mod compact;
 mod exact;
 mod finish;
 mod heuristic;
@@ -33,6 +34,7 @@ pub use obstacle::{Destination, FailedIi, Obstacle, Operation, Unschedulable};
 pub use record::{Asked, Outcome, Search, Stopped};
 
 use crate::abi;
+use compact::Bound;
 use exact::Answer;
 use heuristic::Heuristic;
 use problem::Problem;
@@ -57,6 +59,9 @@ pub struct Options {
     /// Steps of the exact search over all IIs of one loop, some 10 thousand a second; 0 leaves it
     /// out. A conflict is some steps, the more the larger the formula, and so is making one.
     pub exact_effort: u64,
+    /// Steps for each operation of a loop that go into a shorter schedule at its II, with fewer contexts and moves; with
+    /// 0 the schedule stays as it was found.
+    pub compaction: u64,
     /// Cycles beyond the critical path in which the exact search may issue operations.
     pub slack: u32,
     /// Where all these steps do not reach the bound: go on by the exact way, with horizons up to
@@ -88,6 +93,8 @@ const MOST_WORTH: u64 = 6;
 const LARGEST_EXACT: usize = 80;
 /// IIs from the bound on that the exact way is asked about where the heuristic has found nothing.
 const EXACT_RANGE: u32 = 4;
+/// The part of the exact search's steps, one in so many, that goes into a shorter schedule at the II.
+const EXACT_COMPACTION: u64 = 2;
 /// Steps of the heuristic between two rounds of the exact way, beyond the limits.
 const HEURISTIC_TURN: u64 = 10_000_000;
 
@@ -96,6 +103,7 @@ impl Default for Options {
         Options {
             effort: 350_000,
             exact_effort: 8_000,
+            compaction: 5_000,
             slack: 3,
             beyond: None,
             expansion: true,
@@ -114,6 +122,8 @@ pub struct Scheduled {
     pub schedule: ModuloSchedule,
     /// The bounds of the II.
     pub bounds: Bounds,
+    /// Fewest cycles of an iteration at this II.
+    pub least_length: u32,
     /// Why the II below was not reached; `None` where the II is the bound.
     pub why_not_lower: Option<FailedIi>,
     /// The IIs from the bound on that were proved impossible.
@@ -149,6 +159,23 @@ pub fn bounds(dfg: &Dfg, srp: &Srp) -> Bounds {
     Bounds::of(&Problem::new(dfg, srp))
 }
 
+/// The fewest cycles of an iteration of any schedule at the II of this one: the longest path with the least transport,
+/// and operations that queue for units.
+pub fn least_length(schedule: &ModuloSchedule, srp: &Srp) -> u32 {
+    Bound::at(
+        &Problem::new(&schedule.dfg, srp),
+        schedule.ii,
+        schedule.length,
+    )
+    .length
+}
+
+/// True if a loop is so large, and the array so regular, that it is looked for on a lattice, with a patience of its own
+/// beyond the effort.
+pub fn is_on_lattice(dfg: &Dfg, srp: &Srp) -> bool {
+    heuristic::array(&Problem::new(dfg, srp)).is_some()
+}
+
 /// Refuses a loop that can be seen to have no schedule before one is looked for: values come in
 /// without room in the central registers, no unit runs an operation, or the II takes more contexts
 /// than there are. [`schedule`] may still find none.
@@ -182,7 +209,9 @@ pub fn schedule(
     watch: &dyn Watch,
 ) -> Result<Scheduled, Unschedulable> {
     let mut problem = Problem::new(dfg, srp);
-    problem.expansion = options.expansion;
+    if !options.expansion {
+        problem.most_copies = 1;
+    }
     let live_ins = live_in_registers(dfg, srp)?;
     if let Some(node) = problem.nodes().find(|n| problem.units[*n].is_empty()) {
         return Err(Unschedulable::NoUnit(Operation::of(dfg, node)));
@@ -193,11 +222,10 @@ pub fn schedule(
     let fixed: Vec<Reg> = (live_ins.iter().copied())
         .chain(abi::reserved(srp))
         .collect();
-    let mut heuristic = Heuristic::new(&problem, &live_ins, &fixed);
+    let mut heuristic = Heuristic::new(&problem, &fixed);
     let mut worklist = Worklist::new(&problem, bound, options);
     let task = Task {
         problem: &problem,
-        live_ins: &live_ins,
         fixed: &fixed,
     };
     let is_small = problem.dfg.nodes.len() <= LARGEST_EXACT;
@@ -254,15 +282,23 @@ pub fn schedule(
         _ if in_time => Stopped::Steps,
         _ => Stopped::Time,
     };
+    let asked = worklist.asked();
+    let why_not_lower = heuristic
+        .failed(schedule.ii - 1)
+        .filter(|_| schedule.ii > bound);
+    let limits = compact::Limits {
+        effort: options.compaction.saturating_mul(operations as u64),
+        exact: options.exact_effort / EXACT_COMPACTION,
+        watch,
+    };
+    let compacted = compact::compact(&mut problem, &fixed, schedule, &limits);
+    let schedule = finish::finish(&problem, &compacted.placement, &live_ins);
+    debug_assert_eq!(schedule.length, compacted.placement.length(&problem));
     Ok(Scheduled {
         impossible,
-        search: Search {
-            asked: worklist.asked(),
-            stopped,
-        },
-        why_not_lower: heuristic
-            .failed(schedule.ii - 1)
-            .filter(|_| schedule.ii > bound),
+        search: Search { asked, stopped },
+        why_not_lower,
+        least_length: compacted.least,
         schedule,
         bounds,
     })
@@ -303,6 +339,7 @@ pub fn certify(
     let question = exact::Question {
         ii: claim.ii,
         scope: claim.scope,
+        within: None,
         conflicts: u64::MAX,
         effort: u64::MAX,
         seed: 0,
@@ -331,6 +368,7 @@ pub fn ask(
         conflicts: u64::MAX,
         effort: u64::MAX,
         seed: 0,
+        within: None,
         fixed: &fixed,
         named: false,
         solver,

@@ -16,8 +16,8 @@ pub(super) struct Problem<'a> {
     pub(super) dfg: &'a Dfg,
     pub(super) srp: &'a Srp,
     pub(super) graph: ResourceGraph,
-    /// False where a kernel may not be repeated for values that live longer than the II.
-    pub(super) expansion: bool,
+    /// How often a kernel may be repeated for values that live longer than the II.
+    pub(super) most_copies: u32,
     /// The class of each node's operation.
     opcodes: EntityMap<Node, Opcode>,
     /// Units that can run each node, in order.
@@ -167,7 +167,7 @@ impl<'a> Problem<'a> {
             dfg,
             srp,
             graph,
-            expansion: true,
+            most_copies: LARGEST_RING,
         };
         problem.units = dfg
             .nodes
@@ -185,10 +185,7 @@ impl<'a> Problem<'a> {
 
     /// Returns how many registers of a file that does not rotate a value takes in turn at most.
     pub(super) fn largest_ring(&self, ii: u32) -> u32 {
-        if !self.expansion {
-            return 1;
-        }
-        let copies = (self.srp.contexts / ii.max(1)).clamp(1, LARGEST_RING);
+        let copies = (self.srp.contexts / ii.max(1)).clamp(1, self.most_copies);
         1 << copies.ilog2()
     }
 

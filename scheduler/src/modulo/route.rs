@@ -90,6 +90,8 @@ pub(super) struct Request {
     pub(super) ready: i32,
     /// The consumer's unit and the cycle in which it reads, in the producer's iteration.
     pub(super) target: Option<(Fu, i32)>,
+    /// The last cycle in which a move or a transfer of the value may land.
+    pub(super) until: i32,
     /// For carried values and live-outs: which copies in a file may be read.
     pub(super) tag: Option<Tag>,
 }
@@ -183,7 +185,7 @@ impl Router {
     ) -> Option<(Route, u32)> {
         let last = match request.target {
             Some((_, arrival)) => arrival,
-            None => request.ready + 2 * table.ii as i32 + 8,
+            None => request.until,
         };
         if last < request.ready {
             return None;
@@ -546,7 +548,7 @@ impl Search<'_, '_> {
         let problem = self.problem;
         for (i, transfer) in problem.graph.transfers[place].iter().enumerate() {
             let lands = time + transfer.delay as i32 + 1;
-            if transfer.width < self.request.ty.bits() || lands > self.last {
+            if transfer.width < self.request.ty.bits() || lands > self.request.until {
                 continue;
             }
             for tag in self.tags() {
@@ -567,7 +569,7 @@ impl Search<'_, '_> {
         let problem = self.problem;
         for way in &problem.moves[self.request.ty as usize][place] {
             let lands = time + way.cycles;
-            if lands > self.last || !self.in_time(way.out, lands) {
+            if lands > self.request.until || !self.in_time(way.out, lands) {
                 continue;
             }
             let Some(extra) = self.move_cost(place, time, way) else {

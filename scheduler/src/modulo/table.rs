@@ -356,6 +356,11 @@ impl Table {
         self.items[node].keys().map(cycle).max().unwrap_or(i32::MIN)
     }
 
+    /// The items of a node's value, in no order.
+    pub(super) fn items_of(&self, node: Node) -> impl Iterator<Item = Item> {
+        self.items[node].keys().copied()
+    }
+
     /// All items of a node's value, sorted.
     pub(super) fn items(&self, node: Node) -> Vec<Item> {
         let mut items: Vec<_> = self.items[node].keys().copied().collect();

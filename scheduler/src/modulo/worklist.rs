@@ -2,12 +2,12 @@
 //! asks them in turn.
 
 use super::exact::{self, Answer, Fold, Question, Scope, Solver};
-use super::finish;
+use super::place::Placement;
 use super::problem::Problem;
 use super::record::{Asked, Outcome};
 use super::{Impossible, MAX_STAGES, Options};
 use srp_archdesc::Watch;
-use srp_ir::dre::scheduled::{ModuloSchedule, Reg};
+use srp_ir::dre::scheduled::Reg;
 use std::collections::BTreeMap;
 
 /// Conflicts of the first question.
@@ -40,7 +40,6 @@ pub(super) struct Limits<'a> {
 #[derive(Clone, Copy)]
 pub(super) struct Task<'a, 'p> {
     pub(super) problem: &'a Problem<'p>,
-    pub(super) live_ins: &'a [Reg],
     pub(super) fixed: &'a [Reg],
 }
 
@@ -96,8 +95,8 @@ impl Worklist {
         task: Task<'_, '_>,
         best: u32,
         limits: &mut Limits<'_>,
-    ) -> Option<ModuloSchedule> {
-        let mut found: Option<ModuloSchedule> = None;
+    ) -> Option<Placement> {
+        let mut found: Option<Placement> = None;
         loop {
             let below = found.as_ref().map_or(best, |f| f.ii);
             if self.is_settled(below) {
@@ -159,7 +158,7 @@ impl Worklist {
         ii: u32,
         scope: Scope,
         limits: &mut Limits<'_>,
-    ) -> Option<ModuloSchedule> {
+    ) -> Option<Placement> {
         let times = 2u64.saturating_pow(self.round);
         let (conflicts, share) = match self.thorough {
             true => (u64::MAX, SHARE.saturating_mul(times)),
@@ -172,6 +171,7 @@ impl Worklist {
             effort: limits.effort.min(share),
             seed: self.round,
             fixed: task.fixed,
+            within: None,
             named: false,
             solver: self.solver,
             watch: limits.watch,
@@ -180,16 +180,13 @@ impl Worklist {
         limits.effort -= spent.min(limits.effort);
         let mut found = None;
         let outcome = match answer {
-            Answer::Placed(placement) => {
-                let schedule = finish::finish(task.problem, &placement, task.live_ins);
-                match schedule.stages() <= MAX_STAGES {
-                    true => {
-                        found = Some(schedule);
-                        Outcome::Schedule
-                    }
-                    false => Outcome::TooLong,
+            Answer::Placed(placement) => match placement.stages(task.problem) <= MAX_STAGES {
+                true => {
+                    found = Some(*placement);
+                    Outcome::Schedule
                 }
-            }
+                false => Outcome::TooLong,
+            },
             Answer::Impossible => Outcome::Impossible {
                 outright: match scope {
                     Scope::Folded(_) => true,

@@ -30,7 +30,7 @@ struct Cell {
 
 /// An array that can grow.
 #[derive(Clone)]
-struct Array {
+pub(super) struct Array {
     rows: u32,
     cols: u32,
     /// Row by row.
@@ -43,7 +43,7 @@ struct Array {
 
 impl Array {
     /// A small mesh in which some cells multiply and some load and store, at least one each.
-    fn random(random: &mut Pcg32) -> Array {
+    pub(super) fn random(random: &mut Pcg32) -> Array {
         let (rows, cols) = (2 + below(random, 2), 2 + below(random, 2));
         let registers = below(random, 3);
         let mut cells: Vec<Cell> = (0..rows * cols)
@@ -129,7 +129,7 @@ impl Array {
         ]
     }
 
-    fn arch(&self) -> Arch {
+    pub(super) fn arch(&self) -> Arch {
         let mut xml = String::from("<machine name=\"small\">\n");
         let mut line = |text: std::fmt::Arguments<'_>| {
             writeln!(xml, "{text}").expect("strings can be written");
@@ -177,7 +177,7 @@ impl Array {
 }
 
 /// A small graph: mostly a tree that grows, with some values of earlier iterations.
-fn graph(random: &mut Pcg32) -> Graph {
+pub(super) fn graph(random: &mut Pcg32) -> Graph {
     let nodes = 4 + below(random, 10);
     let mut text = String::from("digraph random {\n");
     for n in 0..nodes {
@@ -202,12 +202,11 @@ fn graph(random: &mut Pcg32) -> Graph {
 /// The II of a graph; the largest number where it has no schedule.
 fn ii(graph: &Graph, array: &Array) -> u32 {
     let arch = array.arch();
-    match modulo::schedule(
-        &graph.dfg,
-        &arch.srp,
-        &modulo::Options::default(),
-        &Unwatched,
-    ) {
+    let options = modulo::Options {
+        compaction: 0,
+        ..modulo::Options::default()
+    };
+    match modulo::schedule(&graph.dfg, &arch.srp, &options, &Unwatched) {
         Ok(scheduled) => {
             let wrong = check_loop(&scheduled.schedule, &arch.srp);
             assert!(wrong.is_empty(), "{wrong:?}");

@@ -36,7 +36,10 @@ fn shuffled(path: &Path, order: u64) -> Graph {
 
 /// The II of a graph on an array, or why it has none.
 fn ii(graph: &Graph, arch: &Arch) -> Result<u32, String> {
-    let options = modulo::Options::default();
+    let options = modulo::Options {
+        compaction: 0,
+        ..modulo::Options::default()
+    };
     let scheduled = modulo::schedule(&graph.dfg, &arch.srp, &options, &Unwatched);
     let schedule = scheduled.map_err(|refused| refused.to_string())?.schedule;
     let wrong = check_loop(&schedule, &arch.srp);

@@ -76,6 +76,7 @@ impl View<'_> {
             restrict_ii: None,
             stages: schedule.stages(),
             length: schedule.length,
+            least_length: facts.least_length,
             contexts: schedule.contexts(),
             preloads: schedule.preloads.len() as u32,
             cycles_per_ray: self.cycles_per_ray(schedule),

@@ -200,6 +200,9 @@ pub struct LoopReport {
     pub stages: u32,
     /// Cycles of one iteration from its first issue to its last result.
     pub length: u32,
+    /// The fewest that it can be at this II, of any schedule.
+    #[serde(default)]
+    pub least_length: u32,
     /// Contexts of the configuration memory.
     pub contexts: u32,
     /// Registers set when the kernel is entered.

@@ -112,6 +112,7 @@ pub(super) fn try_restrict(
         let options = modulo::Options {
             effort: RESTRICT_EFFORT,
             exact_effort: 0,
+            compaction: 0,
             ..modulo::Options::default()
         };
         let found = schedule_loop(&relaxed, srp, &options, session, session.watch);

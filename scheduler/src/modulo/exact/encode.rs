@@ -147,7 +147,8 @@ impl<'e, 'p> Encoder<'e, 'p> {
                 for &fu in &problem.units[node] {
                     let timing = problem.timing(node, fu);
                     // A unit that is busy for longer than the II would meet itself in the next iteration.
-                    if timing.interval <= self.question.ii {
+                    let lands = time + timing.latency as i32;
+                    if timing.interval <= self.question.ii && self.question.may_land(lands) {
                         let name = || format!("start {node} {} {time}", problem.srp.fus[fu].name);
                         let literal = self.encoding.formula.variable(name);
                         all.push(literal);
@@ -315,6 +316,9 @@ impl<'e, 'p> Encoder<'e, 'p> {
         let wide = self.problem.graph.places[place].width >= self.ty(value).bits();
         // Too early for the value to be there, or too narrow for it.
         if time < self.earliest[value][place] || !wide {
+            return None;
+        }
+        if matches!(item, Item::Move(..) | Item::Written(..)) && !self.question.may_land(time) {
             return None;
         }
         if let Some(&literal) = self.encoding.items.get(&(value, item)) {

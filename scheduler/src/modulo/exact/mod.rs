@@ -70,6 +70,8 @@ pub enum Solver {
 pub(super) struct Question<'a> {
     pub(super) ii: u32,
     pub(super) scope: Scope,
+    /// The cycles in which each node may be issued and the one by which all has landed, if not the horizon.
+    pub(super) within: Option<(Freedom, i32)>,
     /// Conflicts after which the solver gives up.
     pub(super) conflicts: u64,
     /// Steps after which it gives up.
@@ -86,6 +88,12 @@ pub(super) struct Question<'a> {
 }
 
 impl Question<'_> {
+    /// True if something may land in a cycle.
+    fn may_land(&self, time: i32) -> bool {
+        let within = self.within.as_ref();
+        within.is_none_or(|&(_, deadline)| time <= deadline)
+    }
+
     /// Variables of the largest formula that may be made: no more than fit, nor than the effort allows.
     fn largest_formula(&self) -> usize {
         let affordable = self.effort.saturating_mul(VARIABLES_A_STEP);
@@ -190,11 +198,18 @@ fn timed(
     slack: u32,
     mut proof: Option<Certificate<'_>>,
 ) -> (Answer, u64) {
-    let freedom = Freedom::at(problem, question.ii);
+    let at_ii;
+    let freedom = match &question.within {
+        Some((within, _)) => within,
+        None => {
+            at_ii = Freedom::at(problem, question.ii);
+            &at_ii
+        }
+    };
     let mut spare = EntityMap::filled(problem.graph.places.len(), 0);
     let mut spent = 0;
     for tightening in 0..=TIGHTENINGS {
-        let Some(encoding) = encode::encode(problem, question, slack, &freedom, &spare) else {
+        let Some(encoding) = encode::encode(problem, question, slack, freedom, &spare) else {
             let (answer, more) = too_large(question);
             return (answer, spent + more);
         };
@@ -203,7 +218,7 @@ fn timed(
             Outcome::Unsatisfiable if tightening == 0 => return (Answer::Impossible, spent),
             Outcome::Unsatisfiable | Outcome::GaveUp => return (Answer::Unknown, spent),
             Outcome::Model(model) => {
-                match decode::decode(problem, question, &freedom, &encoding, &model) {
+                match decode::decode(problem, question, freedom, &encoding, &model) {
                     Ok(placement) => return (Answer::Placed(Box::new(placement)), spent),
                     Err(full) if full.is_empty() => return (Answer::Unknown, spent),
                     Err(full) => full.into_iter().for_each(|file| spare[file] += 1),

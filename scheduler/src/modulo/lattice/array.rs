@@ -54,7 +54,7 @@ impl Array {
     pub(in crate::modulo) fn of(problem: &Problem<'_>) -> Option<Array> {
         let ty = problem.edges.first()?.ty;
         let is_plain = |e: &crate::modulo::problem::Edge| e.ty == ty && e.tag.is_none();
-        let is_known = problem.expansion && problem.srp.wires.is_empty();
+        let is_known = problem.most_copies > 1 && problem.srp.wires.is_empty();
         if !problem.edges.iter().all(is_plain) || !is_known {
             return None;
         }

@@ -11,6 +11,7 @@
 mod deliver;
 mod lanes;
 mod market;
+mod shorten;
 mod state;
 mod survey;
 mod trace;
@@ -138,6 +139,8 @@ impl Cooling {
 pub(super) struct Negotiation<'a, 'p> {
     problem: &'a Problem<'p>,
     freedom: &'a Freedom,
+    /// The cycle by which everything has landed, if no node may be issued outside of its freedom.
+    deadline: Option<i32>,
     fixed: &'a [Reg],
     state: State<'a, 'p>,
     survey: Survey,
@@ -166,23 +169,7 @@ impl<'a, 'p> Negotiation<'a, 'p> {
         fixed: &'a [Reg],
         seed: u32,
     ) -> Negotiation<'a, 'p> {
-        let state = State::new(problem, lanes, ii, fixed);
-        let mut run = Negotiation {
-            survey: Survey::new(&state, OPEN),
-            state,
-            problem,
-            freedom,
-            fixed,
-            seed: u64::from(seed),
-            draws: 0,
-            open_history: vec![0; problem.edges.len()],
-            conflicts: Vec::new(),
-            taken_out: Vec::new(),
-            by_span: Vec::new(),
-            goods: Vec::new(),
-            steps: 0,
-            is_hopeless: false,
-        };
+        let mut run = Negotiation::empty(problem, lanes, ii, freedom, fixed, seed);
         let earliest = start::times(problem, ii, ROOM);
         for node in problem.nodes() {
             let units = &problem.units[node];
@@ -194,6 +181,35 @@ impl<'a, 'p> Negotiation<'a, 'p> {
             run.state.put(node, (unit, earliest[node]));
         }
         run
+    }
+
+    /// A run in which no node has a place yet.
+    fn empty(
+        problem: &'a Problem<'p>,
+        lanes: &'a Lanes,
+        ii: u32,
+        freedom: &'a Freedom,
+        fixed: &'a [Reg],
+        seed: u32,
+    ) -> Negotiation<'a, 'p> {
+        let state = State::new(problem, lanes, ii, fixed);
+        Negotiation {
+            survey: Survey::new(&state, OPEN),
+            state,
+            problem,
+            freedom,
+            deadline: None,
+            fixed,
+            seed: u64::from(seed),
+            draws: 0,
+            open_history: vec![0; problem.edges.len()],
+            conflicts: Vec::new(),
+            taken_out: Vec::new(),
+            by_span: Vec::new(),
+            goods: Vec::new(),
+            steps: 0,
+            is_hopeless: false,
+        }
     }
 
     fn random(&mut self) -> u32 {
@@ -214,9 +230,19 @@ impl<'a, 'p> Negotiation<'a, 'p> {
         limit: u64,
         watch: &dyn Watch,
     ) -> Result<Placement, Option<Conflict>> {
+        self.cool_down(Cooling::default(), steps, limit, watch)
+    }
+
+    /// The same from a temperature on.
+    fn cool_down(
+        &mut self,
+        mut cooling: Cooling,
+        steps: u64,
+        limit: u64,
+        watch: &dyn Watch,
+    ) -> Result<Placement, Option<Conflict>> {
         let nodes = self.problem.dfg.nodes.len() as u64;
         let each = (nodes * steps).div_ceil(u64::from(STAGES)).max(1);
-        let mut cooling = Cooling::default();
         for stage in 0..STAGES + MORE_STAGES {
             if stage >= STAGES && self.conflicts.len() > FEW {
                 break;
@@ -271,7 +297,7 @@ impl<'a, 'p> Negotiation<'a, 'p> {
             return None;
         }
         match self.settle() {
-            Ok(placement) => Some(placement),
+            Ok(placement) => Some(placement).filter(|placement| self.is_in_time(placement)),
             Err(full) => {
                 for place in full {
                     self.state.market.shrink(self.state.lanes.of[place]);
@@ -331,7 +357,9 @@ impl<'a, 'p> Negotiation<'a, 'p> {
         let old = self.state.at[node];
         let old_cost = self.take_out(node);
         let random = self.random();
-        self.survey.look(&self.state, node, random);
+        let within =
+            (self.deadline).map(|_| (self.freedom.earliest[node], self.freedom.latest[node]));
+        self.survey.look(&self.state, node, within, random);
         let random = self.random();
         let drawn = self.survey.draw(half, random);
         let Some(new) = drawn else {

@@ -12,6 +12,8 @@ mod force;
 mod position;
 mod repair;
 mod sequence;
+mod span;
+mod squeeze;
 mod take;
 
 pub(super) use take::{constants_of, invariant_reads};
@@ -41,7 +43,10 @@ const HEAVIEST: u32 = 6;
 pub(super) const LIGHTEST: u32 = 2;
 
 /// Where and when everything is, at one II.
+#[derive(Clone)]
 pub(in crate::modulo) struct Placement {
+    /// Initiation interval.
+    pub(in crate::modulo) ii: u32,
     pub(in crate::modulo) table: Table,
     /// Unit and issue cycle of each node; cycles may be negative.
     pub(in crate::modulo) at: EntityMap<Node, Position>,
@@ -77,6 +82,8 @@ pub(in crate::modulo) struct Attempt<'a, 'p> {
     conflicts: BTreeMap<Conflict, u32>,
     /// How often each node had to be forced.
     times_forced: EntityMap<Node, u32>,
+    /// The cycle by which everything has landed, if no node may be issued outside of its freedom.
+    deadline: Option<i32>,
     /// Changes made by the current move, while they are recorded.
     journal: Option<Journal>,
 }
@@ -109,6 +116,7 @@ impl<'a, 'p> Attempt<'a, 'p> {
             scarcity: scarcity(problem),
             conflicts: BTreeMap::new(),
             times_forced: EntityMap::filled(problem.dfg.nodes.len(), 0),
+            deadline: None,
             journal: None,
             problem,
         }
@@ -122,9 +130,20 @@ impl<'a, 'p> Attempt<'a, 'p> {
         limit: u64,
         watch: &dyn Watch,
     ) -> Result<Placement, Option<Conflict>> {
+        self.place_all(order, order.iter().copied(), limit, watch)
+    }
+
+    /// Places these nodes, and again those that have to make room, by their rank in the order.
+    fn place_all(
+        &mut self,
+        order: &[Node],
+        nodes: impl Iterator<Item = Node>,
+        limit: u64,
+        watch: &dyn Watch,
+    ) -> Result<Placement, Option<Conflict>> {
         let mut rank = EntityMap::filled(order.len(), 0);
         order.iter().enumerate().for_each(|(i, &n)| rank[n] = i);
-        let mut queue: BTreeSet<(usize, Node)> = order.iter().map(|&n| (rank[n], n)).collect();
+        let mut queue: BTreeSet<(usize, Node)> = nodes.map(|n| (rank[n], n)).collect();
         let mut budget = 60 + 3 * order.len();
         while let Some((_, node)) = queue.pop_first() {
             if budget == 0 || self.router.expanded > limit || watch.cancelled() {
@@ -173,6 +192,7 @@ impl<'a, 'p> Attempt<'a, 'p> {
     /// Everything as it stands, if it is complete.
     fn placement(&self) -> Option<Placement> {
         Some(Placement {
+            ii: self.table.ii,
             at: self.at.values().copied().collect::<Option<_>>()?,
             routes: self.routes.iter().cloned().collect::<Option<_>>()?,
             registers: self.registers.clone(),

@@ -16,6 +16,16 @@ const WIDEST: i32 = 40;
 impl Attempt<'_, '_> {
     /// The cycles in which a node may be issued, the best first.
     fn window(&self, node: Node) -> Vec<i32> {
+        let mut cycles = self.window_between_neighbours(node);
+        if self.deadline.is_some() {
+            let whole = self.freedom.earliest[node]..=self.freedom.latest[node];
+            cycles.retain(|time| whole.contains(time));
+        }
+        cycles
+    }
+
+    /// The cycles that a node's placed neighbours leave it.
+    fn window_between_neighbours(&self, node: Node) -> Vec<i32> {
         let ii = self.table.ii as i32;
         let (mut earliest, mut latest) = (None::<i32>, None::<i32>);
         let mut after = |t: i32| earliest = Some(earliest.map_or(t, |e| e.max(t)));
@@ -83,6 +93,10 @@ impl Attempt<'_, '_> {
                 if !occupied && !self.is_free(node, fu, time) {
                     continue;
                 }
+                let lands = time + self.problem.timing(node, fu).latency as i32;
+                if self.deadline.is_some_and(|deadline| lands > deadline) {
+                    continue;
+                }
                 let Some(distance) = self.distance(node, fu, time) else {
                     continue;
                 };
@@ -122,7 +136,7 @@ impl Attempt<'_, '_> {
 
     /// How far a position is from the placed neighbours, in cycles that routes need at least;
     /// `None` where one of them cannot be reached in time.
-    fn distance(&self, node: Node, fu: Fu, time: i32) -> Option<u32> {
+    pub(super) fn distance(&self, node: Node, fu: Fu, time: i32) -> Option<u32> {
         let problem = self.problem;
         let mut sum = 0;
         for &e in &problem.edges_of[node] {

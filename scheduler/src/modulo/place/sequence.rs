@@ -2,26 +2,52 @@
 
 use super::{Attempt, Placement};
 use crate::modulo::problem::Problem;
+use srp_archdesc::arch::Fu;
 use srp_archdesc::entity::EntityMap;
 use srp_ir::dfg::Node;
 
-/// Positions that are tried for a node.
+/// Positions that are tried for a node in one cycle, those nearest to its operands first, and in all.
+const POSITIONS: usize = 16;
 const MOST_POSITIONS: usize = 2000;
+/// Cycles that a value may take longer for each node that a unit has less: where nodes crowd, no value gets away.
+const CROWDING: u32 = 4;
 
 impl Attempt<'_, '_> {
     /// Places every node after those whose values it takes in the same iteration, as soon as these can
     /// be routed to it; `None` where one finds no position within an II.
     pub(in crate::modulo) fn in_sequence(&mut self) -> Option<Placement> {
+        let mut loads: EntityMap<Fu, u32> = EntityMap::filled(self.problem.srp.fus.len(), 0);
         for node in operands_first(self.problem) {
             let earliest = self.earliest(node);
-            let mut positions = (earliest..earliest + self.table.ii as i32)
-                .flat_map(|time| self.problem.units[node].iter().map(move |&fu| (fu, time)))
-                .take(MOST_POSITIONS);
-            positions.find(|&(fu, time)| {
-                self.keeps_orders(node, time) && self.try_position(node, fu, time).is_some()
-            })?;
+            let mut left = MOST_POSITIONS;
+            let mut times = earliest..earliest + self.table.ii as i32;
+            loop {
+                let time = times.next().filter(|_| left > 0)?;
+                if !self.keeps_orders(node, time) {
+                    continue;
+                }
+                let units = self.nearest(node, time, &loads);
+                left = left.saturating_sub(units.len());
+                let mut units = units.into_iter();
+                if let Some(fu) = units.find(|&fu| self.try_position(node, fu, time).is_some()) {
+                    loads[fu] += 1;
+                    break;
+                }
+            }
         }
         self.placement()
+    }
+
+    /// Free units to which the operands of a node can come by a cycle, those that are near and run few nodes first.
+    fn nearest(&self, node: Node, time: i32, loads: &EntityMap<Fu, u32>) -> Vec<Fu> {
+        let units = self.problem.units[node].iter();
+        let free = units.filter(|&&fu| self.is_free(node, fu, time));
+        let mut near: Vec<(u32, Fu)> = free
+            .filter_map(|&fu| Some((self.distance(node, fu, time)? + CROWDING * loads[fu], fu)))
+            .collect();
+        near.sort_unstable();
+        near.truncate(POSITIONS);
+        near.into_iter().map(|(_, fu)| fu).collect()
     }
 
     /// The first cycle in which what a node takes in the same iteration can be there.

@@ -15,6 +15,8 @@ use srp_ir::dfg::{Initial, Node, Operand};
 const DETOURS: usize = 3;
 /// Iterations that a value crosses without meeting itself on its way, mostly.
 const FAR: u32 = 8;
+/// The IIs and cycles for which a live-out is on its way at most.
+const LATEST_OUT: (i32, i32) = (2, 8);
 
 impl<'p> Attempt<'_, 'p> {
     /// Those of some edges that have no route yet and whose ends are placed, the ones with the least
@@ -245,12 +247,17 @@ impl<'p> Attempt<'_, 'p> {
             let (fu, time) = self.at[to].expect("only edges with placed ends are routed");
             (fu, time + self.table.ii as i32 * edge.distance as i32)
         });
+        let until = match target {
+            Some((_, arrival)) => arrival,
+            None => ready + LATEST_OUT.0 * self.table.ii as i32 + LATEST_OUT.1,
+        };
         Request {
             from: edge.from,
             ty: edge.ty,
             fu,
             ready,
             target,
+            until: self.deadline.map_or(until, |deadline| until.min(deadline)),
             tag: edge.tag,
         }
     }

@@ -108,8 +108,30 @@ impl Survey {
         self.open[e] + LATE * self.lateness(state, e)
     }
 
+    /// The cycles in which a node may be looked for: within its freedom, if there is one.
+    fn window(
+        &self,
+        state: &State<'_, '_>,
+        node: Node,
+        within: Option<(i32, i32)>,
+        random: u32,
+    ) -> (i32, i32) {
+        let (from, to) = self.window_between_neighbours(state, node, random);
+        let Some((first, last)) = within else {
+            return (from, to);
+        };
+        let more = to - from;
+        let from = from.min(last - more).max(first);
+        (from, (from + more).min(last))
+    }
+
     /// The cycles in which a node may be looked for, by its neighbours; `random` decides among many.
-    fn window(&self, state: &State<'_, '_>, node: Node, random: u32) -> (i32, i32) {
+    fn window_between_neighbours(
+        &self,
+        state: &State<'_, '_>,
+        node: Node,
+        random: u32,
+    ) -> (i32, i32) {
         let problem = state.problem;
         let (mut first, mut last) = (None::<i32>, None::<i32>);
         let latency = problem.min_latency(node) as i32;
@@ -161,20 +183,26 @@ impl Survey {
         (from, from + length - 1)
     }
 
-    /// Computes what every position of a node costs that has been taken out.
-    pub(super) fn look(&mut self, state: &State<'_, '_>, node: Node, random: u32) {
-        wide!(self.look_here(state, node, random) => self.look_wide(state, node, random));
+    /// Computes what every position of a node costs that has been taken out, between two cycles if it must lie there.
+    pub(super) fn look(
+        &mut self,
+        state: &State<'_, '_>,
+        node: Node,
+        within: Option<(i32, i32)>,
+        random: u32,
+    ) {
+        let (from, to) = self.window(state, node, within, random);
+        wide!(self.look_here(state, node, (from, to)) => self.look_wide(state, node, (from, to)));
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn look_wide(&mut self, state: &State<'_, '_>, node: Node, random: u32) {
-        self.look_here(state, node, random);
+    fn look_wide(&mut self, state: &State<'_, '_>, node: Node, cycles: (i32, i32)) {
+        self.look_here(state, node, cycles);
     }
 
     #[inline(always)]
-    fn look_here(&mut self, state: &State<'_, '_>, node: Node, random: u32) {
-        let (from, to) = self.window(state, node, random);
+    fn look_here(&mut self, state: &State<'_, '_>, node: Node, (from, to): (i32, i32)) {
         self.from = from;
         self.cycles = (to - from + 1) as usize;
         self.totals.clear();
