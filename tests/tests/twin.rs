@@ -140,6 +140,7 @@ fn kernels_of_few_effects_equal_theirs() {
 
 /// Every value of every form, in as many builds as the form with most has values.
 #[test]
+#[ignore = "it takes most of a minute; the long runs of README.md have it"]
 fn kernels_in_other_forms_equal_theirs() {
     let few = "normals,emission,light,highlight,shadow";
     let (few, _) = Effects::NONE.parse(few).expect("they are names");

@@ -159,7 +159,7 @@ fn random_programs_mean_the_same_to_the_host() {
     std::fs::create_dir_all(&directory).expect("the temporary directory can be written");
     let (first, count) = (
         number("SRP_RANDOM_SEED", 1),
-        number("SRP_RANDOM_PROGRAMS", 500),
+        number("SRP_RANDOM_PROGRAMS", 300),
     );
     let threads = std::thread::available_parallelism().map_or(1, |n| n.get() as u64);
     std::thread::scope(|scope| {
