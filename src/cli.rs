@@ -234,7 +234,7 @@ fn parse_effort(text: &str) -> Result<u32, String> {
 /// How hard loops are scheduled.
 #[derive(Args)]
 pub(crate) struct Search {
-    /// Look for schedules so many times as long as usual; that is a moment for a loop that reaches its bound, and up to half a minute for one that does not
+    /// Look for schedules so many times as long as usual; that is a moment for a loop that reaches its bound, up to half a minute for one that does not, and a minute or two for graphs of hundreds of nodes
     #[arg(long, value_name = "TIMES", default_value = "1", value_parser = parse_effort)]
     pub(crate) effort: u32,
     /// Look for the smallest II by SAT too, or prove that there is none, for so many seconds (60) of processor time

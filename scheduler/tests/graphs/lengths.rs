@@ -1,5 +1,4 @@
-//! After the II: schedules are made shorter at the same II, no shorter than their bound, and what is gained depends on no
-//! seed.
+//! After the II: schedules are made shorter at the same II, and are no shorter than their bound.
 //!
 //! A longer run: `SRP_LENGTH_GRAPHS=1000 cargo test --release -p srp-scheduler --test graphs lengths`, from the graph of
 //! number `SRP_LENGTH_SEED` on.

@@ -92,7 +92,10 @@ fn details(number: usize, l: &LoopReport, contexts: u32) -> Markup {
         ("moves", l.moves.to_string()),
         ("stages", l.stages.to_string()),
         ("cycles an iteration", l.length.to_string()),
-        ("at least", l.least_length.to_string()),
+        (
+            "cycles of any schedule at this II, at least",
+            l.least_length.to_string(),
+        ),
         ("contexts", format!("{} of {contexts}", l.contexts)),
         ("registers set at entry", l.preloads.to_string()),
         ("cycles/ray", format!("{:.2}", l.cycles_per_ray)),

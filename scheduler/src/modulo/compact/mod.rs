@@ -31,10 +31,10 @@ const NEGOTIATION: u64 = 200;
 /// in parts, not melted down.
 const STEPS: u64 = 12;
 const WARM: u32 = 14;
-/// Nodes times units beyond which a try takes minutes.
-const LARGEST: usize = 1 << 20;
 /// The same where the length stays.
 const COOL: u32 = 24;
+/// Nodes times units beyond which a try takes minutes.
+const LARGEST: usize = 1 << 20;
 /// Steps for each try beside its search.
 const TRY: u64 = 100;
 /// Steps of one cycle in vain, one way, after which the next way has its turn, or all is over.

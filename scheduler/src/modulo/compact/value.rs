@@ -1,4 +1,4 @@
-//! What a schedule is worth beside its II.
+//! The worth of a schedule beside its II.
 
 use crate::modulo::place::Placement;
 use crate::modulo::problem::Problem;
