@@ -169,29 +169,45 @@ impl Walk<'_, '_> {
         let mut found: EntityMap<Node, Vec<i32>> = problem.nodes().map(of_node).collect();
         let mut least: EntityMap<Node, i32> =
             found.values().map(|cycles| least_of(cycles)).collect();
-        // A path passes every node once at most. On a unit where a recurrence does not close, cycles pile up to `most`.
-        for _ in 0..=problem.dfg.nodes.len() {
+        self.follow(ends, |link, near, far| {
             let mut changed = false;
+            for (k, &fu) in problem.units[far].iter().enumerate() {
+                let cycles = match link.value {
+                    Some(_) => self.over_units(link, near, fu, &found[near]),
+                    None => least[near] + link.least,
+                };
+                let cycles = cycles.min(self.most);
+                changed |= found[far][k] < cycles;
+                found[far][k] = found[far][k].max(cycles);
+            }
+            least[far] = least_of(&found[far]);
+            changed
+        });
+        least
+    }
+
+    /// Follows links, again and again those of nodes that change, until none does. A path passes every node once at
+    /// most. On a unit where a recurrence does not close, cycles pile up to `most`.
+    fn follow(
+        &self,
+        ends: impl Fn(&Link) -> (Node, Node),
+        mut over: impl FnMut(&Link, Node, Node) -> bool,
+    ) {
+        let count = self.problem.dfg.nodes.len();
+        let mut due = EntityMap::filled(count, true);
+        for _ in 0..=count {
+            let mut changed = EntityMap::filled(count, false);
             for link in self.links {
                 let (near, far) = ends(link);
-                for (k, &fu) in problem.units[far].iter().enumerate() {
-                    let cycles = match link.value {
-                        Some(_) => self.over_units(link, near, fu, &found[near]),
-                        None => least[near] + link.least,
-                    };
-                    let cycles = cycles.min(self.most);
-                    if found[far][k] < cycles {
-                        found[far][k] = cycles;
-                        changed = true;
-                    }
+                if due[near] || changed[near] {
+                    changed[far] |= over(link, near, far);
                 }
-                least[far] = least_of(&found[far]);
             }
-            if !changed {
+            if !changed.values().any(|&changed| changed) {
                 break;
             }
+            due = changed;
         }
-        least
     }
 
     /// The same as if units were next to each other.
@@ -205,20 +221,12 @@ impl Walk<'_, '_> {
         let mut least: EntityMap<Node, i32> = (problem.nodes().map(of_node))
             .map(|cycles| cycles.unwrap_or(0))
             .collect();
-        for _ in 0..=problem.dfg.nodes.len() {
-            let mut changed = false;
-            for link in self.links {
-                let (near, far) = ends(link);
-                let cycles = (least[near] + link.least).min(self.most);
-                if least[far] < cycles {
-                    least[far] = cycles;
-                    changed = true;
-                }
-            }
-            if !changed {
-                break;
-            }
-        }
+        self.follow(ends, |link, near, far| {
+            let cycles = (least[near] + link.least).min(self.most);
+            let changed = least[far] < cycles;
+            least[far] = least[far].max(cycles);
+            changed
+        });
         least
     }
 
