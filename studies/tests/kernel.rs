@@ -39,7 +39,6 @@ fn ranges(list: &[(&str, f64, f64)]) -> Question {
 }
 
 #[test]
-#[ignore = "it takes most of a minute; the long runs of README.md have it"]
 fn benchmarks_keep_to_their_bounds() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/fpcore/kernels.fpcore");
     let text = std::fs::read_to_string(path).expect("the benchmarks");

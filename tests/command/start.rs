@@ -3,7 +3,6 @@
 use super::{folder, srp};
 
 #[test]
-#[ignore = "it takes most of a minute; the long runs of README.md have it"]
 fn starting_points_do_what_they_say() {
     let folder = folder("start");
     for (kind, path, commands) in [
