@@ -2,7 +2,8 @@
 
 use crate::failure::Failure;
 use crate::{
-    accuracy, area, cache, compile, dram, effects, paper, profile, render, run, sweep, tni, units,
+    accuracy, area, cache, compile, dram, effects, paper, pixel, profile, render, run, sweep, tni,
+    units,
 };
 use schemars::Schema;
 use srp_studies::comparison::Comparison;
@@ -45,6 +46,7 @@ const FORMATS: &[Format] = &[
     Format::of::<map::Table>(),
     Format::of::<paper::Document>(),
     Format::of::<accuracy::PixelDocument>(),
+    Format::of::<pixel::HistoryDocument>(),
     Format::of::<profile::Document<'static>>(),
     Format::of::<tni::RayDocument>(),
     Format::of::<run::Registers>(),

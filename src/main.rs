@@ -25,6 +25,7 @@ mod man;
 mod map;
 mod page;
 mod paper;
+mod pixel;
 mod profile;
 mod proof;
 mod refused_kernel;

@@ -6,19 +6,20 @@ use crate::fidelity::{frame_text, sampled_text};
 use crate::profile::Target;
 use crate::run::COUNTS;
 use crate::{
-    compile, document, energy, files, interrupt, refused_kernel, report, scenes, talk, trace,
+    compile, document, energy, files, interrupt, pixel, refused_kernel, report, scenes, talk, trace,
 };
 use schemars::JsonSchema;
 use serde::Serialize;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene_image::SceneImage;
-use srp_runtime::system;
+use srp_runtime::system::{self, Observer, Observers};
 use srp_studies::comparison::FRAME;
 use srp_studies::energy::Energy;
 use srp_studies::fidelity::{self, Fidelity, FrameFigure, Prepared, Untimed};
 use srp_studies::profile::Profiler;
 use srp_toolchain::envelope::{About, Contents};
 use srp_toolchain::{Engine, Engines, Error, Frame, Session, Warnings, system_options};
+use srp_traces::history::StoreWatch;
 
 /// Where time and energy of a frame went.
 #[derive(Serialize, JsonSchema)]
@@ -77,6 +78,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     let trace = trace::Target::of_frame(&args.trace, &frame.arch, args.size)?;
     // A frame that is refused is so before kernels are compiled for it.
     let image = frame.image()?;
+    let pixel = pixel::Wanted::of(args.pixel, &frame, &image)?;
     let kernels = args.kernels.as_deref();
     if args.level.fidelity == Fidelity::Functional && args.loops.loops.is_empty() {
         return without_clock(&frame, &image, args, session);
@@ -103,6 +105,8 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         None => None,
     };
     let engines = Engines::of(program, engine, session)?;
+    // A profile counts in cores of its own: what is traced besides is run again.
+    let recorded_later = tracer.take_if(|_| profiler.is_some());
     let level = args.level.fidelity;
     if level < Fidelity::Cycle {
         let prepared = Prepared {
@@ -124,12 +128,15 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         (None, None) => engines.cores(count),
     };
     let options = system_options(program, frame.guard.clone(), system::Timing::Full, session);
+    let mut watch = pixel.as_ref().map(pixel::Wanted::watch);
+    let mut observers: Vec<&mut dyn Observer> = Vec::new();
+    observers.extend(profiler.as_mut().map(|o| o as &mut dyn Observer));
+    observers.extend(tracer.as_mut().map(|o| o as &mut dyn Observer));
+    observers.extend(watch.as_mut().map(|o| o as &mut dyn Observer));
+    let is_observed = !observers.is_empty();
+    let mut observers = Observers(observers);
     let options = system::Options {
-        observer: match (&mut profiler, &mut tracer) {
-            (Some(profiler), _) => Some(profiler),
-            (None, Some(tracer)) => Some(tracer),
-            (None, None) => None,
-        },
+        observer: is_observed.then_some(&mut observers as &mut dyn Observer),
         ..options
     };
     let rendered = interrupt::looked_for(|| system::render(image, cores, &arch, options));
@@ -140,8 +147,14 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         let about = About::scene(&arch, &frame.scene);
         target.write("the frame", about, &profiler.profile())?;
     }
-    if let (Some(target), Some(tracer)) = (trace, tracer) {
-        target.write(&tracer)?;
+    match (trace, tracer, recorded_later) {
+        (Some(target), Some(tracer), _) => target.write(&tracer)?,
+        (Some(target), None, Some(tracer)) => {
+            let timing = system::Timing::Full;
+            let options = system_options(program, frame.guard.clone(), timing, session);
+            target.record_frame(tracer, frame.image()?, &engines, &arch, options)?;
+        }
+        _ => {}
     }
     if report.complete {
         files::write(&args.output, &picture.png())?;
@@ -151,9 +164,18 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         report: &report,
         energy: &energy,
     };
-    let about = About::scene(&arch, &frame.scene);
+    let about = || About::scene(&arch, &frame.scene);
     let text = report.text() + &energy::text(&energy);
-    show(args, about, &account, text)?;
+    match pixel.filter(|_| report.complete) {
+        None => show(args, about(), &account, text)?,
+        Some(pixel) => {
+            write_report(args, about(), &account)?;
+            let stored = watch.and_then(StoreWatch::stored);
+            let of = (&frame, kernels);
+            let history = pixel.history(stored, (program, &engines), of, session)?;
+            history.show(about(), args.json)?;
+        }
+    }
     if !report.complete {
         return Err(Failure::Interrupted);
     }
@@ -161,10 +183,14 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Refuses a profile or a trace where the cycles are not counted one by one.
+/// Refuses a profile, a trace or a history where the cycles are not counted one by one.
 fn check_profiled(args: &Render) -> Result<(), Failure> {
     if args.trace.trace.is_some() && args.level.fidelity < Fidelity::Cycle {
         let why = "a trace needs every cycle: leave --fidelity out";
+        return Err(Failure::Usage(why.to_owned()));
+    }
+    if args.pixel.is_some() && args.level.fidelity < Fidelity::Cycle {
+        let why = "the history of a pixel needs every cycle: leave --fidelity out";
         return Err(Failure::Usage(why.to_owned()));
     }
     if args.profile.is_none() {
@@ -234,10 +260,16 @@ fn show_whole(
 
 /// Prints what is known of a frame, as text or JSON, and writes the report that is asked for.
 fn show(args: &Render, about: About, found: &impl Contents, text: String) -> Result<(), Failure> {
+    let json = write_report(args, about, found)?;
+    talk::print(if args.json { json } else { text })?;
+    Ok(())
+}
+
+/// Writes the report that is asked for: what is known of a frame, as JSON.
+fn write_report(args: &Render, about: About, found: &impl Contents) -> Result<String, Failure> {
     let json = document::json(about, found)?;
     if let Some(path) = &args.report {
         files::write(path, json.as_bytes())?;
     }
-    talk::print(if args.json { json } else { text })?;
-    Ok(())
+    Ok(json)
 }

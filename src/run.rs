@@ -85,6 +85,7 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
         Some(_) => Engine::Interpreter,
         None => engine,
     };
+    let is_profiled = profiler.is_some();
     let engines = Engines::of(program, engine, session)?;
     let mut core = match (&mut profiler, &mut tracer) {
         (Some(profiler), _) => profiler.core(),
@@ -109,8 +110,13 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     if matches!(ended, Ok(()) | Err(SoloError::Stopped)) {
         told.write(args, &arch)?;
     }
-    if let (Some(target), Some(tracer)) = (&trace, &tracer) {
-        target.write(tracer)?;
+    match (&trace, tracer) {
+        (Some(target), Some(tracer)) if is_profiled => {
+            let bus = Solo::new(&program.image, arch.system.sram_bytes);
+            target.record_program(tracer, bus, &engines, limit)?;
+        }
+        (Some(target), Some(tracer)) => target.write(&tracer)?,
+        _ => {}
     }
     let at_end = match args.registers.is_some() || ended.is_err() {
         true => AtEnd::of(core.as_ref(), program)?,

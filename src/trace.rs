@@ -1,16 +1,22 @@
 //! Traces: a window of a simulation, written for viewers.
 
-use crate::cli::{Trace, TraceOf};
+use crate::cli::{self, TraceOf};
 use crate::count::count;
 use crate::failure::Failure;
-use crate::{files, talk};
+use crate::{files, interrupt, talk};
 use srp_archdesc::arch::Arch;
+use srp_archdesc::watch::{Event, Watch};
 use srp_ir::check::Checked;
 use srp_runtime::core::Core;
-use srp_runtime::scene_image::tile_size;
-use srp_toolchain::{Engines, Error};
-use srp_traces::{Format, MAX_CYCLES, TraceError, Tracer, Window};
+use srp_runtime::memory::SystemMemory;
+use srp_runtime::scene_image::{SceneImage, tile_size};
+use srp_runtime::solo::{self, Finish, Solo};
+use srp_runtime::system::{self, Timing};
+use srp_toolchain::{Engines, Error, Frame, Session, system_options};
+use srp_traces::{Format, MAX_CYCLES, Trace, TraceError, Tracer, Window};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// A file that a trace goes to.
 pub(crate) struct Target {
@@ -21,7 +27,7 @@ pub(crate) struct Target {
 
 impl Target {
     /// The file that is asked for of a program without a frame, which can be written.
-    pub(crate) fn of_program(args: &Trace) -> Result<Option<Target>, Failure> {
+    pub(crate) fn of_program(args: &cli::Trace) -> Result<Option<Target>, Failure> {
         match args.trace.clone() {
             None => Ok(None),
             Some(TraceOf::Window(window)) if !matches!(window, Window::Tile(_)) => {
@@ -36,7 +42,7 @@ impl Target {
 
     /// The same of a frame of this size.
     pub(crate) fn of_frame(
-        args: &Trace,
+        args: &cli::Trace,
         arch: &Arch,
         (width, height): (u32, u32),
     ) -> Result<Option<Target>, Failure> {
@@ -65,7 +71,7 @@ impl Target {
     }
 
     /// The file that is asked for, which can be written.
-    fn to(args: &Trace, window: Window) -> Result<Target, Failure> {
+    fn to(args: &cli::Trace, window: Window) -> Result<Target, Failure> {
         let path = args.trace_output.clone();
         let format = match args.trace_format.or_else(|| by_name(&path)) {
             Some(format) => format,
@@ -86,18 +92,21 @@ impl Target {
 
     /// A tracer of a program on so many cores. Says how large the file can be.
     pub(crate) fn tracer(&self, program: &Checked, cores: u32) -> Result<Tracer, Failure> {
-        let tracer = Tracer::new(program, self.window.clone());
-        let tracer = tracer.map_err(|error| match error {
-            TraceError::TooManyStages(error) => Error::from(error).into(),
-            error => Failure::message(error),
-        })?;
+        let tracer = Tracer::new(program, self.window.clone()).map_err(refused)?;
         let (cycles, cores) = match &self.window {
-            Window::Cycles(cycles) => (cycles.end - cycles.start, cores),
-            Window::Launch { core, .. } if *core >= cores => {
+            Window::Cycles {
+                core: Some(core), ..
+            }
+            | Window::Launch { core, .. }
+                if *core >= cores =>
+            {
                 return Err(Failure::Message(format!(
                     "--trace: there is no core {core}; {} from 0",
                     count(u64::from(cores), "core")
                 )));
+            }
+            Window::Cycles { cycles, core } => {
+                (cycles.end - cycles.start, core.map_or(cores, |_| 1))
             }
             Window::Launch { .. } | Window::Tile(_) => (MAX_CYCLES, 1),
         };
@@ -110,6 +119,43 @@ impl Target {
             bytes as f64 / 1e6
         ));
         Ok(tracer)
+    }
+
+    /// Records a frame that was run before, with these options but for the observer.
+    pub(crate) fn record_frame(
+        &self,
+        mut tracer: Tracer,
+        image: SceneImage,
+        engines: &Engines,
+        arch: &Arch,
+        options: system::Options<'_>,
+    ) -> Result<(), Failure> {
+        let cores = cores(&mut tracer, engines, arch.system.cores);
+        let options = system::Options {
+            observer: Some(&mut tracer),
+            ..options
+        };
+        let run = || system::render(image, cores, arch, options);
+        interrupt::looked_for(run).map_err(Failure::message)?;
+        self.write(&tracer)
+    }
+
+    /// Records a program that was run before. How it ends was told then.
+    pub(crate) fn record_program(
+        &self,
+        mut tracer: Tracer,
+        mut bus: Solo,
+        engines: &Engines,
+        limit: u64,
+    ) -> Result<(), Failure> {
+        let mut core = tracer.core(engines.core());
+        let run = || {
+            let mut account = Finish::default();
+            solo::run_until(core.as_mut(), &mut bus, limit, &Silent, &mut account)
+        };
+        // How it ends was told before.
+        let _ = interrupt::looked_for(run);
+        self.write(&tracer)
     }
 
     /// Writes what was recorded.
@@ -131,6 +177,31 @@ impl Target {
     }
 }
 
+/// Watches a program whose text was printed before.
+struct Silent;
+
+impl Watch for Silent {
+    fn cancelled(&self) -> bool {
+        talk::CONSOLE.cancelled()
+    }
+
+    fn tell(&self, event: Event<'_>) {
+        talk::CONSOLE.tell(event);
+    }
+
+    fn printed(&self, _: &[u8]) -> bool {
+        true
+    }
+
+    fn elapsed(&self) -> Duration {
+        talk::CONSOLE.elapsed()
+    }
+
+    fn worked(&self) -> Duration {
+        talk::CONSOLE.worked()
+    }
+}
+
 /// The form that a file's name asks for.
 fn by_name(path: &Path) -> Option<Format> {
     match path.extension()?.to_str()? {
@@ -138,6 +209,48 @@ fn by_name(path: &Path) -> Option<Format> {
         "pftrace" | "perfetto-trace" => Some(Format::Perfetto),
         "kanata" | "konata" | "log" => Some(Format::Konata),
         _ => None,
+    }
+}
+
+/// Runs a frame as far as the end of a window of cycles, and records the window. With the memory as it is then.
+pub(crate) fn recorded(
+    (cycles, core): (Range<u64>, u32),
+    image: SceneImage,
+    (program, engines): (&Checked, &Engines),
+    frame: &Frame,
+    session: &Session<'_>,
+) -> Result<(Trace, SystemMemory), Failure> {
+    let end = cycles.end;
+    let window = Window::Cycles {
+        cycles,
+        core: Some(core),
+    };
+    let mut tracer = Tracer::new(program, window).map_err(refused)?;
+    let cores = cores(&mut tracer, engines, frame.arch.system.cores);
+    let options = system_options(program, frame.guard.clone(), Timing::Full, session);
+    let options = system::Options {
+        observer: Some(&mut tracer),
+        ..options
+    };
+    let system = system::System::new(image, cores, &frame.arch, options);
+    let mut system = system.map_err(Failure::message)?;
+    let mut steps = 0_u32;
+    while !system.is_over() && system.cycle() < end {
+        system.advance().map_err(Failure::message)?;
+        steps = steps.wrapping_add(1);
+        if steps.is_multiple_of(1 << 12) {
+            interrupt::end_if_requested()?;
+        }
+    }
+    let memory = system.memory().clone();
+    drop(system);
+    Ok((tracer.trace().map_err(Failure::message)?, memory))
+}
+
+fn refused(error: TraceError) -> Failure {
+    match error {
+        TraceError::TooManyStages(error) => Error::from(error).into(),
+        error => Failure::message(error),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::fidelity::Level;
 use super::frame::{BUILDERS, Building, Frame, parse_size};
-use super::{ENGINES, Loops, Search, Trace, one_of, parse_threads};
+use super::{ENGINES, Loops, Search, Trace, one_of, parse_pixel, parse_threads};
 use clap::Args;
 use srp_runtime::bvh::Builder;
 use srp_toolchain::Engine;
@@ -16,7 +16,8 @@ Examples:
   srp render sibenik.obj --cameras cameras.json:sibenik/0 --size 320x240 -o sibenik.png
   srp render scene.obj --camera 0,1,5/0,0,-1/60 --machine wide --report frame.json --loops loops.html
   srp render --trace kernel:shade_hit#10@2 --trace-output shade.fst
-  srp render --trace pixel:160,120 --trace-output pixel.pftrace")]
+  srp render --trace pixel:160,120 --trace-output pixel.pftrace
+  srp render --pixel 160,120")]
 pub(crate) struct Render {
     #[command(flatten)]
     pub(crate) frame: Frame,
@@ -60,6 +61,10 @@ pub(crate) struct Render {
     pub(crate) profile: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) trace: Trace,
+    /// Tell, instead of the account, all that made a pixel, in its order and with its cycles: launches of kernels, rays
+    /// and their hits, texture samples and values. 0,0 is the upper left corner; with --json every operation
+    #[arg(long, value_name = "X,Y", value_parser = parse_pixel)]
+    pub(crate) pixel: Option<(u32, u32)>,
     /// Print the account as JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 pub(crate) struct Trace {
     /// Record every operation and register of some cycles: A..B, kernel:NAME#N (the N-th launch; @CORE behind it for
     /// another core than 0), or of a frame tile:N or pixel:X,Y. The engine runs as fast as ever outside of them
-    #[arg(long, value_name = "WINDOW", value_parser = parse_window, conflicts_with = "profile")]
+    #[arg(long, value_name = "WINDOW", value_parser = parse_window)]
     pub(crate) trace: Option<TraceOf>,
     /// The form of the file with the window: by its name's ending where this is left out
     #[arg(long, value_name = "FORMAT", requires = "trace", value_parser = one_of(FORMATS))]

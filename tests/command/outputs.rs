@@ -308,15 +308,63 @@ fn traces_are_told_and_refused() {
         ["--trace", "0..9", "--trace-output", "no.txt"],
         ["--trace", "tile:1", "--trace-output", "no.fst"],
         ["--trace", "pixel:1,1", "--trace-output", "no.fst"],
-        ["--trace", "0..9", "--profile", "no.txt"],
         ["--trace", "0..9", "--engine", "ir"],
     ] {
         let (status, said) = run(&misuse);
         assert_eq!(status, Some(2), "{misuse:?}: {said}");
     }
+    // A trace beside a profile is that without one, and so is the profile.
+    for args in [
+        [
+            "--trace",
+            "10..30",
+            "--trace-output",
+            "both.fst",
+            "--profile",
+            "both.txt",
+        ]
+        .as_slice(),
+        &["--profile", "one.txt"],
+    ] {
+        let (status, said) = run(args);
+        assert_eq!(status, Some(0), "{said}");
+    }
+    let read = |name: &str| std::fs::read(folder.join(name)).expect("it was written");
+    assert!(read("both.fst") == read("t.fst") && read("both.txt") == read("one.txt"));
     write(&folder, "tri.obj", TRIANGLE);
     for (window, says) in [("tile:9", "1 tile, from 0"), ("pixel:9,1", "8x8 pixels")] {
         let render = ["render", "tri.obj", "--size", "8x8", "--trace", window];
         refused(&folder, &render, &[says]);
     }
+}
+
+/// The history of a pixel has the picture's colour, and its ray.
+#[test]
+fn a_pixel_tells_what_it_was_made_of() {
+    let folder = folder("pixel");
+    write(&folder, "tri.obj", TRIANGLE);
+    let told = |pixel: &str| {
+        let args = ["render", "tri.obj", "--size", "16x8", "--pixel", pixel];
+        let output = srp(&folder, &args);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{said}");
+        String::from_utf8(output.stdout).expect("it is text")
+    };
+    let (hit, missed) = (told("7,4"), told("0,0"));
+    let picture = image::open(folder.join("out.png")).expect("it is a picture");
+    for (text, at, what) in [
+        (&hit, (7, 4), "hits triangle 0"),
+        (&missed, (0, 0), "hits nothing"),
+    ] {
+        let [red, green, blue] = picture.to_rgb8().get_pixel(at.0, at.1).0;
+        let head = format!("pixel {},{} is {red} {green} {blue} ", at.0, at.1);
+        assert!(text.starts_with(&head) && text.contains(what), "{text}");
+    }
+    assert!(hit.contains("shade_hit, launch") && !missed.contains("shade_hit, launch"));
+    // Whether something was traced or counted beside it, it is the same.
+    let args = "render tri.obj --size 16x8 --pixel 7,4 --profile p.txt --trace tile:0";
+    let output = srp(&folder, &args.split(' ').collect::<Vec<_>>());
+    assert!(String::from_utf8_lossy(&output.stdout) == hit);
+    let far = ["render", "tri.obj", "--size", "16x8", "--pixel", "16,0"];
+    refused(&folder, &far, &["16x8 pixels"]);
 }

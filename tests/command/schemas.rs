@@ -146,6 +146,7 @@ const PRINTED: &[&str] = &[
     "fidelity --size 16x8",
     "accuracy --size 8x8 --knob intersection -o accuracy",
     "accuracy --pixel 4,4 --size 16x8",
+    "render --pixel 4,4 --size 16x8",
     "accuracy f.c --range x=1:2 --points 16 --trials 2",
     "map sum.dot --mesh 2x2 --what-if",
     "dram requests.trace",

@@ -2,9 +2,10 @@
 
 use crate::cache::{Key, Kind, key};
 use crate::compile::{Compiled, compile};
+use crate::front_end::{self, WithTexts};
 use crate::input::{self, Input};
 use crate::scene::{self, Loaded, Shading};
-use crate::{Effort, Engines, Error, Options, Session, front_end};
+use crate::{Effort, Engines, Error, Options, Session};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Messages;
 use srp_ir::dre::scheduled::ScheduledDre;
@@ -99,6 +100,18 @@ impl Build {
         arch: &Arch,
     ) -> Result<(Program, Messages), Error> {
         front_end::program(kernels_of(folder, arch)?, arch, &self.options())
+    }
+
+    /// The same before any pass, with the texts of all files: where variables have their names.
+    ///
+    /// # Errors
+    ///
+    /// The kernels cannot be read, or are wrong.
+    pub fn front_end(&self, folder: Option<&Path>, arch: &Arch) -> Result<WithTexts, Error> {
+        match kernels_of(folder, arch)? {
+            Input::C(sources) => front_end::with_texts(&sources, arch, &self.options()),
+            _ => Err(Error::invalid("the kernels are not in C")),
+        }
     }
 
     /// Compiles the kernels that come along, or all C files of a folder.

@@ -1,12 +1,13 @@
 //! The one form of what happens in a trace, which all writers read.
 
 use srp_archdesc::isa::Effect;
+use srp_csimgen::Record;
 use srp_csimgen::preamble::ops::V4;
 use srp_csimgen::spec::{Action, Control, Position, Step};
 use srp_runtime::core::Activity;
 use srp_runtime::memory::cache::CacheCounters;
 use srp_runtime::system::{MemoryRequest, Stall};
-use srp_runtime::tni::{Occupancy, RayCost, TniCounters};
+use srp_runtime::tni::{Buffers, HitRecord, Occupancy, RayCost, TniCounters};
 
 /// Something that happens. Events come in the order of their cycles; those of one cycle first the registers as they
 /// are from this cycle on, then what is done in it.
@@ -25,6 +26,8 @@ pub struct Event<'t> {
 pub enum What<'t> {
     /// A register has this value from this cycle on. Cells of rotating files are in their physical order.
     Cell(u32, V4),
+    /// The same of a register that is set for a kernel, and the cell that its value comes from, but for constants.
+    Preset(u32, V4, Option<u32>),
     /// The core does this from this cycle on.
     Does(Doing),
     /// The core advances: it issues a bundle or does a context. Its steps follow.
@@ -84,12 +87,12 @@ pub struct Done<'t> {
 /// An event of the parts round a core, as the system's observer has it.
 #[derive(Clone, Debug)]
 pub enum Outside {
-    /// The core takes a tile: its place in the queue.
+    /// The core takes a tile, by its number in the frame, or there is none left.
     Tile(Option<u32>),
-    /// A packet of so many rays goes to the T&I unit.
-    PacketSent(u64, u32),
-    /// The core takes its hits: so many.
-    PacketReturned(u64, u32),
+    /// A packet of rays goes to the T&I unit.
+    PacketSent(Box<Packet>),
+    /// The core takes its hits, which are in the order of the hit buffer.
+    PacketReturned(u64, Vec<HitRecord>),
     /// The T&I unit gives back a ray.
     Ray(RayCost),
     /// A cache asks the memory.
@@ -98,6 +101,17 @@ pub enum Outside {
     Occupancy(Box<Occupancy>),
     /// Counts so far: of the data cache, the texture cache, and the T&I unit.
     Counts(Box<(CacheCounters, CacheCounters, TniCounters)>),
+}
+
+/// A packet of rays.
+#[derive(Clone, Debug)]
+pub struct Packet {
+    /// Its number: the first of the core is 0.
+    pub number: u64,
+    /// Where its rays are, and where their hits go.
+    pub buffers: Buffers,
+    /// The ray buffer's contents.
+    pub rays: Vec<u8>,
 }
 
 impl Doing {
@@ -112,6 +126,18 @@ impl Doing {
             Doing::Stands(Stall::Data) => ("memory_stall", None),
             Doing::Stands(Stall::Texture) => ("texture_stall", None),
         }
+    }
+}
+
+impl Outside {
+    /// The records that take as much memory.
+    pub(crate) fn records(&self) -> usize {
+        let more = match self {
+            Outside::PacketSent(packet) => packet.rays.len(),
+            Outside::PacketReturned(_, hits) => size_of_val(hits.as_slice()),
+            _ => 0,
+        };
+        4 + more / size_of::<Record>()
     }
 }
 

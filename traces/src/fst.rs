@@ -34,7 +34,8 @@ const PACKED: usize = 1 << 24;
 /// The format refuses a name or a value.
 pub fn write(trace: &Trace) -> Result<Vec<u8>, FstError> {
     let mut header = FstHeaderWriter::write_to_mem(&FstInfo {
-        start_time: trace.cycles.start,
+        // Viewers add it to all times.
+        start_time: 0,
         timescale_exponent: -9,
         version: concat!("srp ", env!("CARGO_PKG_VERSION")).to_owned(),
         // The same trace is the same bytes.
@@ -292,7 +293,9 @@ impl Writer<'_> {
         self.to(event.cycle)?;
         let signals = &self.cores[core].1;
         match event.what {
-            What::Cell(cell, value) => self.number(signals.cells[cell as usize], value.0),
+            What::Cell(cell, value) | What::Preset(cell, value, _) => {
+                self.number(signals.cells[cell as usize], value.0)
+            }
             What::Does(now) => {
                 let (doing, kernel) = (signals.doing, signals.kernel);
                 let (text, number) = now.in_words();

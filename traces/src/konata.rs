@@ -5,14 +5,15 @@
 //! operation to those that read its result.
 
 use crate::event::{Doing, Done, Event, What};
+use crate::flow::Flow;
 use crate::names::{Names, control, short_place};
 use crate::replay::replay;
 use crate::trace::Trace;
 use srp_archdesc::isa::Ty;
 use srp_csimgen::SimSpec;
 use srp_csimgen::preamble::ops::V4;
-use srp_csimgen::spec::{Landing, Origin, Role};
-use std::collections::BTreeMap;
+use srp_csimgen::spec::{Origin, Role};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 /// The bytes of a file with the pipeline of a trace.
@@ -40,17 +41,13 @@ struct InFlight {
     /// Cycles in which the core advances until it is.
     left: u32,
     stage: &'static str,
-    /// The register that its result lands in then.
-    lands: Option<u32>,
 }
 
 #[derive(Default)]
 struct Core {
     in_flight: Vec<InFlight>,
-    /// The line whose result each cell has.
-    of_cell: BTreeMap<u32, u64>,
-    /// Writes that hold from the next cycle on.
-    writes: Vec<(u32, u64)>,
+    /// The lines whose results registers have.
+    flow: Flow<u64>,
     /// The cycle of the turn that is being taken, until it is over.
     turn: Option<u64>,
 }
@@ -78,10 +75,17 @@ impl Writer<'_> {
                 let label = control(self.spec, transfer);
                 let label = format!("vliw {label}");
                 let line = self.line(event.core, &label, short_place(self.spec, at), None);
-                self.issue(event.core, line, 1, None);
+                self.issue(event.core, line, 1);
             }
             What::Step(done) => self.step(event.core, &done),
             What::Does(Doing::Stands(_)) => self.stand(event.core),
+            What::Preset(cell, _, source) => {
+                self.cores
+                    .entry(event.core)
+                    .or_default()
+                    .flow
+                    .set(cell, source);
+            }
             What::Does(Doing::Runs(_)) | What::Cell(..) | What::Outside(_) => {}
         }
     }
@@ -112,7 +116,7 @@ impl Writer<'_> {
         let core = self.cores.entry(number).or_default();
         core.turn = None;
         let Writer { text, retired, .. } = self;
-        let mut landed = Vec::new();
+        core.flow.end_turn();
         core.in_flight.retain_mut(|op| {
             op.left -= 1;
             if op.left > 0 {
@@ -121,10 +125,8 @@ impl Writer<'_> {
             let _ = writeln!(text, "E\t{}\t0\t{}", op.line, op.stage);
             let _ = writeln!(text, "R\t{}\t{retired}\t0", op.line);
             *retired += 1;
-            landed.extend(op.lands.map(|cell| (cell, op.line)));
             false
         });
-        core.of_cell.extend(core.writes.drain(..).chain(landed));
     }
 
     /// The operations in flight come into the stages of this cycle.
@@ -158,14 +160,13 @@ impl Writer<'_> {
     }
 
     /// Issues a line that takes so many cycles.
-    fn issue(&mut self, number: u32, line: u64, cycles: u32, lands: Option<u32>) {
+    fn issue(&mut self, number: u32, line: u64, cycles: u32) {
         let _ = writeln!(self.text, "S\t{line}\t0\tIs");
         let core = self.cores.entry(number).or_default();
         core.in_flight.push(InFlight {
             line,
             left: cycles.max(1),
             stage: "Is",
-            lands,
         });
     }
 
@@ -174,7 +175,10 @@ impl Writer<'_> {
         let (who, latency) = match step.origin {
             Origin::Unit { unit, latency } => (self.names.unit(unit), latency),
             Origin::Over { carrier, latency } => (self.names.carrier(carrier), latency),
-            Origin::Way => return self.on_the_way(number, done),
+            // Whoever reads it there reads the result of the same line.
+            Origin::Way => {
+                return self.cores.entry(number).or_default().flow.pass_on(done);
+            }
         };
         let label = self.label(who, done);
         let place = short_place(self.spec, step.at);
@@ -182,35 +186,11 @@ impl Writer<'_> {
         let detail = detail(done);
         let _ = writeln!(self.text, "L\t{line}\t1\t{detail}");
         let core = self.cores.entry(number).or_default();
-        let mut producers: Vec<u64> = (done.sources.iter().flatten())
-            .filter_map(|cell| core.of_cell.get(cell).copied())
-            .collect();
-        producers.sort_unstable();
-        producers.dedup();
-        let lands = match step.landing {
-            Landing::After(_) => done.dests.first().copied(),
-            Landing::InPlace => {
-                core.writes
-                    .extend(done.dests.iter().map(|&cell| (cell, line)));
-                None
-            }
-        };
-        self.issue(number, line, latency, lands);
+        let producers: BTreeSet<u64> = core.flow.producers(done).into_iter().flatten().collect();
+        core.flow.make(done, line);
+        self.issue(number, line, latency);
         for producer in producers {
             let _ = writeln!(self.text, "W\t{line}\t{producer}\t0");
-        }
-    }
-
-    /// A value comes nearer to its place: whoever reads it there reads the result of the same line.
-    fn on_the_way(&mut self, number: u32, done: &Done<'_>) {
-        let core = self.cores.entry(number).or_default();
-        let Some(from) = done.sources[0] else { return };
-        // Of this cycle, where a step was parted in two.
-        let new = core.writes.iter().rev().find(|(cell, _)| *cell == from);
-        let line = new.map(|&(_, line)| line);
-        if let Some(line) = line.or_else(|| core.of_cell.get(&from).copied()) {
-            core.writes
-                .extend(done.dests.iter().map(|&cell| (cell, line)));
         }
     }
 

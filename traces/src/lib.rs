@@ -6,8 +6,10 @@
 //! [`konata`] a pipeline, [`perfetto`] a timeline. Nothing is looked up, printed or written here.
 
 pub mod event;
+mod flow;
 pub mod format;
 pub mod fst;
+pub mod history;
 pub mod konata;
 mod listening;
 pub mod names;

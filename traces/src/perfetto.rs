@@ -173,7 +173,7 @@ impl<'t> Timeline<'t> {
             return;
         }
         match event.what {
-            What::Cell(..) => {}
+            What::Cell(..) | What::Preset(..) => {}
             What::Does(doing) => {
                 let (word, kernel) = doing.in_words();
                 let kernel = kernel.map(|k| self.trace.spec.kernels[k as usize].name.clone());
@@ -233,13 +233,14 @@ impl<'t> Timeline<'t> {
 
     fn outside(&mut self, core: u32, cycle: u64, outside: &Outside) {
         match outside {
-            Outside::Tile(place) => {
-                let name = place.map_or("no tile".to_owned(), |place| format!("tile {place}"));
+            Outside::Tile(tile) => {
+                let name = tile.map_or("no tile".to_owned(), |tile| format!("tile {tile}"));
                 self.instant(core, cycle, "activity", &name, None);
             }
-            Outside::PacketSent(packet, rays) => {
-                self.core(core).packets.insert(*packet, (cycle, *rays));
-                let flow = Some((flow(core, *packet), false));
+            Outside::PacketSent(sent) => {
+                let (packet, rays) = (sent.number, sent.buffers.count);
+                self.core(core).packets.insert(packet, (cycle, rays));
+                let flow = Some((flow(core, packet), false));
                 self.instant(
                     core,
                     cycle,

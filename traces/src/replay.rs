@@ -201,10 +201,10 @@ impl<'t> Replay<'t> {
         self.state.advanced.fill(0);
         self.iteration = 0;
         for preset in &self.spec.kernels[kernel as usize].preloads {
-            let value = self.operand(preset.value, 0).0;
+            let (value, source) = self.operand(preset.value, 0);
             let cell = self.spec.flat(preset.cell, 0);
             self.state.write(cell, preset.ty, value);
-            give(What::Cell(cell, self.state.cells[cell as usize]));
+            give(What::Preset(cell, self.state.cells[cell as usize], source));
         }
     }
 

@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// A window, its kernel looked up.
 #[derive(Clone, Debug)]
 pub(crate) enum Wanted {
-    Cycles(Range<u64>),
+    Cycles(Range<u64>, Option<u32>),
     Launch { kernel: u32, number: u64, core: u32 },
     Tile(u32),
 }

@@ -84,14 +84,17 @@ impl Traced {
         budget: u64,
     ) -> Result<Option<Run>, Trap> {
         match *wanted {
-            Wanted::Cycles(Range { start, .. }) if core.now < start => {
+            Wanted::Cycles(_, Some(of)) if of != self.number => {
+                return self.fast.run(bus, budget).map(Some);
+            }
+            Wanted::Cycles(Range { start, .. }, _) if core.now < start => {
                 let budget = budget.min(start - core.now);
                 return self.fast.run(bus, budget).map(Some);
             }
-            Wanted::Cycles(Range { end, .. }) if core.now >= end => {
+            Wanted::Cycles(Range { end, .. }, _) if core.now >= end => {
                 return self.fast.run(bus, budget).map(Some);
             }
-            Wanted::Cycles(_) => {}
+            Wanted::Cycles(..) => {}
             Wanted::Launch {
                 kernel,
                 number,
@@ -171,15 +174,15 @@ impl Traced {
     ) -> Result<Run, Trap> {
         let (now, begun) = (core.now, core.begun.unwrap_or(core.now));
         let last = match *wanted {
-            Wanted::Cycles(Range { end, .. }) => end,
+            Wanted::Cycles(Range { end, .. }, _) => end,
             Wanted::Launch { .. } | Wanted::Tile(_) => begun + MAX_CYCLES,
         };
         let is_over = match *wanted {
             Wanted::Launch { kernel, .. } => self.recorder.next_kernel() != Some(kernel),
-            Wanted::Cycles(_) | Wanted::Tile(_) => false,
+            Wanted::Cycles(..) | Wanted::Tile(_) => false,
         };
         let is_full =
-            room.records >= MAX_RECORDS || (now >= last && !matches!(wanted, Wanted::Cycles(_)));
+            room.records >= MAX_RECORDS || (now >= last && !matches!(wanted, Wanted::Cycles(..)));
         if is_over || is_full || now >= last {
             room.is_cut |= is_full && !is_over;
             return self.end(core, bus, budget);

@@ -1,6 +1,6 @@
 //! Cores that record in a window, and the observer that listens meanwhile.
 
-use crate::event::{Doing, Outside};
+use crate::event::{Doing, Outside, Packet};
 use crate::format::Format;
 use crate::names::Names;
 use crate::shared::{Shared, State, Wanted};
@@ -10,7 +10,7 @@ use crate::window::{MAX_RECORDS, Window};
 use srp_csimgen::{SimSpec, TooManyStages, link};
 use srp_ir::check::Checked;
 use srp_runtime::core::{Activity, Core, Run};
-use srp_runtime::system::{CoreView, MemoryRequest, Observer, Stall};
+use srp_runtime::system::{CoreView, MemoryRequest, Observer, SentPacket, Stall, TakenTile};
 use srp_runtime::tni::{HitRecord, RayCost, Tni};
 use std::ops::Range;
 use std::sync::Arc;
@@ -58,7 +58,7 @@ impl Tracer {
     pub fn new(program: &Checked, window: Window) -> Result<Tracer, TraceError> {
         let spec = link(program)?;
         let wanted = match &window {
-            Window::Cycles(cycles) => Wanted::Cycles(cycles.clone()),
+            Window::Cycles { cycles, core } => Wanted::Cycles(cycles.clone(), *core),
             Window::Tile(tile) => Wanted::Tile(*tile),
             Window::Launch {
                 kernel,
@@ -128,7 +128,7 @@ impl Tracer {
         let ends = cores.map(|core| core.ended.unwrap_or(core.now));
         let end = ends.max().unwrap_or(start).max(start + 1);
         let cycles = match &state.wanted {
-            Wanted::Cycles(cycles) => cycles.start..cycles.end.min(end),
+            Wanted::Cycles(cycles, _) => cycles.start..cycles.end.min(end),
             _ => start..end,
         };
         let mut outside = std::mem::take(&mut state.outside);
@@ -185,12 +185,19 @@ fn kernel_named(spec: &SimSpec, name: &str) -> Result<u32, TraceError> {
 }
 
 impl Observer for Tracer {
-    fn tile_taken(&mut self, core: &CoreView<'_>, place: Option<u32>) {
-        self.note(core.core, core.cycle, || Outside::Tile(place));
+    fn tile_taken(&mut self, core: &CoreView<'_>, taken: Option<TakenTile>) {
+        let event = || Outside::Tile(taken.map(|taken| taken.tile));
+        self.note(core.core, core.cycle, event);
     }
 
-    fn packet_sent(&mut self, core: &CoreView<'_>, packet: u64, rays: u32) {
-        let event = || Outside::PacketSent(packet, rays);
+    fn packet_sent(&mut self, core: &CoreView<'_>, packet: &SentPacket<'_>) {
+        let event = || {
+            Outside::PacketSent(Box::new(Packet {
+                number: packet.number,
+                buffers: packet.buffers,
+                rays: packet.rays.to_vec(),
+            }))
+        };
         self.note(core.core, core.cycle, event);
     }
 
@@ -214,7 +221,7 @@ impl Observer for Tracer {
     }
 
     fn packet_returned(&mut self, core: &CoreView<'_>, packet: u64, hits: &[HitRecord]) {
-        let event = || Outside::PacketReturned(packet, hits.len() as u32);
+        let event = || Outside::PacketReturned(packet, hits.to_vec());
         self.note(core.core, core.cycle, event);
     }
 
@@ -254,8 +261,9 @@ impl Tracer {
     fn note(&self, core: u32, cycle: u64, event: impl FnOnce() -> Outside) {
         if self.notes(core, cycle) {
             let mut state = self.shared.get();
-            state.room.records += 4;
-            state.outside.push((cycle, core, event()));
+            let event = event();
+            state.room.records += event.records();
+            state.outside.push((cycle, core, event));
         }
     }
 
@@ -264,7 +272,9 @@ impl Tracer {
         let state = self.shared.get();
         let of = &state.cores[core as usize];
         let is_in = match &state.wanted {
-            Wanted::Cycles(cycles) => cycles.contains(&cycle),
+            Wanted::Cycles(cycles, only) => {
+                cycles.contains(&cycle) && only.is_none_or(|only| only == core)
+            }
             Wanted::Launch { .. } | Wanted::Tile(_) => {
                 let has_begun = of.begun.is_some_and(|begun| begun <= cycle);
                 has_begun && of.ended.is_none_or(|ended| cycle < ended)

@@ -11,8 +11,13 @@ pub const MAX_RECORDS: usize = 1 << 24;
 /// A window of cycles.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Window {
-    /// These cycles, of all cores.
-    Cycles(Range<u64>),
+    /// These cycles, of all cores or of one.
+    Cycles {
+        /// The cycles.
+        cycles: Range<u64>,
+        /// The core.
+        core: Option<u32>,
+    },
     /// A launch of a kernel on one core: its cycles on the array.
     Launch {
         /// The kernel's name.
@@ -27,7 +32,7 @@ pub enum Window {
 }
 
 impl Window {
-    /// Reads `A..B`, `kernel:NAME`, `kernel:NAME#N`, `kernel:NAME#N@CORE` or `tile:N`.
+    /// Reads `A..B`, `A..B@CORE`, `kernel:NAME`, `kernel:NAME#N`, `kernel:NAME#N@CORE` or `tile:N`.
     ///
     /// # Errors
     ///
@@ -40,6 +45,10 @@ impl Window {
             let tile = tile.parse();
             return tile.map(Window::Tile).map_err(|_| FORMS.to_owned());
         }
+        let (text, core) = match text.split_once('@') {
+            Some((text, core)) => (text, Some(core.parse().map_err(|_| FORMS)?)),
+            None => (text, None),
+        };
         let (first, end) = text.split_once("..").ok_or(FORMS)?;
         let number = |text: &str| text.trim().replace('_', "").parse::<u64>().ok();
         let (Some(first), Some(end)) = (number(first), number(end)) else {
@@ -52,7 +61,10 @@ impl Window {
                  {first}..{}",
                 first + MAX_CYCLES
             )),
-            Some(_) => Ok(Window::Cycles(first..end)),
+            Some(_) => Ok(Window::Cycles {
+                cycles: first..end,
+                core,
+            }),
         }
     }
 
@@ -74,7 +86,10 @@ impl Window {
 impl std::fmt::Display for Window {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Window::Cycles(cycles) => write!(f, "cycles {}..{}", cycles.start, cycles.end),
+            Window::Cycles { cycles, core } => {
+                write!(f, "cycles {}..{}", cycles.start, cycles.end)?;
+                core.map_or(Ok(()), |core| write!(f, " of core {core}"))
+            }
             Window::Launch {
                 kernel,
                 number,
@@ -86,8 +101,8 @@ impl std::fmt::Display for Window {
 }
 
 /// What a window looks like.
-const FORMS: &str = "a window is A..B (cycles), kernel:NAME#N (the N-th launch, from 1; @CORE behind it where \
-                     there are several cores), or tile:N (of a frame)";
+const FORMS: &str = "a window is A..B (cycles; @CORE behind them for those of one core), kernel:NAME#N (the N-th \
+                     launch, from 1; @CORE behind it where there are several cores), or tile:N (of a frame)";
 
 #[cfg(test)]
 mod tests {
@@ -100,11 +115,11 @@ mod tests {
             number,
             core,
         };
-        assert_eq!(Window::parse("5..9"), Ok(Window::Cycles(5..9)));
-        assert_eq!(
-            Window::parse("1_000..2_000"),
-            Ok(Window::Cycles(1000..2000))
-        );
+        let cycles = |cycles, core| Window::Cycles { cycles, core };
+        assert_eq!(Window::parse("5..9"), Ok(cycles(5..9, None)));
+        assert_eq!(Window::parse("5..9@3"), Ok(cycles(5..9, Some(3))));
+        let long = Window::parse("1_000..2_000");
+        assert_eq!(long, Ok(cycles(1000..2000, None)));
         assert_eq!(Window::parse("kernel:f"), Ok(launch("f", 1, 0)));
         assert_eq!(Window::parse("kernel:f#3@2"), Ok(launch("f", 3, 2)));
         assert_eq!(Window::parse("tile:7"), Ok(Window::Tile(7)));
@@ -113,6 +128,7 @@ mod tests {
             "5",
             "9..5",
             "5..5",
+            "5..9@",
             "kernel:",
             "kernel:f#0",
             "kernel:f#x",

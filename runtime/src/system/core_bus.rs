@@ -4,12 +4,12 @@ use srp_archdesc::ports;
 
 use super::TileQueue;
 use super::core_unit::{Periphery, Ports};
-use super::observer::{CoreView, Observer};
+use super::observer::{CoreView, Observer, SentPacket, TakenTile};
 use super::warm::WarmCaches;
 use crate::core::{Bus, Lanes};
 use crate::memory::SystemMemory;
 use crate::memory::path::Clock;
-use crate::tni::{Buffers, SubmitError, Unit};
+use crate::tni::{Buffers, RAY_BYTES, SubmitError, Unit};
 
 /// The parts that all cores share.
 pub(super) struct Shared<'o> {
@@ -66,9 +66,12 @@ impl CoreBus<'_, '_> {
     /// Takes the next tile.
     fn take_tile(&mut self) -> u32 {
         let taken = self.shared.tiles.take(self.core.number);
-        let place = taken.as_ref().map(|&(place, _)| place);
+        let told = taken.as_ref().map(|&(place, ref queued)| TakenTile {
+            place,
+            tile: queued.tile,
+        });
         self.shared
-            .tell(self.core, self.now, |o, core| o.tile_taken(core, place));
+            .tell(self.core, self.now, |o, core| o.tile_taken(core, told));
         let Some((_, queued)) = taken else {
             return u32::MAX;
         };
@@ -98,7 +101,15 @@ impl CoreBus<'_, '_> {
         }
         let packet = core.ports.sent;
         core.ports.sent += 1;
-        shared.tell(core, *now, |o, view| o.packet_sent(view, packet, count));
+        shared.tell(core, *now, |observer, view| {
+            let buffer = core.sram.get(rays as usize..).unwrap_or_default();
+            let sent = SentPacket {
+                number: packet,
+                buffers,
+                rays: &buffer[..buffer.len().min(count as usize * RAY_BYTES as usize)],
+            };
+            observer.packet_sent(view, &sent);
+        });
         if !core.tni.waits_for_lines() {
             while let Some(request) = core.next_line() {
                 shared.tell(core, *now, |o, view| o.requested(view, &request));
@@ -163,6 +174,9 @@ impl Bus for CoreBus<'_, '_> {
             *byte = value;
         }
         self.core.data.store(address, bytes);
+        self.shared.tell(self.core, self.now, |o, core| {
+            o.stored(core, address, bytes)
+        });
         Some(())
     }
 

@@ -32,7 +32,9 @@ use crate::scene_image::SceneImage;
 
 pub use check::check;
 pub use error::SystemError;
-pub use observer::{CoreView, MemoryRequest, Observer, Requester, Stall};
+pub use observer::{
+    CoreView, MemoryRequest, Observer, Observers, Requester, SentPacket, Stall, TakenTile,
+};
 pub use report::{Account, CoreReport, KernelCycles, PortCycles, Report};
 pub use simulation::MAX_SILENCE;
 pub use stepped::{System, SystemSnapshot};

@@ -7,7 +7,7 @@
 use super::report::Account;
 use crate::core::Run;
 use crate::memory::cache::CacheCounters;
-use crate::tni::{Client, HitRecord, RayCost, Tni, TniCounters, Unit};
+use crate::tni::{Buffers, Client, HitRecord, RayCost, Tni, TniCounters, Unit};
 
 /// Which cache a core stands still for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +42,26 @@ pub struct MemoryRequest {
     pub is_write: bool,
 }
 
+/// A tile that a core takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TakenTile {
+    /// Its place in the queue.
+    pub place: u32,
+    /// Its number in the frame.
+    pub tile: u32,
+}
+
+/// A packet of rays that a core sends to its T&I unit.
+#[derive(Clone, Copy, Debug)]
+pub struct SentPacket<'a> {
+    /// Its number: the first of the core is 0.
+    pub number: u64,
+    /// Where its rays are, and where their hits go.
+    pub buffers: Buffers,
+    /// The ray buffer's contents.
+    pub rays: &'a [u8],
+}
+
 /// A core at an event.
 pub struct CoreView<'a> {
     /// Its number.
@@ -70,11 +90,14 @@ impl CoreView<'_> {
 /// An observer of a system. Every event has a default that ignores it.
 #[expect(unused_variables, reason = "the defaults ignore everything")]
 pub trait Observer {
-    /// The core has asked for a tile and takes that at this place of the queue, or there is none left.
-    fn tile_taken(&mut self, core: &CoreView<'_>, place: Option<u32>) {}
+    /// The core has asked for a tile and takes this one, or there is none left.
+    fn tile_taken(&mut self, core: &CoreView<'_>, taken: Option<TakenTile>) {}
 
-    /// The core sends a packet of so many rays to its T&I unit: its first packet is number 0.
-    fn packet_sent(&mut self, core: &CoreView<'_>, packet: u64, rays: u32) {}
+    /// The core sends a packet of rays to its T&I unit.
+    fn packet_sent(&mut self, core: &CoreView<'_>, packet: &SentPacket<'_>) {}
+
+    /// The core has written so many bytes of the memory that all cores share, in a run that begins in this cycle.
+    fn stored(&mut self, core: &CoreView<'_>, address: u32, bytes: u32) {}
 
     /// The T&I unit of a core gives back a ray. Only a unit that is run cycle by cycle tells of rays.
     fn ray_returned(&mut self, core: u32, cycle: u64, cost: &RayCost) {}
@@ -102,4 +125,65 @@ pub trait Observer {
 
     /// The frame is over, or was cancelled: the last event of the core, with all that it has counted.
     fn finished(&mut self, core: &CoreView<'_>) {}
+}
+
+/// Several observers as one, which see every event one after the other.
+pub struct Observers<'a>(pub Vec<&'a mut dyn Observer>);
+
+impl Observers<'_> {
+    fn tell(&mut self, event: impl Fn(&mut dyn Observer)) {
+        for observer in &mut self.0 {
+            event(&mut **observer);
+        }
+    }
+}
+
+impl Observer for Observers<'_> {
+    fn tile_taken(&mut self, core: &CoreView<'_>, taken: Option<TakenTile>) {
+        self.tell(|o| o.tile_taken(core, taken));
+    }
+
+    fn packet_sent(&mut self, core: &CoreView<'_>, packet: &SentPacket<'_>) {
+        self.tell(|o| o.packet_sent(core, packet));
+    }
+
+    fn stored(&mut self, core: &CoreView<'_>, address: u32, bytes: u32) {
+        self.tell(|o| o.stored(core, address, bytes));
+    }
+
+    fn ray_returned(&mut self, core: u32, cycle: u64, cost: &RayCost) {
+        self.tell(|o| o.ray_returned(core, cycle, cost));
+    }
+
+    fn tni_ticked(&mut self, core: u32, cycle: u64, unit: &Tni) {
+        self.tell(|o| o.tni_ticked(core, cycle, unit));
+    }
+
+    fn packet_returned(&mut self, core: &CoreView<'_>, packet: u64, hits: &[HitRecord]) {
+        self.tell(|o| o.packet_returned(core, packet, hits));
+    }
+
+    fn requested(&mut self, core: &CoreView<'_>, request: &MemoryRequest) {
+        self.tell(|o| o.requested(core, request));
+    }
+
+    fn ran(&mut self, core: &CoreView<'_>, run: &Run) {
+        self.tell(|o| o.ran(core, run));
+    }
+
+    fn stall_began(&mut self, core: &CoreView<'_>, stall: Stall) {
+        self.tell(|o| o.stall_began(core, stall));
+    }
+
+    fn stall_ended(&mut self, core: &CoreView<'_>, stall: Stall) {
+        self.tell(|o| o.stall_ended(core, stall));
+    }
+
+    fn halted(&mut self, core: &CoreView<'_>) {
+        self.tell(|o| o.halted(core));
+    }
+
+    fn finished(&mut self, core: &CoreView<'_>) {
+        self.tell(|o| o.finished(core));
+    }
 }

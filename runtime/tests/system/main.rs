@@ -14,8 +14,8 @@ use srp_runtime::picture::Picture;
 use srp_runtime::scene::{Scene, demo::demo};
 use srp_runtime::scene_image;
 use srp_runtime::system::{
-    self, CoreView, MemoryRequest, Observer, Options, QueuedTile, Report, Requester, Stall,
-    SystemError, TileQueue, Timing, WarmCaches,
+    self, CoreView, MemoryRequest, Observer, Options, QueuedTile, Report, Requester, SentPacket,
+    Stall, SystemError, TakenTile, TileQueue, Timing, WarmCaches,
 };
 use srp_runtime::tni::arithmetic::Ray;
 use srp_runtime::tni::{HitRecord, RayCost};
@@ -142,16 +142,18 @@ struct Sums {
 }
 
 impl Observer for Sums {
-    fn tile_taken(&mut self, core: &CoreView<'_>, place: Option<u32>) {
+    fn tile_taken(&mut self, core: &CoreView<'_>, taken: Option<TakenTile>) {
         assert_eq!(core.core, 0);
-        if let Some(place) = place {
-            assert_eq!(place, self.tiles);
+        if let Some(taken) = taken {
+            assert_eq!(taken.place, self.tiles);
             self.tiles += 1;
         }
     }
 
-    fn packet_sent(&mut self, _core: &CoreView<'_>, packet: u64, rays: u32) {
-        assert_eq!((packet, rays), (self.packets[0], RAYS));
+    fn packet_sent(&mut self, _core: &CoreView<'_>, packet: &SentPacket<'_>) {
+        let rays = packet.buffers.count;
+        assert_eq!((packet.number, rays), (self.packets[0], RAYS));
+        assert_eq!(packet.rays.len(), 64 * RAYS as usize);
         self.packets[0] += 1;
     }
 

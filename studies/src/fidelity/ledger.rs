@@ -15,7 +15,8 @@ use srp_runtime::core::Core;
 use srp_runtime::memory::cache::CacheCounters;
 use srp_runtime::scene_image::SceneImage;
 use srp_runtime::system::{
-    self, CoreView, MemoryRequest, Observer, Options, Report, Requester, SystemError, Timing,
+    self, CoreView, MemoryRequest, Observer, Options, Report, Requester, SentPacket, SystemError,
+    TakenTile, Timing,
 };
 use srp_runtime::tni::{HitRecord, RayCost};
 
@@ -171,11 +172,12 @@ impl Ledger {
 }
 
 impl Observer for Ledger {
-    fn tile_taken(&mut self, core: &CoreView<'_>, place: Option<u32>) {
+    fn tile_taken(&mut self, core: &CoreView<'_>, taken: Option<TakenTile>) {
+        let place = taken.map(|taken| taken.place);
         self.core(core).take_tile(place, core);
     }
 
-    fn packet_sent(&mut self, core: &CoreView<'_>, _packet: u64, _rays: u32) {
+    fn packet_sent(&mut self, core: &CoreView<'_>, _packet: &SentPacket<'_>) {
         self.core(core).send_packet();
     }
 

@@ -9,7 +9,8 @@ use srp_ir::check::Checked;
 use srp_runtime::core::{Activity, Bus, Core, CoreState, Run, Trap};
 use srp_runtime::effect::{self, Guard};
 use srp_runtime::scene::demo::demo;
-use srp_runtime::system::{self, CoreView, Observer, Report, Timing};
+use srp_runtime::scene_image::SceneImage;
+use srp_runtime::system::{self, CoreView, Observer, Report, TakenTile, Timing};
 use srp_tests::studio::Studio;
 use srp_toolchain::{Effort, Session, schedule, system_options};
 use srp_traces::{Format, Trace, Tracer, Window};
@@ -17,14 +18,14 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::{Arc, Mutex};
 
-struct Film {
+pub(super) struct Film {
     studio: Studio,
-    program: Checked,
-    spec: SimSpec,
+    pub(super) program: Checked,
+    pub(super) spec: SimSpec,
 }
 
 impl Film {
-    fn of(size: (u32, u32)) -> Film {
+    pub(super) fn of(size: (u32, u32)) -> Film {
         let studio = Studio::of(demo(), size);
         let effects = effect::find(&studio.scene).into_iter().collect();
         let (program, session) = (studio.program(effects), Session::default());
@@ -38,11 +39,15 @@ impl Film {
         }
     }
 
-    fn arch(&self) -> &Arch {
+    pub(super) fn image(&self) -> SceneImage {
+        self.studio.image()
+    }
+
+    pub(super) fn arch(&self) -> &Arch {
         &self.studio.arch
     }
 
-    fn run<'a>(
+    pub(super) fn run<'a>(
         &'a self,
         cores: Vec<Box<dyn Core>>,
         observer: Option<&'a mut dyn Observer>,
@@ -56,11 +61,11 @@ impl Film {
         rendered.expect("the frame is finished").1
     }
 
-    fn interpreter(&self) -> Box<dyn Core> {
+    pub(super) fn interpreter(&self) -> Box<dyn Core> {
         Box::new(Interpreter::new(&self.spec))
     }
 
-    fn traced(&self, window: &str) -> (Trace, Report) {
+    pub(super) fn traced(&self, window: &str) -> (Trace, Report) {
         let window = Window::parse(window).expect("it is one");
         let mut tracer = Tracer::new(&self.program, window).expect("it links");
         let cores = 0..self.arch().system.cores;
@@ -132,7 +137,7 @@ impl Observer for Watching {
         }
     }
 
-    fn tile_taken(&mut self, core: &CoreView<'_>, _: Option<u32>) {
+    fn tile_taken(&mut self, core: &CoreView<'_>, _: Option<TakenTile>) {
         let mut log = self.0.lock().expect("nobody panics");
         log.tiles.push((core.core, core.cycle));
     }

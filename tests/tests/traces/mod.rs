@@ -1,6 +1,7 @@
 //! Traces are read back by other people's readers, and hold what the interpreter has in every cycle.
 
 mod frame;
+mod history;
 mod konata;
 mod steps;
 mod timeline;
@@ -252,4 +253,7 @@ fn gtkwave_reads_the_waves() {
     let text = String::from_utf8(output.stdout).expect("a VCD file is text");
     assert!(text.contains("core0") && text.contains("$var"), "{text}");
     assert!(text.contains(&format!("\n#{}\n", cycles.start)));
+    // What viewers add to times.
+    let offset = text.split_once("$timezero").map(|(_, rest)| rest.trim());
+    assert!(offset.is_none_or(|rest| rest.starts_with("0\n")), "{text}");
 }
