@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod cache;
+mod checkpoint;
 mod compiling;
 mod debug;
 mod diff;
@@ -20,6 +21,7 @@ mod trace;
 
 pub(crate) use accuracy::Accuracy;
 pub(crate) use cache::{Cache, CacheAction};
+pub(crate) use checkpoint::Checkpoints;
 pub(crate) use compiling::{
     Compile, ErrorFormat, Feature, Form, Loops, Report, Reported, Run, RunEngine, Source, Watch,
     fast_math,

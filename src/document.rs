@@ -11,6 +11,8 @@ use std::sync::OnceLock;
 const NOT_OF_THE_QUESTION: &[&str] = &[
     "all",
     "build",
+    "checkpoint",
+    "checkpoint_at",
     "color",
     "engine",
     "error_format",
@@ -27,6 +29,7 @@ const NOT_OF_THE_QUESTION: &[&str] = &[
     "quiet",
     "registers",
     "report",
+    "restore",
     "shard",
     "table_form",
     "threads",

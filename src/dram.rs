@@ -10,7 +10,7 @@ use srp_archdesc::diagnostic;
 use srp_archdesc::dram::{DramSpec, FIXED, presets};
 use srp_runtime::digits::thousands;
 use srp_runtime::memory::dram::trace::{self, Replay};
-use srp_runtime::memory::dram::{self, ChannelCounters, DramReport};
+use srp_runtime::memory::dram::{ChannelCounters, DramReport, Memory};
 use srp_toolchain::envelope::{About, Contents};
 use srp_toolchain::machine;
 
@@ -65,8 +65,8 @@ pub(crate) fn run(args: &Dram) -> Result<(), Failure> {
             talk::colour(),
         ))
     })?;
-    let mut device = dram::device(&spec);
-    let replay = trace::replay(device.as_mut(), requests.offers(), args.cycles);
+    let mut device = Memory::new(&spec);
+    let replay = trace::replay(&mut device, requests.offers(), args.cycles);
     let summary = summary(source.name, requests.requests() as u64, replay, &spec);
     let out = match args.json {
         true => document::json(about, &summary)?,

@@ -3,6 +3,7 @@
 mod accuracy;
 mod area;
 mod cache;
+mod checkpoint;
 mod cli;
 mod compile;
 mod count;

@@ -6,10 +6,13 @@ use crate::fidelity::{frame_text, sampled_text};
 use crate::profile::Target;
 use crate::run::COUNTS;
 use crate::{
-    compile, document, energy, files, interrupt, pixel, refused_kernel, report, scenes, talk, trace,
+    checkpoint, compile, document, energy, files, interrupt, pixel, refused_kernel, report, scenes,
+    talk, trace,
 };
 use schemars::JsonSchema;
 use serde::Serialize;
+use srp_archdesc::arch::Arch;
+use srp_ir::check::Checked;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene_image::SceneImage;
 use srp_runtime::system::{self, Observer, Observers};
@@ -19,6 +22,7 @@ use srp_studies::fidelity::{self, Fidelity, FrameFigure, Prepared, Untimed};
 use srp_studies::profile::Profiler;
 use srp_toolchain::envelope::{About, Contents};
 use srp_toolchain::{Engine, Engines, Error, Frame, Session, Warnings, system_options};
+use srp_traces::Tracer;
 use srp_traces::history::StoreWatch;
 
 /// Where time and energy of a frame went.
@@ -78,7 +82,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     let trace = trace::Target::of_frame(&args.trace, &frame.arch, args.size)?;
     // A frame that is refused is so before kernels are compiled for it.
     let image = frame.image()?;
-    let pixel = pixel::Wanted::of(args.pixel, &frame, &image)?;
+    pixel::Wanted::of(args.pixel, &frame, &image)?;
     let kernels = args.kernels.as_deref();
     if args.level.fidelity == Fidelity::Functional && args.loops.loops.is_empty() {
         return without_clock(&frame, &image, args, session);
@@ -92,23 +96,16 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     interrupt::end_if_requested()?;
 
     let program = compiled.runnable()?;
-    let mut profiler = match &profile {
-        Some(_) => Some(Profiler::new(program).map_err(Error::from)?),
-        None => None,
-    };
     let engine = match profile {
         Some(_) => Engine::Interpreter,
         None => args.engine,
     };
-    let mut tracer = match &trace {
+    let tracer = match &trace {
         Some(target) => Some(target.tracer(program, frame.arch.system.cores)?),
         None => None,
     };
     let engines = Engines::of(program, engine, session)?;
-    // A profile counts in cores of its own: what is traced besides is run again.
-    let recorded_later = tracer.take_if(|_| profiler.is_some());
-    let level = args.level.fidelity;
-    if level < Fidelity::Cycle {
+    if args.level.fidelity < Fidelity::Cycle {
         let prepared = Prepared {
             frame: &frame,
             image,
@@ -120,67 +117,116 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         };
         return cheaply(&prepared, args);
     }
-    let arch = level.machine(&frame.arch);
-    let count = arch.system.cores;
-    let cores = match (&mut profiler, &mut tracer) {
-        (Some(profiler), _) => profiler.cores(count),
-        (None, Some(tracer)) => trace::cores(tracer, &engines, count),
-        (None, None) => engines.cores(count),
+    let timed = Timed {
+        frame: &frame,
+        arch: args.level.fidelity.machine(&frame.arch),
+        program,
+        engines: &engines,
+        session,
     };
-    let options = system_options(program, frame.guard.clone(), system::Timing::Full, session);
-    let mut watch = pixel.as_ref().map(pixel::Wanted::watch);
-    let mut observers: Vec<&mut dyn Observer> = Vec::new();
-    observers.extend(profiler.as_mut().map(|o| o as &mut dyn Observer));
-    observers.extend(tracer.as_mut().map(|o| o as &mut dyn Observer));
-    observers.extend(watch.as_mut().map(|o| o as &mut dyn Observer));
-    let is_observed = !observers.is_empty();
-    let mut observers = Observers(observers);
-    let options = system::Options {
-        observer: is_observed.then_some(&mut observers as &mut dyn Observer),
-        ..options
-    };
-    let rendered = interrupt::looked_for(|| system::render(image, cores, &arch, options));
-    let (picture, report) = rendered.map_err(Failure::message)?;
-    talk::say_shares(&engines);
+    timed.run(args, image, profile, trace.zip(tracer))
+}
 
-    if let (Some(target), Some(profiler)) = (profile, profiler) {
-        let about = About::scene(&arch, &frame.scene);
-        target.write("the frame", about, &profiler.profile())?;
+/// A frame of which every cycle is simulated.
+struct Timed<'a> {
+    frame: &'a Frame,
+    /// The machine, as the level of simulation has it.
+    arch: Arch,
+    program: &'a Checked,
+    engines: &'a Engines,
+    session: &'a Session<'a>,
+}
+
+impl Timed<'_> {
+    fn options(&self) -> system::Options<'_> {
+        let guard = self.frame.guard.clone();
+        system_options(self.program, guard, system::Timing::Full, self.session)
     }
-    match (trace, tracer, recorded_later) {
-        (Some(target), Some(tracer), _) => target.write(&tracer)?,
-        (Some(target), None, Some(tracer)) => {
-            let timing = system::Timing::Full;
-            let options = system_options(program, frame.guard.clone(), timing, session);
-            target.record_frame(tracer, frame.image()?, &engines, &arch, options)?;
+
+    /// Renders, and writes all that is asked for.
+    fn run(
+        &self,
+        args: &Render,
+        image: SceneImage,
+        profile: Option<Target>,
+        trace: Option<(trace::Target, Tracer)>,
+    ) -> Result<(), Failure> {
+        let Timed { frame, arch, .. } = self;
+        let count = arch.system.cores;
+        let mut profiler = match &profile {
+            Some(_) => Some(Profiler::new(self.program).map_err(Error::from)?),
+            None => None,
+        };
+        // A profile counts in cores of its own: what is traced besides is run again.
+        let (mut traced, traced_later) = match profiler {
+            None => (trace, None),
+            Some(_) => (None, trace),
+        };
+        let cores = match (&mut profiler, &mut traced) {
+            (Some(profiler), _) => profiler.cores(count),
+            (None, Some((_, tracer))) => trace::cores(tracer, self.engines, count),
+            (None, None) => self.engines.cores(count),
+        };
+        let pixel = pixel::Wanted::of(args.pixel, frame, &image)?;
+        let mut watch = pixel.as_ref().map(pixel::Wanted::watch);
+        let mut kept = checkpoint::OfFrame::of(&args.checkpoints, self.program, &image)?;
+        if let (Some((_, tracer)), Some(start)) = (&mut traced, &kept.start) {
+            tracer.begin_at(&start.ready());
         }
-        _ => {}
-    }
-    if report.complete {
-        files::write(&args.output, &picture.png())?;
-    }
-    let energy = srp_studies::energy::energy(&report, program, &arch);
-    let account = Account {
-        report: &report,
-        energy: &energy,
-    };
-    let about = || About::scene(&arch, &frame.scene);
-    let text = report.text() + &energy::text(&energy);
-    match pixel.filter(|_| report.complete) {
-        None => show(args, about(), &account, text)?,
-        Some(pixel) => {
-            write_report(args, about(), &account)?;
-            let stored = watch.and_then(StoreWatch::stored);
-            let of = (&frame, kernels);
-            let history = pixel.history(stored, (program, &engines), of, session)?;
-            history.show(about(), args.json)?;
+        let mut observers: Vec<&mut dyn Observer> = Vec::new();
+        observers.extend(profiler.as_mut().map(|o| o as &mut dyn Observer));
+        observers.extend(traced.as_mut().map(|(_, o)| o as &mut dyn Observer));
+        observers.extend(watch.as_mut().map(|o| o as &mut dyn Observer));
+        let is_observed = !observers.is_empty();
+        let mut observers = Observers(observers);
+        let options = system::Options {
+            start: kept.start.as_ref(),
+            checkpoint: kept.wanted.as_mut(),
+            observer: is_observed.then_some(&mut observers as &mut dyn Observer),
+            ..self.options()
+        };
+        let rendered = interrupt::looked_for(|| system::render(image, cores, arch, options));
+        let (picture, report) = rendered.map_err(Failure::message)?;
+        talk::say_shares(self.engines);
+
+        let about = || About::scene(arch, &frame.scene);
+        if let (Some(target), Some(profiler)) = (profile, profiler) {
+            target.write("the frame", about(), &profiler.profile())?;
         }
+        if let Some((target, tracer)) = &traced {
+            target.write(tracer)?;
+        }
+        if let Some((target, tracer)) = traced_later {
+            let (image, options) = (frame.image()?, self.options());
+            target.record_frame(tracer, image, self.engines, arch, options)?;
+        }
+        kept.write(&args.checkpoints, report.cycles)?;
+        if report.complete {
+            files::write(&args.output, &picture.png())?;
+        }
+        let energy = srp_studies::energy::energy(&report, self.program, arch);
+        let account = Account {
+            report: &report,
+            energy: &energy,
+        };
+        let text = report.text() + &energy::text(&energy);
+        match pixel.filter(|_| report.complete) {
+            None => show(args, about(), &account, text)?,
+            Some(pixel) => {
+                write_report(args, about(), &account)?;
+                let stored = watch.and_then(StoreWatch::stored);
+                let of = (*frame, args.kernels.as_deref());
+                let by = (self.program, self.engines);
+                let history = pixel.history(stored, by, of, self.session)?;
+                history.show(about(), args.json)?;
+            }
+        }
+        if !report.complete {
+            return Err(Failure::Interrupted);
+        }
+        talk::say(args.output.display());
+        Ok(())
     }
-    if !report.complete {
-        return Err(Failure::Interrupted);
-    }
-    talk::say(args.output.display());
-    Ok(())
 }
 
 /// Refuses a profile, a trace or a history where the cycles are not counted one by one.
@@ -193,6 +239,14 @@ fn check_profiled(args: &Render) -> Result<(), Failure> {
         let why = "the history of a pixel needs every cycle: leave --fidelity out";
         return Err(Failure::Usage(why.to_owned()));
     }
+    let kept = &args.checkpoints;
+    if (kept.checkpoint_at.is_some() || kept.restore.is_some())
+        && args.level.fidelity < Fidelity::Cycle
+    {
+        let why = "a checkpoint needs every cycle: leave --fidelity out";
+        return Err(Failure::Usage(why.to_owned()));
+    }
+    checkpoint::check(kept)?;
     if args.profile.is_none() {
         return Ok(());
     }

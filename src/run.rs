@@ -12,7 +12,9 @@ use at_end::AtEnd;
 use crate::cli::{Run, RunEngine};
 use crate::failure::Failure;
 use crate::profile::Target;
-use crate::{compile, diagnostics, files, interrupt, limits, refused_kernel, report, talk, trace};
+use crate::{
+    checkpoint, compile, diagnostics, files, interrupt, limits, refused_kernel, report, talk, trace,
+};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::isa::Space;
 use srp_archdesc::ops::Value;
@@ -21,6 +23,7 @@ use srp_ir::dre::{self, Dre};
 use srp_ir::interp::{self, FlatWorld, PortOut, World};
 use srp_ir::layout::Layout;
 use srp_ir::program::Program;
+use srp_runtime::core::Core;
 use srp_runtime::solo::{self, Finish, Solo, SoloError};
 use srp_studies::profile::Profiler;
 use srp_toolchain::envelope::About;
@@ -43,6 +46,7 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     let input = input::read(&args.files, &arch)?;
     let profile = Target::to(&args.profile)?;
     let trace = trace::Target::of_program(&args.trace)?;
+    checkpoint::check(&args.checkpoints)?;
     for path in args.report.iter().chain(&args.registers) {
         files::check_writable(path)?;
     }
@@ -52,7 +56,9 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
     if profile.is_some() && matches!(args.engine, RunEngine::Csim | RunEngine::Ir) {
         return Err(Failure::Usage(COUNTS.to_owned()));
     }
-    if trace.is_some() && args.engine == RunEngine::Ir {
+    let kept = &args.checkpoints;
+    let is_kept = kept.checkpoint_at.is_some() || kept.restore.is_some();
+    if (trace.is_some() || is_kept) && args.engine == RunEngine::Ir {
         return Err(Failure::Usage(NO_CYCLES.to_owned()));
     }
     let engine = match args.engine {
@@ -92,13 +98,28 @@ pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
         (None, Some(tracer)) => tracer.core(engines.core()),
         (None, None) => engines.core(),
     };
-    let mut bus = Solo::new(&program.image, arch.system.sram_bytes);
-    let mut account = Finish::default();
+    let fresh = Solo::new(&program.image, arch.system.sram_bytes);
+    let kept = checkpoint::of_program(&args.checkpoints, program, core.as_mut())?;
+    let (mut bus, mut account) = kept.unwrap_or((fresh, Finish::default()));
+    if let Some(tracer) = &mut tracer {
+        tracer.begin_at(&[account.cycles()]);
+    }
     let printing = Printing::to(args.json);
     let limit = args.limit.min(session.cycles);
-    let ended = interrupt::looked_for(|| {
-        solo::run_until(core.as_mut(), &mut bus, limit, &printing, &mut account)
-    });
+    let run = |core: &mut dyn Core, limit: u64, bus: &mut Solo, account: &mut Finish| {
+        interrupt::looked_for(|| solo::run_until(core, bus, limit, &printing, account))
+    };
+    let ended = match args.checkpoints.checkpoint_at.filter(|&at| at < limit) {
+        None => run(core.as_mut(), limit, &mut bus, &mut account),
+        Some(at) => match run(core.as_mut(), at, &mut bus, &mut account) {
+            Err(SoloError::Endless { .. }) => {
+                let state = (&bus, &account);
+                checkpoint::write_program(&args.checkpoints, program, core.as_ref(), state)?;
+                run(core.as_mut(), limit, &mut bus, &mut account)
+            }
+            ended => ended,
+        },
+    };
     printing.end(&bus.output)?;
     let told = Account::of(&account, program, ended.is_ok());
     told.say();
@@ -262,7 +283,7 @@ pub(crate) const COUNTS: &str =
 const NO_REGISTERS: &str = "--engine ir has no registers: leave it out";
 
 /// Why an engine and a trace do not go together.
-const NO_CYCLES: &str = "--engine ir has no cycles to trace: leave it out";
+const NO_CYCLES: &str = "--engine ir has no cycles to trace or to keep: leave it out";
 
 /// The files of a program, as a title.
 fn title(files: &[PathBuf]) -> String {

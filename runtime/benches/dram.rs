@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use srp_archdesc::dram::presets;
 use srp_runtime::memory::dram::trace::{self, Offer};
-use srp_runtime::memory::dram::{self, Request};
+use srp_runtime::memory::dram::{Memory, Request};
 
 /// Random reads and writes of 64 bytes, one every `gap` cycles.
 fn random(count: u64, gap: u64) -> Vec<Offer> {
@@ -34,9 +34,9 @@ fn main() {
             (10_000, 20_000),
         ] {
             let trace = random(count, gap);
-            let mut device = dram::device(&preset.spec);
+            let mut device = Memory::new(&preset.spec);
             let start = Instant::now();
-            let replay = trace::replay(device.as_mut(), trace.iter().copied(), None);
+            let replay = trace::replay(&mut device, trace.iter().copied(), None);
             let seconds = start.elapsed().as_secs_f64();
             println!(
                 "{:18} a request every {gap:6} cycles: {:9.1} Mcycles/s, {:6.2} Mrequests/s",

@@ -3,6 +3,7 @@
 
 use crate::core::{Activity, Bus, Core, Lanes, Run, Trap};
 use crate::ports;
+use serde::{Deserialize, Serialize};
 use srp_archdesc::{Unwatched, Watch};
 use std::collections::{BTreeMap, VecDeque};
 
@@ -13,7 +14,7 @@ pub use crate::memory::BASE as SYSTEM_BASE;
 pub const MAX_KEPT: usize = 1 << 20;
 
 /// The surroundings of a core without a system. No access ever stalls.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Solo {
     /// SRAM, from address 0.
     pub sram: Vec<u8>,
@@ -114,7 +115,7 @@ impl Bus for Solo {
 }
 
 /// How a program ended, and the cycles it took.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Finish {
     /// Its exit status.
     pub status: i32,

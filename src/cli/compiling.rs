@@ -1,6 +1,6 @@
 //! The command lines of what compiles programs: `srp compile`, `srp run`, `srp report`.
 
-use super::{Choice, MachineFile, Search, Trace, one_of};
+use super::{Checkpoints, Choice, MachineFile, Search, Trace, one_of};
 use crate::failure::Failure;
 use crate::limits;
 use clap::{Args, ValueEnum};
@@ -332,6 +332,8 @@ pub(crate) struct Run {
     pub(crate) profile: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) trace: Trace,
+    #[command(flatten)]
+    pub(crate) checkpoints: Checkpoints,
     /// Write the registers as they are at the end, those that are not 0, by their names in the machine file: JSON if
     /// the name ends in .json, else a line each; `-` is standard output. Every engine ends with the same
     #[arg(long, value_name = "FILE")]

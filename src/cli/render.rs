@@ -2,7 +2,7 @@
 
 use super::fidelity::Level;
 use super::frame::{BUILDERS, Building, Frame, parse_size};
-use super::{ENGINES, Loops, Search, Trace, one_of, parse_pixel, parse_threads};
+use super::{Checkpoints, ENGINES, Loops, Search, Trace, one_of, parse_pixel, parse_threads};
 use clap::Args;
 use srp_runtime::bvh::Builder;
 use srp_toolchain::Engine;
@@ -61,9 +61,11 @@ pub(crate) struct Render {
     pub(crate) profile: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) trace: Trace,
+    #[command(flatten)]
+    pub(crate) checkpoints: Checkpoints,
     /// Tell, instead of the account, all that made a pixel, in its order and with its cycles: launches of kernels, rays
     /// and their hits, texture samples and values. 0,0 is the upper left corner; with --json every operation
-    #[arg(long, value_name = "X,Y", value_parser = parse_pixel)]
+    #[arg(long, value_name = "X,Y", value_parser = parse_pixel, conflicts_with = "restore")]
     pub(crate) pixel: Option<(u32, u32)>,
     /// Print the account as JSON instead of text
     #[arg(long)]

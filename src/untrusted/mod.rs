@@ -90,10 +90,15 @@ fn suits(command: Option<&Command>) -> Result<(), Failure> {
         Some(Command::Sweep(sweep)) if !is_local(sweep) => {
             "only --engine local measures in this process"
         }
+        Some(Command::Render(args)) if args.checkpoints.restore.is_some() => CHECKPOINT,
+        Some(Command::Run(args)) if args.checkpoints.restore.is_some() => CHECKPOINT,
         _ => return Ok(()),
     };
     Err(Failure::usage(format_args!("{why}: leave --untrusted out")))
 }
+
+/// Why nothing goes on from a checkpoint.
+const CHECKPOINT: &str = "--restore believes its file, which says all of a simulator's state";
 
 fn is_local(sweep: &Sweep) -> bool {
     sweep.engine == "local"

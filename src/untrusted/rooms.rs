@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 /// Arguments that say what is written.
 const OUTPUTS: &[&str] = &[
+    "checkpoint",
     "export",
     "heat",
     "hits",
@@ -28,7 +29,8 @@ const OUTPUTS: &[&str] = &[
 /// Arguments that say what is read: paths, and words that have paths in them.
 const INPUTS: &[&str] = &[
     "cameras", "cases", "diff", "file", "files", "folder", "frame", "graphs", "include", "kernels",
-    "machine", "new", "old", "ops", "plan", "program", "ray_file", "scene", "scenes", "trace",
+    "machine", "new", "old", "ops", "plan", "program", "ray_file", "restore", "scene", "scenes",
+    "trace",
 ];
 
 /// Folders, and files and devices where only these themselves may be used.
@@ -78,7 +80,8 @@ impl Rooms {
                 continue;
             };
             // Where the window of a trace goes is said whether there is one or not.
-            let is_idle = id == "trace_output" && !matches.contains_id("trace");
+            let is_idle = (id == "trace_output" && !matches.contains_id("trace"))
+                || (id == "checkpoint" && !matches.contains_id("checkpoint_at"));
             let paths = values.map(|value| path_in(id, value));
             match (OUTPUTS.contains(&id), INPUTS.contains(&id)) {
                 (true, _) if is_idle => {}

@@ -4,6 +4,7 @@
 mod accuracy;
 mod answers;
 mod cache;
+mod checkpoints;
 mod debug;
 mod diff;
 mod ending;

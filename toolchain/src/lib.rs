@@ -13,6 +13,7 @@
 
 mod approximate;
 pub mod cache;
+pub mod checkpoint;
 mod compile;
 mod divide;
 pub mod engine;

@@ -85,6 +85,15 @@ impl Tracer {
         Box::new(Traced::new(number, fast, spec, shared))
     }
 
+    /// The cores, all of which there are by now, go on from these cycles and not from the start. Launches count from
+    /// there.
+    pub fn begin_at(&mut self, cycles: &[u64]) {
+        let mut state = self.shared.get();
+        for (core, &cycle) in state.cores.iter_mut().zip(cycles) {
+            core.now = cycle;
+        }
+    }
+
     /// Most bytes of a file with so many cycles of so many cores.
     pub fn largest(&self, format: Format, cycles: u64, cores: u32) -> u64 {
         let bundles = self

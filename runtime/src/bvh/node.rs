@@ -9,6 +9,7 @@
 //!   powers, as biased exponents of binary32; words 2 and 3 of the first node and word 2 of the second
 //!   are the corner. The last two words are the reference.
 
+use serde::{Deserialize, Serialize};
 use srp_archdesc::system::NodeFormat;
 
 use super::read_words;
@@ -17,7 +18,7 @@ use super::read_words;
 pub(super) type Corners = [[f32; 3]; 2];
 
 /// A node, as its parent's record or the root register names it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct NodeRef {
     /// Of an inner node: index of the first of its two children. Of a leaf: index of its first
     /// triangle record.

@@ -6,7 +6,7 @@
 
 use crate::sums::sums;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use srp_archdesc::system::CacheSpec;
 
 /// The result of an access.
@@ -23,7 +23,7 @@ pub enum Access {
 }
 
 /// Counts of a cache.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct CacheCounters {
     /// Accesses that found their line.
     pub hits: u64,
@@ -51,7 +51,7 @@ sums!(CacheCounters: hits misses joined writebacks);
 const EMPTY: u32 = u32::MAX;
 
 /// A cache's tags, and its misses on the way.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Cache {
     sets: u32,
     ways: usize,

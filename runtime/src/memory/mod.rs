@@ -55,6 +55,21 @@ impl SystemMemory {
         &self.bytes
     }
 
+    /// The bytes that cores may write to.
+    pub fn writable(&self) -> &[u8] {
+        self.bytes.get(self.first_writable()..).unwrap_or_default()
+    }
+
+    /// The same to write to.
+    pub(crate) fn writable_mut(&mut self) -> &mut [u8] {
+        let first = self.first_writable();
+        self.bytes.get_mut(first..).unwrap_or_default()
+    }
+
+    fn first_writable(&self) -> usize {
+        self.writable_from.saturating_sub(BASE) as usize
+    }
+
     /// The bytes from `address` on, `size` of them; `None` where they are not all mapped.
     #[inline]
     pub fn get(&self, address: u32, size: u32) -> Option<&[u8]> {

@@ -4,14 +4,15 @@
 //! clocks share. The bus has one channel for requests (and the data of writes) and one for
 //! answers; each moves one thing at a time, first come first served.
 
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 use srp_archdesc::system::{BusSpec, SystemSpec};
 
-use super::dram::{self, Dram, DramCounters, Request};
+use super::dram::{Dram, DramCounters, Memory, Request};
 
 /// A clock: cycle `n` starts at [`Clock::start`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Clock {
     mhz: u64,
 }
@@ -38,12 +39,12 @@ impl Clock {
 }
 
 /// Bus and memory.
-#[derive(Clone)]
+#[derive(Clone, Serialize, Deserialize)]
 pub struct MemoryPath {
     bus: BusSpec,
     bus_clock: Clock,
     dram_clock: Clock,
-    dram: Box<dyn Dram>,
+    dram: Memory,
     /// Bus cycle from which the request channel is free, and the answer channel.
     request_free: u64,
     answer_free: u64,
@@ -67,11 +68,11 @@ pub struct MemoryPath {
 impl MemoryPath {
     /// An idle path with the memory that the machine names.
     pub fn new(spec: &SystemSpec) -> MemoryPath {
-        MemoryPath::of(spec.bus, spec.dram.mhz, dram::device(&spec.dram))
+        MemoryPath::of(spec.bus, spec.dram.mhz, Memory::new(&spec.dram))
     }
 
     /// An idle path to `dram`, whose clock is of `mhz` MHz.
-    pub fn of(bus: BusSpec, mhz: u32, dram: Box<dyn Dram>) -> MemoryPath {
+    pub fn of(bus: BusSpec, mhz: u32, dram: Memory) -> MemoryPath {
         MemoryPath {
             bus,
             bus_clock: Clock::new(bus.mhz),
@@ -204,7 +205,7 @@ mod tests {
     };
 
     fn path(dram: &DramSpec) -> MemoryPath {
-        MemoryPath::of(BUS, dram.mhz, dram::device(dram))
+        MemoryPath::of(BUS, dram.mhz, Memory::new(dram))
     }
 
     /// One channel in which every access takes 100 ns.

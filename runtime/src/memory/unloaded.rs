@@ -4,7 +4,7 @@ use srp_archdesc::SystemSpec;
 use srp_archdesc::dram::{DramModel, DramSpec};
 
 use super::BASE;
-use super::dram::{self, Request};
+use super::dram::{Dram, Memory, Request};
 use super::path::Clock;
 
 /// Reads whose mean is the latency.
@@ -16,7 +16,7 @@ const REST: u64 = 4096;
 /// The mean time of a read of a line that finds the machine's memory at rest, in ns: reads at places that
 /// look random, one at a time.
 pub fn unloaded_ns(spec: &SystemSpec) -> f64 {
-    let mut memory = dram::device(&spec.dram);
+    let mut memory = Memory::new(&spec.dram);
     let line = spec.tni.trv_l2.line;
     let (mut state, mut now, mut done) = (1u32, 0, Vec::new());
     let mut sum = 0;

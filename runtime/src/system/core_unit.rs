@@ -1,6 +1,7 @@
 //! One SGRT core: an SRP engine, and the parts round it: SRAM, data cache and texture cache, T&I unit, ports,
 //! and the account of its cycles.
 
+use serde::{Deserialize, Serialize};
 use srp_archdesc::isa::Class;
 use srp_archdesc::system::SystemSpec;
 use srp_archdesc::{Arch, ports};
@@ -21,7 +22,7 @@ use crate::tni::{Estimated, HitRecord, Runs, SubmitError, Tni, Tree, Unit, Untim
 const AHEAD: u64 = 1 << 16;
 
 /// The state of a core.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum State {
     /// It runs, and goes on in cycle [`CoreUnit::ready`].
     Running,
@@ -34,7 +35,7 @@ pub(super) enum State {
 }
 
 /// The ports of one core.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Ports {
     pub(super) rays: u32,
     pub(super) hits: u32,
@@ -53,7 +54,7 @@ pub(super) struct Ports {
 }
 
 /// The parts of a core round its engine.
-#[derive(Clone)]
+#[derive(Clone, Serialize, Deserialize)]
 pub(super) struct Periphery {
     pub(super) number: u32,
     pub(super) sram: Vec<u8>,
@@ -65,8 +66,9 @@ pub(super) struct Periphery {
 }
 
 /// All of a core at an instant.
-#[derive(Clone)]
+#[derive(Clone, Serialize, Deserialize)]
 pub(super) struct CoreSnapshot {
+    #[serde(with = "words")]
     engine: CoreState,
     periphery: Periphery,
     state: State,
@@ -158,7 +160,27 @@ impl Periphery {
     }
 }
 
+/// The state of an engine as its words: it knows nothing of how it is kept.
+mod words {
+    use crate::core::CoreState;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(state: &CoreState, to: S) -> Result<S::Ok, S::Error> {
+        state.words.serialize(to)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<CoreState, D::Error> {
+        let words = Vec::deserialize(from)?;
+        Ok(CoreState { words })
+    }
+}
+
 impl CoreSnapshot {
+    /// The cycle from which its engine goes on.
+    pub(super) fn ready(&self) -> u64 {
+        self.ready
+    }
+
     /// About how many bytes it takes.
     pub(super) fn bytes(&self) -> usize {
         // Caches and rays beside it are small.
@@ -210,7 +232,10 @@ impl CoreUnit {
 
     /// Goes on from a snapshot of the same core; `false` where the engine does not.
     pub(super) fn restore(&mut self, from: &CoreSnapshot) -> bool {
+        let mut unit = self.periphery.tni.clone();
+        unit.go_on_as(&from.periphery.tni);
         self.periphery.clone_from(&from.periphery);
+        self.periphery.tni = unit;
         (self.state, self.ready, self.kernel) = (from.state, from.ready, from.kernel);
         self.engine.restore(&from.engine)
     }

@@ -8,6 +8,7 @@
 //! small buffer that combines neighbouring stores into lines (streams of pixels would otherwise
 //! read every line of the frame buffer before overwriting it).
 
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 use srp_archdesc::system::CacheSpec;
@@ -15,7 +16,7 @@ use srp_archdesc::system::CacheSpec;
 use crate::memory::cache::{Access, Cache};
 
 /// A load whose line is on its way.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Late {
     line: u32,
     /// Cycles that the engine may run before the value is due.
@@ -23,7 +24,7 @@ struct Late {
 }
 
 /// Cache, store buffer and requests.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct DataCache {
     pub(super) cache: Cache,
     line: u32,

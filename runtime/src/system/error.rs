@@ -33,6 +33,8 @@ pub enum SystemError {
         /// Its size in bytes.
         bytes: u32,
     },
+    /// A snapshot was to be taken or gone on from, and an engine keeps its state to itself.
+    NoState,
     /// The program needs an effect that it was not built for.
     Effect {
         /// The core.
@@ -92,6 +94,9 @@ impl fmt::Display for SystemError {
                 f,
                 "core {core} handed its T&I unit a buffer of {bytes} bytes at {address:#x}, which \
                  is outside the SRAM or not aligned to 4 bytes"
+            ),
+            SystemError::NoState => f.write_str(
+                "the engine of a core can neither save its state nor go on from this one",
             ),
             SystemError::Effect { core, missing } => write!(f, "core {core} stops: {missing}"),
             SystemError::Deadlock { cycle, waits } => {

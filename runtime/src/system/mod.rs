@@ -16,6 +16,7 @@ mod error;
 mod observer;
 mod report;
 mod simulation;
+mod snapshot;
 mod stepped;
 mod texture_cache;
 mod tiles;
@@ -37,7 +38,8 @@ pub use observer::{
 };
 pub use report::{Account, CoreReport, KernelCycles, PortCycles, Report};
 pub use simulation::MAX_SILENCE;
-pub use stepped::{System, SystemSnapshot};
+pub use snapshot::SystemSnapshot;
+pub use stepped::System;
 pub use tiles::{QueuedTile, TileQueue, frame_blocks, z_order};
 pub use warm::{Misses, WarmCaches};
 
@@ -55,6 +57,10 @@ pub struct Options<'a> {
     pub kernel_names: Vec<String>,
     /// The tiles that cores take; else all of the frame, in the machine's blocks.
     pub tiles: Option<TileQueue>,
+    /// Where the frame begins, if not at its start.
+    pub start: Option<&'a SystemSnapshot>,
+    /// Takes a snapshot on the way.
+    pub checkpoint: Option<&'a mut Checkpoint>,
     /// Sees all events.
     pub observer: Option<&'a mut dyn Observer>,
     /// Watches the frame, tile by tile.
@@ -71,10 +77,21 @@ impl<'a> Options<'a> {
             timing: Timing::default(),
             kernel_names: Vec::new(),
             tiles: None,
+            start: None,
+            checkpoint: None,
             observer: None,
             watch: &Unwatched,
         }
     }
+}
+
+/// A snapshot that is taken on the way: at the first instant in or after a cycle at which the frame goes on.
+#[derive(Clone, Default)]
+pub struct Checkpoint {
+    /// The SRP cycle.
+    pub cycle: u64,
+    /// The snapshot, once it is taken.
+    pub taken: Option<SystemSnapshot>,
 }
 
 /// How the units of a system keep time.

@@ -8,9 +8,10 @@ use super::report::Account;
 use crate::core::Run;
 use crate::memory::cache::CacheCounters;
 use crate::tni::{Buffers, Client, HitRecord, RayCost, Tni, TniCounters, Unit};
+use serde::{Deserialize, Serialize};
 
 /// Which cache a core stands still for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Stall {
     /// Its data cache, and perhaps its texture cache too.
     Data,

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use srp_archdesc::Arch;
 
 use super::core_unit::CoreUnit;
@@ -17,7 +17,7 @@ use crate::memory::path::Clock;
 use crate::tni::{PipeCounters, TniCounters};
 
 /// The cycles of one core by activity.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Account {
     /// Issued VLIW bundles.
     pub vliw: u64,

@@ -1,13 +1,16 @@
 //! The cores of a system, their units and their memory under one clock.
 
+use std::sync::Arc;
+
 use srp_archdesc::watch::{Stage, Watch};
 use srp_archdesc::{Arch, ports};
 
 use super::core_bus::Shared;
 use super::core_unit::{CoreUnit, Periphery, State};
 use super::observer::{MemoryRequest, Requester, Stall};
+use super::snapshot::{Instant, SystemSnapshot};
 use super::tiles::{TileQueue, frame_blocks};
-use super::{Options, SystemError, Timing};
+use super::{Checkpoint, Options, SystemError, Timing};
 use crate::core::Core;
 use crate::effect::Guard;
 use crate::memory::SystemMemory;
@@ -49,21 +52,6 @@ fn request_of(core: u32, request: &MemoryRequest) -> Request {
     }
 }
 
-/// How far a frame is.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Instant {
-    /// The SRP cycle that comes next.
-    pub(super) srp: u64,
-    /// The cycle of the T&I units that comes next.
-    pub(super) tni: u64,
-    /// The last SRP cycle in which something moved.
-    progress: u64,
-    /// Results of the T&I units by then.
-    results: u64,
-    /// When the outside is looked at next.
-    look_up: u64,
-}
-
 /// A frame that is simulated.
 pub(super) struct Simulation<'a> {
     pub(super) cores: Vec<CoreUnit>,
@@ -75,6 +63,8 @@ pub(super) struct Simulation<'a> {
     immediate: bool,
     max_cycles: u64,
     guard: Guard,
+    start: Option<&'a SystemSnapshot>,
+    checkpoint: Option<&'a mut Checkpoint>,
     watch: &'a dyn Watch,
 }
 
@@ -110,6 +100,8 @@ impl<'a> Simulation<'a> {
             immediate: timing == Timing::Untimed,
             max_cycles: options.max_cycles,
             guard: options.guard,
+            start: options.start,
+            checkpoint: options.checkpoint,
             watch: options.watch,
         }
     }
@@ -128,8 +120,12 @@ impl<'a> Simulation<'a> {
             u64::from(self.shared.tiles.count()),
         );
         let mut told = 0;
-        let mut at = Instant::default();
+        let mut at = match self.start.take() {
+            None => Instant::default(),
+            Some(from) => self.restore(from).ok_or(SystemError::NoState)?,
+        };
         while !self.is_over() {
+            self.take_checkpoint(at)?;
             self.advance(&mut at)?;
             if at.srp >= at.look_up {
                 at.look_up = at.srp + REPORT_INTERVAL;
@@ -150,6 +146,18 @@ impl<'a> Simulation<'a> {
         }
         let ends = self.cores.iter().map(|c| c.ready);
         Ok(ends.fold(srp, u64::max))
+    }
+
+    /// Takes the snapshot that is wanted, where its time has come.
+    fn take_checkpoint(&mut self, at: Instant) -> Result<(), SystemError> {
+        let Some(wanted) = self.checkpoint.take_if(|wanted| wanted.cycle <= at.srp) else {
+            return Ok(());
+        };
+        wanted.taken = self.snapshot(at, None);
+        match wanted.taken {
+            Some(_) => Ok(()),
+            None => Err(SystemError::NoState),
+        }
     }
 
     /// Advances everything to the next instant at which something can happen.
@@ -339,6 +347,46 @@ impl<'a> Simulation<'a> {
         let in_flight = self.in_flight();
         text.push_str(&format!("  {in_flight} memory requests are on the way"));
         text
+    }
+}
+
+impl Simulation<'_> {
+    /// All of it. Where the memory is as in `last`, the two share it. `None` where an engine keeps its state to
+    /// itself.
+    pub(super) fn snapshot(
+        &self,
+        at: Instant,
+        last: Option<&SystemSnapshot>,
+    ) -> Option<SystemSnapshot> {
+        let shared = &self.shared;
+        let cores = self.cores.iter().map(|core| core.snapshot());
+        let shared_memory = last
+            .map(|last| &last.memory)
+            .filter(|memory| memory.bytes() == shared.memory.bytes());
+        Some(SystemSnapshot {
+            cores: cores.collect::<Option<_>>()?,
+            memory: match shared_memory {
+                Some(memory) => Arc::clone(memory),
+                None => Arc::new(shared.memory.clone()),
+            },
+            tiles: shared.tiles.clone(),
+            paths: self.paths.clone(),
+            at,
+        })
+    }
+
+    /// Goes back, or on, to a snapshot of the same frame: its instant. `None` where an engine does not, after which
+    /// the frame is of no use.
+    pub(super) fn restore(&mut self, from: &SystemSnapshot) -> Option<Instant> {
+        if self.cores.len() != from.cores.len() || self.paths.len() != from.paths.len() {
+            return None;
+        }
+        self.shared.memory.clone_from(&from.memory);
+        self.shared.tiles.clone_from(&from.tiles);
+        self.paths.clone_from(&from.paths);
+        let mut both = self.cores.iter_mut().zip(&from.cores);
+        both.all(|(core, from)| core.restore(from))
+            .then_some(from.at)
     }
 }
 

@@ -1,39 +1,19 @@
 //! A frame that somebody else advances, instant by instant, and can take back to where it was.
 
-use std::sync::Arc;
-
 use srp_archdesc::Arch;
 
-use super::core_unit::{CoreSnapshot, State};
-use super::simulation::{Instant, Simulation};
-use super::tiles::TileQueue;
+use super::core_unit::State;
+use super::simulation::Simulation;
+use super::snapshot::{Instant, SystemSnapshot};
 use super::{Options, SystemError, check_options};
 use crate::core::Core;
 use crate::memory::SystemMemory;
-use crate::memory::path::MemoryPath;
 use crate::scene_image::SceneImage;
 
 /// A frame that is advanced from outside.
 pub struct System<'a> {
     simulation: Simulation<'a>,
     at: Instant,
-}
-
-/// All of a frame at an instant.
-#[derive(Clone)]
-pub struct SystemSnapshot {
-    cores: Vec<CoreSnapshot>,
-    memory: Arc<SystemMemory>,
-    tiles: TileQueue,
-    paths: Vec<MemoryPath>,
-    at: Instant,
-}
-
-impl SystemSnapshot {
-    /// About how many bytes it takes, but for the memory, which snapshots may share.
-    pub fn bytes(&self) -> usize {
-        self.cores.iter().map(CoreSnapshot::bytes).sum()
-    }
 }
 
 impl<'a> System<'a> {
@@ -106,42 +86,14 @@ impl<'a> System<'a> {
     /// All of it. Where the memory is as in `last`, the two share it. `None` where an engine keeps its state to
     /// itself.
     pub fn snapshot(&self, last: Option<&SystemSnapshot>) -> Option<SystemSnapshot> {
-        let Simulation {
-            cores,
-            shared,
-            paths,
-            ..
-        } = &self.simulation;
-        let cores = cores.iter().map(|core| core.snapshot());
-        let shared_memory = last
-            .map(|last| &last.memory)
-            .filter(|memory| memory.bytes() == shared.memory.bytes());
-        Some(SystemSnapshot {
-            cores: cores.collect::<Option<_>>()?,
-            memory: match shared_memory {
-                Some(memory) => Arc::clone(memory),
-                None => Arc::new(shared.memory.clone()),
-            },
-            tiles: shared.tiles.clone(),
-            paths: paths.clone(),
-            at: self.at,
-        })
+        self.simulation.snapshot(self.at, last)
     }
 
     /// Goes back, or on, to a snapshot of the same frame. `false` where an engine does not, after which the frame is
     /// of no use.
     pub fn restore(&mut self, from: &SystemSnapshot) -> bool {
-        let Simulation {
-            cores,
-            shared,
-            paths,
-            ..
-        } = &mut self.simulation;
-        shared.memory.clone_from(&from.memory);
-        shared.tiles.clone_from(&from.tiles);
-        paths.clone_from(&from.paths);
-        self.at = from.at;
-        let mut both = cores.iter_mut().zip(&from.cores);
-        both.all(|(core, from)| core.restore(from))
+        let restored = self.simulation.restore(from);
+        self.at = restored.unwrap_or(self.at);
+        restored.is_some()
     }
 }

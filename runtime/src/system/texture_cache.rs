@@ -4,6 +4,7 @@
 //! does not hold it. Nothing is ever stored: a store into a texture shows in the texels that are
 //! read afterwards, and not in when they come.
 
+use serde::{Deserialize, Serialize};
 use srp_archdesc::system::CacheSpec;
 
 use super::data_cache::DataCache;
@@ -13,7 +14,7 @@ use crate::core::Lanes;
 const HELD: usize = 4;
 
 /// Cache and held descriptors.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct TextureCache {
     pub(super) lines: DataCache,
     line: u32,

@@ -3,6 +3,7 @@
 //! Neighbours in the picture read the same records and texels, so a core that gets a block of neighbours finds more of
 //! them in its caches than one that gets every fourth tile of a row.
 
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -12,11 +13,12 @@ use super::WarmCaches;
 use crate::scene_image::SceneImage;
 
 /// A tile in the queue of a core.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct QueuedTile {
     /// Its number in the frame.
     pub tile: u32,
     /// Contents that the core's caches get when it takes the tile; without any, they keep theirs.
+    #[serde(skip)]
     pub caches: Option<Arc<WarmCaches>>,
 }
 
@@ -61,10 +63,10 @@ fn blocks(across: u32, down: u32, side: u32) -> Vec<Vec<u32>> {
 }
 
 /// Tiles that wait for cores. Each has a place: its number among all that are queued.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct TileQueue(Queue);
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 enum Queue {
     /// Blocks, to whoever asks, in their order; and of each core what is left of its own.
     Blocks {

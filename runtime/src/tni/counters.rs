@@ -1,7 +1,7 @@
 //! Counts of a T&I unit, summed up for reports.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::pipe::Pipes;
 use super::{PipeCounters, RauCounters, StackCounters, Tni, TrvCounters};
@@ -9,7 +9,7 @@ use crate::memory::cache::CacheCounters;
 use crate::sums::sums;
 
 /// Counts of the unit as a whole.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct UnitCounters {
     /// Cycles in which the unit had rays.
     pub active_cycles: u64,
@@ -28,7 +28,7 @@ pub struct UnitCounters {
 }
 
 /// Cycles of ray dispatch by activity: every cycle counts in exactly one of these.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct DispatchAccount {
     /// It dispatched a ray.
     pub work: u64,

@@ -8,7 +8,7 @@
 use schemars::JsonSchema;
 use std::collections::VecDeque;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use srp_archdesc::system::CacheSpec;
 
 use super::Slot;
@@ -17,7 +17,7 @@ use crate::memory::cache::{Access, Cache};
 use crate::sums::sums;
 
 /// Rows of rays that wait for the same line, part by part.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Rows {
     /// The line of each, or [`FREE`].
     lines: Vec<u32>,
@@ -76,7 +76,7 @@ impl Rows {
 }
 
 /// Counts of a ray accumulation unit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct RauCounters {
     /// Rays that opened a row.
     pub opened: u64,
@@ -93,7 +93,7 @@ pub struct RauCounters {
 sums!(RauCounters: opened joined retried occupancy outstanding);
 
 /// Input buffer, ray accumulation unit and cache.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Fetch {
     /// Rays that need a line, or have everything already.
     pub(super) input: Ring<Slot>,

@@ -4,6 +4,7 @@
 //! that has a stack for it; rays go to and fro between traversal and intersection units (`ist`); one
 //! finished ray a cycle goes back.
 
+use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -78,9 +79,29 @@ impl Context<'_> {
     }
 }
 
+/// What units share is kept as each's own.
+mod shared {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+    use std::sync::Arc;
+
+    pub(super) fn serialize<T: Serialize, S: Serializer>(
+        of: &Arc<T>,
+        to: S,
+    ) -> Result<S::Ok, S::Error> {
+        T::serialize(of, to)
+    }
+
+    pub(super) fn deserialize<'de, T: Deserialize<'de>, D: Deserializer<'de>>(
+        from: D,
+    ) -> Result<Arc<T>, D::Error> {
+        T::deserialize(from).map(Arc::new)
+    }
+}
+
 /// The unit, cycle by cycle.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Tni {
+    #[serde(with = "shared")]
     pub(super) spec: Arc<TniSpec>,
     tree: Tree,
     pub(super) trvs: Vec<Trv>,
@@ -97,6 +118,7 @@ pub struct Tni {
     pub(super) counters: UnitCounters,
     /// The cycle after the last.
     pub(super) end: u64,
+    #[serde(skip)]
     recording: Recording,
 }
 
@@ -210,6 +232,13 @@ impl Tni {
         for (ist, cache) in self.ists.iter_mut().zip(&caches.ists) {
             ist.fetch.cache.hold_lines_of(cache);
         }
+    }
+
+    /// Goes on as another, but notes costs and events as it did before.
+    pub(super) fn go_on_as(&mut self, from: &Tni) {
+        let recording = std::mem::take(&mut self.recording);
+        self.clone_from(from);
+        self.recording = recording;
     }
 
     /// Notes the cost of each ray from now on.

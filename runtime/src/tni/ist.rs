@@ -1,6 +1,7 @@
 //! The intersection unit: one triangle a cycle, or as often as its reciprocal takes one, looping over the triangles of a leaf
 //! (SGRT section 3.3).
 
+use serde::{Deserialize, Serialize};
 use srp_archdesc::system::TniSpec;
 
 use super::fetch::Fetch;
@@ -13,7 +14,7 @@ use super::trv::Trv;
 use super::{Context, Slot};
 
 /// An intersection unit.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Ist {
     pub(super) fetch: Fetch,
     pub(super) pipe: Pipe,

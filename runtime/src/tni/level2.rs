@@ -1,5 +1,6 @@
 //! The level-2 cache that the traversal units share: banks that each take one request a cycle.
 
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 use srp_archdesc::system::CacheSpec;
@@ -7,7 +8,7 @@ use srp_archdesc::system::CacheSpec;
 use crate::memory::cache::{Access, Cache};
 
 /// Banked cache, its requests and its answers.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Level2 {
     pub(super) cache: Cache,
     latency: u64,

@@ -36,6 +36,7 @@ mod warm;
 use self::arithmetic::Ray;
 use self::full::Context;
 use crate::bvh::NodeRef;
+use serde::{Deserialize, Serialize};
 
 pub use counters::{DispatchAccount, TniCounters, UnitCounters};
 pub use estimated::Estimated;
@@ -63,7 +64,7 @@ pub const HIT_BYTES: u32 = 24;
 type Slot = u16;
 
 /// Where the tree of the scene lies in system memory.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tree {
     /// The root; `None` for a scene without triangles.
     pub root: Option<NodeRef>,
@@ -74,7 +75,7 @@ pub struct Tree {
 }
 
 /// Which cache of the unit talks to the memory.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Client {
     /// The level-2 cache of the traversal units.
     TrvL2,

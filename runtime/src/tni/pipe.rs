@@ -2,14 +2,14 @@
 //! test. And the account of its cycles.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::Slot;
 use super::ring::Ring;
 use crate::sums::sums;
 
 /// Cycles of a pipeline's first stage by activity: every cycle counts in exactly one of these.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct StallAccount {
     /// It took a ray to work on.
     pub work: u64,
@@ -53,7 +53,7 @@ impl StallAccount {
 sums!(StallAccount: work occupied bypass recirculate memory latency elsewhere idle);
 
 /// Counts of a pipeline.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct PipeCounters {
     /// Rays that passed and were worked on.
     pub passes: u64,
@@ -72,7 +72,7 @@ pub struct PipeCounters {
 sums!(PipeCounters: passes bypasses recirculated issue_cycles busy_cycles; account);
 
 /// The pipelines of a kind, which take rays from the same FIFO.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Pipes {
     all: Vec<Pipe>,
     /// The cycle in which the next ray leaves one of them.
@@ -156,7 +156,7 @@ impl Pipes {
 }
 
 /// A pipeline and the rays in it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Pipe {
     latency: u64,
     /// Rays with the cycle in which they leave, in order.

@@ -4,9 +4,10 @@ use super::arithmetic::{Hit, Prepared};
 use super::fetch::Need;
 use super::walk::{Next, Walk};
 use crate::bvh::NodeRef;
+use serde::{Deserialize, Serialize};
 
 /// The task of a resident ray at the moment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Phase {
     /// It visits the node of its walk.
     Visit,
@@ -15,7 +16,7 @@ pub(super) enum Phase {
 }
 
 /// A resident ray.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct RayState {
     pub(super) ray: Prepared,
     pub(super) flags: u32,

@@ -1,8 +1,10 @@
 //! The FIFOs of the unit.
 
+use serde::{Deserialize, Serialize};
+
 /// A FIFO of bounded length. Rays are many in few places: its length is known beforehand, and
 /// taking from it or adding to it has to be cheap.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Ring<T> {
     /// A power of two of places.
     places: Box<[T]>,

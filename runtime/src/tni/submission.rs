@@ -1,5 +1,6 @@
 //! The traffic between SRP and T&I unit: submissions of rays, and their hits in four runs.
 
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::ops::{Index, IndexMut};
 
@@ -7,7 +8,7 @@ use super::arithmetic::{ANY_HIT, Hit};
 use super::{HIT_BYTES, RAY_BYTES};
 
 /// Buffers of a submission: rays in the SRAM, and where their hits go.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Buffers {
     /// Address of the ray buffer.
     pub rays: u32,
@@ -27,7 +28,7 @@ pub struct Finished {
 }
 
 /// Why a submission cannot be made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SubmitError {
     /// As many as there are ray buffers are in the unit: later.
     Busy,
@@ -41,7 +42,7 @@ pub enum SubmitError {
 }
 
 /// Hits of a submission, by run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Runs {
     /// Rays with the any-hit flag that hit something.
     pub shadow_hits: u32,
@@ -54,7 +55,7 @@ pub struct Runs {
 }
 
 /// A finished ray as it is written to the hit buffer.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HitRecord {
     /// The hit.
     pub hit: Hit,
@@ -95,7 +96,7 @@ impl HitRecord {
 }
 
 /// A submission in the unit.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Submission {
     pub(super) buffers: Buffers,
     /// How many of its rays have been dispatched.
@@ -143,7 +144,7 @@ impl Submission {
 }
 
 /// The submissions in a unit, oldest first; a finished one stays until it is taken.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Queue {
     /// How many there may be at once.
     room: usize,

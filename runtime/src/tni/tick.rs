@@ -1,8 +1,10 @@
 //! Cycles that are counted later: a part of the unit in which nothing happens is left alone, and its
 //! counters make up for it.
 
+use serde::{Deserialize, Serialize};
+
 /// A cycle of the unit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Tick {
     /// Its number on the unit's clock.
     pub(super) now: u64,
@@ -11,7 +13,7 @@ pub(super) struct Tick {
 }
 
 /// The cycles of a part up to which everything is counted.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Counted(Tick);
 
 impl Counted {

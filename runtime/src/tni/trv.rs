@@ -21,7 +21,7 @@
 use schemars::JsonSchema;
 use std::collections::VecDeque;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use srp_archdesc::system::{Pipeline, TniSpec};
 
 use super::fetch::{Fetch, Need};
@@ -55,7 +55,7 @@ impl Exits<'_> {
 }
 
 /// A kind of sub-pipeline: those of the kind, and the FIFO in front of them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Stage {
     pub(super) input: Ring<Slot>,
     pub(super) pipes: Pipes,
@@ -71,7 +71,7 @@ impl Stage {
 }
 
 /// Counts of a traversal unit as a whole.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct TrvCounters {
     /// Visits of inner nodes.
     pub inner_visits: u64,
@@ -86,7 +86,7 @@ pub struct TrvCounters {
 sums!(TrvCounters: inner_visits leaf_visits busy_cycles idle_cycles);
 
 /// A traversal unit.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Trv {
     /// Slots of rays that are not taken.
     pub(super) free: Vec<Slot>,

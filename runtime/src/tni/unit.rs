@@ -5,19 +5,30 @@ use super::{
     WarmCaches,
 };
 use crate::memory::SystemMemory;
+use serde::{Deserialize, Serialize};
 
 /// A T&I unit by how it keeps time. Hits and counts of rays, visits and tests are the same for all.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Unit {
     /// Cycle by cycle.
     Full(Box<Tni>),
     /// Rays one by one, each as if it met no other.
+    #[serde(skip)]
     Estimated(Box<Estimated>),
     /// Hits that are there at once.
+    #[serde(skip)]
     Untimed(Box<Untimed>),
 }
 
 impl Unit {
+    /// Goes on as another of its kind, but notes the costs of rays as it did before.
+    pub(crate) fn go_on_as(&mut self, from: &Unit) {
+        match (&mut *self, from) {
+            (Unit::Full(unit), Unit::Full(from)) => unit.go_on_as(from),
+            _ => self.clone_from(from),
+        }
+    }
+
     /// Takes a submission in cycle `now`.
     ///
     /// # Errors

@@ -8,7 +8,7 @@
 use schemars::JsonSchema;
 use std::collections::VecDeque;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::bvh::{MAX_DEPTH, NodeRef};
 use crate::sums::sums;
@@ -17,7 +17,7 @@ use crate::sums::sums;
 const _: () = assert!(MAX_DEPTH < 127);
 
 /// Counts of stacks.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct StackCounters {
     /// Nodes put on a stack.
     pub pushes: u64,
@@ -34,7 +34,7 @@ pub struct StackCounters {
 sums!(StackCounters: pushes pops culled overflows restarts);
 
 /// A node put aside for later.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Entry {
     node: NodeRef,
     /// Where the ray enters its box.
@@ -47,7 +47,7 @@ struct Entry {
 const NOWHERE: u8 = u8::MAX;
 
 /// The place of a ray in the tree, and its stack.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Walk {
     /// The node to visit.
     pub(super) node: NodeRef,
@@ -65,7 +65,7 @@ pub(super) struct Walk {
 }
 
 /// The next step of a ray.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Next {
     /// A visit of [`Walk::node`].
     Visit,

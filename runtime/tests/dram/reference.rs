@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use srp_archdesc::dram::presets;
-use srp_runtime::memory::dram::{self, trace};
+use srp_runtime::memory::dram::{Memory, trace};
 
 /// Measurements of DRAMsim3 in the first `cycles` cycles of a trace: bursts read and written, mean latency of
 /// a read in cycles, activations, and read commands that hit.
@@ -66,8 +66,8 @@ fn lpddr3_answers_as_dramsim3_does() {
         let path = folder.join(format!("{}.trace", r.name));
         let text = std::fs::read_to_string(&path).expect("a trace");
         let trace = trace::parse(r.name, &text, 32).expect("a trace of requests");
-        let mut device = dram::device(&memory.spec);
-        let replay = trace::replay(device.as_mut(), trace.offers(), Some(r.cycles));
+        let mut device = Memory::new(&memory.spec);
+        let replay = trace::replay(&mut device, trace.offers(), Some(r.cycles));
         let counters = &replay.counters;
         let activates: u64 = counters.channels.iter().map(|c| c.activates).sum();
         let hits: u64 = counters.channels.iter().map(|c| c.read_row_hits).sum();

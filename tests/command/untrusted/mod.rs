@@ -480,6 +480,10 @@ fn wishes_that_make_no_sense_are_refused() {
             "write a number from",
         ),
         (&["watch", "f.c", "--untrusted"], "goes on for ever"),
+        (
+            &["run", "f.c", "--restore", "f.c", "--untrusted"],
+            "believes its file",
+        ),
         (&["hard-cases", "--untrusted"], "C compiler"),
         (&["cache", "show", "--untrusted"], "leave --untrusted out"),
         (

@@ -35,7 +35,7 @@ const CIRCLES: &[(&str, &str)] = &[
     ("scheduler", "vliw::allocate vliw::spill"),
     (
         "runtime",
-        "system::core_bus system::core_unit system::observer system::report system::simulation",
+        "system::core_bus system::core_unit system::observer system::report system::simulation system::snapshot",
     ),
     ("runtime", "tni::counters tni::full tni::ist tni::trv"),
     ("runtime", "tni::decoded tni::function"),

@@ -35,6 +35,8 @@ pub enum Kind {
     Cases,
     /// The jobs and rows in the folder of a sweep.
     Rows,
+    /// The state of a frame or a program on the way.
+    Checkpoint,
 }
 
 /// How a file of a kind can be told from others before anything of it is read, and shown.
@@ -56,7 +58,7 @@ const VERTICES: Option<Sign> = Some((has_vertices, "no line begins with `v`"));
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Kind; 16] = [
+    pub const ALL: [Kind; 17] = [
         Kind::Source,
         Kind::Machine,
         Kind::Program,
@@ -73,6 +75,7 @@ impl Kind {
         Kind::Plan,
         Kind::Cases,
         Kind::Rows,
+        Kind::Checkpoint,
     ];
 
     /// The table: what a file is, the most bytes of it, and its sign.
@@ -95,6 +98,7 @@ impl Kind {
             Kind::Plan => ("plan", MIB, None),
             Kind::Cases => ("file of hard cases", 16 * MIB, None),
             Kind::Rows => ("table of a sweep", 256 * MIB, JSON),
+            Kind::Checkpoint => ("checkpoint", 1024 * MIB, None),
         }
     }
 

@@ -1,11 +1,12 @@
 //! The requests for one bank, in the order in which they came.
 
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 use super::mapping::Place;
 
 /// One burst on its way.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Transaction {
     /// The burst's number.
     pub(super) burst: u32,
@@ -18,7 +19,7 @@ pub(super) struct Transaction {
 }
 
 /// The requests for one bank, and the commands that they wait for.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct BankQueue {
     pub(super) entries: VecDeque<Transaction>,
     /// Recomputed when the queue or the row changes.
@@ -26,7 +27,7 @@ pub(super) struct BankQueue {
 }
 
 /// The commands that a bank's queue can issue next.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Next {
     /// The bank is closed, and there is a request.
     pub(super) activate: bool,

@@ -1,5 +1,6 @@
 //! A memory of channels, banks and rows as a [`Dram`].
 
+use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -12,7 +13,7 @@ use super::mapping::Mapping;
 use super::{Dram, DramCounters, Request};
 
 /// A request on its way.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct InFlight {
     request: Request,
     /// Bursts that are not over.
@@ -30,7 +31,7 @@ type Answers = BinaryHeap<Reverse<(u64, u64, u32)>>;
 /// Channels with their controllers. A request is divided into the bursts that it touches; it is
 /// in the controllers from the cycle after the one in which it is offered, and over with its last
 /// burst.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Banked {
     mapping: Mapping,
     channels: Vec<Channel>,
@@ -208,9 +209,5 @@ impl Dram for Banked {
             channels: self.channels.iter().map(|c| c.counters).collect(),
             ..self.counters.clone()
         }
-    }
-
-    fn copy(&self) -> Box<dyn Dram> {
-        Box::new(self.clone())
     }
 }

@@ -17,6 +17,7 @@
 //! Nothing happens in most cycles, and these are skipped: [`Channel::run`] goes from one cycle with
 //! something to do to the next.
 
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 use srp_archdesc::dram::{BankedSpec, ControllerSpec, RowPolicy};
@@ -32,7 +33,7 @@ pub(super) type Finished = (u64, u32, u64);
 const NEVER: u64 = u64::MAX;
 
 /// A channel: its banks, their queues, and its own.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Channel {
     device: Device,
     spec: ControllerSpec,

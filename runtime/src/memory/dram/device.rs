@@ -3,11 +3,12 @@
 //! The state knows nothing of requests and queues. A controller asks for the earliest cycle of a
 //! command and issues it; rules between commands are kept here and nowhere else.
 
+use serde::{Deserialize, Serialize};
 use srp_archdesc::dram::{BankedSpec, DramTiming};
 
 /// A command to the banks of one channel. With `precharge`, the bank is closed behind the access
 /// as soon as the times allow (auto-precharge).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Command {
     /// Opens a row of a closed bank.
     Activate {
@@ -44,7 +45,7 @@ pub enum Command {
 }
 
 /// One bank: its row, and the first cycle for each command as far as this bank is concerned.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Bank {
     row: Option<u32>,
     /// Reads and writes since the row was opened.
@@ -56,7 +57,7 @@ struct Bank {
 }
 
 /// Times between commands, as they are added to the cycle of the first.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Delays {
     burst: u64,
     read_to_read: u64,
@@ -94,7 +95,7 @@ impl Delays {
 const WINDOW: usize = 4;
 
 /// All banks of a channel, closed at first.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Device {
     banks: Vec<Bank>,
     timing: DramTiming,

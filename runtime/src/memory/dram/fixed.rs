@@ -1,5 +1,6 @@
 //! The simplest memory: every access takes the same time.
 
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 use srp_archdesc::dram::DramSpec;
@@ -12,7 +13,7 @@ pub const INTERLEAVE: u32 = 64;
 /// A device in which every access takes the same time, and each channel moves at most two words
 /// of its width a cycle. An access that crosses from one block of [`INTERLEAVE`] bytes into the
 /// next is one for each, and over with the last.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct FixedLatency {
     latency: u64,
     bytes_per_cycle: u32,
@@ -83,10 +84,6 @@ impl Dram for FixedLatency {
 
     fn counters(&self) -> DramCounters {
         self.counters.clone()
-    }
-
-    fn copy(&self) -> Box<dyn Dram> {
-        Box::new(self.clone())
     }
 }
 

@@ -1,9 +1,10 @@
 //! Where an address goes: channel, bank, row and burst of the row.
 
+use serde::{Deserialize, Serialize};
 use srp_archdesc::dram::{AddressPart, BankedSpec, DramSpec};
 
 /// The place of one burst.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Place {
     /// Channel.
     pub channel: u32,
@@ -17,7 +18,7 @@ pub struct Place {
 
 /// One field: `bits` bits of the burst's number from bit `from` on become bits of a part from bit
 /// `to` on.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Field {
     part: AddressPart,
     from: u32,
@@ -26,7 +27,7 @@ struct Field {
 }
 
 /// The way from addresses to places.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Mapping {
     fields: Vec<Field>,
     burst_shift: u32,

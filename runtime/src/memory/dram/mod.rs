@@ -13,7 +13,7 @@ mod report;
 pub mod trace;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use srp_archdesc::dram::{DramModel, DramSpec};
 
 pub use banked::Banked;
@@ -21,7 +21,7 @@ pub use fixed::{FixedLatency, INTERLEAVE};
 pub use report::{ChannelReport, DramReport};
 
 /// One access to system memory.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Request {
     /// First byte.
     pub address: u32,
@@ -34,7 +34,7 @@ pub struct Request {
 }
 
 /// Counts of a memory. Cycles are those of its clock.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct DramCounters {
     /// Requests that read, as all below counted when they are answered.
     pub reads: u64,
@@ -93,7 +93,7 @@ impl DramCounters {
 }
 
 /// Counts of a channel. All but `busy_cycles` stay 0 in a memory without banks.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct ChannelCounters {
     /// Read commands.
     pub reads: u64,
@@ -174,22 +174,56 @@ pub trait Dram: Send {
 
     /// Its counts so far.
     fn counters(&self) -> DramCounters;
-
-    /// Another memory in the same state.
-    fn copy(&self) -> Box<dyn Dram>;
 }
 
-impl Clone for Box<dyn Dram> {
-    fn clone(&self) -> Self {
-        (**self).copy()
+/// A memory of one of the models that there are.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub enum Memory {
+    /// Every request takes as long.
+    Fixed(FixedLatency),
+    /// Banks, rows and a controller.
+    Banked(Box<Banked>),
+}
+
+impl Memory {
+    /// The memory that a machine names.
+    pub fn new(spec: &DramSpec) -> Memory {
+        match &spec.model {
+            DramModel::Fixed => Memory::Fixed(FixedLatency::new(spec)),
+            DramModel::Banked(banked) => Memory::Banked(Box::new(Banked::new(spec, banked))),
+        }
+    }
+
+    fn model(&self) -> &dyn Dram {
+        match self {
+            Memory::Fixed(memory) => memory,
+            Memory::Banked(memory) => &**memory,
+        }
+    }
+
+    fn model_mut(&mut self) -> &mut dyn Dram {
+        match self {
+            Memory::Fixed(memory) => memory,
+            Memory::Banked(memory) => &mut **memory,
+        }
     }
 }
 
-/// The memory that a machine names.
-pub fn device(spec: &DramSpec) -> Box<dyn Dram> {
-    match &spec.model {
-        DramModel::Fixed => Box::new(FixedLatency::new(spec)),
-        DramModel::Banked(banked) => Box::new(Banked::new(spec, banked)),
+impl Dram for Memory {
+    fn offer(&mut self, now: u64, request: Request) -> Result<(), u64> {
+        self.model_mut().offer(now, request)
+    }
+
+    fn advance(&mut self, now: u64, done: &mut Vec<(u64, Request)>) {
+        self.model_mut().advance(now, done);
+    }
+
+    fn next_event(&self) -> Option<u64> {
+        self.model().next_event()
+    }
+
+    fn counters(&self) -> DramCounters {
+        self.model().counters()
     }
 }
 

@@ -16,6 +16,7 @@
 mod staged;
 mod triangle;
 
+use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::Approx;
 
 pub use staged::{staged, stages};
@@ -110,7 +111,7 @@ impl Ray {
 }
 
 /// A ray as the dispatch unit prepares it, once, before it is traversed.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Prepared {
     origin: [f32; 3],
     direction: [f32; 3],
@@ -245,7 +246,7 @@ fn smaller(a: f32, b: f32) -> f32 {
 }
 
 /// The nearest hit of a ray so far.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hit {
     /// Distance in lengths of the direction; `tmax` where nothing was hit.
     pub t: f32,
