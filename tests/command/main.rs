@@ -3,6 +3,7 @@
 
 mod accuracy;
 mod answers;
+mod book;
 mod cache;
 mod checkpoints;
 mod debug;

@@ -1,4 +1,4 @@
-//! `srp new`: every starting point does what its first comment says, and so does the page about a first shader.
+//! `srp new`: every starting point does what its first comment says.
 
 use super::{folder, srp};
 
@@ -67,68 +67,4 @@ fn kernels_of_ones_own_begin_as_ours() {
     assert!(text != changed);
     std::fs::write(&shade, changed).expect("it can be written");
     assert!(ours != picture("changed.png", &mine));
-}
-
-const PAGE: &str = include_str!("../../docs/first-shader.md");
-
-/// The blocks of a kind of a page.
-fn blocks<'p>(page: &'p str, kind: &str) -> Vec<&'p str> {
-    let begin = format!("```{kind}\n");
-    let parts = page.split(&begin).skip(1);
-    parts
-        .map(|part| part.split("```").next().unwrap_or_default())
-        .collect()
-}
-
-/// Makes the change of a unified diff with one hunk.
-fn patch(folder: &std::path::Path, diff: &str) {
-    let name = diff
-        .lines()
-        .next()
-        .and_then(|line| line.strip_prefix("--- "));
-    let path = folder.join(name.expect("the file's name comes first"));
-    let hunk: Vec<&str> = diff.lines().skip(3).collect();
-    let side = |other: char| {
-        let lines = hunk.iter().filter(|line| !line.starts_with(other));
-        lines
-            .map(|line| format!("{}\n", line.get(1..).unwrap_or_default()))
-            .collect::<String>()
-    };
-    let text = std::fs::read_to_string(&path).expect("it was written");
-    let (before, after) = (side('+'), side('-'));
-    assert_eq!(text.matches(&before).count(), 1, "{before}");
-    std::fs::write(&path, text.replace(&before, &after)).expect("it can be written");
-}
-
-#[test]
-fn the_first_shader_is_as_the_page_says() {
-    let folder = folder("first-shader");
-    let [first, second] = blocks(PAGE, "sh")[..] else {
-        panic!("the page has two blocks of commands");
-    };
-    let mut said = String::new();
-    let mut run = |commands: &str| {
-        for line in commands.lines() {
-            let args: Vec<&str> = line.split(' ').skip(1).collect();
-            let output = srp(&folder, &args);
-            let errors = String::from_utf8_lossy(&output.stderr);
-            // What got slower is told by the status too.
-            let expected = i32::from(args[0] == "diff");
-            assert_eq!(output.status.code(), Some(expected), "{line}: {errors}");
-            said += &String::from_utf8_lossy(&output.stdout);
-        }
-    };
-    run(first);
-    let diffs = blocks(PAGE, "diff");
-    assert_eq!(diffs.len(), 2);
-    for diff in diffs {
-        patch(&folder, diff);
-    }
-    run(second);
-    for line in blocks(PAGE, "text").into_iter().flat_map(str::lines) {
-        assert!(
-            said.contains(line),
-            "`{line}` is not what is printed:\n{said}"
-        );
-    }
 }
