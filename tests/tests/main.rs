@@ -17,6 +17,7 @@ mod halves;
 mod intervals;
 mod levels;
 mod loops;
+mod manifests;
 mod math;
 mod memory_path;
 mod metamorphic;
