@@ -1,5 +1,6 @@
 //! Profiles as text, JSON, and a page: functions, loops, and the source with the cycles of each line.
 
+mod drawing;
 mod listing;
 mod page;
 mod text;
@@ -87,6 +88,23 @@ fn in_words(part: &str) -> &'static str {
         "texture" => "the core stands still for its texture cache",
         _ => "the core waits for a port, in a frame for the T&I unit",
     }
+}
+
+/// The classes of the parts, in their order: their colours.
+const CLASSES: [&str; 7] = [
+    "p-vliw",
+    "p-empty",
+    "p-array",
+    "p-switch",
+    "p-memory",
+    "p-texture",
+    "p-wait",
+];
+
+/// The id of a line.
+fn anchor(line: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
+    format!("line-{}", line.chars().map(plain).collect::<String>())
 }
 
 /// Cycles as a part of others, in per cent.

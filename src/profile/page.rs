@@ -1,24 +1,14 @@
 //! A profile as one self-contained page: the parts of the time as a bar, tables, and the source with a bar at
 //! each line.
 
+use super::drawing;
 use super::listing::{File, Listing};
-use super::{columns, in_words, largest, percent};
+use super::{CLASSES, anchor, columns, in_words, largest, percent};
 use maud::{Markup, html};
 use srp_runtime::digits::thousands;
 use srp_studies::profile::{Parts, Profile};
 
 const STYLE: &str = include_str!("page.css");
-
-/// The classes of the parts, in their order: their colours.
-const CLASSES: [&str; 7] = [
-    "p-vliw",
-    "p-empty",
-    "p-array",
-    "p-switch",
-    "p-memory",
-    "p-texture",
-    "p-wait",
-];
 
 /// The page.
 pub(super) fn page(title: &str, profile: &Profile, listing: &Listing) -> String {
@@ -35,6 +25,8 @@ pub(super) fn page(title: &str, profile: &Profile, listing: &Listing) -> String 
                 @if profile.cores == 1 { " core" } @else { " cores" } }
             (bar(&profile.parts, all))
             div.summary.scroll { (legend(&profile.parts)) }
+            @if let Some(timeline) = &profile.timeline { (drawing::timeline(profile, timeline)) }
+            (drawing::areas(profile))
             section {
                 h3 { "Largest costs of single lines" }
                 ul { @for (line, part, cycles) in largest(profile) {
@@ -48,12 +40,6 @@ pub(super) fn page(title: &str, profile: &Profile, listing: &Listing) -> String 
         }
     };
     crate::page::page(&format!("Profile of {title}"), STYLE, &body)
-}
-
-/// The id of a line.
-fn anchor(line: &str) -> String {
-    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
-    format!("line-{}", line.chars().map(plain).collect::<String>())
 }
 
 /// A bar whose parts have the widths of parts of `whole`.

@@ -206,6 +206,34 @@ fn a_frame_is_profiled_to_the_cycle() {
             let still = l.parts.memory_stall + l.parts.texture_stall;
             assert_eq!(still, stalls.sum::<u64>(), "{name}: {}", l.kernel);
         }
+        // The course of time has the same cycles, core by core.
+        let timeline = profile.timeline.as_ref().expect("a frame has one");
+        assert_eq!(timeline.cores.len(), report.cores.len());
+        for (core, of) in timeline.cores.iter().zip(&report.cores) {
+            let cycles = |name: &str| -> u64 {
+                let doings = core.doings.iter().filter(|d| d.doing == name);
+                doings.flat_map(|doing| &doing.cycles).sum()
+            };
+            assert_eq!(cycles("VLIW"), of.vliw, "{name}");
+            assert_eq!(cycles("memory"), of.memory_stall, "{name}");
+            assert_eq!(cycles("texture"), of.texture_stall, "{name}");
+            let waits = of.wait.iter().map(|wait| wait.cycles);
+            assert_eq!(cycles("wait"), waits.sum::<u64>(), "{name}");
+            for kernel in &of.array {
+                assert_eq!(
+                    cycles(&kernel.kernel),
+                    kernel.cycles,
+                    "{name}: {}",
+                    kernel.kernel
+                );
+            }
+            for step in 0..core.rays.len() {
+                let all: u64 = core.doings.iter().map(|doing| doing.cycles[step]).sum();
+                assert!(all <= timeline.step, "{name}: {all} cycles in a step");
+            }
+        }
+        let rays = timeline.cores.iter().flat_map(|core| &core.rays);
+        assert_eq!(rays.sum::<u64>(), report.tni().unit.results, "{name}");
         // The core stands still at lines of kernels.
         let still = profile.lines.iter().filter(|l| l.parts.memory_stall > 0);
         let (lines, nowhere): (Vec<_>, Vec<_>) = still.partition(|l| l.line > 0);

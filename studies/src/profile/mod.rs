@@ -10,8 +10,10 @@
 
 mod lines;
 mod model;
+mod timeline;
 
 pub use model::{FunctionProfile, Iterations, LineProfile, LoopProfile, Parts, Profile};
+pub use timeline::{CoreTimeline, DoingTimeline, Timeline};
 
 use lines::Lines;
 use model::Line;
@@ -20,13 +22,16 @@ use srp_csimgen::{Counting, SharedCounts, SimSpec, TooManyStages, Turn, link};
 use srp_ir::check::Checked;
 use srp_runtime::core::{Activity, Core, Run};
 use srp_runtime::system::{CoreView, Observer, Stall};
+use srp_runtime::tni::RayCost;
 use std::collections::BTreeMap;
+use timeline::{Cache, Clock, Doing};
 
 /// Makes the cores of a program, and sees what they do.
 pub struct Profiler {
     spec: SimSpec,
     lines: Lines,
     cores: Vec<Counted>,
+    clock: Clock,
 }
 
 /// A core and its time apart from its turns.
@@ -37,13 +42,6 @@ struct Counted {
     /// Cycles of standing still and of waiting, by the turn before.
     stalls: BTreeMap<(Turn, Cache), u64>,
     waits: BTreeMap<Turn, u64>,
-}
-
-/// The cache that a core stands still for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Cache {
-    Data,
-    Texture,
 }
 
 impl Profiler {
@@ -70,6 +68,7 @@ impl Profiler {
             spec,
             lines,
             cores: Vec::new(),
+            clock: Clock::new(),
         })
     }
 
@@ -96,12 +95,17 @@ impl Profiler {
         for core in &self.cores {
             builder.add(core);
         }
-        builder.finish()
+        let kernel = |number: u32| self.spec.kernels[number as usize].name.clone();
+        Profile {
+            timeline: self.clock.timeline(kernel),
+            ..builder.finish()
+        }
     }
 }
 
 impl Observer for Profiler {
     fn ran(&mut self, core: &CoreView<'_>, run: &Run) {
+        self.clock.ran(core.core, core.cycle, run);
         if let Activity::Wait(_) = run.activity {
             let core = &mut self.cores[core.core as usize];
             let last = core.counts.get().last;
@@ -116,28 +120,32 @@ impl Observer for Profiler {
     }
 
     fn stall_ended(&mut self, core: &CoreView<'_>, _: Stall) {
-        self.cores[core.core as usize].go_on(core.cycle);
+        self.go_on(core);
+    }
+
+    fn ray_returned(&mut self, core: u32, cycle: u64, _: &RayCost) {
+        self.clock.ray(core, cycle);
     }
 
     fn finished(&mut self, core: &CoreView<'_>) {
-        self.cores[core.core as usize].go_on(core.cycle);
+        self.go_on(core);
     }
 }
 
-impl Counted {
-    /// The core has stood still until this cycle, if it has.
-    fn go_on(&mut self, cycle: u64) {
-        let Some((since, stall)) = self.still.take() else {
+impl Profiler {
+    /// A core has stood still until now, if it has.
+    fn go_on(&mut self, core: &CoreView<'_>) {
+        let of = &mut self.cores[core.core as usize];
+        let Some((since, stall)) = of.still.take() else {
             return;
         };
-        let cache = match stall {
-            Stall::Data => Cache::Data,
-            Stall::Texture => Cache::Texture,
-        };
-        let last = self.counts.get().last;
+        let (cache, cycles) = (Cache::from(stall), core.cycle.saturating_sub(since));
+        let last = of.counts.get().last;
         if let Some(turn) = last {
-            *self.stalls.entry((turn, cache)).or_default() += cycle.saturating_sub(since);
+            *of.stalls.entry((turn, cache)).or_default() += cycles;
         }
+        self.clock
+            .does(core.core, since, cycles, Doing::Stands(cache));
     }
 }
 
@@ -311,6 +319,7 @@ impl<'a> Builder<'a> {
             lines: lines
                 .map(|((file, line), parts)| LineProfile { file, line, parts })
                 .collect(),
+            timeline: None,
         }
     }
 }

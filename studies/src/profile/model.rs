@@ -1,5 +1,6 @@
 //! The profile as data.
 
+use super::timeline::Timeline;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::ops::AddAssign;
@@ -79,6 +80,9 @@ pub struct Profile {
     pub loops: Vec<LoopProfile>,
     /// Lines that took cycles, by file and number. They sum to all cycles.
     pub lines: Vec<LineProfile>,
+    /// What the cores of a frame did in the course of time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub timeline: Option<Timeline>,
 }
 
 /// The cycles of a function.
