@@ -19,7 +19,7 @@ use srp_runtime::system::{self, Observer, Observers};
 use srp_studies::comparison::FRAME;
 use srp_studies::energy::Energy;
 use srp_studies::fidelity::{self, Fidelity, FrameFigure, Prepared, Untimed};
-use srp_studies::profile::Profiler;
+use srp_studies::profile::{Profiler, advice};
 use srp_toolchain::envelope::{About, Contents};
 use srp_toolchain::{Engine, Engines, Error, Frame, Session, Warnings, system_options};
 use srp_traces::Tracer;
@@ -191,7 +191,9 @@ impl Timed<'_> {
 
         let about = || About::scene(arch, &frame.scene);
         if let (Some(target), Some(profiler)) = (profile, profiler) {
-            target.write("the frame", about(), &profiler.profile())?;
+            let mut profile = profiler.profile();
+            profile.advice = advice(&profile, &report, arch);
+            target.write("the frame", about(), &profile)?;
         }
         if let Some((target, tracer)) = &traced {
             target.write(tracer)?;

@@ -11,7 +11,7 @@ use listing::Listing;
 use schemars::JsonSchema;
 use serde::Serialize;
 use srp_studies::comparison::PROFILE;
-use srp_studies::profile::{Parts, Profile};
+use srp_studies::profile::{Advice, Parts, Profile};
 use srp_toolchain::envelope::{About, Contents};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -105,6 +105,15 @@ const CLASSES: [&str; 7] = [
 fn anchor(line: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
     format!("line-{}", line.chars().map(plain).collect::<String>())
+}
+
+/// The arguments of `srp sweep` that try an advice.
+fn tried(advice: &Advice) -> String {
+    let set = advice.set.iter();
+    let set: Vec<String> = set
+        .map(|(attribute, value)| format!("--set {attribute}={value}"))
+        .collect();
+    format!("srp sweep {}", set.join(" "))
 }
 
 /// Cycles as a part of others, in per cent.

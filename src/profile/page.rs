@@ -3,7 +3,7 @@
 
 use super::drawing;
 use super::listing::{File, Listing};
-use super::{CLASSES, anchor, columns, in_words, largest, percent};
+use super::{CLASSES, anchor, columns, in_words, largest, percent, tried};
 use maud::{Markup, html};
 use srp_runtime::digits::thousands;
 use srp_studies::profile::{Parts, Profile};
@@ -25,6 +25,7 @@ pub(super) fn page(title: &str, profile: &Profile, listing: &Listing) -> String 
                 @if profile.cores == 1 { " core" } @else { " cores" } }
             (bar(&profile.parts, all))
             div.summary.scroll { (legend(&profile.parts)) }
+            @if !profile.advice.is_empty() { (what_to_do(profile)) }
             @if let Some(timeline) = &profile.timeline { (drawing::timeline(profile, timeline)) }
             (drawing::areas(profile))
             section {
@@ -40,6 +41,18 @@ pub(super) fn page(title: &str, profile: &Profile, listing: &Listing) -> String 
         }
     };
     crate::page::page(&format!("Profile of {title}"), STYLE, &body)
+}
+
+fn what_to_do(profile: &Profile) -> Markup {
+    html! {
+        section {
+            h3 { "What to do" }
+            ul { @for advice in &profile.advice {
+                li { b { (format!("{:.1}", 100.0 * advice.share)) " %" } " " (advice.reason) " " (advice.change)
+                    @if !advice.set.is_empty() { " " code { (tried(advice)) } } }
+            } }
+        }
+    }
 }
 
 /// A bar whose parts have the widths of parts of `whole`.

@@ -1,7 +1,7 @@
 //! A profile as text.
 
 use super::listing::{File, Listing};
-use super::{columns, in_words, largest, percent};
+use super::{columns, in_words, largest, percent, tried};
 use crate::count::count;
 use srp_runtime::digits::thousands;
 use srp_studies::profile::{LoopProfile, Parts, Profile};
@@ -43,6 +43,20 @@ fn write(out: &mut String, title: &str, profile: &Profile, listing: &Listing) ->
             thousands(cycles),
             in_words(part)
         )?;
+    }
+    if !profile.advice.is_empty() {
+        writeln!(out, "\nwhat to do")?;
+    }
+    for advice in &profile.advice {
+        let (share, reason) = (format!("{:.1}", 100.0 * advice.share), &advice.reason);
+        writeln!(
+            out,
+            "{:CYCLES$} {share:>5} %  {reason} {}",
+            "", advice.change
+        )?;
+        if !advice.set.is_empty() {
+            writeln!(out, "{:CYCLES$}          {}", "", tried(advice))?;
+        }
     }
     if !profile.loops.is_empty() {
         loops(out, &profile.loops, all)?;

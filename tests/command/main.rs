@@ -18,6 +18,7 @@ mod limits;
 mod man;
 mod outputs;
 mod pragmas;
+mod profile;
 mod report;
 mod same;
 mod schemas;

@@ -8,10 +8,12 @@
 //! operations. A core that stands still does so for a load or texture sample, and a core that waits does so for a
 //! port: these cycles belong to that line.
 
+mod advice;
 mod lines;
 mod model;
 mod timeline;
 
+pub use advice::{Advice, advice};
 pub use model::{FunctionProfile, Iterations, LineProfile, LoopProfile, Parts, Profile};
 pub use timeline::{CoreTimeline, DoingTimeline, Timeline};
 
@@ -320,6 +322,7 @@ impl<'a> Builder<'a> {
                 .map(|((file, line), parts)| LineProfile { file, line, parts })
                 .collect(),
             timeline: None,
+            advice: Vec::new(),
         }
     }
 }

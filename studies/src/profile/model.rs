@@ -1,5 +1,6 @@
 //! The profile as data.
 
+use super::advice::Advice;
 use super::timeline::Timeline;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -83,6 +84,9 @@ pub struct Profile {
     /// What the cores of a frame did in the course of time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub timeline: Option<Timeline>,
+    /// What to do about the largest costs of a frame, the largest first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub advice: Vec<Advice>,
 }
 
 /// The cycles of a function.
