@@ -16,12 +16,15 @@ Examples:
   srp sweep --set 'dram.latency-ns=0:300:100' --set tni.trvs=2,4 --measure cycles,energy,area --size 64x48
   srp sweep --set 'special[function=rcp].bits=8,12,exact' --measure ii,cycles,psnr --scene church.obj
   srp sweep --set op[class=fadd].latency=1..8 --set system.cores=1..8 --sample lhs:40 --measure cycles,area
+  srp sweep --set array.rows=2:8:1 --set array.cols=2:8:1 --set tni.trvs=1..8 --measure cycles,area --sample search:60
+  srp sweep plan.toml --sample search:200 --objective cycles,energy,max:psnr --seed 1
   srp sweep plan.toml -o sweep --engine slurm --jobs 32
   srp sweep report sweep --html page.html
   srp sweep show sweep 17 -o mine.xml
 
 A parameter is an attribute of the machine file by its path (array.rows, tni/trv-l1.size, fu-type[name=vec].classes),
-or machine, bvh, effort, form:NAME, f:FEATURE. Values are a list 4,5,6, steps 0:300:100, or a range 1..64 to draw from.
+or machine, bvh, effort, form:NAME, f:FEATURE. Values are a list 4,5,6, steps 0:300:100, or a range 1..64 to draw from
+and to search.
 The folder has the plan, every row as it is done, results.csv and report.html. A sweep that was stopped goes on
 where it was. docs/sweep.md tells the rest."
 )]
@@ -54,7 +57,12 @@ pub(crate) struct Sweep {
     /// Measures: ii, cycles, energy, area, psnr (ii and area)
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub(crate) measure: Vec<String>,
-    /// Which points: grid, random:N, lhs:N
+    /// Objectives: columns to be made small (psnr and fps large), as cycles,min:area.srp,max:psnr. They say what the front is,
+    /// and where search:N goes (cycles or else ii, energy, area, psnr, as far as they are measured)
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub(crate) objective: Vec<String>,
+    /// Which points: grid, random:N, lhs:N, or search:N, which looks for those that no other beats in the objectives
+    /// (search:N:P for P a generation)
     #[arg(long, value_name = "SAMPLE")]
     pub(crate) sample: Option<String>,
     /// Seed of what is drawn (0)
@@ -172,6 +180,9 @@ impl Sweep {
         plan.effort = self.effort.or(plan.effort);
         if !self.measure.is_empty() {
             plan.measure.clone_from(&self.measure);
+        }
+        if !self.objective.is_empty() {
+            plan.objective.clone_from(&self.objective);
         }
         for (name, values) in &self.set {
             plan.set(name, values);

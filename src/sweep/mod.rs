@@ -2,6 +2,7 @@
 
 mod page;
 mod parallel;
+mod search;
 mod text;
 
 use crate::cli::{self, SweepAction};
@@ -14,7 +15,7 @@ use srp_studies::sweep::analysis::analyse;
 use srp_studies::sweep::jobs::{self, Engine, Jobs};
 use srp_studies::sweep::plan::Point;
 use srp_studies::sweep::rows::csv;
-use srp_studies::sweep::{self, Analysis, Folder, Outcome, Plan, PlanFile, Row, Shard};
+use srp_studies::sweep::{self, Analysis, Folder, Outcome, Plan, PlanFile, Progress, Row, Shard};
 use srp_toolchain::envelope::{About, Contents};
 use srp_toolchain::{BUILD_ID, Session};
 use std::path::Path;
@@ -30,6 +31,8 @@ pub(crate) struct Report {
     rows: Vec<Row>,
     /// The findings.
     analyses: Vec<Analysis>,
+    /// How far the search has come; null where points are not found by one.
+    search: Option<Progress>,
 }
 
 impl Contents for Report {
@@ -43,7 +46,8 @@ impl Report {
     fn of(folder: &Folder) -> Result<Report, Failure> {
         let known = folder.known()?;
         Ok(Report {
-            analyses: analyse(&known.rows),
+            analyses: analyse(&known.rows, &known.objectives),
+            search: known.progress,
             plan: known.plan,
             planned: known.planned,
             rows: known.rows,
@@ -126,6 +130,11 @@ fn sweep(args: &cli::Sweep) -> Result<(), Failure> {
             count(findings.planned as u64, "row"),
             args.output.display()
         ));
+        if plan.search.is_some() && findings.rows.len() < findings.planned {
+            talk::say(
+                "the search needs the rows of the other shards: when all have ended, the same commands go on",
+            );
+        }
         return interrupt::end_if_requested();
     }
     let report = Report::of(&folder)?;

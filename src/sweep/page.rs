@@ -1,8 +1,8 @@
 //! The report of a sweep as one self-contained page.
 
 use super::Report;
-use super::parallel;
 use super::text::{figure, heading};
+use super::{parallel, search};
 use crate::count::count;
 use crate::page;
 use maud::{Markup, PreEscaped, html};
@@ -48,6 +48,7 @@ pub(super) fn page(report: &Report) -> String {
                 @if report.rows.len() < report.planned { " of " (report.planned) ", so far" }
                 ". Orange: no other point is as good in all figures and better in one."
             }
+            @if let Some(progress) = &report.search { (search::section(progress)) }
             @for analysis in &report.analyses { (subject(report, analysis)) }
         }
         script { (PreEscaped(SORT)) }

@@ -2,8 +2,7 @@
 
 use super::text::{figure, heading};
 use maud::{Markup, html};
-use srp_studies::sweep::analysis::{number, order};
-use srp_studies::sweep::{Analysis, Row};
+use srp_studies::sweep::{Analysis, Row, number, order};
 
 /// Size of the drawing and its margins.
 const STEP: f64 = 130.0;

@@ -3,7 +3,7 @@
 use super::Report;
 use crate::count::count;
 use srp_studies::sweep::rows::{figures, settings};
-use srp_studies::sweep::{Analysis, Outcome};
+use srp_studies::sweep::{Analysis, Generation, Outcome, Progress};
 use std::fmt::Write as _;
 
 /// Most rows that the text shows of each subject.
@@ -11,7 +11,10 @@ const MOST: usize = 200;
 /// Parts of the variance below which a parameter is not worth a line.
 const LEAST: f64 = 0.005;
 
-/// The report: the table of each subject with the front marked, and what moves what.
+/// Most generations of a search that are shown.
+const MOST_GENERATIONS: usize = 12;
+
+/// The report: the table of each subject with the front marked, what moves what, and how a search went.
 pub(super) fn text(report: &Report) -> String {
     let mut out = String::new();
     write_all(&mut out, report).expect("writing to a String does not fail");
@@ -32,7 +35,60 @@ fn write_all(out: &mut String, report: &Report) -> std::fmt::Result {
         table(out, report, analysis)?;
         sensitivities(out, analysis)?;
     }
+    match &report.search {
+        Some(progress) => generations(out, progress),
+        None => Ok(()),
+    }
+}
+
+/// How far a search came with its generations.
+fn generations(out: &mut String, progress: &Progress) -> std::fmt::Result {
+    let several = progress.objectives.len() > 1;
+    writeln!(out, "\n{}", progress.in_words())?;
+    let mut head = vec![
+        "points".to_owned(),
+        "with figures".to_owned(),
+        "front".to_owned(),
+    ];
+    head.extend(several.then(|| "hypervolume".to_owned()));
+    head.extend(
+        progress
+            .objectives
+            .iter()
+            .map(|c| format!("best {}", heading(c))),
+    );
+    let mut lines = vec![head];
+    for generation in shown(&progress.generations) {
+        let mut line = vec![generation.points, generation.valid, generation.front]
+            .into_iter()
+            .map(|n| n.to_string())
+            .collect::<Vec<_>>();
+        let volume = generation
+            .hypervolume
+            .map_or_else(String::new, |v| format!("{v:.4}"));
+        line.extend(several.then_some(volume));
+        let best = progress.objectives.iter().zip(&generation.best);
+        line.extend(best.map(|(column, best)| figure(column, *best)));
+        lines.push(line);
+    }
+    write_columns(out, &lines, 0)?;
+    if several {
+        writeln!(
+            out,
+            "hypervolume: the part of the box between best and worst figures that the front so far dominates"
+        )?;
+    }
     Ok(())
+}
+
+/// Of many generations some at equal distances, the last among them.
+pub(super) fn shown(generations: &[Generation]) -> impl Iterator<Item = &Generation> {
+    let every = generations.len().div_ceil(MOST_GENERATIONS).max(1);
+    let last = generations.len();
+    let numbered = (1..).zip(generations);
+    numbered
+        .filter(move |(n, _)| (last - n).is_multiple_of(every))
+        .map(|(_, generation)| generation)
 }
 
 fn table(out: &mut String, report: &Report, analysis: &Analysis) -> std::fmt::Result {
@@ -85,14 +141,15 @@ fn table(out: &mut String, report: &Report, analysis: &Analysis) -> std::fmt::Re
             why.lines().next().unwrap_or_default()
         )?;
     }
-    if !analysis.front.is_empty() {
-        writeln!(
+    match &analysis.objectives[..] {
+        _ if analysis.front.is_empty() => Ok(()),
+        [one] => writeln!(out, "* no other is better in {one}"),
+        all => writeln!(
             out,
             "* no other is as good in {} and better in one",
-            listed(&analysis.objectives)
-        )?;
+            listed(all)
+        ),
     }
-    Ok(())
 }
 
 /// Names as a list in words.

@@ -257,6 +257,15 @@ fn what_makes_no_sense_is_refused() {
         ],
         &["has no energy"],
     );
+    let rows = ["sweep", "--set", "array.rows=4"];
+    let with = |more: &[&str], says: &str| misused(&folder, &[&rows, more].concat(), &[says]);
+    with(&["--objective", "speed"], "cycles, cycles.half-interval");
+    with(&["--objective", "area,max:area"], "an objective already");
+    with(&["--sample", "search:8:9"], "search:N:P");
+    with(
+        &["--objective", "energy", "--fidelity", "sampled"],
+        "has no energy",
+    );
     refused(
         &folder,
         &["sweep", "report", "nowhere"],
@@ -268,4 +277,167 @@ fn what_makes_no_sense_is_refused() {
         &["sweep", "plan.toml"],
         &["plan.toml:1:1", "meassure"],
     );
+}
+
+/// A loop with operations enough for every size of a small array.
+const WIDE_LOOP: &str = "float a[64], b[64];\n\
+    int main(void) { for (int i = 0; i < 64; i++) { float x = b[i];\n\
+    a[i] = x * x + (x + 1.0f) * (x - 2.0f) + (x * 3.0f - 5.0f) * (x + 7.0f); } return (int)a[5]; }\n";
+
+/// Sizes of an array, by a tenth of the usual effort: 108 points, of which each takes some milliseconds. No unit of an array
+/// of one column has floats, so that it cannot take the loop.
+const SIZES: &[&str] = &[
+    "sweep",
+    "--machine",
+    "tiny",
+    "--set",
+    "array.rows=1:6:1",
+    "--set",
+    "array.cols=1:6:1",
+    "--set",
+    "array.contexts=32,64,128",
+    "--program",
+    "loop.c",
+    "--measure",
+    "ii,area",
+    "--effort",
+    "0.1",
+];
+
+/// The figures of the points that are marked as the front, each once.
+fn front(report: &Value, columns: [&str; 2]) -> Vec<[String; 2]> {
+    let points = report["analyses"][0]["front"].as_array().expect("points");
+    let rows = report["rows"].as_array().expect("rows").iter();
+    let of_front = rows.filter(|row| points.contains(&row["point"]));
+    let figures = of_front.map(|row| columns.map(|column| figure(row, column).to_string()));
+    let mut figures: Vec<[String; 2]> = figures.collect();
+    figures.sort();
+    figures.dedup();
+    figures
+}
+
+#[test]
+fn a_search_finds_the_front_of_the_whole_grid() {
+    let folder = folder("sweep_search");
+    write(&folder, "loop.c", WIDE_LOOP);
+    let grid = json(&folder, &[SIZES, &["-o", "grid", "--json"]].concat());
+    let whole = front(&grid, ["ii", "area"]);
+    assert!(whole.len() > 3, "{whole:?}");
+    for seed in ["1", "2"] {
+        // Rows of the grid are not measured again.
+        let search = [
+            "-o",
+            "grid",
+            "--sample",
+            "search:60",
+            "--seed",
+            seed,
+            "--json",
+        ];
+        let found = json(&folder, &[SIZES, &search].concat());
+        assert_eq!(found["rows"].as_array().map(Vec::len), Some(60));
+        assert_eq!(front(&found, ["ii", "area"]), whole, "seed {seed}");
+        let invalid = found["rows"].as_array().into_iter().flatten();
+        let invalid = invalid.filter(|row| row["outcome"]["figures"].is_null());
+        let valid = found["search"]["generations"][7]["valid"].as_u64();
+        assert_eq!(valid, Some(60 - invalid.count() as u64));
+        let volumes = found["search"]["generations"]
+            .as_array()
+            .expect("a list")
+            .iter();
+        let volumes: Vec<f64> = volumes.filter_map(|g| g["hypervolume"].as_f64()).collect();
+        assert!(
+            volumes.is_sorted() && volumes[0] < volumes[7],
+            "{volumes:?}"
+        );
+    }
+    // Other objectives, another front: of a single one, its best points.
+    let largest = [
+        "--sample",
+        "search:40",
+        "--objective",
+        "max:area.srp",
+        "-o",
+        "grid",
+        "--json",
+    ];
+    let found = json(&folder, &[SIZES, &largest].concat());
+    let best = &front(&found, ["area.srp", "area.srp"]);
+    let rows = grid["rows"].as_array().expect("rows").iter();
+    let areas = rows.filter(|row| !row["outcome"]["figures"].is_null());
+    let most = areas.map(|row| figure(row, "area.srp")).fold(0.0, f64::max);
+    assert_eq!(best[..], [[most.to_string(), most.to_string()]]);
+    let generations = found["search"]["generations"].as_array().expect("a list");
+    assert_eq!(generations.last().expect("one")["best"][0], most);
+    let report = srp(&folder, &["sweep", "report", "grid"]);
+    let said = String::from_utf8_lossy(&report.stdout);
+    assert!(
+        said.contains("search for largest area.srp: 40 points, 7 a generation"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_search_is_the_same_however_it_is_run() {
+    let folder = folder("sweep_search_again");
+    write(&folder, "loop.c", WIDE_LOOP);
+    let search = [SIZES, &["--sample", "search:36:12", "--seed", "5"]].concat();
+    let run = |args: &[&str]| {
+        let output = srp(&folder, &[&search, args].concat());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{args:?}: {said}");
+        said
+    };
+    let table = |name: &str| {
+        std::fs::read_to_string(folder.join(name).join("results.csv")).expect("a table")
+    };
+    run(&["-o", "whole", "--threads", "1"]);
+    assert_eq!(table("whole").lines().count(), 37);
+    run(&["-o", "threads", "--threads", "2"]);
+    assert_eq!(table("threads"), table("whole"));
+    // The engine starts three shards for each generation.
+    run(&["-o", "engine", "--engine", "{}", "--jobs", "3"]);
+    assert_eq!(table("engine"), table("whole"));
+    // A kill in the middle: the same command goes on.
+    let rows = || {
+        let files = std::fs::read_dir(folder.join("killed/rows"))
+            .into_iter()
+            .flatten();
+        let texts = files
+            .flatten()
+            .filter_map(|f| std::fs::read_to_string(f.path()).ok());
+        texts.map(|text| text.lines().count()).sum::<usize>()
+    };
+    let mut victim = std::process::Command::new(env!("CARGO_BIN_EXE_srp"))
+        .current_dir(&folder)
+        .args(&search)
+        .args(["-o", "killed", "--threads", "1"])
+        .env("SRP_CACHE", folder.join("another-cache"))
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("the command can be started");
+    while rows() < 15 && victim.try_wait().is_ok_and(|ended| ended.is_none()) {
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    victim.kill().expect("it is ours");
+    victim.wait().expect("it is ours");
+    assert!(
+        !folder.join("killed/results.csv").exists(),
+        "it was killed too late"
+    );
+    let said = run(&["-o", "killed"]);
+    assert!(said.contains("known from an earlier run"), "{said}");
+    assert_eq!(table("killed"), table("whole"));
+    // A shard goes as far as the rows of the others let it: first half of a generation, then all of it and half of the next.
+    for known in ["18 of 36 rows known so far", ""] {
+        run(&["-o", "shards", "--shard", "0/2"]);
+        run(&["-o", "shards", "--shard", "1/2"]);
+        let report = srp(&folder, &["sweep", "report", "shards"]);
+        let report = String::from_utf8_lossy(&report.stdout).into_owned();
+        assert!(report.contains(known), "{report}");
+        assert_eq!(report.contains("so far\n"), !known.is_empty(), "{report}");
+    }
+    run(&["-o", "shards"]);
+    assert_eq!(table("shards"), table("whole"));
 }

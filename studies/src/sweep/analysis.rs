@@ -1,13 +1,12 @@
 //! The findings in the rows of a sweep: which points nothing beats, and which parameter moves what.
 
-use super::measure::Measure;
+use super::front;
+use super::objective::Objective;
 use super::rows::{self, Row};
+use super::values::order;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
-
-/// The columns by which points are compared, in this order, where rows have them.
-const OBJECTIVES: [&str; 5] = ["cycles", "ii", "energy", "area", "psnr"];
 
 /// Fronts and sensitivities of the rows of one subject.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -16,6 +15,8 @@ pub struct Analysis {
     pub subject: String,
     /// The columns by which points are compared.
     pub objectives: Vec<String>,
+    /// Those of them that are the better the larger they are.
+    pub larger_is_better: Vec<String>,
     /// The rows that no other beats in one objective without being beaten in another: their points.
     pub front: Vec<usize>,
     /// How far each parameter moves each objective, the strongest first.
@@ -37,40 +38,43 @@ pub struct Sensitivity {
     pub explained: f64,
 }
 
-/// The analysis of every subject of some rows.
-pub fn analyse(rows: &[Row]) -> Vec<Analysis> {
+/// The analysis of every subject of some rows, by these objectives; without any, by the usual ones that rows have.
+pub fn analyse(rows: &[Row], objectives: &[Objective]) -> Vec<Analysis> {
     let mut subjects: Vec<&str> = rows.iter().map(|r| r.subject.as_str()).collect();
     subjects.sort_unstable();
     subjects.dedup();
     subjects
         .into_iter()
-        .map(|subject| Analysis::of(subject, rows))
+        .map(|subject| Analysis::of(subject, rows, objectives))
         .collect()
 }
 
 impl Analysis {
-    fn of(subject: &str, rows: &[Row]) -> Analysis {
+    fn of(subject: &str, rows: &[Row], stated: &[Objective]) -> Analysis {
         let rows: Vec<&Row> = rows.iter().filter(|r| r.subject == subject).collect();
-        let known = |column: &&str| rows.iter().any(|r| r.figure(column).is_some());
-        let mut objectives: Vec<&str> = OBJECTIVES.into_iter().filter(known).collect();
-        // Where there are cycles, IIs are a reason for them and no aim of their own.
-        if objectives.contains(&"cycles") {
-            objectives.retain(|o| *o != "ii");
-        }
+        let has = |column: &str| rows.iter().any(|r| r.figure(column).is_some());
+        let objectives: Vec<Objective> = match stated {
+            [] => Objective::usual(&has),
+            _ => stated.iter().filter(|o| has(&o.column)).cloned().collect(),
+        };
+        let columns: Vec<&str> = objectives.iter().map(|o| o.column.as_str()).collect();
         let mut sensitivities: Vec<Sensitivity> = (rows::settings(&copied(&rows)).iter())
             .flat_map(|parameter| {
                 let of = |objective: &&str| sensitivity(parameter, objective, &rows);
-                objectives.iter().filter_map(of).collect::<Vec<_>>()
+                columns.iter().filter_map(of).collect::<Vec<_>>()
             })
             .collect();
         sensitivities.sort_by(|a, b| {
-            let objective = |s: &Sensitivity| objectives.iter().position(|o| *o == s.objective);
+            let objective = |s: &Sensitivity| columns.iter().position(|o| *o == s.objective);
             (objective(a).cmp(&objective(b))).then(b.explained.total_cmp(&a.explained))
         });
         Analysis {
             subject: subject.to_owned(),
-            front: front(&rows, &objectives),
-            objectives: objectives.into_iter().map(str::to_owned).collect(),
+            front: best(&rows, &objectives),
+            objectives: columns.iter().map(|o| (*o).to_owned()).collect(),
+            larger_is_better: (objectives.iter().filter(|o| o.largest))
+                .map(|o| o.column.clone())
+                .collect(),
             sensitivities,
         }
     }
@@ -81,27 +85,18 @@ fn copied(rows: &[&Row]) -> Vec<Row> {
 }
 
 /// The points that nothing beats.
-fn front(rows: &[&Row], objectives: &[&str]) -> Vec<usize> {
-    let figures = |row: &Row| -> Option<Vec<f64>> {
-        let of = |objective: &&str| {
-            let figure = row.figure(objective)?;
-            Some(if Measure::is_better_larger(objective) {
-                -figure
-            } else {
-                figure
-            })
-        };
+fn best(rows: &[&Row], objectives: &[Objective]) -> Vec<usize> {
+    if objectives.is_empty() {
+        return Vec::new();
+    }
+    let costs = |row: &Row| -> Option<Vec<f64>> {
+        let of = |objective: &Objective| Some(objective.cost(row.figure(&objective.column)?));
         objectives.iter().map(of).collect()
     };
-    let all: Vec<(usize, Vec<f64>)> = (rows.iter())
-        .filter_map(|row| Some((row.point, figures(row)?)))
-        .collect();
-    let beats = |a: &[f64], b: &[f64]| {
-        let pairs = || a.iter().zip(b);
-        pairs().all(|(a, b)| a <= b) && pairs().any(|(a, b)| a < b)
-    };
-    let stays = |(_, figures): &&(usize, Vec<f64>)| !all.iter().any(|(_, o)| beats(o, figures));
-    all.iter().filter(stays).map(|(point, _)| *point).collect()
+    let (points, all): (Vec<usize>, Vec<Vec<f64>>) = (rows.iter())
+        .filter_map(|row| Some((row.point, costs(row)?)))
+        .unzip();
+    front::front(&all).into_iter().map(|i| points[i]).collect()
 }
 
 fn sensitivity(parameter: &str, objective: &str, rows: &[&Row]) -> Option<Sensitivity> {
@@ -142,24 +137,6 @@ fn sensitivity(parameter: &str, objective: &str, rows: &[&Row]) -> Option<Sensit
     })
 }
 
-/// Orders values: numbers with their sizes, others by their letters.
-pub fn order(a: &str, b: &str) -> std::cmp::Ordering {
-    match (number(a), number(b)) {
-        (Some(x), Some(y)) => x.total_cmp(&y),
-        _ => a.cmp(b),
-    }
-}
-
-/// The number that a value is, sizes as `16K` too.
-pub fn number(text: &str) -> Option<f64> {
-    let (digits, unit) = match text.strip_suffix(['K', 'M']) {
-        Some(digits) if text.ends_with('K') => (digits, 1024.0),
-        Some(digits) => (digits, 1024.0 * 1024.0),
-        None => (text, 1.0),
-    };
-    digits.parse().ok().map(|number: f64| number * unit)
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::rows::Outcome;
@@ -190,7 +167,7 @@ mod tests {
             row(2, [("a", "10"), ("b", "1")], 50.0, 10.0),
             row(3, [("a", "10"), ("b", "2")], 50.0, 20.0),
         ];
-        let analysis = &analyse(&rows)[0];
+        let analysis = &analyse(&rows, &[])[0];
         assert_eq!(analysis.objectives, ["cycles", "area"]);
         assert_eq!(analysis.front, [2]);
         let of = |parameter: &str, objective: &str| {

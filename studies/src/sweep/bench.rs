@@ -36,31 +36,29 @@ pub(super) struct Bench<'a> {
     plan: &'a Plan,
     subjects: Vec<Subject>,
     kernels: Option<PathBuf>,
+    digest_of_kernels: String,
     host: &'a Session<'a>,
 }
 
 impl<'a> Bench<'a> {
-    /// Reads the subjects of a plan.
+    /// Reads the subjects of a plan, and its kernels.
     pub(super) fn new(plan: &'a Plan, session: &'a Session<'a>) -> Result<Bench<'a>, Error> {
+        let kernels = plan.file.kernels.as_ref().map(PathBuf::from);
+        let digest = kernels.as_deref().map(subject::digest_of_folder);
         Ok(Bench {
             subjects: Subject::all(plan, session)?,
-            kernels: plan.file.kernels.as_ref().map(PathBuf::from),
+            digest_of_kernels: digest.transpose()?.unwrap_or_default(),
+            kernels,
             plan,
             host: session,
         })
     }
 
-    /// Every point with every subject, keys included.
-    ///
-    /// # Errors
-    ///
-    /// The kernels cannot be read.
-    pub(super) fn jobs(&self) -> Result<Vec<Job>, Error> {
-        let kernels = self.kernels.as_deref().map(subject::digest_of_folder);
-        let kernels = kernels.transpose()?.unwrap_or_default();
+    /// Points with every subject, keys included; the first has this number.
+    pub(super) fn jobs(&self, first: usize, points: &[Point]) -> Vec<Job> {
         let plan = self.plan;
         let job = |point: usize, subject: usize| {
-            let settings = &plan.points[point];
+            let settings = &points[point];
             let text = plan
                 .text_of(settings)
                 .map_or_else(|e| e.to_string(), |(_, text)| text);
@@ -69,22 +67,26 @@ impl<'a> Bench<'a> {
                 .text(&text)
                 .value(&settings.0)
                 .text(&self.subjects[subject].digest)
-                .text(&kernels)
+                .text(&self.digest_of_kernels)
                 .value(&plan.measures)
                 .text(plan.fidelity.name())
                 .value(&plan.size)
                 .value(&plan.file.effort);
             Job {
-                point,
+                point: first + point,
                 subject: self.subjects[subject].name.clone(),
                 settings: settings.0.clone(),
                 key: key.finish().to_string()[..24].to_owned(),
                 of: subject,
             }
         };
-        let points = 0..plan.points.len();
-        let each = points.flat_map(|p| (0..self.subjects.len()).map(move |s| (p, s)));
-        Ok(each.map(|(p, s)| job(p, s)).collect())
+        let each = (0..points.len()).flat_map(|p| (0..self.subjects.len()).map(move |s| (p, s)));
+        each.map(|(p, s)| job(p, s)).collect()
+    }
+
+    /// Subjects.
+    pub(super) fn subjects(&self) -> usize {
+        self.subjects.len()
     }
 
     /// Measures one; `None` where that was cancelled.
@@ -99,7 +101,7 @@ impl<'a> Bench<'a> {
             builder: None,
         };
         let start = watch.elapsed();
-        let point = &self.plan.points[job.point];
+        let point = &Point(job.settings.clone());
         let (machine, outcome) = match self.plan.machine_of(point) {
             Err(why) => (String::new(), Outcome::Invalid(why.to_string())),
             Ok(arch) => {

@@ -1,6 +1,7 @@
-//! Drawing the points of a plan: all of a grid, a list, or random ones.
+//! Drawing the points of a plan that can be told before any is measured: all of a grid, a list, or random ones.
 
 use super::point::{MAX_POINTS, Parameter, Point};
+use super::search::Budget;
 use crate::Error;
 use crate::survey::Random;
 
@@ -16,15 +17,18 @@ pub(super) enum Sample {
     /// So many by a Latin hypercube (McKay, Beckman and Conover 1979): each parameter takes all parts of its range
     /// equally often.
     LatinHypercube(usize),
+    /// Those that a search proposes, one generation after the other.
+    Search(Budget),
 }
 
 impl Sample {
-    /// Reads `grid`, `list`, `random:N` or `lhs:N`; where nothing is said, a list if there is one.
+    /// Reads `grid`, `list`, `random:N`, `lhs:N`, `search:N` or `search:N:P`; where nothing is said, a list if there is one.
     pub(super) fn parse(text: Option<&str>, listed: bool) -> Result<Sample, Error> {
         let wrong = || {
             let text = text.unwrap_or_default();
             Error::Invalid(format!(
-                "sample `{text}`: write grid, list, random:N or lhs:N, N up to {MAX_POINTS}"
+                "sample `{text}`: write grid, list, random:N, lhs:N, search:N or search:N:P (P points a generation), N up to \
+                 {MAX_POINTS}"
             ))
         };
         let number = |text: &str| {
@@ -38,11 +42,14 @@ impl Sample {
             Some(("list", "")) => Ok(Sample::List),
             Some(("random", count)) => Ok(Sample::Random(number(count)?)),
             Some(("lhs", count)) => Ok(Sample::LatinHypercube(number(count)?)),
+            Some(("search", budget)) => {
+                Ok(Sample::Search(Budget::parse(budget).ok_or_else(wrong)?))
+            }
             Some(_) => Err(wrong()),
         }
     }
 
-    /// The points, each once.
+    /// The points, each once; none of a search.
     pub(super) fn points(
         self,
         parameters: &[Parameter],
@@ -59,6 +66,7 @@ impl Sample {
             Sample::List => listed,
             Sample::Random(count) => random(parameters, count, seed),
             Sample::LatinHypercube(count) => latin(parameters, count, seed),
+            Sample::Search(_) => Vec::new(),
         };
         let mut once: Vec<Point> = Vec::with_capacity(points.len());
         let mut known = std::collections::BTreeSet::new();
@@ -77,7 +85,8 @@ fn grid(parameters: &[Parameter]) -> Result<Vec<Point>, Error> {
     for parameter in parameters {
         let Some(values) = parameter.values.count() else {
             return Err(Error::Invalid(format!(
-                "`{}` has a range, and a grid needs values: write FROM:TO:STEP, or sample by random:N or lhs:N",
+                "`{}` has a range, and a grid needs values: write FROM:TO:STEP, or sample by random:N, lhs:N or \
+                 search:N",
                 parameter.name
             )));
         };
@@ -85,7 +94,7 @@ fn grid(parameters: &[Parameter]) -> Result<Vec<Point>, Error> {
     }
     if count > MAX_POINTS {
         return Err(Error::Invalid(format!(
-            "this grid has {count} points, and {MAX_POINTS} are possible: sample by random:N or lhs:N"
+            "this grid has {count} points, and {MAX_POINTS} are possible: sample by random:N, lhs:N or search:N"
         )));
     }
     let point = |mut number: usize| {

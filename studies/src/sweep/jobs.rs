@@ -2,15 +2,18 @@
 //!
 //! A job is a shard: it reads the plan in the folder that all hosts see, and appends rows to a file of its own. Running
 //! one again is always right, since rows that are known are not measured again; so jobs may be killed, requeued
-//! and run twice. There is no server here: the engine starts jobs, and the folder has the results.
+//! and run twice. There is no server here: the engine starts jobs, and the folder has the results. Each generation of a search
+//! is started by itself, when the rows of that before are known.
 
+use super::agenda::Agenda;
 use super::bench::Bench;
 use super::plan::Plan;
-use super::rows::{Folder, Job};
+use super::rows::{Folder, Job, Row};
 use super::{Findings, of_plan};
 use crate::Error;
 use srp_archdesc::watch::{Event, Stage};
 use srp_toolchain::{BUILD_ID, Session, files};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -84,33 +87,46 @@ pub fn run(
     session: &Session<'_>,
 ) -> Result<Findings, Error> {
     let bench = Bench::new(plan, session)?;
-    let planned = bench.jobs()?;
-    folder.write_plan(plan, &planned)?;
-    let reused = known(folder, &planned)?;
-    if reused < planned.len() {
-        let stage = Stage::of(session.watch, "rows", (planned.len() - reused) as u64);
-        let mut seen = reused;
-        jobs.start_and_wait(folder, session, &mut || {
-            let now = known(folder, &planned)?;
+    let mut agenda = Agenda::new(plan, &bench);
+    let mut rows = folder.rows()?;
+    let mut stage = None;
+    let mut reused = 0;
+    while let Some(further) = agenda.next(&rows)? {
+        let size = further.len();
+        let further = &agenda.jobs()[further];
+        let mut seen = known(&rows, further);
+        reused += seen;
+        if seen == size {
+            continue;
+        }
+        folder.write_plan(plan, agenda.jobs())?;
+        let steps = (agenda.planned() - reused) as u64;
+        let stage = &*stage.get_or_insert_with(|| Stage::of(session.watch, "rows", steps));
+        // Each shard of a generation has a row at least.
+        let round = Jobs {
+            shards: jobs.shards.min(size),
+            ..jobs.clone()
+        };
+        round.start_and_wait(folder, session, &mut || {
+            rows = folder.rows()?;
+            let now = known(&rows, further);
             stage.done((now - seen.min(now)) as u64);
             seen = now;
             Ok(())
         })?;
     }
+    folder.write_plan(plan, agenda.jobs())?;
     Ok(Findings {
-        rows: of_plan(&planned, &folder.rows()?),
-        planned: planned.len(),
+        rows: of_plan(agenda.jobs(), &rows),
+        planned: agenda.planned(),
         reused,
     })
 }
 
-/// How many rows of a plan are known.
-fn known(folder: &Folder, planned: &[Job]) -> Result<usize, Error> {
-    let rows = folder.rows()?;
-    Ok(planned
-        .iter()
-        .filter(|job| rows.contains_key(&job.key))
-        .count())
+/// How many of these rows are known.
+fn known(rows: &BTreeMap<String, Row>, jobs: &[Job]) -> usize {
+    let known = jobs.iter().filter(|job| rows.contains_key(&job.key));
+    known.count()
 }
 
 impl Jobs {

@@ -44,6 +44,31 @@ impl Measure {
         }
     }
 
+    /// Columns that are the same for all rows; `ii` has one more for each loop.
+    pub(super) const COLUMNS: [(&'static str, Measure); 11] = [
+        ("ii", Measure::Ii),
+        ("cycles", Measure::Cycles),
+        ("cycles.half-interval", Measure::Cycles),
+        ("ms", Measure::Cycles),
+        ("fps", Measure::Cycles),
+        ("energy", Measure::Energy),
+        ("energy.pj-per-ray", Measure::Energy),
+        ("area", Measure::Area),
+        ("area.srp", Measure::Area),
+        ("area.tni", Measure::Area),
+        ("psnr", Measure::Psnr),
+    ];
+
+    /// The measure that has a column.
+    pub(super) fn of_column(column: &str) -> Option<Measure> {
+        let mut fixed = Measure::COLUMNS.into_iter();
+        let fixed = fixed.find(|(name, _)| *name == column);
+        let of_loop = || column.strip_prefix("ii.").filter(|name| !name.is_empty());
+        fixed
+            .map(|(_, measure)| measure)
+            .or_else(|| of_loop().map(|_| Measure::Ii))
+    }
+
     pub(super) fn parse(name: &str) -> Result<Measure, Error> {
         let found = Measure::ALL.into_iter().find(|m| m.name() == name);
         found.ok_or_else(|| {

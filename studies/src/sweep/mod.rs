@@ -8,26 +8,40 @@
 //! folder: each writes a file of its own, and whoever reads the folder reads them all. Nothing that is
 //! measured depends on how many threads or shards there are.
 //!
+//! The points of a plan are drawn at once, or a search proposes them, generation by generation, from the rows before.
 //! [`jobs`] runs shards on a cluster. [`analysis`] reads fronts and sensitivities from the rows.
 
+mod agenda;
 pub mod analysis;
 mod bench;
 mod draw;
+mod front;
 pub mod jobs;
+mod known;
 mod measure;
+mod objective;
 pub mod plan;
 mod point;
+mod progress;
 pub mod rows;
+mod search;
+mod space;
 mod subject;
 mod values;
 
 pub use analysis::Analysis;
+pub use known::Known;
 pub use measure::Measure;
+pub use objective::Objective;
 pub use plan::{Plan, PlanFile};
+pub use progress::{Generation, Progress};
 pub use rows::{Folder, Outcome, Row};
+pub use values::{number, order};
 
 use crate::Error;
+use agenda::Agenda;
 use bench::Bench;
+use rows::{Job, Writer};
 use srp_archdesc::threads;
 use srp_archdesc::watch::{Stage, Unstaged};
 use srp_toolchain::Session;
@@ -58,12 +72,13 @@ pub struct Findings {
     pub reused: usize,
 }
 
-/// Runs what is left of a sweep, or of a shard of it. A point that is no machine, or fails, is a row that says why.
+/// Runs what is left of a sweep, or of a shard of it. A point that is no machine, or fails, is a row that says why. A shard of a
+/// search measures its part of each generation, as long as all rows of those before are known.
 ///
 /// # Errors
 ///
-/// A subject cannot be read, the plan has no valid point at all, or the folder cannot be written. A cancelled sweep
-/// is no error: it has fewer rows.
+/// A subject cannot be read, no row has an objective of a search, or the folder cannot be written. A cancelled sweep is no
+/// error: it has fewer rows.
 pub fn run(
     plan: &Plan,
     folder: &Folder,
@@ -71,47 +86,66 @@ pub fn run(
     session: &Session<'_>,
 ) -> Result<Findings, Error> {
     let bench = Bench::new(plan, session)?;
-    let jobs = bench.jobs()?;
-    folder.write_plan(plan, &jobs)?;
-    let known: BTreeMap<String, Row> = folder.rows()?;
-    let of_shard = |i: &usize| i % shard.of == shard.number;
-    let left: Vec<usize> = (0..jobs.len())
-        .filter(of_shard)
-        .filter(|&i| !known.contains_key(&jobs[i].key))
-        .collect();
+    let mut agenda = Agenda::new(plan, &bench);
+    let mut known: BTreeMap<String, Row> = folder.rows()?;
     let writer = folder.writer(shard)?;
-    let stage = Stage::of(session.watch, "rows", left.len() as u64);
+    let mut stage = None;
+    let mut reused = 0;
+    while let Some(further) = agenda.next(&known)? {
+        let own = further.filter(|i| i % shard.of == shard.number);
+        let (found, left): (Vec<usize>, Vec<usize>) =
+            own.partition(|&i| known.contains_key(&agenda.jobs()[i].key));
+        reused += found.len();
+        if left.is_empty() {
+            continue;
+        }
+        folder.write_plan(plan, agenda.jobs())?;
+        let steps = match shard {
+            Shard::WHOLE => agenda.planned() - reused,
+            _ => left.len(),
+        };
+        let stage = &*stage.get_or_insert_with(|| Stage::of(session.watch, "rows", steps as u64));
+        let jobs: Vec<&Job> = left.iter().map(|&i| &agenda.jobs()[i]).collect();
+        for row in measured(&jobs, &bench, &writer, stage, session)? {
+            known.insert(row.key.clone(), row);
+        }
+    }
+    folder.write_plan(plan, agenda.jobs())?;
+    Ok(Findings {
+        reused,
+        planned: agenda.planned(),
+        rows: of_plan(agenda.jobs(), &known),
+    })
+}
+
+/// Measures rows side by side, and writes each as it is done; fewer where that was cancelled.
+fn measured(
+    jobs: &[&Job],
+    bench: &Bench<'_>,
+    writer: &Writer,
+    stage: &Stage<'_>,
+    session: &Session<'_>,
+) -> Result<Vec<Row>, Error> {
     let quiet = Unstaged::new(session.watch);
     let done = threads::some(
         session.threads,
-        left.len(),
+        jobs.len(),
         || (),
         |(), i| {
             if session.watch.cancelled() {
                 return None;
             }
-            let job = &jobs[left[i]];
-            let row = bench.measure(job, &quiet)?;
+            let row = bench.measure(jobs[i], &quiet)?;
             let written = writer.write(&row);
             stage.done(1);
             Some(written.map(|()| row))
         },
     );
-    drop(stage);
-    let mut rows: BTreeMap<String, Row> = known;
-    for row in done.into_iter().flatten() {
-        let row = row?;
-        rows.insert(row.key.clone(), row);
-    }
-    Ok(Findings {
-        reused: (0..jobs.len()).filter(of_shard).count() - left.len(),
-        planned: jobs.len(),
-        rows: of_plan(&jobs, &rows),
-    })
+    done.into_iter().flatten().collect()
 }
 
 /// The rows of a plan, in its order, among those that are known.
-fn of_plan(jobs: &[rows::Job], known: &BTreeMap<String, Row>) -> Vec<Row> {
-    let row = |job: &rows::Job| known.get(&job.key).map(|row| job.place(row));
+fn of_plan(jobs: &[Job], known: &BTreeMap<String, Row>) -> Vec<Row> {
+    let row = |job: &Job| known.get(&job.key).map(|row| job.place(row));
     jobs.iter().filter_map(row).collect()
 }

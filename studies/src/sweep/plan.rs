@@ -5,8 +5,10 @@
 
 use super::draw::Sample;
 use super::measure::Measure;
+use super::objective::Objective;
 pub use super::point::Point;
 use super::point::{Parameter, Target};
+use super::search::Search;
 use super::values::Values;
 use crate::Error;
 use crate::fidelity::Fidelity;
@@ -41,7 +43,10 @@ pub struct PlanFile {
     pub fidelity: Option<String>,
     /// The measures.
     pub measure: Vec<String>,
-    /// `grid`, `list`, `random:N`, `lhs:N`.
+    /// Objectives: columns of the measures, as `cycles`, `min:area.srp` or `max:psnr`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub objective: Vec<String>,
+    /// `grid`, `list`, `random:N`, `lhs:N`, `search:N`, `search:N:P`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sample: Option<String>,
     /// The seed of what is drawn.
@@ -136,6 +141,52 @@ impl PlanFile {
         self.set.insert(name.to_owned(), values);
     }
 
+    /// What is measured: what the plan says, and what its objectives need.
+    fn measures(&self) -> Result<Vec<Measure>, Error> {
+        let said = self.measure.iter().map(|name| Measure::parse(name));
+        let mut measures: Vec<Measure> = said.collect::<Result<_, _>>()?;
+        if self.measure.is_empty() && self.objective.is_empty() {
+            measures = vec![Measure::Ii, Measure::Area];
+        }
+        for objective in Objective::all(&self.objective)? {
+            let needed = objective.measure().filter(|m| !measures.contains(m));
+            measures.extend(needed);
+        }
+        Ok(measures)
+    }
+
+    /// The objectives that the plan states; of a search that states none, those that are measured. Any other sweep without
+    /// objectives compares by what its rows have.
+    pub(super) fn objectives(&self) -> Result<Vec<Objective>, Error> {
+        let stated = Objective::all(&self.objective)?;
+        if !stated.is_empty() || !matches!(self.sample()?, Sample::Search(_)) {
+            return Ok(stated);
+        }
+        let measures = self.measures()?;
+        let is_measured =
+            |column: &str| Measure::of_column(column).is_some_and(|m| measures.contains(&m));
+        Ok(Objective::usual(&is_measured))
+    }
+
+    fn sample(&self) -> Result<Sample, Error> {
+        Sample::parse(self.sample.as_deref(), !self.point.is_empty())
+    }
+
+    fn parameters(&self) -> Result<Vec<Parameter>, Error> {
+        let set = self.set.iter();
+        set.map(|(name, values)| parameter(name, values)).collect()
+    }
+
+    /// The search, where points are found by one.
+    pub(super) fn search(&self) -> Result<Option<Search>, Error> {
+        match self.sample()? {
+            Sample::Search(budget) => {
+                Ok(Some(Search::new(budget, self.seed, &self.parameters()?)?))
+            }
+            _ => Ok(None),
+        }
+    }
+
     /// The plan as a file.
     pub fn to_toml(&self) -> String {
         toml::to_string(self).expect("a plan has only what TOML can write")
@@ -151,8 +202,12 @@ pub struct Plan {
     pub machine: (String, String),
     /// The parameters that are varied.
     pub parameters: Vec<Parameter>,
-    /// The points, each once.
+    /// The points, each once; none of a search, which finds its points on its way.
     pub points: Vec<Point>,
+    /// The search, where points are found by one.
+    pub search: Option<Search>,
+    /// The objectives that are stated, or searched by.
+    pub objectives: Vec<Objective>,
     /// The measures.
     pub measures: Vec<Measure>,
     /// The level of simulation.
@@ -178,12 +233,7 @@ impl Plan {
     pub fn of(file: PlanFile) -> Result<Plan, Error> {
         let name = file.machine.clone().unwrap_or_else(|| "sgrt".to_owned());
         let text = machine::text(Path::new(&name))?;
-        let measures = match file.measure[..] {
-            [] => vec![Measure::Ii, Measure::Area],
-            _ => (file.measure.iter())
-                .map(|m| Measure::parse(m))
-                .collect::<Result<_, _>>()?,
-        };
+        let measures = file.measures()?;
         let level = file.fidelity.as_deref().unwrap_or("cycle+dram");
         let fidelity = Fidelity::ALL.into_iter().find(|f| f.name() == level);
         let fidelity = fidelity.ok_or_else(|| {
@@ -196,11 +246,7 @@ impl Plan {
         for measure in &measures {
             measure.check(fidelity)?;
         }
-        let mut parameters = Vec::new();
-        for (name, values) in &file.set {
-            parameters.push(parameter(name, values)?);
-        }
-        let sample = Sample::parse(file.sample.as_deref(), !file.point.is_empty())?;
+        let parameters = file.parameters()?;
         let listed = file.point.iter().map(|point| {
             let settings = point
                 .iter()
@@ -211,12 +257,14 @@ impl Plan {
         for name in listed.iter().flat_map(|point| point.0.keys()) {
             target(name)?;
         }
-        let points = sample.points(&parameters, listed, file.seed)?;
+        let points = file.sample()?.points(&parameters, listed, file.seed)?;
         let size = size(file.size.as_deref().unwrap_or("320x240"))?;
         let plan = Plan {
             machine: (name, text),
             parameters,
             points,
+            search: file.search()?,
+            objectives: file.objectives()?,
             measures,
             fidelity,
             size,

@@ -4,12 +4,11 @@
 //! by a kill is left out by the next reader.
 
 use super::Shard;
-use super::plan::{Plan, PlanFile};
+use super::plan::Plan;
 use crate::Error;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use srp_archdesc::diagnostic::Source;
-use srp_toolchain::{files, json};
+use srp_toolchain::files;
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
 use std::io::{Seek, SeekFrom, Write};
@@ -53,6 +52,11 @@ pub enum Outcome {
 }
 
 impl Row {
+    /// True if it was measured.
+    pub fn has_figures(&self) -> bool {
+        matches!(self.outcome, Outcome::Figures(_))
+    }
+
     /// The figure of a column.
     pub fn figure(&self, column: &str) -> Option<f64> {
         match &self.outcome {
@@ -112,17 +116,7 @@ fn host() -> String {
 
 /// The folder of a sweep.
 #[derive(Clone, Debug)]
-pub struct Folder(PathBuf);
-
-/// The part of a sweep that a folder has.
-pub struct Known {
-    /// The plan as it was written.
-    pub plan: PlanFile,
-    /// Its rows, by point and subject.
-    pub rows: Vec<Row>,
-    /// Rows that the plan has.
-    pub planned: usize,
-}
+pub struct Folder(pub(super) PathBuf);
 
 impl Folder {
     /// The folder, which is made where there is none.
@@ -145,7 +139,8 @@ impl Folder {
         self.0.join(name)
     }
 
-    /// Writes the plan and the keys of its rows, unless they are there: shards read the plan from here.
+    /// Writes the plan and the keys of its rows as far as they are known, unless they are there: shards read the plan from
+    /// here.
     pub(super) fn write_plan(&self, plan: &Plan, jobs: &[Job]) -> Result<(), Error> {
         let json = serde_json::to_string(jobs).map_err(Error::invalid)?;
         for (name, text) in [("plan.toml", plan.file.to_toml()), ("points.json", json)] {
@@ -181,34 +176,6 @@ impl Folder {
             }
         }
         Ok(rows)
-    }
-
-    /// Reads the part of the sweep that was run in the folder last.
-    ///
-    /// # Errors
-    ///
-    /// It is the folder of no sweep, or cannot be read.
-    pub fn known(&self) -> Result<Known, Error> {
-        let path = self.path("plan.toml");
-        let text = files::read_text(&path, files::Kind::Plan).map_err(|e| {
-            Error::Invalid(format!(
-                "{e}: is {} the folder of a sweep?",
-                self.0.display()
-            ))
-        })?;
-        let plan = PlanFile::parse(&path.display().to_string(), &text, &self.0)?;
-        let points = self.path("points.json");
-        let text = files::read_text(&points, files::Kind::Rows)?;
-        let jobs: Vec<Job> = json::read(&Source::new(points.display().to_string(), text))?;
-        let rows = self.rows()?;
-        let known = jobs
-            .iter()
-            .filter_map(|job| Some(job.place(rows.get(&job.key)?)));
-        Ok(Known {
-            plan,
-            planned: jobs.len(),
-            rows: known.collect(),
-        })
     }
 
     /// The writer of a shard's rows.

@@ -83,7 +83,7 @@ impl Values {
 }
 
 /// A number with at most six digits behind the point.
-fn rounded(number: f64) -> String {
+pub(super) fn rounded(number: f64) -> String {
     let text = format!("{number:.6}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     text.to_owned()
@@ -96,6 +96,24 @@ fn steps(from: f64, to: f64, step: f64) -> Option<Values> {
     }
     let value = |i: usize| rounded(from + i as f64 * step);
     Some(Values::These((0..=count as usize).map(value).collect()))
+}
+
+/// Orders values: numbers with their sizes, others by their letters.
+pub fn order(a: &str, b: &str) -> std::cmp::Ordering {
+    match (number(a), number(b)) {
+        (Some(x), Some(y)) => x.total_cmp(&y),
+        _ => a.cmp(b),
+    }
+}
+
+/// The number that a value is, sizes as `16K` too.
+pub fn number(text: &str) -> Option<f64> {
+    let (digits, unit) = match text.strip_suffix(['K', 'M']) {
+        Some(digits) if text.ends_with('K') => (digits, 1024.0),
+        Some(digits) => (digits, 1024.0 * 1024.0),
+        None => (text, 1.0),
+    };
+    digits.parse().ok().map(|number: f64| number * unit)
 }
 
 #[cfg(test)]
