@@ -15,7 +15,10 @@ use srp_studies::sweep::analysis::analyse;
 use srp_studies::sweep::jobs::{self, Engine, Jobs};
 use srp_studies::sweep::plan::Point;
 use srp_studies::sweep::rows::csv;
-use srp_studies::sweep::{self, Analysis, Folder, Outcome, Plan, PlanFile, Progress, Row, Shard};
+use srp_studies::sweep::table::parquet;
+use srp_studies::sweep::{
+    self, Analysis, Folder, Known, Outcome, Plan, PlanFile, Progress, Row, Shard,
+};
 use srp_toolchain::envelope::{About, Contents};
 use srp_toolchain::{BUILD_ID, Session};
 use std::path::Path;
@@ -42,16 +45,14 @@ impl Contents for Report {
 }
 
 impl Report {
-    /// Of the folder of a sweep.
-    fn of(folder: &Folder) -> Result<Report, Failure> {
-        let known = folder.known()?;
-        Ok(Report {
+    fn of(known: Known) -> Report {
+        Report {
             analyses: analyse(&known.rows, &known.objectives),
             search: known.progress,
             plan: known.plan,
             planned: known.planned,
             rows: known.rows,
-        })
+        }
     }
 
     fn show(&self, json: bool) -> Result<(), Failure> {
@@ -71,7 +72,7 @@ pub(crate) fn run(args: &cli::Sweep) -> Result<(), Failure> {
             if let Some(path) = html {
                 files::check_writable(path)?;
             }
-            let report = Report::of(&Folder::at(folder))?;
+            let report = Report::of(Folder::at(folder).known()?);
             if let Some(path) = html {
                 files::write(path, page::page(&report).as_bytes())?;
             }
@@ -137,8 +138,10 @@ fn sweep(args: &cli::Sweep) -> Result<(), Failure> {
         }
         return interrupt::end_if_requested();
     }
-    let report = Report::of(&folder)?;
-    files::write(&folder.path("results.csv"), csv(&report.rows).as_bytes())?;
+    let known = folder.known()?;
+    files::write(&folder.path("results.csv"), csv(&known.rows).as_bytes())?;
+    files::write(&folder.path("results.parquet"), &parquet(&known)?)?;
+    let report = Report::of(known);
     let html = folder.path("report.html");
     files::write(&html, page::page(&report).as_bytes())?;
     report.show(args.json)?;

@@ -441,3 +441,66 @@ fn a_search_is_the_same_however_it_is_run() {
     run(&["-o", "shards"]);
     assert_eq!(table("shards"), table("whole"));
 }
+
+/// Reads a table by a reader of others; prints rows as JSON.
+const READER: &str = "import json, sys, pyarrow.parquet as parquet\n\
+    table = parquet.read_table(sys.argv[1])\n\
+    print(json.dumps({'types': {f.name: str(f.type) for f in table.schema}, 'rows': table.to_pylist()}))";
+
+#[test]
+fn others_read_the_columns_of_a_sweep() {
+    let folder = folder("sweep_columns");
+    write(&folder, "loop.c", WIDE_LOOP);
+    let report = json(
+        &folder,
+        &[SIZES, &["--sample", "search:12:6", "--json"]].concat(),
+    );
+    let file = std::fs::read(folder.join("sweep/results.parquet")).expect("a table");
+    assert!(file.starts_with(b"PAR1") && file.ends_with(b"PAR1"));
+    let read = std::process::Command::new("python3")
+        .current_dir(&folder)
+        .args(["-c", READER, "sweep/results.parquet"])
+        .output();
+    let Some(read) = read.ok().filter(|read| read.status.success()) else {
+        println!("skipped: there is no pyarrow for python3");
+        return;
+    };
+    let table: Value = serde_json::from_slice(&read.stdout).expect("JSON");
+    for (column, kind) in [
+        ("point", "int64"),
+        ("array.rows", "int64"),
+        ("area", "double"),
+        ("seconds", "double"),
+        ("machine_hash", "string"),
+    ] {
+        assert_eq!(table["types"][column], kind, "{column}");
+    }
+    let rows = report["rows"].as_array().expect("rows");
+    let read = table["rows"].as_array().expect("rows");
+    assert_eq!((rows.len(), read.len()), (12, 12));
+    for (row, read) in rows.iter().zip(read) {
+        let same = [
+            "point",
+            "subject",
+            "subject_hash",
+            "build",
+            "host",
+            "seconds",
+            "key",
+        ];
+        for column in same {
+            assert_eq!(read[column], row[column], "{column} of {row}");
+        }
+        let rows_set = row["settings"]["array.rows"].as_str();
+        assert_eq!(rows_set, Some(read["array.rows"].to_string().as_str()));
+        for column in ["ii", "area", "area.srp"] {
+            assert_eq!(read[column], row["outcome"]["figures"][column]);
+        }
+        let generation = row["point"].as_u64().map(|point| point / 6);
+        assert_eq!(read["generation"].as_u64(), generation);
+        let is_valid = read["outcome"] == "figures";
+        assert_eq!(is_valid, read["error"].is_null());
+        assert_eq!(is_valid, !read["machine_hash"].is_null());
+    }
+    assert!(read.iter().any(|row| row["outcome"] == "invalid"));
+}

@@ -152,6 +152,8 @@ mod tests {
             settings: settings.map(own).into(),
             outcome: Outcome::Figures(figures.into()),
             machine: String::new(),
+            subject_hash: String::new(),
+            kernels_hash: String::new(),
             build: String::new(),
             host: String::new(),
             seconds: 0.0,

@@ -77,6 +77,8 @@ impl<'a> Bench<'a> {
                 subject: self.subjects[subject].name.clone(),
                 settings: settings.0.clone(),
                 key: key.finish().to_string()[..24].to_owned(),
+                subject_hash: short(&self.subjects[subject].digest),
+                kernels_hash: short(&self.digest_of_kernels),
                 of: subject,
             }
         };
@@ -319,11 +321,16 @@ fn estimated(known: &[FrameFigure], figures: &mut Figures) {
     }
 }
 
+/// The part of a digest that names things in tables.
+fn short(digest: &str) -> String {
+    digest.chars().take(16).collect()
+}
+
 /// Names a machine by all that it is but its name.
 fn machine_hash(arch: &Arch) -> String {
     let key = Key::of(Kind::Trials)
         .value(&arch.srp)
         .value(&arch.precision);
     let key = key.value(&arch.builds).value(&arch.system);
-    key.finish().to_string()[..16].to_owned()
+    short(&key.finish().to_string())
 }

@@ -14,6 +14,7 @@
 mod agenda;
 pub mod analysis;
 mod bench;
+mod columnar;
 mod draw;
 mod front;
 pub mod jobs;
@@ -27,6 +28,7 @@ pub mod rows;
 mod search;
 mod space;
 mod subject;
+pub mod table;
 mod values;
 
 pub use analysis::Analysis;

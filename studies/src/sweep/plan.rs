@@ -168,6 +168,16 @@ impl PlanFile {
         Ok(Objective::usual(&is_measured))
     }
 
+    /// The level of simulation by its name.
+    pub(super) fn level(&self) -> &str {
+        self.fidelity.as_deref().unwrap_or("cycle+dram")
+    }
+
+    /// Width and height of frames.
+    pub(super) fn sides(&self) -> Result<(u32, u32), Error> {
+        size(self.size.as_deref().unwrap_or("320x240"))
+    }
+
     fn sample(&self) -> Result<Sample, Error> {
         Sample::parse(self.sample.as_deref(), !self.point.is_empty())
     }
@@ -234,7 +244,7 @@ impl Plan {
         let name = file.machine.clone().unwrap_or_else(|| "sgrt".to_owned());
         let text = machine::text(Path::new(&name))?;
         let measures = file.measures()?;
-        let level = file.fidelity.as_deref().unwrap_or("cycle+dram");
+        let level = file.level();
         let fidelity = Fidelity::ALL.into_iter().find(|f| f.name() == level);
         let fidelity = fidelity.ok_or_else(|| {
             let names: Vec<&str> = Fidelity::ALL.iter().map(|f| f.name()).collect();
@@ -258,7 +268,7 @@ impl Plan {
             target(name)?;
         }
         let points = file.sample()?.points(&parameters, listed, file.seed)?;
-        let size = size(file.size.as_deref().unwrap_or("320x240"))?;
+        let size = file.sides()?;
         let plan = Plan {
             machine: (name, text),
             parameters,

@@ -31,6 +31,12 @@ pub struct Row {
     /// Names the machine by all that it is; empty where it is none.
     #[serde(rename = "machine_hash")]
     pub machine: String,
+    /// Names the scene or program by all of its contents.
+    #[serde(default)]
+    pub subject_hash: String,
+    /// Names the kernels by all of their contents; empty where they come along with the tools.
+    #[serde(default)]
+    pub kernels_hash: String,
     /// The build of the tools.
     pub build: String,
     /// The host that measured it.
@@ -77,6 +83,12 @@ pub struct Job {
     pub settings: BTreeMap<String, String>,
     /// Names the row.
     pub key: String,
+    /// Names the subject by its contents.
+    #[serde(default)]
+    pub subject_hash: String,
+    /// Names the kernels by their contents.
+    #[serde(default)]
+    pub kernels_hash: String,
     /// The number of the subject.
     #[serde(skip)]
     pub(super) of: usize,
@@ -92,6 +104,8 @@ impl Job {
             settings: self.settings.clone(),
             outcome: Outcome::Failed(String::new()),
             machine: String::new(),
+            subject_hash: self.subject_hash.clone(),
+            kernels_hash: self.kernels_hash.clone(),
             build: srp_toolchain::BUILD_ID.to_owned(),
             host: host(),
             seconds: 0.0,
@@ -103,6 +117,8 @@ impl Job {
         Row {
             point: self.point,
             subject: self.subject.clone(),
+            subject_hash: self.subject_hash.clone(),
+            kernels_hash: self.kernels_hash.clone(),
             ..row.clone()
         }
     }
