@@ -39,7 +39,8 @@ pub(crate) fn run(args: &HardCases) -> Result<i32, Failure> {
     }
     let session = &talk::session();
     let scene = scenes::read(args.scene.as_deref(), None, session)?;
-    let matrix = interrupt::looked_for(|| hard_cases::run(&arch, cases, &scene, session))?;
+    let kernels = args.kernels.as_deref();
+    let matrix = interrupt::looked_for(|| hard_cases::run(&arch, cases, &scene, kernels, session))?;
     let again = Again { args };
     if let Some(path) = &args.html {
         files::write(path, page(&matrix, &again).as_bytes())?;
@@ -113,6 +114,8 @@ impl Again<'_> {
         if machine.as_os_str() != "sgrt" {
             words.push(format!("--machine {}", in_shell(machine)));
         }
+        let kernels = self.args.kernels.iter();
+        words.extend(kernels.map(|path| format!("--kernels {}", in_shell(path))));
         let files = self.args.cases.iter();
         words.extend(files.map(|path| format!("--cases {}", in_shell(path))));
         words.push(format!("--filter {}", in_shell(Path::new(&case.id))));

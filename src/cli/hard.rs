@@ -17,6 +17,7 @@ Examples:
   srp hard-cases church.obj --filter L
   srp hard-cases --filter T1 --json
   srp hard-cases --cases my.cases              cases of your own; docs/hard-cases.md has the form
+  srp hard-cases --kernels mine                kernels of your own; srp new kernels mine makes them
   srp hard-cases --filter T --list
   srp hard-cases --export cases.c              the cases for another ray tracer")]
 pub(crate) struct HardCases {
@@ -27,6 +28,9 @@ pub(crate) struct HardCases {
     /// Cases of this file, or of all .cases files of this folder, instead of the catalogue's
     #[arg(long, value_name = "FILE|DIR")]
     pub(crate) cases: Vec<PathBuf>,
+    /// Folder with the kernels in C, instead of those that come along
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["list", "export"])]
+    pub(crate) kernels: Option<PathBuf>,
     /// Only cases whose identifier begins so
     #[arg(long, value_name = "ID")]
     pub(crate) filter: Option<String>,

@@ -196,3 +196,33 @@ fn cases_go_to_other_programs() {
         String::from_utf8_lossy(&run.stdout)
     );
 }
+
+/// Kernels that mirror along the wrong side of a normal, or leave out what a box is widened by, are found out: a
+/// header and a C file take the place of those that come along.
+#[test]
+fn kernels_of_ones_own_are_tried() {
+    let folder = folder("hard-kernels");
+    let made = srp(&folder, &["new", "kernels", "mine"]);
+    assert_eq!(made.status.code(), Some(0));
+    let tried = |filter| {
+        let args = ["hard-cases", "--kernels", "mine", "--filter", filter];
+        let output = srp(&folder, &args);
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        (output.status.code(), text)
+    };
+    for (file, filter, right, wrong) in [
+        ("vector.h", "V9", "direction - normal", "direction + normal"),
+        ("generate.c", "S5", "reciprocal * widening", "reciprocal"),
+    ] {
+        let (status, text) = tried(filter);
+        assert_eq!(status, Some(0), "{file}: {text}");
+        let path = format!("mine/{file}");
+        let whole = std::fs::read_to_string(folder.join(&path)).expect("it was made");
+        assert!(whole.contains(right), "{file}");
+        super::write(&folder, &path, &whole.replace(right, wrong));
+        let (status, text) = tried(filter);
+        assert_eq!(status, Some(1), "{file}: {text}");
+        let again = format!("srp hard-cases --kernels mine --filter {filter}");
+        assert!(text.contains(&again), "{text}");
+    }
+}

@@ -7,7 +7,7 @@ use crate::input::{self, Input};
 use crate::scene::{self, Loaded, Shading};
 use crate::{Effort, Engines, Error, Options, Session};
 use srp_archdesc::arch::Arch;
-use srp_archdesc::diagnostic::Messages;
+use srp_archdesc::diagnostic::{Messages, Source};
 use srp_ir::dre::scheduled::ScheduledDre;
 use srp_ir::pass::FastMath;
 use srp_ir::program::Program;
@@ -99,7 +99,7 @@ impl Build {
         folder: Option<&Path>,
         arch: &Arch,
     ) -> Result<(Program, Messages), Error> {
-        front_end::program(kernels_of(folder, arch)?, arch, &self.options())
+        front_end::program(Input::C(kernels_of(folder)?), arch, &self.options())
     }
 
     /// The same before any pass, with the texts of all files: where variables have their names.
@@ -108,10 +108,7 @@ impl Build {
     ///
     /// The kernels cannot be read, or are wrong.
     pub fn front_end(&self, folder: Option<&Path>, arch: &Arch) -> Result<WithTexts, Error> {
-        match kernels_of(folder, arch)? {
-            Input::C(sources) => front_end::with_texts(&sources, arch, &self.options()),
-            _ => Err(Error::invalid("the kernels are not in C")),
-        }
+        front_end::with_texts(&kernels_of(folder)?, arch, &self.options())
     }
 
     /// Compiles the kernels that come along, or all C files of a folder.
@@ -125,7 +122,12 @@ impl Build {
         arch: &Arch,
         session: &Session<'_>,
     ) -> Result<Compiled, Error> {
-        compile(kernels_of(folder, arch)?, arch, &self.options(), session)
+        compile(
+            Input::C(kernels_of(folder)?),
+            arch,
+            &self.options(),
+            session,
+        )
     }
 
     /// Names the simulator of this build on a machine: another build, machine or kernel has another.
@@ -140,10 +142,10 @@ impl Build {
     }
 }
 
-fn kernels_of(folder: Option<&Path>, arch: &Arch) -> Result<Input, Error> {
+fn kernels_of(folder: Option<&Path>) -> Result<Vec<Source>, Error> {
     match folder {
-        None => Ok(Input::C(input::kernels())),
-        Some(folder) => input::read(&input::c_files(folder)?, arch),
+        None => Ok(input::kernels()),
+        Some(folder) => input::kernels_in(folder),
     }
 }
 

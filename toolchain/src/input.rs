@@ -62,6 +62,16 @@ pub fn kernels_with(paths: &[PathBuf]) -> Result<Vec<Source>, Error> {
     Ok(sources)
 }
 
+/// All C files of a folder, in place of the kernels that come along.
+///
+/// # Errors
+///
+/// The folder or a file cannot be read, or there is no C file.
+pub fn kernels_in(folder: &Path) -> Result<Vec<Source>, Error> {
+    let read = |path: &PathBuf| Ok(files::read_source(path, Kind::Source)?);
+    c_files(folder)?.iter().map(read).collect()
+}
+
 /// The C files of a folder, by name.
 ///
 /// # Errors

@@ -9,7 +9,7 @@ use srp_ir::check::Checked;
 use srp_runtime::effect::{Effect, Effects};
 use srp_runtime::solo::{self, Finish, Solo, SoloError};
 use srp_toolchain::cache::Workplace;
-use srp_toolchain::files::{self, FileError};
+use srp_toolchain::files::{self, FileError, Kind};
 use srp_toolchain::{Input, Options, Session, compile, input};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -46,12 +46,44 @@ fn defines(textures: bool) -> Vec<(String, String)> {
     effects.defines().collect()
 }
 
-/// The driver, and the kernels of the frame but for its queue of jobs.
-fn sources() -> Vec<Source> {
-    let mut sources = vec![Source::new(format!("{FOLDER}/driver.c"), DRIVER)];
-    let queue = |s: &Source| s.name.ends_with("frame.c");
-    sources.extend(input::kernels().into_iter().filter(|s| !queue(s)));
-    sources
+/// The C that is tried: the driver, and the kernels of the frame but for its queue of jobs.
+pub(super) struct Kernels {
+    sources: Vec<Source>,
+    /// Headers in it come before those that come along.
+    folder: Option<PathBuf>,
+}
+
+impl Kernels {
+    /// The kernels that come along, or all C files of a folder.
+    pub(super) fn of(folder: Option<&Path>) -> Result<Kernels, Error> {
+        let kernels = match folder {
+            None => input::kernels(),
+            Some(folder) => input::kernels_in(folder)?,
+        };
+        let is_queue = |s: &Source| Path::new(&s.name).ends_with("frame.c");
+        let driver = Source::new(format!("{FOLDER}/driver.c"), DRIVER);
+        let kernels = kernels.into_iter().filter(|s| !is_queue(s));
+        Ok(Kernels {
+            sources: [driver].into_iter().chain(kernels).collect(),
+            folder: folder.map(Path::to_owned),
+        })
+    }
+
+    /// Every header by its name; of two with one name the later counts.
+    fn headers(&self) -> Result<Vec<Source>, Error> {
+        let mut headers: Vec<Source> = srp_kernels::HEADERS.iter().map(input::source).collect();
+        let Some(folder) = &self.folder else {
+            return Ok(headers);
+        };
+        let wrong = |e| FileError::reading(folder, e);
+        for entry in std::fs::read_dir(folder).map_err(wrong)? {
+            let path = entry.map_err(wrong)?.path();
+            if path.extension().is_some_and(|e| e == "h") {
+                headers.push(files::read_source(&path, Kind::Source)?);
+            }
+        }
+        Ok(headers)
+    }
 }
 
 /// The driver as the host's C compiler has made it.
@@ -61,7 +93,7 @@ pub(super) struct Host {
 
 impl Host {
     /// Compiles the driver; `None` where there is no C compiler `cc`.
-    pub(super) fn compile(session: &Session<'_>) -> Result<Option<Host>, Error> {
+    pub(super) fn compile(kernels: &Kernels, session: &Session<'_>) -> Result<Option<Host>, Error> {
         let folder = session.cache.workplace(session.watch);
         let folder = folder.map_err(|e| FileError::writing(&std::env::temp_dir(), e))?;
         let host = Host { folder };
@@ -76,8 +108,7 @@ impl Host {
         ]);
         command.arg(host.folder.path());
         command.args(defines(true).iter().map(|(n, v)| format!("-D{n}={v}")));
-        let headers = srp_kernels::HEADERS.iter().map(input::source);
-        for source in sources().into_iter().chain(headers) {
+        for source in kernels.sources.iter().chain(&kernels.headers()?) {
             let name = Path::new(&source.name).file_name().unwrap_or_default();
             let path = host.folder.path().join(name);
             files::write(&path, source.text.as_bytes())?;
@@ -130,13 +161,18 @@ pub(super) struct Srp {
 
 impl Srp {
     /// Compiles the driver; loops that are known are not scheduled again.
-    pub(super) fn compile(arch: &Arch, session: &Session<'_>) -> Result<Srp, Error> {
+    pub(super) fn compile(
+        kernels: &Kernels,
+        arch: &Arch,
+        session: &Session<'_>,
+    ) -> Result<Srp, Error> {
         let options = Options {
+            include: kernels.folder.iter().cloned().collect(),
             defines: defines(has_textures(arch)),
             auto_kernel: false,
             ..Options::default()
         };
-        let input = Input::C(sources());
+        let input = Input::C(kernels.sources.clone());
         let compiled = compile(input, arch, &options, session)?;
         session.check()?;
         Ok(Srp {

@@ -30,7 +30,7 @@ pub use settings::Setting;
 use crate::Error;
 use aimed::AimedRays;
 use call::Calls;
-use engine::{Host, Srp};
+use engine::{Host, Kernels, Srp};
 use functions::Function;
 use srp_archdesc::arch::{Approx, Arch, Precision};
 use srp_archdesc::diagnostic::Source;
@@ -39,6 +39,7 @@ use srp_runtime::scene::{Scene, Triangle};
 use srp_runtime::tni::arithmetic::{self, Prepared, Ray};
 use srp_toolchain::Session;
 use std::collections::BTreeMap;
+use std::path::Path;
 use surface::Made;
 
 /// The cases whose identifiers begin with `prefix`, of some files in the form of the catalogue (`docs/hard-cases.md`),
@@ -63,22 +64,26 @@ pub fn cases(files: Option<&[Source]>, prefix: &str) -> Result<Vec<Case>, Error>
     }
 }
 
-/// Tries the cases on a machine with all its settings; rays are aimed at a scene's own edges too.
+/// Tries the cases on a machine with all its settings; rays are aimed at a scene's own edges too. The kernels are
+/// those that come along, or those of a folder.
 ///
 /// # Errors
 ///
-/// The driver does not compile or does not end, or the work was cancelled.
+/// The folder cannot be read, the driver does not compile or does not end, or the work was cancelled.
 pub fn run(
     arch: &Arch,
     cases: Vec<Case>,
     scene: &Scene,
+    kernels: Option<&Path>,
     session: &Session<'_>,
 ) -> Result<Matrix, Error> {
+    let kernels = &Kernels::of(kernels)?;
     let settings = settings::of(arch);
     let mut trial = Trial {
         verdicts: BTreeMap::new(),
         skipped: Vec::new(),
         session,
+        kernels,
         triangles: cases.iter().map(|c| meshes::of(c, scene)).collect(),
         aimed: cases.iter().map(|c| aimed_of(c, scene)).collect(),
         cases: &cases,
@@ -123,6 +128,7 @@ struct Trial<'a> {
     aimed: Vec<Option<AimedRays>>,
     verdicts: BTreeMap<(usize, Column), Verdict>,
     skipped: Vec<String>,
+    kernels: &'a Kernels,
     session: &'a Session<'a>,
 }
 
@@ -179,7 +185,7 @@ impl Trial<'_> {
         let arch = exact(&setting.arch);
         let wanted = |case: &Case| case.call != "acne";
         let (calls, placed) = self.calls(Level::Host, &arch, wanted)?;
-        let Some(host) = Host::compile(self.session)? else {
+        let Some(host) = Host::compile(self.kernels, self.session)? else {
             let note = "host: there is no C compiler `cc`";
             self.skipped.push(note.to_owned());
             return Ok(());
@@ -216,7 +222,7 @@ impl Trial<'_> {
         if placed.is_empty() {
             return Ok(());
         }
-        let srp = Srp::compile(&setting.arch, self.session)?;
+        let srp = Srp::compile(self.kernels, &setting.arch, self.session)?;
         let results = calls.results(&srp.run(calls.memory(), self.session)?);
         for (case, at) in placed {
             let verdict = self.judge(case, &at, &results, setting);
