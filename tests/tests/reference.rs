@@ -104,6 +104,24 @@ fn samples() {
     compare(scene, (32, 24));
 }
 
+/// A light that sends nothing stands for no lamp: diffuse rays find what faces send out.
+#[test]
+fn faces_that_shine_alone() {
+    let mut scene = demo();
+    scene.lights[0].colour = [0.0; 3];
+    for material in &mut scene.materials {
+        if matches!(material.name.as_str(), "stone" | "blue") {
+            material.emission = [1.0, 0.8, 0.6];
+        }
+    }
+    scene.options = Options {
+        bounces: 1,
+        inter_reflections: 1,
+        ..scene.options
+    };
+    compare(scene, (32, 24));
+}
+
 /// Glass, veils and mirrors of every illumination model. One curved glass seen through another
 /// magnifies what binary32 rounds, so rays go on twice only. Nothing goes through the blocks, blue and stone,
 /// whose lower faces are where the floor is: which of the two a ray finds is anybody's choice.

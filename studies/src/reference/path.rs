@@ -5,7 +5,7 @@ use super::numbers::{Place, fraction, scrambled};
 use super::pictures::Pictures;
 use super::surface::{Surface, rgb, surface};
 use glam::DVec3;
-use srp_runtime::scene::Scene;
+use srp_runtime::scene::{Light, Scene};
 use std::f64::consts::TAU;
 
 /// A ray that could bring less is not followed.
@@ -103,7 +103,7 @@ impl<'a> Paths<'a> {
         let s = surface(self.scene, &self.pictures, (&hit, width), direction);
         let there = s.optics.there;
         let mut light = DVec3::ZERO;
-        if !ray.is_diffuse || self.scene.lights.is_empty() {
+        if !ray.is_diffuse || !self.scene.lights.iter().any(Light::emits) {
             light += weight * rgb(s.material.emission) * there;
         }
         let bounces = ray.depth < options.bounces;
