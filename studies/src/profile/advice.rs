@@ -1,8 +1,6 @@
 //! What to do about the largest costs of a frame: changes of the machine that its own counts speak for.
 
-use super::Profile;
-use schemars::JsonSchema;
-use serde::Serialize;
+use super::model::{Advice, Profile};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::isa::Class;
 use srp_archdesc::system::SystemSpec;
@@ -14,19 +12,6 @@ const WORTH: f64 = 0.05;
 
 /// The part of its cycles from which on a pipeline works that it is what others wait for.
 const BUSY: f64 = 0.6;
-
-/// What to do about a cost.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Advice {
-    /// Its part of all cycles, from 0 to 1: more is not to be had.
-    pub share: f64,
-    /// The reason, in a sentence.
-    pub reason: String,
-    /// What to change, in a sentence.
-    pub change: String,
-    /// Attributes of the machine and their values, as `srp sweep --set` takes them.
-    pub set: Vec<(String, String)>,
-}
 
 /// What to do about the largest costs of a frame, the largest first.
 pub fn advice(profile: &Profile, report: &Report, arch: &Arch) -> Vec<Advice> {

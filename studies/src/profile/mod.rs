@@ -13,8 +13,8 @@ mod lines;
 mod model;
 mod timeline;
 
-pub use advice::{Advice, advice};
-pub use model::{FunctionProfile, Iterations, LineProfile, LoopProfile, Parts, Profile};
+pub use advice::advice;
+pub use model::{Advice, FunctionProfile, Iterations, LineProfile, LoopProfile, Parts, Profile};
 pub use timeline::{CoreTimeline, DoingTimeline, Timeline};
 
 use lines::Lines;

@@ -1,6 +1,5 @@
 //! The profile as data.
 
-use super::advice::Advice;
 use super::timeline::Timeline;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -87,6 +86,19 @@ pub struct Profile {
     /// What to do about the largest costs of a frame, the largest first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub advice: Vec<Advice>,
+}
+
+/// What to do about a cost.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Advice {
+    /// Its part of all cycles, from 0 to 1: more is not to be had.
+    pub share: f64,
+    /// The reason, in a sentence.
+    pub reason: String,
+    /// What to change, in a sentence.
+    pub change: String,
+    /// Attributes of the machine and their values, as `srp sweep --set` takes them.
+    pub set: Vec<(String, String)>,
 }
 
 /// The cycles of a function.
