@@ -1,14 +1,17 @@
 //! Answers: what a user asks of one loop, one kernel, one pass or one edit is answered by that alone.
 
-use super::{folder, srp, write};
+use super::{folder, srp, srp_apart, write};
 use serde_json::Value;
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Command, Output, Stdio};
 
 fn json(folder: &Path, args: &[&str]) -> Value {
-    let output = srp(folder, args);
+    parsed(srp(folder, args), args)
+}
+
+fn parsed(output: Output, args: &[&str]) -> Value {
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "srp {args:?}: {said}");
     serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("srp {args:?}: {e}"))
@@ -114,17 +117,15 @@ fn a_loop_of_a_frame_is_reported_as_the_frame_has_it() {
 #[test]
 fn one_kernel_is_scheduled_alone() {
     let folder = folder("one-kernel");
-    let report = json(
-        &folder,
-        &["report", "--kernel", "shade_miss", "--json", "--times"],
-    );
+    let apart = |args: &[&str]| parsed(srp_apart(&folder, args), args);
+    let report = apart(&["report", "--kernel", "shade_miss", "--json", "--times"]);
     assert_eq!(report["loops"].as_array().map(Vec::len), Some(1));
     let stages = report["stages"].as_array().expect("times were asked for");
     assert!(
         stages.iter().any(|s| s["stage"] == "scheduling"),
         "{stages:?}"
     );
-    let kept = json(&folder, &["cache", "show", "--json"]);
+    let kept = apart(&["cache", "show", "--json"]);
     assert_eq!(kept["kinds"]["loops"]["entries"], 1, "{kept}");
     let unknown = srp(&folder, &["report", "--kernel", "shade_mist"]);
     let said = String::from_utf8_lossy(&unknown.stderr);
@@ -143,7 +144,7 @@ fn a_frame_without_a_clock_schedules_nothing() {
         "-o",
         "f.png",
     ];
-    assert!(srp(&folder, &frame).status.success());
+    assert!(srp_apart(&folder, &frame).status.success());
     assert!(folder.join("f.png").exists());
     assert!(!folder.with_extension("cache").exists(), "nothing was kept");
     let timed = [

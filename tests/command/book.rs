@@ -1,10 +1,9 @@
 //! The book, `docs/`: what its walks show is what happens, its contents are complete, and its links lead somewhere.
 
-use super::{folder, srp};
+use super::{cache, folder};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::OnceLock;
 
 /// A fenced block of a page.
 struct Block {
@@ -66,18 +65,6 @@ fn patch(folder: &Path, diff: &str) {
     let (before, after) = (side('+'), side('-'));
     assert_eq!(text.matches(&before).count(), 1, "{before}");
     std::fs::write(&path, text.replace(&before, &after)).expect("it can be written");
-}
-
-/// The cache of all walks, which has schedules of the kernels that come along: most walks render, and one making is enough.
-fn cache() -> &'static Path {
-    static CACHE: OnceLock<PathBuf> = OnceLock::new();
-    CACHE.get_or_init(|| {
-        let folder = folder("walks");
-        let made = srp(&folder, &["render", "--size", "8x6", "-o", "out.png"]);
-        let errors = String::from_utf8_lossy(&made.stderr);
-        assert_eq!(made.status.code(), Some(0), "{errors}");
-        folder.with_extension("cache")
-    })
 }
 
 /// Runs lines of commands as a reader does, and returns what they print. `# ends with N` behind a command is its status.

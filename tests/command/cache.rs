@@ -1,6 +1,6 @@
 //! The cache as users meet it: damage, processes that are killed, several at once, other compilers.
 
-use super::{folder, srp, write};
+use super::{folder, srp_apart as srp, write};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};

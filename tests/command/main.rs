@@ -30,6 +30,18 @@ mod words;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+/// The cache of all tests, emptied when the first one asks: most of them need the same schedules. What is said about
+/// caches themselves has caches of its own.
+fn cache() -> &'static Path {
+    static CACHE: OnceLock<PathBuf> = OnceLock::new();
+    CACHE.get_or_init(|| {
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("of-all.cache");
+        let _ = std::fs::remove_dir_all(&path);
+        path
+    })
+}
 
 /// A folder of its own for a test, emptied.
 fn folder(name: &str) -> PathBuf {
@@ -41,11 +53,20 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn srp(folder: &Path, args: &[&str]) -> Output {
+    srp_with(cache(), folder, args)
+}
+
+/// The same with a cache that only this folder has.
+fn srp_apart(folder: &Path, args: &[&str]) -> Output {
+    srp_with(&folder.with_extension("cache"), folder, args)
+}
+
+fn srp_with(cache: &Path, folder: &Path, args: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_srp"));
     command
         .current_dir(folder)
         .args(args)
-        .env("SRP_CACHE", folder.with_extension("cache"));
+        .env("SRP_CACHE", cache);
     command.output().expect("the command can be started")
 }
 

@@ -16,9 +16,12 @@ use srp_ir::interp::{self, FlatWorld};
 use srp_ir::layout::Layout;
 use srp_ir::{Program, pass, verify};
 use srp_runtime::solo::{self, Solo};
+use srp_toolchain::Session;
+use srp_toolchain::cache::Cache;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::{Arc, OnceLock};
 
 /// How a program ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,6 +30,15 @@ pub struct Ended {
     pub status: i32,
     /// The text that it printed.
     pub output: String,
+}
+
+/// A session that shares its cache with all others of the process: many tests need the same schedules.
+pub fn session() -> Session<'static> {
+    static CACHE: OnceLock<Arc<Cache>> = OnceLock::new();
+    Session {
+        cache: Arc::clone(CACHE.get_or_init(|| Arc::new(Cache::in_memory()))),
+        ..Session::default()
+    }
 }
 
 /// Steps and cycles after which a program is said not to end.

@@ -33,7 +33,7 @@ impl Studio {
             bvh: bvh::build(&scene.triangles, &bvh::Options::default()),
             scene,
             size,
-            session: Session::default(),
+            session: crate::session(),
         }
     }
 

@@ -8,7 +8,7 @@ use srp_csimgen::{Interpreter, link};
 use srp_ir::dre::Dre;
 use srp_runtime::solo::{self, Solo};
 use srp_tests::{c_files, compiled, has_host_compiler, interpreted, machine, on_host, root};
-use srp_toolchain::{Effort, Session, schedule};
+use srp_toolchain::{Effort, schedule};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
@@ -43,7 +43,7 @@ fn cycles(path: &Path, binary: &Path) -> Result<u64, String> {
         return Err("it fails on the host".to_owned());
     }
     let control = compiled(&sources, &arch)?;
-    let compiled = schedule(control, &arch, Effort::default(), &Session::default());
+    let compiled = schedule(control, &arch, Effort::default(), &srp_tests::session());
     let compiled = compiled.map_err(|e| e.to_string())?;
     let dre: Option<&Dre> = compiled.dre.as_ref();
     if let Some(dre) = dre

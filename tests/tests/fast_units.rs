@@ -10,7 +10,7 @@ use srp_archdesc::machines::SGRT;
 use srp_ir::program::{InstKind, Program};
 use srp_tests::one_loop::{Ran, meaning, run};
 use srp_tests::root;
-use srp_toolchain::{Engine, Error, Input, Options, Session, files, front_end};
+use srp_toolchain::{Engine, Error, Input, Options, files, front_end};
 use std::fmt::Write as _;
 
 const KERNELS: [&str; 4] = ["normalise", "project", "ratio", "mean"];
@@ -50,7 +50,7 @@ fn source() -> Input {
 }
 
 fn ran(kernel: &str, arch: &Arch, asked: u32, engine: Engine) -> Ran {
-    let session = Session::default();
+    let session = srp_tests::session();
     run(
         source(),
         arch,

@@ -6,7 +6,7 @@ use srp_archdesc::chip;
 use srp_archdesc::machines::SGRT;
 use srp_tests::one_loop::{Ran, meaning, run};
 use srp_tests::{has_host_compiler, root};
-use srp_toolchain::{Engine, Input, Options, Session, compile, files};
+use srp_toolchain::{Engine, Input, Options, compile, files};
 use std::process::Command;
 
 fn machine(classes: &str) -> Arch {
@@ -33,7 +33,7 @@ fn options(defines: &[&str]) -> Options {
 }
 
 fn ran(arch: &Arch, defines: &[&str], engine: Engine) -> Ran {
-    let session = Session::default();
+    let session = srp_tests::session();
     run(
         source(),
         arch,
@@ -114,7 +114,7 @@ fn pairs_halve_the_cycles_and_cost_area() {
 
 #[test]
 fn a_machine_without_pairs_refuses_them() {
-    let refused = compile(source(), &machine(""), &options(&[]), &Session::default());
+    let refused = compile(source(), &machine(""), &options(&[]), &srp_tests::session());
     let said = refused
         .err()
         .map(|error| error.to_string())

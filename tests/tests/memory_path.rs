@@ -6,7 +6,7 @@ use srp_runtime::picture::Picture;
 use srp_runtime::scene::demo::demo;
 use srp_runtime::system::{self, Report, Timing};
 use srp_tests::studio::Studio;
-use srp_toolchain::{Effort, Engine, Engines, Session, schedule, system_options};
+use srp_toolchain::{Effort, Engine, Engines, schedule, system_options};
 
 /// Cycles for which the cores stood still for a cache.
 fn stalled(report: &Report) -> u64 {
@@ -18,7 +18,7 @@ fn stalled(report: &Report) -> u64 {
 fn the_memory_path_moves_cycles_and_no_pixel() {
     let studio = Studio::of(demo(), (64, 48));
     let effects = effect::find(&studio.scene).into_iter().collect();
-    let session = Session::default();
+    let session = srp_tests::session();
     let program = studio.program(effects);
     let compiled =
         schedule(program, &studio.arch, Effort::default(), &session).expect("it compiles");

@@ -12,7 +12,7 @@ use srp_runtime::solo::{self, Solo};
 use srp_tests::{
     Ended, c_files, compiled_as_written, has_host_compiler, interpreted, machine, on_host, root,
 };
-use srp_toolchain::{Compiled, Effort, Session, schedule};
+use srp_toolchain::{Compiled, Effort, schedule};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
@@ -42,7 +42,7 @@ fn rows(path: &Path, binary: &Path) -> Result<String, String> {
     if has_host_compiler() && on_host(&sources, binary)? != meant {
         return Err("the intermediate form differs from the host".to_owned());
     }
-    let compiled = schedule(control, &arch, Effort::default(), &Session::default());
+    let compiled = schedule(control, &arch, Effort::default(), &srp_tests::session());
     let compiled = compiled.map_err(|e| e.to_string())?;
     if let Some(dre) = &compiled.dre
         && interpreted(dre, &arch)? != meant
@@ -55,7 +55,7 @@ fn rows(path: &Path, binary: &Path) -> Result<String, String> {
         return Err(format!("simulated {found:?}, not {meant:?}"));
     }
     let alone = srp_tests::compiled(&sources, &arch)?;
-    let alone = schedule(alone, &arch, Effort::default(), &Session::default());
+    let alone = schedule(alone, &arch, Effort::default(), &srp_tests::session());
     let (alone, _) = run(&alone.map_err(|e| e.to_string())?, &arch)?;
     if cycles > alone + alone / SLACK {
         return Err(format!(

@@ -47,7 +47,7 @@ fn cycles(kernel: &str, approx: Approx, session: &Session<'_>) -> (u64, u32) {
 
 #[test]
 fn precision_has_a_price_in_cycles() {
-    let session = Session::default();
+    let session = srp_tests::session();
     let settings = settings();
     let mut table = String::from("cycles (II) by bits + steps\n           ");
     for (name, _) in &settings {

@@ -10,7 +10,7 @@ use srp_archdesc::machines::SGRT;
 use srp_ir::pass::SOFTWARE;
 use srp_kernels::libc;
 use srp_tests::one_loop::{meaning, run};
-use srp_toolchain::{Effort, Engine, Input, Options, Session, compile};
+use srp_toolchain::{Effort, Engine, Input, Options, compile};
 use std::fmt::Write;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -205,7 +205,7 @@ int main(void) {
 
 #[test]
 fn loops_with_software_run_on_the_array_and_say_so() {
-    let session = Session::default();
+    let session = srp_tests::session();
     // What the loops compute does not depend on how low their IIs are.
     let options = Options {
         effort: Effort {

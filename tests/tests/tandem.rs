@@ -7,7 +7,7 @@ use srp_debugger::tandem::{Agreed, Tandem};
 use srp_ir::check::Checked;
 use srp_runtime::solo::{self, Solo};
 use srp_tests::{compiled, machine};
-use srp_toolchain::{Effort, Session, schedule};
+use srp_toolchain::{Effort, schedule};
 
 const PROGRAM: &str = "\
 float a[64], b[64];
@@ -32,7 +32,7 @@ fn program() -> Checked {
     std::fs::write(&file, PROGRAM).expect("a temporary file");
     let arch = machine("sgrt");
     let compiled = compiled(&[file], &arch).expect("it compiles");
-    let session = Session::default();
+    let session = srp_tests::session();
     let scheduled = schedule(compiled, &arch, Effort::default(), &session);
     let _ = std::fs::remove_dir_all(folder);
     scheduled.expect("it is scheduled").schedule.program

@@ -1,7 +1,7 @@
 //! `srp debug` and `srp tandem`: a session by commands, which is a golden (`BLESS=1` writes it), sessions of an editor
 //! over the Debug Adapter Protocol, and engines in lock step.
 
-use super::{folder, srp, write};
+use super::{cache, folder, srp, write};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ fn command(folder: &Path, args: &[&str]) -> Child {
         .current_dir(folder)
         .arg("debug")
         .args(args)
-        .env("SRP_CACHE", folder.with_extension("cache"))
+        .env("SRP_CACHE", cache())
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::null());

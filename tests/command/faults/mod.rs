@@ -2,7 +2,7 @@
 //! was asked, death. The result is the right one or an error, never another result; outputs are whole or not there; and
 //! the cache is good afterwards. `SRP_FAULTS` says how many faults are tried.
 
-use super::{folder, srp, write};
+use super::{folder, srp_apart, write};
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use std::collections::BTreeMap;
@@ -161,7 +161,7 @@ fn faults_end_with_the_right_result_or_an_error() {
     let cache = ["cache", "verify"];
     let work = place.folder.join("work");
     let _ = std::fs::rename(place.folder.join("cache"), work.with_extension("cache"));
-    let verified = srp(&work, &cache);
+    let verified = srp_apart(&work, &cache);
     assert_eq!(
         verified.status.code(),
         Some(0),

@@ -3,7 +3,7 @@
 
 mod attack;
 
-use super::{TRIANGLE, folder, srp, write};
+use super::{TRIANGLE, folder, srp_apart as srp, write};
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};

@@ -12,7 +12,7 @@ use srp_runtime::scene::demo::demo;
 use srp_runtime::scene_image::SceneImage;
 use srp_runtime::system::{self, CoreView, Observer, Report, TakenTile, Timing};
 use srp_tests::studio::Studio;
-use srp_toolchain::{Effort, Session, schedule, system_options};
+use srp_toolchain::{Effort, schedule, system_options};
 use srp_traces::{Format, Trace, Tracer, Window};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -28,7 +28,7 @@ impl Film {
     pub(super) fn of(size: (u32, u32)) -> Film {
         let studio = Studio::of(demo(), size);
         let effects = effect::find(&studio.scene).into_iter().collect();
-        let (program, session) = (studio.program(effects), Session::default());
+        let (program, session) = (studio.program(effects), srp_tests::session());
         let compiled = schedule(program, &studio.arch, Effort::default(), &session);
         let program = compiled.expect("it compiles").schedule.program;
         let spec = link(&program).expect("it links");
@@ -52,7 +52,7 @@ impl Film {
         cores: Vec<Box<dyn Core>>,
         observer: Option<&'a mut dyn Observer>,
     ) -> Report {
-        let session = Session::default();
+        let session = srp_tests::session();
         let options = system::Options {
             observer,
             ..system_options(&self.program, Guard::default(), Timing::Full, &session)

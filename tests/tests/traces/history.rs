@@ -3,7 +3,7 @@
 use super::frame::Film;
 use srp_archdesc::isa::{Effect, Opcode, Ty};
 use srp_runtime::system::{self, Timing};
-use srp_toolchain::{Session, system_options};
+use srp_toolchain::system_options;
 use srp_traces::history::{Made, MadeWhat, Operation, Place, StoreWatch, Stored, Want, history};
 use srp_traces::{Tracer, Window};
 use std::collections::{BTreeMap, BTreeSet};
@@ -111,7 +111,7 @@ fn a_pixel_is_made_of_its_history() {
 
 /// The bytes of a pixel, and its last store.
 fn last_store(film: &Film, pixel: u32, tile: u32) -> ([u8; 4], Stored) {
-    let session = Session::default();
+    let session = srp_tests::session();
     let mut watch = StoreWatch::new(pixel, tile);
     let options = system::Options {
         observer: Some(&mut watch),

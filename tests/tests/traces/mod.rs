@@ -13,7 +13,7 @@ use srp_csimgen::{Interpreter, SimSpec, link};
 use srp_ir::check::Checked;
 use srp_runtime::solo::{self, Finish, Solo};
 use srp_tests::{compiled, machine};
-use srp_toolchain::{Effort, Session, schedule};
+use srp_toolchain::{Effort, schedule};
 use srp_traces::{Format, TraceError, Tracer, Window};
 use std::fs;
 use std::io::Write;
@@ -73,7 +73,7 @@ impl Case {
             _ => machine(name),
         };
         let program = compiled(&[file], &arch).expect("it compiles");
-        let session = Session::default();
+        let session = srp_tests::session();
         let scheduled = schedule(program, &arch, Effort::default(), &session);
         let program = scheduled.expect("it is scheduled").schedule.program;
         let _ = fs::remove_dir_all(folder);
