@@ -19,7 +19,7 @@ use srp_runtime::system::{self, Observer, Observers};
 use srp_studies::comparison::FRAME;
 use srp_studies::energy::Energy;
 use srp_studies::fidelity::{self, Fidelity, FrameFigure, Prepared, Untimed};
-use srp_studies::profile::{Profiler, advice};
+use srp_studies::profile::{Profiler, Surroundings, add_account};
 use srp_toolchain::envelope::{About, Contents};
 use srp_toolchain::{Engine, Engines, Error, Frame, Session, Warnings, system_options};
 use srp_traces::Tracer;
@@ -163,7 +163,9 @@ impl Timed<'_> {
             Some(_) => (None, trace),
         };
         let cores = match (&mut profiler, &mut traced) {
-            (Some(profiler), _) => profiler.cores(count),
+            (Some(profiler), _) => {
+                profiler.frame(Surroundings::of(&image, &frame.scene, &arch.system), count)
+            }
             (None, Some((_, tracer))) => trace::cores(tracer, self.engines, count),
             (None, None) => self.engines.cores(count),
         };
@@ -192,7 +194,7 @@ impl Timed<'_> {
         let about = || About::scene(arch, &frame.scene);
         if let (Some(target), Some(profiler)) = (profile, profiler) {
             let mut profile = profiler.profile();
-            profile.advice = advice(&profile, &report, arch);
+            add_account(&mut profile, &report, arch);
             target.write("the frame", about(), &profile)?;
         }
         if let Some((target, tracer)) = &traced {

@@ -1,6 +1,8 @@
 //! Profiles as text, JSON, and a page: functions, loops, and the source with the cycles of each line.
 
 mod drawing;
+mod flame;
+mod frame;
 mod listing;
 mod page;
 mod text;

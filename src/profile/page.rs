@@ -1,9 +1,9 @@
 //! A profile as one self-contained page: the parts of the time as a bar, tables, and the source with a bar at
 //! each line.
 
-use super::drawing;
 use super::listing::{File, Listing};
 use super::{CLASSES, anchor, columns, in_words, largest, percent, tried};
+use super::{drawing, flame, frame};
 use maud::{Markup, html};
 use srp_runtime::digits::thousands;
 use srp_studies::profile::{Parts, Profile};
@@ -27,6 +27,7 @@ pub(super) fn page(title: &str, profile: &Profile, listing: &Listing) -> String 
             div.summary.scroll { (legend(&profile.parts)) }
             @if !profile.advice.is_empty() { (what_to_do(profile)) }
             @if let Some(timeline) = &profile.timeline { (drawing::timeline(profile, timeline)) }
+            (flame::flame(profile))
             (drawing::areas(profile))
             section {
                 h3 { "Largest costs of single lines" }
@@ -37,6 +38,7 @@ pub(super) fn page(title: &str, profile: &Profile, listing: &Listing) -> String 
             }
             @if !profile.loops.is_empty() { div.summary.scroll { (loops(profile)) } }
             div.summary.scroll { (functions(profile)) }
+            (frame::on_page(profile))
             @for file in &listing.files { (source(file, &profile.parts, most)) }
         }
     };

@@ -1,5 +1,6 @@
 //! A profile as text.
 
+use super::frame;
 use super::listing::{File, Listing};
 use super::{columns, in_words, largest, percent, tried};
 use crate::count::count;
@@ -80,6 +81,7 @@ fn write(out: &mut String, title: &str, profile: &Profile, listing: &Listing) ->
             thousands(total)
         )?;
     }
+    out.push_str(&frame::as_text(profile));
     let (long, short) = listing.files.split_at(listing.shown(all));
     for file in long {
         source(out, file, &profile.parts)?;

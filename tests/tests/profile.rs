@@ -6,10 +6,10 @@ use srp_runtime::effect::{self, Guard};
 use srp_runtime::scene::demo::demo;
 use srp_runtime::solo::{self, Finish, Solo, SoloError};
 use srp_runtime::system::{self, Report, Timing};
-use srp_studies::profile::{Parts, Profile, Profiler};
+use srp_studies::profile::{ObjectProfile, Parts, Profile, Profiler, Surroundings, add_account};
 use srp_tests::studio::Studio;
 use srp_tests::{compiled, machine};
-use srp_toolchain::{Effort, Session, schedule, system_options};
+use srp_toolchain::{Effort, schedule, system_options};
 use std::fs;
 
 /// A program with a loop on the array, one that the VLIW engine runs, and a function that is called.
@@ -54,7 +54,7 @@ fn run_anyhow(text: &str) -> (Profile, Finish, Result<(), SoloError>) {
     fs::write(&file, text).expect("a temporary file");
     let arch = machine("sgrt");
     let program = compiled(&[file], &arch).expect("it compiles");
-    let session = Session::default();
+    let session = srp_tests::session();
     let program = schedule(program, &arch, Effort::default(), &session).expect("it is scheduled");
     let program = &program.schedule.program;
     let mut profiler = Profiler::new(program).expect("it links");
@@ -158,15 +158,17 @@ fn account(report: &Report) -> Parts {
 }
 
 fn profiled(studio: &Studio, arch: &Arch, program: &Checked) -> (Profile, Report) {
-    let session = Session::default();
+    let session = srp_tests::session();
     let mut profiler = Profiler::new(program).expect("it links");
-    let cores = profiler.cores(arch.system.cores);
+    let image = studio.image();
+    let surroundings = Surroundings::of(&image, &studio.scene, &arch.system);
+    let cores = profiler.frame(surroundings, arch.system.cores);
     let options = system::Options {
         observer: Some(&mut profiler),
         ..system_options(program, Guard::default(), Timing::Full, &session)
     };
     let (picture, report) =
-        system::render(studio.image(), cores, arch, options).expect("the frame is finished");
+        system::render(image, cores, arch, options).expect("the frame is finished");
     let engines = srp_toolchain::Engines::of(program, srp_toolchain::Engine::Interpreter, &session);
     let cores = engines.expect("it links").cores(arch.system.cores);
     let options = system_options(program, Guard::default(), Timing::Full, &session);
@@ -175,7 +177,60 @@ fn profiled(studio: &Studio, arch: &Arch, program: &Checked) -> (Profile, Report
         plain.0.rgba == picture.rgba && plain.1 == report,
         "a profile changes nothing"
     );
-    (profiler.profile(), report)
+    let mut profile = profiler.profile();
+    add_account(&mut profile, &report, arch);
+    (profile, report)
+}
+
+/// What caches and T&I units worked for is what the account has of them.
+fn frame_sums(profile: &Profile, report: &Report) {
+    let frame = profile.frame.as_ref().expect("it is a frame");
+    let still = profile.parts.memory_stall + profile.parts.texture_stall;
+    assert_eq!(frame.objects.iter().map(|o| o.stall).sum::<u64>(), still);
+    assert_eq!(frame.accesses.iter().map(|a| a.stall).sum::<u64>(), still);
+    let read = |o: &ObjectProfile| o.by_data + o.by_texture + o.by_tni;
+    let dram = &report.dram.counters;
+    assert_eq!(frame.objects.iter().map(read).sum::<u64>(), dram.bytes_read);
+    let written = frame.objects.iter().map(|o| o.written);
+    assert_eq!(written.sum::<u64>(), dram.bytes_written);
+    let asked = frame.objects.iter().map(|o| o.by_data + o.by_texture);
+    assert_eq!(
+        frame.accesses.iter().map(|a| a.bytes).sum::<u64>(),
+        asked.sum::<u64>()
+    );
+    let (tni, of) = (report.tni(), &frame.materials);
+    assert_eq!(of.iter().map(|m| m.rays).sum::<u64>(), tni.unit.results);
+    let cycles = of.iter().map(|m| m.cycles).sum::<u64>();
+    assert_eq!(cycles, tni.unit.resident_cycles);
+    let tests = of.iter().map(|m| m.tests).sum::<u64>();
+    assert_eq!(tests, tni.triangle_tests);
+    let missed = of.iter().filter(|m| m.material.is_empty());
+    let missed: u64 = missed.map(|m| m.rays).sum();
+    assert_eq!(missed, tni.unit.results - tni.unit.hits);
+    let visits: u64 = of.iter().map(|m| m.visits).sum();
+    let by_level = frame.levels.iter().map(|l| l.visits + l.leaf_visits);
+    assert_eq!(by_level.sum::<u64>(), visits);
+    let by_level: u64 = frame.levels.iter().map(|l| l.tests).sum();
+    assert_eq!(by_level, tests);
+    let by_tni: u64 = frame.objects.iter().map(|o| o.by_tni).sum();
+    assert_eq!(frame.levels.iter().map(|l| l.bytes).sum::<u64>(), by_tni);
+    let names: Vec<&str> = frame
+        .pipelines
+        .iter()
+        .map(|p| p.pipeline.as_str())
+        .collect();
+    assert_eq!(names, ["TRV_PRE", "TRV_AABB", "TRV_POST", "IST"]);
+    assert_eq!(frame.pipelines[3].account, tni.ist.account);
+    let mut code = Parts::default();
+    profile.code.iter().for_each(|of| code += of.parts);
+    assert_eq!(code, profile.parts);
+}
+
+/// Bytes that the memory gave data caches of an object.
+fn of_object(profile: &Profile, name: &str) -> u64 {
+    let frame = profile.frame.as_ref().expect("it is a frame");
+    let object = frame.objects.iter().find(|o| o.object == name);
+    object.map_or(0, |o| o.by_data)
 }
 
 #[test]
@@ -184,13 +239,14 @@ fn a_frame_is_profiled_to_the_cycle() {
         let mut studio = Studio::of(demo(), (48, 32));
         studio.arch = machine(name);
         let effects = effect::find(&studio.scene).into_iter().collect();
-        let session = Session::default();
+        let session = srp_tests::session();
         let program = studio.program(effects);
         let compiled =
             schedule(program, &studio.arch, Effort::default(), &session).expect("it compiles");
         let program = compiled.schedule.program;
         let (profile, report) = profiled(&studio, &studio.arch, &program);
         sums(&profile);
+        frame_sums(&profile, &report);
         let parts = Parts {
             vliw: profile.parts.vliw + profile.parts.empty,
             empty: 0,
@@ -238,5 +294,16 @@ fn a_frame_is_profiled_to_the_cycle() {
         let still = profile.lines.iter().filter(|l| l.parts.memory_stall > 0);
         let (lines, nowhere): (Vec<_>, Vec<_>) = still.partition(|l| l.line > 0);
         assert!(lines.len() > 3 && nowhere.is_empty(), "{nowhere:?}");
+        // A larger cache asks for fewer lines of what is read again.
+        let mut larger = studio.arch.clone();
+        larger.system.data_cache.bytes *= 8;
+        let (larger, _) = profiled(&studio, &larger, &program);
+        for object in ["materials", "shading data of triangles"] {
+            let [few, many] = [&larger, &profile].map(|of| of_object(of, object));
+            assert!(
+                few < many,
+                "{name}, {object}: {few} instead of {many} bytes"
+            );
+        }
     }
 }

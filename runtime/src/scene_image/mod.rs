@@ -7,10 +7,12 @@
 
 mod bytes;
 mod detail;
+mod objects;
 mod parts;
 mod structure;
 mod tiling;
 
+pub use objects::{Object, objects};
 pub use tiling::tile_size;
 
 use std::fmt;
@@ -70,6 +72,8 @@ pub struct FrameBuffer {
 pub struct ShadingParts {
     /// The materials.
     pub materials: u32,
+    /// The lights that send out any.
+    pub lights: u32,
     /// The data of each triangle that shading needs.
     pub triangles: u32,
     /// The descriptors of textures; everything from here on is read through the texture cache.
@@ -250,6 +254,7 @@ pub fn build(
         across: tiling.across,
         shading: ShadingParts {
             materials: parts.materials as u32,
+            lights: parts.lights as u32,
             triangles: parts.triangles as u32,
             maps: (parts.maps.values().next().or(parts.texels.first()))
                 .map_or(framebuffer, |&address| address as u32),

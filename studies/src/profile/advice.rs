@@ -14,7 +14,7 @@ const WORTH: f64 = 0.05;
 const BUSY: f64 = 0.6;
 
 /// What to do about the largest costs of a frame, the largest first.
-pub fn advice(profile: &Profile, report: &Report, arch: &Arch) -> Vec<Advice> {
+pub(super) fn advice(profile: &Profile, report: &Report, arch: &Arch) -> Vec<Advice> {
     let system = &arch.system;
     let all = profile.parts.total().max(1) as f64;
     let parts = &profile.parts;

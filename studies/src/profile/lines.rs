@@ -95,7 +95,16 @@ impl Lines {
     /// The line of the load, or else texture sample, that a core stands still for after a turn.
     pub(super) fn stalled(&self, turn: Turn, is_load: bool) -> Line {
         let which = usize::from(!is_load);
-        let due = self.due[which] as usize;
+        self.issued(turn, which, self.due[which] as usize)
+    }
+
+    /// The line of the load, or else texture sample, of a turn.
+    pub(super) fn asked(&self, turn: Turn, is_load: bool) -> Line {
+        self.issued(turn, usize::from(!is_load), 0)
+    }
+
+    /// The line of the load or texture sample so many cycles before a turn.
+    fn issued(&self, turn: Turn, which: usize, due: usize) -> Line {
         match turn {
             Turn::Bundle(bundle) => {
                 let bundle = bundle as usize;

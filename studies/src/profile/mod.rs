@@ -9,24 +9,39 @@
 //! port: these cycles belong to that line.
 
 mod advice;
+mod frame;
 mod lines;
 mod model;
 mod timeline;
 
-pub use advice::advice;
-pub use model::{Advice, FunctionProfile, Iterations, LineProfile, LoopProfile, Parts, Profile};
+pub use frame::Surroundings;
+pub use model::{
+    AccessProfile, Advice, CodeProfile, FrameProfile, FunctionProfile, Iterations, LevelProfile,
+    LineProfile, LoopProfile, MaterialProfile, ObjectProfile, Parts, PipelineProfile, Profile,
+};
 pub use timeline::{CoreTimeline, DoingTimeline, Timeline};
 
+use frame::Work;
 use lines::Lines;
 use model::Line;
+use srp_archdesc::arch::Arch;
 use srp_archdesc::isa::Class;
 use srp_csimgen::{Counting, SharedCounts, SimSpec, TooManyStages, Turn, link};
 use srp_ir::check::Checked;
 use srp_runtime::core::{Activity, Core, Run};
-use srp_runtime::system::{CoreView, Observer, Stall};
-use srp_runtime::tni::RayCost;
+use srp_runtime::system::{CoreView, MemoryRequest, Observer, Report, SentPacket, Stall};
+use srp_runtime::tni::{HitRecord, RayCost};
 use std::collections::BTreeMap;
 use timeline::{Cache, Clock, Doing};
+
+/// Adds to the profile of a frame what only its account tells: the pipelines of its T&I units, and what to do about
+/// its largest costs.
+pub fn add_account(profile: &mut Profile, report: &Report, arch: &Arch) {
+    profile.advice = advice::advice(profile, report, arch);
+    if let Some(frame) = &mut profile.frame {
+        frame.pipelines = frame::pipelines(report, &arch.system);
+    }
+}
 
 /// Makes the cores of a program, and sees what they do.
 pub struct Profiler {
@@ -34,6 +49,8 @@ pub struct Profiler {
     lines: Lines,
     cores: Vec<Counted>,
     clock: Clock,
+    /// Of a frame, what its caches and T&I units work for.
+    work: Option<Work>,
 }
 
 /// A core and its time apart from its turns.
@@ -71,7 +88,14 @@ impl Profiler {
             lines,
             cores: Vec::new(),
             clock: Clock::new(),
+            work: None,
         })
+    }
+
+    /// The cores of a frame in these surroundings, for a system that this observes.
+    pub fn frame(&mut self, surroundings: Surroundings, count: u32) -> Vec<Box<dyn Core>> {
+        self.work = Some(Work::of(surroundings, count));
+        self.cores(count)
     }
 
     /// The next core, at the start of the program.
@@ -100,6 +124,7 @@ impl Profiler {
         let kernel = |number: u32| self.spec.kernels[number as usize].name.clone();
         Profile {
             timeline: self.clock.timeline(kernel),
+            frame: self.work.as_ref().map(Work::profile),
             ..builder.finish()
         }
     }
@@ -125,8 +150,30 @@ impl Observer for Profiler {
         self.go_on(core);
     }
 
-    fn ray_returned(&mut self, core: u32, cycle: u64, _: &RayCost) {
+    fn requested(&mut self, core: &CoreView<'_>, request: &MemoryRequest) {
+        if let Some(work) = &mut self.work {
+            let last = self.cores[core.core as usize].counts.get().last;
+            work.requested(core.core, request, last, &self.lines);
+        }
+    }
+
+    fn ray_returned(&mut self, core: u32, cycle: u64, cost: &RayCost) {
         self.clock.ray(core, cycle);
+        if let Some(work) = &mut self.work {
+            work.ray_returned(core, cost);
+        }
+    }
+
+    fn packet_sent(&mut self, _: &CoreView<'_>, packet: &SentPacket<'_>) {
+        if let Some(work) = &mut self.work {
+            work.packet_sent(packet.rays);
+        }
+    }
+
+    fn packet_returned(&mut self, core: &CoreView<'_>, packet: u64, hits: &[HitRecord]) {
+        if let Some(work) = &mut self.work {
+            work.packet_returned(core.core, packet, hits);
+        }
     }
 
     fn finished(&mut self, core: &CoreView<'_>) {
@@ -145,6 +192,10 @@ impl Profiler {
         let last = of.counts.get().last;
         if let Some(turn) = last {
             *of.stalls.entry((turn, cache)).or_default() += cycles;
+            if let Some(work) = &mut self.work {
+                let line = self.lines.stalled(turn, cache == Cache::Data);
+                work.stood_still(core.core, cache, line, cycles);
+            }
         }
         self.clock
             .does(core.core, since, cycles, Doing::Stands(cache));
@@ -157,7 +208,8 @@ struct Builder<'a> {
     lines: &'a Lines,
     functions: Vec<Parts>,
     loops: Vec<LoopCounts>,
-    by_line: BTreeMap<Line, Parts>,
+    /// By function, loop and line; the function and the loop by their numbers.
+    code: BTreeMap<(Option<usize>, Option<usize>, Line), Parts>,
     all: Parts,
     cores: u32,
 }
@@ -179,7 +231,7 @@ impl<'a> Builder<'a> {
             lines,
             functions: vec![Parts::default(); spec.functions.len()],
             loops: vec![LoopCounts::default(); spec.kernels.len()],
-            by_line: BTreeMap::new(),
+            code: BTreeMap::new(),
             all: Parts::default(),
             cores: 0,
         }
@@ -218,12 +270,14 @@ impl<'a> Builder<'a> {
                 ..Parts::default()
             };
             self.array(kernel, switches, self.lines.loop_line(kernel));
+            let launcher = self.lines.launcher(kernel);
             for (line, cycles) in self.lines.shares(kernel, &counts.contexts) {
-                self.by_line.entry(line).or_default().array += cycles;
+                let code = (launcher, Some(kernel), line);
+                self.code.entry(code).or_default().array += cycles;
             }
             self.loops[kernel].parts.array += array;
             self.all.array += array;
-            if let Some(function) = self.lines.launcher(kernel) {
+            if let Some(function) = launcher {
                 self.functions[function].array += array;
             }
         }
@@ -262,8 +316,10 @@ impl<'a> Builder<'a> {
             return;
         }
         let line = line.unwrap_or_else(|| self.lines.bundle_line(bundle));
-        self.by_line.entry(line).or_default().add(&parts);
-        if let Some(function) = self.lines.function(bundle) {
+        let function = self.lines.function(bundle);
+        let code = (function, None, line);
+        self.code.entry(code).or_default().add(&parts);
+        if let Some(function) = function {
             self.functions[function].add(&parts);
         }
         self.all.add(&parts);
@@ -274,9 +330,11 @@ impl<'a> Builder<'a> {
         if parts.total() == 0 {
             return;
         }
-        self.by_line.entry(line).or_default().add(&parts);
+        let launcher = self.lines.launcher(kernel);
+        let code = (launcher, Some(kernel), line);
+        self.code.entry(code).or_default().add(&parts);
         self.loops[kernel].parts.add(&parts);
-        if let Some(function) = self.lines.launcher(kernel) {
+        if let Some(function) = launcher {
             self.functions[function].add(&parts);
         }
         self.all.add(&parts);
@@ -310,17 +368,35 @@ impl<'a> Builder<'a> {
             })
             .collect();
         loops.sort_by_key(|l| std::cmp::Reverse(l.parts.total()));
-        let lines = self.by_line.into_iter();
-        let lines = lines.filter(|(_, parts)| parts.total() > 0);
+        let mut lines: BTreeMap<&Line, Parts> = BTreeMap::new();
+        for ((_, _, line), parts) in &self.code {
+            lines.entry(line).or_default().add(parts);
+        }
+        let line = |((file, line), parts): (&Line, Parts)| LineProfile {
+            file: file.clone(),
+            line: *line,
+            parts,
+        };
+        let lines = lines.into_iter().filter(|(_, parts)| parts.total() > 0);
+        let lines = lines.map(line).collect();
+        let code = self.code.into_iter();
+        let code = code.filter(|(_, parts)| parts.total() > 0);
+        let code = code.map(|((function, kernel, (file, line)), parts)| CodeProfile {
+            function: function.map_or(String::new(), |f| self.spec.functions[f].0.clone()),
+            kernel: kernel.map(|k| self.spec.kernels[k].name.clone()),
+            file,
+            line,
+            parts,
+        });
         Profile {
             machine: self.spec.machine.clone(),
             cores: self.cores,
             parts: self.all,
             functions,
             loops,
-            lines: lines
-                .map(|((file, line), parts)| LineProfile { file, line, parts })
-                .collect(),
+            lines,
+            code: code.collect(),
+            frame: None,
             timeline: None,
             advice: Vec::new(),
         }

@@ -3,6 +3,7 @@
 use super::timeline::Timeline;
 use schemars::JsonSchema;
 use serde::Serialize;
+use srp_runtime::tni::StallAccount;
 use std::ops::AddAssign;
 
 /// A line of a source file; file `""` and line 0 stand for what no line is known of.
@@ -80,6 +81,11 @@ pub struct Profile {
     pub loops: Vec<LoopProfile>,
     /// Lines that took cycles, by file and number. They sum to all cycles.
     pub lines: Vec<LineProfile>,
+    /// Cycles of each line in each function and loop: what the other lists are sums of. By function, loop and line.
+    pub code: Vec<CodeProfile>,
+    /// What the caches and T&I units of a frame worked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame: Option<FrameProfile>,
     /// What the cores of a frame did in the course of time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub timeline: Option<Timeline>,
@@ -152,4 +158,117 @@ pub struct LineProfile {
     /// Its cycles.
     #[serde(flatten)]
     pub parts: Parts,
+}
+
+/// The cycles of a source line in one function, as VLIW code or in one loop on the array.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct CodeProfile {
+    /// The function, or that which launches the loop; empty for what comes before all functions.
+    pub function: String,
+    /// The loop on the array.
+    pub kernel: Option<String>,
+    /// The file's name, empty where none is known.
+    pub file: String,
+    /// The line, from 1; 0 where none is known.
+    pub line: u32,
+    /// Its cycles.
+    #[serde(flatten)]
+    pub parts: Parts,
+}
+
+/// What the caches and T&I units of a frame worked for.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct FrameProfile {
+    /// Objects in system memory that were read or written, those first for which cores stood still longest.
+    pub objects: Vec<ObjectProfile>,
+    /// Lines of the source whose loads and samples missed, by object.
+    pub accesses: Vec<AccessProfile>,
+    /// Rays by the material that they hit; an empty name stands for none.
+    pub materials: Vec<MaterialProfile>,
+    /// Levels of the tree, that of the root first.
+    pub levels: Vec<LevelProfile>,
+    /// Pipelines of the T&I units.
+    pub pipelines: Vec<PipelineProfile>,
+}
+
+/// An object in system memory.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+pub struct ObjectProfile {
+    /// Its name.
+    pub object: String,
+    /// Its size.
+    pub bytes: u64,
+    /// SRP cycles that cores stood still for its lines.
+    pub stall: u64,
+    /// Bytes that the memory gave data caches.
+    pub by_data: u64,
+    /// Bytes that it gave texture caches.
+    pub by_texture: u64,
+    /// Bytes that it gave T&I units.
+    pub by_tni: u64,
+    /// Bytes written.
+    pub written: u64,
+}
+
+/// The misses of a source line in one object.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct AccessProfile {
+    /// The file's name, empty where none is known.
+    pub file: String,
+    /// The line, from 1; 0 where none is known.
+    pub line: u32,
+    /// The object.
+    pub object: String,
+    /// Lines of memory that it asked for.
+    pub misses: u64,
+    /// Their bytes.
+    pub bytes: u64,
+    /// SRP cycles that cores stood still for them.
+    pub stall: u64,
+}
+
+/// The rays whose hits are of one material.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+pub struct MaterialProfile {
+    /// Its name; empty for rays that hit nothing.
+    pub material: String,
+    /// The rays.
+    pub rays: u64,
+    /// T&I cycles from dispatch to result, summed over them.
+    pub cycles: u64,
+    /// Nodes that they visited.
+    pub visits: u64,
+    /// Triangles that they tested.
+    pub tests: u64,
+}
+
+/// What rays did at one level of the tree.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct LevelProfile {
+    /// Its number; the root's is 0.
+    pub level: u32,
+    /// Inner nodes of the tree.
+    pub nodes: u64,
+    /// Leaves of the tree.
+    pub leaves: u64,
+    /// Visits of inner nodes.
+    pub visits: u64,
+    /// Visits of leaves.
+    pub leaf_visits: u64,
+    /// Triangles tested.
+    pub tests: u64,
+    /// Bytes that the memory gave T&I units; a line of memory belongs to the level of the first thing in it.
+    pub bytes: u64,
+}
+
+/// The pipelines of one kind, of all T&I units.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct PipelineProfile {
+    /// Its name.
+    pub pipeline: String,
+    /// How many there are in a core.
+    pub count: u32,
+    /// T&I cycles of the first stage by what they were spent on.
+    #[serde(flatten)]
+    pub account: StallAccount,
 }

@@ -1,0 +1,136 @@
+//! The work of rays by level of the tree. The unit itself does not count it: the way of each ray is followed once
+//! more, without time.
+
+use std::sync::Arc;
+
+use srp_archdesc::system::TniSpec;
+
+use super::decoded::Decoded;
+use super::function::{Step, Tracer};
+use super::{RAY_BYTES, Tree, read_ray};
+use crate::memory::SystemMemory;
+
+/// What rays did at one level of a tree; that of the root is the first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LevelCounts {
+    /// Inner nodes of the tree.
+    pub nodes: u64,
+    /// Leaves of the tree.
+    pub leaves: u64,
+    /// Visits of inner nodes.
+    pub visits: u64,
+    /// Visits of leaves.
+    pub leaf_visits: u64,
+    /// Triangles tested.
+    pub tests: u64,
+    /// Bytes that units read from memory for it.
+    pub bytes: u64,
+}
+
+/// Follows rays through a tree and counts by level.
+pub struct Levels {
+    spec: TniSpec,
+    tree: Tree,
+    memory: SystemMemory,
+    decoded: Arc<Decoded>,
+    /// The level of the inner node that each pair of siblings is below, and of the leaf of each triangle record.
+    of_pairs: Vec<u16>,
+    of_records: Vec<u16>,
+    counts: Vec<LevelCounts>,
+}
+
+impl Levels {
+    /// The levels of a tree in memory.
+    pub fn of(spec: &TniSpec, tree: &Tree, memory: &SystemMemory) -> Levels {
+        let mut levels = Levels {
+            spec: *spec,
+            tree: *tree,
+            memory: memory.clone(),
+            decoded: Decoded::shared(spec, tree, memory),
+            of_pairs: Vec::new(),
+            of_records: Vec::new(),
+            counts: Vec::new(),
+        };
+        let mut open: Vec<_> = tree.root.map(|root| (root, 0)).into_iter().collect();
+        while let Some((node, level)) = open.pop() {
+            if levels.counts.len() <= usize::from(level) {
+                let count = usize::from(level) + 1;
+                levels.counts.resize(count, LevelCounts::default());
+            }
+            let counts = &mut levels.counts[usize::from(level)];
+            if node.is_leaf() {
+                counts.leaves += 1;
+                for record in node.index..node.index + node.count {
+                    set(&mut levels.of_records, record as usize, level);
+                }
+            } else {
+                counts.nodes += 1;
+                set(&mut levels.of_pairs, node.index as usize / 2, level);
+                let below = level.saturating_add(1);
+                open.extend(levels.decoded.pair(node).child.map(|child| (child, below)));
+            }
+        }
+        levels
+    }
+
+    /// Follows the rays of a buffer.
+    pub fn follow(&mut self, rays: &[u8]) {
+        let Levels {
+            spec,
+            tree,
+            memory,
+            decoded,
+            of_pairs,
+            of_records,
+            counts,
+        } = self;
+        let mut tracer = Tracer::over(spec, tree, memory, Arc::clone(decoded));
+        for number in 0..rays.len() as u32 / RAY_BYTES {
+            let ray = read_ray(rays, number * RAY_BYTES);
+            // A leaf is told of without its place, which its first triangle has.
+            let mut is_new = false;
+            tracer.follow(&ray, &mut |step| match step {
+                Step::Pair { address, .. } => {
+                    let pair = (address - tree.nodes) / spec.node_bytes / 2;
+                    counts[usize::from(of_pairs[pair as usize])].visits += 1;
+                }
+                Step::Leaf => is_new = true,
+                Step::Triangle { address, .. } => {
+                    let record = (address - tree.triangles) / spec.triangle_bytes;
+                    let level = &mut counts[usize::from(of_records[record as usize])];
+                    level.tests += 1;
+                    level.leaf_visits += u64::from(std::mem::take(&mut is_new));
+                }
+            });
+        }
+    }
+
+    /// A unit reads a line of memory: it belongs to the level of the first thing in it.
+    pub fn read(&mut self, address: u32, bytes: u32) {
+        let of = |start: u32, size: u32, levels: &[u16]| {
+            let number = address.checked_sub(start)?.div_ceil(size) as usize;
+            levels.get(number).or(levels.last()).copied()
+        };
+        let Levels { spec, tree, .. } = self;
+        let level = match address < tree.triangles {
+            true => of(tree.nodes, 2 * spec.node_bytes, &self.of_pairs),
+            false => of(tree.triangles, spec.triangle_bytes, &self.of_records),
+        };
+        if let Some(level) = level {
+            self.counts[usize::from(level)].bytes += u64::from(bytes);
+        }
+    }
+
+    /// The counts, level by level.
+    pub fn counts(&self) -> &[LevelCounts] {
+        &self.counts
+    }
+}
+
+/// Sets an element of a list that grows as far as that takes.
+fn set(levels: &mut Vec<u16>, number: usize, level: u16) {
+    if levels.len() <= number {
+        levels.resize(number + 1, 0);
+    }
+    levels[number] = level;
+}
