@@ -194,7 +194,7 @@ impl Timed<'_> {
         let about = || About::scene(arch, &frame.scene);
         if let (Some(target), Some(profiler)) = (profile, profiler) {
             let mut profile = profiler.profile();
-            add_account(&mut profile, &report, arch);
+            add_account(&mut profile, &report, self.program, arch);
             target.write("the frame", about(), &profile)?;
         }
         if let Some((target, tracer)) = &traced {

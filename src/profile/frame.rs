@@ -3,6 +3,7 @@
 use super::percent;
 use maud::{Markup, html};
 use srp_runtime::digits::thousands;
+use srp_studies::energy::Use;
 use srp_studies::profile::{
     AccessProfile, FrameProfile, LevelProfile, MaterialProfile, ObjectProfile, PipelineProfile,
     Profile,
@@ -29,6 +30,7 @@ pub(super) fn tables(profile: &Profile) -> Vec<Table> {
         accesses(frame, all),
         materials(frame),
         levels(frame),
+        energy(frame),
         pipelines(frame),
     ];
     let filled = |table: &Table| !table.rows.is_empty();
@@ -159,6 +161,23 @@ fn levels(frame: &FrameProfile) -> Table {
             "T&I, B",
         ]),
         rows: frame.levels.iter().map(row).collect(),
+    }
+}
+
+fn energy(frame: &FrameProfile) -> Table {
+    let all: f64 = frame.energy.iter().map(|of| of.mj).sum();
+    let row = |of: &Use| {
+        let share = 100.0 * of.mj / all.max(f64::MIN_POSITIVE);
+        vec![
+            of.of.clone(),
+            format!("{:.4}", of.mj),
+            format!("{share:.1} %"),
+        ]
+    };
+    Table {
+        title: "energy at 65 nm",
+        heads: heads(&["mJ", "share"]),
+        rows: frame.energy.iter().map(row).collect(),
     }
 }
 

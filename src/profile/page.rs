@@ -50,9 +50,18 @@ fn what_to_do(profile: &Profile) -> Markup {
         section {
             h3 { "What to do" }
             ul { @for advice in &profile.advice {
-                li { b { (format!("{:.1}", 100.0 * advice.share)) " %" } " " (advice.reason) " " (advice.change)
+                li { b { (format!("{:.1}", 100.0 * advice.share)) " %" } " " (advice.reason) " " (with_code(&advice.change))
                     @if !advice.set.is_empty() { " " code { (tried(advice)) } } }
             } }
+        }
+    }
+}
+
+/// Words of which those between back quotes are code.
+fn with_code(words: &str) -> Markup {
+    html! {
+        @for (i, part) in words.split('`').enumerate() {
+            @if i % 2 == 1 { code { (part) } } @else { (part) }
         }
     }
 }

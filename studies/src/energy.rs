@@ -149,6 +149,10 @@ impl Activity {
         self.sram += other.sram * times;
     }
 
+    fn total(&self) -> f64 {
+        self.operators + self.special + self.registers + self.links + self.contexts + self.sram
+    }
+
     fn operation(&mut self, op: Opcode, prices: &Prices<'_>) {
         let energy = prices.operations[op as usize];
         match Special::of(op) {
@@ -263,19 +267,9 @@ pub fn energy(report: &Report, program: &ScheduledDre, arch: &Arch) -> Energy {
     let prices = Prices::of(arch);
     let mut kernels = Activity::default();
     for kernel in program.kernels.values() {
-        let runs = report.cores.iter().flat_map(|core| &core.array);
-        let cycles: u64 = (runs.filter(|run| run.kernel == kernel.dfg.name))
-            .map(|run| run.cycles)
-            .sum();
-        let iterations = cycles as f64 / f64::from(kernel.ii);
-        kernels.add(prices.iteration(kernel), iterations);
+        kernels.add(of_kernel(kernel, report, &prices), 1.0);
     }
-    let mut control = Activity::default();
-    let bundles = report.cores.iter().map(|core| core.vliw).sum::<u64>() as f64;
-    let each = bundles / program.bundles.len().max(1) as f64;
-    for bundle in program.bundles.values() {
-        control.add(prices.bundle(bundle), each);
-    }
+    let control = of_control(report, program, &prices);
     let mut parts = vec![
         (Part::ArrayOperators, kernels.operators),
         (Part::ArraySpecial, kernels.special),
@@ -310,6 +304,62 @@ pub fn energy(report: &Report, program: &ScheduledDre, arch: &Arch) -> Energy {
             false => 0.0,
         },
     }
+}
+
+/// The energy of all iterations of a kernel.
+fn of_kernel(kernel: &ModuloSchedule, report: &Report, prices: &Prices<'_>) -> Activity {
+    let runs = report.cores.iter().flat_map(|core| &core.array);
+    let cycles: u64 = (runs.filter(|run| run.kernel == kernel.dfg.name))
+        .map(|run| run.cycles)
+        .sum();
+    let mut sum = Activity::default();
+    sum.add(
+        prices.iteration(kernel),
+        cycles as f64 / f64::from(kernel.ii),
+    );
+    sum
+}
+
+/// The energy of control code.
+fn of_control(report: &Report, program: &ScheduledDre, prices: &Prices<'_>) -> Activity {
+    let bundles = report.cores.iter().map(|core| core.vliw).sum::<u64>() as f64;
+    let each = bundles / program.bundles.len().max(1) as f64;
+    let mut sum = Activity::default();
+    for bundle in program.bundles.values() {
+        sum.add(prices.bundle(bundle), each);
+    }
+    sum
+}
+
+/// The energy that a frame takes for something, mJ at 65 nm.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Use {
+    /// A loop on the array, an object in system memory, or a part of the machine.
+    pub of: String,
+    /// mJ at 65 nm.
+    pub mj: f64,
+}
+
+/// The energy of a frame by what took it: loops on the array and control code, each with the SRAM that it reads and
+/// writes, and parts of the machine. Memory and bus are left out, as [`moved`] has their energy for any bytes.
+pub fn uses(report: &Report, program: &ScheduledDre, arch: &Arch) -> Vec<Use> {
+    let prices = Prices::of(arch);
+    let kernels = program.kernels.values().map(|kernel| {
+        let energy = of_kernel(kernel, report, &prices).total();
+        (kernel.dfg.name.clone(), energy)
+    });
+    let control = of_control(report, program, &prices).total();
+    let parts = counted(report, arch).into_iter();
+    let parts = parts.filter(|(part, _)| !matches!(part, Part::Bus | Part::Memory));
+    let parts = parts.map(|(part, pj)| (part.name().to_owned(), pj));
+    let code = kernels.chain([("VLIW code".to_owned(), control)]);
+    let all = code.chain(parts).map(|(of, pj)| Use { of, mj: pj * 1e-9 });
+    all.collect()
+}
+
+/// The energy of so many bytes that go between cores and memory, mJ at 65 nm.
+pub fn moved(bytes: u64) -> f64 {
+    8.0 * bytes as f64 * (chip::WIRE_PJ * BUS_MM + MEMORY_BIT_PJ) * 1e-9
 }
 
 /// Parts whose uses the system counts; pJ.

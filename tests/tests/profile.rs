@@ -6,6 +6,7 @@ use srp_runtime::effect::{self, Guard};
 use srp_runtime::scene::demo::demo;
 use srp_runtime::solo::{self, Finish, Solo, SoloError};
 use srp_runtime::system::{self, Report, Timing};
+use srp_studies::energy::{Energy, energy};
 use srp_studies::profile::{ObjectProfile, Parts, Profile, Profiler, Surroundings, add_account};
 use srp_tests::studio::Studio;
 use srp_tests::{compiled, machine};
@@ -178,12 +179,12 @@ fn profiled(studio: &Studio, arch: &Arch, program: &Checked) -> (Profile, Report
         "a profile changes nothing"
     );
     let mut profile = profiler.profile();
-    add_account(&mut profile, &report, arch);
+    add_account(&mut profile, &report, program, arch);
     (profile, report)
 }
 
 /// What caches and T&I units worked for is what the account has of them.
-fn frame_sums(profile: &Profile, report: &Report) {
+fn frame_sums(profile: &Profile, report: &Report, energy: &Energy) {
     let frame = profile.frame.as_ref().expect("it is a frame");
     let still = profile.parts.memory_stall + profile.parts.texture_stall;
     assert_eq!(frame.objects.iter().map(|o| o.stall).sum::<u64>(), still);
@@ -221,6 +222,12 @@ fn frame_sums(profile: &Profile, report: &Report) {
         .collect();
     assert_eq!(names, ["TRV_PRE", "TRV_AABB", "TRV_POST", "IST"]);
     assert_eq!(frame.pipelines[3].account, tni.ist.account);
+    let all: f64 = frame.energy.iter().map(|of| of.mj).sum();
+    assert!((all / energy.total_mj - 1.0).abs() < 1e-9, "{all} mJ");
+    for l in &profile.loops {
+        let has_energy = frame.energy.iter().any(|of| of.of == l.kernel);
+        assert!(has_energy, "{}", l.kernel);
+    }
     let mut code = Parts::default();
     profile.code.iter().for_each(|of| code += of.parts);
     assert_eq!(code, profile.parts);
@@ -246,7 +253,8 @@ fn a_frame_is_profiled_to_the_cycle() {
         let program = compiled.schedule.program;
         let (profile, report) = profiled(&studio, &studio.arch, &program);
         sums(&profile);
-        frame_sums(&profile, &report);
+        let energy = energy(&report, &program, &studio.arch);
+        frame_sums(&profile, &report, &energy);
         let parts = Parts {
             vliw: profile.parts.vliw + profile.parts.empty,
             empty: 0,

@@ -6,8 +6,11 @@ use super::model::{
     PipelineProfile,
 };
 use super::timeline::Cache;
+use crate::energy::{self, Use};
+use srp_archdesc::arch::Arch;
 use srp_archdesc::system::SystemSpec;
 use srp_csimgen::Turn;
+use srp_ir::dre::scheduled::ScheduledDre;
 use srp_runtime::scene::Scene;
 use srp_runtime::scene_image::{Object, SceneImage, objects};
 use srp_runtime::system::{MemoryRequest, Report, Requester};
@@ -210,6 +213,7 @@ impl Work {
             accesses,
             materials,
             levels: self.levels(),
+            energy: Vec::new(),
             pipelines: Vec::new(),
         }
     }
@@ -227,6 +231,24 @@ impl Work {
         };
         (0..).zip(counts).map(level).collect()
     }
+}
+
+/// The energy of a frame by what took it, most first, with the objects that moved to and from memory.
+pub(super) fn energy(
+    objects: &[ObjectProfile],
+    report: &Report,
+    program: &ScheduledDre,
+    arch: &Arch,
+) -> Vec<Use> {
+    let moved = |o: &ObjectProfile| Use {
+        of: format!("memory: {}", o.object),
+        mj: energy::moved(o.by_data + o.by_texture + o.by_tni + o.written),
+    };
+    let mut all = energy::uses(report, program, arch);
+    all.extend(objects.iter().map(moved));
+    all.retain(|of| of.mj > 0.0);
+    all.sort_by(|a, b| b.mj.total_cmp(&a.mj));
+    all
 }
 
 /// The pipelines of all T&I units, in the order of a ray's way.

@@ -28,17 +28,19 @@ use srp_archdesc::arch::Arch;
 use srp_archdesc::isa::Class;
 use srp_csimgen::{Counting, SharedCounts, SimSpec, TooManyStages, Turn, link};
 use srp_ir::check::Checked;
+use srp_ir::dre::scheduled::ScheduledDre;
 use srp_runtime::core::{Activity, Core, Run};
 use srp_runtime::system::{CoreView, MemoryRequest, Observer, Report, SentPacket, Stall};
 use srp_runtime::tni::{HitRecord, RayCost};
 use std::collections::BTreeMap;
 use timeline::{Cache, Clock, Doing};
 
-/// Adds to the profile of a frame what only its account tells: the pipelines of its T&I units, and what to do about
-/// its largest costs.
-pub fn add_account(profile: &mut Profile, report: &Report, arch: &Arch) {
+/// Adds to the profile of a frame of a program what only its account tells: energy, the pipelines of its T&I units,
+/// and what to do about its largest costs.
+pub fn add_account(profile: &mut Profile, report: &Report, program: &ScheduledDre, arch: &Arch) {
     profile.advice = advice::advice(profile, report, arch);
     if let Some(frame) = &mut profile.frame {
+        frame.energy = frame::energy(&frame.objects, report, program, arch);
         frame.pipelines = frame::pipelines(report, &arch.system);
     }
 }

@@ -1,6 +1,7 @@
 //! The profile as data.
 
 use super::timeline::Timeline;
+use crate::energy::Use;
 use schemars::JsonSchema;
 use serde::Serialize;
 use srp_runtime::tni::StallAccount;
@@ -187,6 +188,8 @@ pub struct FrameProfile {
     pub materials: Vec<MaterialProfile>,
     /// Levels of the tree, that of the root first.
     pub levels: Vec<LevelProfile>,
+    /// Energy by what took it, most first: loops, control code, objects in memory, and parts of the machine.
+    pub energy: Vec<Use>,
     /// Pipelines of the T&I units.
     pub pipelines: Vec<PipelineProfile>,
 }
