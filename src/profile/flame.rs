@@ -23,7 +23,7 @@ struct Node<'a> {
     below: BTreeMap<Part<'a>, Node<'a>>,
 }
 
-/// What a part of the whole is.
+/// The kind and name of a part of the whole.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Part<'a> {
     Function(&'a str),
@@ -89,15 +89,16 @@ fn rectangle(
     let (name, cycles) = (part.name(), node.parts.total());
     let title = html! { (name) ": " (thousands(cycles)) " cycles, " (percent(cycles, whole)) " %" };
     let height = ROW - 1.0;
-    let link = match part {
+    let (open, close) = match part {
         Part::Line(file, line) if line > 0 => {
-            format!("<a href=\"#{}\">", anchor(&format!("{file}:{line}")))
+            let place = anchor(&format!("{file}:{line}"));
+            (format!("<a href=\"#{place}\">"), "</a>")
         }
-        _ => "<g>".to_owned(),
+        _ => ("<g>".to_owned(), "</g>"),
     };
     let _ = write!(
         drawn,
-        "{link}<rect class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\">\
+        "{open}<rect class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\">\
          <title>{}</title></rect>",
         title.into_string()
     );
@@ -106,7 +107,7 @@ fn rectangle(
         let (x, y) = (x + 4.0, y + 13.0);
         let _ = write!(drawn, "<text x=\"{x:.1}\" y=\"{y:.1}\">{label}</text>");
     }
-    drawn.push_str(if link == "<g>" { "</g>" } else { "</a>" });
+    drawn.push_str(close);
 }
 
 /// The cycles from the whole down to lines.

@@ -3,16 +3,16 @@
 use super::percent;
 use maud::{Markup, html};
 use srp_runtime::digits::thousands;
+use srp_runtime::tni::LevelCounts;
 use srp_studies::energy::Use;
 use srp_studies::profile::{
-    AccessProfile, FrameProfile, LevelProfile, MaterialProfile, ObjectProfile, PipelineProfile,
-    Profile,
+    AccessProfile, FrameProfile, MaterialProfile, ObjectProfile, PipelineProfile, Profile,
 };
 
 /// Source lines whose misses are told.
 const ACCESSES: usize = 12;
 
-/// A table of words, the first and what it says last, and figures between.
+/// A table, whose rows are a name and figures.
 pub(super) struct Table {
     pub(super) title: &'static str,
     pub(super) heads: Vec<String>,
@@ -137,9 +137,9 @@ fn materials(frame: &FrameProfile) -> Table {
 
 fn levels(frame: &FrameProfile) -> Table {
     let all: u64 = frame.levels.iter().map(|l| l.visits + l.leaf_visits).sum();
-    let row = |l: &LevelProfile| {
+    let row = |(level, l): (u32, &LevelCounts)| {
         vec![
-            l.level.to_string(),
+            level.to_string(),
             figure(l.nodes),
             figure(l.leaves),
             figure(l.visits),
@@ -160,7 +160,7 @@ fn levels(frame: &FrameProfile) -> Table {
             "triangles tested",
             "T&I, B",
         ]),
-        rows: frame.levels.iter().map(row).collect(),
+        rows: (0..).zip(&frame.levels).map(row).collect(),
     }
 }
 

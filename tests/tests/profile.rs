@@ -183,7 +183,7 @@ fn profiled(studio: &Studio, arch: &Arch, program: &Checked) -> (Profile, Report
     (profile, report)
 }
 
-/// What caches and T&I units worked for is what the account has of them.
+/// The work of caches and T&I units is that of the account.
 fn frame_sums(profile: &Profile, report: &Report, energy: &Energy) {
     let frame = profile.frame.as_ref().expect("it is a frame");
     let still = profile.parts.memory_stall + profile.parts.texture_stall;

@@ -1,4 +1,4 @@
-//! What lies where in system memory, by name: what a miss of a cache was for.
+//! The objects that lie in system memory, by name: a miss of a cache is for one of them.
 
 use std::ops::Range;
 

@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use srp_archdesc::system::TniSpec;
 
 use super::decoded::Decoded;
@@ -10,8 +12,8 @@ use super::function::{Step, Tracer};
 use super::{RAY_BYTES, Tree, read_ray};
 use crate::memory::SystemMemory;
 
-/// What rays did at one level of a tree; that of the root is the first.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// The work of rays at one level of a tree.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct LevelCounts {
     /// Inner nodes of the tree.
     pub nodes: u64,
@@ -23,7 +25,7 @@ pub struct LevelCounts {
     pub leaf_visits: u64,
     /// Triangles tested.
     pub tests: u64,
-    /// Bytes that units read from memory for it.
+    /// Bytes that the memory gave T&I units; a line of memory belongs to the level of the first thing in it.
     pub bytes: u64,
 }
 
@@ -121,7 +123,7 @@ impl Levels {
         }
     }
 
-    /// The counts, level by level.
+    /// The counts, level by level from the root down.
     pub fn counts(&self) -> &[LevelCounts] {
         &self.counts
     }

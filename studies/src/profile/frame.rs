@@ -1,9 +1,9 @@
-//! What the misses of a frame's caches are for, and the rays of its T&I units: objects in system memory, and materials.
+//! Objects in system memory, which the misses of a frame's caches are for, and materials, which the rays of its T&I
+//! units hit.
 
 use super::lines::Lines;
 use super::model::{
-    AccessProfile, FrameProfile, LevelProfile, Line, MaterialProfile, ObjectProfile,
-    PipelineProfile,
+    AccessProfile, FrameProfile, Line, MaterialProfile, ObjectProfile, PipelineProfile,
 };
 use super::timeline::Cache;
 use crate::energy::{self, Use};
@@ -14,7 +14,7 @@ use srp_ir::dre::scheduled::ScheduledDre;
 use srp_runtime::scene::Scene;
 use srp_runtime::scene_image::{Object, SceneImage, objects};
 use srp_runtime::system::{MemoryRequest, Report, Requester};
-use srp_runtime::tni::{HitRecord, LevelCounts, Levels, PipeCounters, RayCost};
+use srp_runtime::tni::{HitRecord, Levels, PipeCounters, RayCost};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
@@ -68,7 +68,7 @@ struct Access {
     stall: u64,
 }
 
-/// What is under way for a core.
+/// Misses and packets under way for a core.
 #[derive(Default)]
 struct OfCore {
     /// The object that each source line asked for last, by cache.
@@ -212,24 +212,10 @@ impl Work {
             objects,
             accesses,
             materials,
-            levels: self.levels(),
+            levels: self.surroundings.levels.counts().to_vec(),
             energy: Vec::new(),
             pipelines: Vec::new(),
         }
-    }
-
-    fn levels(&self) -> Vec<LevelProfile> {
-        let counts = self.surroundings.levels.counts();
-        let level = |(level, of): (u32, &LevelCounts)| LevelProfile {
-            level,
-            nodes: of.nodes,
-            leaves: of.leaves,
-            visits: of.visits,
-            leaf_visits: of.leaf_visits,
-            tests: of.tests,
-            bytes: of.bytes,
-        };
-        (0..).zip(counts).map(level).collect()
     }
 }
 

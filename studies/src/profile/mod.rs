@@ -16,8 +16,8 @@ mod timeline;
 
 pub use frame::Surroundings;
 pub use model::{
-    AccessProfile, Advice, CodeProfile, FrameProfile, FunctionProfile, Iterations, LevelProfile,
-    LineProfile, LoopProfile, MaterialProfile, ObjectProfile, Parts, PipelineProfile, Profile,
+    AccessProfile, Advice, CodeProfile, FrameProfile, FunctionProfile, Iterations, LineProfile,
+    LoopProfile, MaterialProfile, ObjectProfile, Parts, PipelineProfile, Profile,
 };
 pub use timeline::{CoreTimeline, DoingTimeline, Timeline};
 

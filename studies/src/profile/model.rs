@@ -4,7 +4,7 @@ use super::timeline::Timeline;
 use crate::energy::Use;
 use schemars::JsonSchema;
 use serde::Serialize;
-use srp_runtime::tni::StallAccount;
+use srp_runtime::tni::{LevelCounts, StallAccount};
 use std::ops::AddAssign;
 
 /// A line of a source file; file `""` and line 0 stand for what no line is known of.
@@ -84,7 +84,7 @@ pub struct Profile {
     pub lines: Vec<LineProfile>,
     /// Cycles of each line in each function and loop: what the other lists are sums of. By function, loop and line.
     pub code: Vec<CodeProfile>,
-    /// What the caches and T&I units of a frame worked for.
+    /// The work of the caches and T&I units of a frame.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frame: Option<FrameProfile>,
     /// What the cores of a frame did in the course of time.
@@ -177,7 +177,7 @@ pub struct CodeProfile {
     pub parts: Parts,
 }
 
-/// What the caches and T&I units of a frame worked for.
+/// The work of the caches and T&I units of a frame.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct FrameProfile {
     /// Objects in system memory that were read or written, those first for which cores stood still longest.
@@ -187,7 +187,7 @@ pub struct FrameProfile {
     /// Rays by the material that they hit; an empty name stands for none.
     pub materials: Vec<MaterialProfile>,
     /// Levels of the tree, that of the root first.
-    pub levels: Vec<LevelProfile>,
+    pub levels: Vec<LevelCounts>,
     /// Energy by what took it, most first: loops, control code, objects in memory, and parts of the machine.
     pub energy: Vec<Use>,
     /// Pipelines of the T&I units.
@@ -243,25 +243,6 @@ pub struct MaterialProfile {
     pub visits: u64,
     /// Triangles that they tested.
     pub tests: u64,
-}
-
-/// What rays did at one level of the tree.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct LevelProfile {
-    /// Its number; the root's is 0.
-    pub level: u32,
-    /// Inner nodes of the tree.
-    pub nodes: u64,
-    /// Leaves of the tree.
-    pub leaves: u64,
-    /// Visits of inner nodes.
-    pub visits: u64,
-    /// Visits of leaves.
-    pub leaf_visits: u64,
-    /// Triangles tested.
-    pub tests: u64,
-    /// Bytes that the memory gave T&I units; a line of memory belongs to the level of the first thing in it.
-    pub bytes: u64,
 }
 
 /// The pipelines of one kind, of all T&I units.
