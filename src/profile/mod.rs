@@ -103,6 +103,20 @@ const CLASSES: [&str; 7] = [
     "p-wait",
 ];
 
+/// True if the energy of lines is known: that of a frame.
+fn has_energy(profile: &Profile) -> bool {
+    let frame = profile.frame.as_ref();
+    frame.is_some_and(|frame| !frame.energy_of_lines.is_empty())
+}
+
+/// An energy in µJ, nothing where there is none.
+fn microjoules(mj: f64) -> String {
+    match mj > 0.0 {
+        true => format!("{:.2}", 1e3 * mj),
+        false => String::new(),
+    }
+}
+
 /// The id of a line.
 fn anchor(line: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };

@@ -2,7 +2,7 @@
 //! each line.
 
 use super::listing::{File, Listing};
-use super::{CLASSES, anchor, columns, in_words, largest, percent, tried};
+use super::{CLASSES, anchor, columns, has_energy, in_words, largest, microjoules, percent, tried};
 use super::{drawing, flame, frame};
 use maud::{Markup, html};
 use srp_runtime::digits::thousands;
@@ -15,7 +15,7 @@ pub(super) fn page(title: &str, profile: &Profile, listing: &Listing) -> String 
     let all = profile.parts.total();
     let most = (listing.files.iter())
         .flat_map(|file| file.stretches.iter().flatten())
-        .map(|line| line.parts.total())
+        .map(|line| line.cost.parts.total())
         .max()
         .unwrap_or(0);
     let body = html! {
@@ -39,7 +39,7 @@ pub(super) fn page(title: &str, profile: &Profile, listing: &Listing) -> String 
             @if !profile.loops.is_empty() { div.summary.scroll { (loops(profile)) } }
             div.summary.scroll { (functions(profile)) }
             (frame::on_page(profile))
-            @for file in &listing.files { (source(file, &profile.parts, most)) }
+            @for file in &listing.files { (source(file, &profile.parts, most, has_energy(profile))) }
         }
     };
     crate::page::page(&format!("Profile of {title}"), STYLE, &body)
@@ -149,19 +149,22 @@ fn blank(cycles: u64) -> String {
     }
 }
 
-fn source(file: &File, all: &Parts, most: u64) -> Markup {
-    let total = all.total();
+fn source(file: &File, all: &Parts, most: u64, has_energy: bool) -> Markup {
+    let (cycles, total) = (file.cost.parts.total(), all.total());
     html! {
         section.scroll {
             div.head { h2 { code { (file.name) } }
-                span.soft { (thousands(file.parts.total())) " cycles, " (percent(file.parts.total(), total)) " %" } }
+                span.soft { (thousands(cycles)) " cycles, " (percent(cycles, total)) " %"
+                    @if has_energy { ", " (microjoules(file.cost.mj)) " µJ" } } }
             table.source {
+                tr.soft { th.cycles { "cycles" } @if has_energy { th.cycles { "µJ" } } th {} th {} th {} }
                 @for (i, stretch) in file.stretches.iter().enumerate() {
-                    @if i > 0 { tr { td colspan="4" .soft { "⋯" } } }
+                    @if i > 0 { tr { td colspan="5" .soft { "⋯" } } }
                     @for line in stretch {
                         tr id=(anchor(&format!("{}:{}", file.name, line.number))) {
-                            td.cycles { (blank(line.parts.total())) }
-                            td.share { @if line.parts.total() > 0 { (bar(&line.parts, most)) } }
+                            td.cycles { (blank(line.cost.parts.total())) }
+                            @if has_energy { td.cycles { (microjoules(line.cost.mj)) } }
+                            td.share { @if line.cost.parts.total() > 0 { (bar(&line.cost.parts, most)) } }
                             td.number { (line.number) }
                             td { code { (line.text.trim_end()) } }
                         }

@@ -2,7 +2,7 @@
 
 use super::frame;
 use super::listing::{File, Listing};
-use super::{columns, in_words, largest, percent, tried};
+use super::{columns, has_energy, in_words, largest, microjoules, percent, tried};
 use crate::count::count;
 use srp_runtime::digits::thousands;
 use srp_studies::profile::{LoopProfile, Parts, Profile};
@@ -84,18 +84,19 @@ fn write(out: &mut String, title: &str, profile: &Profile, listing: &Listing) ->
     out.push_str(&frame::as_text(profile));
     let (long, short) = listing.files.split_at(listing.shown(all));
     for file in long {
-        source(out, file, &profile.parts)?;
+        source(out, file, profile)?;
     }
     if !short.is_empty() {
         writeln!(out, "\nother files")?;
     }
     for file in short {
-        let cycles = file.parts.total();
+        let cycles = file.cost.parts.total();
         let (share, cycles) = (percent(cycles, all), thousands(cycles));
         writeln!(out, "{cycles:>CYCLES$} {share:>5} %  {}", file.name)?;
     }
-    if listing.nowhere.total() > 0 {
-        let cycles = thousands(listing.nowhere.total());
+    let nowhere = listing.nowhere.parts.total();
+    if nowhere > 0 {
+        let cycles = thousands(nowhere);
         writeln!(out, "\n{cycles:>CYCLES$} in code of no line")?;
     }
     Ok(())
@@ -152,16 +153,21 @@ fn cells(parts: &Parts, all: &Parts) -> String {
     columns(all).into_iter().map(cell).collect()
 }
 
-fn source(out: &mut String, file: &File, all: &Parts) -> std::fmt::Result {
-    let total = all.total();
+fn source(out: &mut String, file: &File, profile: &Profile) -> std::fmt::Result {
+    let (all, cycles) = (&profile.parts, file.cost.parts.total());
+    let energy = |text: &str| match has_energy(profile) {
+        true => format!(" {text:>9}"),
+        false => String::new(),
+    };
     writeln!(
         out,
-        "\n{}: {} cycles, {} %\n{:>CYCLES$} {:>7}{}",
+        "\n{}: {} cycles, {} %\n{:>CYCLES$} {:>7}{}{}",
         file.name,
-        thousands(file.parts.total()),
-        percent(file.parts.total(), total),
+        thousands(cycles),
+        percent(cycles, all.total()),
         "cycles",
         "share",
+        energy("µJ"),
         heads(all)
     )?;
     for (i, stretch) in file.stretches.iter().enumerate() {
@@ -169,16 +175,20 @@ fn source(out: &mut String, file: &File, all: &Parts) -> std::fmt::Result {
             writeln!(out, "{:>CYCLES$}", "...")?;
         }
         for line in stretch {
-            let cycles = line.parts.total();
+            let cycles = line.cost.parts.total();
             let (number, text) = (line.number, line.text.trim_end());
             let (cycles, share) = match cycles {
                 0 => (String::new(), String::new()),
-                _ => (thousands(cycles), format!("{} %", percent(cycles, total))),
+                _ => (
+                    thousands(cycles),
+                    format!("{} %", percent(cycles, all.total())),
+                ),
             };
-            let cells = cells(&line.parts, all);
+            let cells = cells(&line.cost.parts, all);
+            let energy = energy(&microjoules(line.cost.mj));
             writeln!(
                 out,
-                "{cycles:>CYCLES$} {share:>7}{cells} {number:>6} | {text}"
+                "{cycles:>CYCLES$} {share:>7}{energy}{cells} {number:>6} | {text}"
             )?;
         }
     }

@@ -18,9 +18,12 @@ use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Opcode, Space, Ty};
 use srp_archdesc::structure::Special;
 use srp_archdesc::system::CacheSpec;
+use srp_ir::dfg::Node;
 use srp_ir::dre::scheduled::{BundleData, ModuloSchedule, ScheduledDre, Source, Src};
+use srp_ir::program::Pos;
 use srp_runtime::memory::cache::CacheCounters;
 use srp_runtime::system::Report;
+use std::collections::BTreeMap;
 
 /// Energy of a bit to or from system memory, pJ: 100 mW for a GB/s, Arm's rule for mobile memories.
 const MEMORY_BIT_PJ: f64 = 12.5;
@@ -194,13 +197,27 @@ impl Prices<'_> {
 
     /// One iteration of a kernel.
     fn iteration(&self, kernel: &ModuloSchedule) -> Activity {
+        let mut sum = Activity::default();
+        let nodes = self.nodes(kernel);
+        nodes.values().for_each(|&node| sum.add(node, 1.0));
+        sum
+    }
+
+    /// One iteration of a kernel by node: its operation with the moves, registers and links that its operands and its
+    /// value take. Operations and moves have even parts of the contexts.
+    fn nodes(&self, kernel: &ModuloSchedule) -> EntityMap<Node, Activity> {
         let srp = &self.arch.srp;
-        let mut sum = Activity {
-            contexts: self.contexts * f64::from(kernel.ii),
-            ..Activity::default()
-        };
+        let contexts = self.contexts * f64::from(kernel.ii) / kernel.ops.len().max(1) as f64;
+        let mut nodes: EntityMap<Node, Activity> = kernel
+            .dfg
+            .nodes
+            .keys()
+            .map(|_| Activity::default())
+            .collect();
         for placed in kernel.ops.values() {
             let node = kernel.dfg.nodes[placed.node].op;
+            let sum = &mut nodes[placed.node];
+            sum.contexts += contexts;
             let op = match node.result() {
                 Some(ty) if placed.is_move => Opcode::mov(ty),
                 _ => node,
@@ -225,6 +242,7 @@ impl Prices<'_> {
             sum.registers += written.sum::<f64>();
         }
         for transfer in &kernel.transfers {
+            let sum = &mut nodes[transfer.node];
             let bits = kernel.dfg.ty(transfer.node).map_or(0, Ty::bits);
             if let Carrier::Link(link) = transfer.over {
                 sum.links += chip::link_energy(srp, &srp.links[link], bits);
@@ -234,9 +252,9 @@ impl Prices<'_> {
         for hop in &kernel.hops {
             let bits = kernel.dfg.ty(hop.node).map_or(0, Ty::bits);
             let (inputs, _) = self.inputs[hop.wire];
-            sum.links += chip::wire_energy(srp, hop.wire, inputs, bits);
+            nodes[hop.node].links += chip::wire_energy(srp, hop.wire, inputs, bits);
         }
-        sum
+        nodes
     }
 
     /// One bundle of control code.
@@ -308,16 +326,18 @@ pub fn energy(report: &Report, program: &ScheduledDre, arch: &Arch) -> Energy {
 
 /// The energy of all iterations of a kernel.
 fn of_kernel(kernel: &ModuloSchedule, report: &Report, prices: &Prices<'_>) -> Activity {
+    let mut sum = Activity::default();
+    sum.add(prices.iteration(kernel), iterations(kernel, report));
+    sum
+}
+
+/// The iterations of a kernel that its cycles are for.
+fn iterations(kernel: &ModuloSchedule, report: &Report) -> f64 {
     let runs = report.cores.iter().flat_map(|core| &core.array);
     let cycles: u64 = (runs.filter(|run| run.kernel == kernel.dfg.name))
         .map(|run| run.cycles)
         .sum();
-    let mut sum = Activity::default();
-    sum.add(
-        prices.iteration(kernel),
-        cycles as f64 / f64::from(kernel.ii),
-    );
-    sum
+    cycles as f64 / f64::from(kernel.ii)
 }
 
 /// The energy of control code.
@@ -355,6 +375,26 @@ pub fn uses(report: &Report, program: &ScheduledDre, arch: &Arch) -> Vec<Use> {
     let code = kernels.chain([("VLIW code".to_owned(), control)]);
     let all = code.chain(parts).map(|(of, pj)| Use { of, mj: pj * 1e-9 });
     all.collect()
+}
+
+/// The energy of the loops on the array by the source positions of their operations, mJ at 65 nm: what [`uses`] has of
+/// them.
+pub fn of_loops(report: &Report, program: &ScheduledDre, arch: &Arch) -> BTreeMap<Pos, f64> {
+    let prices = Prices::of(arch);
+    let mut places: BTreeMap<Pos, f64> = BTreeMap::new();
+    for kernel in program.kernels.values() {
+        let times = iterations(kernel, report);
+        for (node, of) in prices.nodes(kernel).iter() {
+            let place = places.entry(kernel.dfg.nodes[node].pos).or_default();
+            *place += of.total() * times * 1e-9;
+        }
+    }
+    places
+}
+
+/// The energy of control code, mJ at 65 nm: what [`uses`] has of it.
+pub fn of_vliw_code(report: &Report, program: &ScheduledDre, arch: &Arch) -> f64 {
+    of_control(report, program, &Prices::of(arch)).total() * 1e-9
 }
 
 /// The energy of so many bytes that go between cores and memory, mJ at 65 nm.

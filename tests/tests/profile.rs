@@ -6,7 +6,7 @@ use srp_runtime::effect::{self, Guard};
 use srp_runtime::scene::demo::demo;
 use srp_runtime::solo::{self, Finish, Solo, SoloError};
 use srp_runtime::system::{self, Report, Timing};
-use srp_studies::energy::{Energy, energy};
+use srp_studies::energy::{Energy, Use, energy, moved};
 use srp_studies::profile::{ObjectProfile, Parts, Profile, Profiler, Surroundings, add_account};
 use srp_tests::studio::Studio;
 use srp_tests::{compiled, machine};
@@ -228,6 +228,13 @@ fn frame_sums(profile: &Profile, report: &Report, energy: &Energy) {
         let has_energy = frame.energy.iter().any(|of| of.of == l.kernel);
         assert!(has_energy, "{}", l.kernel);
     }
+    let lines: f64 = frame.energy_of_lines.iter().map(|l| l.mj).sum();
+    let is_code =
+        |of: &&Use| profile.loops.iter().any(|l| l.kernel == of.of) || of.of == "VLIW code";
+    let code = frame.energy.iter().filter(is_code);
+    let asked: u64 = frame.accesses.iter().map(|a| a.bytes).sum();
+    let code = code.map(|of| of.mj).sum::<f64>() + moved(asked);
+    assert!((lines / code - 1.0).abs() < 1e-9, "{lines} mJ of {code}");
     let mut code = Parts::default();
     profile.code.iter().for_each(|of| code += of.parts);
     assert_eq!(code, profile.parts);

@@ -3,7 +3,8 @@
 
 use super::lines::Lines;
 use super::model::{
-    AccessProfile, FrameProfile, Line, MaterialProfile, ObjectProfile, PipelineProfile,
+    AccessProfile, CodeProfile, FrameProfile, Line, LineEnergy, MaterialProfile, ObjectProfile,
+    PipelineProfile,
 };
 use super::timeline::Cache;
 use crate::energy::{self, Use};
@@ -214,6 +215,7 @@ impl Work {
             materials,
             levels: self.surroundings.levels.counts().to_vec(),
             energy: Vec::new(),
+            energy_of_lines: Vec::new(),
             pipelines: Vec::new(),
         }
     }
@@ -235,6 +237,39 @@ pub(super) fn energy(
     all.retain(|of| of.mj > 0.0);
     all.sort_by(|a, b| b.mj.total_cmp(&a.mj));
     all
+}
+
+/// The energy of what lines of the source do. Bundles take equal parts of that of VLIW code, as in the account.
+pub(super) fn energy_of_lines(
+    code: &[CodeProfile],
+    accesses: &[AccessProfile],
+    report: &Report,
+    program: &ScheduledDre,
+    arch: &Arch,
+) -> Vec<LineEnergy> {
+    let mut lines: BTreeMap<Line, f64> = BTreeMap::new();
+    for (pos, mj) in energy::of_loops(report, program, arch) {
+        let line = match pos.line {
+            0 => Line::default(),
+            number => (program.files[pos.file].clone(), number),
+        };
+        *lines.entry(line).or_default() += mj;
+    }
+    let bundles = |of: &CodeProfile| of.parts.vliw + of.parts.empty;
+    let all: u64 = code.iter().map(bundles).sum();
+    let each = energy::of_vliw_code(report, program, arch) / all.max(1) as f64;
+    for of in code {
+        let line = lines.entry((of.file.clone(), of.line)).or_default();
+        *line += each * bundles(of) as f64;
+    }
+    for access in accesses {
+        let line = lines.entry((access.file.clone(), access.line)).or_default();
+        *line += energy::moved(access.bytes);
+    }
+    let lines = lines.into_iter().filter(|&(_, mj)| mj > 0.0);
+    lines
+        .map(|((file, line), mj)| LineEnergy { file, line, mj })
+        .collect()
 }
 
 /// The pipelines of all T&I units, in the order of a ray's way.

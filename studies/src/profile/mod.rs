@@ -16,8 +16,8 @@ mod timeline;
 
 pub use frame::Surroundings;
 pub use model::{
-    AccessProfile, Advice, CodeProfile, FrameProfile, FunctionProfile, Iterations, LineProfile,
-    LoopProfile, MaterialProfile, ObjectProfile, Parts, PipelineProfile, Profile,
+    AccessProfile, Advice, CodeProfile, FrameProfile, FunctionProfile, Iterations, LineEnergy,
+    LineProfile, LoopProfile, MaterialProfile, ObjectProfile, Parts, PipelineProfile, Profile,
 };
 pub use timeline::{CoreTimeline, DoingTimeline, Timeline};
 
@@ -41,6 +41,8 @@ pub fn add_account(profile: &mut Profile, report: &Report, program: &ScheduledDr
     profile.advice = advice::advice(profile, report, arch);
     if let Some(frame) = &mut profile.frame {
         frame.energy = frame::energy(&frame.objects, report, program, arch);
+        let (code, accesses) = (&profile.code, &frame.accesses);
+        frame.energy_of_lines = frame::energy_of_lines(code, accesses, report, program, arch);
         frame.pipelines = frame::pipelines(report, &arch.system);
     }
 }

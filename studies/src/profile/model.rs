@@ -190,8 +190,22 @@ pub struct FrameProfile {
     pub levels: Vec<LevelCounts>,
     /// Energy by what took it, most first: loops, control code, objects in memory, and parts of the machine.
     pub energy: Vec<Use>,
+    /// Energy of what lines of the source do, by file and number.
+    pub energy_of_lines: Vec<LineEnergy>,
     /// Pipelines of the T&I units.
     pub pipelines: Vec<PipelineProfile>,
+}
+
+/// The energy of a source line: of its operations on the array, of its bundles, and of the bytes that its misses
+/// moved.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct LineEnergy {
+    /// The file's name, empty where none is known.
+    pub file: String,
+    /// The line, from 1; 0 where none is known.
+    pub line: u32,
+    /// mJ at 65 nm.
+    pub mj: f64,
 }
 
 /// An object in system memory.
