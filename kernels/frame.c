@@ -17,9 +17,8 @@
 
 /* Bytes of the SRAM that a job takes, and that are left for jobs: on a small machine there are fewer
  * jobs than hit buffers. */
-#define JOB_BYTES \
-    (SRP_RAYS * (64 + 112 * SRP_SURFACES) + SRP_SECONDARY * WAITING * (int)sizeof(srp_waiting))
-#define LEFT_BYTES (SRP_SRAM_BYTES - SRP_RAYS * (112 * SRP_RAY_BUFFERS + 32) - 8192)
+#define JOB_BYTES (SRP_RAYS * (64 + 112 * SRP_SURFACES) + SRP_SECONDARY * WAITING * 80)
+#define LEFT_BYTES (SRP_SRAM_BYTES - SRP_RAYS * (80 * SRP_RAY_BUFFERS + 32) - 8192)
 #define LEAST(a, b) ((a) < (b) ? (a) : (b))
 #define MOST_JOBS LEAST(SRP_HIT_BUFFERS, SRP_RAY_BUFFERS - 1)
 #define JOBS (LEFT_BYTES < 2 * JOB_BYTES ? 1 : LEAST(MOST_JOBS, LEFT_BYTES / JOB_BYTES))
@@ -33,11 +32,12 @@ typedef struct {
     int tile; /* -1: there is none */
     int sample;
     int kind; /* of the packet that is being traced */
-    int rays; /* its ray buffer */
+    int buffer; /* its ray buffer; rays that have waited have none */
     int layers; /* surfaces that its shadow rays have gone through */
     int surfaces; /* left for lights */
+    int apart; /* whether each of them is of a pixel of its own: primary rays have hit them */
     int light; /* the next light, or behind the lights the next occlusion sample */
-    int waiting; /* rays that wait */
+    int waiting; /* rays that wait; behind them are those that have waited and are being traced */
     int left, top; /* of its tile, in pixels */
 } job;
 
@@ -45,7 +45,6 @@ static job jobs[JOBS];
 
 static srp_ray rays[SRP_RAY_BUFFERS][SRP_RAYS];
 static srp_hit hits[JOBS][SRP_RAYS];
-static float4 views[SRP_RAY_BUFFERS][SRP_RAYS]; /* of each buffer of rays */
 static float4 base[JOBS][SRP_RAYS]; /* of each tile, light that needs no shadow ray, or the sum */
 #if SRP_SUMS || !SRP_EFFECT(shadow)
 #define out base
@@ -65,13 +64,15 @@ static srp_surface surfaces[JOBS][SRP_RAYS];
 #define SURFACES(j) 0
 #endif
 #if SRP_SECONDARY
-static float4 weights[SRP_RAY_BUFFERS][SRP_RAYS];
-static srp_waiting waiting[JOBS][WAITING];
+/* Rays wait as the T&I unit takes them. When it has, and their hits are shaded, others may wait in their place. */
+static srp_ray waiting[JOBS][WAITING];
+static float4 weights[JOBS][WAITING];
 static int onward[SRP_RAYS + 1];
-#define WEIGHTS(buffer) weights[buffer]
+#define WAITED(j) (waiting[j] + jobs[j].waiting)
+#define WEIGHTS(j) (weights[j] + jobs[j].waiting)
 #define ONWARD onward
 #else
-#define WEIGHTS(buffer) 0
+#define WEIGHTS(j) 0
 #define ONWARD 0
 #endif
 
@@ -113,13 +114,18 @@ static float4 *pixels(int j)
     return lights ? out[j] : base[j];
 }
 
-static void submit(int j, int kind, int buffer, int n)
+static void submit_rays(int j, int kind, const srp_ray *packet, int n)
 {
     jobs[j].kind = kind;
-    jobs[j].rays = buffer;
-    srp_out(SRP_PORT_TNI_RAYS, (int)rays[buffer]);
+    srp_out(SRP_PORT_TNI_RAYS, (int)packet);
     srp_out(SRP_PORT_TNI_HITS, (int)hits[j]);
     srp_out(SRP_PORT_TNI_START, n);
+}
+
+static void submit(int j, int kind, int buffer, int n)
+{
+    jobs[j].buffer = buffer;
+    submit_rays(j, kind, rays[buffer], n);
 }
 
 /* Where a pixel is in the frame buffer. */
@@ -154,9 +160,9 @@ static void turn_to(int j, unsigned target, int finished)
     shift_x = sequence_x((unsigned)jobs[j].sample);
     shift_y = sequence_y((unsigned)jobs[j].sample);
 #endif
-    turn(pixels(j), curve, target, scale, scene.stride, finished, rays[buffer], views[buffer],
-         scene.eye, corner, right, down, scene.widening, scene.far, spread, shift_x, shift_y,
-         (unsigned)tile, mask, shift, tile_rays);
+    turn(pixels(j), curve, target, scale, scene.stride, finished, rays[buffer], scene.eye, corner,
+         right, down, scene.widening, scene.far, spread, shift_x, shift_y, (unsigned)tile, mask,
+         shift, tile_rays);
     if (tile >= 0)
         submit(j, PRIMARY, buffer, tile_rays);
     else
@@ -164,14 +170,14 @@ static void turn_to(int j, unsigned target, int finished)
 }
 
 #if SRP_SURFACES
-/* Sends the packet of the next light or occlusion sample of the surfaces in hand; whether there was
- * one to be sent. */
+/* Sends the packet of the next light, behind the first, or occlusion sample of the surfaces in hand;
+ * whether there was one to be sent. */
 static int send_light(int j)
 {
     int n = jobs[j].surfaces;
     if (!n)
         return 0;
-#if SRP_EFFECT(light)
+#if SRP_EFFECT(light) && SRP_EFFECT(lights)
     while (jobs[j].light < lights) {
         SRP_GLOBAL const srp_light *next = SRP_AT(const srp_light, scene.lights) + jobs[j].light++;
 #if SRP_EFFECT(shadow)
@@ -212,46 +218,47 @@ static int send_waiting(int j)
     int n = srp_min(jobs[j].waiting, SRP_RAYS);
     if (!n)
         return 0;
-    int buffer = take();
     jobs[j].waiting -= n;
-    float least = 0.0f;
-#if SRP_FORM(offset) == SRP_OFFSET_FIXED
-    least = LEAST_PART / scene.scale;
-#endif
-    launch(waiting[j] + jobs[j].waiting, rays[buffer], views[buffer], weights[buffer],
-           scene.widening, least, scene.far, n);
-    submit(j, SECONDARY, buffer, n);
+    submit_rays(j, SECONDARY, WAITED(j), n);
     return 1;
 }
 #endif
 
 /* Shades n hits of rays that are not shadow rays. Whether their shadow packet has been sent. */
-static int shade(int j, const srp_hit *h, int primary, int first, int n)
+static int shade(int j, const srp_hit *h, const srp_ray *from, int primary, int first, int n)
 {
-    int from = jobs[j].rays;
     int buffer = 0;
-#if SRP_EFFECT(shadow) && !SRP_SURFACES
+    jobs[j].apart = primary;
+#if SRP_EFFECT(light) && SRP_EFFECT(shadow)
     buffer = take();
+#endif
+#if SRP_SECONDARY
+    float least = 0.0f;
+#if SRP_FORM(offset) == SRP_OFFSET_FIXED
+    least = LEAST_PART / scene.scale;
+#endif
 #endif
     shading.primary = primary;
     shading.first = first;
-    int onwards = shade_hit(h, rays[from], views[from], WEIGHTS(from), base[j], rays[buffer],
-                            LIT(buffer), SURFACES(j), ONWARD, &shading, light, colour, n);
+    int onwards = shade_hit(h, from, WEIGHTS(j), base[j], rays[buffer], LIT(buffer), SURFACES(j),
+                            ONWARD, &shading, light, colour, n);
 #if SRP_EFFECT(reflection) || SRP_EFFECT(transparency)
     if (onwards)
-        jobs[j].waiting += scatter(surfaces[j], onward, waiting[j] + jobs[j].waiting,
-                                   shading.materials, onwards);
+        jobs[j].waiting += scatter(surfaces[j], onward, WAITED(j), WEIGHTS(j), shading.materials,
+                                   scene.widening, least, scene.far, onwards);
 #endif
 #if SRP_EFFECT(inter_reflection)
     if (shading.inter_reflections)
-        jobs[j].waiting += inter_reflect(surfaces[j], waiting[j] + jobs[j].waiting, shading.bounces,
+        jobs[j].waiting += inter_reflect(surfaces[j], WAITED(j), WEIGHTS(j), shading.bounces,
                                          shading.inter_reflections,
-                                         (unsigned)(jobs[j].tile + (jobs[j].sample << 20)), n);
+                                         (unsigned)(jobs[j].tile + (jobs[j].sample << 20)),
+                                         scene.widening, least, scene.far, n);
 #endif
 #if SRP_SURFACES
     jobs[j].surfaces = n;
-    jobs[j].light = 0;
-#elif SRP_EFFECT(shadow)
+    jobs[j].light = srp_min(lights, 1);
+#endif
+#if SRP_EFFECT(light) && SRP_EFFECT(shadow)
     if (lights) {
         submit(j, SHADOW, buffer, n);
         jobs[j].layers = 0;
@@ -266,7 +273,7 @@ static int shade(int j, const srp_hit *h, int primary, int first, int n)
  * to be sent. */
 static int finish_packet(int j)
 {
-    int from = jobs[j].rays;
+    int from = jobs[j].buffer;
 
     /* The T&I unit has sorted the hits into four runs. */
     int shadow_hits = srp_in(SRP_PORT_TNI_DONE);
@@ -277,7 +284,7 @@ static int finish_packet(int j)
     int sent = 0;
 #if SRP_EFFECT(shadow) || SRP_EFFECT(occlusion)
     if (shadow_misses)
-        shade_lit(h + shadow_hits, lit[from], base[j], out[j], shadow_misses);
+        shade_lit(h + shadow_hits, lit[from], base[j], out[j], jobs[j].apart, shadow_misses);
 #if !SRP_SUMS
     if (shadow_hits)
         shade_shadowed(h, lit[from], base[j], out[j], shadow_hits);
@@ -301,12 +308,19 @@ static int finish_packet(int j)
 #endif
     h += shadow_hits + shadow_misses;
     int primary = jobs[j].kind == PRIMARY, first = primary && jobs[j].sample == 0;
+    int has_buffer = 1;
+    const srp_ray *packet = rays[from];
+#if SRP_SECONDARY
+    has_buffer = jobs[j].kind != SECONDARY;
+    packet = has_buffer ? packet : WAITED(j);
+#endif
     if (other_misses)
-        shade_miss(h + other_hits, views[from], WEIGHTS(from), pixels(j), scene.background, primary,
-                   first, other_misses);
+        shade_miss(h + other_hits, packet, WEIGHTS(j), pixels(j), scene.background, primary, first,
+                   other_misses);
     if (other_hits)
-        sent = shade(j, h, primary, first, other_hits);
-    give_back(from);
+        sent = shade(j, h, packet, primary, first, other_hits);
+    if (has_buffer)
+        give_back(from);
 #if SRP_SURFACES
     if (!sent)
         sent = send_light(j);

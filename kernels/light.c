@@ -1,7 +1,7 @@
-/* Light on surfaces that are kept: that of lamps, one by one, and that which comes from all around. */
+/* Light on surfaces that are kept: that of further lamps, one by one, and that which comes from all around. */
 #include "rgs.h"
 
-#if SRP_EFFECT(light) && SRP_SURFACES
+#if SRP_EFFECT(light) && SRP_EFFECT(lights)
 void shade_light(const srp_surface *surfaces, srp_ray *shadow_rays, float4 *lit, float4 *sums,
                  float4 light, float4 colour, float scale, float widening, int n)
 {

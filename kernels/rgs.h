@@ -32,17 +32,6 @@ typedef struct {
     float4 weight;    /* of the ray; lane 3: how wide its cone is here */
 } srp_surface;
 
-/* A ray that waits for its turn. */
-typedef struct {
-    float4 origin;    /* lane 3: its word */
-    float4 direction; /* of length 1 */
-    float4 weight;    /* by which what it finds is multiplied; lane 3: how wide its cone begins */
-} srp_waiting;
-
-/* Rays, views and weights of n waiting rays; their hits count from `least` on. */
-void launch(const srp_waiting *waiting, srp_ray *rays, float4 *views, float4 *weights,
-            float widening, float least, float far, int n);
-
 /* What shading needs of the scene and of where it stands, the same for a packet. */
 typedef struct {
     unsigned triangles, materials;
@@ -56,21 +45,23 @@ typedef struct {
     float spread; /* how much wider the cone of a ray gets from one unit of length to the next */
 } srp_shading;
 
-/* Shades n hits. What needs no shadow ray goes to base. Where there is nothing else to be done with
- * them but one light, what it adds goes to lit[i], with the word in lane 3, and shadow ray i finds
- * out whether it does. Otherwise the surfaces are kept; `onward` gets the indices of those that
- * mirror or let light through, and the result is how many they are. `rays` are those that hit. */
-int shade_hit(const srp_hit *hits, const srp_ray *restrict rays, const float4 *views,
-              const float4 *weights, float4 *base, srp_ray *shadow_rays, float4 *lit,
+/* Shades n hits with the first light. What needs no shadow ray goes to base; what the light adds goes
+ * to lit[i], with the word in lane 3, and shadow ray i finds out whether it does. Where more is to be
+ * done with them the surfaces are kept; `onward` gets the indices of those that mirror or let light
+ * through, and the result is how many they are. `rays` are those that hit, `weights` by what the light
+ * that they find is multiplied, in lane 3 how wide their cones begin. */
+int shade_hit(const srp_hit *hits, const srp_ray *restrict rays, const float4 *weights, float4 *base, srp_ray *shadow_rays, float4 *lit,
               srp_surface *surfaces, int *onward, const srp_shading *shading, float4 light,
               float4 colour, int n);
 
-/* The background, for n rays that leave the scene. */
-void shade_miss(const srp_hit *hits, const float4 *views, const float4 *weights, float4 *out,
-                float4 background, int primary, int first, int n);
+/* The background, for n rays that leave the scene. The first rays of their pixels find nothing to add to. */
+void shade_miss(const srp_hit *hits, const srp_ray *restrict rays, const float4 *weights,
+                float4 *out, float4 background, int primary, int first, int n);
 
-/* n shadow rays that found the light: the pixel takes base and light. */
-void shade_lit(const srp_hit *hits, const float4 *lit, const float4 *base, float4 *out, int n);
+/* n shadow rays that found the light: the pixel takes base and light. `apart` says that no two of
+ * them are of one pixel, so that none has to wait for another's sum. */
+void shade_lit(const srp_hit *hits, const float4 *lit, const float4 *base, float4 *out, int apart,
+               int n);
 
 /* n shadow rays that found something before the light: the pixel takes base alone. */
 void shade_shadowed(const srp_hit *hits, const float4 *lit, const float4 *base, float4 *out, int n);
@@ -81,7 +72,7 @@ int shade_tinted(const srp_hit *hits, const srp_ray *restrict rays, const float4
                  float4 *blocked, srp_ray *onward, float4 *left, const srp_shading *shading,
                  float4 light, int n);
 
-/* A light on n surfaces: lit[i], and shadow ray i; without shadows, it goes to sums. */
+/* A further light on n surfaces: lit[i], and shadow ray i; without shadows, it goes to sums. */
 void shade_light(const srp_surface *surfaces, srp_ray *shadow_rays, float4 *lit, float4 *sums,
                  float4 light, float4 colour, float scale, float widening, int n);
 
@@ -90,13 +81,15 @@ void shade_light(const srp_surface *surfaces, srp_ray *shadow_rays, float4 *lit,
 void occlude(const srp_surface *surfaces, srp_ray *shadow_rays, float4 *lit, float4 ambient,
              float radius, float widening, float turn, float fan, unsigned seed, int n);
 
-/* Mirrored rays and rays through n surfaces; how many. */
-int scatter(const srp_surface *surfaces, const int *onward, srp_waiting *waiting,
-            unsigned materials, int n);
+/* Mirrored rays and rays through n surfaces, with their weights; how many. Their hits count from
+ * `least` on. */
+int scatter(const srp_surface *surfaces, const int *onward, srp_ray *rays, float4 *weights,
+            unsigned materials, float widening, float least, float far, int n);
 
 /* Diffuse reflection rays of n surfaces; how many. */
-int inter_reflect(const srp_surface *surfaces, srp_waiting *waiting, int bounces,
-                  int inter_reflections, unsigned seed, int n);
+int inter_reflect(const srp_surface *surfaces, srp_ray *rays, float4 *weights, int bounces,
+                  int inter_reflections, unsigned seed, float widening, float least, float far,
+                  int n);
 
 /* A piece of a curve, as a line. */
 typedef struct {
@@ -151,14 +144,13 @@ static inline float table_power(float x, float n)
  * pixels.
  *
  * Makes primary rays through n pixels of a tile; ray i belongs to pixel i, which has the column
- * i & mask and the row i >> shift. `corner` is the direction through the first of them. What shading
- * needs of a ray is kept in views: its direction, and in lane 3 its word. With several rays a pixel,
- * `spread` is 1, `shift_x` and `shift_y` are the sample's place, and `seed` the tile's number: each
- * pixel turns the places by its own amount. */
+ * i & mask and the row i >> shift. `corner` is the direction through the first of them. With several
+ * rays a pixel, `spread` is 1, `shift_x` and `shift_y` are the sample's place, and `seed` the tile's
+ * number: each pixel turns the places by its own amount. */
 void turn(const float4 *out, const srp_line *curve, unsigned target, float scale, int stride,
-          int finished, srp_ray *rays, float4 *views, float4 eye, float4 corner, float4 right,
-          float4 down, float widening, float far, float spread, float shift_x, float shift_y,
-          unsigned seed, int mask, int shift, int n);
+          int finished, srp_ray *rays, float4 eye, float4 corner, float4 right, float4 down,
+          float widening, float far, float spread, float shift_x, float shift_y, unsigned seed,
+          int mask, int shift, int n);
 
 /* The part of a shadow ray's way, and of the scene for others, from which on hits count in the form
  * of offsets that is `fixed`. */
@@ -225,6 +217,28 @@ static inline float4 kept(float4 colour)
     colour[3] = other;
     return colour;
 #endif
+}
+
+/* A ray from `start` to its nearest hit between `least` and `far`. The T&I unit leaves its word alone. */
+static inline void nearest_ray(srp_ray *ray, float4 start, float4 way, float least, float far,
+                               float widening, unsigned word)
+{
+    float4 reciprocal = srp_float4(srp_rcp(way[0]), srp_rcp(way[1]), srp_rcp(way[2]), 0.0f);
+    float4 widened = reciprocal * widening;
+    widened[3] = srp_float(0u);
+    reciprocal[3] = srp_float(word);
+    start[3] = least;
+    way[3] = far;
+    ray->origin = start;
+    ray->direction = way;
+    ray->reciprocal = reciprocal;
+    ray->far = widened;
+}
+
+/* The word of a ray that is no shadow ray. */
+static inline unsigned word_of(const srp_ray *ray)
+{
+    return srp_bits(ray->reciprocal[3]);
 }
 
 /* A shadow ray from `start` as far as `reach`; below 0 it is empty, so that the T&I unit

@@ -3,8 +3,8 @@
 #include "rgs.h"
 
 #if SRP_EFFECT(reflection) || SRP_EFFECT(transparency)
-int scatter(const srp_surface *surfaces, const int *onward, srp_waiting *waiting,
-            unsigned materials, int n)
+int scatter(const srp_surface *surfaces, const int *onward, srp_ray *rays, float4 *weights,
+            unsigned materials, float widening, float least, float far, int n)
 {
     int sent = 0;
 #pragma srp kernel
@@ -14,7 +14,7 @@ int scatter(const srp_surface *surfaces, const int *onward, srp_waiting *waiting
             SRP_AT(const srp_material, materials) + srp_bits(s->diffuse[3]);
         float4 point = s->point, normal = s->normal, geometric = s->geometric;
         float4 direction = s->direction, weight = s->weight;
-        float word = srp_float(srp_bits(normal[3]) + ONE_DEEPER & ~IS_DIFFUSE);
+        unsigned word = srp_bits(normal[3]) + ONE_DEEPER & ~IS_DIFFUSE;
         float cosine = srp_fmin(srp_fmax(-srp_dot3(normal, direction), 0.0f), 1.0f);
         float4 mirror = srp_splat(0.0f);
 #if SRP_EFFECT(reflection)
@@ -69,11 +69,9 @@ int scatter(const srp_surface *surfaces, const int *onward, srp_waiting *waiting
 #if SRP_LEVELS
         rest[3] = weight[3];
 #endif
-        float4 inward = moved_back(point, geometric, point[3]);
-        inward[3] = word;
-        waiting[sent].origin = inward;
-        waiting[sent].direction = onwards;
-        waiting[sent].weight = rest;
+        nearest_ray(rays + sent, moved_back(point, geometric, point[3]), onwards, least, far,
+                    widening, word);
+        weights[sent] = rest;
         sent += largest3(rest) > LEAST_WEIGHT;
 #endif
 
@@ -89,11 +87,9 @@ int scatter(const srp_surface *surfaces, const int *onward, srp_waiting *waiting
 #if SRP_LEVELS
         seen[3] = weight[3];
 #endif
-        float4 outward = moved(point, geometric, point[3]);
-        outward[3] = word;
-        waiting[sent].origin = outward;
-        waiting[sent].direction = back;
-        waiting[sent].weight = seen;
+        nearest_ray(rays + sent, moved(point, geometric, point[3]), back, least, far, widening,
+                    word);
+        weights[sent] = seen;
         sent += largest3(seen) > LEAST_WEIGHT;
 #endif
     }
@@ -102,8 +98,9 @@ int scatter(const srp_surface *surfaces, const int *onward, srp_waiting *waiting
 #endif
 
 #if SRP_EFFECT(inter_reflection)
-int inter_reflect(const srp_surface *surfaces, srp_waiting *waiting, int bounces,
-                  int inter_reflections, unsigned seed, int n)
+int inter_reflect(const srp_surface *surfaces, srp_ray *rays, float4 *weights, int bounces,
+                  int inter_reflections, unsigned seed, float widening, float least, float far,
+                  int n)
 {
     int sent = 0;
 #pragma srp kernel
@@ -122,11 +119,9 @@ int inter_reflect(const srp_surface *surfaces, srp_waiting *waiting, int bounces
                              srp_sqrt(srp_fmax(1.0f - y, 0.0f)));
         float out = srp_dot3(way, geometric);
         way = srp_select4(out < 0.0f, way - geometric * (out + out), way);
-        float4 outward = moved(point, geometric, point[3]);
-        outward[3] = srp_float(word + (ONE_DEEPER + ONE_MORE_DIFFUSE) | IS_DIFFUSE);
-        waiting[sent].origin = outward;
-        waiting[sent].direction = way;
-        waiting[sent].weight = weight;
+        nearest_ray(rays + sent, moved(point, geometric, point[3]), way, least, far, widening,
+                    word + (ONE_DEEPER + ONE_MORE_DIFFUSE) | IS_DIFFUSE);
+        weights[sent] = weight;
         sent += goes_on && largest3(weight) > LEAST_WEIGHT;
     }
     return sent;

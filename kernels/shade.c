@@ -1,8 +1,7 @@
 /* Shading: one loop for each of the four classes of hits. */
 #include "rgs.h"
 
-int shade_hit(const srp_hit *hits, const srp_ray *restrict rays, const float4 *views,
-              const float4 *weights, float4 *base, srp_ray *shadow_rays, float4 *lit,
+int shade_hit(const srp_hit *hits, const srp_ray *restrict rays, const float4 *weights, float4 *base, srp_ray *shadow_rays, float4 *lit,
               srp_surface *surfaces, int *onward, const srp_shading *shading, float4 light,
               float4 colour, int n)
 {
@@ -12,10 +11,10 @@ int shade_hit(const srp_hit *hits, const srp_ray *restrict rays, const float4 *v
 #if SRP_EFFECT(normals)
     float least_normal = shading->least_normal;
 #endif
-#if SRP_EFFECT(light) && !SRP_SURFACES
+#if SRP_EFFECT(light)
     float scale = shading->scale;
 #endif
-#if SRP_EFFECT(shadow) && !SRP_SURFACES
+#if SRP_EFFECT(light) && SRP_EFFECT(shadow)
     float widening = shading->widening;
 #endif
     int primary = shading->primary, first = shading->first, lamps = shading->lamps;
@@ -29,9 +28,9 @@ int shade_hit(const srp_hit *hits, const srp_ray *restrict rays, const float4 *v
         float u = hits[i].u, v = hits[i].v;
         SRP_GLOBAL const srp_triangle *t =
             SRP_AT(const srp_triangle, triangles) + hits[i].primitive;
-        float4 direction = views[hits[i].ray];
-        unsigned word = srp_bits(direction[3]);
-        direction = plain_unit3(direction);
+        const srp_ray *ray = rays + hits[i].ray;
+        unsigned word = word_of(ray);
+        float4 direction = plain_unit3(ray->direction);
         unsigned pixel = PIXEL(word);
         float4 v0 = t->v0, v1 = t->v1, v2 = t->v2;
         float4 n0 = t->n0;
@@ -117,15 +116,20 @@ int shade_hit(const srp_hit *hits, const srp_ray *restrict rays, const float4 *v
 #endif
         float4 here = around * diffuse + own;
 
-#if SRP_EFFECT(light) && !SRP_SURFACES
-        float4 brought = phong((light - point) * scale, normal, geometric, -direction, diffuse, specular, colour);
+#if SRP_EFFECT(light)
+        float4 brought =
+            phong((light - point) * scale, normal, geometric, -direction, diffuse, specular, colour);
 #if SRP_EFFECT(shadow)
         /* A ray from just off the surface to the light, which is at t = 1. */
         float reach = srp_select(brought[3] > 0.0f, 1.0f, -1.0f);
         float4 start = moved(point, geometric, off);
         brought[3] = srp_float(word);
         lit[i] = kept(brought);
-        shadow_ray(shadow_rays + i, start, light - start, reach, widening, SHADOW_FLAGS, 0.0f);
+        float cone = 0.0f;
+#if SRP_EFFECT(alpha) && SRP_LEVELS
+        cone = width;
+#endif
+        shadow_ray(shadow_rays + i, start, light - start, reach, widening, SHADOW_FLAGS, cone);
 #else
         here = here + brought;
 #endif
@@ -160,33 +164,52 @@ int shade_hit(const srp_hit *hits, const srp_ray *restrict rays, const float4 *v
     return going_on;
 }
 
-void shade_miss(const srp_hit *hits, const float4 *views, const float4 *weights, float4 *out,
-                float4 background, int primary, int first, int n)
+void shade_miss(const srp_hit *hits, const srp_ray *restrict rays, const float4 *weights,
+                float4 *out, float4 background, int primary, int first, int n)
 {
-#pragma srp kernel
-    for (int i = 0; i < n; i++) {
-        int ray = hits[i].ray;
-        unsigned pixel = PIXEL(srp_bits(views[ray][3]));
-        float4 light = background;
-#if SRP_SECONDARY
-        light = light * srp_select4(primary, srp_splat(1.0f), weights[ray]);
-#endif
 #if SRP_SUMS
-        light = srp_select4(first, srp_splat(0.0f), out[pixel]) + light;
+    if (!first) {
+#pragma srp kernel
+        for (int i = 0; i < n; i++) {
+            int ray = hits[i].ray;
+            unsigned pixel = PIXEL(word_of(rays + ray));
+            float4 light = background;
+#if SRP_SECONDARY
+            light = light * srp_select4(primary, srp_splat(1.0f), weights[ray]);
 #endif
-        out[pixel] = kept(light);
+            out[pixel] = kept(out[pixel] + light);
+        }
+        return;
     }
+#endif
+#pragma srp kernel
+    for (int i = 0; i < n; i++)
+        out[PIXEL(word_of(rays + hits[i].ray))] = kept(background);
 }
 
 #if SRP_EFFECT(shadow) || SRP_EFFECT(occlusion)
-void shade_lit(const srp_hit *hits, const float4 *lit, const float4 *base, float4 *out, int n)
+static inline void add_light(const srp_hit *hit, const float4 *lit, const float4 *base, float4 *out)
 {
+    float4 light = lit[hit->ray];
+    unsigned pixel = PIXEL(srp_bits(light[3]));
+    out[pixel] = kept(base[pixel] + light);
+}
+
+void shade_lit(const srp_hit *hits, const float4 *lit, const float4 *base, float4 *out, int apart,
+               int n)
+{
+#if SRP_SECONDARY
+    if (!apart) {
 #pragma srp kernel
-    for (int i = 0; i < n; i++) {
-        float4 light = lit[hits[i].ray];
-        unsigned pixel = PIXEL(srp_bits(light[3]));
-        out[pixel] = kept(base[pixel] + light);
+        for (int i = 0; i < n; i++)
+            add_light(hits + i, lit, base, out);
+        return;
     }
+#endif
+#pragma srp kernel
+#pragma ivdep
+    for (int i = 0; i < n; i++)
+        add_light(hits + i, lit, base, out);
 }
 
 #if !SRP_SUMS

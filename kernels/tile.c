@@ -63,12 +63,11 @@ static inline float wrapped(float x)
 }
 
 void turn(const float4 *out, const srp_line *curve, unsigned target, float scale, int stride,
-          int finished, srp_ray *rays, float4 *views, float4 eye, float4 corner, float4 right,
-          float4 down, float widening, float far, float spread, float shift_x, float shift_y,
-          unsigned seed, int mask, int shift, int n)
+          int finished, srp_ray *rays, float4 eye, float4 corner, float4 right, float4 down,
+          float widening, float far, float spread, float shift_x, float shift_y, unsigned seed,
+          int mask, int shift, int n)
 {
     float4 low = srp_splat(srp_float(FIRST)), high = srp_splat(srp_float(LAST));
-    eye[3] = 0.0f; /* tmin */
 #pragma srp kernel
     for (int i = 0; i < n; i++) {
         /* Bright light bends towards white, which it reaches at 2; dark light stays as it is. NaN
@@ -91,17 +90,6 @@ void turn(const float4 *out, const srp_line *curve, unsigned target, float scale
         y += spread * (wrapped(shift_y + fraction(bits * 0x2545f491u)) - 0.5f);
 #endif
         float4 direction = corner + right * x + down * y;
-        float4 view = direction;
-        view[3] = srp_float((unsigned)i);
-        views[i] = view;
-        float4 reciprocal = srp_float4(srp_rcp(direction[0]), srp_rcp(direction[1]),
-                                       srp_rcp(direction[2]), 0.0f);
-        float4 widened = reciprocal * widening;
-        widened[3] = srp_float(0u); /* any ray but a shadow ray */
-        direction[3] = far;
-        rays[i].origin = eye;
-        rays[i].direction = direction;
-        rays[i].reciprocal = reciprocal;
-        rays[i].far = widened;
+        nearest_ray(rays + i, eye, direction, 0.0f, far, widening, (unsigned)i);
     }
 }

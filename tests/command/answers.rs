@@ -87,12 +87,9 @@ fn passes_are_chosen_and_shown() {
 fn a_loop_of_a_frame_is_reported_as_the_frame_has_it() {
     let folder = folder("of-a-frame");
     kernels(&folder);
-    let alone = json(&folder, &["report", "light.c", "--json"]);
-    let framed = json(&folder, &["report", "light.c", "--frame", "--json"]);
-    let (alone, framed) = (
-        of_loop(&alone, "shade_light"),
-        of_loop(&framed, "shade_light"),
-    );
+    let alone = json(&folder, &["report", "tile.c", "--json"]);
+    let framed = json(&folder, &["report", "tile.c", "--frame", "--json"]);
+    let (alone, framed) = (of_loop(&alone, "turn"), of_loop(&framed, "turn"));
     let ii = |l: &Value, name: &str| l[name].as_u64();
     assert!(
         ii(framed, "ii") < ii(alone, "ii"),
@@ -111,7 +108,7 @@ fn a_loop_of_a_frame_is_reported_as_the_frame_has_it() {
     let whole = json(&folder, &["report", "--frame", "--json"]);
     let kernels = whole["loops"].as_array().expect("it has loops").len();
     assert!(kernels > 3, "all kernels of the frame: {kernels}");
-    assert_eq!(of_loop(&whole, "shade_light")["ii"], framed["ii"]);
+    assert_eq!(of_loop(&whole, "turn")["ii"], framed["ii"]);
 }
 
 #[test]

@@ -212,7 +212,7 @@ fn kernels_of_ones_own_are_tried() {
     };
     for (file, filter, right, wrong) in [
         ("vector.h", "V9", "direction - normal", "direction + normal"),
-        ("generate.c", "S5", "reciprocal * widening", "reciprocal"),
+        ("rgs.h", "S5", "reciprocal * widening", "reciprocal"),
     ] {
         let (status, text) = tried(filter);
         assert_eq!(status, Some(0), "{file}: {text}");

@@ -127,7 +127,7 @@ fn kernels_equal_their_native_twin() {
     all_are_equal(
         &kernels_of_the_frame(),
         (Effects::all(), Forms::default()),
-        12,
+        13,
     );
 }
 
@@ -135,7 +135,7 @@ fn kernels_equal_their_native_twin() {
 fn kernels_of_few_effects_equal_theirs() {
     let few = "normals,emission,light,highlight,shadow";
     let (few, _) = Effects::NONE.parse(few).expect("they are names");
-    all_are_equal(&kernels_of_the_frame(), (few, Forms::default()), 6);
+    all_are_equal(&kernels_of_the_frame(), (few, Forms::default()), 7);
 }
 
 /// Every value of every form, in as many builds as the form with most has values: one of them at a time, another in
@@ -164,8 +164,8 @@ fn kernels_in_other_forms_equal_theirs() {
         let forms = form::TABLE.iter().fold(Forms::default(), choose);
         let tables = usize::from(forms.to_string().contains("power=table"));
         let (effects, kernels) = match number % 2 {
-            0 => (few, 6),
-            _ => (Effects::all(), 12),
+            0 => (few, 7),
+            _ => (Effects::all(), 13),
         };
         all_are_equal(&kernels_of_the_frame(), (effects, forms), kernels + tables);
     }
@@ -182,7 +182,7 @@ fn textures_equal_their_native_twin() {
 
 /// The test's program and the kernels that it calls.
 fn kernels_of_the_frame() -> Vec<PathBuf> {
-    let kernels = ["generate.c", "light.c", "secondary.c", "shade.c", "tile.c"];
+    let kernels = ["light.c", "secondary.c", "shade.c", "tile.c"];
     let mut sources = vec![root().join("tests/twin/rgs.c")];
     sources.extend(kernels.map(|k| root().join("kernels").join(k)));
     sources

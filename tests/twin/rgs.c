@@ -13,13 +13,14 @@
 
 srp_line out_curve[SRGB_PIECES];
 srp_ray out_primary[N];
-float4 out_views[N];
 float4 out_base[N];
 float4 out_sums[N];
 srp_ray out_shadow[N];
 float4 out_lit[N];
 float4 out_missed[N];
+float4 out_missed_again[N];
 float4 out_found[N];
+float4 out_found_apart[N];
 float4 out_shadowed[N];
 srp_surface out_surfaces[N];
 int out_onward[N + 1];
@@ -29,10 +30,8 @@ srp_ray out_tinted[N + 1];
 float4 out_left[N + 1];
 srp_ray out_occluded[N];
 float4 out_ambient[N];
-srp_waiting out_waiting[3 * N + 1];
-srp_ray out_secondary[N];
-float4 out_secondary_views[N];
-float4 out_weights[N];
+srp_ray out_secondary[3 * N + 1];
+float4 out_weights[3 * N + 1];
 int out_counts[4];
 unsigned out_frame[8 * 8];
 
@@ -133,7 +132,7 @@ int main(void)
 #if SRP_FORM(power) == SRP_POWER_TABLE
     make_powers();
 #endif
-    turn(colours, out_curve, FRAME_AT, 0.75f, 8, 1, out_primary, out_views, eye, corner,
+    turn(colours, out_curve, FRAME_AT, 0.75f, 8, 1, out_primary, eye, corner,
          srp_float4(0.01f, 0.0f, 0.002f, 0.0f), srp_float4(0.0f, -0.01f, 0.0f, 0.0f), 1.0000005f,
          1.0e30f, 1.0f, 0.3f, 0.8f, 77u, 7, 3, N);
     float4 light = vector(-5.0f, 5.0f), colour = vector(0.5f, 2.0f);
@@ -150,24 +149,27 @@ int main(void)
         .inter_reflections = 2,
         .spread = 0.01f,
     };
-    int onward = shade_hit(hits, out_primary, out_views, weights, out_base, out_shadow, out_lit, out_surfaces,
+    int onward = shade_hit(hits, out_primary, weights, out_base, out_shadow, out_lit, out_surfaces,
                            out_onward, &shading, light, colour, N);
-    shade_miss(hits, out_views, weights, out_missed, vector(0.0f, 1.0f), 0, 1, N);
+    shade_miss(hits, out_primary, weights, out_missed, vector(0.0f, 1.0f), 1, 1, N);
+    shade_miss(hits, out_primary, weights, out_missed_again, vector(0.0f, 1.0f), 0, 0, N);
 #if SRP_SURFACES
     out_counts[0] = onward;
     shade_light(out_surfaces, out_other_shadow, out_other_lit, out_sums, light, colour, 0.125f,
                 1.0000005f, N);
     out_counts[1] =
         shade_tinted(hits, out_primary, out_other_lit, blocked, out_tinted, out_left, &shading, light, N);
-    shade_lit(hits, out_other_lit, out_base, out_found, N);
+    shade_lit(hits, out_other_lit, out_base, out_found, 0, N);
+    shade_lit(hits, out_other_lit, out_base, out_found_apart, 1, N);
     occlude(out_surfaces, out_occluded, out_ambient, vector(0.0f, 1.0f), 2.0f, 1.0000005f, 0.25f,
             0.6f, 99u, N);
-    out_counts[2] = scatter(out_surfaces, out_onward, out_waiting, MATERIALS_AT, onward);
-    out_counts[3] = inter_reflect(out_surfaces, out_waiting + out_counts[2], 3, 2, 99u, N);
-    launch(out_waiting, out_secondary, out_secondary_views, out_weights, 1.0000005f, 0.001f, 1.0e30f,
-           srp_min(out_counts[2] + out_counts[3], N));
+    int sent = scatter(out_surfaces, out_onward, out_secondary, out_weights, MATERIALS_AT,
+                       1.0000005f, 0.001f, 1.0e30f, onward);
+    out_counts[2] = sent;
+    out_counts[3] = inter_reflect(out_surfaces, out_secondary + sent, out_weights + sent, 3, 2, 99u,
+                                  1.0000005f, 0.001f, 1.0e30f, N);
 #else
-    shade_lit(hits, out_lit, out_base, out_found, N);
+    shade_lit(hits, out_lit, out_base, out_found, 1, N);
     shade_shadowed(hits, out_lit, out_base, out_shadowed, N);
 #endif
     SRP_GLOBAL unsigned *frame = SRP_AT(unsigned, FRAME_AT);
@@ -176,13 +178,14 @@ int main(void)
 #ifndef __SRP__
     srp_twin_write(out_curve, sizeof out_curve);
     srp_twin_write(out_primary, sizeof out_primary);
-    srp_twin_write(out_views, sizeof out_views);
     srp_twin_write(out_base, sizeof out_base);
     srp_twin_write(out_sums, sizeof out_sums);
     srp_twin_write(out_shadow, sizeof out_shadow);
     srp_twin_write(out_lit, sizeof out_lit);
     srp_twin_write(out_missed, sizeof out_missed);
+    srp_twin_write(out_missed_again, sizeof out_missed_again);
     srp_twin_write(out_found, sizeof out_found);
+    srp_twin_write(out_found_apart, sizeof out_found_apart);
     srp_twin_write(out_shadowed, sizeof out_shadowed);
     srp_twin_write(out_surfaces, sizeof out_surfaces);
     srp_twin_write(out_onward, sizeof out_onward);
@@ -192,9 +195,7 @@ int main(void)
     srp_twin_write(out_left, sizeof out_left);
     srp_twin_write(out_occluded, sizeof out_occluded);
     srp_twin_write(out_ambient, sizeof out_ambient);
-    srp_twin_write(out_waiting, sizeof out_waiting);
     srp_twin_write(out_secondary, sizeof out_secondary);
-    srp_twin_write(out_secondary_views, sizeof out_secondary_views);
     srp_twin_write(out_weights, sizeof out_weights);
     srp_twin_write(out_counts, sizeof out_counts);
     srp_twin_write(out_frame, sizeof out_frame);

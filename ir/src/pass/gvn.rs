@@ -1,5 +1,6 @@
 //! Common subexpressions, by value numbering over the dominator tree.
 
+use super::alias::Objects;
 use super::rename::Renames;
 use crate::flow::{Cfg, Dominators};
 use crate::program::*;
@@ -11,8 +12,8 @@ const MAX_LOADS: usize = 128;
 
 /// Uses the first of equal pure instructions wherever it dominates the second, and the first of
 /// equal loads, or the value stored there, with no store to the place in between: within a block,
-/// and on from it into blocks that are entered from nowhere else. Ports, calls and launches may write
-/// any memory.
+/// and on from it into blocks that are entered from nowhere else. A store leaves other [`Objects`] as
+/// they are; ports, calls and launches may write any memory.
 pub(crate) fn gvn(func: &mut Function) -> bool {
     let cfg = Cfg::of(func);
     let dominators = Dominators::of(&cfg);
@@ -20,6 +21,7 @@ pub(crate) fn gvn(func: &mut Function) -> bool {
         known: FxHashMap::default(),
         renames: Renames::default(),
         loads: Loads::default(),
+        objects: Objects::of(func),
     };
     // A walk over the tree; leaving a block forgets what it made known.
     let mut stack = vec![numbering.visit(func, func.entry())];
@@ -59,6 +61,7 @@ struct Numbering {
     known: FxHashMap<Key, Value>,
     renames: Renames,
     loads: Loads,
+    objects: Objects,
 }
 
 /// A block under way, and how many of those below it are done.
@@ -81,7 +84,7 @@ impl Numbering {
             let result = inst.results.first().copied();
             let Some(key) = key_of(&inst.kind) else {
                 let is_true = |guard| self.known.get(&Key::Const(Bits::Pred(true))) == Some(&guard);
-                if let Some(same) = self.loads.see(&inst.kind, result, is_true)
+                if let Some(same) = self.loads.see(&inst.kind, result, &self.objects, is_true)
                     && let Some(result) = result
                 {
                     self.renames.replace(result, same);
@@ -145,6 +148,7 @@ impl Loads {
         &mut self,
         kind: &InstKind,
         result: Option<Value>,
+        objects: &Objects,
         is_true: impl Fn(Value) -> bool,
     ) -> Option<Value> {
         let (op, args, imm) = match kind {
@@ -167,7 +171,7 @@ impl Loads {
             }
             (Effect::Store, Some(space)) => {
                 self.known
-                    .retain(|k| !may_overlap(k, space, op, args[1], imm));
+                    .retain(|k| !may_overlap(k, space, op, args[1], imm, objects));
                 // The load of a whole word or vector gives back what was stored.
                 if let Some(load) = load_back(op)
                     && is_true(args[0])
@@ -194,15 +198,26 @@ impl Loads {
     }
 }
 
-/// True if a store may overwrite a known value: same memory, and not disjoint from the same base.
-fn may_overlap(known: &Known, space: Space, op: Opcode, base: Value, imm: i32) -> bool {
+/// True if a store may overwrite a known value: same memory, not of another object, and not disjoint from the same base.
+fn may_overlap(
+    known: &Known,
+    space: Space,
+    op: Opcode,
+    base: Value,
+    imm: i32,
+    objects: &Objects,
+) -> bool {
     if known.op.space() != Some(space) {
         return false;
+    }
+    if base != known.base {
+        let (stored, loaded) = (objects.object(base), objects.object(known.base));
+        return stored.is_none() || loaded.is_none() || stored == loaded;
     }
     let bytes = |op: Opcode| op.access_bytes().map_or(0, i64::from);
     let (start, end) = (i64::from(imm), i64::from(imm) + bytes(op));
     let (known_start, known_end) = (i64::from(known.imm), i64::from(known.imm) + bytes(known.op));
-    base != known.base || (start < known_end && known_start < end)
+    start < known_end && known_start < end
 }
 
 fn load_back(store: Opcode) -> Option<Opcode> {

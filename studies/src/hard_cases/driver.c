@@ -153,9 +153,10 @@ static void texel(inputs in, outputs out, int n)
 /* Kernels of the frame, one input at a time: they pack what they make. */
 static srp_hit hit[1];
 static srp_ray ray[1], shadow[1];
-static float4 view[1], weight[1], base[1], lit[1], next_views[1], next_weights[1];
+static float4 weight[1], base[1], lit[1];
 static srp_surface surface[1];
-static srp_waiting waiting[3];
+static srp_ray waiting[3];
+static float4 weights[3];
 static int onward[2];
 static srp_line curve[SRGB_PIECES];
 
@@ -164,12 +165,7 @@ static void make_ray(inputs in, outputs out, int n)
 {
     for (int i = 0; i < n; i++) {
         float4 origin = in[2 * i];
-        float widening = origin[3];
-        origin[3] = 0.0f;
-        waiting[0].origin = origin;
-        waiting[0].direction = in[2 * i + 1];
-        waiting[0].weight = srp_splat(1.0f);
-        launch(waiting, ray, next_views, next_weights, widening, 0.0f, 1.0e30f, 1);
+        nearest_ray(ray, origin, in[2 * i + 1], 0.0f, 1.0e30f, origin[3], 0u);
         out[4 * i] = ray[0].origin;
         out[4 * i + 1] = ray[0].direction;
         out[4 * i + 2] = ray[0].reciprocal;
@@ -184,8 +180,8 @@ static void bytes(inputs in, unsigned out, int n)
     make_curve(curve);
     for (int i = 0; i < n; i++) {
         base[0] = in[i];
-        turn(base, curve, out + 16u * (unsigned)i, base[0][3], 1, 1, ray, view, none, none, none, none,
-             1.0f, 1.0f, 0.0f, 0.0f, 0.0f, 0u, 0, 0, 1);
+        turn(base, curve, out + 16u * (unsigned)i, base[0][3], 1, 1, ray, none, none, none, none, 1.0f,
+              1.0f, 0.0f, 0.0f, 0.0f, 0u, 0, 0, 1);
     }
 }
 
@@ -203,8 +199,7 @@ static void surfaces(inputs in, outputs out, int n)
         hit[0].v = what[1];
         hit[0].primitive = (int)srp_bits(what[2]);
         hit[0].ray = 0;
-        view[0] = in[5 * i + 1];
-        view[0][3] = srp_float(0u);
+        nearest_ray(ray, nothing, in[5 * i + 1], 0.0f, 1.0e30f, light[3], 0u);
         weight[0] = srp_splat(1.0f);
         srp_shading shading = {
             .triangles = srp_bits(places[0]),
@@ -221,10 +216,13 @@ static void surfaces(inputs in, outputs out, int n)
         float4 colour = srp_splat(1.0f);
         light[3] = 1.0f;
         onward[0] = 0;
-        int on = shade_hit(hit, ray, view, weight, base, shadow, lit, surface, onward, &shading,
-                           light, colour, 1);
-        shade_light(surface, shadow, lit, base, light, colour, scene[1], shading.widening, 1);
-        int sent = scatter(surface, onward, waiting, shading.materials, on);
+        int on = shade_hit(hit, ray, weight, base, shadow, lit, surface, onward, &shading, light,
+                           colour, 1);
+        /* Another light than the first has a loop of its own. */
+        if (i & 1)
+            shade_light(surface, shadow, lit, base, light, colour, scene[1], shading.widening, 1);
+        int sent = scatter(surface, onward, waiting, weights, shading.materials, shading.widening,
+                           0.0f, 1.0e30f, on);
         outputs o = out + 12 * i;
         o[0] = surface[0].point;
         o[1] = surface[0].geometric;
@@ -240,7 +238,7 @@ static void surfaces(inputs in, outputs out, int n)
             outputs to = o + (side >= 0.0f ? 6 : 9);
             to[0] = waiting[k].origin;
             to[1] = waiting[k].direction;
-            to[2] = waiting[k].weight;
+            to[2] = weights[k];
         }
     }
 }
@@ -265,11 +263,12 @@ static void bounce(inputs in, outputs out, int n)
         normal[3] = srp_float(0u);
         surface[0].normal = normal;
         surface[0].diffuse = diffuse;
-        float sent = srp_itof(inter_reflect(surface, waiting, 1, 1, srp_bits(in[3 * i][0]), 1));
+        float sent = srp_itof(inter_reflect(surface, waiting, weights, 1, 1, srp_bits(in[3 * i][0]),
+                                            1.0f, 0.0f, 1.0e30f, 1));
         float4 way = waiting[0].direction;
         way[3] = sent;
         out[2 * i] = way;
-        out[2 * i + 1] = waiting[0].weight;
+        out[2 * i + 1] = weights[0];
     }
 }
 
@@ -284,7 +283,7 @@ static void sum(inputs in, outputs out, int n)
         base[0] = in[2 * i];
         hit[0].ray = 0;
         for (int k = 0; k < times; k++)
-            shade_lit(hit, lit, base, base, 1);
+            shade_lit(hit, lit, base, base, 0, 1);
         out[i] = base[0];
     }
 }

@@ -4,10 +4,14 @@
 //! [`compact`] takes a placement to one that is worth no less. A [lower bound](bound) says where it can stop, and
 //! between which cycles each node lies in a schedule of some length. A step sets a shorter length and places anew
 //! what lies outside, by one of the two ways of the first search: by *squeezing*
-//! ([`Attempt::squeeze`]), which is quick where there is room, then by *negotiation* ([`Negotiation::from`]), which
+//! ([`Attempt::squeeze`]), which is quick where there is room, and by *negotiation* ([`Negotiation::from`]), which
 //! exchanges slots where there is none. Both leave all other nodes where they are, unless these are in the way. A
 //! step that succeeds doubles the next one; two that fail halve it. They hold on to the first cycle and to the last
-//! in turns. In small loops the exact way decides in the end.
+//! in turns.
+//!
+//! A schedule that was found without regard to its length can be far from the bound, and such that small steps lead
+//! nowhere. So it is *melted* first: hot negotiations, in which most of it may move, halve what lies between the
+//! schedule and the length that they have failed at. In small loops the exact way decides in the end.
 
 mod bound;
 mod queue;
@@ -24,15 +28,23 @@ use srp_ir::dfg::Node;
 use srp_ir::dre::scheduled::Reg;
 use value::Value;
 
-/// Steps of one squeeze and of one negotiation, for each node.
+/// Steps of one squeeze for each node.
 const SQUEEZE: u64 = 20;
-const NEGOTIATION: u64 = 200;
-/// Steps of a negotiation for each node over all stages, and the stage that it starts from: a schedule is changed
-/// in parts, not melted down.
-const STEPS: u64 = 12;
-const WARM: u32 = 14;
-/// The same where the length stays.
-const COOL: u32 = 24;
+/// Negotiations by which most of a schedule may move; by which it is changed in parts; and where its length stays.
+const HOT: Heat = Heat {
+    stage: 10,
+    steps: 100,
+    most: 3000,
+};
+const WARM: Heat = Heat {
+    stage: 14,
+    steps: 12,
+    most: 200,
+};
+const COOL: Heat = Heat { stage: 24, ..WARM };
+/// Times that a schedule is melted, and the fewest cycles beyond the bound from which on it is.
+const MELTINGS: u32 = 3;
+const LEAST_MELTED: u32 = 8;
 /// Nodes times units beyond which a try takes minutes.
 const LARGEST: usize = 1 << 20;
 /// Steps for each try beside its search.
@@ -106,7 +118,18 @@ struct Compaction<'a, 'p> {
 #[derive(Clone, Copy)]
 enum Way<'l> {
     Squeeze,
-    Negotiate(&'l Lanes, u32),
+    Negotiate(&'l Lanes, Heat),
+}
+
+/// How a negotiation goes about it.
+#[derive(Clone, Copy)]
+struct Heat {
+    /// The stage that it starts from.
+    stage: u32,
+    /// Changes for each node, over all stages.
+    steps: u64,
+    /// Steps of the search for each node, at most.
+    most: u64,
 }
 
 impl Compaction<'_, '_> {
@@ -115,8 +138,9 @@ impl Compaction<'_, '_> {
         if self.limits.effort == 0 || size > LARGEST {
             return;
         }
-        self.shorten(Way::Squeeze, PATIENCE);
         let lanes = Lanes::of(self.problem);
+        self.melt(&lanes);
+        self.shorten(Way::Squeeze, PATIENCE);
         self.shorten(Way::Negotiate(&lanes, WARM), MOST_PATIENCE);
         self.decide();
         self.simplify(&lanes);
@@ -138,6 +162,23 @@ impl Compaction<'_, '_> {
         let part = u64::from(self.gap()) * WORTHWHILE;
         let part = part.clamp(launch / LEAST_WORTH, launch);
         (u128::from(effort) * u128::from(part) / u128::from(launch)) as u64
+    }
+
+    /// Halves the cycles between the schedule and a length that it cannot have, as often as that is worth it. That has
+    /// an effort of its own.
+    fn melt(&mut self, lanes: &Lanes) {
+        let mut failed = 0;
+        for _ in 0..MELTINGS {
+            if self.gap() < LEAST_MELTED || self.limits.watch.cancelled() {
+                break;
+            }
+            let beyond = (failed + self.gap()) / 2;
+            let target = self.bound.length + beyond;
+            if !self.attempt(Way::Negotiate(lanes, HOT), target, self.worth()) {
+                failed = beyond;
+            }
+            self.router.expanded = 0;
+        }
     }
 
     /// Shortens the schedule by one way, until so many steps to the next cycle were in vain.
@@ -188,10 +229,11 @@ impl Compaction<'_, '_> {
                 let mut attempt = Attempt::new(problem, best.ii, seed, &freedom, fixed, router);
                 attempt.squeeze(best, &order, deadline, limit, watch)
             }
-            Way::Negotiate(lanes, stage) => {
+            Way::Negotiate(lanes, heat) => {
                 let mut run =
                     Negotiation::from(problem, lanes, best, &freedom, deadline, fixed, self.tries);
-                let found = run.shorten(stage, STEPS, left.min(NEGOTIATION * nodes), watch);
+                let limit = left.min(heat.most * nodes);
+                let found = run.shorten(heat.stage, heat.steps, limit, watch);
                 router.expanded += run.effort();
                 found
             }
