@@ -97,6 +97,16 @@ fn variants() -> Vec<(&'static str, SystemSpec)> {
                 s.tni.stack_depth = 2;
             }),
         ),
+        ("no accumulation units", with(&|s| s.tni.rau_rows = 0)),
+        (
+            "no accumulation units, single and full",
+            with(&|s| {
+                s.tni.pipeline = Pipeline::Single;
+                (s.tni.rau_rows, s.tni.fifo) = (0, 1);
+                s.tni.trv_l1.misses = 1;
+                s.tni.ist_l1.misses = 1;
+            }),
+        ),
         (
             "more stacks than room",
             with(&|s| {
@@ -222,6 +232,25 @@ fn passes_and_visits_add_up() {
     assert_eq!(single.aabb.bypasses, 2 * single.trv.leaf_visits);
     assert_eq!(single.pre.bypasses, single.trv.leaf_visits);
     assert_eq!(single.stacks, parallel.stacks);
+}
+
+/// Without accumulation units a ray that misses stands, so that none joins it and none overtakes it.
+#[test]
+fn rays_that_stand_hold_up_those_behind_them() {
+    let mut random = Random::new(4);
+    let triangles = soup(&mut random, 800);
+    let tree = image(&triangles, Builder::Sweep);
+    let rays = rays(&mut random, 1500, Vec3::splat(-0.5), Vec3::splat(1.5));
+    let with = |rows: u32| {
+        let mut spec = machine();
+        spec.tni.rau_rows = rows;
+        drive(&spec, &tree, &rays)
+    };
+    let (none, one, all) = (with(0), with(1), with(16));
+    assert!(none.cycles > one.cycles && one.cycles > all.cycles);
+    let joined = |o: &Outcome| o.counters.trv_rau.joined + o.counters.ist_rau.joined;
+    assert_eq!(joined(&none), 0);
+    assert!(joined(&all) > 0);
 }
 
 #[test]

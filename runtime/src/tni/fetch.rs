@@ -4,6 +4,9 @@
 //! A ray that finds its line in the cache passes on. One that misses is stored in the row of its
 //! line; later rays that need the same line join the row. When the line arrives the row is valid
 //! and gives up its rays, one a cycle. So rays that hit overtake rays that wait.
+//!
+//! Without rows there is no accumulation unit, as in the paper's FPGA prototype (section 4.3): a ray that misses
+//! stands where it is, and all others behind it, until its line is here.
 
 use schemars::JsonSchema;
 use std::collections::VecDeque;
@@ -101,6 +104,8 @@ pub(super) struct Fetch {
     pub(super) counters: RauCounters,
     rows: Rows,
     rays_per_row: usize,
+    /// True without an accumulation unit: the one row is the place of the ray that stands.
+    stands: bool,
     waiting: u32,
 }
 
@@ -114,7 +119,7 @@ pub(super) enum Need {
 }
 
 impl Fetch {
-    /// `rows` rows of `rays` rays each, in front of a cache.
+    /// `rows` rows of `rays` rays each, in front of a cache; without an accumulation unit, none.
     pub(super) fn new((rows, rays): (u32, u32), cache: &CacheSpec, resident: usize) -> Fetch {
         Fetch {
             input: Ring::new(resident),
@@ -122,6 +127,7 @@ impl Fetch {
             counters: RauCounters::default(),
             rows: Rows::new(rows.max(1) as usize),
             rays_per_row: rays.max(1) as usize,
+            stands: rows == 0,
             waiting: 0,
         }
     }
@@ -136,7 +142,12 @@ impl Fetch {
     /// True if a port's cycle would do anything.
     #[inline]
     pub(super) fn has_work(&self) -> bool {
-        !self.input.is_empty() || self.rows.ready > 0
+        self.rows.ready > 0 || !self.input.is_empty() && !self.is_blocked()
+    }
+
+    /// True if a ray stands and waits for its line.
+    fn is_blocked(&self) -> bool {
+        self.stands && self.waiting > self.rows.ready
     }
 
     /// One port's cycle: at most one ray gets its line, or needs none, and is returned. `need` gives
@@ -150,6 +161,9 @@ impl Fetch {
         if let Some(slot) = self.rows.take_ready() {
             self.waiting -= 1;
             return Some(slot);
+        }
+        if self.is_blocked() {
+            return None;
         }
         let slot = self.input.pop_front()?;
         let Need::Line(line) = need(slot) else {
@@ -190,7 +204,10 @@ impl Fetch {
 
     fn retry(&mut self, slot: Slot) -> Option<Slot> {
         self.counters.retried += 1;
-        self.input.push_back(slot);
+        match self.stands {
+            true => self.input.push_front(slot),
+            false => self.input.push_back(slot),
+        }
         None
     }
 
