@@ -196,7 +196,7 @@ Examples:
 /// The machine that everything is for.
 #[derive(Args)]
 pub(crate) struct MachineFile {
-    /// Machine file, or one of the machines that come along: sgrt, decoupled, tiny, wide
+    /// Machine file, or one of the machines that come along: sgrt, decoupled, fpga, tiny, wide
     #[arg(long, value_name = "FILE.xml", default_value = "sgrt")]
     pub(crate) machine: PathBuf,
 }

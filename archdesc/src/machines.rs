@@ -32,6 +32,13 @@ pub const TINY: Machine = Machine {
     xml: include_str!("../machines/tiny.xml"),
 };
 
+/// The prototype of the SGRT paper.
+pub const FPGA: Machine = Machine {
+    name: "fpga",
+    about: "the paper's prototype: one core at 45 MHz, three traversal units without accumulation units, no SIMD",
+    xml: include_str!("../machines/fpga.xml"),
+};
+
 /// An 8×8 array.
 pub const WIDE: Machine = Machine {
     name: "wide",
@@ -40,4 +47,4 @@ pub const WIDE: Machine = Machine {
 };
 
 /// All of them.
-pub const ALL: [Machine; 4] = [SGRT, DECOUPLED, TINY, WIDE];
+pub const ALL: [Machine; 5] = [SGRT, DECOUPLED, FPGA, TINY, WIDE];

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 /// The machine that a command describes.
 #[derive(Args)]
 pub(crate) struct Described {
-    /// Machine file, or one of the machines that come along: sgrt, decoupled, tiny, wide
+    /// Machine file, or one of the machines that come along: sgrt, decoupled, fpga, tiny, wide
     #[arg(default_value = "sgrt")]
     file: PathBuf,
     /// The same, as other commands have it
@@ -71,26 +71,26 @@ pub(crate) struct Machine {
 pub(crate) enum MachineAction {
     /// Say everything that is wrong with it.
     Check {
-        /// The file, or one of the machines that come along: sgrt, decoupled, tiny, wide
+        /// The file, or one of the machines that come along: sgrt, decoupled, fpga, tiny, wide
         #[arg(default_value = "sgrt")]
         file: PathBuf,
     },
     /// Show the array, the units and the peak rate.
     Show {
-        /// The file, or one of the machines that come along: sgrt, decoupled, tiny, wide
+        /// The file, or one of the machines that come along: sgrt, decoupled, fpga, tiny, wide
         #[arg(default_value = "sgrt")]
         file: PathBuf,
     },
     /// Write it with every unit, link, file and default spelled out.
     Expand {
-        /// The file, or one of the machines that come along: sgrt, decoupled, tiny, wide
+        /// The file, or one of the machines that come along: sgrt, decoupled, fpga, tiny, wide
         #[arg(default_value = "sgrt")]
         file: PathBuf,
     },
     /// Write a machine that comes along as it stands, with comments on what is known of it: a copy to edit.
     Source {
         /// Which
-        #[arg(default_value = "sgrt", value_parser = ["sgrt", "decoupled", "tiny", "wide"])]
+        #[arg(default_value = "sgrt", value_parser = ["sgrt", "decoupled", "fpga", "tiny", "wide"])]
         name: String,
     },
     /// Print the XML Schema of machine files, for editors.

@@ -65,7 +65,7 @@ pub(crate) struct Map {
 #[derive(Args)]
 #[group(required = true, multiple = false)]
 pub(crate) struct Target {
-    /// Machine file, or one of the machines that come along: sgrt, decoupled, tiny, wide
+    /// Machine file, or one of the machines that come along: sgrt, decoupled, fpga, tiny, wide
     #[arg(long, value_name = "FILE.xml")]
     pub(crate) machine: Option<PathBuf>,
     /// A mesh of units that run every operation in one cycle and have 8 registers each

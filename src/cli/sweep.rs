@@ -36,7 +36,7 @@ pub(crate) struct Sweep {
     /// Vary a parameter over values; several are possible
     #[arg(long, value_name = "PARAMETER=VALUES", value_parser = parse_set)]
     pub(crate) set: Vec<(String, String)>,
-    /// Machine file that is varied, or one of the machines that come along: sgrt, decoupled, tiny, wide
+    /// Machine file that is varied, or one of the machines that come along: sgrt, decoupled, fpga, tiny, wide
     #[arg(long, value_name = "FILE.xml")]
     pub(crate) machine: Option<String>,
     /// Scene to render, or `default`; several are possible. FILE@CAMERAS.json:NAME/N is a view

@@ -132,7 +132,7 @@ fn machines_at_fault_are_refused() {
     refused(
         &folder,
         &["machine", "show", "tinny"],
-        &["sgrt, decoupled, tiny, wide"],
+        &["sgrt, decoupled, fpga, tiny, wide"],
     );
     let sgrt = include_str!("../../archdesc/machines/sgrt.xml");
     let long = "<trv-l1 size=\"16K\" ways=\"2\" line=\"128\"";

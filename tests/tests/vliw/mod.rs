@@ -22,7 +22,7 @@ use srp_ir::interp::{FlatWorld, Options, TrapKind};
 use srp_ir::layout::Layout;
 use srp_ir::program::{Bits, Kernel, Pos, Program};
 
-/// The shipped machines, with fast units and units for halves, so that they run every operation.
+/// The shipped machines that compute vectors, with fast units and units for halves, so that they run every operation.
 fn machines() -> Vec<Arch> {
     let parse = |m: &machines::Machine| {
         srp_archdesc::parse(m.name, m.xml).expect("shipped machines are right")
@@ -30,6 +30,7 @@ fn machines() -> Vec<Arch> {
     machines::ALL
         .iter()
         .map(parse)
+        .filter(|arch| arch.srp.least_latency(Class::Vfma).is_some())
         .map(with_fast_units)
         .collect()
 }
