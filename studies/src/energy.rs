@@ -174,6 +174,8 @@ struct Prices<'a> {
     graph: ResourceGraph,
     operations: Vec<f64>,
     contexts: f64,
+    /// The context of a bundle: of all slots together.
+    bundle_context: f64,
     /// The inputs of each wire's multiplexer.
     inputs: EntityMap<Wire, (u32, u32)>,
 }
@@ -182,12 +184,18 @@ impl Prices<'_> {
     fn of(arch: &Arch) -> Prices<'_> {
         let energy = |&op: &Opcode| chip::operation_energy(op, arch);
         let graph = ResourceGraph::of(&arch.srp);
+        let slots = arch.srp.slots();
+        let bits = slots
+            .iter()
+            .map(|&fu| chip::context_bits(&arch.srp, &graph, fu));
+        let bundle_context = chip::context_energy(bits.sum());
         Prices {
             arch,
             inputs: chip::wire_inputs(&arch.srp, &graph),
             graph,
             operations: Opcode::ALL.iter().map(energy).collect(),
             contexts: chip::context_energy(chip::all_context_bits(&arch.srp)),
+            bundle_context,
         }
     }
 
@@ -259,12 +267,8 @@ impl Prices<'_> {
 
     /// One bundle of control code.
     fn bundle(&self, bundle: &BundleData) -> Activity {
-        let slots = self.arch.srp.slots();
-        let bits = slots
-            .iter()
-            .map(|&fu| chip::context_bits(&self.arch.srp, &self.graph, fu));
         let mut sum = Activity {
-            contexts: chip::context_energy(bits.sum()),
+            contexts: self.bundle_context,
             ..Activity::default()
         };
         for op in &bundle.ops {

@@ -62,9 +62,10 @@ struct Counted {
     counts: SharedCounts,
     /// Since when it stands still, and for which cache.
     still: Option<(u64, Stall)>,
-    /// Cycles of standing still and of waiting, by the turn before.
+    /// Cycles of standing still, by the turn before.
     stalls: BTreeMap<(Turn, Cache), u64>,
-    waits: BTreeMap<Turn, u64>,
+    /// Cycles of waiting, by the bundle.
+    waits: Vec<u64>,
 }
 
 impl Profiler {
@@ -109,7 +110,7 @@ impl Profiler {
             counts: core.counts(),
             still: None,
             stalls: BTreeMap::new(),
-            waits: BTreeMap::new(),
+            waits: vec![0; self.spec.bundles.len()],
         });
         Box::new(core)
     }
@@ -140,8 +141,8 @@ impl Observer for Profiler {
         if let Activity::Wait(_) = run.activity {
             let core = &mut self.cores[core.core as usize];
             let last = core.counts.get().last;
-            if let Some(turn) = last {
-                *core.waits.entry(turn).or_default() += run.cycles;
+            if let Some(Turn::Bundle(bundle)) = last {
+                core.waits[bundle as usize] += run.cycles;
             }
         }
     }
@@ -303,14 +304,12 @@ impl<'a> Builder<'a> {
                 Turn::Context { kernel, .. } => self.array(kernel as usize, parts, line),
             }
         }
-        for (&turn, &cycles) in &core.waits {
+        for (bundle, &cycles) in (0..).zip(&core.waits) {
             let parts = Parts {
                 wait: cycles,
                 ..Parts::default()
             };
-            if let Turn::Bundle(bundle) = turn {
-                self.control(bundle, parts, None);
-            }
+            self.control(bundle, parts, None);
         }
     }
 

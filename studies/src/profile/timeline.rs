@@ -79,6 +79,8 @@ pub(super) struct Clock {
 struct Counts {
     doings: BTreeMap<Doing, Vec<u64>>,
     rays: Vec<u64>,
+    /// What the core does, since when and until when: it often goes on with the same, and is counted when that ends.
+    under_way: Option<(Doing, u64, u64)>,
 }
 
 impl Clock {
@@ -104,10 +106,22 @@ impl Clock {
     /// A core does something for so many cycles.
     pub(super) fn does(&mut self, core: u32, cycle: u64, cycles: u64, doing: Doing) {
         let end = cycle + cycles;
+        let counts = self.core(core);
+        match &mut counts.under_way {
+            Some((same, _, until)) if *same == doing && *until == cycle => *until = end,
+            under_way => {
+                if let Some(before) = under_way.replace((doing, cycle, end)) {
+                    self.count(core, before);
+                }
+            }
+        }
+    }
+
+    /// Counts what a core did from one cycle to another.
+    fn count(&mut self, core: u32, (doing, mut from, end): (Doing, u64, u64)) {
         self.make_room(end);
         let step = self.step;
         let counts = self.core(core).doings.entry(doing).or_default();
-        let mut from = cycle;
         while from < end {
             let number = (from / step) as usize;
             let to = end.min((number as u64 + 1) * step);
@@ -149,6 +163,17 @@ impl Clock {
 
     /// What was counted; nothing where no system was observed.
     pub(super) fn timeline(&self, kernel: impl Fn(u32) -> String) -> Option<Timeline> {
+        let mut all = self.clone();
+        for core in 0..all.cores.len() as u32 {
+            if let Some(last) = all.core(core).under_way.take() {
+                all.count(core, last);
+            }
+        }
+        all.of_all(kernel)
+    }
+
+    /// The same where nothing is under way.
+    fn of_all(&self, kernel: impl Fn(u32) -> String) -> Option<Timeline> {
         let lengths = self
             .cores
             .iter()
