@@ -50,9 +50,9 @@ typedef struct {
  * done with them the surfaces are kept; `onward` gets the indices of those that mirror or let light
  * through, and the result is how many they are. `rays` are those that hit, `weights` by what the light
  * that they find is multiplied, in lane 3 how wide their cones begin. */
-int shade_hit(const srp_hit *hits, const srp_ray *restrict rays, const float4 *weights, float4 *base, srp_ray *shadow_rays, float4 *lit,
-              srp_surface *surfaces, int *onward, const srp_shading *shading, float4 light,
-              float4 colour, int n);
+int shade_hit(const srp_hit *hits, const srp_ray *restrict rays, const float4 *weights,
+              float4 *base, srp_ray *shadow_rays, float4 *lit, srp_surface *surfaces, int *onward,
+              const srp_shading *shading, float4 light, float4 colour, int n);
 
 /* The background, for n rays that leave the scene. The first rays of their pixels find nothing to add to. */
 void shade_miss(const srp_hit *hits, const srp_ray *restrict rays, const float4 *weights,

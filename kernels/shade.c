@@ -1,9 +1,9 @@
 /* Shading: one loop for each of the four classes of hits. */
 #include "rgs.h"
 
-int shade_hit(const srp_hit *hits, const srp_ray *restrict rays, const float4 *weights, float4 *base, srp_ray *shadow_rays, float4 *lit,
-              srp_surface *surfaces, int *onward, const srp_shading *shading, float4 light,
-              float4 colour, int n)
+int shade_hit(const srp_hit *hits, const srp_ray *restrict rays, const float4 *weights,
+              float4 *base, srp_ray *shadow_rays, float4 *lit, srp_surface *surfaces, int *onward,
+              const srp_shading *shading, float4 light, float4 colour, int n)
 {
     unsigned triangles = shading->triangles, materials = shading->materials;
     float4 ambient = shading->ambient;

@@ -14,7 +14,7 @@ const WORTH: u64 = 20;
 /// The source of each file that took cycles.
 pub(super) struct Listing {
     pub(super) files: Vec<File>,
-    /// What no line is known of.
+    /// The cost of code of no line.
     pub(super) nowhere: Cost,
 }
 

@@ -79,7 +79,7 @@ pub(super) struct Clock {
 struct Counts {
     doings: BTreeMap<Doing, Vec<u64>>,
     rays: Vec<u64>,
-    /// What the core does, since when and until when: it often goes on with the same, and is counted when that ends.
+    /// The thing that the core does, since when and until when: it often goes on with that, and is counted when it ends.
     under_way: Option<(Doing, u64, u64)>,
 }
 
@@ -169,11 +169,11 @@ impl Clock {
                 all.count(core, last);
             }
         }
-        all.of_all(kernel)
+        all.counted(kernel)
     }
 
-    /// The same where nothing is under way.
-    fn of_all(&self, kernel: impl Fn(u32) -> String) -> Option<Timeline> {
+    /// The counts without what is under way.
+    fn counted(&self, kernel: impl Fn(u32) -> String) -> Option<Timeline> {
         let lengths = self
             .cores
             .iter()
