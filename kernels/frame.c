@@ -128,6 +128,13 @@ static void submit(int j, int kind, int buffer, int n)
     submit_rays(j, kind, rays[buffer], n);
 }
 
+/* The shadow rays of a light: they have gone through nothing yet. */
+static void submit_shadows(int j, int buffer, int n)
+{
+    submit(j, SHADOW, buffer, n);
+    jobs[j].layers = 0;
+}
+
 /* Where a pixel is in the frame buffer. */
 static unsigned pixel_at(int left, int top)
 {
@@ -184,8 +191,7 @@ static int send_light(int j)
         int buffer = take();
         shade_light(surfaces[j], rays[buffer], lit[buffer], base[j], next->position, next->colour,
                     scene.scale, scene.widening, n);
-        submit(j, SHADOW, buffer, n);
-        jobs[j].layers = 0;
+        submit_shadows(j, buffer, n);
         return 1;
 #else
         shade_light(surfaces[j], 0, 0, base[j], next->position, next->colour,
@@ -260,8 +266,7 @@ static int shade(int j, const srp_hit *h, const srp_ray *from, int primary, int 
 #endif
 #if SRP_EFFECT(light) && SRP_EFFECT(shadow)
     if (lights) {
-        submit(j, SHADOW, buffer, n);
-        jobs[j].layers = 0;
+        submit_shadows(j, buffer, n);
         return 1;
     }
     give_back(buffer);

@@ -152,7 +152,7 @@ static void texel(inputs in, outputs out, int n)
 
 /* Kernels of the frame, one input at a time: they pack what they make. */
 static srp_hit hit[1];
-static srp_ray ray[1], shadow[1];
+static srp_ray ray[1], shadow[1], other[1];
 static float4 weight[1], base[1], lit[1];
 static srp_surface surface[1];
 static srp_ray waiting[3];
@@ -183,6 +183,12 @@ static void bytes(inputs in, unsigned out, int n)
         turn(base, curve, out + 16u * (unsigned)i, base[0][3], 1, 1, ray, none, none, none, none, 1.0f,
               1.0f, 0.0f, 0.0f, 0.0f, 0u, 0, 0, 1);
     }
+}
+
+static int are_equal(float4 a, float4 b)
+{
+    int4 x = srp_bits4(a), y = srp_bits4(b);
+    return x[0] == y[0] && x[1] == y[1] && x[2] == y[2] && x[3] == y[3];
 }
 
 /* In: weights of vertices 1 and 2, the triangle and the materials' address; the view; a light, with
@@ -218,16 +224,19 @@ static void surfaces(inputs in, outputs out, int n)
         onward[0] = 0;
         int on = shade_hit(hit, ray, weight, base, shadow, lit, surface, onward, &shading, light,
                            colour, 1);
-        /* Another light than the first has a loop of its own. */
-        if (i & 1)
-            shade_light(surface, shadow, lit, base, light, colour, scene[1], shading.widening, 1);
+        /* Another light than the first has a loop of its own, and the same ray. */
+        shade_light(surface, other, lit, base, light, colour, scene[1], shading.widening, 1);
+        int same = are_equal(other[0].origin, shadow[0].origin) &&
+                   are_equal(other[0].direction, shadow[0].direction) &&
+                   are_equal(other[0].reciprocal, shadow[0].reciprocal) &&
+                   are_equal(other[0].far, shadow[0].far);
         int sent = scatter(surface, onward, waiting, weights, shading.materials, shading.widening,
                            0.0f, 1.0e30f, on);
         outputs o = out + 12 * i;
         o[0] = surface[0].point;
         o[1] = surface[0].geometric;
         o[2] = shadow[0].origin;
-        o[3] = shadow[0].direction;
+        o[3] = same ? shadow[0].direction : srp_splat(srp_float(0x7fc00000u));
         o[4] = shadow[0].reciprocal;
         o[5] = shadow[0].far;
         for (int k = 6; k < 12; k++)
