@@ -179,12 +179,11 @@ impl Timed<'_> {
         observers.extend(profiler.as_mut().map(|o| o as &mut dyn Observer));
         observers.extend(traced.as_mut().map(|(_, o)| o as &mut dyn Observer));
         observers.extend(watch.as_mut().map(|o| o as &mut dyn Observer));
-        let is_observed = !observers.is_empty();
         let mut observers = Observers(observers);
         let options = system::Options {
             start: kept.start.as_ref(),
             checkpoint: kept.wanted.as_mut(),
-            observer: is_observed.then_some(&mut observers as &mut dyn Observer),
+            observer: observers.as_one(),
             ..self.options()
         };
         let rendered = interrupt::looked_for(|| system::render(image, cores, arch, options));

@@ -9,7 +9,8 @@ use crate::preamble::ops::V4;
 use crate::preamble::sequencer::{Datapath, Issue, KernelTimes};
 use crate::spec::{BundleSpec, KernelSpec, SimSpec};
 use srp_runtime::core::{Activity, Bus, Core, CoreState, Run, Trap};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::cell::{Ref, RefCell};
+use std::rc::Rc;
 
 /// The part of a program that has its turn in a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -65,17 +66,41 @@ impl Counts {
             ..Counts::default()
         }
     }
+
+    /// A kernel has run on the array from this cycle of an iteration on: contexts have their turn one after the
+    /// other, so that a run of them is counted when it is over. `to_begin` iterations had not begun before.
+    fn on_array(&mut self, kernel: u32, slot: u32, cycles: u64, to_begin: u64) {
+        if cycles == 0 {
+            return;
+        }
+        let counts = &mut self.kernels[kernel as usize];
+        let ii = counts.contexts.len() as u64;
+        let (first, end) = (u64::from(slot), u64::from(slot) + cycles);
+        let (rounds, rest) = (cycles / ii, cycles % ii);
+        if rounds > 0 {
+            counts
+                .contexts
+                .iter_mut()
+                .for_each(|cycles| *cycles += rounds);
+        }
+        for cycle in first..first + rest {
+            counts.contexts[(cycle % ii) as usize] += 1;
+        }
+        let starts = end.div_ceil(ii) - first.div_ceil(ii);
+        counts.iterations += starts.min(to_begin);
+        let slot = ((end - 1) % ii) as u32;
+        self.last = Some(Turn::Context { kernel, slot });
+    }
 }
 
 /// The counts of a core that runs elsewhere.
 #[derive(Clone, Debug)]
-pub struct SharedCounts(Arc<Mutex<Counts>>);
+pub struct SharedCounts(Rc<RefCell<Counts>>);
 
 impl SharedCounts {
-    /// The counts so far. While they are held, the core does not run.
-    pub fn get(&self) -> MutexGuard<'_, Counts> {
-        // A count is whole at any time.
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    /// The counts so far. They are given back before the core runs on.
+    pub fn get(&self) -> Ref<'_, Counts> {
+        self.0.borrow()
     }
 }
 
@@ -92,7 +117,7 @@ impl Counting {
     pub fn new(spec: &SimSpec) -> Counting {
         Counting {
             interpreter: Interpreter::new(spec),
-            counts: SharedCounts(Arc::new(Mutex::new(Counts::of(spec)))),
+            counts: SharedCounts(Rc::new(RefCell::new(Counts::of(spec)))),
             launches: spec.bundles.iter().map(BundleSpec::launches).collect(),
         }
     }
@@ -110,27 +135,34 @@ impl Core for Counting {
             counts,
             launches,
         } = self;
-        let mut counts = counts.get();
+        let counts = &mut *counts.0.borrow_mut();
         let mut border = Border::new(bus, interpreter.first_address);
+        let (slot, to_begin) = interpreter.sequencer.turn_on_array();
         let mut path = Counted {
             tables: &mut interpreter.tables,
-            counts: &mut counts,
+            counts,
+            to_begin,
         };
         let result = interpreter.sequencer.run(&mut path, &mut border, budget);
+        let to_begin = path.to_begin;
         let run = result.map_err(|fault| {
             let calls = interpreter.sequencer.open_calls();
             trap(fault.kind, fault.at, calls, &interpreter.positions)
         })?;
-        if run.activity == Activity::Switch {
-            // To the array after the bundle that launches, and back after the kernel.
-            let kernel = match counts.last {
-                Some(Turn::Bundle(bundle)) => launches[bundle as usize],
-                Some(Turn::Context { kernel, .. }) => Some(kernel),
-                None => None,
-            };
-            if let Some(kernel) = kernel {
-                counts.kernels[kernel as usize].switch += run.cycles;
+        match run.activity {
+            Activity::Array(kernel) => counts.on_array(kernel, slot, run.cycles, to_begin),
+            Activity::Switch => {
+                // To the array after the bundle that launches, and back after the kernel.
+                let kernel = match counts.last {
+                    Some(Turn::Bundle(bundle)) => launches[bundle as usize],
+                    Some(Turn::Context { kernel, .. }) => Some(kernel),
+                    None => None,
+                };
+                if let Some(kernel) = kernel {
+                    counts.kernels[kernel as usize].switch += run.cycles;
+                }
             }
+            Activity::Vliw | Activity::Wait(_) | Activity::Halted(_) => {}
         }
         Ok(run)
     }
@@ -148,6 +180,8 @@ impl Core for Counting {
 struct Counted<'a> {
     tables: &'a mut Tables,
     counts: &'a mut Counts,
+    /// Iterations of the launch on the array that are yet to begin, before the run or at its launch.
+    to_begin: u64,
 }
 
 /// The tables' own work, which is the same for every bus.
@@ -195,6 +229,7 @@ impl<'b> Datapath<Own<'b>> for Counted<'_> {
         };
         counts.most = counts.most.max(iterations);
         counts.launches += 1;
+        self.to_begin = iterations;
         trip
     }
 
@@ -205,13 +240,7 @@ impl<'b> Datapath<Own<'b>> for Counted<'_> {
         stages: u64,
         bus: &mut Border<'_, Own<'b>>,
     ) -> Result<(), Box<Fault>> {
-        self.tables.context(kernel, context, stages, bus)?;
-        let counts = &mut self.counts.kernels[kernel as usize];
-        let slot = context % counts.contexts.len() as u32;
-        counts.contexts[slot as usize] += 1;
-        counts.iterations += u64::from(slot == 0 && stages & 1 != 0);
-        self.counts.last = Some(Turn::Context { kernel, slot });
-        Ok(())
+        self.tables.context(kernel, context, stages, bus)
     }
 
     fn rotate(&mut self, kernel: u32) {

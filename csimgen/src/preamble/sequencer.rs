@@ -185,6 +185,14 @@ impl Sequencer {
         }
     }
 
+    /// On the array, the cycles since an iteration began there and the iterations that are yet to begin; else zeros.
+    pub fn turn_on_array(&self) -> (u32, u64) {
+        match self.mode {
+            Mode::Array(array) => (array.slot, array.to_begin),
+            _ => (0, 0),
+        }
+    }
+
     /// Where the core goes on.
     pub fn place(&self) -> Place {
         match self.mode {

@@ -87,15 +87,16 @@ pub(super) struct CoreUnit {
     kernel: Option<u32>,
 }
 
-/// A T&I unit that keeps time in this way. If it runs cycle by cycle and `costs` is set, it notes the cost of
-/// each ray.
-fn unit(timing: Timing, spec: &SystemSpec, tree: Tree, costs: bool) -> Unit {
+/// A T&I unit that keeps time in this way. If it runs cycle by cycle and is `observed`, it notes what each ray
+/// visits and costs.
+fn unit(timing: Timing, spec: &SystemSpec, tree: Tree, observed: bool) -> Unit {
     let buffers = spec.buffers.ray_buffers;
     match timing {
         Timing::Full => {
             let mut unit = Tni::new(&spec.tni, tree, buffers);
-            if costs {
+            if observed {
                 unit.note_costs();
+                unit.note_visits();
             }
             Unit::Full(Box::new(unit))
         }
@@ -252,6 +253,7 @@ impl CoreUnit {
         if let (Some(observer), Unit::Full(tni)) = (&mut shared.observer, tni) {
             tni.take_costs()
                 .for_each(|cost| observer.ray_returned(*number, now, &cost));
+            tni.give_visits(|visited| observer.tni_visited(*number, visited));
             observer.tni_ticked(*number, now, tni);
         }
     }

@@ -7,7 +7,7 @@
 use super::report::Account;
 use crate::core::Run;
 use crate::memory::cache::CacheCounters;
-use crate::tni::{Buffers, Client, HitRecord, RayCost, Tni, TniCounters, Unit};
+use crate::tni::{Buffers, Client, HitRecord, RayCost, Tni, TniCounters, Unit, Visited};
 use serde::{Deserialize, Serialize};
 
 /// Which cache a core stands still for.
@@ -103,6 +103,10 @@ pub trait Observer {
     /// The T&I unit of a core gives back a ray. Only a unit that is run cycle by cycle tells of rays.
     fn ray_returned(&mut self, core: u32, cycle: u64, cost: &RayCost) {}
 
+    /// Rays in the T&I unit of a core have visited parts of the tree, in this order. Only a unit that is run cycle by
+    /// cycle tells of them.
+    fn tni_visited(&mut self, core: u32, visited: &[Visited]) {}
+
     /// The T&I unit of a core has had a cycle of its own in this one. Only a unit that is run cycle by cycle has.
     fn tni_ticked(&mut self, core: u32, cycle: u64, unit: &Tni) {}
 
@@ -131,7 +135,16 @@ pub trait Observer {
 /// Several observers as one, which see every event one after the other.
 pub struct Observers<'a>(pub Vec<&'a mut dyn Observer>);
 
-impl Observers<'_> {
+impl<'a> Observers<'a> {
+    /// One observer for all; where there is one only, that one, and `None` where there is none.
+    pub fn as_one(&mut self) -> Option<&mut (dyn Observer + 'a)> {
+        match self.0.len() {
+            0 => None,
+            1 => Some(&mut *self.0[0]),
+            _ => Some(self),
+        }
+    }
+
     fn tell(&mut self, event: impl Fn(&mut dyn Observer)) {
         for observer in &mut self.0 {
             event(&mut **observer);
@@ -154,6 +167,10 @@ impl Observer for Observers<'_> {
 
     fn ray_returned(&mut self, core: u32, cycle: u64, cost: &RayCost) {
         self.tell(|o| o.ray_returned(core, cycle, cost));
+    }
+
+    fn tni_visited(&mut self, core: u32, visited: &[Visited]) {
+        self.tell(|o| o.tni_visited(core, visited));
     }
 
     fn tni_ticked(&mut self, core: u32, cycle: u64, unit: &Tni) {

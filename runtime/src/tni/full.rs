@@ -24,7 +24,7 @@ use super::tick::Tick;
 use super::trv::{Exits, Trv};
 use super::{
     Buffers, Client, Event, Finished, HitRecord, LineRequest, Logged, RAY_BYTES, RayCost, Slot,
-    SubmitError, Tree, UnitCounters, WarmCaches, read_ray,
+    SubmitError, Tree, UnitCounters, Visited, WarmCaches, read_ray,
 };
 use crate::bvh::TRIANGLE_BYTES;
 use crate::memory::SystemMemory;
@@ -34,6 +34,8 @@ pub(super) struct Context<'a> {
     pub(super) function: Function<'a>,
     /// Where events are noted, if they are.
     log: Option<&'a RefCell<Vec<Logged>>>,
+    /// Where visits are noted, if they are.
+    visits: Option<&'a RefCell<Vec<Visited>>>,
 }
 
 impl Context<'_> {
@@ -48,6 +50,14 @@ impl Context<'_> {
         if let Some(log) = self.log {
             let event = event();
             log.borrow_mut().push(Logged { cycle, slot, event });
+        }
+    }
+
+    /// Notes a visit, where somebody wants to know.
+    #[inline]
+    pub(super) fn visit(&self, visited: Visited) {
+        if let Some(visits) = self.visits {
+            visits.borrow_mut().push(visited);
         }
     }
 
@@ -234,7 +244,7 @@ impl Tni {
         }
     }
 
-    /// Goes on as another, but notes costs and events as it did before.
+    /// Goes on as another, but notes costs, visits and events as it did before.
     pub(super) fn go_on_as(&mut self, from: &Tni) {
         let recording = std::mem::take(&mut self.recording);
         self.clone_from(from);
@@ -250,6 +260,21 @@ impl Tni {
     pub fn take_costs(&mut self) -> impl Iterator<Item = RayCost> {
         let costs = self.recording.costs.iter_mut();
         costs.flat_map(|costs| costs.drain(..))
+    }
+
+    /// Notes from now on what rays visit.
+    pub fn note_visits(&mut self) {
+        self.recording.visits.get_or_insert_default();
+    }
+
+    /// Gives what rays have visited since the last call, where they have visited anything.
+    pub fn give_visits(&mut self, take: impl FnOnce(&[Visited])) {
+        if let Some(visits) = &mut self.recording.visits
+            && !visits.is_empty()
+        {
+            take(visits);
+            visits.clear();
+        }
     }
 
     /// Notes from now on everything that happens to a ray.
@@ -278,6 +303,7 @@ impl Tni {
             trv.fill(now, line);
         }
         let log = self.recording.events.take().map(RefCell::new);
+        let visits = self.recording.visits.take().map(RefCell::new);
         let tree = self.tree;
         let spec = Arc::clone(&self.spec);
         let context = Context {
@@ -287,6 +313,7 @@ impl Tni {
                 memory,
             },
             log: log.as_ref(),
+            visits: visits.as_ref(),
         };
         self.tick_units(tick, &context);
         let requests = &mut self.requests;
@@ -294,6 +321,7 @@ impl Tni {
             .tick(now, |address| requests.push_back((Client::TrvL2, address)));
         self.dispatch(tick, sram, &context);
         self.recording.events = log.map(RefCell::into_inner);
+        self.recording.visits = visits.map(RefCell::into_inner);
     }
 
     fn tick_units(&mut self, tick: Tick, context: &Context<'_>) {

@@ -8,7 +8,7 @@ use super::fetch::Fetch;
 use super::occupancy::IstOccupancy;
 use super::pipe::Pipe;
 use super::ray_state::RayState;
-use super::replay::Event;
+use super::replay::{Event, Visited};
 use super::tick::{Counted, Tick};
 use super::trv::Trv;
 use super::{Context, Slot};
@@ -145,6 +145,7 @@ impl Ist {
     fn test(&mut self, now: u64, slot: Slot, ray: &mut RayState, context: &Context<'_>) {
         self.tests += 1;
         ray.tests += 1;
+        context.visit(Visited::Triangle(ray.triangle));
         let enter = ray.walk.enter;
         let (primitive, hit, taken) =
             context

@@ -1,15 +1,11 @@
-//! The work of rays by level of the tree. The unit itself does not count it: the way of each ray is followed once
-//! more, without time.
-
-use std::sync::Arc;
+//! The work of rays by level of the tree, from the visits that the unit notes.
 
 use schemars::JsonSchema;
 use serde::Serialize;
 use srp_archdesc::system::TniSpec;
 
 use super::decoded::Decoded;
-use super::function::{Step, Tracer};
-use super::{RAY_BYTES, Tree, read_ray};
+use super::{Tree, Visited};
 use crate::memory::SystemMemory;
 
 /// The work of rays at one level of a tree.
@@ -29,12 +25,10 @@ pub struct LevelCounts {
     pub bytes: u64,
 }
 
-/// Follows rays through a tree and counts by level.
+/// Counts by level.
 pub struct Levels {
     spec: TniSpec,
     tree: Tree,
-    memory: SystemMemory,
-    decoded: Arc<Decoded>,
     /// The level of the inner node that each pair of siblings is below, and of the leaf of each triangle record.
     of_pairs: Vec<u16>,
     of_records: Vec<u16>,
@@ -47,12 +41,11 @@ impl Levels {
         let mut levels = Levels {
             spec: *spec,
             tree: *tree,
-            memory: memory.clone(),
-            decoded: Decoded::shared(spec, tree, memory),
             of_pairs: Vec::new(),
             of_records: Vec::new(),
             counts: Vec::new(),
         };
+        let decoded = Decoded::shared(spec, tree, memory);
         let mut open: Vec<_> = tree.root.map(|root| (root, 0)).into_iter().collect();
         while let Some((node, level)) = open.pop() {
             if levels.counts.len() <= usize::from(level) {
@@ -69,41 +62,29 @@ impl Levels {
                 counts.nodes += 1;
                 set(&mut levels.of_pairs, node.index as usize / 2, level);
                 let below = level.saturating_add(1);
-                open.extend(levels.decoded.pair(node).child.map(|child| (child, below)));
+                open.extend(decoded.pair(node).child.map(|child| (child, below)));
             }
         }
         levels
     }
 
-    /// Follows the rays of a buffer.
-    pub fn follow(&mut self, rays: &[u8]) {
-        let Levels {
-            spec,
-            tree,
-            memory,
-            decoded,
-            of_pairs,
-            of_records,
-            counts,
-        } = self;
-        let mut tracer = Tracer::over(spec, tree, memory, Arc::clone(decoded));
-        for number in 0..rays.len() as u32 / RAY_BYTES {
-            let ray = read_ray(rays, number * RAY_BYTES);
-            // A leaf is told of without its place, which its first triangle has.
-            let mut is_new = false;
-            tracer.follow(&ray, &mut |step| match step {
-                Step::Pair { address, .. } => {
-                    let pair = (address - tree.nodes) / spec.node_bytes / 2;
-                    counts[usize::from(of_pairs[pair as usize])].visits += 1;
+    /// Rays have visited these parts of the tree.
+    pub fn visit(&mut self, visited: &[Visited]) {
+        for visited in visited {
+            match *visited {
+                Visited::Node(leaf) if leaf.is_leaf() => {
+                    let level = self.of_records[leaf.index as usize];
+                    self.counts[usize::from(level)].leaf_visits += 1;
                 }
-                Step::Leaf => is_new = true,
-                Step::Triangle { address, .. } => {
-                    let record = (address - tree.triangles) / spec.triangle_bytes;
-                    let level = &mut counts[usize::from(of_records[record as usize])];
-                    level.tests += 1;
-                    level.leaf_visits += u64::from(std::mem::take(&mut is_new));
+                Visited::Node(node) => {
+                    let level = self.of_pairs[node.index as usize / 2];
+                    self.counts[usize::from(level)].visits += 1;
                 }
-            });
+                Visited::Triangle(record) => {
+                    let level = self.of_records[record as usize];
+                    self.counts[usize::from(level)].tests += 1;
+                }
+            }
         }
     }
 

@@ -48,7 +48,7 @@ pub use levels::{LevelCounts, Levels};
 pub use occupancy::{IstOccupancy, Occupancy, TrvOccupancy};
 pub use pipe::{PipeCounters, StallAccount};
 pub use place::place_for;
-pub use replay::{Event, Logged, RayCost};
+pub use replay::{Event, Logged, RayCost, Visited};
 pub use submission::{Buffers, Finished, HitRecord, Runs, SubmitError};
 pub use trv::TrvCounters;
 pub use unit::Unit;

@@ -8,6 +8,8 @@ use crate::bvh::NodeRef;
 pub(super) struct Recording {
     /// The cost of each ray, in the order of their return.
     pub(super) costs: Option<Vec<RayCost>>,
+    /// What rays have visited.
+    pub(super) visits: Option<Vec<Visited>>,
     /// The events of each ray.
     pub(super) events: Option<Vec<Logged>>,
 }
@@ -25,6 +27,15 @@ pub struct RayCost {
     pub visits: u32,
     /// Triangles tested.
     pub tests: u32,
+}
+
+/// A part of the tree that a ray has visited.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Visited {
+    /// TRV_PRE begins with a node.
+    Node(NodeRef),
+    /// The intersection unit begins with a triangle, by the number of its record.
+    Triangle(u32),
 }
 
 /// An event of a resident ray.

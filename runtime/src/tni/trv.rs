@@ -29,7 +29,7 @@ use super::ist::Ist;
 use super::occupancy::TrvOccupancy;
 use super::pipe::Pipes;
 use super::ray_state::{Phase, RayState};
-use super::replay::Event;
+use super::replay::{Event, Visited};
 use super::ring::Ring;
 use super::tick::{Counted, Tick};
 use super::walk::{Next, StackCounters};
@@ -456,6 +456,7 @@ impl Trv {
             } else {
                 self.counters.inner_visits += 1;
             }
+            context.visit(Visited::Node(node));
             context.log(now, slot, || Event::Visit {
                 node,
                 enter: ray.walk.enter,

@@ -15,7 +15,7 @@ use srp_ir::dre::scheduled::ScheduledDre;
 use srp_runtime::scene::Scene;
 use srp_runtime::scene_image::{Object, SceneImage, objects};
 use srp_runtime::system::{MemoryRequest, Report, Requester};
-use srp_runtime::tni::{HitRecord, Levels, PipeCounters, RayCost};
+use srp_runtime::tni::{HitRecord, Levels, PipeCounters, RayCost, Visited};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
@@ -158,9 +158,9 @@ impl Work {
         self.accesses.entry((line, number)).or_default().stall += cycles;
     }
 
-    /// Rays are sent to a T&I unit.
-    pub(super) fn packet_sent(&mut self, rays: &[u8]) {
-        self.surroundings.levels.follow(rays);
+    /// Rays have visited parts of the tree.
+    pub(super) fn visited(&mut self, visited: &[Visited]) {
+        self.surroundings.levels.visit(visited);
     }
 
     pub(super) fn ray_returned(&mut self, core: u32, cost: &RayCost) {

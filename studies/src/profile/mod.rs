@@ -30,8 +30,8 @@ use srp_csimgen::{Counting, SharedCounts, SimSpec, TooManyStages, Turn, link};
 use srp_ir::check::Checked;
 use srp_ir::dre::scheduled::ScheduledDre;
 use srp_runtime::core::{Activity, Core, Run};
-use srp_runtime::system::{CoreView, MemoryRequest, Observer, Report, SentPacket, Stall};
-use srp_runtime::tni::{HitRecord, RayCost};
+use srp_runtime::system::{CoreView, MemoryRequest, Observer, Report, Stall};
+use srp_runtime::tni::{HitRecord, RayCost, Visited};
 use std::collections::BTreeMap;
 use timeline::{Cache, Clock, Doing};
 
@@ -66,6 +66,16 @@ struct Counted {
     stalls: BTreeMap<(Turn, Cache), u64>,
     /// Cycles of waiting, by the bundle.
     waits: Vec<u64>,
+    /// The wait that may go on: a core looks at its port in every cycle, and the whole is counted when it is over.
+    waiting: Option<Wait>,
+}
+
+/// A wait of a core from one cycle until another.
+#[derive(Clone, Copy)]
+struct Wait {
+    bundle: u32,
+    since: u64,
+    until: u64,
 }
 
 impl Profiler {
@@ -111,6 +121,7 @@ impl Profiler {
             still: None,
             stalls: BTreeMap::new(),
             waits: vec![0; self.spec.bundles.len()],
+            waiting: None,
         });
         Box::new(core)
     }
@@ -127,8 +138,14 @@ impl Profiler {
             builder.add(core);
         }
         let kernel = |number: u32| self.spec.kernels[number as usize].name.clone();
+        let mut clock = self.clock.clone();
+        for (number, core) in (0..).zip(&self.cores) {
+            if let Some(wait) = core.waiting {
+                clock.does(number, wait.since, wait.until - wait.since, Doing::Waits);
+            }
+        }
         Profile {
-            timeline: self.clock.timeline(kernel),
+            timeline: clock.timeline(kernel),
             frame: self.work.as_ref().map(Work::profile),
             ..builder.finish()
         }
@@ -137,14 +154,27 @@ impl Profiler {
 
 impl Observer for Profiler {
     fn ran(&mut self, core: &CoreView<'_>, run: &Run) {
-        self.clock.ran(core.core, core.cycle, run);
-        if let Activity::Wait(_) = run.activity {
-            let core = &mut self.cores[core.core as usize];
-            let last = core.counts.get().last;
-            if let Some(Turn::Bundle(bundle)) = last {
-                core.waits[bundle as usize] += run.cycles;
-            }
+        let of = &mut self.cores[core.core as usize];
+        let is_wait = matches!(run.activity, Activity::Wait(_));
+        if is_wait
+            && let Some(wait) = &mut of.waiting
+            && wait.until == core.cycle
+        {
+            wait.until += run.cycles;
+            return;
         }
+        let last = of.counts.get().last;
+        self.wait_ended(core.core);
+        if is_wait && let Some(Turn::Bundle(bundle)) = last {
+            let (since, until) = (core.cycle, core.cycle + run.cycles);
+            self.cores[core.core as usize].waiting = Some(Wait {
+                bundle,
+                since,
+                until,
+            });
+            return;
+        }
+        self.clock.ran(core.core, core.cycle, run);
     }
 
     fn stall_began(&mut self, core: &CoreView<'_>, stall: Stall) {
@@ -169,9 +199,9 @@ impl Observer for Profiler {
         }
     }
 
-    fn packet_sent(&mut self, _: &CoreView<'_>, packet: &SentPacket<'_>) {
+    fn tni_visited(&mut self, _: u32, visited: &[Visited]) {
         if let Some(work) = &mut self.work {
-            work.packet_sent(packet.rays);
+            work.visited(visited);
         }
     }
 
@@ -187,8 +217,19 @@ impl Observer for Profiler {
 }
 
 impl Profiler {
+    /// A core does not wait any more, if it has.
+    fn wait_ended(&mut self, core: u32) {
+        let of = &mut self.cores[core as usize];
+        if let Some(wait) = of.waiting.take() {
+            let cycles = wait.until - wait.since;
+            of.waits[wait.bundle as usize] += cycles;
+            self.clock.does(core, wait.since, cycles, Doing::Waits);
+        }
+    }
+
     /// A core has stood still until now, if it has.
     fn go_on(&mut self, core: &CoreView<'_>) {
+        self.wait_ended(core.core);
         let of = &mut self.cores[core.core as usize];
         let Some((since, stall)) = of.still.take() else {
             return;
@@ -304,7 +345,9 @@ impl<'a> Builder<'a> {
                 Turn::Context { kernel, .. } => self.array(kernel as usize, parts, line),
             }
         }
-        for (bundle, &cycles) in (0..).zip(&core.waits) {
+        let waiting = core.waiting.map(|w| (w.bundle, w.until - w.since));
+        let waits = (0..).zip(core.waits.iter().copied());
+        for (bundle, cycles) in waits.chain(waiting) {
             let parts = Parts {
                 wait: cycles,
                 ..Parts::default()
