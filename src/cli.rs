@@ -18,6 +18,7 @@ mod start;
 mod sweep;
 mod tni;
 mod trace;
+mod watertight;
 
 pub(crate) use accuracy::Accuracy;
 pub(crate) use cache::{Cache, CacheAction};
@@ -38,6 +39,7 @@ pub(crate) use start::{Kind as StartKind, New};
 pub(crate) use sweep::{Sweep, SweepAction};
 pub(crate) use tni::{HeatOf, Latencies, Pipeline, RayKind, Tni, TniMemory};
 pub(crate) use trace::{Trace, TraceOf};
+pub(crate) use watertight::Watertight;
 
 use crate::limits::{self, Limits};
 use crate::talk::Colour;
@@ -157,6 +159,8 @@ pub(crate) enum Command {
     Dram(dram::Dram),
     /// Try cases that go wrong in float arithmetic, with each precision that the machine can have.
     HardCases(HardCases),
+    /// Count rays that meshes lose, and rays that hit what they pass by, with every triangle test.
+    Watertight(Watertight),
     /// Show, empty or check what is kept from one run to the next.
     Cache(Cache),
     /// Check a machine file, show what it describes, write it out in full, or make one.

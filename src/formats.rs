@@ -9,7 +9,7 @@ use schemars::Schema;
 use srp_studies::comparison::Comparison;
 use srp_studies::hard_cases::{CaseList, Listing};
 use srp_studies::loops::{Differences, Report};
-use srp_studies::{fidelity, map};
+use srp_studies::{fidelity, map, watertight};
 use srp_toolchain::envelope::{Contents, schema};
 
 /// A format.
@@ -57,6 +57,7 @@ const FORMATS: &[Format] = &[
     Format::of::<tni::Document<'static>>(),
     Format::of::<tni::Counts>(),
     Format::of::<units::Report>(),
+    Format::of::<watertight::Report>(),
 ];
 
 /// The names of all formats.

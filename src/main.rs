@@ -42,6 +42,7 @@ mod tni;
 mod trace;
 mod units;
 mod untrusted;
+mod watertight;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches};
@@ -110,6 +111,7 @@ fn main() -> ExitCode {
         Command::Map(args) => map::run(args),
         Command::Dram(args) => dram::run(args).map(|()| 0),
         Command::HardCases(args) => hard::run(args),
+        Command::Watertight(args) => watertight::run(args).map(|()| 0),
         Command::Cache(args) => cache::run(args.action),
         Command::Machine(args) => machine::run(&args.action).map(|()| 0),
         Command::Schema { name } => schema(name.as_deref()),

@@ -28,9 +28,9 @@ const OUTPUTS: &[&str] = &[
 
 /// Arguments that say what is read: paths, and words that have paths in them.
 const INPUTS: &[&str] = &[
-    "cameras", "cases", "diff", "file", "files", "folder", "frame", "graphs", "include", "kernels",
-    "machine", "new", "old", "ops", "plan", "program", "ray_file", "restore", "scene", "scenes",
-    "trace",
+    "beside", "cameras", "cases", "diff", "file", "files", "folder", "frame", "graphs", "include",
+    "kernels", "machine", "new", "old", "ops", "plan", "program", "ray_file", "restore", "scene",
+    "scenes", "trace",
 ];
 
 /// Folders, and files and devices where only these themselves may be used.

@@ -13,6 +13,7 @@
 //! * [`functional`] runs a frame without a schedule and a clock; [`attribution`] says where the errors of
 //!   its picture come from.
 //! * [`mod@reference`] renders in binary64; [`mod@exact`] decides about rays and triangles without rounding.
+//! * [`watertight`] counts rays that meshes lose, and rays that hit what they pass by.
 //! * [`effects`] measures the cost of each effect of a scene.
 //! * [`energy`](mod@energy) says where the energy of a frame goes.
 //! * [`loops`] reports on the loops of programs, [`map`](mod@map) on graphs; [`certificate`] is what proves
@@ -49,5 +50,6 @@ pub mod survey;
 pub mod sweep;
 pub mod tni;
 pub mod views;
+pub mod watertight;
 
 pub use error::Error;

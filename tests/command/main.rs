@@ -26,6 +26,7 @@ mod start;
 mod sweep;
 mod units;
 mod untrusted;
+mod watertight;
 mod words;
 
 use std::path::{Path, PathBuf};

@@ -156,6 +156,7 @@ const PRINTED: &[&str] = &[
     "paper table4 --size 16x8",
     "area",
     "units tiny",
+    "watertight --rays 5 --mesh tube",
     "hard-cases --filter T1",
     "hard-cases --filter T1 --list",
     "sweep --set array.contexts=32,128 --program loop.c --measure ii,area",

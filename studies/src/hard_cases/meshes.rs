@@ -5,7 +5,7 @@ use glam::Vec3;
 use srp_runtime::scene::{Scene, Triangle};
 
 /// A triangle with these corners.
-pub(super) fn triangle(positions: [Vec3; 3]) -> Triangle {
+pub(crate) fn triangle(positions: [Vec3; 3]) -> Triangle {
     let bare = Triangle {
         positions,
         normals: [Vec3::ZERO; 3],
@@ -62,7 +62,7 @@ pub(super) fn of(case: &Case, scene: &Scene) -> Vec<Triangle> {
 }
 
 /// A sphere of `columns` by `rows` quadrilaterals, seen from outside counter-clockwise.
-fn sphere((columns, rows): (usize, usize), radius: f32, centre: Vec3) -> Vec<Triangle> {
+pub(crate) fn sphere((columns, rows): (usize, usize), radius: f32, centre: Vec3) -> Vec<Triangle> {
     // Binary64 of the host's library may be off in its last place, which binary32 does not show but
     // for a few points: they are where they are for all of their triangles.
     let point = |i: usize, j: usize| {

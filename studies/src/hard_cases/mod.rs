@@ -11,7 +11,7 @@ mod engine;
 pub mod export;
 mod functions;
 mod judge;
-mod meshes;
+pub(crate) mod meshes;
 #[cfg(test)]
 mod oracle;
 mod report;

@@ -25,6 +25,8 @@ pub enum Kind {
     Cameras,
     /// Rays for the T&I unit.
     Rays,
+    /// Answers of another ray tracer.
+    Answers,
     /// Requests to a memory.
     Trace,
     /// A report, a profile or the account of a frame, as JSON.
@@ -58,7 +60,7 @@ const VERTICES: Option<Sign> = Some((has_vertices, "no line begins with `v`"));
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Kind; 17] = [
+    pub const ALL: [Kind; 18] = [
         Kind::Source,
         Kind::Machine,
         Kind::Program,
@@ -70,6 +72,7 @@ impl Kind {
         Kind::Picture,
         Kind::Cameras,
         Kind::Rays,
+        Kind::Answers,
         Kind::Trace,
         Kind::Report,
         Kind::Plan,
@@ -93,6 +96,7 @@ impl Kind {
             Kind::Picture => ("picture", 256 * MIB, None),
             Kind::Cameras => ("file of cameras", 16 * MIB, JSON),
             Kind::Rays => ("file of rays", 1024 * MIB, NUMBERS),
+            Kind::Answers => ("file of answers", 64 * MIB, NUMBERS),
             Kind::Trace => ("trace", 1024 * MIB, NUMBERS),
             Kind::Report => ("report", 64 * MIB, JSON),
             Kind::Plan => ("plan", MIB, None),
