@@ -13,7 +13,7 @@ use srp_toolchain::Session;
 
 fn count() -> u32 {
     let all = std::env::var("SRP_AIMED_RAYS");
-    all.map_or(500, |n| n.parse().expect("SRP_AIMED_RAYS is a number"))
+    all.map_or(200, |n| n.parse().expect("SRP_AIMED_RAYS is a number"))
 }
 
 /// The report of the machine that comes along, with a reciprocal.
