@@ -72,6 +72,11 @@ pub fn flushes(op: Opcode) -> bool {
     op.is_pure() && info.operands.iter().all(is_float) && !signs && !converts
 }
 
+/// True if the result of an operation is a float, or four.
+pub fn gives_float(op: Opcode) -> bool {
+    matches!(op.info().result, Some(Kind::F | Kind::F4))
+}
+
 /// The format to which operands and results of an operation are [rounded](semantics::word::narrow); `None` for operations
 /// in binary32.
 pub fn narrows(op: Opcode, precision: &Precision) -> Option<u32> {
@@ -108,9 +113,9 @@ pub fn eval(
         *to = semantics::lanes::vflush(arg);
     }
     let result = compute(op, &flushed[..args.len().min(3)], imm, precision)?;
-    Ok(match op.info().result {
-        Some(Kind::F | Kind::F4) => result.map(semantics::lanes::vflush),
-        _ => result,
+    Ok(match gives_float(op) {
+        true => result.map(semantics::lanes::vflush),
+        false => result,
     })
 }
 

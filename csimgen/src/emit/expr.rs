@@ -117,8 +117,8 @@ pub(super) fn value(spec: &SimSpec, step: &Step) -> String {
                     let text = format!("ops::{}({})", call.function, args.join(", "));
                     let text = match (narrows, flushes) {
                         (Some(format), _) => narrowed(text, op.result(), format),
-                        (None, true) => flushed(text, op.result()),
-                        (None, false) => text,
+                        (None, true) if ops::gives_float(*op) => flushed(text, op.result()),
+                        (None, _) => text,
                     };
                     if call.fallible {
                         format!("divided({text}, {})?", step.at)

@@ -149,6 +149,11 @@ impl Flush for Option<u32> {
 /// Decides which floats operands and results may be.
 trait Floats {
     fn of<T: Flush>(value: T, micro: &Micro) -> T;
+
+    #[inline(always)]
+    fn result<T: Flush>(value: T, micro: &Micro) -> T {
+        Self::of(value, micro)
+    }
 }
 
 /// Subnormal floats stay as they are.
@@ -168,6 +173,21 @@ impl Floats for Flushed {
     #[inline(always)]
     fn of<T: Flush>(value: T, _: &Micro) -> T {
         value.flushed()
+    }
+}
+
+/// Subnormal floats are zeros in operands; the result is no float, such as a pair of halves.
+struct Taken;
+
+impl Floats for Taken {
+    #[inline(always)]
+    fn of<T: Flush>(value: T, _: &Micro) -> T {
+        value.flushed()
+    }
+
+    #[inline(always)]
+    fn result<T: Flush>(value: T, _: &Micro) -> T {
+        value
     }
 }
 
@@ -192,7 +212,7 @@ macro_rules! computing {
                     let result = computing!(
                         @call state micro $module $function ($($operand)*) $($extra)?
                     );
-                    F::of(result, micro).put(state, micro)
+                    F::result(result, micro).put(state, micro)
                 },)*)*
                 _ => return None,
             };
@@ -309,7 +329,8 @@ pub(super) fn runner(step: &Step, precision: &Precision) -> Runner {
     let flushes = precision.subnormals == Subnormals::Flush && ops::flushes(op);
     let computing = match ops::narrows(op, precision) {
         Some(_) => computing::<Narrowed>(op),
-        None if flushes => computing::<Flushed>(op),
+        None if flushes && ops::gives_float(op) => computing::<Flushed>(op),
+        None if flushes => computing::<Taken>(op),
         None => computing::<Kept>(op),
     };
     let runner = computing.or_else(|| accessing(op));

@@ -28,6 +28,9 @@ enum Trial {
     NoMachine,
 }
 
+/// Seeds of machines on which a loop was wrong once: one that flushes subnormals took pairs of halves for them.
+const WRONG_ONCE: [u64; 1] = [1_795_700_027];
+
 /// A special function takes more cycles than units may.
 const TOO_SLOW: &str = "A0307";
 
@@ -108,7 +111,7 @@ fn random_loops_mean_the_same_on_random_machines() {
     let end = Instant::now() + Duration::from_secs(time);
     let (mut equal, mut unscheduled, mut failed) = (0, 0, Vec::new());
     // At least a few, however slow the host is.
-    for seed in first.. {
+    for seed in WRONG_ONCE.into_iter().chain(first..) {
         if Instant::now() > end && equal + failed.len() >= 10 {
             break;
         }
