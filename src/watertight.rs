@@ -5,7 +5,6 @@ use crate::failure::Failure;
 use crate::files::{self, Kind, read_text};
 use crate::{document, interrupt, talk};
 use srp_studies::watertight::{self, APART, Aim, Answers, Count, Options, Report, Row};
-use srp_toolchain::Session;
 use srp_toolchain::envelope::About;
 use srp_toolchain::machine;
 use std::fmt::Write as _;
@@ -30,7 +29,7 @@ pub(crate) fn run(args: &Watertight) -> Result<(), Failure> {
         ))
     })?;
     if let Some(folder) = &args.export {
-        return export(folder, mesh, options, &session);
+        return interrupt::looked_for(|| export(folder, &meshes, options));
     }
     let others = args.beside.iter().map(|folder| answers(folder, &meshes));
     let others: Vec<Answers> = others.collect::<Result<_, _>>()?;
@@ -46,18 +45,16 @@ pub(crate) fn run(args: &Watertight) -> Result<(), Failure> {
     Ok(talk::print(out)?)
 }
 
-/// Writes the meshes and rays to a folder.
-fn export(
-    folder: &Path,
-    mesh: Option<&str>,
-    options: Options,
-    session: &Session<'_>,
-) -> Result<(), Failure> {
+/// Writes the meshes and rays to a folder, one mesh after the other: many rays are long texts.
+fn export(folder: &Path, meshes: &[&str], options: Options) -> Result<(), Failure> {
     files::make_folder(folder)?;
-    for exported in interrupt::looked_for(|| watertight::export(mesh, options, session))? {
-        let path = |ending: &str| folder.join(format!("{}.{ending}", exported.name));
-        files::write_once(&path("obj"), exported.obj.as_bytes())?;
-        files::write_once(&path("rays"), exported.rays.as_bytes())?;
+    for mesh in meshes {
+        interrupt::end_if_requested()?;
+        if let Some(exported) = watertight::export(mesh, options) {
+            let path = |ending: &str| folder.join(format!("{}.{ending}", exported.name));
+            files::write_once(&path("obj"), exported.obj.as_bytes())?;
+            files::write_once(&path("rays"), exported.rays.as_bytes())?;
+        }
     }
     Ok(())
 }

@@ -27,7 +27,7 @@ pub(crate) struct Watertight {
     #[arg(long, value_name = "N", default_value = "1000",
         value_parser = clap::value_parser!(u32).range(1..=i64::from(srp_studies::watertight::MOST_RAYS)))]
     pub(crate) rays: u32,
-    /// What the rays are drawn by
+    /// Seed that the rays are drawn by
     #[arg(long, value_name = "N", default_value = "1")]
     pub(crate) seed: u64,
     /// Only this mesh

@@ -3,13 +3,11 @@
 
 #include <embree3/rtcore.h>
 
-#include <cmath>
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <iostream>
 #include <limits>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -87,7 +85,11 @@ static void shoot(RTCDevice device, const std::vector<float>& corners, const std
     rtcReleaseScene(scene);
 }
 
-int main(int, char** arguments) {
+int main(int count, char** arguments) {
+    if (count != 2) {
+        std::fputs("usage: hits DIR\n", stderr);
+        return 2;
+    }
     fs::path folder = arguments[1];
     RTCDevice device = rtcNewDevice("threads=1");
     for (bool robust : {false, true}) {

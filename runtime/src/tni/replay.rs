@@ -8,7 +8,7 @@ use crate::bvh::NodeRef;
 pub(super) struct Recording {
     /// The cost of each ray, in the order of their return.
     pub(super) costs: Option<Vec<RayCost>>,
-    /// What rays have visited.
+    /// The parts of the tree that rays have visited.
     pub(super) visits: Option<Vec<Visited>>,
     /// The events of each ray.
     pub(super) events: Option<Vec<Logged>>,

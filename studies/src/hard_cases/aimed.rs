@@ -11,6 +11,7 @@ use super::shared::Shared;
 use super::surface::{self, Made, Scenery};
 use super::unit::{self, Unit};
 use crate::exact::{self, Distance};
+use crate::survey::Random;
 use glam::Vec3;
 use srp_archdesc::arch::{Approx, Arch};
 use srp_archdesc::datapath::Intersection;
@@ -30,30 +31,9 @@ const OFF: f64 = 16.0 / (1 << 24) as f64;
 /// So many places are looked at for each ray that is to be aimed.
 const TRIES: usize = 40;
 
-/// Random numbers (splitmix64): the same on every host.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (z >> 40) as f32 / (1 << 24) as f32
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        ((self.unit() * n as f32) as usize).min(n.saturating_sub(1))
-    }
-
-    fn direction(&mut self) -> Vec3 {
-        loop {
-            let v = 2.0 * Vec3::new(self.unit(), self.unit(), self.unit()) - 1.0;
-            if (0.01..1.0).contains(&v.length_squared()) {
-                return v.normalize();
-            }
-        }
-    }
+/// A place among `n`.
+fn place(n: usize, random: &mut Random) -> usize {
+    ((random.unit() * n as f32) as usize).min(n.saturating_sub(1))
 }
 
 /// The sine of the angle between a direction and the plane of a triangle; 0 where it has none.
@@ -92,7 +72,7 @@ impl AimedRays {
     /// its camera.
     pub(super) fn of(case: &Case, scene: &Scene) -> AimedRays {
         let triangles = meshes::of(case, scene);
-        let mut random = Random(u64::from(case.words::<1>("seed")[0]));
+        let mut random = Random::new(u64::from(case.words::<1>("seed")[0]));
         let [count] = case.floats("rays");
         let shared = Shared::of(&triangles);
         let inside = case.argument("sphere").is_some();
@@ -110,8 +90,8 @@ impl AimedRays {
         };
         let is_leak = case.call == "leaks" && !inside;
         let rays = (0..tries).filter_map(|_| {
-            let i = random.below(triangles.len());
-            let corner = random.below(3);
+            let i = place(triangles.len(), &mut random);
+            let corner = place(3, &mut random);
             let [a, b, c] = [0, 1, 2].map(|k| triangles[i].positions[(corner + k) % 3]);
             let between = a.lerp(b, random.unit());
             let (to, round, is_closed): (Vec3, Vec<u32>, bool) = match case {
@@ -131,7 +111,7 @@ impl AimedRays {
                 (true, true) => {
                     // Far away, no point is nearer to the surface than a rounding and still inside.
                     let least = 8.0 * f32::EPSILON * centre.abs().max_element() / radius;
-                    let slope: f32 = [1e-1, 1e-2, 1e-3, 1e-4][random.below(4)];
+                    let slope: f32 = [1e-1, 1e-2, 1e-3, 1e-4][place(4, &mut random)];
                     ((a + b + c) / 3.0).lerp(centre, slope.max(least))
                 }
                 (true, false) => centre + 0.5 * radius * random.direction(),

@@ -63,13 +63,19 @@ pub(super) fn of(case: &Case, scene: &Scene) -> Vec<Triangle> {
 
 /// A sphere of `columns` by `rows` quadrilaterals, seen from outside counter-clockwise.
 pub(crate) fn sphere((columns, rows): (usize, usize), radius: f32, centre: Vec3) -> Vec<Triangle> {
-    // Binary64 of the host's library may be off in its last place, which binary32 does not show but
-    // for a few points: they are where they are for all of their triangles.
     let point = |i: usize, j: usize| {
         let up = std::f64::consts::PI * j as f64 / rows as f64;
         let round = std::f64::consts::TAU * (i % columns) as f64 / columns as f64;
-        let flat = if j == 0 || j == rows { 0.0 } else { up.sin() };
-        let on_unit = glam::DVec3::new(flat * round.cos(), up.cos(), flat * round.sin());
+        let flat = if j == 0 || j == rows {
+            0.0
+        } else {
+            libm::sin(up)
+        };
+        let on_unit = glam::DVec3::new(
+            flat * libm::cos(round),
+            libm::cos(up),
+            flat * libm::sin(round),
+        );
         centre + radius * on_unit.as_vec3()
     };
     let mut triangles = Vec::new();

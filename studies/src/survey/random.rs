@@ -1,5 +1,7 @@
 //! Random numbers to draw with.
 
+use glam::Vec3;
+
 /// Random numbers, the same on every host: `SplitMix64` (Steele, Lea and Flood 2014).
 #[derive(Clone, Debug)]
 pub struct Random(u64);
@@ -22,6 +24,21 @@ impl Random {
     /// A number below `n` ≥ 1.
     pub fn below(&mut self, n: usize) -> usize {
         ((u128::from(self.draw()) * n as u128) >> 64) as usize
+    }
+
+    /// A number in [0, 1), of 24 bits.
+    pub fn unit(&mut self) -> f32 {
+        (self.draw() >> 40) as f32 / (1 << 24) as f32
+    }
+
+    /// A vector of length 1.
+    pub fn direction(&mut self) -> Vec3 {
+        loop {
+            let v = 2.0 * Vec3::new(self.unit(), self.unit(), self.unit()) - 1.0;
+            if (0.01..1.0).contains(&v.length_squared()) {
+                return v.normalize();
+            }
+        }
     }
 
     /// Puts things into a random order (Fisher and Yates).

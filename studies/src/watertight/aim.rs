@@ -76,7 +76,7 @@ impl Aim {
 pub(super) struct Shot {
     /// The ray; it has no end.
     pub(super) ray: Ray,
-    /// Whether it meets a triangle. A ray in a triangle's plane does not meet that.
+    /// True if it meets a triangle. A ray in a triangle's plane does not meet that.
     pub(super) meets: bool,
 }
 
@@ -108,7 +108,7 @@ fn shot(mesh: &Mesh, aim: Aim, random: &mut Random) -> (Ray, Vec<u32>) {
     let both = || at_a.iter().filter(|t| at_b.contains(t)).copied().collect();
     let (to, round) = match aim {
         Aim::Vertices | Aim::InsideVertices => (a, at_a.clone()),
-        _ => (a.lerp(b, unit(random)), both()),
+        _ => (a.lerp(b, random.unit()), both()),
     };
     let (from, way) = match aim {
         Aim::Unaimed => unaimed(mesh, random),
@@ -121,18 +121,18 @@ fn shot(mesh: &Mesh, aim: Aim, random: &mut Random) -> (Ray, Vec<u32>) {
         }
         Aim::Grazing => {
             let [side, other] = [b - a, c - a].map(|side| side / size);
-            let along = unit_vector(side.lerp(other, unit(random)));
+            let along = unit_vector(side.lerp(other, random.unit()));
             let up = unit_vector(side.cross(other));
             let from = to + 2.0 * size * (along + slope(random) * up);
             (from, to - from)
         }
         Aim::Past(apart) => past(mesh, to, apart, random),
         _ if aim.is_inside() => {
-            let from = mesh.centre + 0.5 * size * direction(random);
+            let from = mesh.centre + 0.5 * size * random.direction();
             (from, to - from)
         }
         _ => {
-            let from = to + 2.0 * size * (0.2 + unit(random)) * direction(random);
+            let from = to + 2.0 * size * (0.2 + random.unit()) * random.direction();
             (from, to - from)
         }
     };
@@ -144,13 +144,13 @@ fn shot(mesh: &Mesh, aim: Aim, random: &mut Random) -> (Ray, Vec<u32>) {
 fn unaimed(mesh: &Mesh, random: &mut Random) -> (Vec3, Vec3) {
     match mesh.form {
         Form::Tube(half) => {
-            let across = 0.3 * direction(random) * Vec3::new(1.0, 1.0, 0.0);
-            let from = across + 1.6 * half * (unit(random) - 0.5) * Vec3::Z;
-            (from, half.max(1.0) * direction(random))
+            let across = 0.3 * random.direction() * Vec3::new(1.0, 1.0, 0.0);
+            let from = across + 1.6 * half * (random.unit() - 0.5) * Vec3::Z;
+            (from, half.max(1.0) * random.direction())
         }
         _ => {
-            let from = mesh.centre + 0.3 * mesh.size * direction(random);
-            (from, mesh.size * direction(random))
+            let from = mesh.centre + 0.3 * mesh.size * random.direction();
+            (from, mesh.size * random.direction())
         }
     }
 }
@@ -164,14 +164,14 @@ fn past(mesh: &Mesh, to: Vec3, apart: f32, random: &mut Random) -> (Vec3, Vec3) 
     let out = unit_vector((to - mesh.centre) * axis / mesh.size);
     let along = match mesh.form {
         Form::Tube(_) => Vec3::Z.cross(out),
-        _ => unit_vector(direction(random).cross(out)),
+        _ => unit_vector(random.direction().cross(out)),
     };
     let edge = to + apart * mesh.size * out;
-    let from = edge - (2.0 + unit(random)) * mesh.size * along;
+    let from = edge - (2.0 + random.unit()) * mesh.size * along;
     (from, edge - from)
 }
 
-/// Whether a ray meets any of the triangles in exact arithmetic; those round its aim are asked first.
+/// True if a ray meets any of the triangles in exact arithmetic; those round its aim are asked first.
 fn meets(ray: &Ray, triangles: &[Triangle], round: &[u32]) -> bool {
     let met = |t: &u32| exact::meets(ray, &triangles[*t as usize]);
     let mut may_be_met = triangles.iter().filter(|t| !surely_passes(ray, t));
@@ -194,11 +194,6 @@ fn surely_passes(ray: &Ray, triangle: &Triangle) -> bool {
     left && right
 }
 
-/// In [0, 1).
-fn unit(random: &mut Random) -> f32 {
-    (random.draw() >> 40) as f32 / (1u32 << 24) as f32
-}
-
 fn slope(random: &mut Random) -> f32 {
     [1e-1, 1e-2, 1e-3, 1e-4][random.below(4)]
 }
@@ -206,13 +201,4 @@ fn slope(random: &mut Random) -> f32 {
 /// A vector of length 1, or 0 for one of no length.
 fn unit_vector(v: Vec3) -> Vec3 {
     v.normalize_or_zero()
-}
-
-fn direction(random: &mut Random) -> Vec3 {
-    loop {
-        let v = Vec3::from([(); 3].map(|()| 2.0 * unit(random) - 1.0));
-        if (0.01..1.0).contains(&v.length_squared()) {
-            return v.normalize();
-        }
-    }
 }

@@ -18,11 +18,11 @@ pub(super) struct Mesh {
     pub(super) centre: Vec3,
     /// About its radius.
     pub(super) size: f32,
-    /// What rays can tell of it.
+    /// Its form.
     pub(super) form: Form,
 }
 
-/// What rays can tell of a mesh.
+/// The form of a mesh, which says how rays can be aimed at it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Form {
     /// Closed and nearly convex: from inside, every ray hits.

@@ -29,14 +29,14 @@ pub use aim::{APART, Aim};
 use mesh::Mesh;
 
 /// Most rays of each mesh and aim.
-pub const MOST_RAYS: u32 = 10_000_000;
+pub const MOST_RAYS: u32 = 1_000_000;
 
 /// How many rays are shot, and which.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     /// Rays of each mesh and aim.
     pub rays: u32,
-    /// What they are drawn by.
+    /// The seed that they are drawn by.
     pub seed: u64,
 }
 
@@ -49,7 +49,7 @@ pub struct Answers {
     pub hits: Vec<Vec<bool>>,
 }
 
-/// What each test loses, and hits that is not there.
+/// Lost rays and false hits of each test.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Report {
     /// The triangle tests of the T&I unit, the machine's own first.
@@ -163,32 +163,23 @@ pub fn measure(
     })
 }
 
-/// Meshes and rays as text, for other ray tracers.
-///
-/// # Errors
-///
-/// The watch ended the work.
-pub fn export(
-    only: Option<&str>,
-    options: Options,
-    session: &Session<'_>,
-) -> Result<Vec<Exported>, Error> {
-    each_mesh(only, session, |_, mesh| {
-        let mut text = format!("# seed {}\n", options.seed);
-        for (aim, shots) in rays(mesh, options) {
-            for Shot { ray, meets } in shots {
-                let [a, b, c] = ray.origin;
-                let [x, y, z] = ray.direction;
-                let meets = if meets { "meets" } else { "passes" };
-                let aim = aim.name();
-                let _ = writeln!(text, "{a:e} {b:e} {c:e} {x:e} {y:e} {z:e} # {aim}: {meets}");
-            }
+/// The mesh of a name and its rays as text, for other ray tracers; `None` where none has this name.
+pub fn export(name: &str, options: Options) -> Option<Exported> {
+    let mesh = mesh::all().into_iter().find(|mesh| mesh.name == name)?;
+    let mut text = format!("# seed {}\n", options.seed);
+    for (aim, shots) in rays(&mesh, options) {
+        for Shot { ray, meets } in shots {
+            let [a, b, c] = ray.origin;
+            let [x, y, z] = ray.direction;
+            let meets = if meets { "meets" } else { "passes" };
+            let aim = aim.name();
+            let _ = writeln!(text, "{a:e} {b:e} {c:e} {x:e} {y:e} {z:e} # {aim}: {meets}");
         }
-        Ok(Exported {
-            name: mesh.name,
-            obj: mesh.obj(),
-            rays: text,
-        })
+    }
+    Some(Exported {
+        name: mesh.name,
+        obj: mesh.obj(),
+        rays: text,
     })
 }
 
