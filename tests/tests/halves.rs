@@ -3,6 +3,7 @@
 
 use srp_archdesc::Arch;
 use srp_archdesc::chip;
+use srp_archdesc::diagnostic::Source;
 use srp_archdesc::machines::SGRT;
 use srp_tests::one_loop::{Ran, meaning, run};
 use srp_tests::{has_host_compiler, root};
@@ -81,6 +82,52 @@ fn every_engine_computes_the_same_halves() {
     std::fs::remove_dir_all(&folder).expect("removed");
     assert_eq!(ran.stdout, expected);
 }
+
+/// Where subnormal floats are flushed, a pair is none, though its bits may be those of one.
+#[test]
+fn pairs_are_not_flushed() {
+    let xml = SGRT.xml.replace("vfma vdot", "vfma vdot pair vpair");
+    let flushing = "  <float subnormals=\"flush\"/>\n  <fu-type ";
+    let xml = xml.replacen("  <fu-type ", flushing, 1);
+    let arch = srp_archdesc::parse("flush.xml", &xml).unwrap_or_else(|e| panic!("{e:?}"));
+    let source = || Input::C(vec![Source::new("pairs.c", PAIRS)]);
+    // The lower half is −∞, which a zero in place of the word would not have.
+    let expected = 0x8000_fc00_u32.to_le_bytes().repeat(64);
+    assert_eq!(meaning(source(), &arch, &options(&[]), false), expected);
+    let session = srp_tests::session();
+    for engine in [Engine::Interpreter, Engine::Generated] {
+        let ran = run(source(), &arch, &options(&[]), engine, &session, "pack");
+        assert_eq!(ran.output, expected, "{engine:?}");
+    }
+}
+
+/// Pairs of −∞ and a zero below all halves.
+const PAIRS: &str = "
+#include \"srp.h\"
+
+float low[64], high[64];
+unsigned pairs[64];
+
+static void pack(void)
+{
+#pragma srp kernel
+    for (int i = 0; i < 64; i++)
+        pairs[i] = srp_floats2half2(low[i], high[i]);
+}
+
+int main(void)
+{
+    for (int i = 0; i < 64; i++) {
+        low[i] = -1.0e16f;
+        high[i] = -1.0e-20f;
+    }
+    pack();
+    for (int i = 0; i < 64; i++)
+        for (int k = 0; k < 4; k++)
+            srp_out(SRP_PORT_PUTCHAR, pairs[i] >> 8 * k & 255);
+    return 0;
+}
+";
 
 #[test]
 fn pairs_halve_the_cycles_and_cost_area() {

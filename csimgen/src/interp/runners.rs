@@ -148,8 +148,10 @@ impl Flush for Option<u32> {
 
 /// Decides which floats operands and results may be.
 trait Floats {
+    /// The float that an operand, or a result, is taken for.
     fn of<T: Flush>(value: T, micro: &Micro) -> T;
 
+    /// The same of a result.
     #[inline(always)]
     fn result<T: Flush>(value: T, micro: &Micro) -> T {
         Self::of(value, micro)
@@ -177,9 +179,9 @@ impl Floats for Flushed {
 }
 
 /// Subnormal floats are zeros in operands; the result is no float, such as a pair of halves.
-struct Taken;
+struct FlushedOperands;
 
-impl Floats for Taken {
+impl Floats for FlushedOperands {
     #[inline(always)]
     fn of<T: Flush>(value: T, _: &Micro) -> T {
         value.flushed()
@@ -330,7 +332,7 @@ pub(super) fn runner(step: &Step, precision: &Precision) -> Runner {
     let computing = match ops::narrows(op, precision) {
         Some(_) => computing::<Narrowed>(op),
         None if flushes && ops::gives_float(op) => computing::<Flushed>(op),
-        None if flushes => computing::<Taken>(op),
+        None if flushes => computing::<FlushedOperands>(op),
         None => computing::<Kept>(op),
     };
     let runner = computing.or_else(|| accessing(op));
