@@ -7,7 +7,7 @@ pub mod studio;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Source;
 use srp_archdesc::machines;
-use srp_csimgen::{Interpreter, link};
+use srp_csimgen::{Interpreter, Simulator, link};
 use srp_frontend::message::render_all;
 use srp_frontend::{Include, Options, compile, precision_macros};
 use srp_ir::check::Checked;
@@ -16,8 +16,8 @@ use srp_ir::interp::{self, FlatWorld};
 use srp_ir::layout::Layout;
 use srp_ir::{Program, pass, verify};
 use srp_runtime::solo::{self, Solo};
-use srp_toolchain::Session;
-use srp_toolchain::cache::Cache;
+use srp_toolchain::cache::{Cache, Place};
+use srp_toolchain::{Engine, Engines, Session};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -38,6 +38,39 @@ pub fn session() -> Session<'static> {
     Session {
         cache: Arc::clone(CACHE.get_or_init(|| Arc::new(Cache::in_memory()))),
         ..Session::default()
+    }
+}
+
+/// The simulator that is generated for a program; without `rustc` there is none, and that is said.
+///
+/// Simulators are loaded from files, so their cache is a folder, among the tests' own files in the target folder.
+///
+/// # Panics
+///
+/// The program cannot be linked, or `rustc` is there and makes no simulator.
+pub fn generated(program: &Checked) -> Option<Simulator> {
+    static CACHE: OnceLock<Arc<Cache>> = OnceLock::new();
+    let files = || {
+        let tests = std::env::current_exe().expect("a process has a program");
+        let target = tests
+            .ancestors()
+            .nth(3)
+            .expect("tests lie in the target folder");
+        Arc::new(Cache::at(Place::Folder(target.join("tmp/cache"))))
+    };
+    let session = Session {
+        cache: Arc::clone(CACHE.get_or_init(files)),
+        ..Session::default()
+    };
+    let engines = Engines::of(program, Engine::Generated, &session);
+    match engines.unwrap_or_else(|error| panic!("{error}")) {
+        Engines::Generated(simulator) => Some(simulator),
+        _ => {
+            let rustc = Command::new("rustc").arg("--version").output();
+            assert!(rustc.is_err(), "rustc is there, and makes no simulator");
+            println!("skipped: there is no rustc");
+            None
+        }
     }
 }
 

@@ -2,11 +2,13 @@
 
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::Entity;
+use srp_csimgen::{Interpreter, link};
 use srp_ir::Program;
 use srp_ir::interp::{self, FlatWorld};
 use srp_ir::layout::Layout;
+use srp_runtime::core::Core;
 use srp_runtime::solo::{self, Finish, Solo};
-use srp_toolchain::{Engine, Engines, Input, Options, Session, compile, front_end, optimise};
+use srp_toolchain::{Engine, Input, Options, Session, compile, front_end, optimise};
 
 /// Cycles after which a program is said not to end.
 const LIMIT: u64 = 1_000_000;
@@ -37,10 +39,13 @@ pub fn run(
     let compiled = compile(input, arch, options, session);
     let compiled = compiled.unwrap_or_else(|error| panic!("{kernel}: {error}"));
     let program = compiled.runnable().expect("it has a main");
-    let engines = Engines::of(program, engine, session).expect("it links");
     let mut bus = Solo::new(&program.image, arch.system.sram_bytes);
     let mut finish = Finish::default();
-    let mut core = engines.core();
+    let simulator = (engine == Engine::Generated).then(|| crate::generated(program));
+    let mut core: Box<dyn Core> = match simulator.flatten() {
+        Some(simulator) => Box::new(simulator.core()),
+        None => Box::new(Interpreter::new(&link(program).expect("it links"))),
+    };
     let ended = solo::run_until(core.as_mut(), &mut bus, LIMIT, session.watch, &mut finish);
     ended.expect("it ends");
     let (number, schedule) = (program.kernels.iter())
