@@ -51,7 +51,7 @@ fn benchmarks_keep_to_their_bounds() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/fpcore/kernels.fpcore");
     let text = std::fs::read_to_string(path).expect("the benchmarks");
     let source = Source::new("kernels.fpcore", text);
-    let reports = studied(&source, Question::default(), 256, 1).expect("all of them run");
+    let reports = studied(&source, Question::default(), 128, 1).expect("all of them run");
     assert!(reports.len() >= 20, "{}", reports.len());
     let mut bounded = 0;
     for report in &reports {

@@ -489,7 +489,7 @@ fn samples_are_near_what_all_rays_take() {
         let view = (&scene.camera, size);
         Source::new(view, kind, &scene.triangles, tracer, Order::Morton)
     };
-    for memories in [Memories::Private, Memories::Shared] {
+    let near = |memories: Memories| {
         let options = |threads| Options {
             units: 4,
             memories,
@@ -554,5 +554,9 @@ fn samples_are_near_what_all_rays_take() {
             "{hits:?}, {}",
             truth.trv_l1
         );
-    }
+    };
+    std::thread::scope(|scope| {
+        scope.spawn(|| near(Memories::Private));
+        near(Memories::Shared);
+    });
 }

@@ -63,16 +63,16 @@ fn calls_without_end_are_a_stack_overflow() {
 fn rays_of_a_large_view_are_made_in_batches() {
     let folder = folder("batches");
     write(&folder, "tri.obj", TRIANGLE);
-    // Rays of 48 bytes for all pixels would be 768 MiB.
+    // Rays of 48 bytes for all pixels would be 432 MiB.
     let view = [
         "tni",
         "tri.obj",
         "--size",
-        "4096x4096",
+        "3072x3072",
         "--fidelity",
         "functional",
     ];
-    let output = within(500, &folder, &[&view[..], &["--json"]].concat());
+    let output = within(400, &folder, &[&view[..], &["--json"]].concat());
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{said}");
 }

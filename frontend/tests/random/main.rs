@@ -1,7 +1,7 @@
 //! Random programs mean the same to the host's C compiler and to `ir::interp`, as they are lowered
-//! and after the passes. A program that does not is made small and shown.
+//! and after the passes. A program that does not is made small and shown, and the others go on.
 //!
-//! `SRP_RANDOM_PROGRAMS=100000` runs as many, `SRP_RANDOM_SEED` says where to begin.
+//! `SRP_RANDOM_PROGRAMS=100000` runs as many, `SRP_RANDOM_SEED` says where to begin; else the seed is a fresh one.
 
 mod generate;
 mod tree;
@@ -16,6 +16,7 @@ use srp_ir::layout::Layout;
 use srp_ir::{pass, verify};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::Mutex;
 use tree::Tree;
 
 /// Programs that are compiled as one.
@@ -157,28 +158,43 @@ fn random_programs_mean_the_same_to_the_host() {
     }
     let directory = std::env::temp_dir().join(format!("srp-random-{}", std::process::id()));
     std::fs::create_dir_all(&directory).expect("the temporary directory can be written");
-    let (first, count) = (
-        number("SRP_RANDOM_SEED", 1),
-        number("SRP_RANDOM_PROGRAMS", 300),
-    );
+    let now = std::time::SystemTime::UNIX_EPOCH.elapsed();
+    let now = now.map_or(1, |since| since.as_secs() * 1000);
+    let first = number("SRP_RANDOM_SEED", now);
+    println!("SRP_RANDOM_SEED={first}");
+    let count = number("SRP_RANDOM_PROGRAMS", 200);
     let threads = std::thread::available_parallelism().map_or(1, |n| n.get() as u64);
+    let wrong = Mutex::new(Vec::new());
     std::thread::scope(|scope| {
         for thread in 0..threads {
             let directory = directory.join(thread.to_string());
+            let wrong = &wrong;
             scope.spawn(move || {
                 std::fs::create_dir_all(&directory).expect("the directory can be written");
                 let mine = (first..first + count).step_by(BATCH as usize);
                 for seed in mine.skip(thread as usize).step_by(threads as usize) {
-                    batch(seed..(seed + BATCH).min(first + count), &directory);
+                    let found = batch(seed..(seed + BATCH).min(first + count), &directory);
+                    found.iter().for_each(|program| println!("{program}"));
+                    wrong
+                        .lock()
+                        .expect("no thread panics with it")
+                        .extend(found);
                 }
             });
         }
     });
     std::fs::remove_dir_all(&directory).expect("what was made can be removed");
+    let wrong = wrong.into_inner().expect("no thread panics with it");
+    assert!(
+        wrong.is_empty(),
+        "{} of {count}:\n{}",
+        wrong.len(),
+        wrong.join("\n")
+    );
 }
 
-/// Compares the programs of some seeds.
-fn batch(seeds: std::ops::Range<u64>, directory: &Path) {
+/// Compares the programs of some seeds. Returns those that are wrong, made small.
+fn batch(seeds: std::ops::Range<u64>, directory: &Path) -> Vec<String> {
     let plain = (seeds.start / BATCH).is_multiple_of(PLAIN);
     let prefixes: Vec<_> = seeds.clone().map(|seed| format!("p{seed}_")).collect();
     let trees: Vec<_> = seeds
@@ -189,13 +205,17 @@ fn batch(seeds: std::ops::Range<u64>, directory: &Path) {
     let text = format!("{COMMON}{all}{}", printing(&prefixes));
     let expected = on_host(&text, directory).expect("the programs are C");
     let Some(together) = difference(&text, &expected.join("\n"), plain) else {
-        return;
+        return Vec::new();
     };
+    let mut wrong = Vec::new();
     for ((tree, prefix), expected) in trees.into_iter().zip(&prefixes).zip(expected) {
         if let Some(what) = difference(&alone(&tree, prefix), &expected, true) {
             let small = shrunk(tree, prefix, directory);
-            panic!("{prefix}: {what}\n{small}");
+            wrong.push(format!("{prefix}: {what}\n{small}"));
         }
     }
-    panic!("only together, {prefixes:?}: {together}");
+    if wrong.is_empty() {
+        wrong.push(format!("only together, {prefixes:?}: {together}"));
+    }
+    wrong
 }
