@@ -1,8 +1,8 @@
 //! `srp hard-cases`: cases that go wrong in float arithmetic, as text, as JSON and as a page.
 
-use crate::cli::HardCases;
+use crate::cli::{self, HardCases};
 use crate::failure::Failure;
-use crate::{document, files, interrupt, scenes, talk};
+use crate::{document, files, interrupt, scenes, sharing, talk};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Source;
@@ -11,7 +11,7 @@ use srp_studies::hard_cases::{
 };
 use srp_toolchain::envelope::About;
 use srp_toolchain::files::{FileError, Kind, read_source};
-use srp_toolchain::machine;
+use srp_toolchain::{Session, machine};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -37,7 +37,10 @@ pub(crate) fn run(args: &HardCases) -> Result<i32, Failure> {
         })?;
         return Ok(0);
     }
-    let session = &talk::session();
+    let session = &Session {
+        threads: cli::threads(args.threads),
+        ..sharing::session(&args.sharing, args.threads)?
+    };
     let scene = scenes::read(args.scene.as_deref(), None, session)?;
     let kernels = args.kernels.as_deref();
     let matrix = interrupt::looked_for(|| hard_cases::run(&arch, cases, &scene, kernels, session))?;

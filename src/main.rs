@@ -34,6 +34,7 @@ mod render;
 mod report;
 mod run;
 mod scenes;
+mod sharing;
 mod start;
 mod sweep;
 mod talk;

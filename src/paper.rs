@@ -4,7 +4,7 @@ mod sheet;
 
 use crate::cli;
 use crate::failure::Failure;
-use crate::{interrupt, scenes, talk};
+use crate::{interrupt, scenes, sharing, talk};
 use sheet::Sheet;
 
 pub(crate) use sheet::Document;
@@ -36,10 +36,25 @@ pub(crate) fn run(args: &cli::Paper) -> Result<(), Failure> {
     }
     let arch = level.machine(&machine::read(&args.machine.machine)?);
     machine::check_system(&arch.name, &arch)?;
-    let session = &talk::session();
+    let in_pieces = matches!(args.table, cli::Table::Table4 | cli::Table::Table5);
+    if args.sharing.share.is_some() && !in_pieces && level != Fidelity::Sampled {
+        return Err(Failure::Usage(format!(
+            "all cycles of a frame are one piece of work, for its cores share a memory: --share goes with {} at \
+             --fidelity sampled",
+            args.table.name()
+        )));
+    }
+    let session = &sharing::session(&args.sharing, args.measuring.threads)?;
     let options = options(args)?;
     let mut sheet = Sheet::new(args.json);
-    for (i, path) in scenes(args)?.iter().enumerate() {
+    let scenes = scenes(args)?;
+    if in_pieces && session.shared.is_some() && scenes.len() > 1 {
+        for path in &scenes {
+            let case = case(path.as_deref(), args, session)?;
+            interrupt::looked_for(|| paper::begin(&case, &options, &arch, session))?;
+        }
+    }
+    for (i, path) in scenes.iter().enumerate() {
         let case = case(path.as_deref(), args, session)?;
         if i == 0 {
             sheet.heading(options.heading(&arch));

@@ -7,7 +7,7 @@ use crate::profile::Target;
 use crate::run::COUNTS;
 use crate::{
     checkpoint, compile, document, energy, files, interrupt, pixel, refused_kernel, report, scenes,
-    talk, trace,
+    sharing, talk, trace,
 };
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -106,6 +106,10 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     };
     let engines = Engines::of(program, engine, session)?;
     if args.level.fidelity < Fidelity::Cycle {
+        let session = &Session {
+            threads: cli::threads(args.threads),
+            ..sharing::session(&args.sharing, args.threads)?
+        };
         let prepared = Prepared {
             frame: &frame,
             image,
@@ -240,6 +244,11 @@ fn check_profiled(args: &Render) -> Result<(), Failure> {
     }
     if args.pixel.is_some() && args.level.fidelity < Fidelity::Cycle {
         let why = "the history of a pixel needs every cycle: leave --fidelity out";
+        return Err(Failure::Usage(why.to_owned()));
+    }
+    if args.sharing.share.is_some() && args.level.fidelity != Fidelity::Sampled {
+        let why = "all cycles of a frame are one piece of work, for its cores share a memory: --share goes with \
+                   --fidelity sampled";
         return Err(Failure::Usage(why.to_owned()));
     }
     let kept = &args.checkpoints;

@@ -8,7 +8,7 @@ mod text;
 
 use crate::cli::Accuracy as Args;
 use crate::failure::Failure;
-use crate::{document, files, interrupt, scenes, talk};
+use crate::{document, files, interrupt, scenes, sharing, talk};
 use folder::Folder;
 
 pub(crate) use explain::PixelDocument;
@@ -24,7 +24,7 @@ pub(crate) const FOLDER: &str = "accuracy";
 
 /// Runs `srp accuracy`.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let session = &talk::session();
+    let session = &sharing::session(&args.sharing, Some(args.threads))?;
     if let Some(path) = args.kernel_file() {
         return kernel::run(path, args, session);
     }

@@ -1,5 +1,6 @@
 //! The command line of `srp accuracy`.
 
+use super::Sharing;
 use super::compiling::{DOUBLES, define};
 use super::frame::{BUILDERS, Building, Frame, parse_size};
 use super::one_of;
@@ -70,6 +71,8 @@ pub(crate) struct Accuracy {
     /// Print the report as JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) sharing: Sharing,
 }
 
 /// What is said of kernels.
@@ -186,6 +189,7 @@ impl Accuracy {
         let said = [
             ("--pixel", self.pixel.is_some()),
             ("--knob", !self.knob.is_empty()),
+            ("--share", self.sharing.share.is_some()),
             ("--size", self.size.is_some()),
             ("--bvh", self.bvh.is_some()),
             ("--form", !self.building.form.is_empty()),

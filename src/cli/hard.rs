@@ -1,6 +1,6 @@
 //! The command line of `srp hard-cases`.
 
-use super::MachineFile;
+use super::{MachineFile, Sharing, parse_threads};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -46,4 +46,9 @@ pub(crate) struct HardCases {
     /// Print JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,
+    /// Settings at a time, as many as the host has processors by default; they change no verdict
+    #[arg(long, value_name = "N", value_parser = parse_threads)]
+    pub(crate) threads: Option<usize>,
+    #[command(flatten)]
+    pub(crate) sharing: Sharing,
 }

@@ -3,7 +3,7 @@
 use super::fidelity::Level;
 use super::frame::{BUILDERS, Building, parse_size};
 use super::tni::{Measuring, ORDERS, parse_sample};
-use super::{ENGINES, MachineFile, one_of};
+use super::{ENGINES, MachineFile, Sharing, one_of};
 use clap::{Args, ValueEnum};
 use srp_runtime::bvh::Builder;
 use srp_studies::rays::Order;
@@ -47,7 +47,8 @@ Examples:
   srp paper table4 sibenik.obj
   srp paper table5 sibenik.obj --error 2%
   srp paper table4 sibenik.obj --fidelity cycle+dram --sample 1/64
-  srp paper table6 lamborghini.obj --json")]
+  srp paper table6 lamborghini.obj --json
+  srp paper table5 *.obj --share pieces --jobs-on slurm --jobs 32")]
 pub(crate) struct Paper {
     /// Which table
     pub(crate) table: Table,
@@ -86,6 +87,8 @@ pub(crate) struct Paper {
     pub(crate) order: Order,
     #[command(flatten)]
     pub(crate) measuring: Measuring,
+    #[command(flatten)]
+    pub(crate) sharing: Sharing,
 }
 
 impl Paper {

@@ -2,7 +2,9 @@
 
 use super::fidelity::Level;
 use super::frame::{BUILDERS, Building, Frame, parse_size};
-use super::{Checkpoints, ENGINES, Loops, Search, Trace, one_of, parse_pixel, parse_threads};
+use super::{
+    Checkpoints, ENGINES, Loops, Search, Sharing, Trace, one_of, parse_pixel, parse_threads,
+};
 use clap::Args;
 use srp_runtime::bvh::Builder;
 use srp_toolchain::Engine;
@@ -70,6 +72,8 @@ pub(crate) struct Render {
     /// Print the account as JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) sharing: Sharing,
 }
 
 /// `srp effects`

@@ -82,6 +82,7 @@ pub(crate) struct Sweep {
     #[arg(
         long,
         value_name = "ENGINE",
+        visible_alias = "jobs-on",
         default_value = "local",
         conflicts_with = "shard"
     )]

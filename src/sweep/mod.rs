@@ -8,19 +8,19 @@ mod text;
 use crate::cli::{self, SweepAction};
 use crate::count::count;
 use crate::failure::Failure;
-use crate::{document, files, interrupt, talk};
+use crate::{document, files, interrupt, sharing, talk};
 use schemars::JsonSchema;
 use serde::Serialize;
+use srp_studies::jobs::{Engine, Jobs};
 use srp_studies::sweep::analysis::analyse;
-use srp_studies::sweep::jobs::{self, Engine, Jobs};
 use srp_studies::sweep::plan::Point;
 use srp_studies::sweep::rows::csv;
 use srp_studies::sweep::table::parquet;
 use srp_studies::sweep::{
     self, Analysis, Folder, Known, Outcome, Plan, PlanFile, Progress, Row, Shard,
 };
+use srp_toolchain::Session;
 use srp_toolchain::envelope::{About, Contents};
-use srp_toolchain::{BUILD_ID, Session};
 use std::path::Path;
 
 /// Everything that is known of a sweep.
@@ -87,12 +87,7 @@ pub(crate) fn run(args: &cli::Sweep) -> Result<(), Failure> {
 }
 
 fn sweep(args: &cli::Sweep) -> Result<(), Failure> {
-    if let Some(build) = args.build.as_ref().filter(|build| *build != BUILD_ID) {
-        return Err(Failure::Usage(format!(
-            "this is another build of srp ({BUILD_ID}) than the sweep was begun with ({build}): \
-             install the same on all hosts"
-        )));
-    }
+    sharing::check_build(args.build.as_deref())?;
     // Without a file, all of the plan is arguments.
     let plan = Plan::of(args.plan()?).map_err(|error| match args.plan {
         None => Failure::of_arguments(error),
@@ -110,11 +105,11 @@ fn sweep(args: &cli::Sweep) -> Result<(), Failure> {
         Some(engine) => {
             let jobs = Jobs {
                 engine,
-                program: std::env::current_exe().map_err(srp_studies::Error::invalid)?,
-                shards: args.jobs as usize,
+                count: args.jobs as usize,
                 threads: args.threads.unwrap_or(1),
             };
-            jobs::run(&plan, &folder, &jobs, session)
+            let program = std::env::current_exe().map_err(srp_studies::Error::invalid)?;
+            sweep::jobs::run(&plan, &folder, &jobs, &program, session)
         }
     };
     let findings = interrupt::looked_for(run)?;

@@ -90,12 +90,18 @@ fn suits(command: Option<&Command>) -> Result<(), Failure> {
         Some(Command::Sweep(sweep)) if !is_local(sweep) => {
             "only --engine local measures in this process"
         }
+        Some(Command::Render(args)) if args.sharing.share.is_some() => SHARED,
+        Some(Command::Paper(args)) if args.sharing.share.is_some() => SHARED,
+        Some(Command::Accuracy(args)) if args.sharing.share.is_some() => SHARED,
         Some(Command::Render(args)) if args.checkpoints.restore.is_some() => CHECKPOINT,
         Some(Command::Run(args)) if args.checkpoints.restore.is_some() => CHECKPOINT,
         _ => return Ok(()),
     };
     Err(Failure::usage(format_args!("{why}: leave --untrusted out")))
 }
+
+/// Why work is not shared.
+const SHARED: &str = "--share believes what other processes have left in its folder";
 
 /// Why nothing goes on from a checkpoint.
 const CHECKPOINT: &str = "--restore believes its file, which says all of a simulator's state";

@@ -23,6 +23,7 @@ const OUTPUTS: &[&str] = &[
     "proof",
     "registers",
     "report",
+    "share",
     "trace_output",
 ];
 

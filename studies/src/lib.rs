@@ -36,6 +36,7 @@ pub mod fidelity;
 pub mod figure;
 pub mod functional;
 pub mod hard_cases;
+pub mod jobs;
 pub mod kernel;
 pub mod loops;
 pub mod map;

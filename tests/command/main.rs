@@ -22,6 +22,7 @@ mod profile;
 mod report;
 mod same;
 mod schemas;
+mod share;
 mod start;
 mod sweep;
 mod units;

@@ -16,6 +16,7 @@ use srp_studies::fidelity::sampled::{self, FirstPass, Frame, TracedFrame};
 use srp_studies::fidelity::{self, FrameFigure, FrameQuantity};
 use srp_studies::figure::estimate_of;
 use srp_tests::studio::Studio;
+use srp_toolchain::Session;
 
 const LIMIT: u64 = 1_000_000_000;
 
@@ -153,7 +154,8 @@ fn samples_are_near_the_frame_and_the_same_for_any_number_of_threads() {
             kernel_names: &kernels.names,
             max_cycles: LIMIT,
             threads,
-            watch: &Unwatched,
+            session: &Session::default(),
+            name: "",
         };
         let sampled = sampled::sample(&frame, seed, error);
         sampled

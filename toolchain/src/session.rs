@@ -1,7 +1,10 @@
 //! The session, which all work of one process shares.
 
-use crate::cache::Cache;
-use crate::files::Outside;
+use crate::cache::{Cache, Key, Shared};
+use crate::files::{FileError, Outside};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use srp_archdesc::threads;
 use srp_archdesc::watch::{Event, Unwatched, Watch};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -16,6 +19,8 @@ pub struct Session<'a> {
     pub threads: usize,
     /// Results that were made before.
     pub cache: Arc<Cache>,
+    /// The folder through which processes share pieces of this work.
+    pub shared: Option<Arc<Shared>>,
     /// What is done about files that a scene names outside its folder.
     pub outside: Outside,
     /// The program that builds simulators beside the work: it calls [`build`](crate::engine::build) if its
@@ -34,6 +39,7 @@ impl<'a> Session<'a> {
             watch,
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             cache: Arc::new(Cache::in_memory()),
+            shared: None,
             outside: Outside::default(),
             builder: None,
             compiles: true,
@@ -47,6 +53,33 @@ impl<'a> Session<'a> {
             cache: Arc::new(cache),
             ..self
         }
+    }
+
+    /// Makes pieces of work, so many at a time, and returns them in their order; `None` if the watch ends the work. Processes that
+    /// [share](Shared) the work make each of them once among all. Each thread has a state of its own to work with.
+    ///
+    /// # Errors
+    ///
+    /// That of a key or of a piece that fails, or a piece cannot be kept for the other processes.
+    pub fn pieces<S, T, E>(
+        &self,
+        threads: usize,
+        parts: usize,
+        key: impl Fn(usize) -> Result<Key, E>,
+        state: impl Fn() -> S + Sync,
+        make: impl Fn(&mut S, usize) -> Result<T, E> + Sync,
+    ) -> Result<Option<Vec<T>>, E>
+    where
+        T: Serialize + DeserializeOwned + Send,
+        E: From<FileError> + Send,
+    {
+        if let Some(shared) = &self.shared {
+            let keys: Vec<Key> = (0..parts).map(key).collect::<Result<_, _>>()?;
+            return shared.pieces(&keys, threads, self.watch, state, make);
+        }
+        let made = |state: &mut S, i| (!self.watch.cancelled()).then(|| make(state, i));
+        let all = threads::all(threads, parts, state, made);
+        all.map(|all| all.into_iter().collect()).transpose()
     }
 
     /// The error of work that was cancelled, if it was.

@@ -46,7 +46,7 @@ impl DispatchAccount {
 }
 
 /// Counts of a T&I unit, summed over parts of the same kind.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct TniCounters {
     /// The unit as a whole.
     pub unit: UnitCounters,

@@ -40,6 +40,7 @@ use srp_archdesc::watch::{Stage, Unstaged};
 use srp_runtime::effect::Guard;
 use srp_runtime::scene::Scene;
 use srp_runtime::scene_image;
+use srp_toolchain::cache::{Key, Kind};
 use srp_toolchain::envelope::Contents;
 use srp_toolchain::{Frame, Session};
 use std::sync::Arc;
@@ -317,11 +318,20 @@ impl<'a> Bench<'a> {
             watch: &unstaged,
             threads: self.session.threads,
             cache: Arc::clone(&self.session.cache),
+            shared: self.session.shared.clone(),
             outside: self.session.outside,
             compiles: self.session.compiles,
             cycles: self.session.cycles,
             builder: None,
         };
+        let threads = self.options.threads;
+        if let Some(shared) = &self.session.shared {
+            let keys = settings.iter().map(|setting| self.key(setting, screened));
+            let keys: Result<Vec<Key>, Error> = keys.collect();
+            let make = |(): &mut (), i: usize| self.tried(&settings[i], screened, &session);
+            // What fails is told when its turn comes.
+            let _ = keys.map(|keys| shared.begin(&keys, threads, watch, || (), make));
+        }
         let trial = |(): &mut (), i: usize| {
             let trial = match watch.cancelled() {
                 true => Ok(Tried::Cancelled),
@@ -330,7 +340,6 @@ impl<'a> Bench<'a> {
             stage.done(1);
             Some(trial)
         };
-        let threads = self.options.threads;
         let all = threads::some(threads, settings.len(), || (), trial);
         all.into_iter().flatten().collect()
     }
@@ -343,35 +352,65 @@ impl<'a> Bench<'a> {
         shown: &Shown<'_>,
         session: &Session<'_>,
     ) -> Result<Tried, Error> {
-        let is_sampling = setting::is_sampling(&setting.knob);
-        let [plain, finest] = &self.references;
-        let held_against = match is_sampling {
-            true => (&self.finest, &finest[..]),
-            false => (self.base, &plain[..]),
-        };
-        let one_in = if setting.knob.is_empty() { 1 } else { ONE_IN };
-        let frame = setting.applied(self.base).frame(self.frame);
-        let tried = || -> Result<Option<trial::Measured>, Error> {
-            if screened && !self.passes(&frame, session)? {
-                return Ok(None);
-            }
-            trial::measured(&frame, held_against, &self.edges, one_in, session).map(Some)
-        };
-        let measured = match tried() {
+        let tried = |(): &mut (), _| self.tried(setting, screened, session);
+        let key = |_| self.key(setting, screened);
+        let measured = match session.pieces(1, 1, key, || (), tried) {
             Err(error) if error.is_cancelled() => return Ok(Tried::Cancelled),
             tried => tried?,
         };
-        let Some(measured) = measured else {
-            return Ok(Tried::Refused);
+        let measured = match measured.and_then(|mut one| one.pop()) {
+            None => return Ok(Tried::Cancelled),
+            Some(None) => return Ok(Tried::Refused),
+            Some(Some(measured)) => measured,
         };
         let trial = Trial::of(setting, &measured);
         let evidence = Evidence {
             rendering: &measured.rendering,
-            machine: &frame.arch,
-            reference: held_against.1,
+            machine: &self.frame_of(setting).arch,
+            reference: self.held_against(setting).1,
         };
         shown(&trial, &evidence)?;
         Ok(Tried::Trial(Box::new(trial)))
+    }
+
+    fn frame_of(&self, setting: &Setting) -> Frame {
+        setting.applied(self.base).frame(self.frame)
+    }
+
+    /// The subject whose picture in binary64 the setting's is held against, and that picture.
+    fn held_against(&self, setting: &Setting) -> (&Subject, &[DVec3]) {
+        let [plain, finest] = &self.references;
+        match setting::is_sampling(&setting.knob) {
+            true => (&self.finest, finest),
+            false => (self.base, plain),
+        }
+    }
+
+    /// Names what a setting's measurements depend on.
+    fn key(&self, setting: &Setting, screened: bool) -> Result<Key, Error> {
+        let (subject, _) = self.held_against(setting);
+        let frame = self.frame_of(setting);
+        let key = frame.key(Kind::Trials, &frame.image()?);
+        let key = key.text("a setting").value(&subject.arch);
+        let key = key.value(&subject.options).value(&setting.knob.is_empty());
+        let target = screened.then_some(&self.options.target);
+        Ok(key.text(&format!("{target:?}")).finish())
+    }
+
+    /// Measures a setting; none if it is screened and misses the target.
+    fn tried(
+        &self,
+        setting: &Setting,
+        screened: bool,
+        session: &Session<'_>,
+    ) -> Result<Option<trial::Measured>, Error> {
+        let one_in = if setting.knob.is_empty() { 1 } else { ONE_IN };
+        let frame = self.frame_of(setting);
+        if screened && !self.passes(&frame, session)? {
+            return Ok(None);
+        }
+        let held_against = self.held_against(setting);
+        trial::measured(&frame, held_against, &self.edges, one_in, session).map(Some)
     }
 
     /// True if a frame keeps to the target, as far as that is known without a schedule and a clock.
@@ -385,24 +424,20 @@ impl<'a> Bench<'a> {
         Ok(target.met_by_picture(&trial::screened(frame, plain, session)?))
     }
 
-    /// Cycles of the frame with a setting in other orders of tiles, so many at a time; none where the work was
-    /// cancelled.
+    /// Cycles of the frame with a setting in other orders of tiles, so many at a time.
     fn cycles_in_other_orders(&self, setting: &Setting, threads: usize) -> Result<Vec<u64>, Error> {
         let unstaged = Unstaged::new(self.session.watch);
         let session = Session {
             watch: &unstaged,
             threads: 1,
             cache: Arc::clone(&self.session.cache),
+            shared: None,
             outside: self.session.outside,
             compiles: self.session.compiles,
             cycles: self.session.cycles,
             builder: None,
         };
-        let frame = setting.applied(self.base).frame(self.frame);
-        match trial::cycles_in_other_orders(&frame, ORDERS, threads, &session) {
-            Err(error) if error.is_cancelled() => Ok(Vec::new()),
-            cycles => cycles,
-        }
+        trial::cycles_in_other_orders(&self.frame_of(setting), ORDERS, threads, &session)
     }
 
     /// Finds out what the cycles of the settings on the front differ by between orders of tiles.
@@ -421,13 +456,26 @@ impl<'a> Bench<'a> {
                 "trying other orders of tiles",
                 open.len() as u64,
             );
-            for i in open {
-                let cycles = self.cycles_in_other_orders(&settings[i], self.options.threads)?;
-                if cycles.is_empty() {
-                    return Ok(());
-                }
-                report.trials[i].cycles_in_other_orders = cycles;
+            let key = |n: usize| {
+                let frame = self.frame_of(&settings[open[n]]);
+                let key = frame.key(Kind::Trials, &frame.image()?);
+                Ok(key.text("other orders of tiles").finish())
+            };
+            let make = |(): &mut (), n: usize| {
+                let threads = self.options.threads;
+                let cycles = self.cycles_in_other_orders(&settings[open[n]], threads);
                 stage.done(1);
+                cycles
+            };
+            let cycles = match self.session.pieces(1, open.len(), key, || (), make) {
+                Err(error) if error.is_cancelled() => None,
+                cycles => cycles?,
+            };
+            let Some(cycles) = cycles else {
+                return Ok(());
+            };
+            for (i, cycles) in open.into_iter().zip(cycles) {
+                report.trials[i].cycles_in_other_orders = cycles;
             }
         }
     }

@@ -45,9 +45,7 @@ impl<'a> Kept<'a> {
     }
 
     fn key(&self) -> key::Builder {
-        let Prepared { frame, image, .. } = self.prepared;
-        let key = frame.key(Kind::Frames, image).text(&self.program);
-        key.value(&self.prepared.recorded_hits)
+        self.prepared.key(Kind::Frames, &self.program)
     }
 
     fn known<T: Serialize + DeserializeOwned>(

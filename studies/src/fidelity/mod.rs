@@ -20,6 +20,7 @@ pub mod sampled;
 mod table;
 mod untimed;
 
+use serde::Serialize;
 use srp_archdesc::Arch;
 use srp_runtime::memory::unloaded::with_fixed_latency;
 use srp_runtime::system::Timing;
@@ -32,7 +33,7 @@ pub use table::{Cell, Row, Table, TableOptions, TrialFigure, Trials, table};
 pub use untimed::{Untimed, untimed};
 
 /// A level of simulation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub enum Fidelity {
     /// Picture and counts, no clock.
     Functional,

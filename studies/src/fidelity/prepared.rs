@@ -5,8 +5,10 @@ use super::sampled::{self, FirstPass, Sampled, TracedFrame};
 use super::{Fidelity, FrameFigure, figures, ledger};
 use crate::Error;
 use srp_ir::check::Checked;
+use srp_ir::dre::write_scheduled;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene_image::{SceneImage, tile_size};
+use srp_toolchain::cache::{Kind, key};
 use srp_toolchain::{Engines, Frame, MAX_CYCLES, Session, kernel_names, system_options};
 
 /// A frame that is ready to be run.
@@ -67,6 +69,12 @@ impl Prepared<'_> {
         })
     }
 
+    /// Begins the key of a result of the kind; `program` is the scheduled program as text.
+    pub(super) fn key(&self, kind: Kind, program: &str) -> key::Builder {
+        let key = self.frame.key(kind, &self.image).text(program);
+        key.value(&self.recorded_hits)
+    }
+
     fn traced(&self) -> TracedFrame<'_> {
         let Frame {
             arch, scene, size, ..
@@ -96,6 +104,10 @@ impl Prepared<'_> {
         let start = Start::now(session.watch);
         let first_pass = FirstPass::of(&self.traced(), arch, self.threads);
         let names = self.kernel_names();
+        let name = session.shared.as_ref().map(|_| {
+            let program = write_scheduled(self.program, arch);
+            self.key(Kind::Frames, &program).finish().to_string()
+        });
         let population = sampled::Frame {
             image: &self.image,
             first_pass: &first_pass,
@@ -107,10 +119,10 @@ impl Prepared<'_> {
             kernel_names: &names,
             max_cycles: MAX_CYCLES.min(session.cycles),
             threads: self.threads,
-            watch: session.watch,
+            session,
+            name: &name.unwrap_or_default(),
         };
-        let sampled = sampled::sample(&population, seed, error);
-        let sampled = sampled.map_err(srp_toolchain::Error::from)?;
+        let sampled = sampled::sample(&population, seed, error)?;
         let sampled = sampled.ok_or(srp_toolchain::Error::Cancelled)?;
         Ok((sampled, start.taken()))
     }

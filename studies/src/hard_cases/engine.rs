@@ -10,7 +10,7 @@ use srp_runtime::effect::{Effect, Effects};
 use srp_runtime::solo::{self, Finish, Solo, SoloError};
 use srp_toolchain::cache::Workplace;
 use srp_toolchain::files::{self, FileError, Kind};
-use srp_toolchain::{Input, Options, Session, compile, input};
+use srp_toolchain::{Effort, Input, Options, Session, compile, input};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -67,6 +67,13 @@ impl Kernels {
             sources: [driver].into_iter().chain(kernels).collect(),
             folder: folder.map(Path::to_owned),
         })
+    }
+
+    /// All texts that a driver is compiled from.
+    pub(super) fn all(&self) -> Result<Vec<Source>, Error> {
+        let mut all = self.headers()?;
+        all.extend(self.sources.iter().cloned());
+        Ok(all)
     }
 
     /// Every header by its name; of two with one name the later counts.
@@ -170,6 +177,11 @@ impl Srp {
             include: kernels.folder.iter().cloned().collect(),
             defines: defines(has_textures(arch)),
             auto_kernel: false,
+            // Verdicts are of values, not of cycles.
+            effort: Effort {
+                percent: 2,
+                ..Effort::default()
+            },
             ..Options::default()
         };
         let input = Input::C(kernels.sources.clone());

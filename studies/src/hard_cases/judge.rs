@@ -2,12 +2,13 @@
 
 use super::catalogue::Case;
 use super::settings::Setting;
+use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::{Approx, Precision, Subnormals};
 use srp_runtime::tni::arithmetic::Hit;
 use std::fmt::Write;
 
 /// The verdict on a case in a place.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Verdict {
     /// It is right.
     Right,

@@ -32,13 +32,16 @@ use aimed::AimedRays;
 use call::Calls;
 use engine::{Host, Kernels, Srp};
 use functions::Function;
+use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::{Approx, Arch, Precision};
 use srp_archdesc::diagnostic::Source;
 use srp_archdesc::watch::Stage;
 use srp_runtime::scene::{Scene, Triangle};
 use srp_runtime::tni::arithmetic::{self, Prepared, Ray};
-use srp_toolchain::Session;
+use srp_toolchain::cache::{Key, Kind};
+use srp_toolchain::{BUILD_ID, Session};
 use std::collections::BTreeMap;
+use std::iter;
 use std::path::Path;
 use surface::Made;
 
@@ -79,9 +82,7 @@ pub fn run(
 ) -> Result<Matrix, Error> {
     let kernels = &Kernels::of(kernels)?;
     let settings = settings::of(arch);
-    let mut trial = Trial {
-        verdicts: BTreeMap::new(),
-        skipped: Vec::new(),
+    let trial = Trial {
         session,
         kernels,
         triangles: cases.iter().map(|c| meshes::of(c, scene)).collect(),
@@ -89,22 +90,28 @@ pub fn run(
         cases: &cases,
     };
     let stage = Stage::of(session.watch, "trying", settings.len() as u64 + 1);
-    // An array alone runs no programs.
-    let has_slots = arch.srp.fus.values().any(|fu| fu.slot.is_some());
-    trial.on_host(&settings[0])?;
-    for (number, setting) in settings.iter().enumerate() {
-        session.check()?;
+    let host = trial.on_host(&settings[0])?;
+    stage.done(1);
+    let about = trial.about(arch, scene)?;
+    let key = |number: usize| {
+        let key = Key::of(Kind::Trials).text("hard cases");
+        Ok(key.bytes(about.digest()).value(&number).finish())
+    };
+    let try_all = |(): &mut (), number: usize| {
+        let found = trial.in_setting(number, &settings[number])?;
         stage.done(1);
-        if has_slots && (setting.changes_kernels || setting.changes_textures) {
-            trial.on_srp(number, setting)?;
-        }
-        if setting.changes_tni {
-            trial.in_unit(number, setting)?;
+        Ok::<_, Error>(found)
+    };
+    let found = session.pieces(session.threads, settings.len(), key, || (), try_all)?;
+    let found = found.ok_or_else(Error::cancelled)?;
+    let mut verdicts = BTreeMap::new();
+    let mut skipped = Vec::new();
+    for (setting, found) in iter::once((0, host)).chain(found.into_iter().enumerate()) {
+        skipped.extend(found.skipped);
+        for (case, level, verdict) in found.verdicts {
+            verdicts.insert((case, Column { level, setting }), verdict);
         }
     }
-    let Trial {
-        verdicts, skipped, ..
-    } = trial;
     let mut columns: Vec<Column> = verdicts.keys().map(|(_, column)| *column).collect();
     columns.sort();
     columns.dedup();
@@ -126,10 +133,17 @@ struct Trial<'a> {
     cases: &'a [Case],
     triangles: Vec<Vec<Triangle>>,
     aimed: Vec<Option<AimedRays>>,
-    verdicts: BTreeMap<(usize, Column), Verdict>,
-    skipped: Vec<String>,
     kernels: &'a Kernels,
     session: &'a Session<'a>,
+}
+
+/// The verdicts in one setting.
+#[derive(Default, Serialize, Deserialize)]
+struct Found {
+    /// The case by its number, and where it was run.
+    verdicts: Vec<(usize, Level, Verdict)>,
+    /// What could not be run, and why.
+    skipped: Vec<String>,
 }
 
 /// The place of a case in the driver's calls.
@@ -141,9 +155,31 @@ enum Placed {
 }
 
 impl Trial<'_> {
-    fn put(&mut self, case: usize, level: Level, setting: usize, verdict: Verdict) {
-        let column = Column { level, setting };
-        self.verdicts.insert((case, column), verdict);
+    /// Names all that verdicts depend on, but for the number of the setting.
+    fn about(&self, arch: &Arch, scene: &Scene) -> Result<Key, Error> {
+        let mut key = Key::of(Kind::Trials)
+            .text(BUILD_ID)
+            .value(arch)
+            .value(scene);
+        key = key.text(&export::text(self.cases));
+        for source in self.kernels.all()? {
+            key = key.text(&source.name).text(&source.text);
+        }
+        Ok(key.finish())
+    }
+
+    /// The verdicts in a setting, but for those of the host's compiler.
+    fn in_setting(&self, number: usize, setting: &Setting) -> Result<Found, Error> {
+        let mut found = Found::default();
+        // An array alone runs no programs.
+        let has_slots = (setting.arch.srp.fus.values()).any(|fu| fu.slot.is_some());
+        if has_slots && (setting.changes_kernels || setting.changes_textures) {
+            self.on_srp(number, setting, &mut found)?;
+        }
+        if setting.changes_tni {
+            self.in_unit(number, setting, &mut found)?;
+        }
+        Ok(found)
     }
 
     /// The calls of the cases of a level.
@@ -181,14 +217,15 @@ impl Trial<'_> {
         Ok((calls, placed))
     }
 
-    fn on_host(&mut self, setting: &Setting) -> Result<(), Error> {
+    fn on_host(&self, setting: &Setting) -> Result<Found, Error> {
+        let mut found = Found::default();
         let arch = exact(&setting.arch);
         let wanted = |case: &Case| case.call != "acne";
         let (calls, placed) = self.calls(Level::Host, &arch, wanted)?;
         let Some(host) = Host::compile(self.kernels, self.session)? else {
             let note = "host: there is no C compiler `cc`";
-            self.skipped.push(note.to_owned());
-            return Ok(());
+            found.skipped.push(note.to_owned());
+            return Ok(found);
         };
         let memory = calls.memory();
         if memory.len() > engine::HOST_MEMORY {
@@ -203,16 +240,16 @@ impl Trial<'_> {
         };
         for (case, at) in placed {
             let verdict = self.judge(case, &at, &results, &exact);
-            self.put(case, Level::Host, 0, verdict);
+            found.verdicts.push((case, Level::Host, verdict));
         }
-        Ok(())
+        Ok(found)
     }
 
-    fn on_srp(&mut self, number: usize, setting: &Setting) -> Result<(), Error> {
+    fn on_srp(&self, number: usize, setting: &Setting, found: &mut Found) -> Result<(), Error> {
         let textures = engine::has_textures(&setting.arch);
         if !textures && number == 0 {
             let note = "srp: no unit of the machine samples textures";
-            self.skipped.push(note.to_owned());
+            found.skipped.push(note.to_owned());
         }
         let wanted = |case: &Case| match case.call.as_str() {
             "texture" => textures && (setting.changes_textures || setting.changes_kernels),
@@ -226,7 +263,7 @@ impl Trial<'_> {
         let results = calls.results(&srp.run(calls.memory(), self.session)?);
         for (case, at) in placed {
             let verdict = self.judge(case, &at, &results, setting);
-            self.put(case, Level::Srp, number, verdict);
+            found.verdicts.push((case, Level::Srp, verdict));
         }
         Ok(())
     }
@@ -252,7 +289,7 @@ impl Trial<'_> {
         })
     }
 
-    fn in_unit(&mut self, number: usize, setting: &Setting) -> Result<(), Error> {
+    fn in_unit(&self, number: usize, setting: &Setting, found: &mut Found) -> Result<(), Error> {
         for i in 0..self.cases.len() {
             self.session.check()?;
             let case = &self.cases[i];
@@ -270,7 +307,7 @@ impl Trial<'_> {
                 }
                 _ => continue,
             };
-            self.put(i, Level::Tni, number, verdict);
+            found.verdicts.push((i, Level::Tni, verdict));
         }
         Ok(())
     }

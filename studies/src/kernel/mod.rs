@@ -340,6 +340,7 @@ impl<'a> Bench<'a> {
             watch: &unstaged,
             threads: 1,
             cache: Arc::clone(&self.session.cache),
+            shared: None,
             outside: self.session.outside,
             compiles: self.session.compiles,
             cycles: self.session.cycles,

@@ -170,6 +170,26 @@ impl Sheet<'_> {
     }
 }
 
+/// Makes the pieces of Table 4 or 5 on a scene that no process has begun which shares the work, and waits for none: then
+/// processes need not wait for each other before the last scene.
+///
+/// # Errors
+///
+/// There are no rays, a piece cannot be kept, or the watch ends the work.
+pub fn begin(
+    case: &Case,
+    options: &Options,
+    arch: &Arch,
+    session: &Session<'_>,
+) -> Result<(), Error> {
+    units::Measures::begin(Subject {
+        case,
+        options,
+        arch,
+        session,
+    })
+}
+
 /// Measures a table on a scene. `to` gets its entries.
 ///
 /// # Errors

@@ -16,6 +16,7 @@ use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
+use serde::Serialize;
 use srp_runtime::scene::angle::turn;
 use srp_runtime::scene::camera::RayFan;
 use srp_runtime::scene::{Camera, Triangle};
@@ -39,7 +40,7 @@ const SETBACK: f32 = 1e-4;
 const FAR: f32 = f32::MAX;
 
 /// The purpose of rays.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub enum Kind {
     /// Primary rays.
     Primary,

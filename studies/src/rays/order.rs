@@ -4,10 +4,11 @@ use std::ops::Range;
 
 use super::pixels::on_curve;
 use super::scramble;
+use serde::Serialize;
 use srp_runtime::tni::arithmetic::Ray;
 
 /// Orders.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Order {
     /// By a Morton key of six dimensions, origin and direction, in each batch. Pixels along a
     /// Z-curve where that decides nothing.

@@ -97,6 +97,7 @@ impl<'a> Bench<'a> {
             watch,
             threads: 1,
             cache: self.host.cache.clone(),
+            shared: None,
             outside: self.host.outside,
             compiles: self.host.compiles,
             cycles: self.host.cycles,

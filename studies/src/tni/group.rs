@@ -1,5 +1,6 @@
 //! Units that share a memory.
 
+use serde::Serialize;
 use srp_archdesc::Watch;
 use srp_archdesc::system::SystemSpec;
 
@@ -10,7 +11,7 @@ use srp_runtime::memory::path::{Clock, MemoryPath};
 use srp_runtime::tni::Client;
 
 /// Who shares a memory.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Memories {
     /// All units have one.
     Shared,

@@ -1,7 +1,7 @@
 //! Figures from counters: rates, shares, and means a ray.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use srp_archdesc::system::SystemSpec;
 
@@ -13,7 +13,7 @@ use srp_runtime::memory::path::Clock;
 use srp_runtime::tni::TniCounters;
 
 /// Figures of one or several views, summed over all units.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Measure {
     /// Rays traced.
     pub rays: u64,

@@ -10,6 +10,7 @@ use crate::tni::sampled::{self, Found, Sampled, Subject};
 use crate::tni::{
     Bench, Estimated, Measure, Memories, Options, Outcome, RunCounts, UnitFigure, figures,
 };
+use serde::Serialize;
 use srp_archdesc::system::SystemSpec;
 use srp_archdesc::watch::{Event, Stage, Watch};
 use srp_archdesc::{Unwatched, threads};
@@ -48,7 +49,7 @@ impl Rays {
 }
 
 /// How much is simulated.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Level {
     /// The level.
     pub fidelity: Fidelity,

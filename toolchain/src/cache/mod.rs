@@ -14,15 +14,18 @@
 //! * [`entry`] is the form of an entry.
 //! * [`folder`] says where entries lie, and whom it may belong to.
 //! * [`store`] reads, writes, removes and counts them.
+//! * [`shared`] is not of the cache: a folder of entries that processes make together.
 
 mod entry;
 mod folder;
 pub mod key;
+mod shared;
 mod store;
 
 pub use entry::Damage;
 pub use folder::{Place, Workplace};
 pub use key::Key;
+pub use shared::Shared;
 pub use store::{Counts, Found};
 
 use srp_archdesc::watch::{Event, Watch};

@@ -3,14 +3,14 @@
 use schemars::JsonSchema;
 use std::fmt::Write as _;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use srp_archdesc::dram::DramSpec;
 
 use super::DramCounters;
 use crate::digits::thousands;
 
 /// The work of one memory, or of the memories of all cores, in some time.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DramReport {
     /// Its clock, MHz.
     pub mhz: u32,
@@ -34,7 +34,7 @@ pub struct DramReport {
 }
 
 /// The work of one channel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ChannelReport {
     /// Gigabytes a second on its data lines: whole bursts.
     pub gigabytes_per_second: f64,

@@ -17,19 +17,20 @@ mod first_pass;
 mod trace;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use srp_archdesc::Arch;
 use srp_archdesc::watch::{Stage, Unstaged, Watch};
 
 use super::figures::{FrameFigure, known, read_ns};
 use super::ledger::{Part, Tally, add, render_tiles};
 use crate::survey::{LEAST_DRAWS, draws_needed};
-use srp_archdesc::threads;
 use srp_runtime::core::Core;
 use srp_runtime::effect::Guard;
 use srp_runtime::scene_image::SceneImage;
 use srp_runtime::system::{Options, QueuedTile, SystemError, TileQueue, Timing};
+use srp_toolchain::cache::{Key, Kind};
 use srp_toolchain::envelope::Contents;
+use srp_toolchain::{Error, Session};
 
 pub use first_pass::FirstPass;
 pub use trace::TracedFrame;
@@ -63,12 +64,14 @@ pub struct Frame<'a> {
     pub max_cycles: u64,
     /// Threads of the host; they change no figure.
     pub threads: usize,
-    /// Watches the work, tile by tile.
-    pub watch: &'a dyn Watch,
+    /// Who watches the work, tile by tile, and who shares it.
+    pub session: &'a Session<'a>,
+    /// Names the frame by all that its batches depend on; empty where nobody shares the work.
+    pub name: &'a str,
 }
 
 /// Counters of a batch of units.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Batch {
     /// Units of the population.
     units: Vec<u32>,
@@ -124,23 +127,24 @@ impl Frame<'_> {
         }
     }
 
-    /// Runs batches, several at a time. `None` where it was cancelled.
-    fn run(&self, batches: &[&[u32]]) -> Result<Option<Vec<Batch>>, SystemError> {
-        let stage = Stage::of(self.watch, "sampling", self.tiles_of(batches));
+    /// Runs batches, several at a time, each by one of the processes that share the work. `None` where it was cancelled.
+    fn run(&self, batches: &[&[u32]]) -> Result<Option<Vec<Batch>>, Error> {
+        let stage = Stage::of(self.session.watch, "sampling", self.tiles_of(batches));
+        let key = |i: usize| {
+            let key = Key::of(Kind::Frames).text("batch").text(self.name);
+            Ok(key.value(&batches[i]).finish())
+        };
         let image = || self.image.clone();
         let run = |image: &mut SceneImage, i: usize| {
-            if self.watch.cancelled() {
-                return None;
-            }
-            let batch = self.run_batch(image, batches[i]);
+            let batch = self.run_batch(image, batches[i])?;
             stage.done(self.tiles_of(&batches[i..=i]));
-            Some(batch)
+            // A batch that was cut off is none.
+            self.session.check().map(|()| batch)
         };
-        match threads::all(self.threads, batches.len(), image, run) {
-            Some(all) if !self.watch.cancelled() => {
-                all.into_iter().collect::<Result<_, _>>().map(Some)
-            }
-            _ => Ok(None),
+        let batches = (self.session).pieces(self.threads, batches.len(), key, image, run);
+        match batches {
+            Err(Error::Cancelled) => Ok(None),
+            batches => batches,
         }
     }
 
@@ -158,7 +162,7 @@ impl Frame<'_> {
             run_on.push((unit, core));
             queues[core].extend(self.first_pass.queue(unit));
         }
-        let quiet = Unstaged::new(self.watch);
+        let quiet = Unstaged::new(self.session.watch);
         let options = Options {
             tiles: Some(TileQueue::of_cores(queues)),
             ..self.options(&quiet)
@@ -188,9 +192,9 @@ impl Frame<'_> {
     /// Runs all of the frame.
     fn run_whole(&self) -> Result<Option<Part>, SystemError> {
         let mut image = self.image.clone();
-        let options = self.options(self.watch);
+        let options = self.options(self.session.watch);
         let part = render_tiles(&mut image, (self.engines)(), self.arch, options)?;
-        Ok((!self.watch.cancelled()).then_some(part))
+        Ok((!self.session.watch.cancelled()).then_some(part))
     }
 }
 
@@ -199,8 +203,8 @@ impl Frame<'_> {
 ///
 /// # Errors
 ///
-/// Those of [`system::run`](srp_runtime::system::run).
-pub fn sample(frame: &Frame<'_>, seed: u64, error: f64) -> Result<Option<Sampled>, SystemError> {
+/// Those of [`system::run`](srp_runtime::system::run), or a batch cannot be kept for others.
+pub fn sample(frame: &Frame<'_>, seed: u64, error: f64) -> Result<Option<Sampled>, Error> {
     let first = frame.first_pass;
     let population = first.population();
     let draws = population.batches(seed);

@@ -27,6 +27,7 @@ mod read;
 
 pub(super) use read::read;
 
+use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::{Precision, Subnormals};
 use srp_archdesc::diagnostic::{Messages, Source};
 
@@ -50,7 +51,7 @@ const FILES: [(&str, &str); 9] = [
 ];
 
 /// Where a case is run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Level {
     /// The kernels' C by the host's compiler.
     Host,
