@@ -23,8 +23,8 @@ Examples:
   srp sweep show sweep 17 -o mine.xml
 
 A parameter is an attribute of the machine file by its path (array.rows, tni/trv-l1.size, fu-type[name=vec].classes),
-or machine, bvh, effort, form:NAME, f:FEATURE. Values are a list 4,5,6, steps 0:300:100, or a range 1..64 to draw from
-and to search.
+or machine, bvh, effort, fidelity, form:NAME, effect:NAME, f:FEATURE. Values are a list 4,5,6, steps 0:300:100, or a
+range 1..64 to draw from and to search.
 The folder has the plan, every row as it is done, results.csv, results.parquet and report.html. A sweep that was stopped goes on
 where it was. docs/sweep.md tells the rest."
 )]

@@ -213,7 +213,10 @@ fn command(plan: &Plan, row: &Row, scene: &str, machine: &str) -> String {
     if let Some(kernels) = &plan.file.kernels {
         words.push(format!("--kernels {kernels}"));
     }
-    let level = plan.fidelity.name();
+    let level = row
+        .settings
+        .get("fidelity")
+        .map_or(plan.fidelity.name(), String::as_str);
     if level != "cycle+dram" {
         words.push(format!("--fidelity {level}"));
     }
@@ -224,7 +227,20 @@ fn command(plan: &Plan, row: &Row, scene: &str, machine: &str) -> String {
             None => {}
         }
     }
+    let effects: Vec<String> = (row.settings.iter())
+        .filter_map(|(name, value)| {
+            let sign = if is_on(value) { '+' } else { '-' };
+            Some(format!("{sign}{}", name.strip_prefix("effect:")?))
+        })
+        .collect();
+    if !effects.is_empty() {
+        words.push(format!("--effects {}", effects.join(",")));
+    }
     words.join(" ") + &features(row)
+}
+
+fn is_on(value: &str) -> bool {
+    matches!(value, "on" | "true" | "yes")
 }
 
 /// The permissions of the compiler that a row has.
@@ -235,7 +251,7 @@ fn features(row: &Row) -> String {
             "fp-contract" => "fp-contract=fast",
             feature => feature,
         };
-        matches!(value.as_str(), "on" | "true" | "yes").then(|| format!(" -f {feature}"))
+        is_on(value).then(|| format!(" -f {feature}"))
     };
     row.settings.iter().filter_map(on).collect()
 }

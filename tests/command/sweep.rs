@@ -89,6 +89,31 @@ fn what_is_varied_moves_what_is_measured() {
 }
 
 #[test]
+fn levels_of_simulation_are_compared() {
+    let folder = folder("sweep_levels");
+    let levels = "fidelity=functional,analytic,cycle";
+    let args = [
+        "sweep",
+        "--set",
+        levels,
+        "--measure",
+        "cycles",
+        "--size",
+        "8x6",
+        "--json",
+    ];
+    let report = json(&folder, &args);
+    let row = |level| with(&report, &[("fidelity", level)])[0].clone();
+    let why = row("functional")["outcome"]["failed"].to_string();
+    assert!(why.contains("has no cycles"), "{why}");
+    let (estimate, cycles) = (
+        figure(&row("analytic"), "cycles"),
+        figure(&row("cycle"), "cycles"),
+    );
+    assert!(estimate > 0.0 && cycles > 0.0 && estimate != cycles);
+}
+
+#[test]
 fn a_point_is_what_render_makes_of_its_machine() {
     let folder = folder("sweep_show");
     let report = json(
@@ -99,6 +124,8 @@ fn a_point_is_what_render_makes_of_its_machine() {
             "dram.latency-ns=0,400",
             "--set",
             "special[function=rcp].bits=8,exact",
+            "--set",
+            "effect:shadow=on,off",
             "--scene",
             "default",
             "--size",
@@ -113,6 +140,7 @@ fn a_point_is_what_render_makes_of_its_machine() {
     let near = &with(
         &report,
         &[
+            ("effect:shadow", "on"),
             ("dram.latency-ns", "0"),
             ("special[function=rcp].bits", "exact"),
         ],
@@ -120,6 +148,7 @@ fn a_point_is_what_render_makes_of_its_machine() {
     let far = &with(
         &report,
         &[
+            ("effect:shadow", "on"),
             ("dram.latency-ns", "400"),
             ("special[function=rcp].bits", "exact"),
         ],
@@ -127,6 +156,7 @@ fn a_point_is_what_render_makes_of_its_machine() {
     let coarse = &with(
         &report,
         &[
+            ("effect:shadow", "off"),
             ("dram.latency-ns", "400"),
             ("special[function=rcp].bits", "8"),
         ],
@@ -134,6 +164,16 @@ fn a_point_is_what_render_makes_of_its_machine() {
     assert!(figure(near, "cycles") < figure(far, "cycles"));
     assert_eq!(figure(near, "psnr"), figure(far, "psnr"));
     assert!(figure(coarse, "psnr") < figure(far, "psnr"));
+    let shadowless = &with(
+        &report,
+        &[
+            ("effect:shadow", "off"),
+            ("dram.latency-ns", "400"),
+            ("special[function=rcp].bits", "exact"),
+        ],
+    )[0];
+    assert!(figure(shadowless, "cycles") < figure(far, "cycles"));
+    assert!(figure(shadowless, "psnr") < figure(far, "psnr"));
     let point = coarse["point"].to_string();
     let shown = srp(&folder, &["sweep", "show", "out", &point, "-o", "mine.xml"]);
     let command = String::from_utf8_lossy(&shown.stderr).into_owned();

@@ -161,9 +161,10 @@ impl<'a> Bench<'a> {
         session: &Session<'_>,
         figures: &mut Figures,
     ) -> Result<(), Error> {
-        let frame = stage.frame(arch.clone(), &self.plan.choices(point)?, session);
+        let choices = self.plan.choices(point)?;
+        let frame = stage.frame(arch.clone(), &choices, session)?;
         let kernels = self.kernels.as_deref();
-        let level = self.plan.fidelity;
+        let level = choices.level;
         let timed = self.wants(Measure::Cycles) || self.wants(Measure::Energy);
         let mut picture: Option<Picture> = None;
         if timed || self.wants(Measure::Ii) {

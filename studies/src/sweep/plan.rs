@@ -15,6 +15,7 @@ use crate::fidelity::Fidelity;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use srp_ir::pass::FastMath;
+use srp_kernels::effect::Effects;
 use srp_kernels::form::Forms;
 use srp_runtime::bvh::Builder;
 use srp_toolchain::{Effort, machine};
@@ -232,6 +233,9 @@ pub(super) struct Choices {
     pub(super) fast_math: FastMath,
     pub(super) tree: Builder,
     pub(super) effort: Effort,
+    pub(super) level: Fidelity,
+    /// Effects beyond those that the scene calls for, or less, as `--effects` has them; empty of those alone.
+    pub(super) effects: String,
 }
 
 impl Plan {
@@ -244,19 +248,13 @@ impl Plan {
         let name = file.machine.clone().unwrap_or_else(|| "sgrt".to_owned());
         let text = machine::text(Path::new(&name))?;
         let measures = file.measures()?;
-        let level = file.level();
-        let fidelity = Fidelity::ALL.into_iter().find(|f| f.name() == level);
-        let fidelity = fidelity.ok_or_else(|| {
-            let names: Vec<&str> = Fidelity::ALL.iter().map(|f| f.name()).collect();
-            Error::Invalid(format!(
-                "fidelity `{level}`: there are {}",
-                names.join(", ")
-            ))
-        })?;
-        for measure in &measures {
-            measure.check(fidelity)?;
-        }
         let parameters = file.parameters()?;
+        let fidelity = level(file.level())?;
+        if !(parameters.iter()).any(|parameter| parameter.target == Target::Level) {
+            for measure in &measures {
+                measure.check(fidelity)?;
+            }
+        }
         let listed = file.point.iter().map(|point| {
             let settings = point
                 .iter()
@@ -360,6 +358,8 @@ impl Plan {
             fast_math: FastMath::default(),
             tree: Builder::Best,
             effort: effort(self.file.effort.unwrap_or(1.0))?,
+            level: self.fidelity,
+            effects: String::new(),
         };
         for (name, value) in &point.0 {
             match target(name)? {
@@ -371,6 +371,20 @@ impl Plan {
                 Target::Feature(feature) => {
                     let on = flag(value).ok_or_else(|| wrong(name, value, "on or off"))?;
                     permit(&mut choices.fast_math, &feature, on)?;
+                }
+                Target::Effect(effect) => {
+                    let on = flag(value).ok_or_else(|| wrong(name, value, "on or off"))?;
+                    let sign = if on { '+' } else { '-' };
+                    let comma = if choices.effects.is_empty() { "" } else { "," };
+                    choices.effects += &format!("{comma}{sign}{effect}");
+                    let known = Effects::NONE.parse(&choices.effects);
+                    known.map_err(srp_toolchain::Error::from)?;
+                }
+                Target::Level => {
+                    choices.level = level(value)?;
+                    for measure in &self.measures {
+                        measure.check(choices.level)?;
+                    }
                 }
                 Target::Tree => {
                     let all = [
@@ -403,6 +417,14 @@ fn flag(value: &str) -> Option<bool> {
         "off" | "false" | "no" => Some(false),
         _ => None,
     }
+}
+
+fn level(name: &str) -> Result<Fidelity, Error> {
+    let found = Fidelity::ALL.into_iter().find(|f| f.name() == name);
+    found.ok_or_else(|| {
+        let names: Vec<&str> = Fidelity::ALL.iter().map(|f| f.name()).collect();
+        Error::Invalid(format!("fidelity `{name}`: there are {}", names.join(", ")))
+    })
 }
 
 fn effort(times: f64) -> Result<Effort, Error> {
@@ -458,14 +480,18 @@ fn target(name: &str) -> Result<Target, Error> {
     if let Some(feature) = name.strip_prefix("f:") {
         return Ok(Target::Feature(feature.to_owned()));
     }
+    if let Some(effect) = name.strip_prefix("effect:") {
+        return Ok(Target::Effect(effect.to_owned()));
+    }
     match name {
         "machine" => Ok(Target::Machine),
+        "fidelity" => Ok(Target::Level),
         "bvh" => Ok(Target::Tree),
         "effort" => Ok(Target::Effort),
         path if path.contains('.') => Ok(Target::Attribute(path.parse().map_err(Error::invalid)?)),
         name => Err(Error::Invalid(format!(
             "`{name}` sets nothing: write an attribute of the machine file (array.rows, \
-             special[function=rcp].bits), machine, bvh, effort, form:NAME or f:FEATURE"
+             special[function=rcp].bits), machine, bvh, effort, fidelity, form:NAME, effect:NAME or f:FEATURE"
         ))),
     }
 }

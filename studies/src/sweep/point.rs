@@ -19,6 +19,10 @@ pub enum Target {
     Form(String),
     /// A permission of the compiler.
     Feature(String),
+    /// An effect, which the kernels are built with or without.
+    Effect(String),
+    /// The level of simulation.
+    Level,
     /// How trees are built.
     Tree,
     /// How long loops are scheduled.

@@ -162,8 +162,24 @@ fn camera(view: &str) -> Result<Camera, Error> {
 
 impl Stage {
     /// The frame of a machine and its choices.
-    pub(super) fn frame(&self, arch: Arch, choices: &Choices, session: &Session<'_>) -> Frame {
-        Frame {
+    ///
+    /// # Errors
+    ///
+    /// There is no effect of a name.
+    pub(super) fn frame(
+        &self,
+        arch: Arch,
+        choices: &Choices,
+        session: &Session<'_>,
+    ) -> Result<Frame, Error> {
+        let effects = match choices.effects.is_empty() {
+            true => self.build.effects,
+            false => {
+                let changed = self.build.effects.parse(&choices.effects);
+                changed.map_err(srp_toolchain::Error::from)?.0
+            }
+        };
+        Ok(Frame {
             arch,
             scene: self.scene.clone(),
             bvh: self.tree(choices.tree, session).as_ref().clone(),
@@ -172,10 +188,11 @@ impl Stage {
                 forms: choices.forms,
                 fast_math: choices.fast_math,
                 effort: choices.effort,
+                effects,
                 ..self.build.clone()
             },
             guard: self.guard.clone(),
-        }
+        })
     }
 
     /// The tree, which the first to ask builds.

@@ -48,12 +48,14 @@ pub fn parquet(known: &Known) -> Result<Vec<u8>, Error> {
     if !is_set("effort") {
         columns.push(number("effort", rows, |_| Some(plan.effort.unwrap_or(1.0))));
     }
+    if !is_set("fidelity") {
+        columns.push(text("fidelity", rows, |_| Some(plan.level().to_owned())));
+    }
     let (width, height) = plan.sides()?;
     columns.extend([
         text("machine_hash", rows, |row| there(&row.machine)),
         text("subject_hash", rows, |row| there(&row.subject_hash)),
         text("kernels_hash", rows, |row| there(&row.kernels_hash)),
-        text("fidelity", rows, |_| Some(plan.level().to_owned())),
         whole("width", rows, |_| usize::try_from(width).ok()),
         whole("height", rows, |_| usize::try_from(height).ok()),
         text("build", rows, |row| there(&row.build)),
