@@ -74,12 +74,17 @@ fn subject(report: &Report, analysis: &Analysis) -> Markup {
     }
 }
 
-/// Every pair of objectives against each other.
+/// Every pair of objectives that differ between rows against each other.
 fn plots(analysis: &Analysis, rows: &[&Row]) -> Markup {
-    let objectives = &analysis.objectives;
+    let differs = |column: &&String| {
+        let mut figures = rows.iter().filter_map(|row| row.figure(column));
+        let first = figures.next();
+        figures.any(|figure| Some(figure) != first)
+    };
+    let objectives: Vec<&String> = analysis.objectives.iter().filter(differs).collect();
     let pairs = (0..objectives.len()).flat_map(|a| (a + 1..objectives.len()).map(move |b| (a, b)));
     html! {
-        @for (a, b) in pairs { (plot(analysis, &objectives[b], &objectives[a], rows)) }
+        @for (a, b) in pairs { (plot(analysis, objectives[b], objectives[a], rows)) }
     }
 }
 
@@ -144,7 +149,9 @@ fn sensitivities(analysis: &Analysis) -> Markup {
     html! {
         @for objective in &analysis.objectives {
             @let of: Vec<_> = analysis.sensitivities.iter().filter(|s| s.objective == *objective).collect();
-            @if !of.is_empty() {
+            @if !of.is_empty() && of.iter().all(|s| s.spread == 0.0) {
+                p.soft { "Nothing moves " (heading(objective)) ": it is the same at all points." }
+            } @else if !of.is_empty() {
                 h3 { "What moves " (heading(objective)) }
                 div.scroll { table.bars {
                     tr { th { "parameter" } th { "part of the variance" } th {} th { "mean at each value" } }

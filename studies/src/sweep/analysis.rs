@@ -112,7 +112,11 @@ fn sensitivity(parameter: &str, objective: &str, rows: &[&Row]) -> Option<Sensit
         return None;
     }
     let whole = mean(&all);
-    let total: f64 = all.iter().map(|f| (f - whole) * (f - whole)).sum();
+    // Of equal figures rounding alone makes a variance, which says nothing.
+    let total: f64 = match all.iter().all(|f| *f == all[0]) {
+        true => 0.0,
+        false => all.iter().map(|f| (f - whole) * (f - whole)).sum(),
+    };
     let between = |figures: &Vec<f64>| {
         let off = mean(figures) - whole;
         figures.len() as f64 * off * off
@@ -131,7 +135,11 @@ fn sensitivity(parameter: &str, objective: &str, rows: &[&Row]) -> Option<Sensit
     Some(Sensitivity {
         parameter: parameter.to_owned(),
         objective: objective.to_owned(),
-        spread: if least > 0.0 { most / least - 1.0 } else { 0.0 },
+        spread: if least > 0.0 && total > 0.0 {
+            most / least - 1.0
+        } else {
+            0.0
+        },
         explained: if total > 0.0 { explained / total } else { 0.0 },
         means,
     })
@@ -187,5 +195,18 @@ mod tests {
             [("1".to_owned(), 10.0), ("2".to_owned(), 20.0)]
         );
         assert_eq!(analysis.sensitivities[0].parameter, "a");
+    }
+
+    #[test]
+    fn equal_figures_have_nothing_that_moves_them() {
+        // Their mean is another number by rounding.
+        let settings = |a: &'static str| [("a", a), ("b", "1")];
+        let rows: Vec<Row> = (0..12)
+            .map(|i| row(i, settings(["1", "2", "3"][i % 3]), 65.146_700_1, 0.1))
+            .collect();
+        let analysis = &analyse(&rows, &[])[0];
+        for moving in &analysis.sensitivities {
+            assert_eq!((moving.explained, moving.spread), (0.0, 0.0));
+        }
     }
 }
