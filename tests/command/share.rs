@@ -2,6 +2,8 @@
 
 use super::{folder, misused, srp};
 use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 /// Commands whose work has pieces.
 const COMMANDS: [&[&str]; 5] = [
@@ -140,4 +142,38 @@ fn what_cannot_be_shared_is_refused() {
         "what jobs leave is done here"
     );
     assert!(said.contains("a job of exit 7 # failed"), "{said}");
+}
+
+#[test]
+fn an_interrupt_ends_the_jobs() {
+    let folder = folder("share_interrupted");
+    let args = "paper table5 --fidelity cycle --share pieces --jobs-on {} --jobs 1";
+    let mut command = Command::new(env!("CARGO_BIN_EXE_srp"));
+    command.args(args.split(' ')).current_dir(&folder);
+    command.stdout(Stdio::null()).stderr(Stdio::null());
+    let mut waiting = command.spawn().expect("srp can be started");
+    // A job that lives touches its file every second.
+    let claims = folder.join("pieces/claims");
+    let alive = || {
+        let entries = std::fs::read_dir(&claims).into_iter().flatten().flatten();
+        let mut paths = entries.map(|e| e.path());
+        paths.find(|path| std::fs::read(path).is_ok_and(|text| text == b"alive\n"))
+    };
+    let begin = Instant::now();
+    let job = loop {
+        if let Some(path) = alive() {
+            break path;
+        }
+        assert!(begin.elapsed() < Duration::from_secs(60), "no job begins");
+        std::thread::sleep(Duration::from_millis(50));
+    };
+    let id = waiting.id().to_string();
+    let told = Command::new("kill").args(["-INT", &id]).status();
+    assert!(told.is_ok_and(|status| status.success()));
+    let status = waiting.wait().expect("it ends");
+    assert_eq!(status.code(), Some(130));
+    let touched = || std::fs::metadata(&job).and_then(|m| m.modified()).ok();
+    let last = touched();
+    std::thread::sleep(Duration::from_millis(2500));
+    assert_eq!(touched(), last, "the job goes on");
 }

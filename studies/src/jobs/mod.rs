@@ -5,10 +5,12 @@
 //! jobs, and the folder has the results.
 
 use crate::Error;
+use rustix::process::{Pid, Signal, kill_process_group};
 use srp_archdesc::watch::Event;
 use srp_toolchain::{Session, files};
 use std::fs::File;
 use std::io::{BufRead, BufReader};
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::Duration;
@@ -200,7 +202,9 @@ impl Running {
     fn spawn(&mut self, name: &str, command: &mut Command, output: Stdio) -> Result<(), Error> {
         let path = self.place.join(format!("{name}.log"));
         let log = File::create(&path).map_err(|e| files::FileError::writing(&path, e))?;
+        // A group of its own, so that all that it starts ends with it.
         let child = command
+            .process_group(0)
             .stdin(Stdio::null())
             .stdout(output)
             .stderr(log)
@@ -282,7 +286,8 @@ impl Running {
             let _ = Command::new("scancel").arg(array).status();
         }
         for (_, child) in &mut self.processes {
-            let _ = child.kill();
+            // One that has ended by itself has no group any more.
+            let _ = kill_process_group(Pid::from_child(child), Signal::TERM);
             let _ = child.wait();
         }
     }
