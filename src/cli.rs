@@ -93,6 +93,9 @@ pub(crate) struct Cli {
     /// Say errors and warnings only: no notes, no names of written files, no progress
     #[arg(short, long, global = true)]
     pub(crate) quiet: bool,
+    /// Say also how long each stage of the work took
+    #[arg(short, long, global = true, conflicts_with = "quiet")]
+    pub(crate) verbose: bool,
     /// Take the inputs for a stranger's: work in a sandbox, within limits such as
     /// memory=2G,seconds=60,cycles=1e9 (docs/reliability.md has all)
     #[arg(long, global = true, value_name = "LIMITS", num_args = 0..=1, require_equals = true,

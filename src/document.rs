@@ -38,6 +38,7 @@ const NOT_OF_THE_QUESTION: &[&str] = &[
     "trace_format",
     "trace_output",
     "untrusted",
+    "verbose",
 ];
 
 /// What the command line asks for.

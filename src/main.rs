@@ -66,7 +66,12 @@ fn main() -> ExitCode {
     let matches = command.clone().get_matches_from(arguments);
     document::remember(&command, &matches);
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
-    talk::set_manner(cli.color, cli.quiet);
+    let volume = match (cli.quiet, cli.verbose) {
+        (true, _) => talk::Volume::Quiet,
+        (false, true) => talk::Volume::Verbose,
+        (false, false) => talk::Volume::Usual,
+    };
+    talk::set_manner(cli.color, volume);
     if let Some(limits) = &cli.untrusted {
         let mut rooms = Rooms::of(&command, &matches);
         if !is_confined {

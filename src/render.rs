@@ -83,11 +83,10 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     // A frame that is refused is so before kernels are compiled for it.
     let image = frame.image()?;
     pixel::Wanted::of(args.pixel, &frame, &image)?;
-    let kernels = args.kernels.as_deref();
     if args.level.fidelity == Fidelity::Functional && args.loops.loops.is_empty() {
         return without_clock(&frame, &image, args, session);
     }
-    let compiled = interrupt::looked_for(|| frame.build.compile(kernels, &frame.arch, session))?;
+    let compiled = interrupt::looked_for(|| frame.build.compile(&frame.arch, session))?;
     talk::say_all(&compiled.messages.render(talk::colour()));
     let format = cli::ErrorFormat::Human;
     refused_kernel::check(&compiled, &frame.arch, &warnings, format, session)?;
@@ -222,9 +221,8 @@ impl Timed<'_> {
             Some(pixel) => {
                 write_report(args, about(), &account)?;
                 let stored = watch.and_then(StoreWatch::stored);
-                let of = (*frame, args.kernels.as_deref());
                 let by = (self.program, self.engines);
-                let history = pixel.history(stored, by, of, self.session)?;
+                let history = pixel.history(stored, by, frame, self.session)?;
                 history.show(about(), args.json)?;
             }
         }
@@ -279,7 +277,7 @@ fn without_clock(
     args: &Render,
     session: &Session<'_>,
 ) -> Result<(), Failure> {
-    let (program, warnings) = (frame.build).program(args.kernels.as_deref(), &frame.arch)?;
+    let (program, warnings) = (frame.build).program(&frame.arch)?;
     talk::say_all(&warnings.render(talk::colour()));
     let run = || fidelity::untimed(image, &program, &frame.arch, &frame.guard, session);
     let Untimed { picture, figures } = interrupt::looked_for(run)?;

@@ -23,17 +23,32 @@ pub(crate) enum Colour {
     Never,
 }
 
-/// How the command line wants to be talked to: colours, and true for errors and warnings only.
-static MANNER: OnceLock<(Colour, bool)> = OnceLock::new();
+/// How much is said.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Volume {
+    /// Errors and warnings only.
+    Quiet,
+    /// Notes too.
+    Usual,
+    /// Also how long each stage of the work took.
+    Verbose,
+}
+
+/// How the command line wants to be talked to.
+static MANNER: OnceLock<(Colour, Volume)> = OnceLock::new();
 
 /// Talks in this manner from now on.
-pub(crate) fn set_manner(colour: Colour, quiet: bool) {
+pub(crate) fn set_manner(colour: Colour, volume: Volume) {
     // There is one command line, and it is read once.
-    let _ = MANNER.set((colour, quiet));
+    let _ = MANNER.set((colour, volume));
+}
+
+fn is(volume: Volume) -> bool {
+    MANNER.get().is_some_and(|(_, asked)| *asked == volume)
 }
 
 fn is_quiet() -> bool {
-    MANNER.get().is_some_and(|(_, quiet)| *quiet)
+    is(Volume::Quiet)
 }
 
 /// True if messages are coloured: as `--color` says, else by the environment, else on a terminal.
@@ -137,7 +152,15 @@ impl Progress {
 /// The terminal watches work: it shows a bar for the outermost stage, and Ctrl-C ends the work.
 pub(crate) struct Console {
     start: OnceLock<Instant>,
-    stages: Mutex<Vec<Option<(Progress, u64)>>>,
+    stages: Mutex<Vec<Running>>,
+}
+
+/// A stage that has begun.
+struct Running {
+    name: &'static str,
+    begun: Instant,
+    /// The bar of the outermost one, and the steps that are done.
+    bar: Option<(Progress, u64)>,
 }
 
 /// A session that the terminal watches, with the user's cache.
@@ -190,18 +213,30 @@ impl Watch for Console {
                     Some(steps) => Progress::steps(name, steps),
                     None => Progress::spinner(name),
                 };
-                let shown = stages.is_empty().then(|| (bar(), 0));
-                stages.push(shown);
+                let bar = stages.is_empty().then(|| (bar(), 0));
+                let begun = Instant::now();
+                stages.push(Running { name, begun, bar });
             }
             Event::Done(steps) => {
-                if let Some(Some((bar, done))) = stages.last_mut() {
+                if let Some((bar, done)) = stages.last_mut().and_then(|s| s.bar.as_mut()) {
                     *done += steps;
                     bar.at(*done);
                 }
             }
-            Event::End => drop(stages.pop()),
+            Event::End => {
+                if let Some(stage) = stages.pop() {
+                    let (name, begun) = (stage.name, stage.begun);
+                    // The bar leaves the terminal first.
+                    drop(stage);
+                    if is(Volume::Verbose) {
+                        let indent = "  ".repeat(stages.len());
+                        let seconds = begun.elapsed().as_secs_f64();
+                        say(format_args!("{indent}{name}: {seconds:.3} s"));
+                    }
+                }
+            }
             Event::ItemBegins(item) => {
-                if let Some(Some((bar, _))) = stages.last() {
+                if let Some((bar, _)) = stages.last().and_then(|s| s.bar.as_ref()) {
                     bar.begins(item);
                 }
             }

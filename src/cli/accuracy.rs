@@ -193,6 +193,7 @@ impl Accuracy {
             ("--size", self.size.is_some()),
             ("--bvh", self.bvh.is_some()),
             ("--form", !self.building.form.is_empty()),
+            ("--kernels", self.building.kernels.is_some()),
             ("--camera", self.frame.camera.camera.is_some()),
             ("--cameras", self.frame.cameras.is_some()),
             ("--effects", shading.effects.is_some()),

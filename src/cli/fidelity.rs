@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use srp_runtime::bvh::Builder;
 use srp_studies::fidelity::Fidelity;
 use srp_toolchain::Engine;
+use std::path::PathBuf;
 
 /// How much is simulated.
 #[derive(Args)]
@@ -74,6 +75,9 @@ Examples:
 pub(crate) struct FidelityTable {
     #[command(flatten)]
     pub(crate) frame: Frame,
+    /// Folder with the kernels in C, instead of those that come along
+    #[arg(long, value_name = "DIR")]
+    pub(crate) kernels: Option<PathBuf>,
     /// Width and height of the image in pixels
     #[arg(long, value_name = "WxH", default_value = "320x240", value_parser = parse_size)]
     pub(crate) size: (u32, u32),

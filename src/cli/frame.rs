@@ -10,7 +10,7 @@ use srp_kernels::form::{self, Forms};
 use srp_runtime::bvh::{self, Builder};
 use srp_runtime::scene::{self, Light, MAX_BOUNCES, MAX_COORDINATE, MAX_SAMPLES};
 use srp_toolchain::scene::{Shading as ShadingOptions, Views as ViewFile};
-use srp_toolchain::{Build, FrameOptions};
+use srp_toolchain::{Build, FrameOptions, Kernels};
 use std::path::{Path, PathBuf};
 
 /// A camera of one's own.
@@ -134,6 +134,7 @@ impl Frame {
                 ..bvh::Options::default()
             },
             size,
+            kernels: building.and_then(|b| b.kernels.clone()),
             forms: building.map_or(Ok(Forms::default()), Building::forms)?,
             fast_math: fast_math(building.map_or(&[], |b| &b.feature)),
         })
@@ -148,6 +149,9 @@ pub(crate) struct Building {
     /// What the compiler may do besides, as of `srp compile`
     #[arg(short = 'f', value_name = "FEATURE", value_enum)]
     pub(crate) feature: Vec<Feature>,
+    /// Folder with the kernels in C, instead of those that come along
+    #[arg(long, value_name = "DIR")]
+    pub(crate) kernels: Option<PathBuf>,
 }
 
 impl Building {
@@ -159,6 +163,7 @@ impl Building {
     /// What kernels are built for that have these effects.
     pub(crate) fn build(&self, effects: effect::Effects, bounces: u32) -> Result<Build, Failure> {
         Ok(Build {
+            kernels: Kernels::of(self.kernels.as_deref())?,
             forms: self.forms()?,
             fast_math: fast_math(&self.feature),
             ..Build::new(effects, bounces)

@@ -31,9 +31,6 @@ pub(crate) struct Render {
     /// What simulates the SRP; without rustc, csim gives way to interp
     #[arg(long, value_name = "ENGINE", default_value = "auto", value_parser = one_of(ENGINES))]
     pub(crate) engine: Engine,
-    /// Folder with the kernels in C, instead of those that come along
-    #[arg(long, value_name = "DIR")]
-    pub(crate) kernels: Option<PathBuf>,
     /// Warnings about the kernels, as of `srp compile`: no-error=kernel lets loops that the array cannot
     /// run stay on the VLIW engine
     #[arg(short = 'W', value_name = "NAME")]

@@ -8,15 +8,16 @@ use crate::cli::{self, FidelityTable, TableForm};
 use crate::failure::Failure;
 use crate::{document, interrupt, scenes, talk};
 use srp_studies::fidelity::{self, Prepared, TableOptions};
-use srp_toolchain::Engines;
 use srp_toolchain::envelope::About;
+use srp_toolchain::{Engines, Kernels};
 
 /// Runs `srp fidelity`.
 pub(crate) fn run(args: &FidelityTable) -> Result<(), Failure> {
     let session = &talk::session();
-    let frame = scenes::frame(&args.frame, None, args.bvh, args.size, session)?;
+    let mut frame = scenes::frame(&args.frame, None, args.bvh, args.size, session)?;
+    frame.build.kernels = Kernels::of(args.kernels.as_deref())?;
     let image = frame.image()?;
-    let compiled = interrupt::looked_for(|| frame.build.compile(None, &frame.arch, session))?;
+    let compiled = interrupt::looked_for(|| frame.build.compile(&frame.arch, session))?;
     interrupt::end_if_requested()?;
     let program = compiled.runnable()?;
     let engines = Engines::of(program, args.engine, session)?;

@@ -15,7 +15,6 @@ use srp_toolchain::envelope::About;
 use srp_toolchain::{Engines, Frame, Session};
 use srp_traces::Trace;
 use srp_traces::history::{Made, StoreWatch, Stored, history};
-use std::path::Path;
 
 /// A pixel of a frame whose history is wanted.
 pub(crate) struct Wanted {
@@ -74,7 +73,7 @@ impl Wanted {
         self,
         stored: Option<Stored>,
         (program, engines): (&Checked, &Engines),
-        (frame, kernels): (&Frame, Option<&Path>),
+        frame: &Frame,
         session: &Session<'_>,
     ) -> Result<History, Failure> {
         let Some(stored) = stored else {
@@ -98,7 +97,7 @@ impl Wanted {
         interrupt::end_if_requested()?;
         let bytes = memory.get(self.address, 4);
         let bytes = bytes.and_then(|bytes| bytes.try_into().ok());
-        let front = frame.build.front_end(kernels, &frame.arch);
+        let front = frame.build.front_end(&frame.arch);
         Ok(History {
             bytes: bytes.unwrap_or_default(),
             made: history(&trace, &stored.launches, self.address),

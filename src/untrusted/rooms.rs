@@ -6,6 +6,8 @@ use clap::{Arg, ArgMatches, Command};
 use srp_toolchain::files;
 use std::any::TypeId;
 use std::ffi::OsStr;
+#[cfg(unix)]
+use std::os::unix::fs::FileTypeExt;
 use std::path::{Path, PathBuf};
 
 /// Arguments that say what is written.
@@ -113,9 +115,13 @@ impl Rooms {
 
     /// A file that is read, whose folder has others that it names; or a folder.
     fn read(&mut self, path: &Path) {
+        let path = files::stand_in(path);
         match std::fs::metadata(path) {
             Ok(found) if found.is_dir() => self.read.extend(std::fs::canonicalize(path)),
             Ok(found) if found.is_file() => self.read.extend(folder_of(path)),
+            // A pipe that the shell hands over is open, and in no folder that could be closed.
+            #[cfg(unix)]
+            Ok(found) if found.file_type().is_fifo() => {}
             Ok(_) => self.read.push(path.to_owned()),
             // A file that is not there, or a machine that comes along.
             Err(_) => {}

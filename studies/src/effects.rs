@@ -79,7 +79,7 @@ impl Trials<'_> {
             effects,
             ..self.frame.build.clone()
         };
-        let compiled = build.compile(None, arch, session)?;
+        let compiled = build.compile(arch, session)?;
         session.check()?;
         let program = compiled.runnable()?;
         let engines = Engines::of(program, self.engine, session)?;

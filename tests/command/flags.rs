@@ -1,8 +1,9 @@
 //! Flags that are alike everywhere: colours, quiet, standard output, and status 2 for what is wrong with arguments.
 
 use super::{folder, misused, srp, write};
+use std::io::Write;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 /// Runs the command with only these of the variables about colours.
 fn with(folder: &Path, variables: &[(&str, &str)], args: &[&str]) -> Output {
@@ -68,6 +69,69 @@ fn quiet_says_nothing_but_errors() {
     }
     let output = srp(&folder, &["-q", "run", "wrong.c"]);
     assert!(String::from_utf8_lossy(&output.stderr).contains("wrong.c:1:25"));
+}
+
+/// Runs the command with a text on its standard input.
+fn given(folder: &Path, text: &str, args: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_srp"));
+    command.current_dir(folder).args(args);
+    command.env("SRP_CACHE", folder.with_extension("cache"));
+    command.stdin(Stdio::piped());
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().expect("the command can be started");
+    let mut input = child.stdin.take().expect("it has one");
+    // A command that refuses its arguments reads nothing.
+    let _ = input.write_all(text.as_bytes());
+    drop(input);
+    child.wait_with_output().expect("it ends")
+}
+
+#[test]
+fn a_hyphen_is_standard_input() {
+    let folder = folder("flags-input");
+    let program = "int main(void) { return 3; }\n";
+    let run = given(&folder, program, &["run", "-"]);
+    let said = String::from_utf8_lossy(&run.stderr);
+    assert_eq!(run.status.code(), Some(3), "{said}");
+    let confined = given(&folder, program, &["run", "-", "--untrusted"]);
+    assert_eq!(confined.status.code(), Some(3));
+    let both = given(
+        &folder,
+        program,
+        &["compile", "-", "--emit", "ir", "-o", "-"],
+    );
+    write(&folder, "f.c", program);
+    let file = srp(&folder, &["compile", "f.c", "--emit", "ir", "-o", "-"]);
+    assert_eq!(both.status.code(), Some(0));
+    let named = String::from_utf8_lossy(&file.stdout).replace("f.c", "-");
+    assert_eq!(String::from_utf8_lossy(&both.stdout), named);
+    let machine = srp(&folder, &["machine", "source", "tiny"]).stdout;
+    let machine = String::from_utf8(machine).expect("it is text");
+    let area = given(&folder, &machine, &["area", "--machine", "-", "--json"]);
+    assert_eq!(area.status.code(), Some(0));
+    assert!(String::from_utf8_lossy(&area.stdout).contains("\"tiny\""));
+    let wrong = given(&folder, "int main(void) { return x; }\n", &["run", "-"]);
+    let said = String::from_utf8_lossy(&wrong.stderr);
+    assert_eq!(wrong.status.code(), Some(1));
+    assert!(
+        said.contains("-:1:25") && said.contains("return x;"),
+        "{said}"
+    );
+}
+
+#[test]
+fn verbose_tells_how_long_stages_took() {
+    let folder = folder("flags-verbose");
+    write(&folder, "f.c", "int main(void) { return 0; }\n");
+    let render = ["render", "--size", "8x6", "--fidelity", "functional"];
+    let usual = srp(&folder, &render);
+    let verbose = srp(&folder, &[&render[..], &["-v"]].concat());
+    let said = |output: &Output| String::from_utf8_lossy(&output.stderr).into_owned();
+    let is_time = |line: &str| line.contains(": ") && line.ends_with(" s");
+    assert!(!said(&usual).lines().any(is_time), "{}", said(&usual));
+    assert!(said(&verbose).lines().any(is_time), "{}", said(&verbose));
+    assert_eq!(usual.stdout, verbose.stdout);
+    misused(&folder, &["run", "f.c", "-q", "-v"], &["--quiet"]);
 }
 
 #[test]

@@ -67,4 +67,29 @@ fn kernels_of_ones_own_begin_as_ours() {
     assert!(text != changed);
     std::fs::write(&shade, changed).expect("it can be written");
     assert!(ours != picture("changed.png", &mine));
+
+    // Every command about frames has them, and no command takes what it knows of others for theirs.
+    let measured = |args: &[&str]| -> [String; 2] {
+        [&[][..], &mine].map(|kernels| {
+            let output = srp(&folder, &[args, kernels].concat());
+            assert_eq!(output.status.code(), Some(0), "{args:?} {kernels:?}");
+            String::from_utf8_lossy(&output.stdout).into_owned()
+        })
+    };
+    let psnr = |report: &str| {
+        let report: serde_json::Value = serde_json::from_str(report).expect("it is JSON");
+        report["trials"][0]["all"]["psnr"].as_f64()
+    };
+    let one_knob = ["--knob", "T&I reciprocal", "--trials", "1", "--json"];
+    let accuracy = [&["accuracy", "--size", "16x12"], &one_knob[..]].concat();
+    let [own, changed] = measured(&accuracy).map(|report| psnr(&report));
+    assert!(own > changed && changed.is_some(), "{own:?} {changed:?}");
+    for args in [
+        &["effects", "--no-costs"][..],
+        &["fidelity", "--size", "8x6", "--json"],
+        &["paper", "table6", "--size", "16x12", "--fidelity", "cycle"],
+    ] {
+        let [own, changed] = measured(args);
+        assert!(own != changed, "{args:?}");
+    }
 }

@@ -24,9 +24,58 @@ use std::path::{Path, PathBuf};
 /// Most SRP cycles of a frame; far beyond any that ends.
 pub const MAX_CYCLES: u64 = 1 << 44;
 
+/// The kernels of a frame: those that come along, or all C files of a folder.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Kernels(Option<Folder>);
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Folder {
+    path: PathBuf,
+    /// Names the contents of all C files and headers in it.
+    digest: String,
+}
+
+impl Kernels {
+    /// The kernels of a folder, or those that come along.
+    ///
+    /// # Errors
+    ///
+    /// The folder or a file in it cannot be read, or there is no C file.
+    pub fn of(folder: Option<&Path>) -> Result<Kernels, Error> {
+        let Some(path) = folder else {
+            return Ok(Kernels::default());
+        };
+        let mut key = Key::of(Kind::Trials);
+        for source in input::kernels_in(path)?
+            .iter()
+            .chain(&input::headers_in(path)?)
+        {
+            key = key.text(&source.name).text(&source.text);
+        }
+        Ok(Kernels(Some(Folder {
+            path: path.to_owned(),
+            digest: key.finish().to_string(),
+        })))
+    }
+
+    /// Names the contents of the folder; empty of those that come along, which the build of the tools covers.
+    pub fn digest(&self) -> &str {
+        self.0.as_ref().map_or("", |folder| &folder.digest)
+    }
+
+    fn sources(&self) -> Result<Vec<Source>, Error> {
+        match &self.0 {
+            None => Ok(input::kernels()),
+            Some(folder) => input::kernels_in(&folder.path),
+        }
+    }
+}
+
 /// The choices with which the kernels of a frame are built, besides the machine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Build {
+    /// The kernels.
+    pub kernels: Kernels,
     /// Effects that the kernels have.
     pub effects: Effects,
     /// Secondary rays in a row that there is room for.
@@ -43,6 +92,7 @@ impl Build {
     /// Kernels in their usual forms, compiled as usual.
     pub fn new(effects: Effects, bounces: u32) -> Build {
         Build {
+            kernels: Kernels::default(),
             effects,
             bounces,
             forms: Forms::default(),
@@ -68,6 +118,7 @@ impl Build {
         let scene = loaded.scene;
         let (effects, guard) = options.shading.effects(&scene)?;
         let build = Build {
+            kernels: Kernels::of(options.kernels.as_deref())?,
             forms: options.forms,
             fast_math: options.fast_math,
             ..Build::new(effects, scene.options.bounces)
@@ -88,18 +139,13 @@ impl Build {
         }
     }
 
-    /// The kernels that come along, or all C files of a folder, before they are divided: their meaning without
-    /// a schedule. With warnings.
+    /// The kernels before they are divided: their meaning without a schedule. With warnings.
     ///
     /// # Errors
     ///
     /// The kernels cannot be read, or are wrong.
-    pub fn program(
-        &self,
-        folder: Option<&Path>,
-        arch: &Arch,
-    ) -> Result<(Program, Messages), Error> {
-        front_end::program(Input::C(kernels_of(folder)?), arch, &self.options())
+    pub fn program(&self, arch: &Arch) -> Result<(Program, Messages), Error> {
+        front_end::program(Input::C(self.kernels.sources()?), arch, &self.options())
     }
 
     /// The same before any pass, with the texts of all files: where variables have their names.
@@ -107,27 +153,18 @@ impl Build {
     /// # Errors
     ///
     /// The kernels cannot be read, or are wrong.
-    pub fn front_end(&self, folder: Option<&Path>, arch: &Arch) -> Result<WithTexts, Error> {
-        front_end::with_texts(&kernels_of(folder)?, arch, &self.options())
+    pub fn front_end(&self, arch: &Arch) -> Result<WithTexts, Error> {
+        front_end::with_texts(&self.kernels.sources()?, arch, &self.options())
     }
 
-    /// Compiles the kernels that come along, or all C files of a folder.
+    /// Compiles the kernels.
     ///
     /// # Errors
     ///
     /// Those of [`compile()`].
-    pub fn compile(
-        &self,
-        folder: Option<&Path>,
-        arch: &Arch,
-        session: &Session<'_>,
-    ) -> Result<Compiled, Error> {
-        compile(
-            Input::C(kernels_of(folder)?),
-            arch,
-            &self.options(),
-            session,
-        )
+    pub fn compile(&self, arch: &Arch, session: &Session<'_>) -> Result<Compiled, Error> {
+        let sources = Input::C(self.kernels.sources()?);
+        compile(sources, arch, &self.options(), session)
     }
 
     /// Names the simulator of this build on a machine: another build, machine or kernel has another.
@@ -135,17 +172,11 @@ impl Build {
         let key = Key::of(Kind::Simulators)
             .value(&self.options().defines)
             .value(&self.fast_math)
+            .text(self.kernels.digest())
             .value(arch);
         let kernels = srp_kernels::SOURCES.iter().chain(srp_kernels::HEADERS);
         let key = kernels.fold(key, |key, file| key.text(file.name).text(file.text));
         key.finish().to_string()[..16].to_owned()
-    }
-}
-
-fn kernels_of(folder: Option<&Path>) -> Result<Vec<Source>, Error> {
-    match folder {
-        None => Ok(input::kernels()),
-        Some(folder) => input::kernels_in(folder),
     }
 }
 
@@ -170,6 +201,8 @@ pub struct FrameOptions {
     pub bvh: bvh::Options,
     /// Width and height in pixels.
     pub size: (u32, u32),
+    /// Folder of the kernels, instead of those that come along.
+    pub kernels: Option<PathBuf>,
     /// The forms in which the kernels compute.
     pub forms: Forms,
     /// Permissions to change results of floating-point arithmetic.
@@ -272,6 +305,7 @@ impl Frame {
             .value(&self.scene)
             .value(&self.size)
             .value(&self.build.options())
+            .text(self.build.kernels.digest())
             .text(&format!("{:?}", self.guard))
             .bytes(image.memory.bytes())
     }

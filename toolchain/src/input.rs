@@ -72,19 +72,35 @@ pub fn kernels_in(folder: &Path) -> Result<Vec<Source>, Error> {
     c_files(folder)?.iter().map(read).collect()
 }
 
+/// All headers of a folder.
+///
+/// # Errors
+///
+/// The folder or a file cannot be read.
+pub fn headers_in(folder: &Path) -> Result<Vec<Source>, Error> {
+    let read = |path: &PathBuf| Ok(files::read_source(path, Kind::Source)?);
+    files_in(folder, "h")?.iter().map(read).collect()
+}
+
+/// The files of a folder with this ending, by name.
+fn files_in(folder: &Path, ending: &str) -> Result<Vec<PathBuf>, Error> {
+    let error = |e: std::io::Error| {
+        Error::Invalid(format!("cannot read the folder {}: {e}", folder.display()))
+    };
+    let entries: Result<Vec<_>, _> = std::fs::read_dir(folder).map_err(error)?.collect();
+    let mut paths: Vec<PathBuf> = entries.map_err(error)?.iter().map(|e| e.path()).collect();
+    paths.retain(|p| p.extension().is_some_and(|e| e == ending));
+    paths.sort();
+    Ok(paths)
+}
+
 /// The C files of a folder, by name.
 ///
 /// # Errors
 ///
 /// The folder cannot be read, or has no C file.
 pub fn c_files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
-    let error = |e: std::io::Error| {
-        Error::Invalid(format!("cannot read the folder {}: {e}", folder.display()))
-    };
-    let entries: Result<Vec<_>, _> = std::fs::read_dir(folder).map_err(error)?.collect();
-    let mut paths: Vec<PathBuf> = entries.map_err(error)?.iter().map(|e| e.path()).collect();
-    paths.retain(|p| p.extension().is_some_and(|e| e == "c"));
-    paths.sort();
+    let paths = files_in(folder, "c")?;
     match paths.is_empty() {
         true => Err(Error::Invalid(format!(
             "there is no C file in {}",

@@ -221,7 +221,7 @@ pub fn explain(frame: &Frame, pixel: (u32, u32)) -> Result<Explanation, Error> {
             "the frame of {width}x{height} has no pixel {x},{y}"
         )));
     }
-    let (program, _) = frame.build.program(None, &frame.arch)?;
+    let (program, _) = frame.build.program(&frame.arch)?;
     let image = frame.image()?;
     let (triangles, arch, guard) = (&frame.scene.triangles, &frame.arch, Guard::default());
     let found = attribution::explain(triangles, &image, &program, arch, &guard, pixel);

@@ -96,7 +96,7 @@ impl AttributionSummary {
         session: &Session<'_>,
     ) -> Result<AttributionSummary, Error> {
         let arch = &frame.arch;
-        let (program, _) = frame.build.program(None, arch)?;
+        let (program, _) = frame.build.program(arch)?;
         let attribute = |tiles: &[u32]| -> Result<Attribution, Error> {
             let options = Options {
                 guard: &Guard::default(),

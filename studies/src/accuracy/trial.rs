@@ -171,7 +171,7 @@ pub(super) fn screened(
     reference: &[DVec3],
     session: &Session<'_>,
 ) -> Result<Difference, Error> {
-    let (program, _) = frame.build.program(None, &frame.arch)?;
+    let (program, _) = frame.build.program(&frame.arch)?;
     let options = functional::Options {
         guard: &frame.guard,
         threads: 1,
@@ -191,7 +191,7 @@ fn simulated(
     image: SceneImage,
     session: &Session<'_>,
 ) -> Result<(Picture, Costs), Error> {
-    let compiled = frame.build.compile(None, &frame.arch, session)?;
+    let compiled = frame.build.compile(&frame.arch, session)?;
     session.check()?;
     let program = compiled.runnable()?;
     let engines = Engines::of(program, Engine::Interpreter, session)?;
@@ -227,7 +227,7 @@ pub(super) fn cycles_in_other_orders(
     if let Some(known) = session.cache.get(key, session.watch) {
         return Ok(known);
     }
-    let compiled = frame.build.compile(None, &frame.arch, session)?;
+    let compiled = frame.build.compile(&frame.arch, session)?;
     let program = compiled.runnable()?;
     let engines = Engines::of(program, Engine::Interpreter, session)?;
     let cycles = |number: u64| -> Result<u64, Error> {

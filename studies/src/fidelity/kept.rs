@@ -85,7 +85,7 @@ impl<'a> Kept<'a> {
         } = self.prepared;
         let key = self.key().text("untimed").finish();
         self.known(key, || {
-            let (program, _) = frame.build.program(None, &frame.arch)?;
+            let (program, _) = frame.build.program(&frame.arch)?;
             let start = Start::now(session.watch);
             let untimed = untimed(image, &program, &frame.arch, &frame.guard, session)?;
             Ok(Level {

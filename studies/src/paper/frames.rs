@@ -63,7 +63,7 @@ fn render(view: &View<'_>, subject: Subject<'_>, sum: &mut Sum) -> Result<(), Er
         guard: Guard::default(),
     };
     let image = frame.image()?;
-    let compiled = frame.build.compile(None, arch, session)?;
+    let compiled = frame.build.compile(arch, session)?;
     session.check()?;
     let program = compiled.runnable()?;
     let engines = Engines::of(program, options.engine, session)?;

@@ -4,7 +4,7 @@ use super::measure::Measure;
 use super::plan::Plan;
 use super::point::Point;
 use super::rows::{Job, Outcome, Row};
-use super::subject::{self, Stage, Subject, SubjectKind};
+use super::subject::{Stage, Subject, SubjectKind};
 use crate::Error;
 use crate::accuracy::Comparison;
 use crate::energy::energy;
@@ -19,7 +19,7 @@ use srp_toolchain::cache::{Key, Kind};
 use srp_toolchain::{
     BUILD_ID, Compiled, Engine, Engines, Options, Session, compile, input, system_options,
 };
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// SRP cycles after which a program is given up.
 const MAX_CYCLES: u64 = 1_000_000_000;
@@ -35,20 +35,14 @@ type Figures = Vec<(String, f64)>;
 pub(super) struct Bench<'a> {
     plan: &'a Plan,
     subjects: Vec<Subject>,
-    kernels: Option<PathBuf>,
-    digest_of_kernels: String,
     host: &'a Session<'a>,
 }
 
 impl<'a> Bench<'a> {
-    /// Reads the subjects of a plan, and its kernels.
+    /// Reads the subjects of a plan.
     pub(super) fn new(plan: &'a Plan, session: &'a Session<'a>) -> Result<Bench<'a>, Error> {
-        let kernels = plan.file.kernels.as_ref().map(PathBuf::from);
-        let digest = kernels.as_deref().map(subject::digest_of_folder);
         Ok(Bench {
             subjects: Subject::all(plan, session)?,
-            digest_of_kernels: digest.transpose()?.unwrap_or_default(),
-            kernels,
             plan,
             host: session,
         })
@@ -67,7 +61,7 @@ impl<'a> Bench<'a> {
                 .text(&text)
                 .value(&settings.0)
                 .text(&self.subjects[subject].digest)
-                .text(&self.digest_of_kernels)
+                .text(self.subjects[subject].kernels())
                 .value(&plan.measures)
                 .text(plan.fidelity.name())
                 .value(&plan.size)
@@ -78,7 +72,7 @@ impl<'a> Bench<'a> {
                 settings: settings.0.clone(),
                 key: key.finish().to_string()[..24].to_owned(),
                 subject_hash: short(&self.subjects[subject].digest),
-                kernels_hash: short(&self.digest_of_kernels),
+                kernels_hash: short(self.subjects[subject].kernels()),
                 of: subject,
             }
         };
@@ -163,12 +157,11 @@ impl<'a> Bench<'a> {
     ) -> Result<(), Error> {
         let choices = self.plan.choices(point)?;
         let frame = stage.frame(arch.clone(), &choices, session)?;
-        let kernels = self.kernels.as_deref();
         let level = choices.level;
         let timed = self.wants(Measure::Cycles) || self.wants(Measure::Energy);
         let mut picture: Option<Picture> = None;
         if timed || self.wants(Measure::Ii) {
-            let compiled = frame.build.compile(kernels, arch, session)?;
+            let compiled = frame.build.compile(arch, session)?;
             refuse_lost_kernels(&compiled)?;
             if self.wants(Measure::Ii) {
                 intervals(&compiled, figures);
@@ -219,7 +212,7 @@ impl<'a> Bench<'a> {
             let picture = match picture {
                 Some(picture) => picture,
                 None => {
-                    let (program, _) = frame.build.program(kernels, arch)?;
+                    let (program, _) = frame.build.program(arch)?;
                     untimed(&frame.image()?, &program, arch, &frame.guard, session)?.picture
                 }
             };

@@ -12,7 +12,7 @@ use srp_runtime::effect::Guard;
 use srp_runtime::scene::{Camera, Scene};
 use srp_toolchain::cache::{Key, Kind};
 use srp_toolchain::scene::Views;
-use srp_toolchain::{Build, Frame, FrameOptions, Session, files, input, scene};
+use srp_toolchain::{Build, Frame, FrameOptions, Session, files, scene};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -70,6 +70,7 @@ impl Subject {
             scene: (path != "default").then(|| PathBuf::from(path)),
             camera,
             size: plan.size,
+            kernels: plan.file.kernels.as_ref().map(PathBuf::from),
             ..FrameOptions::default()
         };
         let mut told = |loaded: &scene::Loaded| {
@@ -98,6 +99,14 @@ impl Subject {
         })
     }
 
+    /// Names the kernels that render it by their contents; empty of those that come along, and of programs.
+    pub(super) fn kernels(&self) -> &str {
+        match &self.kind {
+            SubjectKind::Scene(stage) => stage.build.kernels.digest(),
+            SubjectKind::Program(_) => "",
+        }
+    }
+
     fn program(path: &str) -> Result<Subject, Error> {
         let path = PathBuf::from(path);
         Ok(Subject {
@@ -109,7 +118,7 @@ impl Subject {
 }
 
 /// A digest over C files and all headers beside them.
-pub(super) fn digest_of_sources(paths: &[PathBuf]) -> Result<String, Error> {
+fn digest_of_sources(paths: &[PathBuf]) -> Result<String, Error> {
     let mut all: Vec<PathBuf> = paths.to_vec();
     for path in paths {
         let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
@@ -126,11 +135,6 @@ pub(super) fn digest_of_sources(paths: &[PathBuf]) -> Result<String, Error> {
         );
     }
     Ok(key.finish().to_string())
-}
-
-/// The C files of a folder of kernels.
-pub(super) fn digest_of_folder(folder: &Path) -> Result<String, Error> {
-    digest_of_sources(&input::c_files(folder)?)
 }
 
 /// A path without its folders.

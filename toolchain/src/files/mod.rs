@@ -16,7 +16,7 @@ mod write;
 
 pub use confines::{Confines, confine};
 pub use kind::Kind;
-pub use read::{check_input, read_bytes, read_mentioned, read_source, read_text};
+pub use read::{check_input, read_bytes, read_mentioned, read_source, read_text, stand_in};
 pub(crate) use read::{is_c, load};
 pub use room::Outside;
 pub(crate) use room::Room;

@@ -6,13 +6,23 @@ use std::fs::{File, Metadata};
 use std::io::{self, Read};
 use std::path::Path;
 
-/// Reads a file that a user names.
+/// The path of standard input, which the command line calls `-`; any other path as it is.
+pub fn stand_in(path: &Path) -> &Path {
+    match path == Path::new("-") {
+        true => Path::new(STANDARD_INPUT),
+        false => path,
+    }
+}
+
+const STANDARD_INPUT: &str = "/dev/stdin";
+
+/// Reads a file that a user names; `-` is standard input.
 ///
 /// # Errors
 ///
 /// It cannot be read, is no regular file, is larger than its kind may be, or is of another kind.
 pub fn read_bytes(path: &Path, kind: Kind) -> Result<Vec<u8>, FileError> {
-    load(path, kind).map_err(|source| FileError::reading(path, source))
+    load(stand_in(path), kind).map_err(|source| FileError::reading(path, source))
 }
 
 /// Fails now if the file would not be read later because it is an output of this command.
@@ -157,7 +167,7 @@ fn is_handed_over(path: &Path) -> bool {
         .iter()
         .find_map(|folder| path.strip_prefix(folder).ok()?.to_str());
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
-    path == Path::new("/dev/stdin") || number.is_some_and(is_number)
+    path == Path::new(STANDARD_INPUT) || number.is_some_and(is_number)
 }
 
 #[cfg(test)]
