@@ -48,10 +48,14 @@ pub(crate) fn run(args: &cli::Paper) -> Result<(), Failure> {
     let options = options(args)?;
     let mut sheet = Sheet::new(args.json);
     let scenes = scenes(args)?;
-    if in_pieces && session.shared.is_some() && scenes.len() > 1 {
+    if let Some(shared) = session
+        .shared
+        .as_ref()
+        .filter(|_| in_pieces && scenes.len() > 1)
+    {
         for path in &scenes {
             let case = case(path.as_deref(), args, session)?;
-            interrupt::looked_for(|| paper::begin(&case, &options, &arch, session))?;
+            interrupt::looked_for(|| paper::begin(&case, &options, &arch, session, shared))?;
         }
     }
     for (i, path) in scenes.iter().enumerate() {

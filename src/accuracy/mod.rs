@@ -24,7 +24,7 @@ pub(crate) const FOLDER: &str = "accuracy";
 
 /// Runs `srp accuracy`.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let session = &sharing::session(&args.sharing, Some(args.threads))?;
+    let session = &talk::session();
     if let Some(path) = args.kernel_file() {
         return kernel::run(path, args, session);
     }
@@ -47,6 +47,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         let written = folder.write(trial, evidence);
         written.map_err(Error::from)
     };
+    // Jobs are started for what can be studied.
+    let session = &sharing::session(&args.sharing, Some(args.threads))?;
     let report = interrupt::looked_for(|| study.run(&shown, session))?;
     let page = page::page(&report, &folder);
     files::write(&folder.path("report.html"), page.as_bytes())?;

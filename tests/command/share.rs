@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 /// Commands whose work has pieces.
 const COMMANDS: [&[&str]; 5] = [
-    &["paper", "table4", "--size", "48x32"],
+    &["paper", "table4", "near.obj", "far.obj", "--size", "48x32"],
     &[
         "paper",
         "table5",
@@ -50,6 +50,11 @@ fn pieces(folder: &Path) -> usize {
 #[test]
 fn processes_that_share_their_work_print_what_one_prints() {
     let folder = folder("share");
+    for (name, z) in [("near.obj", -3), ("far.obj", -4)] {
+        let square = format!("v -1 0 {z}\nv 1 0 {z}\nv 1 2 {z}\nv -1 2 {z}\nv -2 0 0\nv 2 0 0\n");
+        let faces = "f 1 2 3\nf 1 3 4\nf 1 2 6\nf 1 6 5\n";
+        super::write(&folder, name, &(square + faces));
+    }
     for (number, command) in COMMANDS.iter().enumerate() {
         let alone = srp(&folder, command);
         let wrong = String::from_utf8_lossy(&alone.stderr);

@@ -1,9 +1,7 @@
 //! The session, which all work of one process shares.
 
-use crate::cache::{Cache, Key, Shared};
+use crate::cache::{Cache, Key, Piece, Shared};
 use crate::files::{FileError, Outside};
-use serde::Serialize;
-use serde::de::DeserializeOwned;
 use srp_archdesc::threads;
 use srp_archdesc::watch::{Event, Unwatched, Watch};
 use std::collections::BTreeMap;
@@ -55,6 +53,21 @@ impl<'a> Session<'a> {
         }
     }
 
+    /// A session for work beside other work of this one: another watches it, it has one thread, and it neither builds simulators nor
+    /// is shared by itself.
+    pub fn beside<'b>(&self, watch: &'b dyn Watch) -> Session<'b> {
+        Session {
+            watch,
+            threads: 1,
+            cache: Arc::clone(&self.cache),
+            shared: None,
+            outside: self.outside,
+            builder: None,
+            compiles: self.compiles,
+            cycles: self.cycles,
+        }
+    }
+
     /// Makes pieces of work, so many at a time, and returns them in their order; `None` if the watch ends the work. Processes that
     /// [share](Shared) the work make each of them once among all. Each thread has a state of its own to work with.
     ///
@@ -70,7 +83,7 @@ impl<'a> Session<'a> {
         make: impl Fn(&mut S, usize) -> Result<T, E> + Sync,
     ) -> Result<Option<Vec<T>>, E>
     where
-        T: Serialize + DeserializeOwned + Send,
+        T: Piece,
         E: From<FileError> + Send,
     {
         if let Some(shared) = &self.shared {

@@ -315,14 +315,9 @@ impl<'a> Bench<'a> {
         // Trials run side by side, so that none of them has the terminal for stages of its own.
         let unstaged = Unstaged::new(watch);
         let session = Session {
-            watch: &unstaged,
             threads: self.session.threads,
-            cache: Arc::clone(&self.session.cache),
             shared: self.session.shared.clone(),
-            outside: self.session.outside,
-            compiles: self.session.compiles,
-            cycles: self.session.cycles,
-            builder: None,
+            ..self.session.beside(&unstaged)
         };
         let threads = self.options.threads;
         if let Some(shared) = &self.session.shared {
@@ -427,16 +422,7 @@ impl<'a> Bench<'a> {
     /// Cycles of the frame with a setting in other orders of tiles, so many at a time.
     fn cycles_in_other_orders(&self, setting: &Setting, threads: usize) -> Result<Vec<u64>, Error> {
         let unstaged = Unstaged::new(self.session.watch);
-        let session = Session {
-            watch: &unstaged,
-            threads: 1,
-            cache: Arc::clone(&self.session.cache),
-            shared: None,
-            outside: self.session.outside,
-            compiles: self.session.compiles,
-            cycles: self.session.cycles,
-            builder: None,
-        };
+        let session = self.session.beside(&unstaged);
         trial::cycles_in_other_orders(&self.frame_of(setting), ORDERS, threads, &session)
     }
 

@@ -142,7 +142,7 @@ struct Trial<'a> {
 struct Found {
     /// The case by its number, and where it was run.
     verdicts: Vec<(usize, Level, Verdict)>,
-    /// What could not be run, and why.
+    /// Levels that could not be run, and why.
     skipped: Vec<String>,
 }
 

@@ -336,16 +336,7 @@ impl<'a> Bench<'a> {
         let watch = self.session.watch;
         let stage = Stage::of(watch, "trying", points.len() as u64);
         let unstaged = Unstaged::new(watch);
-        let session = Session {
-            watch: &unstaged,
-            threads: 1,
-            cache: Arc::clone(&self.session.cache),
-            shared: None,
-            outside: self.session.outside,
-            compiles: self.session.compiles,
-            cycles: self.session.cycles,
-            builder: None,
-        };
+        let session = self.session.beside(&unstaged);
         let trial = |(): &mut (), i: usize| {
             let trial = match watch.cancelled() {
                 true => Ok(None),

@@ -15,6 +15,7 @@ use figures::{PAPER, PaperScene};
 use srp_archdesc::arch::Arch;
 use srp_runtime::bvh::Bvh;
 use srp_runtime::scene::{Camera, Scene};
+use srp_toolchain::cache::Shared;
 use srp_toolchain::scene::Views;
 use srp_toolchain::{Build, Engine, Session};
 
@@ -181,13 +182,15 @@ pub fn begin(
     options: &Options,
     arch: &Arch,
     session: &Session<'_>,
+    shared: &Shared,
 ) -> Result<(), Error> {
-    units::Measures::begin(Subject {
+    let subject = Subject {
         case,
         options,
         arch,
         session,
-    })
+    };
+    units::Measures::begin(subject, shared)
 }
 
 /// Measures a table on a scene. `to` gets its entries.

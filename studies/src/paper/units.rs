@@ -11,7 +11,7 @@ use srp_archdesc::arch::Arch;
 use srp_archdesc::system::Pipeline;
 use srp_runtime::bvh::{self, Layout};
 use srp_toolchain::BUILD_ID;
-use srp_toolchain::cache::{Key, Kind as Kept};
+use srp_toolchain::cache::{Key, Kind as Kept, Shared};
 
 /// The three kinds of rays.
 fn kinds(case: &Case) -> [Kind; 3] {
@@ -102,34 +102,31 @@ pub(super) struct Measures<'a> {
 }
 
 impl<'a> Measures<'a> {
+    fn new(subject: Subject<'a>) -> Measures<'a> {
+        let known = Vec::new();
+        Measures { subject, known }
+    }
+
     pub(super) fn of(subject: Subject<'a>) -> Result<Measures<'a>, Error> {
-        let mut measures = Measures {
-            subject,
-            known: Vec::new(),
+        let mut measures = Measures::new(subject);
+        let Some(shared) = &subject.session.shared else {
+            return Ok(measures);
         };
-        if let Some(shared) = &subject.session.shared {
-            let (pieces, keys) = measures.keys();
-            let make = |(): &mut (), i: usize| measures.run(pieces[i]);
-            let made = shared.pieces(&keys, 1, subject.session.watch, || (), make)?;
-            let made = made.ok_or_else(Error::cancelled)?;
-            measures.known = pieces.into_iter().zip(made).collect();
-        }
+        let (pieces, keys) = measures.keys();
+        let make = |(): &mut (), i: usize| measures.run(pieces[i]);
+        let made = shared.pieces(&keys, 1, subject.session.watch, || (), make)?;
+        let made = made.ok_or_else(Error::cancelled)?;
+        measures.known = pieces.into_iter().zip(made).collect();
         Ok(measures)
     }
 
     /// Makes what nobody has begun, and waits for nobody.
-    pub(super) fn begin(subject: Subject<'a>) -> Result<(), Error> {
-        let measures = Measures {
-            subject,
-            known: Vec::new(),
-        };
-        if let Some(shared) = &subject.session.shared {
-            let (pieces, keys) = measures.keys();
-            let make = |(): &mut (), i: usize| measures.run(pieces[i]);
-            let begun = shared.begin(&keys, 1, subject.session.watch, || (), make)?;
-            begun.ok_or_else(Error::cancelled)?;
-        }
-        Ok(())
+    pub(super) fn begin(subject: Subject<'a>, shared: &Shared) -> Result<(), Error> {
+        let measures = Measures::new(subject);
+        let (pieces, keys) = measures.keys();
+        let make = |(): &mut (), i: usize| measures.run(pieces[i]);
+        let begun = shared.begin(&keys, 1, subject.session.watch, || (), make)?;
+        begun.map(drop).ok_or_else(Error::cancelled)
     }
 
     /// All pieces, with keys of all that they depend on.

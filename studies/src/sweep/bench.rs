@@ -87,16 +87,7 @@ impl<'a> Bench<'a> {
 
     /// Measures one; `None` where that was cancelled.
     pub(super) fn measure(&self, job: &Job, watch: &dyn Watch) -> Option<Row> {
-        let session = Session {
-            watch,
-            threads: 1,
-            cache: self.host.cache.clone(),
-            shared: None,
-            outside: self.host.outside,
-            compiles: self.host.compiles,
-            cycles: self.host.cycles,
-            builder: None,
-        };
+        let session = self.host.beside(watch);
         let start = watch.elapsed();
         let point = &Point(job.settings.clone());
         let (machine, outcome) = match self.plan.machine_of(point) {

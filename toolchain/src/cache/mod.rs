@@ -25,7 +25,7 @@ mod store;
 pub use entry::Damage;
 pub use folder::{Place, Workplace};
 pub use key::Key;
-pub use shared::Shared;
+pub use shared::{Piece, Shared};
 pub use store::{Counts, Found};
 
 use srp_archdesc::watch::{Event, Watch};

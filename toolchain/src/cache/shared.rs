@@ -28,6 +28,11 @@ const DEAD: Duration = Duration::from_secs(15);
 /// Between two looks at pieces that others make.
 const LOOK: Duration = Duration::from_millis(200);
 
+/// A piece of work: any value that can be kept for other processes.
+pub trait Piece: Serialize + DeserializeOwned + Send {}
+
+impl<T: Serialize + DeserializeOwned + Send> Piece for T {}
+
 /// A folder of pieces.
 pub struct Shared {
     folder: PathBuf,
@@ -99,7 +104,7 @@ impl Shared {
         make: impl Fn(&mut S, usize) -> Result<T, E> + Sync,
     ) -> Result<Option<Vec<Option<T>>>, E>
     where
-        T: Serialize + DeserializeOwned + Send,
+        T: Piece,
         E: From<FileError> + Send,
     {
         let take = |state: &mut S, i: usize| {
@@ -124,7 +129,7 @@ impl Shared {
         make: impl Fn(&mut S, usize) -> Result<T, E> + Sync,
     ) -> Result<Option<Vec<T>>, E>
     where
-        T: Serialize + DeserializeOwned + Send,
+        T: Piece,
         E: From<FileError> + Send,
     {
         let Some(mut pieces) = self.begin(keys, threads, watch, &state, &make)? else {
@@ -157,7 +162,7 @@ impl Shared {
     /// A piece that is there, or that is made now; none if another process makes it.
     fn take<T, E>(&self, key: Key, make: impl FnOnce() -> Result<T, E>) -> Result<Option<T>, E>
     where
-        T: Serialize + DeserializeOwned,
+        T: Piece,
         E: From<FileError>,
     {
         if let Some(piece) = self.get(key) {
