@@ -1,4 +1,4 @@
-//! The SRP: its units, registers, wires and memories.
+//! The SRP: area of its units, registers, wires and memories. Their energy is in `energy.rs`.
 //!
 //! A unit of the array has the operators of the widest of its classes, once, and each special function
 //! of its classes; functions with a common datapath have one between them. Multiplexers have an input for
@@ -6,16 +6,23 @@
 //! for every unit an opcode, a choice for every operand, addresses of registers and constants, and for every
 //! wire a choice.
 
+mod energy;
+
+pub use energy::{
+    WIRE_PJ, context_energy, link_energy, multiplexer_energy, operation_energy, register_energy,
+    sram_energy, wire_energy,
+};
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::arch::{Arch, FileSpec, Fu, FuSpec, Input, LinkSpec, Srp, Wire};
+use crate::arch::{Arch, Fu, FuSpec, Srp, Wire};
 use crate::area::{CONTROL, WIRING, area, cache_area};
 use crate::cost::Technology;
-use crate::cost::memory::{REGISTER_BIT, SRAM_BIT, file_area, file_energy, read_energy};
+use crate::cost::memory::{REGISTER_BIT, SRAM_BIT, file_area};
 use crate::cost::operator::{
     compare, convert, float_add, float_fma, float_mul, integer_add, integer_mul, product_area,
-    product_energy, registers, shift,
+    registers, shift,
 };
 use crate::entity::EntityMap;
 use crate::format::Format;
@@ -28,18 +35,9 @@ use crate::system::CacheSpec;
 /// Area of an input of a multiplexer beyond its first, µm² a bit: 2.4 gates of 1.44 µm².
 const MULTIPLEXER_BIT: f64 = 3.4;
 
-/// Energy of a bit through one of its levels, pJ.
-const MULTIPLEXER_PJ: f64 = 0.001;
-
-/// Energy of a bit along a millimetre of wire, pJ.
-pub const WIRE_PJ: f64 = 0.12;
-
 /// Area of a bit of configuration memory, µm²: each unit has an array of its own, 7500 µm² for 128
 /// contexts of 64 bits.
 const CONTEXT_BIT: f64 = 0.92;
-
-/// Energy of a bit of context that is read, pJ: 1.5 pJ for 64 of them.
-const CONTEXT_PJ: f64 = 0.0234;
 
 /// Bits of a context word that choose an opcode of those that the machine's units run.
 fn opcode_bits(srp: &Srp) -> u32 {
@@ -312,19 +310,6 @@ fn pair_area() -> f64 {
     2.0 * (float_fma(half).area_um2 + compare(16).area_um2 + shift(16).area_um2)
 }
 
-/// Energy of an operation on two halves, pJ.
-fn pair_energy(op: Opcode) -> f64 {
-    use Opcode::{Hadd, Hfma, Hmul, Hsub, Vhadd, Vhfma, Vhmul, Vhsub};
-    let half = Format::HALF.significand;
-    let each = match op {
-        Hadd | Hsub | Vhadd | Vhsub => float_add(half),
-        Hmul | Vhmul => float_mul(half),
-        Hfma | Vhfma => float_fma(half),
-        _ => compare(16),
-    };
-    2.0 * each.energy_pj
-}
-
 /// Area of a bilinear filter, µm²: in each of four channels four products of 24-bit texels and weights of
 /// twice the bits, three sums, and the table that decodes three of them in each texel.
 fn filter_area(weight_bits: u32) -> f64 {
@@ -519,11 +504,6 @@ fn wire_context_bits(srp: &Srp, graph: &ResourceGraph) -> u32 {
         .sum()
 }
 
-/// Energy of reading contexts of so many bits, pJ.
-pub fn context_energy(bits: u32) -> f64 {
-    CONTEXT_PJ * f64::from(bits)
-}
-
 /// The area of a whole chip, mm² at 65 nm.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Chip {
@@ -570,102 +550,4 @@ pub fn bus_area(arch: &Arch) -> f64 {
     let cores = f64::from(arch.system.cores);
     let um2 = bits * (REGISTER_BIT * ways + MULTIPLEXER_BIT * cores * 2.0);
     um2 * 1e-6 * (1.0 + CONTROL) * (1.0 + WIRING)
-}
-
-/// Energy of an operation itself, pJ: its operators, or its special function. None of registers,
-/// wires and memories.
-pub fn operation_energy(op: Opcode, arch: &Arch) -> f64 {
-    if let Some(special) = Special::of(op) {
-        return arch.special_unit(special).energy_pj;
-    }
-    let o = operators(op.class());
-    let times = |n: u32, each: f64| f64::from(n) * each;
-    let digits = arch.precision.formats.of(op).significand;
-    let (add, mul) = (float_add(digits).energy_pj, float_mul(digits).energy_pj);
-    let fused = o.add.min(o.mul);
-    let floats = match op.class() {
-        Class::Fma | Class::Vfma => times(fused, float_fma(digits).energy_pj),
-        // What compares does not add.
-        Class::Fadd | Class::Vfadd if !adds(op) => times(o.cmp, compare(32).energy_pj),
-        _ => times(o.add, add) + times(o.mul, mul),
-    };
-    floats
-        + times(o.int, integer_add(32).energy_pj)
-        + times(o.imul, integer_mul(32).energy_pj)
-        + match op.class() {
-            Class::Cvt => convert().energy_pj,
-            Class::Pair => pair_energy(op),
-            Class::Vpair => 4.0 * pair_energy(op),
-            Class::Idiv => 0.223 * 34.0 * 35.0,
-            Class::Tex => {
-                let weight = f64::from(2 * arch.precision.texture_weight_bits).max(1.0);
-                16.0 * product_energy(24.0, weight) + 12.0 * read_energy(256.0 * 24.0, 24.0)
-            }
-            _ => 0.0,
-        }
-}
-
-fn adds(op: Opcode) -> bool {
-    matches!(
-        op,
-        Opcode::Fadd | Opcode::Fsub | Opcode::Vfadd | Opcode::Vfsub
-    )
-}
-
-/// Energy of a read or a write of a file, pJ.
-pub fn register_energy(file: &FileSpec) -> f64 {
-    file_energy(file.size, file.width, file.read_ports + file.write_ports)
-}
-
-/// Energy of so many bits through the operand multiplexer of a unit that reads so many places, pJ.
-pub fn multiplexer_energy(bits: u32, places: usize) -> f64 {
-    MULTIPLEXER_PJ * f64::from(bits * choice(places).max(1))
-}
-
-/// Energy of so many bits along a link, pJ: past as many units as it spans, each 0.3 mm wide, and its
-/// registers.
-pub fn link_energy(srp: &Srp, link: &LinkSpec, bits: u32) -> f64 {
-    let (from, to) = (&srp.fus[link.from], &srp.fus[link.to]);
-    let cells = from.row.abs_diff(to.row) + from.col.abs_diff(to.col);
-    carrier_energy(cells, link.delay, bits)
-}
-
-/// Width of a unit, mm.
-const UNIT_MM: f64 = 0.3;
-
-/// Energy of so many bits past so many units and through so many registers, pJ.
-fn carrier_energy(cells: u32, delay: u32, bits: u32) -> f64 {
-    let wire = WIRE_PJ * UNIT_MM * f64::from(cells.max(1));
-    f64::from(bits) * (wire + 0.002 * f64::from(delay))
-}
-
-/// Energy of so many bits along a wire with so many inputs, pJ: through its multiplexer, and past as many units
-/// as the rectangle of those at its ends is wide and high, for all of the wire swings.
-pub fn wire_energy(srp: &Srp, wire: Wire, inputs: u32, bits: u32) -> f64 {
-    let spec = &srp.wires[wire];
-    let units = |input: &Input| match *input {
-        Input::Unit(fu) => vec![fu],
-        Input::Wire(before) => srp.wires[before].to.clone(),
-    };
-    let ends = spec
-        .from
-        .iter()
-        .filter(|input| matches!(input, Input::Unit(_)));
-    let mut ends: Vec<Fu> = ends.flat_map(units).collect();
-    if ends.is_empty() {
-        ends = spec.from.iter().flat_map(units).collect();
-    }
-    ends.extend(&spec.to);
-    let across = |at: fn(&FuSpec) -> u32| {
-        let all = ends.iter().map(|&fu| at(&srp.fus[fu]));
-        all.clone().max().unwrap_or(0) - all.min().unwrap_or(0)
-    };
-    let cells = across(|fu| fu.row) + across(|fu| fu.col);
-    multiplexer_energy(bits, inputs as usize) + carrier_energy(cells, spec.delay, bits)
-}
-
-/// Energy of an access of so many bytes to the SRAM, pJ; it is in 16 banks.
-pub fn sram_energy(arch: &Arch, bytes: u32) -> f64 {
-    let bank = f64::from(arch.system.sram_bytes) * 8.0 / 16.0;
-    read_energy(bank, f64::from(bytes * 8))
 }
