@@ -393,6 +393,20 @@ void divide(const int *x, int *y, int n, int d)
 
 /// Schedules of bare graphs have a report as well.
 #[test]
+fn kernels_of_a_frame_are_short() {
+    let folder = folder("report_short");
+    let text = stdout(&folder, &["report", "--frame", "--json"], 0);
+    let report: Value = serde_json::from_str(&text).expect("JSON");
+    let loops = report["loops"].as_array().expect("a list");
+    let cycles = |member: &str| {
+        let cycles = loops.iter().map(|kernel| kernel[member].as_u64());
+        cycles.map(|n| n.expect("cycles")).sum::<u64>()
+    };
+    let (length, least) = (cycles("length"), cycles("least_length"));
+    assert!(length * 4 <= least * 5, "{length} cycles, at least {least}");
+}
+
+#[test]
 fn mapped_graphs_have_a_report() {
     let folder = folder("report_graphs");
     write(&folder, "accumulate.dot", super::GRAPH);

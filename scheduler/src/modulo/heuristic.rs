@@ -266,6 +266,11 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         }
     }
 
+    /// True if the loop is looked for on a lattice.
+    pub(super) fn is_on_lattice(&self) -> bool {
+        self.array.is_some()
+    }
+
     fn is_wide(&self) -> bool {
         self.problem.srp.fus.len() >= WIDE
     }

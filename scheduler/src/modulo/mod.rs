@@ -3,7 +3,8 @@
 //!
 //! `bounds` says which II cannot be beaten; from there up, `heuristic` makes attempts at a
 //! placement until one succeeds, and then down again; `exact` closes the gap or proves that it
-//! cannot be closed. The result is data; `check` tells whether it is right.
+//! cannot be closed. `compact` makes the schedule short, and looks for a smaller II from there. The result is data;
+//! `check` tells whether it is right.
 
 mod anneal;
 mod bounds;
@@ -34,7 +35,7 @@ pub use obstacle::{Destination, FailedIi, Obstacle, Operation, Unschedulable};
 pub use record::{Asked, Outcome, Search, Stopped};
 
 use crate::abi;
-use compact::Bound;
+use compact::{Bound, Compacted};
 use exact::Answer;
 use heuristic::Heuristic;
 use problem::Problem;
@@ -95,6 +96,8 @@ const LARGEST_EXACT: usize = 80;
 const EXACT_RANGE: u32 = 4;
 /// The part of the exact search's steps, one in so many, that goes into a shorter schedule at the II.
 const EXACT_COMPACTION: u64 = 2;
+/// The part of the slots, in hundredths, beyond which there is no room for a smaller II from a short schedule.
+const FULL: usize = 94;
 /// Steps of the heuristic between two rounds of the exact way, beyond the limits.
 const HEURISTIC_TURN: u64 = 10_000_000;
 
@@ -208,10 +211,14 @@ pub fn schedule(
     options: &Options,
     watch: &dyn Watch,
 ) -> Result<Scheduled, Unschedulable> {
-    let mut problem = Problem::new(dfg, srp);
-    if !options.expansion {
-        problem.most_copies = 1;
-    }
+    let prepared = || {
+        let mut problem = Problem::new(dfg, srp);
+        if !options.expansion {
+            problem.most_copies = 1;
+        }
+        problem
+    };
+    let problem = prepared();
     let live_ins = live_in_registers(dfg, srp)?;
     if let Some(node) = problem.nodes().find(|n| problem.units[*n].is_empty()) {
         return Err(Unschedulable::NoUnit(Operation::of(dfg, node)));
@@ -253,6 +260,28 @@ pub fn schedule(
             .unwrap_or(schedule);
         worklist.fold(task, schedule.ii, &mut limits);
     }
+    let compaction = compact::Limits {
+        effort: options.compaction.saturating_mul(operations as u64),
+        exact: options.exact_effort / EXACT_COMPACTION,
+        watch,
+    };
+    let compact = |schedule| compact::compact(&mut prepared(), &fixed, schedule, &compaction);
+    let mut compacted = None;
+    if !is_small && options.compaction > 0 && !heuristic.is_on_lattice() {
+        let has_room = |ii: u32| operations * 100 <= FULL * srp.fus.len() * ii as usize;
+        while schedule.ii > bound && has_room(schedule.ii - 1) && !watch.cancelled() {
+            let short = compact(schedule);
+            let effort = worth(steps, short.placement.ii, bound);
+            match compact::tighten(&problem, &fixed, &short.placement, effort, watch) {
+                Some(smaller) => schedule = smaller,
+                None => {
+                    schedule = short.placement.clone();
+                    compacted = Some(short);
+                    break;
+                }
+            }
+        }
+    }
     let mut in_time = !watch.cancelled();
     if let Some(time) = options.beyond {
         worklist.extend(FARTHEST);
@@ -286,12 +315,9 @@ pub fn schedule(
     let why_not_lower = heuristic
         .failed(schedule.ii - 1)
         .filter(|_| schedule.ii > bound);
-    let limits = compact::Limits {
-        effort: options.compaction.saturating_mul(operations as u64),
-        exact: options.exact_effort / EXACT_COMPACTION,
-        watch,
-    };
-    let compacted = compact::compact(&mut problem, &fixed, schedule, &limits);
+    let compacted = compacted
+        .filter(|short: &Compacted| short.placement.ii == schedule.ii)
+        .unwrap_or_else(|| compact(schedule));
     let schedule = finish::finish(&problem, &compacted.placement, &live_ins);
     debug_assert_eq!(schedule.length, compacted.placement.length(&problem));
     Ok(Scheduled {

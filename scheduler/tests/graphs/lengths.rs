@@ -1,4 +1,4 @@
-//! After the II: schedules are made shorter at the same II, and are no shorter than their bound.
+//! After the II: schedules are made shorter at that II or a smaller one, and are no shorter than their bound.
 //!
 //! A longer run: `SRP_LENGTH_GRAPHS=1000 cargo test --release -p srp-scheduler --test graphs lengths`, from the graph of
 //! number `SRP_LENGTH_SEED` on.
@@ -42,7 +42,10 @@ fn schedules_are_shorter_and_no_shorter_than_their_bound() {
             continue;
         };
         let after = map(&graph, &arch);
-        assert_eq!(before.schedule.ii, after.schedule.ii, "seed {seed}");
+        assert!(after.schedule.ii <= before.schedule.ii, "seed {seed}");
+        if after.schedule.ii < before.schedule.ii {
+            continue;
+        }
         assert!(worth(&after) <= worth(&before), "seed {seed}");
         // Each bound holds for both, whatever schedule it was computed beside.
         let least = before.least_length.max(after.least_length);

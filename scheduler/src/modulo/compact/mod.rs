@@ -11,10 +11,13 @@
 //!
 //! A schedule that was found without regard to its length can be far from the bound, and such that small steps lead
 //! nowhere. So it is *melted* first: hot negotiations, in which most of it may move, halve what lies between the
-//! schedule and the length that they have failed at. In small loops the exact way decides in the end.
+//! schedule and the length that they have failed at. They begin with the whole schedule [pressed together](times).
+//! In small loops the exact way decides in the end.
 
 mod bound;
 mod queue;
+mod tighten;
+mod times;
 mod value;
 
 use super::exact::{self, Answer, Scope, Solver};
@@ -26,25 +29,34 @@ pub(super) use bound::Bound;
 use srp_archdesc::Watch;
 use srp_ir::dfg::Node;
 use srp_ir::dre::scheduled::Reg;
+pub(super) use tighten::tighten;
 use value::Value;
 
 /// Steps of one squeeze for each node.
 const SQUEEZE: u64 = 20;
 /// Negotiations by which most of a schedule may move; by which it is changed in parts; and where its length stays.
 const HOT: Heat = Heat {
+    presses: true,
     stage: 10,
-    steps: 100,
-    most: 3000,
+    steps: 200,
+    most: 6000,
 };
 const WARM: Heat = Heat {
+    presses: false,
     stage: 14,
     steps: 12,
     most: 200,
 };
 const COOL: Heat = Heat { stage: 24, ..WARM };
-/// Times that a schedule is melted, and the fewest cycles beyond the bound from which on it is.
-const MELTINGS: u32 = 3;
-const LEAST_MELTED: u32 = 8;
+/// Times that a schedule is melted; the part of a launch, one in so many, that it is melted for again; and that part
+/// between it and what it failed at, and the fewest cycles, from which on it is.
+const MELTINGS: u32 = 2;
+const AGAIN: u64 = 50;
+const LEAST_MELTED: u64 = 200;
+const FEWEST_MELTED: u32 = 4;
+/// The effort of a change, and the fewest changes for each node.
+const CHANGE: u64 = 30;
+const LEAST_STEPS: u64 = 12;
 /// Nodes times units beyond which a try takes minutes.
 const LARGEST: usize = 1 << 20;
 /// Steps for each try beside its search.
@@ -124,6 +136,8 @@ enum Way<'l> {
 /// How a negotiation goes about it.
 #[derive(Clone, Copy)]
 struct Heat {
+    /// True if it starts from the whole schedule pressed together; else only what lies outside has moved.
+    presses: bool,
     /// The stage that it starts from.
     stage: u32,
     /// Changes for each node, over all stages.
@@ -155,29 +169,38 @@ impl Compaction<'_, '_> {
         self.router.expanded >= effort || self.limits.watch.cancelled()
     }
 
+    /// Cycles of a launch.
+    fn launch(&self) -> u64 {
+        (LAUNCH - 1) * u64::from(self.best.ii) + u64::from(self.value.length)
+    }
+
     /// How much of the effort the rest of the length is worth: all where a launch would save a good part.
     fn worth(&self) -> u64 {
         let effort = self.limits.effort - self.limits.effort / KEPT;
-        let launch = (LAUNCH - 1) * u64::from(self.best.ii) + u64::from(self.value.length);
+        let launch = self.launch();
         let part = u64::from(self.gap()) * WORTHWHILE;
         let part = part.clamp(launch / LEAST_WORTH, launch);
         (u128::from(effort) * u128::from(part) / u128::from(launch)) as u64
     }
 
-    /// Halves the cycles between the schedule and a length that it cannot have, as often as that is worth it. That has
-    /// an effort of its own.
+    /// Halves the cycles between the schedule and a length that it failed at, until there are few, and again from other
+    /// seeds. Each try has an effort of its own.
     fn melt(&mut self, lanes: &Lanes) {
-        let mut failed = 0;
-        for _ in 0..MELTINGS {
-            if self.gap() < LEAST_MELTED || self.limits.watch.cancelled() {
-                break;
+        for round in 0..MELTINGS {
+            let part = |one_in: u64| (self.launch() / one_in) as u32;
+            if round > 0 && self.gap() < part(AGAIN) {
+                return;
             }
-            let beyond = (failed + self.gap()) / 2;
-            let target = self.bound.length + beyond;
-            if !self.attempt(Way::Negotiate(lanes, HOT), target, self.worth()) {
-                failed = beyond;
+            let least = part(LEAST_MELTED).max(FEWEST_MELTED);
+            let mut failed = 0;
+            while self.gap() >= failed + least && !self.limits.watch.cancelled() {
+                let beyond = (failed + self.gap()) / 2;
+                let target = self.bound.length + beyond;
+                if !self.attempt(Way::Negotiate(lanes, HOT), target, self.worth()) {
+                    failed = beyond;
+                }
+                self.router.expanded = 0;
             }
-            self.router.expanded = 0;
         }
     }
 
@@ -230,10 +253,21 @@ impl Compaction<'_, '_> {
                 attempt.squeeze(best, &order, deadline, limit, watch)
             }
             Way::Negotiate(lanes, heat) => {
+                let times = match heat.presses {
+                    true => {
+                        let end = best.start() + self.value.length as i32;
+                        let was = self.bound.freedom(best.start(), end);
+                        times::press(problem, best, &was, &freedom)
+                    }
+                    false => times::cut(best, &freedom),
+                };
+                let (from, by) = ((&*best, &times), (&freedom, deadline));
                 let mut run =
-                    Negotiation::from(problem, lanes, best, &freedom, deadline, fixed, self.tries);
+                    Negotiation::from(problem, lanes, from, by, fixed, best.ii, self.tries);
                 let limit = left.min(heat.most * nodes);
-                let found = run.shorten(heat.stage, heat.steps, limit, watch);
+                // A run that is cut off before it is cold was in vain.
+                let steps = heat.steps.min((limit / nodes / CHANGE).max(LEAST_STEPS));
+                let found = run.shorten(heat.stage, steps, limit, watch);
                 router.expanded += run.effort();
                 found
             }

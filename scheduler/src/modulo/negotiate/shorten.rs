@@ -1,5 +1,4 @@
-//! Shorter schedules by negotiation: a run goes on from a placement in which some nodes are too early or too
-//! late.
+//! Shorter schedules, and smaller IIs, by negotiation: a run goes on from a placement some nodes of which have moved.
 
 use super::state::Path;
 use super::{Cooling, Lanes, Negotiation};
@@ -7,36 +6,30 @@ use crate::modulo::order::Freedom;
 use crate::modulo::place::{Conflict, Placement};
 use crate::modulo::problem::Problem;
 use srp_archdesc::Watch;
+use srp_archdesc::entity::EntityMap;
+use srp_ir::dfg::Node;
 use srp_ir::dre::scheduled::Reg;
 
 impl<'a, 'p> Negotiation<'a, 'p> {
-    /// A run from a placement. Every node stays within its freedom, and everything lands by a deadline: a node
-    /// outside is put where it is allowed next, in its slot if possible, and its edges lose their routes.
+    /// A run at an II from a placement whose nodes go to other cycles. Every node stays within its freedom, and everything
+    /// lands by a deadline. The edges of nodes that have moved lose their routes, and all do at another II.
     pub(in crate::modulo) fn from(
         problem: &'a Problem<'p>,
         lanes: &'a Lanes,
-        placement: &Placement,
-        freedom: &'a Freedom,
-        deadline: i32,
+        (placement, times): (&Placement, &EntityMap<Node, i32>),
+        (freedom, deadline): (&'a Freedom, i32),
         fixed: &'a [Reg],
+        ii: u32,
         seed: u32,
     ) -> Negotiation<'a, 'p> {
-        let ii = placement.ii;
         let mut run = Negotiation::empty(problem, lanes, ii, freedom, fixed, seed);
         run.deadline = Some(deadline);
-        for (node, &(fu, time)) in placement.at.iter() {
-            let (first, last) = (freedom.earliest[node], freedom.latest[node]);
-            let shift = |by: i32| by.div_euclid(ii as i32) * ii as i32;
-            let time = match time {
-                _ if time < first => (time - shift(time - first)).min(last),
-                _ if time > last => (time + shift(last - time)).max(first),
-                _ => time,
-            };
-            run.state.put(node, (fu, time));
+        for (node, &(fu, _)) in placement.at.iter() {
+            run.state.put(node, (fu, times[node]));
         }
         for (e, route) in placement.routes.iter().enumerate() {
             let edge = &problem.edges[e];
-            let stays = |node| run.state.at[node] == placement.at[node];
+            let stays = |node| ii == placement.ii && run.state.at[node] == placement.at[node];
             let in_time = placement.lands(problem, edge.from) <= deadline;
             if stays(edge.from) && edge.to().is_none_or(stays) && in_time {
                 let items = route.items.clone();
