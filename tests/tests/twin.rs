@@ -232,7 +232,15 @@ fn all_are_equal(sources: &[PathBuf], build: (Effects, Forms), kernels: usize) {
     };
     let found: BTreeSet<String> = divided.dre.kernels.values().map(|k| of(&k.name)).collect();
     assert_eq!(found.len(), kernels, "{found:?}");
-    let options = srp_scheduler::Options::default();
+    // What is compared are values, which schedules of little effort have too.
+    let effort = srp_toolchain::Effort {
+        percent: 5,
+        ..Default::default()
+    };
+    let options = srp_scheduler::Options {
+        modulo: effort.modulo(),
+        ..Default::default()
+    };
     let scheduled =
         schedule(&divided.dre, &arch, &options, &Unwatched).unwrap_or_else(|e| panic!("{e}"));
     let spec = link(&scheduled.program).unwrap_or_else(|e| panic!("{e}"));
