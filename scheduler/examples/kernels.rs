@@ -4,20 +4,14 @@
 //! `cargo run --release -p srp-scheduler --example kernels -- FEWEST MACHINE.xml FILE.dre.xml...`, where loops of fewer
 //! operations are left out. `srp compile --emit dre` writes such files.
 
+mod seconds;
+
+use seconds::cpu_seconds;
 use srp_archdesc::Unwatched;
 use srp_ir::check::check_loop;
 use srp_ir::dre;
 use srp_scheduler::modulo;
 use std::process::ExitCode;
-
-/// Seconds of processor time of this process, where the host tells.
-fn cpu_seconds() -> f64 {
-    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let after_name = stat.rsplit(')').next().unwrap_or_default();
-    let user = after_name.split_whitespace().nth(11);
-    user.and_then(|ticks| ticks.parse::<f64>().ok())
-        .map_or(0.0, |ticks| ticks / 100.0)
-}
 
 /// Prints the table; true if every schedule is right.
 fn run(args: &[String]) -> Result<bool, String> {

@@ -6,8 +6,11 @@
 //! orders. `all FOLDER` in place of that prints one table after the other: the graphs of 80 operations and more in a
 //! folder and the folders in it, on the array that their size is for, then a random graph on a wide array.
 
+mod seconds;
+
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::{Rng, SeedableRng};
+use seconds::cpu_seconds;
 use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Source;
@@ -24,15 +27,6 @@ const MEDIUM: usize = 80;
 const LARGE: usize = 150;
 /// How far back the operands of a random graph lie at most.
 const REACH: u32 = 15;
-
-/// Seconds of CPU time of this process, where the host tells.
-fn cpu_seconds() -> f64 {
-    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let after_name = stat.rsplit(')').next().unwrap_or_default();
-    let user = after_name.split_whitespace().nth(11);
-    user.and_then(|ticks| ticks.parse::<f64>().ok())
-        .map_or(0.0, |ticks| ticks / 100.0)
-}
 
 /// A list of edges with its operations, line by line.
 struct Lists {

@@ -5,6 +5,9 @@
 //! `GRAPH:II:SLACK` for a timed formula or `GRAPH:II:LAPS:DEPTH` for a folded one, and `GRAPH.edges` and `GRAPH.ops`
 //! are files.
 
+mod seconds;
+
+use seconds::cpu_seconds;
 use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Source;
@@ -13,15 +16,6 @@ use srp_archdesc::xml::{StandardArray, standard};
 use srp_ir::graph::{Options, read_edges};
 use srp_scheduler::modulo::{self, Fold, Scope, Solver};
 use std::process::ExitCode;
-
-/// Seconds of processor time of this process, where the host tells.
-fn cpu_seconds() -> f64 {
-    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let after_name = stat.rsplit(')').next().unwrap_or_default();
-    let user = after_name.split_whitespace().nth(11);
-    user.and_then(|ticks| ticks.parse::<f64>().ok())
-        .map_or(0.0, |ticks| ticks / 100.0)
-}
 
 fn ask(question: &str, arch: &Arch) -> Result<(), String> {
     let (name, numbers) = question.split_once(':').ok_or("GRAPH:II:SLACK")?;

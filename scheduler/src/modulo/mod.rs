@@ -38,6 +38,7 @@ use crate::abi;
 use compact::{Bound, Compacted};
 use exact::Answer;
 use heuristic::Heuristic;
+use place::Placement;
 use problem::Problem;
 use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::Srp;
@@ -268,19 +269,9 @@ pub fn schedule(
     let compact = |schedule| compact::compact(&mut prepared(), &fixed, schedule, &compaction);
     let mut compacted = None;
     if !is_small && options.compaction > 0 && !heuristic.is_on_lattice() {
-        let has_room = |ii: u32| operations * 100 <= FULL * srp.fus.len() * ii as usize;
-        while schedule.ii > bound && has_room(schedule.ii - 1) && !watch.cancelled() {
-            let short = compact(schedule);
-            let effort = worth(steps, short.placement.ii, bound);
-            match compact::tighten(&problem, &fixed, &short.placement, effort, watch) {
-                Some(smaller) => schedule = smaller,
-                None => {
-                    schedule = short.placement.clone();
-                    compacted = Some(short);
-                    break;
-                }
-            }
-        }
+        let short = tightened(task, bound, schedule, (steps, watch), compact);
+        schedule = short.placement.clone();
+        compacted = Some(short);
     }
     let mut in_time = !watch.cancelled();
     if let Some(time) = options.beyond {
@@ -328,6 +319,30 @@ pub fn schedule(
         schedule,
         bounds,
     })
+}
+
+/// Makes a schedule short, and looks from there for one at the next smaller II, until there is none.
+fn tightened(
+    Task { problem, fixed }: Task<'_, '_>,
+    bound: u32,
+    mut schedule: Placement,
+    (effort, watch): (u64, &dyn Watch),
+    compact: impl Fn(Placement) -> Compacted,
+) -> Compacted {
+    let (operations, units) = (problem.dfg.nodes.len(), problem.srp.fus.len());
+    let has_room = |ii: u32| operations * 100 <= FULL * units * ii as usize;
+    loop {
+        let short = compact(schedule);
+        let ii = short.placement.ii;
+        if ii == bound || !has_room(ii - 1) {
+            return short;
+        }
+        let effort = worth(effort, ii, bound);
+        match compact::tighten(problem, fixed, &short.placement, effort, watch) {
+            Some(smaller) => schedule = smaller,
+            None => return short,
+        }
+    }
 }
 
 /// How much of an effort a better II is worth: it grows with the square of the part of the cycles that the

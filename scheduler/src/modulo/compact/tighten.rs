@@ -1,8 +1,9 @@
 //! A smaller II from a short schedule.
 //!
-//! Where most slots are taken, a search that starts from anywhere ends with values that live long, and so with files
-//! that are full. A schedule that has been made short is a start without them: its units and its cycles, pressed or
-//! stretched to somewhat more than its length, need few changes at the next smaller II.
+//! Where most slots are taken, searches that start from anywhere fail at IIs at which there are schedules. One that has
+//! been made short at the next larger II is a better start: its operations are near those that they give values to, and
+//! these live for a short time. It goes on at the smaller II with its units and its cycles, which are pressed or stretched
+//! to somewhat more than its length.
 
 use super::times::press;
 use super::{Bound, Lanes, Negotiation};
@@ -20,7 +21,7 @@ struct Try {
     steps: u64,
 }
 
-/// These have their turns. Of the large kernels of a frame at their last II, one negotiation in three to five succeeds.
+/// These have their turns.
 const TRIES: [Try; 4] = [
     Try {
         stage: 14,
