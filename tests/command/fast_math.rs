@@ -1,6 +1,7 @@
 //! `-ffast-math` and its parts: each changes what it names and nothing else, and tells where.
 
 use super::{folder, srp, write};
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -117,5 +118,48 @@ fn each_part_changes_what_it_names() {
         let (at, what) = line.rsplit_once(": ").unwrap_or_default();
         let told = |l: &str| l.contains(&format!("{at}:")) && l.contains(what);
         assert!(said.lines().any(told), "{line}: {said}");
+    }
+}
+
+/// Only where asked are sums taken in another order: what the loop carries comes last, so that the
+/// recurrence has one addition in place of four. Of these numbers no sum is rounded.
+#[test]
+fn sums_are_reassociated_when_asked() {
+    let folder = folder("associative");
+    let sum = "
+static float x[64];
+int main(void)
+{
+    for (int i = 0; i < 64; i++)
+        x[i] = (float)i;
+    float s = 0.0f;
+#pragma srp kernel
+    for (int i = 0; i < 61; i++)
+        s = s + x[i] + x[i + 1] + x[i + 2] + x[i + 3];
+    return (int)s == 7686 ? 7 : 1;
+}
+";
+    write(&folder, "sum.c", sum);
+    let text = |args: &[&str], status: i32| {
+        let output = srp(&folder, args);
+        assert_eq!(output.status.code(), Some(status), "srp {args:?}");
+        String::from_utf8(output.stdout).expect("text is written")
+    };
+    let bound = |flags: &[&str]| {
+        let args = [&["report", "sum.c", "--json"], flags].concat();
+        let json: Value = serde_json::from_str(&text(&args, 0)).expect("JSON");
+        let loops = json["loops"].as_array().expect("a list").iter();
+        let bounds = loops.filter_map(|l| l["rec_mii"].as_u64());
+        bounds.max().expect("a loop is on the array")
+    };
+    let (asked, not) = (bound(&["-fassociative-math"]), bound(&[]));
+    assert_eq!(
+        4 * asked,
+        not,
+        "the recurrence has a fourth of the additions"
+    );
+    for flags in [&[][..], &["-fassociative-math"]] {
+        let args = [&["run", "sum.c", "--engine", "interp"], flags].concat();
+        text(&args, 7);
     }
 }

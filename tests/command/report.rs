@@ -391,7 +391,7 @@ void divide(const int *x, int *y, int n, int d)
     );
 }
 
-/// Schedules of bare graphs have a report as well.
+/// The loops of the default frame take at most a quarter more cycles an iteration than their bounds say.
 #[test]
 fn kernels_of_a_frame_are_short() {
     let folder = folder("report_short");
@@ -406,6 +406,7 @@ fn kernels_of_a_frame_are_short() {
     assert!(length * 4 <= least * 5, "{length} cycles, at least {least}");
 }
 
+/// Schedules of bare graphs have a report as well.
 #[test]
 fn mapped_graphs_have_a_report() {
     let folder = folder("report_graphs");
@@ -585,44 +586,6 @@ fn a_page_is_well_formed() {
         panels as u64, cycles,
         "a panel for every cycle of every loop"
     );
-}
-
-/// Only where asked are sums taken in another order: what the loop carries comes last, so that the
-/// recurrence has one addition in place of four. Of these numbers no sum is rounded.
-#[test]
-fn sums_are_reassociated_when_asked() {
-    let folder = folder("associative");
-    let text = "
-static float x[64];
-int main(void)
-{
-    for (int i = 0; i < 64; i++)
-        x[i] = (float)i;
-    float s = 0.0f;
-#pragma srp kernel
-    for (int i = 0; i < 61; i++)
-        s = s + x[i] + x[i + 1] + x[i + 2] + x[i + 3];
-    return (int)s == 7686 ? 7 : 1;
-}
-";
-    write(&folder, "sum.c", text);
-    let bound = |flags: &[&str]| {
-        let args = [&["report", "sum.c", "--json"], flags].concat();
-        let json: Value = serde_json::from_str(&stdout(&folder, &args, 0)).expect("JSON");
-        let loops = json["loops"].as_array().expect("a list").iter();
-        let bounds = loops.filter_map(|l| l["rec_mii"].as_u64());
-        bounds.max().expect("a loop is on the array")
-    };
-    let (asked, not) = (bound(&["-fassociative-math"]), bound(&[]));
-    assert_eq!(
-        4 * asked,
-        not,
-        "the recurrence has a fourth of the additions"
-    );
-    for flags in [&[][..], &["-fassociative-math"]] {
-        let args = [&["run", "sum.c", "--engine", "interp"], flags].concat();
-        stdout(&folder, &args, 7);
-    }
 }
 
 /// A text without what stands between two marks.
