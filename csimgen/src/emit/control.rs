@@ -15,11 +15,9 @@ pub(super) fn emit(spec: &SimSpec) -> String {
         "//! The VLIW code: what issues in one cycle is one function.\n"
     );
     put!(out, "use super::border::{{Fault, Stop, divided}};");
+    put!(out, "use super::issue::Issue;");
     put!(out, "use super::ops::{{self, V4}};");
-    put!(
-        out,
-        "use super::sequencer::{{Issue, callee}};\nuse super::state::*;\n"
-    );
+    put!(out, "use super::sequencer::callee;\nuse super::state::*;\n");
     put!(
         out,
         "/// The entries of the functions, in the order of their addresses."

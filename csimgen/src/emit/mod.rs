@@ -32,10 +32,11 @@ pub struct SimSource {
 }
 
 /// The part that all simulators share: file names and text.
-pub const MACHINERY: [(&str, &str); 7] = [
+pub const MACHINERY: [(&str, &str); 8] = [
     ("abi.rs", include_str!("../preamble/abi.rs")),
     ("border.rs", include_str!("../preamble/border.rs")),
     ("core.rs", srp_runtime::core::SOURCE),
+    ("issue.rs", include_str!("../preamble/issue.rs")),
     ("ops.rs", srp_archdesc::ops::SOURCE),
     ("registers.rs", include_str!("../preamble/registers.rs")),
     ("saved.rs", include_str!("../preamble/saved.rs")),
@@ -60,8 +61,7 @@ pub fn emit_on_machinery(spec: &SimSpec) -> SimSource {
         ..spec.clone()
     };
     let mut files = own_files(&spec);
-    let modules =
-        "use srp_machinery::{\n    abi, border, core_border, ops, registers, saved, sequencer,\n};";
+    let modules = "use srp_machinery::{\n    abi, border, core_border, issue, ops, registers, saved, sequencer,\n};";
     files.insert("lib.rs".to_owned(), root(&spec, modules));
     SimSource { files }
 }

@@ -19,7 +19,7 @@ pub(super) fn emit(spec: &SimSpec) -> String {
     );
     put!(
         out,
-        "use super::ops::V4;\nuse super::registers::Rotating;\nuse super::saved::{{Saved, Words}};\nuse super::sequencer::Issue;\n"
+        "use super::issue::Issue;\nuse super::ops::V4;\nuse super::registers::Rotating;\nuse super::saved::{{Saved, Words}};\n"
     );
     put!(out, "/// The world as a bundle or a context sees it.");
     put!(out, "pub(crate) type Bus<'a> = Border<'a, HostBus>;");

@@ -5,8 +5,9 @@
 use super::tables::Tables;
 use super::{Interpreter, trap};
 use crate::preamble::border::{Border, Fault, Stop};
+use crate::preamble::issue::Issue;
 use crate::preamble::ops::V4;
-use crate::preamble::sequencer::{Datapath, Issue, KernelTimes};
+use crate::preamble::sequencer::{Datapath, KernelTimes};
 use crate::spec::{BundleSpec, KernelSpec, SimSpec};
 use srp_runtime::core::{Activity, Bus, Core, CoreState, Run, Trap};
 use std::cell::{Ref, RefCell};

@@ -15,9 +15,10 @@ pub use counted::{Counting, Counts, KernelCounts, SharedCounts, Turn};
 pub use recorded::{Record, Recorder, Snapshot};
 
 use crate::preamble::border::{Border, Fault, Stop};
+use crate::preamble::issue::Issue;
 use crate::preamble::ops::V4;
 use crate::preamble::saved::{Saved, Words};
-use crate::preamble::sequencer::{Datapath, Issue, KernelTimes, Sequencer, callee};
+use crate::preamble::sequencer::{Datapath, KernelTimes, Sequencer, callee};
 use crate::spec::SimSpec;
 use srp_archdesc::isa::Ty;
 use srp_ir::dre::scheduled::FUNC_BASE;

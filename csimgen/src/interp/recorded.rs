@@ -4,8 +4,9 @@ use super::state::Index;
 use super::tables::Tables;
 use super::{Interpreter, Listener, trap};
 use crate::preamble::border::{Border, Fault, Stop};
+use crate::preamble::issue::Issue;
 use crate::preamble::ops::V4;
-use crate::preamble::sequencer::{Datapath, Issue, KernelTimes, Place};
+use crate::preamble::sequencer::{Datapath, KernelTimes, Place};
 use crate::spec::SimSpec;
 use srp_runtime::core::{Bus, Core, CoreState, Run, Trap};
 

@@ -6,6 +6,7 @@
 
 pub mod abi;
 pub mod border;
+pub mod issue;
 pub mod registers;
 pub mod saved;
 pub mod sequencer;

@@ -12,8 +12,9 @@
 
 use super::border::{Border, Fault, Stop};
 use super::core_border::{Activity, Bus, Run, TrapKind};
+use super::issue::{Issue, Landing, NextMode, TransferKind};
 use super::ops::V4;
-use super::saved::{Saved, Words, put_long};
+use super::saved::{Words, put_long};
 
 /// Most open calls. No stack in SRAM has room for so many, but a schedule that was written by hand may call itself
 /// without one.
@@ -159,13 +160,7 @@ impl Sequencer {
         Sequencer {
             pc: start,
             mode: Mode::Vliw,
-            issue: Issue {
-                in_flight: Flight::new(max_latency),
-                targets: vec![None; branch_delay as usize + 1],
-                first_target: 0,
-                next_mode: None,
-                behind: false,
-            },
+            issue: Issue::new(branch_delay, max_latency),
             calls: Vec::new(),
         }
     }
@@ -263,7 +258,7 @@ impl Sequencer {
         budget: u64,
     ) -> Result<Run, Fault> {
         let mut cycles = 0;
-        self.issue.behind = false;
+        self.issue.begin_run();
         while cycles < budget {
             match path.bundle(self.pc, &mut self.issue, bus) {
                 Ok(()) => {}
@@ -276,9 +271,12 @@ impl Sequencer {
                 Err(Stop::Wait(port)) => return Ok(run(1, Activity::Wait(port))),
                 Err(Stop::Behind) => break,
             }
-            self.issue.in_flight.tick(path);
+            self.issue.land_due(|register, value| match value {
+                Landing::Word(value) => path.write(register, value),
+                Landing::Vec(value) => path.write_vec(register, value),
+            });
             let mut is_over = false;
-            self.pc = match self.issue.next() {
+            self.pc = match self.issue.next_transfer() {
                 None => self.pc.wrapping_add(1),
                 Some(transfer) => {
                     match transfer.kind {
@@ -295,10 +293,10 @@ impl Sequencer {
                     transfer.target
                 }
             };
-            self.issue.behind = true;
+            self.issue.end_cycle();
             cycles += 1;
             let stalled = bus.cycle_stalled();
-            if let Some(next) = self.issue.next_mode.take() {
+            if let Some(next) = self.issue.take_mode() {
                 self.mode = match next {
                     NextMode::Halt(status) => Mode::Halted(status),
                     NextMode::Launch(kernel) => Mode::Enter {
@@ -467,224 +465,4 @@ impl Sequencer {
 
 fn run(cycles: u64, activity: Activity) -> Run {
     Run { cycles, activity }
-}
-
-#[derive(Clone, Copy, Debug)]
-enum NextMode {
-    Launch(u32),
-    Halt(i32),
-}
-
-/// A transfer of control under way.
-#[derive(Clone, Copy, Debug)]
-struct Transfer {
-    target: u32,
-    kind: TransferKind,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum TransferKind {
-    Jump,
-    Call { at: u32 },
-    Return,
-}
-
-/// The effects of a bundle on later cycles: results in flight, targets of branches, the next mode.
-#[derive(Clone, Debug)]
-pub struct Issue {
-    in_flight: Flight,
-    /// Targets of the branches under way, a ring: the first applies at the end of this cycle.
-    targets: Vec<Option<Transfer>>,
-    first_target: usize,
-    next_mode: Option<NextMode>,
-    behind: bool,
-}
-
-impl Issue {
-    fn save(&self, out: &mut Vec<u32>) {
-        self.in_flight.save(out);
-        let (later, first) = self.targets.split_at(self.first_target);
-        for target in first.iter().chain(later) {
-            let (kind, place, at) = match *target {
-                None => (0, 0, 0),
-                Some(Transfer { target, kind }) => match kind {
-                    TransferKind::Jump => (1, target, 0),
-                    TransferKind::Call { at } => (2, target, at),
-                    TransferKind::Return => (3, target, 0),
-                },
-            };
-            out.extend([kind, place, at]);
-        }
-    }
-
-    fn restore(&mut self, words: &mut Words<'_>) -> Option<()> {
-        self.in_flight.restore(words)?;
-        self.first_target = 0;
-        self.next_mode = None;
-        for place in &mut self.targets {
-            let (kind, target) = (words.next_word()?, words.next_word()?);
-            let at = words.next_word()?;
-            let kind = match kind {
-                0 => None,
-                1 => Some(TransferKind::Jump),
-                2 => Some(TransferKind::Call { at }),
-                3 => Some(TransferKind::Return),
-                _ => return None,
-            };
-            *place = kind.map(|kind| Transfer { target, kind });
-        }
-        Some(())
-    }
-
-    /// Stops a bundle that talks to a port where cycles have passed in this run.
-    pub fn meet_bus(&self) -> Result<(), Stop> {
-        if self.behind {
-            Err(Stop::Behind)
-        } else {
-            Ok(())
-        }
-    }
-
-    /// Sends a word, or a predicate as 0 or 1, on its way: it lands at the end of the `latency`-th
-    /// cycle, this one being the first.
-    pub fn land(&mut self, latency: u32, register: u32, value: u32) {
-        self.in_flight.add(latency, register, Landing::Word(value));
-    }
-
-    /// Sends a vector on its way.
-    pub fn land_vec(&mut self, latency: u32, register: u32, value: V4) {
-        self.in_flight.add(latency, register, Landing::Vec(value));
-    }
-
-    /// Makes `target` issue after the branch delay.
-    pub fn jump(&mut self, target: u32) {
-        self.transfer(target, TransferKind::Jump);
-    }
-
-    /// The same for a call at the place `at`.
-    pub fn call(&mut self, target: u32, at: u32) {
-        self.transfer(target, TransferKind::Call { at });
-    }
-
-    /// The same for a return.
-    pub fn give_back(&mut self, target: u32) {
-        self.transfer(target, TransferKind::Return);
-    }
-
-    fn transfer(&mut self, target: u32, kind: TransferKind) {
-        // The ring is as long as the delay and one, so the last place is just before the first.
-        let last = self.first_target + self.targets.len() - 1;
-        let last = last % self.targets.len();
-        self.targets[last] = Some(Transfer { target, kind });
-    }
-
-    /// Makes the array run a kernel from the next cycle on.
-    pub fn launch(&mut self, kernel: u32) {
-        self.next_mode = Some(NextMode::Launch(kernel));
-    }
-
-    /// Ends the program.
-    pub fn halt(&mut self, status: u32) {
-        self.next_mode = Some(NextMode::Halt(status as i32));
-    }
-
-    /// The transfer that applies at the end of this cycle.
-    fn next(&mut self) -> Option<Transfer> {
-        let transfer = self.targets[self.first_target].take();
-        self.first_target += 1;
-        if self.first_target == self.targets.len() {
-            self.first_target = 0;
-        }
-        transfer
-    }
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Landing {
-    Word(u32),
-    Vec(V4),
-}
-
-/// Results of VLIW code that have not landed, by the cycle in which they do.
-#[derive(Clone, Debug)]
-struct Flight {
-    cycles: Vec<Vec<(u32, Landing)>>,
-    first: usize,
-    count: usize,
-}
-
-impl Flight {
-    fn new(max_latency: u32) -> Flight {
-        Flight {
-            cycles: vec![Vec::new(); max_latency as usize],
-            first: 0,
-            count: 0,
-        }
-    }
-
-    fn add(&mut self, latency: u32, register: u32, value: Landing) {
-        let mut cycle = self.first + latency as usize - 1;
-        if cycle >= self.cycles.len() {
-            cycle -= self.cycles.len();
-        }
-        self.cycles[cycle].push((register, value));
-        self.count += 1;
-    }
-
-    /// Appends what is in flight: for each cycle from the next on, how many results, and these.
-    fn save(&self, out: &mut Vec<u32>) {
-        let (later, first) = self.cycles.split_at(self.first);
-        for cycle in first.iter().chain(later) {
-            out.push(cycle.len() as u32);
-            for &(register, value) in cycle {
-                match value {
-                    Landing::Word(value) => out.extend([register, 1, value]),
-                    Landing::Vec(value) => {
-                        out.extend([register, 4]);
-                        value.save(out);
-                    }
-                }
-            }
-        }
-    }
-
-    fn restore(&mut self, words: &mut Words<'_>) -> Option<()> {
-        (self.first, self.count) = (0, 0);
-        for cycle in &mut self.cycles {
-            cycle.clear();
-            for _ in 0..words.next_word()? {
-                let (register, lanes) = (words.next_word()?, words.next_word()?);
-                let value = match lanes {
-                    1 => Landing::Word(words.next_word()?),
-                    4 => {
-                        let mut value = V4::default();
-                        value.restore(words)?;
-                        Landing::Vec(value)
-                    }
-                    _ => return None,
-                };
-                cycle.push((register, value));
-                self.count += 1;
-            }
-        }
-        Some(())
-    }
-
-    /// Ends a cycle: writes the results that land then.
-    #[inline(always)]
-    fn tick<B: ?Sized>(&mut self, path: &mut impl Datapath<B>) {
-        if self.count > 0 {
-            for (register, value) in self.cycles[self.first].drain(..) {
-                self.count -= 1;
-                match value {
-                    Landing::Word(value) => path.write(register, value),
-                    Landing::Vec(value) => path.write_vec(register, value),
-                }
-            }
-        }
-        self.first += 1;
-        if self.first == self.cycles.len() {
-            self.first = 0;
-        }
-    }
 }
