@@ -1,17 +1,64 @@
 //! The way from the SRP to the memory: each switch of the machine moves cycles and never the picture.
 
+use rand_pcg::Pcg32;
+use rand_pcg::rand_core::{Rng, SeedableRng};
 use srp_archdesc::{Arch, dram};
+use srp_runtime::core::{Bus, Core, Run, Trap};
 use srp_runtime::effect::{self, Guard};
 use srp_runtime::picture::Picture;
 use srp_runtime::scene::demo::demo;
 use srp_runtime::system::{self, Report, Timing};
 use srp_tests::studio::Studio;
 use srp_toolchain::{Effort, Engine, Engines, schedule, system_options};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Cycles for which the cores stood still for a cache.
 fn stalled(report: &Report) -> u64 {
     let of_core = |core: &system::CoreReport| core.memory_stall + core.texture_stall;
     report.cores.iter().map(of_core).sum()
+}
+
+/// A core whose runs end sooner than they have to.
+struct Cut {
+    core: Box<dyn Core>,
+    random: Pcg32,
+}
+
+impl Core for Cut {
+    fn run(&mut self, bus: &mut dyn Bus, budget: u64) -> Result<Run, Trap> {
+        let most = 1 << (self.random.next_u32() % 10);
+        self.core.run(bus, budget.min(most))
+    }
+}
+
+/// How far a core runs before the others do is the simulator's business: no cycle and no counter depends on it.
+fn cut_anywhere(
+    run: impl Fn(&Arch, Vec<Box<dyn Core>>) -> (Picture, Report),
+    arch: &Arch,
+    engines: &Engines,
+) {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    let seed = since.map_or(0, |since| since.as_secs());
+    println!("cut with seed {seed}");
+    let cut = |(number, core)| -> Box<dyn Core> {
+        let random = Pcg32::seed_from_u64(seed + number);
+        Box::new(Cut { core, random })
+    };
+    let cores = (0..).zip(engines.cores(arch.system.cores)).map(cut);
+    let cut = run(arch, cores.collect()).1;
+    let whole = run(arch, engines.cores(arch.system.cores)).1;
+    assert!(cut == whole, "{} cycles of {}", cut.cycles, whole.cycles);
+}
+
+/// Cores that go on under misses, beside units of another clock.
+fn decoupled_at_other_clocks(arch: &Arch) -> Arch {
+    let mut arch = arch.clone();
+    let system = &mut arch.system;
+    system.data_cache.blocking = false;
+    system.texture_cache.blocking = false;
+    system.tni_mhz = system.srp_mhz * 3 / 4;
+    system.bus.mhz = system.srp_mhz * 7 / 5;
+    arch
 }
 
 #[test]
@@ -24,14 +71,19 @@ fn the_memory_path_moves_cycles_and_no_pixel() {
         schedule(program, &studio.arch, Effort::default(), &session).expect("it compiles");
     let program = compiled.schedule.program;
     let engines = Engines::of(&program, Engine::Interpreter, &session).expect("it links");
+    let run = |arch: &Arch, cores: Vec<Box<dyn Core>>| -> (Picture, Report) {
+        let options = system_options(&program, Guard::default(), Timing::Full, &session);
+        system::render(studio.image(), cores, arch, options).expect("the frame is finished")
+    };
+    let cut = |arch: &Arch| cut_anywhere(run, arch, &engines);
+    cut(&studio.arch);
+    cut(&decoupled_at_other_clocks(&studio.arch));
     let render = |change: &dyn Fn(&mut Arch)| -> (Picture, Report) {
         // One core, so that who gets which tile does not matter.
         let mut arch = studio.arch.clone();
         arch.system.cores = 1;
         change(&mut arch);
-        let options = system_options(&program, Guard::default(), Timing::Full, &session);
-        let cores = engines.cores(arch.system.cores);
-        system::render(studio.image(), cores, &arch, options).expect("the frame is finished")
+        run(&arch, engines.cores(1))
     };
     let (picture, base) = render(&|_| {});
     // Nearly all loads are those of loops on the array, most of them those of triangles' records.

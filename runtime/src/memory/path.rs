@@ -134,6 +134,21 @@ impl MemoryPath {
         Some(answered.min(self.wakes))
     }
 
+    /// A time before which no read of these `sources` is answered, whatever is sent behind what is on the way; `None`
+    /// where nothing is.
+    pub fn earliest_answer(&self, sources: impl Fn(u32) -> bool) -> Option<u64> {
+        let mut back = self.answers.iter();
+        // Answers come one after the other, and behind them what has not left the memory yet.
+        match back.find(|(_, request)| !request.is_write && sources(request.source)) {
+            Some(&(first, _)) => Some(first),
+            None if self.wakes == u64::MAX => None,
+            None => {
+                let cycle = self.bus_clock.cycle_from(self.wakes);
+                Some(self.bus_clock.start(cycle + u64::from(self.bus.latency)))
+            }
+        }
+    }
+
     /// How many requests are on the way.
     pub fn in_flight(&self) -> u32 {
         self.in_flight

@@ -17,8 +17,9 @@ use crate::memory::unloaded;
 use crate::tni::{Estimated, HitRecord, Runs, SubmitError, Tni, Tree, Unit, Untimed};
 
 /// Cycles that an engine may run ahead: nothing from outside reaches it but through ports, which
-/// it talks to in the first cycle of a run only, and the caches, where a miss ends the run. While a line is on its
-/// way, a run ends where the value of its load is due.
+/// it talks to in the first cycle of a run only, and the caches, where a request to the memory ends the run. While a
+/// line is on its way, a run ends where it may arrive, and where the value of its load is due. So a frame does not
+/// depend on where runs end.
 const AHEAD: u64 = 1 << 16;
 
 /// The state of a core.
@@ -258,8 +259,21 @@ impl CoreUnit {
         }
     }
 
-    /// SRP cycle `now`: goes on, if it is time. Says whether the core is at work.
-    pub(super) fn step(&mut self, now: u64, shared: &mut Shared<'_>) -> Result<bool, SystemError> {
+    /// True if the core may go on in cycle `now` while lines are on their way to it.
+    #[inline]
+    pub(super) fn is_open_to_lines(&self, now: u64) -> bool {
+        let Periphery { data, texture, .. } = &self.periphery;
+        now >= self.ready && data.under_way() + texture.lines.under_way() > 0
+    }
+
+    /// SRP cycle `now`: goes on, if it is time, and at most to the `arrival` of a line. Says whether the core is at
+    /// work.
+    pub(super) fn step(
+        &mut self,
+        now: u64,
+        arrival: u64,
+        shared: &mut Shared<'_>,
+    ) -> Result<bool, SystemError> {
         if self.state == State::Halted {
             return Ok(false);
         }
@@ -271,7 +285,8 @@ impl CoreUnit {
         }
         self.periphery.ports.taken.clear();
         let slacks = [&self.periphery.data, &self.periphery.texture.lines].map(DataCache::slack);
-        let ahead = slacks.into_iter().flatten().fold(AHEAD, u64::min);
+        let ahead = arrival.saturating_sub(now).clamp(1, AHEAD);
+        let ahead = slacks.into_iter().flatten().fold(ahead, u64::min);
         let mut bus = CoreBus {
             now,
             core: &mut self.periphery,

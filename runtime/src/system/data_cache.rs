@@ -130,9 +130,19 @@ impl DataCache {
         self.late.iter().map(|late| late.slack).min()
     }
 
-    /// True if a load of the run that goes on has missed, or has to wait: the run ends with its cycle.
+    /// True if a load of the run that goes on has missed or has to wait, or a request goes to the memory: the run ends
+    /// with its cycle, and with it the time of the request is known.
     pub(super) fn ends_run(&self) -> bool {
-        self.waits() || self.late.len() > self.known
+        let sends = !self.immediate && !self.requests.is_empty();
+        sends || self.waits() || self.late.len() > self.known
+    }
+
+    /// How many lines are on their way while the core may run.
+    pub(super) fn under_way(&self) -> usize {
+        match self.blocking {
+            true => 0,
+            false => self.cache.outstanding(),
+        }
     }
 
     /// The engine has run for so many cycles; loads of the run that missed did so in the last one.
@@ -229,11 +239,12 @@ mod tests {
         cache.load(0x40);
         assert!(cache.ends_run() && !cache.waits());
         cache.ran(9);
+        assert_eq!(requests(&mut cache), [(0x40, 64, false)]);
         assert_eq!((cache.ends_run(), cache.slack()), (false, Some(3)));
         // Another miss two cycles later, which the first one does not wait for.
         cache.load(0x80);
         cache.ran(2);
-        assert_eq!(requests(&mut cache), [(0x40, 64, false), (0x80, 64, false)]);
+        assert_eq!(requests(&mut cache), [(0x80, 64, false)]);
         assert_eq!((cache.waits(), cache.slack()), (false, Some(1)));
         cache.ran(1);
         assert!(cache.waits());

@@ -52,6 +52,12 @@ fn request_of(core: u32, request: &MemoryRequest) -> Request {
     }
 }
 
+/// A time before which no line arrives for the data or texture cache of this core.
+fn earliest_line(core: &CoreUnit, path: &MemoryPath) -> Option<u64> {
+    let first = core.periphery.number * CLIENTS;
+    path.earliest_answer(|source| source == first + DATA || source == first + TEXTURE)
+}
+
 /// A frame that is simulated.
 pub(super) struct Simulation<'a> {
     pub(super) cores: Vec<CoreUnit>,
@@ -165,7 +171,10 @@ impl<'a> Simulation<'a> {
         let (mut srp, mut tni) = (at.srp, at.tni);
         let (srp_time, tni_time) = (self.shared.srp.start(srp), self.shared.tni.start(tni));
         let time = srp_time.min(tni_time);
-        self.take_answers(time, tni);
+        if self.take_answers(time, tni) {
+            // What is written back in the place of new lines goes before what the cores do in this cycle.
+            self.send_requests(time, time);
+        }
         if tni_time == time {
             for core in &mut self.cores {
                 core.tick_tni(tni, srp, &mut self.shared);
@@ -181,7 +190,7 @@ impl<'a> Simulation<'a> {
             self.check_silence(srp, srp - at.progress)?;
             srp += 1;
         }
-        self.send_requests(time);
+        self.send_requests(time, time + self.shared.srp.start(1));
         (at.srp, at.tni) = self.skip(srp, tni);
         Ok(())
     }
@@ -200,9 +209,15 @@ impl<'a> Simulation<'a> {
     /// SRP cycle `now` of all cores. Says whether any is at work.
     fn step(&mut self, now: u64) -> Result<bool, SystemError> {
         let mut moved = false;
+        let count = self.paths.len();
         for i in 0..self.cores.len() {
             let core = &mut self.cores[i];
-            match core.step(now, &mut self.shared) {
+            let arrival = match core.is_open_to_lines(now) {
+                true => earliest_line(core, &self.paths[i % count]),
+                false => None,
+            };
+            let arrival = arrival.map_or(u64::MAX, |at| self.shared.srp.cycle_from(at));
+            match core.step(now, arrival, &mut self.shared) {
                 Ok(at_work) => moved |= at_work,
                 Err(mut error) => {
                     if let SystemError::Trap { waits, .. } = &mut error {
@@ -236,12 +251,15 @@ impl<'a> Simulation<'a> {
         self.paths.iter().map(MemoryPath::in_flight).sum()
     }
 
-    fn take_answers(&mut self, time: u64, tni_cycle: u64) {
+    /// Gives the cores the lines that have arrived. Says whether there were any.
+    fn take_answers(&mut self, time: u64, tni_cycle: u64) -> bool {
+        let mut arrived = false;
         for path in &mut self.paths {
             while let Some(answer) = path.answer(time) {
                 if answer.is_write {
                     continue;
                 }
+                arrived = true;
                 let core = &mut self.cores[(answer.source / CLIENTS) as usize];
                 let core = &mut core.periphery;
                 let address = answer.address;
@@ -253,9 +271,12 @@ impl<'a> Simulation<'a> {
                 }
             }
         }
+        arrived
     }
 
-    fn send_requests(&mut self, time: u64) {
+    /// Sends what the cores that may go on by `end` have asked for. The request of one that has run ahead is of its last
+    /// cycle.
+    fn send_requests(&mut self, time: u64, end: u64) {
         let Simulation {
             cores,
             shared,
@@ -263,11 +284,9 @@ impl<'a> Simulation<'a> {
             immediate,
             ..
         } = self;
-        let soon = time + shared.srp.start(1);
         let count = paths.len();
         for (i, core) in cores.iter_mut().enumerate() {
-            // A miss of a core that has run ahead is sent when its time has come.
-            let due = *immediate || shared.srp.start(core.ready) <= soon;
+            let due = *immediate || shared.srp.start(core.ready) <= end;
             let core = &mut core.periphery;
             let path = &mut paths[i % count];
             let mut send = |core: &Periphery, request: MemoryRequest| {

@@ -76,7 +76,7 @@ impl Film {
         (trace, report)
     }
 
-    fn by_single_cycles(&self, window: Range<u64>) -> Log {
+    fn by_single_cycles(&self, window: Range<u64>) -> (Log, Report) {
         let log = Arc::new(Mutex::new(Log {
             window,
             ..Log::default()
@@ -90,9 +90,9 @@ impl Film {
             })
         };
         let cores = cores.map(stepping).collect();
-        self.run(cores, Some(&mut Watching(Arc::clone(&log))));
+        let report = self.run(cores, Some(&mut Watching(Arc::clone(&log))));
         let mut log = log.lock().expect("nobody panics");
-        std::mem::take(&mut *log)
+        (std::mem::take(&mut *log), report)
     }
 }
 
@@ -146,17 +146,17 @@ impl Observer for Watching {
 #[test]
 fn frames_are_traced_as_their_account_and_their_cores_say() {
     let film = Film::of((24, 16));
-    whole_frame(&film);
-    registers(&film);
-    tile(&film);
+    let cores = (0..film.arch().system.cores).map(|_| film.interpreter());
+    let plain = film.run(cores.collect(), None);
+    whole_frame(&film, &plain);
+    registers(&film, &plain);
+    tile(&film, &plain);
 }
 
 /// The timeline of all cycles has the cycles of the account, and the rays, packets and requests of the frame.
-fn whole_frame(film: &Film) {
-    let cores = (0..film.arch().system.cores).map(|_| film.interpreter());
-    let plain = film.run(cores.collect(), None);
+fn whole_frame(film: &Film, plain: &Report) {
     let (trace, report) = film.traced("0..131072");
-    assert_eq!(report, plain, "a trace changes nothing");
+    assert!(report == *plain, "a trace changes nothing");
     let bytes = Format::Perfetto.write(&trace).expect("it can be written");
     let timeline = timeline::read(&bytes);
     super::read_by_perfetto(&bytes, timeline.packets);
@@ -197,10 +197,12 @@ fn whole_frame(film: &Film) {
 }
 
 /// Every register of every core in every cycle of a window in the middle.
-fn registers(film: &Film) {
+fn registers(film: &Film, plain: &Report) {
     let window = 9000..9200;
-    let log = film.by_single_cycles(window.clone());
-    let (trace, _) = film.traced(&format!("{}..{}", window.start, window.end));
+    let (log, stepped) = film.by_single_cycles(window.clone());
+    let (trace, report) = film.traced(&format!("{}..{}", window.start, window.end));
+    assert!(stepped == *plain, "{} cycles", stepped.cycles);
+    assert!(report == *plain, "{} cycles", report.cycles);
     let bytes = Format::Fst.write(&trace).expect("it can be written");
     let mut waves = Waves::of(bytes);
     let mut cycles = 0;
@@ -213,9 +215,10 @@ fn registers(film: &Film) {
 }
 
 /// A tile is from after its being taken until the next is.
-fn tile(film: &Film) {
-    let log = film.by_single_cycles(0..0);
-    let (trace, _) = film.traced("tile:2");
+fn tile(film: &Film, plain: &Report) {
+    let (log, _) = film.by_single_cycles(0..0);
+    let (trace, report) = film.traced("tile:2");
+    assert!(report == *plain, "{} cycles", report.cycles);
     let core = trace.cores[0].core;
     assert_eq!(trace.cores.len(), 1);
     let taken: Vec<u64> = log
