@@ -265,6 +265,8 @@ pub struct KernelSpec {
     pub enter_cycles: u32,
     /// Cycles of the mode switch back.
     pub leave_cycles: u32,
+    /// Operations of an iteration, without moves.
+    pub operations: u32,
     /// The trip count.
     pub trip: Cell,
     /// Registers set at entry, in order; rotating files are at their physical register.
@@ -349,6 +351,11 @@ impl BundleSpec {
         first.is_some_and(|op| op.info().effect == Effect::Io)
     }
 
+    /// How many operations it has, the control transfer included.
+    pub fn operations(&self) -> usize {
+        self.steps.len() + usize::from(self.control.is_some())
+    }
+
     /// The kernel that it launches.
     pub fn launches(&self) -> Option<u32> {
         match self.control {
@@ -374,6 +381,7 @@ impl KernelSpec {
             length: self.length,
             enter_cycles: self.enter_cycles,
             leave_cycles: self.leave_cycles,
+            operations: self.operations,
         }
     }
 }

@@ -69,6 +69,9 @@ pub struct Run {
     pub cycles: u64,
     /// The activity in all of them.
     pub activity: Activity,
+    /// The operations that were issued, those too whose guard was false: of bundles, with control transfers; on the
+    /// array, all of an iteration that has begun, without moves of values.
+    pub operations: u64,
 }
 
 /// Why a simulation cannot go on.

@@ -215,7 +215,9 @@ pub fn run_until(
             }
         }
         let budget = limit.min(look) - done;
-        let Run { cycles, activity } = core.run(solo, budget).map_err(SoloError::Trap)?;
+        let Run {
+            cycles, activity, ..
+        } = core.run(solo, budget).map_err(SoloError::Trap)?;
         match activity {
             Activity::Vliw => finish.vliw += cycles,
             Activity::Switch => finish.switch += cycles,

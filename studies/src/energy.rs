@@ -1,10 +1,9 @@
 //! Where the energy of a frame goes: the counts of the units, times the energy of each event.
 //!
-//! The schedule of a kernel gives the work of an iteration: its operations, the places that they take
-//! operands from and write to, and the contexts that it goes through. A core is as many iterations along as
-//! its cycles on the kernel hold initiation intervals, so prologues and epilogues count as full. For control
-//! code the counters know bundles only: each is charged with the mean of the program's. Prices are those of
-//! [`srp_archdesc::cost`] at 65 nm; they leave out the clock tree and the leakage of logic.
+//! The schedule of a kernel gives the work of an iteration: its operations, and the places that they take operands
+//! from and write to. The counters give the operations, and with them the iterations, and the cycles, each of which
+//! reads a context. For control code they know operations and bundles: each is charged with the mean of the program's.
+//! Prices are those of [`srp_archdesc::cost`] at 65 nm; they leave out the clock tree and the leakage of logic.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -328,31 +327,63 @@ pub fn energy(report: &Report, program: &ScheduledDre, arch: &Arch) -> Energy {
     }
 }
 
-/// The energy of all iterations of a kernel.
+/// The energy of all that the array did for a kernel.
 fn of_kernel(kernel: &ModuloSchedule, report: &Report, prices: &Prices<'_>) -> Activity {
-    let mut sum = Activity::default();
-    sum.add(prices.iteration(kernel), iterations(kernel, report));
-    sum
+    Turns::of(kernel, report).times(prices.iteration(kernel))
 }
 
-/// The iterations of a kernel that its cycles are for.
-fn iterations(kernel: &ModuloSchedule, report: &Report) -> f64 {
-    let runs = report.cores.iter().flat_map(|core| &core.array);
-    let cycles: u64 = (runs.filter(|run| run.kernel == kernel.dfg.name))
-        .map(|run| run.cycles)
-        .sum();
-    cycles as f64 / f64::from(kernel.ii)
+/// How often a part of a program had its turn.
+struct Turns {
+    /// Its operations.
+    work: f64,
+    /// The contexts or bundles that were read for it.
+    contexts: f64,
+}
+
+impl Turns {
+    /// Of the iterations of a kernel. Prologues and epilogues read contexts, and have less work.
+    fn of(kernel: &ModuloSchedule, report: &Report) -> Turns {
+        let runs = report.cores.iter().flat_map(|core| &core.array);
+        let runs = runs.filter(|run| run.kernel == kernel.dfg.name);
+        let (cycles, operations) = runs.fold((0, 0), |(cycles, operations), run| {
+            (cycles + run.cycles, operations + run.operations)
+        });
+        Turns {
+            work: operations as f64 / kernel.dfg.nodes.len().max(1) as f64,
+            contexts: cycles as f64 / f64::from(kernel.ii),
+        }
+    }
+
+    /// Of all bundles of control code.
+    fn of_bundles(report: &Report, program: &ScheduledDre) -> Turns {
+        let operations =
+            |bundle: &BundleData| bundle.ops.len() + usize::from(bundle.control.is_some());
+        let all: usize = program.bundles.values().map(operations).sum();
+        let (bundles, issued) = report.cores.iter().fold((0, 0), |(bundles, issued), core| {
+            (bundles + core.vliw, issued + core.vliw_operations)
+        });
+        Turns {
+            work: issued as f64 / all.max(1) as f64,
+            contexts: bundles as f64 / program.bundles.len().max(1) as f64,
+        }
+    }
+
+    /// The energy of all turns of what takes this in one.
+    fn times(&self, one: Activity) -> Activity {
+        let mut all = Activity::default();
+        all.add(one, self.work);
+        all.contexts = one.contexts * self.contexts;
+        all
+    }
 }
 
 /// The energy of control code.
 fn of_control(report: &Report, program: &ScheduledDre, prices: &Prices<'_>) -> Activity {
-    let bundles = report.cores.iter().map(|core| core.vliw).sum::<u64>() as f64;
-    let each = bundles / program.bundles.len().max(1) as f64;
-    let mut sum = Activity::default();
+    let mut once = Activity::default();
     for bundle in program.bundles.values() {
-        sum.add(prices.bundle(bundle), each);
+        once.add(prices.bundle(bundle), 1.0);
     }
-    sum
+    Turns::of_bundles(report, program).times(once)
 }
 
 /// The energy that a frame takes for something, mJ at 65 nm.
@@ -387,10 +418,10 @@ pub fn of_loops(report: &Report, program: &ScheduledDre, arch: &Arch) -> BTreeMa
     let prices = Prices::of(arch);
     let mut places: BTreeMap<Pos, f64> = BTreeMap::new();
     for kernel in program.kernels.values() {
-        let times = iterations(kernel, report);
+        let turns = Turns::of(kernel, report);
         for (node, of) in prices.nodes(kernel).iter() {
             let place = places.entry(kernel.dfg.nodes[node].pos).or_default();
-            *place += of.total() * times * 1e-9;
+            *place += turns.times(*of).total() * 1e-9;
         }
     }
     places

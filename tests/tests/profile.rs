@@ -269,9 +269,15 @@ fn a_frame_is_profiled_to_the_cycle() {
         };
         assert_eq!(parts, account(&report), "{name}");
         for l in &profile.loops {
-            let cycles = report.cores.iter().flat_map(|core| &core.array);
-            let cycles = cycles.filter(|k| k.kernel == l.kernel).map(|k| k.cycles);
+            let runs = report.cores.iter().flat_map(|core| &core.array);
+            let runs = runs.filter(|k| k.kernel == l.kernel);
+            let cycles = runs.clone().map(|k| k.cycles);
             assert_eq!(l.parts.array, cycles.sum::<u64>(), "{name}: {}", l.kernel);
+            let mut kernels = program.kernels.values();
+            let kernel = kernels.find(|kernel| kernel.dfg.name == l.kernel);
+            let nodes = kernel.expect("it ran").dfg.nodes.len() as u64;
+            let operations = runs.map(|k| k.operations).sum::<u64>();
+            assert_eq!(operations, l.iterations.all * nodes, "{name}: {}", l.kernel);
             let stalls = report.cores.iter().flat_map(|core| &core.kernel_stalls);
             let stalls = stalls.filter(|k| k.kernel == l.kernel).map(|k| k.cycles);
             let still = l.parts.memory_stall + l.parts.texture_stall;

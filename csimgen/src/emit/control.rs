@@ -41,6 +41,18 @@ pub(super) fn emit(spec: &SimSpec) -> String {
             .map(|&number| name(&spec.bundles[number], number));
         put!(out, "    {},", names.collect::<Vec<_>>().join(", "));
     }
+    put!(out, "];\n");
+    let operations = spec.bundles.iter().map(BundleSpec::operations);
+    let operations: Vec<String> = operations.map(|count| count.to_string()).collect();
+    put!(out, "/// The operations of each.");
+    put!(
+        out,
+        "pub(crate) static OPERATIONS: [u16; {}] = [",
+        operations.len()
+    );
+    for chunk in operations.chunks(32) {
+        put!(out, "    {},", chunk.join(", "));
+    }
     put!(
         out,
         "];\n\nfn nop(_: &mut Srp, _: &mut Issue, _: &mut Bus<'_>) -> Result<(), Stop> {{\n    Ok(())\n}}"

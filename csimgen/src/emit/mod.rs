@@ -150,12 +150,13 @@ fn root(spec: &SimSpec, machinery: &str) -> String {
         put!(out, "    Kernel {{");
         put!(
             out,
-            "        times: KernelTimes {{ ii: {}, contexts: {}, length: {}, enter_cycles: {}, leave_cycles: {} }},",
+            "        times: KernelTimes {{ ii: {}, contexts: {}, length: {}, enter_cycles: {}, leave_cycles: {}, operations: {} }},",
             times.ii,
             times.contexts,
             times.length,
             times.enter_cycles,
-            times.leave_cycles
+            times.leave_cycles,
+            times.operations
         );
         put!(out, "        enter: {module}::enter,");
         put!(out, "        rotate: {module}::rotate,");

@@ -205,6 +205,10 @@ impl<'b> Datapath<Own<'b>> for Counted<'_> {
         result
     }
 
+    fn operations(&self, bundle: u32) -> u64 {
+        Datapath::<Own<'b>>::operations(self.tables, bundle)
+    }
+
     fn write(&mut self, register: u32, value: u32) {
         Datapath::<Own<'b>>::write(self.tables, register, value);
     }

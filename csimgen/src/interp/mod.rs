@@ -190,6 +190,10 @@ impl<'b> Datapath<dyn Bus + 'b> for Tables {
         self.issue(number, issue, bus, &mut ())
     }
 
+    fn operations(&self, bundle: u32) -> u64 {
+        self.bundles[bundle as usize].operations
+    }
+
     fn write(&mut self, register: u32, value: u32) {
         self.state.cells[register as usize].0[0] = value;
     }

@@ -169,6 +169,10 @@ impl<'b> Datapath<Own<'b>> for Recorded<'_> {
         result
     }
 
+    fn operations(&self, bundle: u32) -> u64 {
+        Datapath::<Own<'b>>::operations(self.tables, bundle)
+    }
+
     fn write(&mut self, register: u32, value: u32) {
         self.tape.0.push(Record::Word(register, value));
         Datapath::<Own<'b>>::write(self.tables, register, value);

@@ -67,6 +67,7 @@ pub(super) struct Bundle {
     pub(super) talk: Option<Talk>,
     pub(super) control: Option<(ControlAct, u32)>,
     pub(super) steps: Range<u32>,
+    pub(super) operations: u64,
 }
 
 /// Steps of a context that depend on the same stage.
@@ -265,6 +266,7 @@ impl<'a> Builder<'a> {
         Bundle {
             talk,
             steps: begin..self.issued.len() as u32,
+            operations: bundle.operations() as u64,
             control: control.map(|(control, at)| (self.control(control), *at)),
         }
     }

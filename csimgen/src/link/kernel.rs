@@ -48,6 +48,7 @@ pub(super) fn kernel(linker: &mut Linker, kernel: Kernel) -> KernelSpec {
         length: schedule.length,
         enter_cycles: linker.arch.srp.mode_switch + setting,
         leave_cycles: linker.arch.srp.mode_switch,
+        operations: schedule.dfg.nodes.len() as u32,
         trip,
         preloads,
         // So often that each ring is back at its first register.

@@ -8,7 +8,7 @@ use super::core_border::{Activity, Bus, Lanes, MAX_TOLD_CALLS, Run, TrapKind};
 use std::ffi::c_void;
 
 /// The version of these structures and functions.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 
 /// The SRAM of a core that is lent to a library: a slice without its lifetime, which C does not have.
 #[repr(C)]
@@ -130,6 +130,8 @@ pub struct Outcome {
     pub at: u32,
     /// Of a run: its length.
     pub cycles: u64,
+    /// Of a run: the operations that were issued.
+    pub operations: u64,
     /// Kernel, port, status, or address.
     pub detail: u32,
     /// Size of a trapped access.
@@ -168,6 +170,7 @@ impl Outcome {
             outcome,
             detail,
             cycles: run.cycles,
+            operations: run.operations,
             ..Outcome::default()
         }
     }
@@ -216,6 +219,7 @@ impl Outcome {
         Some(Ok(Run {
             cycles: self.cycles,
             activity,
+            operations: self.operations,
         }))
     }
 
@@ -251,6 +255,7 @@ mod tests {
             let run = Run {
                 cycles: 1 << 40,
                 activity,
+                operations: 1 << 42,
             };
             assert_eq!(Outcome::of_run(run).read(), Some(Ok(run)));
         }

@@ -30,6 +30,9 @@ pub trait Datapath<B: ?Sized> {
         bus: &mut Border<'_, B>,
     ) -> Result<(), Stop>;
 
+    /// The operations of a bundle, its control transfer included.
+    fn operations(&self, bundle: u32) -> u64;
+
     /// Writes a word, or a predicate as 0 or 1, into a register, by its number among all cells of
     /// state.
     fn write(&mut self, register: u32, value: u32);
@@ -85,6 +88,8 @@ pub struct KernelTimes {
     pub enter_cycles: u32,
     /// Mode switch back.
     pub leave_cycles: u32,
+    /// Operations of an iteration.
+    pub operations: u32,
 }
 
 /// Where a core goes on.
@@ -224,7 +229,7 @@ impl Sequencer {
         let budget = budget.max(1);
         loop {
             self.mode = match self.mode {
-                Mode::Halted(status) => return Ok(run(0, Activity::Halted(status))),
+                Mode::Halted(status) => return Ok(run(0, Activity::Halted(status), 0)),
                 Mode::Faulted(fault) => return Err(fault),
                 Mode::Vliw => return self.run_vliw(path, bus, budget),
                 Mode::Array(array) if array.left > 0 => {
@@ -239,13 +244,13 @@ impl Sequencer {
                     let cycles = left.min(budget);
                     let left = left - cycles;
                     self.mode = Mode::Enter { kernel, left };
-                    return Ok(run(cycles, Activity::Switch));
+                    return Ok(run(cycles, Activity::Switch, 0));
                 }
                 Mode::Leave { left } => {
                     let cycles = left.min(budget);
                     let left = left - cycles;
                     self.mode = Mode::Leave { left };
-                    return Ok(run(cycles, Activity::Switch));
+                    return Ok(run(cycles, Activity::Switch, 0));
                 }
             };
         }
@@ -257,18 +262,18 @@ impl Sequencer {
         bus: &mut Border<'_, B>,
         budget: u64,
     ) -> Result<Run, Fault> {
-        let mut cycles = 0;
+        let (mut cycles, mut operations) = (0, 0);
         self.issue.begin_run();
         while cycles < budget {
             match path.bundle(self.pc, &mut self.issue, bus) {
-                Ok(()) => {}
+                Ok(()) => operations += path.operations(self.pc),
                 Err(Stop::Fault(fault)) if cycles == 0 => return Err(fault),
                 Err(Stop::Fault(fault)) => {
                     // The cycles before it count.
                     self.mode = Mode::Faulted(fault);
                     break;
                 }
-                Err(Stop::Wait(port)) => return Ok(run(1, Activity::Wait(port))),
+                Err(Stop::Wait(port)) => return Ok(run(1, Activity::Wait(port), 0)),
                 Err(Stop::Behind) => break,
             }
             self.issue.land_due(|register, value| match value {
@@ -310,7 +315,7 @@ impl Sequencer {
                 break;
             }
         }
-        Ok(run(cycles, Activity::Vliw))
+        Ok(run(cycles, Activity::Vliw, operations))
     }
 
     fn start<B: ?Sized>(&mut self, path: &mut impl Datapath<B>, kernel: u32) -> Mode {
@@ -340,6 +345,12 @@ impl Sequencer {
         budget: u64,
     ) -> Result<Run, Fault> {
         let mut cycles = 0;
+        let to_begin = array.to_begin;
+        let on_array = |cycles, array: &Array| {
+            let begun = to_begin - array.to_begin;
+            let operations = begun * u64::from(array.times.operations);
+            run(cycles, Activity::Array(array.kernel), operations)
+        };
         let limit = budget.min(array.left);
         while cycles < limit {
             if array.slot == 0 {
@@ -352,7 +363,7 @@ impl Sequencer {
                 Err(fault) => {
                     // The cycles before it count.
                     self.mode = Mode::Faulted(*fault);
-                    return Ok(run(cycles, Activity::Array(array.kernel)));
+                    return Ok(on_array(cycles, &array));
                 }
             }
             cycles += 1;
@@ -372,7 +383,7 @@ impl Sequencer {
         }
         array.left -= cycles;
         self.mode = Mode::Array(array);
-        Ok(run(cycles, Activity::Array(array.kernel)))
+        Ok(on_array(cycles, &array))
     }
 }
 
@@ -463,6 +474,10 @@ impl Sequencer {
     }
 }
 
-fn run(cycles: u64, activity: Activity) -> Run {
-    Run { cycles, activity }
+fn run(cycles: u64, activity: Activity, operations: u64) -> Run {
+    Run {
+        cycles,
+        activity,
+        operations,
+    }
 }

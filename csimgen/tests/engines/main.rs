@@ -15,7 +15,9 @@ use srp_archdesc::format::{Format, Formats};
 use srp_archdesc::isa::Class;
 use srp_archdesc::structure::Structure;
 use srp_csimgen::emit::machinery;
-use srp_csimgen::{Compiler, Interpreter, SimSpec, Simulator, emit_on_machinery, link};
+use srp_csimgen::{
+    Compiler, Counting, Counts, Interpreter, SimSpec, Simulator, emit_on_machinery, link,
+};
 use srp_ir::dre::scheduled::{ScheduledDre, Source};
 use srp_runtime::core::{Activity, Bus, Core, Run, Trap};
 use srp_runtime::solo::Solo;
@@ -67,6 +69,7 @@ fn check(suite: &Suite, new: impl Fn() -> Box<dyn Core>) {
                 found.activities.clear();
                 expected.activities.clear();
             }
+            expected.operations = found.operations;
             assert_eq!(found, expected, "{}, budget {budget}", case.name);
             check_sram(case, &world);
         }
@@ -94,6 +97,7 @@ fn expected(suite: &Suite, number: usize) -> Record {
     Record {
         activities,
         stalled: case.stalled,
+        operations: 0,
         end: Some(end),
     }
 }
@@ -215,6 +219,10 @@ fn both_agree_on_random_programs() {
     };
     let expected = run(&mut Interpreter::new(&spec), u64::MAX);
     assert_eq!(expected.0.end, Some(Ok(3)), "{:?}", expected.0);
+    let mut counting = Counting::new(&spec);
+    let counts = counting.counts();
+    run(&mut counting, u64::MAX);
+    assert_eq!(expected.0.operations, operations(&spec, &counts.get()));
     for budget in [1, u64::MAX] {
         let interpreted = run(&mut Interpreter::new(&spec), budget);
         assert!(interpreted == expected, "interpreter, budget {budget}");
@@ -224,6 +232,18 @@ fn both_agree_on_random_programs() {
         assert_eq!(generated.0, expected.0, "budget {budget}");
         assert!(generated.1 == expected.1, "memory, budget {budget}");
     }
+}
+
+/// The operations of all bundles and iterations that have had their turns.
+fn operations(spec: &SimSpec, counts: &Counts) -> u64 {
+    let bundles = counts.bundles.iter().zip(&spec.bundles);
+    let of_bundles = bundles.map(|(times, bundle)| {
+        let transfers = usize::from(bundle.control.is_some());
+        times * (bundle.steps.len() + transfers) as u64
+    });
+    let kernels = counts.kernels.iter().zip(&spec.kernels);
+    let of_kernels = kernels.map(|(of, kernel)| of.iterations * u64::from(kernel.operations));
+    of_bundles.chain(of_kernels).sum()
 }
 
 /// Two engines that take turns: after each run the other goes on from the state of the one.

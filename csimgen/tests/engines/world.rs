@@ -80,6 +80,7 @@ impl Bus for World {
 pub(crate) struct Record {
     pub(crate) activities: Vec<(Activity, u64)>,
     pub(crate) stalled: u64,
+    pub(crate) operations: u64,
     pub(crate) end: Option<Result<i32, Trap>>,
 }
 
@@ -105,6 +106,7 @@ pub(crate) fn record(core: &mut dyn Core, world: &mut World, budget: u64) -> Rec
             "{run:?} of {budget}"
         );
         total += run.cycles;
+        record.operations += run.operations;
         match record.activities.last_mut() {
             Some((activity, cycles)) if *activity == run.activity => *cycles += run.cycles,
             _ => record.activities.push((run.activity, run.cycles)),

@@ -318,6 +318,7 @@ impl CoreUnit {
             let wait = Run {
                 cycles: back - self.ready,
                 activity: run.activity,
+                operations: 0,
             };
             self.count(wait, shared);
             self.state = State::Running;

@@ -36,7 +36,7 @@ pub use error::SystemError;
 pub use observer::{
     CoreView, MemoryRequest, Observer, Observers, Requester, SentPacket, Stall, TakenTile,
 };
-pub use report::{Account, CoreReport, KernelCycles, PortCycles, Report};
+pub use report::{Account, CoreReport, KernelCycles, KernelRuns, PortCycles, Report};
 pub use simulation::MAX_SILENCE;
 pub use snapshot::SystemSnapshot;
 pub use stepped::System;

@@ -21,8 +21,12 @@ use crate::tni::{PipeCounters, TniCounters};
 pub struct Account {
     /// Issued VLIW bundles.
     pub vliw: u64,
+    /// The operations of those.
+    pub vliw_operations: u64,
     /// Ran a kernel on the array, by its number.
     pub array: BTreeMap<u32, u64>,
+    /// The operations of the iterations that began in those.
+    pub array_operations: BTreeMap<u32, u64>,
     /// Changed between VLIW engine and array.
     pub switch: u64,
     /// Stood still because of its data cache.
@@ -38,8 +42,14 @@ pub struct Account {
 impl Account {
     pub(super) fn add(&mut self, run: Run) {
         match run.activity {
-            Activity::Vliw => self.vliw += run.cycles,
-            Activity::Array(kernel) => *self.array.entry(kernel).or_default() += run.cycles,
+            Activity::Vliw => {
+                self.vliw += run.cycles;
+                self.vliw_operations += run.operations;
+            }
+            Activity::Array(kernel) => {
+                *self.array.entry(kernel).or_default() += run.cycles;
+                *self.array_operations.entry(kernel).or_default() += run.operations;
+            }
             Activity::Switch => self.switch += run.cycles,
             Activity::Wait(port) => *self.wait.entry(port).or_default() += run.cycles,
             Activity::Halted(_) => {}
@@ -55,6 +65,17 @@ impl Account {
             + self.texture_stall
             + self.wait.values().sum::<u64>()
     }
+}
+
+/// The work of the array for one kernel.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct KernelRuns {
+    /// Its name.
+    pub kernel: String,
+    /// SRP cycles.
+    pub cycles: u64,
+    /// Operations of the iterations that began in them, without moves of values.
+    pub operations: u64,
 }
 
 /// Cycles of one kernel.
@@ -81,8 +102,10 @@ pub struct PortCycles {
 pub struct CoreReport {
     /// SRP cycles in which VLIW bundles were issued.
     pub vliw: u64,
+    /// Operations of these bundles, control transfers included.
+    pub vliw_operations: u64,
     /// SRP cycles on the array.
-    pub array: Vec<KernelCycles>,
+    pub array: Vec<KernelRuns>,
     /// SRP cycles of changes between VLIW engine and array.
     pub switch: u64,
     /// SRP cycles in which the core stood still because of its data cache.
@@ -165,7 +188,14 @@ impl Report {
                         periphery: core, ..
                     }: &CoreUnit| CoreReport {
             vliw: core.account.vliw,
-            array: of_kernels(&core.account.array),
+            vliw_operations: core.account.vliw_operations,
+            array: (core.account.array.iter())
+                .map(|(kernel, &cycles)| KernelRuns {
+                    kernel: name(kernel),
+                    cycles,
+                    operations: core.account.array_operations[kernel],
+                })
+                .collect(),
             switch: core.account.switch,
             memory_stall: core.account.memory_stall,
             texture_stall: core.account.texture_stall,
@@ -255,48 +285,57 @@ impl Report {
 
     /// One row for each thing that cores did, one column for each core.
     fn text_of_cores(&self, out: &mut String) {
-        let mut rows: Vec<(String, Vec<u64>)> = Vec::new();
-        let mut row = |name: &str, of: &dyn Fn(&CoreReport) -> u64| {
+        let mut rows: Vec<(String, Vec<u64>, Option<f64>)> = Vec::new();
+        let sum = |of: &dyn Fn(&CoreReport) -> u64| self.cores.iter().map(of).sum::<u64>();
+        let mut row = |name: &str, of: &dyn Fn(&CoreReport) -> u64, operations: Option<u64>| {
             let cells: Vec<u64> = self.cores.iter().map(of).collect();
-            if cells.iter().any(|&c| c > 0) {
-                rows.push((name.to_owned(), cells));
+            let cycles: u64 = cells.iter().sum();
+            if cycles > 0 {
+                let a_cycle = operations.map(|operations| operations as f64 / cycles as f64);
+                rows.push((name.to_owned(), cells, a_cycle));
             }
         };
-        row("VLIW", &|c| c.vliw);
+        row("VLIW", &|c| c.vliw, Some(sum(&|c| c.vliw_operations)));
         let of_kernel = |all: &[KernelCycles], kernel: &str| -> u64 {
             let of_kernel = all.iter().filter(|k| k.kernel == kernel);
             of_kernel.map(|k| k.cycles).sum()
         };
         let kernels = names(self.cores.iter().flat_map(|c| &c.array).map(|k| &k.kernel));
         for kernel in &kernels {
-            row(&format!("array: {kernel}"), &|c| {
-                of_kernel(&c.array, kernel)
-            });
+            let runs = |c: &CoreReport, of: fn(&KernelRuns) -> u64| -> u64 {
+                let runs = c.array.iter().filter(|run| run.kernel == *kernel);
+                runs.map(of).sum()
+            };
+            let operations = sum(&|c| runs(c, |run| run.operations));
+            let name = format!("array: {kernel}");
+            row(&name, &|c| runs(c, |run| run.cycles), Some(operations));
         }
-        row("mode switch", &|c| c.switch);
-        row("memory stall", &|c| c.memory_stall);
-        row("texture stall", &|c| c.texture_stall);
+        row("mode switch", &|c| c.switch, None);
+        row("memory stall", &|c| c.memory_stall, None);
+        row("texture stall", &|c| c.texture_stall, None);
         for kernel in &kernels {
             let stalls = |c: &CoreReport| of_kernel(&c.kernel_stalls, kernel);
-            row(&format!("  of both in {kernel}"), &stalls);
+            row(&format!("  of both in {kernel}"), &stalls, None);
         }
         for port in names(self.cores.iter().flat_map(|c| &c.wait).map(|w| &w.port)) {
-            row(&format!("wait: {port}"), &|c| {
+            let waits = |c: &CoreReport| {
                 let of_port = c.wait.iter().filter(|w| w.port == port);
                 of_port.map(|w| w.cycles).sum()
-            });
+            };
+            row(&format!("wait: {port}"), &waits, None);
         }
-        row("idle", &|c| c.idle);
+        row("idle", &|c| c.idle, None);
         let width = rows.iter().map(|r| r.0.len()).max().unwrap_or(0).max(10);
-        let mut head = format!("\n{:width$} {:>7}", "SRP cycles", "share");
+        let mut head = format!("\n{:width$} {:>7} {:>5}", "SRP cycles", "share", "IPC");
         for i in 0..self.cores.len() {
             let _ = write!(head, " {:>14}", format!("core {i}"));
         }
         line(out, format_args!("{head}"));
         let all = self.cycles * self.cores.len() as u64;
-        for (name, cells) in rows {
+        for (name, cells, a_cycle) in rows {
             let share = percent(cells.iter().sum(), all);
-            let mut text = format!("{name:width$} {share:>7}");
+            let a_cycle = a_cycle.map_or(String::new(), |n| format!("{n:.2}"));
+            let mut text = format!("{name:width$} {share:>7} {a_cycle:>5}");
             for cell in cells {
                 let _ = write!(text, " {:>14}", thousands(cell));
             }
@@ -473,9 +512,11 @@ mod tests {
         (tni.trv_l1.hits, tni.trv_l1.misses) = (890, 10);
         CoreReport {
             vliw: 1000,
-            array: vec![KernelCycles {
+            vliw_operations: 1500,
+            array: vec![KernelRuns {
                 kernel: kernel.to_owned(),
                 cycles,
+                operations: 8 * cycles,
             }],
             switch: 0,
             memory_stall: 250,
@@ -552,16 +593,16 @@ mod tests {
         let expected = "\
 16x8 pixels in 10 000 cycles at 1000 MHz: 0.010 ms, 128 rays, 12.8 Mrays/s
 
-SRP cycles                    share         core 0         core 1
-VLIW                         10.0 %          1 000          1 000
-array: primary               25.0 %          5 000              0
-array: shade                 42.0 %              0          8 400
-memory stall                  2.5 %            250            250
-texture stall                 0.5 %             50             50
-  of both in primary          1.4 %            280              0
-  of both in shade            1.4 %              0            280
-wait: a finished submission   3.0 %            300            300
-idle                         17.0 %          3 400              0
+SRP cycles                    share   IPC         core 0         core 1
+VLIW                         10.0 %  1.50          1 000          1 000
+array: primary               25.0 %  8.00          5 000              0
+array: shade                 42.0 %  8.00              0          8 400
+memory stall                  2.5 %                  250            250
+texture stall                 0.5 %                   50             50
+  of both in primary          1.4 %                  280              0
+  of both in shade            1.4 %                    0            280
+wait: a finished submission   3.0 %                  300            300
+idle                         17.0 %                3 400              0
 
 T&I: 128 rays, 120 hits; a ray: 14.06 inner nodes, 1.56 leaves, 1.88 triangle tests, 200.0 cycles resident
 unit               passes    busy issuing   bypassed   repeated

@@ -186,6 +186,10 @@ impl Caster {
 impl Core for Caster {
     fn run(&mut self, bus: &mut dyn Bus, _budget: u64) -> Result<Run, Trap> {
         let (activity, cycles) = self.advance(bus).expect("every address is mapped");
-        Ok(Run { cycles, activity })
+        Ok(Run {
+            cycles,
+            activity,
+            operations: cycles,
+        })
     }
 }

@@ -30,6 +30,7 @@ fn run(activity: Activity) -> Run {
     Run {
         cycles: 1,
         activity,
+        operations: 0,
     }
 }
 
