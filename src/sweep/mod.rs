@@ -184,7 +184,8 @@ fn show(path: &Path, number: usize, output: &Path) -> Result<(), Failure> {
     }
     for program in &plan.file.programs {
         talk::say(format_args!(
-            "srp run {program} --machine {machine}{}",
+            "srp run {program} --machine {machine}{}{}",
+            effort(&plan, row),
             features(row)
         ));
     }
@@ -223,7 +224,7 @@ fn command(plan: &Plan, row: &Row, scene: &str, machine: &str) -> String {
     for (name, value) in &row.settings {
         match name.strip_prefix("form:") {
             Some(form) => words.push(format!("--form {form}={value}")),
-            None if name == "bvh" || name == "effort" => words.push(format!("--{name} {value}")),
+            None if name == "bvh" => words.push(format!("--bvh {value}")),
             None => {}
         }
     }
@@ -236,7 +237,14 @@ fn command(plan: &Plan, row: &Row, scene: &str, machine: &str) -> String {
     if !effects.is_empty() {
         words.push(format!("--effects {}", effects.join(",")));
     }
-    words.join(" ") + &features(row)
+    words.join(" ") + &effort(plan, row) + &features(row)
+}
+
+/// The flag of the row's effort, or the plan's, with a space before it; empty if it is the usual one.
+fn effort(plan: &Plan, row: &Row) -> String {
+    let of_plan = || plan.file.effort.map(|times| times.to_string());
+    let times = row.settings.get("effort").cloned().or_else(of_plan);
+    times.map_or(String::new(), |times| format!(" --effort {times}"))
 }
 
 fn is_on(value: &str) -> bool {

@@ -132,6 +132,8 @@ fn a_point_is_what_render_makes_of_its_machine() {
             "16x12",
             "--measure",
             "cycles,energy,psnr",
+            "--effort",
+            "0.05",
             "--json",
             "-o",
             "out",
