@@ -60,6 +60,11 @@ impl SystemMemory {
         self.bytes.get(self.first_writable()..).unwrap_or_default()
     }
 
+    /// The first address that cores may write to.
+    pub fn first_writable_address(&self) -> u32 {
+        self.writable_from
+    }
+
     /// The same to write to.
     pub(crate) fn writable_mut(&mut self) -> &mut [u8] {
         let first = self.first_writable();

@@ -5,6 +5,7 @@ use srp_archdesc::ports;
 use super::TileQueue;
 use super::core_unit::{Periphery, Ports};
 use super::observer::{CoreView, Observer, SentPacket, TakenTile};
+use super::sharing::Sharing;
 use super::warm::WarmCaches;
 use crate::core::{Bus, Lanes};
 use crate::memory::SystemMemory;
@@ -14,6 +15,7 @@ use crate::tni::{Buffers, RAY_BYTES, SubmitError, Unit};
 /// The parts that all cores share.
 pub(super) struct Shared<'o> {
     pub(super) memory: SystemMemory,
+    pub(super) sharing: Sharing,
     pub(super) tiles: TileQueue,
     pub(super) srp: Clock,
     pub(super) tni: Clock,
@@ -136,8 +138,12 @@ impl CoreBus<'_, '_> {
     }
 
     /// A value in system memory, zero-extended.
-    fn words(&self, address: u32, bytes: u32) -> Option<Lanes> {
-        let source = self.shared.memory.get(address, bytes)?;
+    fn words(&mut self, address: u32, bytes: u32) -> Option<Lanes> {
+        let Shared {
+            memory, sharing, ..
+        } = self.shared;
+        let source = memory.get(address, bytes)?;
+        sharing.used(self.core.number, address, bytes, false);
         let mut padded = [0; 16];
         padded[..bytes as usize].copy_from_slice(source);
         let word = |i: usize| {
@@ -173,7 +179,9 @@ impl Bus for CoreBus<'_, '_> {
         {
             *byte = value;
         }
-        self.core.data.store(address, bytes);
+        let core = &mut self.core;
+        (self.shared.sharing).used(core.number, address, bytes, true);
+        core.data.store(address, bytes);
         self.shared.tell(self.core, self.now, |o, core| {
             o.stored(core, address, bytes)
         });

@@ -15,6 +15,7 @@ mod data_cache;
 mod error;
 mod observer;
 mod report;
+mod sharing;
 mod simulation;
 mod snapshot;
 mod stepped;
@@ -37,6 +38,7 @@ pub use observer::{
     CoreView, MemoryRequest, Observer, Observers, Requester, SentPacket, Stall, TakenTile,
 };
 pub use report::{Account, CoreReport, KernelCycles, KernelRuns, PortCycles, Report};
+pub use sharing::SharedWords;
 pub use simulation::MAX_SILENCE;
 pub use snapshot::SystemSnapshot;
 pub use stepped::System;

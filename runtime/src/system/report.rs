@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use srp_archdesc::Arch;
 
 use super::core_unit::CoreUnit;
+use super::sharing::SharedWords;
 use super::simulation::{Simulation, port_name};
 use crate::core::{Activity, Run};
 use crate::digits::thousands;
@@ -164,6 +165,8 @@ pub struct Report {
     pub cores: Vec<CoreReport>,
     /// System memory.
     pub dram: DramReport,
+    /// Words that cores share, though nothing keeps their caches coherent.
+    pub shared_words: SharedWords,
 }
 
 impl Report {
@@ -241,6 +244,7 @@ impl Report {
             mrays_per_second: per_second(rays) / 1e6,
             cores,
             dram: DramReport::of(spec, simulation.paths.len() as u32, dram_cycles, dram),
+            shared_words: simulation.shared.sharing.found,
         }
     }
 
@@ -448,6 +452,16 @@ impl Report {
             );
         }
         out.push_str(&self.dram.text());
+        if let Some(first) = self.shared_words.first {
+            let count = thousands(self.shared_words.count);
+            line(
+                out,
+                format_args!(
+                    "{count} words are shared by cores, the first at {first:#010x}: one writes and another uses them, and \
+                     nothing keeps their caches coherent"
+                ),
+            );
+        }
     }
 }
 
@@ -589,6 +603,10 @@ mod tests {
             mrays_per_second: 12.8,
             cores: vec![core("primary", 5000), core("shade", 8400)],
             dram: dram(),
+            shared_words: SharedWords {
+                count: 3,
+                first: Some(0x8000_1000),
+            },
         };
         let expected = "\
 16x8 pixels in 10 000 cycles at 1000 MHz: 0.010 ms, 128 rays, 12.8 Mrays/s
@@ -623,6 +641,7 @@ memory: 64 000 bytes read, 512 written, 6.451 GB/s of 16.0; reads take 45.0 ns, 
 channel             GB/s    busy        reads       writes row hits       opened refreshes  queued
 0                  3.200  40.0 %        1 500          500   50.0 %          700         3    2.50
 1                  0.000   0.0 %            0            0    0.0 %            0         0    0.00
+3 words are shared by cores, the first at 0x80001000: one writes and another uses them, and nothing keeps their caches coherent
 ";
         assert_eq!(report.text(), expected);
     }

@@ -8,6 +8,7 @@ use srp_archdesc::{Arch, ports};
 use super::core_bus::Shared;
 use super::core_unit::{CoreUnit, Periphery, State};
 use super::observer::{MemoryRequest, Requester, Stall};
+use super::sharing::Sharing;
 use super::snapshot::{Instant, SystemSnapshot};
 use super::tiles::{TileQueue, frame_blocks};
 use super::{Checkpoint, Options, SystemError, Timing};
@@ -92,10 +93,12 @@ impl<'a> Simulation<'a> {
         let paths = if spec.dram.shared { 1 } else { engines.len() };
         let tiles =
             (options.tiles).unwrap_or_else(|| TileQueue::of_blocks(frame_blocks(&image, spec)));
+        let core_count = engines.len();
         Simulation {
             cores: (0..).zip(engines).map(core).collect(),
             paths: (0..paths).map(|_| MemoryPath::new(spec)).collect(),
             shared: Shared {
+                sharing: Sharing::of(&image.memory, core_count),
                 memory: image.memory,
                 tiles,
                 srp: Clock::new(spec.srp_mhz),
@@ -388,6 +391,7 @@ impl Simulation<'_> {
                 Some(memory) => Arc::clone(memory),
                 None => Arc::new(shared.memory.clone()),
             },
+            sharing: shared.sharing.clone(),
             tiles: shared.tiles.clone(),
             paths: self.paths.clone(),
             at,
@@ -401,6 +405,7 @@ impl Simulation<'_> {
             return None;
         }
         self.shared.memory.clone_from(&from.memory);
+        self.shared.sharing.clone_from(&from.sharing);
         self.shared.tiles.clone_from(&from.tiles);
         self.paths.clone_from(&from.paths);
         let mut both = self.cores.iter_mut().zip(&from.cores);

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::core_unit::CoreSnapshot;
+use super::sharing::Sharing;
 use super::tiles::TileQueue;
 use crate::memory::SystemMemory;
 use crate::memory::path::MemoryPath;
@@ -30,6 +31,7 @@ pub(super) struct Instant {
 pub struct SystemSnapshot {
     pub(super) cores: Vec<CoreSnapshot>,
     pub(super) memory: Arc<SystemMemory>,
+    pub(super) sharing: Sharing,
     pub(super) tiles: TileQueue,
     pub(super) paths: Vec<MemoryPath>,
     pub(super) at: Instant,
@@ -37,9 +39,10 @@ pub struct SystemSnapshot {
 
 /// What is kept of a snapshot: of the memory only what cores may write, for the rest is the scene's.
 #[derive(Serialize, Deserialize)]
-struct Kept<C, W, T, P> {
+struct Kept<C, W, S, T, P> {
     cores: C,
     written: W,
+    sharing: S,
     tiles: T,
     paths: P,
     at: Instant,
@@ -71,6 +74,7 @@ impl SystemSnapshot {
         postcard::to_allocvec(&Kept {
             cores: &self.cores,
             written: self.memory.writable(),
+            sharing: &self.sharing,
             tiles: &self.tiles,
             paths: &self.paths,
             at: self.at,
@@ -84,7 +88,7 @@ impl SystemSnapshot {
     ///
     /// They are not.
     pub fn decode(bytes: &[u8], image: &SceneImage) -> Result<SystemSnapshot, postcard::Error> {
-        let kept: Kept<Vec<CoreSnapshot>, Vec<u8>, TileQueue, Vec<MemoryPath>> =
+        let kept: Kept<Vec<CoreSnapshot>, Vec<u8>, Sharing, TileQueue, Vec<MemoryPath>> =
             postcard::from_bytes(bytes)?;
         let mut memory = image.memory.clone();
         let writable = memory.writable_mut();
@@ -95,6 +99,7 @@ impl SystemSnapshot {
         Ok(SystemSnapshot {
             cores: kept.cores,
             memory: Arc::new(memory),
+            sharing: kept.sharing,
             tiles: kept.tiles,
             paths: kept.paths,
             at: kept.at,

@@ -13,7 +13,7 @@ use srp_runtime::scene_image::ImageError;
 use srp_runtime::solo;
 use srp_runtime::solo::{Finish, Solo, SoloError};
 use srp_runtime::system;
-use srp_runtime::system::{Options, SystemError};
+use srp_runtime::system::{Options, SharedWords, SystemError};
 use srp_runtime::tni::arithmetic::widening;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -53,6 +53,58 @@ fn cores_that_wait_for_ever_are_named() {
          0 memory requests are on the way"
     );
     assert!(error_of(|_| run(Activity::Wait(77))).contains("port 77 (which does not exist)"));
+}
+
+/// A core that writes four words, or reads as many, and ends.
+struct Toucher {
+    address: u32,
+    writes: bool,
+}
+
+impl Core for Toucher {
+    fn run(&mut self, bus: &mut dyn Bus, _budget: u64) -> Result<Run, Trap> {
+        let done = match self.writes {
+            true => bus.cached_store(self.address, 16, [1; 4]).is_some(),
+            false => bus.cached_load(self.address, 16).is_some(),
+        };
+        assert!(done, "it is mapped");
+        Ok(run(Activity::Halted(0)))
+    }
+}
+
+/// One core writes; another reads the same words, or others, or the first one is alone with them.
+#[test]
+fn words_that_cores_share_are_told() {
+    let (scene, arch) = (demo(), machine());
+    let bvh = bvh::build(&scene.triangles, &bvh::Options::default());
+    for (uses, count) in [
+        (&[(0, true), (0, false)][..], 4),
+        (&[(0, true), (16, false)], 0),
+        (&[(0, false), (0, false)], 0),
+        (&[(0, true)], 0),
+    ] {
+        let image =
+            scene_image::build(&scene, &bvh, &scene.camera, &arch, (8, 8)).expect("it fits");
+        let first = image.memory.first_writable_address();
+        let engine = |&(offset, writes)| -> Box<dyn Core> {
+            let address = first + offset;
+            Box::new(Toucher { address, writes })
+        };
+        let engines = uses.iter().map(engine).collect();
+        let rendered = system::render(image, engines, &arch, Options::new(b""));
+        let report = rendered.expect("the frame ends").1;
+        let expected = SharedWords {
+            count,
+            first: (count > 0).then_some(first),
+        };
+        assert_eq!(report.shared_words, expected, "{uses:?}");
+        assert_eq!(
+            report
+                .text()
+                .contains("nothing keeps their caches coherent"),
+            count > 0
+        );
+    }
 }
 
 #[test]
