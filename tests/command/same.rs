@@ -18,7 +18,7 @@ const COMMANDS: &[&str] = &[
     "run fog.c --engine interp --trace 0..400 --trace-output fog.fst",
     "run fog.c --profile fog.html",
     "map sum.dot --mesh 3x3 -o sum.sched.xml",
-    "render --size 32x24 --engine interp -o picture.png --report frame.json",
+    "render --size 32x24 --effort 0.05 --engine interp -o picture.png --report frame.json",
     "render --size 32x24 --fidelity functional --samples 2 -o samples.png",
     "tni --size 16x8 --memory both --json",
     "effects --no-costs --json",

@@ -16,8 +16,9 @@ use srp_ir::interp::{self, FlatWorld};
 use srp_ir::layout::Layout;
 use srp_ir::{Program, pass, verify};
 use srp_runtime::solo::{self, Solo};
+use srp_scheduler::modulo::Solver;
 use srp_toolchain::cache::{Cache, Place};
-use srp_toolchain::{Engine, Engines, Session};
+use srp_toolchain::{Effort, Engine, Engines, Session};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -31,6 +32,13 @@ pub struct Ended {
     /// The text that it printed.
     pub output: String,
 }
+
+/// The effort of tests whose findings do not depend on how short schedules are.
+pub const LITTLE: Effort = Effort {
+    percent: 5,
+    beyond: None,
+    solver: Solver::Batsat,
+};
 
 /// A session that shares its cache with all others of the process: many tests need the same schedules.
 pub fn session() -> Session<'static> {

@@ -1,6 +1,6 @@
 //! Frames of a scene by the kernels that come along, through the whole chain of tools.
 
-use crate::{c_files, compiled_for, machine};
+use crate::{LITTLE, c_files, compiled_for, machine};
 use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;
 use srp_ir::Program;
@@ -12,7 +12,7 @@ use srp_runtime::scene_image::{self, SceneImage};
 use srp_runtime::system::{self, Report, SystemError};
 use srp_studies::attribution::{self, Attribution};
 use srp_studies::functional::{self, Frame, FunctionalError};
-use srp_toolchain::{Effort, Engine, Engines, Session, schedule, system_options};
+use srp_toolchain::{Engine, Engines, Session, schedule, system_options};
 
 /// A scene, and what all its frames share.
 pub struct Studio {
@@ -111,7 +111,7 @@ impl Studio {
     pub fn frame(&self, built: Effects, guard: Guard) -> Result<(Picture, Report), SystemError> {
         let Studio { arch, session, .. } = self;
         let program = self.program(built);
-        let compiled = schedule(program, arch, Effort::default(), session);
+        let compiled = schedule(program, arch, LITTLE, session);
         let compiled = compiled.unwrap_or_else(|e| panic!("{built}: {e}"));
         assert_eq!(compiled.not_pipelined, [], "{built}");
         let program = &compiled.schedule.program;

@@ -7,16 +7,16 @@ use srp_runtime::effect::{self, Guard};
 use srp_runtime::scene::demo::demo;
 use srp_runtime::system::{self, Report};
 use srp_studies::energy::{Energy, Part, energy};
+use srp_tests::LITTLE;
 use srp_tests::studio::Studio;
-use srp_toolchain::{Effort, Engine, Engines, schedule, system_options};
+use srp_toolchain::{Engine, Engines, schedule, system_options};
 
 /// A small frame of the default scene, and the program that made it.
 fn frame(studio: &Studio) -> (Checked, Report) {
     let effects = effect::find(&studio.scene).into_iter().collect();
     let session = srp_tests::session();
     let program = studio.program(effects);
-    let compiled =
-        schedule(program, &studio.arch, Effort::default(), &session).expect("it compiles");
+    let compiled = schedule(program, &studio.arch, LITTLE, &session).expect("it compiles");
     let program = compiled.schedule.program;
     let engines = Engines::of(&program, Engine::Interpreter, &session).expect("it links");
     let timing = system::Timing::Full;

@@ -15,6 +15,7 @@ use srp_studies::fidelity::Fidelity;
 use srp_studies::fidelity::sampled::{self, FirstPass, Frame, TracedFrame};
 use srp_studies::fidelity::{self, FrameFigure, FrameQuantity};
 use srp_studies::figure::estimate_of;
+use srp_tests::LITTLE;
 use srp_tests::studio::Studio;
 use srp_toolchain::Session;
 
@@ -32,7 +33,10 @@ fn kernels(studio: &Studio, built: Effects) -> Kernels {
     let scheduled = schedule(
         &divided.dre,
         &studio.arch,
-        &srp_scheduler::Options::default(),
+        &srp_scheduler::Options {
+            modulo: LITTLE.modulo(),
+            ..srp_scheduler::Options::default()
+        },
         &Unwatched,
     );
     let scheduled = scheduled.unwrap_or_else(|e| panic!("{e}")).program;

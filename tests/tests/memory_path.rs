@@ -8,8 +8,9 @@ use srp_runtime::effect::{self, Guard};
 use srp_runtime::picture::Picture;
 use srp_runtime::scene::demo::demo;
 use srp_runtime::system::{self, Report, Timing};
+use srp_tests::LITTLE;
 use srp_tests::studio::Studio;
-use srp_toolchain::{Effort, Engine, Engines, schedule, system_options};
+use srp_toolchain::{Engine, Engines, schedule, system_options};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Cycles for which the cores stood still for a cache.
@@ -67,8 +68,7 @@ fn the_memory_path_moves_cycles_and_no_pixel() {
     let effects = effect::find(&studio.scene).into_iter().collect();
     let session = srp_tests::session();
     let program = studio.program(effects);
-    let compiled =
-        schedule(program, &studio.arch, Effort::default(), &session).expect("it compiles");
+    let compiled = schedule(program, &studio.arch, LITTLE, &session).expect("it compiles");
     let program = compiled.schedule.program;
     let engines = Engines::of(&program, Engine::Interpreter, &session).expect("it links");
     let run = |arch: &Arch, cores: Vec<Box<dyn Core>>| -> (Picture, Report) {

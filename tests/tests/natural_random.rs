@@ -13,9 +13,9 @@ use srp_archdesc::arch::Arch;
 use srp_ir::dre::Dre;
 use srp_ir::split::split;
 use srp_tests::{
-    Ended, compiled_as_written, has_host_compiler, interpreted, machine, on_host, simulated,
+    Ended, LITTLE, compiled_as_written, has_host_compiler, interpreted, machine, on_host, simulated,
 };
-use srp_toolchain::{Effort, Session, schedule};
+use srp_toolchain::{Session, schedule};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -399,7 +399,7 @@ fn difference(file: &Path, expected: &Ended, arch: &Arch, simulate: bool) -> Res
     same("after the passes", interpreted(&whole, arch)?)?;
     same("divided", interpreted(&split(&control).dre, arch)?)?;
     if simulate {
-        let compiled = schedule(control, arch, Effort::default(), &Session::default());
+        let compiled = schedule(control, arch, LITTLE, &Session::default());
         let compiled = compiled.map_err(|e| e.to_string())?;
         same("simulated", simulated(&compiled.schedule.program)?)?;
     }

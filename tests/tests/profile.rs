@@ -9,7 +9,7 @@ use srp_runtime::system::{self, Report, Timing};
 use srp_studies::energy::{Energy, Use, energy, moved};
 use srp_studies::profile::{ObjectProfile, Parts, Profile, Profiler, Surroundings, add_account};
 use srp_tests::studio::Studio;
-use srp_tests::{compiled, machine};
+use srp_tests::{LITTLE, compiled, machine};
 use srp_toolchain::{Effort, schedule, system_options};
 use std::fs;
 
@@ -255,8 +255,7 @@ fn a_frame_is_profiled_to_the_cycle() {
         let effects = effect::find(&studio.scene).into_iter().collect();
         let session = srp_tests::session();
         let program = studio.program(effects);
-        let compiled =
-            schedule(program, &studio.arch, Effort::default(), &session).expect("it compiles");
+        let compiled = schedule(program, &studio.arch, LITTLE, &session).expect("it compiles");
         let program = compiled.schedule.program;
         let (profile, report) = profiled(&studio, &studio.arch, &program);
         sums(&profile);

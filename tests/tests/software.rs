@@ -9,8 +9,9 @@ use srp_archdesc::isa::{Class, Kind, Opcode};
 use srp_archdesc::machines::SGRT;
 use srp_ir::pass::SOFTWARE;
 use srp_kernels::libc;
+use srp_tests::LITTLE;
 use srp_tests::one_loop::{meaning, run};
-use srp_toolchain::{Effort, Engine, Input, Options, compile};
+use srp_toolchain::{Engine, Input, Options, compile};
 use std::fmt::Write;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -208,10 +209,7 @@ fn loops_with_software_run_on_the_array_and_say_so() {
     let session = srp_tests::session();
     // What the loops compute does not depend on how low their IIs are.
     let options = Options {
-        effort: Effort {
-            percent: 5,
-            ..Effort::default()
-        },
+        effort: LITTLE,
         ..Options::default()
     };
     let ran = |without: &[Class], engine| {

@@ -12,7 +12,7 @@ use srp_runtime::core::Core;
 use srp_runtime::effect::Effects;
 use srp_runtime::solo::{self, Solo};
 use srp_scheduler::schedule;
-use srp_tests::{compiled_for, machine, root};
+use srp_tests::{LITTLE, compiled_for, machine, root};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -233,12 +233,8 @@ fn all_are_equal(sources: &[PathBuf], build: (Effects, Forms), kernels: usize) {
     let found: BTreeSet<String> = divided.dre.kernels.values().map(|k| of(&k.name)).collect();
     assert_eq!(found.len(), kernels, "{found:?}");
     // What is compared are values, which schedules of little effort have too.
-    let effort = srp_toolchain::Effort {
-        percent: 5,
-        ..Default::default()
-    };
     let options = srp_scheduler::Options {
-        modulo: effort.modulo(),
+        modulo: LITTLE.modulo(),
         ..Default::default()
     };
     let scheduled =

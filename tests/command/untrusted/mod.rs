@@ -75,7 +75,17 @@ fn results_are_those_of_trusted_work() {
         &["run", "f.c", "--engine", "ir", "--report", "out"],
         &["report", "f.c", "--json"],
         &["map", "g.dot", "--mesh", "2x2", "-o", "out"],
-        &["render", "--size", "16x16", "--threads", "1", "-o", "out"],
+        &[
+            "render",
+            "--size",
+            "16x16",
+            "--effort",
+            "0.05",
+            "--threads",
+            "1",
+            "-o",
+            "out",
+        ],
         &["compile", "f.c", "--emit", "schedule", "-o", "-"],
         &["tni", "--size", "16x16", "--rays", "primary", "--json"],
         &["machine", "check"],
@@ -274,7 +284,16 @@ fn nothing_is_written_elsewhere() {
     symlink(outside.join("kept"), inside.join("link.png")).expect("it can be made");
     symlink(outside.join("new"), inside.join("new.png")).expect("it can be made");
     for name in ["link.png", "new.png"] {
-        let args = ["render", "--size", "8x8", "--untrusted", "-o", name];
+        let args = [
+            "render",
+            "--size",
+            "8x8",
+            "--effort",
+            "0.05",
+            "--untrusted",
+            "-o",
+            name,
+        ];
         let output = srp(&inside, &args);
         // A link that leads to nothing is replaced, not followed.
         let expected = if name == "link.png" { 1 } else { 0 };
@@ -390,7 +409,9 @@ fn work_has_limits() {
         ),
         (
             "cycles=1e3",
-            &["render", "--size", "16x16", "-o", "o.png"],
+            &[
+                "render", "--size", "16x16", "--effort", "0.05", "-o", "o.png",
+            ],
             "1000 cycles",
         ),
         (

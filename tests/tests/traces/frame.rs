@@ -11,8 +11,9 @@ use srp_runtime::effect::{self, Guard};
 use srp_runtime::scene::demo::demo;
 use srp_runtime::scene_image::SceneImage;
 use srp_runtime::system::{self, CoreView, Observer, Report, TakenTile, Timing};
+use srp_tests::LITTLE;
 use srp_tests::studio::Studio;
-use srp_toolchain::{Effort, schedule, system_options};
+use srp_toolchain::{schedule, system_options};
 use srp_traces::{Format, Trace, Tracer, Window};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -29,7 +30,7 @@ impl Film {
         let studio = Studio::of(demo(), size);
         let effects = effect::find(&studio.scene).into_iter().collect();
         let (program, session) = (studio.program(effects), srp_tests::session());
-        let compiled = schedule(program, &studio.arch, Effort::default(), &session);
+        let compiled = schedule(program, &studio.arch, LITTLE, &session);
         let program = compiled.expect("it compiles").schedule.program;
         let spec = link(&program).expect("it links");
         Film {
