@@ -226,6 +226,9 @@ static inline void nearest_ray(srp_ray *ray, float4 start, float4 way, float lea
     float4 reciprocal = srp_float4(srp_rcp(way[0]), srp_rcp(way[1]), srp_rcp(way[2]), 0.0f);
     float4 widened = reciprocal * widening;
     widened[3] = srp_float(0u);
+#ifdef __SRP_RCP_NARROWING
+    reciprocal = reciprocal * __SRP_RCP_NARROWING;
+#endif
     reciprocal[3] = srp_float(word);
     start[3] = least;
     way[3] = far;
@@ -249,6 +252,10 @@ static inline void shadow_ray(srp_ray *ray, float4 start, float4 way, float reac
     float4 reciprocal = srp_float4(srp_rcp(way[0]), srp_rcp(way[1]), srp_rcp(way[2]), width);
     float4 widened = reciprocal * widening;
     widened[3] = srp_float(flags);
+#ifdef __SRP_RCP_NARROWING
+    reciprocal = reciprocal * __SRP_RCP_NARROWING;
+    reciprocal[3] = width;
+#endif
 #if SRP_FORM(offset) == SRP_OFFSET_FIXED
     start[3] = reach * LEAST_PART;
 #else

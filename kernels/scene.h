@@ -134,7 +134,8 @@ typedef struct {
 typedef struct {
     float4 origin;     /*  0: lane 3: tmin; hits have t > tmin */
     float4 direction;  /* 16: of any length; lane 3: tmax; hits have t <= tmax */
-    float4 reciprocal; /* 32: srp_rcp of each lane of the direction; lane 3: any word of the kernels' */
+    float4 reciprocal; /* 32: srp_rcp of each lane of the direction, times __SRP_RCP_NARROWING where a machine has it;
+                        * lane 3: any word of the kernels' */
     float4 far;        /* 48: reciprocal * scene->widening; lane 3: flags, SRP_RAY_* */
 } srp_ray;
 

@@ -89,6 +89,17 @@ impl Approx {
             }
         }
     }
+
+    /// The factor by which a reciprocal is multiplied for near planes of boxes, so that no box seems to begin behind
+    /// where it does: 1 where it is exact, for then the distance is off by no more than roundings. A hit counts from
+    /// where its box begins, so that the error of a coarse reciprocal would be that of all distances.
+    /// `docs/numerics.md` derives it.
+    pub fn narrowing(self) -> f32 {
+        match self {
+            Approx::Exact => 1.0,
+            coarse => (1.0 / (1.0 + coarse.error_bound()) - 8.0 * U) as f32,
+        }
+    }
 }
 
 /// The treatment of floats below 2^-126 that are not 0, as operands and as results.

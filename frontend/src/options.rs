@@ -94,7 +94,8 @@ impl std::fmt::Debug for Options<'_> {
 }
 
 /// The macros by which the library knows which special functions of a machine are exact: its own
-/// functions then take what the unit gives.
+/// functions then take what the unit gives. And the one by which kernels know what to multiply a reciprocal by that is
+/// not ([`Approx::narrowing`]).
 pub fn precision_macros(precision: &Precision) -> Vec<(String, String)> {
     let units = [
         ("__SRP_EXACT_SQRT", precision.sqrt),
@@ -103,7 +104,13 @@ pub fn precision_macros(precision: &Precision) -> Vec<(String, String)> {
         ("__SRP_EXACT_SINCOS", precision.sincos),
     ];
     let exact = units.into_iter().filter(|(_, unit)| *unit == Approx::Exact);
-    exact
-        .map(|(name, _)| (name.to_owned(), "1".to_owned()))
-        .collect()
+    let exact = exact.map(|(name, _)| (name.to_owned(), "1".to_owned()));
+    let narrowing = match precision.rcp {
+        Approx::Exact => None,
+        coarse => Some((
+            "__SRP_RCP_NARROWING".to_owned(),
+            format!("{:?}f", coarse.narrowing()),
+        )),
+    };
+    exact.chain(narrowing).collect()
 }

@@ -185,6 +185,8 @@ fn ray(origin: Vec3, direction: Vec3, image: &SceneImage, precision: &Precision)
         f32::from_bits(value)
     });
     ray.far = ray.reciprocal.map(|r| r * image.widening);
+    let narrowing = precision.rcp.narrowing();
+    ray.reciprocal = ray.reciprocal.map(|r| r * narrowing);
     ray
 }
 

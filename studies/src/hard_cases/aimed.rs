@@ -4,7 +4,7 @@
 use super::call::Calls;
 use super::catalogue::Case;
 use super::functions::Function;
-use super::judge::Verdict;
+use super::judge::{Verdict, distance_error};
 use super::meshes;
 use super::settings::Setting;
 use super::shared::Shared;
@@ -160,7 +160,7 @@ impl AimedRays {
         if !hit.is_hit() {
             return true;
         }
-        let off = arch.system.tni.rcp.error_bound().max(1e-6) + OFF / aimed.slant.max(f64::EPSILON);
+        let off = distance_error(arch).max(1e-6) + OFF / aimed.slant.max(f64::EPSILON);
         let behind = f64::from(hit.t) > met.value() * (1.0 + 4.0 * off);
         behind && !aimed.round.contains(&hit.primitive)
     }
@@ -184,7 +184,12 @@ impl AimedRays {
         let share = lost as f64 / self.rays.len() as f64;
         let text = format!("{lost} of {} rays lost", self.rays.len());
         let test = arch.system.tni.intersection;
-        let coarse = match arch.system.tni.rcp {
+        // Woop's test bends a ray by as much as the SRP's reciprocal is off.
+        let rcp = match test {
+            Intersection::Woop => arch.precision.rcp,
+            _ => arch.system.tni.rcp,
+        };
+        let coarse = match rcp {
             Approx::Exact => test.name().to_owned(),
             _ => format!("{}-coarse", test.name()),
         };

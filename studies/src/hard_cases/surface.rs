@@ -140,8 +140,9 @@ pub(super) fn ray(arch: &Arch, origin: [f32; 3], direction: [f32; 3], tmax: f32)
         f32::from_bits(value.as_word())
     });
     let widening = arithmetic::widening(arch.precision.rcp);
+    let narrowing = arch.precision.rcp.narrowing();
     Ray {
-        reciprocal,
+        reciprocal: reciprocal.map(|r| r * narrowing),
         far: reciprocal.map(|r| r * widening),
         ..Ray::new(origin, direction, 0.0, tmax, 0)
     }
