@@ -38,7 +38,7 @@ const FOLDER: &str = "studies/src/hard_cases/catalogue";
 pub(crate) const VERSION: u32 = 1;
 
 /// The files of the catalogue.
-const FILES: [(&str, &str); 9] = [
+const FILES: [(&str, &str); 10] = [
     ("boxes", include_str!("boxes.cases")),
     ("triangles", include_str!("triangles.cases")),
     ("origins", include_str!("origins.cases")),
@@ -48,6 +48,7 @@ const FILES: [(&str, &str); 9] = [
     ("light", include_str!("light.cases")),
     ("trees", include_str!("trees.cases")),
     ("floats", include_str!("floats.cases")),
+    ("rounding", include_str!("rounding.cases")),
 ];
 
 /// Where a case is run.
