@@ -13,7 +13,7 @@
 //! * [`RECURRENCE`]: digit recurrence with a remainder, so the nearest number of p significant bits.
 //! * [`CORDIC`] (Volder 1959, Walther 1971): p + 3 rotations in words with p + 8 fraction bits.
 //!
-//! Where the operand's fraction is 0 tables and polynomials give the exact value: units test for it.
+//! Where the operand's fraction is 0 tables, polynomials and rotations give the exact value: units test for it.
 
 /// The direct table, which the functions of [`elementary`](super::elementary) read themselves.
 pub const TABLE: u32 = 0;
@@ -288,6 +288,9 @@ fn angle(table: &[i64], i: u32) -> i64 {
 
 /// a/b for 1 ≤ a, b < 2 by rotations in the linear system.
 pub fn cordic_quotient(a: f64, b: f64, p: u32) -> f64 {
+    if a == b {
+        return 1.0;
+    }
     let (fraction, last) = rotations(p);
     let unit = power_of_two(fraction as i32);
     let (x, mut y, mut z) = ((b * unit) as i64, (a * unit) as i64, 0i64);
@@ -301,6 +304,9 @@ pub fn cordic_quotient(a: f64, b: f64, p: u32) -> f64 {
 
 /// sin(t·π/2) for 0 ≤ t ≤ 1 by rotations in the circular system.
 pub fn cordic_sine(t: f64, p: u32) -> f64 {
+    if t == 0.0 || t == 1.0 {
+        return t;
+    }
     let (fraction, last) = rotations(p);
     let unit = power_of_two(fraction as i32);
     let (mut x, mut y) = (word(CIRCULAR_GAIN, fraction), 0i64);
@@ -323,6 +329,9 @@ fn hyperbolic_shifts(last: u32) -> impl Iterator<Item = u32> {
 
 /// 2^t for 0 ≤ t < 1 by rotations in the hyperbolic system.
 pub fn cordic_power(t: f64, p: u32) -> f64 {
+    if t == 0.0 {
+        return 1.0;
+    }
     let (fraction, last) = rotations(p);
     let unit = power_of_two(fraction as i32);
     let mut x = word(HYPERBOLIC_GAIN, fraction);
@@ -359,6 +368,9 @@ fn hyperbolic_vector(mut x: i64, mut y: i64, fraction: u32, last: u32) -> (i64, 
 
 /// log2(1 + t) for 0 ≤ t < 1: 2·artanh(t/(2 + t)), by rotations in the hyperbolic system.
 pub fn cordic_logarithm(t: f64, p: u32) -> f64 {
+    if t == 0.0 {
+        return 0.0;
+    }
     let (fraction, last) = rotations(p);
     let unit = power_of_two(fraction as i32);
     let y = (t * unit) as i64;
@@ -369,6 +381,9 @@ pub fn cordic_logarithm(t: f64, p: u32) -> f64 {
 
 /// √m for 1 ≤ m < 4: of (m/4 + ¼, m/4 − ¼) the length, by rotations in the hyperbolic system.
 pub fn cordic_root(m: f64, p: u32) -> f64 {
+    if m == 1.0 {
+        return 1.0;
+    }
     let (fraction, last) = rotations(p);
     let unit = power_of_two(fraction as i32);
     let quarter = (m * unit) as i64 >> 2;
