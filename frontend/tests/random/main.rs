@@ -162,7 +162,7 @@ fn random_programs_mean_the_same_to_the_host() {
     let now = now.map_or(1, |since| since.as_secs() * 1000);
     let first = number("SRP_RANDOM_SEED", now);
     println!("SRP_RANDOM_SEED={first}");
-    let count = number("SRP_RANDOM_PROGRAMS", 200);
+    let count = number("SRP_RANDOM_PROGRAMS", 100);
     let threads = std::thread::available_parallelism().map_or(1, |n| n.get() as u64);
     let wrong = Mutex::new(Vec::new());
     std::thread::scope(|scope| {
