@@ -1,4 +1,4 @@
-//! What a bundle of VLIW code does to later cycles: results on their way to registers, branches under their delay, and
+//! The effects of a bundle of VLIW code on later cycles: results on their way to registers, branches under their delay, and
 //! the kernel that is to run next. Engines fill it in as a bundle issues; the [sequencer](super::sequencer) takes what is
 //! due at the end of each cycle.
 
@@ -6,7 +6,7 @@ use super::border::Stop;
 use super::ops::V4;
 use super::saved::{Saved, Words};
 
-/// What the core does from the next cycle on, in place of issuing a bundle.
+/// The work of a core from the next cycle on, in place of issuing a bundle.
 #[derive(Clone, Copy, Debug)]
 pub enum NextMode {
     /// It runs a kernel.
@@ -24,7 +24,7 @@ pub struct Transfer {
     pub kind: TransferKind,
 }
 
-/// What a transfer does to the open calls.
+/// The effect of a transfer on the open calls.
 #[derive(Clone, Copy, Debug)]
 pub enum TransferKind {
     /// Nothing.
@@ -167,7 +167,7 @@ impl Issue {
         self.in_flight.tick(write);
     }
 
-    /// What the array or the core does from the next cycle on, if it is not to issue.
+    /// Takes what begins with the next cycle, if the core is not to issue then.
     pub fn take_mode(&mut self) -> Option<NextMode> {
         self.next_mode.take()
     }
