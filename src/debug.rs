@@ -84,8 +84,13 @@ pub(crate) fn run(args: &Debug) -> Result<(), Failure> {
     let debugged = match &prepared.frame {
         None => Session::of_program(program, &prepared.variables),
         Some(frame) => {
-            let options =
-                system_options(program, frame.guard.clone(), system::Timing::Full, session);
+            let options = system_options(
+                program,
+                &frame.arch,
+                frame.guard.clone(),
+                system::Timing::Full,
+                session,
+            );
             let image = frame.image()?;
             let variables = &prepared.variables;
             Session::of_frame(program, variables, image, &prepared.arch, options)

@@ -143,7 +143,13 @@ struct Timed<'a> {
 impl Timed<'_> {
     fn options(&self) -> system::Options<'_> {
         let guard = self.frame.guard.clone();
-        system_options(self.program, guard, system::Timing::Full, self.session)
+        system_options(
+            self.program,
+            &self.arch,
+            guard,
+            system::Timing::Full,
+            self.session,
+        )
     }
 
     /// Renders, and writes all that is asked for.

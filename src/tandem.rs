@@ -148,7 +148,13 @@ fn of_frame(
     let cores = cores.map(|core| both.core(core)).collect();
     let options = system::Options {
         max_cycles: args.limit,
-        ..system_options(checked, frame.guard.clone(), Timing::Full, session)
+        ..system_options(
+            checked,
+            &frame.arch,
+            frame.guard.clone(),
+            Timing::Full,
+            session,
+        )
     };
     let image = frame.image()?;
     let rendered = interrupt::looked_for(|| system::render(image, cores, &frame.arch, options));

@@ -227,7 +227,13 @@ pub(crate) fn recorded(
     };
     let mut tracer = Tracer::new(program, window).map_err(refused)?;
     let cores = cores(&mut tracer, engines, frame.arch.system.cores);
-    let options = system_options(program, frame.guard.clone(), Timing::Full, session);
+    let options = system_options(
+        program,
+        &frame.arch,
+        frame.guard.clone(),
+        Timing::Full,
+        session,
+    );
     let options = system::Options {
         observer: Some(&mut tracer),
         ..options

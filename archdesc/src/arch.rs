@@ -70,6 +70,9 @@ pub struct Srp {
     pub resources: EntityMap<Resource, ResourceSpec>,
     /// Depth of the configuration memory: the largest II times the unrolling of a kernel.
     pub contexts: u32,
+    /// True if all kernels of a program share that depth, and a launch of one whose contexts are not there brings them
+    /// from system memory. Else the memory has that depth for each of them, and all are there from the start.
+    pub shared_contexts: bool,
     /// SRP cycles to change between VLIW and array mode, each way.
     pub mode_switch: u32,
     /// How many registers of the array a kernel's entry can set per cycle.

@@ -233,12 +233,16 @@ fn show_files(out: &mut String, arch: &Arch) -> std::fmt::Result {
 fn show_engine(out: &mut String, arch: &Arch) -> std::fmt::Result {
     writeln!(
         out,
-        "{} VLIW slots, branch delay {}; mode switch {} cycles, {} registers set per cycle; {} contexts",
+        "{} VLIW slots, branch delay {}; mode switch {} cycles, {} registers set per cycle; {} contexts{}",
         arch.srp.slots().len(),
         arch.srp.branch_delay,
         arch.srp.mode_switch,
         arch.srp.preload_width,
-        arch.srp.contexts
+        arch.srp.contexts,
+        match arch.srp.shared_contexts {
+            true => " for all kernels",
+            false => " for each kernel",
+        }
     )?;
     let Precision {
         rcp,
@@ -368,6 +372,15 @@ fn show_system(out: &mut String, arch: &Arch) -> std::fmt::Result {
     writeln!(out, "SRAM: {}", bytes(s.sram_bytes))?;
     writeln!(out, "{}", cache("data cache", &s.data_cache))?;
     writeln!(out, "{}", cache("texture cache", &s.texture_cache))?;
+    if let Some(c) = &s.instruction_cache {
+        writeln!(
+            out,
+            "instruction cache: {}, {} ways, lines of {} bytes",
+            bytes(c.bytes),
+            c.ways,
+            c.line
+        )?;
+    }
     let bits = arch.precision.texture_weight_bits;
     writeln!(out, "texture unit: weights of {bits} bits")?;
     let b = &s.buffers;

@@ -24,6 +24,9 @@ pub struct SystemSpec {
     pub data_cache: CacheSpec,
     /// Texture cache of one core.
     pub texture_cache: CacheSpec,
+    /// Instruction cache of one core's VLIW engine. Without one its code is in a memory of its own, which is never
+    /// waited for.
+    pub instruction_cache: Option<CacheSpec>,
     /// Ray and hit buffers between SRP and T&I unit.
     pub buffers: BufferSpec,
     /// The T&I unit.

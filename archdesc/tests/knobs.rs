@@ -182,6 +182,10 @@ fn area_follows_from_everything_else() {
             "misses=\"8\" blocking=\"false\"",
         ),
         ("contexts=\"128\"", "contexts=\"256\""),
+        (
+            "<buffers ",
+            "<instruction-cache size=\"4K\"/>\n    <buffers ",
+        ),
         ("topology=\"mesh-diagonal\"", "topology=\"full\""),
         ("link-delay=\"0\"", "link-delay=\"1\""),
         (

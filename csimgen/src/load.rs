@@ -155,6 +155,8 @@ impl Core for GeneratedCore {
             cached_store,
             texture_descriptor,
             texels,
+            fetch,
+            launch,
             port_in,
             port_out,
         };
@@ -243,6 +245,15 @@ extern "C" fn texels(host: &mut HostBus, lanes: &mut Lanes) -> u32 {
             0
         }
     }
+}
+
+extern "C" fn fetch(host: &mut HostBus, bundle: u32, there: &mut [u32; 2]) {
+    let bundles = with_bus(host, |bus| bus.fetch(bundle));
+    *there = [bundles.start, bundles.end];
+}
+
+extern "C" fn launch(host: &mut HostBus, kernel: u32) {
+    with_bus(host, |bus| bus.launch(kernel));
 }
 
 extern "C" fn port_in(host: &mut HostBus, port: u32, value: &mut u32) -> u32 {

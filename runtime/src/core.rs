@@ -9,6 +9,8 @@
 /// simulator.
 pub const SOURCE: &str = include_str!("core.rs");
 
+use std::ops::Range;
+
 /// A 128-bit value: four words, lane 0 first. Narrower values use lane 0.
 pub type Lanes = [u32; 4];
 
@@ -36,6 +38,14 @@ pub trait Bus {
     ///
     /// The first of the addresses that is not mapped or not aligned.
     fn texels(&mut self, addresses: Lanes) -> Result<Lanes, u32>;
+
+    /// The VLIW engine reads a bundle, by its number: the bundles that it can issue next without asking again; the one
+    /// that it has asked for need not be one of them. Bytes that are not there show as [`stalled`](Self::stalled)
+    /// afterwards. Asking again for the bundle that was read last changes nothing.
+    fn fetch(&mut self, bundle: u32) -> Range<u32>;
+
+    /// The VLIW engine launches a kernel. Contexts that are not there show as [`stalled`](Self::stalled).
+    fn launch(&mut self, kernel: u32);
 
     /// True if the run has to end after the cycle that made the last access: the core is frozen, or a load has missed.
     fn stalled(&self) -> bool;

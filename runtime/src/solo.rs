@@ -6,6 +6,7 @@ use crate::ports;
 use serde::{Deserialize, Serialize};
 use srp_archdesc::{Unwatched, Watch};
 use std::collections::{BTreeMap, VecDeque};
+use std::ops::Range;
 
 /// Where system memory begins.
 pub use crate::memory::BASE as SYSTEM_BASE;
@@ -87,6 +88,12 @@ impl Bus for Solo {
     }
 
     /// True when the program has ended, so that an engine goes no further.
+    fn fetch(&mut self, _bundle: u32) -> Range<u32> {
+        0..u32::MAX
+    }
+
+    fn launch(&mut self, _kernel: u32) {}
+
     fn stalled(&self) -> bool {
         self.exit.is_some()
     }

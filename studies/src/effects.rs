@@ -86,7 +86,7 @@ impl Trials<'_> {
         let mut quickest: Option<Run> = None;
         for _ in 0..TRIES {
             let cores = engines.cores(arch.system.cores);
-            let options = system_options(program, Guard::default(), Timing::Full, session);
+            let options = system_options(program, arch, Guard::default(), Timing::Full, session);
             let start = session.watch.elapsed();
             let (picture, report) = system::render(self.image.clone(), cores, arch, options)?;
             session.check()?;

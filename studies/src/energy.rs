@@ -58,6 +58,8 @@ pub enum Part {
     DataCache,
     /// Texture caches.
     TextureCache,
+    /// Instruction caches.
+    InstructionCache,
     /// Ray–box tests.
     BoxTests,
     /// Ray–triangle tests.
@@ -87,6 +89,7 @@ impl Part {
             Part::Sram => "SRAM",
             Part::DataCache => "data cache",
             Part::TextureCache => "texture cache",
+            Part::InstructionCache => "instruction cache",
             Part::BoxTests => "T&I: box tests",
             Part::TriangleTests => "T&I: triangle tests",
             Part::TniCaches => "T&I: caches",
@@ -460,11 +463,17 @@ fn counted(report: &Report, arch: &Arch) -> Vec<(Part, f64)> {
     let bytes = system.sram_bytes
         + system.data_cache.bytes
         + system.texture_cache.bytes
+        + system.instruction_cache.map_or(0, |cache| cache.bytes)
         + spec.trvs * spec.trv_l1.bytes
         + spec.trv_l2.bytes
         + spec.ists * spec.ist_l1.bytes;
     let leakage = LEAKAGE * f64::from(bytes) * f64::from(system.cores);
-    vec![
+    let instructions = system.instruction_cache.map(|spec| {
+        let of_cores = report.cores.iter().filter_map(|c| c.instruction_cache);
+        let energy = of_cores.map(|counters| cache(&spec, &counters));
+        (Part::InstructionCache, energy.sum())
+    });
+    let mut parts = vec![
         (
             Part::DataCache,
             of_cores(&system.data_cache, |core| &core.data_cache),
@@ -494,5 +503,7 @@ fn counted(report: &Report, arch: &Arch) -> Vec<(Part, f64)> {
         (Part::Bus, bits * chip::WIRE_PJ * BUS_MM),
         (Part::Memory, bits * MEMORY_BIT_PJ),
         (Part::Leakage, leakage * report.milliseconds * 1e9),
-    ]
+    ];
+    parts.extend(instructions);
+    parts
 }

@@ -117,7 +117,7 @@ impl Studio {
         let program = &compiled.schedule.program;
         let engines = Engines::of(program, Engine::Interpreter, session);
         let engines = engines.unwrap_or_else(|e| panic!("{built}: {e}"));
-        let options = system_options(program, guard, system::Timing::Full, session);
+        let options = system_options(program, arch, guard, system::Timing::Full, session);
         system::render(
             self.image(),
             engines.cores(arch.system.cores),

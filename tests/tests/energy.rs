@@ -20,7 +20,7 @@ fn frame(studio: &Studio) -> (Checked, Report) {
     let program = compiled.schedule.program;
     let engines = Engines::of(&program, Engine::Interpreter, &session).expect("it links");
     let timing = system::Timing::Full;
-    let options = system_options(&program, Guard::default(), timing, &session);
+    let options = system_options(&program, &studio.arch, Guard::default(), timing, &session);
     let cores = engines.cores(studio.arch.system.cores);
     let rendered = system::render(studio.image(), cores, &studio.arch, options);
     let (_, report) = rendered.expect("the frame is finished");

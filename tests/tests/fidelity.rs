@@ -9,7 +9,7 @@ use srp_runtime::effect::{Effects, Guard, find};
 use srp_runtime::picture::Picture;
 use srp_runtime::scene::demo::demo;
 use srp_runtime::scene_image::tile_size;
-use srp_runtime::system::{Options, Timing};
+use srp_runtime::system::{CodeSizes, Options, Timing};
 use srp_scheduler::schedule;
 use srp_studies::fidelity::Fidelity;
 use srp_studies::fidelity::sampled::{self, FirstPass, Frame, TracedFrame};
@@ -156,6 +156,7 @@ fn samples_are_near_the_frame_and_the_same_for_any_number_of_threads() {
             guard: Guard::default(),
             recorded_hits: false,
             kernel_names: &kernels.names,
+            code: &CodeSizes::default(),
             max_cycles: LIMIT,
             threads,
             session: &Session::default(),

@@ -2,15 +2,16 @@
 
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::{Rng, SeedableRng};
+use srp_archdesc::system::CacheSpec;
 use srp_archdesc::{Arch, dram};
 use srp_runtime::core::{Bus, Core, Run, Trap};
 use srp_runtime::effect::{self, Guard};
 use srp_runtime::picture::Picture;
 use srp_runtime::scene::demo::demo;
-use srp_runtime::system::{self, Report, Timing};
+use srp_runtime::system::{self, CoreReport, Report, Timing};
 use srp_tests::LITTLE;
 use srp_tests::studio::Studio;
-use srp_toolchain::{Engine, Engines, schedule, system_options};
+use srp_toolchain::{Engine, Engines, code_sizes, schedule, system_options};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Cycles for which the cores stood still for a cache.
@@ -62,6 +63,22 @@ fn decoupled_at_other_clocks(arch: &Arch) -> Arch {
     arch
 }
 
+/// Cores that fetch their code, with too little room for it.
+fn fetching(arch: &Arch) -> Arch {
+    let mut arch = arch.clone();
+    arch.system.instruction_cache = Some(CacheSpec {
+        bytes: 1024,
+        ways: 2,
+        line: 64,
+        latency: 1,
+        banks: 1,
+        misses: 1,
+        blocking: false,
+    });
+    arch.srp.shared_contexts = true;
+    arch
+}
+
 #[test]
 fn the_memory_path_moves_cycles_and_no_pixel() {
     let studio = Studio::of(demo(), (64, 48));
@@ -72,12 +89,13 @@ fn the_memory_path_moves_cycles_and_no_pixel() {
     let program = compiled.schedule.program;
     let engines = Engines::of(&program, Engine::Interpreter, &session).expect("it links");
     let run = |arch: &Arch, cores: Vec<Box<dyn Core>>| -> (Picture, Report) {
-        let options = system_options(&program, Guard::default(), Timing::Full, &session);
+        let options = system_options(&program, arch, Guard::default(), Timing::Full, &session);
         system::render(studio.image(), cores, arch, options).expect("the frame is finished")
     };
     let cut = |arch: &Arch| cut_anywhere(run, arch, &engines);
     cut(&studio.arch);
     cut(&decoupled_at_other_clocks(&studio.arch));
+    cut(&fetching(&decoupled_at_other_clocks(&studio.arch)));
     let render = |change: &dyn Fn(&mut Arch)| -> (Picture, Report) {
         // One core, so that who gets which tile does not matter.
         let mut arch = studio.arch.clone();
@@ -119,4 +137,57 @@ fn the_memory_path_moves_cycles_and_no_pixel() {
         arch.system.dram = slow.spec;
     });
     assert!(slow.cycles > base.cycles && stalled(&slow) > 2 * stalled(&base));
+    // Code that is fetched takes time, bytes and nothing else.
+    let sizes = code_sizes(&program, &studio.arch);
+    let core = |report: &Report| report.cores[0].clone();
+    let fetched = core(&of(&|arch| *arch = fetching(arch)));
+    let base = core(&base);
+    assert_eq!(base.instruction_stall + base.context_stall, 0);
+    assert_eq!((base.instruction_cache, base.contexts), (None, None));
+    assert!(fetched.instruction_stall > 0 && fetched.context_stall > 0);
+    let (vliw, switch) = (
+        |core: &CoreReport| core.vliw,
+        |core: &CoreReport| core.switch,
+    );
+    assert_eq!(
+        (vliw(&fetched), switch(&fetched)),
+        (vliw(&base), switch(&base))
+    );
+    // In a cache with room for all bundles, each line is missed once.
+    let bytes: u32 = sizes.bundles.iter().sum();
+    let roomy = core(&of(&|arch| {
+        *arch = fetching(arch);
+        let cache = arch.system.instruction_cache.as_mut().expect("it has one");
+        cache.bytes = bytes.next_power_of_two();
+    }));
+    let cache = roomy.instruction_cache.expect("it has one");
+    assert!(
+        cache.misses <= u64::from(bytes.div_ceil(64)) + 1,
+        "{cache:?}"
+    );
+    let small = fetched.instruction_cache.expect("it has one");
+    assert_eq!(small.hits + small.misses, cache.hits + cache.misses);
+    assert!(small.misses > cache.misses && roomy.instruction_stall < fetched.instruction_stall);
+    // Where the memory holds all kernels, each is loaded once.
+    let contexts: u32 = sizes.contexts.iter().sum();
+    let deep = core(&of(&|arch| {
+        *arch = fetching(arch);
+        arch.srp.contexts = contexts;
+    }));
+    let (few, many) = (
+        deep.contexts.expect("shared"),
+        fetched.contexts.expect("shared"),
+    );
+    assert_eq!(few.launches, many.launches);
+    let launched = base.array.len() as u64;
+    assert!(
+        few.loads == launched && few.loads <= many.loads,
+        "{few:?} {many:?}"
+    );
+    let one = core(&of(&|arch| {
+        *arch = fetching(arch);
+        arch.srp.contexts = 1;
+    }));
+    let one = one.contexts.expect("shared");
+    assert!(one.loads > few.loads && one.bytes > few.bytes, "{one:?}");
 }

@@ -1,5 +1,6 @@
 //! Profiles: the same cycles as the account, given to the lines that took them.
 
+use srp_archdesc::system::CacheSpec;
 use srp_archdesc::{Arch, Unwatched};
 use srp_ir::check::Checked;
 use srp_runtime::effect::{self, Guard};
@@ -10,7 +11,7 @@ use srp_studies::energy::{Energy, Use, energy, moved};
 use srp_studies::profile::{ObjectProfile, Parts, Profile, Profiler, Surroundings, add_account};
 use srp_tests::studio::Studio;
 use srp_tests::{LITTLE, compiled, machine};
-use srp_toolchain::{Effort, schedule, system_options};
+use srp_toolchain::{Effort, code_sizes, schedule, system_options};
 use std::fs;
 
 /// A program with a loop on the array, one that the VLIW engine runs, and a function that is called.
@@ -152,6 +153,8 @@ fn account(report: &Report) -> Parts {
             switch: core.switch,
             memory_stall: core.memory_stall,
             texture_stall: core.texture_stall,
+            instruction_stall: core.instruction_stall,
+            context_stall: core.context_stall,
             wait: core.wait.iter().map(|w| w.cycles).sum(),
         };
     }
@@ -166,13 +169,13 @@ fn profiled(studio: &Studio, arch: &Arch, program: &Checked) -> (Profile, Report
     let cores = profiler.frame(surroundings, arch.system.cores);
     let options = system::Options {
         observer: Some(&mut profiler),
-        ..system_options(program, Guard::default(), Timing::Full, &session)
+        ..system_options(program, arch, Guard::default(), Timing::Full, &session)
     };
     let (picture, report) =
         system::render(image, cores, arch, options).expect("the frame is finished");
     let engines = srp_toolchain::Engines::of(program, srp_toolchain::Engine::Interpreter, &session);
     let cores = engines.expect("it links").cores(arch.system.cores);
-    let options = system_options(program, Guard::default(), Timing::Full, &session);
+    let options = system_options(program, arch, Guard::default(), Timing::Full, &session);
     let plain = system::render(studio.image(), cores, arch, options).expect("it is finished");
     assert!(
         plain.0.rgba == picture.rgba && plain.1 == report,
@@ -325,5 +328,55 @@ fn a_frame_is_profiled_to_the_cycle() {
                 "{name}, {object}: {few} instead of {many} bytes"
             );
         }
+    }
+}
+
+/// Cores that fetch their code, with too little room for it, stand still at the lines of their bundles; more room is
+/// advised, and helps.
+#[test]
+fn code_that_is_fetched_is_in_the_profile() {
+    let studio = Studio::of(demo(), (48, 32));
+    let effects = effect::find(&studio.scene).into_iter().collect();
+    let session = srp_tests::session();
+    let program = studio.program(effects);
+    let compiled = schedule(program, &studio.arch, LITTLE, &session).expect("it compiles");
+    let program = compiled.schedule.program;
+    let mut arch = studio.arch.clone();
+    arch.srp.shared_contexts = true;
+    // Half of what they all have.
+    let all: u32 = code_sizes(&program, &arch).contexts.iter().sum();
+    arch.srp.contexts = all.div_ceil(2);
+    arch.system.instruction_cache = Some(CacheSpec {
+        bytes: 1024,
+        ways: 2,
+        line: 64,
+        ..arch.system.data_cache
+    });
+    let (profile, report) = profiled(&studio, &arch, &program);
+    sums(&profile);
+    let parts = Parts {
+        vliw: profile.parts.vliw + profile.parts.empty,
+        empty: 0,
+        ..profile.parts
+    };
+    assert_eq!(parts, account(&report));
+    assert!(parts.instruction_stall > 0 && parts.context_stall > 0);
+    // Bundles are not those of loops on the array.
+    for l in &profile.loops {
+        let of_code = l.parts.instruction_stall + l.parts.context_stall;
+        assert_eq!(of_code, 0, "{}", l.kernel);
+    }
+    let is_advised = |attribute: &str| {
+        let mut set = profile.advice.iter().flat_map(|advice| &advice.set);
+        set.any(|(name, _)| name == attribute)
+    };
+    assert!(is_advised("instruction-cache.size") && is_advised("array.contexts"));
+    let mut roomy = [arch.clone(), arch];
+    let cache = roomy[0].system.instruction_cache.as_mut();
+    cache.expect("it has one").bytes *= 2;
+    roomy[1].srp.contexts *= 2;
+    for arch in roomy {
+        let cycles = profiled(&studio, &arch, &program).1.cycles;
+        assert!(cycles < report.cycles, "{cycles} of {}", report.cycles);
     }
 }

@@ -8,6 +8,7 @@ use crate::scene::{self, Loaded, Shading};
 use crate::{Effort, Engines, Error, Options, Session};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::{Messages, Source};
+use srp_ir::dre::encoding;
 use srp_ir::dre::scheduled::ScheduledDre;
 use srp_ir::pass::FastMath;
 use srp_ir::program::Program;
@@ -17,7 +18,7 @@ use srp_runtime::effect::{Effect, Effects, Guard};
 use srp_runtime::picture::Picture;
 use srp_runtime::scene::{Camera, Scene};
 use srp_runtime::scene_image::{self, SceneImage};
-use srp_runtime::system::{self, Report, TileQueue, Timing};
+use srp_runtime::system::{self, CodeSizes, Report, TileQueue, Timing};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
@@ -340,7 +341,13 @@ impl Frame {
     ) -> Result<(Picture, Report), Error> {
         let options = system::Options {
             tiles,
-            ..system_options(program, self.guard.clone(), Timing::Full, session)
+            ..system_options(
+                program,
+                &self.arch,
+                self.guard.clone(),
+                Timing::Full,
+                session,
+            )
         };
         let cores = engines.cores(self.arch.system.cores);
         Ok(system::render(image, cores, &self.arch, options)?)
@@ -350,6 +357,7 @@ impl Frame {
 /// How the system runs a scheduled program.
 pub fn system_options<'a>(
     program: &'a ScheduledDre,
+    arch: &Arch,
     guard: Guard,
     timing: Timing,
     session: &Session<'a>,
@@ -359,8 +367,18 @@ pub fn system_options<'a>(
         guard,
         timing,
         kernel_names: kernel_names(program),
+        code: code_sizes(program, arch),
         watch: session.watch,
         ..system::Options::new(&program.image)
+    }
+}
+
+/// The sizes of a program's machine code.
+pub fn code_sizes(program: &ScheduledDre, arch: &Arch) -> CodeSizes {
+    let kernels = program.kernels.values();
+    CodeSizes {
+        bundles: encoding::bundle_bytes(program, arch),
+        contexts: kernels.map(|k| k.contexts()).collect(),
     }
 }
 

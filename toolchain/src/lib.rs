@@ -37,7 +37,8 @@ pub use divide::{Divided, NotPipelined, WhyNot, divide};
 pub use engine::{Engine, Engines};
 pub use error::Error;
 pub use frame::{
-    BUILD_ID, Build, Frame, FrameOptions, Kernels, MAX_CYCLES, hash, kernel_names, system_options,
+    BUILD_ID, Build, Frame, FrameOptions, Kernels, MAX_CYCLES, code_sizes, hash, kernel_names,
+    system_options,
 };
 pub use front_end::{
     WithTexts, front_end, interface, optimise, program, run_passes, syntax_tree, with_texts,

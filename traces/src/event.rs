@@ -125,6 +125,8 @@ impl Doing {
             Doing::Runs(Activity::Halted(_)) => ("halted", None),
             Doing::Stands(Stall::Data) => ("memory_stall", None),
             Doing::Stands(Stall::Texture) => ("texture_stall", None),
+            Doing::Stands(Stall::Instructions) => ("instruction_stall", None),
+            Doing::Stands(Stall::Contexts) => ("context_stall", None),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use srp_archdesc::ports;
 use srp_runtime::core::{Bus, Lanes};
+use std::ops::Range;
 
 /// A bus that hears of tiles.
 pub(crate) struct Listening<'a> {
@@ -43,6 +44,14 @@ impl Bus for Listening<'_> {
 
     fn texels(&mut self, addresses: Lanes) -> Result<Lanes, u32> {
         self.bus.texels(addresses)
+    }
+
+    fn fetch(&mut self, bundle: u32) -> Range<u32> {
+        self.bus.fetch(bundle)
+    }
+
+    fn launch(&mut self, kernel: u32) {
+        self.bus.launch(kernel);
     }
 
     fn stalled(&self) -> bool {

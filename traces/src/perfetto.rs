@@ -330,6 +330,8 @@ impl<'t> Timeline<'t> {
         let who = match request.requester {
             Requester::DataCache => "data cache".to_owned(),
             Requester::TextureCache => "texture cache".to_owned(),
+            Requester::InstructionCache => "instruction cache".to_owned(),
+            Requester::ConfigurationMemory => "configuration memory".to_owned(),
             Requester::Tni(Client::TrvL2) => "T&I level 2".to_owned(),
             Requester::Tni(Client::IstL1(unit)) => format!("ist{unit} level 1"),
         };

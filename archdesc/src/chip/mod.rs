@@ -412,6 +412,13 @@ fn storage(arch: &Arch) -> Vec<Item> {
             1e6 * cache_area(system.texture_cache.bytes),
         ),
     ]);
+    if let Some(cache) = system.instruction_cache {
+        items.push(item(
+            "instruction cache",
+            kib(cache.bytes),
+            1e6 * cache_area(cache.bytes),
+        ));
+    }
     if late > 0 {
         let um2 = REGISTER_BIT * f64::from(late);
         items.push(item(

@@ -114,6 +114,7 @@ fn resolve(machine: &raw::Machine, at: Span, found: &Findings) -> Option<Arch> {
             hops,
             resources: resources.clone(),
             contexts: number(&array.contexts, limits::CONTEXTS, 128),
+            shared_contexts: values::flag(found, &array.shared_contexts, "shared-contexts", false),
             mode_switch: number(&vliw.mode_switch, limits::MODE_SWITCH, 2),
             preload_width: number(&vliw.preload_width, limits::PRELOAD_WIDTH, 4),
             branch_delay: number(&vliw.branch_delay, limits::BRANCH_DELAY, 1),

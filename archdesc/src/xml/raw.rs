@@ -166,6 +166,7 @@ raw! {
         wire_width: Option<Text>,
         hops: Option<Text>,
         contexts: Option<Text>,
+        shared_contexts: Option<Text>,
         row: Vec<Spanned<Row>>,
         fu: Vec<Spanned<Fu>>,
         file: Vec<Spanned<File>>,
@@ -260,6 +261,7 @@ raw! {
         sram: Option<Spanned<Sram>>,
         data_cache: Option<Spanned<Cache>>,
         texture_cache: Option<Spanned<Cache>>,
+        instruction_cache: Option<Spanned<Cache>>,
         texture: Option<Spanned<Texture>>,
         buffers: Option<Spanned<Buffers>>,
         tni: Option<Spanned<Tni>>,
@@ -272,7 +274,7 @@ raw! {
         size: Option<Text>,
     }
 
-    /// `<data-cache>`, `<texture-cache>`, `<trv-l1>`, `<trv-l2>`, `<ist-l1>`
+    /// `<data-cache>`, `<texture-cache>`, `<instruction-cache>`, `<trv-l1>`, `<trv-l2>`, `<ist-l1>`
     Cache {
         size: Option<Text>,
         ways: Option<Text>,

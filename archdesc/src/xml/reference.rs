@@ -44,7 +44,14 @@ pub(super) struct Reference {
 const LIKE: &[(&str, &str)] = &[("fu", "fu-type")];
 
 /// The elements that are caches.
-const CACHES: &[&str] = &["data-cache", "texture-cache", "trv-l1", "trv-l2", "ist-l1"];
+const CACHES: &[&str] = &[
+    "data-cache",
+    "texture-cache",
+    "instruction-cache",
+    "trv-l1",
+    "trv-l2",
+    "ist-l1",
+];
 
 impl Reference {
     /// That of machine files.

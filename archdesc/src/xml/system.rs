@@ -31,6 +31,7 @@ fn default() -> SystemSpec {
             ..blocking(cache(4, 4, 1, 1, 4))
         },
         texture_cache: blocking(cache(32, 4, 1, 1, 8)),
+        instruction_cache: None,
         buffers: BufferSpec {
             rays: 64,
             ray_buffers: 3,
@@ -90,6 +91,11 @@ const fn cache(kib: u32, ways: u32, latency: u32, banks: u32, misses: u32) -> Ca
     }
 }
 
+const INSTRUCTIONS: &str = "instruction-cache";
+
+/// What an `<instruction-cache>` leaves out.
+const INSTRUCTION_CACHE: CacheSpec = cache(8, 2, 1, 1, 1);
+
 const fn blocking(cache: CacheSpec) -> CacheSpec {
     CacheSpec {
         blocking: true,
@@ -123,6 +129,14 @@ pub(super) fn system(found: &Findings, raw: &Option<Spanned<raw::System>>) -> Sy
             &raw.texture_cache,
             default.texture_cache,
         ),
+        instruction_cache: (raw.instruction_cache.as_ref()).map(|_| {
+            cache_spec(
+                found,
+                INSTRUCTIONS,
+                &raw.instruction_cache,
+                INSTRUCTION_CACHE,
+            )
+        }),
         buffers: buffers(found, &raw.buffers, default.buffers),
         tni: tni(found, &raw.tni, tni_mhz, default.tni),
         bus: bus(found, &raw.bus, default.bus),
@@ -157,11 +171,24 @@ fn cache_spec(
     };
     let number = |text, limit, default| values::number(found, text, limit, default);
     let before = found.len();
-    if let Some(text) = (raw.blocking.as_ref())
+    if element == INSTRUCTIONS {
+        for (name, text) in [
+            ("latency", &raw.latency),
+            ("banks", &raw.banks),
+            ("misses", &raw.misses),
+            ("blocking", &raw.blocking),
+        ] {
+            if let Some(text) = text {
+                let message = format!("an `<{element}>` has no `{name}`: every miss is waited for");
+                found.push(found.error("A0601", text.span, message, "leave it out"));
+            }
+        }
+    } else if let Some(text) = (raw.blocking.as_ref())
         .filter(|_| element.starts_with("trv-") || element.starts_with("ist-"))
     {
-        let message =
-            format!("`blocking` is of the caches of the SRP: a `<{element}>` never blocks");
+        let message = format!(
+            "`blocking` is of the data and texture caches of the SRP: a `<{element}>` never blocks"
+        );
         found.push(found.error("A0601", text.span, message, "leave it out"));
     }
     let banks = values::power(found, &raw.banks, limits::BANKS, default.banks);

@@ -43,8 +43,9 @@ fn write_machine(out: &mut String, arch: &Arch) -> std::fmt::Result {
     let none = none.map_or("", |(name, _)| name);
     writeln!(
         out,
-        "  <array rows=\"{}\" cols=\"{}\" topology=\"{none}\" hops=\"{}\" contexts=\"{}\">",
-        arch.srp.rows, arch.srp.cols, arch.srp.hops, arch.srp.contexts
+        "  <array rows=\"{}\" cols=\"{}\" topology=\"{none}\" hops=\"{}\" contexts=\"{}\" \
+         shared-contexts=\"{}\">",
+        arch.srp.rows, arch.srp.cols, arch.srp.hops, arch.srp.contexts, arch.srp.shared_contexts
     )?;
     for unit in arch.srp.fus.values() {
         write_unit(out, arch, unit)?;
@@ -252,6 +253,7 @@ fn write_system(out: &mut String, arch: &Arch) -> std::fmt::Result {
         sram_bytes,
         data_cache,
         texture_cache,
+        instruction_cache,
         buffers,
         tni: _,
         bus,
@@ -265,6 +267,15 @@ fn write_system(out: &mut String, arch: &Arch) -> std::fmt::Result {
     writeln!(out, "    <sram size=\"{sram_bytes}\"/>")?;
     write_cache(out, "    ", "data-cache", data_cache)?;
     write_cache(out, "    ", "texture-cache", texture_cache)?;
+    if let Some(CacheSpec {
+        bytes, ways, line, ..
+    }) = instruction_cache
+    {
+        writeln!(
+            out,
+            "    <instruction-cache size=\"{bytes}\" ways=\"{ways}\" line=\"{line}\"/>"
+        )?;
+    }
     let bits = arch.precision.texture_weight_bits;
     writeln!(out, "    <texture weight-bits=\"{bits}\"/>")?;
     writeln!(

@@ -6,9 +6,10 @@
 
 use super::core_border::{Activity, Bus, Lanes, MAX_TOLD_CALLS, Run, TrapKind};
 use std::ffi::c_void;
+use std::ops::Range;
 
 /// The version of these structures and functions.
-pub const VERSION: u32 = 5;
+pub const VERSION: u32 = 6;
 
 /// The SRAM of a core that is lent to a library: a slice without its lifetime, which C does not have.
 #[repr(C)]
@@ -71,6 +72,10 @@ pub struct HostBus {
     /// [`Bus::texels`]: 1 and the texels in place of their addresses, or 0 and the address that is
     /// at fault in the first.
     pub texels: extern "C" fn(&mut HostBus, lanes: &mut Lanes) -> u32,
+    /// [`Bus::fetch`]: first and end of the bundles.
+    pub fetch: extern "C" fn(&mut HostBus, bundle: u32, there: &mut [u32; 2]),
+    /// [`Bus::launch`].
+    pub launch: extern "C" fn(&mut HostBus, kernel: u32),
     /// [`Bus::port_in`]: 1 and the word, or 0.
     pub port_in: extern "C" fn(&mut HostBus, port: u32, value: &mut u32) -> u32,
     /// [`Bus::port_out`]: 1, or 0.
@@ -102,6 +107,16 @@ impl Bus for HostBus {
             0 => Err(lanes[0]),
             _ => Ok(lanes),
         }
+    }
+
+    fn fetch(&mut self, bundle: u32) -> Range<u32> {
+        let mut there = [0; 2];
+        (self.fetch)(self, bundle, &mut there);
+        there[0]..there[1]
+    }
+
+    fn launch(&mut self, kernel: u32) {
+        (self.launch)(self, kernel);
     }
 
     #[inline(always)]

@@ -3,6 +3,7 @@
 
 use super::core_border::{Bus, TrapKind};
 use super::ops::{V4, texture};
+use std::ops::Range;
 
 /// A fault of a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -230,6 +231,17 @@ impl<'a, B: Bus + ?Sized> Border<'a, B> {
             Ok(texels) => Ok(texture::filter(V4(texels), footprint.weights, weight_bits)),
             Err(address) => Err(access(address, 4, at)),
         }
+    }
+
+    /// A bundle is issued: the bundles that can be next without asking again.
+    pub fn fetch(&mut self, bundle: u32) -> Range<u32> {
+        self.accessed = true;
+        self.bus.fetch(bundle)
+    }
+
+    /// A kernel is launched.
+    pub fn launch(&mut self, kernel: u32) {
+        self.bus.launch(kernel);
     }
 
     /// Takes a word from an input port.

@@ -6,6 +6,8 @@
 //! * While the core is stalled or waits for a port, time stands still for all of it: results in
 //!   flight do not move.
 //! * A bundle that talks to a port is the first of its run, so that the bus knows the time.
+//! * A bundle's code is read, and a kernel's contexts are looked for, in the cycle in which the bundle issues: where they
+//!   are not there, the core is stalled after it.
 //! * A launch is a bundle like others; from the next cycle on, when nothing is in flight, the mode
 //!   switch takes `enter_cycles`. Trip count and preloads are read at the end of the switch. A trip
 //!   count of 0 stands for 2³².
@@ -263,6 +265,7 @@ impl Sequencer {
         budget: u64,
     ) -> Result<Run, Fault> {
         let (mut cycles, mut operations) = (0, 0);
+        let mut fetched = 0..0;
         self.issue.begin_run();
         while cycles < budget {
             match path.bundle(self.pc, &mut self.issue, bus) {
@@ -275,6 +278,9 @@ impl Sequencer {
                 }
                 Err(Stop::Wait(port)) => return Ok(run(1, Activity::Wait(port), 0)),
                 Err(Stop::Behind) => break,
+            }
+            if !fetched.contains(&self.pc) {
+                fetched = bus.fetch(self.pc);
             }
             self.issue.land_due(|register, value| match value {
                 Landing::Word(value) => path.write(register, value),
@@ -304,10 +310,13 @@ impl Sequencer {
             if let Some(next) = self.issue.take_mode() {
                 self.mode = match next {
                     NextMode::Halt(status) => Mode::Halted(status),
-                    NextMode::Launch(kernel) => Mode::Enter {
-                        kernel,
-                        left: u64::from(path.kernel(kernel).enter_cycles),
-                    },
+                    NextMode::Launch(kernel) => {
+                        bus.launch(kernel);
+                        Mode::Enter {
+                            kernel,
+                            left: u64::from(path.kernel(kernel).enter_cycles),
+                        }
+                    }
                 };
                 break;
             }

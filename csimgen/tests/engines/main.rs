@@ -212,6 +212,7 @@ fn both_agree_on_random_programs() {
         let mut world = World {
             solo,
             miss_cycles: 3,
+            line: 5,
             ..World::default()
         };
         let record = record(core, &mut world, budget);

@@ -3,6 +3,7 @@
 use srp_runtime::core::{Activity, Bus, Core, Lanes, Trap};
 use srp_runtime::solo::Solo;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// A [`Solo`] with time: accesses to some of system memory stall, and ports can make wait.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -13,6 +14,11 @@ pub(crate) struct World {
     /// How often a port is asked in vain.
     pub(crate) busy: BTreeMap<u32, u32>,
     pub(crate) stall: u64,
+    /// Bundles of a line of code; a line other than the last one stalls, and so does a kernel. 0: no code does.
+    pub(crate) line: u32,
+    /// The line that was read last, and the kernel that was launched.
+    pub(crate) read: Option<u32>,
+    pub(crate) loaded: Option<u32>,
 }
 
 impl World {
@@ -57,6 +63,22 @@ impl Bus for World {
     fn texels(&mut self, addresses: Lanes) -> Result<Lanes, u32> {
         addresses.iter().for_each(|&address| self.access(address));
         self.solo.texels(addresses)
+    }
+
+    fn fetch(&mut self, bundle: u32) -> Range<u32> {
+        let Some(line) = bundle.checked_div(self.line) else {
+            return 0..u32::MAX;
+        };
+        if self.read.replace(line) != Some(line) {
+            self.stall = self.miss_cycles;
+        }
+        line * self.line..(line + 1) * self.line
+    }
+
+    fn launch(&mut self, kernel: u32) {
+        if self.line > 0 && self.loaded.replace(kernel) != Some(kernel) {
+            self.stall = self.miss_cycles;
+        }
     }
 
     fn stalled(&self) -> bool {

@@ -1,10 +1,14 @@
 //! What an engine asks of its bus, and what it is answered.
 
 use srp_runtime::core::{Bus, Lanes};
+use std::ops::Range;
 
 /// A question to a bus, with the answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Talk {
+    /// A bundle, and the first and the end of those that can be issued.
+    Fetch(u32, [u32; 2]),
+    Launch(u32),
     Load(u32, u32, Option<Lanes>),
     Store(u32, u32, Lanes, Option<()>),
     Descriptor(u32, Option<Lanes>),
@@ -56,6 +60,17 @@ impl Bus for Noting<'_> {
         let answer = self.bus.texels(addresses);
         self.note(Talk::Texels(addresses, answer));
         answer
+    }
+
+    fn fetch(&mut self, bundle: u32) -> Range<u32> {
+        let there = self.bus.fetch(bundle);
+        self.note(Talk::Fetch(bundle, [there.start, there.end]));
+        there
+    }
+
+    fn launch(&mut self, kernel: u32) {
+        self.bus.launch(kernel);
+        self.note(Talk::Launch(kernel));
     }
 
     fn stalled(&self) -> bool {
@@ -170,6 +185,23 @@ impl Bus for Answering<'_> {
         }
     }
 
+    fn fetch(&mut self, bundle: u32) -> Range<u32> {
+        // Where a run is cut in another way, it asks again for what it has: that changes nothing.
+        let is_same = |talk: &Talk| matches!(*talk, Talk::Fetch(number, _) if number == bundle);
+        if !self.log.get(self.next).is_some_and(is_same) {
+            return 0..0;
+        }
+        match self.answer(Talk::Fetch(bundle, [0; 2]), is_same) {
+            Some(Talk::Fetch(_, [start, end])) => start..end,
+            _ => 0..0,
+        }
+    }
+
+    fn launch(&mut self, kernel: u32) {
+        let asked = Talk::Launch(kernel);
+        self.answer(asked, |t| *t == asked);
+    }
+
     fn stalled(&self) -> bool {
         self.stalled
     }
@@ -196,6 +228,8 @@ impl Talk {
     /// In words.
     pub(super) fn words(&self) -> String {
         match *self {
+            Talk::Fetch(bundle, _) => format!("issues bundle {bundle}"),
+            Talk::Launch(kernel) => format!("launches kernel {kernel}"),
             Talk::Load(address, bytes, _) => format!("loads {bytes} bytes at {address:#010x}"),
             Talk::Store(address, bytes, value, _) => {
                 let words = (bytes as usize).div_ceil(4);

@@ -43,6 +43,7 @@ use terms::Names;
 
 mod control;
 mod element;
+pub mod encoding;
 mod kernel;
 mod machine;
 mod placed;

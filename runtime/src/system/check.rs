@@ -44,12 +44,14 @@ pub fn check(spec: &SystemSpec) -> Result<(), String> {
         ));
     }
     for (name, cache) in [
-        ("data", &spec.data_cache),
-        ("texture", &spec.texture_cache),
-        ("TRV L1", &tni.trv_l1),
-        ("TRV L2", &tni.trv_l2),
-        ("IST L1", &tni.ist_l1),
+        ("data", Some(&spec.data_cache)),
+        ("texture", Some(&spec.texture_cache)),
+        ("instruction", spec.instruction_cache.as_ref()),
+        ("TRV L1", Some(&tni.trv_l1)),
+        ("TRV L2", Some(&tni.trv_l2)),
+        ("IST L1", Some(&tni.ist_l1)),
     ] {
+        let Some(cache) = cache else { continue };
         let whole = cache.ways > 0 && cache.line > 0 && cache.sets() > 0 && cache.misses > 0;
         if !whole {
             return Err(format!("the {name} cache has no sets, or allows no miss"));

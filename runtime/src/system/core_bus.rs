@@ -1,8 +1,10 @@
 //! The bus of an engine: its core as the engine sees it, and the parts that cores share.
 
 use srp_archdesc::ports;
+use std::ops::Range;
 
 use super::TileQueue;
+use super::code::CodeLayout;
 use super::core_unit::{Periphery, Ports};
 use super::observer::{CoreView, Observer, SentPacket, TakenTile};
 use super::sharing::Sharing;
@@ -17,6 +19,7 @@ pub(super) struct Shared<'o> {
     pub(super) memory: SystemMemory,
     pub(super) sharing: Sharing,
     pub(super) tiles: TileQueue,
+    pub(super) code: CodeLayout,
     pub(super) srp: Clock,
     pub(super) tni: Clock,
     pub(super) observer: Option<&'o mut dyn Observer>,
@@ -207,10 +210,25 @@ impl Bus for CoreBus<'_, '_> {
         Ok(texels)
     }
 
+    fn fetch(&mut self, bundle: u32) -> Range<u32> {
+        self.core.code.fetch(bundle, &self.shared.code)
+    }
+
+    fn launch(&mut self, kernel: u32) {
+        self.core.code.launch(kernel, &self.shared.code);
+    }
+
     /// Also true when the program has ended, so that the engine goes no further.
     fn stalled(&self) -> bool {
-        let Periphery { data, texture, .. } = &*self.core;
-        data.ends_run() || texture.lines.ends_run() || self.core.ports.exit.is_some()
+        let Periphery {
+            data,
+            texture,
+            code,
+            ports,
+            ..
+        } = &*self.core;
+        let waits = data.ends_run() || texture.lines.ends_run() || code.waits().is_some();
+        waits || ports.exit.is_some()
     }
 
     fn port_in(&mut self, port: u32) -> Option<u32> {

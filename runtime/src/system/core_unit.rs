@@ -6,6 +6,7 @@ use srp_archdesc::isa::Class;
 use srp_archdesc::system::SystemSpec;
 use srp_archdesc::{Arch, ports};
 
+use super::code::{Code, CodeMemory};
 use super::core_bus::{CoreBus, Shared};
 use super::data_cache::DataCache;
 use super::observer::{CoreView, MemoryRequest, Requester, Stall};
@@ -61,6 +62,7 @@ pub(super) struct Periphery {
     pub(super) sram: Vec<u8>,
     pub(super) data: DataCache,
     pub(super) texture: TextureCache,
+    pub(super) code: Code,
     pub(super) tni: Unit,
     pub(super) ports: Ports,
     pub(super) account: Account,
@@ -129,8 +131,13 @@ impl Periphery {
     pub(super) fn stall(&self) -> Option<Stall> {
         if self.data.waits() {
             Some(Stall::Data)
+        } else if self.texture.lines.waits() {
+            Some(Stall::Texture)
         } else {
-            self.texture.lines.waits().then_some(Stall::Texture)
+            self.code.waits().map(|memory| match memory {
+                CodeMemory::Instructions => Stall::Instructions,
+                CodeMemory::Contexts => Stall::Contexts,
+            })
         }
     }
 
@@ -146,7 +153,15 @@ impl Periphery {
         };
         let data = self.data.take_request().map(of(Requester::DataCache));
         let lines = &mut self.texture.lines;
-        data.or_else(|| lines.take_request().map(of(Requester::TextureCache)))
+        let textures = || lines.take_request().map(of(Requester::TextureCache));
+        data.or_else(textures).or_else(|| {
+            let (memory, address, bytes) = self.code.take_request()?;
+            let requester = match memory {
+                CodeMemory::Instructions => Requester::InstructionCache,
+                CodeMemory::Contexts => Requester::ConfigurationMemory,
+            };
+            Some(of(requester)((address, bytes, false)))
+        })
     }
 
     /// The next request of the T&I unit to the memory.
@@ -211,6 +226,7 @@ impl CoreUnit {
                 sram,
                 data: DataCache::new(&spec.data_cache, latency(Class::Cload), immediate),
                 texture: TextureCache::new(&spec.texture_cache, latency(Class::Tex), immediate),
+                code: Code::new(arch, immediate),
                 tni: unit(timing, spec, tree, observed),
                 ports: Ports::default(),
                 account: Account::default(),
@@ -382,6 +398,8 @@ impl CoreUnit {
             match stall {
                 Stall::Data => account.memory_stall += now - *since,
                 Stall::Texture => account.texture_stall += now - *since,
+                Stall::Instructions => account.instruction_stall += now - *since,
+                Stall::Contexts => account.context_stall += now - *since,
             }
             if let Some(kernel) = self.kernel {
                 *account.kernel_stalls.entry(kernel).or_default() += now - *since;

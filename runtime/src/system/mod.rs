@@ -9,6 +9,7 @@
 //! frame.
 
 mod check;
+mod code;
 mod core_bus;
 mod core_unit;
 mod data_cache;
@@ -33,6 +34,7 @@ use crate::picture::Picture;
 use crate::scene_image::SceneImage;
 
 pub use check::check;
+pub use code::{CodeSizes, ContextCounters};
 pub use error::SystemError;
 pub use observer::{
     CoreView, MemoryRequest, Observer, Observers, Requester, SentPacket, Stall, TakenTile,
@@ -57,6 +59,8 @@ pub struct Options<'a> {
     pub timing: Timing,
     /// Names of the kernels, by their number in the scheduled program.
     pub kernel_names: Vec<String>,
+    /// The sizes of the program's code, for machines that fetch code from system memory.
+    pub code: CodeSizes,
     /// The tiles that cores take; else all of the frame, in the machine's blocks.
     pub tiles: Option<TileQueue>,
     /// Where the frame begins, if not at its start.
@@ -78,6 +82,7 @@ impl<'a> Options<'a> {
             guard: Guard::default(),
             timing: Timing::default(),
             kernel_names: Vec::new(),
+            code: CodeSizes::default(),
             tiles: None,
             start: None,
             checkpoint: None,
@@ -141,7 +146,7 @@ pub fn run(
 ) -> Result<Report, SystemError> {
     check_options(&engines, arch, &options)?;
     let names = options.kernel_names.clone();
-    let mut simulation = Simulation::new(image.take(), engines, arch, options);
+    let mut simulation = Simulation::new(image.take(), engines, arch, options)?;
     let cycles = simulation.run();
     let report = cycles.map(|cycles| Report::of(&simulation, cycles, arch, &names));
     image.memory = simulation.into_memory();
@@ -158,6 +163,15 @@ fn check_options(
         return Err(SystemError::NoCores);
     }
     check(&arch.system).map_err(SystemError::Machine)?;
+    if arch.system.instruction_cache.is_some() && options.code.bundles.is_empty() {
+        let message =
+            "it has an instruction cache, and the sizes of the program's bundles are not known";
+        return Err(SystemError::Machine(message.to_owned()));
+    }
+    if arch.srp.shared_contexts && options.code.contexts.is_empty() {
+        let message = "its kernels share contexts, and how many each of them has is not known";
+        return Err(SystemError::Machine(message.to_owned()));
+    }
     let sram_bytes = arch.system.sram_bytes as usize;
     if options.sram_image.len() > sram_bytes {
         return Err(SystemError::Machine(format!(

@@ -10,13 +10,17 @@ use crate::memory::cache::CacheCounters;
 use crate::tni::{Buffers, Client, HitRecord, RayCost, Tni, TniCounters, Unit, Visited};
 use serde::{Deserialize, Serialize};
 
-/// Which cache a core stands still for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// What a core stands still for: the first of these that it waits for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Stall {
-    /// Its data cache, and perhaps its texture cache too.
+    /// Its data cache.
     Data,
-    /// Its texture cache alone.
+    /// Its texture cache.
     Texture,
+    /// Its instruction cache.
+    Instructions,
+    /// The contexts of a kernel.
+    Contexts,
 }
 
 /// Who asks the memory.
@@ -26,6 +30,10 @@ pub enum Requester {
     DataCache,
     /// Its texture cache.
     TextureCache,
+    /// Its instruction cache.
+    InstructionCache,
+    /// Its configuration memory.
+    ConfigurationMemory,
     /// A cache of its T&I unit.
     Tni(Client),
 }

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use srp_archdesc::Arch;
 
+use super::code::ContextCounters;
 use super::core_unit::CoreUnit;
 use super::sharing::SharedWords;
 use super::simulation::{Simulation, port_name};
@@ -34,7 +35,11 @@ pub struct Account {
     pub memory_stall: u64,
     /// Stood still because of its texture cache alone.
     pub texture_stall: u64,
-    /// Of both, while it ran a kernel, by its number.
+    /// Stood still because of its instruction cache.
+    pub instruction_stall: u64,
+    /// Stood still because of a kernel's contexts.
+    pub context_stall: u64,
+    /// Of the first two, while it ran a kernel, by its number.
     pub kernel_stalls: BTreeMap<u32, u64>,
     /// Waited for a port.
     pub wait: BTreeMap<u32, u64>,
@@ -64,6 +69,8 @@ impl Account {
             + self.switch
             + self.memory_stall
             + self.texture_stall
+            + self.instruction_stall
+            + self.context_stall
             + self.wait.values().sum::<u64>()
     }
 }
@@ -97,8 +104,8 @@ pub struct PortCycles {
     pub cycles: u64,
 }
 
-/// One core. `vliw`, `array`, `switch`, `memory_stall`, `texture_stall`, `wait` and `idle` sum to
-/// the cycles of the frame.
+/// One core. `vliw`, `array`, `switch`, `memory_stall`, `texture_stall`, `instruction_stall`,
+/// `context_stall`, `wait` and `idle` sum to the cycles of the frame.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct CoreReport {
     /// SRP cycles in which VLIW bundles were issued.
@@ -113,7 +120,11 @@ pub struct CoreReport {
     pub memory_stall: u64,
     /// SRP cycles in which it stood still because of its texture cache alone.
     pub texture_stall: u64,
-    /// Of both, those while a kernel was on the array; the rest is control code's.
+    /// SRP cycles in which it stood still because a bundle was not in its instruction cache.
+    pub instruction_stall: u64,
+    /// SRP cycles in which it stood still because the contexts of a kernel were not in its configuration memory.
+    pub context_stall: u64,
+    /// Of stalls for data and textures, those while a kernel was on the array; the rest is control code's.
     pub kernel_stalls: Vec<KernelCycles>,
     /// SRP cycles of waiting for ports.
     pub wait: Vec<PortCycles>,
@@ -124,6 +135,10 @@ pub struct CoreReport {
     pub data_cache: CacheCounters,
     /// The texture cache: an access for each line that a sample needs.
     pub texture_cache: CacheCounters,
+    /// The instruction cache, where the core has one: an access for each line that the VLIW engine goes to.
+    pub instruction_cache: Option<CacheCounters>,
+    /// The configuration memory, where kernels share it.
+    pub contexts: Option<ContextCounters>,
     /// Bytes that the texture cache has read from memory.
     pub texture_bytes: u64,
     /// Samples that the texture unit has filtered.
@@ -202,6 +217,8 @@ impl Report {
             switch: core.account.switch,
             memory_stall: core.account.memory_stall,
             texture_stall: core.account.texture_stall,
+            instruction_stall: core.account.instruction_stall,
+            context_stall: core.account.context_stall,
             kernel_stalls: of_kernels(&core.account.kernel_stalls),
             wait: (core.account.wait.iter())
                 .map(|(&port, &cycles)| PortCycles {
@@ -212,6 +229,8 @@ impl Report {
             idle: cycles - core.account.total(),
             data_cache: core.data.cache.counters,
             texture_cache: core.texture.lines.cache.counters,
+            instruction_cache: core.code.instruction_counters(),
+            contexts: core.code.context_counters(),
             texture_bytes: core.texture.lines.cache.counters.misses
                 * u64::from(arch.system.texture_cache.line),
             texture_samples: core.texture.samples,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use srp_archdesc::watch::{Stage, Watch};
 use srp_archdesc::{Arch, ports};
 
+use super::code::{CodeLayout, CodeMemory};
 use super::core_bus::Shared;
 use super::core_unit::{CoreUnit, Periphery, State};
 use super::observer::{MemoryRequest, Requester, Stall};
@@ -14,9 +15,9 @@ use super::tiles::{TileQueue, frame_blocks};
 use super::{Checkpoint, Options, SystemError, Timing};
 use crate::core::Core;
 use crate::effect::Guard;
-use crate::memory::SystemMemory;
 use crate::memory::dram::Request;
 use crate::memory::path::{Clock, MemoryPath};
+use crate::memory::{self, SystemMemory};
 use crate::scene_image::{FrameBuffer, SceneImage};
 use crate::tni::Client;
 
@@ -29,19 +30,23 @@ const MAX_STILLNESS: u64 = 64;
 /// SRP cycles between two looks at the outside.
 const REPORT_INTERVAL: u64 = 1 << 16;
 
-/// Numbers of the requesters of a core: the data cache is 0, the level-2 cache 1, the texture cache 2, and
-/// the intersection units follow. The next core begins after this many.
+/// Numbers of the requesters of a core: the data cache is 0, the level-2 cache 1, the texture cache 2, the
+/// instruction cache 3, the configuration memory 4, and the intersection units follow. The next core begins after this many.
 const CLIENTS: u32 = 1 << 16;
 const DATA: u32 = 0;
 const TRV_L2: u32 = 1;
 const TEXTURE: u32 = 2;
-const IST: u32 = 3;
+const INSTRUCTIONS: u32 = 3;
+const CONTEXTS: u32 = 4;
+const IST: u32 = 5;
 
 /// A request as the memory has it, from this core.
 fn request_of(core: u32, request: &MemoryRequest) -> Request {
     let client = match request.requester {
         Requester::DataCache => DATA,
         Requester::TextureCache => TEXTURE,
+        Requester::InstructionCache => INSTRUCTIONS,
+        Requester::ConfigurationMemory => CONTEXTS,
         Requester::Tni(Client::TrvL2) => TRV_L2,
         Requester::Tni(Client::IstL1(i)) => i + IST,
     };
@@ -81,8 +86,10 @@ impl<'a> Simulation<'a> {
         engines: Vec<Box<dyn Core>>,
         arch: &Arch,
         options: Options<'a>,
-    ) -> Simulation<'a> {
+    ) -> Result<Simulation<'a>, SystemError> {
         let spec = &arch.system;
+        let scene_end = u64::from(memory::BASE) + image.memory.bytes().len() as u64;
+        let code = CodeLayout::behind(scene_end, &options.code, arch)?;
         let mut sram = options.sram_image.to_vec();
         sram.resize(spec.sram_bytes as usize, 0);
         let (timing, observed) = (options.timing, options.observer.is_some());
@@ -94,13 +101,14 @@ impl<'a> Simulation<'a> {
         let tiles =
             (options.tiles).unwrap_or_else(|| TileQueue::of_blocks(frame_blocks(&image, spec)));
         let core_count = engines.len();
-        Simulation {
+        Ok(Simulation {
             cores: (0..).zip(engines).map(core).collect(),
             paths: (0..paths).map(|_| MemoryPath::new(spec)).collect(),
             shared: Shared {
                 sharing: Sharing::of(&image.memory, core_count),
                 memory: image.memory,
                 tiles,
+                code,
                 srp: Clock::new(spec.srp_mhz),
                 tni: Clock::new(spec.tni_mhz),
                 observer: options.observer,
@@ -112,7 +120,7 @@ impl<'a> Simulation<'a> {
             start: options.start,
             checkpoint: options.checkpoint,
             watch: options.watch,
-        }
+        })
     }
 
     /// The memory as the cores have left it.
@@ -270,6 +278,8 @@ impl<'a> Simulation<'a> {
                     DATA => core.data.fill(address),
                     TRV_L2 => core.tni.fill(tni_cycle, Client::TrvL2, address),
                     TEXTURE => core.texture.lines.fill(address),
+                    INSTRUCTIONS => core.code.fill(CodeMemory::Instructions, address),
+                    CONTEXTS => core.code.fill(CodeMemory::Contexts, address),
                     i => core.tni.fill(tni_cycle, Client::IstL1(i - IST), address),
                 }
             }
@@ -353,11 +363,13 @@ impl<'a> Simulation<'a> {
                 State::Running => "runs".to_owned(),
                 State::Halted => "has ended".to_owned(),
                 State::Stalled(since, stall) => {
-                    let cache = match stall {
-                        Stall::Data => "data",
-                        Stall::Texture => "texture",
+                    let what = match stall {
+                        Stall::Data => "its data cache",
+                        Stall::Texture => "its texture cache",
+                        Stall::Instructions => "its instruction cache",
+                        Stall::Contexts => "the contexts of a kernel",
                     };
-                    format!("waits for its {cache} cache since cycle {since}")
+                    format!("waits for {what} since cycle {since}")
                 }
                 State::Waiting(port) => format!("waits for port {port} ({})", port_name(port)),
             };

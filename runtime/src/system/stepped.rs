@@ -30,7 +30,7 @@ impl<'a> System<'a> {
     ) -> Result<System<'a>, SystemError> {
         check_options(&engines, arch, &options)?;
         Ok(System {
-            simulation: Simulation::new(image, engines, arch, options),
+            simulation: Simulation::new(image, engines, arch, options)?,
             at: Instant::default(),
         })
     }

@@ -79,6 +79,8 @@ fn a_frame_is_drawn_and_accounted_for() {
             + core.switch
             + core.memory_stall
             + core.texture_stall
+            + core.instruction_stall
+            + core.context_stall
             + wait
             + core.idle;
         assert_eq!(sum, report.cycles);

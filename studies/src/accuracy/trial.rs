@@ -326,7 +326,9 @@ fn costs(report: &Report, program: &ScheduledDre, arch: &Arch, base: &Arch) -> C
     let tni = report.tni();
     let working = |core: &system::CoreReport| {
         let array: u64 = core.array.iter().map(|k| k.cycles).sum();
-        core.vliw + array + core.switch + core.memory_stall + core.texture_stall
+        let stalls = core.memory_stall + core.texture_stall;
+        let of_code = core.instruction_stall + core.context_stall;
+        core.vliw + array + core.switch + stalls + of_code
     };
     let memory = &report.dram.counters;
     let moved = memory.bytes_read + memory.bytes_written;

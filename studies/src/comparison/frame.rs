@@ -114,6 +114,12 @@ fn core_cycles(frame: &Document<'_>) -> Result<Figures, Error> {
             let cycles = frame.number_in(kernel, "/cycles")?;
             add(&mut figures, format!("array: {name}"), cycles);
         }
+        for (name, pointer) in [
+            ("instruction stall", "/instruction_stall"),
+            ("context stall", "/context_stall"),
+        ] {
+            add(&mut figures, name, frame.count_in(core, pointer)?);
+        }
         let mut control = number("/memory_stall")? + number("/texture_stall")?;
         for kernel in frame.list_in(core, "/kernel_stalls")? {
             let name = frame.text_in(kernel, "/kernel")?;

@@ -169,6 +169,14 @@ impl<'a> Document<'a> {
         number.ok_or_else(|| self.lacks(pointer, "number"))
     }
 
+    /// A number that documents of earlier versions lack where it is 0.
+    fn count_in(&self, part: &Value, pointer: &str) -> Result<f64, Error> {
+        match part.pointer(pointer) {
+            None => Ok(0.0),
+            Some(_) => self.number_in(part, pointer),
+        }
+    }
+
     fn text_in<'v>(&self, part: &'v Value, pointer: &str) -> Result<&'v str, Error> {
         let text = part.pointer(pointer).and_then(Value::as_str);
         text.ok_or_else(|| self.lacks(pointer, "text"))

@@ -10,13 +10,15 @@ use similar::{DiffTag, TextDiff};
 use std::collections::BTreeMap;
 
 /// The parts of cycles, with their names.
-const PARTS: [(&str, &str); 7] = [
+const PARTS: [(&str, &str); 9] = [
     ("vliw", "VLIW"),
     ("empty", "empty"),
     ("array", "array"),
     ("switch", "switch"),
     ("memory_stall", "memory"),
     ("texture_stall", "texture"),
+    ("instruction_stall", "instructions"),
+    ("context_stall", "contexts"),
     ("wait", "wait"),
 ];
 
@@ -34,7 +36,7 @@ pub(super) fn compare(old: &Document<'_>, new: &Document<'_>) -> Result<Comparis
     let parts = |profile: &Document<'_>| -> Result<Figures, Error> {
         let mut figures = Figures::new();
         for (member, name) in PARTS {
-            let cycles = profile.number(&format!("/parts/{member}"))?;
+            let cycles = profile.count_in(&profile.value, &format!("/parts/{member}"))?;
             add(&mut figures, name, cycles);
         }
         Ok(figures)

@@ -9,7 +9,9 @@ use srp_ir::dre::write_scheduled;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene_image::{SceneImage, tile_size};
 use srp_toolchain::cache::{Kind, key};
-use srp_toolchain::{Engines, Frame, MAX_CYCLES, Session, kernel_names, system_options};
+use srp_toolchain::{
+    Engines, Frame, MAX_CYCLES, Session, code_sizes, kernel_names, system_options,
+};
 
 /// A frame that is ready to be run.
 pub struct Prepared<'a> {
@@ -55,7 +57,13 @@ impl Prepared<'_> {
         let arch = level.machine(&frame.arch);
         let mut image = self.image.clone();
         let timing = level.timing();
-        let options = system_options(self.program, frame.guard.clone(), timing, session);
+        let options = system_options(
+            self.program,
+            &frame.arch,
+            frame.guard.clone(),
+            timing,
+            session,
+        );
         let cores = self.engines.cores(arch.system.cores);
         let start = Start::now(session.watch);
         let part = ledger::render_tiles(&mut image, cores, &arch, options);
@@ -117,6 +125,7 @@ impl Prepared<'_> {
             guard: frame.guard.clone(),
             recorded_hits: self.recorded_hits,
             kernel_names: &names,
+            code: &code_sizes(self.program, arch),
             max_cycles: MAX_CYCLES.min(session.cycles),
             threads: self.threads,
             session,

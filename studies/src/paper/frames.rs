@@ -82,7 +82,7 @@ fn render(view: &View<'_>, subject: Subject<'_>, sum: &mut Sum) -> Result<(), Er
         return Ok(());
     }
     let cores = engines.cores(arch.system.cores);
-    let how = system_options(program, Guard::default(), view.timing, session);
+    let how = system_options(program, arch, Guard::default(), view.timing, session);
     let (_, report) = system::render(image, cores, arch, how).map_err(Error::invalid)?;
     session.check()?;
     sum.add(&report);
@@ -116,7 +116,10 @@ impl Sum {
         self.bytes += dram.bytes_read + dram.bytes_written;
         for core in &report.cores {
             self.at_work += report.cycles - core.idle;
-            self.stalled += core.memory_stall + core.texture_stall;
+            self.stalled += core.memory_stall
+                + core.texture_stall
+                + core.instruction_stall
+                + core.context_stall;
             self.data.add(&core.data_cache);
             self.texture.add(&core.texture_cache);
         }

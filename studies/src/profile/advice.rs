@@ -25,6 +25,11 @@ pub(super) fn advice(profile: &Profile, report: &Report, arch: &Arch) -> Vec<Adv
     if system.texture_cache.blocking {
         found.push(texture_stalls(parts.texture_stall as f64 / all));
     }
+    found.push(instruction_stalls(
+        system,
+        parts.instruction_stall as f64 / all,
+    ));
+    found.push(context_stalls(arch, parts.context_stall as f64 / all));
     found.extend(loops(profile, all));
     found.retain(|advice| advice.share >= WORTH);
     found.sort_by(|a, b| b.share.total_cmp(&a.share));
@@ -118,6 +123,33 @@ fn texture_stalls(share: f64) -> Advice {
             .to_owned(),
         change: "A cache that does not block: the core goes on until the value is due.".to_owned(),
         set: vec![("texture-cache.blocking".to_owned(), "false".to_owned())],
+    }
+}
+
+/// Cores stand still for bundles.
+fn instruction_stalls(system: &SystemSpec, share: f64) -> Advice {
+    let bytes = system.instruction_cache.map_or(0, |cache| cache.bytes);
+    Advice {
+        share,
+        reason: format!(
+            "A core stands still from each miss of its instruction cache, of {bytes} bytes, until the line is there."
+        ),
+        change: "A larger cache, or one with more ways.".to_owned(),
+        set: vec![("instruction-cache.size".to_owned(), (2 * bytes).to_string())],
+    }
+}
+
+/// Cores stand still for contexts.
+fn context_stalls(arch: &Arch, share: f64) -> Advice {
+    let contexts = arch.srp.contexts;
+    Advice {
+        share,
+        reason: format!(
+            "A core stands still at each launch of a loop that is not among the {contexts} contexts of its configuration \
+             memory."
+        ),
+        change: "A deeper configuration memory.".to_owned(),
+        set: vec![("array.contexts".to_owned(), (2 * contexts).to_string())],
     }
 }
 

@@ -125,6 +125,8 @@ impl Work {
         let cache = match request.requester {
             Requester::DataCache => Cache::Data,
             Requester::TextureCache => Cache::Texture,
+            // What they read is no part of the scene.
+            Requester::InstructionCache | Requester::ConfigurationMemory => return,
             Requester::Tni(_) => {
                 object.by_tni += bytes;
                 let levels = &mut self.surroundings.levels;

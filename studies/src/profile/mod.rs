@@ -60,10 +60,10 @@ pub struct Profiler {
 /// A core and its time apart from its turns.
 struct Counted {
     counts: SharedCounts,
-    /// Since when it stands still, and for which cache.
+    /// Since when it stands still, and for what.
     still: Option<(u64, Stall)>,
     /// Cycles of standing still, by the turn before.
-    stalls: BTreeMap<(Turn, Cache), u64>,
+    stalls: BTreeMap<(Turn, Stall), u64>,
     /// Cycles of waiting, by the bundle.
     waits: Vec<u64>,
     /// The wait that may go on: a core looks at its port in every cycle, and the whole is counted when it is over.
@@ -234,17 +234,17 @@ impl Profiler {
         let Some((since, stall)) = of.still.take() else {
             return;
         };
-        let (cache, cycles) = (Cache::from(stall), core.cycle.saturating_sub(since));
+        let cycles = core.cycle.saturating_sub(since);
         let last = of.counts.get().last;
         if let Some(turn) = last {
-            *of.stalls.entry((turn, cache)).or_default() += cycles;
-            if let Some(work) = &mut self.work {
+            *of.stalls.entry((turn, stall)).or_default() += cycles;
+            if let (Some(work), Some(cache)) = (&mut self.work, Cache::of(stall)) {
                 let line = self.lines.stalled(turn, cache == Cache::Data);
                 work.stood_still(core.core, cache, line, cycles);
             }
         }
         self.clock
-            .does(core.core, since, cycles, Doing::Stands(cache));
+            .does(core.core, since, cycles, Doing::Stands(stall));
     }
 }
 
@@ -327,22 +327,23 @@ impl<'a> Builder<'a> {
                 self.functions[function].array += array;
             }
         }
-        for (&(turn, cache), &cycles) in &core.stalls {
-            let is_data = cache == Cache::Data;
-            let parts = match is_data {
-                true => Parts {
-                    memory_stall: cycles,
-                    ..Parts::default()
-                },
-                false => Parts {
-                    texture_stall: cycles,
-                    ..Parts::default()
-                },
-            };
-            let line = self.lines.stalled(turn, is_data);
+        for (&(turn, stall), &cycles) in &core.stalls {
+            let mut parts = Parts::default();
+            match stall {
+                Stall::Data => parts.memory_stall = cycles,
+                Stall::Texture => parts.texture_stall = cycles,
+                Stall::Instructions => parts.instruction_stall = cycles,
+                Stall::Contexts => parts.context_stall = cycles,
+            }
+            // A bundle that is not there stalls at its own line.
+            let line = Cache::of(stall).map(|cache| self.lines.stalled(turn, cache == Cache::Data));
             match turn {
-                Turn::Bundle(bundle) => self.control(bundle, parts, Some(line)),
-                Turn::Context { kernel, .. } => self.array(kernel as usize, parts, line),
+                Turn::Bundle(bundle) => self.control(bundle, parts, line),
+                Turn::Context { kernel, .. } => {
+                    let kernel = kernel as usize;
+                    let line = line.unwrap_or_else(|| self.lines.loop_line(kernel));
+                    self.array(kernel, parts, line);
+                }
             }
         }
         let waiting = core.waiting.map(|w| (w.bundle, w.until - w.since));

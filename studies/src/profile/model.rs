@@ -25,13 +25,17 @@ pub struct Parts {
     pub memory_stall: u64,
     /// Standing still for the texture cache alone.
     pub texture_stall: u64,
+    /// Standing still for the instruction cache.
+    pub instruction_stall: u64,
+    /// Standing still for the contexts of a loop.
+    pub context_stall: u64,
     /// Waiting for ports: for the T&I unit, in a frame.
     pub wait: u64,
 }
 
 impl Parts {
     /// The parts with their names, in this order everywhere.
-    pub fn named(&self) -> [(&'static str, u64); 7] {
+    pub fn named(&self) -> [(&'static str, u64); 9] {
         [
             ("VLIW", self.vliw),
             ("empty", self.empty),
@@ -39,6 +43,8 @@ impl Parts {
             ("switch", self.switch),
             ("memory", self.memory_stall),
             ("texture", self.texture_stall),
+            ("instructions", self.instruction_stall),
+            ("contexts", self.context_stall),
             ("wait", self.wait),
         ]
     }
@@ -61,6 +67,8 @@ impl AddAssign for Parts {
         self.switch += other.switch;
         self.memory_stall += other.memory_stall;
         self.texture_stall += other.texture_stall;
+        self.instruction_stall += other.instruction_stall;
+        self.context_stall += other.context_stall;
         self.wait += other.wait;
     }
 }

@@ -48,22 +48,24 @@ pub(super) enum Doing {
     Loop(u32),
     Vliw,
     Switch,
-    Stands(Cache),
+    Stands(Stall),
     Waits,
 }
 
-/// The cache that a core stands still for.
+/// A cache for the data of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Cache {
     Data,
     Texture,
 }
 
-impl From<Stall> for Cache {
-    fn from(stall: Stall) -> Cache {
+impl Cache {
+    /// The cache that a core stands still for, where it is one for data.
+    pub(super) fn of(stall: Stall) -> Option<Cache> {
         match stall {
-            Stall::Data => Cache::Data,
-            Stall::Texture => Cache::Texture,
+            Stall::Data => Some(Cache::Data),
+            Stall::Texture => Some(Cache::Texture),
+            Stall::Instructions | Stall::Contexts => None,
         }
     }
 }
@@ -191,8 +193,10 @@ impl Clock {
                         Doing::Loop(number) => kernel(*number),
                         Doing::Vliw => "VLIW".to_owned(),
                         Doing::Switch => "switch".to_owned(),
-                        Doing::Stands(Cache::Data) => "memory".to_owned(),
-                        Doing::Stands(Cache::Texture) => "texture".to_owned(),
+                        Doing::Stands(Stall::Data) => "memory".to_owned(),
+                        Doing::Stands(Stall::Texture) => "texture".to_owned(),
+                        Doing::Stands(Stall::Instructions) => "instructions".to_owned(),
+                        Doing::Stands(Stall::Contexts) => "contexts".to_owned(),
                         Doing::Waits => "wait".to_owned(),
                     },
                     cycles: whole(cycles),

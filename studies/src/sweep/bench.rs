@@ -165,6 +165,7 @@ impl<'a> Bench<'a> {
                     let arch = level.machine(arch);
                     let options = system_options(
                         program,
+                        &arch,
                         frame.guard.clone(),
                         srp_runtime::system::Timing::Full,
                         session,

@@ -56,7 +56,13 @@ impl Film {
         let session = srp_tests::session();
         let options = system::Options {
             observer,
-            ..system_options(&self.program, Guard::default(), Timing::Full, &session)
+            ..system_options(
+                &self.program,
+                self.arch(),
+                Guard::default(),
+                Timing::Full,
+                &session,
+            )
         };
         let rendered = system::render(self.studio.image(), cores, self.arch(), options);
         rendered.expect("the frame is finished").1

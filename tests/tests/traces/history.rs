@@ -115,7 +115,13 @@ fn last_store(film: &Film, pixel: u32, tile: u32) -> ([u8; 4], Stored) {
     let mut watch = StoreWatch::new(pixel, tile);
     let options = system::Options {
         observer: Some(&mut watch),
-        ..system_options(&film.program, Default::default(), Timing::Full, &session)
+        ..system_options(
+            &film.program,
+            film.arch(),
+            Default::default(),
+            Timing::Full,
+            &session,
+        )
     };
     let cores = (0..film.arch().system.cores).map(|_| film.interpreter());
     let mut image = film.image();

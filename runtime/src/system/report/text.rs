@@ -3,6 +3,7 @@
 use super::{CoreReport, KernelCycles, KernelRuns, Report};
 use crate::digits::thousands;
 use crate::memory::cache::CacheCounters;
+use crate::system::ContextCounters;
 use crate::tni::PipeCounters;
 use std::fmt::Write as _;
 
@@ -67,6 +68,8 @@ impl Report {
         row("mode switch", &|c| c.switch, None);
         row("memory stall", &|c| c.memory_stall, None);
         row("texture stall", &|c| c.texture_stall, None);
+        row("instruction stall", &|c| c.instruction_stall, None);
+        row("context stall", &|c| c.context_stall, None);
         for kernel in &kernels {
             let stalls = |c: &CoreReport| of_kernel(&c.kernel_stalls, kernel);
             row(&format!("  of both in {kernel}"), &stalls, None);
@@ -159,9 +162,17 @@ impl Report {
         let tni = self.tni();
         let (mut data, mut texture) = (CacheCounters::default(), CacheCounters::default());
         let (mut samples, mut texture_bytes) = (0, 0);
+        let mut instructions: Option<CacheCounters> = None;
+        let mut contexts: Option<ContextCounters> = None;
         for core in &self.cores {
             data.add(&core.data_cache);
             texture.add(&core.texture_cache);
+            if let Some(of_core) = &core.instruction_cache {
+                instructions.get_or_insert_default().add(of_core);
+            }
+            if let Some(of_core) = &core.contexts {
+                contexts.get_or_insert_default().add(of_core);
+            }
             samples += core.texture_samples;
             texture_bytes += core.texture_bytes;
         }
@@ -173,12 +184,14 @@ impl Report {
             ),
         );
         for (name, cache) in [
-            ("TRV L1", &tni.trv_l1),
-            ("TRV L2", &tni.trv_l2),
-            ("IST L1", &tni.ist_l1),
-            ("SRP data", &data),
-            ("texture", &texture),
+            ("TRV L1", Some(&tni.trv_l1)),
+            ("TRV L2", Some(&tni.trv_l2)),
+            ("IST L1", Some(&tni.ist_l1)),
+            ("SRP data", Some(&data)),
+            ("texture", Some(&texture)),
+            ("SRP code", instructions.as_ref()),
         ] {
+            let Some(cache) = cache else { continue };
             let accesses = cache.hits + cache.misses + cache.joined;
             let hits = match accesses {
                 0 => "–".to_owned(),
@@ -199,6 +212,16 @@ impl Report {
             line(
                 out,
                 format_args!("textures: {samples} samples, {bytes} bytes read"),
+            );
+        }
+        if let Some(contexts) = contexts {
+            let [launches, loads, bytes] =
+                [contexts.launches, contexts.loads, contexts.bytes].map(thousands);
+            line(
+                out,
+                format_args!(
+                    "contexts: {launches} launches, {loads} of them of kernels that were not there, {bytes} bytes read"
+                ),
             );
         }
         out.push_str(&self.dram.text());
@@ -287,6 +310,10 @@ mod tests {
             switch: 0,
             memory_stall: 250,
             texture_stall: 50,
+            instruction_stall: 0,
+            context_stall: 0,
+            instruction_cache: None,
+            contexts: None,
             kernel_stalls: vec![KernelCycles {
                 kernel: kernel.to_owned(),
                 cycles: 280,

@@ -27,7 +27,7 @@ use crate::survey::{LEAST_DRAWS, draws_needed};
 use srp_runtime::core::Core;
 use srp_runtime::effect::Guard;
 use srp_runtime::scene_image::SceneImage;
-use srp_runtime::system::{Options, QueuedTile, SystemError, TileQueue, Timing};
+use srp_runtime::system::{CodeSizes, Options, QueuedTile, SystemError, TileQueue, Timing};
 use srp_toolchain::cache::{Key, Kind};
 use srp_toolchain::envelope::Contents;
 use srp_toolchain::{Error, Session};
@@ -60,6 +60,8 @@ pub struct Frame<'a> {
     pub recorded_hits: bool,
     /// Names of the kernels.
     pub kernel_names: &'a [String],
+    /// Sizes of the program's code.
+    pub code: &'a CodeSizes,
     /// Most SRP cycles of a batch.
     pub max_cycles: u64,
     /// Threads of the host; they change no figure.
@@ -122,6 +124,7 @@ impl Frame<'_> {
                 false => Timing::Full,
             },
             kernel_names: self.kernel_names.to_vec(),
+            code: self.code.clone(),
             watch,
             ..Options::new(self.sram_image)
         }
