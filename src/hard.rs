@@ -306,6 +306,7 @@ fn table(matrix: &Matrix, again: &Again<'_>) -> Markup {
         Level::Host => "host",
         Level::Srp => "kernels on the simulated SRP",
         Level::Tni => "T&I unit",
+        Level::Frame => "frames",
     };
     html! {
         div.scroll { table {

@@ -71,6 +71,17 @@ fn cases_of_ones_own_are_tried() {
     assert!(place(">Y1<") < place(">Y2<") && place(">Y2<") < place(">Y3<"));
     let right = srp(&folder, &["hard-cases", "--cases", ".", "--filter", "Y3"]);
     assert_eq!(right.status.code(), Some(0));
+    // What is no view is told with its place.
+    let blind =
+        "on frame\ncase Y1 no view\ncall picture size 4 4 eye 1 2 3 at 1 2 3 grid 1\ngives off 0\n";
+    super::write(&folder, "blind.cases", blind);
+    let output = srp(&folder, &["hard-cases", "--cases", "blind.cases"]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("blind.cases:2: Y1: the camera's direction"),
+        "{said}"
+    );
 }
 
 #[test]
@@ -89,6 +100,14 @@ fn mistakes_in_cases_are_shown() {
         (
             "call ray grid 1e9 from 0 0 0 along 1 0 0\non tni",
             "6:1: 1000000000 is no size",
+        ),
+        (
+            "call picture size 8 6 eye 0 0 4 at 0 0 0 diffuse 2 0 0\non frame\ngives off 0",
+            "6:1: 2 is no size of `diffuse`",
+        ),
+        (
+            "call picture size 200 200 eye 0 0 4 at 0 0 0 samples 64\non frame\ngives off 0",
+            "6:1: 2560000 rays from the eye are more than 1000000",
         ),
         ("gives hit", "6:1: `hit` is no number"),
         ("gives 1 2", "6:1: the answer has 1 number, not 2"),

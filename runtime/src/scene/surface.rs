@@ -48,13 +48,16 @@ impl Surface {
         let glass = matches!(m.illumination, 4 | 6 | 7 | 9);
         let bends = matches!(m.illumination, 6 | 7) && m.refraction_index > 0.0;
         let mirrors = matches!(m.illumination, 3..=7);
+        let index = if bends { m.refraction_index } else { 1.0 };
         let fresnel = match m.illumination {
             5 => Fresnel::Conductor,
-            7 => Fresnel::Dielectric,
+            7 if index != 1.0 => Fresnel::Dielectric,
             _ => Fresnel::None,
         };
         let mirror = match fresnel {
             Fresnel::Dielectric => [1.0; 3],
+            // A dielectric like what is round it mirrors nothing at any angle.
+            _ if m.illumination == 7 => [0.0; 3],
             _ if mirrors => m.specular,
             _ => [0.0; 3],
         };
@@ -76,7 +79,7 @@ impl Surface {
             mirror,
             fresnel,
             through,
-            index: if bends { m.refraction_index } else { 1.0 },
+            index,
         }
     }
 
@@ -122,6 +125,16 @@ mod tests {
         assert_eq!(which(Surface::transmits), [4, 6, 7, 9]);
         assert_eq!(which(|s| s.index != 1.0), [6, 7]);
         assert_eq!(which(|s| s.fresnel != Fresnel::None), [5, 7]);
+    }
+
+    #[test]
+    fn a_dielectric_of_index_1_is_not_there() {
+        let surface = Surface::of(&Material {
+            illumination: 7,
+            refraction_index: 1.0,
+            ..Material::diffuse("m", [0.0; 3])
+        });
+        assert!(!surface.mirrors() && surface.fresnel == Fresnel::None && surface.index == 1.0);
     }
 
     #[test]

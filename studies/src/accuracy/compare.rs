@@ -53,6 +53,11 @@ impl Comparison {
         }
     }
 
+    /// The largest difference of a channel of each pixel, in levels.
+    pub(crate) fn levels(&self) -> &[u8] {
+        &self.levels
+    }
+
     /// The difference over the pixels for which `counts`.
     pub(crate) fn over(&self, counts: impl Fn(usize) -> bool) -> Difference {
         let pixels: Vec<usize> = (0..self.levels.len()).filter(|&i| counts(i)).collect();

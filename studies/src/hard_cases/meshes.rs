@@ -18,44 +18,51 @@ pub(crate) fn triangle(positions: [Vec3; 3]) -> Triangle {
     }
 }
 
-/// The triangles of a case: `tri` and nine coordinates, any number of times; `sphere columns rows
+/// The triangles that an argument of a case names: `tri` and nine coordinates, any number of times; `sphere columns rows
 /// radius x y z`; `grid n`, flat and square, from 0 to n; `identical n`; `nested n`, in planes at
-/// 2^-i; `ladder n`, equal ones in the planes 1 to n; `scene`, the scene at hand. `normals` are shading
-/// normals of the first.
+/// 2^-i; `ladder n`, equal ones in the planes 1 to n; `scene`, the scene at hand. None for all else.
+pub(super) fn mesh(name: &str, numbers: &[f32], scene: &Scene) -> Vec<Triangle> {
+    let count = numbers.first().map_or(0, |&n| n as usize);
+    let flat = |z: f32, size: f32| {
+        let corner = |x: f32, y: f32| Vec3::new(x * size, y * size, z);
+        triangle([corner(-1.0, -1.0), corner(1.0, -1.0), corner(0.0, 1.0)])
+    };
+    match (name, numbers) {
+        ("tri", corners) => {
+            let triangles = corners.chunks_exact(9).map(|corners| {
+                let corner = |i: usize| Vec3::from_slice(&corners[3 * i..]);
+                triangle([0, 1, 2].map(corner))
+            });
+            triangles.collect()
+        }
+        ("sphere", &[columns, rows, radius, x, y, z]) => {
+            let counts = (columns as usize, rows as usize);
+            sphere(counts, radius, Vec3::new(x, y, z))
+        }
+        ("grid", _) => grid(count),
+        ("identical", _) => vec![flat(1.0, 1.0); count],
+        ("nested", _) => {
+            let plane = |i: usize| flat((-(i as f32)).exp2(), 1.0);
+            (0..count).map(plane).collect()
+        }
+        ("ladder", _) => (1..=count).map(|i| flat(i as f32, 1.0)).collect(),
+        ("scene", _) => scene.triangles.clone(),
+        _ => Vec::new(),
+    }
+}
+
+/// The triangles of a case. `normals` are shading normals of the first.
 pub(super) fn of(case: &Case, scene: &Scene) -> Vec<Triangle> {
     let mut triangles: Vec<Triangle> = Vec::new();
     for (name, words) in &case.arguments {
         let numbers: Vec<f32> = words.iter().map(|&w| f32::from_bits(w)).collect();
-        let count = numbers.first().map_or(0, |&n| n as usize);
-        let flat = |z: f32, size: f32| {
-            let corner = |x: f32, y: f32| Vec3::new(x * size, y * size, z);
-            triangle([corner(-1.0, -1.0), corner(1.0, -1.0), corner(0.0, 1.0)])
-        };
         match (name.as_str(), &numbers[..]) {
-            ("tri", corners) => {
-                for corners in corners.chunks_exact(9) {
-                    let corner = |i: usize| Vec3::from_slice(&corners[3 * i..]);
-                    triangles.push(triangle([0, 1, 2].map(corner)));
-                }
-            }
-            ("sphere", &[columns, rows, radius, x, y, z]) => {
-                let counts = (columns as usize, rows as usize);
-                triangles.extend(sphere(counts, radius, Vec3::new(x, y, z)));
-            }
-            ("grid", _) => triangles.extend(grid(count)),
-            ("identical", _) => triangles.extend(vec![flat(1.0, 1.0); count]),
-            ("nested", _) => {
-                let plane = |i: usize| flat((-(i as f32)).exp2(), 1.0);
-                triangles.extend((0..count).map(plane));
-            }
-            ("ladder", _) => triangles.extend((1..=count).map(|i| flat(i as f32, 1.0))),
-            ("scene", _) => triangles.extend_from_slice(&scene.triangles),
             ("normals", normals) if normals.len() == 9 => {
                 if let Some(first) = triangles.first_mut() {
                     first.normals = [0, 1, 2].map(|i| Vec3::from_slice(&normals[3 * i..]));
                 }
             }
-            _ => {}
+            (name, numbers) => triangles.extend(mesh(name, numbers, scene)),
         }
     }
     triangles

@@ -14,6 +14,7 @@ mod judge;
 pub(crate) mod meshes;
 #[cfg(test)]
 mod oracle;
+mod picture;
 mod report;
 mod settings;
 mod shared;
@@ -80,10 +81,13 @@ pub fn run(
     kernels: Option<&Path>,
     session: &Session<'_>,
 ) -> Result<Matrix, Error> {
+    let folder = srp_toolchain::Kernels::of(kernels)?;
     let kernels = &Kernels::of(kernels)?;
     let settings = settings::of(arch);
     let trial = Trial {
         session,
+        scene,
+        folder,
         kernels,
         triangles: cases.iter().map(|c| meshes::of(c, scene)).collect(),
         aimed: cases.iter().map(|c| aimed_of(c, scene)).collect(),
@@ -134,6 +138,10 @@ struct Trial<'a> {
     triangles: Vec<Vec<Triangle>>,
     aimed: Vec<Option<AimedRays>>,
     kernels: &'a Kernels,
+    /// The same, as frames take them.
+    folder: srp_toolchain::Kernels,
+    /// The scene at hand.
+    scene: &'a Scene,
     session: &'a Session<'a>,
 }
 
@@ -178,6 +186,9 @@ impl Trial<'_> {
         }
         if setting.changes_tni {
             self.in_unit(number, setting, &mut found)?;
+        }
+        if has_slots && number == 0 {
+            self.in_frames(setting, &mut found)?;
         }
         Ok(found)
     }
@@ -308,6 +319,21 @@ impl Trial<'_> {
                 _ => continue,
             };
             found.verdicts.push((i, Level::Tni, verdict));
+        }
+        Ok(())
+    }
+}
+
+impl Trial<'_> {
+    /// Pictures of the machine as it is.
+    fn in_frames(&self, setting: &Setting, found: &mut Found) -> Result<(), Error> {
+        for (i, case) in self.cases.iter().enumerate() {
+            if case.call == "picture" {
+                self.session.check()?;
+                let verdict =
+                    picture::judge(case, setting, self.scene, &self.folder, self.session)?;
+                found.verdicts.push((i, Level::Frame, verdict));
+            }
         }
         Ok(())
     }

@@ -6,6 +6,8 @@ mod numbers;
 
 use super::catalogue::{self, Case, Oracle};
 use super::judge::ulp;
+use super::picture;
+use srp_runtime::scene::demo::demo;
 
 /// A number that the catalogue states is the float nearest to what an oracle in binary64 says, or as
 /// good as half way.
@@ -37,7 +39,8 @@ fn the_catalogue_does_not_lie() {
         );
         let said = match case.call.as_str() {
             "box" | "ray" | "leaks" | "acne" | "surface" => geometry::check(case),
-            "basis" => Ok(()),
+            // Whether a basis is one follows from its answer; pictures are made in binary64 as they are tried.
+            "basis" | "picture" => Ok(()),
             _ => numbers::check(case),
         };
         if let Err(what) = said {
@@ -45,6 +48,24 @@ fn the_catalogue_does_not_lie() {
         }
     }
     assert!(lies.is_empty(), "{} lies:\n{}", lies.len(), lies.join("\n"));
+}
+
+/// A picture of one colour says nothing.
+#[test]
+fn pictures_show_something() {
+    let cases = catalogue::own().unwrap_or_else(|e| panic!("{}", e.render(false)));
+    let pictures: Vec<&Case> = cases.iter().filter(|c| c.call == "picture").collect();
+    assert!(pictures.len() >= 30, "{} pictures", pictures.len());
+    for case in pictures {
+        let shown = picture::in_binary64(case, &demo());
+        let mut colours: Vec<[u8; 3]> = shown
+            .iter()
+            .map(|colour| colour.to_array().map(|c| c.round() as u8))
+            .collect();
+        colours.sort();
+        colours.dedup();
+        assert!(colours.len() > 2, "{}: {colours:?}", case.id);
+    }
 }
 
 /// A machine that flushes subnormals answers as if its arguments were zeros.

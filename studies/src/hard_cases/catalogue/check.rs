@@ -4,6 +4,7 @@
 use super::super::functions::{self, Function};
 use super::{Case, Level, number};
 use srp_archdesc::datapath::Intersection;
+use srp_runtime::scene::{MAX_BOUNCES, MAX_SAMPLES};
 
 /// Most rays of a case.
 const MAX_RAYS: f32 = 1e6;
@@ -13,6 +14,9 @@ const MAX_TRIANGLES: f32 = 1e6;
 
 /// Longest side of a texture.
 const MAX_SIDE: f32 = 65536.0;
+
+/// Longest side of a picture.
+const MAX_PICTURE_SIDE: f32 = 256.0;
 
 /// Most texels of one.
 const MAX_TEXELS: f32 = 262_144.0;
@@ -57,6 +61,29 @@ struct Form {
     levels: &'static [Level],
 }
 
+/// Arguments of pictures.
+const PICTURE: [Argument; 19] = [
+    ("size", 2, 2, true),
+    ("eye", 3, 3, true),
+    ("at", 3, 3, true),
+    ("up", 3, 3, false),
+    ("fov", 1, 1, false),
+    ("light", 3, 3, false),
+    ("ambient", 1, 1, false),
+    ("background", 3, 3, false),
+    ("samples", 1, 1, false),
+    ("bounces", 1, 1, false),
+    ("inter", 1, 1, false),
+    ("occlusion", 2, 2, false),
+    ("diffuse", 3, 3, false),
+    ("shiny", 2, 2, false),
+    ("mirror", 1, 1, false),
+    ("glass", 2, 2, false),
+    ("glow", 1, 1, false),
+    ("moved", 3, 3, false),
+    ("scaled", 1, 1, false),
+];
+
 /// The form of a call that is more than one function of the driver.
 fn own_form(call: &str) -> Option<Form> {
     const RAY: [Argument; 2] = [("from", 3, 3, true), ("along", 3, 3, true)];
@@ -84,7 +111,7 @@ fn own_form(call: &str) -> Option<Form> {
                 ],
             ],
             false,
-            &Level::ALL,
+            &[Level::Host, Level::Srp, Level::Tni],
         ),
         "surface" => (
             &[&[
@@ -104,6 +131,7 @@ fn own_form(call: &str) -> Option<Form> {
             true,
             &[Level::Srp],
         ),
+        "picture" => (&[&PICTURE], true, &[Level::Frame]),
         _ => return None,
     };
     let meshes = MESHES.into_iter().filter(|_| with_meshes);
@@ -149,6 +177,9 @@ pub(super) fn check(case: &Case) -> Result<(), Refusal> {
     levels(case, &form)?;
     arguments(case, &form)?;
     sizes(case)?;
+    if case.call == "picture" {
+        picture(case)?;
+    }
     for (keyword, answer) in answers(case) {
         match function {
             Some(function) if function.name != "basis" => numbers(function, keyword, answer)?,
@@ -219,16 +250,60 @@ fn arguments(case: &Case, form: &Form) -> Result<(), Refusal> {
     }
 }
 
-/// Checks counts and sizes, which have limits, and numbers that have to be finite.
-fn sizes(case: &Case) -> Result<(), Refusal> {
-    let within = |name: &str, value: f32, least: f32, most: f32| match value {
-        value if value >= least && value <= most => Ok(()),
-        _ => refuse(
+/// Checks that a number of an argument is in its range.
+fn within(name: &str, value: f32, least: f32, most: f32) -> Result<(), Refusal> {
+    match value >= least && value <= most {
+        true => Ok(()),
+        false => refuse(
             "call",
             format!("{value} is no size of `{name}`"),
             Some(format!("it is from {least} to {most}")),
         ),
-    };
+    }
+}
+
+/// Checks the numbers of a picture.
+fn picture(case: &Case) -> Result<(), Refusal> {
+    for (name, words) in &case.arguments {
+        let range = match name.as_str() {
+            "size" => (1.0, MAX_PICTURE_SIDE),
+            "fov" => (0.01, 179.0),
+            "samples" => (1.0, MAX_SAMPLES as f32),
+            "bounces" | "inter" => (0.0, MAX_BOUNCES as f32),
+            "diffuse" | "background" | "mirror" => (0.0, 1.0),
+            "ambient" | "glow" => (0.0, 1e6),
+            "scaled" => (-60.0, 60.0),
+            _ => (f32::MIN, f32::MAX),
+        };
+        // Those whose numbers have ranges of their own.
+        let ranges = match name.as_str() {
+            "shiny" => [(0.0, 1.0), (0.0, 1e6)],
+            "glass" => [(0.01, 100.0), (0.0, 1.0)],
+            "occlusion" => [(0.0, MAX_SAMPLES as f32), (0.0, f32::MAX)],
+            _ => [range; 2],
+        };
+        for (number, &word) in words.iter().enumerate() {
+            let (least, most) = ranges.get(number).copied().unwrap_or(range);
+            within(name, f32::from_bits(word), least, most)?;
+        }
+    }
+    let [width, height] = case.floats("size");
+    let [samples] = case
+        .argument("samples")
+        .map_or([1.0], |_| case.floats("samples"));
+    let rays = width * height * samples;
+    match rays > MAX_RAYS {
+        true => refuse(
+            "call",
+            format!("{rays} rays from the eye are more than {MAX_RAYS}"),
+            None,
+        ),
+        false => Ok(()),
+    }
+}
+
+/// Checks counts and sizes, which have limits, and numbers that have to be finite.
+fn sizes(case: &Case) -> Result<(), Refusal> {
     let mut triangles = 0.0;
     for (name, words) in &case.arguments {
         let values: Vec<f32> = words.iter().map(|&w| f32::from_bits(w)).collect();
@@ -247,7 +322,7 @@ fn sizes(case: &Case) -> Result<(), Refusal> {
                 triangles += 2.0 * columns * rows;
             }
             ("rays", &[n]) => within(name, n, 1.0, MAX_RAYS)?,
-            ("size", sides) => {
+            ("size", sides) if case.call != "picture" => {
                 for &side in &sides[..2] {
                     within(name, side, 0.0, MAX_SIDE)?;
                 }
@@ -258,7 +333,7 @@ fn sizes(case: &Case) -> Result<(), Refusal> {
             _ => {}
         }
         // What is aimed at, and what rays start on, is somewhere.
-        let is_placed = matches!(case.call.as_str(), "surface" | "leaks" | "acne");
+        let is_placed = matches!(case.call.as_str(), "surface" | "leaks" | "acne" | "picture");
         if is_placed && name != "seed" && !values.iter().all(|v| v.is_finite()) {
             return refuse("call", format!("a number of `{name}` is not finite"), None);
         }
@@ -341,6 +416,10 @@ fn words(call: &str, keyword: &'static str, answer: &[String]) -> Result<(), Ref
             };
             (answer.chunks(2).all(pair), form)
         }
+        "picture" => (
+            matches!(answer, [off, n] if off == "off" && n.parse::<u32>().is_ok()),
+            "`off` and how many pixels may be",
+        ),
         _ => {
             let form = match call {
                 "leaks" => "`lost 0`",

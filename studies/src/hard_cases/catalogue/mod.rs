@@ -38,7 +38,7 @@ const FOLDER: &str = "studies/src/hard_cases/catalogue";
 pub(crate) const VERSION: u32 = 1;
 
 /// The files of the catalogue.
-const FILES: [(&str, &str); 10] = [
+const FILES: [(&str, &str); 11] = [
     ("boxes", include_str!("boxes.cases")),
     ("triangles", include_str!("triangles.cases")),
     ("origins", include_str!("origins.cases")),
@@ -49,6 +49,7 @@ const FILES: [(&str, &str); 10] = [
     ("trees", include_str!("trees.cases")),
     ("floats", include_str!("floats.cases")),
     ("rounding", include_str!("rounding.cases")),
+    ("pictures", include_str!("pictures.cases")),
 ];
 
 /// Where a case is run.
@@ -60,11 +61,13 @@ pub enum Level {
     Srp,
     /// The T&I unit, with rays of the SRP where kernels make them.
     Tni,
+    /// Whole frames: the kernels by their meaning, with a T&I unit that answers at once.
+    Frame,
 }
 
 impl Level {
     /// All of them, from the one without a simulation.
-    pub const ALL: [Level; 3] = [Level::Host, Level::Srp, Level::Tni];
+    pub const ALL: [Level; 4] = [Level::Host, Level::Srp, Level::Tni, Level::Frame];
 
     /// Its name in the catalogue.
     pub fn name(self) -> &'static str {
@@ -72,6 +75,7 @@ impl Level {
             Level::Host => "host",
             Level::Srp => "srp",
             Level::Tni => "tni",
+            Level::Frame => "frame",
         }
     }
 }
