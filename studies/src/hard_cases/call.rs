@@ -11,6 +11,8 @@ pub(super) struct Calls {
     inputs: Vec<Vec<u32>>,
     /// For each call its function, and its place among those of the same number.
     calls: Vec<(&'static Function, usize)>,
+    /// The functions of `math.h` among them, a bit each.
+    math: u32,
     /// Other data in memory, each item at a multiple of 64 bytes behind the table.
     data: Vec<u8>,
 }
@@ -23,6 +25,7 @@ impl Calls {
         Calls {
             inputs: vec![Vec::new(); COUNT],
             calls: Vec::new(),
+            math: 0,
             data: Vec::new(),
         }
     }
@@ -58,7 +61,9 @@ impl Calls {
         match function.number {
             MATH => {
                 let number = MATH_FUNCTIONS.iter().position(|f| *f == case.call);
-                arguments[0][2] = number.unwrap_or_default() as u32;
+                let number = number.unwrap_or_default() as u32;
+                self.math |= 1 << number;
+                arguments[0][2] = number;
             }
             TEXTURE => arguments[0][3] = self.texture(case),
             _ => {}
@@ -88,6 +93,14 @@ impl Calls {
         }
         let address = self.place(&texels);
         self.place(&[address, width, height, clamp | levels << 8])
+    }
+
+    /// The definitions with which a driver has these functions and no other.
+    pub(super) fn defines(&self) -> [(String, String); 2] {
+        let is_called = |number: usize| u32::from(!self.inputs[number].is_empty());
+        let called = (0..COUNT).fold(0, |all, number| all | is_called(number) << number);
+        [("SRP_CALLED", called), ("SRP_MATH_CALLED", self.math)]
+            .map(|(name, bits)| (name.to_owned(), format!("{bits:#x}u")))
     }
 
     /// System memory before the driver runs.

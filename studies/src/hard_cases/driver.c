@@ -17,6 +17,14 @@ enum {
     TEXTURE, RAY, BYTES, SURFACE, MATH, SEQUENCE, BOUNCE, SUM, FUNCTIONS
 };
 
+/* The functions that are called, and those of math.h, a bit each: a driver without the others is compiled sooner. */
+#ifndef SRP_CALLED
+#define SRP_CALLED 0xffffffffu
+#define SRP_MATH_CALLED 0xffffffffu
+#endif
+#define CALLED(function) (SRP_CALLED >> (function) & 1u)
+#define MATH_CALLED(number) (SRP_MATH_CALLED >> (number) & 1u)
+
 typedef struct {
     unsigned count, inputs, outputs, reserved;
 } request;
@@ -301,30 +309,30 @@ static void sum(inputs in, outputs out, int n)
 static float math_function(int which, float x, float y)
 {
     switch (which) {
-    case 0: return powf(x, y);
-    case 1: return expf(x);
-    case 2: return exp2f(x);
-    case 3: return logf(x);
-    case 4: return log2f(x);
-    case 5: return log10f(x);
-    case 6: return sinf(x);
-    case 7: return cosf(x);
-    case 8: return tanf(x);
-    case 9: return asinf(x);
-    case 10: return acosf(x);
-    case 11: return atanf(x);
-    case 12: return atan2f(x, y);
-    case 13: return sinhf(x);
-    case 14: return coshf(x);
-    case 15: return tanhf(x);
-    case 16: return sqrtf(x);
-    case 17: return cbrtf(x);
-    case 18: return hypotf(x, y);
-    case 19: return fmodf(x, y);
-    case 20: return rintf(x);
-    case 21: return roundf(x);
-    case 22: return fminf(x, y);
-    default: return fmaxf(x, y);
+    case 0: return MATH_CALLED(0) ? powf(x, y) : 0.0f;
+    case 1: return MATH_CALLED(1) ? expf(x) : 0.0f;
+    case 2: return MATH_CALLED(2) ? exp2f(x) : 0.0f;
+    case 3: return MATH_CALLED(3) ? logf(x) : 0.0f;
+    case 4: return MATH_CALLED(4) ? log2f(x) : 0.0f;
+    case 5: return MATH_CALLED(5) ? log10f(x) : 0.0f;
+    case 6: return MATH_CALLED(6) ? sinf(x) : 0.0f;
+    case 7: return MATH_CALLED(7) ? cosf(x) : 0.0f;
+    case 8: return MATH_CALLED(8) ? tanf(x) : 0.0f;
+    case 9: return MATH_CALLED(9) ? asinf(x) : 0.0f;
+    case 10: return MATH_CALLED(10) ? acosf(x) : 0.0f;
+    case 11: return MATH_CALLED(11) ? atanf(x) : 0.0f;
+    case 12: return MATH_CALLED(12) ? atan2f(x, y) : 0.0f;
+    case 13: return MATH_CALLED(13) ? sinhf(x) : 0.0f;
+    case 14: return MATH_CALLED(14) ? coshf(x) : 0.0f;
+    case 15: return MATH_CALLED(15) ? tanhf(x) : 0.0f;
+    case 16: return MATH_CALLED(16) ? sqrtf(x) : 0.0f;
+    case 17: return MATH_CALLED(17) ? cbrtf(x) : 0.0f;
+    case 18: return MATH_CALLED(18) ? hypotf(x, y) : 0.0f;
+    case 19: return MATH_CALLED(19) ? fmodf(x, y) : 0.0f;
+    case 20: return MATH_CALLED(20) ? rintf(x) : 0.0f;
+    case 21: return MATH_CALLED(21) ? roundf(x) : 0.0f;
+    case 22: return MATH_CALLED(22) ? fminf(x, y) : 0.0f;
+    default: return MATH_CALLED(23) ? fmaxf(x, y) : 0.0f;
     }
 }
 
@@ -341,28 +349,28 @@ static void run(int function, const request *r)
     outputs out = SRP_AT(float4, r->outputs);
     int n = (int)r->count;
     switch (function) {
-    case UNIT: unit(in, out, n); break;
-    case PLAIN_UNIT: plain_unit(in, out, n); break;
-    case DIFFERENCE: difference(in, out, n); break;
-    case MIRROR: mirror(in, out, n); break;
-    case BASIS: basis(in, out, n); break;
-    case POWER: powers(in, out, n); break;
-    case SPECIAL: special(in, out, n); break;
-    case ARITHMETIC: arithmetic(in, out, n); break;
-    case LANGUAGE: language(in, out, n); break;
-    case RANDOM: random_numbers(in, out, n); break;
-    case PHONG: lamp(in, out, n); break;
+    case UNIT: if (CALLED(UNIT)) unit(in, out, n); break;
+    case PLAIN_UNIT: if (CALLED(PLAIN_UNIT)) plain_unit(in, out, n); break;
+    case DIFFERENCE: if (CALLED(DIFFERENCE)) difference(in, out, n); break;
+    case MIRROR: if (CALLED(MIRROR)) mirror(in, out, n); break;
+    case BASIS: if (CALLED(BASIS)) basis(in, out, n); break;
+    case POWER: if (CALLED(POWER)) powers(in, out, n); break;
+    case SPECIAL: if (CALLED(SPECIAL)) special(in, out, n); break;
+    case ARITHMETIC: if (CALLED(ARITHMETIC)) arithmetic(in, out, n); break;
+    case LANGUAGE: if (CALLED(LANGUAGE)) language(in, out, n); break;
+    case RANDOM: if (CALLED(RANDOM)) random_numbers(in, out, n); break;
+    case PHONG: if (CALLED(PHONG)) lamp(in, out, n); break;
 #if SRP_TEXTURES
-    case TEXTURE: texel(in, out, n); break;
+    case TEXTURE: if (CALLED(TEXTURE)) texel(in, out, n); break;
 #endif
-    case RAY: make_ray(in, out, n); break;
-    case BYTES: bytes(in, r->outputs, n); break;
-    case SURFACE: surfaces(in, out, n); break;
-    case SEQUENCE: sequence(in, out, n); break;
-    case BOUNCE: bounce(in, out, n); break;
-    case SUM: sum(in, out, n); break;
+    case RAY: if (CALLED(RAY)) make_ray(in, out, n); break;
+    case BYTES: if (CALLED(BYTES)) bytes(in, r->outputs, n); break;
+    case SURFACE: if (CALLED(SURFACE)) surfaces(in, out, n); break;
+    case SEQUENCE: if (CALLED(SEQUENCE)) sequence(in, out, n); break;
+    case BOUNCE: if (CALLED(BOUNCE)) bounce(in, out, n); break;
+    case SUM: if (CALLED(SUM)) sum(in, out, n); break;
 #ifdef __SRP__
-    case MATH: math(in, out, n); break;
+    case MATH: if (CALLED(MATH)) math(in, out, n); break;
 #endif
     }
 }

@@ -1,5 +1,6 @@
 //! Where the kernels' functions are run: on the host, by its C compiler, and on the simulated SRP.
 
+use super::call::Calls;
 use crate::Error;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::Source;
@@ -167,15 +168,16 @@ pub(super) struct Srp {
 }
 
 impl Srp {
-    /// Compiles the driver; loops that are known are not scheduled again.
+    /// Compiles the driver for some calls; loops that are known are not scheduled again.
     pub(super) fn compile(
         kernels: &Kernels,
+        calls: &Calls,
         arch: &Arch,
         session: &Session<'_>,
     ) -> Result<Srp, Error> {
         let options = Options {
             include: kernels.folder.iter().cloned().collect(),
-            defines: defines(has_textures(arch)),
+            defines: [defines(has_textures(arch)), calls.defines().to_vec()].concat(),
             auto_kernel: false,
             // Verdicts are of values, not of cycles.
             effort: Effort {

@@ -270,7 +270,7 @@ impl Trial<'_> {
         if placed.is_empty() {
             return Ok(());
         }
-        let srp = Srp::compile(self.kernels, &setting.arch, self.session)?;
+        let srp = Srp::compile(self.kernels, &calls, &setting.arch, self.session)?;
         let results = calls.results(&srp.run(calls.memory(), self.session)?);
         for (case, at) in placed {
             let verdict = self.judge(case, &at, &results, setting);
