@@ -63,12 +63,12 @@ fn calls_without_end_are_a_stack_overflow() {
 fn rays_of_a_large_view_are_made_in_batches() {
     let folder = folder("batches");
     write(&folder, "tri.obj", TRIANGLE);
-    // Rays of 48 bytes for all pixels would be 432 MiB.
+    // Rays of 48 bytes for all pixels would be 192 MiB.
     let view = [
         "tni",
         "tri.obj",
         "--size",
-        "3072x3072",
+        "2048x2048",
         "--fidelity",
         "functional",
     ];

@@ -1,8 +1,6 @@
 //! The T&I unit's hits against brute force in binary64.
 
-#[path = "../../runtime/tests/support/mod.rs"]
-mod support;
-
+use crate::support::{Random, check, image, machine, nearest, shared_scene, soup, triangle};
 use glam::Vec3;
 use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Approx;
@@ -19,7 +17,6 @@ use srp_studies::figure::estimate_of;
 use srp_studies::rays::{Kind, Order, Sampling, Source};
 use srp_studies::tni::sampled::{self, Found, Subject};
 use srp_studies::tni::{Bench, Measure, Memories, Options, Outcome, UnitQuantity, drive};
-use support::{Random, check, image, machine, nearest, shared_scene, soup, triangle};
 
 fn rays(random: &mut Random, count: usize, lo: Vec3, hi: Vec3) -> Vec<Ray> {
     (0..count)
@@ -375,7 +372,8 @@ fn an_approximate_reciprocal_changes_distances_but_loses_nothing() {
     for (ray, record) in rays.iter().zip(&answer.hits) {
         let truth = nearest(ray, triangles.iter());
         let found = triangles.get(record.hit.primitive as usize);
-        let Some((t, inside)) = found.and_then(|triangle| support::truth(ray, triangle)) else {
+        let Some((t, inside)) = found.and_then(|triangle| crate::support::truth(ray, triangle))
+        else {
             assert_eq!(truth, None, "{ray:?}");
             continue;
         };
@@ -454,7 +452,7 @@ fn sibenik_hits_equal_brute_force() {
         })
         .collect();
     let answer = drive(&machine(), &image(&scene.triangles, Builder::Sweep), &rays);
-    let truth = support::NearestTree::new(&scene.triangles);
+    let truth = crate::support::NearestTree::new(&scene.triangles);
     for ray in &rays[..200] {
         assert_eq!(truth.nearest(ray), nearest(ray, scene.triangles.iter()));
     }

@@ -7,9 +7,7 @@
 //! that are equally far as binary32 can tell any may be named. Beyond that nothing is excused but
 //! what the paper's own test loses, which is counted.
 
-#[path = "../../runtime/tests/support/mod.rs"]
-mod support;
-
+use crate::support::{NearestTree, Random, image_for, machine, nearest, shared_scene, truth};
 use glam::Vec3;
 use srp_archdesc::datapath::Intersection;
 use srp_archdesc::system::{NodeFormat, Pipeline, SystemSpec, TniSpec};
@@ -19,7 +17,6 @@ use srp_runtime::tni::Tracer;
 use srp_runtime::tni::arithmetic::{Hit, Ray};
 use srp_runtime::tni::place_for;
 use srp_studies::tni::drive;
-use support::{NearestTree, Random, image_for, machine, nearest, shared_scene, truth};
 
 /// How closely binary32 tells whether a ray passes an edge: parts of the coordinates on the way.
 const EDGE: f64 = 2e-6;
