@@ -112,8 +112,23 @@ impl Cursor<'_> {
         }
     }
 
+    /// The next character, if it is of ASCII and begins no splice: as nearly all are.
+    #[inline(always)]
+    fn plain(&self) -> Option<u8> {
+        let byte = *self.text.as_bytes().get(self.at)?;
+        (byte.is_ascii() && byte != b'\\').then_some(byte)
+    }
+
     /// The next character.
+    #[inline(always)]
     fn peek(&mut self) -> Option<char> {
+        match self.plain() {
+            Some(byte) => Some(char::from(byte)),
+            None => self.peek_past_splices(),
+        }
+    }
+
+    fn peek_past_splices(&mut self) -> Option<char> {
         self.splice();
         self.text[self.at..].chars().next()
     }
@@ -143,6 +158,9 @@ impl Cursor<'_> {
 
     /// Takes this text if it is next.
     fn take(&mut self, text: &str) -> bool {
+        if (self.plain()).is_some_and(|next| text.as_bytes().first() != Some(&next)) {
+            return false;
+        }
         let start = self.at;
         for c in text.chars() {
             if self.bump() != Some(c) {
