@@ -191,3 +191,34 @@ fn the_memory_path_moves_cycles_and_no_pixel() {
     let one = one.contexts.expect("shared");
     assert!(one.loads > few.loads && one.bytes > few.bytes, "{one:?}");
 }
+
+/// Kernels that share contexts are made to fit together at the IIs that they have alone, and a shared memory costs no
+/// new schedule where they fit.
+#[test]
+fn kernels_that_share_contexts_fit_together() {
+    let studio = Studio::of(demo(), (8, 8));
+    let effects = effect::find(&studio.scene).into_iter().collect();
+    let session = srp_tests::session();
+    let compile = |arch: &Arch| -> Vec<(u32, u32)> {
+        let program = studio.program(effects);
+        let compiled = schedule(program, arch, LITTLE, &session).expect("it compiles");
+        let kernels = compiled.schedule.program.kernels.values();
+        kernels.map(|k| (k.ii, k.contexts())).collect()
+    };
+    let iis = |kernels: &[(u32, u32)]| -> Vec<u32> { kernels.iter().map(|k| k.0).collect() };
+    let contexts = |kernels: &[(u32, u32)]| kernels.iter().map(|k| k.1).sum::<u32>();
+    let alone = compile(&studio.arch);
+    let (least, most) = (iis(&alone).iter().sum::<u32>(), contexts(&alone));
+    assert!(least < most, "some kernel is repeated");
+    let mut arch = studio.arch.clone();
+    arch.srp.shared_contexts = true;
+    arch.srp.contexts = most.max(studio.arch.srp.contexts);
+    assert_eq!(contexts(&compile(&arch)), most);
+    arch.srp.contexts = studio.arch.srp.contexts.min(most - 1);
+    let together = compile(&arch);
+    assert_eq!(iis(&together), iis(&alone));
+    assert!(
+        contexts(&together) <= arch.srp.contexts,
+        "{together:?} for {alone:?}"
+    );
+}

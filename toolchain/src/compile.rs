@@ -118,9 +118,16 @@ pub fn compile_loops(
     let files = dre.control.files.clone();
     let (wanted, others): (Vec<&Dfg>, Vec<&Dfg>) =
         (dre.kernels.values()).partition(|dfg| wanted(dfg, &files));
-    let results = loops::schedule_all(&wanted, arch, &options.effort.modulo(), session, &timed);
+    // Kernels that share contexts are scheduled together.
+    let all: Vec<&Dfg> = match arch.srp.shared_contexts {
+        true => dre.kernels.values().collect(),
+        false => wanted.clone(),
+    };
+    let results = loops::schedule_all(&all, arch, &options.effort.modulo(), session, &timed);
     let mut schedules = Vec::new();
-    for (dfg, result) in wanted.iter().copied().zip(results) {
+    let is_wanted = |dfg: &&Dfg| wanted.iter().any(|one| std::ptr::eq(*one, *dfg));
+    let results = all.iter().copied().zip(results);
+    for (dfg, result) in results.filter(|(dfg, _)| is_wanted(dfg)) {
         match result {
             Ok(scheduled) => schedules.push(srp_scheduler::with_facts(scheduled)),
             Err(why) => {

@@ -13,8 +13,8 @@ use std::cmp::Reverse;
 /// Names the sources of the scheduler.
 const SCHEDULER: &str = env!("SRP_SCHEDULER_ID");
 
-/// Schedules a loop, or takes its schedule from the cache. The same loop in another program or file, or on
-/// another machine with the same SRP, has the same schedule.
+/// Schedules a loop by itself, or takes its schedule from the cache. The same loop in another program or file, or on
+/// another machine with the same SRP, has the same schedule, whether or not kernels share contexts there.
 pub fn schedule_loop(
     dfg: &Dfg,
     srp: &Srp,
@@ -23,6 +23,10 @@ pub fn schedule_loop(
     watch: &dyn Watch,
 ) -> LoopResult {
     let anonymous = dfg.anonymous();
+    let srp = &Srp {
+        shared_contexts: false,
+        ..srp.clone()
+    };
     let key = Key::of(Kind::Loops)
         .text(SCHEDULER)
         .value(&anonymous)
@@ -53,7 +57,7 @@ pub fn schedule_loop(
     }
 }
 
-/// Schedules loops of a program.
+/// Schedules all loops of a program.
 pub(crate) fn schedule_all(
     dfgs: &[&Dfg],
     arch: &Arch,
@@ -76,5 +80,54 @@ pub(crate) fn schedule_all(
     let results = threads::each(session.threads, dfgs.len(), || (), one);
     let mut results: Vec<(usize, LoopResult)> = order.iter().copied().zip(results).collect();
     results.sort_by_key(|(index, _)| *index);
-    results.into_iter().map(|(_, result)| result).collect()
+    let mut results: Vec<LoopResult> = results.into_iter().map(|(_, result)| result).collect();
+    if arch.srp.shared_contexts {
+        share(&mut results, dfgs, &arch.srp, options, session, watch);
+    }
+    results
+}
+
+/// Makes schedules that share the configuration memory fit in it together, as far as they can at their IIs: while they
+/// do not, the one with the most contexts is made with half of them, where it repeats its II for the sake of registers.
+fn share(
+    results: &mut [LoopResult],
+    dfgs: &[&Dfg],
+    srp: &Srp,
+    options: &modulo::Options,
+    session: &Session<'_>,
+    watch: &dyn Watch,
+) {
+    let contexts = |result: &LoopResult| {
+        let schedule = result.as_ref().ok().map(|scheduled| &scheduled.schedule);
+        schedule.map_or((0, 0), |s| (s.contexts(), s.ii))
+    };
+    let mut settled = vec![false; results.len()];
+    let fit = |results: &[LoopResult]| {
+        let all = results.iter().map(|result| u64::from(contexts(result).0));
+        all.sum::<u64>() <= u64::from(srp.contexts)
+    };
+    while !fit(results) && !watch.cancelled() {
+        let repeats = |&number: &usize| {
+            let (all, ii) = contexts(&results[number]);
+            !settled[number] && all > ii
+        };
+        // The first of equals.
+        let candidates = (0..results.len()).rev().filter(repeats);
+        let Some(most) = candidates.max_by_key(|&number| contexts(&results[number]).0) else {
+            return;
+        };
+        let (all, ii) = contexts(&results[most]);
+        let smaller = Srp {
+            contexts: (all / 2).max(ii),
+            ..srp.clone()
+        };
+        let found = schedule_loop(dfgs[most], &smaller, options, session, watch);
+        match (&mut results[most], found) {
+            // What was found of lower IIs holds with all contexts.
+            (Ok(scheduled), Ok(found)) if contexts(&Ok(found.clone())).1 == ii => {
+                scheduled.schedule = found.schedule;
+            }
+            _ => settled[most] = true,
+        }
+    }
 }
