@@ -25,6 +25,7 @@ pub use probe::Leaks;
 pub use setting::{SAMPLING, TOGETHER};
 pub use summary::{AttributionSummary, Decision, ErrorSource};
 pub use target::{Bound, Target, front, relative_cycles};
+pub(crate) use trial::picture_without_clock;
 pub use trial::{Costs, Rendering, Trial, UnitError};
 
 use crate::attribution::{self, Explanation};

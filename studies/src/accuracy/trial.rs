@@ -171,6 +171,19 @@ pub(super) fn screened(
     reference: &[DVec3],
     session: &Session<'_>,
 ) -> Result<Difference, Error> {
+    let picture = picture_without_clock(frame, session)?;
+    Ok(Comparison::of(&picture, reference).over(|_| true))
+}
+
+/// The picture of a frame without a schedule and a clock.
+///
+/// # Errors
+///
+/// The program does not fit the machine, or the work was cancelled.
+pub(crate) fn picture_without_clock(
+    frame: &Frame,
+    session: &Session<'_>,
+) -> Result<Picture, Error> {
     let (program, _) = frame.build.program(&frame.arch)?;
     let options = functional::Options {
         guard: &frame.guard,
@@ -181,7 +194,7 @@ pub(super) fn screened(
     };
     let rendered = functional::render(&frame.image()?, &program, &frame.arch, options)?;
     session.check()?;
-    Ok(Comparison::of(&rendered.picture, reference).over(|_| true))
+    Ok(rendered.picture)
 }
 
 /// Compiles, schedules and simulates a frame.

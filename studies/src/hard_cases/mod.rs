@@ -193,6 +193,19 @@ impl Trial<'_> {
         Ok(found)
     }
 
+    /// Pictures of the machine as it is.
+    fn in_frames(&self, setting: &Setting, found: &mut Found) -> Result<(), Error> {
+        for (i, case) in self.cases.iter().enumerate() {
+            if case.call == "picture" {
+                self.session.check()?;
+                let verdict =
+                    picture::judge(case, setting, self.scene, &self.folder, self.session)?;
+                found.verdicts.push((i, Level::Frame, verdict));
+            }
+        }
+        Ok(())
+    }
+
     /// The calls of the cases of a level.
     fn calls(
         &self,
@@ -319,21 +332,6 @@ impl Trial<'_> {
                 _ => continue,
             };
             found.verdicts.push((i, Level::Tni, verdict));
-        }
-        Ok(())
-    }
-}
-
-impl Trial<'_> {
-    /// Pictures of the machine as it is.
-    fn in_frames(&self, setting: &Setting, found: &mut Found) -> Result<(), Error> {
-        for (i, case) in self.cases.iter().enumerate() {
-            if case.call == "picture" {
-                self.session.check()?;
-                let verdict =
-                    picture::judge(case, setting, self.scene, &self.folder, self.session)?;
-                found.verdicts.push((i, Level::Frame, verdict));
-            }
         }
         Ok(())
     }

@@ -10,8 +10,7 @@ use super::judge::{Verdict, allowance};
 use super::meshes;
 use super::settings::Setting;
 use crate::Error;
-use crate::accuracy::Comparison;
-use crate::functional;
+use crate::accuracy::{Comparison, picture_without_clock};
 use crate::reference;
 use glam::Vec3;
 use srp_runtime::bvh;
@@ -24,7 +23,7 @@ use srp_toolchain::{Frame, Kernels, Session};
 ///
 /// # Errors
 ///
-/// What cannot be a scene.
+/// The camera sees nothing, a place is too far away, or there are too many lights.
 fn scene(case: &Case, at_hand: &Scene) -> Result<Scene, String> {
     let mut scene = Scene {
         name: case.id.clone(),
@@ -156,16 +155,7 @@ pub(super) fn judge(
     let bvh = bvh::build(&scene.triangles, &bvh::Options::default());
     let mut frame = Frame::new(setting.arch.clone(), scene, bvh, size(case));
     frame.build.kernels = kernels.clone();
-    let (program, _) = frame.build.program(&frame.arch)?;
-    let options = functional::Options {
-        guard: &frame.guard,
-        threads: 1,
-        tiles: None,
-        steps: functional::MAX_STEPS,
-        watch: session.watch,
-    };
-    let rendered = functional::render(&frame.image()?, &program, &frame.arch, options)?;
-    session.check()?;
+    let picture = picture_without_clock(&frame, session)?;
     let options = reference::Options {
         size: frame.size,
         packet: frame.arch.system.buffers.rays,
@@ -173,7 +163,7 @@ pub(super) fn judge(
         watch: session.watch,
     };
     let reference = reference::picture(&frame.scene, &options).ok_or_else(Error::cancelled)?;
-    let comparison = Comparison::of(&rendered.picture, &reference);
+    let comparison = Comparison::of(&picture, &reference);
     let levels = comparison.levels();
     let beyond = |levels_off: f64| {
         levels
