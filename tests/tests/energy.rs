@@ -2,8 +2,10 @@
 
 use srp_archdesc::Arch;
 use srp_archdesc::arch::Approx;
+use srp_archdesc::system::CacheSpec;
 use srp_ir::check::Checked;
 use srp_runtime::effect::{self, Guard};
+use srp_runtime::memory::cache::CacheCounters;
 use srp_runtime::scene::demo::demo;
 use srp_runtime::system::{self, Report};
 use srp_studies::energy::{Energy, Part, energy};
@@ -72,6 +74,23 @@ fn a_changed_part_shows_in_its_energy() {
     only(Part::Configuration, &vliw, &base, &constants);
     let texture = of(&|arch| arch.system.texture_cache.bytes *= 2);
     only(Part::TextureCache, &[Part::Leakage], &base, &texture);
+    // The bundles of a cache for instructions, where a frame has one.
+    let cached = |bytes: u32| {
+        let (mut arch, mut report) = (studio.arch.clone(), report.clone());
+        arch.system.instruction_cache = Some(CacheSpec {
+            bytes,
+            ..arch.system.texture_cache
+        });
+        report.cores[0].instruction_cache = Some(CacheCounters {
+            hits: 1000,
+            misses: 10,
+            ..CacheCounters::default()
+        });
+        energy(&report, &program, &arch)
+    };
+    let (small, large) = (cached(4096), cached(8192));
+    assert!(small.of_part(Part::InstructionCache) > 0.0);
+    only(Part::InstructionCache, &[Part::Leakage], &small, &large);
     let level1 = of(&|arch| arch.system.tni.trv_l1.bytes *= 2);
     only(Part::TniCaches, &[Part::Leakage], &base, &level1);
 }
