@@ -87,13 +87,13 @@ impl Bus for Solo {
         Ok(texels)
     }
 
-    /// True when the program has ended, so that an engine goes no further.
     fn fetch(&mut self, _bundle: u32) -> Range<u32> {
         0..u32::MAX
     }
 
     fn launch(&mut self, _kernel: u32) {}
 
+    /// True when the program has ended, so that an engine goes no further.
     fn stalled(&self) -> bool {
         self.exit.is_some()
     }

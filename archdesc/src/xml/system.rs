@@ -93,7 +93,7 @@ const fn cache(kib: u32, ways: u32, latency: u32, banks: u32, misses: u32) -> Ca
 
 const INSTRUCTIONS: &str = "instruction-cache";
 
-/// What an `<instruction-cache>` leaves out.
+/// Attributes that an `<instruction-cache>` leaves out.
 const INSTRUCTION_CACHE: CacheSpec = cache(8, 2, 1, 1, 1);
 
 const fn blocking(cache: CacheSpec) -> CacheSpec {

@@ -98,7 +98,7 @@ impl CodeLayout {
     }
 }
 
-/// What a core has loaded into its configuration memory.
+/// Counts of a configuration memory that kernels share.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct ContextCounters {
     /// Launches of kernels.
@@ -242,7 +242,7 @@ impl Code {
         }
     }
 
-    /// What was asked for at an address arrives.
+    /// A line or burst at an address arrives.
     pub(super) fn fill(&mut self, memory: CodeMemory, address: u32) {
         if memory == CodeMemory::Contexts {
             if let Some(contexts) = &mut self.contexts {

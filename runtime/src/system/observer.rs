@@ -10,7 +10,7 @@ use crate::memory::cache::CacheCounters;
 use crate::tni::{Buffers, Client, HitRecord, RayCost, Tni, TniCounters, Unit, Visited};
 use serde::{Deserialize, Serialize};
 
-/// What a core stands still for: the first of these that it waits for.
+/// A reason to stand still: the first of these that a core waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Stall {
     /// Its data cache.
