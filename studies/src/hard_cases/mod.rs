@@ -29,6 +29,7 @@ pub use report::{
 pub use settings::Setting;
 
 use crate::Error;
+use crate::functional::FunctionalError;
 use aimed::AimedRays;
 use call::Calls;
 use engine::{Host, Kernels, Srp};
@@ -193,14 +194,19 @@ impl Trial<'_> {
         Ok(found)
     }
 
-    /// Pictures of the machine as it is.
+    /// Pictures of the machine as it is; those whose kernels it has no room for are left out.
     fn in_frames(&self, setting: &Setting, found: &mut Found) -> Result<(), Error> {
         for (i, case) in self.cases.iter().enumerate() {
-            if case.call == "picture" {
-                self.session.check()?;
-                let verdict =
-                    picture::judge(case, setting, self.scene, &self.folder, self.session)?;
-                found.verdicts.push((i, Level::Frame, verdict));
+            if case.call != "picture" {
+                continue;
+            }
+            self.session.check()?;
+            match picture::judge(case, setting, self.scene, &self.folder, self.session) {
+                Ok(verdict) => found.verdicts.push((i, Level::Frame, verdict)),
+                Err(Error::Functional(FunctionalError::TooLarge(why))) => {
+                    found.skipped.push(format!("frame: {}: {why}", case.id));
+                }
+                Err(error) => return Err(error),
             }
         }
         Ok(())
