@@ -99,6 +99,7 @@ impl std::fmt::Debug for Options<'_> {
 pub fn precision_macros(precision: &Precision) -> Vec<(String, String)> {
     let units = [
         ("__SRP_EXACT_SQRT", precision.sqrt),
+        ("__SRP_EXACT_DIV", precision.div),
         ("__SRP_EXACT_EXP2", precision.exp2),
         ("__SRP_EXACT_LOG2", precision.log2),
         ("__SRP_EXACT_SINCOS", precision.sincos),

@@ -100,10 +100,23 @@ float frexpf(float x, int *n)
 }
 
 /* The mantissas as whole numbers; 22 bits of the quotient at a time, by a reciprocal that is off by
- * little: the remainder of a step is exact, and within 0.51 of the divisor. */
+ * little: the remainder of a step is exact, and below the divisor. */
 static float remainder_step(float r, float b, float inverse)
 {
     return __srp_fma(-nearest(r * inverse), b, r);
+}
+
+/* 1 / m for m in [0.5, 1), to half a unit of the last place and little more also by a coarse divider: of its
+ * first bits each step of Newton's method makes twice as many. */
+static float reciprocal(float m)
+{
+    float inverse = 1 / m;
+#ifndef __SRP_EXACT_DIV
+    inverse = __srp_fma(__srp_fma(-m, inverse, 1), inverse, inverse);
+    inverse = __srp_fma(__srp_fma(-m, inverse, 1), inverse, inverse);
+    inverse = __srp_fma(__srp_fma(-m, inverse, 1), inverse, inverse);
+#endif
+    return inverse;
 }
 
 float fmodf(float x, float y)
@@ -113,7 +126,7 @@ float fmodf(float x, float y)
     return copysignf(__srp_fma(-__srp_ffloor(a / b), b, a), x);
 #else
     int na, nb;
-    float r = frexpf(a, &na), m = frexpf(b, &nb), inverse = 1 / m;
+    float r = frexpf(a, &na), m = frexpf(b, &nb), inverse = reciprocal(m);
     int n = na - nb;
     r = remainder_step(r, m, inverse);
     /* For quotients beyond 2^21, which keep loops that call this from the array. */

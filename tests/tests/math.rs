@@ -5,6 +5,9 @@
 
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
+use srp_archdesc::Arch;
+use srp_archdesc::precision::{Approx, Refine};
+use srp_archdesc::structure::Structure;
 use srp_ir::dre;
 use srp_ir::interp::{self, FlatWorld};
 use srp_ir::layout::Layout;
@@ -100,10 +103,9 @@ const FUNCTIONS: [Function; 28] = [
     ),
 ];
 
-/// Returns the results of the functions for these calls: number and operands.
-fn results(calls: &[(usize, f32, f32)]) -> Vec<f32> {
-    let arch = machine("sgrt");
-    let program = compiled(&[root().join("tests/math/float.c")], &arch);
+/// Returns the results of the functions for these calls, number and operands, on `arch`.
+fn results(calls: &[(usize, f32, f32)], arch: &Arch) -> Vec<f32> {
+    let program = compiled(&[root().join("tests/math/float.c")], arch);
     let program = program.unwrap_or_else(|messages| panic!("{messages}"));
     let layout = Layout::of(&program, arch.system.sram_bytes).expect("it fits");
     let mut world = FlatWorld::new(&layout, arch.system.sram_bytes);
@@ -150,7 +152,7 @@ fn functions_of_float_keep_the_errors_that_are_stated() {
         }
     }
     let mut worst = [(0f64, 0f32, 0f32); FUNCTIONS.len()];
-    for (&(number, x, y), result) in calls.iter().zip(results(&calls)) {
+    for (&(number, x, y), result) in calls.iter().zip(results(&calls, &machine("sgrt"))) {
         let exact = (FUNCTIONS[number].value)(x.into(), y.into());
         // Beyond the largest float either it or infinity is right.
         if exact.abs() > f64::from(f32::MAX) {
@@ -171,4 +173,35 @@ fn functions_of_float_keep_the_errors_that_are_stated() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:?} are off by more than is stated");
+}
+
+#[test]
+fn functions_that_are_exact_stay_so_where_division_is_not() {
+    let mut from = Pcg32::new(23, 29);
+    let mut calls = Vec::new();
+    for (number, function) in FUNCTIONS.iter().enumerate() {
+        for _ in 0..if function.bound == 0.0 { 500 } else { 0 } {
+            let (x, y) = (function.operands)(&mut from);
+            calls.push((number, x, y));
+        }
+    }
+    for bits in [4, 8, 12, 23] {
+        let mut arch = machine("sgrt");
+        arch.precision.div = Approx::Table {
+            structure: Structure::Table,
+            bits,
+            steps: 0,
+            fused: true,
+            refine: Refine::Unit,
+        };
+        for (&(number, x, y), result) in calls.iter().zip(results(&calls, &arch)) {
+            let function = &FUNCTIONS[number];
+            let exact = (function.value)(x.into(), y.into());
+            let name = function.name;
+            assert!(
+                f64::from(result) == exact,
+                "{name} of {x:e} and {y:e} is {result:e}, not {exact:e}, with {bits} bits"
+            );
+        }
+    }
 }
