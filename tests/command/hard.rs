@@ -28,6 +28,14 @@ fn hard_cases_are_right_or_within_the_bounds_stated() {
         (lost, all) = (lost + u32::from(!right), all + 1);
     }
     assert!(lost > 10 && all > 100, "{lost} of {all}");
+    // What a machine has no room for is left out, and told.
+    let small = srp(
+        &folder,
+        &["hard-cases", "--machine", "tiny", "--filter", "P11"],
+    );
+    let text = String::from_utf8_lossy(&small.stdout);
+    assert_eq!(small.status.code(), Some(0), "{text}");
+    assert!(text.contains("skipped: frame: P11.2: "), "{text}");
     let unknown = srp(&folder, &["hard-cases", "--filter", "nonsense"]);
     assert_eq!(unknown.status.code(), Some(2));
 }

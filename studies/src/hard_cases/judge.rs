@@ -48,6 +48,7 @@ fn unit_error(setting: &Setting, unit: &str) -> f64 {
         "rcp" => error(precision.rcp),
         "rsqrt" => error(precision.rsqrt),
         "sqrt" => error(precision.sqrt),
+        "div" => error(precision.div),
         "exp2" => error(precision.exp2),
         "log2" => error(precision.log2),
         "sincos" => error(precision.sincos),

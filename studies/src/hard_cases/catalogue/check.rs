@@ -447,8 +447,8 @@ fn words(call: &str, keyword: &'static str, answer: &[String]) -> Result<(), Ref
 
 /// Checks the names of units and of tests.
 fn names(case: &Case) -> Result<(), Refusal> {
-    const UNITS: [&str; 8] = [
-        "rcp", "rsqrt", "sqrt", "exp2", "log2", "sincos", "tni", "weight",
+    const UNITS: [&str; 9] = [
+        "rcp", "rsqrt", "sqrt", "div", "exp2", "log2", "sincos", "tni", "weight",
     ];
     if let Some((name, _)) = case
         .costs
