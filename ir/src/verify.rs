@@ -307,12 +307,17 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn expect_all(&mut self, what: &str, values: &[Value], tys: &[Ty]) {
-        if values.len() != tys.len() {
-            let (n, m) = (values.len(), tys.len());
+    fn expect_all(
+        &mut self,
+        what: impl fmt::Display,
+        values: &[Value],
+        tys: impl Iterator<Item = Ty> + Clone,
+    ) {
+        let (n, m) = (values.len(), tys.clone().count());
+        if n != m {
             return self.wrong(format!("{what}: {n} values where {m} are expected"));
         }
-        for (&value, &ty) in values.iter().zip(tys) {
+        for (&value, ty) in values.iter().zip(tys) {
             self.expect(value, ty);
         }
     }
@@ -322,19 +327,21 @@ impl<'a> Checker<'a> {
             self.wrong("its position names no file");
         }
         match &inst.kind {
-            InstKind::Const(bits) => self.expect_all("result", &inst.results, &[bits.ty()]),
+            InstKind::Const(bits) => {
+                self.expect_all("result", &inst.results, [bits.ty()].into_iter())
+            }
             InstKind::Op { op, args, imm } => self.check_op(*op, args, *imm, &inst.results),
             InstKind::SymbolAddr(symbol, _) => {
                 if !symbol_exists(self.program, *symbol) {
                     self.wrong(format!("address of {}", show_symbol(*symbol)));
                 }
-                self.expect_all("result", &inst.results, &[Ty::Word]);
+                self.expect_all("result", &inst.results, [Ty::Word].into_iter());
             }
             InstKind::SlotAddr(slot, _) => {
                 if self.func.slots.get(*slot).is_none() {
                     self.wrong(format!("address of {slot}, which does not exist"));
                 }
-                self.expect_all("result", &inst.results, &[Ty::Word]);
+                self.expect_all("result", &inst.results, [Ty::Word].into_iter());
             }
             InstKind::Call { callee, args } => self.check_call(callee, args, &inst.results),
             InstKind::Launch { .. } => {}
@@ -342,9 +349,9 @@ impl<'a> Checker<'a> {
     }
 
     fn check_op(&mut self, op: Opcode, args: &[Value], imm: i32, results: &[Value]) {
-        let operands: Vec<Ty> = op.info().operands.iter().copied().map(Kind::ty).collect();
-        self.expect_all(op.name(), args, &operands);
-        self.expect_all("result", results, op.result().as_slice());
+        let operands = op.info().operands.iter().copied().map(Kind::ty);
+        self.expect_all(op, args, operands);
+        self.expect_all("result", results, op.result().into_iter());
         let range = match op {
             Opcode::Vext | Opcode::Vins => 0..=3,
             Opcode::Swz => 0..=255,
@@ -363,7 +370,7 @@ impl<'a> Checker<'a> {
         match callee {
             Callee::Indirect(target, tys) => {
                 self.expect(*target, Ty::Word);
-                self.expect_all("results", results, tys);
+                self.expect_all("results", results, tys.iter().copied());
             }
             Callee::Func(func) => {
                 let Some(callee) = self.program.funcs.get(*func) else {
@@ -372,12 +379,10 @@ impl<'a> Checker<'a> {
                 let entry = callee.layout.first().and_then(|&b| callee.blocks.get(b));
                 if let Some(entry) = entry {
                     let params = entry.params.iter();
-                    let tys: Vec<Ty> = params
-                        .filter_map(|&p| callee.values.get(p).copied())
-                        .collect();
-                    self.expect_all("arguments", args, &tys);
+                    let tys = params.filter_map(|&p| callee.values.get(p).copied());
+                    self.expect_all("arguments", args, tys);
                 }
-                self.expect_all("results", results, &callee.results);
+                self.expect_all("results", results, callee.results.iter().copied());
             }
         }
     }
@@ -393,7 +398,9 @@ impl<'a> Checker<'a> {
         }
         match &block.end {
             Terminator::Branch { cond, .. } => self.expect(*cond, Ty::Pred),
-            Terminator::Return(values) => self.expect_all("return", values, &func.results),
+            Terminator::Return(values) => {
+                self.expect_all("return", values, func.results.iter().copied());
+            }
             Terminator::Jump(_) | Terminator::Unreachable => {}
         }
         for target in block.end.targets() {
@@ -405,10 +412,9 @@ impl<'a> Checker<'a> {
                 self.wrong("jumps to the entry");
             }
             let params = func.blocks[target.block].params.iter();
-            let tys: Vec<Ty> = params
-                .filter_map(|&p| func.values.get(p).copied())
-                .collect();
-            self.expect_all(&format!("jump to {}", target.block), &target.args, &tys);
+            let tys = params.filter_map(|&p| func.values.get(p).copied());
+            let what = format_args!("jump to {}", target.block);
+            self.expect_all(what, &target.args, tys);
         }
     }
 

@@ -6,8 +6,9 @@ use srp_archdesc::entity::{Entity, EntityMap};
 
 /// Which blocks dominate which.
 pub(super) struct Dominance {
-    /// One row of bits per block: its dominators.
-    rows: EntityMap<Block, Vec<u64>>,
+    /// A row of so many words per block: its dominators, a bit each.
+    rows: Vec<u64>,
+    words: usize,
     reached: EntityMap<Block, bool>,
 }
 
@@ -18,15 +19,17 @@ impl Dominance {
         let words = func.blocks.len().div_ceil(64);
         let mut preds = EntityMap::<Block, Vec<Block>>::filled(func.blocks.len(), Vec::new());
         let mut dominance = Dominance {
-            rows: EntityMap::filled(func.blocks.len(), vec![u64::MAX; words]),
+            rows: vec![u64::MAX; words * func.blocks.len()],
+            words,
             reached: EntityMap::filled(func.blocks.len(), false),
         };
         let Some(&entry) = blocks.first() else {
             return dominance;
         };
         let order = dominance.reach(func, entry, &mut preds);
-        dominance.rows[entry] = vec![0; words];
-        dominance.include(entry, entry);
+        let own = entry.index() * words;
+        dominance.rows[own..own + words].fill(0);
+        dominance.rows[own + entry.index() / 64] = 1 << (entry.index() % 64);
         let mut changed = true;
         while changed {
             changed = false;
@@ -71,22 +74,19 @@ impl Dominance {
         left
     }
 
-    fn include(&mut self, block: Block, dominator: Block) {
-        self.rows[block][dominator.index() / 64] |= 1 << (dominator.index() % 64);
-    }
-
     /// Lets a block have no dominators but itself that its predecessor has not; whether it had.
     fn intersect(&mut self, block: Block, pred: Block) -> bool {
         let mut changed = false;
-        for word in 0..self.rows[block].len() {
+        let (start, of_pred) = (block.index() * self.words, pred.index() * self.words);
+        for word in 0..self.words {
             let own = if word == block.index() / 64 {
                 1 << (block.index() % 64)
             } else {
                 0
             };
-            let old = self.rows[block][word];
-            let new = old & (self.rows[pred][word] | own);
-            self.rows[block][word] = new;
+            let old = self.rows[start + word];
+            let new = old & (self.rows[of_pred + word] | own);
+            self.rows[start + word] = new;
             changed |= new != old;
         }
         changed
@@ -94,7 +94,8 @@ impl Dominance {
 
     /// True if every path from the entry to `block` passes `dominator`.
     pub(super) fn dominates(&self, dominator: Block, block: Block) -> bool {
-        self.rows[block][dominator.index() / 64] & (1 << (dominator.index() % 64)) != 0
+        let word = self.rows[block.index() * self.words + dominator.index() / 64];
+        word & (1 << (dominator.index() % 64)) != 0
     }
 
     /// True if a path leads from the entry to the block.
