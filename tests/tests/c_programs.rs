@@ -19,6 +19,7 @@ use srp_runtime::solo::{self, Solo};
 use srp_scheduler::{Schedule, ScheduleError, schedule};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::OnceLock;
 
 /// SRAM of the machine that the programs run on.
 const SRAM_BYTES: u32 = 240 * 1024;
@@ -193,12 +194,44 @@ fn on_host(paths: &[PathBuf], binary: &Path) -> Result<(i32, Vec<u8>), String> {
     Ok((run.status.code().unwrap_or(-1), run.stdout))
 }
 
-/// Returns the failures of programs, each on its own lines.
-fn failures(run: impl Fn(&[PathBuf]) -> Result<(), String>) -> String {
+/// A program of the cases: its sources, and what it is as it is lowered.
+struct Case {
+    paths: Vec<PathBuf>,
+    lowered: OnceLock<Result<Lowered, String>>,
+}
+
+/// A program as it is lowered, and its exit status and output.
+struct Lowered {
+    program: Program,
+    outcome: (i32, Vec<u8>),
+}
+
+impl Case {
+    fn lowered(&self) -> Result<&Lowered, String> {
+        let lowered = self.lowered.get_or_init(|| {
+            let program = compiled(&self.paths)?;
+            let outcome = interpreted(&program)?;
+            Ok(Lowered { program, outcome })
+        });
+        lowered.as_ref().map_err(String::clone)
+    }
+}
+
+/// Returns the failures of programs, each on its own lines. All tests have the same programs, which are compiled once.
+fn failures(run: impl Fn(&Case) -> Result<(), String>) -> String {
+    static CASES: OnceLock<Vec<Case>> = OnceLock::new();
+    let cases = CASES.get_or_init(|| {
+        let lowered = OnceLock::new;
+        let case = |paths| Case {
+            paths,
+            lowered: lowered(),
+        };
+        programs().into_iter().map(case).collect()
+    });
     let mut failures = String::new();
-    for paths in programs() {
-        if let Err(what) = run(&paths) {
-            failures += &format!("{}: {what}\n", paths[0].display());
+    for case in cases {
+        if let Err(what) = run(case) {
+            failures += &format!("{}: {what}\n", case.paths[0].display());
         }
     }
     failures
@@ -213,16 +246,15 @@ fn succeeded((status, _): &(i32, Vec<u8>)) -> Result<(), String> {
 
 #[test]
 fn programs_return_0() {
-    let failures = failures(|paths| succeeded(&interpreted(&compiled(paths)?)?));
+    let failures = failures(|case| succeeded(&case.lowered()?.outcome));
     assert!(failures.is_empty(), "{failures}");
 }
 
 #[test]
 fn programs_mean_the_same_after_the_passes() {
-    let failures = failures(|paths| {
-        let program = compiled(paths)?;
-        let expected = interpreted(&program)?;
-        compared(interpreted(&optimised(program)?)?, &expected)
+    let failures = failures(|case| {
+        let Lowered { program, outcome } = case.lowered()?;
+        compared(interpreted(&optimised(program.clone())?)?, outcome)
     });
     assert!(failures.is_empty(), "{failures}");
 }
@@ -235,15 +267,15 @@ fn programs_mean_the_same_to_the_host() {
     }
     let directory = std::env::temp_dir().join(format!("srp-cases-{}", std::process::id()));
     std::fs::create_dir_all(&directory).expect("the temporary directory can be written");
-    let failures = failures(|paths| {
-        let expected = on_host(paths, &directory.join("case"))?;
+    let failures = failures(|case| {
+        let expected = on_host(&case.paths, &directory.join("case"))?;
         succeeded(&expected)?;
-        let found = interpreted(&compiled(paths)?)?;
-        if found == expected {
+        let found = &case.lowered()?.outcome;
+        if *found == expected {
             return Ok(());
         }
         let [found, expected] =
-            [found, expected].map(|(_, out)| String::from_utf8_lossy(&out).into_owned());
+            [found, &expected].map(|(_, out)| String::from_utf8_lossy(out).into_owned());
         Err(format!(
             "the output is\n{found}\nand on the host\n{expected}"
         ))
@@ -267,13 +299,12 @@ fn compared(found: (i32, Vec<u8>), expected: &(i32, Vec<u8>)) -> Result<(), Stri
 #[test]
 fn programs_mean_the_same_on_the_machine() {
     let arch = machine();
-    let failures = failures(|paths| {
-        let program = optimised(compiled_with(paths, false)?)?;
-        let expected = interpreted(&program)?;
+    let failures = failures(|case| {
+        let program = optimised(compiled_with(&case.paths, false)?)?;
         let schedule = scheduled(program, &arch)?;
         let spec = link(&schedule.program).map_err(|e| e.to_string())?;
         let found = simulated(&mut Interpreter::new(&spec), &schedule, &arch)?;
-        compared(found, &expected)
+        compared(found, &case.lowered()?.outcome)
     });
     assert!(failures.is_empty(), "{failures}");
 }

@@ -1,7 +1,7 @@
 //! Initiation intervals of the loops of `kernels/micro` and of the frame, which do not get worse than
 //! those of `tests/micro.txt`; and what runs at them is what was meant.
 //!
-//! A run schedules a quarter of the programs, and the next run most likely others; `SRP_INTERVALS=all` schedules all of them,
+//! A run schedules an eighth of the programs, and the next run most likely others; `SRP_INTERVALS=all` schedules all of them,
 //! `SRP_INTERVALS=N` those of a run that printed N. `BLESS=1` writes the table anew.
 
 use srp_archdesc::Unwatched;
@@ -77,33 +77,33 @@ fn scheduled(suite: &Suite, arch: &Arch) -> Result<Schedule, String> {
     srp_scheduler::schedule(&divided.dre, arch, &options, &Unwatched).map_err(|e| e.to_string())
 }
 
-/// The quarter of the programs that is scheduled; none where all are.
-fn quarter() -> Option<usize> {
+/// The eighth of the programs that is scheduled; none where all are.
+fn eighth() -> Option<usize> {
     let asked = std::env::var("SRP_INTERVALS").unwrap_or_default();
     if asked == "all" || std::env::var_os("BLESS").is_some() {
         return None;
     }
     let now = std::time::SystemTime::UNIX_EPOCH.elapsed();
-    let quarter = asked
+    let eighth = asked
         .parse()
         .unwrap_or(now.map_or(0, |since| since.as_secs() as usize));
-    println!("SRP_INTERVALS={quarter}");
-    Some(quarter)
+    println!("SRP_INTERVALS={eighth}");
+    Some(eighth)
 }
 
 #[test]
 fn intervals_do_not_get_worse() {
-    let quarter = quarter();
-    let is_in = |suite: &Suite, quarter: usize| {
+    let eighth = eighth();
+    let is_in = |suite: &Suite, eighth: usize| {
         let letters: usize = suite.name.bytes().map(usize::from).sum();
-        (letters + quarter).is_multiple_of(4)
+        (letters + eighth).is_multiple_of(8)
     };
     let mut table = Table::new();
     let mut wrong = String::new();
     for name in MACHINES {
         let arch = machine(name);
         wrong += &failures(|suite| {
-            if quarter.is_some_and(|quarter| !is_in(suite, quarter)) {
+            if eighth.is_some_and(|eighth| !is_in(suite, eighth)) {
                 return Ok(());
             }
             let schedule = scheduled(suite, &arch)?;
@@ -130,7 +130,7 @@ fn intervals_do_not_get_worse() {
     }
     let golden = read(&std::fs::read_to_string(&path).expect("the table is there"));
     let names = |table: &Table| table.keys().cloned().collect::<Vec<_>>();
-    match quarter {
+    match eighth {
         None => assert_eq!(
             names(&table),
             names(&golden),
@@ -139,7 +139,7 @@ fn intervals_do_not_get_worse() {
         Some(_) => {
             let unknown = table.keys().find(|name| !golden.contains_key(*name));
             assert_eq!(unknown, None, "BLESS=1 takes up other loops");
-            assert!(table.len() * 16 > golden.len(), "{} loops", table.len());
+            assert!(!table.is_empty(), "no eighth is empty");
         }
     }
     let mut worse = String::new();
