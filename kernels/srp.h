@@ -91,8 +91,13 @@
  *   __srp_vhmax    int4 (int4, int4)                      all halves   vhmax
  *   __srp_vhfma    int4 (int4 a, int4 b, int4 c)          a*b+c        vhfma
  *   __srp_tex      float4 (int descriptor, float4 uv)     bilinear     tex
+ *   __srp_prefetch void (unsigned address)                line nearer  prefetch
  *   __srp_in       int (constant port)                    may wait     in
  *   __srp_out      void (constant port, int value)        may wait     out
+ *
+ * srp_prefetch(pointer) asks for the line of an address in system memory, which need not be mapped, in the data cache, so
+ * that a later load finds it there; the core does not wait for it. One that finds as many misses outstanding as the
+ * cache allows is dropped.
  *
  * srp_texture(descriptor, u, v) samples a texture: descriptor is the address of an
  * srp_texture_map (scene.h) in system memory, (0, 0) the outer corner of the first texel, (1, 1) that of the last.
@@ -214,6 +219,9 @@
 #define srp_hfma8 __srp_vhfma
 #define srp_hmin8 __srp_vhmin
 #define srp_hmax8 __srp_vhmax
+
+#define srp_prefetch_at __srp_prefetch
+#define srp_prefetch(pointer) srp_prefetch_at((unsigned)(pointer))
 
 #define srp_texture4 __srp_tex
 #define srp_texture(descriptor, u, v) \

@@ -512,6 +512,10 @@ SRP_HOST float4 srp_texture4(unsigned texture, float4 uv)
 	return filtered;
 }
 
+/* The host has caches of its own. */
+#define srp_prefetch_at(address) ((void)(address))
+#define srp_prefetch(pointer) ((void)(pointer))
+
 SRP_HOST float4 srp_texture(unsigned texture, float u, float v)
 {
 	return srp_texture4(texture, srp_float4(u, v, 0.0f, 0.0f));

@@ -96,6 +96,9 @@ pub enum Effect {
     Load,
     /// Writes memory.
     Store,
+    /// Brings memory nearer: it changes when later accesses are over, and no value. It traps nowhere and has no order
+    /// among accesses.
+    Prefetch,
     /// Talks to the outside through a port, possibly waiting for it; never moved against another.
     Io,
 }
@@ -258,6 +261,7 @@ macro_rules! opcodes {
     (@flag $info:ident imm) => { $info.immediate = true; };
     (@flag $info:ident load) => { $info.effect = Effect::Load; };
     (@flag $info:ident store) => { $info.effect = Effect::Store; };
+    (@flag $info:ident prefetch) => { $info.effect = Effect::Prefetch; };
     (@flag $info:ident io) => { $info.effect = Effect::Io; };
 }
 
@@ -424,6 +428,9 @@ opcodes! {
     Gsw "gsw" (P I W): Cstore imm store;
     Gsv "gsv" (P I V): Cstore imm store;
 
+    // Brings the line of an address into the data cache, if it can, and waits for nothing.
+    Prefetch "prefetch" (P I): Cload prefetch;
+
     // The texture unit: guard, address of a descriptor, u and v in lanes 0 and 1. See
     // `ops::semantics::texture`.
     Tex "tex" (P I F4) -> F4: Tex load;
@@ -469,12 +476,15 @@ impl Opcode {
 
     /// True if its first operand is a guard: nothing happens, and the result is zero, where false.
     pub fn is_guarded(self) -> bool {
-        matches!(self.info().effect, Effect::Load | Effect::Store) || self.class() == Class::Idiv
+        let effect = self.info().effect;
+        matches!(effect, Effect::Load | Effect::Store | Effect::Prefetch)
+            || self.class() == Class::Idiv
     }
 
     /// Which memory it reads or writes, if any.
     pub fn space(self) -> Option<Space> {
         match self.class() {
+            _ if self.info().effect == Effect::Prefetch => None,
             Class::Load | Class::Store => Some(Space::Sram),
             Class::Cload | Class::Cstore | Class::Tex => Some(Space::Cached),
             _ => None,

@@ -153,6 +153,7 @@ impl Core for GeneratedCore {
             host: (&raw mut bus).cast(),
             cached_load,
             cached_store,
+            prefetch,
             texture_descriptor,
             texels,
             fetch,
@@ -222,6 +223,10 @@ extern "C" fn cached_load(host: &mut HostBus, address: u32, bytes: u32, value: &
 
 extern "C" fn cached_store(host: &mut HostBus, address: u32, bytes: u32, value: &Lanes) -> u32 {
     u32::from(with_bus(host, |bus| bus.cached_store(address, bytes, *value)).is_some())
+}
+
+extern "C" fn prefetch(host: &mut HostBus, address: u32) {
+    with_bus(host, |bus| bus.prefetch(address));
 }
 
 extern "C" fn texture_descriptor(host: &mut HostBus, address: u32, value: &mut Lanes) -> u32 {

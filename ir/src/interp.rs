@@ -359,6 +359,7 @@ pub fn operate<W: World + ?Sized>(
             result.map(Some).map_err(Stop::Trap)
         }
         Effect::Load | Effect::Store => access(op, args, imm, world).map_err(Stop::Trap),
+        Effect::Prefetch => Ok(None),
         Effect::Io => port(op, args, imm as u32, world),
     }
 }

@@ -169,5 +169,3 @@ int __srp_overflow(int operation, u64 a, int a_negative, u64 b, int b_negative, 
     u64 most = is_signed ? (1ull << bits - 1) - !negative : bits == 64 ? ~0ull : (1ull << bits) - 1;
     return low > most;
 }
-
-void __builtin_prefetch(const void *address, ...) {}

@@ -27,6 +27,9 @@ pub trait Bus {
     /// Writes 1, 2, 4 or 16 bytes of system memory through the data cache. `None` as above.
     fn cached_store(&mut self, address: u32, bytes: u32, value: Lanes) -> Option<()>;
 
+    /// Asks for the line of an address in the data cache, whether that is mapped or not. The core never waits for it.
+    fn prefetch(&mut self, address: u32);
+
     /// Reads the 16 bytes of a texture's descriptor through the texture cache; a miss shows as
     /// [`stalled`](Self::stalled). `None` where the address is not mapped or not aligned.
     fn texture_descriptor(&mut self, address: u32) -> Option<Lanes>;

@@ -75,6 +75,8 @@ impl Bus for Solo {
         Some(())
     }
 
+    fn prefetch(&mut self, _address: u32) {}
+
     fn texture_descriptor(&mut self, address: u32) -> Option<Lanes> {
         self.cached_load(address, 16)
     }

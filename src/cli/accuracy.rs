@@ -222,6 +222,7 @@ impl Accuracy {
                 defines: defines.iter().map(|text| define(text)).collect(),
                 double_is_float: *double,
                 fast_math: super::fast_math(&self.building.feature),
+                prefetch: self.building.prefetches(),
                 ..Options::default()
             },
             question: kernel::Question {

@@ -118,6 +118,8 @@ pub(crate) enum Feature {
     ContractOff,
     /// Functions of math.h may be what the special-function unit gives
     ApproxFunc,
+    /// Loops on the array ask for lines of system memory some iterations ahead
+    PrefetchLoopArrays,
     /// All of associative-math, reciprocal-math, fp-contract=fast and approx-func
     FastMath,
 }
@@ -177,6 +179,7 @@ impl Compilation {
             double_is_float: source.double,
             single_constants: has(Feature::SinglePrecisionConstant),
             fast_math: fast_math(&source.feature),
+            prefetch: has(Feature::PrefetchLoopArrays),
             max_ulp: source.max_ulp,
             rewrites: source.rewrite.clone(),
             warnings: Warnings::parse(&source.warnings).map_err(Failure::Usage)?,

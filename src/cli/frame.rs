@@ -137,6 +137,7 @@ impl Frame {
             kernels: building.and_then(|b| b.kernels.clone()),
             forms: building.map_or(Ok(Forms::default()), Building::forms)?,
             fast_math: fast_math(building.map_or(&[], |b| &b.feature)),
+            prefetch: building.is_some_and(Building::prefetches),
         })
     }
 }
@@ -155,6 +156,11 @@ pub(crate) struct Building {
 }
 
 impl Building {
+    /// True if loops are to ask for lines ahead.
+    pub(crate) fn prefetches(&self) -> bool {
+        self.feature.contains(&Feature::PrefetchLoopArrays)
+    }
+
     fn forms(&self) -> Result<Forms, Failure> {
         let choose = |forms: Forms, choice: &String| forms.with(choice).map_err(Failure::usage);
         self.form.iter().try_fold(Forms::default(), choose)
@@ -166,6 +172,7 @@ impl Building {
             kernels: Kernels::of(self.kernels.as_deref())?,
             forms: self.forms()?,
             fast_math: fast_math(&self.feature),
+            prefetch: self.prefetches(),
             ..Build::new(effects, bounces)
         })
     }

@@ -110,6 +110,7 @@ fn frame(
     let frame = FrameOptions {
         scene: (!scene.is_empty()).then(|| PathBuf::from(scene)),
         fast_math: options.fast_math,
+        prefetch: options.prefetch,
         ..FrameOptions::default()
     };
     let (_, build, _) = Build::of_scene(&frame, &mut scenes::say, session)?;

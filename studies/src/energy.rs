@@ -446,7 +446,7 @@ fn counted(report: &Report, arch: &Arch) -> Vec<(Part, f64)> {
     let spec = &system.tni;
     // A miss looks for the line, and writes it when it comes.
     let cache = |spec: &CacheSpec, c: &CacheCounters| {
-        (c.hits + c.joined + 2 * c.misses) as f64 * 1e3 * cache_energy(spec.bytes)
+        (c.hits + c.joined + 2 * (c.misses + c.prefetches)) as f64 * 1e3 * cache_energy(spec.bytes)
     };
     let of_cores = |spec: &CacheSpec,
                     of: fn(&srp_runtime::system::CoreReport) -> &CacheCounters| {

@@ -4,8 +4,11 @@ use rand_pcg::Pcg32;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use srp_archdesc::system::CacheSpec;
 use srp_archdesc::{Arch, dram};
+use srp_ir::check::Checked;
+use srp_ir::pass;
 use srp_runtime::core::{Bus, Core, Run, Trap};
 use srp_runtime::effect::{self, Guard};
+use srp_runtime::memory::cache::CacheCounters;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene::demo::demo;
 use srp_runtime::system::{self, CoreReport, Report, Timing};
@@ -221,4 +224,64 @@ fn kernels_that_share_contexts_fit_together() {
         contexts(&together) <= arch.srp.contexts,
         "{together:?} for {alone:?}"
     );
+}
+
+/// Prefetches of the kernels' loops: misses become lines that were asked for ahead, cores that stand still at
+/// each do so for less, and the picture is the same.
+#[test]
+fn prefetches_move_cycles_and_no_pixel() {
+    let studio = Studio::of(demo(), (64, 48));
+    let effects = effect::find(&studio.scene).into_iter().collect();
+    let session = srp_tests::session();
+    let plain = studio.program(effects);
+    let mut ahead = plain.clone();
+    let options = pass::Options {
+        prefetch: Some(studio.arch.system.data_cache.line),
+        ..pass::Options::new(studio.arch.precision)
+    };
+    let passes = pass::parse("prefetch, simplify, compact").expect("there are these passes");
+    pass::run(&mut ahead, &passes, &options, &mut |_, _| {});
+    let scheduled = |program| {
+        let compiled = schedule(program, &studio.arch, LITTLE, &session).expect("it compiles");
+        let program = compiled.schedule.program;
+        let engines = Engines::of(&program, Engine::Interpreter, &session).expect("it links");
+        (program, engines)
+    };
+    let [plain, ahead] = [plain, ahead].map(scheduled);
+    for blocking in [true, false] {
+        let mut arch = studio.arch.clone();
+        arch.system.data_cache.blocking = blocking;
+        let frame = |(program, engines): &(Checked, Engines), arch: &Arch| {
+            let run = |arch: &Arch, cores: Vec<Box<dyn Core>>| -> (Picture, Report) {
+                let options =
+                    system_options(program, arch, Guard::default(), Timing::Full, &session);
+                system::render(studio.image(), cores, arch, options).expect("the frame is finished")
+            };
+            cut_anywhere(run, arch, engines);
+            run(arch, engines.cores(arch.system.cores))
+        };
+        let (picture, without) = frame(&plain, &arch);
+        let (same, with) = frame(&ahead, &arch);
+        assert_eq!(same.rgba, picture.rgba);
+        let all = |report: &Report| {
+            let mut all = CacheCounters::default();
+            report.cores.iter().for_each(|c| all.add(&c.data_cache));
+            all
+        };
+        let (before, after) = (all(&without), all(&with));
+        assert_eq!((before.prefetches, before.dropped), (0, 0));
+        assert!(
+            after.prefetches > 0 && after.misses < before.misses,
+            "{after:?}, {before:?}"
+        );
+        let stalls = |report: &Report| -> u64 { report.cores.iter().map(|c| c.memory_stall).sum() };
+        println!(
+            "blocking {blocking}: {} of {}, {} of {}",
+            stalls(&without),
+            without.cycles,
+            stalls(&with),
+            with.cycles
+        );
+        assert!(!blocking || stalls(&with) < stalls(&without));
+    }
 }

@@ -85,6 +85,8 @@ pub struct Build {
     pub forms: Forms,
     /// Permissions to change results of floating-point arithmetic.
     pub fast_math: FastMath,
+    /// Loops on the array ask for lines of system memory ahead.
+    pub prefetch: bool,
     /// How long their loops are scheduled.
     pub effort: Effort,
 }
@@ -98,6 +100,7 @@ impl Build {
             bounces,
             forms: Forms::default(),
             fast_math: FastMath::default(),
+            prefetch: false,
             effort: Effort::default(),
         }
     }
@@ -122,6 +125,7 @@ impl Build {
             kernels: Kernels::of(options.kernels.as_deref())?,
             forms: options.forms,
             fast_math: options.fast_math,
+            prefetch: options.prefetch,
             ..Build::new(effects, scene.options.bounces)
         };
         Ok((scene, build, guard))
@@ -135,6 +139,7 @@ impl Build {
             defines: defines.chain([bounces]).collect(),
             auto_kernel: false,
             fast_math: self.fast_math,
+            prefetch: self.prefetch,
             effort: self.effort,
             ..Options::default()
         }
@@ -172,7 +177,7 @@ impl Build {
     pub fn name(&self, arch: &Arch) -> String {
         let key = Key::of(Kind::Simulators)
             .value(&self.options().defines)
-            .value(&self.fast_math)
+            .value(&(self.fast_math, self.prefetch))
             .text(self.kernels.digest())
             .value(arch);
         let kernels = srp_kernels::SOURCES.iter().chain(srp_kernels::HEADERS);
@@ -208,6 +213,8 @@ pub struct FrameOptions {
     pub forms: Forms,
     /// Permissions to change results of floating-point arithmetic.
     pub fast_math: FastMath,
+    /// Loops on the array ask for lines of system memory ahead.
+    pub prefetch: bool,
 }
 
 /// A frame on a machine, for everything that is done with it.

@@ -291,6 +291,7 @@ pub fn run_passes(
     let options = pass::Options {
         precision: arch.precision,
         fast_math: options.fast_math,
+        prefetch: options.prefetch.then_some(arch.system.data_cache.line),
         rewrites: options.rewrites.clone(),
         software: arch.srp.in_software(),
     };

@@ -26,6 +26,8 @@ pub struct Options {
     pub single_constants: bool,
     /// Permissions to change results of floating-point arithmetic.
     pub fast_math: FastMath,
+    /// Loops on the array ask for lines of system memory ahead.
+    pub prefetch: bool,
     /// Reciprocals, roots and quotients may be off by so many units in the last place: the cheapest unit
     /// that is within them computes each.
     pub max_ulp: Option<f64>,
@@ -47,6 +49,7 @@ impl Default for Options {
             double_is_float: false,
             single_constants: false,
             fast_math: FastMath::default(),
+            prefetch: false,
             max_ulp: None,
             rewrites: Vec::new(),
             warnings: Warnings::default(),

@@ -38,6 +38,10 @@ impl Bus for Listening<'_> {
         self.bus.cached_store(address, bytes, value)
     }
 
+    fn prefetch(&mut self, address: u32) {
+        self.bus.prefetch(address);
+    }
+
     fn texture_descriptor(&mut self, address: u32) -> Option<Lanes> {
         self.bus.texture_descriptor(address)
     }

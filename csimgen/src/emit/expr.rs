@@ -164,6 +164,7 @@ fn access(spec: &SimSpec, op: Opcode, mut args: Vec<String>, imm: i32, at: Posit
             let bits = spec.precision.texture_weight_bits;
             format!("bus.texture({list}, {bits}, {at})?")
         }
+        Prefetch => format!("bus.prefetch({list})"),
         In => format!("bus.port_in({imm})?"),
         Out => format!("bus.port_out({imm}, {list})?"),
         Lb => format!(

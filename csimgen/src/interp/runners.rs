@@ -298,6 +298,10 @@ fn accessing(op: Opcode) -> Option<Runner> {
             let filtered = bus.texture(guard, descriptor, uv, micro.extra[0], micro.at)?;
             filtered.put(state, micro)
         },
+        Prefetch => |state, micro, bus| {
+            bus.prefetch(operand!(state, micro, 0), operand!(state, micro, 1));
+            Ok(())
+        },
         Sb => store!(store::<1>, as_it_is),
         Sh => store!(store::<2>, as_it_is),
         Sw => store!(store::<4>, as_it_is),

@@ -9,7 +9,7 @@ use std::ffi::c_void;
 use std::ops::Range;
 
 /// The version of these structures and functions.
-pub const VERSION: u32 = 6;
+pub const VERSION: u32 = 7;
 
 /// The SRAM of a core that is lent to a library: a slice without its lifetime, which C does not have.
 #[repr(C)]
@@ -67,6 +67,8 @@ pub struct HostBus {
         extern "C" fn(&mut HostBus, address: u32, bytes: u32, value: &mut Lanes) -> u32,
     /// [`Bus::cached_store`]: 1, or 0.
     pub cached_store: extern "C" fn(&mut HostBus, address: u32, bytes: u32, value: &Lanes) -> u32,
+    /// [`Bus::prefetch`].
+    pub prefetch: extern "C" fn(&mut HostBus, address: u32),
     /// [`Bus::texture_descriptor`]: 1 and the words, or 0.
     pub texture_descriptor: extern "C" fn(&mut HostBus, address: u32, value: &mut Lanes) -> u32,
     /// [`Bus::texels`]: 1 and the texels in place of their addresses, or 0 and the address that is
@@ -95,6 +97,10 @@ impl Bus for HostBus {
 
     fn cached_store(&mut self, address: u32, bytes: u32, value: Lanes) -> Option<()> {
         ((self.cached_store)(self, address, bytes, &value) != 0).then_some(())
+    }
+
+    fn prefetch(&mut self, address: u32) {
+        (self.prefetch)(self, address);
     }
 
     fn texture_descriptor(&mut self, address: u32) -> Option<Lanes> {

@@ -207,6 +207,15 @@ impl<'a, B: Bus + ?Sized> Border<'a, B> {
         }
     }
 
+    /// Asks for a line of system memory ahead, if the guard is true.
+    #[inline(always)]
+    pub fn prefetch(&mut self, guard: bool, address: u32) {
+        if guard {
+            self.accessed = true;
+            self.bus.prefetch(address);
+        }
+    }
+
     /// The texel that the texture unit returns; zero where the guard is false.
     pub fn texture(
         &mut self,

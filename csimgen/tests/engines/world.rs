@@ -55,6 +55,10 @@ impl Bus for World {
         self.solo.cached_store(address, bytes, value)
     }
 
+    fn prefetch(&mut self, address: u32) {
+        self.access(address);
+    }
+
     fn texture_descriptor(&mut self, address: u32) -> Option<Lanes> {
         self.access(address);
         self.solo.texture_descriptor(address)

@@ -11,6 +11,7 @@ pub(super) enum Talk {
     Launch(u32),
     Load(u32, u32, Option<Lanes>),
     Store(u32, u32, Lanes, Option<()>),
+    Prefetch(u32),
     Descriptor(u32, Option<Lanes>),
     Texels(Lanes, Result<Lanes, u32>),
     In(u32, Option<u32>),
@@ -48,6 +49,11 @@ impl Bus for Noting<'_> {
         let answer = self.bus.cached_store(address, bytes, value);
         self.note(Talk::Store(address, bytes, value, answer));
         answer
+    }
+
+    fn prefetch(&mut self, address: u32) {
+        self.bus.prefetch(address);
+        self.note(Talk::Prefetch(address));
     }
 
     fn texture_descriptor(&mut self, address: u32) -> Option<Lanes> {
@@ -167,6 +173,11 @@ impl Bus for Answering<'_> {
         }
     }
 
+    fn prefetch(&mut self, address: u32) {
+        let same = |talk: &Talk| *talk == Talk::Prefetch(address);
+        self.answer(Talk::Prefetch(address), same);
+    }
+
     fn texture_descriptor(&mut self, address: u32) -> Option<Lanes> {
         let asked = Talk::Descriptor(address, None);
         let same = |t: &Talk| matches!(*t, Talk::Descriptor(a, _) if a == address);
@@ -238,6 +249,7 @@ impl Talk {
                     &value[..words.min(4)]
                 )
             }
+            Talk::Prefetch(address) => format!("asks for the line at {address:#010x}"),
             Talk::Descriptor(address, _) => format!("reads the texture at {address:#010x}"),
             Talk::Texels(addresses, _) => format!("reads texels at {addresses:#010x?}"),
             Talk::In(port, _) => format!("reads port {port}"),

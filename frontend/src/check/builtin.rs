@@ -8,6 +8,7 @@ use crate::library;
 use crate::message::{CALL, NOT_CONSTANT};
 use crate::typed::*;
 use srp_archdesc::diagnostic::Span;
+use srp_archdesc::isa::Opcode;
 
 /// Returns the number that the library's overflow function gives to the operation of
 /// `add_overflow`, `smull_overflow` and the like.
@@ -46,6 +47,7 @@ impl Checker<'_> {
                 Some(self.expected(value, expected, span))
             }
             ("assume_aligned", &[pointer, ..]) => Some(self.value(pointer)),
+            ("prefetch", &[pointer, ref hints @ ..]) => Some(self.prefetch(pointer, hints, span)),
             ("object_size", &[_, kind]) => {
                 let unknown = match self.const_int(kind, "the kind of a size") {
                     Some((0 | 1, _)) => u64::from(u32::MAX),
@@ -91,6 +93,33 @@ impl Checker<'_> {
             }
             ("nanf", &[_]) => Some(self.make(ExprKind::Const(0x7fc0_0000), known.float, span)),
             _ => None,
+        }
+    }
+
+    /// `__builtin_prefetch`: the operation where the pointer leads to system memory; nothing where it leads to SRAM,
+    /// which has no lines. Whether a write is to follow, and how soon, changes nothing.
+    fn prefetch(&mut self, pointer: ast::ExprId, hints: &[ast::ExprId], span: Span) -> ExprId {
+        let known = self.types.known;
+        let pointer = self.value(pointer);
+        for &hint in hints {
+            self.const_int(hint, "a hint of a prefetch");
+        }
+        let ty = self.ty(pointer);
+        match self.types.pointee(ty) {
+            Some(target) if target.quals.global => {
+                let guard = self.int_const(1, known.int, span);
+                let address = self.cast(pointer, known.uint, span);
+                let operation = ExprKind::Operation(Opcode::Prefetch, vec![guard, address], 0);
+                self.make(operation, known.void, span)
+            }
+            Some(_) => self.make(ExprKind::Convert(pointer), known.void, span),
+            None if self.is_error(ty) => self.error_value(span),
+            None => {
+                let text = format!("what is prefetched is {}, not a pointer", self.show(ty));
+                let at = self.span(pointer);
+                self.error(CALL, at, text, "");
+                self.error_value(span)
+            }
         }
     }
 

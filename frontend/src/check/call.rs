@@ -38,7 +38,7 @@ fn operation(name: &str) -> Option<Operation> {
         "asfloat4" => return Some(Operation::Bits(true, true)),
         _ => {}
     }
-    let usable = |op: &Opcode| !op.is_guarded() || *op == Opcode::Tex;
+    let usable = |op: &Opcode| !op.is_guarded() || matches!(op, Opcode::Tex | Opcode::Prefetch);
     let has = |op: Opcode, kind: Kind| {
         let info = op.info();
         info.operands.contains(&kind) || info.result == Some(kind)

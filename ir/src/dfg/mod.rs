@@ -254,7 +254,7 @@ impl Dfg {
             DepKind::Operand(_) => latency,
             DepKind::Order => match self.nodes[from].op.info().effect {
                 Effect::Load => 0,
-                Effect::Pure | Effect::Store | Effect::Io => 1,
+                Effect::Pure | Effect::Store | Effect::Prefetch | Effect::Io => 1,
             },
         }
     }

@@ -84,7 +84,10 @@ fn definitions(func: &Function) -> EntityMap<Value, Option<Def>> {
 fn has_effect(kind: &InstKind) -> bool {
     match kind {
         InstKind::Call { .. } | InstKind::Launch { .. } => true,
-        InstKind::Op { op, .. } => matches!(op.info().effect, Effect::Store | Effect::Io),
+        InstKind::Op { op, .. } => {
+            let effect = op.info().effect;
+            matches!(effect, Effect::Store | Effect::Prefetch | Effect::Io)
+        }
         InstKind::Const(_) | InstKind::SymbolAddr(..) | InstKind::SlotAddr(..) => false,
     }
 }

@@ -51,7 +51,10 @@ fn made(func: &Function, data: &LoopData) -> Option<FxHashSet<Value>> {
             match kind {
                 InstKind::Call { .. } | InstKind::Launch { .. } => return None,
                 InstKind::Op { op, .. }
-                    if matches!(op.info().effect, Effect::Store | Effect::Io) =>
+                    if matches!(
+                        op.info().effect,
+                        Effect::Store | Effect::Prefetch | Effect::Io
+                    ) =>
                 {
                     return None;
                 }

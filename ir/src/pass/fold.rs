@@ -116,7 +116,7 @@ impl Folder<'_> {
                 }
             },
             Effect::Load | Effect::Store => self.access(inst, op, args, imm),
-            Effect::Io => self.out.push(inst),
+            Effect::Prefetch | Effect::Io => self.out.push(inst),
         }
     }
 

@@ -103,7 +103,7 @@ fn effects<'a>(func: &Function, data: &LoopData, objects: &'a Objects) -> Effect
                     effects.stored.push(objects.object(args[1]));
                 }
                 (Effect::Store, _) => effects.stores_cached = true,
-                (Effect::Pure | Effect::Load, _) => {}
+                (Effect::Pure | Effect::Load | Effect::Prefetch, _) => {}
             },
             InstKind::Const(_) | InstKind::SymbolAddr(..) | InstKind::SlotAddr(..) => {}
         }
@@ -175,6 +175,6 @@ fn may_move(kind: &InstKind, effects: &Effects<'_>, passed: bool) -> bool {
             trapping && stored.all(|to| from.is_some() && to.is_some() && *to != from)
         }
         (Effect::Load, _) => trapping && !effects.stores_cached,
-        (Effect::Store | Effect::Io, _) => false,
+        (Effect::Store | Effect::Prefetch | Effect::Io, _) => false,
     }
 }

@@ -41,6 +41,7 @@ pub const STANDARD: &[&str] = &[
     "fp-contract",
     "simplify",
     "licm",
+    "prefetch",
     "strength",
     "simplify",
     "forward",

@@ -31,6 +31,8 @@ pub struct Options {
     pub precision: Precision,
     /// Permissions to change results.
     pub fast_math: FastMath,
+    /// Bytes of a line of the data cache, where loops on the array are to ask for lines ahead.
+    pub prefetch: Option<u32>,
     /// Expressions that are to be rewritten.
     pub rewrites: Vec<Rewrite>,
     /// Classes of operations that no unit runs, and for which functions of the program stand in.
@@ -48,6 +50,7 @@ impl Options {
                 contract: false,
                 approximate: false,
             },
+            prefetch: None,
             rewrites: Vec::new(),
             software: Vec::new(),
         }
@@ -264,6 +267,14 @@ pub const PASSES: &[Pass] = &[
             context.has(&[Class::Fma, Class::Vfma])
                 && context.options.fast_math.contract
                 && contract(f, &mut context.remarks)
+        }),
+    },
+    Pass {
+        name: "prefetch",
+        what: "Asks for lines of system memory ahead in kernel loops, where that is wanted.",
+        run: Run::Function(|f, context| {
+            let line = context.options.prefetch;
+            line.is_some_and(|line| prefetch(f, line))
         }),
     },
     Pass {

@@ -77,7 +77,7 @@ fn places(
             _ => continue,
         };
         match op.info().effect {
-            Effect::Pure => continue,
+            Effect::Pure | Effect::Prefetch => continue,
             Effect::Io => return BTreeMap::new(),
             _ if op.space() != Some(Space::Sram) => continue,
             _ => {}

@@ -12,7 +12,8 @@ use std::collections::BTreeMap;
 
 mod linear;
 
-use linear::{Linear, Linearity};
+use linear::Linear;
+pub(super) use linear::Linearity;
 
 /// Gives the addresses of loads and stores in loops of one block values of their own that advance
 /// with the loop, where that makes the loop shorter.

@@ -197,7 +197,7 @@ impl Rule {
             Lb | Lbu | Lh | Lhu | Lw | Lv | Glb | Glbu | Glh | Glhu | Glw | Glv => Rule::Access,
             Sb | Sh | Sw | Sv | Gsb | Gsh | Gsw | Gsv => Rule::Access,
             Tex => Rule::Texture,
-            In | Out => Rule::Use,
+            In | Out | Prefetch => Rule::Use,
         }
     }
 

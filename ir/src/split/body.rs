@@ -93,7 +93,8 @@ impl<'a> Body<'a> {
             });
             match result {
                 Some(result) => drop(self.node_of.insert(result, node)),
-                None => self.stores.push(node),
+                None if op.info().effect == Effect::Store => self.stores.push(node),
+                None => {}
             }
         }
     }
@@ -370,13 +371,13 @@ fn for_each_live_in(data: &mut NodeData, mut f: impl FnMut(&mut u32)) {
     }
 }
 
-/// The values of the loop that something needs: values stored, and values used after the loop.
+/// The values of the loop that something needs: values stored, what prefetches are of, and values used after the loop.
 fn needed_values(lp: &Loop<'_>) -> BTreeSet<Value> {
     let mut open: Vec<Value> = lp.used_after.iter().copied().collect();
     for &inst in &lp.func.blocks[lp.block].insts {
         let data = &lp.func.insts[inst];
         if let InstKind::Op { op, args, .. } = &data.kind
-            && op.info().effect == Effect::Store
+            && matches!(op.info().effect, Effect::Store | Effect::Prefetch)
         {
             open.extend_from_slice(args);
         }

@@ -366,7 +366,7 @@ impl<'a> Maker<'a> {
 
     /// An access at a place of its own in its window, computed or constant.
     fn memory(&mut self) {
-        let accesses = |op: &&Opcode| op.space().is_some();
+        let accesses = |op: &&Opcode| op.space().is_some() || **op == Opcode::Prefetch;
         let ops: Vec<Opcode> = Opcode::ALL.iter().filter(accesses).copied().collect();
         let op = ops[self.below(ops.len() as u32) as usize];
         if op == Opcode::Tex {
@@ -379,6 +379,12 @@ impl<'a> Maker<'a> {
             });
             let coordinates = self.any(Ty::Vec);
             self.op(op, &[guard, texture, coordinates], 0);
+            return;
+        }
+        if op == Opcode::Prefetch {
+            // Anywhere, mapped or not.
+            let (guard, address) = (self.any(Ty::Pred), self.any(Ty::Word));
+            self.op(op, &[guard, address], 0);
             return;
         }
         let bytes = op.access_bytes().expect("an access");

@@ -8,12 +8,18 @@ use srp_ir::program::Program;
 use srp_ir::text::write;
 use srp_ir::verify;
 
-const OPTIONS: pass::Options = pass::Options::new(Precision::EXACT);
+/// Everything but permissions to change results.
+fn options() -> pass::Options {
+    pass::Options {
+        prefetch: Some(64),
+        ..pass::Options::new(Precision::EXACT)
+    }
+}
 
 /// Runs the passes of a list.
 pub(crate) fn run(program: &mut Program, list: &str) -> Result<Vec<Remark>, String> {
     let passes = pass::parse(list).map_err(|name| format!("no pass is called {name}"))?;
-    Ok(pass::run(program, &passes, &OPTIONS, &mut |_, _| {}))
+    Ok(pass::run(program, &passes, &options(), &mut |_, _| {}))
 }
 
 /// The names of all passes, and the one of all of them together.

@@ -33,6 +33,12 @@ pub struct CacheCounters {
     pub joined: u64,
     /// Dirty lines written back.
     pub writebacks: u64,
+    /// Lines that were requested ahead of any access.
+    #[serde(default)]
+    pub prefetches: u64,
+    /// Prefetches of lines for which no room was among the outstanding misses.
+    #[serde(default)]
+    pub dropped: u64,
 }
 
 impl CacheCounters {
@@ -45,7 +51,7 @@ impl CacheCounters {
     }
 }
 
-sums!(CacheCounters: hits misses joined writebacks);
+sums!(CacheCounters: hits misses joined writebacks prefetches dropped);
 
 /// Tag of an empty way.
 const EMPTY: u32 = u32::MAX;
@@ -102,6 +108,22 @@ impl Cache {
             self.outstanding.push(line);
             Access::Miss
         }
+    }
+
+    /// Asks for `line` ahead of an access to it. Returns whether it must be requested: it is neither there nor on its
+    /// way, and there is room for one more miss.
+    pub fn prefetch(&mut self, line: u32) -> bool {
+        if self.touch(line) || self.outstanding.contains(&line) {
+            return false;
+        }
+        let has_room = self.outstanding.len() < self.max_misses;
+        if has_room {
+            self.counters.prefetches += 1;
+            self.outstanding.push(line);
+        } else {
+            self.counters.dropped += 1;
+        }
+        has_room
     }
 
     /// Makes `line` the most recently used of its set without counting it, and brings it in if it is neither

@@ -191,6 +191,12 @@ impl Bus for CoreBus<'_, '_> {
         Some(())
     }
 
+    fn prefetch(&mut self, address: u32) {
+        if self.shared.memory.get(address, 1).is_some() {
+            self.core.data.prefetch(address);
+        }
+    }
+
     fn texture_descriptor(&mut self, address: u32) -> Option<Lanes> {
         if !is_aligned(address, 16) {
             return None;

@@ -1,7 +1,8 @@
 //! The data cache of one core, and the lines on their way between it and the memory.
 //!
 //! Loads allocate lines. One that misses freezes the core: at once if the cache blocks, else where its value is due
-//! and its line is not there yet; what the core does until then is hit under miss. Due times are in cycles of the
+//! and its line is not there yet; what the core does until then is hit under miss. Prefetches allocate lines too, and
+//! freeze nothing: the load that comes too early for its line does. Due times are in cycles of the
 //! engine: while the core is frozen or waits for a port, time stands still for values in flight. Stores never freeze
 //! it: one that hits marks
 //! its line, which is written back when it is replaced; one that misses goes round the cache into a
@@ -29,10 +30,9 @@ pub(super) struct DataCache {
     pub(super) cache: Cache,
     line: u32,
     blocking: bool,
-    /// Cycles that the engine may run after the one of a load before its value is due.
+    /// Cycles that the engine may run after the one of a load before its value is due; none if the cache blocks.
     slack: u64,
-    /// Of a cache that does not block, the loads whose lines are on their way; those of the run that goes on are
-    /// behind the first `known`.
+    /// The loads whose lines are on their way; those of the run that goes on are behind the first `known`.
     late: Vec<Late>,
     known: usize,
     /// Lines that a load of the current cycle needs and that cannot be requested yet.
@@ -53,7 +53,10 @@ impl DataCache {
             cache: Cache::new(spec),
             line: spec.line,
             blocking: spec.blocking,
-            slack: u64::from(latency.saturating_sub(1)),
+            slack: match spec.blocking {
+                true => 0,
+                false => u64::from(latency.saturating_sub(1)),
+            },
             late: Vec::new(),
             known: 0,
             deferred: Vec::new(),
@@ -73,24 +76,38 @@ impl DataCache {
         let result = self.cache.access(line);
         match result {
             Access::Hit | Access::Pending => {}
-            Access::Miss => {
-                // Data stored round the cache has to be in memory first.
-                if let Some(i) = self.stores.iter().position(|s| s.0 == line) {
-                    let (line, bytes) = self.stores.remove(i).expect("just found");
-                    self.requests.push_back((line * self.line, bytes, true));
-                }
-                self.requests
-                    .push_back((line * self.line, self.line, false));
-            }
+            Access::Miss => self.request(line),
             Access::Full => self.deferred.push(line),
         }
         if self.immediate {
             if self.cache.outstanding() > 0 {
                 self.fill(line * self.line);
             }
-        } else if !self.blocking && result != Access::Hit && result != Access::Full {
+        } else if result != Access::Hit && result != Access::Full {
             let slack = self.slack;
             self.late.push(Late { line, slack });
+        }
+    }
+
+    /// Requests a line of the memory.
+    fn request(&mut self, line: u32) {
+        // Data stored round the cache has to be in memory first.
+        if let Some(i) = self.stores.iter().position(|s| s.0 == line) {
+            let (line, bytes) = self.stores.remove(i).expect("just found");
+            self.requests.push_back((line * self.line, bytes, true));
+        }
+        self.requests
+            .push_back((line * self.line, self.line, false));
+    }
+
+    /// Asks for the line of an address, where a miss more can be outstanding.
+    pub(super) fn prefetch(&mut self, address: u32) {
+        let line = address / self.line;
+        if self.cache.prefetch(line) {
+            self.request(line);
+            if self.immediate {
+                self.fill(line * self.line);
+            }
         }
     }
 
@@ -118,11 +135,7 @@ impl DataCache {
 
     /// True if the core has to stand still.
     pub(super) fn waits(&self) -> bool {
-        let is_due = match self.blocking {
-            true => self.cache.outstanding() > 0,
-            false => self.slack() == Some(0),
-        };
-        is_due || !self.deferred.is_empty()
+        self.slack() == Some(0) || !self.deferred.is_empty()
     }
 
     /// Cycles that the engine may run before a value is due whose line is not there; `None` where there is none.
@@ -139,7 +152,7 @@ impl DataCache {
 
     /// How many lines are on their way while the core may run.
     pub(super) fn under_way(&self) -> usize {
-        match self.blocking {
+        match self.blocking && self.waits() {
             true => 0,
             false => self.cache.outstanding(),
         }
@@ -225,6 +238,7 @@ mod tests {
     fn the_core_runs_under_a_miss_until_the_value_is_due() {
         let mut cache = DataCache {
             blocking: false,
+            slack: 3,
             ..cache()
         };
         cache.cache = Cache::new(&CacheSpec {
@@ -261,6 +275,42 @@ mod tests {
         cache.fill(0xc0);
         cache.fill(0x100);
         assert_eq!(cache.slack(), None);
+    }
+
+    #[test]
+    fn a_prefetch_freezes_nothing_but_a_load_of_its_line_that_comes_too_early() {
+        let mut cache = cache();
+        cache.prefetch(0x44);
+        assert!(cache.ends_run() && !cache.waits());
+        assert_eq!(requests(&mut cache), [(0x40, 64, false)]);
+        cache.ran(5);
+        assert_eq!((cache.ends_run(), cache.under_way()), (false, 1));
+        // There is no room for another line, nor need of the same one.
+        cache.prefetch(0x80);
+        cache.prefetch(0x48);
+        assert_eq!(requests(&mut cache), []);
+        let counters = cache.cache.counters;
+        assert_eq!((counters.prefetches, counters.dropped), (1, 1));
+        cache.load(0x40);
+        assert!(cache.waits());
+        assert_eq!(cache.under_way(), 0);
+        cache.fill(0x40);
+        assert!(!cache.waits());
+        cache.load(0x40);
+        assert!(!cache.ends_run());
+        let counters = cache.cache.counters;
+        assert_eq!((counters.hits, counters.misses, counters.joined), (1, 0, 1));
+        // A load of another line waits for the room that a prefetch takes.
+        cache.prefetch(0xc0);
+        cache.load(0x100);
+        assert!(cache.waits());
+        cache.fill(0xc0);
+        assert_eq!(
+            requests(&mut cache),
+            [(0xc0, 64, false), (0x100, 64, false)]
+        );
+        cache.fill(0x100);
+        assert!(!cache.waits());
     }
 
     #[test]

@@ -255,6 +255,7 @@ impl<N: Number> Run<'_, N> {
             Effect::Pure => self.pure(op, args, imm).map(Some),
             Effect::Io if op == Opcode::Out && imm as u32 == ports::EXIT => Err(Stop::Exit),
             Effect::Io => Ok(op.result().map(|_| bits(Lanes::default()))),
+            Effect::Prefetch => Ok(None),
             Effect::Load | Effect::Store => {
                 let Some(bytes) = op.access_bytes() else {
                     return Err(stop("the program filters textures"));

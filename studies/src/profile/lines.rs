@@ -1,7 +1,7 @@
 //! The lines that bundles and contexts belong to.
 
 use super::model::Line;
-use srp_archdesc::isa::Class;
+use srp_archdesc::isa::{Class, Effect};
 use srp_csimgen::Turn;
 use srp_csimgen::spec::{BundleSpec, KernelSpec, Position, SimSpec, Step};
 use std::collections::BTreeMap;
@@ -173,7 +173,10 @@ fn line_of_bundle(spec: &SimSpec, bundle: &BundleSpec) -> Option<Line> {
 
 fn loads<'s>(spec: &SimSpec, steps: impl Iterator<Item = &'s Step> + Clone) -> Loads {
     [Class::Cload, Class::Tex].map(|class| {
-        let is = |step: &&Step| step.opcode().is_some_and(|op| op.info().class == class);
+        let is = |step: &&Step| {
+            let info = step.opcode().map(|op| op.info());
+            info.is_some_and(|info| info.class == class && info.effect == Effect::Load)
+        };
         steps
             .clone()
             .filter(is)

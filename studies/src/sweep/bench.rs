@@ -228,6 +228,7 @@ impl<'a> Bench<'a> {
         let choices = self.plan.choices(point)?;
         let options = Options {
             fast_math: choices.fast_math,
+            prefetch: choices.prefetch,
             effort: choices.effort,
             ..Options::default()
         };

@@ -231,6 +231,7 @@ pub struct Plan {
 pub(super) struct Choices {
     pub(super) forms: Forms,
     pub(super) fast_math: FastMath,
+    pub(super) prefetch: bool,
     pub(super) tree: Builder,
     pub(super) effort: Effort,
     pub(super) level: Fidelity,
@@ -356,6 +357,7 @@ impl Plan {
         let mut choices = Choices {
             forms: Forms::default(),
             fast_math: FastMath::default(),
+            prefetch: false,
             tree: Builder::Best,
             effort: effort(self.file.effort.unwrap_or(1.0))?,
             level: self.fidelity,
@@ -370,7 +372,7 @@ impl Plan {
                 }
                 Target::Feature(feature) => {
                     let on = flag(value).ok_or_else(|| wrong(name, value, "on or off"))?;
-                    permit(&mut choices.fast_math, &feature, on)?;
+                    permit(&mut choices, &feature, on)?;
                 }
                 Target::Effect(effect) => {
                     let on = flag(value).ok_or_else(|| wrong(name, value, "on or off"))?;
@@ -438,13 +440,13 @@ fn effort(times: f64) -> Result<Effort, Error> {
     }
 }
 
-/// Permissions of the compiler by their names on the command line.
-type Permission = (&'static str, fn(&mut FastMath, bool));
+/// What the compiler may do besides, by its name on the command line.
+type Feature = (&'static str, fn(&mut Choices, bool));
 
-const PERMISSIONS: [Permission; 5] = [
+const FEATURES: [Feature; 6] = [
     ("fast-math", |all, on| {
         if on {
-            *all = FastMath {
+            all.fast_math = FastMath {
                 associative: true,
                 reciprocal: true,
                 contract: true,
@@ -452,17 +454,20 @@ const PERMISSIONS: [Permission; 5] = [
             };
         }
     }),
-    ("associative-math", |all, on| all.associative |= on),
-    ("reciprocal-math", |all, on| all.reciprocal |= on),
-    ("fp-contract", |all, on| all.contract |= on),
-    ("approx-func", |all, on| all.approximate |= on),
+    ("associative-math", |all, on| {
+        all.fast_math.associative |= on
+    }),
+    ("reciprocal-math", |all, on| all.fast_math.reciprocal |= on),
+    ("fp-contract", |all, on| all.fast_math.contract |= on),
+    ("approx-func", |all, on| all.fast_math.approximate |= on),
+    ("prefetch-loop-arrays", |all, on| all.prefetch |= on),
 ];
 
-fn permit(all: &mut FastMath, feature: &str, on: bool) -> Result<(), Error> {
-    match PERMISSIONS.iter().find(|(name, _)| *name == feature) {
+fn permit(all: &mut Choices, feature: &str, on: bool) -> Result<(), Error> {
+    match FEATURES.iter().find(|(name, _)| *name == feature) {
         Some((_, set)) => set(all, on),
         None => {
-            let names: Vec<String> = PERMISSIONS.iter().map(|(n, _)| format!("f:{n}")).collect();
+            let names: Vec<String> = FEATURES.iter().map(|(n, _)| format!("f:{n}")).collect();
             return Err(Error::Invalid(format!(
                 "`f:{feature}`: there are {}",
                 names.join(", ")

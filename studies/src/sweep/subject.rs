@@ -191,6 +191,7 @@ impl Stage {
             build: Build {
                 forms: choices.forms,
                 fast_math: choices.fast_math,
+                prefetch: choices.prefetch,
                 effort: choices.effort,
                 effects,
                 ..self.build.clone()

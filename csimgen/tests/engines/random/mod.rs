@@ -61,6 +61,8 @@ fn safe_operand(dice: &mut Dice, op: Opcode, operand: usize) -> Option<Bits> {
             let cached = matches!(op.class(), Class::Cload | Class::Cstore);
             Some(Bits::Word(if cached { MEMORY } else { 0 } + offset))
         }
+        // Somewhere, mapped or not.
+        (None, 1) if op == Opcode::Prefetch => Some(Bits::Word(MEMORY + 64 * dice.roll(64) as u32)),
         // The one descriptor, or none.
         (None, 1) if op == Opcode::Tex => {
             Some(Bits::Word(if dice.roll(4) > 0 { MEMORY } else { 0 }))

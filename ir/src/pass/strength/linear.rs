@@ -9,8 +9,8 @@ const MAX_TERMS: usize = 4;
 
 /// `iv · scale + Σ value · scale + constant`, all modulo 2^32. Terms are sorted, scales not 0.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Linear {
-    pub(super) iv: Option<(Value, u32)>,
+pub(in crate::pass) struct Linear {
+    pub(in crate::pass) iv: Option<(Value, u32)>,
     pub(super) invariant: Vec<(Value, u32)>,
     pub(super) constant: u32,
 }
@@ -59,14 +59,15 @@ impl Linear {
 }
 
 /// The words of a loop of one block that are sums of this form.
-pub(super) struct Linearity {
+#[derive(Default)]
+pub(in crate::pass) struct Linearity {
     known: FxHashMap<Value, Linear>,
     steps: FxHashMap<Value, u32>,
 }
 
 impl Linearity {
     /// The sums of the loop with this header; `constants` are the words of the function that are some.
-    pub(super) fn of(
+    pub(in crate::pass) fn of(
         func: &Function,
         header: Block,
         constants: &FxHashMap<Value, u32>,
@@ -125,12 +126,12 @@ impl Linearity {
     }
 
     /// The sum that a value of the block is.
-    pub(super) fn get(&self, value: Value) -> Option<&Linear> {
+    pub(in crate::pass) fn get(&self, value: Value) -> Option<&Linear> {
         self.known.get(&value)
     }
 
     /// Returns the step of an induction variable.
-    pub(super) fn step(&self, iv: Value) -> u32 {
+    pub(in crate::pass) fn step(&self, iv: Value) -> u32 {
         self.steps[&iv]
     }
 }

@@ -40,7 +40,7 @@ impl Work {
             let one = match &func.insts[inst].kind {
                 InstKind::Op { op, .. } => match (op.info().effect, op.class()) {
                     (Effect::Io, _) => return None,
-                    (Effect::Load | Effect::Store, _) => Work {
+                    (Effect::Load | Effect::Store | Effect::Prefetch, _) => Work {
                         operations: 1,
                         accesses: 1,
                         ..Work::default()

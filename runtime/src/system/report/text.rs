@@ -207,6 +207,15 @@ impl Report {
                 ),
             );
         }
+        if data.prefetches + data.dropped > 0 {
+            let [prefetches, dropped] = [data.prefetches, data.dropped].map(thousands);
+            line(
+                out,
+                format_args!(
+                    "prefetches: {prefetches} lines requested, {dropped} dropped for want of room"
+                ),
+            );
+        }
         if samples > 0 {
             let (samples, bytes) = (thousands(samples), thousands(texture_bytes));
             line(
