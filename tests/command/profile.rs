@@ -12,7 +12,7 @@ fn what_a_profile_advises_makes_the_frame_faster() {
         assert_eq!(output.status.code(), Some(0), "{line}: {said}");
         String::from_utf8(output.stdout).expect("it is text")
     };
-    run("render --size 96x64 --profile profile.json --report frame.json -o a.png");
+    run("render --size 96x64 --effort 0.05 --profile profile.json --report frame.json -o a.png");
     let read = |name: &str| -> Value {
         let text = std::fs::read(folder.join(name)).expect("it was written");
         serde_json::from_slice(&text).expect("it is JSON")
@@ -41,7 +41,7 @@ fn what_a_profile_advises_makes_the_frame_faster() {
         }
         let set = set.join(" ");
         let told = run(&format!(
-            "sweep {set} --size 96x64 --measure cycles -o {number} --json"
+            "sweep {set} --size 96x64 --effort 0.05 --measure cycles -o {number} --json"
         ));
         let table: Value = serde_json::from_str(&told).expect("it is JSON");
         let row = &table["rows"][0];

@@ -49,7 +49,8 @@ fn kernels_of_ones_own_begin_as_ours() {
         Some(0)
     );
     let picture = |name: &str, args: &[&str]| {
-        let args = [&["render", "--size", "32x24", "-o", name], args].concat();
+        let size = ["--size", "32x24", "--effort", "0.05"];
+        let args = [&["render", "-o", name], &size[..], args].concat();
         assert_eq!(srp(&folder, &args).status.code(), Some(0), "{args:?}");
         std::fs::read(folder.join(name)).expect("it was written")
     };

@@ -131,6 +131,48 @@ pub fn suites() -> Vec<Suite> {
     micro.chain([frame]).collect()
 }
 
+/// The part of many programs, one of so many parts, that a run tries. The next run most likely tries another.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    /// Its number; none where all parts are tried.
+    number: Option<usize>,
+    parts: usize,
+}
+
+impl Part {
+    /// The part that an environment variable names, which is printed: a number, or `all`; else one that the time says.
+    /// Where goldens are written anew, all are.
+    pub fn of_this_run(variable: &str, parts: usize) -> Part {
+        let asked = std::env::var(variable).unwrap_or_default();
+        if asked == "all" || std::env::var_os("BLESS").is_some() {
+            return Part {
+                number: None,
+                parts,
+            };
+        }
+        let now = std::time::SystemTime::UNIX_EPOCH.elapsed();
+        let now = now.map_or(0, |since| since.as_secs() as usize);
+        let number = asked.parse().unwrap_or(now) % parts;
+        println!("{variable}={number}");
+        Part {
+            number: Some(number),
+            parts,
+        }
+    }
+
+    /// True if it is all.
+    pub fn is_all(self) -> bool {
+        self.number.is_none()
+    }
+
+    /// True if a program of this name is in it.
+    pub fn has(self, name: &str) -> bool {
+        let letters: usize = name.bytes().map(usize::from).sum();
+        self.number
+            .is_none_or(|number| (letters + number).is_multiple_of(self.parts))
+    }
+}
+
 /// The shipped machine with this name.
 pub fn machine(name: &str) -> Arch {
     let found = machines::ALL.into_iter().find(|m| m.name == name);

@@ -2,6 +2,9 @@
 //! lowered and after the passes, and on the machine: the same output, and exit status 0, as the
 //! programs check what they compute. A directory is one program of several sources. A few go
 //! through the array and the generated simulator too.
+//!
+//! A run takes a third of the programs through the passes and to the machine, and the next run most likely others;
+//! `SRP_PROGRAMS=all` takes all of them.
 
 use srp_archdesc::Unwatched;
 use srp_archdesc::arch::{Arch, Precision};
@@ -17,6 +20,7 @@ use srp_ir::{Program, pass, verify};
 use srp_runtime::core::Core;
 use srp_runtime::solo::{self, Solo};
 use srp_scheduler::{Schedule, ScheduleError, schedule};
+use srp_tests::Part;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
@@ -217,6 +221,20 @@ impl Case {
     }
 }
 
+/// Returns the failures of the programs of this run's part.
+fn failures_of_part(run: impl Fn(&Case) -> Result<(), String>) -> String {
+    let part = Part::of_this_run("SRP_PROGRAMS", 3);
+    let name = |case: &Case| {
+        case.paths[0]
+            .strip_prefix(cases())
+            .map(|p| p.display().to_string())
+    };
+    failures(|case| match part.has(&name(case).expect("a case")) {
+        true => run(case),
+        false => Ok(()),
+    })
+}
+
 /// Returns the failures of programs, each on its own lines. All tests have the same programs, which are compiled once.
 fn failures(run: impl Fn(&Case) -> Result<(), String>) -> String {
     static CASES: OnceLock<Vec<Case>> = OnceLock::new();
@@ -252,7 +270,7 @@ fn programs_return_0() {
 
 #[test]
 fn programs_mean_the_same_after_the_passes() {
-    let failures = failures(|case| {
+    let failures = failures_of_part(|case| {
         let Lowered { program, outcome } = case.lowered()?;
         compared(interpreted(&optimised(program.clone())?)?, outcome)
     });
@@ -299,7 +317,7 @@ fn compared(found: (i32, Vec<u8>), expected: &(i32, Vec<u8>)) -> Result<(), Stri
 #[test]
 fn programs_mean_the_same_on_the_machine() {
     let arch = machine();
-    let failures = failures(|case| {
+    let failures = failures_of_part(|case| {
         let program = optimised(compiled_with(&case.paths, false)?)?;
         let schedule = scheduled(program, &arch)?;
         let spec = link(&schedule.program).map_err(|e| e.to_string())?;

@@ -8,7 +8,7 @@ use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;
 use srp_ir::split;
 use srp_scheduler::{Options, Schedule, modulo};
-use srp_tests::{Suite, compiled, equal, failures, machine, meaning, root, simulated};
+use srp_tests::{Part, Suite, compiled, equal, failures, machine, meaning, root, simulated};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -77,33 +77,15 @@ fn scheduled(suite: &Suite, arch: &Arch) -> Result<Schedule, String> {
     srp_scheduler::schedule(&divided.dre, arch, &options, &Unwatched).map_err(|e| e.to_string())
 }
 
-/// The eighth of the programs that is scheduled; none where all are.
-fn eighth() -> Option<usize> {
-    let asked = std::env::var("SRP_INTERVALS").unwrap_or_default();
-    if asked == "all" || std::env::var_os("BLESS").is_some() {
-        return None;
-    }
-    let now = std::time::SystemTime::UNIX_EPOCH.elapsed();
-    let eighth = asked
-        .parse()
-        .unwrap_or(now.map_or(0, |since| since.as_secs() as usize));
-    println!("SRP_INTERVALS={eighth}");
-    Some(eighth)
-}
-
 #[test]
 fn intervals_do_not_get_worse() {
-    let eighth = eighth();
-    let is_in = |suite: &Suite, eighth: usize| {
-        let letters: usize = suite.name.bytes().map(usize::from).sum();
-        (letters + eighth).is_multiple_of(8)
-    };
+    let part = Part::of_this_run("SRP_INTERVALS", 8);
     let mut table = Table::new();
     let mut wrong = String::new();
     for name in MACHINES {
         let arch = machine(name);
         wrong += &failures(|suite| {
-            if eighth.is_some_and(|eighth| !is_in(suite, eighth)) {
+            if !part.has(&suite.name) {
                 return Ok(());
             }
             let schedule = scheduled(suite, &arch)?;
@@ -130,13 +112,13 @@ fn intervals_do_not_get_worse() {
     }
     let golden = read(&std::fs::read_to_string(&path).expect("the table is there"));
     let names = |table: &Table| table.keys().cloned().collect::<Vec<_>>();
-    match eighth {
-        None => assert_eq!(
+    match part.is_all() {
+        true => assert_eq!(
             names(&table),
             names(&golden),
             "BLESS=1 takes up other loops"
         ),
-        Some(_) => {
+        false => {
             let unknown = table.keys().find(|name| !golden.contains_key(*name));
             assert_eq!(unknown, None, "BLESS=1 takes up other loops");
             assert!(!table.is_empty(), "no eighth is empty");
