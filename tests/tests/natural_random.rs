@@ -13,9 +13,10 @@ use srp_archdesc::arch::Arch;
 use srp_ir::dre::Dre;
 use srp_ir::split::split;
 use srp_tests::{
-    Ended, LITTLE, compiled_as_written, has_host_compiler, interpreted, machine, on_host, simulated,
+    Ended, LITTLE, c_files, compiled_as_written, has_host_compiler, interpreted, machine, on_host,
+    simulated,
 };
-use srp_toolchain::{Session, schedule};
+use srp_toolchain::{Effort, Session, schedule};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -426,9 +427,9 @@ fn random_loops_mean_the_same_to_the_host() {
         std::fs::write(&file, &all).expect("the folder can be written");
         let expected = on_host(std::slice::from_ref(&file), &binary).expect("the programs are C");
         let simulate = start - first < simulated;
-        if difference(&file, &expected, &arch, simulate).is_ok() {
+        let Err(together) = difference(&file, &expected, &arch, simulate) else {
             continue;
-        }
+        };
         for seed in seeds {
             let one = text(seed..seed + 1);
             std::fs::write(&file, &one).expect("the folder can be written");
@@ -438,6 +439,25 @@ fn random_loops_mean_the_same_to_the_host() {
                 panic!("seed {seed}: {what}\n{one}");
             }
         }
-        panic!("only together, from seed {start}:\n{all}");
+        panic!("only together, from seed {start}: {together}\n{all}");
+    }
+}
+
+/// Programs whose loops had wrong schedules, with so little effort that they have them again where the mistake is.
+#[test]
+fn loops_that_were_found_are_right() {
+    let arch = machine("sgrt");
+    let effort = Effort {
+        percent: 1,
+        ..LITTLE
+    };
+    for path in c_files("tests/found") {
+        let control = compiled_as_written(std::slice::from_ref(&path), &arch);
+        let control = control.unwrap_or_else(|messages| panic!("{messages}"));
+        let meant = interpreted(&split(&control).dre, &arch);
+        let compiled = schedule(control, &arch, effort, &Session::default());
+        let compiled = compiled.unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        let found = simulated(&compiled.schedule.program);
+        assert_eq!(found, meant, "{}", path.display());
     }
 }

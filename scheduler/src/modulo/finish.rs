@@ -381,6 +381,8 @@ impl Finish<'_, '_> {
             }
         }
         preloads.sort_by_key(|p| (p.file, p.index));
+        // Stays of one value in one register, apart from each other, begin with the same initial value.
+        preloads.dedup();
         preloads
     }
 
