@@ -175,7 +175,7 @@ classes! {
     Load = "load";
     /// SRAM stores.
     Store = "store";
-    /// Loads through the data cache.
+    /// Loads through the data cache, and prefetches.
     Cload = "cload";
     /// Stores through the data cache.
     Cstore = "cstore";

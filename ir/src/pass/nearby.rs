@@ -39,7 +39,8 @@ const _: () = assert!(REACH >= 16);
 pub(super) struct Facts {
     /// The constants *true*.
     pub(super) truths: FxHashSet<Value>,
-    constants: FxHashMap<Value, u32>,
+    /// The words that are constants.
+    pub(super) constants: FxHashMap<Value, u32>,
     /// Operands of sums.
     sums: FxHashMap<Value, [Value; 2]>,
 }

@@ -1,12 +1,13 @@
 //! Prefetches: a loop on the array asks for the lines of system memory that it is to load from a few iterations later.
 //!
-//! What an address is made of, the values of the induction variables and loads from SRAM among it, is computed once
-//! more for an iteration [`AHEAD`], and the lines at it are asked for. That takes units, and so may take a larger II;
+//! An address, and with it the induction variables and loads from SRAM that it is made of, is computed once more for an
+//! iteration [`AHEAD`], and the lines at it are asked for. That takes units, and so may take a larger II;
 //! and a value from SRAM may be another by then, so that a line is brought for nothing. No result changes, and nothing
 //! traps that did not: SRAM is read only for iterations that are to come, under the guards that they will have, and
 //! where the loop stores to SRAM, at places that hang on nothing that it loads. (For loops of known strides: Mowry, Lam
 //! and Gupta 1992.)
 
+use super::nearby::Facts;
 use super::preheader::{find, with_preheaders};
 use super::strength::Linearity;
 use crate::flow::LoopData;
@@ -25,8 +26,8 @@ const LARGEST_STEP: u32 = 1 << 20;
 
 /// Adds prefetches to kernel loops of one block that have none; lines have so many bytes.
 pub(crate) fn prefetch(func: &mut Function, line: u32) -> bool {
-    let is_kernel = |&&block: &&Block| func.blocks[block].kernel.is_some();
-    if func.layout.iter().filter(is_kernel).count() == 0 {
+    let mut blocks = func.layout.iter();
+    if !blocks.any(|&block| func.blocks[block].kernel.is_some()) {
         return false;
     }
     let (cfg, _, loops) = with_preheaders(func);
@@ -81,9 +82,8 @@ fn of_loop(func: &mut Function, data: &LoopData, before: Block, line: u32) -> bo
 /// A loop of one block.
 struct Body {
     header: Block,
+    facts: Facts,
     linearity: Linearity,
-    constants: FxHashMap<Value, u32>,
-    truths: FxHashSet<Value>,
     /// The instructions of values that the block defines.
     defs: FxHashMap<Value, Inst>,
     params: FxHashSet<Value>,
@@ -112,27 +112,15 @@ struct End {
 impl Body {
     /// `None` of a loop that has prefetches.
     fn of(func: &Function, header: Block) -> Option<Body> {
+        let facts = Facts::of(func);
         let mut body = Body {
             header,
-            linearity: Linearity::default(),
-            constants: FxHashMap::default(),
-            truths: FxHashSet::default(),
+            linearity: Linearity::of(func, header, &facts.constants),
+            facts,
             defs: FxHashMap::default(),
             params: func.blocks[header].params.iter().copied().collect(),
             stores: false,
         };
-        for &inst in func.layout.iter().flat_map(|&b| &func.blocks[b].insts) {
-            let data = &func.insts[inst];
-            match &data.kind {
-                InstKind::Const(Bits::Word(word)) => {
-                    body.constants.insert(data.results[0], *word);
-                }
-                InstKind::Const(Bits::Pred(true)) => {
-                    body.truths.insert(data.results[0]);
-                }
-                _ => {}
-            }
-        }
         for &inst in &func.blocks[header].insts {
             let data = &func.insts[inst];
             if let InstKind::Op { op, .. } = &data.kind {
@@ -144,7 +132,6 @@ impl Body {
             }
             body.defs.extend(data.results.iter().map(|&r| (r, inst)));
         }
-        body.linearity = Linearity::of(func, header, &body.constants);
         Some(body)
     }
 
@@ -304,7 +291,7 @@ struct Later<'a> {
 }
 
 impl Later<'_> {
-    /// What a value is then.
+    /// The same value then.
     fn of(&mut self, value: Value) -> Value {
         if let Some(&later) = self.values.get(&value) {
             return later;
@@ -330,7 +317,7 @@ impl Later<'_> {
         }
         let mut args: Vec<Value> = args.into_iter().map(|arg| self.of(arg)).collect();
         if op.is_guarded() {
-            args[0] = match self.body.truths.contains(&args[0]) {
+            args[0] = match self.body.facts.truths.contains(&args[0]) {
                 true => self.guard,
                 false => self.op(Opcode::Pand, &[args[0], self.guard], pos),
             };

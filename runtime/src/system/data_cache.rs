@@ -2,12 +2,11 @@
 //!
 //! Loads allocate lines. One that misses freezes the core: at once if the cache blocks, else where its value is due
 //! and its line is not there yet; what the core does until then is hit under miss. Prefetches allocate lines too, and
-//! freeze nothing: the load that comes too early for its line does. Due times are in cycles of the
-//! engine: while the core is frozen or waits for a port, time stands still for values in flight. Stores never freeze
-//! it: one that hits marks
-//! its line, which is written back when it is replaced; one that misses goes round the cache into a
-//! small buffer that combines neighbouring stores into lines (streams of pixels would otherwise
-//! read every line of the frame buffer before overwriting it).
+//! freeze nothing: the load that comes too early for its line does. Due times are in cycles of the engine: while the
+//! core is frozen or waits for a port, time stands still for values in flight. Stores never freeze it: one that hits
+//! marks its line, which is written back when it is replaced; one that misses goes round the cache into a small buffer
+//! that combines neighbouring stores into lines (streams of pixels would otherwise read every line of the frame buffer
+//! before overwriting it).
 
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;

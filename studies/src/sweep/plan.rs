@@ -372,7 +372,7 @@ impl Plan {
                 }
                 Target::Feature(feature) => {
                     let on = flag(value).ok_or_else(|| wrong(name, value, "on or off"))?;
-                    permit(&mut choices, &feature, on)?;
+                    choose(&mut choices, &feature, on)?;
                 }
                 Target::Effect(effect) => {
                     let on = flag(value).ok_or_else(|| wrong(name, value, "on or off"))?;
@@ -440,7 +440,7 @@ fn effort(times: f64) -> Result<Effort, Error> {
     }
 }
 
-/// What the compiler may do besides, by its name on the command line.
+/// A feature of the compiler: its name on the command line, and its choice.
 type Feature = (&'static str, fn(&mut Choices, bool));
 
 const FEATURES: [Feature; 6] = [
@@ -463,7 +463,7 @@ const FEATURES: [Feature; 6] = [
     ("prefetch-loop-arrays", |all, on| all.prefetch |= on),
 ];
 
-fn permit(all: &mut Choices, feature: &str, on: bool) -> Result<(), Error> {
+fn choose(all: &mut Choices, feature: &str, on: bool) -> Result<(), Error> {
     match FEATURES.iter().find(|(name, _)| *name == feature) {
         Some((_, set)) => set(all, on),
         None => {

@@ -59,7 +59,6 @@ impl Linear {
 }
 
 /// The words of a loop of one block that are sums of this form.
-#[derive(Default)]
 pub(in crate::pass) struct Linearity {
     known: FxHashMap<Value, Linear>,
     steps: FxHashMap<Value, u32>,
