@@ -239,10 +239,9 @@ fn failures_of_part(run: impl Fn(&Case) -> Result<(), String>) -> String {
 fn failures(run: impl Fn(&Case) -> Result<(), String>) -> String {
     static CASES: OnceLock<Vec<Case>> = OnceLock::new();
     let cases = CASES.get_or_init(|| {
-        let lowered = OnceLock::new;
         let case = |paths| Case {
             paths,
-            lowered: lowered(),
+            lowered: OnceLock::new(),
         };
         programs().into_iter().map(case).collect()
     });

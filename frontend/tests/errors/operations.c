@@ -11,4 +11,6 @@ void f(float x, int port, float4 v)
     x = __srp_nothing(x);
     x = __srp_lw(1, 0);
     port = (int)__srp_sqrt;
+    __builtin_prefetch(port);
+    __builtin_prefetch(&x, port);
 }
