@@ -28,5 +28,5 @@ pub use interp::{
     Counting, Counts, Interpreter, KernelCounts, Record, Recorder, SharedCounts, Snapshot, Turn,
 };
 pub use link::{TooManyStages, link};
-pub use load::{LoadError, Simulator};
+pub use load::{Functions, LoadError, Simulator};
 pub use spec::SimSpec;

@@ -1,6 +1,7 @@
 //! Loading a compiled simulator. The one place where this crate leaves what the compiler can
 //! check: functions of a library are called through pointers, as [`abi`](crate::preamble::abi) has
-//! them.
+//! them. A simulator that is linked into a program is called in the same way, so that tools which look at a whole
+//! program, such as Miri, see both sides.
 
 #![allow(
     unsafe_code,
@@ -18,19 +19,25 @@ use std::sync::Arc;
 /// A compiled simulator, loaded.
 #[derive(Clone, Debug)]
 pub struct Simulator {
-    functions: Arc<Functions>,
+    functions: Functions,
     positions: Arc<[String]>,
+    /// The library of the functions, without which their pointers mean nothing.
+    _library: Option<Arc<Library>>,
 }
 
-/// The functions that the library exports, and the library, without which the pointers mean nothing.
-#[derive(Debug)]
-struct Functions {
-    new: extern "C" fn() -> *mut c_void,
-    run: unsafe extern "C" fn(*mut c_void, &mut HostBus, u64, &mut Outcome),
-    save: unsafe extern "C" fn(*const c_void, *mut u32, usize) -> usize,
-    restore: unsafe extern "C" fn(*mut c_void, *const u32, usize) -> u32,
-    free: unsafe extern "C" fn(*mut c_void),
-    _library: Library,
+/// The functions of a simulator, by the names that [`emit`](crate::emit()) gives them.
+#[derive(Clone, Copy, Debug)]
+pub struct Functions {
+    /// `srp_new`: a core at the start of its program.
+    pub new: extern "C" fn() -> *mut c_void,
+    /// `srp_run`: runs a core for so many cycles at most.
+    pub run: unsafe extern "C" fn(*mut c_void, &mut HostBus, u64, &mut Outcome),
+    /// `srp_save`: writes the state of a core where there is room for it.
+    pub save: unsafe extern "C" fn(*const c_void, *mut u32, usize) -> usize,
+    /// `srp_restore`: sets the state of a core.
+    pub restore: unsafe extern "C" fn(*mut c_void, *const u32, usize) -> u32,
+    /// `srp_free`: ends a core.
+    pub free: unsafe extern "C" fn(*mut c_void),
 }
 
 /// Why a library cannot be used.
@@ -90,7 +97,7 @@ impl Simulator {
         };
         // SAFETY: a simulator's library has no code that runs when it is loaded. The types are
         // those that `emit` gives the functions of these names; the version is asked first.
-        let functions = unsafe {
+        let (functions, library) = unsafe {
             let library = Library::new(path).map_err(failed)?;
             let version = library
                 .get::<extern "C" fn() -> u32>(b"srp_abi_version\0")
@@ -100,19 +107,33 @@ impl Simulator {
                 let path = path.to_owned();
                 return Err(LoadError::Version { path, found });
             }
-            Functions {
+            let functions = Functions {
                 new: *library.get(b"srp_new\0").map_err(failed)?,
                 run: *library.get(b"srp_run\0").map_err(failed)?,
                 save: *library.get(b"srp_save\0").map_err(failed)?,
                 restore: *library.get(b"srp_restore\0").map_err(failed)?,
                 free: *library.get(b"srp_free\0").map_err(failed)?,
-                _library: library,
-            }
+            };
+            (functions, library)
         };
         Ok(Simulator {
-            functions: Arc::new(functions),
+            functions,
             positions: spec.positions.clone().into(),
+            _library: Some(Arc::new(library)),
         })
+    }
+
+    /// The simulator that is part of this program.
+    ///
+    /// # Safety
+    ///
+    /// The functions are those of one source that [`emit`](crate::emit()) of this version has written, of `spec`.
+    pub unsafe fn linked(functions: Functions, spec: &SimSpec) -> Simulator {
+        Simulator {
+            functions,
+            positions: spec.positions.clone().into(),
+            _library: None,
+        }
     }
 
     /// A core at the start of its program, all registers zero.

@@ -40,7 +40,12 @@ impl Views {
         Views::of(read(path)?, name)
     }
 
-    fn of(file: Source, name: &str) -> Result<Views, Error> {
+    /// Those under `name` in a file that was read.
+    ///
+    /// # Errors
+    ///
+    /// The file is wrong, or has no such scene.
+    pub fn of(file: Source, name: &str) -> Result<Views, Error> {
         let scenes = scenes(&file)?;
         let Some(scene) = scenes.get(name) else {
             let known: Vec<&str> = scenes

@@ -1,0 +1,15 @@
+#!/usr/bin/env bash
+# Runs what is `unsafe` under Miri: a generated simulator with its host, and the tests of the crates that have such code.
+# It takes a nightly compiler with the components miri and rust-src.
+set -euo pipefail
+cd "$(dirname "$0")"
+root=$(cd ../.. && pwd)
+cargo build --manifest-path "$root/Cargo.toml" --bin srp
+rm -rf simulator/program.*
+"$root/target/debug/srp" compile program.c --machine tiny --emit schedule,rust -o simulator
+
+# Files are read, and memory is not all of a stack's.
+export MIRIFLAGS="-Zmiri-disable-isolation"
+cargo +nightly miri run
+cd "$root"
+cargo +nightly miri test -p srp-csimgen --lib
