@@ -369,7 +369,20 @@ fn show_system(out: &mut String, arch: &Arch) -> std::fmt::Result {
             "tiles: in blocks of up to {side}×{side}, each for one core"
         )?,
     }
-    writeln!(out, "SRAM: {}", bytes(s.sram_bytes))?;
+    write!(out, "SRAM: {}", bytes(s.sram_bytes))?;
+    if let Some(banks) = s.sram_banks {
+        let shared = if banks.shared {
+            ", the T&I unit's too"
+        } else {
+            ""
+        };
+        write!(
+            out,
+            ", {} banks of {} bytes{shared}",
+            banks.count, banks.width
+        )?;
+    }
+    writeln!(out)?;
     writeln!(out, "{}", cache("data cache", &s.data_cache))?;
     writeln!(out, "{}", cache("texture cache", &s.texture_cache))?;
     if let Some(c) = &s.instruction_cache {

@@ -20,6 +20,8 @@ pub struct SystemSpec {
     pub tni_mhz: u32,
     /// SRAM of one core.
     pub sram_bytes: u32,
+    /// Banks of the SRAM that accesses of a cycle compete for. Without them every access finds its place free.
+    pub sram_banks: Option<BankSpec>,
     /// Data cache of one core's cached loads and stores.
     pub data_cache: CacheSpec,
     /// Texture cache of one core.
@@ -35,6 +37,26 @@ pub struct SystemSpec {
     pub bus: BusSpec,
     /// System memory.
     pub dram: DramSpec,
+}
+
+/// Banks of an SRAM: words of `width` bytes take turns among them. Each bank does one access a cycle; where a cycle has
+/// more of one bank, the core stands still until all are done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BankSpec {
+    /// Banks, a power of two.
+    pub count: u32,
+    /// Bytes of a bank's word.
+    pub width: u32,
+    /// True if the T&I unit takes rays and gives hits through these banks too: all of them are its own while a packet
+    /// moves, and the core stands still. Else the unit has ports of its own.
+    pub shared: bool,
+}
+
+impl BankSpec {
+    /// Cycles in which so many bytes go through all banks.
+    pub fn cycles(&self, bytes: u64) -> u64 {
+        bytes.div_ceil(u64::from(self.count * self.width))
+    }
 }
 
 /// One set-associative cache, least recently used line replaced.

@@ -175,6 +175,7 @@ impl Core for GeneratedCore {
             cached_load,
             cached_store,
             prefetch,
+            conflict,
             texture_descriptor,
             texels,
             fetch,
@@ -248,6 +249,10 @@ extern "C" fn cached_store(host: &mut HostBus, address: u32, bytes: u32, value: 
 
 extern "C" fn prefetch(host: &mut HostBus, address: u32) {
     with_bus(host, |bus| bus.prefetch(address));
+}
+
+extern "C" fn conflict(host: &mut HostBus, cycles: u32) {
+    with_bus(host, |bus| bus.conflict(cycles));
 }
 
 extern "C" fn texture_descriptor(host: &mut HostBus, address: u32, value: &mut Lanes) -> u32 {

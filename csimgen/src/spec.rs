@@ -9,6 +9,7 @@
 //! part of the tables ([`Role::Flight`]), because a modulo schedule says when each of them is
 //! needed; those of VLIW code are the sequencer's business, because branches decide.
 
+use crate::preamble::border::Banks;
 use crate::preamble::sequencer::KernelTimes;
 use srp_archdesc::arch::{Carrier, Fu, Precision};
 use srp_archdesc::isa::{Effect, Opcode, Ty};
@@ -34,6 +35,8 @@ pub struct SimSpec {
     pub precision: Precision,
     /// SRAM accesses below this address trap.
     pub first_address: u32,
+    /// Banks of the SRAM that accesses compete for.
+    pub banks: Banks,
     /// Size of SRAM in bytes.
     pub sram_bytes: u32,
     /// Initial contents of SRAM from address 0; the rest is zero.

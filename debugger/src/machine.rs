@@ -167,7 +167,7 @@ impl Program {
         }
         let run = self.core.run(&mut self.bus, 1);
         let run = run.map_err(|trap| End::Failed(trap.to_string()))?;
-        self.cycle += run.cycles;
+        self.cycle += run.cycles + self.bus.take_owed();
         match run.activity {
             Activity::Halted(status) => self.status = Some(status),
             Activity::Wait(port) => {

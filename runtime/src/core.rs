@@ -50,6 +50,9 @@ pub trait Bus {
     /// The VLIW engine launches a kernel. Contexts that are not there show as [`stalled`](Self::stalled).
     fn launch(&mut self, kernel: u32);
 
+    /// The accesses to the SRAM of the cycle that ends here keep the core for `cycles` more, because of its banks.
+    fn conflict(&mut self, cycles: u32);
+
     /// True if the run has to end after the cycle that made the last access: the core is frozen, or a load has missed.
     fn stalled(&self) -> bool;
 

@@ -14,7 +14,7 @@ pub use crate::memory::BASE as SYSTEM_BASE;
 /// Words kept of those given to output ports, so that a program that writes for ever takes no memory.
 pub const MAX_KEPT: usize = 1 << 20;
 
-/// The surroundings of a core without a system. No access ever stalls.
+/// The surroundings of a core without a system. No access ever stalls, but for the banks of the SRAM.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Solo {
     /// SRAM, from address 0.
@@ -32,6 +32,8 @@ pub struct Solo {
     pub output: Vec<u8>,
     /// The status given to the exit port, which ends the program.
     pub exit: Option<i32>,
+    /// Cycles for which banks of the SRAM keep the core after its last run.
+    owed: u64,
 }
 
 impl Solo {
@@ -44,6 +46,11 @@ impl Solo {
             sram,
             ..Solo::default()
         }
+    }
+
+    /// Cycles for which banks of the SRAM keep the core after its last run. Asked again, there are none.
+    pub fn take_owed(&mut self) -> u64 {
+        std::mem::take(&mut self.owed)
     }
 
     fn mapped(&mut self, address: u32, bytes: u32) -> Option<&mut [u8]> {
@@ -77,6 +84,10 @@ impl Bus for Solo {
 
     fn prefetch(&mut self, _address: u32) {}
 
+    fn conflict(&mut self, cycles: u32) {
+        self.owed += u64::from(cycles);
+    }
+
     fn texture_descriptor(&mut self, address: u32) -> Option<Lanes> {
         self.cached_load(address, 16)
     }
@@ -95,9 +106,9 @@ impl Bus for Solo {
 
     fn launch(&mut self, _kernel: u32) {}
 
-    /// True when the program has ended, so that an engine goes no further.
+    /// Also true when the program has ended, so that an engine goes no further.
     fn stalled(&self) -> bool {
-        self.exit.is_some()
+        self.owed > 0 || self.exit.is_some()
     }
 
     fn port_in(&mut self, port: u32) -> Option<u32> {
@@ -134,12 +145,14 @@ pub struct Finish {
     pub switch: u64,
     /// Cycles of each kernel, by its number.
     pub kernels: BTreeMap<u32, u64>,
+    /// Cycles in which it stood still because accesses met in a bank of the SRAM.
+    pub sram_stall: u64,
 }
 
 impl Finish {
     /// All cycles.
     pub fn cycles(&self) -> u64 {
-        self.vliw + self.switch + self.kernels.values().sum::<u64>()
+        self.vliw + self.switch + self.kernels.values().sum::<u64>() + self.sram_stall
     }
 }
 
@@ -227,6 +240,7 @@ pub fn run_until(
         let Run {
             cycles, activity, ..
         } = core.run(solo, budget).map_err(SoloError::Trap)?;
+        finish.sram_stall += solo.take_owed();
         match activity {
             Activity::Vliw => finish.vliw += cycles,
             Activity::Switch => finish.switch += cycles,

@@ -115,7 +115,7 @@ fn loops(profile: &Profile) -> Markup {
                     td { (format!("{:.1}", l.iterations.all as f64 / l.launches.max(1) as f64)) }
                     td { (l.iterations.fewest) ", " (l.iterations.most) }
                     td { (thousands(l.parts.switch)) }
-                    td { (thousands(l.parts.memory_stall + l.parts.texture_stall)) }
+                    td { (thousands(l.parts.memory_stall + l.parts.texture_stall + l.parts.sram_stall)) }
                 }
             }
         }

@@ -130,7 +130,7 @@ fn loops(out: &mut String, loops: &[LoopProfile], all: u64) -> std::fmt::Result 
             format!("{mean:.1}"),
             format!("{}, {}", l.iterations.fewest, l.iterations.most),
             thousands(l.parts.switch),
-            thousands(l.parts.memory_stall + l.parts.texture_stall)
+            thousands(l.parts.memory_stall + l.parts.texture_stall + l.parts.sram_stall)
         )?;
     }
     Ok(())

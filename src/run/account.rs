@@ -41,6 +41,8 @@ struct Cycles {
     vliw: u64,
     /// Of changes between VLIW engine and array.
     switch: u64,
+    /// Of standing still because accesses met in a bank of the SRAM.
+    sram_stall: u64,
     /// Of loops on the array.
     kernels: Vec<KernelCycles>,
 }
@@ -71,6 +73,7 @@ impl Account {
                 all: finish.cycles(),
                 vliw: finish.vliw,
                 switch: finish.switch,
+                sram_stall: finish.sram_stall,
                 kernels: kernels.collect(),
             }),
             steps: None,
@@ -103,6 +106,9 @@ impl Account {
         ));
         for KernelCycles { kernel, cycles } in &cycles.kernels {
             talk::say(format_args!("  {cycles} in {kernel}"));
+        }
+        if cycles.sram_stall > 0 {
+            talk::say(format_args!("  {} for SRAM banks", cycles.sram_stall));
         }
     }
 

@@ -3,6 +3,7 @@
 
 mod accuracy;
 mod answers;
+mod banks;
 mod book;
 mod cache;
 mod checkpoints;

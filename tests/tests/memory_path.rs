@@ -2,7 +2,7 @@
 
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::{Rng, SeedableRng};
-use srp_archdesc::system::CacheSpec;
+use srp_archdesc::system::{BankSpec, CacheSpec};
 use srp_archdesc::{Arch, dram};
 use srp_ir::check::Checked;
 use srp_ir::pass;
@@ -284,4 +284,62 @@ fn prefetches_move_cycles_and_no_pixel() {
         );
         assert!(!blocking || stalls(&with) < stalls(&without));
     }
+}
+
+/// Banks of the SRAM: a core stands still where accesses meet, less so where there are more, and nothing else changes.
+#[test]
+fn banks_move_cycles_and_no_pixel() {
+    let studio = Studio::of(demo(), (32, 24));
+    let effects = effect::find(&studio.scene).into_iter().collect();
+    let session = srp_tests::session();
+    let program = studio.program(effects);
+    let frame = |banks: Option<BankSpec>, cores: u32| -> (Picture, Report) {
+        let mut arch = studio.arch.clone();
+        arch.system.cores = cores;
+        arch.system.sram_banks = banks;
+        let compiled = schedule(program.clone(), &arch, LITTLE, &session).expect("it compiles");
+        let program = compiled.schedule.program;
+        let engines = Engines::of(&program, Engine::Interpreter, &session).expect("it links");
+        let run = |arch: &Arch, cores: Vec<Box<dyn Core>>| -> (Picture, Report) {
+            let options = system_options(&program, arch, Guard::default(), Timing::Full, &session);
+            system::render(studio.image(), cores, arch, options).expect("the frame is finished")
+        };
+        if cores > 1 {
+            cut_anywhere(run, &arch, &engines);
+        }
+        run(&arch, engines.cores(cores))
+    };
+    let banks = |count, shared| {
+        Some(BankSpec {
+            count,
+            width: 16,
+            shared,
+        })
+    };
+    let (picture, free) = frame(None, 1);
+    let of = |banks| {
+        let (same, report) = frame(banks, 1);
+        assert_eq!(same.rgba, picture.rgba);
+        let (core, base) = (&report.cores[0], &free.cores[0]);
+        // One core does the same in the same order: what passes beside is standing still, and other waits.
+        assert_eq!(
+            (core.vliw, core.switch, &core.array),
+            (base.vliw, base.switch, &base.array)
+        );
+        report
+    };
+    let lost = |report: &Report| report.cores[0].sram_stall;
+    assert_eq!(lost(&free), 0);
+    let [one, two, many] = [1, 2, 16].map(|count| lost(&of(banks(count, false))));
+    assert!(one > two && two > many && many > 0, "{one} {two} {many}");
+    // Rays of 64 bytes and hits of 24 go through all banks, 256 bytes a cycle, each packet by itself.
+    let shared = of(banks(16, true));
+    let tni = shared.tni();
+    let bytes = 64 * tni.unit.rays + 24 * tni.unit.hits;
+    let moved = lost(&shared) - many;
+    assert!(
+        moved * 256 >= bytes && moved * 256 <= 2 * bytes + (1 << 16),
+        "{moved} cycles for {bytes} bytes"
+    );
+    frame(banks(4, true), 4);
 }

@@ -1,6 +1,6 @@
 //! Profiles: the same cycles as the account, given to the lines that took them.
 
-use srp_archdesc::system::CacheSpec;
+use srp_archdesc::system::{BankSpec, CacheSpec};
 use srp_archdesc::{Arch, Unwatched};
 use srp_ir::check::Checked;
 use srp_runtime::effect::{self, Guard};
@@ -44,20 +44,23 @@ fn sums(profile: &Profile) {
 }
 
 fn run(text: &str) -> (Profile, Finish) {
-    let (profile, finish, ended) = run_anyhow(text);
+    run_on(&machine("sgrt"), text)
+}
+
+fn run_on(arch: &Arch, text: &str) -> (Profile, Finish) {
+    let (profile, finish, ended) = run_anyhow(arch, text);
     ended.expect("it ends");
     (profile, finish)
 }
 
-fn run_anyhow(text: &str) -> (Profile, Finish, Result<(), SoloError>) {
+fn run_anyhow(arch: &Arch, text: &str) -> (Profile, Finish, Result<(), SoloError>) {
     let folder = std::env::temp_dir().join(format!("srp-profile-{}", std::process::id()));
     fs::create_dir_all(&folder).expect("a temporary folder");
     let file = folder.join("program.c");
     fs::write(&file, text).expect("a temporary file");
-    let arch = machine("sgrt");
-    let program = compiled(&[file], &arch).expect("it compiles");
+    let program = compiled(&[file], arch).expect("it compiles");
     let session = srp_tests::session();
-    let program = schedule(program, &arch, Effort::default(), &session).expect("it is scheduled");
+    let program = schedule(program, arch, Effort::default(), &session).expect("it is scheduled");
     let program = &program.schedule.program;
     let mut profiler = Profiler::new(program).expect("it links");
     let mut core = profiler.core();
@@ -66,6 +69,29 @@ fn run_anyhow(text: &str) -> (Profile, Finish, Result<(), SoloError>) {
     let ended = solo::run_until(core.as_mut(), &mut bus, 1 << 30, &Unwatched, &mut finish);
     let _ = fs::remove_dir_all(folder);
     (profiler.profile(), finish, ended)
+}
+
+/// A bank of the SRAM that all accesses meet in: loop and lines have the cycles.
+#[test]
+fn conflicts_of_banks_are_of_their_loop() {
+    let mut arch = machine("sgrt");
+    arch.system.sram_banks = Some(BankSpec {
+        count: 1,
+        width: 16,
+        shared: false,
+    });
+    let (profile, finish) = run_on(&arch, PROGRAM);
+    sums(&profile);
+    assert_eq!(profile.parts.total(), finish.cycles());
+    assert_eq!(profile.parts.sram_stall, finish.sram_stall);
+    let (free, _) = run(PROGRAM);
+    assert_eq!(free.parts.total() + finish.sram_stall, finish.cycles());
+    // Each of 64 iterations, five times, loads two words and stores one; the II is less than three.
+    let of_loops: u64 = profile.loops.iter().map(|l| l.parts.sram_stall).sum();
+    assert!(
+        of_loops >= 5 * 64 && of_loops <= finish.sram_stall,
+        "{of_loops}"
+    );
 }
 
 #[test]
@@ -80,7 +106,7 @@ fn a_trap_leaves_all_cycles_before_it() {
     ] {
         let text = PROGRAM.replace(from, to);
         assert_ne!(text, PROGRAM);
-        let (profile, finish, ended) = run_anyhow(&text);
+        let (profile, finish, ended) = run_anyhow(&machine("sgrt"), &text);
         assert!(matches!(ended, Err(SoloError::Trap(_))), "{ended:?}");
         let parts = profile.parts;
         assert_eq!(parts.total(), finish.cycles());
@@ -155,6 +181,7 @@ fn account(report: &Report) -> Parts {
             texture_stall: core.texture_stall,
             instruction_stall: core.instruction_stall,
             context_stall: core.context_stall,
+            sram_stall: core.sram_stall,
             wait: core.wait.iter().map(|w| w.cycles).sum(),
         };
     }

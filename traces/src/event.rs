@@ -127,6 +127,7 @@ impl Doing {
             Doing::Stands(Stall::Texture) => ("texture_stall", None),
             Doing::Stands(Stall::Instructions) => ("instruction_stall", None),
             Doing::Stands(Stall::Contexts) => ("context_stall", None),
+            Doing::Stands(Stall::Banks) => ("sram_stall", None),
         }
     }
 }

@@ -1,10 +1,10 @@
-//! A bus that hears of tiles.
+//! A bus that hears of tiles, and of banks that keep the core.
 
 use srp_archdesc::ports;
 use srp_runtime::core::{Bus, Lanes};
 use std::ops::Range;
 
-/// A bus that hears of tiles.
+/// A bus that hears of tiles, and of banks that keep the core.
 pub(crate) struct Listening<'a> {
     bus: &'a mut dyn Bus,
     /// Gives out no tile.
@@ -12,6 +12,8 @@ pub(crate) struct Listening<'a> {
     /// A tile was asked for, and not given out.
     pub(crate) refused: bool,
     pub(crate) taken: Option<u32>,
+    /// Cycles for which banks of the SRAM keep the core.
+    pub(crate) kept: u64,
 }
 
 impl<'a> Listening<'a> {
@@ -21,6 +23,7 @@ impl<'a> Listening<'a> {
             refuses,
             refused: false,
             taken: None,
+            kept: 0,
         }
     }
 }
@@ -40,6 +43,11 @@ impl Bus for Listening<'_> {
 
     fn prefetch(&mut self, address: u32) {
         self.bus.prefetch(address);
+    }
+
+    fn conflict(&mut self, cycles: u32) {
+        self.kept += u64::from(cycles);
+        self.bus.conflict(cycles);
     }
 
     fn texture_descriptor(&mut self, address: u32) -> Option<Lanes> {

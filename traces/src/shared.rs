@@ -120,7 +120,8 @@ impl Progress {
         if self.begun.is_none() {
             self.trace.doings.clear();
         }
-        if self.ended.is_none_or(|end| cycle < end) {
+        let is_told = self.trace.doings.last() == Some(&(cycle, doing));
+        if !is_told && self.ended.is_none_or(|end| cycle < end) {
             self.trace.doings.push((cycle, doing));
         }
     }

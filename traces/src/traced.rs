@@ -1,11 +1,13 @@
 //! A core that runs on one engine, and in the window on another that records.
 
+use crate::event::Doing;
 use crate::listening::Listening;
 use crate::shared::{Progress, Room, Shared, Wanted};
 use crate::trace::CoreTrace;
 use crate::window::{MAX_CYCLES, MAX_RECORDS};
 use srp_csimgen::{Record, Recorder, SimSpec};
 use srp_runtime::core::{Activity, Bus, Core, CoreState, Run, Trap};
+use srp_runtime::system::Stall;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -21,6 +23,8 @@ pub(crate) struct Traced {
 impl Core for Traced {
     fn run(&mut self, bus: &mut dyn Bus, budget: u64) -> Result<Run, Trap> {
         let (wanted, mut room, mut core) = self.shared.get().lend(self.number);
+        let mut listening = Listening::to(bus, false);
+        let bus = &mut listening;
         let run = match (core.begun, core.ended) {
             (None, _) => match self.before(&wanted, &mut core, bus, budget) {
                 Ok(None) => self.within(&wanted, &mut core, &mut room, bus, budget),
@@ -32,6 +36,11 @@ impl Core for Traced {
         };
         if let Ok(run) = run {
             core.ran(core.now, run);
+            // A system tells of it too, at the same cycle. A program alone has nobody who does.
+            if listening.kept > 0 {
+                core.does(core.now, Doing::Stands(Stall::Banks));
+                core.now += listening.kept;
+            }
         }
         self.shared.get().give_back(room, core);
         run

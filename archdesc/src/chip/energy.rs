@@ -9,6 +9,7 @@ use crate::cost::operator::{
 use crate::format::Format;
 use crate::isa::{Class, Opcode};
 use crate::structure::Special;
+use crate::system::BankSpec;
 
 /// Energy of a bit through a level of a multiplexer, pJ.
 const MULTIPLEXER_PJ: f64 = 0.001;
@@ -111,10 +112,19 @@ pub fn wire_energy(srp: &Srp, wire: Wire, inputs: u32, bits: u32) -> f64 {
     multiplexer_energy(bits, inputs as usize) + carrier_energy(cells, spec.delay, bits)
 }
 
-/// Energy of an access of so many bytes to the SRAM, pJ; it is in 16 banks.
+/// Banks that the SRAM is thought to have where its machine does not say.
+const BANKS: BankSpec = BankSpec {
+    count: 16,
+    width: 16,
+    shared: false,
+};
+
+/// Energy of an access of so many bytes to the SRAM, pJ: of each bank that it takes.
 pub fn sram_energy(arch: &Arch, bytes: u32) -> f64 {
-    let bank = f64::from(arch.system.sram_bytes) * 8.0 / 16.0;
-    read_energy(bank, f64::from(bytes * 8))
+    let BankSpec { count, width, .. } = arch.system.sram_banks.unwrap_or(BANKS);
+    let bank = f64::from(arch.system.sram_bytes) * 8.0 / f64::from(count);
+    let words = bytes.div_ceil(width);
+    f64::from(words) * read_energy(bank, f64::from(bytes.min(width) * 8))
 }
 
 /// Energy of an operation on two halves, pJ.

@@ -30,7 +30,7 @@ use crate::isa::{Class, Opcode};
 use crate::precision::Approx;
 use crate::resource::ResourceGraph;
 use crate::structure::{Special, Structure};
-use crate::system::CacheSpec;
+use crate::system::{BankSpec, CacheSpec};
 
 /// Area of an input of a multiplexer beyond its first, µm² a bit: 2.4 gates of 1.44 µm².
 const MULTIPLEXER_BIT: f64 = 3.4;
@@ -412,6 +412,15 @@ fn storage(arch: &Arch) -> Vec<Item> {
             1e6 * cache_area(system.texture_cache.bytes),
         ),
     ]);
+    if let Some(banks) = system.sram_banks {
+        let (inputs, um2) = bank_choices(srp, banks);
+        let (count, width) = (banks.count, banks.width);
+        let extent = match count {
+            1 => format!("1 bank of {width} bytes, {inputs} inputs"),
+            _ => format!("{count} banks of {width} bytes, {inputs} inputs"),
+        };
+        items.push(item("choices of SRAM banks", extent, um2));
+    }
     if let Some(cache) = system.instruction_cache {
         items.push(item(
             "instruction cache",
@@ -428,6 +437,27 @@ fn storage(arch: &Arch) -> Vec<Item> {
         ));
     }
     items
+}
+
+/// Inputs and area, µm², of what leads the accesses of units to banks, and words back: a choice among the units before each
+/// bank, of an address and a word, and among the banks before each unit that loads.
+fn bank_choices(srp: &Srp, banks: BankSpec) -> (u32, f64) {
+    const ADDRESS: u32 = 32;
+    let runs = |class| srp.fus.values().filter(move |fu| fu.op(class).is_some());
+    let loads = runs(Class::Load).count() as u32;
+    let all = srp
+        .fus
+        .values()
+        .filter(|fu| fu.op(Class::Load).or(fu.op(Class::Store)).is_some());
+    let all = all.count() as u32;
+    let word = 8 * banks.width;
+    let bits = |inputs: u32, bits: u32| f64::from(inputs.saturating_sub(1) * bits);
+    let there = f64::from(banks.count) * bits(all, ADDRESS + word);
+    let back = f64::from(loads) * bits(banks.count, word);
+    (
+        banks.count * all + loads * banks.count,
+        MULTIPLEXER_BIT * (there + back),
+    )
 }
 
 /// Bits that a cache which does not block has for each of its misses, beside the line's address that any cache has: for

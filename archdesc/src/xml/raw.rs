@@ -272,6 +272,9 @@ raw! {
     /// `<sram>`
     Sram {
         size: Option<Text>,
+        banks: Option<Text>,
+        width: Option<Text>,
+        shared: Option<Text>,
     }
 
     /// `<data-cache>`, `<texture-cache>`, `<instruction-cache>`, `<trv-l1>`, `<trv-l2>`, `<ist-l1>`

@@ -14,7 +14,8 @@ use crate::isa::Class;
 use crate::precision::Approx;
 use crate::structure::Special;
 use crate::system::{
-    BufferSpec, BusSpec, CacheSpec, GivenLatencies, NodeFormat, Pipeline, SystemSpec, TniSpec,
+    BankSpec, BufferSpec, BusSpec, CacheSpec, GivenLatencies, NodeFormat, Pipeline, SystemSpec,
+    TniSpec,
 };
 
 /// The system of the SGRT paper: its section 4.1, and where it is silent the assumptions that
@@ -26,6 +27,7 @@ fn default() -> SystemSpec {
         srp_mhz: 1000,
         tni_mhz: 500,
         sram_bytes: 240 << 10,
+        sram_banks: None,
         data_cache: CacheSpec {
             line: 128,
             ..blocking(cache(4, 4, 1, 1, 4))
@@ -115,6 +117,7 @@ pub(super) fn system(found: &Findings, raw: &Option<Spanned<raw::System>>) -> Sy
     let no_sram = raw::Sram::default();
     let sram = raw.sram.as_ref().map_or(&no_sram, |sram| &sram.value);
     let sram_bytes = multiple(found, &sram.size, limits::SRAM_SIZE, 16, default.sram_bytes);
+    let sram_banks = sram_banks(found, sram);
     let tni_mhz = number(&raw.tni_mhz, limits::TNI_MHZ, default.tni_mhz);
     let system = SystemSpec {
         cores: number(&raw.cores, limits::CORES, default.cores),
@@ -122,6 +125,7 @@ pub(super) fn system(found: &Findings, raw: &Option<Spanned<raw::System>>) -> Sy
         srp_mhz: number(&raw.srp_mhz, limits::SRP_MHZ, default.srp_mhz),
         tni_mhz,
         sram_bytes,
+        sram_banks,
         data_cache: cache_spec(found, "data-cache", &raw.data_cache, default.data_cache),
         texture_cache: cache_spec(
             found,
@@ -242,6 +246,30 @@ fn cache_spec(
         return default;
     }
     cache
+}
+
+/// The banks of the SRAM, where it is said that accesses compete for them.
+fn sram_banks(found: &Findings, sram: &raw::Sram) -> Option<BankSpec> {
+    if sram.banks.is_none() {
+        for (name, text) in [("width", &sram.width), ("shared", &sram.shared)] {
+            if let Some(text) = text {
+                let message =
+                    format!("`{name}` is of banks, and this SRAM has none that are waited for");
+                let help = "have `banks`, too, or leave it out";
+                found.push(
+                    found
+                        .error("A0601", text.span, message, "no banks")
+                        .help(help),
+                );
+            }
+        }
+        return None;
+    }
+    Some(BankSpec {
+        count: values::power(found, &sram.banks, limits::BANKS, 1),
+        width: values::power(found, &sram.width, limits::BANK_WIDTH, 16),
+        shared: values::flag(found, &sram.shared, "shared", false),
+    })
 }
 
 fn buffers(

@@ -12,7 +12,7 @@ use crate::datapath::FpLatency;
 use crate::dram::{BankedSpec, DramModel, DramSpec};
 use crate::format::{Format, KINDS};
 use crate::structure::{Special, Structure};
-use crate::system::{CacheSpec, Pipeline, SystemSpec};
+use crate::system::{BankSpec, CacheSpec, Pipeline, SystemSpec};
 
 /// The machine file that spells out `arch`. [`parse`](super::parse) gives the same machine back.
 pub fn write(arch: &Arch) -> String {
@@ -251,6 +251,7 @@ fn write_system(out: &mut String, arch: &Arch) -> std::fmt::Result {
         srp_mhz,
         tni_mhz,
         sram_bytes,
+        sram_banks,
         data_cache,
         texture_cache,
         instruction_cache,
@@ -264,7 +265,19 @@ fn write_system(out: &mut String, arch: &Arch) -> std::fmt::Result {
         "  <system cores=\"{cores}\" tile-block=\"{tile_block}\" srp-mhz=\"{srp_mhz}\" \
          tni-mhz=\"{tni_mhz}\">"
     )?;
-    writeln!(out, "    <sram size=\"{sram_bytes}\"/>")?;
+    write!(out, "    <sram size=\"{sram_bytes}\"")?;
+    if let Some(BankSpec {
+        count,
+        width,
+        shared,
+    }) = sram_banks
+    {
+        write!(
+            out,
+            " banks=\"{count}\" width=\"{width}\" shared=\"{shared}\""
+        )?;
+    }
+    writeln!(out, "/>")?;
     write_cache(out, "    ", "data-cache", data_cache)?;
     write_cache(out, "    ", "texture-cache", texture_cache)?;
     if let Some(CacheSpec {

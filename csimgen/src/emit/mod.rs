@@ -19,6 +19,7 @@ mod expr;
 mod kernel;
 mod state;
 
+use crate::preamble::border::Banks;
 use crate::spec::SimSpec;
 use srp_ir::dre::scheduled::FUNC_BASE;
 use std::collections::BTreeMap;
@@ -139,6 +140,11 @@ fn root(spec: &SimSpec, machinery: &str) -> String {
         "\nuse sequencer::KernelTimes;\nuse state::{{Context, Srp}};\n"
     );
     put!(out, "const FIRST_ADDRESS: u32 = {};", spec.first_address);
+    let Banks { count, width } = spec.banks;
+    put!(
+        out,
+        "const BANKS: border::Banks = border::Banks {{ count: {count}, width: {width} }};"
+    );
     put!(out, "const FUNC_BASE: u32 = {FUNC_BASE:#x};");
     put!(out, "const START: u32 = {};", spec.start);
     put!(out, "const BRANCH_DELAY: u32 = {};", spec.branch_delay);

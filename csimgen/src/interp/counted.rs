@@ -11,6 +11,7 @@ use crate::preamble::sequencer::{Datapath, KernelTimes};
 use crate::spec::{BundleSpec, KernelSpec, SimSpec};
 use srp_runtime::core::{Activity, Bus, Core, CoreState, Run, Trap};
 use std::cell::{Ref, RefCell};
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
 /// The part of a program that has its turn in a cycle.
@@ -36,6 +37,8 @@ pub struct Counts {
     pub kernels: Vec<KernelCounts>,
     /// The turn of the last cycle: of a wait, the bundle that waits.
     pub last: Option<Turn>,
+    /// Cycles for which banks of the SRAM have kept the core after a turn, where a run ends with each that they keep.
+    pub conflicts: BTreeMap<Turn, u64>,
 }
 
 /// How often a kernel and its contexts had their turn.
@@ -137,7 +140,7 @@ impl Core for Counting {
             launches,
         } = self;
         let counts = &mut *counts.0.borrow_mut();
-        let mut border = Border::new(bus, interpreter.first_address);
+        let mut border = Border::new(bus, interpreter.first_address, interpreter.banks);
         let (slot, to_begin) = interpreter.sequencer.turn_on_array();
         let mut path = Counted {
             tables: &mut interpreter.tables,
@@ -145,7 +148,7 @@ impl Core for Counting {
             to_begin,
         };
         let result = interpreter.sequencer.run(&mut path, &mut border, budget);
-        let to_begin = path.to_begin;
+        let (to_begin, lost) = (path.to_begin, border.lost());
         let run = result.map_err(|fault| {
             let calls = interpreter.sequencer.open_calls();
             trap(fault.kind, fault.at, calls, &interpreter.positions)
@@ -164,6 +167,9 @@ impl Core for Counting {
                 }
             }
             Activity::Vliw | Activity::Wait(_) | Activity::Halted(_) => {}
+        }
+        if let (Some(turn), lost @ 1..) = (counts.last, lost) {
+            *counts.conflicts.entry(turn).or_default() += lost;
         }
         Ok(run)
     }

@@ -14,7 +14,7 @@ mod tables;
 pub use counted::{Counting, Counts, KernelCounts, SharedCounts, Turn};
 pub use recorded::{Record, Recorder, Snapshot};
 
-use crate::preamble::border::{Border, Fault, Stop};
+use crate::preamble::border::{Banks, Border, Fault, Stop};
 use crate::preamble::issue::Issue;
 use crate::preamble::ops::V4;
 use crate::preamble::saved::{Saved, Words};
@@ -33,6 +33,7 @@ pub struct Interpreter {
     tables: Tables,
     positions: Vec<String>,
     first_address: u32,
+    banks: Banks,
 }
 
 impl Interpreter {
@@ -43,6 +44,7 @@ impl Interpreter {
             tables: Tables::of(spec),
             positions: spec.positions.clone(),
             first_address: spec.first_address,
+            banks: spec.banks,
         }
     }
 }
@@ -57,7 +59,7 @@ impl std::fmt::Debug for Interpreter {
 
 impl Core for Interpreter {
     fn run(&mut self, bus: &mut dyn Bus, budget: u64) -> Result<Run, Trap> {
-        let mut border = Border::new(bus, self.first_address);
+        let mut border = Border::new(bus, self.first_address, self.banks);
         let result = self.sequencer.run(&mut self.tables, &mut border, budget);
         result.map_err(|fault| {
             let calls = self.sequencer.open_calls();

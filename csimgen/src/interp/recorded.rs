@@ -76,7 +76,7 @@ impl Recorder {
         tape: &mut Vec<Record>,
     ) -> Result<Run, Trap> {
         let interpreter = &mut self.interpreter;
-        let mut border = Border::new(bus, interpreter.first_address);
+        let mut border = Border::new(bus, interpreter.first_address, interpreter.banks);
         let mut path = Recorded {
             tables: &mut interpreter.tables,
             tape: Tape(tape),

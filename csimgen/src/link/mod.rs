@@ -8,6 +8,7 @@ mod flow;
 mod kernel;
 mod order;
 
+use crate::preamble::border::Banks;
 use crate::spec::{Cell, MAX_STAGES, Position, Role, SimSpec, Store};
 use srp_archdesc::arch::{Arch, FileKind, Fu};
 use srp_archdesc::entity::Entity;
@@ -72,6 +73,10 @@ pub fn link(program: &Checked) -> Result<SimSpec, TooManyStages> {
         stores: linker.stores,
         precision: arch.precision,
         first_address: FIRST_ADDRESS,
+        banks: (arch.system.sram_banks).map_or(Banks::default(), |banks| Banks {
+            count: banks.count,
+            width: banks.width,
+        }),
         sram_bytes: arch.system.sram_bytes,
         image: program.image.clone(),
         branch_delay: arch.srp.branch_delay,

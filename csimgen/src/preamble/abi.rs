@@ -9,7 +9,7 @@ use std::ffi::c_void;
 use std::ops::Range;
 
 /// The version of these structures and functions.
-pub const VERSION: u32 = 7;
+pub const VERSION: u32 = 8;
 
 /// The SRAM of a core that is lent to a library: a slice without its lifetime, which C does not have.
 #[repr(C)]
@@ -69,6 +69,8 @@ pub struct HostBus {
     pub cached_store: extern "C" fn(&mut HostBus, address: u32, bytes: u32, value: &Lanes) -> u32,
     /// [`Bus::prefetch`].
     pub prefetch: extern "C" fn(&mut HostBus, address: u32),
+    /// [`Bus::conflict`].
+    pub conflict: extern "C" fn(&mut HostBus, cycles: u32),
     /// [`Bus::texture_descriptor`]: 1 and the words, or 0.
     pub texture_descriptor: extern "C" fn(&mut HostBus, address: u32, value: &mut Lanes) -> u32,
     /// [`Bus::texels`]: 1 and the texels in place of their addresses, or 0 and the address that is
@@ -101,6 +103,10 @@ impl Bus for HostBus {
 
     fn prefetch(&mut self, address: u32) {
         (self.prefetch)(self, address);
+    }
+
+    fn conflict(&mut self, cycles: u32) {
+        (self.conflict)(self, cycles);
     }
 
     fn texture_descriptor(&mut self, address: u32) -> Option<Lanes> {

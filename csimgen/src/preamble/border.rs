@@ -58,28 +58,80 @@ impl From<Fault> for Stop {
     }
 }
 
+/// The banks of the SRAM: words of `width` bytes take turns among `count` of them, and each does one access a cycle. With
+/// a `count` of 0 all accesses find theirs free.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Banks {
+    /// A power of two up to [`MAX_BANKS`], or 0.
+    pub count: u32,
+    /// A power of two.
+    pub width: u32,
+}
+
+/// Most banks that an SRAM may have.
+pub const MAX_BANKS: usize = 64;
+
 /// The bus, with the facts about accesses that an engine needs.
 #[derive(Debug)]
 pub struct Border<'a, B: ?Sized> {
     bus: &'a mut B,
     first_address: u32,
     accessed: bool,
+    banks: Banks,
+    /// Accesses of this cycle to each bank, and to the one that has most.
+    uses: [u16; MAX_BANKS],
+    most: u16,
+    /// Cycles that banks have cost so far.
+    lost: u64,
 }
 
 impl<'a, B: Bus + ?Sized> Border<'a, B> {
     /// The border to `bus`; SRAM accesses below `first_address` are faults.
-    pub fn new(bus: &'a mut B, first_address: u32) -> Border<'a, B> {
+    #[inline(always)]
+    pub fn new(bus: &'a mut B, first_address: u32, banks: Banks) -> Border<'a, B> {
         Border {
             bus,
             first_address,
             accessed: false,
+            banks,
+            uses: [0; MAX_BANKS],
+            most: 0,
+            lost: 0,
         }
     }
 
-    /// True if an access of the cycle that ends here has stalled the core.
+    /// Cycles for which banks of the SRAM have kept the core in the cycles since [`new`](Self::new).
+    pub fn lost(&self) -> u64 {
+        self.lost
+    }
+
+    /// Ends a cycle. True if an access of it has stalled the core.
     #[inline(always)]
     pub fn cycle_stalled(&mut self) -> bool {
+        if self.most > 0 {
+            self.free_banks();
+        }
         std::mem::take(&mut self.accessed) && self.bus.stalled()
+    }
+
+    fn free_banks(&mut self) {
+        let lost = u32::from(std::mem::take(&mut self.most)) - 1;
+        self.uses = [0; MAX_BANKS];
+        if lost > 0 {
+            self.lost += u64::from(lost);
+            self.accessed = true;
+            self.bus.conflict(lost);
+        }
+    }
+
+    /// Takes the banks of an access.
+    fn take_banks(&mut self, address: u32, bytes: u32) {
+        let Banks { count, width } = self.banks;
+        for word in address / width..=(address + (bytes - 1)) / width {
+            let uses = &mut self.uses[(word % count) as usize];
+            *uses = uses.saturating_add(1);
+            self.most = self.most.max(*uses);
+        }
     }
 
     /// `N` bytes of SRAM, or zeros where the guard is false.
@@ -88,6 +140,9 @@ impl<'a, B: Bus + ?Sized> Border<'a, B> {
         let first_address = self.first_address;
         let start = address as usize;
         let mapped = address >= first_address && address.is_multiple_of(N as u32);
+        if self.banks.count > 0 && mapped {
+            self.take_banks(address, N as u32);
+        }
         let bytes = self.bus.sram().get_mut(start..start.wrapping_add(N));
         match bytes.and_then(|bytes| <&mut [u8; N]>::try_from(bytes).ok()) {
             Some(bytes) if mapped => Ok(bytes),

@@ -1,5 +1,6 @@
 //! One suite of programs for both engines, with cycles and values worked out by hand.
 
+mod banks;
 mod build;
 mod cases;
 mod kernels;
@@ -14,6 +15,7 @@ use srp_archdesc::entity::Entity;
 use srp_archdesc::format::{Format, Formats};
 use srp_archdesc::isa::Class;
 use srp_archdesc::structure::Structure;
+use srp_archdesc::system::BankSpec;
 use srp_csimgen::emit::machinery;
 use srp_csimgen::{
     Compiler, Counting, Counts, Interpreter, SimSpec, Simulator, emit_on_machinery, link,
@@ -137,6 +139,11 @@ fn delayed() -> Arch {
         spec.delay = [0, 1, 0, 0, 3][wire.index() % 5];
     }
     arch.srp.branch_delay = 3;
+    arch.system.sram_banks = Some(BankSpec {
+        count: 4,
+        width: 4,
+        shared: false,
+    });
     arch.precision.div = Approx::table(12, 1);
     arch.precision.subnormals = Subnormals::Flush;
     arch.precision.formats = Formats {

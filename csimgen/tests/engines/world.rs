@@ -59,6 +59,10 @@ impl Bus for World {
         self.access(address);
     }
 
+    fn conflict(&mut self, cycles: u32) {
+        self.stall = self.stall.max(u64::from(cycles));
+    }
+
     fn texture_descriptor(&mut self, address: u32) -> Option<Lanes> {
         self.access(address);
         self.solo.texture_descriptor(address)

@@ -12,6 +12,8 @@ pub(super) enum Talk {
     Load(u32, u32, Option<Lanes>),
     Store(u32, u32, Lanes, Option<()>),
     Prefetch(u32),
+    /// Cycles that banks cost.
+    Conflict(u32),
     Descriptor(u32, Option<Lanes>),
     Texels(Lanes, Result<Lanes, u32>),
     In(u32, Option<u32>),
@@ -54,6 +56,11 @@ impl Bus for Noting<'_> {
     fn prefetch(&mut self, address: u32) {
         self.bus.prefetch(address);
         self.note(Talk::Prefetch(address));
+    }
+
+    fn conflict(&mut self, cycles: u32) {
+        self.bus.conflict(cycles);
+        self.note(Talk::Conflict(cycles));
     }
 
     fn texture_descriptor(&mut self, address: u32) -> Option<Lanes> {
@@ -178,6 +185,11 @@ impl Bus for Answering<'_> {
         self.answer(Talk::Prefetch(address), same);
     }
 
+    fn conflict(&mut self, cycles: u32) {
+        let same = |talk: &Talk| *talk == Talk::Conflict(cycles);
+        self.answer(Talk::Conflict(cycles), same);
+    }
+
     fn texture_descriptor(&mut self, address: u32) -> Option<Lanes> {
         let asked = Talk::Descriptor(address, None);
         let same = |t: &Talk| matches!(*t, Talk::Descriptor(a, _) if a == address);
@@ -249,6 +261,7 @@ impl Talk {
                     &value[..words.min(4)]
                 )
             }
+            Talk::Conflict(cycles) => format!("stands still for {cycles} cycles for its SRAM"),
             Talk::Prefetch(address) => format!("asks for the line at {address:#010x}"),
             Talk::Descriptor(address, _) => format!("reads the texture at {address:#010x}"),
             Talk::Texels(addresses, _) => format!("reads texels at {addresses:#010x?}"),

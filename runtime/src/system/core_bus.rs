@@ -104,6 +104,7 @@ impl CoreBus<'_, '_> {
                 return true;
             }
         }
+        core.banks.rays_leave(count);
         let packet = core.ports.sent;
         core.ports.sent += 1;
         shared.tell(core, *now, |observer, view| {
@@ -133,6 +134,7 @@ impl CoreBus<'_, '_> {
         let packet = core.ports.returned;
         core.ports.returned += 1;
         core.ports.runs = finished.runs;
+        core.banks.hits_arrive(finished.hits.len());
         shared.tell(core, *now, |observer, view| {
             observer.packet_returned(view, packet, &finished.hits);
         });
@@ -197,6 +199,10 @@ impl Bus for CoreBus<'_, '_> {
         }
     }
 
+    fn conflict(&mut self, cycles: u32) {
+        self.core.banks.conflict(cycles);
+    }
+
     fn texture_descriptor(&mut self, address: u32) -> Option<Lanes> {
         if !is_aligned(address, 16) {
             return None;
@@ -231,10 +237,11 @@ impl Bus for CoreBus<'_, '_> {
             texture,
             code,
             ports,
+            banks,
             ..
         } = &*self.core;
         let waits = data.ends_run() || texture.lines.ends_run() || code.waits().is_some();
-        waits || ports.exit.is_some()
+        waits || banks.owed > 0 || ports.exit.is_some()
     }
 
     fn port_in(&mut self, port: u32) -> Option<u32> {

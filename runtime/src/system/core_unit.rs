@@ -11,6 +11,7 @@ use super::core_bus::{CoreBus, Shared};
 use super::data_cache::DataCache;
 use super::observer::{CoreView, MemoryRequest, Requester, Stall};
 use super::report::Account;
+use super::sram::Banks;
 use super::texture_cache::TextureCache;
 use super::{SystemError, Timing};
 use crate::core::{Activity, Core, CoreState, Run};
@@ -60,6 +61,7 @@ pub(super) struct Ports {
 pub(super) struct Periphery {
     pub(super) number: u32,
     pub(super) sram: Vec<u8>,
+    pub(super) banks: Banks,
     pub(super) data: DataCache,
     pub(super) texture: TextureCache,
     pub(super) code: Code,
@@ -224,6 +226,7 @@ impl CoreUnit {
             periphery: Periphery {
                 number,
                 sram,
+                banks: Banks::of(spec),
                 data: DataCache::new(&spec.data_cache, latency(Class::Cload), immediate),
                 texture: TextureCache::new(&spec.texture_cache, latency(Class::Tex), immediate),
                 code: Code::new(arch, immediate),
@@ -326,6 +329,7 @@ impl CoreUnit {
         }
         self.ready = now;
         self.count(run, shared);
+        self.wait_for_banks(shared);
         if let Activity::Wait(ports::TNI_DONE) = run.activity
             && let Some(back) = shared.back(&self.periphery.tni)
             && back > self.ready
@@ -367,6 +371,23 @@ impl CoreUnit {
         self.ready += run.cycles;
     }
 
+    /// Stands still, from the cycle on in which the engine could go on, until the banks of the SRAM have done what the
+    /// last cycle asks of them.
+    fn wait_for_banks(&mut self, shared: &mut Shared<'_>) {
+        let cycles = std::mem::take(&mut self.periphery.banks.owed);
+        if cycles == 0 {
+            return;
+        }
+        shared.tell(&self.periphery, self.ready, |o, core| {
+            o.stall_began(core, Stall::Banks)
+        });
+        self.ready += cycles;
+        self.add_stall(Stall::Banks, cycles);
+        shared.tell(&self.periphery, self.ready, |o, core| {
+            o.stall_ended(core, Stall::Banks)
+        });
+    }
+
     /// True if the core has to stand still in cycle `now`.
     fn is_stalled(&mut self, now: u64, shared: &mut Shared<'_>) -> bool {
         self.count_stall(now);
@@ -393,18 +414,24 @@ impl CoreUnit {
 
     /// Puts the cycles into the account since which the core, if it does, stands still.
     pub(super) fn count_stall(&mut self, now: u64) {
-        if let State::Stalled(since, stall) = &mut self.state {
-            let account = &mut self.periphery.account;
-            match stall {
-                Stall::Data => account.memory_stall += now - *since,
-                Stall::Texture => account.texture_stall += now - *since,
-                Stall::Instructions => account.instruction_stall += now - *since,
-                Stall::Contexts => account.context_stall += now - *since,
-            }
-            if let Some(kernel) = self.kernel {
-                *account.kernel_stalls.entry(kernel).or_default() += now - *since;
-            }
-            *since = now;
+        if let State::Stalled(since, stall) = self.state {
+            self.state = State::Stalled(now, stall);
+            self.add_stall(stall, now - since);
+        }
+    }
+
+    /// Puts cycles of standing still into the account.
+    fn add_stall(&mut self, stall: Stall, cycles: u64) {
+        let account = &mut self.periphery.account;
+        match stall {
+            Stall::Data => account.memory_stall += cycles,
+            Stall::Texture => account.texture_stall += cycles,
+            Stall::Instructions => account.instruction_stall += cycles,
+            Stall::Contexts => account.context_stall += cycles,
+            Stall::Banks => account.sram_stall += cycles,
+        }
+        if let Some(kernel) = self.kernel {
+            *account.kernel_stalls.entry(kernel).or_default() += cycles;
         }
     }
 }

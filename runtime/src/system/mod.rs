@@ -19,6 +19,7 @@ mod report;
 mod sharing;
 mod simulation;
 mod snapshot;
+mod sram;
 mod stepped;
 mod texture_cache;
 mod tiles;

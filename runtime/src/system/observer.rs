@@ -21,6 +21,8 @@ pub enum Stall {
     Instructions,
     /// The contexts of a kernel.
     Contexts,
+    /// The banks of its SRAM.
+    Banks,
 }
 
 /// Who asks the memory.

@@ -39,7 +39,9 @@ pub struct Account {
     pub instruction_stall: u64,
     /// Stood still because of a kernel's contexts.
     pub context_stall: u64,
-    /// Of the first two, while it ran a kernel, by its number.
+    /// Stood still because accesses met in a bank of its SRAM, or the T&I unit had all of them.
+    pub sram_stall: u64,
+    /// Of the stalls for data, textures and banks, while it ran a kernel, by its number.
     pub kernel_stalls: BTreeMap<u32, u64>,
     /// Waited for a port.
     pub wait: BTreeMap<u32, u64>,
@@ -71,6 +73,7 @@ impl Account {
             + self.texture_stall
             + self.instruction_stall
             + self.context_stall
+            + self.sram_stall
             + self.wait.values().sum::<u64>()
     }
 }
@@ -105,7 +108,7 @@ pub struct PortCycles {
 }
 
 /// One core. `vliw`, `array`, `switch`, `memory_stall`, `texture_stall`, `instruction_stall`,
-/// `context_stall`, `wait` and `idle` sum to the cycles of the frame.
+/// `context_stall`, `sram_stall`, `wait` and `idle` sum to the cycles of the frame.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct CoreReport {
     /// SRP cycles in which VLIW bundles were issued.
@@ -124,7 +127,9 @@ pub struct CoreReport {
     pub instruction_stall: u64,
     /// SRP cycles in which it stood still because the contexts of a kernel were not in its configuration memory.
     pub context_stall: u64,
-    /// Of stalls for data and textures, those while a kernel was on the array; the rest is control code's.
+    /// SRP cycles in which it stood still because accesses met in a bank of its SRAM, or a packet went through the banks.
+    pub sram_stall: u64,
+    /// Of stalls for data, textures and banks, those while a kernel was on the array; the rest is control code's.
     pub kernel_stalls: Vec<KernelCycles>,
     /// SRP cycles of waiting for ports.
     pub wait: Vec<PortCycles>,
@@ -219,6 +224,7 @@ impl Report {
             texture_stall: core.account.texture_stall,
             instruction_stall: core.account.instruction_stall,
             context_stall: core.account.context_stall,
+            sram_stall: core.account.sram_stall,
             kernel_stalls: of_kernels(&core.account.kernel_stalls),
             wait: (core.account.wait.iter())
                 .map(|(&port, &cycles)| PortCycles {

@@ -368,6 +368,7 @@ impl<'a> Simulation<'a> {
                         Stall::Texture => "its texture cache",
                         Stall::Instructions => "its instruction cache",
                         Stall::Contexts => "the contexts of a kernel",
+                        Stall::Banks => "the banks of its SRAM",
                     };
                     format!("waits for {what} since cycle {since}")
                 }

@@ -81,6 +81,7 @@ fn a_frame_is_drawn_and_accounted_for() {
             + core.texture_stall
             + core.instruction_stall
             + core.context_stall
+            + core.sram_stall
             + wait
             + core.idle;
         assert_eq!(sum, report.cycles);

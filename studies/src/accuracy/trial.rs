@@ -341,7 +341,7 @@ fn costs(report: &Report, program: &ScheduledDre, arch: &Arch, base: &Arch) -> C
         let array: u64 = core.array.iter().map(|k| k.cycles).sum();
         let stalls = core.memory_stall + core.texture_stall;
         let of_code = core.instruction_stall + core.context_stall;
-        core.vliw + array + core.switch + stalls + of_code
+        core.vliw + array + core.switch + stalls + of_code + core.sram_stall
     };
     let memory = &report.dram.counters;
     let moved = memory.bytes_read + memory.bytes_written;

@@ -120,14 +120,15 @@ fn core_cycles(frame: &Document<'_>) -> Result<Figures, Error> {
         ] {
             add(&mut figures, name, frame.count_in(core, pointer)?);
         }
-        let mut control = number("/memory_stall")? + number("/texture_stall")?;
+        let banks = frame.count_in(core, "/sram_stall")?;
+        let mut control = number("/memory_stall")? + number("/texture_stall")? + banks;
         for kernel in frame.list_in(core, "/kernel_stalls")? {
             let name = frame.text_in(kernel, "/kernel")?;
             let cycles = frame.number_in(kernel, "/cycles")?;
-            add(&mut figures, format!("cache stall: {name}"), cycles);
+            add(&mut figures, format!("stall: {name}"), cycles);
             control -= cycles;
         }
-        add(&mut figures, "cache stall: control code", control);
+        add(&mut figures, "stall: control code", control);
         for port in frame.list_in(core, "/wait")? {
             let name = frame.text_in(port, "/port")?;
             let cycles = frame.number_in(port, "/cycles")?;

@@ -10,7 +10,7 @@ use similar::{DiffTag, TextDiff};
 use std::collections::BTreeMap;
 
 /// The parts of cycles, with their names.
-const PARTS: [(&str, &str); 9] = [
+const PARTS: [(&str, &str); 10] = [
     ("vliw", "VLIW"),
     ("empty", "empty"),
     ("array", "array"),
@@ -19,6 +19,7 @@ const PARTS: [(&str, &str); 9] = [
     ("texture_stall", "texture"),
     ("instruction_stall", "instructions"),
     ("context_stall", "contexts"),
+    ("sram_stall", "banks"),
     ("wait", "wait"),
 ];
 

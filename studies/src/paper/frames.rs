@@ -119,7 +119,8 @@ impl Sum {
             self.stalled += core.memory_stall
                 + core.texture_stall
                 + core.instruction_stall
-                + core.context_stall;
+                + core.context_stall
+                + core.sram_stall;
             self.data.add(&core.data_cache);
             self.texture.add(&core.texture_cache);
         }

@@ -3,7 +3,7 @@
 use super::model::{Advice, Profile};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::isa::Class;
-use srp_archdesc::system::SystemSpec;
+use srp_archdesc::system::{BankSpec, SystemSpec};
 use srp_runtime::system::Report;
 use srp_runtime::tni::PipeCounters;
 
@@ -30,6 +30,9 @@ pub(super) fn advice(profile: &Profile, report: &Report, arch: &Arch) -> Vec<Adv
         parts.instruction_stall as f64 / all,
     ));
     found.push(context_stalls(arch, parts.context_stall as f64 / all));
+    if let Some(banks) = system.sram_banks {
+        found.push(bank_stalls(banks, parts.sram_stall as f64 / all));
+    }
     found.extend(loops(profile, all));
     found.retain(|advice| advice.share >= WORTH);
     found.sort_by(|a, b| b.share.total_cmp(&a.share));
@@ -150,6 +153,19 @@ fn context_stalls(arch: &Arch, share: f64) -> Advice {
         ),
         change: "A deeper configuration memory.".to_owned(),
         set: vec![("array.contexts".to_owned(), (2 * contexts).to_string())],
+    }
+}
+
+/// Cores stand still for banks of their SRAM.
+fn bank_stalls(banks: BankSpec, share: f64) -> Advice {
+    Advice {
+        share,
+        reason: format!(
+            "A core stands still where accesses of a cycle meet in one of the {} banks of its SRAM.",
+            banks.count
+        ),
+        change: "More banks.".to_owned(),
+        set: vec![("sram.banks".to_owned(), (2 * banks.count).to_string())],
     }
 }
 

@@ -327,13 +327,22 @@ impl<'a> Builder<'a> {
                 self.functions[function].array += array;
             }
         }
-        for (&(turn, stall), &cycles) in &core.stalls {
+        // Of a program alone nobody tells when it stands still: the core itself has counted for what it can.
+        let told = core.stalls.keys().any(|&(_, stall)| stall == Stall::Banks);
+        let counted = counts.conflicts.iter().filter(|_| !told);
+        let counted = counted.map(|(&turn, &cycles)| (turn, Stall::Banks, cycles));
+        let stalls = core
+            .stalls
+            .iter()
+            .map(|(&(turn, stall), &cycles)| (turn, stall, cycles));
+        for (turn, stall, cycles) in stalls.chain(counted) {
             let mut parts = Parts::default();
             match stall {
                 Stall::Data => parts.memory_stall = cycles,
                 Stall::Texture => parts.texture_stall = cycles,
                 Stall::Instructions => parts.instruction_stall = cycles,
                 Stall::Contexts => parts.context_stall = cycles,
+                Stall::Banks => parts.sram_stall = cycles,
             }
             // A bundle that is not there stalls at its own line.
             let line = Cache::of(stall).map(|cache| self.lines.stalled(turn, cache == Cache::Data));

@@ -29,13 +29,15 @@ pub struct Parts {
     pub instruction_stall: u64,
     /// Standing still for the contexts of a loop.
     pub context_stall: u64,
+    /// Standing still for banks of the SRAM.
+    pub sram_stall: u64,
     /// Waiting for ports: for the T&I unit, in a frame.
     pub wait: u64,
 }
 
 impl Parts {
     /// The parts with their names, in this order everywhere.
-    pub fn named(&self) -> [(&'static str, u64); 9] {
+    pub fn named(&self) -> [(&'static str, u64); 10] {
         [
             ("VLIW", self.vliw),
             ("empty", self.empty),
@@ -45,6 +47,7 @@ impl Parts {
             ("texture", self.texture_stall),
             ("instructions", self.instruction_stall),
             ("contexts", self.context_stall),
+            ("banks", self.sram_stall),
             ("wait", self.wait),
         ]
     }
@@ -69,6 +72,7 @@ impl AddAssign for Parts {
         self.texture_stall += other.texture_stall;
         self.instruction_stall += other.instruction_stall;
         self.context_stall += other.context_stall;
+        self.sram_stall += other.sram_stall;
         self.wait += other.wait;
     }
 }

@@ -65,7 +65,7 @@ impl Cache {
         match stall {
             Stall::Data => Some(Cache::Data),
             Stall::Texture => Some(Cache::Texture),
-            Stall::Instructions | Stall::Contexts => None,
+            Stall::Instructions | Stall::Contexts | Stall::Banks => None,
         }
     }
 }
@@ -197,6 +197,7 @@ impl Clock {
                         Doing::Stands(Stall::Texture) => "texture".to_owned(),
                         Doing::Stands(Stall::Instructions) => "instructions".to_owned(),
                         Doing::Stands(Stall::Contexts) => "contexts".to_owned(),
+                        Doing::Stands(Stall::Banks) => "banks".to_owned(),
                         Doing::Waits => "wait".to_owned(),
                     },
                     cycles: whole(cycles),

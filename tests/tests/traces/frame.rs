@@ -4,6 +4,7 @@ use super::steps::cells;
 use super::timeline;
 use super::waves::Waves;
 use srp_archdesc::arch::Arch;
+use srp_archdesc::system::BankSpec;
 use srp_csimgen::{Interpreter, SimSpec, link};
 use srp_ir::check::Checked;
 use srp_runtime::core::{Activity, Bus, Core, CoreState, Run, Trap};
@@ -27,7 +28,12 @@ pub(super) struct Film {
 
 impl Film {
     pub(super) fn of(size: (u32, u32)) -> Film {
-        let studio = Studio::of(demo(), size);
+        let mut studio = Studio::of(demo(), size);
+        studio.arch.system.sram_banks = Some(BankSpec {
+            count: 4,
+            width: 16,
+            shared: true,
+        });
         let effects = effect::find(&studio.scene).into_iter().collect();
         let (program, session) = (studio.program(effects), srp_tests::session());
         let compiled = schedule(program, &studio.arch, LITTLE, &session);
@@ -174,6 +180,8 @@ fn whole_frame(film: &Film, plain: &Report) {
         assert_eq!(take("switch"), core.switch);
         assert_eq!(take("memory_stall"), core.memory_stall);
         assert_eq!(take("texture_stall"), core.texture_stall);
+        assert!(core.sram_stall > 0);
+        assert_eq!(take("sram_stall"), core.sram_stall);
         assert_eq!(
             take("wait"),
             core.wait.iter().map(|w| w.cycles).sum::<u64>()

@@ -70,9 +70,10 @@ impl Report {
         row("texture stall", &|c| c.texture_stall, None);
         row("instruction stall", &|c| c.instruction_stall, None);
         row("context stall", &|c| c.context_stall, None);
+        row("SRAM bank stall", &|c| c.sram_stall, None);
         for kernel in &kernels {
             let stalls = |c: &CoreReport| of_kernel(&c.kernel_stalls, kernel);
-            row(&format!("  of both in {kernel}"), &stalls, None);
+            row(&format!("  of those in {kernel}"), &stalls, None);
         }
         for port in names(self.cores.iter().flat_map(|c| &c.wait).map(|w| &w.port)) {
             let waits = |c: &CoreReport| {
@@ -321,6 +322,7 @@ mod tests {
             texture_stall: 50,
             instruction_stall: 0,
             context_stall: 0,
+            sram_stall: 0,
             instruction_cache: None,
             contexts: None,
             kernel_stalls: vec![KernelCycles {
