@@ -1,13 +1,14 @@
 #!/usr/bin/env bash
-# Runs every fuzz target for so many seconds (60), from seeds that the tools themselves make. It takes cargo-fuzz and a
-# nightly compiler. What crashes a target is in artifacts/TARGET.
+# Runs every fuzz target for so many seconds (60), from the seeds of the folder and larger ones that the tools make. It takes
+# cargo-fuzz and a nightly compiler. What crashes a target is in artifacts/TARGET.
 set -euo pipefail
 cd "$(dirname "$0")"
 seconds=${1:-60}
 cargo build --manifest-path ../../Cargo.toml --bin srp
 srp=../../target/debug/srp
 seeds=corpus
-mkdir -p $seeds/{cases,compile,document,graph,machine,program,scene,schedule}
+mkdir -p $seeds/checkpoint
+cp -r seeds/. $seeds
 
 for name in sgrt decoupled tiny wide; do
     $srp machine source $name > $seeds/machine/$name.xml
@@ -22,8 +23,6 @@ for family in S1 T1 X1 M1 F1; do
     rm -f $seeds/cases/$family.cases
     $srp hard-cases --filter $family --export $seeds/cases/$family.cases
 done
-printf '\0{"a":{"up":[0,1,0],"views":[{"position":[0,0,3],"forward":[0,0,-1],"fov_deg":40}]}}' > $seeds/document/cameras
-printf '\1measures = ["cycles"]\nsample = "grid"\n[set]\n"system.cores" = "1..4"\n' > $seeds/document/plan
 rm -f $seeds/document/{report,frame}*
 for machine in wide decoupled; do
     $srp report $seeds/forms.c --machine $machine --json > $seeds/document/report.$machine
@@ -33,13 +32,8 @@ for kind in report frame; do
     { printf '\2'; cat $seeds/document/$kind.wide; printf '\n---\n'; cat $seeds/document/$kind.decoupled; } > $seeds/document/$kind
     rm $seeds/document/$kind.{wide,decoupled}
 done
-printf '\0digraph { a [op=load]; s [op=add]; a -> s; s -> s [distance=1]; }' > $seeds/graph/dot
-printf '\1{"nodes":[{"id":0,"op":"load"},{"id":1,"op":"add"}],"edges":[{"from":0,"to":1}]}' > $seeds/graph/json
-printf '\2a b\nb b 1\n---\na load\nb add\n' > $seeds/graph/edges
-printf 'mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n\n---\nnewmtl a\nKd 1 1 1\nmap_Kd p.png\n\n---\n' \
-    > $seeds/scene/triangle
 
-for target in cases compile document graph machine program scene schedule; do
+for target in cases checkpoint compile document graph machine program scene schedule; do
     echo "== $target"
     cargo +nightly fuzz run $target -- -max_total_time=$seconds -rss_limit_mb=4096 -timeout=20 2>&1 |
         grep -E "^(Done|SUMMARY|stat::|thread|==|#.*DONE)|panicked|artifact" || true

@@ -1,6 +1,7 @@
 //! C programs for the tests and benches of this crate: compiled by this front end and by the host's
 //! compiler, and run by each engine.
 
+pub mod fuzz;
 pub mod one_loop;
 pub mod studio;
 

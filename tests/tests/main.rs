@@ -30,6 +30,7 @@ mod reference;
 mod rewrites;
 mod shadows;
 mod software;
+mod strangers;
 mod tandem;
 mod traces;
 mod twin;

@@ -2,7 +2,8 @@
 //! order, and its II is within 1 of that of the best order.
 //!
 //! A longer run: `SRP_ORDERS=20 cargo test --release -p srp-scheduler --test graphs orders`, with so many
-//! orders of every small graph on every array from 2 to 12 rows and columns.
+//! orders of every small graph on every array from 2 to 12 rows and columns; with `SRP_ORDERS_SECONDS`, on arrays drawn at
+//! random until the time is over.
 
 use super::{FOLDER, mesh};
 use rand_pcg::Pcg32;
@@ -14,9 +15,16 @@ use srp_ir::check::check_loop;
 use srp_ir::graph::{Graph, Options, read_edges};
 use srp_scheduler::modulo;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// Bytes of the edges of a graph that is small enough for this test: some 30 nodes.
 const SMALL: usize = 400;
+
+fn shuffle<T>(items: &mut [T], random: &mut Pcg32) {
+    for last in (1..items.len()).rev() {
+        items.swap(last, random.next_u32() as usize % (last + 1));
+    }
+}
 
 /// A graph with the lines of its files in one of many orders.
 fn shuffled(path: &Path, order: u64) -> Graph {
@@ -24,10 +32,7 @@ fn shuffled(path: &Path, order: u64) -> Graph {
         let path = path.with_extension(ending);
         let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path:?}: {e}"));
         let mut lines: Vec<&str> = text.lines().collect();
-        let mut random = Pcg32::seed_from_u64(order);
-        for last in (1..lines.len()).rev() {
-            lines.swap(last, random.next_u32() as usize % (last + 1));
-        }
+        shuffle(&mut lines, &mut Pcg32::seed_from_u64(order));
         Source::new(path.display().to_string(), lines.join("\n"))
     };
     read_edges(&source("edges"), &source("ops"), &Options::default())
@@ -69,8 +74,8 @@ fn orders_of_lines_make_no_difference() {
         println!("skipped: there is no {FOLDER}");
         return;
     }
-    let asked = std::env::var("SRP_ORDERS").ok();
-    let asked: Option<u64> = asked.and_then(|orders| orders.parse().ok());
+    let number = |name: &str| -> Option<u64> { std::env::var(name).ok()?.parse().ok() };
+    let asked = number("SRP_ORDERS");
     let sizes: Vec<(u32, u32)> = match asked {
         None => vec![(5, 6), (6, 6), (2, 7)],
         Some(_) => (2..=12)
@@ -78,24 +83,37 @@ fn orders_of_lines_make_no_difference() {
             .collect(),
     };
     let step = if asked.is_some() { 1 } else { 5 };
-    let mut faults = Vec::new();
-    for path in small_graphs(folder).iter().step_by(step) {
-        for &(rows, cols) in &sizes {
-            let arch = mesh(rows, cols);
-            let orders = 0..asked.unwrap_or(3);
-            let results: Vec<_> = orders
-                .map(|order| ii(&shuffled(path, order), &arch))
-                .collect();
-            let best = results.iter().flatten().min().copied();
-            for (order, result) in results.iter().enumerate() {
-                if !matches!((result, best), (Ok(ii), Some(best)) if *ii <= best + 1) {
-                    let name = path.display();
-                    faults.push(format!(
-                        "{name} on {rows}x{cols}, order {order}: {result:?}"
-                    ));
-                }
+    let graphs = small_graphs(folder);
+    let of_size = |&size| graphs.iter().step_by(step).map(move |path| (path, size));
+    let mut all: Vec<(&PathBuf, (u32, u32))> = sizes.iter().flat_map(of_size).collect();
+    let end = number("SRP_ORDERS_SECONDS").map(|seconds| {
+        let since = SystemTime::now().duration_since(UNIX_EPOCH);
+        let seed = since.map_or(0, |since| since.as_secs());
+        println!("arrays drawn with seed {seed}");
+        shuffle(&mut all, &mut Pcg32::seed_from_u64(seed));
+        Instant::now() + Duration::from_secs(seconds)
+    });
+    let (mut faults, mut tried) = (Vec::new(), 0);
+    for (path, (rows, cols)) in all {
+        if end.is_some_and(|end| Instant::now() > end) {
+            break;
+        }
+        let arch = mesh(rows, cols);
+        let orders = 0..asked.unwrap_or(3);
+        let results: Vec<_> = orders
+            .map(|order| ii(&shuffled(path, order), &arch))
+            .collect();
+        tried += results.len();
+        let best = results.iter().flatten().min().copied();
+        for (order, result) in results.iter().enumerate() {
+            if !matches!((result, best), (Ok(ii), Some(best)) if *ii <= best + 1) {
+                let name = path.display();
+                faults.push(format!(
+                    "{name} on {rows}x{cols}, order {order}: {result:?}"
+                ));
             }
         }
     }
+    println!("{tried} graphs were scheduled");
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }

@@ -1,19 +1,3 @@
-//! Any text is a machine, which is the same when it is written out and read again, or is refused with messages that can
-//! be shown.
-
 #![no_main]
 
-use libfuzzer_sys::fuzz_target;
-use srp_archdesc::diagnostic::render_all;
-
-fuzz_target!(|data: &[u8]| {
-    let text = String::from_utf8_lossy(data);
-    match srp_archdesc::parse("fuzz.xml", &text) {
-        Ok(arch) => {
-            let written = srp_archdesc::xml::write(&arch);
-            let again = srp_archdesc::parse("again.xml", &written);
-            assert!(again.is_ok_and(|again| again == arch), "{written}");
-        }
-        Err(messages) => drop(render_all(&messages, &text, false)),
-    }
-});
+libfuzzer_sys::fuzz_target!(|data: &[u8]| srp_tests::fuzz::machine::any(data));
