@@ -165,9 +165,13 @@ impl Program {
         if let Some(status) = self.status {
             return Err(End::Over(status));
         }
+        if self.bus.stand_still() {
+            self.cycle += 1;
+            return Ok(());
+        }
         let run = self.core.run(&mut self.bus, 1);
         let run = run.map_err(|trap| End::Failed(trap.to_string()))?;
-        self.cycle += run.cycles + self.bus.take_owed();
+        self.cycle += run.cycles;
         match run.activity {
             Activity::Halted(status) => self.status = Some(status),
             Activity::Wait(port) => {

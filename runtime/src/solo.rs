@@ -53,6 +53,13 @@ impl Solo {
         std::mem::take(&mut self.owed)
     }
 
+    /// Stands still for one of these cycles; false if there is none.
+    pub fn stand_still(&mut self) -> bool {
+        let stands = self.owed > 0;
+        self.owed -= u64::from(stands);
+        stands
+    }
+
     fn mapped(&mut self, address: u32, bytes: u32) -> Option<&mut [u8]> {
         if !address.is_multiple_of(bytes) {
             return None;

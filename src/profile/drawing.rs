@@ -1,6 +1,6 @@
 //! Drawings of a profile: what each core does in the course of time, and lines of the source as areas.
 
-use super::{CLASSES, anchor};
+use super::{anchor, class_of};
 use maud::{Markup, PreEscaped, html};
 use srp_runtime::digits::thousands;
 use srp_studies::profile::{CoreTimeline, LineProfile, Profile, Timeline};
@@ -27,6 +27,8 @@ fn class(doing: &str, loops: &[&str]) -> String {
         "switch" => "p-switch".to_owned(),
         "memory" => "p-memory".to_owned(),
         "texture" => "p-texture".to_owned(),
+        "instructions" | "contexts" => "p-code".to_owned(),
+        "banks" => "p-banks".to_owned(),
         "wait" => "p-wait".to_owned(),
         name => {
             let number = loops.iter().position(|of| *of == name).unwrap_or(LOOPS);
@@ -160,9 +162,7 @@ pub(super) fn areas(profile: &Profile) -> Markup {
 }
 
 fn draw(drawn: &mut String, line: &LineProfile, area: Area) {
-    let parts = line.parts.named();
-    let largest = (0..parts.len()).max_by_key(|&i| (parts[i].1, parts.len() - i));
-    let class = CLASSES[largest.unwrap_or(0)];
+    let class = class_of(&line.parts);
     let name = format!("{}:{}", line.file, line.line);
     let short = name.rsplit('/').next().unwrap_or(&name);
     let Area {

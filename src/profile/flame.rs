@@ -1,7 +1,7 @@
 //! The cycles of a profile from the whole down to lines: functions, their loops on the array and their VLIW code, the
 //! lines of these. Each row is as wide as the one above, in the order of the cycles.
 
-use super::{CLASSES, anchor, percent};
+use super::{anchor, class_of, percent};
 use maud::{Markup, PreEscaped, html};
 use srp_runtime::digits::thousands;
 use srp_studies::profile::{CodeProfile, Parts, Profile};
@@ -83,9 +83,7 @@ fn rectangle(
     (x, y, width): (f64, f64, f64),
     whole: u64,
 ) {
-    let named = node.parts.named();
-    let largest = (0..named.len()).max_by_key(|&i| (named[i].1, named.len() - i));
-    let class = CLASSES[largest.unwrap_or(0)];
+    let class = class_of(&node.parts);
     let (name, cycles) = (part.name(), node.parts.total());
     let title = html! { (name) ": " (thousands(cycles)) " cycles, " (percent(cycles, whole)) " %" };
     let height = ROW - 1.0;

@@ -79,29 +79,42 @@ fn sources(profile: &Profile) -> BTreeMap<&str, String> {
     files.into_iter().map(text).collect()
 }
 
-/// A part of the cycles in words.
+/// The parts in the order of [`Parts::named`]: the class, which is its colour, and words.
+const PARTS: [(&str, &str); Parts::COUNT] = [
+    ("p-vliw", "VLIW bundles with operations"),
+    (
+        "p-empty",
+        "VLIW bundles without: results or branches are waited for",
+    ),
+    ("p-array", "loops on the array"),
+    ("p-switch", "changes between VLIW engine and array"),
+    ("p-memory", "the core stands still for its data cache"),
+    ("p-texture", "the core stands still for its texture cache"),
+    (
+        "p-code",
+        "the core stands still for a bundle that is not in its instruction cache",
+    ),
+    ("p-code", "the core stands still for the contexts of a loop"),
+    ("p-banks", "the core stands still for banks of its SRAM"),
+    (
+        "p-wait",
+        "the core waits for a port, in a frame for the T&I unit",
+    ),
+];
+
+/// A part of the cycles in words, by its name.
 fn in_words(part: &str) -> &'static str {
-    match part {
-        "VLIW" => "VLIW bundles with operations",
-        "empty" => "VLIW bundles without: results or branches are waited for",
-        "array" => "loops on the array",
-        "switch" => "changes between VLIW engine and array",
-        "memory" => "the core stands still for its data cache",
-        "texture" => "the core stands still for its texture cache",
-        _ => "the core waits for a port, in a frame for the T&I unit",
-    }
+    let mut all = PARTS.iter().zip(Parts::default().named());
+    all.find(|(_, (name, _))| *name == part)
+        .map_or("", |((_, words), _)| words)
 }
 
-/// The classes of the parts, in their order: their colours.
-const CLASSES: [&str; 7] = [
-    "p-vliw",
-    "p-empty",
-    "p-array",
-    "p-switch",
-    "p-memory",
-    "p-texture",
-    "p-wait",
-];
+/// The class of the largest part, the first of those that are as large.
+fn class_of(parts: &Parts) -> &'static str {
+    let named = parts.named();
+    let largest = (0..named.len()).max_by_key(|&i| (named[i].1, named.len() - i));
+    PARTS[largest.unwrap_or(0)].0
+}
 
 /// True if the energy of lines is known: that of a frame.
 fn has_energy(profile: &Profile) -> bool {

@@ -2,7 +2,7 @@
 //! each line.
 
 use super::listing::{File, Listing};
-use super::{CLASSES, anchor, columns, has_energy, in_words, largest, microjoules, percent, tried};
+use super::{PARTS, anchor, columns, has_energy, in_words, largest, microjoules, percent, tried};
 use super::{drawing, flame, frame};
 use maud::{Markup, html};
 use srp_runtime::digits::thousands;
@@ -70,7 +70,7 @@ fn with_code(words: &str) -> Markup {
 fn bar(parts: &Parts, whole: u64) -> Markup {
     html! {
         div.bar {
-            @for (class, (part, cycles)) in CLASSES.iter().zip(parts.named()) {
+            @for ((class, _), (part, cycles)) in PARTS.iter().zip(parts.named()) {
                 @if cycles > 0 {
                     span class=(class) title=(format!("{part}: {} cycles", thousands(cycles)))
                         style=(format!("width:{:.3}%", 100.0 * cycles as f64 / whole.max(1) as f64)) {}
@@ -85,12 +85,12 @@ fn legend(parts: &Parts) -> Markup {
     html! {
         table {
             tr { th { "part" } th { "cycles" } th { "share" } th.words { "" } }
-            @for (class, (part, cycles)) in CLASSES.iter().zip(parts.named()) {
+            @for ((class, words), (part, cycles)) in PARTS.iter().zip(parts.named()) {
                 @if cycles > 0 {
                     tr {
                         td { span class={ "key " (class) } {} " " (part) }
                         td { (thousands(cycles)) } td { (percent(cycles, all)) " %" }
-                        td.words { (in_words(part)) }
+                        td.words { (words) }
                     }
                 }
             }

@@ -53,6 +53,14 @@ fn conflicts_are_cycles_everywhere() {
     let profile = std::fs::read(folder.join("profile.json")).expect("it was written");
     let profile: Value = serde_json::from_slice(&profile).expect("it is JSON");
     assert_eq!(profile["parts"]["sram_stall"].as_u64(), Some(lost));
+    for page in ["page.html", "page.txt"] {
+        said(&format!("run main.c --machine banks.xml --profile {page}"));
+        let page = std::fs::read_to_string(folder.join(page)).expect("it was written");
+        assert!(
+            page.contains("the core stands still for banks of its SRAM"),
+            "{page}"
+        );
+    }
     let (_, talk) =
         said("run main.c --machine banks.xml --trace 0..100000 --trace-output t.pftrace");
     assert!(talk.contains(&format!("cycles 0..{all} ")), "{all}: {talk}");

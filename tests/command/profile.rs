@@ -13,6 +13,13 @@ fn what_a_profile_advises_makes_the_frame_faster() {
         String::from_utf8(output.stdout).expect("it is text")
     };
     run("render --size 96x64 --effort 0.05 --profile profile.json --report frame.json -o a.png");
+    for page in ["page.html", "page.txt"] {
+        run(&format!(
+            "render --size 96x64 --effort 0.05 --profile {page} -o a.png"
+        ));
+        let page = std::fs::read_to_string(folder.join(page)).expect("it was written");
+        assert!(page.contains("the core waits for a port"), "{page}");
+    }
     let read = |name: &str| -> Value {
         let text = std::fs::read(folder.join(name)).expect("it was written");
         serde_json::from_slice(&text).expect("it is JSON")

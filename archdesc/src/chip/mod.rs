@@ -449,7 +449,8 @@ fn bank_choices(srp: &Srp, banks: BankSpec) -> (u32, f64) {
         .fus
         .values()
         .filter(|fu| fu.op(Class::Load).or(fu.op(Class::Store)).is_some());
-    let all = all.count() as u32;
+    // The T&I unit is one more, where it has no ports of its own.
+    let all = all.count() as u32 + u32::from(banks.shared);
     let word = 8 * banks.width;
     let bits = |inputs: u32, bits: u32| f64::from(inputs.saturating_sub(1) * bits);
     let there = f64::from(banks.count) * bits(all, ADDRESS + word);

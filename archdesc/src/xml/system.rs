@@ -250,26 +250,17 @@ fn cache_spec(
 
 /// The banks of the SRAM, where it is said that accesses compete for them.
 fn sram_banks(found: &Findings, sram: &raw::Sram) -> Option<BankSpec> {
-    if sram.banks.is_none() {
-        for (name, text) in [("width", &sram.width), ("shared", &sram.shared)] {
-            if let Some(text) = text {
-                let message =
-                    format!("`{name}` is of banks, and this SRAM has none that are waited for");
-                let help = "have `banks`, too, or leave it out";
-                found.push(
-                    found
-                        .error("A0601", text.span, message, "no banks")
-                        .help(help),
-                );
-            }
-        }
-        return None;
-    }
-    Some(BankSpec {
-        count: values::power(found, &sram.banks, limits::BANKS, 1),
+    let none = |text: &Text| text.value.trim() == "0";
+    let count = match &sram.banks {
+        Some(text) if !none(text) => values::power(found, &sram.banks, limits::BANKS, 1),
+        _ => 0,
+    };
+    let banks = BankSpec {
+        count,
         width: values::power(found, &sram.width, limits::BANK_WIDTH, 16),
         shared: values::flag(found, &sram.shared, "shared", false),
-    })
+    };
+    (count > 0).then_some(banks)
 }
 
 fn buffers(

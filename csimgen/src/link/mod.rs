@@ -73,6 +73,7 @@ pub fn link(program: &Checked) -> Result<SimSpec, TooManyStages> {
         stores: linker.stores,
         precision: arch.precision,
         first_address: FIRST_ADDRESS,
+        // No more than MAX_BANKS: so says the machine's form.
         banks: (arch.system.sram_banks).map_or(Banks::default(), |banks| Banks {
             count: banks.count,
             width: banks.width,

@@ -45,7 +45,7 @@ impl Sum {
     /// An address as a sum, if that finds a constant which is not the last summand already.
     fn of(func: &Function, defs: &FxHashMap<Value, Inst>, address: Value) -> Option<Sum> {
         let op = |value: Value| match &func.insts[*defs.get(&value)?].kind {
-            InstKind::Op { op, args, .. } => Some((*op, [args[0], *args.get(1)?])),
+            InstKind::Op { op, args, .. } => Some((*op, [*args.first()?, *args.get(1)?])),
             _ => None,
         };
         let constant = |value: Value| match func.insts[*defs.get(&value)?].kind {

@@ -431,7 +431,11 @@ impl CoreUnit {
             Stall::Banks => account.sram_stall += cycles,
         }
         if let Some(kernel) = self.kernel {
-            *account.kernel_stalls.entry(kernel).or_default() += cycles;
+            let of_kernels = match stall {
+                Stall::Banks => &mut account.kernel_sram_stalls,
+                _ => &mut account.kernel_stalls,
+            };
+            *of_kernels.entry(kernel).or_default() += cycles;
         }
     }
 }

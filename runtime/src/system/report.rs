@@ -41,8 +41,10 @@ pub struct Account {
     pub context_stall: u64,
     /// Stood still because accesses met in a bank of its SRAM, or the T&I unit had all of them.
     pub sram_stall: u64,
-    /// Of the stalls for data, textures and banks, while it ran a kernel, by its number.
+    /// Of the first two, while it ran a kernel, by its number.
     pub kernel_stalls: BTreeMap<u32, u64>,
+    /// Of those for banks, while it ran a kernel, by its number.
+    pub kernel_sram_stalls: BTreeMap<u32, u64>,
     /// Waited for a port.
     pub wait: BTreeMap<u32, u64>,
 }
@@ -129,8 +131,10 @@ pub struct CoreReport {
     pub context_stall: u64,
     /// SRP cycles in which it stood still because accesses met in a bank of its SRAM, or a packet went through the banks.
     pub sram_stall: u64,
-    /// Of stalls for data, textures and banks, those while a kernel was on the array; the rest is control code's.
+    /// Of stalls for data and textures, those while a kernel was on the array; the rest is control code's.
     pub kernel_stalls: Vec<KernelCycles>,
+    /// Of stalls for banks of the SRAM, those while a kernel was on the array.
+    pub kernel_sram_stalls: Vec<KernelCycles>,
     /// SRP cycles of waiting for ports.
     pub wait: Vec<PortCycles>,
     /// SRP cycles after its program had ended; in a part of a frame, those that were not simulated
@@ -226,6 +230,7 @@ impl Report {
             context_stall: core.account.context_stall,
             sram_stall: core.account.sram_stall,
             kernel_stalls: of_kernels(&core.account.kernel_stalls),
+            kernel_sram_stalls: of_kernels(&core.account.kernel_sram_stalls),
             wait: (core.account.wait.iter())
                 .map(|(&port, &cycles)| PortCycles {
                     port: port_name(port).to_owned(),

@@ -117,18 +117,18 @@ fn core_cycles(frame: &Document<'_>) -> Result<Figures, Error> {
         for (name, pointer) in [
             ("instruction stall", "/instruction_stall"),
             ("context stall", "/context_stall"),
+            ("SRAM bank stall", "/sram_stall"),
         ] {
             add(&mut figures, name, frame.count_in(core, pointer)?);
         }
-        let banks = frame.count_in(core, "/sram_stall")?;
-        let mut control = number("/memory_stall")? + number("/texture_stall")? + banks;
+        let mut control = number("/memory_stall")? + number("/texture_stall")?;
         for kernel in frame.list_in(core, "/kernel_stalls")? {
             let name = frame.text_in(kernel, "/kernel")?;
             let cycles = frame.number_in(kernel, "/cycles")?;
-            add(&mut figures, format!("stall: {name}"), cycles);
+            add(&mut figures, format!("cache stall: {name}"), cycles);
             control -= cycles;
         }
-        add(&mut figures, "stall: control code", control);
+        add(&mut figures, "cache stall: control code", control);
         for port in frame.list_in(core, "/wait")? {
             let name = frame.text_in(port, "/port")?;
             let cycles = frame.number_in(port, "/cycles")?;

@@ -68,7 +68,7 @@ pub(super) fn compare(old: &Document<'_>, new: &Document<'_>) -> Result<Comparis
 
 /// All cycles of an entry.
 fn total(profile: &Document<'_>, entry: &Value) -> Result<f64, Error> {
-    let cycles = PARTS.map(|(member, _)| profile.number_in(entry, &format!("/{member}")));
+    let cycles = PARTS.map(|(member, _)| profile.count_in(entry, &format!("/{member}")));
     cycles.into_iter().sum()
 }
 
@@ -113,7 +113,7 @@ fn loops(old: &Document<'_>, new: &Document<'_>) -> Result<Vec<Change>, Error> {
         }
         for (member, what) in PARTS {
             let pointer = format!("/{member}");
-            let difference = new.number_in(&b, &pointer)? - old.number_in(&a, &pointer)?;
+            let difference = new.count_in(&b, &pointer)? - old.count_in(&a, &pointer)?;
             if difference != 0.0 {
                 change.why.push(format!("{what} {difference:+}"));
             }
@@ -185,7 +185,7 @@ impl Lines {
             let number = profile.number_in(line, "/line")?;
             let what = name(profile.text_in(line, "/file")?, number as u64);
             for (member, part) in PARTS {
-                let figure = profile.number_in(line, &format!("/{member}"))?;
+                let figure = profile.count_in(line, &format!("/{member}"))?;
                 add(&mut cycles.total, what.clone(), figure);
                 add(&mut cycles.parts, format!("{what} {part}"), figure);
             }

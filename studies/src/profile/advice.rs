@@ -158,14 +158,25 @@ fn context_stalls(arch: &Arch, share: f64) -> Advice {
 
 /// Cores stand still for banks of their SRAM.
 fn bank_stalls(banks: BankSpec, share: f64) -> Advice {
+    let number = match banks.count {
+        1 => "the only bank".to_owned(),
+        count => format!("one of the {count} banks"),
+    };
+    let packets = match banks.shared {
+        true => ", and while packets of the T&I unit go through all of them",
+        false => "",
+    };
+    let set = match banks.count {
+        64.. => Vec::new(),
+        count => vec![("sram.banks".to_owned(), (2 * count).to_string())],
+    };
     Advice {
         share,
         reason: format!(
-            "A core stands still where accesses of a cycle meet in one of the {} banks of its SRAM.",
-            banks.count
+            "A core stands still where accesses of a cycle meet in {number} of its SRAM{packets}."
         ),
-        change: "More banks.".to_owned(),
-        set: vec![("sram.banks".to_owned(), (2 * banks.count).to_string())],
+        change: "More banks, or arrays of a loop that do not begin in the same one.".to_owned(),
+        set,
     }
 }
 

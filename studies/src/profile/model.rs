@@ -36,8 +36,11 @@ pub struct Parts {
 }
 
 impl Parts {
+    /// How many parts there are.
+    pub const COUNT: usize = 10;
+
     /// The parts with their names, in this order everywhere.
-    pub fn named(&self) -> [(&'static str, u64); 10] {
+    pub fn named(&self) -> [(&'static str, u64); Parts::COUNT] {
         [
             ("VLIW", self.vliw),
             ("empty", self.empty),

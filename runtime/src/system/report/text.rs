@@ -70,10 +70,14 @@ impl Report {
         row("texture stall", &|c| c.texture_stall, None);
         row("instruction stall", &|c| c.instruction_stall, None);
         row("context stall", &|c| c.context_stall, None);
-        row("SRAM bank stall", &|c| c.sram_stall, None);
         for kernel in &kernels {
             let stalls = |c: &CoreReport| of_kernel(&c.kernel_stalls, kernel);
-            row(&format!("  of those in {kernel}"), &stalls, None);
+            row(&format!("  of both in {kernel}"), &stalls, None);
+        }
+        row("SRAM bank stall", &|c| c.sram_stall, None);
+        for kernel in &kernels {
+            let stalls = |c: &CoreReport| of_kernel(&c.kernel_sram_stalls, kernel);
+            row(&format!("  of it in {kernel}"), &stalls, None);
         }
         for port in names(self.cores.iter().flat_map(|c| &c.wait).map(|w| &w.port)) {
             let waits = |c: &CoreReport| {
@@ -323,6 +327,7 @@ mod tests {
             instruction_stall: 0,
             context_stall: 0,
             sram_stall: 0,
+            kernel_sram_stalls: Vec::new(),
             instruction_cache: None,
             contexts: None,
             kernel_stalls: vec![KernelCycles {
