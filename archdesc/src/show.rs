@@ -371,16 +371,11 @@ fn show_system(out: &mut String, arch: &Arch) -> std::fmt::Result {
     }
     write!(out, "SRAM: {}", bytes(s.sram_bytes))?;
     if let Some(banks) = s.sram_banks {
-        let shared = if banks.shared {
-            ", the T&I unit's too"
-        } else {
-            ""
+        let shared = match banks.shared {
+            true => ", the T&I unit's too",
+            false => "",
         };
-        write!(
-            out,
-            ", {} banks of {} bytes{shared}",
-            banks.count, banks.width
-        )?;
+        write!(out, ", {banks}{shared}")?;
     }
     writeln!(out)?;
     writeln!(out, "{}", cache("data cache", &s.data_cache))?;

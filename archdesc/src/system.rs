@@ -39,17 +39,27 @@ pub struct SystemSpec {
     pub dram: DramSpec,
 }
 
+/// Most banks of an SRAM.
+pub const MAX_SRAM_BANKS: u32 = 64;
+
 /// Banks of an SRAM: words of `width` bytes take turns among them. Each bank does one access a cycle; where a cycle has
 /// more of one bank, the core stands still until all are done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BankSpec {
-    /// Banks, a power of two.
+    /// Banks, a power of two up to [`MAX_SRAM_BANKS`].
     pub count: u32,
-    /// Bytes of a bank's word.
+    /// Bytes of a bank's word, a power of two.
     pub width: u32,
     /// True if the T&I unit takes rays and gives hits through these banks too: all of them are its own while a packet
     /// moves, and the core stands still. Else the unit has ports of its own.
     pub shared: bool,
+}
+
+impl std::fmt::Display for BankSpec {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let banks = if self.count == 1 { "bank" } else { "banks" };
+        write!(f, "{} {banks} of {} bytes", self.count, self.width)
+    }
 }
 
 impl BankSpec {

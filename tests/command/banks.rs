@@ -1,7 +1,9 @@
 //! Banks of the SRAM: everything that counts the cycles of a program counts those that banks cost.
 
-use super::{folder, srp, write};
+use super::{cache, folder, srp, write};
 use serde_json::Value;
+use std::fs::File;
+use std::process::Command;
 
 const PROGRAM: &str = "
 static int a[256], b[256], c[256];
@@ -61,6 +63,22 @@ fn conflicts_are_cycles_everywhere() {
             "{page}"
         );
     }
+    // The debugger goes through them one by one, and tells of those in which the core does something.
+    let commands = "break cycle:1000\nrun\ncycle 7\ncontinue\nquit\n";
+    write(&folder, "commands", commands);
+    let debug = Command::new(env!("CARGO_BIN_EXE_srp"))
+        .current_dir(&folder)
+        .args(["debug", "main.c", "--machine", "banks.xml", "--terminal"])
+        .env("SRP_CACHE", cache())
+        .stdin(File::open(folder.join("commands")).expect("it was written"))
+        .output()
+        .expect("the command can be started");
+    let debug = String::from_utf8_lossy(&debug.stdout);
+    let end = format!("ended with status 0 after {all} cycles");
+    assert!(
+        debug.contains("cycle 1000:") && debug.contains(&end),
+        "{all}: {debug}"
+    );
     let (_, talk) =
         said("run main.c --machine banks.xml --trace 0..100000 --trace-output t.pftrace");
     assert!(talk.contains(&format!("cycles 0..{all} ")), "{all}: {talk}");

@@ -1,4 +1,4 @@
-//! What strangers bring: seeds of every kind, which cargo-fuzz has found to lead to different code, as they are and changed
+//! The files of strangers: seeds of every kind, which cargo-fuzz has found to lead to different code, as they are and changed
 //! at random. `SRP_FUZZ_SECONDS` of each kind, from a fresh seed, which is printed; `SRP_FUZZ_SEED` takes another.
 
 use rand_pcg::Pcg64;

@@ -414,11 +414,7 @@ fn storage(arch: &Arch) -> Vec<Item> {
     ]);
     if let Some(banks) = system.sram_banks {
         let (inputs, um2) = bank_choices(srp, banks);
-        let (count, width) = (banks.count, banks.width);
-        let extent = match count {
-            1 => format!("1 bank of {width} bytes, {inputs} inputs"),
-            _ => format!("{count} banks of {width} bytes, {inputs} inputs"),
-        };
+        let extent = format!("{banks}, {inputs} inputs");
         items.push(item("choices of SRAM banks", extent, um2));
     }
     if let Some(cache) = system.instruction_cache {

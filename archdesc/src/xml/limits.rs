@@ -89,6 +89,7 @@ pub(super) const SRP_MHZ: Limit = count("srp-mhz", 1, 10_000);
 pub(super) const TNI_MHZ: Limit = count("tni-mhz", 1, 10_000);
 pub(super) const MHZ: Limit = count("mhz", 1, 10_000);
 pub(super) const SRAM_SIZE: Limit = bytes("size", 4 << 10, 64 << 20);
+pub(super) const SRAM_BANKS: Limit = count("banks", 0, crate::system::MAX_SRAM_BANKS);
 pub(super) const BANK_WIDTH: Limit = bytes("width", 4, 16);
 pub(super) const CACHE_SIZE: Limit = bytes("size", 64, 64 << 20);
 pub(super) const WAYS: Limit = count("ways", 1, 32);

@@ -250,10 +250,9 @@ fn cache_spec(
 
 /// The banks of the SRAM, where it is said that accesses compete for them.
 fn sram_banks(found: &Findings, sram: &raw::Sram) -> Option<BankSpec> {
-    let none = |text: &Text| text.value.trim() == "0";
-    let count = match &sram.banks {
-        Some(text) if !none(text) => values::power(found, &sram.banks, limits::BANKS, 1),
-        _ => 0,
+    let count = match values::number(found, &sram.banks, limits::SRAM_BANKS, 0) {
+        0 => 0,
+        _ => values::power(found, &sram.banks, limits::SRAM_BANKS, 1),
     };
     let banks = BankSpec {
         count,

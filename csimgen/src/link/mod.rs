@@ -8,17 +8,21 @@ mod flow;
 mod kernel;
 mod order;
 
-use crate::preamble::border::Banks;
+use crate::preamble::border::{Banks, MAX_BANKS};
 use crate::spec::{Cell, MAX_STAGES, Position, Role, SimSpec, Store};
 use srp_archdesc::arch::{Arch, FileKind, Fu};
 use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_archdesc::resource::{Place, PlaceKind, ResourceGraph};
+use srp_archdesc::system::MAX_SRAM_BANKS;
 use srp_ir::check::Checked;
 use srp_ir::dre::scheduled::{FunctionEntry, Reg, RegAt, ScheduledDre};
 use srp_ir::layout::FIRST_ADDRESS;
 use srp_ir::program::Pos;
 use std::collections::BTreeMap;
+
+// Simulators have room for the banks of every machine.
+const _: () = assert!(MAX_SRAM_BANKS as usize <= MAX_BANKS);
 
 /// A kernel that the machine could run, but that simulators have no room for: too many of its
 /// iterations overlap.
@@ -73,7 +77,6 @@ pub fn link(program: &Checked) -> Result<SimSpec, TooManyStages> {
         stores: linker.stores,
         precision: arch.precision,
         first_address: FIRST_ADDRESS,
-        // No more than MAX_BANKS: so says the machine's form.
         banks: (arch.system.sram_banks).map_or(Banks::default(), |banks| Banks {
             count: banks.count,
             width: banks.width,

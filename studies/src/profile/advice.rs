@@ -3,7 +3,7 @@
 use super::model::{Advice, Profile};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::isa::Class;
-use srp_archdesc::system::{BankSpec, SystemSpec};
+use srp_archdesc::system::{BankSpec, MAX_SRAM_BANKS, SystemSpec};
 use srp_runtime::system::Report;
 use srp_runtime::tni::PipeCounters;
 
@@ -167,7 +167,7 @@ fn bank_stalls(banks: BankSpec, share: f64) -> Advice {
         false => "",
     };
     let set = match banks.count {
-        64.. => Vec::new(),
+        MAX_SRAM_BANKS.. => Vec::new(),
         count => vec![("sram.banks".to_owned(), (2 * count).to_string())],
     };
     Advice {

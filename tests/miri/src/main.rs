@@ -22,7 +22,7 @@ unsafe extern "C" {
     fn srp_free(core: *mut c_void);
 }
 
-/// What the program reads from its input port.
+/// The input port of the program.
 const IN: u32 = 40;
 
 /// Words of system memory, and where in them the descriptor of a texture of 2 x 2 texels lies.

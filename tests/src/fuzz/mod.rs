@@ -1,6 +1,6 @@
-//! What strangers bring, by kind: functions that take any bytes and panic where a promise is broken. `tests/fuzz` gives them
-//! to cargo-fuzz, which looks for bytes that lead to new code; the test `strangers` gives them what was found so far, and
-//! that changed at random.
+//! Promises about the files of strangers: for each kind a function that takes any bytes and panics where one is broken.
+//! `tests/fuzz` gives these functions to cargo-fuzz, which looks for bytes that lead to new code; the test `strangers` gives
+//! them the seeds that were found so far, and changes of these at random.
 
 pub mod cases;
 pub mod checkpoint;

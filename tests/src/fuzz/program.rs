@@ -2,6 +2,7 @@
 //! or it is refused.
 
 use srp_ir::{dre, text};
+use std::fmt::{Debug, Display};
 
 /// Tries any bytes.
 ///
@@ -10,19 +11,20 @@ use srp_ir::{dre, text};
 /// If what the module says does not hold of them.
 pub fn any(data: &[u8]) {
     let given = String::from_utf8_lossy(data);
-    match text::read(&given) {
+    written_and_read(&given, text::read, text::write);
+    written_and_read(&given, dre::read, dre::write);
+}
+
+fn written_and_read<P, E: Debug + Display>(
+    given: &str,
+    read: impl Fn(&str) -> Result<P, E>,
+    write: impl Fn(&P) -> String,
+) {
+    match read(given) {
         Ok(program) => {
-            let written = text::write(&program);
-            let again = text::read(&written).expect("what is written can be read");
-            assert_eq!(text::write(&again), written);
-        }
-        Err(error) => drop(error.to_string()),
-    }
-    match dre::read(&given) {
-        Ok(divided) => {
-            let written = dre::write(&divided);
-            let again = dre::read(&written).expect("what is written can be read");
-            assert_eq!(dre::write(&again), written);
+            let written = write(&program);
+            let again = read(&written).unwrap_or_else(|e| panic!("{e}: {written}"));
+            assert_eq!(write(&again), written);
         }
         Err(error) => drop(error.to_string()),
     }

@@ -5,7 +5,7 @@ use srp_runtime::scene::read;
 use std::io;
 use std::path::Path;
 
-/// What stands between two files.
+/// The line between two files.
 const BETWEEN: &[u8] = b"\n---\n";
 
 /// Tries any bytes.
