@@ -3,12 +3,11 @@
 use super::mesh::{Form, Mesh};
 use crate::exact;
 use crate::survey::Random;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use schemars::JsonSchema;
 use serde::Serialize;
 use srp_runtime::scene::Triangle;
 use srp_runtime::tni::arithmetic::Ray;
-use std::cmp::Ordering;
 
 /// How rays are aimed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
@@ -184,12 +183,15 @@ fn surely_passes(ray: &Ray, triangle: &Triangle) -> bool {
     let origin = Vec3::from(ray.origin).as_dvec3();
     let direction = Vec3::from(ray.direction).as_dvec3();
     let [a, b, c] = triangle.positions.map(|p| p.as_dvec3() - origin);
+    // Sums of coordinates are no less than lengths, and need no roots.
+    let size = |v: DVec3| v.abs().element_sum();
+    let scale = 64.0 * f64::EPSILON * size(direction);
     let (mut left, mut right) = (false, false);
     for (p, q) in [(c, b), (a, c), (b, a)] {
         let product = direction.dot(p.cross(q));
-        let rounding = 64.0 * f64::EPSILON * direction.length() * p.length() * q.length();
-        left |= product.partial_cmp(&rounding) == Some(Ordering::Greater);
-        right |= product.partial_cmp(&-rounding) == Some(Ordering::Less);
+        let rounding = scale * size(p) * size(q);
+        left |= product > rounding;
+        right |= product < -rounding;
     }
     left && right
 }
