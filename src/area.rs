@@ -13,7 +13,6 @@ use srp_archdesc::cost::special::Unit;
 use srp_archdesc::datapath::{BOX_TEST, Intersection};
 use srp_archdesc::system::{Pipeline, TniSpec};
 use srp_toolchain::envelope::{About, Contents};
-use srp_toolchain::machine;
 use std::fmt::Write as _;
 
 /// The paper's figures, printed beside ours: area with a parallel and with a single pipeline, mm².
@@ -24,7 +23,7 @@ const PAPER_REGISTERS: (f64, f64) = (49.0, 8.0);
 
 /// Runs `srp area`.
 pub(crate) fn run(args: &cli::Area) -> Result<(), Failure> {
-    let arch = machine::read(args.machine.file())?;
+    let arch = args.machine.read()?;
     if args.json {
         let json = document::json(About::machine(&arch), &Document::of(&arch))?;
         return Ok(talk::print(json)?);

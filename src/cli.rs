@@ -48,8 +48,10 @@ use crate::talk::Colour;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
+use srp_archdesc::arch::Arch;
+use srp_archdesc::xml::Change;
 use srp_scheduler::modulo::Solver;
-use srp_toolchain::{Effort, Engine};
+use srp_toolchain::{Effort, Engine, Error, machine as machines};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -208,6 +210,36 @@ pub(crate) struct MachineFile {
     /// Machine file, or one of the machines that come along: sgrt, decoupled, fpga, tiny, wide
     #[arg(long, value_name = "FILE.xml", default_value = "sgrt")]
     pub(crate) machine: PathBuf,
+    #[command(flatten)]
+    pub(crate) changes: Changes,
+}
+
+impl MachineFile {
+    /// The machine, with its changes.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read, or what comes of the changes is no machine.
+    pub(crate) fn read(&self) -> Result<Arch, Error> {
+        machines::changed(&self.machine, &self.changes.set)
+    }
+
+    /// The text of it.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read, or an attribute cannot be set.
+    pub(crate) fn text(&self) -> Result<String, Error> {
+        machines::changed_text(&self.machine, &self.changes.set)
+    }
+}
+
+/// What is changed of a machine, without another file.
+#[derive(Args)]
+pub(crate) struct Changes {
+    /// Set an attribute of the machine by its path, as in array.rows=5 or tni/trv-l1.size=8192; several are possible
+    #[arg(long, value_name = "PATH=VALUE")]
+    pub(crate) set: Vec<Change>,
 }
 
 /// Most threads of the host that can be asked for: more than any host has use for, and as many as

@@ -18,15 +18,15 @@ use srp_kernels::libc;
 use srp_studies::loops::{self, LoopReport, NotPipelined, Subject};
 use srp_toolchain::envelope::{About, Contents};
 use srp_toolchain::{
-    Compiled, Input, Options, Session, Timed, Times, compile, divide, front_end, input, machine,
-    run_passes, syntax_tree,
+    Compiled, Input, Options, Session, Timed, Times, compile, divide, front_end, input, run_passes,
+    syntax_tree,
 };
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Runs `srp compile`.
 pub(crate) fn run(args: &Compile) -> Result<(), Failure> {
-    let arch = machine::read(&args.compilation.machine.machine)?;
+    let arch = args.compilation.machine.read()?;
     let options = args.compilation.options()?;
     let source = &args.compilation.source;
     let (passes, are_usual) = args.passes.chosen()?;

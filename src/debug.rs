@@ -9,9 +9,7 @@ use srp_debugger::terminal::{Answer, Terminal};
 use srp_debugger::{Session, Variables};
 use srp_runtime::system;
 use srp_toolchain::files::FileError;
-use srp_toolchain::{
-    Compiled, Frame, FrameOptions, Input, input, machine, system_options, with_texts,
-};
+use srp_toolchain::{Compiled, Frame, FrameOptions, Input, input, system_options, with_texts};
 use std::collections::BTreeMap;
 use std::io::{self, BufRead, IsTerminal};
 use std::path::Path;
@@ -35,7 +33,7 @@ pub(crate) fn prepare(
     of: &Inspected,
     session: &srp_toolchain::Session<'_>,
 ) -> Result<Prepared, Failure> {
-    let arch = machine::read(&of.compilation.machine.machine)?;
+    let arch = of.compilation.machine.read()?;
     let mut options = of.compilation.options()?;
     let mut frame = None;
     let read = || match &of.frame {

@@ -12,7 +12,6 @@ use srp_runtime::digits::thousands;
 use srp_runtime::memory::dram::trace::{self, Replay};
 use srp_runtime::memory::dram::{ChannelCounters, DramReport, Memory};
 use srp_toolchain::envelope::{About, Contents};
-use srp_toolchain::machine;
 
 /// How a trace went: the sums over the channels, and everything in detail.
 #[derive(Serialize, JsonSchema)]
@@ -88,7 +87,7 @@ fn list() -> String {
 fn memory(args: &Dram) -> Result<(DramSpec, About), Failure> {
     match args.preset.as_deref() {
         None => {
-            let arch = machine::read(&args.machine.machine)?;
+            let arch = args.machine.read()?;
             let about = About::machine(&arch);
             Ok((arch.system.dram, about))
         }

@@ -11,7 +11,7 @@ use srp_runtime::effect::{self, Effects};
 use srp_runtime::scene::Scene;
 use srp_studies::effects::{Cost, Costs, Measured, costs};
 use srp_toolchain::envelope::{About, Contents};
-use srp_toolchain::{Build, Frame, machine};
+use srp_toolchain::{Build, Frame};
 
 /// The report on a scene.
 #[derive(Serialize, JsonSchema)]
@@ -64,7 +64,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         files::check_writable(html)?;
     }
     let session = &talk::session();
-    let arch = machine::read(&args.frame.machine.machine)?;
+    let arch = args.frame.machine.read()?;
     let options = (args.frame).options(Some(&args.building), args.bvh, args.size)?;
     let of_scene = Build::of_scene(&options, &mut scenes::say, session)?;
     let (scene, build, _) = &of_scene;

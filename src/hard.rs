@@ -9,9 +9,9 @@ use srp_archdesc::diagnostic::Source;
 use srp_studies::hard_cases::{
     self, Case, CaseList, Column, Level, Listing, Matrix, Verdict, export,
 };
+use srp_toolchain::Session;
 use srp_toolchain::envelope::About;
 use srp_toolchain::files::{FileError, Kind, read_source};
-use srp_toolchain::{Session, machine};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ pub(crate) fn run(args: &HardCases) -> Result<i32, Failure> {
     for path in args.html.iter().chain(&args.export) {
         files::check_writable(path)?;
     }
-    let arch = machine::read(&args.machine.machine)?;
+    let arch = args.machine.read()?;
     let sources = (!args.cases.is_empty()).then(|| sources(&args.cases));
     let sources = sources.transpose()?;
     let filter = args.filter.as_deref().unwrap_or_default();
@@ -117,6 +117,8 @@ impl Again<'_> {
         if machine.as_os_str() != "sgrt" {
             words.push(format!("--machine {}", in_shell(machine)));
         }
+        let changes = self.args.machine.changes.set.iter();
+        words.extend(changes.map(|c| format!("--set {}", in_shell(Path::new(&c.to_string())))));
         let kernels = self.args.kernels.iter();
         words.extend(kernels.map(|path| format!("--kernels {}", in_shell(path))));
         let files = self.args.cases.iter();

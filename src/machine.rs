@@ -4,17 +4,17 @@ use crate::cli::MachineAction;
 use crate::cli::map::{Mesh, parse_class};
 use crate::failure::Failure;
 use crate::{files, talk};
-use srp_archdesc::arch::Arch;
 use srp_archdesc::isa::Class;
+use srp_archdesc::xml;
 use srp_archdesc::xml::StandardArray;
-use srp_archdesc::{machines, xml};
 use srp_toolchain::machine;
+use std::path::Path;
 
 /// Runs `srp machine`.
 pub(crate) fn run(action: &MachineAction) -> Result<(), Failure> {
     match action {
-        MachineAction::Check { file } => {
-            let arch = machine::read(file)?;
+        MachineAction::Check { file, changes } => {
+            let arch = machine::changed(file, &changes.set)?;
             machine::check_system(&file.display().to_string(), &arch)?;
             talk::say(format_args!(
                 "{}: machine `{}` is well-formed",
@@ -22,11 +22,18 @@ pub(crate) fn run(action: &MachineAction) -> Result<(), Failure> {
                 arch.name
             ));
         }
-        MachineAction::Show { file } => talk::print(srp_archdesc::show(&machine::read(file)?))?,
-        MachineAction::Expand { file } => talk::print(xml::write(&machine::read(file)?))?,
-        MachineAction::Source { name } => {
-            let machine = machines::ALL.iter().find(|m| m.name == name);
-            talk::print(machine.map_or("", |m| m.xml))?;
+        MachineAction::Show { file, changes } => {
+            let arch = machine::changed(file, &changes.set)?;
+            talk::print(srp_archdesc::show(&arch))?;
+        }
+        MachineAction::Expand { file, changes } => {
+            let arch = machine::changed(file, &changes.set)?;
+            talk::print(xml::write(&arch))?;
+        }
+        MachineAction::Source { name, changes } => {
+            let text = machine::changed_text(Path::new(name), &changes.set)?;
+            machine::parse(name, &text)?;
+            talk::print(text)?;
         }
         MachineAction::Schema => talk::print(xml::schema())?,
         MachineAction::Mesh(args) => files::write_once(&args.output, mesh(args)?.as_bytes())?,
@@ -60,8 +67,7 @@ fn mesh(args: &Mesh) -> Result<String, Failure> {
     xml::standard(&array).map_err(Failure::Usage)
 }
 
-/// The mesh of `--mesh ROWSxCOLS`.
-pub(crate) fn standard_mesh(rows: u32, cols: u32) -> Result<Arch, Failure> {
-    let text = xml::standard(&StandardArray::mesh(rows, cols)).map_err(Failure::Usage)?;
-    Ok(machine::parse("--mesh", &text)?)
+/// The file of the mesh of `--mesh ROWSxCOLS`.
+pub(crate) fn standard_mesh(rows: u32, cols: u32) -> Result<String, Failure> {
+    xml::standard(&StandardArray::mesh(rows, cols)).map_err(Failure::Usage)
 }

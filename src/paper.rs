@@ -34,7 +34,7 @@ pub(crate) fn run(args: &cli::Paper) -> Result<(), Failure> {
                 .to_owned(),
         ));
     }
-    let arch = level.machine(&machine::read(&args.machine.machine)?);
+    let arch = level.machine(&args.machine.read()?);
     machine::check_system(&arch.name, &arch)?;
     let in_pieces = matches!(args.table, cli::Table::Table4 | cli::Table::Table5);
     if args.sharing.share.is_some() && !in_pieces && level != Fidelity::Sampled {

@@ -28,9 +28,7 @@ use srp_runtime::solo::{self, Finish, Solo, SoloError};
 use srp_studies::profile::Profiler;
 use srp_toolchain::envelope::About;
 use srp_toolchain::files::FileError;
-use srp_toolchain::{
-    Engine, Engines, Error, Input, Options, divide, front_end, input, machine, optimise,
-};
+use srp_toolchain::{Engine, Engines, Error, Input, Options, divide, front_end, input, optimise};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -38,7 +36,7 @@ use std::time::Duration;
 
 /// Runs `srp run`; the program's exit status.
 pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
-    let arch = machine::read(&args.compilation.machine.machine)?;
+    let arch = args.compilation.machine.read()?;
     let options = args.compilation.options()?;
     let source = &args.compilation.source;
     let session = &talk::session();

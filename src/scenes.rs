@@ -6,7 +6,7 @@ use crate::talk;
 use srp_runtime::bvh::Builder;
 use srp_runtime::scene::{Camera, Scene};
 use srp_toolchain::scene::{self, Loaded};
-use srp_toolchain::{Frame, Session, machine};
+use srp_toolchain::{Frame, Session};
 use std::path::Path;
 
 /// Reads a scene, or makes the default one.
@@ -28,7 +28,7 @@ pub(crate) fn frame(
     size: (u32, u32),
     session: &Session<'_>,
 ) -> Result<Frame, Failure> {
-    let arch = machine::read(&args.machine.machine)?;
+    let arch = args.machine.read()?;
     let options = args.options(building, builder, size)?;
     Ok(Frame::read(arch, &options, &mut say, session)?)
 }

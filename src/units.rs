@@ -11,7 +11,6 @@ use srp_archdesc::certify::{Certificate, Function, certify};
 use srp_archdesc::cost::special::{Unit, unit};
 use srp_archdesc::structure::{Special, Structure};
 use srp_toolchain::envelope::{About, Contents};
-use srp_toolchain::machine;
 use std::fmt::Write as _;
 
 /// The certificates of a machine.
@@ -53,7 +52,7 @@ struct Cost {
 
 /// Runs `srp units`.
 pub(crate) fn run(args: &cli::Units) -> Result<(), Failure> {
-    let arch = machine::read(args.machine.file())?;
+    let arch = args.machine.read()?;
     let fast: Vec<Special> = arch.precision.specials().filter(|s| s.is_fast()).collect();
     let all = Function::ALL.len() + fast.len() + 1;
     let progress = Progress::steps("trying every mantissa", all as u64);

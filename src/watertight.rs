@@ -6,13 +6,12 @@ use crate::files::{self, Kind, read_text};
 use crate::{document, interrupt, talk};
 use srp_studies::watertight::{self, APART, Aim, Answers, Count, Options, Report, Row};
 use srp_toolchain::envelope::About;
-use srp_toolchain::machine;
 use std::fmt::Write as _;
 use std::path::Path;
 
 /// Runs `srp watertight`.
 pub(crate) fn run(args: &Watertight) -> Result<(), Failure> {
-    let arch = machine::read(&args.machine.machine)?;
+    let arch = args.machine.read()?;
     let mut session = talk::session();
     session.threads = args.threads.unwrap_or(session.threads);
     let options = Options {

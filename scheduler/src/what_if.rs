@@ -2,7 +2,9 @@
 //! loop on the changed machine.
 
 use crate::modulo::{self, Options};
-use srp_archdesc::arch::{FileKind, Fu, FuOp, Input, LinkSpec, Resource, Srp, WireSpec};
+use srp_archdesc::arch::{
+    FileKind, Fu, FuOp, Input, LinkSpec, Resource, ResourceSpec, Srp, WireSpec,
+};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Class;
 use srp_archdesc::{Watch, threads};
@@ -87,6 +89,32 @@ impl Edit {
         }
     }
 
+    /// The attribute of a machine file that makes the change as a rule, as `PATH=VALUE`; `None` where no single one does.
+    /// A file that says something else of single units may need more.
+    pub fn setting(self, srp: &Srp) -> Option<String> {
+        match self {
+            Edit::MoreOf(resource) => {
+                let ResourceSpec { name, count, .. } = &srp.resources[resource];
+                Some(format!("resource[name={name}].count={}", count + 1))
+            }
+            Edit::EveryCycle(class) => Some(format!("op[class={class}].interval=1")),
+            Edit::Faster(class) => {
+                let op = srp.fus.values().find_map(|fu| fu.op(class));
+                let latency = faster(op?);
+                Some(format!("op[class={class}].latency={latency}"))
+            }
+            Edit::Contexts => Some(format!("array.contexts={}", 2 * srp.contexts)),
+            Edit::NoLinkRegisters => Some("array.link-delay=0".to_owned()),
+            Edit::Hops => Some(format!("array.hops={}", srp.hops + 1)),
+            Edit::OnUnit(..)
+            | Edit::LocalFiles(_)
+            | Edit::FilePorts
+            | Edit::Links(_)
+            | Edit::RowBuses
+            | Edit::NoWireRegisters => None,
+        }
+    }
+
     /// Changes a machine.
     pub fn apply(self, srp: &mut Srp) {
         match self {
@@ -97,9 +125,7 @@ impl Edit {
                 srp.fus[fu].ops.sort_by_key(|op| op.class);
             }
             Edit::EveryCycle(class) => of_class(srp, class, |op| op.interval = 1),
-            Edit::Faster(class) => of_class(srp, class, |op| {
-                op.latency = (op.latency - 1).max(op.interval).max(1);
-            }),
+            Edit::Faster(class) => of_class(srp, class, |op| op.latency = faster(op)),
             Edit::LocalFiles(times) => {
                 let files = srp.files.values_mut();
                 let local = files.filter(|f| f.kind != FileKind::Central);
@@ -121,7 +147,11 @@ impl Edit {
     }
 }
 
-/// The timing of a class on all units that run it.
+/// The latency of an operation that takes a cycle less.
+fn faster(op: &FuOp) -> u32 {
+    (op.latency - 1).max(op.interval).max(1)
+}
+
 /// Calls `change` on each way in which units run a class, and operations of it that run differently.
 fn of_class(srp: &mut Srp, class: Class, change: impl Fn(&mut FuOp)) {
     let ops = srp.fus.values_mut().flat_map(|fu| fu.ops.iter_mut());
@@ -146,6 +176,13 @@ pub struct Change {
 pub fn in_words(edits: &[Edit], srp: &Srp) -> String {
     let edits = edits.iter().map(|edit| edit.in_words(srp));
     edits.collect::<Vec<_>>().join(" and ")
+}
+
+/// The machine with several edits made.
+pub fn changed(srp: &Srp, edits: &[Edit]) -> Srp {
+    let mut srp = srp.clone();
+    edits.iter().for_each(|edit| edit.apply(&mut srp));
+    srp
 }
 
 /// The result of trying changes.
@@ -197,8 +234,7 @@ struct Trial {
 
 impl Trial {
     fn of(srp: &Srp, edits: Vec<Edit>) -> Trial {
-        let mut srp = srp.clone();
-        edits.iter().for_each(|edit| edit.apply(&mut srp));
+        let srp = changed(srp, &edits);
         Trial { edits, srp }
     }
 }

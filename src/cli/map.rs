@@ -23,6 +23,7 @@ Examples:
   srp machine mesh --rows 8 --cols 8 --topology torus --memory-columns 2 -o torus.xml
   srp map kernel.edges --ops kernel.ops --machine torus.xml -o kernel.sched.xml
   srp map fir.json --machine torus.xml --what-if
+  srp map fir.json --mesh 4x4 --set array.contexts=8
 
 Exit status: 0 every graph was mapped, 1 one was not or is at fault, 2 the command line is at fault,
 130 interrupted.")]
@@ -32,6 +33,8 @@ pub(crate) struct Map {
     pub(crate) graphs: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) machine: Target,
+    #[command(flatten)]
+    pub(crate) changes: super::Changes,
     /// Operations of the nodes of NAME.edges, where they are not in NAME.ops
     #[arg(long, value_name = "FILE")]
     pub(crate) ops: Option<PathBuf>,

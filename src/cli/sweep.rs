@@ -3,6 +3,7 @@
 use super::parse_threads;
 use crate::failure::Failure;
 use clap::{Args, Subcommand};
+use srp_archdesc::xml::split_setting;
 use srp_studies::sweep::{PlanFile, Shard, plan};
 use std::path::{Path, PathBuf};
 
@@ -128,16 +129,9 @@ pub(crate) enum SweepAction {
 }
 
 fn parse_set(text: &str) -> Result<(String, String), String> {
-    // A choice in brackets has an equals sign of its own.
-    let mut inside = false;
-    let split = text.char_indices().find(|&(_, c)| {
-        inside = (inside || c == '[') && c != ']';
-        c == '=' && !inside
-    });
-    match split {
-        Some((at, _)) if at > 0 => Ok((text[..at].to_owned(), text[at + 1..].to_owned())),
-        _ => Err("write PARAMETER=VALUES, as in array.rows=4,5,6".to_owned()),
-    }
+    split_setting(text)
+        .map(|(parameter, values)| (parameter.to_owned(), values.to_owned()))
+        .ok_or_else(|| "write PARAMETER=VALUES, as in array.rows=4,5,6".to_owned())
 }
 
 fn parse_shard(text: &str) -> Result<Shard, String> {

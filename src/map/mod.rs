@@ -4,7 +4,7 @@
 mod input;
 mod text;
 
-use crate::cli::map::{Map, Target};
+use crate::cli::map::Map;
 use crate::failure::Failure;
 use crate::proof::{self, Proved};
 use crate::{document, files, interrupt, machine, talk};
@@ -24,7 +24,8 @@ pub(crate) fn run(args: &Map) -> Result<i32, Failure> {
     if let Some(path) = &args.proof {
         proof::check_writable(path)?;
     }
-    let arch = target(&args.machine)?;
+    let (name, text) = target(args)?;
+    let arch = srp_toolchain::machine::parse(&name, &text)?;
     let inputs = input::find(&args.graphs, args.ops.as_deref())?;
     let options = graph::Options {
         any_op: args.any_op,
@@ -37,7 +38,14 @@ pub(crate) fn run(args: &Map) -> Result<i32, Failure> {
         return Err(Failure::Usage(message));
     }
     let session = talk::session();
-    let one = |index: usize| map_one(&inputs[index], &options, args, &arch, &session);
+    let search = Options {
+        search: args.search.effort(),
+        timeout: args.timeout.map(Duration::from_secs_f64),
+        no_expansion: args.no_expansion,
+        what_if: args.what_if,
+        machine: &text,
+    };
+    let one = |index: usize| map_one(&inputs[index], &options, &search, &arch, &session);
     let results = interrupt::looked_for(|| map_all(inputs.len(), one, &session));
     let failed = results.iter().any(|r| r.row.mapping.is_none());
     if let Some(path) = &args.output {
@@ -80,30 +88,30 @@ pub(crate) fn run(args: &Map) -> Result<i32, Failure> {
     Ok(i32::from(failed))
 }
 
-fn target(target: &Target) -> Result<Arch, Failure> {
-    match (&target.machine, target.mesh) {
-        (Some(path), _) => Ok(srp_toolchain::machine::read(path)?),
-        (None, Some((rows, cols))) => machine::standard_mesh(rows, cols),
-        (None, None) => Err(Failure::Usage("--machine or --mesh is needed".to_owned())),
-    }
+/// The name and the text of the machine.
+fn target(args: &Map) -> Result<(String, String), Failure> {
+    let (name, text) = match (&args.machine.machine, args.machine.mesh) {
+        (Some(path), _) => (
+            path.display().to_string(),
+            srp_toolchain::machine::text(path)?,
+        ),
+        (None, Some((rows, cols))) => ("--mesh".to_owned(), machine::standard_mesh(rows, cols)?),
+        (None, None) => return Err(Failure::Usage("--machine or --mesh is needed".to_owned())),
+    };
+    let text = srp_toolchain::machine::change(&name, text, &args.changes.set)?;
+    Ok((name, text))
 }
 
 fn map_one(
     found: &Found,
     reading: &graph::Options,
-    args: &Map,
+    options: &Options<'_>,
     arch: &Arch,
     session: &Session<'_>,
 ) -> Outcome {
     let file = found.path.display().to_string();
-    let options = Options {
-        search: args.search.effort(),
-        timeout: args.timeout.map(Duration::from_secs_f64),
-        no_expansion: args.no_expansion,
-        what_if: args.what_if,
-    };
     match found.read(reading) {
-        Ok(graph) => map(graph, file, arch, &options, session),
+        Ok(graph) => map(graph, file, arch, options, session),
         Err(message) => Outcome::unread(found.name(), file, message),
     }
 }

@@ -142,7 +142,7 @@ fn write_remarks(out: &mut String, row: &Row, single: bool) -> std::fmt::Result 
     }
     if let Some(found) = &row.what_if {
         let changes = found.changes.iter();
-        remarks.extend(changes.map(|change| format!("{}: II = {}", change.what, change.ii)));
+        remarks.extend(changes.map(|change| format!("{}: II = {}", change.in_words(), change.ii)));
         if found.changes.is_empty() && found.tried > 0 {
             let tried = count(found.tried, "change");
             remarks.push(format!(

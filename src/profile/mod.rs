@@ -138,11 +138,7 @@ fn anchor(line: &str) -> String {
 
 /// The arguments of `srp sweep` that try an advice.
 fn tried(advice: &Advice) -> String {
-    let set = advice.set.iter();
-    let set: Vec<String> = set
-        .map(|(attribute, value)| format!("--set {attribute}={value}"))
-        .collect();
-    format!("srp sweep {}", set.join(" "))
+    format!("srp sweep {}", advice.arguments().join(" "))
 }
 
 /// Cycles as a part of others, in per cent.

@@ -15,7 +15,9 @@ use srp_ir::dre::scheduled::ScheduledLoops;
 use srp_ir::program::SourceFile;
 use srp_studies::loops::{self, Report, Subject};
 use srp_toolchain::envelope::About;
-use srp_toolchain::{Build, FrameOptions, Input, Options, Session, compile_loops, input, machine};
+use srp_toolchain::{
+    Build, FrameOptions, Input, LeastIi, Options, Session, compile_loops, input, least_iis,
+};
 use std::path::{Path, PathBuf};
 
 /// Runs `srp report`; 1 where two reports are compared and something got worse. Interrupted, it
@@ -35,16 +37,21 @@ pub(crate) fn run(args: &cli::Report) -> Result<i32, Failure> {
         proof::check_writable(path)?;
     }
     let of = &args.of;
-    let arch = machine::read(&of.compilation.machine.machine)?;
+    let arch = of.compilation.machine.read()?;
     let session = &talk::session();
     let asked = Asked {
         options: loops::Options {
             kernel: of.kernel.clone(),
             times: args.times,
             what_if: args.what_if,
+            machine: args
+                .what_if
+                .then(|| of.compilation.machine.text())
+                .transpose()?,
             restrict: true,
         },
         proof: args.proof.as_deref(),
+        bounds: None,
     };
     let report = match scheduled_loops(&of.files, &arch)? {
         Some(scheduled) => asked.report(&Subject::of_loops(&scheduled, &arch), &arch, session)?,
@@ -75,17 +82,23 @@ pub(super) fn of_program(
         None => (input::read(&of.files, arch)?, of.compilation.options()?),
     };
     let of_files = of.frame.is_some() && !of.files.is_empty();
+    let wanted = |dfg: &Dfg, files: &EntityMap<SourceFile, String>| {
+        let file = files.get(dfg.pos.file).map(Path::new);
+        let is_of_file = || of.files.iter().any(|path| Some(path.as_path()) == file);
+        of.kernel.as_ref().is_none_or(|name| *name == dfg.name) && (!of_files || is_of_file())
+    };
+    if let (Some(told), Input::C(sources)) = (asked.bounds, &input) {
+        // What is wrong with the sources is told with the report.
+        if let Ok(bounds) = least_iis(sources, &wanted, arch, &options) {
+            told(&bounds);
+        }
+    }
     let sources = match input {
         Input::C(sources) if of_files || of.kernel.is_some() => sources,
         input => {
             let compiled = compile_and_say(input, arch, &options, source, session)?;
             return asked.report(&Subject::of_program(&compiled), arch, session);
         }
-    };
-    let wanted = |dfg: &Dfg, files: &EntityMap<SourceFile, String>| {
-        let file = files.get(dfg.pos.file).map(Path::new);
-        let is_of_file = || of.files.iter().any(|path| Some(path.as_path()) == file);
-        of.kernel.as_ref().is_none_or(|name| *name == dfg.name) && (!of_files || is_of_file())
     };
     let compiled =
         interrupt::looked_for(|| compile_loops(&sources, &wanted, arch, &options, session));
@@ -129,11 +142,16 @@ fn frame(
     Ok((Input::C(input::kernels_with(&of.files)?), options))
 }
 
+/// Who is told the least IIs of loops.
+type Told<'a> = &'a dyn Fn(&[LeastIi]);
+
 /// The questions asked about loops.
 pub(super) struct Asked<'a> {
     pub(super) options: loops::Options,
     /// Where a certificate goes.
     pub(super) proof: Option<&'a Path>,
+    /// Before any is scheduled.
+    pub(super) bounds: Option<Told<'a>>,
 }
 
 impl Asked<'_> {

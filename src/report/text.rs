@@ -132,7 +132,7 @@ fn advice(out: &mut String, advice: &[Advice]) {
     }
     line(out, format_args!("\nchanges that were tried and help:"));
     for a in advice.iter().take(MOST_ADVICE) {
-        line(out, format_args!("  {}: {}", a.what, lowered(a)));
+        line(out, format_args!("  {}: {}", a.in_words(), lowered(a)));
     }
     more(out, advice.len(), MOST_ADVICE, "of them");
 }
@@ -204,7 +204,7 @@ fn changes(out: &mut String, l: &LoopReport) {
     for change in others {
         line(
             out,
-            format_args!("    or {}: II = {}", change.what, change.ii),
+            format_args!("    or {}: II = {}", change.in_words(), change.ii),
         );
     }
 }

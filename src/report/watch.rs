@@ -8,7 +8,7 @@ use crate::talk;
 use notify_debouncer_full::notify::{EventKind, RecursiveMode};
 use notify_debouncer_full::{DebounceEventResult, new_debouncer};
 use srp_studies::loops::{Options, Report, diff as differences};
-use srp_toolchain::{Session, machine};
+use srp_toolchain::{LeastIi, Session};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
@@ -55,8 +55,16 @@ fn show(
             ..Options::default()
         },
         proof: None,
+        bounds: Some(&|bounds| {
+            let line = in_words(bounds, last.as_ref());
+            // A line that cannot be printed is missed with the report.
+            let _ = talk::print(format!("{line} ({:.2} s)\n", start.elapsed().as_secs_f64()));
+        }),
     };
-    let made = machine::read(&args.compilation.machine.machine)
+    let made = args
+        .compilation
+        .machine
+        .read()
         .map_err(Failure::from)
         .and_then(|arch| of_program(args, &asked, &arch, session));
     let report = match made {
@@ -79,6 +87,31 @@ fn show(
     out += &format!("{:.2} s\n", start.elapsed().as_secs_f64());
     talk::print(out)?;
     Ok(Some(report))
+}
+
+/// The bounds of IIs in a line, with those of the last report where they are others.
+fn in_words(bounds: &[LeastIi], last: Option<&Report>) -> String {
+    let before = |kernel: &str| {
+        let mut loops = last.iter().flat_map(|report| &report.loops);
+        Some(loops.find(|l| l.kernel == kernel)?.bound())
+    };
+    let mut same = 0;
+    let mut words = Vec::new();
+    for LeastIi { kernel, ii } in bounds {
+        match before(kernel) {
+            Some(before) if before == *ii => same += 1,
+            Some(before) => words.push(format!("{kernel} {before} → {ii}")),
+            None => words.push(format!("{kernel} {ii}")),
+        }
+    }
+    let others = if words.is_empty() { "" } else { "others " };
+    if same > 0 {
+        words.push(format!("{same} {others}as before"));
+    }
+    match words.is_empty() {
+        true => "no loops on the array".to_owned(),
+        false => format!("II at least: {}", words.join(", ")),
+    }
 }
 
 /// Waits for the next change of files that matter, and names them.

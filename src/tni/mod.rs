@@ -157,7 +157,7 @@ fn print_measure(
 
 /// The machine, with what the command line changes of it.
 fn machine_for(args: &Tni) -> Result<Arch, Failure> {
-    let mut arch = machine::read(&args.machine.machine)?;
+    let mut arch = args.machine.read()?;
     if let Some(pipeline) = args.pipeline {
         arch.system.tni.set_pipeline(match pipeline {
             cli::Pipeline::Single => system::Pipeline::Single,

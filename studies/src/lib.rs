@@ -47,6 +47,7 @@ pub mod rays;
 pub mod real;
 pub mod reference;
 mod search;
+mod settings;
 pub mod survey;
 pub mod sweep;
 pub mod tni;

@@ -2,6 +2,7 @@
 
 use crate::loops::{Change, WhatIf};
 use crate::proofs::{Impossible, Search};
+use crate::settings;
 use schemars::JsonSchema;
 use serde::Serialize;
 use srp_archdesc::arch::Arch;
@@ -21,7 +22,7 @@ use std::time::Duration;
 
 /// How graphs are mapped.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Options {
+pub struct Options<'a> {
     /// How long schedules are looked for.
     pub search: Effort,
     /// The time of the watch after which the search for a graph ends with the best schedule so far.
@@ -30,6 +31,8 @@ pub struct Options {
     pub no_expansion: bool,
     /// Try small changes of the machine, and say which lower the II of each graph.
     pub what_if: bool,
+    /// The text of the machine's file: changes are told as settings of it.
+    pub machine: &'a str,
 }
 
 /// Results of mapping graphs on a machine.
@@ -170,7 +173,7 @@ pub fn map(
     graph: Graph,
     file: String,
     arch: &Arch,
-    options: &Options,
+    options: &Options<'_>,
     session: &Session<'_>,
 ) -> Outcome {
     let start = session.watch.elapsed();
@@ -205,7 +208,7 @@ pub fn map(
     });
     let what_if = options.what_if.then(|| {
         let ii = result.as_ref().map_or(u32::MAX, |s| s.schedule.ii);
-        changes(&graph.dfg, ii, !options.no_expansion, arch, session)
+        changes(&graph.dfg, ii, options, arch, session)
     });
     let mut row = Row {
         graph: graph.dfg.name.clone(),
@@ -234,14 +237,21 @@ pub fn map(
 }
 
 /// Changes of the machine that lower an II.
-fn changes(dfg: &Dfg, ii: u32, expansion: bool, arch: &Arch, session: &Session<'_>) -> WhatIf {
-    let options = modulo::Options {
-        expansion,
+fn changes(
+    dfg: &Dfg,
+    ii: u32,
+    options: &Options<'_>,
+    arch: &Arch,
+    session: &Session<'_>,
+) -> WhatIf {
+    let search = modulo::Options {
+        expansion: !options.no_expansion,
         ..modulo::Options::default()
     };
-    let found = what_if(dfg, &arch.srp, ii, &options, session.threads, session.watch);
+    let found = what_if(dfg, &arch.srp, ii, &search, session.threads, session.watch);
     let change = |change: &what_if::Change| Change {
         what: what_if::in_words(&change.edits, &arch.srp),
+        set: settings::of(&change.edits, arch, options.machine),
         ii: change.ii,
     };
     WhatIf {

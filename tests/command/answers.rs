@@ -188,6 +188,12 @@ fn what_is_saved_is_reported_again() {
         better.contains("loop.c changed") && better.contains("better:"),
         "{better}"
     );
+    // The bound is told before the schedule.
+    let bound = better.find("II at least: main 3 → 2 (");
+    assert!(
+        bound.is_some_and(|at| at < better.find("better:").unwrap_or(0)),
+        "{better}"
+    );
     write(&folder, "loop.c", slow);
     let worse = until(" s");
     assert!(worse.contains("worse:"), "{worse}");

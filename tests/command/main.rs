@@ -23,6 +23,7 @@ mod profile;
 mod report;
 mod same;
 mod schemas;
+mod set;
 mod share;
 mod start;
 mod sweep;

@@ -152,6 +152,38 @@ pub fn compile_loops(
     })
 }
 
+/// A loop that goes to the array, and the II that no schedule of it is below.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LeastIi {
+    /// The loop's name.
+    pub kernel: String,
+    /// The II.
+    pub ii: u32,
+}
+
+/// The least IIs of loops of C sources, those that `wanted` says yes to. They take no schedule, and so a small part of the
+/// time of one.
+///
+/// # Errors
+///
+/// The sources are wrong, or the program does not fit the machine.
+pub fn least_iis(
+    sources: &[Source],
+    wanted: &dyn Fn(&Dfg, &EntityMap<SourceFile, String>) -> bool,
+    arch: &Arch,
+    options: &Options,
+) -> Result<Vec<LeastIi>, Error> {
+    let (mut program, _) = front_end(sources, arch, options)?;
+    optimise(&mut program, arch, options);
+    let dre = divide(&mut program, arch)?.dre;
+    let wanted = (dre.kernels.values()).filter(|dfg| wanted(dfg, &dre.control.files));
+    let least = |dfg: &Dfg| LeastIi {
+        kernel: dfg.name.clone(),
+        ii: modulo::bounds(dfg, &arch.srp).min_ii(),
+    };
+    Ok(wanted.map(least).collect())
+}
+
 /// C through front end and passes.
 fn optimised(
     sources: &[Source],

@@ -32,7 +32,9 @@ mod session;
 mod views;
 
 pub use cache::Cache;
-pub use compile::{Compiled, CompiledLoops, compile, compile_loops, facts_alone, schedule};
+pub use compile::{
+    Compiled, CompiledLoops, LeastIi, compile, compile_loops, facts_alone, least_iis, schedule,
+};
 pub use divide::{Divided, NotPipelined, WhyNot, divide};
 pub use engine::{Engine, Engines};
 pub use error::Error;

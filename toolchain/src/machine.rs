@@ -4,7 +4,8 @@ use crate::Error;
 use crate::files::{self, FileError, Kind};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::{Messages, Source};
-use srp_archdesc::{machines, xml};
+use srp_archdesc::machines;
+use srp_archdesc::xml::{self, Change, EditError};
 use std::path::Path;
 
 /// Reads a machine file, or finds a machine that comes along by its name.
@@ -13,7 +14,42 @@ use std::path::Path;
 ///
 /// The file cannot be read, or is wrong.
 pub fn read(path: &Path) -> Result<Arch, Error> {
-    parse(&path.display().to_string(), &text(path)?)
+    changed(path, &[])
+}
+
+/// Reads a machine with attributes changed, one after the other. Messages show the lines as they are then.
+///
+/// # Errors
+///
+/// The file cannot be read, an attribute cannot be set, or the result is wrong.
+pub fn changed(path: &Path, changes: &[Change]) -> Result<Arch, Error> {
+    parse(&path.display().to_string(), &changed_text(path, changes)?)
+}
+
+/// The text of a machine with attributes changed; it keeps its comments.
+///
+/// # Errors
+///
+/// The file cannot be read, or an attribute cannot be set.
+pub fn changed_text(path: &Path, changes: &[Change]) -> Result<String, Error> {
+    change(&path.display().to_string(), text(path)?, changes)
+}
+
+/// Changes attributes in the text of a machine, which messages know by `name`.
+///
+/// # Errors
+///
+/// An attribute cannot be set.
+pub fn change(name: &str, text: String, changes: &[Change]) -> Result<String, Error> {
+    changes.iter().try_fold(text, |text, change| {
+        change.make(&text).map_err(|why| match why {
+            // What is wrong with the file has a place in it.
+            EditError::Xml => parse(name, &text)
+                .err()
+                .unwrap_or_else(|| Error::invalid(why)),
+            _ => Error::Invalid(format!("{name}: {why}")),
+        })
+    })
 }
 
 /// The text of a machine file, or of a machine that comes along.

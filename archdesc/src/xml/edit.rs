@@ -37,6 +37,53 @@ enum Chosen {
     With { attribute: String, value: String },
 }
 
+/// An attribute and what it is to be, `PATH=VALUE`: `array.rows=5`, `special[function=rcp].bits=8`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Change {
+    path: AttributePath,
+    value: String,
+}
+
+impl Change {
+    /// Returns a machine file with the change made.
+    ///
+    /// # Errors
+    ///
+    /// As of [`AttributePath::set`].
+    pub fn make(&self, xml: &str) -> Result<String, EditError> {
+        self.path.set(xml, &self.value)
+    }
+}
+
+impl FromStr for Change {
+    type Err = EditError;
+
+    fn from_str(text: &str) -> Result<Change, EditError> {
+        let (path, value) =
+            split_setting(text).ok_or_else(|| EditError::Change(text.to_owned()))?;
+        Ok(Change {
+            path: path.parse()?,
+            value: value.to_owned(),
+        })
+    }
+}
+
+impl fmt::Display for Change {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}={}", self.path, self.value)
+    }
+}
+
+/// The two sides of `PATH=VALUE`; a choice in the path's brackets has an equals sign of its own.
+pub fn split_setting(text: &str) -> Option<(&str, &str)> {
+    let mut inside = false;
+    let (at, _) = text.char_indices().find(|&(_, c)| {
+        inside = (inside || c == '[') && c != ']';
+        c == '=' && !inside
+    })?;
+    (at > 0).then(|| (&text[..at], &text[at + 1..]))
+}
+
 /// Why an attribute cannot be set, in one sentence.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EditError {
@@ -46,6 +93,9 @@ pub enum EditError {
          special[function=rcp].bits or array/file[name=word].size"
     )]
     Path(String),
+    /// The text is no change of an attribute.
+    #[error("`{0}` sets nothing: write ELEMENT.ATTRIBUTE=VALUE, as in array.rows=5")]
+    Change(String),
     /// The machine is not XML.
     #[error("the machine file is not XML")]
     Xml,

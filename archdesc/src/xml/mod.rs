@@ -32,7 +32,7 @@ mod values;
 mod wires;
 mod write;
 
-pub use edit::{AttributePath, EditError};
+pub use edit::{AttributePath, Change, EditError, split_setting};
 pub use schema::schema;
 pub use standard::{ArrayTopology, StandardArray, scalar_classes, standard};
 pub use write::write;

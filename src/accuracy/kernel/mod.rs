@@ -11,8 +11,8 @@ use crate::{document, files, interrupt, talk};
 use schemars::JsonSchema;
 use serde::Serialize;
 use srp_studies::kernel::{self, Report, Studied};
+use srp_toolchain::Session;
 use srp_toolchain::envelope::{About, Contents};
-use srp_toolchain::{Session, machine};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -33,7 +33,7 @@ impl Contents for Kernels<'_> {
 
 /// Studies the kernels of a file.
 pub(super) fn run(path: &Path, args: &Args, session: &Session<'_>) -> Result<(), Failure> {
-    let arch = machine::read(&args.frame.machine.machine)?;
+    let arch = args.frame.machine.read()?;
     let about = About::machine(&arch);
     let study = args.study(arch)?;
     let source = files::read_source(path, Kind::Source)?;

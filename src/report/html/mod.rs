@@ -54,7 +54,7 @@ fn summary(report: &Report) -> Markup {
             @if !report.advice.is_empty() {
                 h3 { "Changes that were tried and help" }
                 ul.advice { @for a in &report.advice {
-                    li { b { (a.what) } ": " (lowered(a)) }
+                    li { b { (a.in_words()) } ": " (lowered(a)) }
                 } }
             }
         }
@@ -114,7 +114,7 @@ fn details(number: usize, l: &LoopReport, contexts: u32) -> Markup {
             }
             p.hint { b { "For a lower II: " } (l.hint)
                 @for change in l.what_if.iter().flat_map(|w| w.changes.iter().skip(1)) {
-                    span.or { "or " (change.what) ": II = " b { (change.ii) } }
+                    span.or { "or " (change.in_words()) ": II = " b { (change.ii) } }
                 }
             }
             dl { @for (what, figure) in facts.iter().chain(&seconds) {

@@ -2,7 +2,7 @@
 
 use super::model::{LoopReport, Ordered, Position, Status, WhatIf};
 use super::resource::resource_name;
-use crate::proofs;
+use crate::{proofs, settings};
 use srp_archdesc::arch::Srp;
 use srp_scheduler::LoopFacts;
 use srp_scheduler::demand::Need;
@@ -37,7 +37,12 @@ pub(super) fn of(l: &LoopReport, facts: &LoopFacts, srp: &Srp) -> String {
 /// Returns advice from the changes that were tried.
 fn tried(l: &LoopReport, what_if: &WhatIf, facts: &LoopFacts, srp: &Srp) -> String {
     match what_if.changes.first() {
-        Some(best) => format!("{} would give II = {}", best.what, best.ii),
+        Some(best) => format!(
+            "{} would give II = {}{}",
+            best.what,
+            best.ii,
+            settings::in_brackets(&best.set)
+        ),
         None => {
             let tried = what_if.tried;
             format!(

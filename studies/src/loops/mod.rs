@@ -37,6 +37,7 @@ use srp_toolchain::envelope::Named;
 use srp_toolchain::{Compiled, CompiledLoops, Session, Times, facts_alone};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use trial::Machine;
 
 /// Contents of a report besides what a schedule shows.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -47,6 +48,8 @@ pub struct Options {
     pub times: bool,
     /// Try small changes of the machine, and say which lower each loop's II.
     pub what_if: bool,
+    /// The text of the machine's file, where changes are to be told as settings of it.
+    pub machine: Option<String>,
     /// Try what II is left where pointers that may alias keep accesses in order, and `restrict` would not.
     pub restrict: bool,
 }
@@ -216,7 +219,15 @@ pub fn report(
         trial::try_restrict(&mut report, subject, arch, session);
     }
     if options.what_if {
-        trial::try_changes(&mut report, subject, arch, session);
+        trial::try_changes(
+            &mut report,
+            subject,
+            Machine {
+                arch,
+                text: options.machine.as_deref(),
+            },
+            session,
+        );
     }
     Ok(report)
 }

@@ -3,6 +3,7 @@
 
 use crate::Error;
 use crate::proofs::{Impossible, Search};
+use crate::settings;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use srp_archdesc::diagnostic::Source;
@@ -132,8 +133,18 @@ pub struct ArrayShape {
 pub struct Advice {
     /// The change.
     pub what: String,
+    /// The settings of the machine's file that make it, as `--set` takes them; none where it takes more than these.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub set: Vec<String>,
     /// The loops.
     pub lowers: Vec<Lowered>,
+}
+
+impl Advice {
+    /// The change in words, with the arguments that make it.
+    pub fn in_words(&self) -> String {
+        format!("{}{}", self.what, settings::in_brackets(&self.set))
+    }
 }
 
 /// A loop that a change helps.
@@ -325,8 +336,18 @@ pub struct WhatIf {
 pub struct Change {
     /// The change.
     pub what: String,
+    /// The settings of the machine's file that make it, as `--set` takes them; none where it takes more than these.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub set: Vec<String>,
     /// The II that the loop then has.
     pub ii: u32,
+}
+
+impl Change {
+    /// The change in words, with the arguments that make it.
+    pub fn in_words(&self) -> String {
+        format!("{}{}", self.what, settings::in_brackets(&self.set))
+    }
 }
 
 /// The obstacle to a lower II.

@@ -2,6 +2,7 @@
 
 use super::model::{Advice, Change, LoopReport, Lowered, Ordered, Report, WhatIf};
 use super::{Subject, hint};
+use crate::settings;
 use srp_archdesc::arch::{Arch, Srp};
 use srp_archdesc::watch::Stage;
 use srp_ir::dfg::{Dfg, Order};
@@ -22,13 +23,29 @@ enum Remedy {
     NoDoubtfulOrders,
 }
 
+/// A machine that changes are tried on.
+#[derive(Clone, Copy)]
+pub(super) struct Machine<'a> {
+    pub(super) arch: &'a Arch,
+    /// The text of its file, where there is one.
+    pub(super) text: Option<&'a str>,
+}
+
 impl Remedy {
-    fn in_words(&self, srp: &Srp) -> String {
+    fn in_words(&self, machine: Machine<'_>) -> String {
         match self {
-            Remedy::Machine(edits) => what_if::in_words(edits, srp),
+            Remedy::Machine(edits) => what_if::in_words(edits, &machine.arch.srp),
             Remedy::NoDoubtfulOrders => {
                 "accesses known never to meet (named arrays, or `restrict` pointers)".to_owned()
             }
+        }
+    }
+
+    /// The settings of the machine's file that make it.
+    fn settings(&self, machine: Machine<'_>) -> Vec<String> {
+        match (self, machine.text) {
+            (Remedy::Machine(edits), Some(text)) => settings::of(edits, machine.arch, text),
+            _ => Vec::new(),
         }
     }
 }
@@ -45,9 +62,10 @@ struct Tried {
 }
 
 impl Tried {
-    fn report(&self, srp: &Srp) -> WhatIf {
+    fn report(&self, machine: Machine<'_>) -> WhatIf {
         let change = |(remedy, ii): &(Remedy, u32)| Change {
-            what: remedy.in_words(srp),
+            what: remedy.in_words(machine),
+            set: remedy.settings(machine),
             ii: *ii,
         };
         WhatIf {
@@ -62,17 +80,17 @@ impl Tried {
 pub(super) fn try_changes(
     report: &mut Report,
     subject: &Subject<'_>,
-    arch: &Arch,
+    machine: Machine<'_>,
     session: &Session<'_>,
 ) {
-    let srp = &arch.srp;
+    let srp = &machine.arch.srp;
     let all = report.loops.len() + report.not_pipelined.len();
     let stage = Stage::of(session.watch, "what if", all as u64);
     let (mut on_array, mut refused) = (Vec::new(), Vec::new());
     for l in &mut report.loops {
         if let Some((schedule, facts)) = subject.find(&l.kernel) {
             let tried = of_loop(l, schedule, srp, session);
-            l.what_if = Some(tried.report(srp));
+            l.what_if = Some(tried.report(machine));
             l.hint = hint::of(l, facts, srp);
             on_array.push(tried);
         }
@@ -81,13 +99,13 @@ pub(super) fn try_changes(
     for n in &mut report.not_pipelined {
         if let Some(dfg) = subject.refused(&n.kernel) {
             let tried = of_machine(dfg, None, srp, session);
-            n.what_if = Some(tried.report(srp));
+            n.what_if = Some(tried.report(machine));
             refused.push(tried);
         }
         stage.done(1);
     }
     report.complete &= !session.watch.cancelled();
-    report.advice = advice(refused.iter().chain(&on_array), srp);
+    report.advice = advice(refused.iter().chain(&on_array), machine);
 }
 
 /// Tries what II each loop has whose bound is lower where its pointers are `restrict`.
@@ -182,7 +200,7 @@ fn unordered(free: &Dfg, ii: u32, srp: &Srp, session: &Session<'_>) -> Option<u3
 
 /// Returns the changes that help several loops or one, each with the loops whose II it lowers: those first
 /// that bring loops onto the array, then those that help most loops.
-fn advice<'a>(tried: impl Iterator<Item = &'a Tried>, srp: &Srp) -> Vec<Advice> {
+fn advice<'a>(tried: impl Iterator<Item = &'a Tried>, machine: Machine<'_>) -> Vec<Advice> {
     let mut remedies: Vec<(&Remedy, Vec<Lowered>)> = Vec::new();
     for Tried {
         kernel,
@@ -209,7 +227,8 @@ fn advice<'a>(tried: impl Iterator<Item = &'a Tried>, srp: &Srp) -> Vec<Advice> 
     remedies
         .sort_by_key(|(_, lowers)| std::cmp::Reverse((new(lowers), lowers.len(), saved(lowers))));
     let advice = |(remedy, lowers): (&Remedy, Vec<Lowered>)| Advice {
-        what: remedy.in_words(srp),
+        what: remedy.in_words(machine),
+        set: remedy.settings(machine),
         lowers,
     };
     remedies.into_iter().map(advice).collect()

@@ -2,6 +2,7 @@
 
 use super::timeline::Timeline;
 use crate::energy::Use;
+use crate::settings;
 use schemars::JsonSchema;
 use serde::Serialize;
 use srp_runtime::tni::{LevelCounts, StallAccount};
@@ -121,6 +122,15 @@ pub struct Advice {
     pub change: String,
     /// Attributes of the machine and their values, as `srp sweep --set` takes them.
     pub set: Vec<(String, String)>,
+}
+
+impl Advice {
+    /// The arguments that set them.
+    pub fn arguments(&self) -> Vec<String> {
+        let set = self.set.iter();
+        set.map(|(attribute, value)| settings::argument(&format!("{attribute}={value}")))
+            .collect()
+    }
 }
 
 /// The cycles of a function.

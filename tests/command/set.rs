@@ -1,0 +1,137 @@
+//! `--set PATH=VALUE`: a machine is changed on the command line as its file would be.
+
+use super::{folder, misused, refused, srp, write};
+use serde_json::Value;
+use std::path::Path;
+
+const PROGRAM: &str = "\
+float xs[64], ys[64];
+int main(void) {
+    #pragma srp kernel
+    for (int i = 0; i < 64; i++) ys[i] = __builtin_sqrtf(xs[i] + 1.0f);
+    return 0;
+}
+";
+
+const CHANGES: [&str; 6] = [
+    "--set",
+    "op[class=sfu].interval=3",
+    "--set",
+    "tni.trvs=8",
+    "--set",
+    "sram.banks=2",
+];
+
+fn text(folder: &Path, args: &[&str]) -> String {
+    let output = srp(folder, args);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "srp {args:?}: {said}");
+    String::from_utf8(output.stdout).expect("it is text")
+}
+
+fn document(folder: &Path, args: &[&str], more: &[&str]) -> Value {
+    let args = [args, more, &["--json"]].concat();
+    let mut document: Value = serde_json::from_str(&text(folder, &args)).expect("it is JSON");
+    let is_set = !document["options"]["set"].is_null();
+    assert_eq!(is_set, more.contains(&"--set"));
+    document["options"] = Value::Null;
+    document
+}
+
+#[test]
+fn a_change_is_that_of_the_file() {
+    let folder = folder("set-file");
+    write(&folder, "p.c", PROGRAM);
+    let source = text(&folder, &["machine", "source", "sgrt"]);
+    let changed = text(
+        &folder,
+        &[&["machine", "source", "sgrt"][..], &CHANGES].concat(),
+    );
+    assert_eq!(
+        source.lines().count(),
+        changed.lines().count(),
+        "comments stay"
+    );
+    write(&folder, "mine.xml", &changed);
+    let commands: [&[&str]; 4] = [
+        &["report", "p.c"],
+        &["run", "p.c"],
+        &["area"],
+        &[
+            "render", "--size", "16x12", "--effort", "0.05", "-o", "a.png",
+        ],
+    ];
+    for command in commands {
+        let plain = document(&folder, command, &[]);
+        let set = document(&folder, command, &CHANGES);
+        let file = document(&folder, command, &["--machine", "mine.xml"]);
+        assert_eq!(set, file, "srp {command:?}");
+        assert_ne!(set, plain, "srp {command:?}");
+    }
+    let ii = |more: &[&str]| {
+        let report = document(&folder, &["report", "p.c"], more);
+        report["loops"][0]["ii"].as_u64().expect("it has an II")
+    };
+    assert_eq!([ii(&[]), ii(&CHANGES)], [2, 3]);
+    // What is said to help helps as it is said.
+    let tried = document(&folder, &["report", "p.c", "--what-if"], &[]);
+    let helps = &tried["loops"][0]["what_if"]["changes"][0];
+    let set = helps["set"][0].as_str().expect("it has a setting");
+    assert_eq!(set, "op[class=sfu].interval=1");
+    assert_eq!(
+        ii(&["--set", set]),
+        helps["ii"].as_u64().expect("it has an II")
+    );
+    let written = [&["machine", "expand"][..], &CHANGES].concat();
+    assert_eq!(
+        text(&folder, &written),
+        text(&folder, &["machine", "expand", "mine.xml"])
+    );
+}
+
+#[test]
+fn a_mesh_is_changed_too() {
+    let folder = folder("set-mesh");
+    write(&folder, "sum.edges", "0 1\n0 2\n1 3\n2 3\n");
+    write(&folder, "sum.ops", "0 add\n1 mul\n2 mul\n3 add\n");
+    let ii = |more: &[&str]| {
+        let mapped = document(&folder, &["map", "sum.edges", "--mesh", "1x4"], more);
+        let ii = &mapped["graphs"][0]["mapping"]["ii"];
+        ii.as_u64().expect("it has an II")
+    };
+    assert_eq!(ii(&[]), 2, "a result is read in one cycle");
+    assert_eq!(ii(&["--set", "array.cols=1"]), 4);
+}
+
+#[test]
+fn what_cannot_be_set_is_told() {
+    let folder = folder("set-wrong");
+    misused(&folder, &["area", "--set", "array.rows"], &["array.rows=5"]);
+    misused(
+        &folder,
+        &["area", "--set", "rows=5"],
+        &["ELEMENT.ATTRIBUTE"],
+    );
+    refused(
+        &folder,
+        &["area", "--set", "arrray.rows=5"],
+        &["sgrt: `arrray.rows`", "`array`"],
+    );
+    refused(
+        &folder,
+        &["area", "--set", "array.rowz=5"],
+        &["sgrt:", "rowz=\"5\"", "^"],
+    );
+    refused(
+        &folder,
+        &["render", "--set", "tni.trvs=0"],
+        &["trvs=\"0\"", "^"],
+    );
+    write(&folder, "broken.xml", "<machine name=\"m\">\n  <array\n");
+    let set = ["--machine", "broken.xml", "--set", "array.rows=5"];
+    refused(
+        &folder,
+        &[&["run", "p.c"][..], &set].concat(),
+        &["broken.xml:"],
+    );
+}
