@@ -218,7 +218,7 @@ pub fn what_if(
     let mut tried = edits.len() as u32;
     let mut changes = attempts(&edits.iter().map(single).collect::<Vec<_>>());
     if changes.is_empty() {
-        let (pairs, looked_at) = pairs(dfg, srp, ii, &edits);
+        let (pairs, looked_at) = pairs(dfg, srp, ii, &edits, watch);
         tried += looked_at;
         changes = attempts(&pairs);
     }
@@ -277,7 +277,7 @@ fn attempt(
 }
 
 /// The first pairs of changes that no bound rules out, and how many were looked at.
-fn pairs(dfg: &Dfg, srp: &Srp, ii: u32, edits: &[Edit]) -> (Vec<Trial>, u32) {
+fn pairs(dfg: &Dfg, srp: &Srp, ii: u32, edits: &[Edit], watch: &dyn Watch) -> (Vec<Trial>, u32) {
     let (mut pairs, mut looked_at) = (Vec::new(), 0);
     for (i, &second) in edits.iter().enumerate() {
         for &first in &edits[..i] {
@@ -285,6 +285,9 @@ fn pairs(dfg: &Dfg, srp: &Srp, ii: u32, edits: &[Edit]) -> (Vec<Trial>, u32) {
                 return (pairs, looked_at);
             }
             let trial = Trial::of(srp, vec![first, second]);
+            if watch.cancelled() {
+                return (pairs, looked_at);
+            }
             looked_at += 1;
             if modulo::bounds(dfg, &trial.srp).min_ii() < ii {
                 pairs.push(trial);

@@ -207,8 +207,9 @@ pub fn map(
             .map(|scheduled| mapping(&graph, &scheduled))
     });
     let what_if = options.what_if.then(|| {
+        let watch = Limited::new(session.watch, limit);
         let ii = result.as_ref().map_or(u32::MAX, |s| s.schedule.ii);
-        changes(&graph.dfg, ii, options, arch, session)
+        changes(&graph.dfg, ii, options, arch, (session.threads, &watch))
     });
     let mut row = Row {
         graph: graph.dfg.name.clone(),
@@ -242,13 +243,13 @@ fn changes(
     ii: u32,
     options: &Options<'_>,
     arch: &Arch,
-    session: &Session<'_>,
+    (threads, watch): (usize, &dyn Watch),
 ) -> WhatIf {
     let search = modulo::Options {
         expansion: !options.no_expansion,
         ..modulo::Options::default()
     };
-    let found = what_if(dfg, &arch.srp, ii, &search, session.threads, session.watch);
+    let found = what_if(dfg, &arch.srp, ii, &search, threads, watch);
     let change = |change: &what_if::Change| Change {
         what: what_if::in_words(&change.edits, &arch.srp),
         set: settings::of(&change.edits, arch, options.machine),

@@ -100,7 +100,9 @@ struct Group {
 
 fn groups(problem: &Problem<'_>) -> Vec<Group> {
     let mut groups: BTreeMap<(Vec<Fu>, u32), Group> = BTreeMap::new();
-    for node in problem.nodes() {
+    // What no unit runs fits at no II.
+    let nodes = problem.nodes().filter(|&n| !problem.units[n].is_empty());
+    for node in nodes {
         let units = &problem.units[node];
         let interval = least_interval(problem, node);
         let group = groups

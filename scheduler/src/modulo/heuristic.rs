@@ -60,6 +60,11 @@ const PATIENCE: u64 = 112;
 /// Steps of the first runs on a lattice for each node, and of the first ones that better a schedule and the others.
 const FIRST_ON_LATTICE: u64 = 400;
 const STEPS_ON_LATTICE: [u64; 2] = [1500, 3000];
+/// Nodes times units from which the way up begins at a [likely II](lattice::likely_ii): runs below would take longer than
+/// the one that succeeds.
+const LONG_ON_LATTICE: u64 = 1 << 16;
+/// How many times the likely II an II is that has much room.
+const ROOMY: u32 = 2;
 /// Nodes times units from which the first runs have fewer steps the more there are, and the fewest.
 const WIDE_ON_LATTICE: u64 = 1 << 17;
 const FEWEST_ON_LATTICE: u64 = 100;
@@ -120,8 +125,23 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         }
     }
 
-    /// A schedule with the first II that works, by attempts of so many steps.
+    /// A schedule with the first II that works, by attempts of so many steps. Where the watch ends them before one has
+    /// succeeded, nodes are placed in sequence at the largest II.
     pub(super) fn first(
+        &mut self,
+        bound: u32,
+        effort: u64,
+        watch: &dyn Watch,
+    ) -> Result<Placement, Unschedulable> {
+        let found = self.first_attempted(bound, effort, watch);
+        if found.is_err() && watch.cancelled() && self.size() <= MOST_ON_LATTICE {
+            let deepest = self.problem.srp.contexts;
+            return self.in_sequence(deepest).ok_or(()).or(found);
+        }
+        found
+    }
+
+    fn first_attempted(
         &mut self,
         bound: u32,
         effort: u64,
@@ -131,7 +151,16 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         if self.array.is_some() {
             let quick = Way::OnLattice(self.first_on_lattice());
             let first = self.first_ii(bound).min(deepest);
-            if let Some(schedule) = self.climb(quick, first, deepest, u64::MAX / 2, watch) {
+            // Where runs are long, a short one with much room comes first: whoever ends the search has that.
+            let roomy = (ROOMY * first).min(deepest);
+            let short = Way::OnLattice(FEWEST_ON_LATTICE);
+            let safe = match self.size() > LONG_ON_LATTICE {
+                true => self.attempt(roomy, short, u64::MAX, watch),
+                false => None,
+            };
+            let last = safe.as_ref().map_or(deepest, |safe| safe.ii - 1);
+            let better = self.climb(quick, first, last, u64::MAX / 2, watch);
+            if let Some(schedule) = better.or(safe) {
                 return Ok(schedule);
             }
         }
@@ -312,7 +341,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
     /// The II that is tried first: the bound, or what values on their ways leave of it where runs take long.
     fn first_ii(&self, bound: u32) -> u32 {
         match &self.array {
-            Some(array) if self.size() > WIDE_ON_LATTICE => {
+            Some(array) if self.size() > LONG_ON_LATTICE => {
                 bound.max(lattice::likely_ii(self.problem, array, bound))
             }
             _ => bound,

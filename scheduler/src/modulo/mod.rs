@@ -39,7 +39,7 @@ use compact::{Bound, Compacted};
 use exact::Answer;
 use heuristic::Heuristic;
 use place::Placement;
-use problem::Problem;
+use problem::{Edge, Problem};
 use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::Srp;
 use srp_archdesc::entity::EntityMap;
@@ -436,6 +436,11 @@ pub fn ask(
 /// one node, or else less the [`MAX_STAGES`] IIs by which the consumer may be ahead; so at least that many of
 /// its instances live at once, whatever the II. Each is in a register, in an output, on a link or in a unit.
 fn storage(problem: &Problem<'_>) -> Result<(), Unschedulable> {
+    let unkept = |edge: &&Edge| edge.to().is_none() && !problem.keeps(edge.ty);
+    if let Some(edge) = problem.edges.iter().find(unkept) {
+        let bits = edge.ty.bits();
+        return Err(Unschedulable::LiveOut { bits });
+    }
     let mut held: EntityMap<_, u64> = EntityMap::filled(problem.dfg.nodes.len(), 0);
     for edge in &problem.edges {
         let Some(to) = edge.to() else { continue };

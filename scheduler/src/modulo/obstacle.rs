@@ -187,6 +187,11 @@ pub enum Unschedulable {
         /// How many there are.
         count: usize,
     },
+    /// The array cannot write a value into the central registers, where it is kept after the loop.
+    LiveOut {
+        /// Its bits.
+        bits: u32,
+    },
     /// No unit of the array runs an operation.
     NoUnit(Operation),
     /// Its II takes more contexts than the configuration memory has.
@@ -228,6 +233,7 @@ impl Unschedulable {
             }
             Unschedulable::NotFound { failed, .. } => failed.relocate(dfg),
             Unschedulable::LiveIns { .. }
+            | Unschedulable::LiveOut { .. }
             | Unschedulable::Contexts { .. }
             | Unschedulable::Storage { .. } => {}
         }
@@ -248,6 +254,10 @@ impl std::fmt::Display for Unschedulable {
             Unschedulable::LiveIns { count } => write!(
                 f,
                 "its {count} live-in values do not fit in the central registers"
+            ),
+            Unschedulable::LiveOut { bits } => write!(
+                f,
+                "no unit of the array writes central registers of {bits} bits, where a value stays after the loop"
             ),
             Unschedulable::NoUnit(Operation { op, .. }) => {
                 write!(f, "no unit of the array runs `{op}` (class {})", op.class())

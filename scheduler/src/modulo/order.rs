@@ -50,6 +50,12 @@ pub(super) fn constraints(problem: &Problem<'_>, ii: u32) -> Vec<Constraint> {
 }
 
 impl Freedom {
+    /// True if some node has no cycle.
+    pub(super) fn is_empty(&self) -> bool {
+        let mut bounds = self.earliest.values().zip(self.latest.values());
+        bounds.any(|(earliest, latest)| earliest > latest)
+    }
+
     /// Longest paths at `ii`, which must not be below the recurrence bound.
     pub(super) fn at(problem: &Problem<'_>, ii: u32) -> Freedom {
         let constraints = constraints(problem, ii);

@@ -382,6 +382,35 @@ impl<'a> Problem<'a> {
         self.reach[ty as usize][place][fu]
     }
 
+    /// True if the array can write values of a type into the central registers.
+    pub(super) fn keeps(&self, ty: Ty) -> bool {
+        let Some(file) = self.srp.central(ty).map(|file| self.graph.file[file]) else {
+            return false;
+        };
+        let mut written = self.graph.writes.values();
+        let mut transfers = self.graph.transfers.values().flatten();
+        written.any(|files| files.contains(&file)) || transfers.any(|way| way.to == file)
+    }
+
+    /// The places that a result of a type of a unit stands in as it lands: its output, and the files that the unit writes.
+    pub(super) fn landings(&self, ty: Ty, from: Fu) -> impl Iterator<Item = Place> {
+        let out = match ty {
+            Ty::Pred => self.graph.pred_out[from],
+            Ty::Word | Ty::Vec => self.graph.out[from],
+        };
+        let files = self.graph.writes[from].iter().copied();
+        let wide = files.filter(move |&file| self.graph.places[file].width >= ty.bits());
+        std::iter::once(out).chain(wide)
+    }
+
+    /// Fewest cycles from the landing of a unit's result to an operand of another, or [`UNREACHABLE`].
+    pub(super) fn reach_of_result(&self, ty: Ty, from: Fu, to: Fu) -> u32 {
+        let reach = self
+            .landings(ty, from)
+            .map(|place| self.reach(ty, place, to));
+        reach.min().unwrap_or(UNREACHABLE)
+    }
+
     /// Returns the least cost of a route from `place` to an operand of `fu`, beyond holding the
     /// value.
     pub(super) fn detour(&self, ty: Ty, place: Place, fu: Fu) -> u32 {

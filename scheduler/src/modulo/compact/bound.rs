@@ -42,11 +42,22 @@ impl Bound {
         let links = links(problem, ii);
         let units = |node: Node| problem.units[node].len();
         let pairs: usize = links.iter().map(|l| units(l.from) * units(l.to)).sum();
+        let has_transport = pairs <= MOST_PAIRS;
+        let fus = || problem.srp.fus.keys();
+        let from = |ty: Ty, from: Fu| {
+            let to = fus().map(|to| problem.reach_of_result(ty, from, to));
+            to.collect()
+        };
+        let reach = Ty::ALL.map(|ty| match has_transport {
+            true => fus().map(|fu| from(ty, fu)).collect(),
+            false => EntityMap::new(),
+        });
         let walk = Walk {
             problem,
             links: &links,
             most: known as i32,
-            has_transport: pairs <= MOST_PAIRS,
+            has_transport,
+            reach,
         };
         let (heads, tails) = (walk.heads(), walk.tails());
         let paths = problem.nodes().map(|n| heads[n] + tails[n]).max();
@@ -99,6 +110,8 @@ struct Walk<'w, 'p> {
     links: &'w [Link],
     most: i32,
     has_transport: bool,
+    /// By type: [`Problem::reach_of_result`].
+    reach: [EntityMap<Fu, EntityMap<Fu, u32>>; 3],
 }
 
 impl Walk<'_, '_> {
@@ -118,13 +131,15 @@ impl Walk<'_, '_> {
         let to_files = Ty::ALL.map(|ty| self.to_central(ty));
         let own = |node: Node, fu: Fu| {
             let latency = problem.timing(node, fu).latency as i32;
-            let op = problem.dfg.nodes[node].op;
-            let stands = problem.graph.result_place(fu, op);
-            match kept[node].zip(stands) {
-                Some((_, _)) if writes_central(problem, fu, kept[node]) => latency,
-                Some((ty, place)) => latency + to_files[ty as usize][place],
-                None => latency,
+            let Some(ty) = kept[node] else {
+                return latency;
+            };
+            if writes_central(problem, fu, Some(ty)) {
+                return latency;
             }
+            let landings = problem.landings(ty, fu);
+            let on = landings.map(|place| to_files[ty as usize][place]).min();
+            latency + on.unwrap_or(0)
         };
         self.longest(own, |link| (link.to, link.from))
     }
@@ -247,9 +262,7 @@ impl Walk<'_, '_> {
     fn between(&self, link: &Link, from: Fu, to: Fu) -> i32 {
         let problem = self.problem;
         let latency = problem.timing(link.from, from).latency as i32;
-        let op = problem.dfg.nodes[link.from].op;
-        let reach = (link.value.zip(problem.graph.result_place(from, op)))
-            .map_or(0, |(ty, place)| problem.reach(ty, place, to));
+        let reach = (link.value).map_or(0, |ty| self.reach[ty as usize][from][to]);
         (latency + link.delay).saturating_add(reach.min(UNREACHABLE) as i32)
     }
 }

@@ -241,6 +241,9 @@ impl Compaction<'_, '_> {
         let deadline = start + length as i32;
         let freedom = self.bound.freedom(start, deadline);
         router.expanded += TRY;
+        if freedom.is_empty() {
+            return false;
+        }
         let left = effort.saturating_sub(router.expanded);
         let nodes = problem.dfg.nodes.len() as u64;
         let watch = limits.watch;

@@ -67,6 +67,9 @@ pub(in crate::modulo) fn tighten(
         let Try { stage, room, steps } = TRIES[seed % TRIES.len()];
         let deadline = start + (length + length / room).max(bound.length) as i32;
         let freedom = bound.freedom(start, deadline);
+        if freedom.is_empty() {
+            return None;
+        }
         let times = press(problem, placement, &was, &freedom);
         let (from, by) = ((placement, &times), (&freedom, deadline));
         let mut run = Negotiation::from(problem, &lanes, from, by, fixed, ii, seed as u32);
