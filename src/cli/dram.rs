@@ -29,7 +29,7 @@ pub(crate) struct Dram {
         long,
         value_name = "NAME",
         value_parser = PossibleValuesParser::new(memories()),
-        conflicts_with = "machine"
+        conflicts_with_all = ["machine", "set"]
     )]
     pub(crate) preset: Option<String>,
     /// Simulate so many memory cycles; without it, until every request is answered

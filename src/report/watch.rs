@@ -23,6 +23,11 @@ const ENDINGS: [&str; 5] = ["c", "h", "xml", "obj", "mtl"];
 /// Runs `srp watch`, until it is interrupted.
 pub(crate) fn run(args: &Watch) -> Result<i32, Failure> {
     let session = talk::session();
+    let machine = &args.of.compilation.machine;
+    if !machine.machine.exists() {
+        // No file that is saved would mend what is wrong.
+        machine.read()?;
+    }
     let (sender, changes) = channel();
     let mut watcher = new_debouncer(QUIET, None, sender).map_err(Failure::message)?;
     for folder in folders(&args.of) {
@@ -104,13 +109,11 @@ fn in_words(bounds: &[LeastIi], last: Option<&Report>) -> String {
             None => words.push(format!("{kernel} {ii}")),
         }
     }
-    let others = if words.is_empty() { "" } else { "others " };
-    if same > 0 {
-        words.push(format!("{same} {others}as before"));
-    }
-    match words.is_empty() {
-        true => "no loops on the array".to_owned(),
-        false => format!("II at least: {}", words.join(", ")),
+    match (words.is_empty(), same) {
+        (true, 0) => "no loops on the array".to_owned(),
+        (true, _) => "II at least as before".to_owned(),
+        (false, 0) => format!("II at least: {}", words.join(", ")),
+        (false, same) => format!("II at least: {}, {same} as before", words.join(", ")),
     }
 }
 

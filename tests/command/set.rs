@@ -103,6 +103,48 @@ fn a_mesh_is_changed_too() {
     assert_eq!(ii(&["--set", "array.cols=1"]), 4);
 }
 
+/// Links that take time are gone round by way of the central registers: no bound may say that this is too short.
+#[test]
+fn slow_links_are_gone_round() {
+    let folder = folder("set-links");
+    let text = "#include <srp.h>\nfloat a[64];\nint main(void) {\n    for (int i = 3; i < 64; i++)\n        \
+                a[i] = srp_sqrt(a[i - 3]) * 0.5f;\n    return (int)a[9];\n}\n";
+    write(&folder, "p.c", text);
+    for machine in ["sgrt", "tiny", "wide"] {
+        for delay in ["array.link-delay=1", "array.link-delay=2"] {
+            let set = ["--machine", machine, "--set", delay];
+            let report = document(&folder, &["report", "p.c"], &set);
+            let of = |name: &str| report["loops"][0][name].as_u64().expect("it is a number");
+            assert!(of("length") >= of("least_length"), "{report}");
+        }
+    }
+}
+
+/// What has no schedule is refused, not looked for without end.
+#[test]
+fn what_has_no_schedule_is_refused() {
+    let folder = folder("set-hopeless");
+    let text = "float a[64];\nint main(void) {\n    float s = 0;\n    for (int i = 0; i < 64; i++) s += a[i];\n    \
+                return (int)s;\n}\n";
+    write(&folder, "s.c", text);
+    let slotless = ["--set", "vliw.slots=0"];
+    refused(
+        &folder,
+        &[&["run", "s.c"][..], &slotless].concat(),
+        &["VLIW slot"],
+    );
+    write(&folder, "odd.edges", "0 1\n1 2\n");
+    write(&folder, "odd.ops", "0 add\n1 sqrt\n2 add\n");
+    let asked = ["map", "odd.edges", "--mesh", "4x4", "--what-if"];
+    let output = srp(
+        &folder,
+        &[&asked[..], &["--set", "fu-type[*].classes=alu"]].concat(),
+    );
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("sqrt"), "{said}");
+}
+
 #[test]
 fn what_cannot_be_set_is_told() {
     let folder = folder("set-wrong");
@@ -120,13 +162,24 @@ fn what_cannot_be_set_is_told() {
     refused(
         &folder,
         &["area", "--set", "array.rowz=5"],
-        &["sgrt:", "rowz=\"5\"", "^"],
+        &["sgrt with array.rowz=5:", "rowz=\"5\"", "^"],
     );
     refused(
         &folder,
         &["render", "--set", "tni.trvs=0"],
         &["trvs=\"0\"", "^"],
     );
+    let unnamed = ["area", "--set", "resource[name=sram_ports].count=1"];
+    refused(&folder, &unnamed, &["`<resource>`"]);
+    let preset = [
+        "dram",
+        "t.trace",
+        "--preset",
+        "fixed",
+        "--set",
+        "dram.mhz=500",
+    ];
+    misused(&folder, &preset, &["--preset"]);
     write(&folder, "broken.xml", "<machine name=\"m\">\n  <array\n");
     let set = ["--machine", "broken.xml", "--set", "array.rows=5"];
     refused(

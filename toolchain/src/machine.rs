@@ -23,7 +23,16 @@ pub fn read(path: &Path) -> Result<Arch, Error> {
 ///
 /// The file cannot be read, an attribute cannot be set, or the result is wrong.
 pub fn changed(path: &Path, changes: &[Change]) -> Result<Arch, Error> {
-    parse(&path.display().to_string(), &changed_text(path, changes)?)
+    let name = path.display();
+    // A line that messages show is in no file.
+    let name = match changes.is_empty() {
+        true => name.to_string(),
+        false => {
+            let changes: Vec<String> = changes.iter().map(Change::to_string).collect();
+            format!("{name} with {}", changes.join(" "))
+        }
+    };
+    parse(&name, &changed_text(path, changes)?)
 }
 
 /// The text of a machine with attributes changed; it keeps its comments.

@@ -316,7 +316,11 @@ impl AttributePath {
         let parents = match (outer, has(raw::Machine::FIELDS, &last.element)) {
             ([], true) => vec![root],
             ([], false) => {
-                let all = [("system", raw::System::FIELDS), ("tni", raw::Tni::FIELDS)];
+                let all = [
+                    ("array", raw::Array::FIELDS),
+                    ("system", raw::System::FIELDS),
+                    ("tni", raw::Tni::FIELDS),
+                ];
                 let mut parents = Vec::new();
                 let of = all.iter().filter(|(_, fields)| has(fields, &last.element));
                 of.for_each(|(name, _)| inner(root, name, &mut parents));
@@ -329,18 +333,26 @@ impl AttributePath {
         };
         let chosen = match &last.chosen {
             None => String::new(),
+            // What has a name is of use to what names it, and nothing names what is new.
+            Some(Chosen::With { attribute, .. }) if attribute == "name" => return Err(nothing()),
             Some(Chosen::With { attribute, value }) => {
                 format!(" {attribute}=\"{}\"", escaped(value))
             }
             Some(_) => return Err(nothing()),
         };
-        // Without children the element may have no end tag.
-        let begin = parent.children.last().ok_or_else(nothing)?.span.end as usize;
-        let end = xml[begin..].find(&format!("</{}", parent.name));
-        let end = begin + end.ok_or_else(nothing)?;
         let (name, set) = (&last.element, &self.attribute);
-        let element = format!("<{name}{chosen} {set}=\"{}\"/>\n", escaped(value));
-        Ok((end..end, element))
+        let element = format!("<{name}{chosen} {set}=\"{}\"/>", escaped(value));
+        let open = end_of_start(xml, parent).ok_or_else(nothing)?;
+        if xml[..open].ends_with('/') {
+            let all = format!(">{element}</{}>", parent.name);
+            return Ok((open - 1..open + 1, all));
+        }
+        let begin = parent.children.last();
+        let begin = begin.map_or(Some(open + 1), |child| end_of_start(xml, child));
+        let begin = begin.ok_or_else(nothing)?;
+        let end = begin + end_tag(&xml[begin..], parent.name).ok_or_else(nothing)?;
+        let is_alone = xml[..end].trim_end_matches([' ', '\t']).ends_with('\n');
+        Ok((end..end, if is_alone { element + "\n" } else { element }))
     }
 
     fn nothing(&self, root: &Element<'_>, element: &str) -> EditError {
@@ -355,6 +367,34 @@ impl AttributePath {
                 None => String::new(),
             },
         }
+    }
+}
+
+/// Where the start tag of an element ends: its `>`, behind the last attribute.
+fn end_of_start(xml: &str, element: &Element<'_>) -> Option<usize> {
+    let last = element.attributes.iter().map(|a| a.value_span.end);
+    let from = last.max().unwrap_or(element.span.end) as usize;
+    Some(from + xml.get(from..)?.find('>')?)
+}
+
+/// Where the first end tag of a name begins that stands in no comment.
+fn end_tag(xml: &str, name: &str) -> Option<usize> {
+    let mut at = 0;
+    loop {
+        at += xml[at..].find('<')?;
+        let tag = &xml[at..];
+        if tag
+            .strip_prefix("</")
+            .is_some_and(|rest| rest.starts_with(name))
+        {
+            return Some(at);
+        }
+        let (end, skipped) = if tag.starts_with("<!--") {
+            ("-->", 4)
+        } else {
+            (">", 1)
+        };
+        at += skipped + tag[skipped..].find(end)? + end.len();
     }
 }
 
@@ -386,6 +426,7 @@ fn escaped(value: &str) -> String {
             '&' => text.push_str("&amp;"),
             '<' => text.push_str("&lt;"),
             '"' => text.push_str("&quot;"),
+            '\'' => text.push_str("&apos;"),
             c => text.push(c),
         }
     }
@@ -423,6 +464,27 @@ mod tests {
     }
 
     #[test]
+    fn values_and_elements_go_where_they_are_read() {
+        let xml = "<machine name='m'>\n  <array rows='4'></array>\n  <system cores=\"2\" />\n  \
+                   <!-- </machine> -->\n</machine>";
+        let set = |path: &str, value: &str| {
+            let path: AttributePath = path.parse().expect("it is a path");
+            path.set(xml, value).expect("it can be set")
+        };
+        let quoted = set("array.rows", "5' hops='2");
+        assert!(quoted.contains("rows='5&apos; hops=&apos;2'"), "{quoted}");
+        let inside = set("system/sram.size", "64K");
+        let added = "<system cores=\"2\" ><sram size=\"64K\"/></system>";
+        assert!(inside.contains(added), "{inside}");
+        let linked = set("link[from=fu_0_0].delay", "1");
+        let added = "<array rows='4'><link from=\"fu_0_0\" delay=\"1\"/></array>";
+        assert!(linked.contains(added), "{linked}");
+        let last = set("float.subnormals", "flush");
+        let end = "<!-- </machine> -->\n<float subnormals=\"flush\"/>\n</machine>";
+        assert!(last.ends_with(end), "{last}");
+    }
+
+    #[test]
     fn what_is_not_there_is_refused_with_a_hint() {
         let words = |path: &str| set(path, "1").expect_err("it is wrong").to_string();
         assert!(words("aray.rows").contains("did you mean `array`?"));
@@ -431,6 +493,7 @@ mod tests {
             "{}",
             words("op.latency")
         );
+        assert!(words("resource[name=sram_ports].count").contains("`<resource>`"));
         assert!(words("rows").contains("no path"));
         assert!(words("array/.rows").contains("no path"));
         assert!(words("op[class=none]/x.y").contains("no `<x>`"));
