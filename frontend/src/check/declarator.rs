@@ -8,9 +8,10 @@ use crate::ast::{
 };
 use crate::ctype::{self, MAX_TYPE_DEPTH, QualType, Quals, Signature, Type, TypeId};
 use crate::message::{
-    BAD_TYPE, DECLARATION, DOUBLE_AS_FLOAT, IMPLICIT_INT, LIMIT, SPECIFIERS, UNDECLARED,
-    UNSUPPORTED, VOLATILE,
+    BAD_TYPE, DECLARATION, DOUBLE_AS_FLOAT, IMPLICIT_INT, LIMIT, NOT_CONSTANT, SPECIFIERS,
+    UNDECLARED, UNSUPPORTED, VOLATILE,
 };
+use crate::source::Name;
 use srp_archdesc::diagnostic::Span;
 
 /// The meaning of a list of specifiers.
@@ -352,7 +353,15 @@ impl Checker<'_> {
                 let text = "the length of a parameter that is an array is not computed";
                 self.error(UNSUPPORTED, at, text, "");
             }
-            let ty = self.declared_type(base.ty, &declarator);
+            let ty = match self.length_by(&declarator, &list) {
+                Some(at) => {
+                    let text = "the length of an array must be an integer constant";
+                    let help = "arrays of variable length are not supported, also as parameters";
+                    self.error(NOT_CONSTANT, at, text, help);
+                    QualType::plain(self.types.known.error)
+                }
+                None => self.declared_type(base.ty, &declarator),
+            };
             let mut ty = self.decayed(ty);
             ty.quals = ty.quals.and(quals);
             if ty.ty == self.types.known.void {
@@ -363,6 +372,28 @@ impl Checker<'_> {
         }
         self.close_scope();
         list
+    }
+
+    /// The length of an array in a declarator that an earlier parameter says.
+    fn length_by(&self, declarator: &Declarator, earlier: &[(QualType, &Param)]) -> Option<Span> {
+        let is_earlier = |name: &Name| {
+            let mut names = earlier
+                .iter()
+                .filter_map(|(_, p)| p.declarator.name.as_ref());
+            names.any(|(known, _)| known == name)
+        };
+        let lengths = declarator
+            .derived
+            .iter()
+            .filter_map(|(step, _)| match step {
+                Derived::Array(length) => *length,
+                _ => None,
+            });
+        let named = |e: ast::ExprId| match &self.unit.exprs[e].kind {
+            ast::ExprKind::Name(name) if is_earlier(name) => Some(self.unit.exprs[e].span),
+            _ => None,
+        };
+        lengths.filter_map(named).next()
     }
 
     /// True if an expression may do more than compute a value.

@@ -14,7 +14,11 @@ impl Checker<'_> {
     pub(super) fn reaches_past_end(&self, ty: TypeId, init: &Init) -> bool {
         let size = self.types.size(ty).unwrap_or(u32::MAX);
         let end = |part: &Part| {
-            let bytes = self.types.size(self.ty(part.value)).unwrap_or(0);
+            let ty = self.ty(part.value);
+            if self.is_error(ty) {
+                return 0;
+            }
+            let bytes = self.types.size(ty).unwrap_or(0);
             part.offset.saturating_add(bytes)
         };
         init.parts

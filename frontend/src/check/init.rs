@@ -176,9 +176,11 @@ impl Checker<'_> {
                 return length.unwrap_or(reached);
             }
         }
-        self.value(e);
-        let text = "an array is initialised by `{ … }`";
-        self.error(INITIALISER, span, text, "");
+        let value = self.value(e);
+        if !self.is_error(self.ty(value)) {
+            let text = "an array is initialised by `{ … }`";
+            self.error(INITIALISER, span, text, "");
+        }
         0
     }
 
