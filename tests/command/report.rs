@@ -355,6 +355,69 @@ void invert(int n)
     }
 }
 
+/// Iterations that may meet in an element are not told to be apart by names or by `restrict`, which would change nothing.
+#[test]
+fn what_may_meet_in_an_element_is_not_told_to_be_apart() {
+    let folder = folder("report_histogram");
+    let text = "\
+int bins[16];
+void count(const int *restrict a, int n)
+{
+    for (int i = 0; i < n; i++)
+        bins[a[i] & 15]++;
+}
+void apart(const int *a, int *b, int n)
+{
+    for (int i = 0; i < n; i++)
+        b[i] = b[i] * 3 + a[i];
+}
+";
+    write(&folder, "count.c", text);
+    let report = |file: &str| {
+        let json = stdout(&folder, &["report", file, "--what-if", "--json"], 0);
+        let json: Value = serde_json::from_str(&json).expect("JSON");
+        let of = |kernel: &str| {
+            let mut loops = json["loops"].as_array().into_iter().flatten();
+            loops
+                .find(|l| l["kernel"] == kernel)
+                .expect("it is on the array")
+                .clone()
+        };
+        [of("count"), of("apart")]
+    };
+    let remedies = |l: &Value| {
+        let changes = l["what_if"]["changes"].as_array().into_iter().flatten();
+        let told = |change: &Value| {
+            let words = ["restrict", "independent"];
+            let word = words
+                .into_iter()
+                .find(|w| change["what"].to_string().contains(w))?;
+            Some((word, change["ii"].clone()))
+        };
+        changes.filter_map(told).collect::<Vec<_>>()
+    };
+    let [count, apart] = report("count.c");
+    let [(word, ii)] = &remedies(&count)[..] else {
+        panic!("{count}");
+    };
+    assert_eq!(*word, "independent");
+    let pragma = "#pragma srp independent(bins)\n    for (int i = 0; i < n; i++)\n        bins";
+    let said = text.replace("for (int i = 0; i < n; i++)\n        bins", pragma);
+    assert_ne!(said, text);
+    write(&folder, "said.c", &said);
+    assert_eq!(report("said.c")[0]["ii"], *ii);
+    let [(word, ii)] = &remedies(&apart)[..] else {
+        panic!("{apart}");
+    };
+    assert_eq!(*word, "restrict");
+    let said = text.replace(
+        "const int *a, int *b",
+        "const int *restrict a, int *restrict b",
+    );
+    write(&folder, "said.c", &said);
+    assert_eq!(report("said.c")[1]["ii"], *ii);
+}
+
 /// One unit divides, four cycles at a time: what is in the way below the II is named, and where.
 #[test]
 fn what_is_in_the_way_has_a_place() {

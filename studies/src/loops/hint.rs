@@ -4,6 +4,7 @@ use super::model::{LoopReport, Ordered, Position, Status, WhatIf};
 use super::resource::resource_name;
 use crate::{proofs, settings};
 use srp_archdesc::arch::Srp;
+use srp_archdesc::isa::Class;
 use srp_scheduler::LoopFacts;
 use srp_scheduler::demand::Need;
 use srp_scheduler::modulo::Obstacle;
@@ -30,7 +31,7 @@ pub(super) fn of(l: &LoopReport, facts: &LoopFacts, srp: &Srp) -> String {
     }
     match &l.what_if {
         Some(what_if) => tried(l, what_if, facts, srp),
-        None => untried(l, facts, srp),
+        None => untried(l, facts, srp, true),
     }
 }
 
@@ -46,32 +47,47 @@ fn tried(l: &LoopReport, what_if: &WhatIf, facts: &LoopFacts, srp: &Srp) -> Stri
         None => {
             let tried = what_if.tried;
             format!(
-                "none of {tried} changes that were tried would help: {}",
-                untried(l, facts, srp)
+                "none of {tried} changes of the machine that were tried would help: {}",
+                untried(l, facts, srp, false)
             )
         }
     }
 }
 
-/// Returns advice from the bounds alone.
-fn untried(l: &LoopReport, facts: &LoopFacts, srp: &Srp) -> String {
+/// Returns advice from the bounds alone: what to change of the loop, and of the machine if that is not known to be in vain.
+fn untried(l: &LoopReport, facts: &LoopFacts, srp: &Srp, machine: bool) -> String {
+    let either = |more: String, of_it: &str, fewer: String| match machine {
+        true => format!("{more}, or fewer {of_it}"),
+        false => format!("fewer {fewer}"),
+    };
     let bounds = &facts.bounds;
     let scarce = bounds.demands.iter().find(|d| d.bound == bounds.resources);
     let by_resources = match scarce.map(|demand| &demand.need) {
-        Some(Need::Array) => "more units, or fewer operations".to_owned(),
+        Some(Need::Array) | None => either(
+            "more units".to_owned(),
+            "operations",
+            "operations".to_owned(),
+        ),
         Some(need @ Need::Shared(_)) => {
-            format!("more of {}, or fewer uses of it", resource_name(need, srp))
+            let name = resource_name(need, srp);
+            let more = format!("more of {name}");
+            either(more, "uses of it", format!("uses of {name}"))
+        }
+        // More units are of no use to an operation that keeps its own.
+        Some(need @ Need::Units(of)) if keeps_its_unit(of, bounds.resources, srp) => {
+            let classes = resource_name(need, srp);
+            format!("a shorter interval of {classes}, or none of these operations")
         }
         Some(need @ Need::Units(_)) => {
             let classes = resource_name(need, srp);
-            format!("more units for {classes}, or fewer such operations")
+            let more = format!("more units for {classes}");
+            either(more, "such operations", format!("operations of {classes}"))
         }
-        None => "more units".to_owned(),
     };
     let by_recurrence = match through_memory(l) {
         Some(ThroughMemory::OneObject) => {
-            "iterations that may meet in an element of one array wait for each other: several copies of it, added up \
-             behind the loop, or `#pragma srp independent` if they never meet"
+            "iterations that may meet in an element of one array wait for each other: several arrays with names of \
+             their own, added up behind the loop, or `#pragma srp independent` if they never meet"
         }
         Some(ThroughMemory::Objects) => {
             "accesses along the recurrence to arrays that are known to differ (named ones, or `restrict` pointers)"
@@ -80,8 +96,13 @@ fn untried(l: &LoopReport, facts: &LoopFacts, srp: &Srp) -> String {
     };
     match l.status {
         Status::Least => format!(
-            "every II from the bound of {} on is proved impossible on this machine: more links, registers or units",
-            l.bound()
+            "every II from the bound of {} on is proved impossible on this machine{}",
+            l.bound(),
+            if machine {
+                ": more links, registers or units"
+            } else {
+                ""
+            }
         ),
         Status::Proved => format!(
             "II = {} is proved {}; the bound is {}; --optimal looks further",
@@ -89,6 +110,7 @@ fn untried(l: &LoopReport, facts: &LoopFacts, srp: &Srp) -> String {
             proofs::reach(l.horizon()),
             l.bound()
         ),
+        Status::Open if !machine => "a longer search (--optimal), or fewer operations".to_owned(),
         Status::Open => open(l, facts.why_not_lower.as_ref().map(|f| &f.obstacle)),
         Status::Bound if l.res_mii == l.rec_mii => {
             format!("both {by_resources}, and {by_recurrence}")
@@ -96,6 +118,15 @@ fn untried(l: &LoopReport, facts: &LoopFacts, srp: &Srp) -> String {
         Status::Bound if l.res_mii > l.rec_mii => by_resources,
         Status::Bound => by_recurrence.to_owned(),
     }
+}
+
+/// True if an operation of some classes keeps its unit for all of an II, whichever runs it.
+fn keeps_its_unit(classes: &[Class], ii: u32, srp: &Srp) -> bool {
+    let interval = |class: Class| {
+        let ops = srp.fus.values().filter_map(|fu| fu.op(class));
+        ops.map(|op| op.interval).min()
+    };
+    ii > 1 && classes.iter().any(|&class| interval(class) == Some(ii))
 }
 
 /// Returns advice for a loop whose II is above its bounds with nothing proved.

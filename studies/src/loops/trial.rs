@@ -19,8 +19,10 @@ const RESTRICT_EFFORT: u64 = 200_000;
 enum Remedy {
     /// Another machine.
     Machine(Vec<Edit>),
-    /// Knowledge that accesses never meet, which nothing shows.
-    NoDoubtfulOrders,
+    /// Knowledge that accesses to different objects never meet, which nothing shows.
+    Apart,
+    /// Knowledge that iterations never meet in an element of an object either.
+    Independent,
 }
 
 /// A machine that changes are tried on.
@@ -35,8 +37,12 @@ impl Remedy {
     fn in_words(&self, machine: Machine<'_>) -> String {
         match self {
             Remedy::Machine(edits) => what_if::in_words(edits, &machine.arch.srp),
-            Remedy::NoDoubtfulOrders => {
+            Remedy::Apart => {
                 "accesses known never to meet (named arrays, or `restrict` pointers)".to_owned()
+            }
+            Remedy::Independent => {
+                "iterations known never to meet in an element (`#pragma srp independent`)"
+                    .to_owned()
             }
         }
     }
@@ -157,19 +163,24 @@ fn of_machine(dfg: &Dfg, ii: Option<u32>, srp: &Srp, session: &Session<'_>) -> T
 
 fn of_loop(l: &LoopReport, schedule: &ModuloSchedule, srp: &Srp, session: &Session<'_>) -> Tried {
     let mut tried = of_machine(&schedule.dfg, Some(schedule.ii), srp, session);
-    if let Some(free) = without_doubtful_orders(&schedule.dfg, &l.ordered) {
-        tried.count += 1;
-        let ii = unordered(&free, schedule.ii, srp, session);
-        tried
-            .remedies
-            .extend(ii.map(|ii| (Remedy::NoDoubtfulOrders, ii)));
+    let apart: Vec<&Ordered> = l.ordered.iter().filter(|o| !o.in_one_object).collect();
+    let all: Vec<&Ordered> = l.ordered.iter().collect();
+    let mut last = schedule.ii;
+    for (remedy, ordered) in [(Remedy::Apart, apart), (Remedy::Independent, all)] {
+        if let Some(free) = without_orders(&schedule.dfg, &ordered) {
+            tried.count += 1;
+            if let Some(ii) = unordered(&free, last, srp, session) {
+                tried.remedies.push((remedy, ii));
+                last = ii;
+            }
+        }
     }
     tried.remedies.sort_by_key(|&(_, ii)| ii);
     tried
 }
 
-/// The loop without the orders that are kept only for want of knowledge; `None` where it has none.
-fn without_doubtful_orders(dfg: &Dfg, ordered: &[Ordered]) -> Option<Dfg> {
+/// The loop without some of the orders that are kept only for want of knowledge; `None` where it has none of these.
+fn without_orders(dfg: &Dfg, ordered: &[&Ordered]) -> Option<Dfg> {
     let place = |node| {
         let pos = dfg.nodes[node].pos;
         (pos.line, pos.column)
