@@ -1,7 +1,7 @@
 //! The command line of `srp accuracy`.
 
 use super::Sharing;
-use super::compiling::{DOUBLES, define};
+use super::compiling::{DOUBLES, define, parse_define};
 use super::frame::{BUILDERS, Building, Frame, parse_size};
 use super::one_of;
 use super::parse_pixel;
@@ -96,7 +96,7 @@ pub(crate) struct Kernel {
     #[arg(short = 'I', value_name = "DIR")]
     include: Vec<PathBuf>,
     /// Define a macro
-    #[arg(short = 'D', value_name = "NAME[=VALUE]")]
+    #[arg(short = 'D', value_name = "NAME[=VALUE]", value_parser = parse_define)]
     define: Vec<String>,
     /// What `double` is: binary64 in software, or `float`
     #[arg(long, value_name = "DOUBLE", default_value = "soft", value_parser = one_of(DOUBLES), action = clap::ArgAction::Set)]

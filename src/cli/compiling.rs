@@ -34,7 +34,7 @@ pub(crate) struct Source {
     #[arg(short = 'I', value_name = "DIR")]
     pub(crate) include: Vec<PathBuf>,
     /// Define a macro
-    #[arg(short = 'D', value_name = "NAME[=VALUE]")]
+    #[arg(short = 'D', value_name = "NAME[=VALUE]", value_parser = parse_define)]
     pub(crate) define: Vec<String>,
     /// Put only loops with `#pragma srp kernel` on the array
     #[arg(long)]
@@ -160,10 +160,22 @@ fn ulp(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "a number of 1 or more is wanted: no unit is known to be nearer".to_owned())
 }
 
-/// A macro's name and body, as `-D` has them.
+/// The name and the value of a macro of the command line.
 pub(super) fn define(text: &str) -> (String, String) {
     let (name, value) = text.split_once('=').unwrap_or((text, "1"));
     (name.to_owned(), value.to_owned())
+}
+
+pub(super) fn parse_define(text: &str) -> Result<String, String> {
+    let (name, _) = define(text);
+    let is_letter = |c: char| c.is_ascii_alphabetic() || c == '_';
+    let mut letters = name.chars();
+    match letters.next().is_some_and(is_letter)
+        && letters.all(|c| is_letter(c) || c.is_ascii_digit())
+    {
+        true => Ok(text.to_owned()),
+        false => Err("write NAME or NAME=VALUE, where NAME is one of C".to_owned()),
+    }
 }
 
 impl Compilation {

@@ -31,7 +31,7 @@ pub(crate) struct Camera {
 pub(crate) struct Shading {
     /// Build the kernels for more or less than the scene calls for: +NAME and -NAME change its set,
     /// names alone are a set, and a frame that meets what is not in it stops (see `srp effects`)
-    #[arg(long, value_name = "LIST", allow_hyphen_values = true)]
+    #[arg(long, value_name = "LIST", allow_hyphen_values = true, value_parser = parse_effects)]
     pub(crate) effects: Option<String>,
     /// Rays through each pixel
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
@@ -192,6 +192,12 @@ fn form_help() -> String {
 }
 
 /// Samples, and the radius behind a slash.
+/// Looks at the names of a list of effects.
+pub(super) fn parse_effects(text: &str) -> Result<String, String> {
+    let parsed = effect::Effects::NONE.parse(text);
+    parsed.map_err(|e| e.to_string()).map(|_| text.to_owned())
+}
+
 fn parse_occlusion(text: &str) -> Result<(u32, Option<f32>), String> {
     let (count, radius) = match text.split_once('/') {
         Some((count, radius)) => (count, Some(radius)),

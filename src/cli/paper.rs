@@ -1,7 +1,7 @@
 //! `srp paper`: the paper's tables.
 
 use super::fidelity::Level;
-use super::frame::{BUILDERS, Building, parse_size};
+use super::frame::{BUILDERS, Building, parse_effects, parse_size};
 use super::tni::{Measuring, ORDERS, parse_sample};
 use super::{ENGINES, MachineFile, Sharing, one_of};
 use clap::{Args, ValueEnum};
@@ -60,7 +60,7 @@ pub(crate) struct Paper {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<(u32, u32)>,
     /// In tables 3 and 6 effects to add to those the scene calls for or to leave out: -texture,…
-    #[arg(long, value_name = "LIST", allow_hyphen_values = true)]
+    #[arg(long, value_name = "LIST", allow_hyphen_values = true, value_parser = parse_effects)]
     pub(crate) effects: Option<String>,
     #[command(flatten)]
     pub(crate) building: Building,

@@ -4,7 +4,7 @@
 use super::{anchor, class_of, percent};
 use maud::{Markup, PreEscaped, html};
 use srp_runtime::digits::thousands;
-use srp_studies::profile::{CodeProfile, Parts, Profile};
+use srp_studies::profile::{BEFORE_ALL, CodeProfile, Parts, Profile};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -35,7 +35,7 @@ enum Part<'a> {
 impl Part<'_> {
     fn name(&self) -> String {
         match self {
-            Part::Function("") => "before all functions".to_owned(),
+            Part::Function("") => BEFORE_ALL.to_owned(),
             Part::Function(name) | Part::Loop(name) => (*name).to_owned(),
             Part::Vliw => "VLIW code".to_owned(),
             Part::Line(_, 0) => "no line".to_owned(),

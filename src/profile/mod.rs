@@ -136,9 +136,9 @@ fn anchor(line: &str) -> String {
     format!("line-{}", line.chars().map(plain).collect::<String>())
 }
 
-/// The arguments of `srp sweep` that try an advice.
+/// The arguments that try an advice, for the command that was given.
 fn tried(advice: &Advice) -> String {
-    format!("srp sweep {}", advice.arguments().join(" "))
+    format!("try it with {}", advice.arguments().join(" "))
 }
 
 /// Cycles as a part of others, in per cent.

@@ -132,7 +132,7 @@ fn functions(profile: &Profile) -> Markup {
                 @for &i in &columns { th { (heads[i].0) } } }
             @for f in &profile.functions {
                 tr {
-                    td { code { (f.name) } } td { (thousands(f.parts.total())) }
+                    td { code { (f.shown()) } } td { (thousands(f.parts.total())) }
                     td { (percent(f.parts.total(), all)) " %" }
                     @for &i in &columns { td { (blank(f.parts.named()[i].1)) } }
                 }

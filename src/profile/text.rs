@@ -77,7 +77,7 @@ fn write(out: &mut String, title: &str, profile: &Profile, listing: &Listing) ->
         writeln!(
             out,
             "{:NAME$} {:>CYCLES$} {share:>5} %{cells}",
-            f.name,
+            f.shown(),
             thousands(total)
         )?;
     }

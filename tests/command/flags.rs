@@ -135,6 +135,22 @@ fn verbose_tells_how_long_stages_took() {
 }
 
 #[test]
+fn names_that_mean_nothing_are_arguments_at_fault() {
+    let folder = folder("flags-names");
+    write(&folder, "f.c", "int main(void) { return N; }\n");
+    assert_eq!(
+        srp(&folder, &["run", "f.c", "-D", "N=7"]).status.code(),
+        Some(7)
+    );
+    assert_eq!(srp(&folder, &["run", "f.c", "-DN"]).status.code(), Some(1));
+    for define in ["3x", "A B=3", "=3", "", "A-b=3", "A(x)=x"] {
+        misused(&folder, &["run", "f.c", "-D", define], &["NAME=VALUE"]);
+    }
+    let glow = ["render", "--size", "8x6", "--effects", "+glow"];
+    misused(&folder, &glow, &["glow", "shadow"]);
+}
+
+#[test]
 fn one_form_goes_to_standard_output() {
     let folder = folder("flags-output");
     let text = "int a[8];\nint main(void)\n{\n    for (int i = 0; i < 8; i++)\n        a[i] = i;\n    return a[0];\n}\n";

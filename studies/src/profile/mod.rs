@@ -16,8 +16,9 @@ mod timeline;
 
 pub use frame::Surroundings;
 pub use model::{
-    AccessProfile, Advice, CodeProfile, FrameProfile, FunctionProfile, Iterations, LineEnergy,
-    LineProfile, LoopProfile, MaterialProfile, ObjectProfile, Parts, PipelineProfile, Profile,
+    AccessProfile, Advice, BEFORE_ALL, CodeProfile, FrameProfile, FunctionProfile, Iterations,
+    LineEnergy, LineProfile, LoopProfile, MaterialProfile, ObjectProfile, Parts, PipelineProfile,
+    Profile,
 };
 pub use timeline::{CoreTimeline, DoingTimeline, Timeline};
 
@@ -252,7 +253,8 @@ impl Profiler {
 struct Builder<'a> {
     spec: &'a SimSpec,
     lines: &'a Lines,
-    functions: Vec<Parts>,
+    /// By function; what belongs to none is before all functions.
+    functions: BTreeMap<Option<usize>, Parts>,
     loops: Vec<LoopCounts>,
     /// By function, loop and line; the function and the loop by their numbers.
     code: BTreeMap<(Option<usize>, Option<usize>, Line), Parts>,
@@ -275,7 +277,7 @@ impl<'a> Builder<'a> {
         Builder {
             spec,
             lines,
-            functions: vec![Parts::default(); spec.functions.len()],
+            functions: BTreeMap::new(),
             loops: vec![LoopCounts::default(); spec.kernels.len()],
             code: BTreeMap::new(),
             all: Parts::default(),
@@ -323,9 +325,7 @@ impl<'a> Builder<'a> {
             }
             self.loops[kernel].parts.array += array;
             self.all.array += array;
-            if let Some(function) = launcher {
-                self.functions[function].array += array;
-            }
+            self.functions.entry(launcher).or_default().array += array;
         }
         // Of a program alone nobody tells when it stands still: the core itself has counted for what it can.
         let told = core.stalls.keys().any(|&(_, stall)| stall == Stall::Banks);
@@ -375,9 +375,7 @@ impl<'a> Builder<'a> {
         let function = self.lines.function(bundle);
         let code = (function, None, line);
         self.code.entry(code).or_default().add(&parts);
-        if let Some(function) = function {
-            self.functions[function].add(&parts);
-        }
+        self.functions.entry(function).or_default().add(&parts);
         self.all.add(&parts);
     }
 
@@ -390,18 +388,19 @@ impl<'a> Builder<'a> {
         let code = (launcher, Some(kernel), line);
         self.code.entry(code).or_default().add(&parts);
         self.loops[kernel].parts.add(&parts);
-        if let Some(function) = launcher {
-            self.functions[function].add(&parts);
-        }
+        self.functions.entry(launcher).or_default().add(&parts);
         self.all.add(&parts);
     }
 
     fn finish(self) -> Profile {
-        let functions = self.functions.into_iter().zip(&self.spec.functions);
+        let name = |function: Option<usize>| {
+            function.map_or(String::new(), |f| self.spec.functions[f].0.clone())
+        };
+        let functions = self.functions.into_iter();
         let mut functions: Vec<FunctionProfile> = functions
-            .filter(|(parts, _)| parts.total() > 0)
-            .map(|(parts, (name, _))| FunctionProfile {
-                name: name.clone(),
+            .filter(|(_, parts)| parts.total() > 0)
+            .map(|(function, parts)| FunctionProfile {
+                name: name(function),
                 parts,
             })
             .collect();
@@ -438,7 +437,7 @@ impl<'a> Builder<'a> {
         let code = self.code.into_iter();
         let code = code.filter(|(_, parts)| parts.total() > 0);
         let code = code.map(|((function, kernel, (file, line)), parts)| CodeProfile {
-            function: function.map_or(String::new(), |f| self.spec.functions[f].0.clone()),
+            function: name(function),
             kernel: kernel.map(|k| self.spec.kernels[k].name.clone()),
             file,
             line,

@@ -133,14 +133,27 @@ impl Advice {
     }
 }
 
+/// What stands for the name of no function.
+pub const BEFORE_ALL: &str = "before all functions";
+
 /// The cycles of a function.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct FunctionProfile {
-    /// Its name.
+    /// Its name; empty for code that belongs to none, before all functions.
     pub name: String,
     /// Its cycles.
     #[serde(flatten)]
     pub parts: Parts,
+}
+
+impl FunctionProfile {
+    /// Its name, or words for what belongs to no function.
+    pub fn shown(&self) -> &str {
+        match self.name.as_str() {
+            "" => BEFORE_ALL,
+            name => name,
+        }
+    }
 }
 
 /// The cycles of a loop on the array.
