@@ -234,7 +234,7 @@ impl MachineFile {
     }
 }
 
-/// What is changed of a machine, without another file.
+/// Changes of a machine, without another file.
 #[derive(Args)]
 pub(crate) struct Changes {
     /// Set an attribute of the machine by its path, as in array.rows=5 or tni/trv-l1.size=8192; several are possible

@@ -30,6 +30,7 @@ mod sweep;
 mod units;
 mod untrusted;
 mod watertight;
+mod what_if;
 mod words;
 
 use std::path::{Path, PathBuf};
@@ -72,6 +73,18 @@ fn srp_with(cache: &Path, folder: &Path, args: &[&str]) -> Output {
         .args(args)
         .env("SRP_CACHE", cache);
     command.output().expect("the command can be started")
+}
+
+/// Standard output of a run, which has to end with this status.
+fn stdout(folder: &Path, args: &[&str], status: i32) -> String {
+    let output = srp(folder, args);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(
+        output.status.code(),
+        Some(status),
+        "srp {args:?}: {message}"
+    );
+    String::from_utf8(output.stdout).expect("text is written")
 }
 
 /// A file of a test.

@@ -1,6 +1,6 @@
 //! `--set PATH=VALUE`: a machine is changed on the command line as its file would be.
 
-use super::{folder, misused, refused, srp, write};
+use super::{folder, misused, refused, srp, stdout, write};
 use serde_json::Value;
 use std::path::Path;
 
@@ -22,16 +22,9 @@ const CHANGES: [&str; 6] = [
     "sram.banks=2",
 ];
 
-fn text(folder: &Path, args: &[&str]) -> String {
-    let output = srp(folder, args);
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "srp {args:?}: {said}");
-    String::from_utf8(output.stdout).expect("it is text")
-}
-
 fn document(folder: &Path, args: &[&str], more: &[&str]) -> Value {
     let args = [args, more, &["--json"]].concat();
-    let mut document: Value = serde_json::from_str(&text(folder, &args)).expect("it is JSON");
+    let mut document: Value = serde_json::from_str(&stdout(folder, &args, 0)).expect("it is JSON");
     let is_set = !document["options"]["set"].is_null();
     assert_eq!(is_set, more.contains(&"--set"));
     document["options"] = Value::Null;
@@ -42,11 +35,9 @@ fn document(folder: &Path, args: &[&str], more: &[&str]) -> Value {
 fn a_change_is_that_of_the_file() {
     let folder = folder("set-file");
     write(&folder, "p.c", PROGRAM);
-    let source = text(&folder, &["machine", "source", "sgrt"]);
-    let changed = text(
-        &folder,
-        &[&["machine", "source", "sgrt"][..], &CHANGES].concat(),
-    );
+    let source = stdout(&folder, &["machine", "source", "sgrt"], 0);
+    let args = [&["machine", "source", "sgrt"][..], &CHANGES].concat();
+    let changed = stdout(&folder, &args, 0);
     assert_eq!(
         source.lines().count(),
         changed.lines().count(),
@@ -84,8 +75,8 @@ fn a_change_is_that_of_the_file() {
     );
     let written = [&["machine", "expand"][..], &CHANGES].concat();
     assert_eq!(
-        text(&folder, &written),
-        text(&folder, &["machine", "expand", "mine.xml"])
+        stdout(&folder, &written, 0),
+        stdout(&folder, &["machine", "expand", "mine.xml"], 0)
     );
 }
 
@@ -99,8 +90,9 @@ fn a_mesh_is_changed_too() {
         let ii = &mapped["graphs"][0]["mapping"]["ii"];
         ii.as_u64().expect("it has an II")
     };
-    assert_eq!(ii(&[]), 2, "a result is read in one cycle");
-    assert_eq!(ii(&["--set", "array.cols=1"]), 4);
+    let alone = ii(&["--set", "array.cols=1"]);
+    assert_eq!(alone, 4, "one unit issues the four operations");
+    assert!(ii(&[]) < alone);
 }
 
 /// Links that take time are gone round by way of the central registers: no bound may say that this is too short.
@@ -114,13 +106,16 @@ fn slow_links_are_gone_round() {
         for delay in ["array.link-delay=1", "array.link-delay=2"] {
             let set = ["--machine", machine, "--set", delay];
             let report = document(&folder, &["report", "p.c"], &set);
-            let of = |name: &str| report["loops"][0][name].as_u64().expect("it is a number");
-            assert!(of("length") >= of("least_length"), "{report}");
+            let ii = report["loops"][0]["ii"].as_u64().expect("it has an II");
+            if machine == "sgrt" {
+                // Three cycles of a load, eight of a root, three of a product and one of a store, in three iterations.
+                assert_eq!(ii, 5, "{report}");
+            }
         }
     }
 }
 
-/// What has no schedule is refused, not looked for without end.
+/// A loop or a graph without a schedule is refused, not looked for without end.
 #[test]
 fn what_has_no_schedule_is_refused() {
     let folder = folder("set-hopeless");

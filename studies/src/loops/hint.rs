@@ -47,7 +47,7 @@ fn tried(l: &LoopReport, what_if: &WhatIf, facts: &LoopFacts, srp: &Srp) -> Stri
         None => {
             let tried = what_if.tried;
             format!(
-                "none of {tried} changes of the machine that were tried would help: {}",
+                "none of {tried} changes that were tried would help: {}",
                 untried(l, facts, srp, false)
             )
         }

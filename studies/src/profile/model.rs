@@ -133,7 +133,7 @@ impl Advice {
     }
 }
 
-/// What stands for the name of no function.
+/// The words that stand for the name where there is no function.
 pub const BEFORE_ALL: &str = "before all functions";
 
 /// The cycles of a function.

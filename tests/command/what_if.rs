@@ -1,0 +1,138 @@
+//! `--what-if`: what is said to lower an II lowers it to what is said.
+
+use super::{folder, stdout, write};
+use serde_json::Value;
+use std::path::Path;
+
+/// The changed machine gives the II that trying the change promised.
+#[test]
+fn what_to_do_holds_on_the_changed_machine() {
+    let folder = folder("report_what_if");
+    let text = "\
+static int a[64], b[64], c[64], d[64];
+static float x[64], y[64];
+void add(int n)
+{
+#pragma srp kernel
+    for (int i = 0; i < n; i++)
+        d[i] = a[i] + b[i] + c[i];
+}
+void mix(int n)
+{
+#pragma srp kernel
+    for (int i = 0; i < n; i++)
+        d[i] = (a[i] + b[i]) * (c[i] ^ (b[i] << 3)) + (a[i] >> 2) * (c[i] & 15);
+}
+void invert(int n)
+{
+#pragma srp kernel
+    for (int i = 0; i < n; i++)
+        y[i] = 1.0f / x[i];
+}
+";
+    write(&folder, "loops.c", text);
+    let machines = Path::new(env!("CARGO_MANIFEST_DIR")).join("archdesc/machines/sgrt.xml");
+    let sgrt = std::fs::read_to_string(machines).expect("the machine is there");
+    let edited = |name: &str, from: &str, to: &str| {
+        assert!(sgrt.contains(from), "{from}");
+        write(&folder, name, &sgrt.replace(from, to));
+    };
+    let port = |n: u32| format!("name=\"sram_port\" count=\"{n}\"");
+    edited("one.xml", &port(4), &port(1));
+    edited("two.xml", &port(4), &port(2));
+    let division = "<op class=\"fdiv\"";
+    let every = |cycles: u32| format!("{division} latency=\"12\" interval=\"{cycles}\"");
+    edited("slow.xml", division, &every(8));
+    edited("quick.xml", division, &every(1));
+    let cases = [
+        ("one.xml", "two.xml", "add", "one more sram_port"),
+        ("slow.xml", "quick.xml", "invert", "fdiv issued every cycle"),
+    ];
+    for (before, after, kernel, what) in cases {
+        let of = |machine: &str| {
+            let args = [
+                "report",
+                "loops.c",
+                "--kernel",
+                kernel,
+                "--what-if",
+                "--json",
+                "--machine",
+            ];
+            let json = stdout(&folder, &[&args[..], &[machine]].concat(), 0);
+            let json: Value = serde_json::from_str(&json).expect("JSON");
+            json["loops"][0].clone()
+        };
+        let (now, then) = (of(before), of(after));
+        let changes = now["what_if"]["changes"].as_array().expect("a list");
+        let promised = changes.iter().find(|c| c["what"] == what);
+        let promised = promised.unwrap_or_else(|| panic!("no {what:?} in {changes:?}"));
+        assert_eq!(promised["ii"], then["ii"], "{what}");
+        assert!(now["ii"].as_u64() > then["ii"].as_u64(), "{what}");
+        let hint = now["hint"].as_str().expect("text");
+        assert!(hint.contains("would give II = "), "{hint}");
+    }
+}
+
+/// Iterations that may meet in an element are not told to be apart by names or by `restrict`, which would change nothing.
+#[test]
+fn what_may_meet_in_an_element_is_not_told_to_be_apart() {
+    let folder = folder("report_histogram");
+    let text = "\
+int bins[16];
+void count(const int *restrict a, int n)
+{
+    for (int i = 0; i < n; i++)
+        bins[a[i] & 15]++;
+}
+void apart(const int *a, int *b, int n)
+{
+    for (int i = 0; i < n; i++)
+        b[i] = b[i] * 3 + a[i];
+}
+";
+    write(&folder, "count.c", text);
+    let report = |file: &str| {
+        let json = stdout(&folder, &["report", file, "--what-if", "--json"], 0);
+        let json: Value = serde_json::from_str(&json).expect("JSON");
+        let of = |kernel: &str| {
+            let mut loops = json["loops"].as_array().into_iter().flatten();
+            loops
+                .find(|l| l["kernel"] == kernel)
+                .expect("it is on the array")
+                .clone()
+        };
+        [of("count"), of("apart")]
+    };
+    let remedies = |l: &Value| {
+        let changes = l["what_if"]["changes"].as_array().into_iter().flatten();
+        let told = |change: &Value| {
+            let words = ["restrict", "independent"];
+            let word = words
+                .into_iter()
+                .find(|w| change["what"].to_string().contains(w))?;
+            Some((word, change["ii"].clone()))
+        };
+        changes.filter_map(told).collect::<Vec<_>>()
+    };
+    let [count, apart] = report("count.c");
+    let [(word, ii)] = &remedies(&count)[..] else {
+        panic!("{count}");
+    };
+    assert_eq!(*word, "independent");
+    let pragma = "#pragma srp independent(bins)\n    for (int i = 0; i < n; i++)\n        bins";
+    let said = text.replace("for (int i = 0; i < n; i++)\n        bins", pragma);
+    assert_ne!(said, text);
+    write(&folder, "said.c", &said);
+    assert_eq!(report("said.c")[0]["ii"], *ii);
+    let [(word, ii)] = &remedies(&apart)[..] else {
+        panic!("{apart}");
+    };
+    assert_eq!(*word, "restrict");
+    let said = text.replace(
+        "const int *a, int *b",
+        "const int *restrict a, int *restrict b",
+    );
+    write(&folder, "said.c", &said);
+    assert_eq!(report("said.c")[1]["ii"], *ii);
+}
