@@ -41,6 +41,9 @@ fn starting_points_do_what_they_say() {
     }
 }
 
+/// Kernels of two effects are scheduled sooner than those of all that the default scene calls for.
+const LIT: [&str; 2] = ["--effects", "-all,+light,+shadow"];
+
 #[test]
 fn kernels_of_ones_own_begin_as_ours() {
     let folder = folder("start-kernels");
@@ -50,7 +53,7 @@ fn kernels_of_ones_own_begin_as_ours() {
     );
     let picture = |name: &str, args: &[&str]| {
         let size = ["--size", "32x24", "--effort", "0.05"];
-        let args = [&["render", "-o", name], &size[..], args].concat();
+        let args = [&["render", "-o", name], &size[..], &LIT, args].concat();
         assert_eq!(srp(&folder, &args).status.code(), Some(0), "{args:?}");
         std::fs::read(folder.join(name)).expect("it was written")
     };
@@ -72,7 +75,7 @@ fn kernels_of_ones_own_begin_as_ours() {
     // Every command about frames has them, and no command takes what it knows of others for theirs.
     let measured = |args: &[&str]| -> [String; 2] {
         [&[][..], &mine].map(|kernels| {
-            let output = srp(&folder, &[args, kernels].concat());
+            let output = srp(&folder, &[args, &LIT, kernels].concat());
             assert_eq!(output.status.code(), Some(0), "{args:?} {kernels:?}");
             String::from_utf8_lossy(&output.stdout).into_owned()
         })
