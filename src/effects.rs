@@ -4,14 +4,15 @@ mod output;
 
 use crate::cli::Effects as Args;
 use crate::failure::Failure;
+use crate::ready::more;
 use crate::{document, files, interrupt, scenes, talk};
 use schemars::JsonSchema;
 use serde::Serialize;
-use srp_runtime::effect::{self, Effects};
+use srp_runtime::effect::{self, Effect, Effects};
 use srp_runtime::scene::Scene;
 use srp_studies::effects::{Cost, Costs, Measured, costs};
 use srp_toolchain::envelope::{About, Contents};
-use srp_toolchain::{Build, Frame};
+use srp_toolchain::{Build, Frame, Ready};
 
 /// The report on a scene.
 #[derive(Serialize, JsonSchema)]
@@ -25,6 +26,11 @@ pub(crate) struct Report {
     key: String,
     /// Names of the effects that it is built for.
     built: Vec<&'static str>,
+    /// Names of the effects of the kernels that `srp render --ready` takes; none if no kernels that do all of this are ready.
+    ready: Option<Vec<&'static str>>,
+    /// The same in a sentence.
+    #[serde(skip)]
+    readiness: String,
     /// All effects that there are.
     effects: Vec<Line>,
     /// Features of the scene that no effect supports.
@@ -66,15 +72,20 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let session = &talk::session();
     let arch = args.frame.machine.read()?;
     let options = (args.frame).options(Some(&args.building), args.bvh, args.size)?;
-    let of_scene = Build::of_scene(&options, &mut scenes::say, session)?;
+    let mut of_scene = Build::of_scene(&options, &mut scenes::say, session)?;
+    of_scene.1.effort = args.search.effort();
     let (scene, build, _) = &of_scene;
     let about = About::scene(&arch, scene);
     let built = build.effects;
+    let nearest = build.nearest(&arch, session);
     let mut report = Report {
         scene: scene.name.clone(),
         triangles: scene.triangles.len(),
         key: build.name(&arch),
-        built: built.iter().map(effect::Effect::name).collect(),
+        built: built.iter().map(Effect::name).collect(),
+        ready: (nearest.as_ref())
+            .map(|ready| ready.build.effects.iter().map(Effect::name).collect()),
+        readiness: readiness(build, nearest.as_ref()),
         effects: lines(scene, built),
         lacks: (effect::unsupported(scene).iter())
             .map(ToString::to_string)
@@ -107,6 +118,18 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         false => talk::print(output::text(&report))?,
     }
     Ok(())
+}
+
+/// What is ready for `srp render --ready`.
+fn readiness(build: &Build, nearest: Option<&Ready>) -> String {
+    match nearest {
+        None => "No kernels that do all of this are ready: srp render --ready schedules those of all effects.".to_owned(),
+        Some(ready) if ready.build == *build => "The kernels for it are ready.".to_owned(),
+        Some(ready) => {
+            let more = more(&ready.more, build.bounces, &ready.build);
+            format!("srp render --ready takes kernels that are ready, with more than this: {more}.")
+        }
+    }
 }
 
 fn lines(scene: &Scene, built: Effects) -> Vec<Line> {

@@ -29,6 +29,7 @@ mod paper;
 mod pixel;
 mod profile;
 mod proof;
+mod ready;
 mod refused_kernel;
 mod render;
 mod report;

@@ -6,7 +6,7 @@ use crate::fidelity::{frame_text, sampled_text};
 use crate::profile::Target;
 use crate::run::COUNTS;
 use crate::{
-    checkpoint, compile, document, energy, files, interrupt, pixel, refused_kernel, report, scenes,
+    checkpoint, document, energy, files, interrupt, pixel, ready, refused_kernel, report, scenes,
     sharing, talk, trace,
 };
 use schemars::JsonSchema;
@@ -21,7 +21,9 @@ use srp_studies::energy::Energy;
 use srp_studies::fidelity::{self, Fidelity, FrameFigure, Prepared, Untimed};
 use srp_studies::profile::{Profiler, Surroundings, add_account};
 use srp_toolchain::envelope::{About, Contents};
-use srp_toolchain::{Engine, Engines, Error, Frame, Session, Warnings, system_options};
+use srp_toolchain::{
+    Build, Compiled, Engine, Engines, Error, Frame, Scheduled, Session, Warnings, system_options,
+};
 use srp_traces::Tracer;
 use srp_traces::history::StoreWatch;
 
@@ -59,6 +61,9 @@ impl Contents for Figures {
 
 /// Runs `srp render`.
 pub(crate) fn run(args: &Render) -> Result<(), Failure> {
+    if args.prepare {
+        return prepare(args);
+    }
     files::check_writable(&args.output)?;
     if let Some(report) = &args.report {
         files::check_writable(report)?;
@@ -79,6 +84,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         session,
     )?;
     frame.build.effort = args.search.effort();
+    let own_is_ready = !args.ready || ready::choose(&mut frame, session);
     let trace = trace::Target::of_frame(&args.trace, &frame.arch, args.size)?;
     // A frame that is refused is so before kernels are compiled for it.
     let image = frame.image()?;
@@ -86,15 +92,21 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     if args.level.fidelity == Fidelity::Functional && args.loops.loops.is_empty() {
         return without_clock(&frame, &image, args, session);
     }
-    let compiled = interrupt::looked_for(|| frame.build.compile(&frame.arch, session))?;
-    talk::say_all(&compiled.messages.render(talk::colour()));
-    let format = cli::ErrorFormat::Human;
-    refused_kernel::check(&compiled, &frame.arch, &warnings, format, session)?;
-    compile::say_not_pipelined(&compiled, &frame.arch, false, session)?;
-    loops.write(&compiled, &frame.arch, session)?;
+    let compiles = || match args.loops.loops.is_empty() {
+        true => frame.build.scheduled(&frame.arch, session),
+        false => (frame.build.compile(&frame.arch, session)).map(|all| Scheduled::Now(all.into())),
+    };
+    let kernels = interrupt::looked_for(compiles)?;
+    if let Scheduled::Now(compiled) = &kernels {
+        say_messages(compiled, &frame.arch, &warnings, session)?;
+        loops.write(compiled, &frame.arch, session)?;
+    }
     interrupt::end_if_requested()?;
+    if !own_is_ready {
+        ready::schedule_beside(session);
+    }
 
-    let program = compiled.runnable()?;
+    let program = kernels.program()?;
     let engine = match profile {
         Some(_) => Engine::Interpreter,
         None => args.engine,
@@ -128,6 +140,37 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         session,
     };
     timed.run(args, image, profile, trace.zip(tracer))
+}
+
+/// Schedules the kernels of a frame for later ones.
+fn prepare(args: &Render) -> Result<(), Failure> {
+    let warnings = Warnings::parse(&args.warnings).map_err(Failure::Usage)?;
+    let session = &talk::session();
+    let arch = args.frame.machine.read()?;
+    let options = (args.frame).options(Some(&args.building), args.bvh, args.size)?;
+    let (_, build, _) = Build::of_scene(&options, &mut scenes::say, session)?;
+    let build = Build {
+        effort: args.search.effort(),
+        ..build
+    };
+    if let Scheduled::Now(compiled) = interrupt::looked_for(|| build.scheduled(&arch, session))? {
+        say_messages(&compiled, &arch, &warnings, session)?;
+    }
+    interrupt::end_if_requested()?;
+    talk::say(format_args!("ready: {}", build.effects));
+    Ok(())
+}
+
+/// Says what the compiler has to say about the kernels.
+fn say_messages(
+    compiled: &Compiled,
+    arch: &Arch,
+    warnings: &Warnings,
+    session: &Session<'_>,
+) -> Result<(), Failure> {
+    talk::say_all(&compiled.messages.render(talk::colour()));
+    let format = cli::ErrorFormat::Human;
+    refused_kernel::check(compiled, arch, warnings, format, session)
 }
 
 /// A frame of which every cycle is simulated.

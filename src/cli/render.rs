@@ -19,7 +19,8 @@ Examples:
   srp render scene.obj --camera 0,1,5/0,0,-1/60 --machine wide --report frame.json --loops loops.html
   srp render --trace kernel:shade_hit#10@2 --trace-output shade.fst
   srp render --trace pixel:160,120 --trace-output pixel.pftrace
-  srp render --pixel 160,120")]
+  srp render --pixel 160,120
+  srp render --effects all --prepare; for s in *.obj; do srp render $s --ready -o ${s%.obj}.png; done")]
 pub(crate) struct Render {
     #[command(flatten)]
     pub(crate) frame: Frame,
@@ -39,6 +40,14 @@ pub(crate) struct Render {
     pub(crate) search: Search,
     #[command(flatten)]
     pub(crate) level: Level,
+    /// Take kernels that are ready: of those that do all that the scene calls for and whose schedules the cache has,
+    /// the ones of the fewest effects; the picture is the same, its cycles are those of these kernels. A process that
+    /// goes on by itself schedules what is not ready for the next time. Where nothing is ready, kernels of all effects are scheduled
+    #[arg(long, conflicts_with_all = ["effects", "prepare", "restore", "checkpoint_at"])]
+    pub(crate) ready: bool,
+    /// Only schedule the kernels, so that later frames find them ready, and render nothing
+    #[arg(long)]
+    pub(crate) prepare: bool,
     /// Threads of the host for --fidelity sampled, as many as it has processors by default; they change
     /// no figure
     #[arg(long, value_name = "N", value_parser = parse_threads)]
@@ -88,6 +97,8 @@ pub(crate) struct Effects {
     /// Measure nothing: only which effects, and why
     #[arg(long)]
     pub(crate) no_costs: bool,
+    #[command(flatten)]
+    pub(crate) search: Search,
     /// Width and height of the frames that are measured
     #[arg(long, value_name = "WxH", default_value = "64x48", value_parser = parse_size)]
     pub(crate) size: (u32, u32),

@@ -51,6 +51,7 @@ fn heading(report: &Report) -> String {
 /// The sentences behind the table.
 fn remarks(report: &Report) -> Vec<String> {
     let mut remarks = report.lacks.clone();
+    remarks.push(report.readiness.clone());
     let [own, all] = &report.simulators[..] else {
         return remarks;
     };

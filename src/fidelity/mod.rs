@@ -17,9 +17,9 @@ pub(crate) fn run(args: &FidelityTable) -> Result<(), Failure> {
     let mut frame = scenes::frame(&args.frame, None, args.bvh, args.size, session)?;
     frame.build.kernels = Kernels::of(args.kernels.as_deref())?;
     let image = frame.image()?;
-    let compiled = interrupt::looked_for(|| frame.build.compile(&frame.arch, session))?;
+    let kernels = interrupt::looked_for(|| frame.build.scheduled(&frame.arch, session))?;
     interrupt::end_if_requested()?;
-    let program = compiled.runnable()?;
+    let program = kernels.program()?;
     let engines = Engines::of(program, args.engine, session)?;
     let prepared = Prepared {
         frame: &frame,

@@ -79,9 +79,9 @@ impl Trials<'_> {
             effects,
             ..self.frame.build.clone()
         };
-        let compiled = build.compile(arch, session)?;
+        let kernels = build.scheduled(arch, session)?;
         session.check()?;
-        let program = compiled.runnable()?;
+        let program = kernels.program()?;
         let engines = Engines::of(program, self.engine, session)?;
         let mut quickest: Option<Run> = None;
         for _ in 0..TRIES {

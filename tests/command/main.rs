@@ -20,6 +20,7 @@ mod man;
 mod outputs;
 mod pragmas;
 mod profile;
+mod ready;
 mod report;
 mod same;
 mod schemas;

@@ -163,14 +163,19 @@ impl Build {
         front_end::with_texts(&self.kernels.sources()?, arch, &self.options())
     }
 
-    /// Compiles the kernels.
+    /// Compiles the kernels, which are [ready](Build::nearest) then.
     ///
     /// # Errors
     ///
     /// Those of [`compile()`].
     pub fn compile(&self, arch: &Arch, session: &Session<'_>) -> Result<Compiled, Error> {
         let sources = Input::C(self.kernels.sources()?);
-        compile(sources, arch, &self.options(), session)
+        let compiled = compile(sources, arch, &self.options(), session)?;
+        // Of a search that was cut short, no schedule is kept.
+        if !session.watch.cancelled() {
+            self.remember(arch, session);
+        }
+        Ok(compiled)
     }
 
     /// Names the simulator of this build on a machine: another build, machine or kernel has another.

@@ -27,6 +27,7 @@ pub mod json;
 mod loops;
 pub mod machine;
 mod options;
+mod ready;
 pub mod scene;
 mod session;
 mod views;
@@ -48,5 +49,6 @@ pub use front_end::{
 pub use input::Input;
 pub use loops::schedule_loop;
 pub use options::{Effort, Options, Warnings};
+pub use ready::{Ready, Scheduled};
 pub use session::{Session, Timed, Times};
 pub use srp_frontend::interface::{Function, Interface, Object, Shape, StatedRange};

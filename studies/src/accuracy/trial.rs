@@ -204,9 +204,9 @@ fn simulated(
     image: SceneImage,
     session: &Session<'_>,
 ) -> Result<(Picture, Costs), Error> {
-    let compiled = frame.build.compile(&frame.arch, session)?;
+    let kernels = frame.build.scheduled(&frame.arch, session)?;
     session.check()?;
-    let program = compiled.runnable()?;
+    let program = kernels.program()?;
     let engines = Engines::of(program, Engine::Interpreter, session)?;
     let start = session.watch.elapsed();
     let (picture, report) = frame.render(image, program, &engines, session)?;
@@ -240,8 +240,8 @@ pub(super) fn cycles_in_other_orders(
     if let Some(known) = session.cache.get(key, session.watch) {
         return Ok(known);
     }
-    let compiled = frame.build.compile(&frame.arch, session)?;
-    let program = compiled.runnable()?;
+    let kernels = frame.build.scheduled(&frame.arch, session)?;
+    let program = kernels.program()?;
     let engines = Engines::of(program, Engine::Interpreter, session)?;
     let cycles = |number: u64| -> Result<u64, Error> {
         session.check()?;

@@ -63,9 +63,9 @@ fn render(view: &View<'_>, subject: Subject<'_>, sum: &mut Sum) -> Result<(), Er
         guard: Guard::default(),
     };
     let image = frame.image()?;
-    let compiled = frame.build.compile(arch, session)?;
+    let kernels = frame.build.scheduled(arch, session)?;
     session.check()?;
-    let program = compiled.runnable()?;
+    let program = kernels.program()?;
     let engines = Engines::of(program, options.engine, session)?;
     if options.level.fidelity == Fidelity::Sampled {
         let prepared = Prepared {

@@ -17,7 +17,8 @@ use srp_runtime::picture::Picture;
 use srp_runtime::solo::{self, Finish, Solo};
 use srp_toolchain::cache::{Key, Kind};
 use srp_toolchain::{
-    BUILD_ID, Compiled, Engine, Engines, Options, Session, compile, input, system_options,
+    BUILD_ID, Compiled, Engine, Engines, Options, Scheduled, Session, compile, input,
+    system_options,
 };
 use std::path::Path;
 
@@ -152,13 +153,18 @@ impl<'a> Bench<'a> {
         let timed = self.wants(Measure::Cycles) || self.wants(Measure::Energy);
         let mut picture: Option<Picture> = None;
         if timed || self.wants(Measure::Ii) {
-            let compiled = frame.build.compile(arch, session)?;
-            refuse_lost_kernels(&compiled)?;
-            if self.wants(Measure::Ii) {
-                intervals(&compiled, figures);
+            let kernels = match self.wants(Measure::Ii) {
+                true => Scheduled::Now(frame.build.compile(arch, session)?.into()),
+                false => frame.build.scheduled(arch, session)?,
+            };
+            if let Scheduled::Now(compiled) = &kernels {
+                refuse_lost_kernels(compiled)?;
+                if self.wants(Measure::Ii) {
+                    intervals(compiled, figures);
+                }
             }
             if timed {
-                let program = compiled.runnable()?;
+                let program = kernels.program()?;
                 let engines = Engines::of(program, Engine::Interpreter, session)?;
                 let image = frame.image()?;
                 if level >= Fidelity::Cycle {

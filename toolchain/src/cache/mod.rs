@@ -29,13 +29,13 @@ pub use shared::{Piece, Shared};
 pub use store::{Counts, Found};
 
 use srp_archdesc::watch::{Event, Watch};
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
+use std::fs::File;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use store::Store;
 
-/// Kinds of entries: each has a folder of its own. Control code is not kept: all of a frame's is scheduled
-/// in the time that some reads take.
+/// Kinds of entries: each has a folder of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Kind {
     /// Schedules of loops.
@@ -46,11 +46,22 @@ pub enum Kind {
     Frames,
     /// Trials of settings of accuracy.
     Trials,
+    /// Builds of kernels that are ready.
+    Builds,
+    /// Their scheduled programs.
+    Programs,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Kind; 4] = [Kind::Loops, Kind::Simulators, Kind::Frames, Kind::Trials];
+    pub const ALL: [Kind; 6] = [
+        Kind::Loops,
+        Kind::Simulators,
+        Kind::Frames,
+        Kind::Trials,
+        Kind::Builds,
+        Kind::Programs,
+    ];
 
     /// Its name, which is that of its folder.
     pub const fn name(self) -> &'static str {
@@ -59,6 +70,8 @@ impl Kind {
             Kind::Simulators => "simulators",
             Kind::Frames => "frames",
             Kind::Trials => "trials",
+            Kind::Builds => "builds",
+            Kind::Programs => "programs",
         }
     }
 }
@@ -138,6 +151,23 @@ impl Cache {
         let bytes: Arc<[u8]> = self.if_there(watch, |store| store.get(key, watch))??.into();
         let mut memory = self.memory.lock().unwrap_or_else(PoisonError::into_inner);
         Some(Arc::clone(memory.entry(key).or_insert(bytes)))
+    }
+
+    /// All values of a kind, by their keys.
+    pub fn all<T: serde::de::DeserializeOwned>(&self, kind: Kind, watch: &dyn Watch) -> Vec<T> {
+        let kept = self.if_there(watch, |store| store.keys(kind));
+        let memory = self.memory.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = memory.keys().copied().filter(|key| key.kind() == kind);
+        let keys: BTreeSet<Key> = kept.into_iter().flatten().chain(known).collect();
+        drop(memory);
+        let values = keys.into_iter().map(|key| self.get(key, watch));
+        values.flatten().collect()
+    }
+
+    /// The turn to work on entries that nobody waits for. One process at a time has it for a folder, for as long as it or a process
+    /// that it hands the file to keeps that open. `None` if another has it, or if no entry would outlive this process.
+    pub fn turn(&self, watch: &dyn Watch) -> Option<File> {
+        self.with(watch, |store| store.turn())?
     }
 
     /// The file of an entry whose bytes have just been found whole, for those who need a file: bytes

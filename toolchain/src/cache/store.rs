@@ -5,7 +5,7 @@ use super::folder::{self, Place, Workplace};
 use super::{Key, Kind, note};
 use srp_archdesc::watch::Watch;
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs::{self, DirEntry, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
@@ -228,24 +228,40 @@ impl Store {
 
     /// All files that are named as entries are.
     fn entries(&self) -> Vec<Listed> {
-        let mut all = Vec::new();
-        for kind in Kind::ALL {
-            let folders = fs::read_dir(self.folder.join(kind.name()));
-            for folder in folders.into_iter().flatten().flatten() {
-                let files = fs::read_dir(folder.path());
-                all.extend(files.into_iter().flatten().flatten().filter_map(|file| {
-                    let key = Key::parse(kind, file.file_name().to_str()?)?;
-                    let found = file.metadata().ok()?;
-                    Some(Listed {
-                        path: file.path(),
-                        key,
-                        bytes: found.len(),
-                        used: found.modified().ok()?,
-                    })
-                }));
-            }
+        let listed = |(key, file): (Key, DirEntry)| {
+            let found = file.metadata().ok()?;
+            Some(Listed {
+                path: file.path(),
+                key,
+                bytes: found.len(),
+                used: found.modified().ok()?,
+            })
+        };
+        let files = Kind::ALL.into_iter().flat_map(|kind| self.files(kind));
+        files.filter_map(listed).collect()
+    }
+
+    /// The files that are named as entries of a kind are.
+    fn files(&self, kind: Kind) -> Vec<(Key, DirEntry)> {
+        let folders = fs::read_dir(self.folder.join(kind.name()));
+        let folders = folders.into_iter().flatten().flatten();
+        let files = folders.flat_map(|folder| fs::read_dir(folder.path()).into_iter().flatten());
+        let named = |file: DirEntry| Some((Key::parse(kind, file.file_name().to_str()?)?, file));
+        files.flatten().filter_map(named).collect()
+    }
+
+    /// The keys of all entries of a kind.
+    pub(super) fn keys(&self, kind: Kind) -> Vec<Key> {
+        self.files(kind).into_iter().map(|(key, _)| key).collect()
+    }
+
+    /// The folder, locked, if no other process has it so and what is written there stays.
+    pub(super) fn turn(&self) -> Option<File> {
+        if self.is_read_only || self.temporary.is_some() {
+            return None;
         }
-        all
+        let folder = File::open(&self.folder).ok()?;
+        folder.try_lock().ok().map(|()| folder)
     }
 
     pub(super) fn counts(&self) -> Counts {

@@ -1,0 +1,150 @@
+//! Builds of kernels that are ready: the cache has the schedules of all their loops, and the whole program where the
+//! compiler had nothing to say.
+//!
+//! Kernels that are built for more effects than a scene calls for make the same picture in more cycles
+//! ([`srp_kernels::effect`]). To simulate these takes a fraction of a second; to schedule kernels takes seconds. Who
+//! has many scenes that call for different effects may therefore take the nearest build that is ready. Cycles then
+//! depend on what was built before, so nothing does that unasked.
+
+use crate::cache::key::Builder;
+use crate::cache::{Key, Kind};
+use crate::{BUILD_ID, Build, Compiled, Error, Session};
+use serde::{Deserialize, Serialize};
+use srp_archdesc::arch::Arch;
+use srp_ir::check::{self, Checked};
+use srp_ir::dre::scheduled::ScheduledDre;
+use srp_kernels::effect::{Effect, Effects};
+
+/// The entry of a build that is ready.
+#[derive(Serialize, Deserialize)]
+struct Entry {
+    /// The digest of all that is equal in builds of which one can take another's place.
+    family: [u8; Key::BYTES],
+    /// Names of its effects, as [`Effects::parse`] has them.
+    effects: String,
+    /// Secondary rays in a row that there is room for.
+    bounces: u32,
+}
+
+/// A build that is ready, in the place of another.
+#[derive(Clone, Debug)]
+pub struct Ready {
+    /// The build.
+    pub build: Build,
+    /// Effects that the other does not have.
+    pub more: Vec<Effect>,
+}
+
+/// Kernels that can be simulated.
+pub enum Scheduled {
+    /// They were compiled before, without a message.
+    Before(Box<Checked>),
+    /// They are compiled now.
+    Now(Box<Compiled>),
+}
+
+impl Scheduled {
+    /// The program.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NoMain`].
+    pub fn program(&self) -> Result<&Checked, Error> {
+        match self {
+            Scheduled::Before(program) => Ok(program),
+            Scheduled::Now(compiled) => compiled.runnable(),
+        }
+    }
+}
+
+impl Build {
+    /// The kernels, compiled now if they were not before. Who wants to know more of them than how they run
+    /// [compiles](Build::compile) them.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Build::compile`].
+    pub fn scheduled(&self, arch: &Arch, session: &Session<'_>) -> Result<Scheduled, Error> {
+        let key = Key::of(Kind::Programs)
+            .text(BUILD_ID)
+            .value(arch)
+            .value(&self.options())
+            .text(self.kernels.digest())
+            .finish();
+        let kept: Option<ScheduledDre> = session.cache.get(key, session.watch);
+        if let Some(Ok(program)) = kept.map(|program| check::check(program, arch)) {
+            return Ok(Scheduled::Before(Box::new(program)));
+        }
+        let compiled = self.compile(arch, session)?;
+        let refused = compiled.not_pipelined.iter().any(|n| n.required);
+        let has_messages = refused || !compiled.messages.diagnostics.is_empty();
+        if let (false, false, Ok(program)) =
+            (has_messages, session.watch.cancelled(), compiled.runnable())
+        {
+            session
+                .cache
+                .put::<ScheduledDre>(key, program, session.watch);
+        }
+        Ok(Scheduled::Now(Box::new(compiled)))
+    }
+
+    /// The build for all effects, else as this one.
+    #[must_use]
+    pub fn universal(&self) -> Build {
+        Build {
+            effects: Effects::all(),
+            ..self.clone()
+        }
+    }
+
+    /// Of the builds that are ready and do all that this one does, one of the fewest effects: this one if it is among them.
+    pub fn nearest(&self, arch: &Arch, session: &Session<'_>) -> Option<Ready> {
+        let family = self.family(arch);
+        let known: Vec<Entry> = session.cache.all(Kind::Builds, session.watch);
+        let candidates = known.iter().filter_map(|entry| {
+            let (effects, _) = Effects::NONE.parse(&entry.effects).ok()?;
+            let serves = entry.family == *family.digest()
+                && entry.bounces >= self.bounces
+                && self.effects.minus(effects).next().is_none();
+            serves.then_some((effects, entry.bounces))
+        });
+        let nearness = |&(effects, bounces): &(Effects, u32)| {
+            let more = effects.minus(self.effects).count();
+            (more, bounces, effects)
+        };
+        let (effects, bounces) = candidates.min_by_key(nearness)?;
+        Some(Ready {
+            build: Build {
+                effects,
+                bounces,
+                ..self.clone()
+            },
+            more: effects.minus(self.effects).collect(),
+        })
+    }
+
+    /// Remembers that this build is ready.
+    pub(crate) fn remember(&self, arch: &Arch, session: &Session<'_>) {
+        let entry = Entry {
+            family: *self.family(arch).digest(),
+            effects: self.effects.to_string(),
+            bounces: self.bounces,
+        };
+        let key = Key::of(Kind::Builds).value(&entry).finish();
+        if session.cache.bytes(key, session.watch).is_none() {
+            session.cache.put(key, &entry, session.watch);
+        }
+    }
+
+    /// Names all but effects and bounces.
+    fn family(&self, arch: &Arch) -> Key {
+        let bare = Build {
+            effects: Effects::NONE,
+            bounces: 0,
+            ..self.clone()
+        };
+        let family: Builder = Key::of(Kind::Builds).text(BUILD_ID).value(arch);
+        let family = family.value(&bare.options());
+        family.text(self.kernels.digest()).finish()
+    }
+}
