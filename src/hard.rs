@@ -143,18 +143,21 @@ fn sign(verdict: Option<&Verdict>) -> char {
     match verdict {
         None => ' ',
         Some(Verdict::Right) => '.',
-        Some(Verdict::Bounded(_)) => 'o',
+        Some(Verdict::Bounded(_) | Verdict::Off { .. }) => 'o',
         Some(Verdict::Wrong(_)) => 'X',
     }
 }
 
 fn heading(matrix: &Matrix) -> String {
     let right = matrix.count(|v| *v == Verdict::Right);
-    let bounded = matrix.count(|v| matches!(v, Verdict::Bounded(_)));
+    let bounded = matrix.bounded();
     let wrong = matrix.count(|v| matches!(v, Verdict::Wrong(_)));
+    let room = matrix.room().map_or(String::new(), |room| {
+        format!("; where a number is off, its bound is {room:.1} times that at the median")
+    });
     format!(
         "{}: {} cases, {} answers: {right} right, {bounded} within the bound stated for their \
-         setting, {wrong} wrong",
+         setting, {wrong} wrong{room}",
         matrix.machine,
         matrix.cases.len(),
         matrix.verdicts.len(),
@@ -200,16 +203,8 @@ fn text(matrix: &Matrix, again: &Again<'_>) -> String {
         }
         let _ = writeln!(text, "{}", case.title);
     }
-    let bounded = |v: &Verdict| match v {
-        Verdict::Bounded(what) => Some(what.clone()),
-        _ => None,
-    };
-    let wrong = |v: &Verdict| match v {
-        Verdict::Wrong(what) => Some(what.clone()),
-        _ => None,
-    };
-    list(&mut text, matrix, "Wrong by design", &bounded);
-    list(&mut text, matrix, "Wrong", &wrong);
+    list(&mut text, matrix, "Wrong by design", "bounded");
+    list(&mut text, matrix, "Wrong", "wrong");
     let wrong = matrix
         .cases
         .iter()
@@ -230,22 +225,19 @@ fn rank(matrix: &Matrix, case: usize) -> u8 {
     let of_case = (matrix.verdicts.iter()).filter(|((i, _), _)| *i == case);
     let ranks = of_case.map(|(_, verdict)| match verdict {
         Verdict::Wrong(_) => 0,
-        Verdict::Bounded(_) => 1,
+        Verdict::Bounded(_) | Verdict::Off { .. } => 1,
         Verdict::Right => 2,
     });
     ranks.min().unwrap_or(2)
 }
 
-/// Lists texts about verdicts, each once for all settings of the case that have it.
-fn list(
-    text: &mut String,
-    matrix: &Matrix,
-    title: &str,
-    what: &dyn Fn(&Verdict) -> Option<String>,
-) {
+/// Lists texts about verdicts of a kind, each once for all settings of the case that have it.
+fn list(text: &mut String, matrix: &Matrix, title: &str, kind: &str) {
     let mut said: BTreeMap<(usize, Level), Vec<String>> = BTreeMap::new();
     for ((case, column), verdict) in &matrix.verdicts {
-        if let Some(what) = what(verdict) {
+        if let (found, what) = verdict.told()
+            && found == kind
+        {
             let line = format!("{}: {what}", matrix.setting(*column));
             said.entry((*case, column.level)).or_default().push(line);
         }
@@ -346,7 +338,7 @@ fn table(matrix: &Matrix, again: &Again<'_>) -> Markup {
 }
 
 fn cell(verdict: Option<&Verdict>, first: bool) -> Markup {
-    let (class, what) = verdict.map_or(("none", ""), Verdict::told);
+    let (class, what) = verdict.map_or(("none", "".into()), Verdict::told);
     html! { td.cell.first[first] { i class=(class) title=(what) {} } }
 }
 

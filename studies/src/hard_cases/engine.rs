@@ -70,6 +70,11 @@ impl Kernels {
         })
     }
 
+    /// The C files.
+    pub(super) fn input(&self) -> Input {
+        Input::C(self.sources.clone())
+    }
+
     /// All texts that a driver is compiled from.
     pub(super) fn all(&self) -> Result<Vec<Source>, Error> {
         let mut all = self.headers()?;
@@ -162,6 +167,21 @@ impl Host {
     }
 }
 
+/// How the driver is compiled for some calls.
+pub(super) fn options(kernels: &Kernels, calls: &Calls, arch: &Arch) -> Options {
+    Options {
+        include: kernels.folder.iter().cloned().collect(),
+        defines: [defines(has_textures(arch)), calls.defines().to_vec()].concat(),
+        auto_kernel: false,
+        // Verdicts are of values, not of cycles.
+        effort: Effort {
+            percent: 2,
+            ..Effort::default()
+        },
+        ..Options::default()
+    }
+}
+
 /// The driver scheduled for a machine.
 pub(super) struct Srp {
     program: Checked,
@@ -175,19 +195,8 @@ impl Srp {
         arch: &Arch,
         session: &Session<'_>,
     ) -> Result<Srp, Error> {
-        let options = Options {
-            include: kernels.folder.iter().cloned().collect(),
-            defines: [defines(has_textures(arch)), calls.defines().to_vec()].concat(),
-            auto_kernel: false,
-            // Verdicts are of values, not of cycles.
-            effort: Effort {
-                percent: 2,
-                ..Effort::default()
-            },
-            ..Options::default()
-        };
-        let input = Input::C(kernels.sources.clone());
-        let compiled = compile(input, arch, &options, session)?;
+        let options = options(kernels, calls, arch);
+        let compiled = compile(kernels.input(), arch, &options, session)?;
         session.check()?;
         Ok(Srp {
             program: compiled.runnable()?.clone(),

@@ -15,12 +15,26 @@ pub enum Verdict {
     Right,
     /// It is wrong, as it must be in this setting, and keeps the bound that is stated.
     Bounded(String),
+    /// The same of a number, which is off by so much where so much is allowed.
+    Off {
+        /// How far it is off, not 0.
+        by: f64,
+        /// How far it may be.
+        most: f64,
+    },
     /// It is wrong.
     Wrong(String),
 }
 
 /// Unit roundoff of binary32.
 const U: f64 = 1.0 / (1 << 24) as f64;
+
+/// The part by which a narrowed reciprocal is less than its error asks for ([`Approx::narrowing`]).
+const NARROWED: f64 = 8.0 * U;
+
+/// Levels of a byte that the curve from light to bytes reaches at 1, before it is shifted to end there: errors are a part of
+/// these.
+const LEVELS: f64 = 255.0 * 1.055;
 
 /// A bound of the error of an approximate function: relative for reciprocal, roots and exponential,
 /// absolute for the others. 0 where it is exact.
@@ -35,16 +49,19 @@ pub(super) fn error(approx: Approx) -> f64 {
 /// and its distances from the SRP's, narrowed.
 pub(super) fn distance_error(arch: &Arch) -> f64 {
     let of_ray = match arch.system.tni.intersection {
-        Intersection::Woop => 2.0 * error(arch.precision.rcp),
+        Intersection::Woop if arch.precision.rcp != Approx::Exact => {
+            2.0 * error(arch.precision.rcp) + NARROWED
+        }
         _ => 0.0,
     };
     error(arch.system.tni.rcp) + of_ray
 }
 
-/// The same for the unit that the catalogue calls so.
+/// The same for the unit that the catalogue calls so: at the operands of the call where they are known, else at all.
 fn unit_error(setting: &Setting, unit: &str) -> f64 {
     let precision = &setting.arch.precision;
-    match unit {
+    let at_operands = setting.at_operands.and_then(|errors| errors.of(unit));
+    let at_all = match unit {
         "rcp" => error(precision.rcp),
         "rsqrt" => error(precision.rsqrt),
         "sqrt" => error(precision.sqrt),
@@ -56,7 +73,8 @@ fn unit_error(setting: &Setting, unit: &str) -> f64 {
         // The middle of a step, along both axes.
         "weight" => 2f64.powi(-(precision.texture_weight_bits as i32)),
         _ => f64::NAN,
-    }
+    };
+    at_operands.map_or(at_all, |error| error.min(at_all))
 }
 
 /// True if a setting computes a function that has no approximate unit.
@@ -75,16 +93,17 @@ pub(super) fn is_exact(precision: &Precision) -> bool {
 /// Returns the error that the approximate units of a setting may add to a result whose largest part is
 /// `size`.
 pub(super) fn allowance(case: &Case, setting: &Setting, size: f64) -> f64 {
-    let of_unit = |(unit, times): &(String, f64)| {
-        let error = unit_error(setting, unit);
-        times
-            * if unit == "weight" {
-                error
-            } else {
-                error * size
-            }
-    };
-    case.costs.iter().map(of_unit).sum()
+    let (mut absolute, mut relative) = (0.0, 0.0);
+    for (unit, times) in &case.costs {
+        let part = if unit == "weight" {
+            &mut absolute
+        } else {
+            &mut relative
+        };
+        *part += times * unit_error(setting, unit);
+    }
+    // Factors of 1 + e each, and powers of 2 whose exponents are off by e.
+    size * libm::expm1(relative) + absolute
 }
 
 /// One unit of the last place of a number.
@@ -135,6 +154,34 @@ pub(super) fn numbers(case: &Case, setting: &Setting, found: &[u32]) -> Verdict 
     })
 }
 
+/// Checks the bytes of a word. Where units may be off, a byte may be so by the next level beyond.
+pub(super) fn bytes(case: &Case, setting: &Setting, found: &[u32]) -> Verdict {
+    let expected = case.numbers_on(&setting.arch.precision);
+    let expected = expected.first().map_or(0, |word| word.to_bits());
+    let levels = found[0]
+        .to_le_bytes()
+        .into_iter()
+        .zip(expected.to_le_bytes());
+    let off = levels
+        .map(|(a, b)| f64::from(a.abs_diff(b)))
+        .fold(0.0, f64::max);
+    let bound = match allowance(case, setting, LEVELS) {
+        0.0 => 0.0,
+        bound => bound + 1.0,
+    };
+    match off {
+        0.0 => Verdict::Right,
+        off if off <= bound => Verdict::Off {
+            by: off,
+            most: bound,
+        },
+        off => Verdict::Wrong(format!(
+            "{:08x}, not {expected:08x}: off by {off} levels, more than {bound:.1}",
+            found[0]
+        )),
+    }
+}
+
 /// Checks that an error is one that the case allows, or one that its units bring.
 pub(super) fn within(
     case: &Case,
@@ -149,7 +196,10 @@ pub(super) fn within(
     }
     let bound = own + allowance(case, setting, size);
     match off <= bound {
-        true => Verdict::Bounded(format!("off by {off:.1e}, at most {bound:.1e}")),
+        true => Verdict::Off {
+            by: off,
+            most: bound,
+        },
         false => {
             let mut text = what();
             let _ = write!(text, ": off by {off:.1e}, more than {bound:.1e}");

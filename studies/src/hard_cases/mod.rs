@@ -12,6 +12,7 @@ pub mod export;
 mod functions;
 mod judge;
 pub(crate) mod meshes;
+mod operands;
 #[cfg(test)]
 mod oracle;
 mod picture;
@@ -34,15 +35,17 @@ use aimed::AimedRays;
 use call::Calls;
 use engine::{Host, Kernels, Srp};
 use functions::Function;
+use operands::Recorder;
 use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::{Approx, Arch, Precision};
 use srp_archdesc::diagnostic::Source;
+use srp_archdesc::format::{Format, Formats};
 use srp_archdesc::watch::Stage;
 use srp_runtime::scene::{Scene, Triangle};
 use srp_runtime::tni::arithmetic::{self, Prepared, Ray};
 use srp_toolchain::cache::{Key, Kind};
 use srp_toolchain::{BUILD_ID, Session};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::iter;
 use std::path::Path;
 use surface::Made;
@@ -281,6 +284,16 @@ impl Trial<'_> {
             let note = "srp: no unit of the machine samples textures";
             found.skipped.push(note.to_owned());
         }
+        let formats = setting.arch.precision.formats;
+        if formats != Formats::SINGLE && number == 0 {
+            let narrow = formats.all().into_iter().filter(|f| *f != Format::SINGLE);
+            let names: BTreeSet<String> = narrow.map(Format::name).collect();
+            found.skipped.push(format!(
+                "srp, frame: bounds of what adders and multipliers in {} round away: answers are those of binary32, and \
+                 what is off by more than in binary32 is wrong; `srp accuracy` compares pictures",
+                names.into_iter().collect::<Vec<_>>().join(", ")
+            ));
+        }
         let wanted = |case: &Case| match case.call.as_str() {
             "texture" => textures && (setting.changes_textures || setting.changes_kernels),
             _ => setting.changes_kernels,
@@ -291,8 +304,21 @@ impl Trial<'_> {
         }
         let srp = Srp::compile(self.kernels, &calls, &setting.arch, self.session)?;
         let results = calls.results(&srp.run(calls.memory(), self.session)?);
+        let mut recorder: Option<Recorder> = None;
         for (case, at) in placed {
-            let verdict = self.judge(case, &at, &results, setting);
+            let mut verdict = self.judge(case, &at, &results, setting);
+            let alone = call_alone(&self.cases[case]);
+            if let (Verdict::Off { .. }, Some(call)) = (&verdict, alone) {
+                let recorder = match &mut recorder {
+                    Some(recorder) => recorder,
+                    none => none.insert(Recorder::compile(self.kernels, &calls, &setting.arch)?),
+                };
+                let setting = &Setting {
+                    at_operands: Some(recorder.errors(&call)?),
+                    ..setting.clone()
+                };
+                verdict = self.judge(case, &at, &results, setting);
+            }
             found.verdicts.push((case, Level::Srp, verdict));
         }
         Ok(())
@@ -315,6 +341,7 @@ impl Trial<'_> {
             }
             "surface" => surface::judge(case, &setting.arch, &self.triangles[i], &Made::of(call)),
             "basis" => judge::basis(case, setting, call),
+            "bytes" => judge::bytes(case, setting, call),
             _ => judge::numbers(case, setting, call),
         })
     }
@@ -365,6 +392,16 @@ fn function_of(case: &Case) -> Option<&'static Function> {
         "acne" => "surface",
         name => name,
     })
+}
+
+/// The call of a case whose answer is numbers that units of the SRP take part in.
+fn call_alone(case: &Case) -> Option<Calls> {
+    if matches!(case.call.as_str(), "box" | "surface" | "acne") || case.costs.is_empty() {
+        return None;
+    }
+    let mut calls = Calls::new();
+    calls.add_case(case, function_of(case)?);
+    Some(calls)
 }
 
 /// The machine with exact functions, as those of the host are.

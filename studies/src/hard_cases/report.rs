@@ -6,6 +6,7 @@ use super::settings::Setting;
 use schemars::JsonSchema;
 use serde::Serialize;
 use srp_toolchain::envelope::Contents;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// A column of the matrix: a level, and there a setting by its number.
@@ -40,6 +41,22 @@ impl Matrix {
         self.verdicts.values().filter(|v| is(v)).count()
     }
 
+    /// How many verdicts are of answers that are off and keep a bound.
+    pub fn bounded(&self) -> usize {
+        self.count(|v| matches!(v, Verdict::Bounded(_) | Verdict::Off { .. }))
+    }
+
+    /// How many times the error of a number the bound is that it keeps, at the median of those that are off.
+    pub fn room(&self) -> Option<f64> {
+        let room = |verdict: &Verdict| match verdict {
+            Verdict::Off { by, most } => Some(most / by),
+            _ => None,
+        };
+        let mut rooms: Vec<f64> = self.verdicts.values().filter_map(room).collect();
+        rooms.sort_by(f64::total_cmp);
+        rooms.get(rooms.len() / 2).copied()
+    }
+
     /// True if an answer is wrong that is not listed as failing by design.
     pub fn is_wrong(&self) -> bool {
         self.count(|v| matches!(v, Verdict::Wrong(_))) > 0
@@ -56,11 +73,15 @@ impl Matrix {
 
 impl Verdict {
     /// The verdict in a word, and what is said of it.
-    pub fn told(&self) -> (&'static str, &str) {
+    pub fn told(&self) -> (&'static str, Cow<'_, str>) {
         match self {
-            Verdict::Right => ("right", ""),
-            Verdict::Bounded(what) => ("bounded", what),
-            Verdict::Wrong(what) => ("wrong", what),
+            Verdict::Right => ("right", "".into()),
+            Verdict::Bounded(what) => ("bounded", what.into()),
+            Verdict::Off { by, most } => (
+                "bounded",
+                format!("off by {by:.1e}, at most {most:.1e}").into(),
+            ),
+            Verdict::Wrong(what) => ("wrong", what.into()),
         }
     }
 }
@@ -74,6 +95,8 @@ pub struct Listing {
     pub skipped: Vec<String>,
     /// Answers that are wrong and are not listed as failing by design.
     pub wrong: usize,
+    /// How many times the error of a number the bound is that it keeps, at the median of those that are off; null where none is.
+    pub room: Option<f64>,
     /// The cases.
     pub cases: Vec<ListedCase>,
 }
@@ -174,6 +197,7 @@ impl Listing {
             settings: matrix.settings.iter().map(|s| s.name.clone()).collect(),
             skipped: matrix.skipped.clone(),
             wrong: matrix.count(|v| matches!(v, Verdict::Wrong(_))),
+            room: matrix.room(),
             cases: cases.map(|(i, case)| listed(matrix, i, case)).collect(),
         }
     }
@@ -187,7 +211,7 @@ fn listed(matrix: &Matrix, i: usize, case: &Case) -> ListedCase {
             level: column.level.name().to_owned(),
             setting: matrix.setting(*column).to_owned(),
             verdict: verdict.to_owned(),
-            what: what.to_owned(),
+            what: what.into_owned(),
         }
     });
     ListedCase {

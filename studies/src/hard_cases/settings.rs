@@ -1,5 +1,6 @@
 //! The settings of a machine that cases are tried with.
 
+use super::operands::Errors;
 use srp_archdesc::arch::{Approx, Arch, Precision, Refine, Subnormals};
 use srp_archdesc::datapath::Intersection;
 use srp_archdesc::structure::Structure;
@@ -17,6 +18,8 @@ pub struct Setting {
     pub(super) changes_textures: bool,
     /// True if the T&I unit does.
     pub(super) changes_tni: bool,
+    /// The errors that units may make at the operands of the call that is judged, where these are known.
+    pub(super) at_operands: Option<Errors>,
 }
 
 /// The machine as it is, and its settings: everything exact, tables of 23, 16, 12 and 8 bits, 12 bits
@@ -108,6 +111,7 @@ impl Settings {
             }),
             name: name.into(),
             arch,
+            at_operands: None,
         };
         if setting.changes_kernels || setting.changes_textures || setting.changes_tni {
             self.0.push(setting);
