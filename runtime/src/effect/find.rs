@@ -107,19 +107,20 @@ impl View<'_> {
                 n => (true, format!("{n} faces may stand in the light")),
             },
             Effect::TintedShadow => self.passing(),
-            Effect::Reflection | Effect::Transparency | Effect::Fresnel | Effect::Refraction
-                if options.bounces == 0 =>
-            {
-                (
-                    false,
-                    "no secondary rays are asked for (--bounces 0)".to_owned(),
-                )
+            // What is not there sends no light, though nothing behind it is seen.
+            Effect::Transparency if options.bounces == 0 => {
+                self.pictures("map_d", |m| self.scene.has_holes(m.dissolve_map))
             }
-            Effect::Reflection => self.materials(&["illum", "Ks"], Surface::mirrors),
+            Effect::Reflection | Effect::Fresnel | Effect::Refraction if options.bounces == 0 => (
+                false,
+                "no secondary rays are asked for (--bounces 0)".to_owned(),
+            ),
+            // What bends light mirrors all of it beyond the critical angle.
+            Effect::Reflection => {
+                self.materials(&["illum", "Ks", "Ni"], |s| s.mirrors() || bends(s))
+            }
             Effect::Transparency => self.passing(),
-            Effect::Refraction => {
-                self.materials(&["Ni", "illum"], |s| s.transmits() && s.index != 1.0)
-            }
+            Effect::Refraction => self.materials(&["Ni", "illum"], bends),
             Effect::Fresnel => {
                 self.materials(&["illum"], |s| s.mirrors() && s.fresnel != Fresnel::None)
             }
@@ -212,6 +213,10 @@ impl View<'_> {
         }
         text
     }
+}
+
+fn bends(surface: &Surface) -> bool {
+    surface.transmits() && surface.index != 1.0
 }
 
 fn asked(option: &str, value: u32, least: u32) -> (bool, String) {
