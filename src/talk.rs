@@ -205,6 +205,10 @@ impl Watch for Console {
         interrupt::requested()
     }
 
+    fn is_urgent(&self) -> bool {
+        interrupt::requested()
+    }
+
     fn tell(&self, event: Event<'_>) {
         let mut stages = self.stages.lock().unwrap_or_else(PoisonError::into_inner);
         match event {
@@ -240,7 +244,12 @@ impl Watch for Console {
                     bar.begins(item);
                 }
             }
-            Event::ItemEnds(_) => {}
+            Event::ItemReaches(item, ii) => {
+                if let Some((bar, _)) = stages.last().and_then(|s| s.bar.as_ref()) {
+                    bar.begins(&format!("{item} at II {ii}"));
+                }
+            }
+            Event::ItemEnds(_) | Event::Reaches(_) => {}
             Event::Note(note) => say(note),
         }
     }

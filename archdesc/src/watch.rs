@@ -13,6 +13,11 @@ pub trait Watch: Sync {
         false
     }
 
+    /// True if work that is to end soon and has no result yet is not to make a poor one instead.
+    fn is_urgent(&self) -> bool {
+        false
+    }
+
     /// Takes notice of an event.
     fn tell(&self, event: Event<'_>) {
         let _ = event;
@@ -51,6 +56,10 @@ pub enum Event<'a> {
     ItemBegins(&'a str),
     /// The item is done.
     ItemEnds(&'a str),
+    /// The loop has a schedule at this II now.
+    Reaches(u32),
+    /// The item, which is a loop, has one.
+    ItemReaches(&'a str, u32),
     /// A remark for the user, one line or several.
     Note(&'a str),
 }
@@ -91,6 +100,44 @@ impl Drop for Stage<'_> {
     }
 }
 
+/// The watch of an item: it hears what the item reaches with its name.
+pub struct Named<'a> {
+    watch: &'a dyn Watch,
+    item: &'a str,
+}
+
+impl<'a> Named<'a> {
+    /// Names an item to a watch.
+    pub fn new(watch: &'a dyn Watch, item: &'a str) -> Named<'a> {
+        Named { watch, item }
+    }
+}
+
+impl Watch for Named<'_> {
+    fn cancelled(&self) -> bool {
+        self.watch.cancelled()
+    }
+
+    fn is_urgent(&self) -> bool {
+        self.watch.is_urgent()
+    }
+
+    fn tell(&self, event: Event<'_>) {
+        self.watch.tell(match event {
+            Event::Reaches(ii) => Event::ItemReaches(self.item, ii),
+            event => event,
+        });
+    }
+
+    fn elapsed(&self) -> Duration {
+        self.watch.elapsed()
+    }
+
+    fn worked(&self) -> Duration {
+        self.watch.worked()
+    }
+}
+
 /// The same watch, which hears nothing of stages and their steps: for work that runs beside other work
 /// of one stage.
 pub struct Unstaged<'a>(&'a dyn Watch);
@@ -105,6 +152,10 @@ impl<'a> Unstaged<'a> {
 impl Watch for Unstaged<'_> {
     fn cancelled(&self) -> bool {
         self.0.cancelled()
+    }
+
+    fn is_urgent(&self) -> bool {
+        self.0.is_urgent()
     }
 
     fn tell(&self, event: Event<'_>) {
@@ -141,6 +192,10 @@ impl Watch for Limited<'_> {
         self.watch.cancelled() || self.watch.elapsed() >= self.until
     }
 
+    fn is_urgent(&self) -> bool {
+        self.watch.is_urgent()
+    }
+
     fn tell(&self, event: Event<'_>) {
         self.watch.tell(event);
     }
@@ -171,6 +226,10 @@ impl<'a> Worked<'a> {
 impl Watch for Worked<'_> {
     fn cancelled(&self) -> bool {
         self.watch.cancelled() || self.watch.worked() >= self.until
+    }
+
+    fn is_urgent(&self) -> bool {
+        self.watch.is_urgent()
     }
 
     fn tell(&self, event: Event<'_>) {

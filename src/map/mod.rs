@@ -10,11 +10,33 @@ use crate::proof::{self, Proved};
 use crate::{document, files, interrupt, machine, talk};
 use input::Found;
 use srp_archdesc::arch::Arch;
+use srp_archdesc::watch::{Event, Watch};
 use srp_ir::{dre, graph};
 use srp_studies::map::{Options, Outcome, Table, map, map_all, schedules};
 use srp_toolchain::Session;
 use srp_toolchain::envelope::About;
 use std::time::Duration;
+
+/// The terminal's watch, for which a poor schedule is better than none after a Ctrl-C too.
+struct Patient;
+
+impl Watch for Patient {
+    fn cancelled(&self) -> bool {
+        talk::CONSOLE.cancelled()
+    }
+
+    fn tell(&self, event: Event<'_>) {
+        talk::CONSOLE.tell(event);
+    }
+
+    fn elapsed(&self) -> Duration {
+        talk::CONSOLE.elapsed()
+    }
+
+    fn worked(&self) -> Duration {
+        talk::CONSOLE.worked()
+    }
+}
 
 /// Runs `srp map`; 1 where a graph was not mapped.
 pub(crate) fn run(args: &Map) -> Result<i32, Failure> {
@@ -37,7 +59,10 @@ pub(crate) fn run(args: &Map) -> Result<i32, Failure> {
         let message = format!("--any-op {class}: no unit of an array runs this class in a loop");
         return Err(Failure::Usage(message));
     }
-    let session = talk::session();
+    let session = Session {
+        watch: &Patient,
+        ..talk::session()
+    };
     let search = Options {
         search: args.search.effort(),
         timeout: args.timeout.map(Duration::from_secs_f64),

@@ -1,17 +1,21 @@
-//! `srp watch`: the report again whenever a file is saved, with what got better or worse first.
+//! `srp watch`: the report again whenever a file is saved, with what got better or worse first. Bounds of IIs are told at
+//! once, IIs above them as they are reached, and a search whose files are saved again is ended.
 
 use super::command::{Asked, of_program};
 use super::{diff, text};
 use crate::cli::{self, Watch};
 use crate::failure::Failure;
-use crate::talk;
+use crate::{interrupt, talk};
 use notify_debouncer_full::notify::{EventKind, RecursiveMode};
-use notify_debouncer_full::{DebounceEventResult, new_debouncer};
+use notify_debouncer_full::{DebounceEventResult, DebouncedEvent, new_debouncer};
+use srp_archdesc::watch::Event;
 use srp_studies::loops::{Options, Report, diff as differences};
 use srp_toolchain::{LeastIi, Session};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Writes within this time of each other are one change.
@@ -28,20 +32,37 @@ pub(crate) fn run(args: &Watch) -> Result<i32, Failure> {
         // No file that is saved would mend what is wrong.
         machine.read()?;
     }
+    let at_hand = Arc::new(AtHand::default());
+    let session = Session {
+        watch: &*at_hand,
+        ..session
+    };
     let (sender, changes) = channel();
-    let mut watcher = new_debouncer(QUIET, None, sender).map_err(Failure::message)?;
+    let saved = Arc::clone(&at_hand);
+    let took = move |events: DebounceEventResult| {
+        if events
+            .as_ref()
+            .is_ok_and(|events| matter(events).next().is_some())
+        {
+            saved.is_stale.store(true, Ordering::Relaxed);
+        }
+        // Nobody hears of changes once the command has ended.
+        let _ = sender.send(events);
+    };
+    let mut watcher = new_debouncer(QUIET, None, took).map_err(Failure::message)?;
     for folder in folders(&args.of) {
         let watched = watcher.watch(&folder, RecursiveMode::NonRecursive);
         watched.map_err(|e| {
             Failure::message(format_args!("cannot watch {}: {e}", folder.display()))
         })?;
     }
-    let mut last = show(&args.of, None, &session)?;
+    let mut last = show(&args.of, None, &at_hand, &session)?;
     loop {
+        interrupt::end_if_requested()?;
         let changed = next(&changes)?;
         let names: Vec<String> = changed.iter().map(|p| p.display().to_string()).collect();
         talk::print(format!("\n{} changed\n", names.join(", ")))?;
-        last = show(&args.of, last, &session)?;
+        last = show(&args.of, last, &at_hand, &session)?;
     }
 }
 
@@ -50,9 +71,11 @@ pub(crate) fn run(args: &Watch) -> Result<i32, Failure> {
 fn show(
     args: &cli::Reported,
     last: Option<Report>,
+    at_hand: &AtHand,
     session: &Session<'_>,
 ) -> Result<Option<Report>, Failure> {
     let start = Instant::now();
+    at_hand.begin(start);
     let asked = Asked {
         options: Options {
             kernel: args.kernel.clone(),
@@ -61,6 +84,7 @@ fn show(
         },
         proof: None,
         bounds: Some(&|bounds| {
+            at_hand.bound(bounds);
             let line = in_words(bounds, last.as_ref());
             // A line that cannot be printed is missed with the report.
             let _ = talk::print(format!("{line} ({:.2} s)\n", start.elapsed().as_secs_f64()));
@@ -72,7 +96,10 @@ fn show(
         .read()
         .map_err(Failure::from)
         .and_then(|arch| of_program(args, &asked, &arch, session));
+    let is_stale = at_hand.is_stale.load(Ordering::Relaxed) && !interrupt::requested();
     let report = match made {
+        // What is there now is reported next.
+        _ if is_stale => return Ok(last),
         Ok(report) => report,
         Err(Failure::Interrupted) => return Err(Failure::Interrupted),
         Err(Failure::Message(what) | Failure::Usage(what)) => {
@@ -92,6 +119,90 @@ fn show(
     out += &format!("{:.2} s\n", start.elapsed().as_secs_f64());
     talk::print(out)?;
     Ok(Some(report))
+}
+
+/// The report at hand, which the terminal watches. It is stale, and its search ends, when a file has been saved again.
+#[derive(Default)]
+struct AtHand {
+    is_stale: AtomicBool,
+    /// When it began, and the loops that have bounds by their names.
+    begun: Mutex<(Option<Instant>, BTreeMap<String, Ii>)>,
+}
+
+/// The II of a loop in a search.
+struct Ii {
+    /// The least that there may be.
+    least: u32,
+    /// The least that was reached.
+    reached: u32,
+}
+
+impl AtHand {
+    fn begin(&self, now: Instant) {
+        *self.begun.lock().unwrap_or_else(PoisonError::into_inner) = (Some(now), BTreeMap::new());
+        self.is_stale.store(false, Ordering::Relaxed);
+    }
+
+    fn bound(&self, bounds: &[LeastIi]) {
+        let mut begun = self.begun.lock().unwrap_or_else(PoisonError::into_inner);
+        begun.1.extend(bounds.iter().map(|LeastIi { kernel, ii }| {
+            let of_loop = Ii {
+                least: *ii,
+                reached: u32::MAX,
+            };
+            (kernel.clone(), of_loop)
+        }));
+    }
+
+    /// A loop has reached an II. Those at their bounds at once have no line.
+    fn reaches(&self, name: &str, ii: u32) {
+        let mut begun = self.begun.lock().unwrap_or_else(PoisonError::into_inner);
+        let (Some(start), loops) = &mut *begun else {
+            return;
+        };
+        if self.is_stale.load(Ordering::Relaxed) {
+            return;
+        }
+        let Some(of_loop) = loops.get_mut(name).filter(|of_loop| ii < of_loop.reached) else {
+            return;
+        };
+        let was_told = of_loop.reached < u32::MAX;
+        of_loop.reached = ii;
+        let seconds = start.elapsed().as_secs_f64();
+        let least = of_loop.least;
+        let line = match ii > least {
+            true => format!("{name}: II {ii} so far, at least {least} ({seconds:.2} s)\n"),
+            false if was_told => format!("{name}: II {ii}, the least ({seconds:.2} s)\n"),
+            false => return,
+        };
+        // A line that cannot be printed is missed with the report.
+        let _ = talk::print(line);
+    }
+}
+
+impl srp_archdesc::Watch for AtHand {
+    fn cancelled(&self) -> bool {
+        talk::CONSOLE.cancelled() || self.is_stale.load(Ordering::Relaxed)
+    }
+
+    fn is_urgent(&self) -> bool {
+        self.cancelled()
+    }
+
+    fn tell(&self, event: Event<'_>) {
+        if let Event::ItemReaches(name, ii) = event {
+            self.reaches(name, ii);
+        }
+        talk::CONSOLE.tell(event);
+    }
+
+    fn elapsed(&self) -> Duration {
+        talk::CONSOLE.elapsed()
+    }
+
+    fn worked(&self) -> Duration {
+        talk::CONSOLE.worked()
+    }
 }
 
 /// The bounds of IIs in a line, with those of the last report where they are others.
@@ -125,21 +236,22 @@ fn next(changes: &Receiver<DebounceEventResult>) -> Result<BTreeSet<PathBuf>, Fa
             // What cannot be watched for a moment, such as a file that is just replaced, is seen again.
             continue;
         };
-        // A tool that looks at files must not take its own look for a change.
-        let changes = events
-            .iter()
-            .filter(|e| !matches!(e.kind, EventKind::Access(_)));
-        let paths = changes.flat_map(|e| &e.paths).filter(|path| matters(path));
-        let found: BTreeSet<PathBuf> = paths.map(|path| shortened(path)).collect();
+        let found: BTreeSet<PathBuf> = matter(&events).map(shortened).collect();
         if !found.is_empty() {
             return Ok(found);
         }
     }
 }
 
-fn matters(path: &Path) -> bool {
-    let ending = path.extension().and_then(|e| e.to_str());
-    ending.is_some_and(|ending| ENDINGS.contains(&ending))
+/// The paths of changes that a report can depend on.
+fn matter(events: &[DebouncedEvent]) -> impl Iterator<Item = &Path> {
+    // A tool that looks at files must not take its own look for a change.
+    let changes = (events.iter()).filter(|e| !matches!(e.kind, EventKind::Access(_)));
+    let paths = changes.flat_map(|e| &e.paths).map(PathBuf::as_path);
+    paths.filter(|path| {
+        let ending = path.extension().and_then(|e| e.to_str());
+        ending.is_some_and(|ending| ENDINGS.contains(&ending))
+    })
 }
 
 /// A path as the user would write it, from the current folder.

@@ -6,6 +6,8 @@ use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
+use std::sync::mpsc::channel;
+use std::time::Duration;
 
 fn json(folder: &Path, args: &[&str]) -> Value {
     parsed(srp(folder, args), args)
@@ -199,4 +201,53 @@ fn what_is_saved_is_reported_again() {
     assert!(worse.contains("worse:"), "{worse}");
     watching.kill().expect("it is still there");
     watching.wait().expect("it ends");
+}
+
+#[test]
+fn a_search_tells_what_it_reaches_and_ends_when_its_files_are_saved_again() {
+    let folder = folder("watch-again");
+    let source = [
+        "machine",
+        "source",
+        "sgrt",
+        "--set",
+        "op[class=sfu].interval=1",
+    ];
+    let machine = String::from_utf8(srp(&folder, &source).stdout).expect("it is a text");
+    write(&folder, "m.xml", &machine);
+    // There is an II above the bound in a moment, and the search goes on for many minutes.
+    let mut command = Command::new(env!("CARGO_BIN_EXE_srp"));
+    let args = ["watch", "--frame", "--kernel", "scatter", "--effort", "100"];
+    command
+        .current_dir(&folder)
+        .args(args)
+        .args(["--machine", "m.xml"]);
+    command.env("SRP_CACHE", folder.with_extension("cache"));
+    let piped = command.stdout(Stdio::piped()).stderr(Stdio::null());
+    let mut watching = piped.spawn().expect("the command can be started");
+    let out = watching.stdout.take().expect("it is a pipe");
+    let (line, lines) = channel();
+    let reads = std::thread::spawn(move || {
+        let mut all = BufReader::new(out).lines().map_while(Result::ok);
+        all.all(|text| line.send(text).is_ok())
+    });
+    let until = |what: &str| loop {
+        let next = lines.recv_timeout(Duration::from_secs(120));
+        let next = next.unwrap_or_else(|_| panic!("nothing has said `{what}`"));
+        if next.contains(what) {
+            break next;
+        }
+        assert!(
+            !next.contains("stages"),
+            "no report of the first machine: {next}"
+        );
+    };
+    let bound = until("II at least: scatter 12 (");
+    assert!(bound.contains(" s)"), "{bound}");
+    until(", at least 12 (");
+    write(&folder, "m.xml", "<machine");
+    until("m.xml changed");
+    watching.kill().expect("it is still there");
+    watching.wait().expect("it ends");
+    reads.join().expect("it reads to the end");
 }

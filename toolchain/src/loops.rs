@@ -5,7 +5,7 @@ use crate::cache::{Key, Kind};
 use crate::session::Timed;
 use srp_archdesc::arch::{Arch, Srp};
 use srp_archdesc::threads;
-use srp_archdesc::watch::{Event, Stage, Watch};
+use srp_archdesc::watch::{Event, Named, Stage, Watch};
 use srp_ir::dfg::Dfg;
 use srp_scheduler::{LoopResult, modulo};
 use std::cmp::Reverse;
@@ -72,7 +72,8 @@ pub(crate) fn schedule_all(
     let one = |(): &mut (), place: usize| {
         let dfg: &Dfg = dfgs[order[place]];
         watch.tell(Event::ItemBegins(&dfg.name));
-        let result = schedule_loop(dfg, &arch.srp, options, session, watch);
+        let named = Named::new(watch, &dfg.name);
+        let result = schedule_loop(dfg, &arch.srp, options, session, &named);
         watch.tell(Event::ItemEnds(&dfg.name));
         stage.done(1);
         result

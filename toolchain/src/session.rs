@@ -160,6 +160,10 @@ impl Watch for Timed<'_> {
         self.watch.cancelled()
     }
 
+    fn is_urgent(&self) -> bool {
+        self.watch.is_urgent()
+    }
+
     fn tell(&self, event: Event<'_>) {
         let now = self.watch.elapsed();
         let mut laps = self.laps.lock().unwrap_or_else(PoisonError::into_inner);
@@ -178,7 +182,7 @@ impl Watch for Timed<'_> {
                     *laps.times.items.entry(name.to_owned()).or_default() += now - since;
                 }
             }
-            Event::Done(_) | Event::Note(_) => {}
+            Event::Done(_) | Event::Note(_) | Event::Reaches(_) | Event::ItemReaches(..) => {}
         }
         drop(laps);
         self.watch.tell(event);

@@ -16,8 +16,8 @@ use super::place::{Attempt, Conflict, LIGHTEST, Placement};
 use super::problem::Problem;
 use super::route::Router;
 use super::{FIRST, MANY, MAX_STAGES, worth};
-use srp_archdesc::Watch;
 use srp_archdesc::entity::EntityMap;
+use srp_archdesc::watch::{Event, Watch};
 use srp_ir::dfg::Node;
 use srp_ir::dre::scheduled::Reg;
 use std::collections::BTreeMap;
@@ -126,7 +126,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
     }
 
     /// A schedule with the first II that works, by attempts of so many steps. Where the watch ends them before one has
-    /// succeeded, nodes are placed in sequence at the largest II.
+    /// succeeded, nodes are placed in sequence at the largest II, unless that is [urgent](Watch::is_urgent).
     pub(super) fn first(
         &mut self,
         bound: u32,
@@ -134,7 +134,8 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         watch: &dyn Watch,
     ) -> Result<Placement, Unschedulable> {
         let found = self.first_attempted(bound, effort, watch);
-        if found.is_err() && watch.cancelled() && self.size() <= MOST_ON_LATTICE {
+        let is_cut_short = watch.cancelled() && !watch.is_urgent();
+        if found.is_err() && is_cut_short && self.size() <= MOST_ON_LATTICE {
             let deepest = self.problem.srp.contexts;
             return self.in_sequence(deepest).ok_or(()).or(found);
         }
@@ -326,6 +327,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
             match self.attempt(ii, Way::Negotiated(steps), limit(best), watch) {
                 Some(schedule) => {
                     *best = schedule;
+                    watch.tell(Event::Reaches(best.ii));
                     least = least.min(best.ii - 1).max(bound);
                 }
                 None => least = ii + 1,
@@ -376,6 +378,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
                 }
             };
             *best = schedule;
+            watch.tell(Event::Reaches(best.ii));
         }
     }
 
@@ -424,7 +427,10 @@ impl<'a, 'p> Heuristic<'a, 'p> {
                 ),
             };
             match self.attempts(ii, attempts, limit, watch) {
-                Some(schedule) => *best = schedule,
+                Some(schedule) => {
+                    *best = schedule;
+                    watch.tell(Event::Reaches(best.ii));
+                }
                 None => leap /= 2,
             }
         }

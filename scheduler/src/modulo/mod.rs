@@ -44,7 +44,7 @@ use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::Srp;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Ty;
-use srp_archdesc::watch::{Watch, Worked};
+use srp_archdesc::watch::{Event, Watch, Worked};
 use srp_ir::dfg::Dfg;
 use srp_ir::dre::scheduled::{ModuloSchedule, Reg};
 use std::io::Write;
@@ -252,6 +252,7 @@ pub fn schedule(
             found.ok_or(why)?
         }
     };
+    watch.tell(Event::Reaches(schedule.ii));
     let steps = options.effort.saturating_mul(operations.min(MANY) as u64) / FEW;
     heuristic.improve(&mut schedule, bound, steps, watch);
     if is_small {
@@ -259,6 +260,7 @@ pub fn schedule(
         schedule = worklist
             .search(task, schedule.ii, &mut limits)
             .unwrap_or(schedule);
+        watch.tell(Event::Reaches(schedule.ii));
         worklist.fold(task, schedule.ii, &mut limits);
     }
     let compaction = compact::Limits {
