@@ -1,8 +1,10 @@
 //! `srp render --ready`: kernels that are ready in the place of those that a scene calls for.
 
+use crate::cli::{Render, parse_cameras};
 use crate::talk;
 use srp_kernels::effect::Effect;
 use srp_toolchain::{Build, Frame, Session};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// The least claim to the host's processors that a process can make.
@@ -38,19 +40,33 @@ pub(crate) fn more(effects: &[Effect], bounces: u32, ready: &Build) -> String {
     names.join(", ")
 }
 
-/// Starts this command again as a process that goes on by itself and only [schedules](crate::cli::Render::prepare) the
-/// kernels that the scene calls for. Where one such process is at work for this cache already, none is started.
-pub(crate) fn schedule_beside(session: &Session<'_>) {
+/// Starts this command again as a process that goes on by itself and only [schedules](Render::prepare) the kernels that the
+/// scene calls for. None is started where one is at work for this cache already, or where an input cannot be read twice.
+pub(crate) fn schedule_beside(args: &Render, session: &Session<'_>) {
     let Some(program) = &session.builder else {
         return;
     };
+    let cameras = args.frame.cameras.as_deref().and_then(parse_cameras);
+    let inputs = [
+        args.frame.scene.as_deref(),
+        Some(args.frame.machine.machine.as_path()),
+        cameras.map(|(path, ..)| path),
+    ];
+    let is_stream = |path: &&Path| path.metadata().is_ok_and(|found| !found.is_file());
+    if inputs.iter().flatten().any(is_stream) {
+        return;
+    }
     let Some(turn) = session.cache.turn(session.watch) else {
         return;
     };
-    let arguments = std::env::args_os().skip(1);
-    let arguments = arguments.map(|word| match word == "--ready" {
-        true => "--prepare".into(),
-        false => word,
+    // What stands behind `--` are names.
+    let mut are_options = true;
+    let arguments = std::env::args_os().skip(1).map(|word| {
+        are_options &= word != "--";
+        match are_options && word == "--ready" {
+            true => "--prepare".into(),
+            false => word,
+        }
     });
     let mut command = Command::new(program);
     // The process has the turn as long as it has its input.

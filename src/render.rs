@@ -13,6 +13,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use srp_archdesc::arch::Arch;
 use srp_ir::check::Checked;
+use srp_kernels::effect::Effect;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene_image::SceneImage;
 use srp_runtime::system::{self, Observer, Observers};
@@ -35,6 +36,10 @@ pub(crate) struct Account<'a> {
     report: &'a system::Report,
     /// The energy of the frame.
     energy: &'a Energy,
+    /// Names of the effects that its kernels are built for.
+    effects: Vec<&'static str>,
+    /// Secondary rays in a row that its kernels have room for.
+    bounces: u32,
 }
 
 impl Contents for Account<'_> {
@@ -84,12 +89,13 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         session,
     )?;
     frame.build.effort = args.search.effort();
-    let own_is_ready = !args.ready || ready::choose(&mut frame, session);
+    let is_scheduled = args.level.fidelity != Fidelity::Functional || !args.loops.loops.is_empty();
+    let own_is_ready = !args.ready || !is_scheduled || ready::choose(&mut frame, session);
     let trace = trace::Target::of_frame(&args.trace, &frame.arch, args.size)?;
     // A frame that is refused is so before kernels are compiled for it.
     let image = frame.image()?;
     pixel::Wanted::of(args.pixel, &frame, &image)?;
-    if args.level.fidelity == Fidelity::Functional && args.loops.loops.is_empty() {
+    if !is_scheduled {
         return without_clock(&frame, &image, args, session);
     }
     let compiles = || match args.loops.loops.is_empty() {
@@ -103,7 +109,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     }
     interrupt::end_if_requested()?;
     if !own_is_ready {
-        ready::schedule_beside(session);
+        ready::schedule_beside(args, session);
     }
 
     let program = kernels.program()?;
@@ -157,7 +163,15 @@ fn prepare(args: &Render) -> Result<(), Failure> {
         say_messages(&compiled, &arch, &warnings, session)?;
     }
     interrupt::end_if_requested()?;
-    talk::say(format_args!("ready: {}", build.effects));
+    // A cache that nothing is written to makes nothing ready.
+    let is_ready =
+        (build.nearest(&arch, &talk::session())).is_some_and(|found| found.build == build);
+    match is_ready {
+        true => talk::say(format_args!("ready: {}", build.effects)),
+        false => talk::complain(
+            "warning: the cache keeps none of it, so no later frame finds these kernels ready",
+        ),
+    }
     Ok(())
 }
 
@@ -263,6 +277,8 @@ impl Timed<'_> {
         let account = Account {
             report: &report,
             energy: &energy,
+            effects: frame.build.effects.iter().map(Effect::name).collect(),
+            bounces: frame.build.bounces,
         };
         let text = report.text() + &energy::text(&energy);
         match pixel.filter(|_| report.complete) {

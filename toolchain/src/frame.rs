@@ -32,7 +32,7 @@ pub struct Kernels(Option<Folder>);
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Folder {
     path: PathBuf,
-    /// Names the contents of all C files and headers in it.
+    /// Names the contents of all files in it that C files can include.
     digest: String,
 }
 
@@ -47,11 +47,10 @@ impl Kernels {
             return Ok(Kernels::default());
         };
         let mut key = Key::of(Kind::Trials);
-        for source in input::kernels_in(path)?
-            .iter()
-            .chain(&input::headers_in(path)?)
-        {
-            key = key.text(&source.name).text(&source.text);
+        // Before any file is included, at least one C file has to be there.
+        input::c_files(path)?;
+        for (name, bytes) in input::all_in(path)? {
+            key = key.text(&name).bytes(&bytes);
         }
         Ok(Kernels(Some(Folder {
             path: path.to_owned(),
@@ -163,19 +162,14 @@ impl Build {
         front_end::with_texts(&self.kernels.sources()?, arch, &self.options())
     }
 
-    /// Compiles the kernels, which are [ready](Build::nearest) then.
+    /// Compiles the kernels.
     ///
     /// # Errors
     ///
     /// Those of [`compile()`].
     pub fn compile(&self, arch: &Arch, session: &Session<'_>) -> Result<Compiled, Error> {
         let sources = Input::C(self.kernels.sources()?);
-        let compiled = compile(sources, arch, &self.options(), session)?;
-        // Of a search that was cut short, no schedule is kept.
-        if !session.watch.cancelled() {
-            self.remember(arch, session);
-        }
-        Ok(compiled)
+        compile(sources, arch, &self.options(), session)
     }
 
     /// Names the simulator of this build on a machine: another build, machine or kernel has another.

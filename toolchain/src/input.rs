@@ -72,14 +72,53 @@ pub fn kernels_in(folder: &Path) -> Result<Vec<Source>, Error> {
     c_files(folder)?.iter().map(read).collect()
 }
 
-/// All headers of a folder.
+/// Most files of a folder of kernels, with those in folders of it.
+const MOST_FILES: usize = 10_000;
+
+/// The names and bytes of all files of a folder and of the folders in it that a C file can include: not those that are larger than
+/// a source may be, and not those that begin with a dot.
 ///
 /// # Errors
 ///
-/// The folder or a file cannot be read.
-pub fn headers_in(folder: &Path) -> Result<Vec<Source>, Error> {
-    let read = |path: &PathBuf| Ok(files::read_source(path, Kind::Source)?);
-    files_in(folder, "h")?.iter().map(read).collect()
+/// The folder or a file cannot be read, or there are more than 10,000.
+pub fn all_in(folder: &Path) -> Result<Vec<(String, Vec<u8>)>, Error> {
+    let mut open = vec![folder.to_owned()];
+    let mut paths = Vec::new();
+    while let Some(folder) = open.pop() {
+        let error = |e: std::io::Error| {
+            Error::Invalid(format!("cannot read the folder {}: {e}", folder.display()))
+        };
+        for entry in std::fs::read_dir(&folder).map_err(error)? {
+            let entry = entry.map_err(error)?;
+            if entry.file_name().as_encoded_bytes().starts_with(b".") {
+                continue;
+            }
+            match entry.file_type().map_err(error)? {
+                kind if kind.is_dir() => open.push(entry.path()),
+                _ => paths.push(entry.path()),
+            }
+            if open.len() + paths.len() > MOST_FILES {
+                return Err(Error::Invalid(format!(
+                    "{} has more than {MOST_FILES} files: kernels stand in a folder of their own",
+                    folder.display()
+                )));
+            }
+        }
+    }
+    paths.sort();
+    let small = |path: &PathBuf| {
+        std::fs::metadata(path).is_ok_and(|m| m.is_file() && m.len() <= Kind::Source.limit())
+    };
+    paths.retain(small);
+    let read = |path: PathBuf| {
+        let name = path
+            .strip_prefix(folder)
+            .unwrap_or(&path)
+            .display()
+            .to_string();
+        Ok((name, files::read_bytes(&path, Kind::Source)?))
+    };
+    paths.into_iter().map(read).collect()
 }
 
 /// The files of a folder with this ending, by name.

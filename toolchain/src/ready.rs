@@ -24,6 +24,8 @@ struct Entry {
     effects: String,
     /// Secondary rays in a row that there is room for.
     bounces: u32,
+    /// True if the cache was given the whole program too.
+    is_whole: bool,
 }
 
 /// A build that is ready, in the place of another.
@@ -65,25 +67,21 @@ impl Build {
     ///
     /// Those of [`Build::compile`].
     pub fn scheduled(&self, arch: &Arch, session: &Session<'_>) -> Result<Scheduled, Error> {
-        let key = Key::of(Kind::Programs)
-            .text(BUILD_ID)
-            .value(arch)
-            .value(&self.options())
-            .text(self.kernels.digest())
-            .finish();
+        let key = self.program_key(arch);
         let kept: Option<ScheduledDre> = session.cache.get(key, session.watch);
         if let Some(Ok(program)) = kept.map(|program| check::check(program, arch)) {
             return Ok(Scheduled::Before(Box::new(program)));
         }
         let compiled = self.compile(arch, session)?;
         let refused = compiled.not_pipelined.iter().any(|n| n.required);
-        let has_messages = refused || !compiled.messages.diagnostics.is_empty();
+        let is_whole = compiled.messages.diagnostics.is_empty();
         if let (false, false, Ok(program)) =
-            (has_messages, session.watch.cancelled(), compiled.runnable())
+            (refused, session.watch.cancelled(), compiled.runnable())
         {
-            session
-                .cache
-                .put::<ScheduledDre>(key, program, session.watch);
+            if is_whole {
+                (session.cache).put::<ScheduledDre>(key, program, session.watch);
+            }
+            self.remember(is_whole, arch, session);
         }
         Ok(Scheduled::Now(Box::new(compiled)))
     }
@@ -106,29 +104,47 @@ impl Build {
             let serves = entry.family == *family.digest()
                 && entry.bounces >= self.bounces
                 && self.effects.minus(effects).next().is_none();
-            serves.then_some((effects, entry.bounces))
+            serves.then_some((effects, entry.bounces, entry.is_whole))
         });
-        let nearness = |&(effects, bounces): &(Effects, u32)| {
+        let nearness = |&(effects, bounces, is_whole): &(Effects, u32, bool)| {
             let more = effects.minus(self.effects).count();
-            (more, bounces, effects)
+            (more, bounces, effects, is_whole)
         };
-        let (effects, bounces) = candidates.min_by_key(nearness)?;
-        Some(Ready {
-            build: Build {
-                effects,
-                bounces,
-                ..self.clone()
-            },
-            more: effects.minus(self.effects).collect(),
-        })
+        let mut candidates: Vec<(Effects, u32, bool)> = candidates.collect();
+        candidates.sort_by_key(nearness);
+        candidates
+            .into_iter()
+            .find_map(|(effects, bounces, is_whole)| {
+                let build = Build {
+                    effects,
+                    bounces,
+                    ..self.clone()
+                };
+                // What the cache has dropped since is not ready.
+                let key = is_whole.then(|| build.program_key(arch));
+                let is_there =
+                    key.is_none_or(|key| session.cache.bytes(key, session.watch).is_some());
+                is_there.then(|| Ready {
+                    build,
+                    more: effects.minus(self.effects).collect(),
+                })
+            })
+    }
+
+    /// Names the scheduled program.
+    fn program_key(&self, arch: &Arch) -> Key {
+        let key = Key::of(Kind::Programs).text(BUILD_ID).value(arch);
+        let key = key.value(&self.options());
+        key.text(self.kernels.digest()).finish()
     }
 
     /// Remembers that this build is ready.
-    pub(crate) fn remember(&self, arch: &Arch, session: &Session<'_>) {
+    fn remember(&self, is_whole: bool, arch: &Arch, session: &Session<'_>) {
         let entry = Entry {
             family: *self.family(arch).digest(),
             effects: self.effects.to_string(),
             bounces: self.bounces,
+            is_whole,
         };
         let key = Key::of(Kind::Builds).value(&entry).finish();
         if session.cache.bytes(key, session.watch).is_none() {
