@@ -120,7 +120,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What is ready for `srp render --ready`.
+/// A sentence about the kernels that `srp render --ready` takes.
 fn readiness(build: &Build, nearest: Option<&Ready>) -> String {
     match nearest {
         None => "No kernels that do all of this are ready: srp render --ready schedules those of all effects.".to_owned(),

@@ -31,7 +31,7 @@ pub(crate) fn choose(frame: &mut Frame, session: &Session<'_>) -> bool {
     is_own
 }
 
-/// What ready kernels have that others, with room for so many bounces, do not.
+/// Names of the effects that ready kernels have beyond others with room for so many bounces, and of their room if that is more.
 pub(crate) fn more(effects: &[Effect], bounces: u32, ready: &Build) -> String {
     let mut names: Vec<String> = effects.iter().map(|e| e.name().to_owned()).collect();
     if ready.bounces > bounces {

@@ -163,7 +163,7 @@ fn prepare(args: &Render) -> Result<(), Failure> {
         say_messages(&compiled, &arch, &warnings, session)?;
     }
     interrupt::end_if_requested()?;
-    // A cache that nothing is written to makes nothing ready.
+    // A cache that nothing is written to makes nothing ready; this session remembers what it made, another one does not.
     let is_ready =
         (build.nearest(&arch, &talk::session())).is_some_and(|found| found.build == build);
     match is_ready {

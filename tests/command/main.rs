@@ -78,6 +78,12 @@ fn srp_with(cache: &Path, folder: &Path, args: &[&str]) -> Output {
 
 /// Standard output of a run, which has to end with this status.
 fn stdout(folder: &Path, args: &[&str], status: i32) -> String {
+    let output = ended(folder, args, status);
+    String::from_utf8(output.stdout).expect("text is written")
+}
+
+/// The output of a run, which has to end with this status.
+fn ended(folder: &Path, args: &[&str], status: i32) -> Output {
     let output = srp(folder, args);
     let message = String::from_utf8_lossy(&output.stderr);
     assert_eq!(
@@ -85,7 +91,7 @@ fn stdout(folder: &Path, args: &[&str], status: i32) -> String {
         Some(status),
         "srp {args:?}: {message}"
     );
-    String::from_utf8(output.stdout).expect("text is written")
+    output
 }
 
 /// A file of a test.
@@ -107,13 +113,8 @@ fn misused(folder: &Path, args: &[&str], says: &[&str]) {
 
 fn refused_with(status: i32, folder: &Path, args: &[&str], says: &[&str]) {
     let before = std::fs::read_dir(folder).expect("it is there").count();
-    let output = srp(folder, args);
+    let output = ended(folder, args, status);
     let message = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(
-        output.status.code(),
-        Some(status),
-        "srp {args:?}: {message}"
-    );
     for part in says {
         assert!(
             message.contains(part),

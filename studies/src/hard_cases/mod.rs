@@ -307,8 +307,9 @@ impl Trial<'_> {
         let mut recorder: Option<Recorder> = None;
         for (case, at) in placed {
             let mut verdict = self.judge(case, &at, &results, setting);
-            let alone = call_alone(&self.cases[case]);
-            if let (Verdict::Off { .. }, Some(call)) = (&verdict, alone) {
+            if let Verdict::Off { .. } = &verdict
+                && let Some(call) = call_alone(&self.cases[case])
+            {
                 let recorder = match &mut recorder {
                     Some(recorder) => recorder,
                     none => none.insert(Recorder::compile(self.kernels, &calls, &setting.arch)?),

@@ -86,10 +86,18 @@ impl Table {
         self.refined(self.error(f, m / half, self.bits, 0.0) * m.sqrt())
     }
 
-    /// The error of an operation; `None` where it approximates nothing.
+    /// The error of an operation of one of [`UNITS`].
     fn at(self, op: Opcode, x: f64, y: f64) -> f64 {
-        let mantissa = |x: f64| x.abs() / 2f64.powi(x.abs().log2().floor() as i32);
-        let by_four = |x: f64| x / 4f64.powi((x.log2() / 2.0).floor() as i32);
+        // From 1 to 2, with its exponent.
+        let normalized = |x: f64| {
+            let (half, exponent) = libm::frexp(x.abs());
+            (2.0 * half, exponent - 1)
+        };
+        let mantissa = |x: f64| normalized(x).0;
+        let by_four = |x: f64| match normalized(x) {
+            (m, exponent) if exponent % 2 == 0 => m,
+            (m, _) => 2.0 * m,
+        };
         match op {
             Opcode::Rcp => self.reciprocal(mantissa(x)),
             Opcode::Fdiv => self.reciprocal(mantissa(y)) + 2.0 * U,
