@@ -54,6 +54,8 @@ const MELTINGS: u32 = 2;
 const AGAIN: u64 = 50;
 const LEAST_MELTED: u64 = 200;
 const FEWEST_MELTED: u32 = 4;
+/// Failures after which that ends: the lengths that are left then are soon reached in parts.
+const MOST_FAILED: u32 = 2;
 /// The effort of a change, and the fewest changes for each node.
 const CHANGE: u64 = 30;
 const LEAST_STEPS: u64 = 12;
@@ -192,12 +194,16 @@ impl Compaction<'_, '_> {
                 return;
             }
             let least = part(LEAST_MELTED).max(FEWEST_MELTED);
-            let mut failed = 0;
-            while self.gap() >= failed + least && !self.limits.watch.cancelled() {
+            let (mut failed, mut failures) = (0, 0);
+            while self.gap() >= failed + least
+                && failures < MOST_FAILED
+                && !self.limits.watch.cancelled()
+            {
                 let beyond = (failed + self.gap()) / 2;
                 let target = self.bound.length + beyond;
                 if !self.attempt(Way::Negotiate(lanes, HOT), target, self.worth()) {
                     failed = beyond;
+                    failures += 1;
                 }
                 self.router.expanded = 0;
             }

@@ -7,13 +7,19 @@
 //! with a probability that falls with its cost (*heat bath*; Metropolis et al. 1953, Geman and Geman
 //! 1984), routes for real, and keeps that or goes back. What is taken too often grows dearer
 //! ([`market`]), as the temperature falls. All numbers are integers, so that every host agrees.
+//!
+//! The last conflicts are those that no step mends by itself. Two kinds are mended by many nodes at once: an operation that is
+//! issued before its operand is ready is moved with all that follow or precede it ([`push`]), and where operations fill a unit that
+//! they hold for several cycles, none begins between two of the others ([`tiles`]).
 
 mod deliver;
 mod lanes;
 mod market;
+mod push;
 mod shorten;
 mod state;
 mod survey;
+mod tiles;
 mod trace;
 
 use super::noise::noise;
@@ -48,16 +54,19 @@ const FROZEN: u32 = 4;
 const NEARLY: usize = 4;
 const NEARLY_FROZEN: u32 = 12;
 const REHEATED: u32 = 14;
+/// How few nodes are in conflict where chains of operations are moved ([`push`](Negotiation::push)).
+const FEW_TO_PUSH: usize = 8;
 /// How many nodes of a thousand may be in conflict after some stages: of 430 runs at 33 loops and IIs these bounds
 /// end 137 of the 261 that fail, which are a quarter of all work, and 4 of the 169 others.
 const HOPELESS: [(u32, usize); 3] = [(12, 300), (16, 130), (20, 92)];
 /// The price of a use beyond the capacity in the first stage and in the last.
 const PENALTY: (i32, i32) = (10, 800);
-/// The rise for good, in each stage, of the price of an overused resource.
+/// The rise for good of the price of an overused resource, at the beginning of each stage, and while hardly a node is in
+/// conflict whenever conflicts are counted.
 const HISTORY: i16 = 12;
 
 /// Costs of an edge without a route: the cost beyond the penalty, larger than that of any route
-/// with a little overuse; the rise for good in each stage; and the cost of each cycle by which the
+/// with a little overuse; the rise for good, as often; and the cost of each cycle by which the
 /// edge is too short for a route.
 const OPEN: i32 = 900;
 const OPEN_HISTORY: i32 = 40;
@@ -73,8 +82,13 @@ const STEPS_PER_STEP: u64 = 20;
 /// Cycles that a value has more than it needs at the start.
 const ROOM: i32 = 1;
 
-/// Steps in a hundred that take a node in conflict, as long as some are.
+/// Steps between two counts of the conflicts.
+const COUNTED: u64 = 64;
+
+/// Steps in a hundred that take a node in conflict, as long as some are. Of the others, where hardly a node is, those
+/// that take a neighbour of such a node.
 const IN_CONFLICT: u32 = 50;
+const NEXT_TO_CONFLICT: u32 = 50;
 /// Steps in a hundred that leave a node as it is where it was drawn to its own place and is in no
 /// conflict; the others route it again.
 const AS_IT_IS: u32 = 85;
@@ -139,14 +153,14 @@ impl Cooling {
 pub(super) struct Negotiation<'a, 'p> {
     problem: &'a Problem<'p>,
     freedom: &'a Freedom,
-    /// The cycle by which everything has landed, if no node may be issued outside of its freedom.
-    deadline: Option<i32>,
     fixed: &'a [Reg],
     state: State<'a, 'p>,
     survey: Survey,
     seed: u64,
     draws: u64,
     open_history: Vec<i32>,
+    /// The price of a use beyond the capacity in this stage.
+    penalty: i32,
     /// Nodes in conflict when they were counted last.
     conflicts: Vec<Node>,
     /// Lists that every step uses again: the routes that a node was taken out with, its edges by how far apart
@@ -170,6 +184,7 @@ impl<'a, 'p> Negotiation<'a, 'p> {
         seed: u32,
     ) -> Negotiation<'a, 'p> {
         let mut run = Negotiation::empty(problem, lanes, ii, freedom, fixed, seed);
+        run.state.tiles = tiles::tiles(problem, ii, seed);
         let earliest = start::times(problem, ii, ROOM);
         for node in problem.nodes() {
             let units = &problem.units[node];
@@ -198,11 +213,11 @@ impl<'a, 'p> Negotiation<'a, 'p> {
             state,
             problem,
             freedom,
-            deadline: None,
             fixed,
             seed: u64::from(seed),
             draws: 0,
             open_history: vec![0; problem.edges.len()],
+            penalty: PENALTY.0,
             conflicts: Vec::new(),
             taken_out: Vec::new(),
             by_span: Vec::new(),
@@ -248,8 +263,9 @@ impl<'a, 'p> Negotiation<'a, 'p> {
                 break;
             }
             self.reprice(cooling.stage);
+            let half = cooling.half as i32 >> 8;
             for step in 0..each {
-                if step % 64 == 0 {
+                if step % COUNTED == 0 {
                     self.find_conflicts();
                     if let Some(placement) = self.settled() {
                         return Ok(placement);
@@ -257,8 +273,14 @@ impl<'a, 'p> Negotiation<'a, 'p> {
                     if watch.cancelled() || self.effort() > limit {
                         return Err(self.worst());
                     }
+                    if self.conflicts.len() <= FEW_TO_PUSH {
+                        self.push(half);
+                    }
+                    if step > 0 && (1..=NEARLY).contains(&self.conflicts.len()) {
+                        self.remember();
+                    }
                 }
-                self.step(cooling.half as i32 >> 8);
+                self.step(half);
             }
             if self.has_too_many_conflicts(stage) {
                 self.is_hopeless = true;
@@ -279,14 +301,19 @@ impl<'a, 'p> Negotiation<'a, 'p> {
     /// Raises the prices for a stage.
     fn reprice(&mut self, stage: u32) {
         let (part, whole) = (stage as i32, STAGES as i32 - 1);
-        let penalty = PENALTY.0 + (PENALTY.1 - PENALTY.0) * part * part / (whole * whole);
+        self.penalty = PENALTY.0 + (PENALTY.1 - PENALTY.0) * part * part / (whole * whole);
+        self.state.market.reprice(self.penalty as i16);
+        self.remember();
+    }
+
+    /// Raises the prices of what is in conflict for good.
+    fn remember(&mut self) {
         self.state.market.remember(HISTORY);
-        self.state.market.reprice(penalty as i16);
         for (e, history) in self.open_history.iter_mut().enumerate() {
             if self.state.routes[e].is_none() {
                 *history += OPEN_HISTORY;
             }
-            self.survey.open[e] = (OPEN + penalty + *history).min(MOST_OPEN);
+            self.survey.open[e] = (OPEN + self.penalty + *history).min(MOST_OPEN);
         }
     }
 
@@ -297,7 +324,10 @@ impl<'a, 'p> Negotiation<'a, 'p> {
             return None;
         }
         match self.settle() {
-            Ok(placement) => Some(placement).filter(|placement| self.is_in_time(placement)),
+            Ok(placement) => {
+                debug_assert!(self.is_in_time(&placement));
+                Some(placement)
+            }
             Err(full) => {
                 for place in full {
                     self.state.market.shrink(self.state.lanes.of[place]);
@@ -348,17 +378,13 @@ impl<'a, 'p> Negotiation<'a, 'p> {
         self.steps += 1;
         let any = self.conflicts.is_empty() || self.below(100) >= IN_CONFLICT;
         let node = match any {
-            true => Node::new(self.below(self.problem.dfg.nodes.len() as u32) as usize),
-            false => {
-                let i = self.below(self.conflicts.len() as u32);
-                self.conflicts[i as usize]
-            }
+            true => self.any_node(),
+            false => self.node_in_conflict(),
         };
         let old = self.state.at[node];
         let old_cost = self.take_out(node);
         let random = self.random();
-        let within =
-            (self.deadline).map(|_| (self.freedom.earliest[node], self.freedom.latest[node]));
+        let within = self.within(node);
         self.survey.look(&self.state, node, within, random);
         let random = self.random();
         let drawn = self.survey.draw(half, random);
@@ -384,6 +410,37 @@ impl<'a, 'p> Negotiation<'a, 'p> {
         }
         self.state.lift(node);
         self.put_back(node, old);
+    }
+
+    /// A node in conflict; there are some.
+    fn node_in_conflict(&mut self) -> Node {
+        let i = self.below(self.conflicts.len() as u32);
+        self.conflicts[i as usize]
+    }
+
+    /// Any node; where hardly any are in conflict, more often one of their neighbours than the others.
+    fn any_node(&mut self) -> Node {
+        let hardly = !self.conflicts.is_empty() && self.conflicts.len() <= NEARLY;
+        if hardly && self.below(100) < NEXT_TO_CONFLICT {
+            let node = self.node_in_conflict();
+            let edges = &self.problem.edges_of[node];
+            let drawn = self.below(edges.len().max(1) as u32) as usize;
+            let Some(&e) = edges.get(drawn) else {
+                return node;
+            };
+            let edge = &self.problem.edges[e];
+            return match edge.from == node {
+                true => edge.to().unwrap_or(node),
+                false => edge.from,
+            };
+        }
+        Node::new(self.below(self.problem.dfg.nodes.len() as u32) as usize)
+    }
+
+    /// The cycles in which a node has to lie, if there is a deadline.
+    fn within(&self, node: Node) -> Option<(i32, i32)> {
+        let freedom = || (self.freedom.earliest[node], self.freedom.latest[node]);
+        self.state.deadline.map(|_| freedom())
     }
 
     /// Takes out a node and the routes of its edges, which it keeps in `taken_out`; returns their cost.

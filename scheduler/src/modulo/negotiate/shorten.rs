@@ -1,7 +1,7 @@
 //! Shorter schedules, and smaller IIs, by negotiation: a run goes on from a placement some nodes of which have moved.
 
 use super::state::Path;
-use super::{Cooling, Lanes, Negotiation};
+use super::{Cooling, Lanes, Negotiation, tiles};
 use crate::modulo::order::Freedom;
 use crate::modulo::place::{Conflict, Placement};
 use crate::modulo::problem::Problem;
@@ -23,7 +23,11 @@ impl<'a, 'p> Negotiation<'a, 'p> {
         seed: u32,
     ) -> Negotiation<'a, 'p> {
         let mut run = Negotiation::empty(problem, lanes, ii, freedom, fixed, seed);
-        run.deadline = Some(deadline);
+        run.state.deadline = Some(deadline);
+        run.state.tiles = match ii == placement.ii {
+            true => tiles::of_schedule(problem, ii, &placement.at),
+            false => tiles::tiles(problem, ii, seed),
+        };
         for (node, &(fu, _)) in placement.at.iter() {
             run.state.put(node, (fu, times[node]));
         }
@@ -59,6 +63,6 @@ impl<'a, 'p> Negotiation<'a, 'p> {
             let mut nodes = self.problem.nodes();
             nodes.all(|node| placement.lands(self.problem, node) <= deadline)
         };
-        self.deadline.is_none_or(by)
+        self.state.deadline.is_none_or(by)
     }
 }

@@ -4,6 +4,7 @@
 use super::deliver::Own;
 use super::lanes::Lanes;
 use super::market::{Good, Market};
+use super::tiles::Tiles;
 use crate::modulo::place::{constants_of, invariant_reads};
 use crate::modulo::problem::{Position, Problem, Tag};
 use crate::modulo::registers;
@@ -48,6 +49,10 @@ pub(super) struct State<'a, 'p> {
     pub(super) lanes: &'a Lanes,
     pub(super) market: Market,
     pub(super) ii: i32,
+    /// The cycle by which everything has landed, if there is one; no node is issued outside of its freedom then.
+    pub(super) deadline: Option<i32>,
+    /// Where operations begin on units without a slot to spare.
+    pub(super) tiles: EntityMap<Fu, Option<Tiles>>,
     /// Cycles for which a value can stay in a file that does not rotate.
     pub(super) longest_stay: i32,
     pub(super) at: EntityMap<Node, Position>,
@@ -91,6 +96,8 @@ impl<'a, 'p> State<'a, 'p> {
             market,
             lanes,
             ii: ii as i32,
+            deadline: None,
+            tiles: EntityMap::filled(problem.srp.fus.len(), None),
             longest_stay: registers::longest_stay(problem, ii),
             at: EntityMap::filled(nodes, (Fu::new(0), 0)),
             placed: EntityMap::filled(nodes, false),

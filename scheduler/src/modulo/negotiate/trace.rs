@@ -124,7 +124,8 @@ impl Trace<'_, '_, '_> {
             let cost = self.map.lands(time, fu.index());
             least.offer(i32::from(cost), (Via::Result(fu), Point::Lands(fu, time)));
         }
-        for &(from, i) in &self.state.lanes.transfers[place] {
+        let in_time = self.state.deadline.is_none_or(|last| time <= last);
+        for &(from, i) in self.state.lanes.transfers[place].iter().filter(|_| in_time) {
             let transfer = &problem.graph.transfers[from][i];
             if transfer.width < self.ty.bits() {
                 continue;

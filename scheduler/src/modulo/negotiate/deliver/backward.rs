@@ -89,7 +89,7 @@ impl Deliver<'_> {
         inputs.fill(NEVER);
         for movers in &ways.movers {
             let lands_in = cycle + movers.latency as usize;
-            if lands_in >= map.cycles {
+            if lands_in >= map.cycles || time + movers.latency > self.deadline {
                 continue;
             }
             let hold = (self.market).hold_row(self.market.slot(time + movers.latency));
@@ -99,7 +99,7 @@ impl Deliver<'_> {
         }
         for OddMover { fu, timing } in &ways.odd_movers {
             let lands_in = cycle + timing.latency as usize;
-            if lands_in >= map.cycles {
+            if lands_in >= map.cycles || time + timing.latency as i32 > self.deadline {
                 continue;
             }
             let unit = fu.index();
@@ -117,7 +117,7 @@ impl Deliver<'_> {
         let row = &mut rows[cycle * width..];
         for shift in &ways.transfers.regular {
             let lands_in = cycle + shift.delay as usize;
-            if lands_in >= cycles {
+            if lands_in >= cycles || time + shift.delay > self.deadline {
                 continue;
             }
             let enter = self.market.enter_row(self.market.slot(time + shift.delay));
@@ -132,7 +132,7 @@ impl Deliver<'_> {
         }
         for way in &ways.transfers.odd {
             let lands_in = cycle + way.delay as usize;
-            if lands_in >= cycles {
+            if lands_in >= cycles || time + way.delay > self.deadline {
                 continue;
             }
             let enter = self.market.enter_row(self.market.slot(time + way.delay))[way.to];

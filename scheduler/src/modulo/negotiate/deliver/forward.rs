@@ -27,7 +27,10 @@ impl Deliver<'_> {
         let mut own_tagged = own.tagged.iter().skip_while(|(t, _)| *t < from).peekable();
         for cycle in 0..map.cycles {
             let time = from + cycle as i32;
-            self.land(ways, map, cycle, time);
+            match time <= self.deadline {
+                true => self.land(ways, map, cycle, time),
+                false => map.lands[cycle * stride..][..stride].fill(NEVER),
+            }
             while let Some((_, unit)) = own_lands.next_if(|(t, _)| *t == time) {
                 map.lands[cycle * stride + unit] = 0;
             }
@@ -153,6 +156,9 @@ impl Deliver<'_> {
             let cost = lands[way.from].saturating_add(enter[way.to]);
             let to = &mut row[margin + way.to];
             *to = (*to).min(cost);
+        }
+        if time > self.deadline {
+            return;
         }
         for shift in &ways.transfers.regular {
             let Some(left) = cycle.checked_sub(shift.delay as usize) else {

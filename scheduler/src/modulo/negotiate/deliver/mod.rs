@@ -33,6 +33,8 @@ pub(super) struct Deliver<'a> {
     pub(super) market: &'a Market,
     /// True when the value may live longer than it can stay in a file that does not rotate.
     pub(super) lives_long: bool,
+    /// The last cycle in which a move or a transfer may land.
+    pub(super) deadline: i32,
 }
 
 impl Deliver<'_> {

@@ -29,7 +29,7 @@ const AFTER: i32 = 4;
 /// Cycles beyond an II that are looked at at a time.
 const PART: i32 = 4;
 /// Cycles that are of interest, at most.
-const WIDEST: i32 = 64;
+pub(super) const WIDEST: i32 = 64;
 
 /// The costs of all positions of one node, with buffers that are used again.
 pub(super) struct Survey {
@@ -183,7 +183,8 @@ impl Survey {
         (from, from + length - 1)
     }
 
-    /// Computes what every position of a node costs that has been taken out, between two cycles if it must lie there.
+    /// Computes what positions of a node cost that has been taken out: those next to its neighbours, between two cycles if
+    /// it must lie there.
     pub(super) fn look(
         &mut self,
         state: &State<'_, '_>,
@@ -191,8 +192,13 @@ impl Survey {
         within: Option<(i32, i32)>,
         random: u32,
     ) {
-        let (from, to) = self.window(state, node, within, random);
-        wide!(self.look_here(state, node, (from, to)) => self.look_wide(state, node, (from, to)));
+        let cycles = self.window(state, node, within, random);
+        self.look_between(state, node, cycles);
+    }
+
+    /// Computes what every position between two cycles costs of a node that has been taken out.
+    pub(super) fn look_between(&mut self, state: &State<'_, '_>, node: Node, cycles: (i32, i32)) {
+        wide!(self.look_here(state, node, cycles) => self.look_wide(state, node, cycles));
     }
 
     #[cfg(target_arch = "x86_64")]
@@ -267,6 +273,10 @@ impl Survey {
         let result = problem.graph.result_place(fu, problem.dfg.nodes[node].op);
         for slot in 0..slots {
             let time = self.from + slot as i32;
+            let tiles = state.tiles[fu].filter(|tiles| tiles.suit(timing));
+            if tiles.is_some_and(|tiles| !tiles.begin_in(time)) {
+                continue;
+            }
             let mut price = constants + state.market.operation(fu, time, timing);
             if let Some(place) = result {
                 let lane = state.lanes.of[place];
@@ -347,6 +357,8 @@ impl Survey {
                 return;
             };
             let last = self.from + self.cycles as i32 + 2 * state.ii;
+            let last = state.deadline.map_or(last, |deadline| last.min(deadline));
+            let last = last.max(first);
             let goal = Goal::Keep(
                 state.lanes.of[place],
                 state.price_throughout(state.lanes.of[place]),
@@ -475,7 +487,10 @@ impl Survey {
         let ready = state.ready(edge.from);
         let last = match edge.goal {
             problem::Goal::Operand(to, _) => state.at[to].1 + state.ii * edge.distance as i32,
-            problem::Goal::LiveOut(_) => ready + 2 * state.ii + 8,
+            problem::Goal::LiveOut(_) => {
+                let last = ready + 2 * state.ii + 8;
+                state.deadline.map_or(last, |deadline| last.min(deadline))
+            }
         };
         if last < ready {
             return open;
@@ -527,5 +542,6 @@ fn deliver<'s>(state: &'s State<'_, '_>, (from, to): (i32, i32)) -> Deliver<'s> 
         lanes: state.lanes,
         market: &state.market,
         lives_long: state.lives_long(from, to),
+        deadline: state.deadline.unwrap_or(i32::MAX),
     }
 }
