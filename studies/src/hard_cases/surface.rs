@@ -148,6 +148,18 @@ pub(super) fn ray(arch: &Arch, origin: [f32; 3], direction: [f32; 3], tmax: f32)
     }
 }
 
+/// True if a ray's reciprocals for far planes are beyond those for near ones by what the box test adds to errors, along each
+/// axis: a difference and a product, each rounded, on either side.
+fn covers_errors(ray: &Ray) -> bool {
+    let rounded = 1.0 + 4.0 * f64::from(f32::EPSILON / 2.0);
+    (0..3).all(|axis| {
+        // Products of two numbers of 24 bits are exact here.
+        let times = |reciprocal: f32| f64::from(reciprocal) * f64::from(ray.direction[axis]);
+        let (near, far) = (ray.reciprocal[axis], ray.far[axis]);
+        !near.is_normal() || !far.is_finite() || times(far) >= rounded * times(near).max(1.0)
+    })
+}
+
 /// Adds the call of a case. Arguments: `tri`, the triangles, of which the ray hits the first; `weights`, the
 /// place of the hit; `view`, the viewing direction; `light` and `index`.
 pub(super) fn add(
@@ -208,6 +220,10 @@ pub(super) fn judge(case: &Case, arch: &Arch, triangles: &[Triangle], made: &Mad
         if !origin.iter().chain(&direction).all(|x| x.is_finite()) {
             wrong.push(format!("a ray from {origin:?} along {direction:?}"));
         }
+    }
+    if made.shadow.tmax >= 0.0 && !covers_errors(&made.shadow) {
+        wrong
+            .push("the far planes of the shadow ray have reciprocals that are no wider".to_owned());
     }
     // Where a ray starts and what it is made of is right in every setting.
     let placed = wrong.is_empty();
