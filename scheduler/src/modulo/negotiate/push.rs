@@ -116,41 +116,13 @@ impl Negotiation<'_, '_> {
 
     /// The cycles in which a node may be issued by those before it, or by those behind it.
     fn room(&self, node: Node, way: Way) -> (i32, i32) {
-        let (problem, state) = (self.problem, &self.state);
         // Where nothing bounds it, and far enough from overflows.
         let far = i32::MAX / 4;
-        let (mut first, mut last) = self.within(node).unwrap_or((-far, far));
-        let latency = problem.min_latency(node) as i32;
-        for &e in &problem.edges_of[node] {
-            let edge = &problem.edges[e];
-            let Some(to) = edge.to().filter(|&to| to != edge.from) else {
-                continue;
-            };
-            let span = state.ii * edge.distance as i32;
-            match way {
-                Way::Later if to == node => first = first.max(state.ready(edge.from) - span),
-                Way::Earlier if edge.from == node => {
-                    last = last.min(state.at[to].1 + span - latency);
-                }
-                _ => {}
-            }
+        let (first, last) = self.within(node).unwrap_or((-far, far));
+        match (way, self.state.between_neighbours(node)) {
+            (Way::Later, (Some(time), _)) => (first.max(time), last),
+            (Way::Earlier, (_, Some(time))) => (first, last.min(time)),
+            _ => (first, last),
         }
-        for &o in &problem.orders_of[node] {
-            let order = &problem.orders[o];
-            if order.from == order.to {
-                continue;
-            }
-            let (span, delay) = (state.ii * order.distance as i32, order.delay as i32);
-            match way {
-                Way::Later if order.to == node => {
-                    first = first.max(state.at[order.from].1 + delay - span);
-                }
-                Way::Earlier if order.from == node => {
-                    last = last.min(state.at[order.to].1 + span - delay);
-                }
-                _ => {}
-            }
-        }
-        (first, last)
     }
 }

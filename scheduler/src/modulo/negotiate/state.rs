@@ -119,6 +119,39 @@ impl<'a, 'p> State<'a, 'p> {
         time + self.problem.timing(node, fu).latency as i32
     }
 
+    /// The first cycle in which those before a node let it be issued, and the last in which those behind it do: by its
+    /// operands, its result, and memory orders, without what transport takes. `None` where there are no such.
+    pub(super) fn between_neighbours(&self, node: Node) -> (Option<i32>, Option<i32>) {
+        let problem = self.problem;
+        let latency = problem.min_latency(node) as i32;
+        let (mut first, mut last) = (None::<i32>, None::<i32>);
+        let mut not_before = |time: i32| first = Some(first.map_or(time, |f| f.max(time)));
+        let mut not_after = |time: i32| last = Some(last.map_or(time, |l| l.min(time)));
+        for &e in &problem.edges_of[node] {
+            let edge = &problem.edges[e];
+            let Some(to) = edge.to().filter(|&to| to != edge.from) else {
+                continue;
+            };
+            let span = self.ii * edge.distance as i32;
+            match to == node {
+                true => not_before(self.ready(edge.from) - span),
+                false => not_after(self.at[to].1 + span - latency),
+            }
+        }
+        for &o in &problem.orders_of[node] {
+            let order = &problem.orders[o];
+            if order.from == order.to {
+                continue;
+            }
+            let delay = order.delay as i32 - self.ii * order.distance as i32;
+            match order.to == node {
+                true => not_before(self.at[order.from].1 + delay),
+                false => not_after(self.at[order.to].1 - delay),
+            }
+        }
+        (first, last)
+    }
+
     /// True when a value that lives from one cycle to another may outlive its stay in a file that does not rotate.
     pub(super) fn lives_long(&self, from: i32, to: i32) -> bool {
         to - from >= self.longest_stay

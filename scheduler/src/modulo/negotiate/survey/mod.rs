@@ -132,37 +132,7 @@ impl Survey {
         node: Node,
         random: u32,
     ) -> (i32, i32) {
-        let problem = state.problem;
-        let (mut first, mut last) = (None::<i32>, None::<i32>);
-        let latency = problem.min_latency(node) as i32;
-        for &e in &problem.edges_of[node] {
-            let edge = &problem.edges[e];
-            let Some(to) = edge.to().filter(|&to| to != edge.from) else {
-                continue;
-            };
-            let span = state.ii * edge.distance as i32;
-            if to == node {
-                let time = state.ready(edge.from) - span;
-                first = Some(first.map_or(time, |f| f.max(time)));
-            } else {
-                let time = state.at[to].1 + span - latency;
-                last = Some(last.map_or(time, |l| l.min(time)));
-            }
-        }
-        for &o in &problem.orders_of[node] {
-            let order = &problem.orders[o];
-            let (span, delay) = (state.ii * order.distance as i32, order.delay as i32);
-            if order.from == order.to {
-                continue;
-            }
-            if order.to == node {
-                let time = state.at[order.from].1 + delay - span;
-                first = Some(first.map_or(time, |f| f.max(time)));
-            } else {
-                let time = state.at[order.to].1 + span - delay;
-                last = Some(last.map_or(time, |l| l.min(time)));
-            }
-        }
+        let (first, last) = state.between_neighbours(node);
         // All that is of interest, and a part of it that has every slot: any part, half of the time the one
         // next to the operands.
         let whole = (2 * state.ii + BEFORE + AFTER).min(WIDEST);
