@@ -6,6 +6,7 @@
 
 use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;
+use srp_archdesc::machines::SGRT;
 use srp_ir::split;
 use srp_scheduler::{Options, Schedule, modulo};
 use srp_tests::{Part, Suite, compiled, equal, failures, machine, meaning, root, simulated};
@@ -75,6 +76,72 @@ fn scheduled(suite: &Suite, arch: &Arch) -> Result<Schedule, String> {
         },
     };
     srp_scheduler::schedule(&divided.dre, arch, &options, &Unwatched).map_err(|e| e.to_string())
+}
+
+/// A loop with three roots and so many sums, each of earlier ones.
+fn roots_and_sums(sums: usize) -> String {
+    let mut body = String::new();
+    for k in 0..3 {
+        body += &format!("float r{k} = srp_sqrt(x * {k}.5f + y);\n");
+    }
+    for k in 0..sums {
+        let far = k
+            .checked_sub(3)
+            .map_or(format!("r{k}"), |j| format!("v{j}"));
+        let near = match k * 3 / 5 {
+            j if j < k => format!("v{j}"),
+            _ => format!("r{}", k % 3),
+        };
+        body += &format!("float v{k} = {far} * {}.5f + {near};\n", k % 5);
+    }
+    let (a, b, c) = (sums - 1, sums - 2, sums - 3);
+    format!(
+        "#include \"srp.h\"
+        void f(const float *restrict p, const float *restrict q, float *restrict o, int n) {{
+        #pragma srp kernel
+            for (int i = 0; i < n; i++) {{
+                float x = p[i], y = q[i];
+                {body}
+                o[i] = v{a} + v{b} + v{c};
+            }}
+        }}"
+    )
+}
+
+/// Three units keep a root for five cycles each, and two of them at a time share a port. All three have an operation in eight cycles
+/// if they take turns, which they cannot if they all begin alike.
+#[test]
+fn units_that_wait_for_a_port_take_turns() {
+    let xml = SGRT
+        .xml
+        .replace(
+            "<op class=\"sfu\"/>",
+            "<op class=\"sfu\" interval=\"5\" uses=\"root_port\"/>",
+        )
+        .replace("\"mem vec mem vec\"", "\"mem special mem special\"")
+        .replace(
+            "<resource name=\"sram_port\"",
+            "<resource name=\"root_port\" count=\"2\"/><resource name=\"sram_port\"",
+        );
+    let arch = srp_archdesc::parse("m.xml", &xml).unwrap_or_else(|errors| panic!("{errors:?}"));
+    let path = std::env::temp_dir().join(format!("srp-roots-{}.c", std::process::id()));
+    std::fs::write(&path, roots_and_sums(36)).expect("the program can be written");
+    let suite = Suite {
+        name: "roots".to_owned(),
+        sources: vec![path.clone()],
+        runs_alone: false,
+    };
+    let schedule = scheduled(&suite, &arch);
+    std::fs::remove_file(&path).expect("it is there");
+    let schedule = schedule.unwrap_or_else(|message| panic!("{message}"));
+    let facts = schedule.loops.values().next().expect("a loop on the array");
+    let kernel = schedule
+        .program
+        .kernels
+        .values()
+        .next()
+        .expect("its schedule");
+    assert_eq!((kernel.ii, facts.bounds.min_ii()), (8, 8));
 }
 
 #[test]
