@@ -18,7 +18,7 @@ use crate::{
 use srp_archdesc::arch::Arch;
 use srp_archdesc::isa::Space;
 use srp_archdesc::ops::Value;
-use srp_archdesc::watch::{Event, Watch};
+use srp_archdesc::watch::Watch;
 use srp_ir::dre::{self, Dre};
 use srp_ir::interp::{self, FlatWorld, PortOut, World};
 use srp_ir::layout::Layout;
@@ -32,7 +32,6 @@ use srp_toolchain::{Engine, Engines, Error, Input, Options, divide, front_end, i
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
 
 /// Runs `srp run`; the program's exit status.
 pub(crate) fn run(args: &Run) -> Result<i32, Failure> {
@@ -213,12 +212,12 @@ impl Printing {
 }
 
 impl Watch for Printing {
-    fn cancelled(&self) -> bool {
-        self.failure().is_some() || talk::CONSOLE.cancelled()
+    fn beneath(&self) -> Option<&dyn Watch> {
+        Some(&talk::CONSOLE)
     }
 
-    fn tell(&self, event: Event<'_>) {
-        talk::CONSOLE.tell(event);
+    fn cancelled(&self) -> bool {
+        self.failure().is_some() || talk::CONSOLE.cancelled()
     }
 
     fn printed(&self, bytes: &[u8]) -> bool {
@@ -226,14 +225,6 @@ impl Watch for Printing {
             *self.failure() = Some(error);
         }
         true
-    }
-
-    fn elapsed(&self) -> Duration {
-        talk::CONSOLE.elapsed()
-    }
-
-    fn worked(&self) -> Duration {
-        talk::CONSOLE.worked()
     }
 }
 

@@ -5,7 +5,7 @@ use crate::count::count;
 use crate::failure::Failure;
 use crate::{files, interrupt, talk};
 use srp_archdesc::arch::Arch;
-use srp_archdesc::watch::{Event, Watch};
+use srp_archdesc::watch::Watch;
 use srp_ir::check::Checked;
 use srp_runtime::core::Core;
 use srp_runtime::memory::SystemMemory;
@@ -16,7 +16,6 @@ use srp_toolchain::{Engines, Error, Frame, Session, system_options};
 use srp_traces::{Format, MAX_CYCLES, Trace, TraceError, Tracer, Window};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 /// A file that a trace goes to.
 pub(crate) struct Target {
@@ -181,24 +180,12 @@ impl Target {
 struct Silent;
 
 impl Watch for Silent {
-    fn cancelled(&self) -> bool {
-        talk::CONSOLE.cancelled()
-    }
-
-    fn tell(&self, event: Event<'_>) {
-        talk::CONSOLE.tell(event);
+    fn beneath(&self) -> Option<&dyn Watch> {
+        Some(&talk::CONSOLE)
     }
 
     fn printed(&self, _: &[u8]) -> bool {
         true
-    }
-
-    fn elapsed(&self) -> Duration {
-        talk::CONSOLE.elapsed()
-    }
-
-    fn worked(&self) -> Duration {
-        talk::CONSOLE.worked()
     }
 }
 

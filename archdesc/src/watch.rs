@@ -8,38 +8,44 @@ use std::time::Duration;
 
 /// A watcher of work. [`Unwatched`] ignores everything.
 pub trait Watch: Sync {
+    /// The watch that answers and hears what this one does not.
+    fn beneath(&self) -> Option<&dyn Watch> {
+        None
+    }
+
     /// True if the work is to end soon, with the results that it has.
     fn cancelled(&self) -> bool {
-        false
+        self.beneath().is_some_and(Watch::cancelled)
     }
 
     /// True if work that is to end soon and has no result yet is not to make a poor one instead.
     fn is_urgent(&self) -> bool {
-        false
+        self.beneath().is_some_and(Watch::is_urgent)
     }
 
     /// Takes notice of an event.
     fn tell(&self, event: Event<'_>) {
-        let _ = event;
+        if let Some(watch) = self.beneath() {
+            watch.tell(event);
+        }
     }
 
     /// Takes what a simulated program has printed since the last time. True if it is taken; else it is kept for the
     /// program's end.
     fn printed(&self, bytes: &[u8]) -> bool {
-        let _ = bytes;
-        false
+        self.beneath().is_some_and(|watch| watch.printed(bytes))
     }
 
     /// The time since some moment before the work began. Budgets of time use it: with a watcher that does
     /// not measure time, a budget never ends.
     fn elapsed(&self) -> Duration {
-        Duration::ZERO
+        self.beneath().map_or(Duration::ZERO, Watch::elapsed)
     }
 
     /// The processor time that this thread has taken. Budgets of work use it, so that other work on the host does
     /// not use them up. A watcher that does not measure it gives the [time](Self::elapsed).
     fn worked(&self) -> Duration {
-        self.elapsed()
+        self.beneath().map_or_else(|| self.elapsed(), Watch::worked)
     }
 }
 
@@ -114,12 +120,8 @@ impl<'a> Named<'a> {
 }
 
 impl Watch for Named<'_> {
-    fn cancelled(&self) -> bool {
-        self.watch.cancelled()
-    }
-
-    fn is_urgent(&self) -> bool {
-        self.watch.is_urgent()
+    fn beneath(&self) -> Option<&dyn Watch> {
+        Some(self.watch)
     }
 
     fn tell(&self, event: Event<'_>) {
@@ -128,48 +130,28 @@ impl Watch for Named<'_> {
             event => event,
         });
     }
-
-    fn elapsed(&self) -> Duration {
-        self.watch.elapsed()
-    }
-
-    fn worked(&self) -> Duration {
-        self.watch.worked()
-    }
 }
 
-/// The same watch, which hears nothing of stages and their steps: for work that runs beside other work
-/// of one stage.
+/// The same watch, which hears of notes only: for work that runs beside other work of one stage, whose stages and
+/// items would be taken for each other's.
 pub struct Unstaged<'a>(&'a dyn Watch);
 
 impl<'a> Unstaged<'a> {
-    /// Hides stages from a watch.
+    /// Hides all but notes from a watch.
     pub fn new(watch: &'a dyn Watch) -> Unstaged<'a> {
         Unstaged(watch)
     }
 }
 
 impl Watch for Unstaged<'_> {
-    fn cancelled(&self) -> bool {
-        self.0.cancelled()
-    }
-
-    fn is_urgent(&self) -> bool {
-        self.0.is_urgent()
+    fn beneath(&self) -> Option<&dyn Watch> {
+        Some(self.0)
     }
 
     fn tell(&self, event: Event<'_>) {
         if let Event::Note(_) = event {
             self.0.tell(event);
         }
-    }
-
-    fn elapsed(&self) -> Duration {
-        self.0.elapsed()
-    }
-
-    fn worked(&self) -> Duration {
-        self.0.worked()
     }
 }
 
@@ -188,24 +170,12 @@ impl<'a> Limited<'a> {
 }
 
 impl Watch for Limited<'_> {
+    fn beneath(&self) -> Option<&dyn Watch> {
+        Some(self.watch)
+    }
+
     fn cancelled(&self) -> bool {
         self.watch.cancelled() || self.watch.elapsed() >= self.until
-    }
-
-    fn is_urgent(&self) -> bool {
-        self.watch.is_urgent()
-    }
-
-    fn tell(&self, event: Event<'_>) {
-        self.watch.tell(event);
-    }
-
-    fn elapsed(&self) -> Duration {
-        self.watch.elapsed()
-    }
-
-    fn worked(&self) -> Duration {
-        self.watch.worked()
     }
 }
 
@@ -224,23 +194,11 @@ impl<'a> Worked<'a> {
 }
 
 impl Watch for Worked<'_> {
+    fn beneath(&self) -> Option<&dyn Watch> {
+        Some(self.watch)
+    }
+
     fn cancelled(&self) -> bool {
         self.watch.cancelled() || self.watch.worked() >= self.until
-    }
-
-    fn is_urgent(&self) -> bool {
-        self.watch.is_urgent()
-    }
-
-    fn tell(&self, event: Event<'_>) {
-        self.watch.tell(event);
-    }
-
-    fn elapsed(&self) -> Duration {
-        self.watch.elapsed()
-    }
-
-    fn worked(&self) -> Duration {
-        self.watch.worked()
     }
 }

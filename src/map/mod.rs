@@ -10,7 +10,7 @@ use crate::proof::{self, Proved};
 use crate::{document, files, interrupt, machine, talk};
 use input::Found;
 use srp_archdesc::arch::Arch;
-use srp_archdesc::watch::{Event, Watch};
+use srp_archdesc::watch::Watch;
 use srp_ir::{dre, graph};
 use srp_studies::map::{Options, Outcome, Table, map, map_all, schedules};
 use srp_toolchain::Session;
@@ -21,20 +21,12 @@ use std::time::Duration;
 struct Patient;
 
 impl Watch for Patient {
-    fn cancelled(&self) -> bool {
-        talk::CONSOLE.cancelled()
+    fn beneath(&self) -> Option<&dyn Watch> {
+        Some(&talk::CONSOLE)
     }
 
-    fn tell(&self, event: Event<'_>) {
-        talk::CONSOLE.tell(event);
-    }
-
-    fn elapsed(&self) -> Duration {
-        talk::CONSOLE.elapsed()
-    }
-
-    fn worked(&self) -> Duration {
-        talk::CONSOLE.worked()
+    fn is_urgent(&self) -> bool {
+        false
     }
 }
 

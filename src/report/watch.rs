@@ -181,6 +181,10 @@ impl AtHand {
 }
 
 impl srp_archdesc::Watch for AtHand {
+    fn beneath(&self) -> Option<&dyn srp_archdesc::Watch> {
+        Some(&talk::CONSOLE)
+    }
+
     fn cancelled(&self) -> bool {
         talk::CONSOLE.cancelled() || self.is_stale.load(Ordering::Relaxed)
     }
@@ -194,14 +198,6 @@ impl srp_archdesc::Watch for AtHand {
             self.reaches(name, ii);
         }
         talk::CONSOLE.tell(event);
-    }
-
-    fn elapsed(&self) -> Duration {
-        talk::CONSOLE.elapsed()
-    }
-
-    fn worked(&self) -> Duration {
-        talk::CONSOLE.worked()
     }
 }
 

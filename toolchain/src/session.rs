@@ -156,12 +156,8 @@ impl<'a> Timed<'a> {
 }
 
 impl Watch for Timed<'_> {
-    fn cancelled(&self) -> bool {
-        self.watch.cancelled()
-    }
-
-    fn is_urgent(&self) -> bool {
-        self.watch.is_urgent()
+    fn beneath(&self) -> Option<&dyn Watch> {
+        Some(self.watch)
     }
 
     fn tell(&self, event: Event<'_>) {
@@ -186,13 +182,5 @@ impl Watch for Timed<'_> {
         }
         drop(laps);
         self.watch.tell(event);
-    }
-
-    fn elapsed(&self) -> Duration {
-        self.watch.elapsed()
-    }
-
-    fn worked(&self) -> Duration {
-        self.watch.worked()
     }
 }
