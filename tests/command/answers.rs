@@ -191,7 +191,7 @@ fn what_is_saved_is_reported_again() {
         "{better}"
     );
     // The bound is told before the schedule.
-    let bound = better.find("II at least: main 3 → 2 (");
+    let bound = better.find("II at least: main 3 → 1 (");
     assert!(
         bound.is_some_and(|at| at < better.find("better:").unwrap_or(0)),
         "{better}"

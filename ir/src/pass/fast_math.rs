@@ -2,6 +2,7 @@
 //! contracted into sums without rounding. Results differ in their rounding, so each place gets a
 //! remark.
 
+use super::cycle::Cycles;
 use super::{Remark, rename::Renames};
 use crate::program::*;
 use srp_archdesc::entity::EntityMap;
@@ -65,7 +66,9 @@ pub(crate) fn reciprocal(func: &mut Function, remarks: &mut Vec<Remark>) -> bool
     remarks.len() > before
 }
 
-/// Makes of every sum a·b + c, where nothing else needs the product, a fused multiply-add.
+/// Makes of every sum a·b + c, where nothing else needs the product, a fused multiply-add. A sum whose c a loop carries
+/// stays where the product is none of what it carries: a fused operation takes longer than a sum, and the recurrence
+/// would.
 pub(crate) fn contract(func: &mut Function, remarks: &mut Vec<Remark>) -> bool {
     let uses = uses(func);
     let mut products = rustc_hash::FxHashMap::default();
@@ -81,8 +84,11 @@ pub(crate) fn contract(func: &mut Function, remarks: &mut Vec<Remark>) -> bool {
     }
     let mut changed = false;
     for &block in &func.layout {
+        let cycles = Cycles::of(func, block);
         for &inst in &func.blocks[block].insts {
             let data = &mut func.insts[inst];
+            let result = data.results.first().copied();
+            let is_carried = |value: Value| result.is_some_and(|to| cycles.has(value, to));
             let InstKind::Op { op, args, .. } = &data.kind else {
                 continue;
             };
@@ -97,6 +103,9 @@ pub(crate) fn contract(func: &mut Function, remarks: &mut Vec<Remark>) -> bool {
                 (None, Some(factors)) => (*factors, args[0]),
                 (None, None) => continue,
             };
+            if is_carried(rest) && !factors.into_iter().any(is_carried) {
+                continue;
+            }
             data.kind = operation(fused, &[factors[0], factors[1], rest]);
             let message = "the sum takes in its product without rounding it";
             remarks.push(remark(CONTRACT, data.pos, message));

@@ -37,6 +37,7 @@ pub const STANDARD: &[&str] = &[
     "ifconvert",
     "simplify",
     "associative-math",
+    "recurrences",
     "simplify",
     "fp-contract",
     "simplify",

@@ -261,6 +261,11 @@ pub const PASSES: &[Pass] = &[
         }),
     },
     Pass {
+        name: "recurrences",
+        what: "Takes what a loop carries last in its integer operations, so that its recurrences get shorter.",
+        run: Run::Function(|f, _| shorten_recurrences(f)),
+    },
+    Pass {
         name: "fp-contract",
         what: "Lets sums take in products without rounding them, where that is allowed.",
         run: Run::Function(|f, context| {

@@ -1,17 +1,29 @@
-//! Re-association of floating-point sums and products, for those who ask: `a + b + c + d` becomes
-//! `(a + b) + (c + d)`, and what a loop carries is taken last, so that a recurrence through many
-//! additions becomes one through a single one. Results differ in their rounding, so no other pass
-//! does this.
+//! Re-association: `a + b + c + d` becomes `(a + b) + (c + d)`, and what a loop carries is taken last, so that a
+//! recurrence through many operations becomes one through a single one.
+//!
+//! Of floating-point sums and products for those who ask, since results differ in their rounding. Of integer
+//! operations, which are exact, wherever it makes a recurrence shorter.
 
 use super::Remark;
+use super::cycle::Cycles;
 use super::fast_math::uses;
 use crate::program::*;
 use rustc_hash::{FxHashMap, FxHashSet};
-use srp_archdesc::entity::EntityMap;
-use srp_archdesc::isa::Opcode;
+use srp_archdesc::isa::{Opcode, Ty};
 
-/// The operations that are taken to be associative: each is commutative as it stands.
-const ASSOCIATIVE: [Opcode; 4] = [Opcode::Fadd, Opcode::Fmul, Opcode::Vfadd, Opcode::Vfmul];
+/// The floating-point operations that are taken to be associative: each is commutative as it stands.
+const FLOATS: &[Opcode] = &[Opcode::Fadd, Opcode::Fmul, Opcode::Vfadd, Opcode::Vfmul];
+
+/// The associative and commutative operations of integers.
+const INTEGERS: &[Opcode] = &[
+    Opcode::Add,
+    Opcode::Mul,
+    Opcode::And,
+    Opcode::Or,
+    Opcode::Xor,
+    Opcode::Min,
+    Opcode::Max,
+];
 
 /// How long a value takes: what the loop carries last of all, then by the operations before it.
 type Rank = (bool, u32);
@@ -19,86 +31,183 @@ type Rank = (bool, u32);
 /// The name of this pass in remarks.
 pub(super) const REASSOCIATE: &str = "associative-math";
 
-/// Balances the trees of associative operations within each block.
+/// Balances the trees of floating-point operations within each block.
 pub(crate) fn reassociate(func: &mut Function, remarks: &mut Vec<Remark>) -> bool {
-    let uses = uses(func);
     let before = remarks.len();
+    let remark = |pos| Remark {
+        pos,
+        pass: REASSOCIATE,
+        message: "the sum or product is taken in another order".to_owned(),
+    };
     for block in func.layout.clone() {
-        balance_block(func, block, &uses, remarks);
+        remarks.extend(trees(func, block, FLOATS).into_iter().map(remark));
     }
     remarks.len() > before
 }
 
-/// The operation of an associative instruction, with its operands.
-fn associative(func: &Function, inst: Inst) -> Option<(Opcode, [Value; 2])> {
-    match &func.insts[inst].kind {
-        InstKind::Op { op, args, .. } if ASSOCIATIVE.contains(op) => {
-            Some((*op, [args[0], args[1]]))
+/// Shortens the recurrences of integer operations in blocks that are loops.
+pub(crate) fn shorten_recurrences(func: &mut Function) -> bool {
+    let mut changed = false;
+    for block in func.layout.clone() {
+        changed |= distribute(func, block);
+        changed |= !trees(func, block, INTEGERS).is_empty();
+    }
+    changed
+}
+
+/// Makes of `p ? s + x : s`, where a loop carries s, the sum `s + (p ? x : 0)`: the selection leaves the recurrence, unless
+/// this leads through p.
+fn distribute(func: &mut Function, block: Block) -> bool {
+    let cycles = Cycles::of(func, block);
+    if cycles.is_empty() {
+        return false;
+    }
+    let uses = uses(func);
+    let made_by = made_by(func, block);
+    let mut changed = false;
+    for inst in func.blocks[block].insts.clone() {
+        let InstKind::Op {
+            op: Opcode::Sel,
+            args,
+            ..
+        } = &func.insts[inst].kind
+        else {
+            continue;
+        };
+        let [on, yes, no] = args[..] else {
+            continue;
+        };
+        let result = func.insts[inst].results[0];
+        if cycles.has(on, result) {
+            continue;
         }
+        // The operation on the one way, and what it adds to the value of the other.
+        let added = |sum: Value, kept: Value| {
+            let made = *made_by.get(&sum).filter(|_| uses[sum] == 1)?;
+            let InstKind::Op { op, args, .. } = &func.insts[made].kind else {
+                return None;
+            };
+            let has_zero = matches!(op, Opcode::Add | Opcode::Sub | Opcode::Or | Opcode::Xor);
+            let other = match args[..] {
+                [a, other] if a == kept => other,
+                [other, a] if a == kept && *op != Opcode::Sub => other,
+                _ => return None,
+            };
+            (has_zero && cycles.has(kept, result) && !cycles.has(other, result))
+                .then_some((*op, other))
+        };
+        let (op, kept, ways) = match (added(yes, no), added(no, yes)) {
+            (Some((op, other)), _) => (op, no, [Some(other), None]),
+            (None, Some((op, other))) => (op, yes, [None, Some(other)]),
+            (None, None) => continue,
+        };
+        let pos = func.insts[inst].pos;
+        let zero = func.make_inst(InstKind::Const(Bits::Word(0)), &[Ty::Word], pos);
+        let nothing = func.insts[zero].results[0];
+        let ways = ways.map(|way| way.unwrap_or(nothing));
+        let chosen = func.make_inst(
+            InstKind::Op {
+                op: Opcode::Sel,
+                args: vec![on, ways[0], ways[1]],
+                imm: 0,
+            },
+            &[Ty::Word],
+            pos,
+        );
+        let args = vec![kept, func.insts[chosen].results[0]];
+        func.insts[inst].kind = InstKind::Op { op, args, imm: 0 };
+        let insts = &mut func.blocks[block].insts;
+        let place = insts.iter().position(|&i| i == inst).expect("it is there");
+        insts.splice(place..place, [zero, chosen]);
+        changed = true;
+    }
+    changed
+}
+
+/// The operation of an associative instruction, with its operands.
+fn associative(func: &Function, inst: Inst, of: &[Opcode]) -> Option<(Opcode, [Value; 2])> {
+    match &func.insts[inst].kind {
+        InstKind::Op { op, args, .. } if of.contains(op) => Some((*op, [args[0], args[1]])),
         _ => None,
     }
 }
 
-fn balance_block(
-    func: &mut Function,
-    block: Block,
-    uses: &EntityMap<Value, u32>,
-    remarks: &mut Vec<Remark>,
-) {
-    let made_by: FxHashMap<Value, Inst> = (func.blocks[block].insts.iter())
+/// The instruction of a block that makes each value.
+fn made_by(func: &Function, block: Block) -> FxHashMap<Value, Inst> {
+    (func.blocks[block].insts.iter())
         .flat_map(|&inst| func.insts[inst].results.iter().map(move |&v| (v, inst)))
-        .collect();
+        .collect()
+}
+
+/// Takes the trees of some operations in another order, and says where. Trees of integers stay where no recurrence gets
+/// shorter.
+fn trees(func: &mut Function, block: Block, of: &[Opcode]) -> Vec<Pos> {
+    let cycles = Cycles::of(func, block);
+    let is_exact = of == INTEGERS;
+    if is_exact && cycles.is_empty() {
+        return Vec::new();
+    }
+    let uses = uses(func);
+    let made_by = made_by(func, block);
     let inner = |func: &Function, value: Value, op: Opcode| {
         let inst = *made_by.get(&value).filter(|_| uses[value] == 1)?;
-        (associative(func, inst)?.0 == op).then_some(inst)
+        (associative(func, inst, of)?.0 == op).then_some(inst)
     };
     // Inner instructions belong to the tree of the one that uses them.
     let mut within = FxHashSet::default();
     for &inst in &func.blocks[block].insts {
-        if let Some((op, args)) = associative(func, inst) {
+        if let Some((op, args)) = associative(func, inst, of) {
             within.extend(args.iter().filter_map(|&arg| inner(func, arg, op)));
         }
     }
+    let mut changed = Vec::new();
     for root in func.blocks[block].insts.clone() {
-        let Some((op, args)) = associative(func, root).filter(|_| !within.contains(&root)) else {
+        let Some((op, args)) = associative(func, root, of).filter(|_| !within.contains(&root))
+        else {
             continue;
         };
+        let result = func.insts[root].results[0];
         let (mut leaves, mut tree) = (Vec::new(), Vec::new());
-        let mut open = vec![args[1], args[0]];
-        while let Some(value) = open.pop() {
+        // Leaves that the loop carries, and the most operations from one of them to the root.
+        let (mut carried, mut longest) = (0, 0);
+        let mut open = vec![(args[1], 1), (args[0], 1)];
+        while let Some((value, depth)) = open.pop() {
             match inner(func, value, op) {
                 Some(inst) => {
-                    let (_, args) = associative(func, inst).expect("inner instructions are");
+                    let (_, args) = associative(func, inst, of).expect("inner instructions are");
                     tree.push(inst);
-                    open.extend([args[1], args[0]]);
+                    open.extend([(args[1], depth + 1), (args[0], depth + 1)]);
                 }
-                None => leaves.push(value),
+                None => {
+                    leaves.push(value);
+                    if cycles.has(value, result) {
+                        carried += 1;
+                        longest = longest.max(depth);
+                    }
+                }
             }
         }
-        if leaves.len() > 2 && rebuild(func, block, root, tree, leaves) {
-            remarks.push(Remark {
-                pos: func.insts[root].pos,
-                pass: REASSOCIATE,
-                message: "the sum or product is taken in another order".to_owned(),
-            });
+        let is_worth_it = !is_exact || (carried > 0 && longest > carried);
+        let is_last = |value: &Value| cycles.has(*value, result);
+        if leaves.len() > 2 && is_worth_it && rebuild(func, block, (root, tree), leaves, is_last) {
+            changed.push(func.insts[root].pos);
         }
     }
+    changed
 }
 
 /// Combines the leaves of a tree, always the two that are there first; whether that is new.
 fn rebuild(
     func: &mut Function,
     block: Block,
-    root: Inst,
-    mut tree: Vec<Inst>,
+    (root, mut tree): (Inst, Vec<Inst>),
     leaves: Vec<Value>,
+    is_last: impl Fn(&Value) -> bool,
 ) -> bool {
     let ranks = ranks(func, block);
-    let result = func.insts[root].results[0];
-    let carried = carried(func, block, result);
-    let rank = |&value: &Value| {
-        let depth = ranks.get(&value).copied().unwrap_or(0);
-        (carried.contains(&value), depth)
+    let rank = |value: &Value| {
+        let depth = ranks.get(value).copied().unwrap_or(0);
+        (is_last(value), depth)
     };
     let mut open: Vec<(Rank, Value)> = leaves.iter().map(|v| (rank(v), *v)).collect();
     // Of equals the first comes first: the sort is stable.
@@ -144,14 +253,4 @@ fn ranks(func: &Function, block: Block) -> FxHashMap<Value, u32> {
         ranks.extend(data.results.iter().map(|&v| (v, depth + 1)));
     }
     ranks
-}
-
-/// The parameters of a block that is a loop which take a value on its way round.
-fn carried(func: &Function, block: Block, value: Value) -> Vec<Value> {
-    let data = &func.blocks[block];
-    let back = data.end.targets().filter(|target| target.block == block);
-    back.flat_map(|target| target.args.iter().zip(&data.params))
-        .filter(|(arg, _)| **arg == value)
-        .map(|(_, param)| *param)
-        .collect()
 }

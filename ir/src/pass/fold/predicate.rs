@@ -32,10 +32,25 @@ impl Folder<'_> {
         match op {
             Opcode::Psel => self.predicate_selection(p, a, b),
             Opcode::Sel => {
+                if let Some(op) = self.extremum(p, a, b) {
+                    return Some(self.build(op, &[a, b]));
+                }
                 let (a, b) = (self.as_predicate(a)?, self.as_predicate(b)?);
                 let chosen = self.build(Opcode::Psel, &[p, a, b]);
                 Some(self.build(Opcode::Ptoi, &[chosen]))
             }
+            _ => None,
+        }
+    }
+
+    /// The operation that `p ? a : b` is where p compares a and b as integers.
+    fn extremum(&self, p: Value, a: Value, b: Value) -> Option<Opcode> {
+        let (Opcode::Lt | Opcode::Le, [x, y, _], _) = self.op_of(p)? else {
+            return None;
+        };
+        match (x, y) {
+            _ if (x, y) == (a, b) => Some(Opcode::Min),
+            _ if (x, y) == (b, a) => Some(Opcode::Max),
             _ => None,
         }
     }
