@@ -118,6 +118,9 @@ codes! {
     OUTSIDE = "C0920";
     /// A format that does not fit the arguments of its call.
     FORMAT = "C0921";
+    /// A constant that is a `double` beside a `float`, by which the operation is one of `double`: some hundred operations of
+    /// software. The suffix `f` makes the constant a `float`.
+    DOUBLE_CONSTANT = "C0922";
 }
 
 /// The name of a warning on the command line.
@@ -144,6 +147,7 @@ const NAMES: &[(Code, &str)] = &[
     (FAST_UNIT, "fast-unit"),
     (OUTSIDE, "outside-include"),
     (FORMAT, "format"),
+    (DOUBLE_CONSTANT, "double-constant"),
 ];
 
 /// The name of the warning with a code, for `-W`.

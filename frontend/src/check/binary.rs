@@ -3,7 +3,7 @@
 use super::Checker;
 use crate::ast::{self, Infix};
 use crate::ctype::{Type, TypeId};
-use crate::message::{DIVISION_BY_ZERO, OPERANDS, SHIFT_RANGE};
+use crate::message::{DIVISION_BY_ZERO, DOUBLE_CONSTANT, OPERANDS, SHIFT_RANGE};
 use crate::operator::{self, Class};
 use crate::typed::*;
 use srp_archdesc::diagnostic::Span;
@@ -121,6 +121,8 @@ impl Checker<'_> {
                 return self.splat(l, rt).map(|l| (l, r, rt));
             }
             (None, None) if self.types.is_arithmetic(lt) && self.types.is_arithmetic(rt) => {
+                self.warn_double(l, r);
+                self.warn_double(r, l);
                 let ty = self.common(lt, rt);
                 return Some((self.convert(l, ty), self.convert(r, ty), ty));
             }
@@ -128,6 +130,20 @@ impl Checker<'_> {
         }
         self.no_operator(op, lt, rt, span);
         None
+    }
+
+    /// Warns of a constant whose type alone makes the operation with a `float` one of `double`.
+    fn warn_double(&mut self, constant: ExprId, other: ExprId) {
+        let known = self.types.known;
+        let makes_double = self.ty(constant) == known.double && self.ty(other) == known.float;
+        if makes_double && self.const_value(constant).is_some() {
+            let at = self.span(constant);
+            let text =
+                "a `double` beside a `float`: the operation is one of `double`, which is software";
+            let message = self.sources.warning(DOUBLE_CONSTANT, at, text, "");
+            let help = "write it with an `f` behind it, as in `0.5f`, or compile with `-fsingle-precision-constant`";
+            self.messages.push(message.help(help));
+        }
     }
 
     /// A scalar in all lanes of a vector, where nothing is lost in that.
