@@ -46,6 +46,7 @@ pub mod proofs;
 pub mod rays;
 pub mod real;
 pub mod reference;
+mod same_loops;
 mod search;
 mod settings;
 pub mod survey;

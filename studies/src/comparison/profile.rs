@@ -4,7 +4,7 @@
 //! the same line. The profiles hold their sources for that.
 
 use super::{Change, Comparison, Document, Figures, PROFILE, Section, add, changes};
-use crate::Error;
+use crate::{Error, same_loops};
 use serde_json::Value;
 use similar::{DiffTag, TextDiff};
 use std::collections::BTreeMap;
@@ -55,7 +55,11 @@ pub(super) fn compare(old: &Document<'_>, new: &Document<'_>) -> Result<Comparis
                 "cycles",
                 changes(&parts(old)?, &parts(new)?),
             ),
-            Section::of("cycles by loop on the array", "cycles", loops(old, new)?),
+            Section::of(
+                "cycles by loop on the array",
+                "cycles",
+                loops(old, new, &lines)?,
+            ),
             Section::of(
                 "cycles by function",
                 "cycles",
@@ -95,18 +99,39 @@ fn by(profile: &Document<'_>, list: &str, name: &str) -> Result<Figures, Error> 
 }
 
 /// The loops, with what of them changed beside their cycles.
-fn loops(old: &Document<'_>, new: &Document<'_>) -> Result<Vec<Change>, Error> {
-    let mut changes = changes(
-        &by(old, "/loops", "/kernel")?,
-        &by(new, "/loops", "/kernel")?,
-    );
-    for change in &mut changes {
-        let find = |profile: &Document<'_>| -> Result<Option<Value>, Error> {
-            let loops = profile.list("/loops")?.iter();
-            let mut of = loops.filter(|l| l["kernel"].as_str() == Some(&change.what));
-            Ok(of.next().cloned())
+fn loops(old: &Document<'_>, new: &Document<'_>, lines: &Lines) -> Result<Vec<Change>, Error> {
+    let names = |profile: &Document<'_>| -> Result<Vec<(String, String)>, Error> {
+        let loops = profile.list("/loops")?.iter();
+        let name_and_place = |l: &Value| {
+            let at = l.get("at").and_then(Value::as_str).unwrap_or_default();
+            Ok((profile.text_in(l, "/kernel")?.to_owned(), at.to_owned()))
         };
-        let (Some(a), Some(b)) = (find(old)?, find(new)?) else {
+        loops.map(name_and_place).collect()
+    };
+    let (was, is) = (names(old)?, names(new)?);
+    let was = was
+        .iter()
+        .map(|(name, at)| (name.as_str(), lines.place_now(at)));
+    let is = is.iter().map(|(name, at)| (name.as_str(), at.clone()));
+    let (was, is): (Vec<_>, Vec<_>) = (was.collect(), is.collect());
+    let renamed = same_loops::renamed(&was, &is);
+    let mut before = Figures::new();
+    for (kernel, cycles) in by(old, "/loops", "/kernel")? {
+        let kernel = renamed.get(&kernel).cloned().unwrap_or(kernel);
+        before.insert(kernel, cycles);
+    }
+    let mut changes = changes(&before, &by(new, "/loops", "/kernel")?);
+    for change in &mut changes {
+        let find = |profile: &Document<'_>, names: &BTreeMap<String, String>| {
+            let name = |l: &Value| {
+                let name = l["kernel"].as_str()?;
+                Some(names.get(name).map_or(name, String::as_str).to_owned())
+            };
+            let mut loops = profile.list("/loops")?.iter();
+            let found = loops.find(|l| name(l).as_ref() == Some(&change.what));
+            Ok::<_, Error>(found.cloned())
+        };
+        let (Some(a), Some(b)) = (find(old, &renamed)?, find(new, &BTreeMap::new())?) else {
             continue;
         };
         for (what, pointer) in [
@@ -152,6 +177,17 @@ impl Lines {
             }
         }
         Lines { moved }
+    }
+
+    /// A place FILE:LINE:COLUMN of the old source in the new one.
+    fn place_now(&self, at: &str) -> String {
+        let moved = || {
+            let (rest, column) = at.rsplit_once(':')?;
+            let (file, line) = rest.rsplit_once(':')?;
+            let line = self.moved.get(file)?.get(&line.parse().ok()?)?;
+            Some(format!("{file}:{line}:{column}"))
+        };
+        moved().unwrap_or_else(|| at.to_owned())
     }
 
     fn notes(&self) -> Option<String> {

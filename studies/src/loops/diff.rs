@@ -1,9 +1,10 @@
 //! Regressions between two reports.
 //!
-//! A loop is known by its kernel's name. The II counts first: where it fell, more stages, registers,
+//! A loop is known by its kernel's name, or by its looks where an edit has [renamed](same_loops) it. The II counts first: where it fell, more stages, registers,
 //! moves or contexts are its price and only told; where it did not, they are worse.
 
 use super::model::{FileKind, LoopReport, Report, Status, part, percent};
+use crate::same_loops;
 use schemars::JsonSchema;
 use serde::Serialize;
 use srp_toolchain::envelope::{Contents, Named};
@@ -117,14 +118,24 @@ pub fn diff(old: &Report, new: &Report) -> Differences {
         changed: Vec::new(),
         same: 0,
     };
+    let [a, b] = [old, new].map(|report| -> Vec<_> {
+        let looks = |l: &'_ LoopReport| (l.operations, l.at.column);
+        (report.loops.iter().map(|l| (l.kernel.as_str(), looks(l)))).collect()
+    });
+    let renamed = same_loops::renamed(&a, &b);
+    let is_now = |before: &LoopReport| -> String {
+        let name = renamed.get(&before.kernel);
+        name.unwrap_or(&before.kernel).clone()
+    };
     for before in &old.loops {
-        match new.loops.iter().find(|l| l.kernel == before.kernel) {
+        let name = is_now(before);
+        match new.loops.iter().find(|l| l.kernel == name) {
             Some(after) => all.compare(before, after),
-            None => all.gone(before, new),
+            None => all.gone(name, before, new),
         }
     }
     for after in &new.loops {
-        if old.loops.iter().any(|l| l.kernel == after.kernel) {
+        if old.loops.iter().any(|l| is_now(l) == after.kernel) {
             continue;
         }
         let was = old.not_pipelined.iter().any(|n| n.kernel == after.kernel);
@@ -177,10 +188,10 @@ impl Compared {
 }
 
 impl Differences {
-    fn gone(&mut self, before: &LoopReport, new: &Report) {
+    fn gone(&mut self, kernel: String, before: &LoopReport, new: &Report) {
         let refused = new.not_pipelined.iter().find(|n| n.kernel == before.kernel);
         self.worse.push(Difference {
-            kernel: before.kernel.clone(),
+            kernel,
             figure: Figure::OnArray,
             old: Some(format!("II = {}", before.ii)),
             new: refused.map(|n| format!("not on the array: {}", n.reason)),
