@@ -66,3 +66,70 @@ fn what_a_profile_advises_makes_the_frame_faster() {
     }
     assert!(tried > 1, "{advice:?}");
 }
+
+/// Where one part is made the narrowest by far, the profile says so, and what it advises is worth a good part of what it
+/// claims.
+#[test]
+fn the_narrowest_part_is_named() {
+    let folder = folder("narrowest");
+    let frame = |set: &[String], name: &str| -> (f64, Value) {
+        let sizes = ["render", "--size", "96x64", "--effort", "0.05"];
+        let [report, profile] = ["report", "profile"].map(|of| format!("{name}.{of}.json"));
+        let files = ["-o", "a.png", "--report", &report, "--profile", &profile];
+        let set = set.iter().map(String::as_str);
+        let args: Vec<&str> = sizes.into_iter().chain(files).chain(set).collect();
+        let output = srp(&folder, &args);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{args:?}: {said}");
+        let read = |file: &str| -> Value {
+            let text = std::fs::read(folder.join(file)).expect("it was written");
+            serde_json::from_slice(&text).expect("it is JSON")
+        };
+        let cycles = read(&report)["cycles"].as_f64().expect("a number");
+        (cycles, read(&profile))
+    };
+    let set = |attribute: &str, value: &str| ["--set".to_owned(), format!("{attribute}={value}")];
+    let cases: [(&[(&str, &str)], &str); 4] = [
+        (&[("bus.width", "1")], "bus.width"),
+        (
+            &[("dram.bits", "8"), ("dram.channels", "1")],
+            "dram.channels",
+        ),
+        (
+            &[
+                ("tni.trvs", "1"),
+                ("tni.stacks", "4"),
+                ("buffers.hit-buffers", "4"),
+                ("buffers.ray-buffers", "5"),
+            ],
+            "tni.stacks",
+        ),
+        (
+            &[
+                ("tni.rau-rows", "0"),
+                ("tni/trv-l2.latency", "60"),
+                ("buffers.hit-buffers", "8"),
+                ("buffers.ray-buffers", "9"),
+            ],
+            "tni.rau-rows",
+        ),
+    ];
+    for (machine, part) in cases {
+        let machine: Vec<String> = (machine.iter())
+            .flat_map(|(attribute, value)| set(attribute, value))
+            .collect();
+        let (before, profile) = frame(&machine, "before");
+        let advice = &profile["advice"][0];
+        let share = advice["share"].as_f64().expect("a number");
+        let changes: Vec<String> = (advice["set"].as_array().expect("a list").iter())
+            .flat_map(|pair| {
+                let word = |i: usize| pair[i].as_str().expect("a word");
+                assert_eq!(word(0), part, "{advice}");
+                set(word(0), word(1))
+            })
+            .collect();
+        let (after, _) = frame(&[machine, changes].concat(), "after");
+        let saved = (before - after) / before;
+        assert!(saved > 0.25 * share, "{part}: {saved} of {share}");
+    }
+}

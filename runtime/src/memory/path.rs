@@ -4,6 +4,7 @@
 //! clocks share. The bus has one channel for requests (and the data of writes) and one for
 //! answers; each moves one thing at a time, first come first served.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
@@ -60,9 +61,50 @@ pub struct MemoryPath {
     /// A time, in ps, before which nothing arrives at the memory or leaves it.
     wakes: u64,
     /// Bus cycles in which the request channel moved something.
-    pub request_cycles: u64,
+    request_cycles: u64,
     /// Bus cycles in which the answer channel moved something.
-    pub answer_cycles: u64,
+    answer_cycles: u64,
+}
+
+/// The work of the buses of a frame.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct BusReport {
+    /// Bytes that a channel moves in a cycle.
+    pub width: u32,
+    /// Clock, MHz.
+    pub mhz: u32,
+    /// Part of its cycles in which the channel of requests, and of the data of writes, moved something, from 0 to 1.
+    pub requests: f64,
+    /// The same of the channel of answers.
+    pub answers: f64,
+}
+
+impl BusReport {
+    /// The report of buses that are alike, at a time since the start in ps.
+    pub(crate) fn of(spec: &BusSpec, paths: &[MemoryPath], end: u64) -> BusReport {
+        let cycles = Clock::new(spec.mhz).cycle_from(end) * paths.len() as u64;
+        let part = |moved: fn(&MemoryPath) -> u64| {
+            let moved: u64 = paths.iter().map(moved).sum();
+            moved as f64 / cycles.max(1) as f64
+        };
+        BusReport {
+            width: spec.width,
+            mhz: spec.mhz,
+            requests: part(|path| path.request_cycles),
+            answers: part(|path| path.answer_cycles),
+        }
+    }
+
+    /// The report as a line of text, for people.
+    pub(crate) fn text(&self) -> String {
+        format!(
+            "bus: answers take {:.1} % of its cycles, requests and writes {:.1} %, {} bytes at {} MHz\n",
+            100.0 * self.answers,
+            100.0 * self.requests,
+            self.width,
+            self.mhz,
+        )
+    }
 }
 
 impl MemoryPath {
@@ -192,10 +234,9 @@ impl MemoryPath {
 
     fn send_answers(&mut self) {
         for (over, request) in self.done.drain(..) {
-            let beats = if request.is_write {
-                1
-            } else {
-                u64::from(request.bytes.div_ceil(self.bus.width.max(1)))
+            let beats = match request.is_write {
+                true => 1,
+                false => u64::from(request.bytes.div_ceil(self.bus.width.max(1))),
             };
             let ready = self.bus_clock.cycle_from(self.dram_clock.start(over));
             let start = ready.max(self.answer_free);

@@ -15,7 +15,7 @@ use super::simulation::{Simulation, port_name};
 use crate::core::{Activity, Run};
 use crate::memory::cache::CacheCounters;
 use crate::memory::dram::{DramCounters, DramReport};
-use crate::memory::path::Clock;
+use crate::memory::path::{BusReport, Clock};
 use crate::tni::TniCounters;
 
 /// The cycles of one core by activity.
@@ -187,6 +187,8 @@ pub struct Report {
     pub mrays_per_second: f64,
     /// The cores.
     pub cores: Vec<CoreReport>,
+    /// The way to system memory.
+    pub bus: BusReport,
     /// System memory.
     pub dram: DramReport,
     /// Words that cores share, though nothing keeps their caches coherent.
@@ -273,6 +275,7 @@ impl Report {
             rays,
             mrays_per_second: per_second(rays) / 1e6,
             cores,
+            bus: BusReport::of(&arch.system.bus, &simulation.paths, end),
             dram: DramReport::of(spec, simulation.paths.len() as u32, dram_cycles, dram),
             shared_words: simulation.shared.sharing.found,
         }

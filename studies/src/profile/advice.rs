@@ -4,7 +4,7 @@ use super::model::{Advice, Profile};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::isa::Class;
 use srp_archdesc::system::{BankSpec, MAX_SRAM_BANKS, SystemSpec};
-use srp_runtime::system::Report;
+use srp_runtime::system::{CoreReport, Report};
 use srp_runtime::tni::PipeCounters;
 
 /// The part of all cycles from which on something is worth a word.
@@ -18,12 +18,20 @@ pub(super) fn advice(profile: &Profile, report: &Report, arch: &Arch) -> Vec<Adv
     let system = &arch.system;
     let all = profile.parts.total().max(1) as f64;
     let parts = &profile.parts;
-    let mut found = vec![waits(report, system, parts.wait as f64 / all)];
-    if system.data_cache.blocking {
-        found.push(data_stalls(report, arch, parts.memory_stall as f64 / all));
-    }
-    if system.texture_cache.blocking {
-        found.push(texture_stalls(parts.texture_stall as f64 / all));
+    let (wait, memory, texture) = (parts.wait, parts.memory_stall, parts.texture_stall);
+    let mut found = Vec::new();
+    match saturated(report, system, (wait + memory + texture) as f64 / all) {
+        // Whoever waits for lines waits for that.
+        Some(advice) => found.push(advice),
+        None => {
+            found.push(waits(report, system, wait as f64 / all));
+            if system.data_cache.blocking {
+                found.push(data_stalls(report, arch, memory as f64 / all));
+            }
+            if system.texture_cache.blocking {
+                found.push(texture_stalls(report, arch, texture as f64 / all));
+            }
+        }
     }
     found.push(instruction_stalls(
         system,
@@ -37,6 +45,42 @@ pub(super) fn advice(profile: &Profile, report: &Report, arch: &Arch) -> Vec<Adv
     found.retain(|advice| advice.share >= WORTH);
     found.sort_by(|a, b| b.share.total_cmp(&a.share));
     found
+}
+
+/// Everything waits for lines that come through a bus or from a memory that is busy.
+fn saturated(report: &Report, system: &SystemSpec, share: f64) -> Option<Advice> {
+    let bus = &report.bus;
+    let (moving, what) = match bus.answers >= bus.requests {
+        true => (bus.answers, "answers take"),
+        false => (bus.requests, "requests and writes take"),
+    };
+    if moving >= BUSY {
+        let width = system.bus.width;
+        return Some(Advice {
+            share,
+            reason: format!(
+                "Cores and T&I units wait for lines that come one after the other: {what} {:.0} % of the bus's cycles.",
+                100.0 * moving
+            ),
+            change: format!("A wider bus: bus.width is {width}."),
+            set: vec![("bus.width".to_owned(), (2 * width).to_string())],
+        });
+    }
+    let channels = &report.dram.channels;
+    let busiest = channels.iter().map(|channel| channel.busy);
+    let busy = busiest.fold(0.0, f64::max);
+    (busy >= BUSY).then(|| Advice {
+        share,
+        reason: format!(
+            "Cores and T&I units wait for lines from a memory that moves data in {:.0} % of its cycles.",
+            100.0 * busy
+        ),
+        change: format!("More channels: dram.channels is {}.", system.dram.channels),
+        set: vec![(
+            "dram.channels".to_owned(),
+            (2 * system.dram.channels).to_string(),
+        )],
+    })
 }
 
 /// The part of its cycles in which the first stage of a kind of pipelines has work, of so many in a core.
@@ -72,60 +116,117 @@ fn waits(report: &Report, system: &SystemSpec, share: f64) -> Advice {
             set: vec![(attribute.to_owned(), (2 * count).to_string())],
         };
     }
-    let (rays, hits) = (system.buffers.ray_buffers, system.buffers.hit_buffers);
-    let more = 2 * hits;
+    let (of, work) = (report.tni().unit.dispatch, 100.0 * work);
+    let part = |cycles: u64| 100.0 * cycles as f64 / of.total().max(1) as f64;
+    let waits = format!(
+        "The cores wait for their T&I units, which wait themselves: even {name} has work in {work:.0} % of the cycles only"
+    );
+    if of.empty >= of.full {
+        let (rays, hits) = (system.buffers.ray_buffers, system.buffers.hit_buffers);
+        let more = 2 * hits;
+        return Advice {
+            share,
+            reason: format!(
+                "{waits}, for no ray is there to be let in in {:.0} % of them: too few packets are on the way at a time.",
+                part(of.empty)
+            ),
+            change: format!(
+                "More packets on the way: hit-buffers is {hits} and ray-buffers {rays}."
+            ),
+            set: vec![
+                ("buffers.hit-buffers".to_owned(), more.to_string()),
+                ("buffers.ray-buffers".to_owned(), (more + 1).to_string()),
+            ],
+        };
+    }
+    let waits = format!(
+        "{waits}, while rays stand before them in {:.0} %",
+        part(of.full)
+    );
+    let stacks = system.tni.stacks;
+    let (reason, change, attribute, value) = match system.tni.rau_rows {
+        0 => (
+            format!("{waits}: a ray whose line is not there holds up all behind it."),
+            "Rows in which rays stand aside until their lines are there: tni.rau-rows is 0."
+                .to_owned(),
+            "tni.rau-rows",
+            RAU_ROWS,
+        ),
+        _ => (
+            format!("{waits}: all stacks of the traversal units are taken."),
+            format!("More rays at a time: tni.stacks is {stacks}."),
+            "tni.stacks",
+            2 * stacks,
+        ),
+    };
     Advice {
         share,
-        reason: format!(
-            "The cores wait for their T&I units, which wait themselves: even {name} has work in {:.0} % of the cycles only, \
-             for too few packets are on the way at a time.",
-            100.0 * work
-        ),
-        change: format!("More packets on the way: hit-buffers is {hits} and ray-buffers {rays}."),
-        set: vec![
-            ("buffers.hit-buffers".to_owned(), more.to_string()),
-            ("buffers.ray-buffers".to_owned(), (more + 1).to_string()),
-        ],
+        reason,
+        change,
+        set: vec![(attribute.to_owned(), value.to_string())],
     }
 }
 
 /// The largest part of a miss, in cycles, that a load is worth being scheduled for: its value waits in registers.
 const LONGEST: u32 = 48;
 
+/// Lines that a cache is worth being able to wait for at a time, where it does not block.
+const MISSES: u32 = 16;
+
+/// Rows in which rays stand aside, as the machine that comes along has them.
+const RAU_ROWS: u32 = 16;
+
+/// Cycles that a core stands still from a miss on, in the mean, and those that loads are worth being scheduled for, at
+/// least as long as they are.
+fn miss(stall: u64, misses: u64, now: u32) -> (f64, u32) {
+    let mean = stall as f64 / misses.max(1) as f64;
+    (mean, ((mean / 2.0) as u32).min(LONGEST).max(now))
+}
+
 /// Cores stand still for their data caches.
 fn data_stalls(report: &Report, arch: &Arch, share: f64) -> Advice {
-    let read = report.dram.mean_read_ns * f64::from(report.srp_mhz) / 1000.0;
     let now = arch.srp.least_latency(Class::Cload).unwrap_or(1);
-    let latency = ((read / 2.0) as u32).min(LONGEST).max(now);
-    let misses = arch.system.data_cache.misses.max(16);
-    let set = [
-        ("data-cache.blocking", "false".to_owned()),
-        ("data-cache.misses", misses.to_string()),
-        ("op[class=cload].latency", latency.to_string()),
-    ];
+    let sum = |of: fn(&CoreReport) -> u64| report.cores.iter().map(of).sum();
+    let stall = sum(|core| core.memory_stall);
+    let (mean, latency) = miss(stall, sum(|core| core.data_cache.misses), now);
+    let misses = arch.system.data_cache.misses.max(MISSES);
     Advice {
         share,
         reason: format!(
-            "A core stands still from each miss of its data cache until the line is there, {read:.0} cycles in the mean."
+            "A core stands still from each miss of its data cache until the line is there, {mean:.0} cycles in the mean."
         ),
         change: format!(
-            "A cache that does not block, and loads that are scheduled as if they took half of that (now {now}): loops \
+            "A cache that does not block, and loads that are scheduled as if they took {latency} cycles (now {now}): loops \
              go on meanwhile."
         ),
-        set: set
-            .map(|(attribute, value)| (attribute.to_owned(), value))
-            .into(),
+        set: vec![
+            ("data-cache.blocking".to_owned(), "false".to_owned()),
+            ("data-cache.misses".to_owned(), misses.to_string()),
+            ("op[class=cload].latency".to_owned(), latency.to_string()),
+        ],
     }
 }
 
 /// Cores stand still for their texture caches.
-fn texture_stalls(share: f64) -> Advice {
+fn texture_stalls(report: &Report, arch: &Arch, share: f64) -> Advice {
+    let now = arch.srp.least_latency(Class::Tex).unwrap_or(1);
+    let sum = |of: fn(&CoreReport) -> u64| report.cores.iter().map(of).sum();
+    let stall = sum(|core| core.texture_stall);
+    let (mean, latency) = miss(stall, sum(|core| core.texture_cache.misses), now);
+    let misses = arch.system.texture_cache.misses.max(MISSES);
     Advice {
         share,
-        reason: "A core stands still from each miss of its texture cache until the line is there."
-            .to_owned(),
-        change: "A cache that does not block: the core goes on until the value is due.".to_owned(),
-        set: vec![("texture-cache.blocking".to_owned(), "false".to_owned())],
+        reason: format!(
+            "A core stands still from each miss of its texture cache until the line is there, {mean:.0} cycles in the mean."
+        ),
+        change: format!(
+            "A cache that does not block, and samples that are scheduled as if they took {latency} cycles (now {now})."
+        ),
+        set: vec![
+            ("texture-cache.blocking".to_owned(), "false".to_owned()),
+            ("texture-cache.misses".to_owned(), misses.to_string()),
+            ("op[class=tex].latency".to_owned(), latency.to_string()),
+        ],
     }
 }
 

@@ -238,6 +238,7 @@ impl Report {
                 ),
             );
         }
+        out.push_str(&self.bus.text());
         out.push_str(&self.dram.text());
         if let Some(first) = self.shared_words.first {
             let count = thousands(self.shared_words.count);
@@ -284,6 +285,7 @@ mod tests {
     use super::super::PortCycles;
     use super::*;
     use crate::memory::dram::{ChannelCounters, DramCounters, DramReport};
+    use crate::memory::path::BusReport;
     use crate::system::SharedWords;
     use crate::tni::{TniCounters, TrvCounters};
     use srp_archdesc::dram::presets;
@@ -397,6 +399,12 @@ mod tests {
             rays: 128,
             mrays_per_second: 12.8,
             cores: vec![core("primary", 5000), core("shade", 8400)],
+            bus: BusReport {
+                width: 16,
+                mhz: 1000,
+                requests: 0.125,
+                answers: 0.5,
+            },
             dram: dram(),
             shared_words: SharedWords {
                 count: 3,
@@ -432,6 +440,7 @@ IST L1                  0            0            0       –
 SRP data            2 000            2            0  99.9 %
 texture               200           20            0  90.0 %
 textures: 128 samples, 1 280 bytes read
+bus: answers take 50.0 % of its cycles, requests and writes 12.5 %, 16 bytes at 1000 MHz
 memory: 64 000 bytes read, 512 written, 6.451 GB/s of 16.0; reads take 45.0 ns, at most 180.0
 channel             GB/s    busy        reads       writes row hits       opened refreshes  queued
 0                  3.200  40.0 %        1 500          500   50.0 %          700         3    2.50
