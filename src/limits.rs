@@ -1,6 +1,7 @@
 //! The limits of confined work (`--untrusted`): their names, their defaults, how they are written, and what this process
 //! makes of its own.
 
+use srp_toolchain::amount;
 use srp_toolchain::cache::{Cache, Place};
 use srp_toolchain::files::Outside;
 use std::sync::OnceLock;
@@ -30,7 +31,6 @@ pub(crate) struct Limits {
     pub(crate) landlock: bool,
 }
 
-const KIB: u64 = 1 << 10;
 const MIB: u64 = 1 << 20;
 const GIB: u64 = 1 << 30;
 
@@ -94,7 +94,7 @@ impl Limits {
                     names.join(", ")
                 ));
             };
-            let number = parse_number(number).filter(|n| (least..=most).contains(&n));
+            let number = amount::parse(number).filter(|n| (least..=most).contains(&n));
             *place(&mut limits) = number.ok_or_else(|| {
                 format!(
                     "`{wish}`: write a number from {least} to {most}, such as 2000, 2e3, 500M or 2G"
@@ -103,37 +103,6 @@ impl Limits {
         }
         Ok(limits)
     }
-}
-
-/// A whole number, which may have an exponent, or K, M or G for powers of 1024.
-fn parse_number(text: &str) -> Option<u64> {
-    let (digits, unit) = match text.as_bytes().last()? {
-        b'K' => (&text[..text.len() - 1], KIB),
-        b'M' => (&text[..text.len() - 1], MIB),
-        b'G' => (&text[..text.len() - 1], GIB),
-        _ => (text, 1),
-    };
-    let is_plain = digits.bytes().all(|b| b.is_ascii_digit());
-    if is_plain {
-        return digits.parse::<u64>().ok()?.checked_mul(unit);
-    }
-    let (digits, exponent) = digits.split_once(['e', 'E'])?;
-    let power = 10_u64.checked_pow(exponent.parse().ok()?)?;
-    digits
-        .parse::<u64>()
-        .ok()?
-        .checked_mul(power)?
-        .checked_mul(unit)
-}
-
-/// A number of bytes in the words of the command line.
-pub(crate) fn in_bytes(bytes: u64) -> String {
-    let units = [(GIB, "G"), (MIB, "M"), (KIB, "K")];
-    let unit = units.iter().find(|(unit, _)| bytes.is_multiple_of(*unit));
-    unit.map_or_else(
-        || bytes.to_string(),
-        |(unit, name)| format!("{}{name}", bytes / unit),
-    )
 }
 
 /// The limits of this process, where it is confined.
@@ -189,7 +158,7 @@ pub(crate) fn fits(what: impl std::fmt::Display, bytes: u64) -> Result<(), Strin
         Some(limits) if bytes > limits.memory => Err(format!(
             "{what} takes {} MiB or more: more than memory={} of --untrusted",
             bytes >> 20,
-            in_bytes(limits.memory)
+            amount::of_bytes(limits.memory)
         )),
         _ => Ok(()),
     }
@@ -227,10 +196,6 @@ mod tests {
         ] {
             assert!(Limits::parse(wrong).is_err(), "{wrong}");
         }
-        assert_eq!(
-            ["1G", "1536M", "7"].map(|t| in_bytes(parse_number(t).unwrap())),
-            ["1G", "1536M", "7"]
-        );
     }
 
     /// The page has the limits and their defaults.
@@ -240,7 +205,7 @@ mod tests {
         for (name, _, _, place) in TABLE {
             let number = *place(&mut Limits::default());
             let number = match name {
-                "memory" | "read" | "written" | "output" => in_bytes(number),
+                "memory" | "read" | "written" | "output" => amount::of_bytes(number),
                 "cycles" => "1e10".to_owned(),
                 _ => number.to_string(),
             };

@@ -2,9 +2,10 @@
 
 use super::{CONFINED, Rooms};
 use crate::failure::Failure;
-use crate::limits::{Limits, in_bytes};
+use crate::limits::Limits;
 use crate::talk;
 use rustix::process::{Pid, Signal, kill_process};
+use srp_toolchain::amount;
 use srp_toolchain::cache::Place;
 use srp_toolchain::files;
 use std::io::{self, Read, Write};
@@ -46,7 +47,7 @@ pub(super) fn run(limits: &Limits, rooms: &Rooms) -> Result<i32, Failure> {
         },
         End::Flooded => format!(
             "it printed more than output={} allows",
-            in_bytes(limits.output)
+            amount::of_bytes(limits.output)
         ),
         End::Late => format!("it took more than elapsed={} seconds", limits.elapsed),
     };
@@ -57,7 +58,7 @@ pub(super) fn run(limits: &Limits, rooms: &Rooms) -> Result<i32, Failure> {
 
 /// What a signal says of work that it has ended.
 fn of_signal(signal: i32, limits: &Limits) -> String {
-    let memory = in_bytes(limits.memory);
+    let memory = amount::of_bytes(limits.memory);
     match Signal::from_named_raw(signal) {
         Some(Signal::XCPU) => format!(
             "it took more than seconds={} of processor time",
@@ -65,7 +66,7 @@ fn of_signal(signal: i32, limits: &Limits) -> String {
         ),
         Some(Signal::XFSZ) => format!(
             "it wrote a file of more than written={}",
-            in_bytes(limits.written)
+            amount::of_bytes(limits.written)
         ),
         Some(Signal::ABORT) => format!("it aborted, as it does without memory (memory={memory}) or stack"),
         Some(Signal::KILL) => {

@@ -11,6 +11,7 @@
 //! are plain data. Work goes on in a [`Session`], which says who watches it and how many threads it
 //! may use; nothing here prints.
 
+pub mod amount;
 mod approximate;
 pub mod cache;
 pub mod checkpoint;

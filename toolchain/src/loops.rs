@@ -23,16 +23,8 @@ pub fn schedule_loop(
     watch: &dyn Watch,
 ) -> LoopResult {
     let anonymous = dfg.anonymous();
-    let srp = &Srp {
-        shared_contexts: false,
-        ..srp.clone()
-    };
-    let key = Key::of(Kind::Loops)
-        .text(SCHEDULER)
-        .value(&anonymous)
-        .value(srp)
-        .value(options)
-        .finish();
+    let srp = &alone(srp);
+    let key = key_alone(&anonymous, srp, options);
     let known = session.cache.get::<LoopResult>(key, watch);
     let result = known.unwrap_or_else(|| {
         let result = modulo::schedule(&anonymous, srp, options, watch);
@@ -54,6 +46,28 @@ pub fn schedule_loop(
             why.relocate(dfg);
             Err(why)
         }
+    }
+}
+
+/// The key of a loop's schedule by itself.
+pub(crate) fn key(dfg: &Dfg, srp: &Srp, options: &modulo::Options) -> Key {
+    key_alone(&dfg.anonymous(), &alone(srp), options)
+}
+
+fn key_alone(anonymous: &Dfg, srp: &Srp, options: &modulo::Options) -> Key {
+    Key::of(Kind::Loops)
+        .text(SCHEDULER)
+        .value(anonymous)
+        .value(srp)
+        .value(options)
+        .finish()
+}
+
+/// The SRP for one loop, which shares contexts with no other.
+fn alone(srp: &Srp) -> Srp {
+    Srp {
+        shared_contexts: false,
+        ..srp.clone()
     }
 }
 

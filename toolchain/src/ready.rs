@@ -7,8 +7,8 @@
 //! depend on what was built before, so nothing does that unasked.
 
 use crate::cache::key::Builder;
-use crate::cache::{Key, Kind};
-use crate::{BUILD_ID, Build, Compiled, Error, Session};
+use crate::cache::{Damage, Key, Kind};
+use crate::{BUILD_ID, Build, Compiled, Error, Session, loops};
 use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::Arch;
 use srp_ir::check::{self, Checked};
@@ -24,8 +24,8 @@ struct Entry {
     effects: String,
     /// Secondary rays in a row that there is room for.
     bounces: u32,
-    /// True if the cache was given the whole program too.
-    is_whole: bool,
+    /// What the cache was given: the whole program, or else the schedules of its loops.
+    needs: Vec<Key>,
 }
 
 /// A build that is ready, in the place of another.
@@ -69,19 +69,28 @@ impl Build {
     pub fn scheduled(&self, arch: &Arch, session: &Session<'_>) -> Result<Scheduled, Error> {
         let key = self.program_key(arch);
         let kept: Option<ScheduledDre> = session.cache.get(key, session.watch);
-        if let Some(Ok(program)) = kept.map(|program| check::check(program, arch)) {
-            return Ok(Scheduled::Before(Box::new(program)));
+        match kept.map(|program| check::check(program, arch)) {
+            Some(Ok(program)) => return Ok(Scheduled::Before(Box::new(program))),
+            Some(Err(_)) => session.cache.forget(key, Damage::Rules, session.watch),
+            None => {}
         }
         let compiled = self.compile(arch, session)?;
         let refused = compiled.not_pipelined.iter().any(|n| n.required);
-        let is_whole = compiled.messages.diagnostics.is_empty();
         if let (false, false, Ok(program)) =
             (refused, session.watch.cancelled(), compiled.runnable())
         {
-            if is_whole {
-                (session.cache).put::<ScheduledDre>(key, program, session.watch);
-            }
-            self.remember(is_whole, arch, session);
+            let needs = match compiled.messages.diagnostics.is_empty() {
+                true => {
+                    (session.cache).put::<ScheduledDre>(key, program, session.watch);
+                    vec![key]
+                }
+                false => {
+                    let options = self.effort.modulo();
+                    let loops = program.kernels.values();
+                    (loops.map(|l| loops::key(&l.dfg, &arch.srp, &options))).collect()
+                }
+            };
+            self.remember(needs, arch, session);
         }
         Ok(Scheduled::Now(Box::new(compiled)))
     }
@@ -104,31 +113,26 @@ impl Build {
             let serves = entry.family == *family.digest()
                 && entry.bounces >= self.bounces
                 && self.effects.minus(effects).next().is_none();
-            serves.then_some((effects, entry.bounces, entry.is_whole))
+            serves.then_some((effects, entry))
         });
-        let nearness = |&(effects, bounces, is_whole): &(Effects, u32, bool)| {
+        let mut candidates: Vec<(Effects, &Entry)> = candidates.collect();
+        candidates.sort_by_key(|&(effects, entry)| {
             let more = effects.minus(self.effects).count();
-            (more, bounces, effects, is_whole)
-        };
-        let mut candidates: Vec<(Effects, u32, bool)> = candidates.collect();
-        candidates.sort_by_key(nearness);
-        candidates
-            .into_iter()
-            .find_map(|(effects, bounces, is_whole)| {
-                let build = Build {
+            (more, entry.bounces, effects)
+        });
+        // What the cache has dropped since is not ready.
+        let is_there = |key: &Key| session.cache.bytes(*key, session.watch).is_some();
+        let of = |(effects, entry): (Effects, &Entry)| {
+            entry.needs.iter().all(is_there).then(|| Ready {
+                build: Build {
                     effects,
-                    bounces,
+                    bounces: entry.bounces,
                     ..self.clone()
-                };
-                // What the cache has dropped since is not ready.
-                let key = is_whole.then(|| build.program_key(arch));
-                let is_there =
-                    key.is_none_or(|key| session.cache.bytes(key, session.watch).is_some());
-                is_there.then(|| Ready {
-                    build,
-                    more: effects.minus(self.effects).collect(),
-                })
+                },
+                more: effects.minus(self.effects).collect(),
             })
+        };
+        candidates.into_iter().find_map(of)
     }
 
     /// Names the scheduled program.
@@ -139,12 +143,12 @@ impl Build {
     }
 
     /// Remembers that this build is ready.
-    fn remember(&self, is_whole: bool, arch: &Arch, session: &Session<'_>) {
+    fn remember(&self, needs: Vec<Key>, arch: &Arch, session: &Session<'_>) {
         let entry = Entry {
             family: *self.family(arch).digest(),
             effects: self.effects.to_string(),
             bounces: self.bounces,
-            is_whole,
+            needs,
         };
         let key = Key::of(Kind::Builds).value(&entry).finish();
         if session.cache.bytes(key, session.watch).is_none() {

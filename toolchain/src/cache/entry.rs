@@ -33,6 +33,8 @@ pub enum Damage {
     Digest,
     /// They are whole, and no value of the kind that was put there.
     Shape,
+    /// They are a program that breaks the rules of its machine.
+    Rules,
 }
 
 impl fmt::Display for Damage {
@@ -43,6 +45,7 @@ impl fmt::Display for Damage {
             Damage::Length => "it has another length than it says",
             Damage::Digest => "its bytes have changed",
             Damage::Shape => "its bytes are no value",
+            Damage::Rules => "its program breaks rules of its machine",
         })
     }
 }

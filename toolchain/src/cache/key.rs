@@ -4,11 +4,11 @@
 //! machine or an option is in the key without anybody thinking of it.
 
 use super::Kind;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Names one result.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Key {
     kind: Kind,
     digest: [u8; 32],

@@ -28,6 +28,7 @@ pub use key::Key;
 pub use shared::{Piece, Shared};
 pub use store::{Counts, Found};
 
+use serde::{Deserialize, Serialize};
 use srp_archdesc::watch::{Event, Watch};
 use std::collections::{BTreeSet, HashMap};
 use std::fs::File;
@@ -36,7 +37,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use store::Store;
 
 /// Kinds of entries: each has a folder of its own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Kind {
     /// Schedules of loops.
     Loops,
@@ -153,15 +154,16 @@ impl Cache {
         Some(Arc::clone(memory.entry(key).or_insert(bytes)))
     }
 
-    /// All values of a kind, by their keys.
+    /// All values of a kind, in the order of their keys. Entries of other builds of the tools, whose values may have another
+    /// shape, are left out.
     pub fn all<T: serde::de::DeserializeOwned>(&self, kind: Kind, watch: &dyn Watch) -> Vec<T> {
         let kept = self.if_there(watch, |store| store.keys(kind));
         let memory = self.memory.lock().unwrap_or_else(PoisonError::into_inner);
         let known = memory.keys().copied().filter(|key| key.kind() == kind);
         let keys: BTreeSet<Key> = kept.into_iter().flatten().chain(known).collect();
         drop(memory);
-        let values = keys.into_iter().map(|key| self.get(key, watch));
-        values.flatten().collect()
+        let value = |key| postcard::from_bytes(&self.bytes(key, watch)?).ok();
+        keys.into_iter().filter_map(value).collect()
     }
 
     /// The turn to work on entries that nobody waits for. One process at a time has it for a folder, for as long as it or a process
@@ -207,7 +209,8 @@ impl Cache {
         self.if_there(watch, |store| store.verify())
     }
 
-    fn forget(&self, key: Key, damage: Damage, watch: &dyn Watch) {
+    /// Removes an entry that cannot be trusted; a note says so.
+    pub(crate) fn forget(&self, key: Key, damage: Damage, watch: &dyn Watch) {
         let mut memory = self.memory.lock().unwrap_or_else(PoisonError::into_inner);
         memory.remove(&key);
         drop(memory);

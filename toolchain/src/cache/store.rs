@@ -3,6 +3,7 @@
 use super::entry::{self, Damage};
 use super::folder::{self, Place, Workplace};
 use super::{Key, Kind, note};
+use crate::amount;
 use srp_archdesc::watch::Watch;
 use std::collections::BTreeMap;
 use std::fs::{self, DirEntry, File};
@@ -60,12 +61,13 @@ impl Store {
     /// Opens the folder of a place, or a temporary one.
     pub(super) fn open(place: &Place, watch: &dyn Watch) -> Store {
         let asked = std::env::var("SRP_CACHE_LIMIT").ok();
-        let limit = asked.as_deref().and_then(parse_bytes);
+        let limit = asked.as_deref().and_then(amount::parse);
         if let (Some(asked), None) = (&asked, limit) {
             note(
                 watch,
                 format_args!(
-                    "SRP_CACHE_LIMIT={asked} is no number of bytes (write 500M or 2G): the limit is 1G"
+                    "SRP_CACHE_LIMIT={asked} is no number of bytes (write 500M or 2G): the limit is {}",
+                    amount::of_bytes(LIMIT)
                 ),
             );
         }
@@ -330,16 +332,4 @@ fn used(path: &Path) {
         // An entry whose use is not remembered goes a little sooner.
         let _ = file.set_modified(SystemTime::now());
     }
-}
-
-/// A number of bytes: digits, and K, M or G.
-fn parse_bytes(text: &str) -> Option<u64> {
-    let text = text.trim();
-    let (digits, shift) = match text.as_bytes().last()? {
-        b'K' | b'k' => (&text[..text.len() - 1], 10),
-        b'M' | b'm' => (&text[..text.len() - 1], 20),
-        b'G' | b'g' => (&text[..text.len() - 1], 30),
-        _ => (text, 0),
-    };
-    digits.trim().parse::<u64>().ok()?.checked_shl(shift)
 }
