@@ -11,7 +11,7 @@ use crate::structure::Special;
 use crate::system::SystemSpec;
 use serde::{Deserialize, Serialize};
 
-pub use crate::precision::{Approx, Fast, Precision, Refine, Subnormals};
+pub use crate::precision::{Approx, Fast, NARROWED, Precision, Refine, Subnormals, U};
 
 entity! {
     /// A functional unit of the array.

@@ -67,8 +67,12 @@ impl Precision {
     };
 }
 
-/// Half a unit in the last place of 1: the error of rounding to binary32.
-const U: f64 = 1.0 / (1 << 24) as f64;
+/// Half a unit in the last place of 1, the unit roundoff: the error of rounding to binary32.
+pub const U: f64 = 1.0 / (1 << 24) as f64;
+
+/// The part by which a [narrowed](Approx::narrowing) reciprocal is less than its error asks for, so that its roundings
+/// do not make it larger.
+pub const NARROWED: f64 = 8.0 * U;
 
 impl Approx {
     /// An upper bound of the error of a function of this precision: relative for reciprocal, roots and
@@ -97,7 +101,7 @@ impl Approx {
     pub fn narrowing(self) -> f32 {
         match self {
             Approx::Exact => 1.0,
-            coarse => (1.0 / (1.0 + coarse.error_bound()) - 8.0 * U) as f32,
+            coarse => (1.0 / (1.0 + coarse.error_bound()) - NARROWED) as f32,
         }
     }
 }

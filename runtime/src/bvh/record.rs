@@ -2,6 +2,7 @@
 //! of the machine's ray–triangle test.
 
 use glam::DVec3;
+use srp_archdesc::arch::U;
 use srp_archdesc::datapath::Intersection;
 
 use super::{has_area, read_words};
@@ -62,9 +63,6 @@ pub struct WoopWords {
     /// True if the triangle has no area and cannot be hit.
     pub void: bool,
 }
-
-/// Unit roundoff of binary32.
-const U: f64 = 1.0 / (1 << 24) as f64;
 
 /// A projection along the longest axis of the normal, in binary64.
 struct Projection {

@@ -18,7 +18,7 @@ pub use tiling::tile_size;
 use std::fmt;
 
 use srp_archdesc::Arch;
-use srp_archdesc::arch::Approx;
+use srp_archdesc::arch::{Approx, U};
 
 use crate::bvh::{self, Bvh, Layout, TreeImage};
 use crate::memory::{BASE, MAX_BYTES, SystemMemory};
@@ -44,7 +44,6 @@ pub const OFFSET: f32 = 32.0 / (1 << 24) as f32;
 /// weights that are off by the error of the T&I unit's reciprocal, and the rounding of the sum, could turn
 /// it by more than an eighth of a radian. `docs/numerics.md` derives it.
 pub fn least_normal(rcp: Approx) -> f32 {
-    const U: f64 = 1.0 / (1 << 24) as f64;
     let least = 8.0 * (2.0 * rcp.error_bound() + 7.0 * U);
     (least * least) as f32
 }

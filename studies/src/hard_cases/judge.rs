@@ -3,7 +3,7 @@
 use super::catalogue::Case;
 use super::settings::Setting;
 use serde::{Deserialize, Serialize};
-use srp_archdesc::arch::{Approx, Arch, Precision, Subnormals};
+use srp_archdesc::arch::{Approx, Arch, NARROWED, Precision, Subnormals, U};
 use srp_archdesc::datapath::Intersection;
 use srp_runtime::tni::arithmetic::Hit;
 use std::fmt::Write;
@@ -25,12 +25,6 @@ pub enum Verdict {
     /// It is wrong.
     Wrong(String),
 }
-
-/// Unit roundoff of binary32.
-const U: f64 = 1.0 / (1 << 24) as f64;
-
-/// The part by which a narrowed reciprocal is less than its error asks for ([`Approx::narrowing`]).
-const NARROWED: f64 = 8.0 * U;
 
 /// Levels of a byte that the curve from light to bytes reaches at 1, before it is shifted to end there: errors are a part of
 /// these.

@@ -8,7 +8,7 @@
 use super::call::Calls;
 use super::engine::{Kernels, options};
 use crate::Error;
-use srp_archdesc::arch::{Approx, Arch, Precision};
+use srp_archdesc::arch::{Approx, Arch, Precision, U};
 use srp_archdesc::isa::Opcode;
 use srp_archdesc::structure::Structure;
 use srp_ir::interp::{self, Code, Done, FlatWorld, Observer};
@@ -19,9 +19,6 @@ use std::f64::consts::FRAC_2_PI;
 
 /// Steps after which the driver is said not to end.
 const MOST_STEPS: u64 = 100_000_000;
-
-/// Half a unit in the last place of 1.
-const U: f64 = 1.0 / (1 << 24) as f64;
 
 /// A part of a quarter turn by which the place of an operand in a table may be off.
 const PLACE: f64 = 1e-7;

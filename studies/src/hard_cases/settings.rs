@@ -23,8 +23,9 @@ pub struct Setting {
 }
 
 /// The machine as it is, and its settings: everything exact, tables of 23, 16, 12 and 8 bits, 12 bits
-/// and a Newton step, fused and not, and the step of reciprocals in code; subnormals flushed, or kept; each triangle test, at the machine's precision and with 12 bits; both forms of the
-/// traversal unit; and each width of texture weights.
+/// and a Newton step, fused and not, and the step of reciprocals in code; subnormals flushed, or kept; each triangle
+/// test, at the machine's precision and with 12 bits; both forms of the traversal unit; and each width of texture
+/// weights.
 pub(super) fn of(machine: &Arch) -> Vec<Setting> {
     let mut settings = Settings(Vec::new());
     settings.add("machine", machine.clone());
@@ -127,15 +128,25 @@ fn with_approx(machine: &Arch, approx: Approx) -> Arch {
         Approx::Exact => Approx::Exact,
     };
     let mut arch = machine.clone();
-    arch.precision = Precision {
-        rcp: approx,
-        rsqrt: approx,
-        sqrt: approx,
-        exp2: plain,
-        log2: plain,
-        sincos: plain,
-        ..arch.precision
-    };
+    let Precision {
+        rcp,
+        rsqrt,
+        sqrt,
+        div,
+        exp2,
+        log2,
+        sincos,
+        fast: _,
+        subnormals: _,
+        formats: _,
+        texture_weight_bits: _,
+    } = &mut arch.precision;
+    for with_steps in [rcp, rsqrt, sqrt, div] {
+        *with_steps = approx;
+    }
+    for without in [exp2, log2, sincos] {
+        *without = plain;
+    }
     arch.system.tni.rcp = approx;
     arch
 }

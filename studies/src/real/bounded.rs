@@ -9,7 +9,7 @@ mod function;
 
 use self::function::{function, library_ulps, product, quotient, root};
 use super::{Number, Operation, Relation, Undefined};
-use srp_archdesc::arch::{Approx, Precision, Subnormals};
+use srp_archdesc::arch::{Approx, Precision, Subnormals, U};
 use srp_archdesc::format::{Format, Formats};
 use srp_archdesc::structure::Special;
 use srp_ir::pass::FastMath;
@@ -73,9 +73,6 @@ impl Units {
         }
     }
 }
-
-/// Half a unit in the last place of 1: what rounding is off by, relatively.
-const U: f64 = 1.0 / (1u32 << 24) as f64;
 
 /// The factor that makes up for what binary64 may have lost of a bound.
 const SLACK: f64 = 1.0 + 1e-12;

@@ -22,7 +22,7 @@ use srp_archdesc::arch::Approx;
 pub use staged::{staged, stages};
 
 /// Unit roundoff of binary32.
-const U: f32 = 1.0 / (1 << 24) as f32;
+const U: f32 = srp_archdesc::arch::U as f32;
 
 /// The factor by which a reciprocal of precision `rcp` is multiplied to cover all errors of a far plane's
 /// distance against that of a near one: twice the error of the reciprocal, twice those of subtraction and
