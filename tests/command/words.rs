@@ -165,3 +165,15 @@ fn formats_and_semicolons_are_told_of() {
         &["s.c:2:1", "s.c:6:5", "\n2 errors"],
     );
 }
+
+/// A machine whose contexts hold no constants runs no control code, and the program's first constant says so.
+#[test]
+fn a_machine_without_constants_is_refused_in_words() {
+    let folder = folder("no_constants");
+    write(&folder, "double.c", LOOP);
+    let args = ["run", "double.c", "--set", "fu-type[*].constants=0"];
+    let output = srp(&folder, &args);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("room for constants"), "{said}");
+}

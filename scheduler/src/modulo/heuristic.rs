@@ -276,7 +276,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         None
     }
 
-    /// A schedule with the largest II, in which every node follows all that its operands need.
+    /// A schedule at an II in which every node follows all that its operands need.
     fn in_sequence(&mut self, ii: u32) -> Option<Placement> {
         let freedom = Freedom::at(self.problem, ii);
         let (problem, fixed) = (self.problem, self.fixed);
@@ -436,7 +436,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         }
     }
 
-    /// Attempts at one II, at least one, by both ways in turns.
+    /// Attempts at one II, at least one: one by one, and twice as often all at once.
     fn attempts(
         &mut self,
         ii: u32,

@@ -11,6 +11,12 @@ use srp_ir::dfg::{Dfg, Initial, Node, Operand};
 /// A unit, and the cycle in which it issues; cycles may be negative.
 pub(super) type Position = (Fu, i32);
 
+/// Cycles for which a live-out is on its way to a central register at most: those in which each slot of the array comes
+/// twice, and some for a way across it.
+pub(super) fn longest_way_out(ii: i32) -> i32 {
+    2 * ii + 8
+}
+
 /// A loop and a machine.
 pub(super) struct Problem<'a> {
     pub(super) dfg: &'a Dfg,

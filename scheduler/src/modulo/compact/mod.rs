@@ -66,6 +66,8 @@ const TRY: u64 = 100;
 /// Steps of one cycle in vain, one way, after which the next way has its turn, or all is over.
 const PATIENCE: u32 = 2;
 const MOST_PATIENCE: u32 = 100;
+/// Tries in vain after which a schedule of a length counts as simple.
+const MOST_IN_VAIN: u32 = 4;
 /// Iterations of a launch that lengths are held against: packets have as many rays.
 const LAUNCH: u64 = 64;
 /// The part of a launch's cycles, one in so many, that is worth all of the effort.
@@ -331,23 +333,26 @@ impl Compaction<'_, '_> {
     /// Looks for fewer contexts, then for fewer moves and registers, at the same length.
     fn simplify(&mut self, lanes: &Lanes) {
         let most = self.problem.most_copies;
-        let way = Way::Negotiate(lanes, COOL);
-        let mut failures = 0;
-        while self.value.copies > 1 && failures < 4 && !self.is_over(self.limits.effort) {
-            self.problem.most_copies = self.value.copies / 2;
-            failures = match self.attempt(way, self.value.length, self.limits.effort) {
-                true => 0,
-                false => failures + 1,
-            };
-        }
-        self.problem.most_copies = self.value.copies;
-        failures = 0;
-        while failures < 4 && !self.is_over(self.limits.effort) {
-            failures = match self.attempt(way, self.value.length, self.limits.effort) {
-                true => 0,
-                false => failures + 1,
-            };
-        }
+        self.repeat(lanes, |value| {
+            (value.copies > 1).then_some(value.copies / 2)
+        });
+        self.repeat(lanes, |value| Some(value.copies));
         self.problem.most_copies = most;
+    }
+
+    /// Negotiates at the same length, with at most so many copies, until it has been in vain too often.
+    fn repeat(&mut self, lanes: &Lanes, most_copies: impl Fn(&Value) -> Option<u32>) {
+        let mut in_vain = 0;
+        while in_vain < MOST_IN_VAIN
+            && !self.is_over(self.limits.effort)
+            && let Some(most) = most_copies(&self.value)
+        {
+            self.problem.most_copies = most;
+            let way = Way::Negotiate(lanes, COOL);
+            match self.attempt(way, self.value.length, self.limits.effort) {
+                true => in_vain = 0,
+                false => in_vain += 1,
+            }
+        }
     }
 }

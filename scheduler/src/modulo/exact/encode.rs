@@ -34,7 +34,7 @@ use super::formula::{Formula, Lit};
 use super::names;
 use crate::modulo::order::Freedom;
 use crate::modulo::place::{constants_of, invariant_reads};
-use crate::modulo::problem::{Edge, Goal, Problem, Tag, UNREACHABLE};
+use crate::modulo::problem::{Edge, Goal, Problem, Tag, UNREACHABLE, longest_way_out};
 use crate::modulo::table::{Item, Via};
 use rustc_hash::FxHashMap;
 use srp_archdesc::arch::Fu;
@@ -396,7 +396,7 @@ impl<'e, 'p> Encoder<'e, 'p> {
             self.kept[file] += 1;
             let (_, last) = self.window(edge.from);
             // Some cycles beyond the last result, for moves on the way to the file.
-            let last = last + 2 * self.ii() + 8;
+            let last = last + longest_way_out(self.ii());
             for time in self.earliest[edge.from][file]..=last {
                 clause.extend(self.writes(edge.from, file, tag, time));
             }

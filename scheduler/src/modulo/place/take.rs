@@ -2,7 +2,7 @@
 //! values with their registers.
 
 use super::{Attempt, Conflict};
-use crate::modulo::problem::{Edge, Problem};
+use crate::modulo::problem::{Edge, Problem, longest_way_out};
 use crate::modulo::registers::Keeper;
 use crate::modulo::route::{Request, Route};
 use crate::modulo::table::{Issuer, Item};
@@ -15,8 +15,6 @@ use srp_ir::dfg::{Initial, Node, Operand};
 const DETOURS: usize = 3;
 /// Iterations that a value crosses without meeting itself on its way, mostly.
 const FAR: u32 = 8;
-/// The IIs and cycles for which a live-out is on its way at most.
-const LATEST_OUT: (i32, i32) = (2, 8);
 
 impl<'p> Attempt<'_, 'p> {
     /// Those of some edges that have no route yet and whose ends are placed, the ones with the least
@@ -249,7 +247,7 @@ impl<'p> Attempt<'_, 'p> {
         });
         let until = match target {
             Some((_, arrival)) => arrival,
-            None => ready + LATEST_OUT.0 * self.table.ii as i32 + LATEST_OUT.1,
+            None => ready + longest_way_out(self.table.ii as i32),
         };
         Request {
             from: edge.from,

@@ -102,7 +102,9 @@ impl Selector<'_> {
             self.push(inst);
             return Ok(());
         }
-        if let (Some(_), Arg::Const(Bits::Word(address))) = (op.access_bytes(), inst.args[1]) {
+        if let (Some(_), Some(&Arg::Const(Bits::Word(address)))) =
+            (op.access_bytes(), inst.args.get(1))
+        {
             // One register with zero serves all such accesses.
             inst.imm = inst.imm.wrapping_add_unsigned(address);
             inst.args[1] = self

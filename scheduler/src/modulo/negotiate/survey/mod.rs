@@ -8,7 +8,7 @@ mod rows;
 use super::deliver::{Deliver, Goal, Map, Own};
 use super::state::State;
 use super::{LATE, MOST_LATE};
-use crate::modulo::problem::{self, Edge, Position, Problem};
+use crate::modulo::problem::{self, Edge, Position, Problem, longest_way_out};
 use crate::modulo::rows::{NEVER, wide};
 use crate::modulo::scale::{LIGHTEST, Scale};
 use distances::Distances;
@@ -458,7 +458,7 @@ impl Survey {
         let last = match edge.goal {
             problem::Goal::Operand(to, _) => state.at[to].1 + state.ii * edge.distance as i32,
             problem::Goal::LiveOut(_) => {
-                let last = ready + 2 * state.ii + 8;
+                let last = ready + longest_way_out(state.ii);
                 state.deadline.map_or(last, |deadline| last.min(deadline))
             }
         };
