@@ -23,6 +23,18 @@ pub struct DramSpec {
     pub model: DramModel,
 }
 
+impl DramSpec {
+    /// Bytes that its banks hold, beyond which addresses wrap; `None` where it has no banks.
+    pub fn capacity(&self) -> Option<u64> {
+        let DramModel::Banked(spec) = &self.model else {
+            return None;
+        };
+        let parts = [self.channels, spec.banks, spec.rows, spec.columns];
+        let columns: u64 = parts.into_iter().map(u64::from).product();
+        Some(columns * u64::from(self.bits / 8))
+    }
+}
+
 /// How the time of an access comes about.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DramModel {

@@ -8,6 +8,7 @@ use crate::scene::{self, Loaded, Shading};
 use crate::{Effort, Engines, Error, Options, Session};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::diagnostic::{Messages, Source};
+use srp_archdesc::watch::Event;
 use srp_ir::dre::encoding;
 use srp_ir::dre::scheduled::ScheduledDre;
 use srp_ir::pass::FastMath;
@@ -119,7 +120,8 @@ impl Build {
         told(&loaded);
         options.shading.apply(&mut loaded.scene)?;
         let scene = loaded.scene;
-        let (effects, guard) = options.shading.effects(&scene)?;
+        let note = &mut |note: &str| session.watch.tell(Event::Note(note));
+        let (effects, guard) = options.shading.effects(&scene, note)?;
         let build = Build {
             kernels: Kernels::of(options.kernels.as_deref())?,
             forms: options.forms,
@@ -175,8 +177,7 @@ impl Build {
     /// Names the simulator of this build on a machine: another build, machine or kernel has another.
     pub fn name(&self, arch: &Arch) -> String {
         let key = Key::of(Kind::Simulators)
-            .value(&self.options().defines)
-            .value(&(self.fast_math, self.prefetch))
+            .value(&self.options())
             .text(self.kernels.digest())
             .value(arch);
         let kernels = srp_kernels::SOURCES.iter().chain(srp_kernels::HEADERS);
@@ -345,6 +346,13 @@ impl Frame {
         engines: &Engines,
         session: &Session<'_>,
     ) -> Result<(Picture, Report), Error> {
+        let taken = image.memory.bytes().len() as u64;
+        if let Some(capacity) = self.arch.system.dram.capacity().filter(|&all| all < taken) {
+            session.watch.tell(Event::Note(&format!(
+                "note: the frame takes {taken} bytes, and the machine's memory has {capacity}: its addresses wrap, and \
+                 rows count as open that would not be (dram.rows)"
+            )));
+        }
         let options = system::Options {
             tiles,
             ..system_options(

@@ -3,12 +3,13 @@
 use crate::cache::{Key, Kind as Entry};
 use crate::files::{self, Kind, Room};
 use crate::{Error, Session};
-use srp_archdesc::diagnostic::Messages;
+use srp_archdesc::diagnostic::{Diagnostic, Messages};
 use srp_archdesc::watch::{Event, Stage};
 use srp_runtime::bvh::{self, Builder, Bvh};
-use srp_runtime::effect::{self, Effects, Guard};
+use srp_runtime::effect::{self, Effects, Finding, Guard};
 use srp_runtime::scene::camera::Camera;
 use srp_runtime::scene::{self, Light, MAX_LIGHTS, Part, Scene};
+use srp_runtime::scene_image::OFFSET;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -59,7 +60,9 @@ pub fn read(
         }
         Ok(named.bytes)
     });
-    let loaded = loaded.map_err(Error::Messages)?;
+    let mut loaded = loaded.map_err(Error::Messages)?;
+    let doubts = far_away(path, &loaded.scene);
+    loaded.warnings.diagnostics.extend(doubts);
     for path in outside {
         session.watch.tell(Event::Note(&format!(
             "note: {} is outside the folder of the scene that names it",
@@ -71,6 +74,25 @@ pub fn read(
         unsupported: unsupported.iter().map(ToString::to_string).collect(),
         scene: loaded.scene,
         warnings: loaded.warnings,
+    })
+}
+
+/// The part of a scene's size, one in so many, by which rays may begin off a surface before that is seen.
+const OFF: f32 = 100.0;
+
+/// A warning of a scene that is so far from the origin, for its size, that rays which go on from a surface begin visibly
+/// off it.
+fn far_away(path: &Path, scene: &Scene) -> Option<Diagnostic> {
+    let (lo, hi) = scene::bounds(&scene.triangles)?;
+    let size = (0.5 * hi - 0.5 * lo).max_element();
+    let off = OFFSET * lo.abs().max(hi.abs()).max_element();
+    (off * OFF > size).then(|| {
+        let message = format!(
+            "rays that go on begin {off} off surfaces of a scene that is {:?} long: it is far from the origin",
+            2.0 * size
+        );
+        let help = "move it to the origin, or render it with --form offset=integer";
+        Diagnostic::warning("R0120", &path.display().to_string(), message).help(help)
     })
 }
 
@@ -121,20 +143,36 @@ impl Shading {
     }
 
     /// The effects that kernels are built for, and the guard that stops a frame which calls for more. Effects
-    /// that the list removes with a sign are not guarded: the user does not want them.
+    /// that the list removes with a sign are not guarded: the user does not want them, and `told` gets a note of each that
+    /// the scene calls for.
     ///
     /// # Errors
     ///
     /// The list names an unknown effect, or leaves out one that the scene needs everywhere.
-    pub fn effects(&self, scene: &Scene) -> Result<(Effects, Guard), Error> {
-        let needed: Effects = effect::find(scene).into_iter().collect();
+    pub fn effects(
+        &self,
+        scene: &Scene,
+        told: &mut dyn FnMut(&str),
+    ) -> Result<(Effects, Guard), Error> {
+        let findings = effect::find(scene);
+        let needed: Effects = findings.iter().cloned().collect();
         let Some(list) = &self.effects else {
             return Ok((needed, Guard::default()));
         };
         let (built, whole) = needed.parse(list)?;
         let guard = match whole {
             true => Guard::of(scene, built)?,
-            false => Guard::default(),
+            false => {
+                let left_out = |f: &&Finding| f.on && !built.contains(f.effect);
+                for finding in findings.iter().filter(left_out) {
+                    told(&format!(
+                        "note: `{}` is left out, which is called for by the scene: {}",
+                        finding.effect.name(),
+                        finding.why
+                    ));
+                }
+                Guard::default()
+            }
         };
         Ok((built, guard))
     }

@@ -200,7 +200,7 @@ fn tree(boxes: &[Box3], builder: Builder, options: &Options) -> Bvh2 {
 }
 
 /// False for a triangle that no ray hits ([`TriangleRecord`]), whose box would only make others larger.
-fn has_area(triangle: &Triangle) -> bool {
+pub(crate) fn has_area(triangle: &Triangle) -> bool {
     let [a, b, c] = triangle.positions.map(|p| p.as_dvec3());
     (b - a).cross(c - a) != glam::DVec3::ZERO
 }

@@ -1,11 +1,12 @@
 //! Which effects a scene calls for, and how one can tell.
 //!
-//! Only reachable things count: materials of faces, lights that send out light. A finding names the witness:
+//! Only reachable things count: materials of faces that have an area, lights that send out light. A finding names the witness:
 //! for an effect that is on, the first material, its line and the number of faces; for one that is off, the
 //! count that proves its absence.
 
 use super::{Effect, Effects, TABLE};
-use crate::scene::{Fresnel, Material, Scene, Surface};
+use crate::bvh;
+use crate::scene::{Fresnel, Material, Scene, Surface, Triangle};
 
 /// An effect, if a scene calls for it, and why.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +31,8 @@ struct View<'a> {
     scene: &'a Scene,
     used: Vec<Used>,
     lights: usize,
+    /// Faces that have an area.
+    faces: usize,
     curved: usize,
 }
 
@@ -70,7 +73,8 @@ impl FromIterator<Finding> for Effects {
 impl View<'_> {
     fn of(scene: &Scene) -> View<'_> {
         let mut faces = vec![0; scene.materials.len()];
-        for triangle in &scene.triangles {
+        let can_be_hit = || scene.triangles.iter().filter(|t| bvh::has_area(t));
+        for triangle in can_be_hit() {
             faces[triangle.material as usize] += 1;
         }
         let materials = scene.materials.iter().zip(faces).enumerate();
@@ -85,7 +89,8 @@ impl View<'_> {
                 })
                 .collect(),
             lights: scene.lights.iter().filter(|l| l.emits()).count(),
-            curved: scene.triangles.iter().filter(|t| !t.is_flat()).count(),
+            faces: can_be_hit().count(),
+            curved: can_be_hit().filter(|t| !t.is_flat()).count(),
         }
     }
 
@@ -93,18 +98,16 @@ impl View<'_> {
         let options = &self.scene.options;
         match effect {
             Effect::Normals => self.normals(),
-            Effect::Texture => self.pictures("map_Kd", |m| self.scene.colours(m.diffuse_map)),
-            Effect::HighlightTexture => {
-                self.pictures("map_Ks", |m| self.scene.colours(m.specular_map))
-            }
+            Effect::Texture => self.pictures("map_Kd", |m| self.scene.colours_diffuse(m)),
+            Effect::HighlightTexture => self.pictures("map_Ks", |m| self.scene.colours_specular(m)),
             Effect::Alpha => self.pictures("map_d", |m| self.scene.has_holes(m.dissolve_map)),
             Effect::Emission => self.materials(&["Ke"], |s| s.emission.iter().any(|&c| c > 0.0)),
             Effect::Light => self.count(1),
             Effect::Lights => self.count(2),
             Effect::Highlight => self.materials(&["Ks", "illum"], Surface::shines),
-            Effect::Shadow => match self.scene.triangles.len() {
+            Effect::Shadow => match self.faces {
                 0 => (false, "there are no faces to stand in the light".to_owned()),
-                n => (true, format!("{n} faces may stand in the light")),
+                n => (true, format!("{} may stand in the light", faces(n))),
             },
             Effect::TintedShadow => self.passing(),
             // What is not there sends no light, though nothing behind it is seen.
@@ -138,17 +141,19 @@ impl View<'_> {
     fn has_levels(&self, material: &Material) -> bool {
         let (scene, m) = (self.scene, material);
         let has = |map, counts| counts && scene.has_levels(map);
-        has(m.diffuse_map, scene.colours(m.diffuse_map))
-            || has(m.specular_map, scene.colours(m.specular_map))
+        let shines = Surface::of(m).shines();
+        has(m.diffuse_map, scene.colours_diffuse(m))
+            || has(m.specular_map, shines && scene.colours_specular(m))
             || has(m.dissolve_map, scene.has_holes(m.dissolve_map))
     }
 
     fn normals(&self) -> (bool, String) {
-        let all = self.scene.triangles.len();
-        let Some(first) = self.scene.triangles.iter().position(|t| !t.is_flat()) else {
+        let all = self.faces;
+        let is_curved = |t: &&Triangle| bvh::has_area(t) && !t.is_flat();
+        let Some(first) = self.scene.triangles.iter().find(is_curved) else {
             return (false, format!("0 of {all} faces have normals of their own"));
         };
-        let material = self.name_of(self.scene.triangles[first].material as usize, &[]);
+        let material = self.name_of(first.material as usize, &[]);
         let count = self.curved;
         (
             true,
@@ -198,7 +203,7 @@ impl View<'_> {
             1 => String::new(),
             n => format!(" and {} more", n - 1),
         };
-        (true, format!("{name}{others}, {faces} faces"))
+        (true, format!("{name}{others}, {}", self::faces(faces)))
     }
 
     fn name_of(&self, index: usize, keywords: &[&str]) -> String {
@@ -212,6 +217,13 @@ impl View<'_> {
             text.push_str(&format!(" ({}:{line})", origin.file));
         }
         text
+    }
+}
+
+fn faces(count: usize) -> String {
+    match count {
+        1 => "1 face".to_owned(),
+        n => format!("{n} faces"),
     }
 }
 

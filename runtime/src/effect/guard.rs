@@ -92,13 +92,9 @@ impl Guard {
         let holes = scene.has_holes(material.dissolve_map);
         let passes = surface.transmits() || holes;
         let seen = [
+            (scene.colours_diffuse(material), Effect::Texture, "map_Kd"),
             (
-                scene.colours(material.diffuse_map),
-                Effect::Texture,
-                "map_Kd",
-            ),
-            (
-                scene.colours(material.specular_map),
+                scene.colours_specular(material),
                 Effect::HighlightTexture,
                 "map_Ks",
             ),

@@ -67,8 +67,18 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// True if a material's picture changes its colour: one of a black colour does not.
+    pub fn colours_diffuse(&self, material: &Material) -> bool {
+        material.diffuse != [0.0; 3] && self.colours(material.diffuse_map)
+    }
+
+    /// True if a material's picture changes its highlight.
+    pub fn colours_specular(&self, material: &Material) -> bool {
+        material.specular != [0.0; 3] && self.colours(material.specular_map)
+    }
+
     /// True if a texture changes colours: a white one does not.
-    pub fn colours(&self, map: Option<Map>) -> bool {
+    fn colours(&self, map: Option<Map>) -> bool {
         map.is_some_and(|map| self.has_texel(map, |texel| texel & 0xff_ffff != 0xff_ffff))
     }
 

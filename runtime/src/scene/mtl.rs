@@ -37,6 +37,7 @@ pub(super) fn check(
         name: None,
         origins: BTreeMap::new(),
         clear: BTreeMap::new(),
+        by_tr: BTreeMap::new(),
     };
     let (mut number, mut counted) = (1, 0);
     for line in lines(&joined) {
@@ -46,6 +47,7 @@ pub(super) fn check(
         reader.remember(&line, number);
     }
     reader.warn_of_clear_glass();
+    reader.warn_of_transparency();
     (reader.plain, reader.origins)
 }
 
@@ -60,6 +62,8 @@ struct Reader<'a> {
     origins: BTreeMap<String, Origin>,
     /// Materials that let light through without bending it, each with where `illum` says so.
     clear: BTreeMap<String, (Span, String)>,
+    /// Materials that are transparent in part by `Tr`, each with where it says so.
+    by_tr: BTreeMap<String, Span>,
 }
 
 impl Reader<'_> {
@@ -118,6 +122,20 @@ impl Reader<'_> {
             let label = format!("`illum {illum}` is glass, and neither `Tf` nor `d` limits it");
             self.findings
                 .push(Diagnostic::warning("R0214", self.file, message).at(span, label));
+        }
+    }
+
+    /// Warns of materials that say by `Tr` alone that light goes through them in part.
+    fn warn_of_transparency(&mut self) {
+        for (name, span) in std::mem::take(&mut self.by_tr) {
+            let origin = self.origins.get(&name);
+            if origin.is_some_and(|origin| origin.statements.contains_key("d")) {
+                continue;
+            }
+            let message = format!("material `{name}` is opaque, for `Tr` is not read");
+            let label = "exporters write it with either meaning: write `d`, which is 1 for opaque";
+            self.findings
+                .push(Diagnostic::warning("R0218", self.file, message).at(span, label));
         }
     }
 
@@ -236,8 +254,14 @@ impl Reader<'_> {
             rest: line.rest,
         };
         let value = self.scalar(&without_option, 0.0, 1.0);
-        if let Some(d) = value.filter(|_| line.key.text == "d") {
-            self.plain(format_args!("d {d:?}"));
+        match (value, line.key.text) {
+            (Some(d), "d") => self.plain(format_args!("d {d:?}")),
+            (Some(part), _) if part > 0.0 && part < 1.0 => {
+                if let Some(name) = self.name.clone() {
+                    self.by_tr.insert(name, line.span());
+                }
+            }
+            _ => {}
         }
     }
 

@@ -378,7 +378,9 @@ fn triangles(checked: &Checked, indices: &[u32]) -> Result<Vec<Triangle>, tobj::
 fn overview(triangles: &[Triangle]) -> Camera {
     let (lo, hi) = bounds(triangles).unwrap_or((Vec3::ZERO, Vec3::ONE));
     let centre = 0.5 * lo + 0.5 * hi;
-    let radius = (0.5 * hi - 0.5 * lo).length().max(f32::MIN_POSITIVE);
+    // In binary64, where no square of a length underflows or overflows.
+    let radius = (0.5 * hi - 0.5 * lo).as_dvec3().length() as f32;
+    let radius = radius.max(f32::MIN_POSITIVE);
     let from = Vec3::new(0.5, 0.45, 0.75).normalize();
     Camera::looking_at(centre + from * (2.6 * radius), centre, 45.0)
 }
