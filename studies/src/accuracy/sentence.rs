@@ -5,6 +5,12 @@ use super::target::relative_cycles;
 use super::trial::Trial;
 use std::fmt::Write as _;
 
+/// The part of the squared error from which on a source is named.
+const NAMED: f64 = 0.3;
+
+/// The part beyond which another source makes up for most of what one contributes.
+const CANCELS: f64 = 2.0;
+
 /// The change from one value to another, in percent.
 fn change(now: f64, before: f64) -> f64 {
     match before > 0.0 {
@@ -48,9 +54,21 @@ pub(super) fn of(trial: &Trial, base: &Trial, noise: f64) -> String {
             ", decided otherwise in {looked} of {of} tiles: {flips}"
         );
     }
-    if let Some(worst) = trial.attribution.sources.first().filter(|s| s.part > 0.3) {
-        let part = 100.0 * worst.part;
-        let _ = write!(text, ", {part:.0} % of the error from {}", worst.name());
+    let sources = &trial.attribution.sources;
+    if let Some(worst) = sources.first().filter(|s| s.part.abs() > NAMED) {
+        let name = worst.name();
+        let _ = match sources.iter().find(|s| s.part * worst.part < 0.0) {
+            Some(other) if worst.part.abs() > CANCELS => write!(
+                text,
+                ", the errors of {name} and {} make up for each other",
+                other.name()
+            ),
+            _ => write!(
+                text,
+                ", {:.0} % of the error from {name}",
+                100.0 * worst.part
+            ),
+        };
     }
     if trial.leaks.leaks != base.leaks.leaks {
         let (now, aimed) = (trial.leaks.leaks, trial.leaks.aimed);

@@ -96,7 +96,8 @@ pub struct Attribution {
     pub pixels: Vec<Option<Pixel>>,
     /// All sources, by number.
     pub sources: Vec<SourceError>,
-    /// The sources that contribute anything, the largest share first.
+    /// The sources that contribute anything, the largest share first, of whatever sign: of two errors that make up for
+    /// each other, neither is seen without the other.
     pub ranking: Vec<usize>,
     /// Squared error of the picture, summed over pixels and channels, in squared levels of 0 to 255.
     pub squared_error: f64,
@@ -314,8 +315,12 @@ impl Attribution {
         let sources = &self.sources;
         let counts = |i: &usize| sources[*i].alone > 0.0 || sources[*i].flips > 0;
         self.ranking = (0..sources.len()).filter(counts).collect();
-        self.ranking
-            .sort_by(|&a, &b| sources[b].squared.total_cmp(&sources[a].squared));
+        self.ranking.sort_by(|&a, &b| {
+            sources[b]
+                .squared
+                .abs()
+                .total_cmp(&sources[a].squared.abs())
+        });
         self.non_finite
             .sort_by_key(|n| (n.source, n.value.to_bits()));
     }
