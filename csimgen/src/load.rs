@@ -1,4 +1,4 @@
-//! Loading a compiled simulator. The one place where this crate leaves what the compiler can
+//! Loading a compiled simulator. Here this crate leaves what the compiler can
 //! check: functions of a library are called through pointers, as [`abi`](crate::preamble::abi) has
 //! them. A simulator that is linked into a program is called in the same way, so that tools which look at a whole
 //! program, such as Miri, see both sides.
