@@ -212,3 +212,25 @@ pub fn build(scene: &Scene, options: &bvh::Options, session: &Session<'_>) -> Bv
     ));
     bvh
 }
+
+#[cfg(test)]
+mod tests {
+    use super::far_away;
+    use srp_runtime::scene::demo::demo;
+    use std::path::Path;
+
+    #[test]
+    fn scenes_far_from_the_origin_are_doubted() {
+        for (far, is_doubted) in [(0.0, false), (1e3, false), (3e6, true)] {
+            let mut scene = demo();
+            for triangle in &mut scene.triangles {
+                triangle.positions = triangle.positions.map(|mut p| {
+                    p.x += far;
+                    p
+                });
+            }
+            let doubt = far_away(Path::new("a.obj"), &scene);
+            assert_eq!(doubt.is_some(), is_doubted, "{far}");
+        }
+    }
+}

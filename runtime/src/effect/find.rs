@@ -1,8 +1,8 @@
 //! Which effects a scene calls for, and how one can tell.
 //!
-//! Only reachable things count: materials of faces that have an area, lights that send out light. A finding names the witness:
-//! for an effect that is on, the first material, its line and the number of faces; for one that is off, the
-//! count that proves its absence.
+//! Only reachable things count: materials of faces that have an area, lights that send out light. A finding names
+//! the witness: for an effect that is on, the first material, its line and the number of faces; for one that is off,
+//! the count that proves its absence.
 
 use super::{Effect, Effects, TABLE};
 use crate::bvh;
@@ -262,13 +262,27 @@ mod tests {
     #[test]
     fn a_witness_more_switches_an_effect_on_and_unused_ones_do_not() {
         assert_eq!(effects(&plain()), "light,shadow");
-        let changes: [(&str, Change); 9] = [
+        let changes: [(&str, Change); 12] = [
             ("texture,light,shadow", |s| {
                 s.materials[1].diffuse_map = Some(Map::default())
             }),
             ("light,shadow", |s| {
                 s.materials[1].diffuse_map = Some(Map::default());
                 s.textures[0].texels.fill(u32::MAX);
+            }),
+            ("light,shadow", |s| {
+                s.materials[1].diffuse = [0.0; 3];
+                s.materials[1].diffuse_map = Some(Map::default());
+            }),
+            ("light,shadow", |s| {
+                s.materials[1].specular = [0.5; 3];
+                s.materials[1].specular_map = Some(Map::default());
+                s.textures[0].levels = true;
+            }),
+            ("light,shadow", |s| {
+                s.materials[1].dissolve = 0.5;
+                let last = s.triangles.last_mut().expect("it has faces");
+                last.positions[2] = last.positions[0];
             }),
             ("light,shadow", |s| s.materials[1].specular = [0.5; 3]),
             ("emission,light,shadow", |s| {
