@@ -3,7 +3,7 @@
 use super::model::{Advice, Profile};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::isa::Class;
-use srp_archdesc::system::{BankSpec, MAX_SRAM_BANKS, SystemSpec};
+use srp_archdesc::system::{BankSpec, CacheSpec, MAX_SRAM_BANKS, SystemSpec};
 use srp_runtime::system::{CoreReport, Report};
 use srp_runtime::tni::PipeCounters;
 
@@ -25,11 +25,26 @@ pub(super) fn advice(profile: &Profile, report: &Report, arch: &Arch) -> Vec<Adv
         Some(advice) => found.push(advice),
         None => {
             found.push(waits(report, system, wait as f64 / all));
-            if system.data_cache.blocking {
-                found.push(data_stalls(report, arch, memory as f64 / all));
-            }
-            if system.texture_cache.blocking {
-                found.push(texture_stalls(report, arch, texture as f64 / all));
+            let data = Stalled {
+                names: ["data-cache", "data cache"],
+                class: Class::Cload,
+                loads: "loads",
+                spec: system.data_cache,
+                stall: |core| core.memory_stall,
+                misses: |core| core.data_cache.misses,
+            };
+            let textures = Stalled {
+                names: ["texture-cache", "texture cache"],
+                class: Class::Tex,
+                loads: "samples",
+                spec: system.texture_cache,
+                stall: |core| core.texture_stall,
+                misses: |core| core.texture_cache.misses,
+            };
+            for (stalled, cycles) in [(data, memory), (textures, texture)] {
+                if stalled.spec.blocking {
+                    found.push(stalls(report, arch, cycles as f64 / all, &stalled));
+                }
             }
         }
     }
@@ -176,56 +191,44 @@ const MISSES: u32 = 16;
 /// Rows in which rays stand aside, as the machine that comes along has them.
 const RAU_ROWS: u32 = 16;
 
-/// Cycles that a core stands still from a miss on, in the mean, and those that loads are worth being scheduled for, at
-/// least as long as they are.
-fn miss(stall: u64, misses: u64, now: u32) -> (f64, u32) {
-    let mean = stall as f64 / misses.max(1) as f64;
-    (mean, ((mean / 2.0) as u32).min(LONGEST).max(now))
+/// A cache that its core stands still for, and the loads that go through it.
+struct Stalled {
+    /// As attributes name it, and in words.
+    names: [&'static str; 2],
+    /// The class of its loads, and what these are called.
+    class: Class,
+    loads: &'static str,
+    spec: CacheSpec,
+    stall: fn(&CoreReport) -> u64,
+    misses: fn(&CoreReport) -> u64,
 }
 
-/// Cores stand still for their data caches.
-fn data_stalls(report: &Report, arch: &Arch, share: f64) -> Advice {
-    let now = arch.srp.least_latency(Class::Cload).unwrap_or(1);
-    let sum = |of: fn(&CoreReport) -> u64| report.cores.iter().map(of).sum();
-    let stall = sum(|core| core.memory_stall);
-    let (mean, latency) = miss(stall, sum(|core| core.data_cache.misses), now);
-    let misses = arch.system.data_cache.misses.max(MISSES);
+/// Cores stand still for one of their caches.
+fn stalls(report: &Report, arch: &Arch, share: f64, stalled: &Stalled) -> Advice {
+    let Stalled {
+        names: [name, cache],
+        class,
+        loads,
+        ..
+    } = stalled;
+    let sum = |of: fn(&CoreReport) -> u64| -> u64 { report.cores.iter().map(of).sum() };
+    let mean = sum(stalled.stall) as f64 / sum(stalled.misses).max(1) as f64;
+    let now = arch.srp.least_latency(*class).unwrap_or(1);
+    let latency = ((mean / 2.0) as u32).min(LONGEST).max(now);
+    let misses = stalled.spec.misses.max(MISSES);
     Advice {
         share,
         reason: format!(
-            "A core stands still from each miss of its data cache until the line is there, {mean:.0} cycles in the mean."
+            "A core stands still from each miss of its {cache} until the line is there, {mean:.0} cycles in the mean."
         ),
         change: format!(
-            "A cache that does not block, and loads that are scheduled as if they took {latency} cycles (now {now}): loops \
+            "A cache that does not block, and {loads} that are scheduled as if they took {latency} cycles (now {now}): loops \
              go on meanwhile."
         ),
         set: vec![
-            ("data-cache.blocking".to_owned(), "false".to_owned()),
-            ("data-cache.misses".to_owned(), misses.to_string()),
-            ("op[class=cload].latency".to_owned(), latency.to_string()),
-        ],
-    }
-}
-
-/// Cores stand still for their texture caches.
-fn texture_stalls(report: &Report, arch: &Arch, share: f64) -> Advice {
-    let now = arch.srp.least_latency(Class::Tex).unwrap_or(1);
-    let sum = |of: fn(&CoreReport) -> u64| report.cores.iter().map(of).sum();
-    let stall = sum(|core| core.texture_stall);
-    let (mean, latency) = miss(stall, sum(|core| core.texture_cache.misses), now);
-    let misses = arch.system.texture_cache.misses.max(MISSES);
-    Advice {
-        share,
-        reason: format!(
-            "A core stands still from each miss of its texture cache until the line is there, {mean:.0} cycles in the mean."
-        ),
-        change: format!(
-            "A cache that does not block, and samples that are scheduled as if they took {latency} cycles (now {now})."
-        ),
-        set: vec![
-            ("texture-cache.blocking".to_owned(), "false".to_owned()),
-            ("texture-cache.misses".to_owned(), misses.to_string()),
-            ("op[class=tex].latency".to_owned(), latency.to_string()),
+            (format!("{name}.blocking"), "false".to_owned()),
+            (format!("{name}.misses"), misses.to_string()),
+            (format!("op[class={class}].latency"), latency.to_string()),
         ],
     }
 }
