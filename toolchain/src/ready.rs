@@ -24,7 +24,7 @@ struct Entry {
     effects: String,
     /// Secondary rays in a row that there is room for.
     bounces: u32,
-    /// What the cache was given: the whole program, or else the schedules of its loops.
+    /// Entries without which it is not ready: the whole program, or else the schedules of its loops.
     needs: Vec<Key>,
 }
 

@@ -120,8 +120,8 @@ impl Settings {
     }
 }
 
-/// The machine with all its special functions so, in the SRP and in the T&I unit. Exponential,
-/// logarithm and circular functions have no steps.
+/// The machine with all its special functions so, in the SRP and in the T&I unit, but those of fast units, which are
+/// as they are. Exponential, logarithm and circular functions have no steps.
 fn with_approx(machine: &Arch, approx: Approx) -> Arch {
     let plain = match approx {
         Approx::Table { bits, .. } => Approx::table(bits, 0),

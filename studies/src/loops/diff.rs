@@ -1,7 +1,8 @@
 //! Regressions between two reports.
 //!
-//! A loop is known by its kernel's name, or by its looks where an edit has [renamed](same_loops) it. The II counts first: where it fell, more stages, registers,
-//! moves or contexts are its price and only told; where it did not, they are worse.
+//! A loop is known by its kernel's name, or by its looks where an edit has [renamed](same_loops) it. The II counts
+//! first: where it fell, more stages, registers, moves or contexts are its price and only told; where it did not,
+//! they are worse.
 
 use super::model::{FileKind, LoopReport, Report, Status, part, percent};
 use crate::same_loops;
