@@ -75,8 +75,8 @@ fn write_chip(out: &mut String, arch: &Arch) -> std::fmt::Result {
     writeln!(
         out,
         "The paper's figures are not used. Not counted: ports of SRAM and caches beyond one,\n\
-         banks and outstanding misses of blocking caches, control of several pipelines of a kind, registers\n\
-         of deeper pipelines, instruction cache, memory controller, pads, and what a floor plan leaves empty. `docs/costs.md` says where the deviation comes from"
+         banks and outstanding misses of blocking caches, control of several pipelines of a kind,\n\
+         memory controller, pads, and what a floor plan leaves empty. `docs/costs.md` says where the deviation comes from"
     )
 }
 
@@ -297,7 +297,7 @@ fn deviations(out: &mut String, tni: &TniSpec, costs: &Area) -> std::fmt::Result
     writeln!(
         out,
         "  registers: {:.1} KiB in TRVs (the paper {}), {:.1} in ISTs (the paper {}): {:+.3} mm². \
-         Counted are rays, hits, stacks of {} entries, FIFOs and accumulation units; the paper \
+         Counted are rays, hits, stacks of {} entries, FIFOs, pipelines and accumulation units; the paper \
          does not say what its are",
         kib(costs.trv.registers),
         PAPER_REGISTERS.0,

@@ -44,7 +44,7 @@ pub(crate) use trace::{Trace, TraceOf};
 pub(crate) use watertight::Watertight;
 
 use crate::limits::{self, Limits};
-use crate::talk::Colour;
+use crate::talk::{self, Colour};
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
@@ -52,7 +52,7 @@ use srp_archdesc::arch::Arch;
 use srp_archdesc::xml::Change;
 use srp_scheduler::modulo::Solver;
 use srp_toolchain::{Effort, Engine, Error, machine as machines};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Compiler, scheduler and simulator generator for the SRP, the programmable half of the SGRT
@@ -221,7 +221,7 @@ impl MachineFile {
     ///
     /// The file cannot be read, or what comes of the changes is no machine.
     pub(crate) fn read(&self) -> Result<Arch, Error> {
-        machines::changed(&self.machine, &self.changes.set)
+        self.changes.of(&self.machine)
     }
 
     /// The text of it.
@@ -231,6 +231,22 @@ impl MachineFile {
     /// The file cannot be read, or an attribute cannot be set.
     pub(crate) fn text(&self) -> Result<String, Error> {
         machines::changed_text(&self.machine, &self.changes.set)
+    }
+}
+
+impl Changes {
+    /// A machine with these changes, and says what of it is not as it seems.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read, or what comes of the changes is no machine.
+    pub(crate) fn of(&self, machine: &Path) -> Result<Arch, Error> {
+        let arch = machines::changed(machine, &self.set)?;
+        let warnings = machines::warnings(machine, &self.set);
+        if !warnings.diagnostics.is_empty() {
+            talk::say_all(&warnings.render(talk::colour()));
+        }
+        Ok(arch)
     }
 }
 

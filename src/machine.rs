@@ -14,7 +14,7 @@ use std::path::Path;
 pub(crate) fn run(action: &MachineAction) -> Result<(), Failure> {
     match action {
         MachineAction::Check { file, changes } => {
-            let arch = machine::changed(file, &changes.set)?;
+            let arch = changes.of(file)?;
             machine::check_system(&file.display().to_string(), &arch)?;
             talk::say(format_args!(
                 "{}: machine `{}` is well-formed",

@@ -144,7 +144,12 @@ fn costs(out: &mut String, arch: &Arch) -> std::fmt::Result {
         "cost", "latency", "interval", "mm²", "pJ"
     )?;
     let tni = &arch.system.tni;
-    let rcp = unit(Special::Rcp, tni.rcp, &tni.rcp_build, arch.system.tni_mhz);
+    let rcp = unit(
+        Special::Rcp,
+        tni.rcp,
+        &tni.rcp_build,
+        arch.system.tni_mhz_at_65nm(),
+    );
     let class = || "class".to_owned();
     let of_srp = arch.precision.specials().map(|special| {
         let unit = arch.special_unit(special);

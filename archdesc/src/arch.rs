@@ -2,6 +2,7 @@
 //! default filled in. It is what a machine file means; nothing downstream sees XML.
 
 use crate::cost::operator;
+use crate::cost::pipeline;
 use crate::cost::special::{self as cost, Builds};
 use crate::datapath::RCP_LATENCY;
 use crate::entity;
@@ -160,8 +161,8 @@ pub struct FuOp {
     pub special: Vec<SpecialOp>,
     /// Operations of the class for which the machine has no unit: fast functions that it does not describe.
     pub missing: Vec<Opcode>,
-    /// True where the machine file gives latency, or interval, of a class with special functions: then
-    /// these run like that whatever their structure.
+    /// True where the machine file gives latency, or interval: then the class has them at any clock, and its special
+    /// functions whatever their structure.
     pub given: [bool; 2],
 }
 
@@ -304,20 +305,39 @@ pub struct ResourceSpec {
 }
 
 impl Arch {
-    /// Returns cycles, area and energy of the unit of a special function of the SRP.
+    /// Returns cycles, area and energy of the unit of a special function of the SRP, the quickest that there is.
     pub fn special_unit(&self, special: Special) -> cost::Unit {
-        let (approx, build) = (self.precision.of(special), self.builds.of(special));
-        cost::unit(special, approx, build, self.system.srp_mhz)
+        let op = special.opcodes()[0];
+        let intervals = self
+            .srp
+            .fus
+            .values()
+            .filter_map(|fu| Some(fu.timing(op)?.interval));
+        self.special_unit_every(special, intervals.min().unwrap_or(1))
     }
 
-    /// Lets the cycles of special functions follow from their structure and precision, where the
-    /// machine gives none, and those of the triangle test with its reciprocal; and notes which fast
-    /// functions there are. Whoever changes any of them calls it.
+    /// The same of a unit that takes an operation every so many cycles, where these do not follow from how it is built.
+    pub(crate) fn special_unit_every(&self, special: Special, interval: u32) -> cost::Unit {
+        let (approx, build) = (self.precision.of(special), self.builds.of(special));
+        cost::unit(special, approx, build, self.system.srp_mhz_at_65nm()).taking(interval)
+    }
+
+    /// Lets the cycles of classes follow from the clock, and those of special functions from their structure and
+    /// precision, where the machine gives none, and those of the triangle test with its reciprocal; and notes which
+    /// fast functions there are. Whoever changes any of them calls it.
     pub fn derive_cycles(&mut self) {
         let units = self.precision.specials();
         let units: Vec<_> = units.map(|s| (s, self.special_unit(s))).collect();
+        let mhz = self.system.srp_mhz_at_65nm();
         for fu in self.srp.fus.values_mut() {
             for how in &mut fu.ops {
+                let (latency, interval) = pipeline::natural(how.class, mhz);
+                if !how.given[0] {
+                    how.latency = latency;
+                }
+                if !how.given[1] {
+                    how.interval = interval;
+                }
                 let mut all = Vec::new();
                 for (special, unit) in &units {
                     let build = self.builds.of(*special);
@@ -362,7 +382,7 @@ impl Arch {
                 how.missing = missing.filter(|op| op.class() == class).collect();
             }
         }
-        let mhz = self.system.tni_mhz;
+        let mhz = self.system.tni_mhz_at_65nm();
         let tni = &mut self.system.tni;
         let unit = cost::unit(Special::Rcp, tni.rcp, &tni.rcp_build, mhz);
         let rcp = unit.latency.unwrap_or(RCP_LATENCY);

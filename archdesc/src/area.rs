@@ -90,8 +90,14 @@ pub fn cache_area(bytes: u32) -> f64 {
     area * (f64::from(bytes) / 1024.0 / size).powf(power)
 }
 
+/// Bytes between two stages of TRV_PRE: the address of a node and the ray's number; of TRV_AABB: the distances of six
+/// planes; of TRV_POST: two children with their distances.
+const FETCH: u32 = 8;
+const BOX: u32 = 24;
+const CHILDREN: u32 = 16;
+
 /// Registers of one traversal unit: each resident ray with its hit and stack, the FIFOs of rays in
-/// front of its sub-pipelines, and the rows of the accumulation unit with line, address and rays.
+/// front of its sub-pipelines, what is between the stages of these, and the rows of the accumulation unit with line, address and rays.
 fn trv_registers(tni: &TniSpec, buffers: &BufferSpec) -> u32 {
     let ray = buffers.ray_bytes + buffers.hit_bytes + STACK_ENTRY * tni.stack_depth;
     let fifos = match tni.pipeline {
@@ -99,7 +105,10 @@ fn trv_registers(tni: &TniSpec, buffers: &BufferSpec) -> u32 {
         Pipeline::Parallel => 3,
     };
     let fifo = fifos * tni.fifo * buffers.ray_bytes;
-    tni.stacks * ray + fifo + rau_registers(tni, tni.trv_l1.line)
+    let stages = tni.pres * tni.pre_latency * FETCH
+        + tni.aabbs * tni.aabb_latency * BOX
+        + tni.posts * tni.post_latency * CHILDREN;
+    tni.stacks * ray + fifo + stages + rau_registers(tni, tni.trv_l1.line)
 }
 
 /// Registers of one intersection unit: the FIFO of rays with their hits in front, the rays in its
@@ -186,12 +195,12 @@ fn items(tni: &TniSpec, trv: Complexity, ist: Complexity) -> Vec<Item> {
         count: 1,
         total: CONTROL * sum(&items),
     });
-    let registers = (trv.registers + ist.registers).div_ceil(4096);
+    let registers = (trv.registers + ist.registers).div_ceil(1024);
     let cache = |name, spec: &CacheSpec, count| item(name, cache_area(spec.bytes), count);
     items.push(cache("TRV L1", &tni.trv_l1, tni.trvs));
     items.push(cache("TRV L2", &tni.trv_l2, 1));
     items.push(cache("IST L1", &tni.ist_l1, tni.ists));
-    items.push(item("4 KiB of registers", RF_4K, registers));
+    items.push(item("KiB of registers", RF_4K / 4.0, registers));
     items.push(Item {
         name: "wiring",
         unit: None,

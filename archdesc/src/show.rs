@@ -7,6 +7,7 @@ use crate::arch::{
     Approx, Arch, Fast, FileKind, FuOp, FuSpec, Input, Precision, Refine, Resource, Subnormals,
     WireSpec,
 };
+use crate::cost::FO4_PS;
 use crate::dram::{DramModel, DramSpec, RowPolicy};
 use crate::format::{Format, KINDS};
 use crate::isa::Class;
@@ -40,8 +41,16 @@ fn show_machine(out: &mut String, arch: &Arch) -> std::fmt::Result {
     let cores = f64::from(arch.system.cores);
     writeln!(
         out,
-        "machine {}: {} × SRP of {}×{} units at {} MHz",
-        arch.name, arch.system.cores, arch.srp.rows, arch.srp.cols, arch.system.srp_mhz
+        "machine {}: {} × SRP of {}×{} units at {} MHz{}",
+        arch.name,
+        arch.system.cores,
+        arch.srp.rows,
+        arch.srp.cols,
+        arch.system.srp_mhz,
+        match f64::from(arch.system.fo4_ps) {
+            FO4_PS => String::new(),
+            ps => format!(", FO4 {ps} ps"),
+        }
     )?;
     writeln!(
         out,

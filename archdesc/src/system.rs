@@ -1,6 +1,7 @@
 //! [`SystemSpec`]: the units round the array. Sizes are bytes, clocks MHz, latencies cycles of the
 //! unit's own clock unless the name says otherwise.
 
+use crate::cost::FO4_PS;
 use crate::cost::special::Build;
 use crate::datapath::{FpLatency, Intersection};
 use crate::dram::DramSpec;
@@ -18,6 +19,8 @@ pub struct SystemSpec {
     pub srp_mhz: u32,
     /// Clock of the T&I unit, MHz.
     pub tni_mhz: u32,
+    /// Delay of an inverter with a fan-out of four, ps: how quick the gates of the chip are. [`FO4_PS`] at 65 nm.
+    pub fo4_ps: u32,
     /// SRAM of one core.
     pub sram_bytes: u32,
     /// Banks of the SRAM that accesses of a cycle compete for. Without them every access finds its place free.
@@ -37,6 +40,22 @@ pub struct SystemSpec {
     pub bus: BusSpec,
     /// System memory.
     pub dram: DramSpec,
+}
+
+impl SystemSpec {
+    /// The clock of the SRP in the gates of 65 nm, MHz: the one at which as many of them fit in a cycle.
+    pub fn srp_mhz_at_65nm(&self) -> u32 {
+        self.at_65nm(self.srp_mhz)
+    }
+
+    /// That of the T&I unit.
+    pub fn tni_mhz_at_65nm(&self) -> u32 {
+        self.at_65nm(self.tni_mhz)
+    }
+
+    fn at_65nm(&self, mhz: u32) -> u32 {
+        (mhz * self.fo4_ps / FO4_PS as u32).max(1)
+    }
 }
 
 /// Most banks of an SRAM.

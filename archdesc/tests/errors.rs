@@ -1,17 +1,47 @@
 //! Mistakes in machine files: each `errors/NAME.xml` and the exact text shown for it, in
-//! `errors/NAME.stderr`. `BLESS=1 cargo test` writes these texts anew.
+//! `errors/NAME.stderr`; and machines that are right and not as they seem, in `warnings`. `BLESS=1 cargo test` writes these
+//! texts anew.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use srp_archdesc::diagnostic::render_all;
+use srp_archdesc::diagnostic::{Diagnostic, render_all};
 use srp_archdesc::machines;
 use srp_archdesc::parse;
+use srp_archdesc::xml;
 
 #[test]
 fn every_mistake_is_shown_as_expected() {
-    let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/errors");
+    let codes = shown_as_expected("errors", |name, xml| parse(name, xml).expect_err(name));
+    assert_eq!(codes, CODES, "a code without a case");
+}
+
+#[test]
+fn every_warning_is_shown_as_expected() {
+    let codes = shown_as_expected("warnings", |name, xml| {
+        assert!(parse(name, xml).is_ok(), "{name}");
+        xml::warnings(name, xml)
+    });
+    assert_eq!(
+        codes,
+        ["A0701", "A0702", "A0703", "A0704"],
+        "a code without a case"
+    );
+    for machine in machines::ALL {
+        let shown = xml::warnings(machine.name, machine.xml);
+        assert!(shown.is_empty(), "{}: {shown:?}", machine.name);
+    }
+}
+
+/// Compares what is shown for each file of a folder with the text beside it, and returns the codes.
+fn shown_as_expected(
+    folder: &str,
+    messages: impl Fn(&str, &str) -> Vec<Diagnostic>,
+) -> Vec<&'static str> {
+    let directory = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests")
+        .join(folder);
     let mut codes = BTreeSet::new();
     let mut wrong = Vec::new();
     for entry in std::fs::read_dir(&directory).expect("the directory of cases") {
@@ -21,7 +51,7 @@ fn every_mistake_is_shown_as_expected() {
         }
         let xml = std::fs::read_to_string(&path).expect("a readable case");
         let name = path.file_name().and_then(|n| n.to_str()).expect("a name");
-        let errors = parse(name, &xml).expect_err(name);
+        let errors = messages(name, &xml);
         codes.extend(errors.iter().map(|e| e.code));
         let shown = render_all(&errors, &xml, false);
         let expected = path.with_extension("stderr");
@@ -32,7 +62,7 @@ fn every_mistake_is_shown_as_expected() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    assert_eq!(Vec::from_iter(codes), CODES, "a code without a case");
+    Vec::from_iter(codes)
 }
 
 /// Every code that a message about a machine file can have.
@@ -41,8 +71,8 @@ const CODES: &[&str] = &[
     "A0202", "A0203", "A0204", "A0205", "A0206", "A0301", "A0302", "A0303", "A0304", "A0305",
     "A0306", "A0307", "A0401", "A0402", "A0403", "A0404", "A0405", "A0406", "A0407", "A0408",
     "A0409", "A0410", "A0411", "A0412", "A0413", "A0501", "A0502", "A0503", "A0504", "A0505",
-    "A0506", "A0601", "A0602", "A0603", "A0604", "A0605", "A0606", "A0607", "A0608", "A0609",
-    "A0610",
+    "A0506", "A0507", "A0508", "A0601", "A0602", "A0603", "A0604", "A0605", "A0606", "A0607",
+    "A0608", "A0609", "A0610",
 ];
 
 /// Pieces that matter to the parser, put into files at random places.

@@ -166,6 +166,58 @@ fn area_and_energy_follow_from_the_structure() {
     assert_eq!(given.special_unit(Special::Exp2).area_um2, 1e6);
 }
 
+/// Cycles of every class follow from the clock and the technology, and area and energy from the cycles that the machine has.
+#[test]
+fn pipelines_follow_from_the_clock() {
+    let base = with("");
+    let clock = |mhz: &str| {
+        let edit = format!("srp-mhz=\"{mhz}\"");
+        machine("", &[("srp-mhz=\"1000\"", &edit)])
+    };
+    let (slow, quick) = (clock("500"), clock("2000"));
+    for op in [
+        Opcode::Fadd,
+        Opcode::Fma,
+        Opcode::Mul,
+        Opcode::Lw,
+        Opcode::Rcp,
+        Opcode::Div,
+    ] {
+        let all = [&slow, &base, &quick].map(|arch| cycles(arch, op).0);
+        assert!(all[0] < all[1] && all[1] < all[2], "{op}: {all:?}");
+    }
+    assert_eq!(cycles(&quick, Opcode::Add).0, 2);
+    assert!(area(&slow) != area(&base) && area(&base) < area(&quick));
+    // Gates that are twice as quick at twice the clock are the same.
+    let shrunk = machine(
+        "",
+        &[
+            ("srp-mhz=\"1000\"", "srp-mhz=\"1000\" fo4-ps=\"50\""),
+            ("srp-mhz=\"1000\"", "srp-mhz=\"500\""),
+            ("tni-mhz=\"500\"", "tni-mhz=\"250\""),
+        ],
+    );
+    assert_eq!(shrunk.srp, base.srp);
+    let of = |class: &str, cycles: &str| {
+        let line = format!("<op class=\"{class}\"/>");
+        let edit = format!("<op class=\"{class}\" {cycles}/>");
+        machine("", &[(&line, &edit)])
+    };
+    // What is given stays, and costs: registers of a deeper pipeline, haste of a shallower one.
+    let deep = of("fadd", "latency=\"9\"");
+    assert!(area(&deep) > area(&base));
+    assert!(energy(&deep, Opcode::Fadd) > energy(&base, Opcode::Fadd));
+    assert_eq!(energy(&deep, Opcode::Vfadd), energy(&base, Opcode::Vfadd));
+    let hasty = of("fma", "latency=\"1\"");
+    assert!(area(&hasty) > area(&base));
+    assert!(energy(&hasty, Opcode::Fma) > energy(&base, Opcode::Fma));
+    // An interval makes smaller what is used again.
+    for class in ["imul", "sfu", "fdiv", "idiv"] {
+        let [often, seldom] = ["interval=\"1\"", "interval=\"6\""].map(|i| area(&of(class, i)));
+        assert!(seldom < often, "{class}: {seldom} {often}");
+    }
+}
+
 #[test]
 fn area_follows_from_everything_else() {
     let base = area(&with(""));

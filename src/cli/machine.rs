@@ -3,7 +3,7 @@
 use super::{Changes, map};
 use clap::{Args, Subcommand};
 use srp_archdesc::arch::Arch;
-use srp_toolchain::{Error, machine};
+use srp_toolchain::Error;
 use std::path::PathBuf;
 
 /// The machine that a command describes.
@@ -27,7 +27,7 @@ impl Described {
     /// The file cannot be read, or what comes of the changes is no machine.
     pub(crate) fn read(&self) -> Result<Arch, Error> {
         let file = self.machine.as_ref().unwrap_or(&self.file);
-        machine::changed(file, &self.changes.set)
+        self.changes.of(file)
     }
 }
 

@@ -83,7 +83,12 @@ fn what_is_varied_moves_what_is_measured() {
         found.and_then(|s| s["explained"].as_f64()).expect("a part")
     };
     assert!(explained("op[class=fadd].latency", "cycles") > 0.99);
-    assert!(explained("array.contexts", "area") > 0.9);
+    // Contexts are most of what the area differs by, and registers of the adder's pipeline the rest.
+    let (contexts, adder) = (
+        explained("array.contexts", "area"),
+        explained("op[class=fadd].latency", "area"),
+    );
+    assert!(contexts > adder && adder > 0.0 && contexts + adder > 0.9);
     assert!(explained("array.contexts", "cycles") < 0.01);
     assert!(folder.join("sweep/report.html").exists());
 }

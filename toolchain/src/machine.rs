@@ -23,16 +23,30 @@ pub fn read(path: &Path) -> Result<Arch, Error> {
 ///
 /// The file cannot be read, an attribute cannot be set, or the result is wrong.
 pub fn changed(path: &Path, changes: &[Change]) -> Result<Arch, Error> {
+    parse(&name_of(path, changes), &changed_text(path, changes)?)
+}
+
+/// A machine's name in messages. A line that they show of a changed one is in no file.
+fn name_of(path: &Path, changes: &[Change]) -> String {
     let name = path.display();
-    // A line that messages show is in no file.
-    let name = match changes.is_empty() {
+    match changes.is_empty() {
         true => name.to_string(),
         false => {
             let changes: Vec<String> = changes.iter().map(Change::to_string).collect();
             format!("{name} with {}", changes.join(" "))
         }
-    };
-    parse(&name, &changed_text(path, changes)?)
+    }
+}
+
+/// What is not as it seems in a machine with attributes changed, for the people who changed them; nothing of one that cannot
+/// be read.
+pub fn warnings(path: &Path, changes: &[Change]) -> Messages {
+    let name = name_of(path, changes);
+    let text = changed_text(path, changes).unwrap_or_default();
+    Messages {
+        diagnostics: xml::warnings(&name, &text),
+        sources: vec![Source::new(&name, &text)],
+    }
 }
 
 /// The text of a machine with attributes changed; it keeps its comments.

@@ -1,11 +1,13 @@
 //! Energy of what the SRP does: operations, registers, wires, contexts and its memory.
 
-use super::{choice, operators};
+use super::choice;
+use super::operators::{depth, operators};
 use crate::arch::{Arch, FileSpec, Fu, FuSpec, Input, LinkSpec, Srp, Wire};
-use crate::cost::memory::{file_energy, read_energy};
+use crate::cost::memory::{REGISTER_PJ, file_energy, read_energy};
 use crate::cost::operator::{
     compare, convert, float_add, float_fma, float_mul, integer_add, integer_mul, product_energy,
 };
+use crate::cost::pipeline::stage_bits;
 use crate::format::Format;
 use crate::isa::{Class, Opcode};
 use crate::structure::Special;
@@ -29,17 +31,22 @@ pub fn operation_energy(op: Opcode, arch: &Arch) -> f64 {
     let o = operators(op.class());
     let times = |n: u32, each: f64| f64::from(n) * each;
     let digits = arch.precision.formats.of(op).significand;
-    let (add, mul) = (float_add(digits).energy_pj, float_mul(digits).energy_pj);
+    let (haste, pipeline) = pipeline_energy(op, digits, arch);
+    let (add, mul) = (
+        float_add(digits).energy_pj * haste[0],
+        float_mul(digits).energy_pj * haste[1],
+    );
     let fused = o.add.min(o.mul);
     let floats = match op.class() {
-        Class::Fma | Class::Vfma => times(fused, float_fma(digits).energy_pj),
+        Class::Fma | Class::Vfma => times(fused, add + mul),
         // What compares does not add.
         Class::Fadd | Class::Vfadd if !adds(op) => times(o.cmp, compare(32).energy_pj),
         _ => times(o.add, add) + times(o.mul, mul),
     };
     floats
-        + times(o.int, integer_add(32).energy_pj)
-        + times(o.imul, integer_mul(32).energy_pj)
+        + pipeline
+        + times(o.int, integer_add(32).energy_pj * haste[0])
+        + times(o.imul, integer_mul(32).energy_pj * haste[1])
         + match op.class() {
             Class::Cvt => convert().energy_pj,
             Class::Pair => pair_energy(op),
@@ -51,6 +58,26 @@ pub fn operation_energy(op: Opcode, arch: &Arch) -> f64 {
             }
             _ => 0.0,
         }
+}
+
+/// What haste multiplies the energy of adders and of multipliers by, and the energy of registers beyond those of the priced
+/// pipeline, pJ: the mean of the units that run an operation.
+fn pipeline_energy(op: Opcode, digits: u32, arch: &Arch) -> ([f64; 2], f64) {
+    let bits = stage_bits(op.class(), digits);
+    let units = arch.srp.fus.values().filter_map(|fu| fu.op(op.class()));
+    let each: Vec<_> = units.map(|how| depth(op, how, arch)).collect();
+    let number = each.len().max(1) as f64;
+    let (mut haste, mut registers) = ([0.0; 2], 0.0);
+    for depth in &each {
+        let [add, mul] = depth.energy();
+        haste[0] += add / number;
+        haste[1] += mul / number;
+        registers += depth.registers_pj(bits) / number;
+    }
+    if each.is_empty() {
+        haste = [1.0; 2];
+    }
+    (haste, registers)
 }
 
 fn adds(op: Opcode) -> bool {
@@ -84,7 +111,7 @@ const UNIT_MM: f64 = 0.3;
 /// Energy of so many bits past so many units and through so many registers, pJ.
 fn carrier_energy(cells: u32, delay: u32, bits: u32) -> f64 {
     let wire = WIRE_PJ * UNIT_MM * f64::from(cells.max(1));
-    f64::from(bits) * (wire + 0.002 * f64::from(delay))
+    f64::from(bits) * (wire + REGISTER_PJ * f64::from(delay))
 }
 
 /// Energy of so many bits along a wire with so many inputs, pJ: through its multiplexer, and past as many units

@@ -7,12 +7,15 @@
 //! wire a choice.
 
 mod energy;
+mod operators;
 
 pub use energy::{
     WIRE_PJ, context_energy, link_energy, multiplexer_energy, operation_energy, register_energy,
     sram_energy, wire_energy,
 };
 
+pub(crate) use operators::haste;
+use operators::{Arithmetic, arithmetic};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -20,12 +23,8 @@ use crate::arch::{Arch, Fu, FuSpec, Srp, Wire};
 use crate::area::{CONTROL, WIRING, area, cache_area};
 use crate::cost::Technology;
 use crate::cost::memory::{REGISTER_BIT, SRAM_BIT, file_area};
-use crate::cost::operator::{
-    compare, convert, float_add, float_fma, float_mul, integer_add, integer_mul, product_area,
-    registers, shift,
-};
+use crate::cost::operator::{integer_add, product_area};
 use crate::entity::EntityMap;
-use crate::format::Format;
 use crate::isa::{Class, Opcode};
 use crate::precision::Approx;
 use crate::resource::ResourceGraph;
@@ -68,82 +67,30 @@ pub struct SrpArea {
     pub total_mm2: f64,
 }
 
-/// Operators that one operation of a class keeps busy: floating-point adders, multipliers,
-/// comparators, integer adders, integer multipliers.
-#[derive(Clone, Copy, Default)]
-struct Operators {
-    add: u32,
-    mul: u32,
-    cmp: u32,
-    int: u32,
-    imul: u32,
-}
-
-fn operators(class: Class) -> Operators {
-    let (add, mul, cmp, int, imul) = match class {
-        Class::Alu | Class::Load | Class::Store | Class::Cload | Class::Cstore | Class::Branch => {
-            (0, 0, 0, 1, 0)
-        }
-        Class::Imul => (0, 0, 0, 0, 1),
-        Class::Fadd => (1, 0, 1, 0, 0),
-        Class::Fmul => (0, 1, 0, 0, 0),
-        Class::Fma => (1, 1, 0, 0, 0),
-        Class::Valu => (0, 0, 0, 4, 0),
-        Class::Vmul => (0, 0, 0, 0, 4),
-        Class::Vfadd => (4, 0, 4, 0, 0),
-        Class::Vfmul => (0, 4, 0, 0, 0),
-        Class::Vfma => (4, 4, 0, 0, 0),
-        Class::Vdot => (3, 4, 0, 0, 0),
-        Class::Idiv
-        | Class::Pred
-        | Class::Fdiv
-        | Class::Sfu
-        | Class::Fast
-        | Class::Cvt
-        | Class::Lane
-        | Class::Pair
-        | Class::Vpair
-        | Class::Tex
-        | Class::Io => (0, 0, 0, 0, 0),
-    };
-    Operators {
-        add,
-        mul,
-        cmp,
-        int,
-        imul,
-    }
-}
-
 /// The special functions of a class for which a machine has units.
 fn functions(class: Class, arch: &Arch) -> impl Iterator<Item = Special> {
     let of_class = move |special: &Special| special.opcodes()[0].class() == class;
     arch.precision.specials().filter(of_class)
 }
 
-/// Operators of all units of the array, added up.
-#[derive(Default)]
-struct Sums {
-    operators: Operators,
-    operators_um2: f64,
-    divisions: u32,
-    special: u32,
-    special_um2: f64,
-    filters: u32,
-}
-
 /// The area of an SRP by its parts.
 pub fn srp(arch: &Arch) -> SrpArea {
     let srp = &arch.srp;
-    let mut sums = Sums::default();
+    let mut all = Arithmetic::default();
+    let (mut special, mut special_um2) = (0, 0.0);
     for fu in srp.fus.values() {
-        unit(&mut sums, fu, arch);
+        all.add(arithmetic(fu, arch));
+        let here: Vec<Special> = (fu.ops.iter())
+            .flat_map(|op| functions(op.class, arch))
+            .collect();
+        special += here.len();
+        special_um2 += specials_area(&here, fu, arch);
     }
     // A filter stands behind each port of the texture unit.
     let ports = (srp.fus.values()).filter_map(|fu| fu.op(Class::Tex)?.uses.first());
     let ports = ports.map(|&port| srp.resources[port].count).min();
-    sums.filters = sums.filters.min(ports.unwrap_or(u32::MAX));
-    let o = sums.operators;
+    let filters = all.filters.min(ports.unwrap_or(u32::MAX));
+    let o = all.operators;
     let item = |name, extent: String, um2: f64| Item {
         name,
         extent,
@@ -154,22 +101,22 @@ pub fn srp(arch: &Arch) -> SrpArea {
             "operators",
             format!(
                 "{} FP adders, {} multipliers; integer: {} adders, {} multipliers, {} dividers",
-                o.add, o.mul, o.int, o.imul, sums.divisions
+                o.add, o.mul, o.int, o.imul, all.divisions
             ),
-            sums.operators_um2,
+            all.um2,
         ),
         item(
             "special functions",
-            format!("{} of units", sums.special),
-            sums.special_um2,
+            format!("{special} of units"),
+            special_um2,
         ),
         item(
             "texture filter",
             format!(
                 "{}, weights of {} bits",
-                sums.filters, arch.precision.texture_weight_bits
+                filters, arch.precision.texture_weight_bits
             ),
-            f64::from(sums.filters) * filter_area(arch.precision.texture_weight_bits),
+            f64::from(filters) * filter_area(arch.precision.texture_weight_bits),
         ),
     ];
     let logic: f64 = items.iter().map(|item| item.mm2).sum();
@@ -189,72 +136,9 @@ pub fn srp(arch: &Arch) -> SrpArea {
     SrpArea { items, total_mm2 }
 }
 
-/// The operators of one unit.
-fn unit(sums: &mut Sums, fu: &FuSpec, arch: &Arch) {
-    let mut widest = Operators::default();
-    let mut um2 = 0.0;
-    for op in &fu.ops {
-        let needed = operators(op.class);
-        widest.add = widest.add.max(needed.add);
-        widest.mul = widest.mul.max(needed.mul);
-        widest.cmp = widest.cmp.max(needed.cmp);
-        widest.int = widest.int.max(needed.int);
-        widest.imul = widest.imul.max(needed.imul);
-        match op.class {
-            Class::Cvt => um2 += convert().area_um2,
-            // A row of recurrence and its registers.
-            Class::Idiv => {
-                sums.divisions += 1;
-                um2 += 160.0 * 33.0 + registers(4 * 32).area_um2;
-            }
-            Class::Lane => um2 += MULTIPLEXER_BIT * 3.0 * 128.0,
-            Class::Pair => um2 += pair_area(),
-            Class::Vpair => um2 += 4.0 * pair_area(),
-            Class::Tex => sums.filters += 1,
-            _ => {}
-        }
-    }
-    let times = |n: u32, each: f64| f64::from(n) * each;
-    let formats = &arch.precision.formats;
-    // One adder is for sums and for what is fused, and so is one multiplier: it has the digits of both.
-    let digits = |own: Format, classes: &[Class]| {
-        let fused = [Class::Fma, Class::Vfma, Class::Vdot];
-        let here = |classes: &[Class]| fu.ops.iter().any(|op| classes.contains(&op.class));
-        let own = if here(classes) { own.significand } else { 0 };
-        own.max(if here(&fused) {
-            formats.fused.significand
-        } else {
-            0
-        })
-    };
-    let add = digits(formats.add, &[Class::Fadd, Class::Vfadd]);
-    let mul = digits(formats.multiply, &[Class::Fmul, Class::Vfmul]);
-    um2 += times(widest.add, float_add(add.max(1)).area_um2)
-        + times(widest.mul, float_mul(mul.max(1)).area_um2)
-        + times(widest.cmp, compare(32).area_um2)
-        // An integer lane shifts, too.
-        + times(widest.int, integer_add(32).area_um2 + shift(32).area_um2)
-        // An integer product is made by the multiplier of a float, where there is one, made larger.
-        + times(widest.imul, integer_mul(32).area_um2)
-        - times(
-            widest.imul.min(widest.mul),
-            product_area(f64::from(mul), f64::from(mul)),
-        );
-    sums.operators_um2 += um2;
-    sums.operators.add += widest.add;
-    sums.operators.mul += widest.mul;
-    sums.operators.cmp += widest.cmp;
-    sums.operators.int += widest.int;
-    sums.operators.imul += widest.imul;
-    let here = fu.ops.iter().flat_map(|op| functions(op.class, arch));
-    let here: Vec<Special> = here.collect();
-    sums.special += here.len() as u32;
-    sums.special_um2 += specials_area(&here, arch);
-}
-
 /// Area of the special functions of one unit, µm². Exact reciprocal, roots and quotients of which the
 /// machine says no more are one recurrence, as SimTRaX's.
-fn specials_area(here: &[Special], arch: &Arch) -> f64 {
+fn specials_area(here: &[Special], fu: &FuSpec, arch: &Arch) -> f64 {
     #[derive(PartialEq)]
     enum Shared {
         Datapath(u32, Option<Structure>),
@@ -267,7 +151,8 @@ fn specials_area(here: &[Special], arch: &Arch) -> f64 {
     let mut area = 0.0;
     for &special in here {
         let (approx, build) = (arch.precision.of(special), arch.builds.of(special));
-        let unit = arch.special_unit(special);
+        let how = fu.timing(special.opcodes()[0]);
+        let unit = arch.special_unit_every(special, how.map_or(1, |how| how.interval));
         let structure = match approx {
             // Polynomials of different segments differ in their tables.
             Approx::Table {
@@ -301,13 +186,6 @@ fn specials_area(here: &[Special], arch: &Arch) -> f64 {
         }
     }
     area + shared.into_iter().map(|(_, largest)| largest).sum::<f64>()
-}
-
-/// Area of what computes with two halves at once, µm²: multiply-adders and comparators of 11 bits, and what turns
-/// halves into floats and back.
-fn pair_area() -> f64 {
-    let half = Format::HALF.significand;
-    2.0 * (float_fma(half).area_um2 + compare(16).area_um2 + shift(16).area_um2)
 }
 
 /// Area of a bilinear filter, µm²: in each of four channels four products of 24-bit texels and weights of
@@ -393,7 +271,13 @@ fn storage(arch: &Arch) -> Vec<Item> {
     items.extend([
         item(
             "configuration memory",
-            format!("{} contexts of {contexts} bits", srp.contexts),
+            match srp.shared_contexts {
+                true => format!("{} contexts of {contexts} bits", srp.contexts),
+                false => format!(
+                    "{} contexts of {contexts} bits (one kernel's)",
+                    srp.contexts
+                ),
+            },
             CONTEXT_BIT * f64::from(configuration),
         ),
         item(

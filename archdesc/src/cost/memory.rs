@@ -9,6 +9,9 @@ pub const SRAM_BIT: f64 = 6.9 / 8.0;
 /// Area of a bit of a register, µm².
 pub const REGISTER_BIT: f64 = 11.0;
 
+/// Energy of a bit of a register that is clocked, pJ.
+pub const REGISTER_PJ: f64 = 0.002;
+
 /// Energy of reading an array of so many bits, `width` of them at a time, pJ. CACTI's runs lie within
 /// −23 and +22 %.
 pub fn read_energy(bits: f64, width: f64) -> f64 {

@@ -9,6 +9,7 @@
 
 pub mod memory;
 pub mod operator;
+pub mod pipeline;
 pub mod special;
 
 use schemars::JsonSchema;
@@ -43,11 +44,14 @@ impl Part {
 pub const FO4_PS: f64 = 25.0;
 
 /// Delays that registers, skew and jitter take of a cycle.
-const OVERHEAD: f64 = 8.0;
+pub const OVERHEAD: f64 = 8.0;
+
+/// The least that is left of a cycle.
+pub const LEAST_FO4: f64 = 4.0;
 
 /// The delays of logic that fit between two registers at a clock; 32 at 1 GHz.
 pub fn usable_fo4(mhz: u32) -> f64 {
-    (1e6 / f64::from(mhz) / FO4_PS - OVERHEAD).max(4.0)
+    (1e6 / f64::from(mhz) / FO4_PS - OVERHEAD).max(LEAST_FO4)
 }
 
 /// Cycles of a pipeline through so many delays of logic.

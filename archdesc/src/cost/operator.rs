@@ -5,7 +5,7 @@
 //! significand is that of Horowitz's and ALADDIN's adders and multipliers.
 
 use super::Part;
-use super::memory::REGISTER_BIT;
+use super::memory::{REGISTER_BIT, REGISTER_PJ};
 use crate::isa::Class;
 
 /// Significand bits of binary32 with the hidden one.
@@ -50,8 +50,14 @@ pub fn float_fma(m: u32) -> Part {
         "multiply-adder",
         mul.area_um2 + add.area_um2,
         mul.energy_pj + add.energy_pj,
-        mul.fo4 + 6.5 * f64::from(3 * m).log2(),
+        mul.fo4 + unrounded_sum_fo4(m),
     )
+}
+
+/// Delay of a sum of products of m significand bits, which are three times as wide with the places that they may be shifted
+/// by, FO4; without its rounding.
+pub fn unrounded_sum_fo4(m: u32) -> f64 {
+    6.5 * f64::from(3 * m).log2()
 }
 
 /// The cycles that operations of a class take with m significand bits, where those of binary32 take so many: as much less
@@ -102,10 +108,10 @@ pub fn shift(n: u32) -> Part {
     )
 }
 
-/// Registers of n bits; 2 fJ a bit that is clocked.
+/// Registers of n bits.
 pub fn registers(n: u32) -> Part {
     let n = f64::from(n);
-    Part::new("registers", REGISTER_BIT * n, 0.002 * n, 0.0)
+    Part::new("registers", REGISTER_BIT * n, REGISTER_PJ * n, 0.0)
 }
 
 /// A converter between integers and floats.

@@ -62,12 +62,34 @@ pub struct Unit {
     pub area_um2: f64,
     /// The part of it that functions with the same datapath share.
     pub shared_um2: f64,
+    /// The part that an operation passes once and could pass several times, among [`parts`](Self::parts): rows of a
+    /// recurrence, multipliers. None where the machine says how the unit is built.
+    #[serde(skip)]
+    repeated: Option<usize>,
     /// Energy of one operation, pJ.
     pub energy_pj: f64,
     /// Its parts, in the order of an operation's way through it.
     pub parts: Vec<Part>,
     /// How latency and interval come about, for people.
     pub why: String,
+}
+
+impl Unit {
+    /// The unit as it is when it takes an operation every so many cycles only, where its structure does not say: a part of
+    /// the rows or multipliers then does for all.
+    pub fn taking(mut self, interval: u32) -> Unit {
+        let interval = self.interval.unwrap_or(interval).max(1);
+        let Some(part) = self.repeated.take().filter(|_| interval > 1) else {
+            return self;
+        };
+        let part = &mut self.parts[part];
+        let saved = part.area_um2 * (1.0 - 1.0 / f64::from(interval));
+        part.area_um2 -= saved;
+        part.name = format!("1/{interval} of the {}", part.name);
+        self.area_um2 -= saved;
+        self.shared_um2 -= saved;
+        self
+    }
 }
 
 /// Bits of precision with which an exact reciprocal, root or quotient is priced.
@@ -88,6 +110,8 @@ struct Way {
     interval: u32,
     /// True if its parts have the registers of their pipeline in them.
     registered: bool,
+    /// The part that a longer interval lets an operation pass several times.
+    repeated: Option<usize>,
     why: Vec<String>,
 }
 
@@ -230,6 +254,7 @@ fn polynomial(
     let wait = (powers - table.fo4).max(0.0);
     let longest = product_fo4(width(1), local);
     way.add(table);
+    way.repeated = Some(way.parts.len());
     way.add(Part::new("multipliers", area, energy, wait + longest));
     let sum = fraction(bits);
     way.add(Part::new(
@@ -262,6 +287,7 @@ fn recurrence(special: Special, bits: u32, radix: u32, unrolled: bool, mhz: u32,
         let fo4 = delay * f64::from(rows);
         way.add(Part::new(name, row * f64::from(rows), energy, fo4));
         way.registered = true;
+        way.repeated = Some(way.parts.len() - 1);
         way.why.push("a row for every digit".to_owned());
         return;
     }
@@ -398,6 +424,7 @@ fn priced(mut way: Way, approx: Approx, build: &Build, mhz: u32) -> Unit {
             Some(_) => 0.0,
             None => area - tables,
         },
+        repeated: way.repeated.filter(|_| !known && build.area_um2.is_none()),
         energy_pj: build.energy_fj.map_or(energy, |fj| f64::from(fj) / 1000.0),
         parts: way.parts,
         why,

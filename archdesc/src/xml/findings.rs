@@ -38,6 +38,17 @@ impl Findings {
         Diagnostic::error(code, &self.file, message).at(span, label)
     }
 
+    /// A warning about what stands at `span`.
+    pub(super) fn warning(
+        &self,
+        code: &'static str,
+        span: Span,
+        message: impl Into<String>,
+        label: impl Into<String>,
+    ) -> Diagnostic {
+        Diagnostic::warning(code, &self.file, message).at(span, label)
+    }
+
     /// Keeps a mistake.
     pub(super) fn push(&self, diagnostic: Diagnostic) {
         if !self.is_full() {

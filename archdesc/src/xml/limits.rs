@@ -87,6 +87,8 @@ pub(super) const CORES: Limit = count("cores", 1, 64);
 pub(super) const TILE_BLOCK: Limit = count("tile-block", 1, 1024);
 pub(super) const SRP_MHZ: Limit = count("srp-mhz", 1, 10_000);
 pub(super) const TNI_MHZ: Limit = count("tni-mhz", 1, 10_000);
+/// From gates beyond all technologies to those of tubes.
+pub(super) const FO4_PS: Limit = count("fo4-ps", 1, 10_000);
 pub(super) const MHZ: Limit = count("mhz", 1, 10_000);
 pub(super) const SRAM_SIZE: Limit = bytes("size", 4 << 10, 64 << 20);
 pub(super) const SRAM_BANKS: Limit = count("banks", 0, crate::system::MAX_SRAM_BANKS);

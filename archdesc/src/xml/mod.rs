@@ -8,7 +8,7 @@
 //!
 //! Codes of messages: `A01xx` not XML, `A02xx` not an element or attribute of a machine file,
 //! `A03xx` not a value, `A04xx` names, cells and links, `A05xx` rules of the machine, `A06xx` the
-//! system round the array.
+//! system round the array, `A07xx` warnings.
 
 mod array;
 mod de;
@@ -20,6 +20,7 @@ mod links;
 mod quote;
 mod raw;
 mod reference;
+mod remarks;
 mod rules;
 mod schema;
 mod special;
@@ -52,6 +53,23 @@ pub fn parse(name: &str, xml: &str) -> Result<Arch, Vec<Diagnostic>> {
     match read(xml, &found) {
         Some(arch) if found.is_empty() => Ok(arch),
         _ => Err(found.into_sorted()),
+    }
+}
+
+/// What in a machine file is not as it seems: attributes without effect, cycles that no operator keeps. Nothing of a file that is
+/// wrong.
+pub fn warnings(name: &str, xml: &str) -> Vec<Diagnostic> {
+    let (found, warned) = (Findings::new(name), Findings::new(name));
+    let Some(root) = syntax::parse(xml, &found) else {
+        return Vec::new();
+    };
+    let machine: raw::Machine = de::from_tree(&root, &found);
+    match resolve(&machine, root.span, &found) {
+        Some(arch) if found.is_empty() => {
+            remarks::remarks(&warned, &machine, root.span, &arch);
+            warned.into_sorted()
+        }
+        _ => Vec::new(),
     }
 }
 

@@ -258,6 +258,7 @@ raw! {
         tile_block: Option<Text>,
         srp_mhz: Option<Text>,
         tni_mhz: Option<Text>,
+        fo4_ps: Option<Text>,
         sram: Option<Spanned<Sram>>,
         data_cache: Option<Spanned<Cache>>,
         texture_cache: Option<Spanned<Cache>>,

@@ -35,6 +35,7 @@ pub(super) fn check(found: &Findings, arch: &Arch, places: &Places<'_>) {
     slots(found, arch, places);
     if !found.suspects_any(&["fu-type", "type", "op", "class", "classes", "width"]) {
         classes(found, arch, places);
+        branches(found, arch, places);
     }
     if arch.srp.fus.values().any(|unit| unit.slot.is_some()) {
         for ty in Ty::ALL {
@@ -180,6 +181,30 @@ fn classes(found: &Findings, arch: &Arch, places: &Places<'_>) {
             None => "make a slot 128 bits wide and add the class to it".to_owned(),
         };
         found.push(found.error(code, places.array, message, label).help(help));
+    }
+}
+
+/// A branch issues again before the next one can: there is one at most in each bundle, and its delay is over then.
+fn branches(found: &Findings, arch: &Arch, places: &Places<'_>) {
+    let most = arch.srp.branch_delay + 1;
+    for fu in arch.srp.slots() {
+        let Some(how) = arch.srp.fus[fu].op(Class::Branch) else {
+            continue;
+        };
+        if how.interval <= most {
+            continue;
+        }
+        let origin = &places.units.origins[fu];
+        let span = origin.mentions.get(&Class::Branch).copied();
+        let message = format!(
+            "slot `{}` takes a branch every {} cycles, and control code has one every {most} (branch delay + 1)",
+            arch.srp.fus[fu].name, how.interval
+        );
+        let span = span.unwrap_or(origin.span);
+        let error = found.error("A0508", span, message, "runs class `branch`");
+        let help = format!("give `<op class=\"branch\">` an interval of {most} at most");
+        found.push(error.help(help));
+        return;
     }
 }
 

@@ -42,7 +42,7 @@ impl Specials {
         for special in arch.precision.specials() {
             let unit = arch.special_unit(special);
             if let Some(&place) = self.places.get(special.name()) {
-                check_cycles(found, place, &unit, arch.system.srp_mhz);
+                check_cycles(found, place, &unit, arch.system.srp_mhz_at_65nm());
             }
         }
     }
@@ -132,7 +132,8 @@ pub(super) fn check_cycles(found: &Findings, place: Span, unit: &Unit, mhz: u32)
     let latency = unit.latency.max(unit.interval).unwrap_or(0);
     let most = limits::LATENCY.max;
     if latency > most {
-        let message = format!("at {mhz} MHz this unit takes {latency} cycles, more than {most}");
+        let message =
+            format!("at {mhz} MHz of 65 nm this unit takes {latency} cycles, more than {most}");
         found.push(
             found
                 .error("A0307", place, message, "too slow")

@@ -8,6 +8,7 @@ use super::raw::{self, Text};
 use super::special;
 use super::values;
 use crate::arch::Arch;
+use crate::cost::FO4_PS;
 use crate::cost::special::{self as cost, Build};
 use crate::datapath::{FpLatency, Intersection, Latencies, RCP_LATENCY};
 use crate::isa::Class;
@@ -26,6 +27,7 @@ fn default() -> SystemSpec {
         tile_block: 4,
         srp_mhz: 1000,
         tni_mhz: 500,
+        fo4_ps: FO4_PS as u32,
         sram_bytes: 240 << 10,
         sram_banks: None,
         data_cache: CacheSpec {
@@ -109,7 +111,8 @@ const fn blocking(cache: CacheSpec) -> CacheSpec {
 pub(super) fn system(found: &Findings, raw: &Option<Spanned<raw::System>>) -> SystemSpec {
     let Some(raw) = raw else {
         let mut system = default();
-        system.tni.derive_latencies(system.tni_mhz);
+        let mhz = system.tni_mhz_at_65nm();
+        system.tni.derive_latencies(mhz);
         return system;
     };
     let default = default();
@@ -118,12 +121,12 @@ pub(super) fn system(found: &Findings, raw: &Option<Spanned<raw::System>>) -> Sy
     let sram = raw.sram.as_ref().map_or(&no_sram, |sram| &sram.value);
     let sram_bytes = multiple(found, &sram.size, limits::SRAM_SIZE, 16, default.sram_bytes);
     let sram_banks = sram_banks(found, sram);
-    let tni_mhz = number(&raw.tni_mhz, limits::TNI_MHZ, default.tni_mhz);
-    let system = SystemSpec {
+    let mut system = SystemSpec {
         cores: number(&raw.cores, limits::CORES, default.cores),
         tile_block: number(&raw.tile_block, limits::TILE_BLOCK, default.tile_block),
         srp_mhz: number(&raw.srp_mhz, limits::SRP_MHZ, default.srp_mhz),
-        tni_mhz,
+        tni_mhz: number(&raw.tni_mhz, limits::TNI_MHZ, default.tni_mhz),
+        fo4_ps: number(&raw.fo4_ps, limits::FO4_PS, default.fo4_ps),
         sram_bytes,
         sram_banks,
         data_cache: cache_spec(found, "data-cache", &raw.data_cache, default.data_cache),
@@ -142,10 +145,11 @@ pub(super) fn system(found: &Findings, raw: &Option<Spanned<raw::System>>) -> Sy
             )
         }),
         buffers: buffers(found, &raw.buffers, default.buffers),
-        tni: tni(found, &raw.tni, tni_mhz, default.tni),
+        tni: default.tni,
         bus: bus(found, &raw.bus, default.bus),
         dram: dram::dram(found, &raw.dram),
     };
+    system.tni = tni(found, &raw.tni, system.tni_mhz_at_65nm(), default.tni);
     buffers_fit(found, raw, &system);
     system
 }

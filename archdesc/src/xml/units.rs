@@ -13,37 +13,6 @@ use crate::diagnostic::Span;
 use crate::entity::EntityMap;
 use crate::isa::Class;
 
-/// Latency of each class where the file gives none: cycles of a pipeline of about 1 GHz in 65 nm.
-const DEFAULT_LATENCY: &[(Class, u32)] = &[
-    (Class::Imul, 2),
-    (Class::Idiv, 12),
-    (Class::Fadd, 3),
-    (Class::Fmul, 3),
-    (Class::Fma, 4),
-    (Class::Fdiv, 12),
-    (Class::Sfu, 8),
-    (Class::Fast, 8),
-    (Class::Cvt, 2),
-    (Class::Vmul, 2),
-    (Class::Vfadd, 3),
-    (Class::Vfmul, 3),
-    (Class::Vfma, 4),
-    (Class::Vdot, 6),
-    (Class::Pair, 3),
-    (Class::Vpair, 3),
-    (Class::Load, 3),
-    (Class::Cload, 4),
-    (Class::Tex, 12),
-];
-
-/// Issue interval of each class where the file gives none and it is not 1.
-const DEFAULT_INTERVAL: &[(Class, u32)] = &[
-    (Class::Idiv, 4),
-    (Class::Fdiv, 4),
-    (Class::Sfu, 2),
-    (Class::Fast, 2),
-];
-
 /// How classes run, by class.
 pub(super) type Ops = BTreeMap<Class, FuOp>;
 
@@ -158,21 +127,16 @@ pub(super) fn unique(
     true
 }
 
-/// The machine's op-class table: the defaults, and what its `<op>`s change.
+/// The machine's op-class table: what its `<op>`s say.
 pub(super) fn op_context<'m>(
     found: &'m Findings,
     raw: &[Spanned<raw::Op>],
     resources: &'m EntityMap<Resource, ResourceSpec>,
 ) -> OpContext<'m> {
-    let default = |table: &[(Class, u32)], class| {
-        let line = table.iter().find(|(c, _)| *c == class);
-        line.map_or(1, |&(_, cycles)| cycles)
-    };
-    let table = Class::ALL.iter().map(|&class| {
-        let latency = default(DEFAULT_LATENCY, class);
-        let op = FuOp::new(class, latency, default(DEFAULT_INTERVAL, class));
-        (class, op)
-    });
+    // Cycles that no `<op>` gives follow from the clock when all of the machine is known.
+    let table = Class::ALL
+        .iter()
+        .map(|&class| (class, FuOp::new(class, 1, 1)));
     let mut cx = OpContext {
         found,
         resources,
@@ -227,19 +191,9 @@ fn changed_op(cx: &OpContext<'_>, base: &FuOp, op: &raw::Op) -> FuOp {
         latency: values::number(cx.found, &op.latency, limits::LATENCY, base.latency),
         interval: values::number(cx.found, &op.interval, limits::INTERVAL, base.interval),
         uses,
-        given: given.map(|given| given && follows(base.class)),
+        given,
         ..FuOp::new(base.class, 1, 1)
     }
-}
-
-/// True if the cycles of a class follow from the structure of its units, or from the format of its floats, where the file
-/// gives none.
-pub(super) fn follows(class: Class) -> bool {
-    use Class::{Fadd, Fast, Fdiv, Fma, Fmul, Sfu, Vdot, Vfadd, Vfma, Vfmul};
-    matches!(
-        class,
-        Sfu | Fdiv | Fast | Fadd | Fmul | Fma | Vfadd | Vfmul | Vfma | Vdot
-    )
 }
 
 fn uses(cx: &OpContext<'_>, text: &Text) -> Vec<Resource> {

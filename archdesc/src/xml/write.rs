@@ -5,7 +5,6 @@ use std::fmt::Write;
 
 use super::dram::{PARTS, ROW_POLICIES};
 use super::links::{TOPOLOGIES, Topology};
-use super::units::follows;
 use crate::arch::{Approx, Arch, FileKind, FileSpec, Fu, FuSpec, Input, WireSpec};
 use crate::cost::special::Build;
 use crate::datapath::FpLatency;
@@ -159,12 +158,11 @@ fn write_unit(out: &mut String, arch: &Arch, unit: &FuSpec) -> std::fmt::Result 
             .map(|&r| arch.srp.resources[r].name.as_str())
             .collect();
         write!(out, "      <op class=\"{}\"", op.class)?;
-        // Cycles that follow from structure or format follow from it again.
-        let follows = follows(op.class);
-        if !follows || op.given[0] {
+        // Cycles that follow from clock, structure or format follow from them again.
+        if op.given[0] {
             write!(out, " latency=\"{}\"", op.latency)?;
         }
-        if !follows || op.given[1] {
+        if op.given[1] {
             write!(out, " interval=\"{}\"", op.interval)?;
         }
         writeln!(out, " uses=\"{}\"/>", uses.join(" "))?;
@@ -250,6 +248,7 @@ fn write_system(out: &mut String, arch: &Arch) -> std::fmt::Result {
         tile_block,
         srp_mhz,
         tni_mhz,
+        fo4_ps,
         sram_bytes,
         sram_banks,
         data_cache,
@@ -263,7 +262,7 @@ fn write_system(out: &mut String, arch: &Arch) -> std::fmt::Result {
     writeln!(
         out,
         "  <system cores=\"{cores}\" tile-block=\"{tile_block}\" srp-mhz=\"{srp_mhz}\" \
-         tni-mhz=\"{tni_mhz}\">"
+         tni-mhz=\"{tni_mhz}\" fo4-ps=\"{fo4_ps}\">"
     )?;
     write!(out, "    <sram size=\"{sram_bytes}\"")?;
     if let Some(BankSpec {

@@ -335,6 +335,7 @@ fn costs(report: &Report, program: &ScheduledDre, arch: &Arch, base: &Arch) -> C
     for special in Special::ALL.into_iter().filter(|s| !used.contains(s)) {
         *priced.precision.of_mut(special) = base.precision.of(special);
     }
+    priced.derive_cycles();
     let ii = |k: &srp_ir::dre::scheduled::ModuloSchedule| (k.dfg.name.clone(), k.ii);
     let tni = report.tni();
     let working = |core: &system::CoreReport| {
