@@ -59,8 +59,8 @@ fn messages<'a>(
         let text = files::source_text(&n.at.file);
         let what = format!("{} is not on the array: {}", n.kernel, n.reason);
         let message = severity(CODE, &n.at.file, what);
-        let place = span(&text, n.reason_at.line, n.reason_at.column);
-        let head = span(&text, n.at.line, n.at.column);
+        let place = Span::of_word(&text, n.reason_at.line, n.reason_at.column);
+        let head = Span::of_word(&text, n.at.line, n.at.column);
         let message = match n.reason_at.file == n.at.file && n.reason_at.line != n.at.line {
             true => message
                 .at(place, "this stands in the way")
@@ -71,21 +71,4 @@ fn messages<'a>(
         messages.sources.push(Source::new(n.at.file.as_str(), text));
     }
     messages
-}
-
-/// The word at a line and column, in characters from 1.
-fn span(text: &str, line: u32, column: u32) -> Span {
-    let lines = text
-        .split_inclusive('\n')
-        .take(line.saturating_sub(1) as usize);
-    let start: usize = lines.map(str::len).sum();
-    let rest = &text[start..];
-    let before = rest.chars().take(column.saturating_sub(1) as usize);
-    let start = start + before.map(char::len_utf8).sum::<usize>();
-    let word = text[start..].chars();
-    let word: usize = word
-        .take_while(|c| c.is_alphanumeric() || *c == '_')
-        .map(char::len_utf8)
-        .sum();
-    Span::new(start as u32, (start + word.max(1)).min(text.len()) as u32)
 }

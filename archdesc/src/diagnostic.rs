@@ -83,6 +83,24 @@ impl Span {
         Span::new(offset, offset)
     }
 
+    /// The word at a line and column of a text, in characters from 1; a point at its end where the text is shorter.
+    pub fn of_word(text: &str, line: u32, column: u32) -> Span {
+        let lines = text
+            .split_inclusive('\n')
+            .take(line.saturating_sub(1) as usize);
+        let start: usize = lines.map(str::len).sum();
+        let before = text[start..]
+            .chars()
+            .take(column.saturating_sub(1) as usize);
+        let start = start + before.map(char::len_utf8).sum::<usize>();
+        let word = text[start..].chars();
+        let word: usize = word
+            .take_while(|c| c.is_alphanumeric() || *c == '_')
+            .map(char::len_utf8)
+            .sum();
+        Span::new(start as u32, (start + word.max(1)).min(text.len()) as u32)
+    }
+
     /// The smallest span that covers both.
     pub fn to(self, other: Span) -> Span {
         Span::new(self.start.min(other.start), self.end.max(other.end))

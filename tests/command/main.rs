@@ -224,6 +224,28 @@ const TRAPS: [(&str, &str, &[u32]); 3] = [
     ("down(n)", "stack overflow", &[3; 16]),
 ];
 
+/// An error that no unit of the machine keeps to is an error with its place; one that a unit keeps to is none.
+#[test]
+fn an_error_that_no_unit_keeps_to_is_refused() {
+    let folder = folder("max_ulp");
+    let sgrt = include_str!("../../archdesc/machines/sgrt.xml");
+    let coarse = sgrt.replace(
+        "<array rows",
+        "<special function=\"rcp\" bits=\"8\"/>\n  <array rows",
+    );
+    write(&folder, "coarse.xml", &coarse);
+    let text =
+        "#include <srp.h>\nvolatile float x = 3;\nint main(void) { return (int)srp_rcp(x); }\n";
+    write(&folder, "one.c", text);
+    let run = |ulp| ["run", "one.c", "--machine", "coarse.xml", "--max-ulp", ulp];
+    refused(
+        &folder,
+        &run("100"),
+        &["C0602", "one.c:3:30", "`rcp` to 100 units", "to 65537"],
+    );
+    stdout(&folder, &run("65537"), 0);
+}
+
 #[test]
 fn traps_tell_their_place_and_the_open_calls() {
     let folder = folder("traps");

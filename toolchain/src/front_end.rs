@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::approximate;
+use crate::coarse;
 use crate::files::{self, Kind, Room};
 use crate::input::{self, Input};
 use crate::options::Options;
@@ -234,11 +235,14 @@ pub struct WithTexts {
 pub fn with_texts(sources: &[Source], arch: &Arch, options: &Options) -> Result<WithTexts, Error> {
     let texts = Texts::new(sources, options);
     let compiled = with(&texts, arch, options, |o| srp_frontend::compile(sources, o));
-    let (program, diagnostics) = match compiled {
+    let (program, mut diagnostics) = match compiled {
         Ok((program, warnings)) => (Some(program), warnings),
         Err(errors) => (None, errors),
     };
     let of_files = program.as_ref().map(|program| texts.of(program));
+    if let (Some(program), Some(texts), Some(max_ulp)) = (&program, &of_files, options.max_ulp) {
+        diagnostics.extend(coarse::errors(program, max_ulp, &Choices::of(arch), texts));
+    }
     let messages = texts.messages(options.warnings.choose(diagnostics));
     let is_error = |m: &Diagnostic| m.severity == Severity::Error;
     match program.zip(of_files) {

@@ -15,6 +15,7 @@ pub mod amount;
 mod approximate;
 pub mod cache;
 pub mod checkpoint;
+mod coarse;
 mod compile;
 mod divide;
 pub mod engine;
