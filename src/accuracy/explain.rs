@@ -17,12 +17,13 @@ const MOST_TOLD: usize = 12;
 /// Explains a pixel of the scene on the machine as it is.
 pub(super) fn run(frame: &Frame, args: &Args, pixel: (u32, u32)) -> Result<(), Failure> {
     let found = accuracy::explain(frame, pixel)?;
+    let reference = accuracy::in_reference(frame, pixel);
     talk::print(match args.json {
         true => {
             let about = About::scene(&frame.arch, &frame.scene);
-            crate::document::json(about, &document(&found, pixel))?
+            crate::document::json(about, &document(&found, pixel, reference))?
         }
-        false => text(&found, pixel),
+        false => text(&found, pixel, reference),
     })?;
     Ok(())
 }
@@ -43,8 +44,10 @@ pub(crate) struct PixelDocument {
     tile: u32,
     /// Red, green and blue in levels from 0 to 255.
     value: [f64; 3],
-    /// The same in binary64.
+    /// The same by the same program in binary64.
     exact: [f64; 3],
+    /// The same by the renderer in binary64, which the picture is held against.
+    reference: [f64; 3],
     /// Decisions on its way that binary64 makes otherwise.
     flips: Vec<PixelFlip>,
     /// The first operation that parts from binary64 by more than rounding, and those that hand this on.
@@ -94,7 +97,7 @@ struct PixelContribution {
     levels: [f64; 3],
 }
 
-fn document(found: &Explanation, (x, y): (u32, u32)) -> PixelDocument {
+fn document(found: &Explanation, (x, y): (u32, u32), reference: [f64; 3]) -> PixelDocument {
     let flips = found.flips.iter().map(|(at, what, flip)| PixelFlip {
         kind: flip.kind.name(),
         at: at.clone(),
@@ -121,22 +124,46 @@ fn document(found: &Explanation, (x, y): (u32, u32)) -> PixelDocument {
         tile: found.tile,
         value: found.pixel.value,
         exact: found.pixel.exact,
+        reference,
         flips: flips.collect(),
         chain: chain.collect(),
         contributions: contributions.collect(),
     }
 }
 
-fn text(found: &Explanation, (x, y): (u32, u32)) -> String {
+/// True if the program in binary64 is farther from the renderer in binary64 than the run is from the program.
+fn elsewhere(found: &Explanation, reference: [f64; 3]) -> bool {
+    let off = |a: [f64; 3], b: [f64; 3]| {
+        let channels = a.into_iter().zip(b).map(|(a, b)| (a - b).abs());
+        channels.fold(0.0, f64::max)
+    };
+    let pixel = &found.pixel;
+    off(pixel.exact, reference) > off(pixel.value, pixel.exact)
+}
+
+fn text(found: &Explanation, (x, y): (u32, u32), reference: [f64; 3]) -> String {
     let mut text = String::new();
     let rgb = |c: [f64; 3]| format!("{:.3} {:.3} {:.3}", c[0], c[1], c[2]);
     let _ = writeln!(
         text,
-        "pixel {x},{y} of tile {}: {} of 255 levels, {} in binary64",
+        "pixel {x},{y} of tile {}: {} of 255 levels before it becomes bytes",
         found.tile,
         rgb(found.pixel.value),
-        rgb(found.pixel.exact)
     );
+    let _ = writeln!(
+        text,
+        "  {} by the same program in binary64, {} by the renderer in binary64",
+        rgb(found.pixel.exact),
+        rgb(reference)
+    );
+    let _ = match elsewhere(found, reference) {
+        true => writeln!(
+            text,
+            "  the two differ by more than roundings do: the kernels compute something else (an approximation, another \
+             formula, half a level for the rounding to bytes)"
+        ),
+        false => Ok(()),
+    };
     let _ = match found.flips.is_empty() {
         true => writeln!(text, "every decision on its way falls as in binary64"),
         false => writeln!(text, "decisions on its way that binary64 makes otherwise:"),

@@ -163,7 +163,7 @@ fn attributed(summary: &AttributionSummary) -> Markup {
             h2 { "Where the error comes from, as it is" }
             p.soft {
                 "The program was run with shadows in binary64 in " (summary.tiles.0) " of " (summary.tiles.1)
-                " tiles; " (format!("{:.1}", 100.0 * summary.named)) " % of the squared error are named. "
+                " tiles; " (format!("{:.1}", 100.0 * summary.named)) " % of what roundings make is named. " (summary.of_picture_in_words()) " "
                 "Decisions that binary64 makes otherwise: " (summary.flips_in_words()) ", on " (summary.flipped_pixels) " pixels."
             }
             table {

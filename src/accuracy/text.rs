@@ -22,9 +22,10 @@ pub(super) fn unit(trial: &Trial) -> String {
 fn attributed(summary: &AttributionSummary) -> String {
     let (looked, of) = summary.tiles;
     let mut text = format!(
-        "\nWhere the error comes from, as it is ({looked} of {of} tiles; {:.1} % of the squared error \
-         named)\n\n{:>7} {:>7} {:>6}  line and operation, or unit\n",
+        "\nWhere the error comes from, as it is ({looked} of {of} tiles; {:.1} % of the roundings' \
+         named)\n\n{}\n\n{:>7} {:>7} {:>6}  line and operation, or unit\n",
         100.0 * summary.named,
+        summary.of_picture_in_words().replace(". ", ".\n"),
         "part",
         "pixels",
         "flips"

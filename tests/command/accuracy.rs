@@ -1,6 +1,6 @@
 //! `srp accuracy`: knobs really turn, trials are kept, and what is at fault is refused.
 
-use super::{folder, misused, refused, srp, write};
+use super::{ended, folder, misused, refused, srp, write};
 use serde_json::Value;
 use std::path::Path;
 
@@ -124,6 +124,54 @@ fn renders_again(folder: &Path, trial: &Value, name: &str) {
         let near = |(&f, &b): (&f32, &u8)| (f - f32::from(b)).abs() <= 0.5001;
         assert!(floats.iter().zip(bytes).all(near), "row {row}");
     }
+}
+
+/// A formula of a kernel that is not the renderer's is no rounding: the report says so, and the pixel has both.
+#[test]
+fn what_kernels_compute_otherwise_is_no_rounding() {
+    let folder = folder("accuracy-otherwise");
+    write(&folder, "scene.obj", SCENE);
+    ended(&folder, &["new", "kernels", "mine"], 0);
+    let tile = std::fs::read_to_string(folder.join("mine/tile.c")).expect("a kernel");
+    let other = tile.replace("0.25f * light", "0.35f * light");
+    assert_ne!(other, tile);
+    write(&folder, "mine/tile.c", &other);
+    let frame = [
+        "accuracy",
+        "scene.obj",
+        "--camera",
+        "0,2,5/0,-0.2,-1/50",
+        "--size",
+        "16x8",
+        "--json",
+    ];
+    let report = |more: &[&str]| -> Value {
+        let output = ended(&folder, &[&frame[..], more].concat(), 0);
+        serde_json::from_slice(&output.stdout).expect("JSON")
+    };
+    let knob = ["--knob", "sine and cosine"];
+    let of = |more: &[&str]| {
+        let found = report(&[&knob[..], more].concat());
+        let found = &found["trials"][0]["attribution"];
+        let figure = |name: &str| found[name].as_f64().expect("a figure");
+        (figure("picture_error"), figure("squared_error"))
+    };
+    let (plain, changed) = (of(&[]), of(&["--kernels", "mine"]));
+    assert!(
+        changed.0 > 1e4 && changed.0 > 100.0 * plain.0,
+        "{plain:?} {changed:?}"
+    );
+    assert!(
+        changed.1 < 1.0,
+        "roundings are as small as before: {changed:?}"
+    );
+    let pixel = report(&["--kernels", "mine", "--pixel", "8,6"]);
+    let levels = |name: &str| pixel[name][0].as_f64().expect("a level");
+    assert!((levels("exact") - levels("value")).abs() < 0.1, "{pixel}");
+    assert!(
+        (levels("exact") - levels("reference")).abs() > 1.0,
+        "{pixel}"
+    );
 }
 
 #[test]

@@ -58,6 +58,11 @@ impl Comparison {
         &self.levels
     }
 
+    /// The squared difference of a pixel, in squared levels, its channels together.
+    pub(super) fn squared(&self, pixel: usize) -> f64 {
+        self.squares[pixel]
+    }
+
     /// The difference over the pixels for which `counts`.
     pub(crate) fn over(&self, counts: impl Fn(usize) -> bool) -> Difference {
         let pixels: Vec<usize> = (0..self.levels.len()).filter(|&i| counts(i)).collect();

@@ -37,7 +37,7 @@ use serde::Serialize;
 use setting::{Setting, Subject};
 use srp_archdesc::arch::Arch;
 use srp_archdesc::threads;
-use srp_archdesc::watch::{Stage, Unstaged};
+use srp_archdesc::watch::{Stage, Unstaged, Unwatched};
 use srp_runtime::effect::Guard;
 use srp_runtime::scene::Scene;
 use srp_runtime::scene_image;
@@ -231,6 +231,17 @@ pub fn explain(frame: &Frame, pixel: (u32, u32)) -> Result<Explanation, Error> {
             "nothing of the frame is written to pixel {x},{y}"
         ))
     })
+}
+
+/// A pixel in levels from 0 to 255 as the renderer in binary64 has it, which shares no code with the kernels.
+pub fn in_reference(frame: &Frame, pixel: (u32, u32)) -> [f64; 3] {
+    let options = reference::Options {
+        size: frame.size,
+        packet: frame.arch.system.buffers.rays,
+        threads: 1,
+        watch: &Unwatched,
+    };
+    reference::pixel(&frame.scene, &options, pixel).to_array()
 }
 
 /// The error is why there is no frame of this size.

@@ -1,6 +1,6 @@
 //! Where a picture's error comes from: the run of its program with shadows in binary64, summed up.
 
-use super::compare::DECIDED;
+use super::compare::{Comparison, DECIDED};
 use crate::Error;
 use crate::attribution::{self, Attribution, Flip, FlipKind, MOST_NODES, Options};
 use schemars::JsonSchema;
@@ -26,10 +26,12 @@ pub struct AttributionSummary {
     pub flips: BTreeMap<String, u64>,
     /// Pixels on whose way there are any.
     pub flipped_pixels: u32,
-    /// Squared error over pixels and channels, in squared levels, of pixels that follow the same
-    /// decisions.
+    /// Squared difference of bytes from the renderer in binary64, over pixels and channels of these tiles, in squared levels.
+    pub picture_error: f64,
+    /// The part of it that operations and units make, which round where the same program in binary64 does not: squared error
+    /// over pixels and channels, in squared levels, before values become bytes.
     pub squared_error: f64,
-    /// The part of it that lines and units have been named for.
+    /// The part of what operations and units make that lines and units have been named for.
     pub named: f64,
     /// Lines and units, the largest share first.
     pub sources: Vec<ErrorSource>,
@@ -92,9 +94,10 @@ impl AttributionSummary {
         frame: &Frame,
         image: &SceneImage,
         one_in: u32,
-        levels: &[u8],
+        comparison: &Comparison,
         session: &Session<'_>,
     ) -> Result<AttributionSummary, Error> {
+        let levels = comparison.levels();
         let arch = &frame.arch;
         let (program, _) = frame.build.program(arch)?;
         let attribute = |tiles: &[u32]| -> Result<Attribution, Error> {
@@ -122,7 +125,9 @@ impl AttributionSummary {
         }
         decisions.sort_by_key(|d| (std::cmp::Reverse(d.levels), d.pixel.1, d.pixel.0));
         decisions.truncate(MOST_DECISIONS);
+        let looked_at = (0..found.pixels.len()).filter(|&i| found.pixels[i].is_some());
         Ok(AttributionSummary {
+            picture_error: looked_at.map(|i| comparison.squared(i)).sum(),
             tiles: (tiles.len() as u32, image.tiles),
             decisions,
             ..AttributionSummary::summed(&found)
@@ -158,6 +163,7 @@ impl AttributionSummary {
         });
         AttributionSummary {
             tiles: (0, 0),
+            picture_error: 0.0,
             flips: (FlipKind::ALL.iter())
                 .map(|&kind| (kind.name().to_owned(), count(kind)))
                 .collect(),
@@ -172,6 +178,28 @@ impl AttributionSummary {
             sources,
             non_finite: non_finite.collect(),
             decisions: Vec::new(),
+        }
+    }
+
+    /// How much of the picture's difference from the renderer in binary64 is of roundings, in words: the rest of it no line
+    /// is named for.
+    pub fn of_picture_in_words(&self) -> String {
+        let (all, rounding) = (self.picture_error, self.squared_error);
+        if all == 0.0 {
+            return "No byte differs from the renderer in binary64.".to_owned();
+        }
+        let part = 100.0 * rounding / all;
+        let (all, rounding) = (squared_levels(all), squared_levels(rounding));
+        let first = format!(
+            "Of {all} squared levels that bytes differ by from the renderer in binary64, operations that round make \
+             {rounding} ({part:.3} %) before values become bytes."
+        );
+        match part < 50.0 {
+            true => format!(
+                "{first} The rest is of other causes: values fall on the other side of a byte's edge, the kernels compute \
+                 something else (an approximation, another formula), or decide otherwise."
+            ),
+            false => first,
         }
     }
 
@@ -190,6 +218,15 @@ impl AttributionSummary {
             true => "none".to_owned(),
             false => some.join(", "),
         }
+    }
+}
+
+/// A squared error with as many digits as count.
+fn squared_levels(error: f64) -> String {
+    match error {
+        ..0.001 => format!("{error:.1e}"),
+        0.001..100.0 => format!("{error:.3}"),
+        _ => format!("{error:.0}"),
     }
 }
 

@@ -144,7 +144,7 @@ pub(super) fn measured(
     let leaks = edges.probe(&frame.scene, &image, &frame.arch);
     let (picture, costs) = simulated(frame, &subject.arch, image.clone(), session)?;
     let comparison = Comparison::of(&picture, reference);
-    let attribution = AttributionSummary::of(frame, &image, one_in, &comparison.levels, session)?;
+    let attribution = AttributionSummary::of(frame, &image, one_in, &comparison, session)?;
     let measured = Measured {
         all: comparison.over(|_| true),
         agreeing: comparison.over(|i| comparison.levels[i] <= DECIDED),

@@ -43,6 +43,11 @@ pub fn picture(scene: &Scene, options: &Options<'_>) -> Option<Vec<DVec3>> {
     Some(rows.concat())
 }
 
+/// One pixel of [`picture`], by its column and row.
+pub fn pixel(scene: &Scene, options: &Options<'_>, (x, y): (u32, u32)) -> DVec3 {
+    View::of(scene, options).shown(x, y)
+}
+
 /// A camera that looks at a scene.
 struct View<'a> {
     scene: &'a Scene,
@@ -79,10 +84,11 @@ impl<'a> View<'a> {
     }
 
     fn row(&self, y: u32) -> Vec<DVec3> {
-        let pixels = (0..self.size.0).map(|x| self.pixel(x, y));
-        pixels
-            .map(|light| light.to_array().map(shown).into())
-            .collect()
+        (0..self.size.0).map(|x| self.shown(x, y)).collect()
+    }
+
+    fn shown(&self, x: u32, y: u32) -> DVec3 {
+        self.pixel(x, y).to_array().map(shown).into()
     }
 
     /// The mean light of a pixel's rays.
