@@ -239,7 +239,6 @@ impl Trial {
     }
 }
 
-/// Most changes do not help, so each is tried with a part of the effort first.
 fn attempt(
     dfg: &Dfg,
     trial: &Trial,
@@ -247,12 +246,21 @@ fn attempt(
     options: &Options,
     watch: &dyn Watch,
 ) -> Option<Change> {
-    let bound = modulo::bounds(dfg, &trial.srp).min_ii();
+    Some(Change {
+        edits: trial.edits.clone(),
+        ii: lower(dfg, &trial.srp, ii, options, watch)?,
+    })
+}
+
+/// The II of a loop on a changed machine, where it is below `ii`. Most changes do not help, so each is tried with a part of
+/// the effort first.
+pub fn lower(dfg: &Dfg, srp: &Srp, ii: u32, options: &Options, watch: &dyn Watch) -> Option<u32> {
+    let bound = modulo::bounds(dfg, srp).min_ii();
     if watch.cancelled() || bound >= ii {
         return None;
     }
     let reached = |options: &Options| {
-        let scheduled = modulo::schedule(dfg, &trial.srp, options, watch).ok()?;
+        let scheduled = modulo::schedule(dfg, srp, options, watch).ok()?;
         Some(scheduled.schedule.ii)
     };
     // The II alone is asked for.
@@ -266,13 +274,9 @@ fn attempt(
         ..*options
     };
     let first = reached(&part).filter(|&reached| reached < ii)?;
-    let best = match first > bound {
+    Some(match first > bound {
         true => reached(options).map_or(first, |again| again.min(first)),
         false => first,
-    };
-    Some(Change {
-        edits: trial.edits.clone(),
-        ii: best,
     })
 }
 

@@ -38,6 +38,7 @@ pub mod functional;
 pub mod hard_cases;
 pub mod jobs;
 pub mod kernel;
+mod larger;
 pub mod loops;
 pub mod map;
 pub mod paper;

@@ -1,5 +1,6 @@
 //! Bare dataflow graphs on an array: the II of each, its bounds, and the obstacles to a lower one.
 
+use crate::larger;
 use crate::loops::{Change, WhatIf};
 use crate::proofs::{Impossible, Search};
 use crate::settings;
@@ -255,9 +256,19 @@ fn changes(
         set: settings::of(&change.edits, arch, options.machine),
         ii: change.ii,
     };
+    let mut changes: Vec<Change> = found.changes.iter().map(change).collect();
+    let arrays = larger::of(arch, options.machine);
+    for (i, ii) in larger::lower(&arrays, dfg, ii, &search, (threads, watch)) {
+        changes.push(Change {
+            what: arrays[i].what.to_owned(),
+            set: vec![arrays[i].setting.clone()],
+            ii,
+        });
+    }
+    changes.sort_by_key(|change| change.ii);
     WhatIf {
-        tried: found.tried,
-        changes: found.changes.iter().map(change).collect(),
+        tried: found.tried + arrays.len() as u32,
+        changes,
     }
 }
 

@@ -136,3 +136,34 @@ void apart(const int *a, int *b, int n)
     write(&folder, "said.c", &said);
     assert_eq!(report("said.c")[1]["ii"], *ii);
 }
+
+/// Larger arrays are tried too, and the setting makes what is promised.
+#[test]
+fn a_row_or_a_column_more_is_tried() {
+    let folder = folder("what_if_larger");
+    let nodes = (0..6).map(|i| format!("n{i} [op=add];"));
+    let nodes: String = nodes.collect();
+    write(&folder, "six.dot", &format!("digraph {{ {nodes} }}"));
+    let mesh = ["map", "six.dot", "--mesh", "2x2", "--json"];
+    let map = |more: &[&str]| -> Value {
+        let text = stdout(&folder, &[&mesh[..], more].concat(), 0);
+        serde_json::from_str(&text).expect("JSON")
+    };
+    let report = map(&["--what-if"]);
+    assert_eq!(report["graphs"][0]["mapping"]["ii"], 2);
+    let changes = report["graphs"][0]["what_if"]["changes"]
+        .as_array()
+        .expect("changes");
+    for (what, setting) in [
+        ("one more row of units", "array.rows=3"),
+        ("one more column of units", "array.cols=3"),
+    ] {
+        let change = changes.iter().find(|change| change["what"] == what);
+        let change = change.expect(what);
+        assert_eq!(
+            (&change["ii"], &change["set"][0]),
+            (&1.into(), &setting.into())
+        );
+        assert_eq!(map(&["--set", setting])["graphs"][0]["mapping"]["ii"], 1);
+    }
+}

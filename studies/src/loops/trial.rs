@@ -2,6 +2,7 @@
 
 use super::model::{Advice, Change, LoopReport, Lowered, Ordered, Report, WhatIf};
 use super::{Subject, hint};
+use crate::larger::{self, Larger};
 use crate::settings;
 use srp_archdesc::arch::{Arch, Srp};
 use srp_archdesc::watch::Stage;
@@ -19,6 +20,8 @@ const RESTRICT_EFFORT: u64 = 200_000;
 enum Remedy {
     /// Another machine.
     Machine(Vec<Edit>),
+    /// A larger array.
+    Larger(Larger),
     /// Knowledge that accesses to different objects never meet, which nothing shows.
     Apart,
     /// Knowledge that iterations never meet in an element of an object either.
@@ -37,6 +40,7 @@ impl Remedy {
     fn in_words(&self, machine: Machine<'_>) -> String {
         match self {
             Remedy::Machine(edits) => what_if::in_words(edits, &machine.arch.srp),
+            Remedy::Larger(larger) => larger.what.to_owned(),
             Remedy::Apart => {
                 "accesses known never to meet (named arrays, or `restrict` pointers)".to_owned()
             }
@@ -51,6 +55,7 @@ impl Remedy {
     fn settings(&self, machine: Machine<'_>) -> Vec<String> {
         match (self, machine.text) {
             (Remedy::Machine(edits), Some(text)) => settings::of(edits, machine.arch, text),
+            (Remedy::Larger(larger), _) => vec![larger.setting.clone()],
             _ => Vec::new(),
         }
     }
@@ -90,12 +95,15 @@ pub(super) fn try_changes(
     session: &Session<'_>,
 ) {
     let srp = &machine.arch.srp;
+    let larger = machine
+        .text
+        .map_or_else(Vec::new, |text| larger::of(machine.arch, text));
     let all = report.loops.len() + report.not_pipelined.len();
     let stage = Stage::of(session.watch, "what if", all as u64);
     let (mut on_array, mut refused) = (Vec::new(), Vec::new());
     for l in &mut report.loops {
         if let Some((schedule, facts)) = subject.find(&l.kernel) {
-            let tried = of_loop(l, schedule, srp, session);
+            let tried = of_loop(l, schedule, (srp, &larger), session);
             l.what_if = Some(tried.report(machine));
             l.hint = hint::of(l, facts, srp);
             on_array.push(tried);
@@ -104,7 +112,7 @@ pub(super) fn try_changes(
     }
     for n in &mut report.not_pipelined {
         if let Some(dfg) = subject.refused(&n.kernel) {
-            let tried = of_machine(dfg, None, srp, session);
+            let tried = of_machine(dfg, None, (srp, &larger), session);
             n.what_if = Some(tried.report(machine));
             refused.push(tried);
         }
@@ -148,21 +156,37 @@ pub(super) fn try_restrict(
 }
 
 /// Changes of the machine alone that bring an II below `ii`, or a loop onto the array.
-fn of_machine(dfg: &Dfg, ii: Option<u32>, srp: &Srp, session: &Session<'_>) -> Tried {
+fn of_machine(
+    dfg: &Dfg,
+    ii: Option<u32>,
+    (srp, larger): (&Srp, &[Larger]),
+    session: &Session<'_>,
+) -> Tried {
     let options = modulo::Options::default();
     let below = ii.unwrap_or(u32::MAX);
     let found = what_if(dfg, srp, below, &options, session.threads, session.watch);
     let remedy = |change: what_if::Change| (Remedy::Machine(change.edits), change.ii);
+    let mut remedies: Vec<(Remedy, u32)> = found.changes.into_iter().map(remedy).collect();
+    let on = (session.threads, session.watch);
+    for (i, ii) in larger::lower(larger, dfg, below, &options, on) {
+        remedies.push((Remedy::Larger(larger[i].clone()), ii));
+    }
+    remedies.sort_by_key(|&(_, ii)| ii);
     Tried {
         kernel: dfg.name.clone(),
         ii,
-        count: found.tried,
-        remedies: found.changes.into_iter().map(remedy).collect(),
+        count: found.tried + larger.len() as u32,
+        remedies,
     }
 }
 
-fn of_loop(l: &LoopReport, schedule: &ModuloSchedule, srp: &Srp, session: &Session<'_>) -> Tried {
-    let mut tried = of_machine(&schedule.dfg, Some(schedule.ii), srp, session);
+fn of_loop(
+    l: &LoopReport,
+    schedule: &ModuloSchedule,
+    (srp, larger): (&Srp, &[Larger]),
+    session: &Session<'_>,
+) -> Tried {
+    let mut tried = of_machine(&schedule.dfg, Some(schedule.ii), (srp, larger), session);
     let apart: Vec<&Ordered> = l.ordered.iter().filter(|o| !o.in_one_object).collect();
     let all: Vec<&Ordered> = l.ordered.iter().collect();
     let mut last = schedule.ii;
