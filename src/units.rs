@@ -195,7 +195,7 @@ fn line(out: &mut String, name: &str, c: &Certificate) -> std::fmt::Result {
     };
     writeln!(
         out,
-        "{name:<11}{made:<45}{bound:>11}{:>13.4}  {:<#10x}{:>11.4}{:>7.1}{:>10.3}%{:>10}{:>8}",
+        "{name:<11}{made:<45}{bound:>11} {:>12.4}  {:<#10x}{:>11.4}{:>7.1}{:>10.3}%{:>10}{:>8}",
         c.worst_ulp,
         c.worst_at,
         c.mean_ulp,

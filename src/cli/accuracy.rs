@@ -89,7 +89,7 @@ pub(crate) struct Kernel {
     /// The function, or the benchmark of an FPCore file; all that have ranges where none is named
     #[arg(long, value_name = "NAME")]
     function: Option<String>,
-    /// Evaluations that are drawn from the ranges
+    /// Evaluations that are drawn from the ranges, rounded up to whole calls of the function's loop, 256 of them each
     #[arg(long, value_name = "N", default_value = "1024", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     points: u32,
     /// Folder to look for included files in, after that of the including file

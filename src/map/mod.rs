@@ -78,6 +78,7 @@ pub(crate) fn run(args: &Map) -> Result<i32, Failure> {
             ));
         }
     }
+    let mut proof = Ok(());
     if let Some(path) = &args.proof {
         let mapped = results.iter().filter_map(|r| r.mapped.as_ref());
         let proved: Vec<Proved<'_>> = mapped
@@ -88,7 +89,7 @@ pub(crate) fn run(args: &Map) -> Result<i32, Failure> {
                 impossible: &scheduled.impossible,
             })
             .collect();
-        proof::write(path, &proved, &arch, &session)?;
+        proof = proof::write(path, &proved, &arch, &session);
     }
     let table = Table {
         machine: arch.name.clone(),
@@ -99,6 +100,8 @@ pub(crate) fn run(args: &Map) -> Result<i32, Failure> {
     } else {
         talk::print(text::table(&table))?;
     }
+    // What was mapped is told also where there is nothing to prove.
+    proof?;
     if interrupt::requested() {
         return Err(Failure::Interrupted);
     }

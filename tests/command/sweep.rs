@@ -265,6 +265,21 @@ fn what_makes_no_sense_is_refused() {
         &["sweep", "--set", "array.rows=4", "--build", "0123"],
         &["another build of srp"],
     );
+    write(&folder, "p.c", "int main(void) { return 0; }\n");
+    let energy = [
+        "sweep",
+        "--program",
+        "p.c",
+        "--set",
+        "array.rows=2,4",
+        "--measure",
+        "energy",
+    ];
+    misused(
+        &folder,
+        &energy,
+        &["a program has no energy", "ii, cycles or area"],
+    );
     misused(
         &folder,
         &["sweep", "--set", "aray.rows=4,5"],

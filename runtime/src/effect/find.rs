@@ -70,6 +70,9 @@ impl FromIterator<Finding> for Effects {
     }
 }
 
+/// Why a scene calls for nothing that secondary rays do.
+const NO_RAYS: &str = "no secondary rays are asked for (--bounces 0)";
+
 impl View<'_> {
     fn of(scene: &Scene) -> View<'_> {
         let mut faces = vec![0; scene.materials.len()];
@@ -112,12 +115,15 @@ impl View<'_> {
             Effect::TintedShadow => self.passing(),
             // What is not there sends no light, though nothing behind it is seen.
             Effect::Transparency if options.bounces == 0 => {
-                self.pictures("map_d", |m| self.scene.has_holes(m.dissolve_map))
+                let (on, text) = self.pictures("map_d", |m| self.scene.has_holes(m.dissolve_map));
+                match on {
+                    true => (on, text),
+                    false => (on, format!("no material has holes, and {NO_RAYS}")),
+                }
             }
-            Effect::Reflection | Effect::Fresnel | Effect::Refraction if options.bounces == 0 => (
-                false,
-                "no secondary rays are asked for (--bounces 0)".to_owned(),
-            ),
+            Effect::Reflection | Effect::Fresnel | Effect::Refraction if options.bounces == 0 => {
+                (false, NO_RAYS.to_owned())
+            }
             // What bends light mirrors all of it beyond the critical angle.
             Effect::Reflection => {
                 self.materials(&["illum", "Ks", "Ni"], |s| s.mirrors() || bends(s))
@@ -163,10 +169,11 @@ impl View<'_> {
 
     fn count(&self, least: usize) -> (bool, String) {
         let (emit, all) = (self.lights, self.scene.lights.len());
-        (
-            emit >= least,
-            format!("{emit} of {all} lights send out light"),
-        )
+        let text = format!("{emit} of {all} lights send out light");
+        match emit >= least || least == 1 {
+            true => (emit >= least, text),
+            false => (false, format!("{text}, and it is for {least} at least")),
+        }
     }
 
     /// True if light goes through a used material, or through holes in it; with the witness.

@@ -8,7 +8,7 @@ use srp_archdesc::diagnostic::Source;
 use srp_archdesc::nearest::nearest;
 use srp_ir::interp::SYSTEM_BASE;
 use srp_toolchain::{Function, Interface, Options, Shape};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -489,13 +489,33 @@ impl Driver {
     }
 }
 
+/// Why there is nothing to study: no range, or one of a name that no function and no object has.
+fn unranged(source: &Source, question: &Question, interface: &Interface) -> Error {
+    let parameters = interface.functions.iter().flat_map(|f| &f.params);
+    let parameters = parameters.map(|(name, _)| name.as_str());
+    let objects = interface.objects.iter().map(|o| o.name.as_str());
+    let known: BTreeSet<&str> = parameters.chain(objects).collect();
+    let unknown = question
+        .ranges
+        .iter()
+        .find(|(name, ..)| !known.contains(name.as_str()));
+    Error::invalid(match unknown {
+        Some((name, ..)) => format!(
+            "{}: no function has a parameter `{name}`, nor is there an object of numbers of this name; there are {}",
+            source.name,
+            Vec::from_iter(known).join(", ")
+        ),
+        None => format!(
+            "{}: no parameter or object has a range: --range NAME=LOW:HIGH, or #pragma srp range(NAME, LOW, HIGH) before a function",
+            source.name
+        ),
+    })
+}
+
 /// A whole program, whose objects are its inputs and outputs.
 fn program(source: &Source, question: &Question, interface: &Interface) -> Result<Kernel, Error> {
     if !interface.functions.iter().any(|f| f.name == "main") {
-        return Err(Error::invalid(format_args!(
-            "{}: no parameter or object has a range: --range NAME=LOW:HIGH, or #pragma srp range(NAME, LOW, HIGH) before a function",
-            source.name
-        )));
+        return Err(unranged(source, question, interface));
     }
     let mut ranges: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
     for stated in &interface.ranges {

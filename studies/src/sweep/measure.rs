@@ -77,6 +77,17 @@ impl Measure {
         })
     }
 
+    /// Refuses what only frames have.
+    pub(super) fn check_of_program(self) -> Result<(), Error> {
+        match self {
+            Measure::Energy | Measure::Psnr => Err(Error::Invalid(format!(
+                "a program has no {}, which is of frames: measure ii, cycles or area, or sweep a scene",
+                self.name()
+            ))),
+            Measure::Ii | Measure::Cycles | Measure::Area => Ok(()),
+        }
+    }
+
     /// Refuses what a level of simulation does not know.
     pub(super) fn check(self, level: Fidelity) -> Result<(), Error> {
         let known = match self {

@@ -251,6 +251,11 @@ impl Plan {
         let measures = file.measures()?;
         let parameters = file.parameters()?;
         let fidelity = level(file.level())?;
+        if file.scenes.is_empty() && !file.programs.is_empty() {
+            for measure in &measures {
+                measure.check_of_program()?;
+            }
+        }
         if !(parameters.iter()).any(|parameter| parameter.target == Target::Level) {
             for measure in &measures {
                 measure.check(fidelity)?;

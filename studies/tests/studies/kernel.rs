@@ -205,7 +205,12 @@ fn what_cannot_be_studied_is_said() {
     };
     let f = "float f(float x, float y) { return x + y; }\n";
     assert!(refused(f, ranges(&[("x", 0.0, 1.0)])).contains("`y` without a range"));
-    assert!(refused(f, ranges(&[("z", 0.0, 1.0)])).contains("no parameter or object has a range"));
+    let unknown = refused(f, ranges(&[("z", 0.0, 1.0)]));
+    assert!(
+        unknown.contains("parameter `z`") && unknown.contains("there are x, y"),
+        "{unknown}"
+    );
+    assert!(refused(f, ranges(&[])).contains("no parameter or object has a range"));
     assert!(
         refused(
             "double f(double x) { return x; }\n",
