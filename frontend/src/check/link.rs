@@ -2,7 +2,7 @@
 
 use super::{Checker, Symbol};
 use crate::ast;
-use crate::ctype::{Type, TypeId};
+use crate::ctype::{Difference, Record, Type, TypeId};
 use crate::library;
 use crate::message::{REDECLARED, UNDEFINED};
 use crate::source::Name;
@@ -195,16 +195,63 @@ impl Checker<'_> {
                 self.show(new),
                 self.show(old)
             );
-            let message = self.sources.error(REDECLARED, span, text, "");
-            let message = self.sources.also(message, before, "declared here");
+            let mut message = self.sources.error(REDECLARED, span, text, "");
+            if before != Span::default() {
+                message = self.sources.also(message, before, "declared here");
+            }
+            if let Some(difference) = self.types.difference(old, new) {
+                message = message.note(self.difference(difference));
+            }
             self.messages.push(message);
-            return old;
+            // What uses the name by either declaration is no further mistake.
+            return self.types.known.error;
         }
         match self.types.get(old) {
             Type::Array(_, None) => new,
             // One defined in the old style stays as it takes its arguments.
             Type::Function(signature) if signature.open && signature.params.is_empty() => new,
             _ => old,
+        }
+    }
+}
+
+impl Checker<'_> {
+    /// Tells where two records of one tag differ.
+    fn difference(&self, difference: Difference) -> String {
+        let (old, new) = difference.records;
+        let name = self.types.record_name(new);
+        let [old, new] = [old, new].map(|record| &self.types.records[record]);
+        let place = self.sources.show(old.span);
+        let Some(number) = difference.member else {
+            return format!("{name} is laid out otherwise at {place}");
+        };
+        let member = |record: &Record| {
+            let field = record.fields.as_ref()?.get(number)?;
+            let mut text = self
+                .types
+                .declares(field.ty, field.name.as_deref().unwrap_or(""));
+            if let Some(bits) = field.bits {
+                text += &format!(" : {}", bits.width);
+            }
+            Some(format!("`{text}`"))
+        };
+        let ordinal = number + 1;
+        match (member(new), member(old)) {
+            (Some(new), Some(old)) if new == old => {
+                format!(
+                    "member {ordinal} of {name}, {new}, is another type or lies elsewhere at {place}"
+                )
+            }
+            (Some(new), Some(old)) => {
+                format!("member {ordinal} of {name} is {new} here and {old} at {place}")
+            }
+            (Some(new), None) => {
+                format!("{name} has a member {ordinal}, {new}, here and none at {place}")
+            }
+            (None, old) => {
+                let old = old.unwrap_or_default();
+                format!("{name} has no member {ordinal} here and {old} at {place}")
+            }
         }
     }
 }

@@ -126,6 +126,7 @@ impl Checker<'_> {
             nesting: 1,
             constant: false,
             span,
+            unit: self.number,
         })
     }
 
