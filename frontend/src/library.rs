@@ -7,6 +7,7 @@
 use crate::ast::{Derived, ExprKind, Item, Spec, Storage, Unit};
 use crate::source::Name;
 use srp_archdesc::diagnostic::Source;
+use srp_archdesc::nearest::nearest;
 use srp_kernels::{File, libc};
 use std::collections::{BTreeSet, HashSet};
 
@@ -136,6 +137,81 @@ fn defined(text: &'static str) -> impl Iterator<Item = &'static str> {
         let start = head.rfind(|c: char| !c.is_ascii_alphanumeric() && c != '_')?;
         Some(&head[start + 1..])
     })
+}
+
+/// A name that a header declares or defines.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Known {
+    pub(crate) name: &'static str,
+    /// It is a macro.
+    is_macro: bool,
+    header: &'static File,
+}
+
+/// The names that the headers of the library and `srp.h` have for programs.
+pub(crate) fn known_names() -> impl Iterator<Item = Known> {
+    let srp = srp_kernels::header("srp.h");
+    let headers = libc::HEADERS.iter().chain(srp);
+    headers.flat_map(|header| {
+        let names = header.text.lines().filter_map(|line| {
+            let (name, is_macro) = match line.strip_prefix("#define ") {
+                Some(rest) => (rest.split(|c| !is_letter(c)).next()?, true),
+                None => (declared(line)?, false),
+            };
+            let known = Known {
+                name,
+                is_macro,
+                header,
+            };
+            Some(known).filter(|known| !known.name.starts_with('_'))
+        });
+        // `srp.h` has operations for all, and names for other compilers.
+        names.filter(|known| known.header.name != "srp.h" || known.name.starts_with("srp_"))
+    })
+}
+
+/// The name that a line of a header declares: a function, an object or a type.
+fn declared(line: &'static str) -> Option<&'static str> {
+    if !line.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
+        return None;
+    }
+    let end = match line.starts_with("typedef ") {
+        true => line.rfind(';')?,
+        false => line.find(['(', ';', '='])?,
+    };
+    let head = line[..end].trim_end();
+    let start = head.rfind(|c| !is_letter(c))?;
+    Some(&head[start + 1..]).filter(|name| !name.is_empty())
+}
+
+fn is_letter(c: char) -> bool {
+    c.is_ascii_alphanumeric() || c == '_'
+}
+
+/// Advice to include the header that has a name.
+pub(crate) fn header_of(name: &str) -> Option<String> {
+    let known = known_names().find(|known| known.name == name)?;
+    let include = match known.header.name {
+        "srp.h" => "\"srp.h\"".to_owned(),
+        header => format!("<{header}>"),
+    };
+    let verb = if known.is_macro && known.header.name != "srp.h" {
+        "defines"
+    } else {
+        "declares"
+    };
+    Some(format!("`#include {include}` {verb} it"))
+}
+
+/// `did you mean …?` with the header of the product nearest to a name that no file has.
+pub(crate) fn nearest_header(name: &str) -> Option<String> {
+    let headers = libc::HEADERS.iter().chain(srp_kernels::HEADERS);
+    let near = nearest(name, headers.map(|header| header.name))?;
+    let near = match libc::header(near) {
+        Some(_) => format!("<{near}>"),
+        None => format!("\"{near}\""),
+    };
+    Some(format!("did you mean `{near}`?"))
 }
 
 /// True when `srp.h` declares a function of this name.

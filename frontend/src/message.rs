@@ -215,6 +215,17 @@ impl Messages {
         self.list.push(message);
     }
 
+    /// Adds an error in place of the warnings of a code about the same place.
+    pub(crate) fn replace(&mut self, code: Code, error: Diagnostic) {
+        self.list.retain(|m| {
+            m.code != code.0
+                || m.severity == Severity::Error
+                || m.file != error.file
+                || m.primary != error.primary
+        });
+        self.push(error);
+    }
+
     /// How many errors there are.
     pub fn errors(&self) -> usize {
         self.errors

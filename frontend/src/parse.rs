@@ -4,6 +4,7 @@
 use crate::ast::Unit;
 use crate::ast::build::Builder;
 use crate::classify::classify;
+use crate::library;
 use crate::message::{LIMIT, Messages, SYNTAX};
 use crate::options::Options;
 use crate::preprocess::preprocess;
@@ -11,6 +12,8 @@ use crate::source::SourceMap;
 use crate::token::{Fixed, FloatConst, Tok, Token, tokens};
 use crate::trouble::Trouble;
 use srp_archdesc::diagnostic::{Diagnostic, Source, Span};
+use srp_archdesc::nearest::nearest;
+use std::collections::BTreeSet;
 
 #[allow(missing_docs, unreachable_pub, unused, clippy::all, clippy::pedantic)]
 mod grammar {
@@ -197,11 +200,46 @@ fn explain(
                     })
                 ) =>
             {
-                Some(message.help(format!("`{name}` is not known as a type")))
+                Some(message.help(unknown_type(name, tokens)))
+            }
+            Tok::Ident(name)
+                if matches!(
+                    token,
+                    Some(Token {
+                        tok: Tok::Int(_) | Tok::Float(_),
+                        ..
+                    })
+                ) =>
+            {
+                Some(match nearest(name, ["return", "case"]) {
+                    Some(near) => message.help(format!("did you mean `{near}`?")),
+                    None => message,
+                })
             }
             _ => Some(message),
         },
         _ => Some(message),
+    }
+}
+
+/// Advice about a name that stands where a type, or another keyword, was probably meant.
+fn unknown_type(name: &str, tokens: &[Token]) -> String {
+    let text = format!("`{name}` is not known as a type");
+    if let Some(header) = library::header_of(name) {
+        return format!("{text}: {header}");
+    }
+    let types: BTreeSet<&str> = tokens
+        .iter()
+        .filter_map(|token| match &token.tok {
+            Tok::TypeName(name) => Some(&**name),
+            _ => None,
+        })
+        .collect();
+    let keywords = Fixed::ALL.iter().map(|fixed| fixed.text());
+    let keywords = keywords.filter(|text| text.starts_with(|c: char| c.is_ascii_lowercase()));
+    match nearest(name, types.into_iter().chain(keywords)) {
+        Some(near) => format!("{text}; did you mean `{near}`?"),
+        None => text,
     }
 }
 

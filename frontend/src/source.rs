@@ -40,6 +40,8 @@ pub struct SourceMap {
     expansions: BTreeMap<Span, Expansion>,
     /// The ranges that `#pragma srp range` has stated, in the order of the text.
     pub(crate) ranges: Vec<Range>,
+    /// The macros that the program defines.
+    pub(crate) macros: BTreeSet<Name>,
 }
 
 /// The range that a `#pragma srp range(name, low, high)` states.
@@ -100,6 +102,12 @@ impl SourceMap {
     /// The name of a file.
     pub fn name(&self, file: SourceFile) -> &str {
         &self.files[file].source.name
+    }
+
+    /// True if a place lies in a file of the library.
+    pub(crate) fn is_library(&self, span: Span) -> bool {
+        let file = self.file(span);
+        file.is_some_and(|file| srp_kernels::libc::at(self.name(file)).is_some())
     }
 
     /// The names of all files, in order: what [`Program::files`](srp_ir::Program::files) wants.

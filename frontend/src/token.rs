@@ -16,6 +16,9 @@ macro_rules! fixed {
         pub enum Fixed { $(#[doc = concat!("`", $text, "`")] $name,)* }
 
         impl Fixed {
+            /// All of them.
+            pub(crate) const ALL: &'static [Fixed] = &[$(Fixed::$name,)*];
+
             /// The spelling.
             pub fn text(self) -> &'static str {
                 match self { $(Fixed::$name => $text,)* }

@@ -179,7 +179,8 @@ impl Checker<'_> {
         };
         let Some(found) = self.types.field(record, name) else {
             let text = format!("{} has no member `{name}`", self.show(outer.ty));
-            self.error(MEMBER, at, text, "");
+            let advice = self.advice_for_member(record, name);
+            self.error_advice(MEMBER, at, text, advice);
             return Operand::Value(self.error_value(span));
         };
         let ty = QualType {

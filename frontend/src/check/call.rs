@@ -11,6 +11,7 @@ use crate::source::Name;
 use crate::typed::*;
 use srp_archdesc::diagnostic::{Severity, Span};
 use srp_archdesc::isa::{Class, Kind, Opcode};
+use srp_archdesc::nearest::nearest;
 use srp_archdesc::structure::Special;
 
 /// The meaning of an operation's name.
@@ -58,6 +59,15 @@ fn operation(name: &str) -> Option<Operation> {
         vector
     };
     fits.then_some(Operation::Opcode(op, float))
+}
+
+/// The names of all operations, without `__srp_`.
+fn operation_names() -> impl Iterator<Item = &'static str> {
+    let names = library::known_names().filter_map(|known| known.name.strip_prefix("srp_"));
+    let opcodes = Opcode::ALL.iter().map(|op| op.name());
+    names
+        .chain(opcodes)
+        .filter(|name| operation(name).is_some())
 }
 
 /// True if C takes an opcode's integer result as unsigned.
@@ -171,7 +181,15 @@ impl Checker<'_> {
         let builtin = **name != *plain;
         if !builtin {
             let text = format!("the function `{name}` is called but not declared");
-            self.warning(IMPLICIT_FUNCTION, span, text);
+            let advice = self.advice_for_name(name);
+            if !self.is_library(span) {
+                let message = self.sources.warning(IMPLICIT_FUNCTION, span, text, "");
+                self.messages.push(match &advice {
+                    Some(advice) => message.help(advice.clone()),
+                    None => message,
+                });
+            }
+            self.implicit.insert(span, advice);
         }
         let externals = &self.externals.names;
         let found = externals.get(name).or_else(|| externals.get(plain));
@@ -235,7 +253,10 @@ impl Checker<'_> {
             }
             None => {
                 let text = format!("there is no operation `{name}`");
-                self.error(CALL, span, text, "");
+                let names = operation_names().filter(|known| known.len() > 2);
+                let near = nearest(operation_name, names);
+                let advice = near.map(|near| format!("did you mean `__srp_{near}`?"));
+                self.error_advice(CALL, span, text, advice);
                 self.error_value(span)
             }
         }

@@ -210,7 +210,8 @@ impl Checker<'_> {
             Some((Symbol::Typedef(ty), _)) => ty,
             _ => {
                 let text = format!("`{name}` is not declared as a type");
-                self.error(UNDECLARED, span, text, "");
+                let advice = self.advice_for_type(name);
+                self.error_advice(UNDECLARED, span, text, advice);
                 QualType::plain(self.types.known.error)
             }
         }
@@ -433,7 +434,11 @@ impl Checker<'_> {
                 self.show(ty)
             ),
         };
-        self.error(BAD_TYPE, span, text, "");
+        let advice = match *self.types.get(ty) {
+            Type::Record(record) => self.advice_for_record(record),
+            _ => None,
+        };
+        self.error_advice(BAD_TYPE, span, text, advice);
         false
     }
 }

@@ -237,7 +237,8 @@ impl Checker<'_> {
                     true => format!("`{name}` is an operation and can only be called"),
                     false => format!("`{name}` is not declared"),
                 };
-                self.error(UNDECLARED, span, text, "");
+                let advice = self.advice_for_name(name);
+                self.error_advice(UNDECLARED, span, text, advice);
                 Operand::Value(self.error_value(span))
             }
         }

@@ -358,7 +358,8 @@ impl Checker<'_> {
                     }
                 }
                 let text = format!("{} has no member `{name}`", self.show(ty));
-                self.error(INITIALISER, *at, text, "");
+                let advice = self.advice_for_member(record, name);
+                self.error_advice(INITIALISER, *at, text, advice);
                 None
             }
             _ => {

@@ -4,7 +4,7 @@ use super::{Checker, Symbol};
 use crate::ast;
 use crate::ctype::{Difference, Record, Type, TypeId};
 use crate::library;
-use crate::message::{REDECLARED, UNDEFINED};
+use crate::message::{IMPLICIT_FUNCTION, REDECLARED, UNDEFINED};
 use crate::source::Name;
 use crate::typed::*;
 use srp_archdesc::diagnostic::Span;
@@ -122,6 +122,16 @@ impl Checker<'_> {
         }
         missing.sort();
         for (span, name) in missing {
+            if let Some(advice) = self.implicit.remove(&span) {
+                let text = format!("the function `{name}` is neither declared nor defined");
+                let mut message = self.sources.error(UNDEFINED, span, text, "");
+                message.help = match NOT_IN_LIBRARY.contains(&name.as_str()) {
+                    true => Some("this C library has no such function".to_owned()),
+                    false => advice,
+                };
+                self.messages.replace(IMPLICIT_FUNCTION, message);
+                continue;
+            }
             let text = format!("`{name}` is used but defined in no source");
             let help = match name.as_str() {
                 name if NOT_IN_LIBRARY.contains(&name) => "this C library has no such function",

@@ -4,6 +4,7 @@
 //! gives a value of [`Type::Error`], which fits everywhere, so that one mistake makes one message.
 
 mod access;
+mod advice;
 mod attribute;
 mod binary;
 mod builtin;
@@ -191,6 +192,8 @@ struct Checker<'a> {
     enumerations: HashMap<Span, Span>,
     /// The warning about `volatile` has been given.
     told_volatile: bool,
+    /// Calls of functions that are not declared, with advice about the name.
+    implicit: HashMap<Span, Option<String>>,
 }
 
 impl<'a> Checker<'a> {
@@ -222,6 +225,7 @@ impl<'a> Checker<'a> {
             choices,
             enumerations: HashMap::new(),
             told_volatile: false,
+            implicit: HashMap::new(),
         }
     }
 
@@ -253,6 +257,15 @@ impl<'a> Checker<'a> {
             .push(self.sources.error(code, span, text, label));
     }
 
+    /// An error with advice, where there is some.
+    fn error_advice(&mut self, code: Code, span: Span, text: String, advice: Option<String>) {
+        let message = self.sources.error(code, span, text, "");
+        self.messages.push(match advice {
+            Some(advice) => message.help(advice),
+            None => message,
+        });
+    }
+
     fn error_help(&mut self, code: Code, span: Span, text: impl Into<String>, help: &str) {
         let message = self.sources.error(code, span, text, "").help(help);
         self.messages.push(message);
@@ -260,8 +273,7 @@ impl<'a> Checker<'a> {
 
     /// True if a place lies in the library, for which only errors are reported.
     fn is_library(&self, span: Span) -> bool {
-        let file = || self.sources.file(span).map(|file| self.sources.name(file));
-        self.in_library || file().is_some_and(|name| crate::library::text(name).is_some())
+        self.in_library || self.sources.is_library(span)
     }
 
     fn warning(&mut self, code: Code, span: Span, text: impl Into<String>) {

@@ -273,7 +273,9 @@ impl Checker<'_> {
                 return None;
             }
             None => {
-                self.error(UNDECLARED, span, format!("`{name}` is not declared"), "");
+                let advice = self.advice_for_name(name);
+                let text = format!("`{name}` is not declared");
+                self.error_advice(UNDECLARED, span, text, advice);
                 return None;
             }
         };

@@ -8,11 +8,21 @@ use crate::message::{
 };
 use crate::source::{Name, Range};
 use srp_archdesc::diagnostic::Span;
+use srp_archdesc::nearest::nearest;
 use srp_ir::program::SourceFile;
 use std::rc::Rc;
 
 /// Functions that `#pragma srp precision` is for.
 const PRECISION: [&str; 4] = ["rcp", "rsqrt", "sqrt", "div"];
+
+/// The words after `#pragma srp`.
+const PRAGMAS: [&str; 5] = ["kernel", "unroll", "independent", "precision", "range"];
+
+/// The words after `#`.
+const DIRECTIVES: [&str; 13] = [
+    "include", "define", "undef", "if", "ifdef", "ifndef", "elif", "else", "endif", "error",
+    "warning", "pragma", "line",
+];
 
 /// Largest count of `#pragma srp unroll`.
 pub(crate) const MAX_UNROLL: u32 = 64;
@@ -60,7 +70,11 @@ impl Preprocessor<'_> {
             "ident" => {}
             other => {
                 let text = format!("`#{other}` is no directive of this compiler");
-                self.error(DIRECTIVE, span, text, "");
+                let message = self.sources.error(DIRECTIVE, span, text, "");
+                self.messages.push(match nearest(other, DIRECTIVES) {
+                    Some(near) => message.help(format!("did you mean `#{near}`?")),
+                    None => message,
+                });
             }
         }
     }
@@ -184,6 +198,9 @@ impl Preprocessor<'_> {
             let message = self.sources.also(message, old.span, "defined before here");
             self.messages.push(message);
         }
+        if !name.text.starts_with('_') && !self.sources.is_library(name.span) {
+            self.sources.macros.insert(name.text.clone());
+        }
         self.macros.insert(name.text.clone(), Rc::new(made));
     }
 
@@ -275,11 +292,13 @@ impl Preprocessor<'_> {
             ["ivdep"] | ["GCC", "ivdep"] => self.emit_pragma(span, "ivdep"),
             ["srp", "precision", ..] => self.precision(span, &rest[2..]),
             ["srp", "range", ..] => self.range(span, &rest[2..]),
-            ["srp", ..] => {
-                let message = self
-                    .sources
-                    .error(PRAGMA, span, "unknown `srp` pragma", "")
-                    .help("there are `kernel`, `unroll N`, `independent(NAME, …)`, `precision(FUNCTION, BITS)` and `range(NAME, LOW, HIGH)`");
+            ["srp", rest @ ..] => {
+                let message = self.sources.error(PRAGMA, span, "unknown `srp` pragma", "");
+                let near = rest.first().and_then(|word| nearest(word, PRAGMAS));
+                let message = match near {
+                    Some(near) => message.help(format!("did you mean `{near}`?")),
+                    None => message.help("there are `kernel`, `unroll N`, `independent(NAME, …)`, `precision(FUNCTION, BITS)` and `range(NAME, LOW, HIGH)`"),
+                };
                 self.messages.push(message);
             }
             ["push_macro", "(", name, ")"] if name.starts_with('"') => {
@@ -308,7 +327,11 @@ impl Preprocessor<'_> {
                 let message = self
                     .sources
                     .warning(IGNORED, span, "unknown pragma is ignored", "");
-                self.messages.push(message);
+                let follows = words.get(1).is_some_and(|word| PRAGMAS.contains(word));
+                self.messages.push(match follows {
+                    true => message.help("did you mean `#pragma srp`?"),
+                    false => message,
+                });
             }
         }
     }
@@ -366,7 +389,13 @@ impl Preprocessor<'_> {
                     "`precision` takes one of {} and a number of bits from 1 to 24: precision(rcp, 12)",
                     PRECISION.join(", ")
                 );
-                self.error(PRAGMA, span, text, "");
+                let message = self.sources.error(PRAGMA, span, text, "");
+                let function = rest.get(1).map_or("", |token| &*token.text);
+                let near = nearest(function, PRECISION).filter(|near| *near != function);
+                self.messages.push(match near {
+                    Some(near) => message.help(format!("did you mean `{near}`?")),
+                    None => message,
+                });
             }
         }
     }

@@ -376,10 +376,9 @@ impl Preprocessor<'_> {
             }
             Included::Missing => {
                 let text = format!("file `{name}` was not found");
-                let message = self
-                    .sources
-                    .error(INCLUDE, span, text, "")
-                    .help("includes are looked up beside the file, in the folders of `-I`, and in the kernel directory");
+                let message = self.sources.error(INCLUDE, span, text, "");
+                let near = library::nearest_header(name);
+                let message = message.help(near.as_deref().unwrap_or("includes are looked up beside the file, in the folders of `-I`, and in the kernel directory"));
                 return self.messages.push(message);
             }
         };
