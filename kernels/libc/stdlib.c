@@ -3,6 +3,7 @@
 #include <limits.h>
 #include <stdlib.h>
 
+#define PUTCHAR_PORT 9
 #define EXIT_PORT 10
 
 int errno;
@@ -34,8 +35,18 @@ _Noreturn void exit(int status)
 /* As a shell tells of a program that ends by SIGABRT. */
 _Noreturn void abort(void) { _Exit(134); }
 
+/* Says which assertion failed, on the standard output, as what goes to standard error is dropped. It uses no other
+ * function, so that a program that asserts and never prints stays small. */
+__attribute__((noinline))
 _Noreturn void __assert_fail(const char *text, const char *file, unsigned line, const char *function)
 {
+    char number[12];
+    char *digits = number + 11;
+    *digits = 0;
+    do *--digits = (char)('0' + line % 10); while (line /= 10);
+    const char *parts[] = {file, ":", digits, ": ", function, ": assertion `", text, "' failed\n"};
+    for (unsigned i = 0; i < sizeof parts / sizeof *parts; i++)
+        for (const char *s = parts[i]; *s; s++) __srp_out(PUTCHAR_PORT, *s & 0xff);
     abort();
 }
 
