@@ -86,6 +86,13 @@ impl Expression {
     }
 }
 
+/// Says of a name that it has a value at no place of the program.
+pub(crate) fn never(name: &str) -> String {
+    format!(
+        "`{name}` has a value nowhere: no operation makes a variable of this name, and no object or register has it"
+    )
+}
+
 /// A number as C writes it.
 fn number(text: &str) -> Option<Operand> {
     let whole = |text: &str| match text.strip_prefix("0x") {

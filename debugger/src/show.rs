@@ -1,6 +1,6 @@
 //! What there is to see where a session stands: frames, variables, registers, memory.
 
-use crate::expression::{Expression, Operand};
+use crate::expression::{Expression, Operand, never};
 use crate::session::Session;
 use crate::watched::Watched;
 use srp_archdesc::isa::Ty;
@@ -453,6 +453,9 @@ impl Session<'_> {
     /// A sentence that says what is wrong.
     pub fn evaluate(&self, core: u32, of: FrameOf, text: &str) -> Result<String, String> {
         let expression = Expression::parse(text).map_err(|error| error.to_string())?;
+        if let Some(name) = self.unknown_name(&expression) {
+            return Err(never(name));
+        }
         let unknown = || format!("`{text}` has no value here");
         let (ty, value) = self.value(core, of, &expression.left).ok_or_else(unknown)?;
         let Some((comparison, right)) = &expression.right else {
@@ -461,6 +464,34 @@ impl Session<'_> {
         let numbers = self.numbers(core, of, &expression.left, right);
         let (left, right) = numbers.ok_or_else(unknown)?;
         Ok(comparison.holds(left, right).to_string())
+    }
+
+    /// The first name of an expression that has a value nowhere: no operation makes that variable's, and no object, register or
+    /// count has the name.
+    pub fn unknown_name<'e>(&self, expression: &'e Expression) -> Option<&'e str> {
+        let right = expression.right.as_ref().map(|(_, operand)| operand);
+        let operands = std::iter::once(&expression.left).chain(right);
+        operands
+            .filter_map(|operand| self.unknown_in(operand))
+            .next()
+    }
+
+    fn unknown_in<'e>(&self, operand: &'e Operand) -> Option<&'e str> {
+        let is_object = |name: &str| self.symbols.iter().any(|symbol| symbol.name == name);
+        let is_store = |name: &str| self.names.stores.iter().any(|store| *store == name);
+        match operand {
+            Operand::Integer(_) | Operand::Real(_) => None,
+            Operand::At(inner) => self.unknown_in(inner),
+            Operand::Element(name, index) => match is_object(name) || is_store(name) {
+                true => self.unknown_in(index),
+                false => Some(name),
+            },
+            Operand::Name(name) => {
+                let counts = ["iteration", "cycle", "core"].contains(&name.as_str());
+                let known = counts || is_object(name) || is_store(name);
+                (!known && !self.code.names.contains(name)).then_some(name)
+            }
+        }
     }
 
     /// True if a condition holds where a core stands.

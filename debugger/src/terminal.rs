@@ -1,6 +1,6 @@
 //! A session by commands, one a line; the answer is text.
 
-use crate::expression::Expression;
+use crate::expression::{Expression, never};
 use crate::machine::End;
 use crate::session::{Reason, Session, Stopped, Until};
 use crate::show::{Frame, FrameOf, Scope, Variable};
@@ -125,6 +125,9 @@ impl<'a> Terminal<'a> {
             Ok(condition) => condition,
             Err(error) => return format!("{error}\n"),
         };
+        if let Some(name) = (condition.as_ref()).and_then(|c| self.session.unknown_name(c)) {
+            return format!("{}\n", never(name));
+        }
         match self.session.break_at(place.trim()) {
             Ok(id) => {
                 self.session.only_if(id, condition, count);

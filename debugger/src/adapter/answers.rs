@@ -1,7 +1,7 @@
 //! The bodies of answers.
 
 use super::{Adapter, Group};
-use crate::expression::Expression;
+use crate::expression::{Expression, never};
 use crate::show::{FrameOf, Variable};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -57,6 +57,11 @@ impl Adapter<'_> {
                 return json!({"verified": false, "message": error.to_string()});
             }
         };
+        if let Some(name) = (condition.as_ref()).and_then(|c| self.session.unknown_name(c)) {
+            let message = never(name);
+            self.session.remove(id);
+            return json!({"verified": false, "message": message});
+        }
         let count = wish["hitCondition"]
             .as_str()
             .and_then(|n| n.trim().parse().ok());
