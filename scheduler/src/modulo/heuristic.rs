@@ -88,6 +88,8 @@ enum Way {
 pub(super) struct Heuristic<'a, 'p> {
     problem: &'a Problem<'p>,
     fixed: &'a [Reg],
+    /// The largest II that is of use.
+    deepest: u32,
     router: Router,
     lanes: Lanes,
     /// The array, if it is one of units alike and the loop is not so small that other ways do as well.
@@ -113,10 +115,15 @@ struct Level {
 }
 
 impl<'a, 'p> Heuristic<'a, 'p> {
-    pub(super) fn new(problem: &'a Problem<'p>, fixed: &'a [Reg]) -> Heuristic<'a, 'p> {
+    pub(super) fn new(
+        problem: &'a Problem<'p>,
+        fixed: &'a [Reg],
+        deepest: u32,
+    ) -> Heuristic<'a, 'p> {
         Heuristic {
             problem,
             fixed,
+            deepest,
             router: Router::default(),
             lanes: Lanes::of(problem),
             array: array(problem),
@@ -136,7 +143,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         let found = self.first_attempted(bound, effort, watch);
         let is_cut_short = watch.cancelled() && !watch.is_urgent();
         if found.is_err() && is_cut_short && self.size() <= MOST_ON_LATTICE {
-            let deepest = self.problem.srp.contexts;
+            let deepest = self.deepest;
             return self.in_sequence(deepest).ok_or(()).or(found);
         }
         found
@@ -148,7 +155,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         effort: u64,
         watch: &dyn Watch,
     ) -> Result<Placement, Unschedulable> {
-        let deepest = self.problem.srp.contexts;
+        let deepest = self.deepest;
         if self.array.is_some() {
             let quick = Way::OnLattice(self.first_on_lattice());
             let first = self.first_ii(bound).min(deepest);
@@ -209,7 +216,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
 
     /// Why no II worked.
     fn nothing_found(&self, bound: u32, watch: &dyn Watch) -> Unschedulable {
-        let deepest = self.problem.srp.contexts;
+        let deepest = self.deepest;
         match self.failed(deepest) {
             failed if watch.cancelled() => Unschedulable::Stopped { failed },
             Some(failed) => Unschedulable::NotFound {
@@ -231,7 +238,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
             let limit = this.router.expanded + effort;
             this.attempt(ii, way, limit, watch)
         };
-        let deepest = self.problem.srp.contexts;
+        let deepest = self.deepest;
         if let Some(schedule) = attempt(self, bound, Way::OneByOne) {
             return Some(schedule);
         }

@@ -3,12 +3,14 @@
 //!
 //! `bounds` says which II cannot be beaten; from there up, `heuristic` makes attempts at a
 //! placement until one succeeds, and then down again; `exact` closes the gap or proves that it
-//! cannot be closed. `compact` makes the schedule short, and looks for a smaller II from there. The result is data;
-//! `check` tells whether it is right.
+//! cannot be closed. `compact` makes the schedule short, and looks for a smaller II from there. On an array much larger than
+//! the loop all that happens in a `corner` of it first. The result is data; `check` tells whether it is right.
 
+mod admit;
 mod anneal;
 mod bounds;
 mod compact;
+mod corner;
 mod exact;
 mod finish;
 mod heuristic;
@@ -29,21 +31,22 @@ mod start;
 mod table;
 mod worklist;
 
+pub use admit::admit;
 pub use bounds::Bounds;
 pub use exact::{Fold, Scope, Solver};
 pub use obstacle::{Destination, FailedIi, Obstacle, Operation, Unschedulable};
 pub use record::{Asked, Outcome, Search, Stopped};
 
 use crate::abi;
+use admit::{live_in_registers, storage};
 use compact::{Bound, Compacted};
+use corner::Known;
 use exact::Answer;
 use heuristic::Heuristic;
 use place::Placement;
-use problem::{Edge, Problem};
+use problem::Problem;
 use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::Srp;
-use srp_archdesc::entity::EntityMap;
-use srp_archdesc::isa::Ty;
 use srp_archdesc::watch::{Event, Watch, Worked};
 use srp_ir::dfg::Dfg;
 use srp_ir::dre::scheduled::{ModuloSchedule, Reg};
@@ -174,31 +177,14 @@ pub fn least_length(schedule: &ModuloSchedule, srp: &Srp) -> u32 {
     .length
 }
 
-/// True if a loop is so large, and the array so regular, that it is looked for on a lattice, with a patience of its own
-/// beyond the effort.
+/// True if a loop is so large, and the array, or the corner where it is looked for first, so regular, that it is looked
+/// for on a lattice, with a patience of its own beyond the effort.
 pub fn is_on_lattice(dfg: &Dfg, srp: &Srp) -> bool {
-    heuristic::array(&Problem::new(dfg, srp)).is_some()
-}
-
-/// Refuses a loop that can be seen to have no schedule before one is looked for: values come in
-/// without room in the central registers, no unit runs an operation, or the II takes more contexts
-/// than there are. [`schedule`] may still find none.
-pub fn admit(dfg: &Dfg, srp: &Srp) -> Result<(), Unschedulable> {
-    live_in_registers(dfg, srp)?;
-    for (node, data) in dfg.nodes.iter() {
-        if !srp.fus.values().any(|fu| fu.runs(data.op).is_some()) {
-            return Err(Unschedulable::NoUnit(Operation::of(dfg, node)));
-        }
+    let problem = Problem::new(dfg, srp);
+    match corner::first(&problem, &Bounds::of(&problem)) {
+        Some(corner) => heuristic::array(&Problem::new(dfg, &corner.srp)).is_some(),
+        None => heuristic::array(&problem).is_some(),
     }
-    // Small loops have room.
-    if dfg.nodes.len() > srp.contexts as usize {
-        let bound = bounds(dfg, srp).min_ii();
-        let contexts = srp.contexts;
-        if bound > contexts {
-            return Err(Unschedulable::Contexts { bound, contexts });
-        }
-    }
-    Ok(())
 }
 
 /// Schedules a loop. Where the watch ends the search, it gives the best schedule so far.
@@ -212,25 +198,46 @@ pub fn schedule(
     options: &Options,
     watch: &dyn Watch,
 ) -> Result<Scheduled, Unschedulable> {
-    let prepared = || {
-        let mut problem = Problem::new(dfg, srp);
-        if !options.expansion {
-            problem.most_copies = 1;
-        }
-        problem
-    };
-    let problem = prepared();
-    let live_ins = live_in_registers(dfg, srp)?;
+    let problem = prepared(dfg, srp, options);
+    live_in_registers(dfg, srp)?;
     if let Some(node) = problem.nodes().find(|n| problem.units[*n].is_empty()) {
         return Err(Unschedulable::NoUnit(Operation::of(dfg, node)));
     }
     storage(&problem)?;
     let bounds = Bounds::of(&problem);
+    match corner::search(&problem, &bounds, options, watch)? {
+        Some(known) if known.is_enough => Ok(known.scheduled(&problem, bounds)),
+        known => whole(dfg, srp, options, watch, known),
+    }
+}
+
+fn prepared<'a>(dfg: &'a Dfg, srp: &'a Srp, options: &Options) -> Problem<'a> {
+    let mut problem = Problem::new(dfg, srp);
+    if !options.expansion {
+        problem.most_copies = 1;
+    }
+    problem
+}
+
+/// Schedules a loop on the whole array, with a smaller II than that of a known schedule, or gives that.
+fn whole(
+    dfg: &Dfg,
+    srp: &Srp,
+    options: &Options,
+    watch: &dyn Watch,
+    known: Option<Known>,
+) -> Result<Scheduled, Unschedulable> {
+    let problem = prepared(dfg, srp, options);
+    let live_ins = live_in_registers(dfg, srp)?;
+    let bounds = Bounds::of(&problem);
     let bound = bounds.min_ii();
+    let deepest = known
+        .as_ref()
+        .map_or(srp.contexts, |known| known.schedule.ii - 1);
     let fixed: Vec<Reg> = (live_ins.iter().copied())
         .chain(abi::reserved(srp))
         .collect();
-    let mut heuristic = Heuristic::new(&problem, &fixed);
+    let mut heuristic = Heuristic::new(&problem, &fixed, deepest);
     let mut worklist = Worklist::new(&problem, bound, options);
     let task = Task {
         problem: &problem,
@@ -244,12 +251,16 @@ pub fn schedule(
         Ok(schedule) => schedule,
         Err(why) => {
             // The exact way may know of one where there is little room.
-            let below = bound.saturating_add(EXACT_RANGE).min(srp.contexts + 1);
+            let below = bound.saturating_add(EXACT_RANGE).min(deepest + 1);
             let found = match is_small {
                 true => worklist.search(task, below, &mut limits(options.exact_effort)),
                 false => None,
             };
-            found.ok_or(why)?
+            match (found, known) {
+                (Some(found), _) => found,
+                (None, Some(known)) => return Ok(known.scheduled(&problem, bounds)),
+                (None, None) => return Err(why),
+            }
         }
     };
     watch.tell(Event::Reaches(schedule.ii));
@@ -268,7 +279,14 @@ pub fn schedule(
         exact: options.exact_effort / EXACT_COMPACTION,
         watch,
     };
-    let compact = |schedule| compact::compact(&mut prepared(), &fixed, schedule, &compaction);
+    let compact = |schedule| {
+        compact::compact(
+            &mut prepared(dfg, srp, options),
+            &fixed,
+            schedule,
+            &compaction,
+        )
+    };
     let mut compacted = None;
     if !is_small && options.compaction > 0 && !heuristic.is_on_lattice() {
         let short = tightened(task, bound, schedule, (steps, watch), compact);
@@ -430,66 +448,4 @@ pub fn ask(
         Answer::Unknown => Outcome::Unknown,
         Answer::TooLarge => Outcome::TooLarge,
     })
-}
-
-/// Refuses a loop that needs more values of earlier iterations than the array has places for.
-///
-/// A value that a node takes from `d` iterations ago lives for `d` IIs, less its own latency where the two are
-/// one node, or else less the [`MAX_STAGES`] IIs by which the consumer may be ahead; so at least that many of
-/// its instances live at once, whatever the II. Each is in a register, in an output, on a link or in a unit.
-fn storage(problem: &Problem<'_>) -> Result<(), Unschedulable> {
-    let unkept = |edge: &&Edge| edge.to().is_none() && !problem.keeps(edge.ty);
-    if let Some(edge) = problem.edges.iter().find(unkept) {
-        let bits = edge.ty.bits();
-        return Err(Unschedulable::LiveOut { bits });
-    }
-    let mut held: EntityMap<_, u64> = EntityMap::filled(problem.dfg.nodes.len(), 0);
-    for edge in &problem.edges {
-        let Some(to) = edge.to() else { continue };
-        let ahead = if to == edge.from { 0 } else { MAX_STAGES };
-        let latency = (problem.units[edge.from].iter())
-            .map(|&fu| problem.timing(edge.from, fu).latency)
-            .max();
-        let less = latency.unwrap_or(0) + ahead;
-        let least = u64::from(edge.distance.saturating_sub(less));
-        held[edge.from] = held[edge.from].max(least);
-    }
-    let held: u64 = held.values().sum();
-    if held == 0 {
-        return Ok(());
-    }
-    let room = places_of_values(problem);
-    match held > room {
-        true => Err(Unschedulable::Storage { held, room }),
-        false => Ok(()),
-    }
-}
-
-/// How many values there can be on the array at once: in registers, in outputs, in units, on links and on wires.
-fn places_of_values(problem: &Problem<'_>) -> u64 {
-    let srp = problem.srp;
-    let registers: u64 = srp.files.values().map(|file| u64::from(file.size)).sum();
-    let in_units = srp.fus.values().map(|fu| {
-        let latencies = fu.ops.iter().map(|op| op.latency);
-        u64::from(latencies.max().unwrap_or(0)) * Ty::ALL.len() as u64
-    });
-    let on_links = problem.graph.transfers.values().flatten();
-    let on_links: u64 = on_links.map(|way| u64::from(way.delay)).sum();
-    let read_delays = problem.graph.reads.values().flatten();
-    let read_delays: u64 = read_delays.map(|way| u64::from(way.delay)).sum();
-    let on_wires = srp.wires.values().map(|wire| u64::from(wire.delay));
-    let outputs = problem.graph.places.len() as u64;
-    let on_the_way = on_links + read_delays + on_wires.sum::<u64>();
-    registers + outputs + in_units.sum::<u64>() + on_the_way
-}
-
-/// The central registers that bring the live-ins.
-fn live_in_registers(dfg: &Dfg, srp: &Srp) -> Result<Vec<Reg>, Unschedulable> {
-    let registers = abi::passing(srp, dfg.live_ins.iter().map(|l| l.ty));
-    registers
-        .into_iter()
-        .collect::<Option<Vec<Reg>>>()
-        .ok_or(Unschedulable::LiveIns {
-            count: dfg.live_ins.len(),
-        })
 }

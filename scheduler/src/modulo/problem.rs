@@ -7,6 +7,7 @@ use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_archdesc::resource::{Hop, Place, PlaceKind, ReadPath, ResourceGraph};
 use srp_ir::dfg::{Dfg, Initial, Node, Operand};
+use std::cell::OnceCell;
 
 /// A unit, and the cycle in which it issues; cycles may be negative.
 pub(super) type Position = (Fu, i32);
@@ -46,13 +47,16 @@ pub(super) struct Problem<'a> {
     pub(super) moves: [EntityMap<Place, Vec<MoveWay<'a>>>; 3],
     /// Longest delay of a way into an operand.
     pub(super) longest_read: i32,
-    /// Fewest cycles from standing in a place to being readable by a unit, per type.
-    reach: [EntityMap<Place, EntityMap<Fu, u32>>; 3],
-    /// Least price from a place to a unit, beyond that of holding the value for as long.
-    detour: [EntityMap<Place, EntityMap<Fu, u32>>; 3],
+    /// Fewest cycles from standing in a place to being readable by a unit, per type, made where they are asked for.
+    reach: [OnceCell<Distances>; 3],
+    /// Least price from a place to a unit, beyond that of holding the value for as long; made like the former.
+    detour: [OnceCell<Distances>; 3],
     /// The register files in which each unit could find a loop invariant.
     pub(super) constant_files: EntityMap<Fu, Vec<Place>>,
 }
+
+/// From each place to each unit.
+type Distances = EntityMap<Place, EntityMap<Fu, u32>>;
 
 /// A move of a value from a place over a unit.
 pub(super) struct MoveWay<'a> {
@@ -165,8 +169,8 @@ impl<'a> Problem<'a> {
             timings: timings(srp),
             moves: Ty::ALL.map(|_| EntityMap::new()),
             longest_read: longest_read(&graph),
-            reach: Ty::ALL.map(|_| EntityMap::new()),
-            detour: Ty::ALL.map(|_| EntityMap::new()),
+            reach: Ty::ALL.map(|_| OnceCell::new()),
+            detour: Ty::ALL.map(|_| OnceCell::new()),
             readers,
             onto,
             constant_files,
@@ -182,10 +186,6 @@ impl<'a> Problem<'a> {
             .collect();
         problem.add_edges();
         problem.moves = Ty::ALL.map(|ty| problem.moves_of(ty));
-        problem.reach =
-            Ty::ALL.map(|ty| problem.distances(ty, |read| read.delay, |way| way.cycles));
-        let detour = |way: &WayOn| way.price - route::holding_price(way.cycles);
-        problem.detour = Ty::ALL.map(|ty| problem.distances(ty, |_| 0, detour));
         problem
     }
 
@@ -385,7 +385,8 @@ impl<'a> Problem<'a> {
 
     /// Fewest cycles from standing in `place` to an operand of `fu`, or [`UNREACHABLE`].
     pub(super) fn reach(&self, ty: Ty, place: Place, fu: Fu) -> u32 {
-        self.reach[ty as usize][place][fu]
+        let made = || self.distances(ty, |read| read.delay, |way| way.cycles);
+        self.reach[ty as usize].get_or_init(made)[place][fu]
     }
 
     /// True if the array can write values of a type into the central registers.
@@ -420,51 +421,36 @@ impl<'a> Problem<'a> {
     /// Returns the least cost of a route from `place` to an operand of `fu`, beyond holding the
     /// value.
     pub(super) fn detour(&self, ty: Ty, place: Place, fu: Fu) -> u32 {
-        self.detour[ty as usize][place][fu]
+        let detour = |way: &WayOn| way.price - route::holding_price(way.cycles);
+        let made = || self.distances(ty, |_| 0, detour);
+        self.detour[ty as usize].get_or_init(made)[place][fu]
     }
 
-    /// The least sum over the ways on from `place` until each unit's operands, by relaxation to a
-    /// fixpoint.
+    /// The least sum over the ways on from each place until each unit's operands: from each unit
+    /// backwards.
     fn distances(
         &self,
         ty: Ty,
         reading: impl Fn(&ReadPath) -> u32,
         weight: impl Fn(&WayOn) -> u32,
-    ) -> EntityMap<Place, EntityMap<Fu, u32>> {
-        let mut least = EntityMap::filled(
-            self.graph.places.len(),
-            EntityMap::filled(self.srp.fus.len(), UNREACHABLE),
-        );
-        for read in self.graph.reads.values().flatten() {
-            if read.width >= ty.bits() {
-                let best: &mut u32 = &mut least[read.from][read.to];
-                *best = reading(read).min(*best);
+    ) -> Distances {
+        let places = self.graph.places.len();
+        let mut back: EntityMap<Place, Vec<(Place, u32)>> = EntityMap::filled(places, Vec::new());
+        for from in self.graph.places.keys() {
+            for way in self.ways_on(from, ty) {
+                back[way.to].push((from, weight(&way)));
             }
         }
-        let ways = self
-            .graph
-            .places
-            .keys()
-            .map(|place| self.ways_on(place, ty));
-        let ways: EntityMap<Place, Vec<WayOn>> = ways.collect();
-        loop {
-            let mut changed = false;
-            // Wires are the last places, and lead to each other.
-            for (place, ways) in ways.iter().rev() {
-                for way in ways {
-                    for fu in self.srp.fus.keys() {
-                        let over = weight(way) + least[way.to][fu];
-                        if over < least[place][fu] {
-                            least[place][fu] = over;
-                            changed = true;
-                        }
-                    }
-                }
-            }
-            if !changed {
-                return least;
+        let mut least =
+            EntityMap::filled(places, EntityMap::filled(self.srp.fus.len(), UNREACHABLE));
+        for (fu, reads) in self.graph.reads.iter() {
+            let wide = reads.iter().filter(|read| read.width >= ty.bits());
+            let starts = wide.map(|read| (read.from, reading(read)));
+            for (place, distance) in backwards(&back, starts).iter() {
+                least[place][fu] = *distance;
             }
         }
+        least
     }
 
     /// Places that a value can go on to from a place.
@@ -512,6 +498,42 @@ impl<'a> Problem<'a> {
     pub(super) fn nodes(&self) -> impl Iterator<Item = Node> + use<> {
         (0..self.dfg.nodes.len()).map(Node::new)
     }
+}
+
+/// The distance of each place from some to start from, each with its own, by the ways into each place and their
+/// weights: places are taken in the order of their distance (Dial 1969).
+fn backwards(
+    back: &EntityMap<Place, Vec<(Place, u32)>>,
+    starts: impl Iterator<Item = (Place, u32)>,
+) -> EntityMap<Place, u32> {
+    let mut least = EntityMap::filled(back.len(), UNREACHABLE);
+    // Places that may have each distance.
+    let mut at: Vec<Vec<Place>> = Vec::new();
+    let reaches = |at: &mut Vec<Vec<Place>>, place: Place, over: u32| {
+        at.resize(at.len().max(over as usize + 1), Vec::new());
+        at[over as usize].push(place);
+    };
+    for (place, distance) in starts {
+        reaches(&mut at, place, distance);
+    }
+    let mut distance = 0;
+    while distance < at.len() {
+        // Ways without a weight add places at the same distance.
+        while let Some(place) = at[distance].pop() {
+            if least[place] <= distance as u32 {
+                continue;
+            }
+            least[place] = distance as u32;
+            for &(from, weight) in &back[place] {
+                let over = distance as u32 + weight;
+                if over < least[from] {
+                    reaches(&mut at, from, over);
+                }
+            }
+        }
+        distance += 1;
+    }
+    least
 }
 
 fn timings(srp: &Srp) -> Vec<Option<&FuOp>> {

@@ -1,6 +1,7 @@
 //! Bare graphs on standard arrays: schedules pass the checker and read back, other mappers' graphs
 //! reach the intervals that are known of them, and larger machines are never worse.
 
+mod corners;
 mod lengths;
 mod monotone;
 mod orders;

@@ -48,7 +48,8 @@ impl Bound {
             let to = fus().map(|to| problem.reach_of_result(ty, from, to));
             to.collect()
         };
-        let reach = Ty::ALL.map(|ty| match has_transport {
+        let is_carried = |ty: Ty| links.iter().any(|l| l.value == Some(ty));
+        let reach = Ty::ALL.map(|ty| match has_transport && is_carried(ty) {
             true => fus().map(|fu| from(ty, fu)).collect(),
             false => EntityMap::new(),
         });
@@ -110,7 +111,7 @@ struct Walk<'w, 'p> {
     links: &'w [Link],
     most: i32,
     has_transport: bool,
-    /// By type: [`Problem::reach_of_result`].
+    /// By type, of those that links carry: [`Problem::reach_of_result`].
     reach: [EntityMap<Fu, EntityMap<Fu, u32>>; 3],
 }
 
@@ -128,7 +129,11 @@ impl Walk<'_, '_> {
             .iter()
             .filter(|e| matches!(e.goal, Goal::LiveOut(_)));
         live_outs.for_each(|e| kept[e.from] = Some(e.ty));
-        let to_files = Ty::ALL.map(|ty| self.to_central(ty));
+        let is_kept = |ty: Ty| kept.values().any(|&kept| kept == Some(ty));
+        let to_files = Ty::ALL.map(|ty| match is_kept(ty) {
+            true => self.to_central(ty),
+            false => EntityMap::new(),
+        });
         let own = |node: Node, fu: Fu| {
             let latency = problem.timing(node, fu).latency as i32;
             let Some(ty) = kept[node] else {

@@ -1,7 +1,8 @@
 //! The horizon beyond which nothing new appears.
 
+use crate::modulo::MAX_STAGES;
+use crate::modulo::admit::places_of_values;
 use crate::modulo::problem::{Goal, Problem, Tag};
-use crate::modulo::{MAX_STAGES, places_of_values};
 use srp_archdesc::entity::EntityMap;
 use srp_ir::dfg::{Node, Operand};
 
