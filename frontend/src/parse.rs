@@ -183,6 +183,13 @@ fn explain(
         None => format!("{found} cannot stand here"),
     };
     let message = sources.error(SYNTAX, span, text, "");
+    // A body where a declaration should end is that of the next function.
+    let body = token.is_some_and(|token| token.tok == Tok::Fixed(Fixed::LBrace));
+    if (token.is_none() || body && wanted == Some("`;`"))
+        && let Some((brace, label)) = unclosed_brace(tokens, sources)
+    {
+        return Some(sources.also(message, brace, label));
+    }
     let before = trouble.at.min(tokens.len()).checked_sub(1);
     let before = before.and_then(|i| tokens.get(i));
     match (wanted, before) {
@@ -220,6 +227,43 @@ fn explain(
         },
         _ => Some(message),
     }
+}
+
+/// The brace that has no other to close it, and what to say of it: the first that one of another indentation closes, or else
+/// the innermost that none does.
+fn unclosed_brace(tokens: &[Token], sources: &SourceMap) -> Option<(Span, &'static str)> {
+    let indentation = |at: usize| {
+        let place = |token: &Token| {
+            let pos = sources.pos(token.span);
+            (pos.file, pos.line)
+        };
+        let line = place(&tokens[at]);
+        let before = tokens[..at].iter().rev();
+        let first = before.take_while(|token| place(token) == line).last();
+        let column = sources.pos(first.unwrap_or(&tokens[at]).span).column;
+        (line, column, first.is_none())
+    };
+    let (mut open, mut doubtful) = (Vec::new(), None);
+    for (at, token) in tokens.iter().enumerate() {
+        match token.tok {
+            Tok::Fixed(Fixed::LBrace) => open.push(at),
+            Tok::Fixed(Fixed::RBrace) => {
+                let from = open.pop()?;
+                if doubtful.is_none() {
+                    let ((start, from_column, _), (end, to_column, leads)) =
+                        (indentation(from), indentation(at));
+                    let differs = leads && start != end && from_column != to_column;
+                    doubtful = differs.then_some(from);
+                }
+            }
+            _ => {}
+        }
+    }
+    let innermost = *open.last()?;
+    Some(match doubtful {
+        Some(at) => (tokens[at].span, "is this `{` not closed?"),
+        None => (tokens[innermost].span, "this `{` is not closed"),
+    })
 }
 
 /// Advice about a name that stands where a type, or another keyword, was probably meant.

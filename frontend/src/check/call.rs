@@ -9,7 +9,7 @@ use crate::message::{CALL, FAST_UNIT, IMPLICIT_FUNCTION, NOT_CONSTANT};
 use crate::operator::Support;
 use crate::source::Name;
 use crate::typed::*;
-use srp_archdesc::diagnostic::{Severity, Span};
+use srp_archdesc::diagnostic::{Diagnostic, Severity, Span};
 use srp_archdesc::isa::{Class, Kind, Opcode};
 use srp_archdesc::nearest::nearest;
 use srp_archdesc::structure::Special;
@@ -92,6 +92,10 @@ impl Checker<'_> {
                 self.implicit_function(name, at);
             }
         }
+        let named = match &self.unit.exprs[callee].kind {
+            ast::ExprKind::Name(name) => Some(name),
+            _ => None,
+        };
         let (callee, ty) = match self.operand(callee) {
             Operand::Function(function, _) => {
                 (Callee::Function(function), self.functions[function].ty)
@@ -125,6 +129,7 @@ impl Checker<'_> {
                 values.len()
             );
             let message = self.sources.error(CALL, span, text, "");
+            let message = self.with_declaration(message, named, ty);
             self.messages.push(message);
             return self.error_value(span);
         }
@@ -145,6 +150,24 @@ impl Checker<'_> {
             self.complete(signature.result, span, "the result of a function");
         }
         self.make(ExprKind::Call(callee, converted), signature.result, span)
+    }
+
+    /// A message about a call with the declaration of what is called.
+    fn with_declaration(
+        &self,
+        message: Diagnostic,
+        called: Option<&Name>,
+        ty: TypeId,
+    ) -> Diagnostic {
+        let name = called.map_or("", |name| name);
+        let declared = self.types.declares(QualType::plain(ty), name);
+        let message = message.note(format!("the function is `{declared}`"));
+        match self.lookup(name) {
+            Some((_, at)) if !self.is_library(at) => {
+                self.sources.also(message, at, "declared here")
+            }
+            _ => message,
+        }
     }
 
     /// An argument that no parameter says the type of.
