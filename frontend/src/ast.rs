@@ -365,6 +365,24 @@ pub struct TypeName {
     pub span: Span,
 }
 
+impl TypeName {
+    /// `void`, which stands at a place.
+    pub(crate) fn void(span: Span) -> TypeName {
+        TypeName {
+            specs: Specs {
+                list: vec![(Spec::Keyword(TypeKeyword::Void), span)],
+                span,
+            },
+            declarator: Declarator {
+                name: None,
+                derived: Vec::new(),
+                span: Span::point(span.end),
+            },
+            span,
+        }
+    }
+}
+
 /// An initialiser.
 #[derive(Clone, Debug)]
 pub struct Initialiser {

@@ -121,6 +121,16 @@ codes! {
     /// A constant that is a `double` beside a `float`, by which the operation is one of `double`: some hundred operations of
     /// software. The suffix `f` makes the constant a `float`.
     DOUBLE_CONSTANT = "C0922";
+    /// An assignment is the condition of an `if` or loop. Parentheses around it say that it is meant.
+    ASSIGNED_CONDITION = "C0923";
+    /// The body of an `if` is a semicolon.
+    EMPTY_BODY = "C0924";
+    /// A comparison of an unsigned number with zero that is always true or always false.
+    UNSIGNED_RANGE = "C0925";
+    /// A statement that computes a value and has no effect.
+    NO_EFFECT = "C0926";
+    /// A variable is read before it is given a value.
+    UNINITIALISED = "C0927";
 }
 
 /// The name of a warning on the command line.
@@ -148,6 +158,11 @@ const NAMES: &[(Code, &str)] = &[
     (OUTSIDE, "outside-include"),
     (FORMAT, "format"),
     (DOUBLE_CONSTANT, "double-constant"),
+    (ASSIGNED_CONDITION, "parentheses"),
+    (EMPTY_BODY, "empty-body"),
+    (UNSIGNED_RANGE, "type-limits"),
+    (NO_EFFECT, "unused-value"),
+    (UNINITIALISED, "uninitialized"),
 ];
 
 /// The name of the warning with a code, for `-W`.

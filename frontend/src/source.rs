@@ -99,6 +99,26 @@ impl SourceMap {
             .unwrap_or("")
     }
 
+    /// The text of a span's file before and after it.
+    pub(crate) fn around(&self, span: Span) -> (&str, &str) {
+        let Some(file) = self.file(span) else {
+            return ("", "");
+        };
+        let (_, local) = self.local(span);
+        let text = &self.files[file].source.text;
+        let part = |from: usize, to: usize| text.get(from..to).unwrap_or("");
+        (
+            part(0, local.start as usize),
+            part(local.end as usize, text.len()),
+        )
+    }
+
+    /// True if a span begins with what a macro was expanded to.
+    pub(crate) fn is_expansion(&self, span: Span) -> bool {
+        let mut from = self.expansions.range(Span::point(span.start)..);
+        from.next().is_some_and(|(at, _)| at.start == span.start)
+    }
+
     /// The name of a file.
     pub fn name(&self, file: SourceFile) -> &str {
         &self.files[file].source.name

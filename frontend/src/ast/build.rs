@@ -249,7 +249,13 @@ impl<'a> Builder<'a> {
         values.extend(inputs.filter_map(|(_, e)| *e));
         let used: Vec<_> = values
             .into_iter()
-            .map(|e| self.stmt(StmtKind::Expr(e), &[], (l, r)))
+            .map(|e| {
+                // The value is for nothing, as after a cast to `void`.
+                let span = self.span(l, r);
+                let void = Box::new(TypeName::void(span));
+                let unused = self.expr(ExprKind::Cast(void, e), &[e], (l, r));
+                self.stmt(StmtKind::Expr(unused), &[], (l, r))
+            })
             .collect();
         self.stmt(StmtKind::Block(used.clone()), &used, (l, r))
     }

@@ -250,6 +250,7 @@ impl Checker<'_> {
         }
         if let Some(local) = self.root(place) {
             self.context.assigned.push(local);
+            self.context.unset.remove(&local);
         }
         Some(place)
     }

@@ -71,7 +71,7 @@ impl Checker<'_> {
             Kind::Logical(or) => {
                 let what = format!("an operand of `{}`", op.text());
                 let left = self.require_scalar(left, &what);
-                let right = self.value(right);
+                let right = self.branch(|checker| checker.value(right));
                 let right = self.require_scalar(right, &what);
                 self.make(
                     ExprKind::Logical(or, left, right),
@@ -329,6 +329,7 @@ impl Checker<'_> {
                 None => self.no_operator(op, lt, rt, span),
             };
         }
+        self.suspect_relation(relation, l, r, span);
         let Some((l, r, ty)) = self.balance(op, l, r, span) else {
             return self.error_value(span);
         };
@@ -346,8 +347,20 @@ impl Checker<'_> {
         v: ast::ExprId,
         span: Span,
     ) -> ExprId {
+        let unset = self.unset(a);
+        let without = unset.map(|local| (local, self.context.unset[&local]));
+        if let (Some(local), Some(_)) = (unset, op) {
+            self.suspect_read(local, self.unit.exprs[a].span);
+        }
         let place = self.assignable(a);
+        // It has its value after the right side is computed.
+        if op.is_none() {
+            self.context.unset.extend(without);
+        }
         let value = self.value(v);
+        if let Some(local) = unset {
+            self.context.unset.remove(&local);
+        }
         let Some(place) = place else {
             return self.error_value(span);
         };
@@ -419,6 +432,9 @@ impl Checker<'_> {
 
     /// `++` and `--`.
     pub(super) fn step(&mut self, a: ast::ExprId, by: i32, post: bool, span: Span) -> ExprId {
+        if let Some(local) = self.unset(a) {
+            self.suspect_read(local, self.unit.exprs[a].span);
+        }
         let Some(place) = self.assignable(a) else {
             return self.error_value(span);
         };

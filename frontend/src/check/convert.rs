@@ -18,7 +18,13 @@ impl Checker<'_> {
                 let pointer = self.types.pointer(ty);
                 self.make(ExprKind::Function(function), pointer, span)
             }
-            Operand::Place(place) => self.read_place(place),
+            Operand::Place(place) => {
+                let Place { kind, span, .. } = &self.body.places[place];
+                if let PlaceKind::Local(local) = *kind {
+                    self.suspect_read(local, *span);
+                }
+                self.read_place(place)
+            }
         }
     }
 
@@ -99,6 +105,7 @@ impl Checker<'_> {
     pub(super) fn mark_in_memory(&mut self, place: PlaceId) {
         if let Some(local) = self.root(place) {
             self.body.locals[local].in_memory = true;
+            self.context.unset.remove(&local);
         }
         let mut root = place;
         while let PlaceKind::Member(outer, _) | PlaceKind::Lane(outer, _) =

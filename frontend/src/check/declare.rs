@@ -327,11 +327,23 @@ impl Checker<'_> {
         let local = self.new_local(name, ty);
         self.body.locals[local].align = align;
         self.declare(name, Symbol::Local(local), span);
+        let scalar = self.types.is_scalar(ty.ty) && !self.is_error(ty.ty);
         let Some(init) = &item.init else {
             self.complete(ty.ty, span, "a variable");
+            if scalar {
+                self.note_unset(local);
+            }
             return None;
         };
-        let (ty, parts) = self.initialise(ty, init, span)?;
+        // `int x = x;` is how programs keep compilers from warning.
+        let itself = matches!(init.kind, ast::InitialiserKind::Expr(e)
+            if matches!(&self.unit.exprs[e].kind, ast::ExprKind::Name(own) if own == name));
+        if scalar && !itself {
+            self.note_unset(local);
+        }
+        let known = self.initialise(ty, init, span);
+        self.context.unset.remove(&local);
+        let (ty, parts) = known?;
         if self.reaches_past_end(ty.ty, &parts) {
             let text = "only a static object has values for a member of unknown length";
             self.error(INITIALISER, span, text, "");

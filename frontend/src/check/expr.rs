@@ -38,7 +38,12 @@ impl Checker<'_> {
             K::Postfix(a, step) => self.step(*a, *step, true, span),
             K::Cast(name, a) => {
                 let ty = self.type_name(name);
-                let a = self.value(*a);
+                let a = if ty.ty == self.types.known.void {
+                    // So programs say that something is not used.
+                    self.quietly(|checker| checker.value(*a))
+                } else {
+                    self.value(*a)
+                };
                 self.cast(a, ty.ty, span)
             }
             K::SizeofExpr(a) => {
@@ -315,7 +320,7 @@ impl Checker<'_> {
         span: Span,
     ) -> ExprId {
         let c = self.condition(c);
-        let (a, b) = (self.value(a), self.value(b));
+        let (a, b) = self.branch(|checker| (checker.value(a), checker.value(b)));
         self.choice(c, a, b, span)
     }
 
@@ -323,7 +328,7 @@ impl Checker<'_> {
     fn otherwise(&mut self, a: ast::ExprId, b: ast::ExprId, span: Span) -> ExprId {
         let a = self.value(a);
         let a = self.require_scalar(a, "a condition");
-        let b = self.value(b);
+        let b = self.branch(|checker| checker.value(b));
         let ty = QualType::plain(self.ty(a));
         if self.is_error(ty.ty) || self.context.function.is_none() {
             return self.choice(a, a, b, span);
@@ -405,7 +410,7 @@ impl Checker<'_> {
         span: Span,
     ) -> Operand {
         let operand = self.unevaluated(e);
-        let value = self.read(operand);
+        let value = self.quietly(|checker| checker.read(operand));
         let wanted = self.ty(value);
         let mut chosen = None;
         for (name, e) in list {

@@ -54,7 +54,7 @@ impl Checker<'_> {
     /// An operand whose type alone counts.
     pub(super) fn unevaluated(&mut self, e: ast::ExprId) -> super::Operand {
         self.externals.unevaluated += 1;
-        let operand = self.operand(e);
+        let operand = self.quietly(|checker| checker.operand(e));
         self.externals.unevaluated -= 1;
         operand
     }

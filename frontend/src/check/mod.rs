@@ -21,6 +21,7 @@ mod init;
 mod link;
 mod record;
 mod stmt;
+mod suspect;
 mod trip;
 
 pub(crate) use constant::truth;
@@ -154,6 +155,13 @@ struct Context {
     jumps: usize,
     /// Variables assigned so far in the function, in order, to see what a loop changes.
     assigned: Vec<LocalId>,
+    /// Variables that have certainly no value here, declared without one in the straight line that led here; each with the
+    /// number of branches around its declaration.
+    unset: BTreeMap<LocalId, u32>,
+    /// How many branches are around: bodies of `if`, and operands that are not always computed.
+    branches: u32,
+    /// How many operands around are not evaluated, or for nothing.
+    quiet: u32,
 }
 
 struct Checker<'a> {

@@ -102,7 +102,10 @@ impl Checker<'_> {
                 self.static_assert(assert);
                 (StmtKind::Block(Vec::new()), true)
             }
-            K::Expr(e) => (StmtKind::Expr(self.value(*e)), true),
+            K::Expr(e) => {
+                self.suspect_statement(*e);
+                (StmtKind::Expr(self.value(*e)), true)
+            }
             K::Block(list) => {
                 self.scopes.push(Scope::default());
                 let result = self.block(list, span);
@@ -183,13 +186,20 @@ impl Checker<'_> {
         while let Some(s) = next {
             let ast::Stmt { kind, span, .. } = &self.unit.stmts[s];
             let ast::StmtKind::If(c, then, other) = kind else {
-                last = Some(self.inner(s));
+                last = Some(self.branch(|checker| checker.inner(s)));
                 break;
             };
             // The statement is a block, of which what follows `else` is a part (C11 6.8.4p3).
             self.scopes.push(Scope::default());
-            let cond = self.condition(*c);
-            let (then, flow) = self.inner(*then);
+            self.suspect_condition(*c, true);
+            if other.is_none() {
+                self.suspect_body(*c, *then);
+            }
+            let cond = match links.is_empty() {
+                true => self.condition(*c),
+                false => self.branch(|checker| checker.condition(*c)),
+            };
+            let (then, flow) = self.branch(|checker| checker.inner(*then));
             links.push((cond, then, flow, *span));
             next = *other;
         }
@@ -309,21 +319,34 @@ impl Checker<'_> {
         let jumps = self.context.jumps;
         self.scopes.push(Scope::default());
         let (mut init, mut step, mut trip) = (None, None, None);
+        if !matches!(kind, ast::StmtKind::For(..)) {
+            // What the first round reads, another may have set.
+            self.context.unset.clear();
+        }
         let cond;
         let (body, breaks, body_first);
         match kind {
             ast::StmtKind::While(c, inner) => {
+                self.suspect_condition(*c, true);
                 cond = Some(self.condition(*c));
                 (body, breaks) = self.loop_body(*inner);
                 body_first = false;
             }
             ast::StmtKind::DoWhile(inner, c) => {
+                self.suspect_condition(*c, true);
                 (body, breaks) = self.loop_body(*inner);
                 cond = Some(self.condition(*c));
                 body_first = true;
             }
             ast::StmtKind::For(first, c, next, inner) => {
                 init = Some(self.stmt(*first).0);
+                self.context.unset.clear();
+                if let Some(c) = c {
+                    self.suspect_condition(*c, false);
+                }
+                if let Some(next) = next {
+                    self.suspect_statement(*next);
+                }
                 cond = c.map(|c| self.condition(c));
                 step = next.map(|next| self.value(next));
                 let before = self.context.assigned.len();
@@ -336,6 +359,7 @@ impl Checker<'_> {
                 return self.stmt(s);
             }
         }
+        self.context.unset.clear();
         self.close_scope();
         let forever = cond.is_none_or(|cond| self.const_truth(cond) == Some(true));
         let cond = cond.filter(|_| !forever);
@@ -371,6 +395,7 @@ impl Checker<'_> {
             self.error(STATEMENT, self.span(value), text, "");
         }
         let value = self.promote(value);
+        self.context.unset.clear();
         self.context.switches.push(Cases {
             ty: self.ty(value),
             cases: Vec::new(),
@@ -398,6 +423,7 @@ impl Checker<'_> {
 
     fn labelled(&mut self, labels: &[Label], body: ast::StmtId, span: Span) -> (StmtId, bool) {
         let mut stmts = Vec::new();
+        self.context.unset.clear();
         for label in labels {
             let number = match label {
                 Label::Case(e, last, at) => self.case(*e, *last, *at),
