@@ -96,6 +96,10 @@ pub(super) struct Heuristic<'a, 'p> {
     array: Option<Array>,
     /// The effort of a step there, as the last run had it.
     effort_of_step: u64,
+    /// The II that was tried last.
+    tried: u32,
+    /// The II of the schedule in sequence that the watch has left.
+    sequenced: Option<u32>,
     levels: BTreeMap<u32, Level>,
 }
 
@@ -128,12 +132,14 @@ impl<'a, 'p> Heuristic<'a, 'p> {
             lanes: Lanes::of(problem),
             array: array(problem),
             effort_of_step: 0,
+            tried: 0,
+            sequenced: None,
             levels: BTreeMap::new(),
         }
     }
 
     /// A schedule with the first II that works, by attempts of so many steps. Where the watch ends them before one has
-    /// succeeded, nodes are placed in sequence at the largest II, unless that is [urgent](Watch::is_urgent).
+    /// succeeded, nodes are placed in sequence, unless that is [urgent](Watch::is_urgent).
     pub(super) fn first(
         &mut self,
         bound: u32,
@@ -143,8 +149,9 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         let found = self.first_attempted(bound, effort, watch);
         let is_cut_short = watch.cancelled() && !watch.is_urgent();
         if found.is_err() && is_cut_short && self.size() <= MOST_ON_LATTICE {
-            let deepest = self.deepest;
-            return self.in_sequence(deepest).ok_or(()).or(found);
+            let placement = self.in_short_sequence(bound);
+            self.sequenced = placement.as_ref().map(|placement| placement.ii);
+            return placement.ok_or(()).or(found);
         }
         found
     }
@@ -290,6 +297,20 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         let mut attempt = Attempt::new(problem, ii, 0, &freedom, fixed, &mut self.router);
         let placement = attempt.in_sequence()?;
         (placement.stages(problem) <= MAX_STAGES).then_some(placement)
+    }
+
+    /// A schedule in sequence at a small II, which is looked for by halves.
+    fn in_short_sequence(&mut self, bound: u32) -> Option<Placement> {
+        let mut best = self.in_sequence(self.deepest)?;
+        let mut least = bound;
+        while least < best.ii {
+            let ii = (least + best.ii) / 2;
+            match self.in_sequence(ii) {
+                Some(schedule) => best = schedule,
+                None => least = ii + 1,
+            }
+        }
+        Some(best)
     }
 
     /// Lets every II know how often nodes were forced out of place at any.
@@ -469,6 +490,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
     /// The next attempt at an II by one way.
     fn attempt(&mut self, ii: u32, way: Way, limit: u64, watch: &dyn Watch) -> Option<Placement> {
         let problem = self.problem;
+        self.tried = ii;
         let level = (self.levels.entry(ii)).or_insert_with(|| Level::new(problem, ii));
         let attempts = match way {
             Way::OneByOne => &mut level.attempts[0],
@@ -530,8 +552,20 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         }
     }
 
+    /// The reason why a schedule has no lower II: that of the largest II below it that did not work, or that the watch
+    /// has left one in sequence.
+    pub(super) fn why_not_lower(&self, found: u32) -> Option<FailedIi> {
+        match self.sequenced == Some(found) {
+            true => Some(FailedIi {
+                ii: self.tried,
+                obstacle: Obstacle::CutShort,
+            }),
+            false => self.failed(found - 1),
+        }
+    }
+
     /// The largest II up to this one that did not work.
-    pub(super) fn failed(&self, up_to: u32) -> Option<FailedIi> {
+    fn failed(&self, up_to: u32) -> Option<FailedIi> {
         let failed = |(_, level): &(&u32, &Level)| level.failed.is_some();
         let (&ii, level) = self.levels.range(..=up_to).rfind(failed)?;
         let obstacle = Obstacle::of(self.problem, level.failed?);

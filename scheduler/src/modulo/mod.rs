@@ -324,7 +324,7 @@ fn whole(
     };
     let asked = worklist.asked();
     let why_not_lower = heuristic
-        .failed(schedule.ii - 1)
+        .why_not_lower(schedule.ii)
         .filter(|_| schedule.ii > bound);
     let compacted = compacted
         .filter(|short: &Compacted| short.placement.ii == schedule.ii)

@@ -71,6 +71,9 @@ pub enum Obstacle {
     },
     /// Nothing in particular: the attempts ran out.
     AttemptsExhausted,
+    /// The watch ended the search at this II, the last that was tried, before there was a schedule: the one that there is
+    /// has its operations in sequence, and says nothing of lower IIs.
+    CutShort,
 }
 
 impl Obstacle {
@@ -109,7 +112,7 @@ impl Obstacle {
                     to.relocate(dfg);
                 }
             }
-            Obstacle::Registers { .. } | Obstacle::AttemptsExhausted => {}
+            Obstacle::Registers { .. } | Obstacle::AttemptsExhausted | Obstacle::CutShort => {}
         }
     }
 
@@ -121,7 +124,9 @@ impl Obstacle {
                 Destination::Operation(to) if to != from => vec![from, to],
                 _ => vec![from],
             },
-            Obstacle::Registers { .. } | Obstacle::AttemptsExhausted => Vec::new(),
+            Obstacle::Registers { .. } | Obstacle::AttemptsExhausted | Obstacle::CutShort => {
+                Vec::new()
+            }
         }
     }
 }
@@ -141,6 +146,10 @@ impl Obstacle {
             },
             Obstacle::Registers { name, .. } => format!("the registers of {name} do not suffice"),
             Obstacle::AttemptsExhausted => "attempts ran out".to_owned(),
+            Obstacle::CutShort => {
+                "the search was cut short before it had a schedule: this one has its operations in sequence"
+                    .to_owned()
+            }
         }
     }
 }
@@ -248,37 +257,45 @@ impl Unschedulable {
     }
 }
 
-impl std::fmt::Display for Unschedulable {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl Unschedulable {
+    /// In words, where operations have these names.
+    pub fn words(&self, name: &dyn Fn(&Operation) -> String) -> String {
         match self {
-            Unschedulable::LiveIns { count } => write!(
-                f,
-                "its {count} live-in values do not fit in the central registers"
-            ),
-            Unschedulable::LiveOut { bits } => write!(
-                f,
+            Unschedulable::LiveIns { count } => {
+                format!("its {count} live-in values do not fit in the central registers")
+            }
+            Unschedulable::LiveOut { bits } => format!(
                 "no unit of the array writes central registers of {bits} bits, where a value stays after the loop"
             ),
             Unschedulable::NoUnit(Operation { op, .. }) => {
-                write!(f, "no unit of the array runs `{op}` (class {})", op.class())
+                format!("no unit of the array runs `{op}` (class {})", op.class())
             }
-            Unschedulable::Contexts { bound, contexts } => write!(
-                f,
-                "its II is at least {bound}; there are {contexts} contexts"
-            ),
-            Unschedulable::Storage { held, room } => write!(
-                f,
+            Unschedulable::Contexts { bound, contexts } => {
+                format!("its II is at least {bound}; there are {contexts} contexts")
+            }
+            Unschedulable::Storage { held, room } => format!(
                 "at least {held} values of earlier iterations live at once; registers, outputs and links of the array \
                  have room for {room}"
             ),
-            Unschedulable::Stopped { failed } => {
-                write!(f, "stopped before a schedule was found: ")?;
-                failed.iter().try_for_each(|failed| failed.fmt(f))
+            Unschedulable::Stopped { failed: None } => {
+                "stopped before a schedule was found".to_owned()
             }
+            Unschedulable::Stopped {
+                failed: Some(failed),
+            } => format!(
+                "stopped before a schedule was found: {}",
+                failed.words(name)
+            ),
             Unschedulable::NotFound { up_to, failed } => {
-                write!(f, "no II up to {up_to} was found: {failed}")
+                format!("no II up to {up_to} was found: {}", failed.words(name))
             }
         }
+    }
+}
+
+impl std::fmt::Display for Unschedulable {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.words(&Operation::to_string))
     }
 }
 

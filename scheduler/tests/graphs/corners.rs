@@ -1,18 +1,13 @@
 //! Small graphs on large arrays: they reach the II that they have on a small array, and the checker of schedules
 //! accepts on the whole array what was found in a corner.
 
-use super::{machine, map, mesh};
+use super::{graph, machine, map, mesh, tree};
 use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;
-use srp_archdesc::diagnostic::Source;
 use srp_archdesc::xml::{StandardArray, standard};
-use srp_ir::graph::{Graph, Options, read_dot};
+use srp_ir::graph::Graph;
 use srp_scheduler::modulo;
 use std::fmt::Write;
-
-fn graph(name: &str, text: String) -> Graph {
-    read_dot(&Source::new(name, text), &Options::default()).expect("a graph")
-}
 
 /// A filter of one tap, with a sum that goes round.
 fn fir() -> Graph {
@@ -39,20 +34,6 @@ fn butterflies(points: u32) -> Graph {
     }
     text.push('}');
     graph("butterflies.dot", text)
-}
-
-/// A tree that adds so many values.
-fn tree(leaves: u32) -> Graph {
-    let mut text = String::from("digraph {");
-    for i in 1..2 * leaves {
-        let op = if i < leaves { "add" } else { "load" };
-        write!(text, " n{i} [op={op}];").expect("strings can be written");
-        if i > 1 {
-            write!(text, " n{i} -> n{};", i / 2).expect("strings can be written");
-        }
-    }
-    text.push('}');
-    graph("tree.dot", text)
 }
 
 #[test]

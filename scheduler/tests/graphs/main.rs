@@ -2,6 +2,7 @@
 //! reach the intervals that are known of them, and larger machines are never worse.
 
 mod corners;
+mod ended;
 mod lengths;
 mod monotone;
 mod orders;
@@ -15,6 +16,7 @@ use srp_ir::check::check_loop;
 use srp_ir::dre::scheduled::ScheduledLoops;
 use srp_ir::graph::{Graph, Options, read_dot, read_edges};
 use srp_scheduler::modulo::{self, Scheduled, Unschedulable};
+use std::fmt::Write;
 use std::path::Path;
 
 /// A machine from its file.
@@ -25,6 +27,24 @@ fn machine(xml: &str) -> Arch {
 
 fn mesh(rows: u32, cols: u32) -> Arch {
     machine(&standard(&StandardArray::mesh(rows, cols)).expect("a mesh there is"))
+}
+
+fn graph(name: &str, text: String) -> Graph {
+    read_dot(&Source::new(name, text), &Options::default()).expect("a graph")
+}
+
+/// A tree that adds so many values.
+fn tree(leaves: u32) -> Graph {
+    let mut text = String::from("digraph {");
+    for i in 1..2 * leaves {
+        let op = if i < leaves { "add" } else { "load" };
+        write!(text, " n{i} [op={op}];").expect("strings can be written");
+        if i > 1 {
+            write!(text, " n{i} -> n{};", i / 2).expect("strings can be written");
+        }
+    }
+    text.push('}');
+    graph("tree.dot", text)
 }
 
 /// The schedule of a graph, checked.

@@ -141,7 +141,7 @@ fn open(l: &LoopReport, failed: Option<&Obstacle>) -> String {
         Obstacle::Registers { .. } => "larger register files, or fewer values that live long",
         Obstacle::NoRoute { .. } => "more links, or registers to wait in",
         Obstacle::NoUnit(_) => "more units for it",
-        Obstacle::AttemptsExhausted => "more links or registers",
+        Obstacle::AttemptsExhausted | Obstacle::CutShort => "more links or registers",
     };
     format!("{}: {remedy}, or a longer search (--optimal)", told.text)
 }
