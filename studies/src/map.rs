@@ -15,6 +15,7 @@ use srp_ir::dfg::{Dfg, Node};
 use srp_ir::dre::scheduled::ScheduledLoops;
 use srp_ir::graph::Graph;
 use srp_ir::program::{Pos, SourceFile};
+use srp_scheduler::modulo::{Obstacle, Operation, Unschedulable};
 use srp_scheduler::what_if::{self, what_if};
 use srp_scheduler::{LoopResult, modulo};
 use srp_toolchain::envelope::Contents;
@@ -193,10 +194,8 @@ pub fn map(
             expansion,
             ..of_loop
         };
-        checked(
-            modulo::schedule(&graph.dfg, &arch.srp, &options, watch),
-            arch,
-        )
+        let result = modulo::schedule(&graph.dfg, &arch.srp, &options, watch);
+        checked(result, &graph, arch)
     };
     let watch = Limited::new(session.watch, limit);
     let result = search(!options.no_expansion, &watch);
@@ -207,7 +206,12 @@ pub fn map(
             .ok()
             .map(|scheduled| mapping(&graph, &scheduled))
     });
-    let what_if = options.what_if.then(|| {
+    // Nothing can be told of changes where no search has made a schedule.
+    let is_searched = match &result {
+        Ok(scheduled) => !is_cut_short(scheduled),
+        Err(_) => !timed_out,
+    };
+    let what_if = (options.what_if && is_searched).then(|| {
         let watch = Limited::new(session.watch, limit);
         let ii = result.as_ref().map_or(u32::MAX, |s| s.schedule.ii);
         changes(&graph.dfg, ii, options, arch, (session.threads, &watch))
@@ -225,6 +229,13 @@ pub fn map(
         error: None,
         notes: notes(&graph, arch),
     };
+    if options.what_if && !is_searched {
+        row.notes.push(
+            "no change of the machine was tried: the search was cut short before there was a \
+             schedule to hold against"
+                .to_owned(),
+        );
+    }
     let mapped = match result {
         Ok(scheduled) => {
             row.mapping = Some(mapping(&graph, &scheduled));
@@ -272,9 +283,33 @@ fn changes(
     }
 }
 
+/// True if the search was ended before it had a schedule, and this is the one in sequence.
+fn is_cut_short(scheduled: &modulo::Scheduled) -> bool {
+    let why = scheduled.why_not_lower.as_ref();
+    why.is_some_and(|failed| failed.obstacle == Obstacle::CutShort)
+}
+
+/// The name of a node in messages: that of the graph's file.
+fn name(graph: &Graph, operation: &Operation) -> String {
+    format!("`{}`", graph.names[operation.node])
+}
+
+/// Why a graph has no schedule; a node that no unit runs is shown with its place.
+fn refused(graph: &Graph, why: &Unschedulable) -> String {
+    let words = why.words(&|operation| name(graph, operation));
+    let Some(node) = why.node() else {
+        return words;
+    };
+    let (name, pos) = (&graph.names[node], graph.dfg.nodes[node].pos);
+    match graph.files.get(pos.file).filter(|_| pos.line > 0) {
+        Some(file) => format!("{file}:{}: node `{name}`: {words}", pos.line),
+        None => format!("node `{name}`: {words}"),
+    }
+}
+
 /// A schedule that the independent checker has found right.
-fn checked(result: LoopResult, arch: &Arch) -> Result<modulo::Scheduled, String> {
-    let scheduled = result.map_err(|e| e.to_string())?;
+fn checked(result: LoopResult, graph: &Graph, arch: &Arch) -> Result<modulo::Scheduled, String> {
+    let scheduled = result.map_err(|why| refused(graph, &why))?;
     let wrong = check::check_loop(&scheduled.schedule, &arch.srp);
     match wrong.first() {
         None => Ok(scheduled),
@@ -304,7 +339,9 @@ fn mapping(graph: &Graph, scheduled: &modulo::Scheduled) -> Mapping {
         recurrence: (bounds.critical_cycle.iter())
             .map(|&node| graph.names[node].clone())
             .collect(),
-        why_not_lower: why_not_lower.as_ref().map(|failed| failed.to_string()),
+        why_not_lower: why_not_lower
+            .as_ref()
+            .map(|failed| failed.words(&|operation| name(graph, operation))),
         impossible: impossible.iter().map(Impossible::of).collect(),
         search: Search::of(search),
         contexts: schedule.contexts(),

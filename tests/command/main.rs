@@ -467,6 +467,19 @@ fn graphs_are_mapped() {
         json.contains("\"rec_mii\": 1") && json.contains("\"ii\": 1"),
         "{json}"
     );
+    // Obstacles have the names of the file.
+    write(
+        &folder,
+        "clique.dot",
+        "digraph { a [op=add]; b [op=add]; c [op=add]; d [op=add];
+         a -> b; a -> c; a -> d; b -> c; b -> d; c -> d; }",
+    );
+    let text = stdout(&["map", "clique.dot", "--mesh", "1x4", "--effort", "0.05"]);
+    let named = |from: char| text.contains(&format!("at II = 2, no route from `{from}` to `"));
+    assert!(
+        "abc".chars().any(named) && !text.contains("of line"),
+        "{text}"
+    );
     // Four loads on one unit that loads; what a graph without a schedule leaves to the others.
     write(
         &folder,
@@ -550,6 +563,11 @@ fn graphs_at_fault_are_refused() {
     refuses(&map("text.json"), &["text.json:1:11", "a list of nodes"]);
     refuses(&map("alone.edges"), &["alone.ops", "no such file"]);
     refuses(&map("missing.dot"), &["missing.dot"]);
+    let no_load = ["--mesh", "2x2", "--set", "fu-type[*].classes=alu"];
+    refuses(
+        &[&["map", "fine.dot"][..], &no_load].concat(),
+        &["fine.dot:2: node `x`: no unit of the array runs"],
+    );
     refuses(&map("."), &["1 of 5 graphs mapped", "cycle.dot:3:"]);
     let any = ["map", "op.dot", "--mesh", "2x2", "--any-op", "imul"];
     assert!(srp(&folder, &any).status.success());
