@@ -242,10 +242,7 @@ impl Changes {
     /// The file cannot be read, or what comes of the changes is no machine.
     pub(crate) fn of(&self, machine: &Path) -> Result<Arch, Error> {
         let arch = machines::changed(machine, &self.set)?;
-        let warnings = machines::warnings(machine, &self.set);
-        if !warnings.diagnostics.is_empty() {
-            talk::say_all(&warnings.render(talk::colour()));
-        }
+        talk::warn(&machines::warnings(machine, &self.set));
         Ok(arch)
     }
 }

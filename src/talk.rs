@@ -3,6 +3,7 @@
 use crate::{interrupt, limits};
 use cpu_time::ThreadTime;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use srp_archdesc::diagnostic::Messages;
 use srp_archdesc::watch::{Event, Watch};
 use srp_toolchain::engine::Shares;
 use srp_toolchain::files::FileError;
@@ -79,6 +80,13 @@ pub(crate) fn complain(text: impl std::fmt::Display) {
 /// Text that has its own line ends, if any, to standard error.
 pub(crate) fn say_all(text: &str) {
     let _ = write!(io::stderr(), "{text}");
+}
+
+/// Messages that stop nothing.
+pub(crate) fn warn(messages: &Messages) {
+    if !messages.diagnostics.is_empty() {
+        say_all(&messages.render(colour()));
+    }
 }
 
 /// A part of the data to standard output.

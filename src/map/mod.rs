@@ -40,6 +40,7 @@ pub(crate) fn run(args: &Map) -> Result<i32, Failure> {
     }
     let (name, text) = target(args)?;
     let arch = srp_toolchain::machine::parse(&name, &text)?;
+    talk::warn(&srp_toolchain::machine::warnings_of(&name, &text));
     let inputs = input::find(&args.graphs, args.ops.as_deref())?;
     let options = graph::Options {
         any_op: args.any_op,

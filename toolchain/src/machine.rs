@@ -41,11 +41,15 @@ fn name_of(path: &Path, changes: &[Change]) -> String {
 /// What is not as it seems in a machine with attributes changed, for the people who changed them; nothing of one that cannot
 /// be read.
 pub fn warnings(path: &Path, changes: &[Change]) -> Messages {
-    let name = name_of(path, changes);
     let text = changed_text(path, changes).unwrap_or_default();
+    warnings_of(&name_of(path, changes), &text)
+}
+
+/// The same of a machine's text, which messages know by `name`.
+pub fn warnings_of(name: &str, text: &str) -> Messages {
     Messages {
-        diagnostics: xml::warnings(&name, &text),
-        sources: vec![Source::new(&name, &text)],
+        diagnostics: xml::warnings(name, text),
+        sources: vec![Source::new(name, text)],
     }
 }
 
