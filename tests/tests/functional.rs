@@ -148,6 +148,9 @@ fn odd(random: &mut Pcg32) -> Scene {
     scene
 }
 
+/// Seeds of scenes that called for less than is seen: a dark dielectric, of which the mirrored part follows from the angle behind it.
+const FOUND: [u64; 1] = [1_795_855_090];
+
 /// Kernels that are built for more than a scene calls for make the same picture, whatever its materials are. The seed is fresh each
 /// time; `SRP_ODD_SCENES` is how many there are, and `SRP_ODD_SEED` takes another.
 #[test]
@@ -161,7 +164,7 @@ fn odd_scenes_call_for_all_that_is_seen() {
     println!("odd scenes: SRP_ODD_SEED={first}");
     let universal = Studio::of(demo(), (1, 1)).program(Effects::all());
     let mut programs = BTreeMap::new();
-    for seed in first..first + count {
+    for seed in FOUND.into_iter().chain(first..first + count) {
         let studio = Studio::of(odd(&mut Pcg32::new(seed, 0x0dd)), (32, 24));
         let found: Effects = find(&studio.scene).into_iter().collect();
         let own = programs

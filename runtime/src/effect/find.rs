@@ -128,7 +128,9 @@ impl View<'_> {
             Effect::Reflection => {
                 self.materials(&["illum", "Ks", "Ni"], |s| s.mirrors() || bends(s))
             }
-            Effect::Transparency => self.passing(),
+            Effect::Transparency => self.used(&["map_d", "Tf", "d", "illum"], |u| {
+                self.passes(u) || u.surface.fresnel == Fresnel::Dielectric
+            }),
             Effect::Refraction => self.materials(&["Ni", "illum"], bends),
             Effect::Fresnel => {
                 self.materials(&["illum"], |s| s.mirrors() && s.fresnel != Fresnel::None)
@@ -178,12 +180,12 @@ impl View<'_> {
 
     /// True if light goes through a used material, or through holes in it; with the witness.
     fn passing(&self) -> (bool, String) {
-        let keywords = ["map_d", "Tf", "d", "illum"];
-        let has_holes = |u: &Used| {
-            self.scene
-                .has_holes(self.scene.materials[u.index].dissolve_map)
-        };
-        self.used(&keywords, |u| u.surface.transmits() || has_holes(u))
+        self.used(&["map_d", "Tf", "d", "illum"], |u| self.passes(u))
+    }
+
+    fn passes(&self, used: &Used) -> bool {
+        let map = self.scene.materials[used.index].dissolve_map;
+        used.surface.transmits() || self.scene.has_holes(map)
     }
 
     /// True if a used material has a picture; with the witness.
@@ -234,8 +236,11 @@ fn faces(count: usize) -> String {
     }
 }
 
+/// True if light bends at a surface, or would where it goes no further: how much of it a dielectric mirrors follows from
+/// the angle behind it.
 fn bends(surface: &Surface) -> bool {
-    surface.transmits() && surface.index != 1.0
+    let passes = surface.transmits() || surface.fresnel == Fresnel::Dielectric;
+    passes && surface.index != 1.0
 }
 
 fn asked(option: &str, value: u32, least: u32) -> (bool, String) {
@@ -269,7 +274,7 @@ mod tests {
     #[test]
     fn a_witness_more_switches_an_effect_on_and_unused_ones_do_not() {
         assert_eq!(effects(&plain()), "light,shadow");
-        let changes: [(&str, Change); 12] = [
+        let changes: [(&str, Change); 13] = [
             ("texture,light,shadow", |s| {
                 s.materials[1].diffuse_map = Some(Map::default())
             }),
@@ -311,6 +316,15 @@ mod tests {
                 |s| {
                     s.materials[1].illumination = 7;
                     s.materials[1].refraction_index = 1.5;
+                },
+            ),
+            // What it mirrors follows from how it would bend what it lets through none of.
+            (
+                "light,shadow,reflection,transparency,refraction,fresnel",
+                |s| {
+                    s.materials[1].illumination = 7;
+                    s.materials[1].refraction_index = 1.5;
+                    s.materials[1].filter = [0.0; 3];
                 },
             ),
             ("light,shadow,tinted_shadow", |s| {
