@@ -1,4 +1,4 @@
-//! What the C library does where the host's does something else.
+//! The C library where it does something else than the host's.
 
 use srp_archdesc::arch::Precision;
 use srp_archdesc::diagnostic::Source;
