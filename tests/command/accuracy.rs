@@ -126,6 +126,24 @@ fn renders_again(folder: &Path, trial: &Value, name: &str) {
     }
 }
 
+/// A knob of a unit that the scene does not use.
+const UNUSED: [&str; 2] = ["--knob", "sine and cosine"];
+
+/// The study of a small frame of `scene.obj`.
+fn of_small_frame(folder: &Path, more: &[&str]) -> Value {
+    let frame = [
+        "accuracy",
+        "scene.obj",
+        "--camera",
+        "0,2,5/0,-0.2,-1/50",
+        "--size",
+        "16x8",
+        "--json",
+    ];
+    let output = ended(folder, &[&frame[..], more].concat(), 0);
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
 /// A formula of a kernel that is not the renderer's is no rounding: the report says so, and the pixel has both.
 #[test]
 fn what_kernels_compute_otherwise_is_no_rounding() {
@@ -136,22 +154,8 @@ fn what_kernels_compute_otherwise_is_no_rounding() {
     let other = tile.replace("0.25f * light", "0.35f * light");
     assert_ne!(other, tile);
     write(&folder, "mine/tile.c", &other);
-    let frame = [
-        "accuracy",
-        "scene.obj",
-        "--camera",
-        "0,2,5/0,-0.2,-1/50",
-        "--size",
-        "16x8",
-        "--json",
-    ];
-    let report = |more: &[&str]| -> Value {
-        let output = ended(&folder, &[&frame[..], more].concat(), 0);
-        serde_json::from_slice(&output.stdout).expect("JSON")
-    };
-    let knob = ["--knob", "sine and cosine"];
     let of = |more: &[&str]| {
-        let found = report(&[&knob[..], more].concat());
+        let found = of_small_frame(&folder, &[&UNUSED[..], more].concat());
         let found = &found["trials"][0]["attribution"];
         let figure = |name: &str| found[name].as_f64().expect("a figure");
         (figure("picture_error"), figure("squared_error"))
@@ -165,7 +169,7 @@ fn what_kernels_compute_otherwise_is_no_rounding() {
         changed.1 < 1.0,
         "roundings are as small as before: {changed:?}"
     );
-    let pixel = report(&["--kernels", "mine", "--pixel", "8,6"]);
+    let pixel = of_small_frame(&folder, &["--kernels", "mine", "--pixel", "8,6"]);
     let levels = |name: &str| pixel[name][0].as_f64().expect("a level");
     assert!((levels("exact") - levels("value")).abs() < 0.1, "{pixel}");
     assert!(
@@ -178,19 +182,7 @@ fn what_kernels_compute_otherwise_is_no_rounding() {
 fn units_that_a_frame_does_not_use_get_no_credit() {
     let folder = folder("accuracy-unused");
     write(&folder, "scene.obj", SCENE);
-    let args = [
-        "accuracy",
-        "scene.obj",
-        "--camera",
-        "0,2,5/0,-0.2,-1/50",
-        "--size",
-        "16x8",
-        "--knob",
-        "sine and cosine",
-        "--json",
-    ];
-    let output = srp(&folder, &args);
-    let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let report = of_small_frame(&folder, &UNUSED);
     let trials = report["trials"].as_array().expect("trials");
     let area = &trials[0]["costs"]["area"];
     for trial in &trials[1..] {

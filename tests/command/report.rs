@@ -329,7 +329,7 @@ fn kernels_of_a_frame_are_short() {
 #[test]
 fn mapped_graphs_have_a_report() {
     let folder = folder("report_graphs");
-    write(&folder, "accumulate.dot", super::GRAPH);
+    write(&folder, "accumulate.dot", super::graphs::GRAPH);
     let mesh = [
         "machine", "mesh", "--rows", "2", "--cols", "2", "-o", "mesh.xml",
     ];
@@ -357,7 +357,7 @@ fn mapped_graphs_have_a_report() {
 #[test]
 fn wires_are_in_the_report() {
     let folder = folder("report_wires");
-    write(&folder, "accumulate.dot", super::GRAPH);
+    write(&folder, "accumulate.dot", super::graphs::GRAPH);
     let mesh = "machine mesh --rows 1 --cols 4 --wires mesh --hops 3";
     let mesh: Vec<&str> = mesh.split(' ').collect();
     // A row whose units do one thing each, without links.
