@@ -38,8 +38,7 @@ fn name_of(path: &Path, changes: &[Change]) -> String {
     }
 }
 
-/// What is not as it seems in a machine with attributes changed, for the people who changed them; nothing of one that cannot
-/// be read.
+/// Warnings of a machine with attributes changed, for the people who changed them; none of one that cannot be read.
 pub fn warnings(path: &Path, changes: &[Change]) -> Messages {
     let text = changed_text(path, changes).unwrap_or_default();
     warnings_of(&name_of(path, changes), &text)

@@ -60,7 +60,7 @@ pub fn operation_energy(op: Opcode, arch: &Arch) -> f64 {
         }
 }
 
-/// What haste multiplies the energy of adders and of multipliers by, and the energy of registers beyond those of the priced
+/// The factors of the energy of adders and of multipliers for haste, and the energy of registers beyond those of the priced
 /// pipeline, pJ: the mean of the units that run an operation.
 fn pipeline_energy(op: Opcode, digits: u32, arch: &Arch) -> ([f64; 2], f64) {
     let bits = stage_bits(op.class(), digits);

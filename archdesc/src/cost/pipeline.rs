@@ -112,12 +112,12 @@ impl Depth {
         }
     }
 
-    /// What an operator's area is multiplied by.
+    /// The factor of an operator's area.
     pub fn area(&self) -> f64 {
         self.haste.powf(HASTE_AREA)
     }
 
-    /// What the energy of an adder, and that of a multiplier, is multiplied by: ALADDIN's take 1.52 and 1.19 times as much
+    /// The factors of the energy of an adder and of a multiplier: ALADDIN's take 1.52 and 1.19 times as much
     /// at twice the clock.
     pub fn energy(&self) -> [f64; 2] {
         [0.6, 0.25].map(|power| self.haste.powf(power))

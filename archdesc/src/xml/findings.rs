@@ -46,7 +46,10 @@ impl Findings {
         message: impl Into<String>,
         label: impl Into<String>,
     ) -> Diagnostic {
-        Diagnostic::warning(code, &self.file, message).at(span, label)
+        Diagnostic {
+            severity: Severity::Warning,
+            ..self.error(code, span, message, label)
+        }
     }
 
     /// Keeps a mistake.

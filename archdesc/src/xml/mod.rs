@@ -56,8 +56,8 @@ pub fn parse(name: &str, xml: &str) -> Result<Arch, Vec<Diagnostic>> {
     }
 }
 
-/// What in a machine file is not as it seems: attributes without effect, cycles that no operator keeps. Nothing of a file that is
-/// wrong.
+/// Warnings of what in a machine file is not as it seems: attributes without effect, cycles that no operator keeps. There are
+/// none of a file that is wrong.
 pub fn warnings(name: &str, xml: &str) -> Vec<Diagnostic> {
     let (found, warned) = (Findings::new(name), Findings::new(name));
     let Some(root) = syntax::parse(xml, &found) else {
