@@ -161,10 +161,15 @@ pub(super) fn arithmetic(fu: &FuSpec, arch: &Arch) -> Arithmetic {
         let needed = operators(class);
         widest = widest.merged(needed, u32::max);
         let (depth, digits) = pipeline(how, arch);
+        // Addresses are sums, and the rest of an access is not of their adder.
+        let integers = match class {
+            Class::Alu | Class::Valu => needed.int,
+            _ => 0,
+        };
         let uses = [
             (needed.add, &mut adds),
             (needed.mul, &mut muls),
-            (needed.int, &mut ints),
+            (integers, &mut ints),
             (needed.imul, &mut imuls),
         ];
         for (_, operator) in uses.into_iter().filter(|(number, _)| *number > 0) {
