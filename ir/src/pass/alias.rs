@@ -3,10 +3,11 @@
 //! Pointer arithmetic stays inside the object that it starts from (C17 6.5.6), so the address of a
 //! global plus anything points into that global.
 
+use super::restrict_number;
 use crate::flow::Cfg;
-use crate::program::*;
+use crate::program::{Function, InstData, InstKind, Slot, Symbol, Value};
 use srp_archdesc::entity::EntityMap;
-use srp_archdesc::isa::{Class, Opcode};
+use srp_archdesc::isa::{Class, Opcode, Space};
 
 /// Rounds after which a value that still changes counts as unknown.
 const MAX_ROUNDS: usize = 24;
@@ -20,6 +21,14 @@ pub enum Object {
     Slot(Slot),
 }
 
+/// Something with bytes that are no bytes of another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Target {
+    Object(Object),
+    /// That of the `restrict` pointer of this number, in its scope.
+    Restrict(u32),
+}
+
 /// The target of a word used as an address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Points {
@@ -28,7 +37,7 @@ enum Points {
     /// A number.
     Number,
     /// Somewhere into an object.
-    Into(Object),
+    Into(Target),
     /// A number, or an address that the function was given or has loaded.
     Unknown,
     /// One of several of these.
@@ -69,8 +78,14 @@ pub struct Objects {
 }
 
 impl Objects {
-    /// The least solution of the definitions.
+    /// The objects of the addresses, wherever they are used.
     pub fn of(func: &Function) -> Objects {
+        Objects::in_scope(func, &[])
+    }
+
+    /// The objects of the addresses in the scope of some `restrict` pointers, by their numbers: the least
+    /// solution of the definitions.
+    pub(super) fn in_scope(func: &Function, restrict: &[u32]) -> Objects {
         let cfg = Cfg::of(func);
         let mut points = EntityMap::filled(func.values.len(), Points::Open);
         for &param in &func.blocks[func.entry()].params {
@@ -88,7 +103,11 @@ impl Objects {
             for &block in &cfg.order {
                 for &inst in &func.blocks[block].insts {
                     let InstData { kind, results, .. } = &func.insts[inst];
-                    let now = of_inst(kind, &points);
+                    let number = restrict_number(kind).filter(|n| restrict.contains(n));
+                    let now = match number {
+                        Some(number) => Points::Into(Target::Restrict(number)),
+                        None => of_inst(kind, &points),
+                    };
                     for &result in results {
                         let now = points[result].or(now);
                         set(&mut points, result, now);
@@ -112,8 +131,16 @@ impl Objects {
     /// The object that an address points into, if there is one that it surely does.
     pub fn object(&self, address: Value) -> Option<Object> {
         match self.points[address] {
-            Points::Into(object) => Some(object),
+            Points::Into(Target::Object(object)) => Some(object),
             _ => None,
+        }
+    }
+
+    /// True if two addresses certainly point into different objects.
+    fn are_apart(&self, one: Value, other: Value) -> bool {
+        match (self.points[one], self.points[other]) {
+            (Points::Into(one), Points::Into(other)) => one != other,
+            _ => false,
         }
     }
 
@@ -123,11 +150,58 @@ impl Objects {
     }
 }
 
+/// A piece of memory that an access reads or writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Piece {
+    space: Space,
+    base: Value,
+    /// Bytes from the base to its first one, and behind its last one.
+    start: i64,
+    end: i64,
+}
+
+impl Piece {
+    /// The piece of an access; `None` for what accesses no memory, or none at an address.
+    pub(super) fn of(op: Opcode, base: Value, imm: i32) -> Option<Piece> {
+        let start = i64::from(imm);
+        Some(Piece {
+            space: op.space()?,
+            base,
+            start,
+            end: start + i64::from(op.access_bytes()?),
+        })
+    }
+
+    /// True if two pieces may have a byte in common: the same memory, not of different objects, and not disjoint from
+    /// the same base.
+    pub(super) fn may_meet(&self, other: &Piece, objects: &Objects) -> bool {
+        if self.space != other.space {
+            return false;
+        }
+        if self.base != other.base {
+            return !objects.are_apart(self.base, other.base);
+        }
+        self.start < other.end && other.start < self.end
+    }
+
+    /// True if all bytes of another piece are in this one.
+    pub(super) fn contains(&self, other: &Piece) -> bool {
+        (self.space, self.base) == (other.space, other.base)
+            && self.start <= other.start
+            && other.end <= self.end
+    }
+
+    /// True if it is in this memory.
+    pub(super) fn is_in(&self, space: Space) -> bool {
+        self.space == space
+    }
+}
+
 fn of_inst(kind: &InstKind, points: &EntityMap<Value, Points>) -> Points {
     match kind {
         InstKind::Const(_) => Points::Number,
-        InstKind::SymbolAddr(symbol, _) => Points::Into(Object::Symbol(*symbol)),
-        InstKind::SlotAddr(slot, _) => Points::Into(Object::Slot(*slot)),
+        InstKind::SymbolAddr(symbol, _) => Points::Into(Target::Object(Object::Symbol(*symbol))),
+        InstKind::SlotAddr(slot, _) => Points::Into(Target::Object(Object::Slot(*slot))),
         InstKind::Op { op, args, .. } => match op {
             Opcode::Mov => points[args[0]],
             Opcode::Add | Opcode::And | Opcode::Or => points[args[0]].plus(points[args[1]]),

@@ -36,6 +36,8 @@ pub const STANDARD: &[&str] = &[
     "promote",
     "ifconvert",
     "simplify",
+    "dead-stores",
+    "simplify",
     "associative-math",
     "recurrences",
     "simplify",

@@ -155,6 +155,11 @@ pub const PASSES: &[Pass] = &[
         run: Run::Function(|f, context| dead_loops(f, &context.precision())),
     },
     Pass {
+        name: "dead-stores",
+        what: "Removes stores that others of their block overwrite before anything reads them.",
+        run: Run::Function(|f, _| dead_stores(f)),
+    },
+    Pass {
         name: "rewrite",
         what: "Rewrites floating-point expressions by the rules and on the lines that are asked for.",
         run: Run::Program(|program, context| {

@@ -1,0 +1,184 @@
+//! What loads would find: values that were loaded or stored before.
+
+use crate::pass::alias::{Objects, Piece};
+use crate::pass::guards::Guards;
+use crate::program::*;
+use srp_archdesc::isa::{Effect, Opcode};
+
+/// Accesses that are remembered at a time.
+const MAX_KNOWN: usize = 128;
+
+/// Stores under predicates that are looked through for the value under them.
+const MAX_OVER: usize = 4;
+
+/// Values known to be in memory at a point.
+#[derive(Clone, Default)]
+pub(super) struct Loads {
+    known: Vec<Known>,
+}
+
+/// Where `guard` holds, an access has left `value` in memory, over which stores under predicates have gone since.
+#[derive(Clone)]
+struct Known {
+    op: Opcode,
+    guard: Value,
+    piece: Piece,
+    value: Value,
+    /// The predicates of stores and what they have stored, the last one last.
+    over: Vec<(Value, Value)>,
+}
+
+/// The way from a word that was stored to what a load of its type gives.
+#[derive(Clone, Copy)]
+enum Narrow {
+    /// The same.
+    Not,
+    /// Its low bits, and zeros.
+    Mask(u32),
+    /// Its low bits, and copies of their sign: shifted there and back by so many bits.
+    Sign(u32),
+}
+
+/// The value of a load.
+pub(super) struct Held {
+    value: Value,
+    over: Vec<(Value, Value)>,
+    narrow: Narrow,
+    /// The load gives zero where this does not hold.
+    under: Option<Value>,
+}
+
+impl Loads {
+    /// Notes what an instruction does to memory; the value that it would load, if that is known.
+    pub(super) fn see(
+        &mut self,
+        kind: &InstKind,
+        result: Option<Value>,
+        objects: &Objects,
+        guards: &Guards,
+    ) -> Option<Held> {
+        let (op, args, imm) = match kind {
+            InstKind::Op { op, args, imm } => (*op, args, *imm),
+            _ => {
+                self.known.clear();
+                return None;
+            }
+        };
+        let piece = args.get(1).and_then(|&base| Piece::of(op, base, imm));
+        match (op.info().effect, piece) {
+            // Where a texture is read is no sum of two operands.
+            (Effect::Load, None) => {}
+            (Effect::Load, Some(piece)) => {
+                let of = |k| held(k, op, &piece, args[0], guards);
+                if let Some(held) = self.known.iter().rev().find_map(of) {
+                    return Some(held);
+                }
+                self.note(op, args[0], piece, result?);
+            }
+            (Effect::Store, Some(piece)) => {
+                self.known.retain_mut(|k| {
+                    let stays = k.piece == piece
+                        && returns(op, k.op).is_some_and(|way| matches!(way, Narrow::Not))
+                        && !guards.implies(k.guard, args[0])
+                        && k.over.len() < MAX_OVER;
+                    if stays {
+                        k.over.push((args[0], args[2]));
+                    }
+                    stays || !k.piece.may_meet(&piece, objects)
+                });
+                self.note(op, args[0], piece, args[2]);
+            }
+            _ => self.known.clear(),
+        }
+        None
+    }
+
+    fn note(&mut self, op: Opcode, guard: Value, piece: Piece, value: Value) {
+        if self.known.len() >= MAX_KNOWN {
+            self.known.clear();
+        }
+        self.known.push(Known {
+            op,
+            guard,
+            piece,
+            value,
+            over: Vec::new(),
+        });
+    }
+}
+
+/// The value that a load of a piece under a guard would give, if that follows from what is known.
+fn held(k: &Known, op: Opcode, piece: &Piece, guard: Value, guards: &Guards) -> Option<Held> {
+    if k.piece != *piece || !guards.implies(guard, k.guard) {
+        return None;
+    }
+    let is_loaded = k.op == op;
+    let narrow = if is_loaded {
+        Narrow::Not
+    } else {
+        returns(k.op, op)?
+    };
+    // Nothing that was stored before the last store that surely was made is left.
+    let surely = |&(under, _): &(Value, Value)| guards.implies(guard, under);
+    let (value, over) = match k.over.iter().rposition(surely) {
+        Some(last) => (k.over[last].1, &k.over[last + 1..]),
+        None => (k.value, &k.over[..]),
+    };
+    let is_same = is_loaded && k.over.is_empty() && k.guard == guard;
+    Some(Held {
+        value,
+        over: over.to_vec(),
+        narrow,
+        under: (!is_same && !guards.is_true(guard)).then_some(guard),
+    })
+}
+
+/// The way from what a store or load was of to what a load of the same bytes gives; `None` where there is none.
+fn returns(from: Opcode, load: Opcode) -> Option<Narrow> {
+    use Opcode::*;
+    Some(match (from, load) {
+        _ if from == load => Narrow::Not,
+        (Sw, Lw) | (Sv, Lv) | (Gsw, Glw) | (Gsv, Glv) => Narrow::Not,
+        (Sb, Lbu) | (Gsb, Glbu) => Narrow::Mask(0xff),
+        (Sh, Lhu) | (Gsh, Glhu) => Narrow::Mask(0xffff),
+        (Sb, Lb) | (Gsb, Glb) => Narrow::Sign(24),
+        (Sh, Lh) | (Gsh, Glh) => Narrow::Sign(16),
+        _ => return None,
+    })
+}
+
+impl Held {
+    /// The instructions that compute it in the place of a load, and the value.
+    pub(super) fn build(self, func: &mut Function, load: Inst) -> (Vec<Inst>, Value) {
+        let InstData { results, pos, .. } = &func.insts[load];
+        let (pos, ty) = (*pos, func.values[results[0]]);
+        let mut steps = Vec::new();
+        let mut make = |kind: InstKind| {
+            let inst = func.make_inst(kind, &[ty], pos);
+            steps.push(inst);
+            func.insts[inst].results[0]
+        };
+        let of = |op, args| InstKind::Op { op, args, imm: 0 };
+        let mut value = self.value;
+        for (under, stored) in self.over {
+            value = make(of(Opcode::select(ty), vec![under, stored, value]));
+        }
+        match self.narrow {
+            Narrow::Not => {}
+            Narrow::Mask(bits) => {
+                let mask = make(InstKind::Const(Bits::Word(bits)));
+                value = make(of(Opcode::And, vec![value, mask]));
+            }
+            Narrow::Sign(by) => {
+                let by = make(InstKind::Const(Bits::Word(by)));
+                let up = make(of(Opcode::Shl, vec![value, by]));
+                value = make(of(Opcode::Sar, vec![up, by]));
+            }
+        }
+        if let Some(under) = self.under {
+            let zero = make(InstKind::Const(Bits::zero(ty)));
+            value = make(of(Opcode::select(ty), vec![under, value, zero]));
+        }
+        (steps, value)
+    }
+}
