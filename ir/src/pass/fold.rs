@@ -4,6 +4,7 @@
 //! Integers wrap, so sums may be regrouped: the constants of an address move into the immediate of
 //! its load or store.
 
+use super::order::Stage;
 use super::rename::Renames;
 use crate::flow::Cfg;
 use crate::program::*;
@@ -27,7 +28,7 @@ const LOOK_BACK: u32 = 6;
 
 /// Replaces operations by constants or by simpler operations that give the same bits on a machine
 /// of this precision.
-pub(crate) fn fold(func: &mut Function, precision: &Precision) -> bool {
+pub(crate) fn fold(func: &mut Function, precision: &Precision, stage: Stage) -> bool {
     let order = Cfg::of(func).order;
     let mut defs = vec![None; func.values.len()];
     for &block in &order {
@@ -40,6 +41,7 @@ pub(crate) fn fold(func: &mut Function, precision: &Precision) -> bool {
     let mut folder = Folder {
         func,
         precision,
+        stage,
         defs,
         renames: Renames::default(),
         out: Vec::new(),
@@ -63,6 +65,7 @@ pub(crate) fn fold(func: &mut Function, precision: &Precision) -> bool {
 struct Folder<'a> {
     func: &'a mut Function,
     precision: &'a Precision,
+    stage: Stage,
     /// The instruction that defines a value, by index; none for parameters.
     defs: Vec<Option<Inst>>,
     renames: Renames,

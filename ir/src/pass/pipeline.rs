@@ -127,7 +127,7 @@ pub const PASSES: &[Pass] = &[
     Pass {
         name: "fold",
         what: "Computes what is known, and replaces operations by cheaper ones with the same result.",
-        run: Run::Function(|f, context| fold(f, &context.precision())),
+        run: Run::Function(|f, context| fold(f, &context.precision(), context.stage)),
     },
     Pass {
         name: "mem2reg",

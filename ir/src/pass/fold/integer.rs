@@ -36,6 +36,22 @@ impl Folder<'_> {
             _ => None,
         }
         .or_else(|| self.truth_values(op, a, b))
+        .or_else(|| self.masked(op, a, b))
+        .or_else(|| self.masked(op, b, a))
+    }
+
+    /// `−t & x` and, if t is a predicate, `t · x`: x or 0, where t is 1 or 0.
+    fn masked(&mut self, op: Opcode, mask: Value, x: Value) -> Option<Value> {
+        let t = match (op, self.op_of(mask)?) {
+            (Opcode::And, (Opcode::Sub, [zero, t, _], _)) => {
+                (self.word(zero) == Some(0) && self.ones(t, 0) <= 1).then_some(t)
+            }
+            (Opcode::Mul, (Opcode::Ptoi, ..)) => Some(mask),
+            _ => None,
+        }?;
+        let zero = self.int(0);
+        let holds = self.build(Opcode::Ne, &[t, zero]);
+        Some(self.build(Opcode::Sel, &[holds, x, zero]))
     }
 
     /// `a + c`, `c` not 0.

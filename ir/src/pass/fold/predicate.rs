@@ -1,6 +1,7 @@
 //! Identities of predicates and selections.
 
 use super::Folder;
+use crate::pass::order::Stage;
 use crate::program::*;
 use srp_archdesc::isa::Opcode;
 
@@ -102,6 +103,8 @@ impl Folder<'_> {
         }
         self.absorb(op, a, b)
             .or_else(|| self.absorb(op, b, a))
+            .or_else(|| self.absorb_negated(op, a, b))
+            .or_else(|| self.absorb_negated(op, b, a))
             .or_else(|| self.common_factor(op, a, b))
             .or_else(|| self.de_morgan(op, a, b))
     }
@@ -164,6 +167,37 @@ impl Folder<'_> {
                     return Some(self.build(op, &[a, rest]));
                 }
             }
+        }
+        None
+    }
+
+    /// `a op ¬(a op' x)` and `a op ¬(¬a op' x)`, where `op'` is *and* or *or*. Control code keeps them: the
+    /// predicates of its hyperblocks share what is negated, and ¬x would be one operation more.
+    fn absorb_negated(&mut self, op: Opcode, a: Value, b: Value) -> Option<Value> {
+        if self.stage == Stage::Control {
+            return None;
+        }
+        let (Opcode::Pnot, [b, ..], _) = self.op_of(b)? else {
+            return None;
+        };
+        let (inner, [x, y, _], _) = self.op_of(b)?;
+        if !matches!(inner, Opcode::Pand | Opcode::Por) {
+            return None;
+        }
+        for (x, rest) in [(x, y), (y, x)] {
+            let is_opposite = self.are_opposite(x, a);
+            if x != a && !is_opposite {
+                continue;
+            }
+            // What is left of ¬(x op' y) = ¬x op" ¬y, where `op"` is the other of the two.
+            return Some(match (inner == op, is_opposite) {
+                (true, true) => a,
+                (false, false) => self.truth(op == Opcode::Por),
+                _ => {
+                    let not = self.build(Opcode::Pnot, &[rest]);
+                    self.build(op, &[a, not])
+                }
+            });
         }
         None
     }
