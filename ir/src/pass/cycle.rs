@@ -1,11 +1,20 @@
 //! The recurrences of a block that is a loop: which of its values lie on the way of a value around it.
 
 use crate::program::*;
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
+use srp_archdesc::isa::{Class, Opcode};
 
-/// For each parameter that the block gives itself, the values of the block that depend on it, and those that what it
-/// becomes depends on.
-pub(super) struct Cycles(Vec<[FxHashSet<Value>; 2]>);
+/// The recurrences of a block.
+pub(super) struct Cycles(Vec<Cycle>);
+
+/// The recurrence of a parameter that the block gives itself.
+struct Cycle {
+    param: Value,
+    /// The values of the block that depend on it.
+    behind: FxHashSet<Value>,
+    /// Those that what it becomes depends on.
+    before: FxHashSet<Value>,
+}
 
 impl Cycles {
     /// The recurrences of a block; none where it does not lead to itself.
@@ -34,7 +43,11 @@ impl Cycles {
                     });
                 }
             }
-            [behind, before]
+            Cycle {
+                param,
+                behind,
+                before,
+            }
         };
         Cycles(around.map(of).collect())
     }
@@ -46,6 +59,36 @@ impl Cycles {
 
     /// True if the way of some value around the loop leads through `from`, and then through `to`.
     pub(super) fn has(&self, from: Value, to: Value) -> bool {
-        (self.0.iter()).any(|[behind, before]| behind.contains(&from) && before.contains(&to))
+        (self.0.iter()).any(|cycle| cycle.behind.contains(&from) && cycle.before.contains(&to))
+    }
+
+    /// The cycles, about, from the parameters whose ways around the loop lead through `to` to each value that
+    /// depends on them.
+    pub(super) fn waits(&self, func: &Function, block: Block, to: Value) -> FxHashMap<Value, u32> {
+        let mut waits = FxHashMap::default();
+        let through = |cycle: &&Cycle| cycle.behind.contains(&to) && cycle.before.contains(&to);
+        waits.extend(self.0.iter().filter(through).map(|cycle| (cycle.param, 0)));
+        for &inst in &func.blocks[block].insts {
+            let InstData { kind, results, .. } = &func.insts[inst];
+            let mut from = None;
+            kind.for_each_use(|v| from = from.max(waits.get(&v).copied()));
+            if let Some(from) = from {
+                let stands = match kind {
+                    InstKind::Op { op, .. } => from + latency(*op),
+                    _ => from + 1,
+                };
+                waits.extend(results.iter().map(|&v| (v, stands)));
+            }
+        }
+        waits
+    }
+}
+
+/// About how many cycles an integer operation takes: machines differ, but products take no less than sums.
+pub(super) fn latency(op: Opcode) -> u32 {
+    match op.class() {
+        Class::Imul => 2,
+        Class::Load | Class::Cload => 3,
+        _ => 1,
     }
 }

@@ -268,7 +268,7 @@ pub const PASSES: &[Pass] = &[
     Pass {
         name: "recurrences",
         what: "Takes what a loop carries last in its integer operations, so that its recurrences get shorter.",
-        run: Run::Function(|f, _| shorten_recurrences(f)),
+        run: Run::Function(|f, context| shorten_recurrences(f, context.has(&[Class::Imul]))),
     },
     Pass {
         name: "fp-contract",

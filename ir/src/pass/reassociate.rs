@@ -5,18 +5,20 @@
 //! operations, which are exact, wherever it makes a recurrence shorter.
 
 use super::Remark;
-use super::cycle::Cycles;
+use super::cycle::{Cycles, latency};
 use super::fast_math::uses;
 use crate::program::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 use srp_archdesc::isa::{Opcode, Ty};
 
+mod selected;
+mod sums;
+
 /// The floating-point operations that are taken to be associative: each is commutative as it stands.
 const FLOATS: &[Opcode] = &[Opcode::Fadd, Opcode::Fmul, Opcode::Vfadd, Opcode::Vfmul];
 
-/// The associative and commutative operations of integers.
+/// The associative and commutative operations of integers but for [sums](sums), whose terms have signs.
 const INTEGERS: &[Opcode] = &[
-    Opcode::Add,
     Opcode::Mul,
     Opcode::And,
     Opcode::Or,
@@ -25,7 +27,8 @@ const INTEGERS: &[Opcode] = &[
     Opcode::Max,
 ];
 
-/// How long a value takes: what the loop carries last of all, then by the operations before it.
+/// How long a value takes: what the loop carries last of all, then by the cycles since it has been carried, or by the
+/// operations before it.
 type Rank = (bool, u32);
 
 /// The name of this pass in remarks.
@@ -46,10 +49,13 @@ pub(crate) fn reassociate(func: &mut Function, remarks: &mut Vec<Remark>) -> boo
 }
 
 /// Shortens the recurrences of integer operations in blocks that are loops.
-pub(crate) fn shorten_recurrences(func: &mut Function) -> bool {
+/// `has_products`: the machine has units that multiply.
+pub(crate) fn shorten_recurrences(func: &mut Function, has_products: bool) -> bool {
     let mut changed = false;
     for block in func.layout.clone() {
         changed |= distribute(func, block);
+        changed |= selected::take_in(func, block);
+        changed |= sums::shorten(func, block, has_products);
         changed |= !trees(func, block, INTEGERS).is_empty();
     }
     changed
@@ -168,8 +174,16 @@ fn trees(func: &mut Function, block: Block, of: &[Opcode]) -> Vec<Pos> {
         };
         let result = func.insts[root].results[0];
         let (mut leaves, mut tree) = (Vec::new(), Vec::new());
-        // Leaves that the loop carries, and the most operations from one of them to the root.
-        let (mut carried, mut longest) = (0, 0);
+        let waits = match is_exact {
+            true => cycles.waits(func, block, result),
+            false => FxHashMap::default(),
+        };
+        let wait = |value: Value| {
+            let carried = cycles.has(value, result);
+            carried.then(|| waits.get(&value).copied().unwrap_or(0))
+        };
+        // The cycles from what is carried to the result.
+        let mut longest = None;
         let mut open = vec![(args[1], 1), (args[0], 1)];
         while let Some((value, depth)) = open.pop() {
             match inner(func, value, op) {
@@ -180,20 +194,39 @@ fn trees(func: &mut Function, block: Block, of: &[Opcode]) -> Vec<Pos> {
                 }
                 None => {
                     leaves.push(value);
-                    if cycles.has(value, result) {
-                        carried += 1;
-                        longest = longest.max(depth);
-                    }
+                    longest = longest.max(wait(value).map(|wait| wait + depth * latency(op)));
                 }
             }
         }
-        let is_worth_it = !is_exact || (carried > 0 && longest > carried);
-        let is_last = |value: &Value| cycles.has(*value, result);
-        if leaves.len() > 2 && is_worth_it && rebuild(func, block, (root, tree), leaves, is_last) {
-            changed.push(func.insts[root].pos);
+        let is_worth_it = || {
+            let waits = leaves.iter().map(|&leaf| wait(leaf)).collect();
+            !is_exact || least_wait(waits, latency(op)) < longest
+        };
+        if leaves.len() > 2 && is_worth_it() {
+            let ranks = ranks(func, block);
+            let rank = |value: &Value| match wait(*value) {
+                Some(wait) if is_exact => (true, wait),
+                carried => (carried.is_some(), ranks.get(value).copied().unwrap_or(0)),
+            };
+            if rebuild(func, block, (root, tree), leaves, rank) {
+                changed.push(func.insts[root].pos);
+            }
         }
     }
     changed
+}
+
+/// The cycles to the result where the two operands that are there first are always combined; `None` stands
+/// for what the loop does not carry.
+fn least_wait(mut open: Vec<Option<u32>>, step: u32) -> Option<u32> {
+    open.sort_unstable();
+    while let [_, later, ..] = open[..] {
+        open.drain(..2);
+        let made = later.map(|later| later + step);
+        let place = open.partition_point(|&other| other < made);
+        open.insert(place, made);
+    }
+    open.pop().flatten()
 }
 
 /// Combines the leaves of a tree, always the two that are there first; whether that is new.
@@ -202,13 +235,8 @@ fn rebuild(
     block: Block,
     (root, mut tree): (Inst, Vec<Inst>),
     leaves: Vec<Value>,
-    is_last: impl Fn(&Value) -> bool,
+    rank: impl Fn(&Value) -> Rank,
 ) -> bool {
-    let ranks = ranks(func, block);
-    let rank = |value: &Value| {
-        let depth = ranks.get(value).copied().unwrap_or(0);
-        (is_last(value), depth)
-    };
     let mut open: Vec<(Rank, Value)> = leaves.iter().map(|v| (rank(v), *v)).collect();
     // Of equals the first comes first: the sort is stable.
     open.sort_by_key(|&(rank, _)| std::cmp::Reverse(rank));
