@@ -23,6 +23,10 @@ pub enum Reason {
     Branches,
     /// It calls this function, which is not inlined.
     Call(String),
+    /// It calls this function, which may call itself, at once or through others.
+    RecursiveCall(String),
+    /// It calls this function, which talks to a port, itself or through others.
+    PortCall(String),
     /// It calls a function through a pointer.
     IndirectCall,
     /// It launches a kernel.
@@ -83,6 +87,19 @@ impl std::fmt::Display for Reason {
                  (`1.0f`, `sqrtf`), or compile with `--double float`"
             }
             Reason::Call(name) => return write!(f, "the call to `{name}` is not inlined"),
+            Reason::RecursiveCall(name) => {
+                return write!(
+                    f,
+                    "the call to `{name}` cannot be inlined, for `{name}` calls itself"
+                );
+            }
+            Reason::PortCall(name) => {
+                return write!(
+                    f,
+                    "the call to `{name}` leads to a port, which only the VLIW engine can talk to: whatever \
+                     prints or reads does"
+                );
+            }
             Reason::IndirectCall => "a call through a pointer cannot be inlined",
             Reason::Launch => "the loop launches another kernel",
             Reason::Port(op) => {

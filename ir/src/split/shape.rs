@@ -3,7 +3,9 @@
 use super::places::{Def, Places};
 use super::{Reason, Refusal};
 use crate::flow::{Cfg, Dominators, Loops};
-use crate::program::{Bits, Block, Callee, Function, InstKind, Program, Target, Terminator, Value};
+use crate::program::{
+    Bits, Block, Callee, Func, Function, InstKind, Program, Target, Terminator, Value,
+};
 use srp_archdesc::isa::{Effect, Opcode, Ty};
 use std::collections::BTreeSet;
 
@@ -190,7 +192,7 @@ fn check_insts(program: &Program, func: &Function, block: Block) -> Result<(), R
             InstKind::Call {
                 callee: Callee::Func(callee),
                 ..
-            } => Reason::Call(program.funcs[*callee].name.clone()),
+            } => why_not_inlined(program, *callee),
             InstKind::Call { .. } => Reason::IndirectCall,
             InstKind::Launch { .. } => Reason::Launch,
             InstKind::Op { op, .. } if op.info().effect == Effect::Io => Reason::Port(*op),
@@ -202,6 +204,34 @@ fn check_insts(program: &Program, func: &Function, block: Block) -> Result<(), R
         });
     }
     Ok(())
+}
+
+/// Returns the reason why a call is left.
+fn why_not_inlined(program: &Program, callee: Func) -> Reason {
+    let (mut open, mut reached) = (vec![callee], BTreeSet::new());
+    let (mut calls_itself, mut has_port) = (false, false);
+    while let Some(func) = open.pop() {
+        let func = &program.funcs[func];
+        for &inst in func.layout.iter().flat_map(|&b| &func.blocks[b].insts) {
+            match &func.insts[inst].kind {
+                InstKind::Call {
+                    callee: Callee::Func(next),
+                    ..
+                } => {
+                    calls_itself |= *next == callee;
+                    open.extend(reached.insert(*next).then_some(*next));
+                }
+                InstKind::Op { op, .. } => has_port |= op.info().effect == Effect::Io,
+                _ => {}
+            }
+        }
+    }
+    let name = program.funcs[callee].name.clone();
+    match (has_port, calls_itself) {
+        (true, _) => Reason::PortCall(name),
+        (_, true) => Reason::RecursiveCall(name),
+        _ => Reason::Call(name),
+    }
 }
 
 /// Returns the reason why the loop with this header is not a single block.
