@@ -32,15 +32,23 @@ pub struct TooLarge {
     pub needed: u64,
     /// Bytes of SRAM.
     pub available: u32,
+    /// The largest global, and its bytes.
+    pub largest: Option<(String, u32)>,
 }
 
 impl std::fmt::Display for TooLarge {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let TooLarge { needed, available } = self;
+        let (needed, available) = (self.needed, self.available);
         write!(
             f,
-            "the program's globals and a stack of {MIN_STACK} bytes need {needed} bytes of SRAM; \
-             the machine has {available}: give it a larger `<sram size=\"…\"/>`"
+            "the program's globals and a stack of {MIN_STACK} bytes need {needed} bytes of SRAM"
+        )?;
+        if let Some((name, bytes)) = &self.largest {
+            write!(f, ", `{name}` alone {bytes} of them")?;
+        }
+        write!(
+            f,
+            "; the machine has {available}: give it a larger `<sram size=\"…\"/>`"
         )
     }
 }
@@ -60,9 +68,15 @@ impl Layout {
         let end = next.next_multiple_of(16);
         let needed = end + u64::from(MIN_STACK + RED_ZONE);
         if needed > u64::from(sram_bytes) {
+            let largest = program
+                .globals
+                .values()
+                .rev()
+                .max_by_key(|global| global.size);
             return Err(TooLarge {
                 needed,
                 available: sram_bytes,
+                largest: largest.map(|global| (global.name.clone(), global.size)),
             });
         }
         let mut layout = Layout {
