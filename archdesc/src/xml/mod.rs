@@ -147,6 +147,7 @@ fn resolve(machine: &raw::Machine, at: Span, found: &Findings) -> Option<Arch> {
         array: array.span,
         units: &units,
         files: &file_spans,
+        has_vliw: machine.vliw.is_some(),
     };
     rules::check(found, &arch, &places);
     system::hits_in_time(found, &machine.system, &arch);

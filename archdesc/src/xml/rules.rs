@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::array::{Origin, Units};
 use super::findings::Findings;
-use crate::arch::{Approx, Arch, Fu, FuSpec, RegFile};
+use crate::arch::{Approx, Arch, FileKind, FileSpec, Fu, FuSpec, RegFile};
 use crate::diagnostic::Span;
 use crate::entity::EntityMap;
 use crate::isa::{Class, Kind, Opcode, Ty};
@@ -19,6 +19,8 @@ pub(super) struct Places<'p> {
     pub(super) units: &'p Units,
     /// Each register file.
     pub(super) files: &'p EntityMap<RegFile, Span>,
+    /// The file has a `<vliw>`.
+    pub(super) has_vliw: bool,
 }
 
 /// Reports every rule that the machine breaks, leaving out those about things that the file
@@ -32,6 +34,9 @@ pub(super) fn check(found: &Findings, arch: &Arch, places: &Places<'_>) {
     if found.suspects_any(&parts) {
         return;
     }
+    if is_array_alone(found, arch, places) {
+        return;
+    }
     slots(found, arch, places);
     if !found.suspects_any(&["fu-type", "type", "op", "class", "classes", "width"]) {
         classes(found, arch, places);
@@ -42,6 +47,28 @@ pub(super) fn check(found: &Findings, arch: &Arch, places: &Places<'_>) {
             central_file(found, arch, places, ty);
         }
     }
+}
+
+/// True, and reported, if all that control code needs is missing: `<vliw>`, and every central file. Then an array alone
+/// is meant, and what its slots lack is not worth a list.
+fn is_array_alone(found: &Findings, arch: &Arch, places: &Places<'_>) -> bool {
+    let is_central = |file: &FileSpec| file.kind == FileKind::Central;
+    let is_meant = !places.has_vliw
+        && !arch.srp.slots().is_empty()
+        && !arch.srp.files.values().any(is_central)
+        && !found.suspects_any(&["file", "kind"]);
+    if is_meant {
+        let message = "there are VLIW slots, and no central register file for their code";
+        let label = "without a `<vliw>`, the units of its first row are slots";
+        let help = "add `<vliw slots=\"0\"/>` to the machine: it is an array alone then, for `srp map`; or add central files \
+                    of widths 1, 32 and 128 to the array, for programs";
+        found.push(
+            found
+                .error("A0509", places.array, message, label)
+                .help(help),
+        );
+    }
+    is_meant
 }
 
 /// Checks that a unit runs no class whose operations are all wider than the unit.
