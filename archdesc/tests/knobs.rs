@@ -268,3 +268,35 @@ fn area_follows_from_everything_else() {
         assert!(changed > base, "{edit:?}: {changed} for {base}");
     }
 }
+
+/// Ports and banks of memories take area, and no more than units that each choose a bank themselves.
+#[test]
+fn ports_of_memories_take_area() {
+    let ports = |edits: &[(&str, &str)], name: &str| {
+        let area = chip::srp(&machine("", edits));
+        let item = area.items.into_iter().find(|item| item.name == name);
+        item.map_or(0.0, |item| item.mm2)
+    };
+    let sram = |count: &str| {
+        let edit = (
+            "\"sram_port\" count=\"4\"",
+            &*format!("\"sram_port\" count=\"{count}\""),
+        );
+        ports(&[edit], "ports of the SRAM")
+    };
+    let areas = ["1", "2", "4", "8", "16", "64"].map(sram);
+    assert!(areas.is_sorted() && areas[0] > 0.0, "{areas:?}");
+    assert!(areas[0] < areas[1] && areas[1] < areas[2] && areas[2] < areas[3]);
+    assert_eq!(
+        areas[4], areas[5],
+        "units begin no more accesses than there are units"
+    );
+    let cache = |count: &str| {
+        let edit = (
+            "\"cache_port\" count=\"1\"",
+            &*format!("\"cache_port\" count=\"{count}\""),
+        );
+        ports(&[edit], "ports of the data cache")
+    };
+    assert!(cache("1") > 0.0 && cache("1") <= cache("2"));
+}

@@ -1,7 +1,7 @@
 //! Energy of what the SRP does: operations, registers, wires, contexts and its memory.
 
-use super::choice;
 use super::operators::{depth, operators};
+use super::{BANKS, choice};
 use crate::arch::{Arch, FileSpec, Fu, FuSpec, Input, LinkSpec, Srp, Wire};
 use crate::cost::memory::{REGISTER_PJ, file_energy, read_energy};
 use crate::cost::operator::{
@@ -138,13 +138,6 @@ pub fn wire_energy(srp: &Srp, wire: Wire, inputs: u32, bits: u32) -> f64 {
     let cells = across(|fu| fu.row) + across(|fu| fu.col);
     multiplexer_energy(bits, inputs as usize) + carrier_energy(cells, spec.delay, bits)
 }
-
-/// Banks that the SRAM is thought to have where its machine does not say.
-const BANKS: BankSpec = BankSpec {
-    count: 16,
-    width: 16,
-    shared: false,
-};
 
 /// Energy of an access of so many bytes to the SRAM, pJ: of each bank that it takes.
 pub fn sram_energy(arch: &Arch, bytes: u32) -> f64 {

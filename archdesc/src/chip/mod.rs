@@ -8,6 +8,7 @@
 
 mod energy;
 mod operators;
+mod ports;
 
 pub use energy::{
     WIRE_PJ, context_energy, link_energy, multiplexer_energy, operation_energy, register_energy,
@@ -16,6 +17,7 @@ pub use energy::{
 
 pub(crate) use operators::haste;
 use operators::{Arithmetic, arithmetic};
+use ports::Accesses;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -296,11 +298,7 @@ fn storage(arch: &Arch) -> Vec<Item> {
             1e6 * cache_area(system.texture_cache.bytes),
         ),
     ]);
-    if let Some(banks) = system.sram_banks {
-        let (inputs, um2) = bank_choices(srp, banks);
-        let extent = format!("{banks}, {inputs} inputs");
-        items.push(item("choices of SRAM banks", extent, um2));
-    }
+    items.extend(ports(arch));
     if let Some(cache) = system.instruction_cache {
         items.push(item(
             "instruction cache",
@@ -319,27 +317,40 @@ fn storage(arch: &Arch) -> Vec<Item> {
     items
 }
 
-/// Inputs and area, µm², of what leads the accesses of units to banks, and words back: a choice among the units before each
-/// bank, of an address and a word, and among the banks before each unit that loads.
-fn bank_choices(srp: &Srp, banks: BankSpec) -> (u32, f64) {
-    const ADDRESS: u32 = 32;
-    let runs = |class| srp.fus.values().filter(move |fu| fu.op(class).is_some());
-    let loads = runs(Class::Load).count() as u32;
-    let all = srp
-        .fus
-        .values()
-        .filter(|fu| fu.op(Class::Load).or(fu.op(Class::Store)).is_some());
-    // The T&I unit is one more, where it has no ports of its own.
-    let all = all.count() as u32 + u32::from(banks.shared);
-    let word = 8 * banks.width;
-    let bits = |inputs: u32, bits: u32| f64::from(inputs.saturating_sub(1) * bits);
-    let there = f64::from(banks.count) * bits(all, ADDRESS + word);
-    let back = f64::from(loads) * bits(banks.count, word);
-    (
-        banks.count * all + loads * banks.count,
-        MULTIPLEXER_BIT * (there + back),
-    )
+/// The ports of SRAM and data cache.
+fn ports(arch: &Arch) -> [Item; 2] {
+    let cache = BankSpec {
+        count: arch.system.data_cache.banks,
+        width: BANKS.width,
+        shared: false,
+    };
+    let sram = arch.system.sram_banks.unwrap_or(BANKS);
+    let item = |name, load, store, banks: BankSpec| {
+        let accesses = Accesses::of(&arch.srp, load, store);
+        let (inputs, um2) = accesses.choices(banks);
+        Item {
+            name,
+            extent: format!("{} to {banks}, {inputs} inputs", accesses.ports),
+            mm2: um2 * 1e-6,
+        }
+    };
+    [
+        item("ports of the SRAM", Class::Load, Class::Store, sram),
+        item(
+            "ports of the data cache",
+            Class::Cload,
+            Class::Cstore,
+            cache,
+        ),
+    ]
 }
+
+/// Banks that the SRAM is thought to have where its machine does not say.
+const BANKS: BankSpec = BankSpec {
+    count: 16,
+    width: 16,
+    shared: false,
+};
 
 /// Bits that a cache which does not block has for each of its misses, beside the line's address that any cache has: for
 /// each lane of a load a place in the line, a register and a count of the cycles left. The line goes into the cache as it
