@@ -46,6 +46,8 @@ const HOPELESS: u32 = 2;
 const CROWDED: u32 = 20;
 /// Times that all ways are gone up to the largest II before a loop is given up.
 const ROUNDS: u32 = 4;
+/// The effort for each node, in that of one attempt, after which a small loop is given up sooner.
+const IN_VAIN: u64 = 2;
 /// Attempts at the largest II before a vast loop is given up.
 const TOP_ATTEMPTS: u32 = 4;
 /// Steps of the shortest negotiation, for each node.
@@ -96,6 +98,8 @@ pub(super) struct Heuristic<'a, 'p> {
     array: Option<Array>,
     /// The effort of a step there, as the last run had it.
     effort_of_step: u64,
+    /// The router's steps at which nothing more is looked for.
+    in_vain: u64,
     /// The II that was tried last.
     tried: u32,
     /// The II of the schedule in sequence that the watch has left.
@@ -132,6 +136,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
             lanes: Lanes::of(problem),
             array: array(problem),
             effort_of_step: 0,
+            in_vain: u64::MAX,
             tried: 0,
             sequenced: None,
             levels: BTreeMap::new(),
@@ -202,6 +207,11 @@ impl<'a, 'p> Heuristic<'a, 'p> {
                 return Ok(schedule);
             }
         }
+        let in_vain = IN_VAIN * self.problem.dfg.nodes.len() as u64;
+        self.in_vain = self
+            .router
+            .expanded
+            .saturating_add(in_vain.saturating_mul(effort));
         for round in 0..ROUNDS {
             for way in ways {
                 if let Some(schedule) = self.climb(way, bound, deepest, effort, watch) {
@@ -216,6 +226,9 @@ impl<'a, 'p> Heuristic<'a, 'p> {
             {
                 return Ok(schedule);
             }
+            if self.router.expanded > self.in_vain {
+                break;
+            }
             self.share_times_forced();
         }
         Err(self.nothing_found(bound, watch))
@@ -227,7 +240,10 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         match self.failed(deepest) {
             failed if watch.cancelled() => Unschedulable::Stopped { failed },
             Some(failed) => Unschedulable::NotFound {
-                up_to: deepest,
+                up_to: match self.router.expanded > self.in_vain {
+                    true => failed.ii,
+                    false => deepest,
+                },
                 failed,
             },
             None => Unschedulable::Contexts {
@@ -280,7 +296,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         watch: &dyn Watch,
     ) -> Option<Placement> {
         let mut ii = bound;
-        while ii <= last && !watch.cancelled() {
+        while ii <= last && self.router.expanded <= self.in_vain && !watch.cancelled() {
             let limit = self.router.expanded + effort;
             if let Some(schedule) = self.attempt(ii, way, limit, watch) {
                 return Some(schedule);

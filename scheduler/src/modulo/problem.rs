@@ -1,6 +1,6 @@
 //! [`Problem`]: a loop and a machine brought together, as far as it does not depend on the II.
 
-use super::route;
+use super::{MAX_STAGES, route};
 use rustc_hash::FxHashMap;
 use srp_archdesc::arch::{FileKind, Fu, FuOp, Srp};
 use srp_archdesc::entity::{Entity, EntityMap};
@@ -8,6 +8,7 @@ use srp_archdesc::isa::{Opcode, Ty};
 use srp_archdesc::resource::{Hop, Place, PlaceKind, ReadPath, ResourceGraph};
 use srp_ir::dfg::{Dfg, Initial, Node, Operand};
 use std::cell::OnceCell;
+use std::collections::BTreeSet;
 
 /// A unit, and the cycle in which it issues; cycles may be negative.
 pub(super) type Position = (Fu, i32);
@@ -33,9 +34,9 @@ pub(super) struct Problem<'a> {
     pub(super) edges: Vec<Edge>,
     /// Edges that end in or start from each node; a self-edge is listed once.
     pub(super) edges_of: EntityMap<Node, Vec<usize>>,
-    /// Memory orders.
+    /// Orders of nodes.
     pub(super) orders: Vec<OrderEdge>,
-    /// Memory orders of each node.
+    /// Orders of each node.
     pub(super) orders_of: EntityMap<Node, Vec<usize>>,
     /// Ways out of each place into the operands of units: unit and index into its reads.
     pub(super) readers: EntityMap<Place, Vec<(Fu, u32)>>,
@@ -119,7 +120,7 @@ pub(super) enum Tag {
     LiveOut(u16),
 }
 
-/// A memory order: `t(to) + ii · distance ≥ t(from) + delay`.
+/// An order of two nodes, most of them of memory: `t(to) + ii · distance ≥ t(from) + delay`.
 pub(super) struct OrderEdge {
     pub(super) from: Node,
     pub(super) to: Node,
@@ -283,19 +284,43 @@ impl<'a> Problem<'a> {
         for (from, to, dep) in dfg.deps() {
             if let srp_ir::dfg::DepKind::Order = dep.kind {
                 let delay = dfg.delay(from, dep, 0);
-                let index = self.orders.len();
-                self.orders.push(OrderEdge {
+                self.add_order(OrderEdge {
                     from,
                     to,
                     distance: dep.distance,
                     delay,
                 });
-                self.orders_of[from].push(index);
-                if to != from {
-                    self.orders_of[to].push(index);
-                }
             }
         }
+        self.keep_within_stages();
+    }
+
+    /// Adds an order for each value of many iterations ago. A consumer far ahead of its producer would keep the value
+    /// for fewer cycles, but all of an iteration is done within [`MAX_STAGES`] IIs, which windows of issue cycles would
+    /// not know.
+    fn keep_within_stages(&mut self) {
+        let far: BTreeSet<(Node, Node)> = (self.edges.iter())
+            .filter(|edge| edge.distance > MAX_STAGES)
+            .filter_map(|edge| Some((edge.from, edge.to()?)))
+            .filter(|(from, to)| from != to)
+            .collect();
+        for (from, to) in far {
+            self.add_order(OrderEdge {
+                from,
+                to,
+                distance: MAX_STAGES,
+                delay: self.min_latency(from),
+            });
+        }
+    }
+
+    fn add_order(&mut self, order: OrderEdge) {
+        let index = self.orders.len();
+        self.orders_of[order.from].push(index);
+        if order.to != order.from {
+            self.orders_of[order.to].push(index);
+        }
+        self.orders.push(order);
     }
 
     fn add_edge(&mut self, from: Node, goal: Goal, distance: u32, tag: Option<Tag>) {

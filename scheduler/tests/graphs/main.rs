@@ -209,6 +209,24 @@ fn values_of_many_iterations_ago_go_from_file_to_file() {
     }
 }
 
+/// A consumer issues so far ahead of its producer that few instances of the value wait, but no iteration has more stages
+/// than engines hold.
+#[test]
+fn consumers_run_ahead_as_far_as_stages_go() {
+    let arch = mesh(4, 4);
+    for distance in [20, 64, 66] {
+        let text = format!("digraph {{ a [op=add]; b [op=add]; a -> b [distance={distance}]; }}");
+        let options = Options::default();
+        let graph = read_dot(&Source::new("ahead.dot", text), &options).expect("a graph");
+        let scheduled = map(&graph, &arch);
+        assert!(scheduled.schedule.ii <= 2, "{distance}");
+        assert!(
+            scheduled.schedule.stages() <= modulo::MAX_STAGES,
+            "{distance}"
+        );
+    }
+}
+
 #[test]
 fn more_values_than_places_are_refused_at_once() {
     let arch = mesh(4, 4);
