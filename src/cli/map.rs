@@ -12,6 +12,7 @@ A graph is a loop body: nodes with an operation, edges with operand and distance
   NAME.dot, NAME.gv   Graphviz, also what `srp compile --emit dfg` writes
   NAME.json           {\"nodes\": [{\"id\", \"op\"}], \"edges\": [{\"from\", \"to\", \"operand\", \"distance\"}]}
   NAME.edges          `source target distance latency` a line; operations in NAME.ops or --ops FILE
+  -                   standard input: JSON if it begins with a brace, else Graphviz
 and docs/graphs.md is the reference of all three. Folders are searched for graphs.
 
 Each schedule is checked before it is shown. Times are of this host; everything else is the same on
@@ -24,11 +25,12 @@ Examples:
   srp map kernel.edges --ops kernel.ops --machine torus.xml -o kernel.sched.xml
   srp map fir.json --machine torus.xml --what-if
   srp map fir.json --mesh 4x4 --set array.contexts=8
+  my-frontend fir.c | srp map - --mesh 4x4
 
 Exit status: 0 every graph was mapped, 1 one was not or is at fault, 2 the command line is at fault,
 130 interrupted.")]
 pub(crate) struct Map {
-    /// Graphs, and folders of graphs
+    /// Graphs, and folders of graphs; - is standard input
     #[arg(required = true, value_name = "GRAPH")]
     pub(crate) graphs: Vec<PathBuf>,
     #[command(flatten)]

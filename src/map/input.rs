@@ -22,6 +22,8 @@ pub(super) struct Found {
 enum Form {
     Dot,
     Json,
+    /// JSON if it begins with a brace, else DOT: what comes in has no name that tells.
+    Stream,
     /// Edges, with the file of the operations.
     Edges(PathBuf),
 }
@@ -37,8 +39,14 @@ impl Found {
     pub(super) fn read(&self, options: &Options) -> Result<Graph, String> {
         let source = |path: &Path| files::read_source(path, Kind::Graph).map_err(|e| e.to_string());
         let main = source(&self.path)?;
+        let is_json = main.text.trim_start().starts_with('{');
         match &self.form {
-            Form::Dot => graph::read_dot(&main, options).map_err(|e| rendered(&e, &[&main])),
+            Form::Stream if is_json => {
+                graph::read_json(&main, options).map_err(|e| rendered(&e, &[&main]))
+            }
+            Form::Dot | Form::Stream => {
+                graph::read_dot(&main, options).map_err(|e| rendered(&e, &[&main]))
+            }
             Form::Json => graph::read_json(&main, options).map_err(|e| rendered(&e, &[&main])),
             Form::Edges(ops) => {
                 let ops = source(ops)?;
@@ -110,9 +118,11 @@ fn unknown(path: &Path) -> Failure {
     ))
 }
 
-/// A file as a graph, if its name is that of one.
+/// A file as a graph, if its name is that of one; `-` is standard input.
 fn of_file(path: &Path) -> Option<Found> {
-    let form = match path.extension()?.to_str()? {
+    let extension = path.extension().and_then(|extension| extension.to_str());
+    let form = match extension.unwrap_or_default() {
+        "" if path == Path::new("-") => Form::Stream,
         "dot" | "gv" => Form::Dot,
         "json" => Form::Json,
         "edges" => Form::Edges(path.with_extension("ops")),

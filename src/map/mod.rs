@@ -10,6 +10,7 @@ use crate::proof::{self, Proved};
 use crate::{document, files, interrupt, machine, talk};
 use input::Found;
 use srp_archdesc::arch::Arch;
+use srp_archdesc::diagnostic::{Diagnostic, Messages};
 use srp_archdesc::watch::Watch;
 use srp_ir::{dre, graph};
 use srp_studies::map::{Options, Outcome, Table, map, map_all, schedules};
@@ -40,7 +41,7 @@ pub(crate) fn run(args: &Map) -> Result<i32, Failure> {
     }
     let (name, text) = target(args)?;
     let arch = srp_toolchain::machine::parse(&name, &text)?;
-    talk::warn(&srp_toolchain::machine::warnings_of(&name, &text));
+    talk::warn(&warnings(args, &name, &text)?);
     let inputs = input::find(&args.graphs, args.ops.as_deref())?;
     let options = graph::Options {
         any_op: args.any_op,
@@ -107,6 +108,19 @@ pub(crate) fn run(args: &Map) -> Result<i32, Failure> {
         return Err(Failure::Interrupted);
     }
     Ok(i32::from(failed))
+}
+
+/// Warnings of the machine, but for those of the mesh of `--mesh` as it is: its units are quicker than any, as studies
+/// of arrays have them.
+fn warnings(args: &Map, name: &str, text: &str) -> Result<Messages, Failure> {
+    let mut warnings = srp_toolchain::machine::warnings_of(name, text);
+    if let Some((rows, cols)) = args.machine.mesh {
+        let plain = machine::standard_mesh(rows, cols)?;
+        let known = srp_toolchain::machine::warnings_of(name, &plain).diagnostics;
+        let is_new = |new: &Diagnostic| known.iter().all(|old| old.message != new.message);
+        warnings.diagnostics.retain(is_new);
+    }
+    Ok(warnings)
 }
 
 /// The name and the text of the machine.

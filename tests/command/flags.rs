@@ -107,6 +107,21 @@ fn a_hyphen_is_standard_input() {
     assert_eq!(String::from_utf8_lossy(&both.stdout), named);
     let machine = srp(&folder, &["machine", "source", "tiny"]).stdout;
     let machine = String::from_utf8(machine).expect("it is text");
+    // A graph's form is seen from its first letter.
+    for graph in [
+        "digraph g { x [op=add]; x -> x [distance=1]; }",
+        " {\"nodes\": [{\"id\": \"x\", \"op\": \"add\"}], \"edges\": []}",
+    ] {
+        for args in [
+            &["map", "-", "--mesh", "2x2"][..],
+            &["map", "-", "--mesh", "2x2", "--untrusted"],
+        ] {
+            let mapped = given(&folder, graph, args);
+            let table = String::from_utf8_lossy(&mapped.stdout);
+            assert_eq!(mapped.status.code(), Some(0), "{graph} {args:?}: {table}");
+            assert!(table.contains("1 of 1 graphs mapped"), "{table}");
+        }
+    }
     let area = given(&folder, &machine, &["area", "--machine", "-", "--json"]);
     assert_eq!(area.status.code(), Some(0));
     assert!(String::from_utf8_lossy(&area.stdout).contains("\"tiny\""));
