@@ -1,5 +1,6 @@
-//! Certificates that a smaller II is impossible.
+//! Certificates that a smaller II is impossible, and what reports say of proofs and of the searches for them.
 
+use crate::count::count;
 use crate::failure::Failure;
 use crate::files;
 use crate::talk;
@@ -8,7 +9,7 @@ use srp_archdesc::entity::EntityMap;
 use srp_ir::dfg::{Dfg, Node};
 use srp_scheduler::modulo::Impossible;
 use srp_studies::certificate::{certify, claim};
-use srp_studies::proofs::Impossible as Proof;
+use srp_studies::proofs::{Impossible as Proof, Search, reach};
 use srp_toolchain::Session;
 use std::path::{Path, PathBuf};
 
@@ -67,4 +68,48 @@ pub(crate) fn write(
         Proof::of(&claim).in_words()
     ));
     Ok(())
+}
+
+/// A sentence that says how much was asked, and why it ended; none where nothing was asked.
+pub(crate) fn searched(search: &Search) -> Option<String> {
+    let (first, last) = (search.asked.first()?.ii, search.asked.last()?.ii);
+    let iis = match first == last {
+        true => format!("II = {first}"),
+        false => format!("II = {first} to {last}"),
+    };
+    let steps: u64 = search.asked.iter().map(|asked| asked.steps).sum();
+    let (questions, steps) = (
+        count(search.asked.len() as u32, "formula"),
+        count(steps, "step"),
+    );
+    let why = match search.stopped.as_str() {
+        "at-bound" => "the II is the bound",
+        "impossible" => "every lower II is impossible",
+        "nothing-left" => "all questions were asked",
+        "time" => "its time was used up",
+        _ => "its steps were used up",
+    };
+    Some(format!(
+        "the exact search tried {iis} by {questions} in {steps} (--json lists them), and ended: {why}"
+    ))
+}
+
+/// Proofs in words, one sentence for those of IIs in a row by the same formula: `II = 2 to 4 are impossible, by formulas
+/// (folded, laps 1, depth 2)`.
+pub(crate) fn proved(proofs: &[Proof]) -> Vec<String> {
+    let alike =
+        |a: &Proof, b: &Proof| a.ii + 1 == b.ii && (a.slack, &a.formula) == (b.slack, &b.formula);
+    let sentence = |group: &[Proof]| {
+        let (first, last) = (&group[0], &group[group.len() - 1]);
+        let (ii, formula) = (last.ii, &last.formula);
+        match group.len() {
+            1 => format!("{}, by a formula ({formula})", first.in_words()),
+            _ => format!(
+                "II = {} to {ii} are {}, by formulas ({formula})",
+                first.ii,
+                reach(first.slack)
+            ),
+        }
+    };
+    proofs.chunk_by(alike).map(sentence).collect()
 }

@@ -1,11 +1,14 @@
 //! The table as text to read.
 
 use crate::count::count;
+use crate::proof;
 use srp_studies::map::{Mapping, Row, Table};
 use std::fmt::Write;
 
 /// Nodes of a recurrence that are listed.
 const SHOWN: usize = 16;
+/// Parts of the machine that are named.
+const PARTS: usize = 4;
 
 /// A figure of a graph, or a dash where it has none.
 struct Figure(Option<u64>);
@@ -119,13 +122,6 @@ fn write_remarks(out: &mut String, row: &Row, single: bool) -> std::fmt::Result 
         remarks.push(error.clone());
     }
     if let Some(m) = &row.mapping {
-        for proof in &m.impossible {
-            let (what, formula) = (proof.in_words(), &proof.formula);
-            remarks.push(format!("proved: {what}, by a formula ({formula})"));
-        }
-        if single {
-            remarks.extend(m.search.in_words());
-        }
         remarks.extend(m.why_not_lower.clone());
         if single {
             remarks.push(format!("ResMII {}: {}", m.res_mii, m.res_mii_why));
@@ -139,10 +135,18 @@ fn write_remarks(out: &mut String, row: &Row, single: bool) -> std::fmt::Result 
                 remarks.push(format!("RecMII {}: {}", m.rec_mii, nodes.join(" → ")));
             }
         }
+        if single && m.ii > m.res_mii.max(m.rec_mii) {
+            remarks.extend(fullest(m));
+        }
+        let proved = proof::proved(&m.impossible).into_iter();
+        remarks.extend(proved.map(|proved| format!("proved: {proved}")));
+        if single {
+            remarks.extend(proof::searched(&m.search));
+        }
     }
     if let Some(found) = &row.what_if {
         let changes = found.changes.iter();
-        remarks.extend(changes.map(|change| format!("{}: II = {}", change.in_words(), change.ii)));
+        remarks.extend(changes.map(|change| format!("{}: {}", change.in_words(), change.result())));
         if found.changes.is_empty() && found.tried > 0 {
             let tried = count(found.tried, "change");
             remarks.push(format!(
@@ -159,4 +163,20 @@ fn write_remarks(out: &mut String, row: &Row, single: bool) -> std::fmt::Result 
         writeln!(out, "  {line}")?;
     }
     Ok(())
+}
+
+/// What the machine has no more of at the II, or least.
+fn fullest(m: &Mapping) -> Option<String> {
+    let parts: Vec<String> = (m.fullest.iter().take(PARTS))
+        .map(|full| format!("{} ({} of {})", full.part, full.used, full.of))
+        .collect();
+    let is_full = m.fullest.first()?.used >= m.fullest.first()?.of;
+    let more = match m.fullest.len().saturating_sub(PARTS) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    Some(match is_full {
+        true => format!("all taken at II = {}: {}{more}", m.ii, parts.join(", ")),
+        false => format!("fullest at II = {}: {}", m.ii, parts.join(", ")),
+    })
 }

@@ -1,6 +1,7 @@
 //! The report as text. What to do comes first, then each loop in full.
 
 use crate::count::count;
+use crate::proof;
 use srp_studies::loops::{
     Advice, FileKind, FileLoad, FunctionReport, LinkLoad, LoopReport, NotPipelined, Position,
     Report, SharedLoad, Status, UnitLoad, WireLoad, part, percent,
@@ -204,7 +205,7 @@ fn changes(out: &mut String, l: &LoopReport) {
     for change in others {
         line(
             out,
-            format_args!("    or {}: II = {}", change.in_words(), change.ii),
+            format_args!("    or {}: {}", change.in_words(), change.result()),
         );
     }
 }
@@ -278,16 +279,13 @@ fn obstacles(out: &mut String, l: &LoopReport) {
             line(out, format_args!("    {:8} {}", operation.op, operation.at));
         }
     }
-    for i in &l.impossible {
-        line(
-            out,
-            format_args!("  proved: {}, by a formula ({})", i.in_words(), i.formula),
-        );
+    for proved in proof::proved(&l.impossible) {
+        line(out, format_args!("  proved: {proved}"));
     }
-    if l.status != Status::Bound {
-        for tried in l.search.in_words() {
-            line(out, format_args!("  {tried}"));
-        }
+    if l.status != Status::Bound
+        && let Some(search) = proof::searched(&l.search)
+    {
+        line(out, format_args!("  {search}"));
     }
     for o in l.ordered.iter().take(MOST_ORDERED) {
         line(

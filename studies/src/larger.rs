@@ -15,7 +15,7 @@ pub(crate) struct Larger {
     pub(crate) what: &'static str,
     /// The setting of the machine's file that makes it, `PATH=VALUE`.
     pub(crate) setting: String,
-    srp: Srp,
+    pub(crate) srp: Srp,
 }
 
 /// The larger arrays of a machine with this text: those of which the file with one attribute changed is a machine.

@@ -6,16 +6,17 @@ use crate::proofs::{Impossible, Search};
 use crate::settings;
 use schemars::JsonSchema;
 use serde::Serialize;
-use srp_archdesc::arch::Arch;
+use srp_archdesc::arch::{Arch, Srp};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::threads;
 use srp_archdesc::watch::{Limited, Stage, Watch};
 use srp_ir::check;
 use srp_ir::dfg::{Dfg, Node};
-use srp_ir::dre::scheduled::ScheduledLoops;
+use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledLoops};
 use srp_ir::graph::Graph;
 use srp_ir::program::{Pos, SourceFile};
 use srp_scheduler::modulo::{Obstacle, Operation, Unschedulable};
+use srp_scheduler::usage::{Share, usage};
 use srp_scheduler::what_if::{self, what_if};
 use srp_scheduler::{LoopResult, modulo};
 use srp_toolchain::envelope::Contents;
@@ -95,6 +96,8 @@ pub struct Mapping {
     pub recurrence: Vec<String>,
     /// Why the II below was not reached; `None` where the II is the bound.
     pub why_not_lower: Option<String>,
+    /// The parts of the machine of which the loop takes all, or the fullest one where there are none.
+    pub fullest: Vec<Fullest>,
     /// IIs that were proved impossible.
     pub impossible: Vec<Impossible>,
     /// What the exact search tried, and why it ended.
@@ -110,6 +113,17 @@ pub struct Mapping {
     pub least_length: u32,
     /// Routing moves of an iteration.
     pub moves: usize,
+}
+
+/// A part of the machine, and what a loop takes of it.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Fullest {
+    /// The part: a shared resource, ports or registers of a file, a unit, a link or a wire.
+    pub part: String,
+    /// What is taken: of registers in the cycle with the most, else in the cycles of an II together.
+    pub used: u32,
+    /// What there is.
+    pub of: u32,
 }
 
 /// The outcome of mapping a graph.
@@ -204,7 +218,7 @@ pub fn map(
         let watch = Limited::new(session.watch, limit);
         search(true, &watch)
             .ok()
-            .map(|scheduled| mapping(&graph, &scheduled))
+            .map(|scheduled| mapping(&graph, &scheduled, arch))
     });
     // Nothing can be told of changes where no search has made a schedule.
     let is_searched = match &result {
@@ -238,7 +252,7 @@ pub fn map(
     }
     let mapped = match result {
         Ok(scheduled) => {
-            row.mapping = Some(mapping(&graph, &scheduled));
+            row.mapping = Some(mapping(&graph, &scheduled, arch));
             Some((graph, scheduled))
         }
         Err(why) => {
@@ -266,6 +280,10 @@ fn changes(
         what: what_if::in_words(&change.edits, &arch.srp),
         set: settings::of(&change.edits, arch, options.machine),
         ii: change.ii,
+        mm2: Some(settings::more_area(
+            what_if::changed(&arch.srp, &change.edits),
+            arch,
+        )),
     };
     let mut changes: Vec<Change> = found.changes.iter().map(change).collect();
     let arrays = larger::of(arch, options.machine);
@@ -274,6 +292,7 @@ fn changes(
             what: arrays[i].what.to_owned(),
             set: vec![arrays[i].setting.clone()],
             ii,
+            mm2: Some(settings::more_area(arrays[i].srp.clone(), arch)),
         });
     }
     changes.sort_by_key(|change| change.ii);
@@ -322,7 +341,18 @@ fn checked(result: LoopResult, graph: &Graph, arch: &Arch) -> Result<modulo::Sch
     }
 }
 
-fn mapping(graph: &Graph, scheduled: &modulo::Scheduled) -> Mapping {
+/// What a schedule takes most of.
+fn fullest(schedule: &ModuloSchedule, srp: &Srp) -> Vec<Fullest> {
+    let shares = usage(schedule, srp).fullest(srp, schedule.ii);
+    let fullest = |share: Share| Fullest {
+        part: share.part.in_words(srp),
+        used: share.used,
+        of: share.of,
+    };
+    shares.into_iter().map(fullest).collect()
+}
+
+fn mapping(graph: &Graph, scheduled: &modulo::Scheduled, arch: &Arch) -> Mapping {
     let modulo::Scheduled {
         schedule,
         bounds,
@@ -342,6 +372,7 @@ fn mapping(graph: &Graph, scheduled: &modulo::Scheduled) -> Mapping {
         why_not_lower: why_not_lower
             .as_ref()
             .map(|failed| failed.words(&|operation| name(graph, operation))),
+        fullest: fullest(schedule, &arch.srp),
         impossible: impossible.iter().map(Impossible::of).collect(),
         search: Search::of(search),
         contexts: schedule.contexts(),

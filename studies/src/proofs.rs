@@ -91,30 +91,6 @@ impl Search {
             stopped: stopped(search.stopped).to_owned(),
         }
     }
-
-    /// Lines that say what was tried and why it ended; none where nothing was asked.
-    pub fn in_words(&self) -> Vec<String> {
-        if self.asked.is_empty() {
-            return Vec::new();
-        }
-        let line = |asked: &Asked| {
-            let steps = match asked.steps {
-                1 => "1 step".to_owned(),
-                steps => format!("{steps} steps"),
-            };
-            let (ii, formula, answer) = (asked.ii, &asked.formula, &asked.answer);
-            format!("tried II = {ii} ({formula}): {answer}, {steps}")
-        };
-        let why = match self.stopped.as_str() {
-            "at-bound" => "the II is the bound",
-            "impossible" => "every lower II is impossible",
-            "nothing-left" => "all questions were asked",
-            "time" => "its time was used up",
-            _ => "its steps were used up",
-        };
-        let ended = format!("the exact search ended: {why}");
-        self.asked.iter().map(line).chain([ended]).collect()
-    }
 }
 
 fn answer(outcome: Outcome) -> &'static str {

@@ -4,6 +4,7 @@
 //! and exceptions. So a setting is only named where the file with it is the machine that was tried.
 
 use srp_archdesc::arch::{Arch, Srp};
+use srp_archdesc::chip;
 use srp_archdesc::xml::{self, Change};
 use srp_scheduler::what_if::{self, Edit};
 
@@ -18,6 +19,15 @@ pub(crate) fn of(edits: &[Edit], arch: &Arch, text: &str) -> Vec<String> {
     let wanted = bare(what_if::changed(&arch.srp, edits));
     let is_same = made.is_some_and(|made| bare(made.srp) == wanted);
     if is_same { settings } else { Vec::new() }
+}
+
+/// Area that an SRP has more than that of a machine, mm² at 65 nm.
+pub(crate) fn more_area(srp: Srp, arch: &Arch) -> f64 {
+    let changed = Arch {
+        srp,
+        ..arch.clone()
+    };
+    chip::srp(&changed).total_mm2 - chip::srp(arch).total_mm2
 }
 
 /// The SRP without what is said of how its file is written.

@@ -3,8 +3,10 @@
 //!
 //! They are read off the schedule alone, whoever made it. A *slot* is a cycle modulo the II.
 
+mod fullest;
 mod registers;
 
+pub use fullest::{Part, Share};
 use srp_archdesc::arch::{Carrier, Fu, FuOp, Input, Link, RegFile, Resource, Srp, Wire};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Opcode;

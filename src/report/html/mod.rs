@@ -9,6 +9,7 @@ mod takes;
 use super::text::{lowered, recurrence as recurrence_in_words, standing};
 use crate::count::count;
 use crate::page as shell;
+use crate::proof;
 use maud::{Markup, PreEscaped, html};
 use srp_studies::loops::{
     FunctionReport, LoopReport, NotPipelined, Position, Report, Resource, Status, part, percent,
@@ -114,7 +115,7 @@ fn details(number: usize, l: &LoopReport, contexts: u32) -> Markup {
             }
             p.hint { b { "For a lower II: " } (l.hint)
                 @for change in l.what_if.iter().flat_map(|w| w.changes.iter().skip(1)) {
-                    span.or { "or " (change.in_words()) ": II = " b { (change.ii) } }
+                    span.or { "or " (change.in_words()) ": " b { (change.result()) } }
                 }
             }
             dl { @for (what, figure) in facts.iter().chain(&seconds) {
@@ -151,13 +152,13 @@ fn bounds(l: &LoopReport) -> Markup {
                 p.above { "Not lower: " (obstacle.text) }
                 ul { @for o in &obstacle.operations { li { code { (o.op) } " at " code { (o.at) } } } }
             }
-            @for i in &l.impossible {
-                p { "Proved: " (i.in_words()) ", by a formula (" (i.formula) ")" }
+            @for proved in proof::proved(&l.impossible) {
+                p { "Proved: " (proved) }
             }
-            @if !l.search.asked.is_empty() {
+            @if let Some(search) = proof::searched(&l.search) {
                 details {
                     summary { "Exact search" }
-                    ul { @for tried in l.search.in_words() { li { (tried) } } }
+                    p { (search) }
                 }
             }
             @if !l.ordered.is_empty() {

@@ -39,9 +39,9 @@ pub(super) fn of(l: &LoopReport, facts: &LoopFacts, srp: &Srp) -> String {
 fn tried(l: &LoopReport, what_if: &WhatIf, facts: &LoopFacts, srp: &Srp) -> String {
     match what_if.changes.first() {
         Some(best) => format!(
-            "{} would give II = {}{}",
+            "{} would give {}{}",
             best.what,
-            best.ii,
+            best.result(),
             settings::in_brackets(&best.set)
         ),
         None => {

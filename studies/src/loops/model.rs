@@ -341,12 +341,23 @@ pub struct Change {
     pub set: Vec<String>,
     /// The II that the loop then has.
     pub ii: u32,
+    /// Area that an SRP then has more, mm² at 65 nm; null of a change that is not of the machine.
+    #[serde(default)]
+    pub mm2: Option<f64>,
 }
 
 impl Change {
     /// The change in words, with the arguments that make it.
     pub fn in_words(&self) -> String {
         format!("{}{}", self.what, settings::in_brackets(&self.set))
+    }
+
+    /// The II that it gives, and its price: `II = 2, +0.124 mm² an SRP`.
+    pub fn result(&self) -> String {
+        match self.mm2 {
+            Some(mm2) => format!("II = {}, {mm2:+.3} mm² an SRP", self.ii),
+            None => format!("II = {}", self.ii),
+        }
     }
 }
 

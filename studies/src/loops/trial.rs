@@ -59,6 +59,16 @@ impl Remedy {
             _ => Vec::new(),
         }
     }
+
+    /// The area that it takes, if it is of the machine.
+    fn more_area(&self, machine: Machine<'_>) -> Option<f64> {
+        let srp = match self {
+            Remedy::Machine(edits) => what_if::changed(&machine.arch.srp, edits),
+            Remedy::Larger(larger) => larger.srp.clone(),
+            Remedy::Apart | Remedy::Independent => return None,
+        };
+        Some(settings::more_area(srp, machine.arch))
+    }
 }
 
 /// The outcome of trying remedies for a loop.
@@ -78,6 +88,7 @@ impl Tried {
             what: remedy.in_words(machine),
             set: remedy.settings(machine),
             ii: *ii,
+            mm2: remedy.more_area(machine),
         };
         WhatIf {
             tried: self.count,
